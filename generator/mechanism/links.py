@@ -1,0 +1,69 @@
+"""Links, named points and the parameters that describe them.
+
+A coordinate that a scene gives as exactly zero is *structural*: it is ``None`` here, adds no parameter and no arithmetic.
+Every other number is a :class:`Parameter`, symbolic in the equations and changeable at run time.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+GROUND = -1
+"""Index of the ground in every place where a link index stands."""
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A number of the mechanism that stays symbolic.
+
+    ``path`` is its name in the scene (``link_0.mass``), ``symbol`` its name in the equations (``m_0``), ``value`` its
+    value in SI units when the model is loaded.
+    """
+
+    path: str
+    symbol: str
+    value: float
+
+    def __post_init__(self) -> None:
+        if not math.isfinite(self.value):
+            raise ValueError(f"{self.path} is {self.value}; a parameter must be a finite number")
+
+
+@dataclass(frozen=True)
+class Point:
+    """A point fixed in a link, in the link's frame (m). ``None`` stands for a coordinate that is structurally zero."""
+
+    x: Parameter | None = None
+    y: Parameter | None = None
+
+    def parameters(self) -> tuple[Parameter, ...]:
+        return tuple(p for p in (self.x, self.y) if p is not None)
+
+    def values(self) -> tuple[float, float]:
+        """Coordinates in m."""
+        return (self.x.value if self.x else 0.0, self.y.value if self.y else 0.0)
+
+
+@dataclass(frozen=True)
+class Link:
+    """A rigid link: ``mass`` (kg), ``inertia`` about the centre of mass (kg m²), ``com`` and named ``points`` (m)."""
+
+    name: str
+    mass: Parameter
+    inertia: Parameter
+    com: Point
+    points: Mapping[str, Point]
+
+    def __post_init__(self) -> None:
+        if not self.mass.value > 0.0:
+            raise ValueError(f"{self.mass.path} is {self.mass.value}; a mass must be positive")
+        if not self.inertia.value > 0.0:
+            raise ValueError(f"{self.inertia.path} is {self.inertia.value}; an inertia must be positive")
+
+    def parameters(self) -> tuple[Parameter, ...]:
+        """All parameters, each once, in the order mass, inertia, centre of mass, points."""
+        found = [self.mass, self.inertia, *self.com.parameters()]
+        found += [p for point in self.points.values() for p in point.parameters()]
+        return tuple(dict.fromkeys(found))
