@@ -1,0 +1,252 @@
+"""The map of the derivation: mechanism and effects in, :class:`Equations` out.
+
+stage          input                        output
+kinematics     mechanism, spanning tree     arms, first moments, positions, velocities
+gibbs          kinematics, field, loads     accelerations and multipliers; velocity jumps and impulses
+closure        kinematics                   residual, rate and Jacobian of the cut joints
+impact         kinematics, contacts         gaps, their rates, generalized impulses
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Protocol
+
+import sympy as sp
+
+from ..mechanism.joints import PointRef
+from ..mechanism.links import GROUND, Parameter
+from ..mechanism.mechanism import Mechanism
+from ..mechanism.topology import Topology
+from .closure import Closure
+from .equations import Argument, Equations, Kernel, Ledger, Output
+from .form import FLIGHT, IMPACT
+from .gibbs import Recursion
+from .impact import Contact, Gaps
+from .kinematics import ZERO, Kinematics, Vector, add, dot, perp, scale, symbol
+from .names import A_X, A_Y, ALPHA, AXES, State, multiplier
+
+Let = Callable[[str, sp.Expr], sp.Expr]
+
+
+class Terms(Protocol):
+    """What the derivation asks of an effect. An effect that has nothing to say returns zero or nothing."""
+
+    def parameters(self) -> tuple[Parameter, ...]: ...
+
+    def field(self) -> Vector:
+        """Uniform acceleration field (m/s²)."""
+        ...
+
+    def contacts(self, let: Let) -> tuple[Contact, ...]:
+        """Points that may touch, with their half-planes; ``let`` names what depends on parameters alone."""
+        ...
+
+
+def derive(mechanism: Mechanism, topology: Topology, effects: Sequence[Terms] = ()) -> Equations:
+    """All equations of a mechanism under the given effects.
+
+    The order of the assignments is that of the derivation; cost and length grow linearly with the number of links.
+    """
+    return _Derivation(mechanism, topology, tuple(effects)).equations()
+
+
+class _Derivation:
+    def __init__(self, mechanism: Mechanism, topology: Topology, effects: tuple[Terms, ...]) -> None:
+        self.mechanism, self.topology, self.effects = mechanism, topology, effects
+        self.ledger = Ledger()
+        self.state = State.of(len(mechanism.links), topology.root)
+        self.kinematics = Kinematics(mechanism, topology, self.state, self.ledger)
+        self.field: Vector = add(ZERO, *(effect.field() for effect in effects))
+        self.q = Argument("q", self.state.q, "coordinates")
+        self.u = Argument("u", self.state.u, "quasi-velocities, u = dq/dt")
+
+    def equations(self) -> Equations:
+        """Derive everything, kernel by kernel."""
+        kernels = [*self._dynamics(), *self._closure(), *self._motion(), *self._contact()]
+        parameters = [*self.mechanism.parameters(), *(p for effect in self.effects for p in effect.parameters())]
+        return Equations(tuple(parameters), self.state, tuple(self.ledger.blocks), tuple(kernels), self.contacts)
+
+    def _dynamics(self) -> list[Kernel]:
+        state, cuts = self.state, self.topology.cuts
+        impulses = tuple(sp.Symbol(f"F_{u}") for u in state.u)
+        rows = [multiplier(cut.joint, axis) for cut in cuts for axis in AXES]
+        jumps = {row: sp.Symbol(f"y_{row.joint}_{row.axis}") for row in rows}
+        recursion = Recursion(self.kinematics, self.ledger, self.field, {}, impulses, jumps)
+        recursion.run()
+        results = {}
+        for impact in (FLIGHT, IMPACT):
+            base = self._base(recursion, impact)
+            rates = [recursion.value(impact, k, ALPHA) for k in range(len(self.mechanism.links))]
+            results[impact] = (tuple(base + rates), tuple(recursion.value(impact, GROUND, row) for row in rows))
+        guards = tuple(recursion.guards)
+        f = Argument("f", impulses, "generalized impulses")
+        y = Argument("y", tuple(jumps.values()), "closure rates to be produced")
+        return [
+            Kernel(
+                "acceleration",
+                (self.q, self.u),
+                (
+                    Output("u_dot", results[FLIGHT][0], "quasi-accelerations"),
+                    Output("lambda", results[FLIGHT][1], "closure multipliers: force on the second side of each cut, N"),
+                ),
+                "M u_dot + h = A^T lambda, A u_dot + dA/dt u = 0",
+                guards,
+            ),
+            Kernel(
+                "impulse",
+                (self.q, f, y),
+                (
+                    Output("du", results[IMPACT][0], "jumps of the quasi-velocities"),
+                    Output("Lambda", results[IMPACT][1], "impulses of the cut joints, N s"),
+                ),
+                "M du = A^T Lambda + f, A du = y",
+                guards,
+            ),
+            Kernel(
+                "reactions",
+                (self.q, self.u),
+                (Output("reaction", self._reactions(recursion), "per joint: force x, y and moment on the outboard link"),),
+                "forces in the joints",
+                guards,
+            ),
+        ]
+
+    def _base(self, recursion: Recursion, impact: bool) -> list[sp.Expr]:
+        """Acceleration (velocity jump) of a floating root; the field that the recursion left out is added here (eq. 12)."""
+        if not self.topology.floating:
+            return []
+        a = [recursion.value(impact, self.topology.root, v) for v in (A_X, A_Y)]
+        return [x + (0 if impact else field) for x, field in zip(a, self.field, strict=True)]
+
+    def _reactions(self, recursion: Recursion) -> tuple[sp.Expr, ...]:
+        """Force of each joint on its outboard link, from the tips inwards (eq. 18); a cut joint's is its multiplier."""
+        kinematics, felt = self.kinematics, {}
+        result: dict[int, Vector] = {}
+        for cut in self.topology.cuts:
+            force = tuple(recursion.value(FLIGHT, GROUND, multiplier(cut.joint, axis)) for axis in AXES)
+            result[cut.joint] = (force[0], force[1])
+            for side, factor in ((cut.first, 1), (cut.second, -1)):
+                felt[side.link] = add(felt.get(side.link, ZERO), scale(sp.Integer(factor), result[cut.joint]))
+        for branch in reversed(self.topology.branches):
+            k = branch.link
+            a = (recursion.value(FLIGHT, k, A_X), recursion.value(FLIGHT, k, A_Y))
+            alpha, mu = recursion.value(FLIGHT, k, ALPHA), kinematics.mu[k]
+            inertia = add(
+                scale(kinematics.mass[k], a), scale(alpha, perp(mu)), scale(-kinematics.squared_rate[k], mu)
+            )
+            result[branch.joint] = self.ledger.let_vector(f"R_{branch.joint}", add(inertia, felt.get(k, ZERO)))
+            felt[branch.parent] = add(felt.get(branch.parent, ZERO), result[branch.joint])
+        self.ledger.close("reactions, inwards")
+        return tuple(entry for joint in range(len(self.mechanism.joints)) for entry in (*result[joint], sp.S.Zero))
+
+    def _closure(self) -> list[Kernel]:
+        closure = Closure(self.kinematics)
+        return [
+            Kernel("closure", (self.q,), (Output("residual", closure.residual(), "gap of each cut joint, m"),), "closure"),
+            Kernel(
+                "closure_rate", (self.q, self.u), (Output("rate", closure.rate(), "A u, m/s"),), "rate of the closure"
+            ),
+            Kernel(
+                "closure_jacobian",
+                (self.q,),
+                (Output("A", closure.jacobian(), "derivatives of the closure rates by u, row by row"),),
+                "Jacobian of the closure",
+            ),
+        ]
+
+    def _motion(self) -> list[Kernel]:
+        self.place, self.velocity = self.kinematics.write_positions(), self.kinematics.write_velocities()
+        return [
+            Kernel("poses", (self.q,), (Output("pose", self._poses(), "per link: x, y (m), angle of its frame"),), "poses"),
+            Kernel(
+                "velocities",
+                (self.q, self.u),
+                (Output("velocity", self._velocities(), "per link: velocity of its frame's origin, angular velocity"),),
+                "velocities",
+            ),
+            Kernel("points", (self.q,), (Output("position", self._points(), "per joint, then per named point: x, y"),), "points"),
+            Kernel(
+                "energy",
+                (self.q, self.u),
+                (Output("energy", self._energy(), "kinetic and potential energy, J"),),
+                "energy",
+            ),
+        ]
+
+    def _origins(self) -> list[Vector]:
+        """Arms from the inboard points to the frames' origins."""
+        arms = []
+        for k in range(len(self.mechanism.links)):
+            rho = tuple(self.ledger.let(f"rho_{k}_o_{a}", -x) for a, x in zip(AXES, self.kinematics.inboard[k], strict=True))
+            arms.append(self.ledger.let_vector(f"r_{k}_o", self.kinematics.turn(k, (rho[0], rho[1]))))
+        self.ledger.close("arms to the frames' origins")
+        return arms
+
+    def _poses(self) -> tuple[sp.Expr, ...]:
+        self.origins = self._origins()
+        return tuple(
+            entry
+            for k, arm in enumerate(self.origins)
+            for entry in (*add(self.place[k], arm), self.state.angle(k))
+        )
+
+    def _velocities(self) -> tuple[sp.Expr, ...]:
+        return tuple(
+            entry
+            for k, arm in enumerate(self.origins)
+            for entry in (*add(self.velocity[k], self.kinematics.swing(k, arm)), self.state.rate(k))
+        )
+
+    def _points(self) -> tuple[sp.Expr, ...]:
+        """Each joint where its tree side (a cut: its first side) has it, then each named point of each link."""
+        refs = [self._joint_side(index) for index in range(len(self.mechanism.joints))]
+        refs += [PointRef(k, name) for k, link in enumerate(self.mechanism.links) for name in link.points]
+        result: list[sp.Expr] = []
+        known: dict[PointRef, Vector] = {}
+        for ref in refs:
+            if ref not in known:
+                base = ZERO if ref.link == GROUND else self.place[ref.link]
+                known[ref] = add(base, self.kinematics.arm_to(ref))
+            result += known[ref]
+        self.ledger.close("arms to named points")
+        return tuple(result)
+
+    def _joint_side(self, index: int) -> PointRef:
+        for branch in self.topology.branches:
+            if branch.joint == index:
+                return PointRef(branch.link, branch.inboard)
+        return self.mechanism.joints[index].first
+
+    def _energy(self) -> tuple[sp.Expr, sp.Expr]:
+        kinetic, potential = sp.S.Zero, sp.S.Zero
+        for k, link in enumerate(self.mechanism.links):
+            mass = self.kinematics.mass[k]
+            arm = self.ledger.let_vector(f"rc_{k}", self.kinematics.turn(k, self.kinematics.centre[k]))
+            v = self.ledger.let_vector(f"vc_{k}", add(self.velocity[k], self.kinematics.swing(k, arm)))
+            spin = symbol(link.inertia) * self.state.rate(k) ** 2
+            kinetic += self.ledger.let(f"T_{k}", (mass * dot(v, v) + spin) / 2)
+            potential -= self.ledger.let(f"W_{k}", mass * dot(self.field, add(self.place[k], arm)))
+        self.ledger.close("energy")
+        return kinetic, potential
+
+    def _contact(self) -> list[Kernel]:
+        self.contacts = tuple(c for effect in self.effects for c in effect.contacts(self.ledger.let))
+        self.ledger.close("grounds")
+        if not self.contacts:
+            return []
+        gaps = Gaps(self.kinematics, self.contacts, self.place, self.velocity)
+        pushes = tuple(sp.Symbol(f"N_{index}") for index in range(len(self.contacts)))
+        impulses = Argument("P", pushes, "normal impulses of the contacts, N s")
+        restitution = tuple(c.restitution for c in self.contacts)
+        return [
+            Kernel("gaps", (self.q,), (Output("gap", gaps.values(), "gap of each contact, m"),), "gaps"),
+            Kernel("gap_rates", (self.q, self.u), (Output("rate", gaps.rates(), "N u, m/s"),), "rates of the gaps"),
+            Kernel(
+                "contact_impulse",
+                (self.q, impulses),
+                (Output("f", gaps.generalized(pushes), "generalized impulses N^T P"),),
+                "generalized impulses of the contacts",
+            ),
+            Kernel("restitution", (), (Output("e", restitution, "coefficient of restitution of each contact"),), "restitution"),
+        ]

@@ -1,0 +1,133 @@
+"""The record that the derivation hands on: every quantity a named assignment, in the order of the derivation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import sympy as sp
+
+from ..mechanism.links import Parameter
+from .names import State
+
+if TYPE_CHECKING:
+    from .impact import Contact
+
+
+@dataclass(frozen=True)
+class Assignment:
+    """``symbol = expression``."""
+
+    symbol: sp.Symbol
+    expression: sp.Expr
+
+
+@dataclass(frozen=True)
+class Block:
+    """Assignments that belong together, under the heading that a reader sees; ``remarks`` are equations only shown."""
+
+    title: str
+    assignments: tuple[Assignment, ...]
+    remarks: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Argument:
+    """A named array argument of a kernel: its symbols in order."""
+
+    name: str
+    symbols: tuple[sp.Symbol, ...]
+    meaning: str
+
+
+@dataclass(frozen=True)
+class Output:
+    """A named array that a kernel fills: one expression per entry, and the text that explains its shape and unit."""
+
+    name: str
+    entries: tuple[sp.Expr, ...]
+    meaning: str
+
+
+@dataclass(frozen=True)
+class Kernel:
+    """A function of the model: what it reads, what it fills, and pivots that must stay away from zero.
+
+    A guard ``(pivot, scale)`` holds while ``pivot > tolerance * scale``; where it fails the closure rows lose rank.
+    """
+
+    name: str
+    inputs: tuple[Argument, ...]
+    outputs: tuple[Output, ...]
+    purpose: str
+    guards: tuple[tuple[sp.Expr, sp.Expr], ...] = ()
+
+
+@dataclass(frozen=True)
+class Equations:
+    """All equations of a model. Checks that each name is defined once and before use, and each output is defined."""
+
+    parameters: tuple[Parameter, ...]
+    state: State
+    blocks: tuple[Block, ...]
+    kernels: tuple[Kernel, ...]
+    contacts: tuple[Contact, ...] = ()
+
+    def __post_init__(self) -> None:
+        known = {sp.Symbol(p.symbol) for p in self.parameters}
+        if len(known) != len(self.parameters):
+            raise ValueError("two parameters share a symbol")
+        for kernel in self.kernels:
+            for argument in kernel.inputs:
+                known.update(argument.symbols)
+        defined: set[sp.Symbol] = set()
+        for assignment in self.assignments():
+            if assignment.symbol in defined or assignment.symbol in known:
+                raise ValueError(f"{assignment.symbol} is defined twice")
+            unknown = assignment.expression.free_symbols - known - defined
+            if unknown:
+                raise ValueError(f"{assignment.symbol} uses undefined {', '.join(sorted(map(str, unknown)))}")
+            defined.add(assignment.symbol)
+        for kernel in self.kernels:
+            for output in kernel.outputs:
+                for entry in output.entries:
+                    unknown = entry.free_symbols - known - defined
+                    if unknown:
+                        raise ValueError(f"{kernel.name}: {output.name} uses undefined {sorted(map(str, unknown))}")
+
+    def assignments(self) -> tuple[Assignment, ...]:
+        return tuple(assignment for block in self.blocks for assignment in block.assignments)
+
+
+class Ledger:
+    """Collects assignments in order while the derivation runs; :meth:`let` names what is worth a name."""
+
+    def __init__(self) -> None:
+        self.blocks: list[Block] = []
+        self._open: list[Assignment] = []
+        self._remarks: list[str] = []
+        self._written: dict[str, sp.Expr] = {}
+
+    def let(self, name: str, expression: sp.Expr) -> sp.Expr:
+        """A symbol for ``expression``; numbers, symbols and negated symbols stand for themselves."""
+        if expression.is_Number or expression.is_Symbol or (-expression).is_Symbol:
+            return expression
+        symbol = sp.Symbol(name)
+        if self._written.setdefault(name, expression) != expression:
+            raise ValueError(f"{name} is defined twice")
+        if self._written[name] is expression:
+            self._open.append(Assignment(symbol, expression))
+        return symbol
+
+    def let_vector(self, name: str, vector: tuple[sp.Expr, sp.Expr]) -> tuple[sp.Expr, sp.Expr]:
+        return (self.let(f"{name}_x", vector[0]), self.let(f"{name}_y", vector[1]))
+
+    def remark(self, text: str) -> None:
+        """An equation for the reader that no kernel evaluates."""
+        self._remarks.append(text)
+
+    def close(self, title: str) -> None:
+        """End the current block under ``title``; an empty one is dropped."""
+        if self._open or self._remarks:
+            self.blocks.append(Block(title, tuple(self._open), tuple(self._remarks)))
+        self._open, self._remarks = [], []

@@ -1,0 +1,136 @@
+"""The quadratic form V_k that is handed from tips to root, and the elimination of variables from it (theory, section 4).
+
+V = ½ zᵀHz + zᵀl over accelerations and closure multipliers z. Flight and impact share H and differ in l.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import sympy as sp
+
+from .equations import Ledger
+from .names import Variable, gain_name, hessian_name, linear_name
+
+FLIGHT, IMPACT = False, True
+
+
+def sign(*variables: Variable) -> int:
+    """−1 where a multiplier takes part: B, g, C, d carry the sign that theory, eq. 7 gives them."""
+    return -1 if any(v.kind == "lambda" for v in variables) else 1
+
+
+@dataclass
+class Form:
+    """Coefficients of V over ``variables``; absent entries are zero. ``linear[impact][v]``."""
+
+    variables: list[Variable]
+    hessian: dict[tuple[Variable, Variable], sp.Expr] = field(default_factory=dict)
+    linear: dict[bool, dict[Variable, sp.Expr]] = field(default_factory=lambda: {FLIGHT: {}, IMPACT: {}})
+
+    def h(self, v: Variable, w: Variable) -> sp.Expr:
+        return self.hessian.get((v, w) if v <= w else (w, v), sp.S.Zero)
+
+    def add_h(self, v: Variable, w: Variable, value: sp.Expr) -> None:
+        key = (v, w) if v <= w else (w, v)
+        self.hessian[key] = self.hessian.get(key, sp.S.Zero) + value
+
+    def l(self, impact: bool, v: Variable) -> sp.Expr:  # noqa: E743 (the symbol of theory, eq. 8)
+        return self.linear[impact].get(v, sp.S.Zero)
+
+    def add_l(self, impact: bool, v: Variable, value: sp.Expr) -> None:
+        self.linear[impact][v] = self.l(impact, v) + value
+
+    def coupled(self, v: Variable) -> list[Variable]:
+        return [w for w in self.variables if w != v and self.h(v, w) != 0]
+
+
+@dataclass(frozen=True)
+class Solution:
+    """An eliminated block: v = −(gains · remaining variables + constant), kept for the sweep outwards."""
+
+    link: int
+    variables: tuple[Variable, ...]
+    gains: dict[tuple[Variable, Variable], sp.Expr]
+    constant: dict[tuple[bool, Variable], sp.Expr]
+    guard: tuple[sp.Expr, sp.Expr] | None = None
+
+
+class Eliminator:
+    """Eliminates variables from one link's form, naming what arises."""
+
+    def __init__(self, link: int, form: Form, ledger: Ledger) -> None:
+        self.link, self.form, self.ledger = link, form, ledger
+
+    def name_entries(self, only: tuple[Variable, ...] | None = None) -> None:
+        """Give every entry (or every entry that touches ``only``) its name."""
+        form = self.form
+        for key in sorted(form.hessian):
+            if only is None or key[0] in only or key[1] in only:
+                factor = sign(*key)
+                form.hessian[key] = factor * self.ledger.let(
+                    hessian_name(self.link, *key), factor * form.hessian[key]
+                )
+        for impact in (FLIGHT, IMPACT):
+            for v in sorted(form.linear[impact]):
+                if only is None or v in only:
+                    factor = sign(v)
+                    form.linear[impact][v] = factor * self.ledger.let(
+                        linear_name(self.link, v, impact), factor * form.linear[impact][v]
+                    )
+
+    def eliminate(self, block: tuple[Variable, ...]) -> Solution:
+        """Make V stationary in the one or two variables of ``block`` and substitute (theory, eq. 9 and 10)."""
+        self.name_entries(only=block)
+        inverse, guard = self._inverse(block)
+        rest = [v for v in self.form.variables if v not in block]
+        touched = [v for v in rest if any(self.form.h(e, v) != 0 for e in block)]
+        gains, constant = {}, {}
+        for v in touched:
+            for row, e in enumerate(block):
+                value = sp.Add(*(inverse[row][column] * self.form.h(other, v) for column, other in enumerate(block)))
+                factor = sign(v) * sign(e) if e.kind != "lambda" else 1
+                gains[e, v] = factor * self.ledger.let(gain_name(self.link, e, v), factor * value)
+        for impact in (FLIGHT, IMPACT):
+            for row, e in enumerate(block):
+                value = sp.Add(*(inverse[row][column] * self.form.l(impact, o) for column, o in enumerate(block)))
+                constant[impact, e] = self.ledger.let(gain_name(self.link, e, None, impact), value)
+        self._substitute(block, touched, gains, constant)
+        return Solution(self.link, block, gains, constant, guard)
+
+    def _substitute(
+        self,
+        block: tuple[Variable, ...],
+        touched: list[Variable],
+        gains: dict[tuple[Variable, Variable], sp.Expr],
+        constant: dict[tuple[bool, Variable], sp.Expr],
+    ) -> None:
+        """H_vw −= H_ve H_ee⁻¹ H_ew and l_v −= H_ve H_ee⁻¹ l_e."""
+        form = self.form
+        for i, v in enumerate(touched):
+            for w in touched[i:]:
+                form.add_h(v, w, -sp.Add(*(form.h(e, v) * gains[e, w] for e in block)))
+            for impact in (FLIGHT, IMPACT):
+                form.add_l(impact, v, -sp.Add(*(form.h(e, v) * constant[impact, e] for e in block)))
+        form.variables = [v for v in form.variables if v not in block]
+        form.hessian = {key: x for key, x in form.hessian.items() if not set(key) & set(block) and x != 0}
+        form.linear = {i: {v: x for v, x in part.items() if v not in block and x != 0} for i, part in form.linear.items()}
+
+    def _inverse(
+        self, block: tuple[Variable, ...]
+    ) -> tuple[list[list[sp.Expr]], tuple[sp.Expr, sp.Expr] | None]:
+        """H_ee⁻¹: a reciprocal, or the adjugate over the determinant of a 2 × 2 block."""
+        h, let = self.form.h, self.ledger.let
+        if len(block) == 1:
+            return [[let(f"i{hessian_name(self.link, block[0], block[0])}", 1 / h(block[0], block[0]))]], None
+        e, f = block
+        factor = sign(e, f)
+        xx, xy, yy = factor * h(e, e), factor * h(e, f), factor * h(f, f)
+        kind, label = hessian_name(self.link, e, f).rsplit("_", 1)[0].split("_", 1)
+        determinant = let(f"det{kind}_{label}", xx * yy - xy**2)
+        reciprocal = let(f"idet{kind}_{label}", 1 / determinant)
+        i_xx = let(f"i{kind}_{label}_xx", yy * reciprocal)
+        i_xy = let(f"i{kind}_{label}_xy", xy * reciprocal)
+        i_yy = let(f"i{kind}_{label}_yy", xx * reciprocal)
+        guard = (determinant, xx * yy) if e.kind == "lambda" else None
+        return [[factor * i_xx, -factor * i_xy], [-factor * i_xy, factor * i_yy]], guard

@@ -1,0 +1,158 @@
+"""Kinematics of the virtual open chain: arms, their centripetal parts, and where points are (theory, section 2)."""
+
+from __future__ import annotations
+
+import sympy as sp
+
+from ..mechanism.joints import PointRef
+from ..mechanism.links import GROUND, Parameter, Point
+from ..mechanism.mechanism import Mechanism
+from ..mechanism.topology import Topology
+from .equations import Ledger
+from .names import State
+
+Vector = tuple[sp.Expr, sp.Expr]
+ZERO: Vector = (sp.S.Zero, sp.S.Zero)
+
+
+def perp(v: Vector) -> Vector:
+    """The vector turned by a right angle, counter-clockwise: r⊥ = (−r_y, r_x)."""
+    return (-v[1], v[0])
+
+
+def dot(v: Vector, w: Vector) -> sp.Expr:
+    return v[0] * w[0] + v[1] * w[1]
+
+
+def add(*vectors: Vector) -> Vector:
+    return (sp.Add(*(v[0] for v in vectors)), sp.Add(*(v[1] for v in vectors)))
+
+
+def scale(factor: sp.Expr, v: Vector) -> Vector:
+    return (factor * v[0], factor * v[1])
+
+
+def symbol(parameter: Parameter | None) -> sp.Expr:
+    """The parameter's symbol, or zero for a structural zero."""
+    return sp.Symbol(parameter.symbol) if parameter else sp.S.Zero
+
+
+def local(point: Point) -> Vector:
+    """Coordinates of a point in its link's frame."""
+    return (symbol(point.x), symbol(point.y))
+
+
+class Kinematics:
+    """Named kinematic quantities of every link; building it writes one block per link into the ledger.
+
+    ``r[link, joint]`` is the arm from a link's inboard point to the joint, in fixed axes (eq. 2), ``cr`` the same times
+    ω² (eq. 4); ``centre`` is the centre of mass in link axes and ``mu`` the first moment of mass in fixed axes, both from
+    the inboard point.
+    """
+
+    def __init__(self, mechanism: Mechanism, topology: Topology, state: State, ledger: Ledger) -> None:
+        self.mechanism, self.topology, self.state, self.ledger = mechanism, topology, state, ledger
+        self.r: dict[tuple[int, int], Vector] = {}
+        self.cr: dict[tuple[int, int], Vector] = {}
+        self.mass: dict[int, sp.Expr] = {}
+        self.centre: dict[int, Vector] = {}
+        self.mu: dict[int, Vector] = {}
+        self.inboard: dict[int, Vector] = {GROUND: ZERO}
+        self.squared_rate: dict[int, sp.Expr] = {}
+        for branch in topology.branches:
+            self.inboard[branch.link] = local(mechanism.links[branch.link].points[branch.inboard])
+        if topology.floating:
+            self.inboard[topology.root] = ZERO
+        for link in range(len(mechanism.links)):
+            self._write(link)
+        self._write_ground()
+
+    def joints_of(self, link: int) -> tuple[tuple[int, str], ...]:
+        """Joints that the link carries outboard of its inboard point (cut joints too), each with its point."""
+        ends = [(branch.joint, branch.attach) for branch in self.topology.outboard(link)]
+        for cut in self.topology.cuts:
+            ends += [(cut.joint, side.point) for side in (cut.first, cut.second) if side.link == link]
+        return tuple(sorted(ends))
+
+    def _write(self, link: int) -> None:
+        """Sine and cosine of the link's angle, its arms, and its first moment of mass."""
+        let, body = self.ledger.let, self.mechanism.links[link]
+        angle, rate = self.state.angle(link), self.state.rate(link)
+        let(f"c_{link}", sp.cos(angle))
+        let(f"s_{link}", sp.sin(angle))
+        self.squared_rate[link] = let(f"w2_{link}", rate**2)
+        self.mass[link] = symbol(body.mass)
+        for joint, point in self.joints_of(link):
+            self.r[link, joint] = self.arm(link, body.points[point], str(joint))
+            self.cr[link, joint] = self.ledger.let_vector(
+                f"cr_{link}_{joint}", scale(self.squared_rate[link], self.r[link, joint])
+            )
+        self.centre[link] = xi, eta = self.offset(link, body.com, "c")
+        moment = (let(f"mx_{link}", self.mass[link] * xi), let(f"my_{link}", self.mass[link] * eta))
+        self.mu[link] = self.ledger.let_vector(f"mu_{link}", self.turn(link, moment))
+        self.ledger.close(f"kinematics of {self.title(link)}")
+
+    def _write_ground(self) -> None:
+        for joint, point in self.joints_of(GROUND) if not self.topology.floating else ():
+            self.r[GROUND, joint] = local(self.mechanism.ground_points[point])
+            self.cr[GROUND, joint] = ZERO
+
+    def title(self, link: int) -> str:
+        """The link's number and name."""
+        name = self.mechanism.link_name(link)
+        return "ground" if link == GROUND else f"link {link} ({name})"
+
+    def offset(self, link: int, point: Point, name: str) -> Vector:
+        """A point's place in the link's frame, measured from the inboard point: ρ of eq. 1."""
+        there, here = local(point), self.inboard[link]
+        return self.ledger.let_vector(f"rho_{link}_{name}", (there[0] - here[0], there[1] - here[1]))
+
+    def turn(self, link: int, v: Vector) -> Vector:
+        """Link axes to fixed axes (eq. 2)."""
+        c, s = sp.Symbol(f"c_{link}"), sp.Symbol(f"s_{link}")
+        return (c * v[0] - s * v[1], s * v[0] + c * v[1])
+
+    def arm(self, link: int, point: Point, name: str) -> Vector:
+        """The named arm r from the inboard point to ``point``, in fixed axes."""
+        return self.ledger.let_vector(f"r_{link}_{name}", self.turn(link, self.offset(link, point, name)))
+
+    def arm_to(self, ref: PointRef) -> Vector:
+        """The arm to a named point: that of a joint which sits there, or an arm of its own."""
+        if ref.link == GROUND:
+            return local(self.mechanism.ground_points[ref.point])
+        for joint, point in self.joints_of(ref.link):
+            if point == ref.point:
+                return self.r[ref.link, joint]
+        if self.is_inboard(ref):
+            return ZERO
+        return self.arm(ref.link, self.mechanism.links[ref.link].points[ref.point], ref.point)
+
+    def is_inboard(self, ref: PointRef) -> bool:
+        if ref.link == self.topology.root:
+            return local(self.mechanism.links[ref.link].points[ref.point]) == ZERO
+        return self.topology.branch(ref.link).inboard == ref.point
+
+    def write_positions(self) -> dict[int, Vector]:
+        """Positions of the inboard points, outwards from the root (eq. 3)."""
+        place = {self.topology.root: self._root_vector(self.state.q)}
+        for branch in self.topology.branches:
+            arm = self.r[branch.parent, branch.joint]
+            place[branch.link] = self.ledger.let_vector(f"P_{branch.link}", add(place[branch.parent], arm))
+        self.ledger.close("positions of the inboard points")
+        return place
+
+    def write_velocities(self) -> dict[int, Vector]:
+        """Velocities of the inboard points, outwards from the root (eq. 3 differentiated)."""
+        velocity = {self.topology.root: self._root_vector(self.state.u)}
+        for branch in self.topology.branches:
+            swing = ZERO if branch.parent == GROUND else self.swing(branch.parent, self.r[branch.parent, branch.joint])
+            velocity[branch.link] = self.ledger.let_vector(f"v_{branch.link}", add(velocity[branch.parent], swing))
+        self.ledger.close("velocities of the inboard points")
+        return velocity
+
+    def swing(self, link: int, arm: Vector) -> Vector:
+        """Velocity of an arm's end against its root: ω r⊥."""
+        return scale(self.state.rate(link), perp(arm))
+
+    def _root_vector(self, symbols: tuple[sp.Symbol, ...]) -> Vector:
+        return (symbols[0], symbols[1]) if self.topology.floating else ZERO

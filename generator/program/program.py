@@ -1,0 +1,193 @@
+"""The program of a model: for every kernel just the assignments it needs, in the order of the derivation.
+
+What depends on parameters alone is computed once per parameter set, in the program's constants.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import sympy as sp
+
+from ..derive.equations import Assignment, Equations, Kernel
+from ..mechanism.links import Parameter
+
+
+@dataclass(frozen=True)
+class Section:
+    """Assignments under one heading."""
+
+    title: str
+    assignments: tuple[Assignment, ...]
+
+
+@dataclass(frozen=True)
+class Counts:
+    """Operations of a kernel: sums and differences, products, quotients (with square roots), angles (one sine and cosine)."""
+
+    sums: int
+    products: int
+    quotients: int
+    angles: int
+
+    @property
+    def total(self) -> int:
+        """Operations besides the sines and cosines."""
+        return self.sums + self.products + self.quotients
+
+    def __str__(self) -> str:
+        return (
+            f"{self.total} operations ({self.sums} sums, {self.products} products, {self.quotients} quotients)"
+            f" and {self.angles} sines with their cosines"
+        )
+
+
+@dataclass(frozen=True)
+class Function:
+    """One kernel, ready to be written out. Checks that every name is defined before use and every output assigned."""
+
+    kernel: Kernel
+    sections: tuple[Section, ...]
+    constants: tuple[sp.Symbol, ...]
+
+    def __post_init__(self) -> None:
+        known = set(self.constants)
+        for argument in self.kernel.inputs:
+            known.update(argument.symbols)
+        for assignment in self.assignments():
+            missing = assignment.expression.free_symbols - known
+            if missing:
+                raise ValueError(f"{self.kernel.name}: {assignment.symbol} uses undefined {sorted(map(str, missing))}")
+            known.add(assignment.symbol)
+        for output in self.kernel.outputs:
+            for entry in output.entries:
+                if not entry.free_symbols <= known:
+                    raise ValueError(f"{self.kernel.name}: an entry of {output.name} is not defined")
+
+    def assignments(self) -> tuple[Assignment, ...]:
+        return tuple(a for section in self.sections for a in section.assignments)
+
+    def inputs_used(self) -> tuple[tuple[str, int, sp.Symbol], ...]:
+        """Inputs that the kernel reads: argument name, index, symbol."""
+        used = self._used()
+        return tuple(
+            (argument.name, index, s)
+            for argument in self.kernel.inputs
+            for index, s in enumerate(argument.symbols)
+            if s in used
+        )
+
+    def _used(self) -> set[sp.Symbol]:
+        used = {s for output in self.kernel.outputs for entry in output.entries for s in entry.free_symbols}
+        return used.union(*(a.expression.free_symbols for a in self.assignments()))
+
+    def counts(self) -> Counts:
+        """Operations of one evaluation."""
+        expressions = [a.expression for a in self.assignments()]
+        expressions += [entry for output in self.kernel.outputs for entry in output.entries]
+        return count(expressions)
+
+
+@dataclass(frozen=True)
+class Program:
+    """Parameters, constants derived from them, and one function per kernel."""
+
+    parameters: tuple[Parameter, ...]
+    constants: tuple[Assignment, ...]
+    functions: tuple[Function, ...]
+
+    def __post_init__(self) -> None:
+        known = {sp.Symbol(p.symbol) for p in self.parameters}
+        for assignment in self.constants:
+            if not assignment.expression.free_symbols <= known:
+                raise ValueError(f"constant {assignment.symbol} is not made from parameters")
+            known.add(assignment.symbol)
+
+    def function(self, name: str) -> Function:
+        """The kernel's function (``KeyError`` when the model has none of that name)."""
+        for function in self.functions:
+            if function.kernel.name == name:
+                return function
+        raise KeyError(name)
+
+
+def lower(equations: Equations) -> Program:
+    """Slice the equations into one function per kernel."""
+    constant = {sp.Symbol(p.symbol) for p in equations.parameters}
+    definitions: dict[sp.Symbol, Assignment] = {}
+    constants: list[Assignment] = []
+    for assignment in equations.assignments():
+        if assignment.expression.free_symbols <= constant:
+            constant.add(assignment.symbol)
+            constants.append(assignment)
+        definitions[assignment.symbol] = assignment
+    needed_constants: set[sp.Symbol] = set()
+    functions = []
+    for kernel in equations.kernels:
+        roots = [entry for output in kernel.outputs for entry in output.entries]
+        roots += [entry for guard in kernel.guards for entry in guard]
+        needed = _needed(roots, definitions)
+        used = {s for s in needed if s in constant}
+        sections = []
+        for block in equations.blocks:
+            kept = tuple(a for a in block.assignments if a.symbol in needed and a.symbol not in constant)
+            if kept:
+                sections.append(Section(block.title, kept))
+        direct = {s for a in sections for b in a.assignments for s in b.expression.free_symbols}
+        direct |= {s for entry in roots for s in entry.free_symbols}
+        ordered = [sp.Symbol(p.symbol) for p in equations.parameters] + [a.symbol for a in constants]
+        functions.append(Function(kernel, tuple(sections), tuple(s for s in ordered if s in direct & used)))
+        needed_constants |= used
+    kept_constants = tuple(a for a in constants if a.symbol in needed_constants)
+    return Program(equations.parameters, kept_constants, tuple(functions))
+
+
+def _needed(roots: Iterable[sp.Expr], definitions: dict[sp.Symbol, Assignment]) -> set[sp.Symbol]:
+    """Every symbol that the roots depend on."""
+    found: set[sp.Symbol] = set()
+    waiting = [s for entry in roots for s in entry.free_symbols]
+    while waiting:
+        s = waiting.pop()
+        if s not in found:
+            found.add(s)
+            if s in definitions:
+                waiting.extend(definitions[s].expression.free_symbols)
+    return found
+
+
+def count(expressions: Iterable[sp.Expr]) -> Counts:
+    """Operations as they are written out: a sign costs nothing, an integer power its products."""
+    tally: Counter[str] = Counter()
+    for expression in expressions:
+        _count(expression, tally)
+    return Counts(tally["sum"], tally["product"], tally["quotient"], tally["sin"])
+
+
+def _count(e: sp.Expr, tally: Counter[str]) -> None:
+    if e.is_Add:
+        tally["sum"] += len(e.args) - 1
+    elif e.is_Mul:
+        factors = [a for a in e.args if a not in (1, -1)]
+        divisors = [a for a in factors if a.is_Pow and a.exp.is_negative]
+        tally["product"] += len(factors) - 1 - len(divisors)
+        tally["quotient"] += len(divisors)
+        for a in divisors:
+            factors.remove(a)
+            _count(sp.Pow(a.base, -a.exp), tally)
+        for a in factors:
+            _count(a, tally)
+        return
+    elif e.is_Pow:
+        if e.exp.is_Integer:
+            tally["product"] += abs(int(e.exp)) - 1
+            tally["quotient"] += int(bool(e.exp.is_negative))
+        else:
+            tally["quotient"] += 1 + int(bool(e.exp.is_negative))
+        _count(e.base, tally)
+        return
+    elif e.func is sp.sin:
+        tally["sin"] += 1
+    for a in e.args:
+        _count(a, tally)
