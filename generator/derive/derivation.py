@@ -22,9 +22,9 @@ from .closure import Closure
 from .equations import Argument, Equations, Kernel, Ledger, Output
 from .form import FLIGHT, IMPACT
 from .gibbs import Recursion
-from .impact import Contact, Gaps
+from .impact import Contacts, Gap
 from .kinematics import ZERO, Kinematics, Vector, add, dot, perp, scale, symbol
-from .names import A_X, A_Y, ALPHA, AXES, State, multiplier
+from .names import A_X, A_Y, ALPHA, AXES, State, multiplier, place
 
 Let = Callable[[str, sp.Expr], sp.Expr]
 
@@ -38,7 +38,7 @@ class Terms(Protocol):
         """Uniform acceleration field (m/s²)."""
         ...
 
-    def contacts(self, let: Let) -> tuple[Contact, ...]:
+    def gaps(self, let: Let) -> tuple[Gap, ...]:
         """Points that may touch, with their half-planes; ``let`` names what depends on parameters alone."""
         ...
 
@@ -63,7 +63,7 @@ class _Derivation:
 
     def equations(self) -> Equations:
         """Derive everything, kernel by kernel."""
-        kernels = [*self._dynamics(), *self._closure(), *self._motion(), *self._contact()]
+        kernels = [*self._dynamics(), self._reactions(), *self._closure(), *self._motion(), *self._contact()]
         parameters = [*self.mechanism.parameters(), *(p for effect in self.effects for p in effect.parameters())]
         return Equations(tuple(parameters), self.state, tuple(self.ledger.blocks), tuple(kernels), self.contacts)
 
@@ -103,13 +103,6 @@ class _Derivation:
                 "M du = A^T Lambda + f, A du = y",
                 guards,
             ),
-            Kernel(
-                "reactions",
-                (self.q, self.u),
-                (Output("reaction", self._reactions(recursion), "per joint: force x, y and moment on the outboard link"),),
-                "forces in the joints",
-                guards,
-            ),
         ]
 
     def _base(self, recursion: Recursion, impact: bool) -> list[sp.Expr]:
@@ -119,26 +112,60 @@ class _Derivation:
         a = [recursion.value(impact, self.topology.root, v) for v in (A_X, A_Y)]
         return [x + (0 if impact else field) for x, field in zip(a, self.field, strict=True)]
 
-    def _reactions(self, recursion: Recursion) -> tuple[sp.Expr, ...]:
+    def _reactions(self) -> Kernel:
         """Force of each joint on its outboard link, from the tips inwards (eq. 18); a cut joint's is its multiplier."""
-        kinematics, felt = self.kinematics, {}
-        result: dict[int, Vector] = {}
+        u_dot = tuple(sp.Symbol(f"{u}_dot") for u in self.state.u)
+        rows = [(cut.joint, axis) for cut in self.topology.cuts for axis in AXES]
+        multipliers = {row: sp.Symbol(f"given_lambda_{row[0]}_{row[1]}") for row in rows}
+        result = {cut.joint: (multipliers[cut.joint, "x"], multipliers[cut.joint, "y"]) for cut in self.topology.cuts}
+        felt: dict[int, Vector] = {}
         for cut in self.topology.cuts:
-            force = tuple(recursion.value(FLIGHT, GROUND, multiplier(cut.joint, axis)) for axis in AXES)
-            result[cut.joint] = (force[0], force[1])
             for side, factor in ((cut.first, 1), (cut.second, -1)):
                 felt[side.link] = add(felt.get(side.link, ZERO), scale(sp.Integer(factor), result[cut.joint]))
+        inertia = self._inertia_forces(u_dot)
         for branch in reversed(self.topology.branches):
             k = branch.link
-            a = (recursion.value(FLIGHT, k, A_X), recursion.value(FLIGHT, k, A_Y))
-            alpha, mu = recursion.value(FLIGHT, k, ALPHA), kinematics.mu[k]
-            inertia = add(
-                scale(kinematics.mass[k], a), scale(alpha, perp(mu)), scale(-kinematics.squared_rate[k], mu)
-            )
-            result[branch.joint] = self.ledger.let_vector(f"R_{branch.joint}", add(inertia, felt.get(k, ZERO)))
-            felt[branch.parent] = add(felt.get(branch.parent, ZERO), result[branch.joint])
+            force = self.ledger.let_vector(f"R_{branch.joint}", add(inertia[k], felt.get(k, ZERO)))
+            result[branch.joint] = force
+            felt[branch.parent] = add(felt.get(branch.parent, ZERO), force)
         self.ledger.close("reactions, inwards")
-        return tuple(entry for joint in range(len(self.mechanism.joints)) for entry in (*result[joint], sp.S.Zero))
+        return Kernel(
+            "reactions",
+            (
+                self.q,
+                self.u,
+                Argument("u_dot", u_dot, "quasi-accelerations"),
+                Argument("lambda", tuple(multipliers.values()), "closure multipliers, N"),
+            ),
+            (
+                Output(
+                    "reaction",
+                    tuple(x for joint in range(len(self.mechanism.joints)) for x in (*result[joint], sp.S.Zero)),
+                    "per joint: force x, y (N) and moment (N m) on the outboard link",
+                ),
+            ),
+            "forces in the joints",
+        )
+
+    def _inertia_forces(self, u_dot: tuple[sp.Symbol, ...]) -> dict[int, Vector]:
+        """m a_c less the field's pull on each link, from given quasi-accelerations, outwards (eq. 4)."""
+        kinematics, topology = self.kinematics, self.topology
+        rate = dict(zip(self.state.u, u_dot, strict=True))
+        base = (u_dot[0], u_dot[1]) if topology.floating else ZERO
+        start = {topology.root: self.ledger.let_vector("aR_" + place(topology.root), add(base, scale(-sp.S.One, self.field)))}
+        result = {}
+        for branch in topology.branches:
+            a, k = start[branch.parent], branch.parent
+            if k != GROUND:
+                swing = scale(rate[self.state.rate(k)], perp(kinematics.r[k, branch.joint]))
+                a = add(a, swing, scale(-sp.S.One, kinematics.cr[k, branch.joint]))
+            start[branch.link] = self.ledger.let_vector(f"aR_{branch.link}", a)
+        for k, a in start.items():
+            if k != GROUND:
+                mu, alpha = kinematics.mu[k], rate[self.state.rate(k)]
+                result[k] = add(scale(kinematics.mass[k], a), scale(alpha, perp(mu)), scale(-kinematics.squared_rate[k], mu))
+        self.ledger.close("accelerations less the field, outwards")
+        return result
 
     def _closure(self) -> list[Kernel]:
         closure = Closure(self.kinematics)
@@ -231,11 +258,11 @@ class _Derivation:
         return kinetic, potential
 
     def _contact(self) -> list[Kernel]:
-        self.contacts = tuple(c for effect in self.effects for c in effect.contacts(self.ledger.let))
+        self.contacts = tuple(c for effect in self.effects for c in effect.gaps(self.ledger.let))
         self.ledger.close("grounds")
         if not self.contacts:
             return []
-        gaps = Gaps(self.kinematics, self.contacts, self.place, self.velocity)
+        gaps = Contacts(self.kinematics, self.contacts, self.place, self.velocity)
         pushes = tuple(sp.Symbol(f"N_{index}") for index in range(len(self.contacts)))
         impulses = Argument("P", pushes, "normal impulses of the contacts, N s")
         restitution = tuple(c.restitution for c in self.contacts)

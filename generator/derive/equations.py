@@ -11,7 +11,7 @@ from ..mechanism.links import Parameter
 from .names import State
 
 if TYPE_CHECKING:
-    from .impact import Contact
+    from .impact import Gap
 
 
 @dataclass(frozen=True)
@@ -24,11 +24,16 @@ class Assignment:
 
 @dataclass(frozen=True)
 class Block:
-    """Assignments that belong together, under the heading that a reader sees; ``remarks`` are equations only shown."""
+    """Assignments that belong together, under the heading that a reader sees.
+
+    ``gibbs`` is the Gibbs function of the link the block is about, ``stationary`` the equations ∂V/∂v = 0 that the block
+    solves, as (unknown v, ∂V/∂v). Both are for the reader; no kernel evaluates them.
+    """
 
     title: str
     assignments: tuple[Assignment, ...]
-    remarks: tuple[str, ...] = ()
+    gibbs: Assignment | None = None
+    stationary: tuple[Assignment, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -71,7 +76,7 @@ class Equations:
     state: State
     blocks: tuple[Block, ...]
     kernels: tuple[Kernel, ...]
-    contacts: tuple[Contact, ...] = ()
+    contacts: tuple[Gap, ...] = ()
 
     def __post_init__(self) -> None:
         known = {sp.Symbol(p.symbol) for p in self.parameters}
@@ -105,7 +110,8 @@ class Ledger:
     def __init__(self) -> None:
         self.blocks: list[Block] = []
         self._open: list[Assignment] = []
-        self._remarks: list[str] = []
+        self._gibbs: Assignment | None = None
+        self._stationary: list[Assignment] = []
         self._written: dict[str, sp.Expr] = {}
 
     def let(self, name: str, expression: sp.Expr) -> sp.Expr:
@@ -122,12 +128,16 @@ class Ledger:
     def let_vector(self, name: str, vector: tuple[sp.Expr, sp.Expr]) -> tuple[sp.Expr, sp.Expr]:
         return (self.let(f"{name}_x", vector[0]), self.let(f"{name}_y", vector[1]))
 
-    def remark(self, text: str) -> None:
-        """An equation for the reader that no kernel evaluates."""
-        self._remarks.append(text)
+    def show_gibbs_function(self, symbol: sp.Symbol, expression: sp.Expr) -> None:
+        """The Gibbs function of the link that the current block is about."""
+        self._gibbs = Assignment(symbol, expression)
+
+    def remark(self, unknown: sp.Symbol, equation: sp.Expr) -> None:
+        """An equation ``0 = equation`` that the current block solves for ``unknown``."""
+        self._stationary.append(Assignment(unknown, equation))
 
     def close(self, title: str) -> None:
         """End the current block under ``title``; an empty one is dropped."""
-        if self._open or self._remarks:
-            self.blocks.append(Block(title, tuple(self._open), tuple(self._remarks)))
-        self._open, self._remarks = [], []
+        if self._open:
+            self.blocks.append(Block(title, tuple(self._open), self._gibbs, tuple(self._stationary)))
+        self._open, self._gibbs, self._stationary = [], None, []

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import sympy as sp
 
 from .equations import Ledger
-from .names import Variable, gain_name, hessian_name, linear_name
+from .names import Variable, gain_name, hessian_name, linear_name, solution_name
 
 FLIGHT, IMPACT = False, True
 
@@ -82,6 +82,7 @@ class Eliminator:
     def eliminate(self, block: tuple[Variable, ...]) -> Solution:
         """Make V stationary in the one or two variables of ``block`` and substitute (theory, eq. 9 and 10)."""
         self.name_entries(only=block)
+        self._show(block)
         inverse, guard = self._inverse(block)
         rest = [v for v in self.form.variables if v not in block]
         touched = [v for v in rest if any(self.form.h(e, v) != 0 for e in block)]
@@ -97,6 +98,14 @@ class Eliminator:
                 constant[impact, e] = self.ledger.let(gain_name(self.link, e, None, impact), value)
         self._substitute(block, touched, gains, constant)
         return Solution(self.link, block, gains, constant, guard)
+
+    def _show(self, block: tuple[Variable, ...]) -> None:
+        """The equations that are being solved, in flight and in impact, for the reader of the listing."""
+        for impact in (FLIGHT, IMPACT):
+            for e in block:
+                unknowns = {v: sp.Symbol(solution_name(self.link, v, impact)) for v in self.form.variables}
+                terms = [self.form.h(e, v) * unknown for v, unknown in unknowns.items()]
+                self.ledger.remark(unknowns[e], sp.Add(*terms, self.form.l(impact, e)))
 
     def _substitute(
         self,

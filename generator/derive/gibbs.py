@@ -135,7 +135,7 @@ class Recursion:
     def _show_gibbs_function(self, link: int, here: dict[sp.Symbol, sp.Expr]) -> None:
         names = {s: sp.Symbol(f"{s.name[:-2]}_{link}{s.name[-2:]}") for s in (*A, *RC)}
         names |= here | {ALPHA_: sp.Symbol(f"alpha_{link}")}
-        self.ledger.remark(f"S_{link} = {gibbs_function().xreplace(names)}")
+        self.ledger.show_gibbs_function(sp.Symbol(f"S_{link}"), gibbs_function().xreplace(names))
 
     def _impulses(self, link: int) -> dict[Variable, sp.Symbol]:
         """Generalized impulses that work on the link's own variables."""

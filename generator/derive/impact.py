@@ -12,7 +12,7 @@ from .kinematics import ZERO, Kinematics, Vector, add, dot, perp, scale
 
 
 @dataclass(frozen=True)
-class Contact:
+class Gap:
     """A point that may touch a half-plane: gap = normal·x − offset (eq. 15), with a unit normal."""
 
     name: str
@@ -23,13 +23,13 @@ class Contact:
     restitution: sp.Expr
 
 
-class Gaps:
+class Contacts:
     """Gap functions of all contacts of a scene."""
 
     def __init__(
         self,
         kinematics: Kinematics,
-        contacts: tuple[Contact, ...],
+        contacts: tuple[Gap, ...],
         place: dict[int, Vector],
         velocity: dict[int, Vector],
     ) -> None:

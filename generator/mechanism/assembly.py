@@ -1,8 +1,8 @@
 """Where the links are: poses from link angles, and the angles and speeds that hold every loop closed.
 
 A point fixed in a link is a complex number z in the link's frame; turned by the link's angle θ it is z·exp(iθ). Every
-place in the mechanism is then a constant plus one complex *arm* per link times exp(iθ) of that link, and so is the gap of
-every joint that a spanning tree leaves open. Only NumPy is needed here.
+place in the mechanism is then a constant plus one complex *arm* per link times exp(iθ) of that link, and so is the gap
+of every joint that a spanning tree leaves open. Only NumPy is needed here.
 """
 
 from __future__ import annotations
@@ -25,6 +25,8 @@ CLOSED = 1e-14
 
 _ATTEMPTS = 8
 _STEPS = 200
+_STIFF = 1e12
+"""Multipliers as large as this mean that the closure cannot be reached from here."""
 
 
 class CannotClose(ValueError):
@@ -50,8 +52,8 @@ class Contradiction(ValueError):
 class Layout:
     """Places as functions of the link angles: ``base + arms @ exp(iθ)``, complex, in m.
 
-    ``base`` (nl,) and ``arms`` (nl, nl) give the origin of each link's frame, relative to the origin of the first link's
-    frame when the mechanism is ``floating``. ``gap_base`` (nc,) and ``gap_arms`` (nc, nl) give the gaps, second point
+    ``base`` (nl,) and ``arms`` (nl, nl) give the origin of each link's frame, relative to that of the first link when
+    the mechanism is ``floating``. ``gap_base`` (nc,) and ``gap_arms`` (nc, nl) give the gaps, second point
     minus first point, of the joints ``gaps`` that close loops. ``apart`` are links that no chain of joints connects.
     """
 
@@ -79,16 +81,17 @@ class Layout:
     def velocities(self, angles: Real, rates: Real, velocity: tuple[float, float]) -> Real:
         """Velocity of each frame's origin and its angular velocity, shape (nl, 3)."""
         moved = self.arms @ (1j * np.exp(1j * angles) * rates) + (complex(*velocity) if self.floating else 0.0)
-        return np.column_stack([moved.real, moved.imag, rates])
+        return np.column_stack([moved.real, moved.imag, rates]) + 0.0 + 0.0
 
     @property
     def reach(self) -> Real:
         """Length of all arms of each gap (m), shape (nc,)."""
-        return np.abs(self.gap_arms).sum(axis=1) + np.abs(self.gap_base)
+        total: Real = np.abs(self.gap_arms).sum(axis=1) + np.abs(self.gap_base)
+        return total
 
 
 def lay_out(mechanism: Mechanism) -> Layout:
-    """The mechanism's places, along a spanning tree grown from the ground, or from the first link if nothing is fixed."""
+    """The mechanism's places, along a spanning tree grown from the ground, or from the first link if none is fixed."""
     count = len(mechanism.links)
     held = any(joint.on_ground for joint in mechanism.joints)
     base: Complex = np.zeros(count, dtype=complex)
@@ -153,14 +156,14 @@ def rates(layout: Layout, angles: Real, given: Mapping[int, float], tolerance: f
 
     Raises ``Contradiction`` when those given pull a joint apart faster than ``tolerance`` (m/s) whatever the others do.
     """
-    found = np.zeros(len(angles))
+    found: Real = np.zeros(len(angles))
     held = np.array(sorted(given), dtype=int)
     found[held] = [given[link] for link in sorted(given)]
     if not layout.gaps:
         return found
     jacobian = layout.jacobian(angles)
     free = np.setdiff1d(np.arange(len(angles)), held)
-    found[free] = -np.linalg.lstsq(jacobian[:, free], jacobian @ found, rcond=1e-10)[0]
+    found[free] = -_smallest(jacobian[:, free], jacobian @ found)
     opening = jacobian @ found
     speeds = np.hypot(opening[0::2], opening[1::2])
     worst = int(np.argmax(speeds))
@@ -168,24 +171,27 @@ def rates(layout: Layout, angles: Real, given: Mapping[int, float], tolerance: f
         moving = [int(link) for link in held if np.abs(jacobian[:, link]).max() > 0.0]
         raise Contradiction(layout.gaps[worst], float(speeds[worst]), tuple(moving))
     if speeds[worst] > CLOSED * float(np.abs(found).max()) * float(layout.reach.max()):
-        found -= np.linalg.lstsq(jacobian, opening, rcond=1e-10)[0]
+        found -= _smallest(jacobian, opening)
     return found
 
 
 def _descend(layout: Layout, sketch: Real, start: Real) -> Real:
-    """Stationary point of ½|θ − sketch|² on the closed configurations, by damped Newton steps from ``start``.
+    """Stationary point of ½|θ - sketch|² on the closed configurations, by damped Newton steps from ``start``.
 
     The closure's second derivatives are diagonal, because each arm turns with one angle only; so is the Hessian of the
     Lagrangian, kept positive here so that every step goes down.
     """
-    angles, multipliers = start, np.zeros(2 * len(layout.gaps))
+    angles: Real = start
+    multipliers: Real = np.zeros(2 * len(layout.gaps))
     penalty = 1.0
     for _ in range(_STEPS):
         gap, jacobian, away = layout.closure(angles), layout.jacobian(angles), angles - sketch
         curvature = -_split(layout.gap_arms * np.exp(1j * angles)).T @ multipliers
         hessian = np.maximum(1.0 + curvature, 0.1)
         schur = (jacobian / hessian) @ jacobian.T
-        multipliers = np.linalg.lstsq(schur, gap - (jacobian / hessian) @ away, rcond=1e-12)[0]
+        multipliers = _smallest(schur, gap - (jacobian / hessian) @ away)
+        if np.linalg.norm(multipliers) > _STIFF:
+            break
         step = -(away + jacobian.T @ multipliers) / hessian
         penalty = max(penalty, 2.0 * float(np.linalg.norm(multipliers)))
         size = _line_search(layout, sketch, angles, step, penalty)
@@ -196,7 +202,7 @@ def _descend(layout: Layout, sketch: Real, start: Real) -> Real:
 
 
 def _line_search(layout: Layout, sketch: Real, angles: Real, step: Real, penalty: float) -> float:
-    """Largest halving of ``step`` that lowers distance plus penalised gap; steps that turn a link by over 1 rad are cut."""
+    """Largest halving of ``step`` that lowers distance plus penalised gap; no step turns a link by over 1 rad."""
 
     def merit(size: float) -> float:
         at = angles + size * step
@@ -210,15 +216,28 @@ def _line_search(layout: Layout, sketch: Real, angles: Real, step: Real, penalty
 
 
 def _polish(layout: Layout, angles: Real) -> Real:
-    """The best of a few smallest steps onto the closure, to rounding."""
-    best = angles
-    for _ in range(20):
-        step = np.linalg.lstsq(layout.jacobian(angles), layout.closure(angles), rcond=1e-12)[0]
-        angles = angles - step
-        if _misses(layout, angles).max() >= _misses(layout, best).max():
+    """The gaps made as small as they get from here, by smallest steps, damped where the full step does not help."""
+    damping = 0.0
+    for _ in range(_STEPS):
+        gap, jacobian = layout.closure(angles), layout.jacobian(angles)
+        if damping:
+            square = jacobian @ jacobian.T
+            step = jacobian.T @ np.linalg.solve(square + damping * np.eye(len(gap)), gap)
+        else:
+            step = _smallest(jacobian, gap)
+        if np.linalg.norm(layout.closure(angles - step)) < np.linalg.norm(gap):
+            angles = angles - step
+            damping = 0.1 * damping if damping > 1e-6 else 0.0
+        elif damping < 1e3 * float(layout.reach.max()) ** 2:
+            damping = max(10.0 * damping, 1e-6)
+        else:
             break
-        best = angles
-    return best
+    return angles
+
+
+def _smallest(matrix: Real, right: Real) -> Real:
+    """Least-squares solution of matrix·x = right; the smallest where there are many."""
+    return np.asarray(np.linalg.lstsq(matrix, right, rcond=1e-12)[0], dtype=np.float64)
 
 
 def _misses(layout: Layout, angles: Real) -> Real:

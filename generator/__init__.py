@@ -1,0 +1,20 @@
+"""From a scene to a compiled model: ``generate(load_scene("scene.toml"))``."""
+
+from .emit.cache import OutputError
+from .emit.compiler import CompileError
+from .pipeline import generate
+from .scene import Scene, SceneError, chain, load_scene, loop, pinned
+from .version import VERSION as __version__
+
+__all__ = [
+    "CompileError",
+    "OutputError",
+    "Scene",
+    "SceneError",
+    "__version__",
+    "chain",
+    "generate",
+    "load_scene",
+    "loop",
+    "pinned",
+]

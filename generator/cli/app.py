@@ -1,0 +1,80 @@
+"""Options and commands of ``ccgen``; each command is in the file of its name."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
+
+SceneFile = Annotated[Path, typer.Argument(metavar="SCENE", help="a scene file (TOML)")]
+
+
+@app.callback(invoke_without_command=True)
+def root(
+    context: typer.Context,
+    links: Annotated[int | None, typer.Option(metavar="N", help="a floating loop of N unit rods")] = None,
+    pinned: Annotated[bool, typer.Option("--pinned", help="with --links: both ends on the ground")] = False,
+    open_: Annotated[bool, typer.Option("--open", help="with --links: an open chain, free in the plane")] = False,
+    hinged: Annotated[bool, typer.Option("--hinged", help="with --open: the first end on the ground")] = False,
+    gravity: Annotated[bool, typer.Option("--gravity", help="with --links: add gravity, 9.81 m/s²")] = False,
+    scene: Annotated[Path | None, typer.Option(metavar="FILE", help="a scene file (TOML)")] = None,
+    out: Annotated[Path, typer.Option(metavar="DIR", help="folder for generated models")] = Path("build"),
+    version: Annotated[bool, typer.Option("--version", help="print the version and stop")] = False,
+) -> None:
+    """Planar mechanisms with closed chains as compiled equations of motion.
+
+    With --links or --scene: generate a model. Otherwise: one of the commands.
+    """
+    from .build import Standard, build, print_version
+
+    standard = Standard(links, pinned, open_, hinged, gravity)
+    if context.invoked_subcommand is not None:
+        standard.refuse(f"the command {context.invoked_subcommand}", scene)
+    elif version:
+        print_version()
+    elif links is None and scene is None and standard == Standard(None):
+        typer.echo(context.get_help(), err=True)
+        raise typer.Exit(2)
+    else:
+        build(standard, scene, out)
+
+
+@app.command()
+def run(
+    scene: SceneFile,
+    until: Annotated[float | None, typer.Option(metavar="T", help="end of the run in s")] = None,
+    rtol: Annotated[float | None, typer.Option(metavar="TOL", help="relative tolerance")] = None,
+    method: Annotated[str | None, typer.Option(metavar="NAME", help="integration method")] = None,
+    out: Annotated[Path | None, typer.Option(metavar="DIR", help="folder of results [results/<name>]")] = None,
+    gif: Annotated[bool, typer.Option("--gif", help="write an animation as GIF too")] = False,
+) -> None:
+    """Simulate a scene; print impacts and audit; write result, plot and player."""
+    from .run import run as work
+
+    work(scene, until, rtol, method, out, gif)
+
+
+@app.command()
+def show(
+    scene: SceneFile,
+    latex: Annotated[bool, typer.Option("--latex", help="as LaTeX")] = False,
+    expand: Annotated[bool, typer.Option("--expand", help="as the classical closed form, for few links")] = False,
+) -> None:
+    """Print a scene's equations, degrees of freedom, loops and operation counts."""
+    from .show import show as work
+
+    work(scene, latex, expand)
+
+
+@app.command()
+def diff(
+    old: Annotated[str, typer.Argument(metavar="OLD", help="a generated folder, an equations.txt or a scene")],
+    new: Annotated[str, typer.Argument(metavar="NEW", help="what to compare it with")],
+) -> None:
+    """Compare equations: as text, and by numbers at random states. Exit code 0: same, 1: different, 2: trouble."""
+    from .diff import diff as work
+
+    work(old, new)

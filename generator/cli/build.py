@@ -1,0 +1,66 @@
+"""``ccgen --links N`` and ``ccgen --scene FILE``: generate a model."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import typer
+
+from ..pipeline import generate
+from ..scene import Scene, SceneError, chain, loop, pinned
+from ..version import VERSION
+from .common import check_folder, fail, progress, read, tell_assembly, trouble
+
+
+@dataclass(frozen=True)
+class Standard:
+    """The options that describe a mechanism without a scene file."""
+
+    links: int | None
+    pinned: bool = False
+    open: bool = False
+    hinged: bool = False
+    gravity: bool = False
+
+    def given(self) -> list[str]:
+        """The options used."""
+        return [f"--{name}" for name, value in vars(self).items() if value is not None and value is not False]
+
+    def refuse(self, other: str, scene: Path | None = None) -> None:
+        """Stop with exit code 2 if an option stands beside ``other``, which needs none."""
+        given = self.given() + (["--scene"] if scene else [])
+        if given:
+            fail(f"{given[0]}: found beside {other}, expected one of them; leave out the other")
+
+    def scene(self) -> Scene:
+        """The mechanism meant, or exit code 2 and a sentence that names the option."""
+        if self.links is None:
+            fail(f"{self.given()[0]}: found without --links, expected a number of links; add --links N")
+        if self.open and self.pinned:
+            fail("--open: found beside --pinned, expected one of them; a chain is open or has both ends on the ground")
+        if self.hinged and not self.open:
+            fail("--hinged: found without --open, expected an open chain; add --open")
+        try:
+            if self.pinned:
+                return pinned(self.links, self.gravity)
+            return chain(self.links, self.hinged, self.gravity) if self.open else loop(self.links, self.gravity)
+        except SceneError as error:
+            fail("\n".join(f"--links {self.links}: {fault.message}" for fault in error.faults))
+
+
+def build(standard: Standard, scene_file: Path | None, out: Path) -> None:
+    """Generate the model into ``out`` and print the folder of its package."""
+    if scene_file is not None:
+        standard.refuse("--scene")
+    scene = standard.scene() if scene_file is None else read(scene_file)
+    check_folder(out, "--out")
+    tell_assembly(scene)
+    with trouble(), progress() as say:
+        folder = generate(scene, out, say)
+    typer.echo(str(folder))
+
+
+def print_version() -> None:
+    """Print the version of ccgen."""
+    typer.echo(f"ccgen {VERSION}")

@@ -1,0 +1,1 @@
+"""The derivation: kinematics, Gibbs function, recursion, closure, impact."""

@@ -1,0 +1,92 @@
+"""What an effect answers. An effect that a scene does not name is absent from everything that is generated."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from ..mechanism.joints import PointRef
+from ..mechanism.links import Parameter, Point
+from ..mechanism.mechanism import Mechanism
+from .table import Table
+
+if TYPE_CHECKING:
+    from ..derive.derivation import Let
+    from ..derive.impact import Gap
+    from ..derive.kinematics import Vector
+
+Contact = tuple[str, PointRef]
+"""A point that can touch something: its name in the scene (``joint_3``, ``link_0.A``) and where it sits."""
+
+Plane = tuple[str, Point, Point]
+"""A half-plane: its name, a point of its surface, its outward normal."""
+
+Place = Callable[[PointRef], tuple[float, float]]
+"""Where a point of the mechanism is at the start, x and y in m."""
+
+Complain = Callable[[tuple[str | int, ...], str], None]
+"""Notes a fault of an effect's own table: the key inside the table, and the sentence."""
+
+
+@dataclass(frozen=True)
+class Level:
+    """A plane from which heights are measured: a point on it (m) and its unit normal."""
+
+    point: tuple[float, float] = (0.0, 0.0)
+    normal: tuple[float, float] = (0.0, 1.0)
+
+    def height(self, x: float, y: float) -> float:
+        """Distance of (x, y) from the plane, along its normal (m)."""
+        return (x - self.point[0]) * self.normal[0] + (y - self.point[1]) * self.normal[1]
+
+
+class Effect:
+    """Something that acts on the mechanism. Records of effects are frozen dataclasses derived from this one."""
+
+    def parameters(self) -> tuple[Parameter, ...]:
+        """The effect's own parameters, each once."""
+        return ()
+
+    def field(self) -> Vector:
+        """Uniform acceleration field (m/s²) as expressions in the parameters' symbols."""
+        from ..derive.kinematics import ZERO
+
+        return ZERO
+
+    def gaps(self, let: Let) -> tuple[Gap, ...]:
+        """Points that may touch half-planes; ``let`` names what depends on parameters alone."""
+        return ()
+
+    def planes(self) -> tuple[Plane, ...]:
+        """Half-planes to be drawn: name, a point of the surface, outward normal."""
+        return ()
+
+    def level(self) -> Level | None:
+        """The plane from which a scene's ``height`` is measured, if the effect is one."""
+        return None
+
+    def check_start(self, place: Place) -> tuple[str, ...]:
+        """What is wrong with the start as far as this effect is concerned, one sentence each."""
+        return ()
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """What an effect may know of its scene: the mechanism, and the points that touch things unless told otherwise."""
+
+    mechanism: Mechanism
+    contacts: tuple[Contact, ...]
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A kind of effect: the key of its table, whether it is a ``[[key]]``, its schema, and how its record is made.
+
+    ``build(table, index, surroundings, complain)`` gives the record, or ``None`` after having complained.
+    """
+
+    key: str
+    many: bool
+    table: type[Table]
+    build: Callable[[Any, int, Surroundings, Complain], Effect | None]

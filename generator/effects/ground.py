@@ -1,0 +1,154 @@
+"""Ground: a half-plane that points of the mechanism cannot enter; they bounce off it without friction."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+from pydantic import Field
+
+from ..mechanism.joints import PointRef
+from ..mechanism.links import Parameter, Point
+from ..mechanism.mechanism import Mechanism
+from .effect import Complain, Contact, Effect, Entry, Level, Place, Plane, Surroundings
+from .table import Name, Pair, Table
+
+if TYPE_CHECKING:
+    from ..derive.derivation import Let
+    from ..derive.impact import Gap
+
+DEPTH = 1e-9
+"""A start deeper than this (m) is inside the ground; less is rounding."""
+
+
+class GroundTable(Table):
+    """One ``[[ground]]``."""
+
+    name: Name | None = Field(default=None, description="a name of letters, digits and _, beginning with a letter")
+    point: Pair = Field(default=[0.0, 0.0], description="a point of the surface, [x, y] in m")
+    normal: Pair = Field(default=[0.0, 1.0], description="the direction out of the ground, [x, y], not both zero")
+    restitution: float = Field(ge=0.0, le=1.0, description="Newton's coefficient of restitution, a number from 0 to 1")
+    contacts: list[str] | None = Field(
+        default=None, min_length=1, description='a list of points that touch it, such as ["joint_3", "link_0.A"]'
+    )
+
+
+@dataclass(frozen=True)
+class Ground(Effect):
+    """The half-plane ``normal·(x - point) < 0`` is inside; ``contacts`` are the points that it keeps out.
+
+    ``normal`` has length 1, ``point`` is in m, ``restitution`` is Newton's, between 0 and 1.
+    """
+
+    index: int
+    name: str
+    normal: Point
+    point: Point
+    restitution: Parameter
+    contacts: tuple[Contact, ...]
+
+    def __post_init__(self) -> None:
+        if abs(math.hypot(*self.normal.values()) - 1.0) > 1e-12:
+            raise ValueError(f"{self.name}.normal is {self.normal.values()}; it must have length 1")
+        if not 0.0 <= self.restitution.value <= 1.0:
+            raise ValueError(f"{self.restitution.path} is {self.restitution.value}; it must be from 0 to 1")
+
+    def parameters(self) -> tuple[Parameter, ...]:
+        return (*self.normal.parameters(), *self.point.parameters(), self.restitution)
+
+    def planes(self) -> tuple[Plane, ...]:
+        return ((self.name, self.point, self.normal),)
+
+    def gaps(self, let: Let) -> tuple[Gap, ...]:
+        """The unit normal and the offset of the plane, named once, and one gap per contact point."""
+        from ..derive.impact import Gap
+        from ..derive.kinematics import dot, local, symbol
+
+        given, at = local(self.normal), local(self.point)
+        length = let(f"length_n_{self.index}", dot(given, given) ** Fraction(1, 2))
+        normal = (let(f"nu_{self.index}_x", given[0] / length), let(f"nu_{self.index}_y", given[1] / length))
+        offset = let(f"offset_{self.index}", dot(normal, at))
+        e = symbol(self.restitution)
+        return tuple(Gap(name, ref, self.name, normal, offset, e) for name, ref in self.contacts)
+
+    def level(self) -> Level:
+        return Level(self.point.values(), self.normal.values())
+
+    def check_start(self, place: Place) -> tuple[str, ...]:
+        level = self.level()
+        depths = [(name, -level.height(*place(ref))) for name, ref in self.contacts]
+        return tuple(
+            f"the start has {name} inside {self.name} by {depth:.6g} m, expected at or above its surface; "
+            "raise the start or move the ground"
+            for name, depth in depths
+            if depth > DEPTH
+        )
+
+
+def build(table: GroundTable, index: int, surroundings: Surroundings, complain: Complain) -> Ground | None:
+    length = math.hypot(*table.normal)
+    if not length > 0.0 or not math.isfinite(length):
+        complain(("normal",), f"found {table.normal}, expected a direction, not both zero; write [0, 1] for a floor")
+    contacts = _contacts(table, surroundings, complain)
+    if contacts is None or not length > 0.0 or not math.isfinite(length):
+        return None
+    name = table.name or f"ground_{index}"
+    normal = (table.normal[0] / length, table.normal[1] / length)
+    return Ground(
+        index=index,
+        name=name,
+        normal=_point(f"{name}.normal", f"n_{index}", *normal),
+        point=_point(f"{name}.point", f"o_{index}", *table.point),
+        restitution=Parameter(f"{name}.restitution", f"e_{index}", table.restitution),
+        contacts=contacts,
+    )
+
+
+def _point(path: str, symbol: str, x: float, y: float) -> Point:
+    return Point(
+        Parameter(f"{path}.x", f"{symbol}_x", x) if x else None, Parameter(f"{path}.y", f"{symbol}_y", y) if y else None
+    )
+
+
+def _contacts(table: GroundTable, around: Surroundings, complain: Complain) -> tuple[Contact, ...] | None:
+    """The points that touch: those listed, or the usual ones. ``None`` after a complaint."""
+    if table.contacts is None:
+        if not around.contacts:
+            complain((), 'found no joint that could touch the ground; list the points, as contacts = ["body.tip"]')
+        return around.contacts or None
+    found = []
+    for index, name in enumerate(table.contacts):
+        ref, wrong = _find(name, around.mechanism)
+        if name in table.contacts[:index]:
+            wrong = "it is listed twice; remove one of them"
+        if ref is None or wrong:
+            complain(("contacts", index), f'found "{name}", expected a joint or link.point that moves; {wrong}')
+        else:
+            found.append((name, ref))
+    return tuple(found) if len(found) == len(table.contacts) else None
+
+
+def _find(name: str, mechanism: Mechanism) -> tuple[PointRef | None, str]:
+    """The point called ``name``, or what is wrong with the name."""
+    for joint in mechanism.joints:
+        if joint.name == name:
+            if joint.on_ground:
+                return None, f"{name} is fixed on the ground; leave it out"
+            return joint.first, ""
+    owner, dot, point = name.partition(".")
+    names = [link.name for link in mechanism.links]
+    if owner == "ground" and dot:
+        return None, "points of the ground do not move; leave it out"
+    if not dot:
+        return None, f"the joints are {', '.join(j.name for j in mechanism.joints) or 'none'}"
+    if owner not in names:
+        return None, f"the links are {', '.join(names)}"
+    ref = PointRef(names.index(owner), point)
+    if point not in mechanism.links[ref.link].points:
+        return None, f"{owner} has the points {', '.join(mechanism.links[ref.link].points)}"
+    return ref, ""
+
+
+ENTRY = Entry("ground", True, GroundTable, build)

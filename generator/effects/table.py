@@ -1,0 +1,21 @@
+"""What every table of a scene file has in common: strict types, no unknown keys, finite numbers."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import BaseModel, ConfigDict, Field
+
+NAME = r"^[A-Za-z][A-Za-z0-9_]*$"
+"""Names of links, points, joints and effects."""
+
+
+class Table(BaseModel):
+    """A table of a scene file. Each field's description says what is expected, for editors and for fault sentences."""
+
+    model_config = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False, frozen=True)
+
+
+Name = Annotated[str, Field(pattern=NAME)]
+Positive = Annotated[float, Field(gt=0.0)]
+Pair = Annotated[list[float], Field(min_length=2, max_length=2)]

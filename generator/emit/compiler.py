@@ -1,0 +1,115 @@
+"""Finds a C compiler and turns sources into the model's extension module."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import platform
+import shlex
+import shutil
+import subprocess
+import sys
+import sysconfig
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+OPTIMISE = ("-O2", "-march=native", "-fno-math-errno")
+LANGUAGE = ("-std=c11", "-fPIC")
+
+
+class CompileError(Exception):
+    """No compiler, or one that failed; the message says what was tried and what to do."""
+
+
+@dataclass(frozen=True)
+class Compiler:
+    """A command that compiles C, and what identifies it for the cache."""
+
+    command: tuple[str, ...]
+    version: str
+
+    def flags(self) -> tuple[str, ...]:
+        return (*LANGUAGE, *OPTIMISE)
+
+
+def find_compiler() -> Compiler:
+    """``$CC``, else ``cc``, ``gcc`` or ``clang`` on the path, else the compiler of the ``ziglang`` wheel.
+
+    Raises :class:`CompileError` when there is none.
+    """
+    asked = os.environ.get("CC")
+    if asked:
+        command = tuple(shlex.split(asked))
+        if not shutil.which(command[0]):
+            raise CompileError(f"the environment variable CC names {asked!r}, which is not a program on this machine")
+        return Compiler(command, _version(command))
+    for name in ("cc", "gcc", "clang"):
+        if path := shutil.which(name):
+            return Compiler((path,), _version((path,)))
+    if importlib.util.find_spec("ziglang"):
+        command = (sys.executable, "-m", "ziglang", "cc")
+        return Compiler(command, _version(command))
+    raise CompileError(
+        "no C compiler found: looked for $CC, cc, gcc, clang and the ziglang package; "
+        "install gcc or clang, or run: python -m pip install ziglang"
+    )
+
+
+def _version(command: tuple[str, ...]) -> str:
+    """First line of ``--version``, with the machine it compiles for (native code must not travel)."""
+    done = subprocess.run([*command, "--version"], capture_output=True, text=True, check=False)
+    line = done.stdout.splitlines()[0] if done.stdout else " ".join(command)
+    return f"{line}; {platform.machine()} {_processor()}"
+
+
+def _processor() -> str:
+    """What ``-march=native`` depends on, where the system tells."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+    except OSError:
+        return platform.processor()
+    wanted = ("model name", "flags", "Features", "CPU part")
+    found = {}
+    for line in lines:
+        key, _, value = line.partition(":")
+        if key.strip() in wanted:
+            found.setdefault(key.strip(), value.strip())
+    return " ".join(found.values())
+
+
+def extension_name() -> str:
+    """File name of the package's extension module."""
+    return f"_binding{sysconfig.get_config_var('EXT_SUFFIX')}"
+
+
+def cythonize(folder: Path) -> None:
+    """``_binding.pyx`` to C, in a process of its own so that it can run beside the derivation."""
+    _run((sys.executable, "-m", "cython", "-3", "--module-name", "_binding", "_binding.pyx"), folder, "Cython")
+
+
+def compile_model(compiler: Compiler, folder: Path) -> None:
+    """Compile ``_binding.c`` and ``model.c`` side by side and link them into the extension module."""
+    include = f"-I{sysconfig.get_path('include')}"
+    jobs = {"_binding.c": (*LANGUAGE, "-O1", include), "model.c": (*compiler.flags(), "-I.")}
+    with ThreadPoolExecutor() as pool:
+        done = [
+            pool.submit(_run, (*compiler.command, *flags, "-c", source), folder, "the C compiler")
+            for source, flags in jobs.items()
+        ]
+        for job in done:
+            job.result()
+    shared = ("-bundle", "-undefined", "dynamic_lookup") if sys.platform == "darwin" else ("-shared",)
+    _run((*compiler.command, *shared, "_binding.o", "model.o", "-lm", "-o", extension_name()), folder, "the linker")
+    for rest in ("_binding.o", "model.o"):
+        (folder / rest).unlink()
+
+
+def _run(command: tuple[str, ...], folder: Path, what: str) -> None:
+    try:
+        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    except OSError as error:
+        raise CompileError(f"{what} could not be started ({' '.join(command)}): {error.strerror}") from error
+    if done.returncode:
+        output = "\n".join((done.stdout + done.stderr).strip().splitlines()[-20:])
+        raise CompileError(f"{what} failed ({' '.join(command)}):\n{output}")

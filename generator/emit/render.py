@@ -1,0 +1,185 @@
+"""Program in, texts of the generated files out (all but the listing)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import cache
+
+import jinja2
+import sympy as sp
+
+from ..derive.equations import Kernel, Output
+from ..program.program import Function, Program
+from .expressions import C, write
+
+RANK_TOLERANCE = "1e-13"
+"""A pivot of the closure rows below this fraction of its scale has lost its digits: rows are dependent."""
+
+SIGNATURES: Mapping[str, tuple[str, ...]] = {
+    "acceleration": ("k", "q", "u", "t", "inputs"),
+}
+"""Kernels whose contract has more arguments than the kernel reads."""
+
+MEMBERS = {"points": "point_positions"}
+"""Kernels whose place in the contract has another name."""
+
+METHODS = (
+    "acceleration",
+    "multipliers",
+    "reactions",
+    "poses",
+    "velocities",
+    "point",
+    "state_from_poses",
+    "energy",
+    "closure",
+    "assemble",
+    "project",
+    "impact",
+)
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """Array sizes of the contract, in the order of ``struct ccgen_model``."""
+
+    nq: int
+    nu: int
+    rows: int
+    links: int
+    joints: int
+    points: int
+    contacts: int
+    parameters: int
+    constants: int
+    inputs: int
+
+
+@dataclass(frozen=True)
+class Banner:
+    """What every generated file says of its origin, and nothing else."""
+
+    name: str
+    package: str
+    version: str
+    hash: str
+
+
+@cache
+def _environment() -> jinja2.Environment:
+    return jinja2.Environment(
+        loader=jinja2.PackageLoader("ccgen.templates", "."),
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+
+
+def render_binding(banner: Banner) -> str:
+    """The Cython module that hands over the descriptor."""
+    return _environment().get_template("binding.pyx.j2").render(vars(banner))
+
+
+def render_package(banner: Banner) -> str:
+    """The package's ``__init__.py``."""
+    return _environment().get_template("package.py.j2").render(**vars(banner), methods=METHODS)
+
+
+def render_c(banner: Banner, program: Program, sizes: Sizes, root: int, index: Iterable[str]) -> str:
+    """The model in C11: one function per kernel and the descriptor."""
+    slots = {sp.Symbol(p.symbol): i for i, p in enumerate(program.parameters)}
+    slots |= {a.symbol: len(program.parameters) + i for i, a in enumerate(program.constants)}
+    functions = [_constants(program), *(_function(f, slots) for f in program.functions)]
+    members = [("derive_constants", "derive_constants")]
+    members += [(MEMBERS.get(f.kernel.name, f.kernel.name), f.kernel.name) for f in program.functions]
+    return (
+        _environment()
+        .get_template("model.c.j2")
+        .render(
+            **vars(banner),
+            functions=functions,
+            sizes=list(vars(sizes).items()),
+            members=members,
+            root=root,
+            floating=root >= 0,
+            index=list(index),
+        )
+    )
+
+
+def _constants(program: Program) -> dict[str, object]:
+    """The function that fills ``k``: the parameters, then what is derived from them."""
+    offset = len(program.parameters)
+    return {
+        "name": "derive_constants",
+        "purpose": "constants k from parameters p: the parameters themselves, then what is derived from them",
+        "counts": f"{len(program.parameters)} parameters, {len(program.constants)} derived constants",
+        "meanings": [f"k[{i}]: {p.path}" for i, p in enumerate(program.parameters)],
+        "signature": "const double *p, double *k",
+        "solves": False,
+        "loads": [(p.symbol, f"p[{i}]") for i, p in enumerate(program.parameters)],
+        "sections": [{"title": "derived", "assignments": [_text(a.symbol, a.expression) for a in program.constants]}]
+        if program.constants
+        else [],
+        "clears": [],
+        "outputs": [(f"k[{i}]", p.symbol) for i, p in enumerate(program.parameters)]
+        + [(f"k[{offset + i}]", a.symbol.name) for i, a in enumerate(program.constants)],
+        "unused": [],
+    }
+
+
+def _text(symbol: sp.Symbol, expression: sp.Expr) -> tuple[str, str]:
+    return (str(symbol.name), write(expression, C))
+
+
+def _function(function: Function, slots: Mapping[sp.Symbol, int]) -> dict[str, object]:
+    kernel = function.kernel
+    arguments = SIGNATURES.get(kernel.name) or ("k", *(a.name for a in kernel.inputs))
+    loads = [(s.name, f"k[{slots[s]}]") for s in function.constants]
+    loads += [(s.name, f"{name}[{i}]") for name, i, s in function.inputs_used()]
+    read = {text.split("[")[0] for _, text in loads}
+    filled = {output.name for output in kernel.outputs if output.entries}
+    return {
+        "name": kernel.name,
+        "purpose": kernel.purpose,
+        "counts": str(function.counts()),
+        "meanings": _meanings(kernel),
+        "signature": ", ".join(
+            [f"double {a}" if a == "t" else f"const double *{a}" for a in arguments]
+            + [f"double *{output.name}" for output in kernel.outputs]
+        ),
+        "solves": kernel.name in ("acceleration", "impulse"),
+        "loads": loads,
+        "sections": [
+            {"title": s.title, "assignments": [_text(a.symbol, a.expression) for a in s.assignments]}
+            for s in function.sections
+        ],
+        "clears": [(output.name, len(output.entries)) for output in kernel.outputs if _sparse(output)],
+        "outputs": _outputs(kernel),
+        "unused": [a for a in arguments if a not in read] + [o.name for o in kernel.outputs if o.name not in filled],
+        "lost_rank": " || ".join(
+            f"!({write(pivot, C)} > {RANK_TOLERANCE}*{write(scale, C)})" for pivot, scale in kernel.guards
+        )
+        or "0",
+    }
+
+
+def _meanings(kernel: Kernel) -> list[str]:
+    lines = [f"{a.name}[{len(a.symbols)}]: {a.meaning}" for a in kernel.inputs]
+    return lines + [f"{o.name}[{len(o.entries)}]: {o.meaning}" for o in kernel.outputs]
+
+
+def _sparse(output: Output) -> bool:
+    return sum(entry == 0 for entry in output.entries) > 8
+
+
+def _outputs(kernel: Kernel) -> list[tuple[str, str]]:
+    """Entry by entry; zeros of an array that was cleared are left out."""
+    return [
+        (f"{output.name}[{i}]", write(entry, C))
+        for output in kernel.outputs
+        for i, entry in enumerate(output.entries)
+        if entry != 0 or not _sparse(output)
+    ]

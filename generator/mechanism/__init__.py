@@ -1,0 +1,1 @@
+"""Links, joints, topology: the mechanism as a graph."""

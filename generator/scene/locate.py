@@ -1,0 +1,146 @@
+"""In which line of a TOML text each key stands; ``tomllib`` reads values but forgets their places.
+
+The text has already been read by ``tomllib``, so it is known to be valid and only its shape is followed here.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from bisect import bisect_right
+
+from .errors import Path
+
+_BLANK = re.compile(r"(?:[ \t]|\r?\n|#[^\n]*)*")
+_STRING = re.compile(
+    r'"""(?:[^\\]|\\.)*?"""(?:"{0,2})' r"|'''.*?'''(?:'{0,2})" r'|"(?:[^"\\\n]|\\.)*"' r"|'[^'\n]*'",
+    re.DOTALL,
+)
+_BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
+_BARE_VALUE = re.compile(r"[^,\]}\n#]*")
+
+
+def locate(text: str) -> dict[Path, int]:
+    """Line (from 1) of every table, key, array element and inline-table key of the TOML ``text``."""
+    return _Locator(text).run()
+
+
+class _Locator:
+    def __init__(self, text: str) -> None:
+        self._text = text
+        self._at = 0
+        self._ends = [match.start() for match in re.finditer("\n", text)]
+        self._count: dict[Path, int] = {}
+        self.lines: dict[Path, int] = {}
+
+    def run(self) -> dict[Path, int]:
+        table: Path = ()
+        self._blank()
+        while self._at < len(self._text):
+            if self._next("["):
+                table = self._header()
+            else:
+                self._pair(table)
+            self._blank()
+        return self.lines
+
+    def _header(self) -> Path:
+        """``[a.b]`` or ``[[a.b]]``: the path of the table that begins here."""
+        line = self._line()
+        many = self._text.startswith("[[", self._at)
+        self._at += 2 if many else 1
+        keys = self._keys()
+        self._at += 2 if many else 1
+        path: Path = ()
+        for depth, key in enumerate(keys):
+            path += (key,)
+            self.lines.setdefault(path, line)
+            if many and depth == len(keys) - 1:
+                self._count[path] = self._count.get(path, -1) + 1
+            if path in self._count:
+                path += (self._count[path],)
+        self.lines.setdefault(path, line)
+        return path
+
+    def _pair(self, table: Path) -> None:
+        """``a.b = value`` inside ``table``."""
+        line = self._line()
+        for key in self._keys():
+            table += (key,)
+            self.lines.setdefault(table, line)
+        self._at += 1  # =
+        self._blank()
+        self._value(table)
+
+    def _keys(self) -> list[str]:
+        """``a."b c".d``, leaving the position at what follows."""
+        keys: list[str] = []
+        while True:
+            self._blank()
+            quoted = _STRING.match(self._text, self._at)
+            match = quoted or _BARE_KEY.match(self._text, self._at)
+            if match is None:
+                return keys
+            self._at = match.end()
+            keys.append(_unquote(match.group()) if quoted else match.group())
+            self._blank()
+            if not self._next("."):
+                return keys
+            self._at += 1
+
+    def _value(self, path: Path) -> None:
+        self.lines.setdefault(path, self._line())
+        string = _STRING.match(self._text, self._at)
+        if string:
+            self._at = string.end()
+        elif self._next("["):
+            self._list(path)
+        elif self._next("{"):
+            self._inline_table(path)
+        else:
+            match = _BARE_VALUE.match(self._text, self._at)
+            self._at = match.end() if match else self._at + 1
+
+    def _list(self, path: Path) -> None:
+        self._at += 1
+        self._blank()
+        index = 0
+        while not self._next("]") and self._at < len(self._text):
+            self._value((*path, index))
+            index += 1
+            self._skip_comma()
+        self._at += 1
+
+    def _inline_table(self, path: Path) -> None:
+        self._at += 1
+        self._blank()
+        while not self._next("}") and self._at < len(self._text):
+            self._pair(path)
+            self._skip_comma()
+        self._at += 1
+
+    def _skip_comma(self) -> None:
+        self._blank()
+        if self._next(","):
+            self._at += 1
+        self._blank()
+
+    def _blank(self) -> None:
+        match = _BLANK.match(self._text, self._at)
+        self._at = match.end() if match else self._at
+
+    def _next(self, sign: str) -> bool:
+        return self._text.startswith(sign, self._at)
+
+    def _line(self) -> int:
+        return bisect_right(self._ends, self._at - 1) + 1
+
+
+def _unquote(text: str) -> str:
+    """A quoted key without its quotes; escapes are read as JSON does, which covers all but ``\\U``."""
+    if text.startswith("'"):
+        return text[1:-1]
+    try:
+        return str(json.loads(text))
+    except ValueError:
+        return text[1:-1]

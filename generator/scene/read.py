@@ -1,0 +1,198 @@
+"""Reading scenes: a TOML file, or a shorthand from a program or the command line, to a ``Scene``.
+
+Both go through :func:`read_tables`, which checks every table before it gives up, so that all faults come at once.
+"""
+
+from __future__ import annotations
+
+import keyword
+import re
+import tomllib
+from collections.abc import Mapping
+from os import PathLike
+from pathlib import Path as File
+from typing import Any, TypeVar
+
+from ..effects import REGISTRY
+from ..effects.effect import Effect, Entry, Surroundings
+from ..effects.table import Table
+from .bodies import Bodies, general
+from .check import check, show, unknown_key
+from .errors import Fault, Path, Report, SceneError
+from .locate import locate
+from .scene import RunSettings, Scene, Start
+from .schema import ChainTable, GroundLinkTable, JointTable, LinkTable, LoopTable, PinnedTable, RunTable, StartTable
+from .shorthand import shorthand
+from .start import begin, check_effects, lift, sketch
+
+SHORTHAND: dict[str, type[LoopTable] | type[ChainTable] | type[PinnedTable]] = {
+    "loop": LoopTable,
+    "chain": ChainTable,
+    "pinned": PinnedTable,
+}
+KEYS = ("name", *SHORTHAND, "link", "joint", "ground_link", "start", "run", *(entry.key for entry in REGISTRY))
+
+Tables = Mapping[str, Any]
+T = TypeVar("T", bound=Table)
+
+
+def load_scene(path: str | PathLike[str]) -> Scene:
+    """The scene in the TOML file ``path``. Raises ``SceneError`` with everything that is wrong with it."""
+    file = str(path)
+    try:
+        text = File(path).read_bytes().decode("utf-8-sig")
+        tables = tomllib.loads(text)
+    except OSError as error:
+        raise _unreadable(file, None, f"{error.strerror}; expected a scene file (TOML)") from error
+    except UnicodeDecodeError as error:
+        raise _unreadable(file, None, "found bytes that are not UTF-8, expected a text file (TOML)") from error
+    except tomllib.TOMLDecodeError as error:
+        line = re.search(r"at line (\d+)", str(error))
+        number = int(line[1]) if line else text.count("\n") + 1
+        raise _unreadable(file, number, f"found no valid TOML: {error}; correct the line") from error
+    return read_tables(tables, file, File(path).stem, locate(text))
+
+
+def loop(links: int, gravity: bool = False, **tables: Any) -> Scene:
+    """A floating loop of equal rods, 1 m and 1 kg each, as a regular polygon; ``gravity`` adds g = 9.81 m/s².
+
+    ``tables`` are those of a scene file, as in ``loop(6, start={"tilt": "10 deg"}, loop={"length": 0.7})``.
+    Raises ``SceneError`` as for a file.
+    """
+    return _standard("loop", {"links": links}, f"loop{links}", gravity, tables)
+
+
+def chain(links: int, hinged: bool = False, gravity: bool = False, **tables: Any) -> Scene:
+    """An open chain of equal rods along the x axis, free or with its first end on the ground; otherwise as ``loop``."""
+    own = {"links": links, "hinged": hinged}
+    return _standard("chain", own, f"{'hinged' if hinged else 'chain'}{links}", gravity, tables)
+
+
+def pinned(links: int, gravity: bool = False, **tables: Any) -> Scene:
+    """A chain of equal rods with both ends on the ground, hanging as a regular polygon; otherwise as ``loop``."""
+    return _standard("pinned", {"links": links}, f"pinned{links}", gravity, tables)
+
+
+def _standard(form: str, own: dict[str, Any], name: str, gravity: bool, tables: dict[str, Any]) -> Scene:
+    document: dict[str, Any] = {**tables, form: {**own, **tables.get(form, {})}}
+    if gravity:
+        document.setdefault("gravity", {"g": 9.81})
+    return read_tables(document, name, name)
+
+
+def read_tables(tables: Tables, file: str, name: str, lines: Mapping[Path, int] | None = None) -> Scene:
+    """The scene that ``tables`` describe: ``file`` and ``lines`` say where they stand, ``name`` is the default name.
+
+    Raises ``SceneError`` with all faults at once.
+    """
+    report = Report(file, lines)
+    for key in tables:
+        if key not in KEYS:
+            report.add((key,), unknown_key(key, KEYS))
+    name = _name(tables, name, report)
+    bodies = _bodies(tables, report)
+    found = _effect_tables(tables, report)
+    begun = _table(StartTable, tables, "start", report)
+    run = _table(RunTable, tables, "run", report)
+    effects = _effects(found, bodies, report) if bodies else []
+    start = _start(begun, bodies, effects, report) if bodies and begun else None
+    report.stop_if_any()
+    if bodies is None or start is None or run is None:
+        raise AssertionError("a scene without faults has all its parts")
+    settings = RunSettings(run.until, run.rtol, run.atol)
+    return Scene(name, bodies.mechanism, tuple(effect for _, effect in effects), start, settings)
+
+
+def _name(tables: Tables, default: str, report: Report) -> str:
+    name = tables.get("name", default)
+    fits = isinstance(name, str) and re.fullmatch(r"[A-Za-z][A-Za-z0-9_-]*", name)
+    if fits and not keyword.iskeyword(name.replace("-", "_")):
+        return str(name)
+    given = show(name) if "name" in tables else f"the file's name {show(name)}"
+    advice = "change it" if "name" in tables else "add a name at the top of the file"
+    report.add(("name",), f"found {given}, expected letters, digits, - and _, beginning with a letter; {advice}")
+    return "scene"
+
+
+def _table(model: type[T], tables: Tables, key: str, report: Report) -> T | None:
+    """The table ``key``, empty where it is missing."""
+    return check(model, tables.get(key, {}), (key,), report)
+
+
+def _tables(model: type[T], tables: Tables, key: str, report: Report) -> list[T | None]:
+    """The array of tables ``key``."""
+    raw = tables.get(key, [])
+    if not isinstance(raw, list):
+        report.add((key,), f"found {show(raw)}, expected an array of tables; write [[{key}]]")
+        return []
+    return [check(model, one, (key, index), report) for index, one in enumerate(raw)]
+
+
+def _bodies(tables: Tables, report: Report) -> Bodies | None:
+    """The mechanism in the one form that the scene uses, ``None`` after faults."""
+    forms = [key for key in (*SHORTHAND, "link") if key in tables]
+    for key in forms[1:]:
+        report.add((key,), f"found [{key}] beside [{forms[0]}], expected one description of the links; remove one")
+    if not forms:
+        message = "found no links, expected one of [loop], [chain], [pinned] or [[link]]; add one"
+        report.add((), message)
+    raw = tables.get("link", [])
+    links = _tables(LinkTable, tables, "link", report)
+    joints = _tables(JointTable, tables, "joint", report)
+    ground = _table(GroundLinkTable, tables, "ground_link", report) if "ground_link" in tables else None
+    for key in ("joint", "ground_link"):
+        if key in tables and "link" not in forms:
+            report.add((key,), "found without [[link]], expected only with it; remove it or describe the links")
+    rods = [(form, check(SHORTHAND[form], tables[form], (form,), report)) for form in forms if form != "link"]
+    built = [shorthand(form, table, report) for form, table in rods if table]
+    if len(forms) != 1:
+        return None
+    if forms == ["link"]:
+        if raw == []:
+            report.add(("link",), "found no links, expected at least one; add a [[link]]")
+        return general(tables, links, joints, ground, report) if links else None
+    return built[0] if built else None
+
+
+def _effect_tables(tables: Tables, report: Report) -> list[tuple[Entry, int, Path, Table]]:
+    """The tables of all effects that the scene names, in the order of the registry."""
+    found: list[tuple[Entry, int, Path, Table]] = []
+    for entry in REGISTRY:
+        if entry.key not in tables:
+            continue
+        if entry.many:
+            many = enumerate(_tables(entry.table, tables, entry.key, report))
+            found += [(entry, index, (entry.key, index), table) for index, table in many if table]
+        elif table := _table(entry.table, tables, entry.key, report):
+            found.append((entry, 0, (entry.key,), table))
+    return found
+
+
+def _effects(found: list[tuple[Entry, int, Path, Table]], bodies: Bodies, report: Report) -> list[tuple[Path, Effect]]:
+    """The records of the effects, with the keys at which their faults are reported."""
+    around = Surroundings(bodies.mechanism, bodies.contacts)
+    used = {link.name for link in bodies.mechanism.links} | {"ground"}
+    built: list[tuple[Path, Effect]] = []
+    for entry, index, path, table in found:
+        effect = entry.build(table, index, around, report.below(path))
+        name = getattr(effect, "name", None)
+        if name in used:
+            report.add((*path, "name"), f"found {show(name)} a second time, expected a new name; rename one of them")
+        elif effect is not None:
+            built.append((path, effect))
+        used |= {name} if name else set()
+    return built
+
+
+def _start(table: StartTable, bodies: Bodies, effects: list[tuple[Path, Effect]], report: Report) -> Start | None:
+    asked = sketch(table, bodies, report)
+    start = begin(asked, bodies, report) if asked else None
+    if start is None:
+        return None
+    start = lift(start, bodies, [effect for _, effect in effects])
+    check_effects(start, bodies, effects, report)
+    return start
+
+
+def _unreadable(file: str, line: int | None, message: str) -> SceneError:
+    return SceneError((Fault(file, line, "", message),))

@@ -1,0 +1,97 @@
+"""The record that a scene becomes: everything that decides a generated model, checked and consistent."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from ..effects.effect import Effect
+from ..mechanism.mechanism import Mechanism
+
+Triple = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Sketch:
+    """What a scene asks of the start, defaults filled in.
+
+    ``angles``: absolute angle of each link (rad), tilt included. ``rates``: angular velocity of each link (rad/s), or
+    ``None`` where it is left open. ``position`` (m) and ``velocity`` (m/s) of the first link's frame, ``height`` (m) of
+    the lowest joint instead of a position.
+    """
+
+    angles: tuple[float, ...]
+    rates: tuple[float | None, ...]
+    position: tuple[float, float] = (0.0, 0.0)
+    velocity: tuple[float, float] = (0.0, 0.0)
+    height: float | None = None
+
+
+@dataclass(frozen=True)
+class Start:
+    """A consistent start: every loop is closed and stays closed.
+
+    ``poses``: x, y (m) and angle (rad) of each link's frame; ``velocities``: their rates. ``assembled_by`` is the
+    largest change of an angle (rad) that closing the loops took, 0 when ``sketch`` was closed to 1e-9 m.
+    """
+
+    poses: tuple[Triple, ...]
+    velocities: tuple[Triple, ...]
+    assembled_by: float
+    sketch: Sketch
+
+
+@dataclass(frozen=True)
+class RunSettings:
+    """How long and how exactly a simulation runs unless told otherwise: s, and relative and absolute tolerance."""
+
+    until: float = 10.0
+    rtol: float = 1e-9
+    atol: float | None = None
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A mechanism, what acts on it, where it starts and how it is run.
+
+    ``name`` is as written (``falling-hexagon``), ``package`` the name of the generated package (``falling_hexagon``).
+    """
+
+    name: str
+    mechanism: Mechanism
+    effects: tuple[Effect, ...]
+    start: Start
+    run: RunSettings
+
+    @property
+    def package(self) -> str:
+        return self.name.replace("-", "_")
+
+    def canonical(self) -> str:
+        """Text that is the same for scenes that generate the same model, and only for those.
+
+        The start enters as it was asked for, because the digits of an assembled one depend on the machine.
+        """
+        parts = {
+            "name": self.name,
+            "mechanism": self.mechanism,
+            "effects": self.effects,
+            "start": self.start.sketch,
+            "run": self.run,
+        }
+        plain = {key: _plain(value) for key, value in parts.items()}
+        return json.dumps(plain, sort_keys=True, allow_nan=False, separators=(",", ":"))
+
+
+def _plain(value: object) -> object:
+    """Records as JSON values. Mappings keep their order, as pairs; minus zero is zero."""
+    if dataclasses.is_dataclass(value):
+        fields = {field.name: _plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
+        return {"record": type(value).__name__, **fields}
+    if isinstance(value, Mapping):
+        return [[key, _plain(item)] for key, item in value.items()]
+    if isinstance(value, tuple):
+        return [_plain(item) for item in value]
+    return value + 0.0 if isinstance(value, float) else value

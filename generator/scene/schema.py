@@ -1,0 +1,139 @@
+"""The tables of a scene file, except those of effects. Numbers are SI; angles are rad or text such as ``"10 deg"``."""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import Annotated, Any, Literal
+
+from pydantic import BeforeValidator, Discriminator, Field, Tag
+from pydantic_core import PydanticCustomError
+
+from ..effects.table import Name, Pair, Positive, Table
+
+TAGS = ("<number>", "<list>", "<table>")
+"""Marks that pydantic puts into the place of a fault to say which alternative of a value was meant."""
+
+_ANGLE = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(deg|rad)\s*")
+
+
+def read_angle(value: object) -> object:
+    """``"10 deg"`` or ``"0.2 rad"`` as radians; anything but text as it is."""
+    if not isinstance(value, str):
+        return value
+    match = _ANGLE.fullmatch(value)
+    if match is None:
+        raise PydanticCustomError("angle", "not an angle")
+    number = float(match[1])
+    return math.radians(number) if match[2] == "deg" else number
+
+
+def _number_or_list(value: Any) -> str:
+    return "<list>" if isinstance(value, list) else "<number>"
+
+
+def _list_or_table(value: Any) -> str:
+    return "<table>" if isinstance(value, dict) else "<list>"
+
+
+Angle = Annotated[float, BeforeValidator(read_angle)]
+PerLink = Annotated[
+    Annotated[Positive, Tag("<number>")] | Annotated[list[Positive], Tag("<list>")], Discriminator(_number_or_list)
+]
+Along = Annotated[Annotated[float, Tag("<number>")] | Annotated[Pair, Tag("<list>")], Discriminator(_number_or_list)]
+Coms = Annotated[
+    Annotated[float, Tag("<number>")] | Annotated[list[Along], Tag("<list>")], Discriminator(_number_or_list)
+]
+Angles = Annotated[
+    Annotated[list[Angle], Tag("<list>")] | Annotated[dict[str, Angle], Tag("<table>")], Discriminator(_list_or_table)
+]
+Rates = Annotated[
+    Annotated[list[float], Tag("<list>")] | Annotated[dict[str, float], Tag("<table>")], Discriminator(_list_or_table)
+]
+Points = dict[str, Pair]
+
+
+class Rods(Table):
+    """What ``[loop]``, ``[chain]`` and ``[pinned]`` share: links in a row, link k from joint k to joint k+1."""
+
+    links: int = Field(ge=1, description="the number of links, a positive whole number")
+    length: PerLink = Field(default=1.0, description="a length in m, a positive number or a list with one per link")
+    mass: PerLink = Field(default=1.0, description="a mass in kg, a positive number or a list with one per link")
+    inertia: PerLink | None = Field(
+        default=None,
+        description="an inertia about the centre of mass in kg m², a positive number or a list with one per link",
+    )
+    com: Coms | None = Field(
+        default=None,
+        description="the centre of mass in m: a distance along the link, [x, y], or a list with one of these per link",
+    )
+
+
+class LoopTable(Rods):
+    """``[loop]``: a closed chain that floats in the plane."""
+
+
+class ChainTable(Rods):
+    """``[chain]``: an open chain, free in the plane or with its first end on the ground."""
+
+    hinged: bool = Field(default=False, description="true or false: whether the first end is pinned to the ground")
+
+
+class PinnedTable(Rods):
+    """``[pinned]``: a chain with both ends on the ground."""
+
+    span: Positive | None = Field(
+        default=None, description="the distance of the two supports in m, a positive number (default: the mean length)"
+    )
+
+
+class LinkTable(Table):
+    """One ``[[link]]`` of the general form."""
+
+    name: Name | None = Field(default=None, description="a name of letters, digits and _, beginning with a letter")
+    mass: Positive = Field(description="the mass in kg, a positive number")
+    inertia: Positive = Field(description="the inertia about the centre of mass in kg m², a positive number")
+    com: Pair = Field(description="the centre of mass in the link's frame, [x, y] in m")
+    points: Points = Field(min_length=1, description="named points, { A = [x, y], ... } in m, at least one")
+
+
+class GroundLinkTable(Table):
+    """``[ground_link]``: the points of the ground that joints can name."""
+
+    points: Points = Field(description="named points of the ground, { O = [x, y], ... } in m")
+
+
+class JointTable(Table):
+    """One ``[[joint]]`` of the general form."""
+
+    name: Name | None = Field(default=None, description="a name of letters, digits and _, beginning with a letter")
+    type: Literal["revolute"] = Field(default="revolute", description='the kind of joint, "revolute"')
+    between: list[str] = Field(
+        min_length=2, max_length=2, description='the two points that coincide, ["link.point", "link.point"]'
+    )
+
+
+class StartTable(Table):
+    """``[start]``: where the mechanism begins, and how fast."""
+
+    position: Pair | None = Field(default=None, description="where the first link's frame begins, [x, y] in m")
+    velocity: Pair | None = Field(default=None, description="the velocity of that point, [x, y] in m/s")
+    height: float | None = Field(default=None, description="the height of the lowest joint in m, a finite number")
+    tilt: Angle = Field(default=0.0, description='an angle in rad, or a text such as "10 deg" or "0.2 rad"')
+    angles: Angles | None = Field(
+        default=None,
+        description='absolute angles of the links in rad or as "10 deg", a list with one per link or a table by name',
+    )
+    angular_velocities: Rates | None = Field(
+        default=None, description="absolute angular velocities in rad/s, a list with one per link or a table by name"
+    )
+
+
+class RunTable(Table):
+    """``[run]``: what a simulation does unless told otherwise."""
+
+    until: Positive = Field(default=10.0, description="the time at which the run ends in s, a positive number")
+    rtol: Annotated[float, Field(gt=0.0, lt=1.0)] = Field(
+        default=1e-9, description="the relative tolerance, a number between 0 and 1"
+    )
+    atol: Positive | None = Field(default=None, description="the absolute tolerance, a positive number")

@@ -1,0 +1,370 @@
+# cython: language_level=3, boundscheck=False, wraparound=False, embedsignature=True
+"""The compiled face of the runtime: a model's kernels on batches of states, and whole runs without the GIL.
+
+Arrays are C-contiguous float64 with a leading batch axis; :mod:`ccgen.runtime.model` prepares and checks them.
+"""
+
+from cpython.exc cimport PyErr_CheckSignals
+from cpython.pycapsule cimport PyCapsule_GetPointer, PyCapsule_IsValid
+from libc.string cimport memcpy
+
+import numpy as np
+
+ctypedef void (*of_q)(const double *k, const double *q, double *out) noexcept nogil
+ctypedef void (*of_state)(const double *k, const double *q, const double *u, double *out) noexcept nogil
+
+cdef extern from "model.h":
+    int CCGEN_CONTRACT_VERSION
+    struct ccgen_model:
+        int version
+        const char *name
+        const char *hash
+        int nq, nu, rows, links, joints, points, contacts, parameters, constants, inputs
+        void (*derive_constants)(const double *p, double *k) noexcept nogil
+        int (*acceleration)(const double *k, const double *q, const double *u, double t, const double *inputs,
+                            double *u_dot, double *lambda_) noexcept nogil
+        int (*impulse)(const double *k, const double *q, const double *f, const double *y, double *du,
+                       double *Lambda) noexcept nogil
+        void (*reactions)(const double *k, const double *q, const double *u, const double *u_dot, const double *lambda_,
+                          double *reaction) noexcept nogil
+        of_q closure, closure_jacobian, poses, point_positions, gaps
+        of_state closure_rate, velocities, energy, gap_rates
+        void (*restitution)(const double *k, double *e) noexcept nogil
+
+cdef extern from "core/core.h":
+    enum outcome:
+        pass
+    struct system:
+        const ccgen_model *model
+        const double *k
+        const double *restitution
+        int n
+        double *multipliers
+        double *rows
+        double *jump
+        double *zero
+        double length
+        long evaluations
+    int project_position(system *s, double *q) nogil
+    int project_velocity(system *s, const double *q, double *u) nogil
+    int impact(system *s, const double *q, const double *u_minus, int count, const int *chosen, const double *e,
+               double *u_plus, double *P) nogil
+
+cdef extern from "core/method.h":
+    struct tolerance:
+        double rtol, atol
+    struct method:
+        const char *name
+        int order
+    const method *find_method(const char *name) nogil
+    const method **all_methods
+
+cdef extern from "core/run.h":
+    struct record:
+        size_t count
+        double *t
+        double *y
+    struct impacts:
+        size_t count, contact_count
+        double *t
+        double *u_minus
+        double *u_plus
+        double *energy_loss
+        size_t *first
+        size_t *after
+        int *contact
+        double *impulse
+    struct run:
+        double start, until
+        tolerance tolerance
+        double fixed_step
+        long step_budget
+        const method *method
+        int (*tick)(void *context, double t) noexcept nogil
+        void *context
+        record record
+        impacts impacts
+        int outcome
+        double t
+        int contact
+        double accumulation
+        long steps, rejected
+    void run_simulation "simulate"(system *s, run *r, double *y) nogil
+    int run_advance "advance"(system *s, const method *m, double t, double h, double *y) nogil
+    void free_run(run *r)
+
+OUTCOMES = (
+    "done", "lost_rank", "not_finite", "step_too_small", "not_closed", "accumulation", "sustained", "repeats", "budget",
+    "interrupted", "no_memory",
+)
+"""Names of ``enum outcome``, in its order."""
+
+
+def methods():
+    """Names of the integration methods, the default first."""
+    cdef int i = 0
+    names = []
+    while all_methods[i] is not NULL:
+        names.append(all_methods[i].name.decode())
+        i += 1
+    return tuple(names)
+
+
+def method_order(str name):
+    """Order of the method called ``name``."""
+    return find_method(name.encode()).order
+
+
+cdef class _Ticker:
+    """What a long run does now and then: look for Ctrl-C, and tell how far it is."""
+
+    cdef object progress
+    cdef public object error
+
+    def __init__(self, progress):
+        self.progress = progress
+        self.error = None
+
+
+cdef int _tick(void *context, double t) noexcept with gil:
+    cdef _Ticker ticker = <_Ticker>context
+    try:
+        PyErr_CheckSignals()
+        if ticker.progress is not None:
+            ticker.progress(t)
+    except BaseException as error:
+        ticker.error = error
+        return 1
+    return 0
+
+
+cdef class Kernels:
+    """A model's kernels with one set of parameter values (``parameters``: (p,), SI units)."""
+
+    cdef const ccgen_model *m
+    cdef object capsule
+    cdef readonly dict sizes
+    cdef double[::1] k, restitution, multipliers, rows, jump, zero
+    cdef double length
+
+    def __init__(self, capsule, parameters, double length):
+        if not PyCapsule_IsValid(capsule, "ccgen.model"):
+            raise TypeError("not the descriptor of a ccgen model")
+        self.capsule = capsule
+        self.m = <const ccgen_model *>PyCapsule_GetPointer(capsule, "ccgen.model")
+        if self.m.version != CCGEN_CONTRACT_VERSION:
+            raise ImportError(
+                f"the model was generated for contract version {self.m.version}, this runtime has "
+                f"{CCGEN_CONTRACT_VERSION}; generate it again"
+            )
+        m = self.m
+        self.sizes = dict(n=m.nu, rows=m.rows, links=m.links, joints=m.joints, points=m.points, contacts=m.contacts,
+                          parameters=m.parameters)
+        cdef double[::1] p = np.ascontiguousarray(parameters, dtype=float)
+        if p.shape[0] != m.parameters:
+            raise ValueError(f"found {p.shape[0]} parameter values, expected {m.parameters}")
+        self.k = np.zeros(max(m.constants, 1))
+        self.restitution = np.zeros(max(m.contacts, 1))
+        self.multipliers, self.rows = np.zeros(m.rows + 1), np.zeros(m.rows + 1)
+        self.jump, self.zero = np.zeros(m.nu), np.zeros(m.nu)
+        self.length = length
+        cdef double none = 0.0
+        self.m.derive_constants(&p[0] if p.shape[0] else &none, &self.k[0])
+        if self.m.contacts:
+            self.m.restitution(&self.k[0], &self.restitution[0])
+
+    @property
+    def address(self):
+        """Address of the model's ``struct ccgen_model``, for programs that call it from C."""
+        return <size_t>self.m
+
+    @property
+    def hash(self):
+        """Hash of the scene that the code was generated from."""
+        return self.m.hash.decode()
+
+    @property
+    def constants(self):
+        """The constants ``k`` that the kernels read."""
+        return np.array(self.k)
+
+    cdef system _system(self):
+        cdef system s
+        s.model = self.m
+        s.k = &self.k[0]
+        s.restitution = &self.restitution[0]
+        s.n = self.m.nu
+        s.multipliers = &self.multipliers[0]
+        s.rows = &self.rows[0]
+        s.jump = &self.jump[0]
+        s.zero = &self.zero[0]
+        s.length = self.length
+        s.evaluations = 0
+        return s
+
+    def acceleration(self, const double[:, ::1] q, const double[:, ::1] u, double t):
+        """Quasi-accelerations (b, n), multipliers (b, rows), and per state whether the closure rows lost rank."""
+        cdef Py_ssize_t i, b = q.shape[0]
+        cdef double[:, ::1] out = np.empty((b, self.m.nu)), rows = np.empty((b, self.m.rows + 1))
+        cdef char[::1] lost = np.zeros(b, dtype=np.int8)
+        for i in range(b):
+            lost[i] = self.m.acceleration(&self.k[0], &q[i, 0], &u[i, 0], t, NULL, &out[i, 0], &rows[i, 0])
+        return np.asarray(out), np.asarray(rows)[:, : self.m.rows], np.asarray(lost)
+
+    def impulse(self, const double[:, ::1] q, const double[:, ::1] f, const double[:, ::1] y):
+        """Jumps du (b, n) and impulses (b, rows) for generalized impulses f (b, n) and closure rates y (b, rows + 1)."""
+        cdef Py_ssize_t i, b = q.shape[0]
+        cdef double[:, ::1] out = np.empty((b, self.m.nu)), rows = np.empty((b, self.m.rows + 1))
+        cdef char[::1] lost = np.zeros(b, dtype=np.int8)
+        for i in range(b):
+            lost[i] = self.m.impulse(&self.k[0], &q[i, 0], &f[i, 0], &y[i, 0], &out[i, 0], &rows[i, 0])
+        return np.asarray(out), np.asarray(rows)[:, : self.m.rows], np.asarray(lost)
+
+    def reactions(self, const double[:, ::1] q, const double[:, ::1] u, const double[:, ::1] u_dot,
+                  const double[:, ::1] multipliers):
+        """Joint reactions (b, 3 joints)."""
+        cdef Py_ssize_t i, b = q.shape[0]
+        cdef double[:, ::1] out = np.empty((b, 3 * self.m.joints + 1))
+        for i in range(b):
+            self.m.reactions(&self.k[0], &q[i, 0], &u[i, 0], &u_dot[i, 0], &multipliers[i, 0], &out[i, 0])
+        return np.asarray(out)[:, : 3 * self.m.joints]
+
+    def of_q(self, str name, const double[:, ::1] q):
+        """A kernel of the configuration alone: closure, closure_jacobian, poses, points or gaps, (b, size)."""
+        cdef of_q kernel
+        cdef Py_ssize_t i, b = q.shape[0], size
+        if name == "closure":
+            kernel, size = self.m.closure, self.m.rows
+        elif name == "closure_jacobian":
+            kernel, size = self.m.closure_jacobian, self.m.rows * self.m.nu
+        elif name == "poses":
+            kernel, size = self.m.poses, 3 * self.m.links
+        elif name == "points":
+            kernel, size = self.m.point_positions, 2 * self.m.points
+        elif name == "gaps":
+            kernel, size = self.m.gaps, self.m.contacts
+        else:
+            raise KeyError(name)
+        cdef double[:, ::1] out = np.empty((b, size + 1))
+        if size:
+            for i in range(b):
+                kernel(&self.k[0], &q[i, 0], &out[i, 0])
+        return np.asarray(out)[:, :size]
+
+    def of_state(self, str name, const double[:, ::1] q, const double[:, ::1] u):
+        """A kernel of the state: closure_rate, velocities, energy or gap_rates, (b, size)."""
+        cdef of_state kernel
+        cdef Py_ssize_t i, b = q.shape[0], size
+        if name == "closure_rate":
+            kernel, size = self.m.closure_rate, self.m.rows
+        elif name == "velocities":
+            kernel, size = self.m.velocities, 3 * self.m.links
+        elif name == "energy":
+            kernel, size = self.m.energy, 2
+        elif name == "gap_rates":
+            kernel, size = self.m.gap_rates, self.m.contacts
+        else:
+            raise KeyError(name)
+        cdef double[:, ::1] out = np.empty((b, size + 1))
+        if size:
+            for i in range(b):
+                kernel(&self.k[0], &q[i, 0], &u[i, 0], &out[i, 0])
+        return np.asarray(out)[:, :size]
+
+    def project(self, q, u):
+        """Nearest state on the closure in the mass metric, (b, n) each, and the outcome of each state."""
+        cdef double[:, ::1] new_q = np.array(q, order="C"), new_u = np.array(u, order="C")
+        cdef system s = self._system()
+        cdef Py_ssize_t i
+        outcomes = []
+        for i in range(new_q.shape[0]):
+            found = project_position(&s, &new_q[i, 0])
+            if not found:
+                found = project_velocity(&s, &new_q[i, 0], &new_u[i, 0])
+            outcomes.append(OUTCOMES[found])
+        return np.asarray(new_q), np.asarray(new_u), outcomes
+
+    def impact(self, const double[::1] q, const double[::1] u, const int[::1] contacts, const double[::1] e):
+        """One state struck at ``contacts`` with restitution ``e``: u+ (n,), impulses, outcome."""
+        cdef system s = self._system()
+        cdef double[::1] u_plus = np.empty(self.m.nu), P = np.zeros(contacts.shape[0] + 1)
+        found = impact(&s, &q[0], &u[0], <int>contacts.shape[0], &contacts[0], &e[0], &u_plus[0], &P[0])
+        return np.asarray(u_plus), np.asarray(P)[: contacts.shape[0]], OUTCOMES[found]
+
+    def advance(self, str name, double t, const double[::1] q, const double[::1] u, double h):
+        """One projected step of length ``h`` of the method ``name``: (q, u, outcome)."""
+        cdef system s = self._system()
+        cdef double[::1] y = np.concatenate([q, u])
+        found = run_advance(&s, find_method(name.encode()), t, h, &y[0])
+        n = self.m.nu
+        return np.asarray(y)[:n], np.asarray(y)[n:], OUTCOMES[found]
+
+    def simulate(self, const double[::1] q, const double[::1] u, str name, double until, double rtol, double atol,
+                 double fixed_step, long step_budget, progress):
+        """A whole run from t = 0 without the GIL; a dict of what was recorded."""
+        cdef double[::1] y = np.concatenate([q, u])
+        cdef double[::1] multipliers = np.zeros(self.m.rows + 1), rows = np.zeros(self.m.rows + 1)
+        cdef double[::1] jump = np.zeros(self.m.nu)
+        cdef system s = self._system()
+        s.multipliers, s.rows, s.jump = &multipliers[0], &rows[0], &jump[0]
+        cdef run r
+        cdef _Ticker ticker = _Ticker(progress)
+        r.start, r.until = 0.0, until
+        r.tolerance.rtol, r.tolerance.atol = rtol, atol
+        r.fixed_step, r.step_budget = fixed_step, step_budget
+        r.method = find_method(name.encode())
+        r.tick, r.context = _tick, <void *>ticker
+        r.record.count = r.impacts.count = r.impacts.contact_count = 0
+        r.steps = r.rejected = 0
+        r.accumulation = 0.0
+        _clear(&r)
+        try:
+            with nogil:
+                run_simulation(&s, &r, &y[0])
+            if ticker.error is not None and not isinstance(ticker.error, KeyboardInterrupt):
+                raise ticker.error
+            return self._found(&r, s.evaluations)
+        finally:
+            free_run(&r)
+
+    cdef dict _found(self, run *r, long evaluations):
+        cdef size_t n = self.m.nu, i = r.impacts.count
+        y = _doubles(r.record.y, 2 * n * r.record.count).reshape(-1, 2 * n)
+        return dict(
+            t=_doubles(r.record.t, r.record.count), q=y[:, :n].copy(), u=y[:, n:].copy(),
+            impact_t=_doubles(r.impacts.t, i),
+            u_minus=_doubles(r.impacts.u_minus, n * i).reshape(-1, n),
+            u_plus=_doubles(r.impacts.u_plus, n * i).reshape(-1, n),
+            energy_loss=_doubles(r.impacts.energy_loss, i),
+            first=[r.impacts.first[j] for j in range(i + 1)] if i else [0],
+            after=[r.impacts.after[j] for j in range(i)],
+            contacts=[r.impacts.contact[j] for j in range(r.impacts.contact_count)],
+            impulses=_doubles(r.impacts.impulse, r.impacts.contact_count),
+            outcome=OUTCOMES[r.outcome], t_end=r.t, contact=r.contact, accumulation=r.accumulation,
+            steps=r.steps, rejected=r.rejected, evaluations=evaluations,
+        )
+
+
+cdef void _clear(run *r) noexcept:
+    r.record.t = r.record.y = NULL
+    r.impacts.t = r.impacts.u_minus = r.impacts.u_plus = r.impacts.energy_loss = r.impacts.impulse = NULL
+    r.impacts.first = r.impacts.after = NULL
+    r.impacts.contact = NULL
+    _clear_room(r)
+
+
+cdef extern from *:
+    """
+    static void _clear_room(struct run *r)
+    {
+        r->record.room = r->impacts.room = r->impacts.contact_room = 0;
+    }
+    """
+    void _clear_room(run *r) noexcept
+
+
+cdef object _doubles(const double *x, size_t count):
+    cdef double[::1] out = np.empty(count)
+    if count:
+        memcpy(&out[0], x, count * sizeof(double))
+    return np.asarray(out)

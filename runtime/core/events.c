@@ -1,0 +1,125 @@
+/* One-sided event search on the dense output of a step.
+ *
+ * The step is looked at through SAMPLES pieces. Within a piece the gap of a contact and its rate at both ends tell what
+ * can happen: it crosses zero, or falls and rises again with its least value inside, or is closed at first, opens, and
+ * closes. Extrema are roots of the rate, so a dip is found however short it is against the piece.
+ */
+#include "events.h"
+
+#include <math.h>
+
+enum { SAMPLES = 8, ITERATIONS = 100 };
+
+struct search {
+    struct system *s;
+    const struct method *method;
+    const double *steps;
+    double *y, *value;
+};
+
+/* all gaps (or their rates) at theta */
+static void look(struct search *search, double theta, double *gaps, double *rates)
+{
+    const struct ccgen_model *m = search->s->model;
+    search->method->interpolate(search->steps, 2 * search->s->n, theta, search->y);
+    if (gaps)
+        m->gaps(search->s->k, search->y, gaps);
+    if (rates)
+        m->gap_rates(search->s->k, search->y, search->y + search->s->n, rates);
+}
+
+static double gap(struct search *search, int contact, double theta)
+{
+    look(search, theta, search->value, NULL);
+    return search->value[contact];
+}
+
+static double rate(struct search *search, int contact, double theta)
+{
+    look(search, theta, NULL, search->value);
+    return search->value[contact];
+}
+
+/* Root of f between a and b, where it has the signs of fa and fb: false position with the Illinois modification, and
+ * bisection whenever a step shrinks the bracket by less than half in three. The returned end is the one with fb's sign. */
+static double root(struct search *search, double (*f)(struct search *, int, double), int contact, double a, double fa,
+                   double b, double fb)
+{
+    double width = fabs(b - a);
+    for (int i = 0; i < ITERATIONS && fabs(b - a) > 1e-15; i++) {
+        double c = b - fb * (b - a) / (fb - fa);
+        if (i % 3 == 2) {
+            if (fabs(b - a) > 0.5 * width)
+                c = 0.5 * (a + b);
+            width = fabs(b - a);
+        }
+        if (!((c > a && c < b) || (c > b && c < a)))
+            c = 0.5 * (a + b);
+        if (c == a || c == b)
+            break;
+        const double fc = f(search, contact, c);
+        if ((fc < 0.0) == (fb < 0.0)) {
+            b = c;
+            fb = fc;
+            fa *= 0.5;
+        } else {
+            a = c;
+            fa = fc;
+            fb *= 0.5;
+        }
+    }
+    return b;
+}
+
+/* First event of one contact between theta a and b, or 2 when there is none. */
+static double piece(struct search *search, int contact, double a, double ga, double ra, double b, double gb, double rb)
+{
+    if (ga <= 0.0) {
+        if (ra < 0.0)
+            return a;
+        if (gb > 0.0)
+            return 2.0;
+        if (ra == 0.0 && rb <= 0.0)
+            return a;
+        if (rb >= 0.0) /* closed throughout and not falling at either end */
+            return 2.0;
+        const double top = root(search, rate, contact, a, ra, b, rb);
+        const double highest = gap(search, contact, top);
+        return highest > 0.0 ? root(search, gap, contact, top, highest, b, gb) : top;
+    }
+    if (gb <= 0.0)
+        return root(search, gap, contact, a, ga, b, gb < 0.0 ? gb : -1e-300);
+    if (ra < 0.0 && rb > 0.0) {
+        const double bottom = root(search, rate, contact, a, ra, b, rb);
+        const double lowest = gap(search, contact, bottom);
+        if (lowest <= 0.0)
+            return root(search, gap, contact, a, ga, bottom, lowest < 0.0 ? lowest : -1e-300);
+    }
+    return 2.0;
+}
+
+struct event find_event(struct system *s, const struct method *method, const double *steps, double *scratch)
+{
+    const int contacts = s->model->contacts;
+    struct event first = {-1, 2.0};
+    struct search search = {s, method, steps, scratch, scratch + 2 * s->n};
+    double *gap_a = search.value + contacts, *rate_a = gap_a + contacts;
+    double *gap_b = rate_a + contacts, *rate_b = gap_b + contacts;
+    look(&search, 0.0, gap_a, rate_a);
+    for (int i = 0; i < SAMPLES && first.contact < 0; i++) {
+        const double a = (double)i / SAMPLES, b = (i + 1.0) / SAMPLES;
+        look(&search, b, gap_b, rate_b);
+        for (int c = 0; c < contacts; c++) {
+            const double theta = piece(&search, c, a, gap_a[c], rate_a[c], b, gap_b[c], rate_b[c]);
+            if (theta < first.theta)
+                first = (struct event){c, theta};
+        }
+        double *swap = gap_a;
+        gap_a = gap_b;
+        gap_b = swap;
+        swap = rate_a;
+        rate_a = rate_b;
+        rate_b = swap;
+    }
+    return first;
+}

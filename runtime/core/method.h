@@ -1,0 +1,32 @@
+/* The protocol behind which every integration method stands. One file per method; `methods.c` lists them. */
+#ifndef CCGEN_METHOD_H
+#define CCGEN_METHOD_H
+
+#include "core.h"
+
+struct tolerance {
+    double rtol, atol;
+};
+
+struct method {
+    const char *name;
+    int order; /* of the solution that is carried on */
+    /* numbers of scratch that a method needs for systems of `size` equations; the same scratch goes to all its calls */
+    size_t (*scratch)(int size);
+    /* one step of length h from (t, y) with dy = derivative there: y1, and `error`, which is accepted up to 1 */
+    enum outcome (*step)(struct system *s, double *scratch, double t, double h, const double *y, const double *dy,
+                         struct tolerance tolerance, double *y1, double *error);
+    /* prepare interpolation over the step just taken, whose end has become (y1, dy1) */
+    enum outcome (*prepare)(struct system *s, double *scratch, double t, double h, const double *y, const double *dy,
+                            const double *y1, const double *dy1);
+    /* the state at t + theta h, 0 <= theta <= 1, into y */
+    void (*interpolate)(const double *scratch, int size, double theta, double *y);
+};
+
+/* the method called `name`, or NULL */
+const struct method *find_method(const char *name);
+
+/* names of all methods, NULL at the end; the first is the default */
+extern const struct method *const all_methods[];
+
+#endif

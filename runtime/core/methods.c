@@ -1,0 +1,16 @@
+/* The list of integration methods. */
+#include "method.h"
+
+#include <string.h>
+
+extern const struct method dop853;
+
+const struct method *const all_methods[] = {&dop853, NULL};
+
+const struct method *find_method(const char *name)
+{
+    for (const struct method *const *m = all_methods; *m; m++)
+        if (!strcmp((*m)->name, name))
+            return *m;
+    return NULL;
+}

@@ -1,0 +1,77 @@
+/* Growing records of a run. */
+#include "run.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* make room for `count` items of `size` bytes at *items */
+static int grow(void *items, size_t count, size_t size)
+{
+    void **at = items, *more = realloc(*at, count * size);
+    if (!more)
+        return 1;
+    *at = more;
+    return 0;
+}
+
+int append_row(struct record *r, double t, const double *y, size_t width)
+{
+    if (r->count == r->room) {
+        const size_t room = r->room ? 2 * r->room : 256;
+        if (grow(&r->t, room, sizeof *r->t) || grow(&r->y, room * width, sizeof *r->y))
+            return 1;
+        r->room = room;
+    }
+    r->t[r->count] = t;
+    memcpy(r->y + r->count * width, y, width * sizeof *y);
+    r->count++;
+    return 0;
+}
+
+int append_impact(struct impacts *r, double t, const double *u_minus, const double *u_plus, size_t n, int count,
+                  const int *contact, const double *impulse, double energy_loss, size_t after)
+{
+    if (r->count == r->room) {
+        const size_t room = r->room ? 2 * r->room : 64;
+        if (grow(&r->t, room, sizeof *r->t) || grow(&r->energy_loss, room, sizeof *r->energy_loss) ||
+            grow(&r->first, room + 1, sizeof *r->first) || grow(&r->after, room, sizeof *r->after) ||
+            grow(&r->u_minus, room * n, sizeof *r->u_minus) ||
+            grow(&r->u_plus, room * n, sizeof *r->u_plus))
+            return 1;
+        r->room = room;
+    }
+    if (r->contact_count + count > r->contact_room) {
+        const size_t room = 2 * (r->contact_count + count) + 64;
+        if (grow(&r->contact, room, sizeof *r->contact) || grow(&r->impulse, room, sizeof *r->impulse))
+            return 1;
+        r->contact_room = room;
+    }
+    r->t[r->count] = t;
+    r->energy_loss[r->count] = energy_loss;
+    r->after[r->count] = after;
+    memcpy(r->u_minus + r->count * n, u_minus, n * sizeof *u_minus);
+    memcpy(r->u_plus + r->count * n, u_plus, n * sizeof *u_plus);
+    r->first[r->count] = r->contact_count;
+    for (int i = 0; i < count; i++) {
+        r->contact[r->contact_count] = contact[i];
+        r->impulse[r->contact_count++] = impulse[i];
+    }
+    r->first[++r->count] = r->contact_count;
+    return 0;
+}
+
+void free_run(struct run *run)
+{
+    free(run->record.t);
+    free(run->record.y);
+    free(run->impacts.t);
+    free(run->impacts.u_minus);
+    free(run->impacts.u_plus);
+    free(run->impacts.energy_loss);
+    free(run->impacts.first);
+    free(run->impacts.after);
+    free(run->impacts.contact);
+    free(run->impacts.impulse);
+    memset(&run->record, 0, sizeof run->record);
+    memset(&run->impacts, 0, sizeof run->impacts);
+}

@@ -1,0 +1,54 @@
+/* A run: flight and impact in turn, from a start to an end, everything recorded. */
+#ifndef CCGEN_RUN_H
+#define CCGEN_RUN_H
+
+#include "method.h"
+
+/* rows of the record: t[count], y[count][2 n] */
+struct record {
+    size_t count, room;
+    double *t, *y;
+};
+
+/* impacts of a run, one after another; impact i has the contacts and impulses first[i] .. first[i + 1] - 1 */
+struct impacts {
+    size_t count, room, contact_count, contact_room;
+    double *t, *u_minus, *u_plus, *energy_loss;
+    size_t *first, *after; /* after: the row of the record right after the impact */
+    int *contact;
+    double *impulse;
+};
+
+struct run {
+    /* asked for */
+    double start, until;
+    struct tolerance tolerance;
+    double fixed_step; /* 0: steps chosen by the error estimate */
+    long step_budget;
+    const struct method *method;
+    int (*tick)(void *context, double t); /* called now and then; a nonzero answer interrupts */
+    void *context;
+    /* found */
+    struct record record;
+    struct impacts impacts;
+    enum outcome outcome;
+    double t;            /* where it ended */
+    int contact;         /* contact at fault, or -1 */
+    double accumulation; /* estimated instant at which impacts accumulate */
+    long steps, rejected;
+};
+
+/* Simulate from y[2 n] = [q; u], which is projected onto the closure first. Whatever the outcome, the record holds all that
+ * was reached; free it with free_run. */
+void simulate(struct system *s, struct run *run, double *y);
+void free_run(struct run *run);
+
+/* One step of length h of the method from y, projected: for states between two rows of a record. */
+enum outcome advance(struct system *s, const struct method *method, double t, double h, double *y);
+
+/* record.c: append; 0, or 1 when memory runs out */
+int append_row(struct record *record, double t, const double *y, size_t width);
+int append_impact(struct impacts *impacts, double t, const double *u_minus, const double *u_plus, size_t n, int count,
+                  const int *contact, const double *impulse, double energy_loss, size_t after);
+
+#endif

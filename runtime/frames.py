@@ -1,0 +1,140 @@
+"""What every picture of a run is made from: sampled frames of the motion, and the part of the plane to show.
+
+`Drawable` is what a model must offer to be recorded and drawn; nothing else of it is used here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from .run import Run
+
+FloatArray = NDArray[np.float64]
+
+FOLLOW_BEYOND = 4.0  # the view follows along an axis when the motion is longer than this many sizes of the mechanism
+MARGIN = 1.12  # room around what is shown
+
+
+class Drawable(Protocol):
+    """A model as the record and the pictures see it; states may be single or a batch with a leading axis."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def links(self) -> Sequence[str]: ...
+    @property
+    def joints(self) -> Sequence[str]: ...
+    @property
+    def q_names(self) -> Sequence[str]: ...
+    @property
+    def u_names(self) -> Sequence[str]: ...
+    @property
+    def parameters(self) -> Mapping[str, float]: ...
+    @property
+    def contacts(self) -> Sequence[tuple[str, str]]:
+        """(point, ground) names of every contact that is watched."""
+
+    @property
+    def outlines(self) -> Sequence[FloatArray]:
+        """For each link its drawn points (m, 2) in the link's frame."""
+
+    @property
+    def ground_points(self) -> FloatArray:
+        """The points (k, 2) of the ground link."""
+
+    def ground_planes(self) -> Mapping[str, tuple[FloatArray, FloatArray]]:
+        """For each ground a point of its surface and the unit normal, both (2,)."""
+
+    def poses(self, q: FloatArray, /) -> FloatArray:
+        """(..., links, 3): x, y of each link's frame and its angle."""
+
+    def point(self, name: str, q: FloatArray, /) -> FloatArray:
+        """(..., 2): where a joint or a link's point is."""
+
+    def energy(self, q: FloatArray, u: FloatArray, /) -> tuple[FloatArray, FloatArray]:
+        """(kinetic, potential), each (...)."""
+
+    def closure(self, q: FloatArray, /) -> FloatArray:
+        """(..., rows): the gaps of the cut joints."""
+
+
+@dataclass(frozen=True)
+class Frames:
+    """The motion at n instants t: poses (n, links, 3), joints (n, joints, 2), energies (n,)."""
+
+    t: FloatArray
+    q: FloatArray
+    u: FloatArray
+    poses: FloatArray
+    joints: FloatArray
+    kinetic: FloatArray
+    potential: FloatArray
+
+
+@dataclass(frozen=True)
+class View:
+    """The rectangle to show: for each frame its centre (n, 2), for all frames half of its sides (2,).
+
+    `follow` says for which axes the centre moves with the mechanism; `size` is the largest extent of the mechanism.
+    """
+
+    centre: FloatArray
+    half: FloatArray
+    follow: tuple[bool, bool]
+    size: float
+
+
+def frame_times(run: Run, rate: float, *, with_impacts: bool = True) -> FloatArray:
+    """Instants 1/rate apart from the start of the run, its end and, if asked, the exact instants of its impacts.
+
+    A regular instant closer than a thousandth of a frame to an exact one gives way to it.
+    """
+    start, end = float(run.t[0]), float(run.t[-1])
+    count = int(np.floor((end - start) * rate))
+    regular = start + np.arange(count + 1) / rate
+    exact = np.array([start, end] + [impact.t for impact in run.impacts if with_impacts])
+    distance = np.min(np.abs(regular[:, None] - np.unique(exact)), axis=1)
+    times: FloatArray = np.unique(np.concatenate([regular[distance > 1e-3 / rate], exact]))
+    return times
+
+
+def sample(run: Run, times: FloatArray) -> Frames:
+    """The motion of a run at the given instants; at an impact its velocities are those after it."""
+    model = run.model
+    q, u = run.at(times)
+    joints = np.zeros((len(times), len(model.joints), 2))
+    for k, joint in enumerate(model.joints):
+        joints[:, k] = model.point(joint, q)
+    kinetic, potential = model.energy(q, u)
+    return Frames(times, q, u, np.asarray(model.poses(q)), joints, np.asarray(kinetic), np.asarray(potential))
+
+
+def placed(outline: FloatArray, pose: FloatArray) -> FloatArray:
+    """Points (m, 2) of a link's frame in the plane, for poses (..., 3): (..., m, 2)."""
+    x, y, angle = (pose[..., i, None] for i in range(3))
+    cos, sin = np.cos(angle), np.sin(angle)
+    local_x, local_y = outline[:, 0], outline[:, 1]
+    return np.stack([x + cos * local_x - sin * local_y, y + sin * local_x + cos * local_y], axis=-1)
+
+
+def view_of(model: Drawable, frames: Frames) -> View:
+    """The view that shows the whole motion, or follows the mechanism along the axes where the motion is long."""
+    parts = [placed(np.asarray(outline), frames.poses[:, k]) for k, outline in enumerate(model.outlines)]
+    points = np.concatenate([*parts, frames.joints], axis=1)
+    fixed = np.asarray(model.ground_points, dtype=float).reshape(-1, 2)
+    size = float(np.max(np.ptp(points, axis=1))) or 1.0
+    corners = np.concatenate([points.reshape(-1, 2), fixed])
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    middle = points.mean(axis=1)
+    reach = np.abs(points - middle[:, None]).max(axis=(0, 1))
+
+    follow = (high - low) > FOLLOW_BEYOND * size
+    centre = np.where(follow, middle, 0.5 * (low + high))
+    half = MARGIN * np.maximum(np.where(follow, reach, 0.5 * (high - low)), 0.25 * size)
+    return View(centre, half, (bool(follow[0]), bool(follow[1])), size)

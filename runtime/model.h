@@ -1,0 +1,69 @@
+/* The contract between a generated model and the runtime.
+ *
+ * A generated model fills one `struct ccgen_model` and hands its address over in a capsule named "ccgen.model". All arrays
+ * are contiguous and in SI units; matrices are stored row by row. No function keeps state, allocates, or fails other than
+ * by its return value, so all may be called from several threads at once.
+ *
+ * Sizes:   nq = nu     coordinates q and quasi-velocities u, u = dq/dt
+ *          rows        closure rows, two per cut joint
+ *          constants   numbers that the kernels read: derived from the parameters by `constants` once per parameter set
+ *          contacts    (point, ground) pairs; where it is 0 the four contact functions are NULL
+ *
+ * Functions that solve for accelerations or impulses return 0, or 1 where the closure rows lose rank (a pivot vanishes):
+ * their results are then not to be used.
+ */
+#ifndef CCGEN_MODEL_H
+#define CCGEN_MODEL_H
+
+#define CCGEN_CONTRACT_VERSION 1
+
+/* k[constants] from parameters p[parameters] */
+typedef void ccgen_constants(const double *p, double *k);
+
+/* u_dot[nu], lambda[rows] (N, force on the second side of each cut) from q[nq], u[nu], time t (s), inputs[inputs] */
+typedef int ccgen_acceleration(const double *k, const double *q, const double *u, double t, const double *inputs,
+                               double *u_dot, double *lambda);
+
+/* M du = A^T Lambda + f, A du = y:  du[nu], Lambda[rows] (N s) from q[nq], generalized impulses f[nu], rates y[rows] */
+typedef int ccgen_impulse(const double *k, const double *q, const double *f, const double *y, double *du, double *Lambda);
+
+/* reaction[joints][3]: force x, y (N) and moment (N m) on the joint's outboard link, from q[nq], u[nu] and the u_dot[nu],
+ * lambda[rows] that belong to them */
+typedef void ccgen_reactions(const double *k, const double *q, const double *u, const double *u_dot, const double *lambda,
+                             double *reaction);
+
+/* functions of the configuration alone: out[...] from q[nq] */
+typedef void ccgen_of_q(const double *k, const double *q, double *out);
+
+/* functions of the state: out[...] from q[nq], u[nu] */
+typedef void ccgen_of_state(const double *k, const double *q, const double *u, double *out);
+
+/* f[nu] = N^T P from q[nq] and normal impulses P[contacts] (N s) */
+typedef void ccgen_contact_impulse(const double *k, const double *q, const double *P, double *f);
+
+/* e[contacts]: coefficient of restitution of each contact */
+typedef void ccgen_restitution(const double *k, double *e);
+
+struct ccgen_model {
+    int version; /* CCGEN_CONTRACT_VERSION; checked when the model is loaded */
+    const char *name;
+    const char *hash; /* of the canonical scene; must match the package's data */
+    int nq, nu, rows, links, joints, points, contacts, parameters, constants, inputs;
+    ccgen_constants *derive_constants;
+    ccgen_acceleration *acceleration;
+    ccgen_impulse *impulse;
+    ccgen_reactions *reactions;
+    ccgen_of_q *closure;              /* residual[rows], m */
+    ccgen_of_state *closure_rate;     /* A u [rows], m/s */
+    ccgen_of_q *closure_jacobian;     /* A[rows][nu] */
+    ccgen_of_q *poses;                /* [links][3]: x, y (m) of the link's frame, angle (rad) */
+    ccgen_of_state *velocities;       /* [links][3]: velocity of the frame's origin (m/s), angular velocity (rad/s) */
+    ccgen_of_q *point_positions;             /* [points][2], m: joints first, then each link's named points */
+    ccgen_of_state *energy;           /* [2]: kinetic, potential, J */
+    ccgen_of_q *gaps;                 /* [contacts], m, positive outside */
+    ccgen_of_state *gap_rates;        /* N u [contacts], m/s */
+    ccgen_contact_impulse *contact_impulse;
+    ccgen_restitution *restitution;
+};
+
+#endif

@@ -1,0 +1,345 @@
+"""A generated model: its names, parameters, and the functions of its state."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import sys
+from collections.abc import Mapping, Sequence
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ._core import Kernels
+from .assemble import nearest_closed
+from .frames import FloatArray
+from .parameters import Parameters
+
+JOINT_MISS = 1e-6
+"""Poses whose joints miss by more than this (m) are not a state of the mechanism."""
+
+
+def load_model(path: str | PathLike[str]) -> Model:
+    """The model in the generated package at ``path``, as :func:`ccgen.generator.generate` returns it.
+
+    Raises ``FileNotFoundError`` when there is no generated package, and ``ImportError`` when it does not fit this
+    runtime.
+    """
+    folder = Path(path).resolve()
+    init = folder / "__init__.py"
+    if not init.is_file() or not (folder / "model.json").is_file():
+        raise FileNotFoundError(f"{folder} is not a generated model; make one with: ccgen --scene FILE")
+    name = f"_ccgen_models.{folder.name}_{abs(hash((str(folder), init.stat().st_mtime_ns))):x}"
+    if name not in sys.modules:
+        spec = importlib.util.spec_from_file_location(name, init, submodule_search_locations=[str(folder)])
+        assert spec and spec.loader
+        module = importlib.util.module_from_spec(spec)
+        sys.modules[name] = module
+        try:
+            spec.loader.exec_module(module)
+        except BaseException:
+            del sys.modules[name]
+            raise
+    module = sys.modules[name]
+    return Model(module.descriptor, module.model.data)
+
+
+def open_model(descriptor: object, folder: Path) -> Model:
+    """The model of a generated package, from its descriptor capsule and its data."""
+    return Model(descriptor, json.loads((folder / "model.json").read_text()))
+
+
+class Model:
+    """A mechanism's equations of motion in flight and impact, compiled.
+
+    States are ``q`` (nq,) and ``u`` (nu,), or batches (b, nq) and (b, nu); results then have a leading axis b too. SI
+    units, y up, angles counter-clockwise in radians. Wrong shapes and numbers that are not finite are ``ValueError``s.
+    """
+
+    def __init__(self, descriptor: object, data: Mapping[str, Any], values: Mapping[str, float] | None = None) -> None:
+        self._descriptor, self.data = descriptor, data
+        self.name: str = data["name"]
+        self.links = tuple(data["links"])
+        self.joints = tuple(data["joints"])
+        self.grounds = tuple(plane["name"] for plane in data["grounds"])
+        self.points = tuple(data["points"])
+        self.q_names = tuple(data["q_names"])
+        self.u_names = tuple(data["u_names"])
+        self.cuts = tuple(data["cuts"])
+        self.outboard = tuple(data["outboard"])
+        self.root: str = data["root"]
+        self.contacts: tuple[tuple[str, str], ...] = tuple((point, ground) for point, ground in data["contacts"])
+        self._parameters = Parameters(dict(data["parameters"]) | dict(values or {}), self._rebuild)
+        self._rebuild()
+        if self.kernels.hash != data["hash"]:
+            raise ImportError(f"the code and the data of {self.name} are of different scenes; generate the model again")
+
+    def _rebuild(self) -> None:
+        values = np.array(list(self._parameters.values()), dtype=float)
+        self.kernels = Kernels(self._descriptor, values, self.length)
+
+    @property
+    def length(self) -> float:
+        """A length of the mechanism (m): the largest extent of a link."""
+        extents = [float(np.ptp(outline, axis=0).max()) for outline in self.outlines if len(outline) > 1]
+        return max(extents, default=0.0) or 1.0
+
+    def __repr__(self) -> str:
+        return f"<Model {self.name}: {len(self.links)} links, {len(self.joints)} joints, {self.dof} degrees of freedom>"
+
+    # -- what it is made of ----------------------------------------------------------------------------------------
+
+    @property
+    def parameters(self) -> Parameters:
+        """Values by scene path (``link_0.mass``); set one and it takes effect at once."""
+        return self._parameters
+
+    def with_parameters(self, values: Mapping[str, float] | None) -> Model:
+        """A model of its own with other parameter values; this one stays as it is."""
+        other = Model(self._descriptor, self.data, self._parameters)
+        if values:
+            other.parameters.update(values)
+        return other
+
+    @property
+    def dof(self) -> int:
+        """Degrees of freedom at the scene's start: number of quasi-velocities less the rank of the closure."""
+        rank = int(np.linalg.matrix_rank(self.jacobian(self.start()[0]), tol=1e-9)) if self.cuts else 0
+        return len(self.u_names) - rank
+
+    @property
+    def outlines(self) -> tuple[FloatArray, ...]:
+        """Per link its named points in the link's frame, (m, 2) in m."""
+        return tuple(self._coordinates(points) for points in self.data["outlines"])
+
+    @property
+    def ground_points(self) -> FloatArray:
+        """Named points of the ground, (k, 2) in m."""
+        return self._coordinates(self.data["ground_points"])
+
+    def ground_planes(self) -> dict[str, tuple[FloatArray, FloatArray]]:
+        """Per ground a point of its surface (2,) in m and its outward unit normal (2,)."""
+        planes = {}
+        for plane in self.data["grounds"]:
+            point, normal = self._coordinates([plane["point"], plane["normal"]])
+            planes[plane["name"]] = (point, normal / np.linalg.norm(normal))
+        return planes
+
+    def _coordinates(self, points: Sequence[Sequence[str | float]]) -> FloatArray:
+        values = [[self._parameters[c] if isinstance(c, str) else c for c in point] for point in points]
+        return np.array(values, dtype=float).reshape(-1, 2)
+
+    # -- dynamics --------------------------------------------------------------------------------------------------
+
+    def acceleration(self, q: ArrayLike, u: ArrayLike, t: float = 0.0, inputs: object = None) -> FloatArray:
+        """Quasi-accelerations u̇ (nu,), loops held shut (theory, section 4).
+
+        Raises ``ValueError`` where the closure rows lose rank, as in a flattened loop.
+        """
+        self._no_inputs(inputs)
+        return self._accelerations(q, u, t)[0]
+
+    def multipliers(self, q: ArrayLike, u: ArrayLike, t: float = 0.0) -> FloatArray:
+        """Closure multipliers (rows,): force on the second side of each cut joint, N."""
+        return self._accelerations(q, u, t)[1]
+
+    def reactions(self, q: ArrayLike, u: ArrayLike, t: float = 0.0) -> FloatArray:
+        """Per joint the force x, y (N) and the moment (N m) on its outboard link ``outboard[joint]``, (joints, 3)."""
+        states, single = self._state(q, u)
+        u_dot, multipliers = self._solved(*states, t)
+        rows = np.ascontiguousarray(np.pad(multipliers, ((0, 0), (0, 1))))
+        found = self.kernels.reactions(*states, u_dot, rows).reshape(-1, len(self.joints), 3)
+        return found[0] if single else found
+
+    def _accelerations(self, q: ArrayLike, u: ArrayLike, t: float) -> tuple[FloatArray, FloatArray]:
+        states, single = self._state(q, u)
+        u_dot, rows = self._solved(*states, t)
+        return (u_dot[0], rows[0]) if single else (u_dot, rows)
+
+    def _solved(self, q: FloatArray, u: FloatArray, t: float) -> tuple[FloatArray, FloatArray]:
+        u_dot, rows, lost = self.kernels.acceleration(q, u, t)
+        if np.any(lost):
+            raise ValueError(
+                f"{self.name}: the closure rows lose rank at state {int(np.argmax(lost))} (a flattened loop or a change "
+                "point); accelerations are not unique there"
+            )
+        return u_dot, rows
+
+    def energy(self, q: ArrayLike, u: ArrayLike) -> tuple[Any, Any]:
+        """Kinetic and potential energy (J); the potential is zero at y = 0."""
+        states, single = self._state(q, u)
+        found = self.kernels.of_state("energy", *states)
+        return (float(found[0, 0]), float(found[0, 1])) if single else (found[:, 0].copy(), found[:, 1].copy())
+
+    def impact(
+        self,
+        q: ArrayLike,
+        u: ArrayLike,
+        contacts: Sequence[tuple[str, str]],
+        restitution: ArrayLike | None = None,
+    ) -> tuple[FloatArray, FloatArray]:
+        """Velocities u⁺ (nu,) and normal impulses (k,) in N s when ``contacts`` strike together (theory, section 5).
+
+        ``contacts`` are (point, ground) names; ``restitution`` is a number or one per contact, else the grounds' own.
+        Raises ``ValueError`` for unknown or repeated contacts and where the closure rows lose rank.
+        """
+        chosen = [self._contact(contact) for contact in contacts]
+        if len(set(chosen)) != len(chosen) or not chosen:
+            raise ValueError(f"found contacts {list(contacts)}, expected at least one and each once")
+        own = [self._parameters[f"{self.contacts[c][1]}.restitution"] for c in chosen]
+        e = np.ascontiguousarray(np.broadcast_to(own if restitution is None else restitution, (len(chosen),)), float)
+        if not np.all((e >= 0.0) & (e <= 1.0)):
+            raise ValueError(f"found restitution {e}, expected numbers from 0 to 1")
+        (q2, u2), single = self._state(q, u)
+        results = []
+        for one_q, one_u in zip(q2, u2, strict=True):
+            u_plus, impulses, outcome = self.kernels.impact(one_q, one_u, np.array(chosen, dtype=np.int32), e)
+            if outcome != "done":
+                raise ValueError(f"{self.name}: no impact can be computed here ({outcome.replace('_', ' ')})")
+            results.append((u_plus, impulses))
+        if single:
+            return results[0]
+        return np.array([r[0] for r in results]), np.array([r[1] for r in results])
+
+    def _contact(self, contact: tuple[str, str]) -> int:
+        if tuple(contact) not in self.contacts:
+            known = ", ".join(f"({point}, {ground})" for point, ground in self.contacts) or "none"
+            raise ValueError(f"found contact {tuple(contact)}, expected one of: {known}")
+        return self.contacts.index((contact[0], contact[1]))
+
+    # -- geometry --------------------------------------------------------------------------------------------------
+
+    def poses(self, q: ArrayLike) -> FloatArray:
+        """Per link x, y (m) and angle (rad) of its frame, (links, 3)."""
+        return self._of_q("poses", q, (len(self.links), 3))
+
+    def velocities(self, q: ArrayLike, u: ArrayLike) -> FloatArray:
+        """Per link the velocity of its frame's origin (m/s) and its angular velocity (rad/s), (links, 3)."""
+        states, single = self._state(q, u)
+        found = self.kernels.of_state("velocities", *states).reshape(-1, len(self.links), 3)
+        return found[0] if single else found
+
+    def point(self, name: str, q: ArrayLike) -> FloatArray:
+        """Position (2,) in m of a joint (``joint_3``) or of a link's point (``link_0.A``)."""
+        if name not in self.points:
+            raise ValueError(f"found point {name!r}, expected one of: {', '.join(self.points)}")
+        return np.ascontiguousarray(self._of_q("points", q, (len(self.points), 2))[..., self.points.index(name), :])
+
+    def closure(self, q: ArrayLike) -> FloatArray:
+        """Miss of every cut joint, x then y (rows,): second side less first side, m."""
+        return self._of_q("closure", q, (2 * len(self.cuts),))
+
+    def jacobian(self, q: ArrayLike) -> FloatArray:
+        """Derivatives A (rows, nu) of the closure rates by u."""
+        return self._of_q("closure_jacobian", q, (2 * len(self.cuts), len(self.u_names)))
+
+    def gaps(self, q: ArrayLike) -> FloatArray:
+        """Gap of every contact (contacts,) in m, positive outside the ground."""
+        return self._of_q("gaps", q, (len(self.contacts),))
+
+    def gap_rates(self, q: ArrayLike, u: ArrayLike) -> FloatArray:
+        """Rates of the gaps (contacts,) in m/s."""
+        states, single = self._state(q, u)
+        found = self.kernels.of_state("gap_rates", *states)
+        return found[0] if single else found
+
+    def _of_q(self, kernel: str, q: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
+        states, single = self._batch(q, "q", len(self.q_names))
+        found = self.kernels.of_q(kernel, states).reshape(-1, *shape)
+        return found[0].copy() if single else found.copy()
+
+    # -- states ----------------------------------------------------------------------------------------------------
+
+    def start(self) -> tuple[FloatArray, FloatArray]:
+        """The scene's start (q, u); where parameters have changed since, the nearest state that is closed."""
+        poses = np.array(self.data["start"]["poses"], dtype=float)
+        q, u = self._read_off(poses), self._read_off(np.array(self.data["start"]["velocities"], dtype=float))
+        if self.cuts and np.max(np.abs(self.closure(q))) > JOINT_MISS:
+            q = self.assemble(q)
+        return self.project(q, u)
+
+    def state_from_poses(self, poses: ArrayLike, velocities: ArrayLike) -> tuple[FloatArray, FloatArray]:
+        """State (q, u) of links at ``poses`` (links, 3) moving with ``velocities`` (links, 3); nothing is projected.
+
+        Raises ``ValueError`` when joints miss by more than 1e-6 m, or their velocities by more than 1e-6 m/s.
+        """
+        given = self._rows(poses, "poses"), self._rows(velocities, "velocities")
+        q, u = self._read_off(given[0]), self._read_off(given[1])
+        misses = (
+            ("poses", "m", self.poses(q) - given[0], self.closure(q)),
+            ("velocities", "m/s", self.velocities(q, u) - given[1], self.kernels.of_state("closure_rate", q[None], u[None])),
+        )
+        for what, unit, difference, closure in misses:
+            miss = max(float(np.max(np.abs(part), initial=0.0)) for part in (difference[:, :2], closure))
+            if miss > JOINT_MISS:
+                raise ValueError(f"{what}: joints miss by {miss:.3g} {unit}, expected at most {JOINT_MISS:g} {unit}")
+        return q, u
+
+    def _rows(self, rows: ArrayLike, what: str) -> FloatArray:
+        found = np.array(rows, dtype=float)
+        if found.shape != (len(self.links), 3) or not np.all(np.isfinite(found)):
+            raise ValueError(f"{what}: found shape {found.shape}, expected finite numbers ({len(self.links)}, 3)")
+        return found
+
+    def _read_off(self, rows: FloatArray) -> FloatArray:
+        """Coordinates (or quasi-velocities) from poses (or their rates): the floating root's place, then the angles."""
+        base = rows[self.links.index(self.root), :2] if self.root in self.links else np.zeros(0)
+        return np.concatenate([base, rows[:, 2]])
+
+    def assemble(self, q: ArrayLike) -> FloatArray:
+        """The consistent configuration nearest to ``q`` in joint displacements (least squares), loops shut to rounding.
+
+        Raises ``ValueError`` when the loops cannot be closed from there, with the miss that remains.
+        """
+        states, single = self._batch(q, "q", len(self.q_names))
+        if not self.cuts:
+            return states[0] if single else states
+        found = np.array([nearest_closed(self.closure, self.jacobian, self._displacements(), one) for one in states])
+        return found[0] if single else found
+
+    def _displacements(self) -> FloatArray:
+        """Joint displacements as a linear map of q: relative angles of all joints; place and angle of a floating root."""
+        first = len(self.q_names) - len(self.links)
+        rows = []
+        for one, other in self.data["between"]:
+            row = np.zeros(len(self.q_names))
+            row[[first + other]] += other >= 0
+            row[[first + one]] -= one >= 0
+            rows.append(row)
+        if first:
+            rows += list(np.eye(len(self.q_names))[[0, 1, first + self.links.index(self.root)]])
+        return np.array(rows)
+
+    def project(self, q: ArrayLike, u: ArrayLike) -> tuple[FloatArray, FloatArray]:
+        """The state nearest to (q, u) on the closure, in the metric of the mass matrix (theory, section 6).
+
+        Raises ``ValueError`` when it does not converge: assemble a configuration that is far from closed first.
+        """
+        states, single = self._state(q, u)
+        new_q, new_u, outcomes = self.kernels.project(*states)
+        wrong = [f"state {i}: {text.replace('_', ' ')}" for i, text in enumerate(outcomes) if text != "done"]
+        if wrong:
+            raise ValueError(f"{self.name}: projection onto the closure failed ({'; '.join(wrong[:3])}); try assemble first")
+        return (new_q[0], new_u[0]) if single else (new_q, new_u)
+
+    def _state(self, q: ArrayLike, u: ArrayLike) -> tuple[tuple[FloatArray, FloatArray], bool]:
+        qs, single = self._batch(q, "q", len(self.q_names))
+        us, single_u = self._batch(u, "u", len(self.u_names))
+        if qs.shape[0] != us.shape[0] or single != single_u:
+            raise ValueError(f"q and u must hold equally many states, found shapes {np.shape(q)} and {np.shape(u)}")
+        return (qs, us), single
+
+    def _batch(self, x: ArrayLike, what: str, width: int) -> tuple[FloatArray, bool]:
+        found = np.array(x, dtype=float, order="C")
+        if found.ndim not in (1, 2) or found.shape[-1] != width:
+            raise ValueError(f"{what}: found shape {found.shape}, expected ({width},) or (states, {width})")
+        if not np.all(np.isfinite(found)):
+            raise ValueError(f"{what}: found {found[~np.isfinite(found)][0]}, expected finite numbers")
+        return np.atleast_2d(found), found.ndim == 1
+
+    def _no_inputs(self, inputs: object) -> None:
+        if inputs is not None:
+            raise ValueError(f"{self.name} has no inputs; found {inputs!r}, expected None")

@@ -1,0 +1,63 @@
+"""Parameter values of a model, by scene path; setting one takes effect at once, nothing is compiled again."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, MutableMapping
+
+
+class Parameters(MutableMapping[str, float]):
+    """Names are fixed, values are finite numbers in SI units; masses and inertias stay positive, restitution in [0, 1].
+
+    Raises ``KeyError`` for an unknown name (with the nearest known ones) and ``ValueError`` for an impossible value.
+    """
+
+    def __init__(self, values: Mapping[str, float], changed: Callable[[], None]) -> None:
+        self._values = dict(values)
+        self._changed = changed
+
+    def __getitem__(self, name: str) -> float:
+        self._known(name)
+        return self._values[name]
+
+    def __setitem__(self, name: str, value: float) -> None:
+        self.update({name: value})
+
+    def __delitem__(self, name: str) -> None:
+        raise TypeError("a model's parameters cannot be removed; generate a model without the effect instead")
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._values)
+
+    def __len__(self) -> int:
+        return len(self._values)
+
+    def __repr__(self) -> str:
+        return f"Parameters({self._values!r})"
+
+    def update(self, other: Mapping[str, float], /) -> None:  # type: ignore[override]
+        """Set several values together: all of them, or none when one is wrong."""
+        checked = {name: self._checked(name, value) for name, value in other.items()}
+        self._values.update(checked)
+        self._changed()
+
+    def _known(self, name: str) -> None:
+        if name not in self._values:
+            from difflib import get_close_matches
+
+            near = get_close_matches(str(name), self._values, n=3) or list(self._values)[:3]
+            raise KeyError(f"the model has no parameter {name!r}; it has, among others, {', '.join(near)}")
+
+    def _checked(self, name: str, value: float) -> float:
+        self._known(name)
+        try:
+            number = float(value)
+        except (TypeError, ValueError):
+            raise ValueError(f"{name}: found {value!r}, expected a number") from None
+        if not math.isfinite(number):
+            raise ValueError(f"{name}: found {number}, expected a finite number")
+        if name.endswith((".mass", ".inertia")) and not number > 0.0:
+            raise ValueError(f"{name}: found {number}, expected a positive number")
+        if name.endswith(".restitution") and not 0.0 <= number <= 1.0:
+            raise ValueError(f"{name}: found {number}, expected a number from 0 to 1")
+        return number

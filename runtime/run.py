@@ -1,0 +1,253 @@
+"""The record of one simulated motion: what happened, how exactly, and ways to keep and to see it."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .extras import needed
+from .frames import Drawable, FloatArray
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Advance = Callable[[float, FloatArray, FloatArray, float], tuple[FloatArray, FloatArray]]
+FORMAT_VERSION = 1
+
+
+@dataclass(frozen=True, eq=False)
+class Impact:
+    """Contacts that struck together at the instant t.
+
+    `contacts` are (point, ground) names, `impulses` (k,) theirs along the grounds' normals in N s, `u_minus` and
+    `u_plus` (nu,) the velocities before and after, `energy_loss` the kinetic energy that went, in J.
+    """
+
+    t: float
+    contacts: tuple[tuple[str, str], ...]
+    u_minus: FloatArray
+    u_plus: FloatArray
+    impulses: FloatArray
+    energy_loss: float
+
+    def __post_init__(self) -> None:
+        _freeze(self, "u_minus", "u_plus", "impulses")
+        if self.u_minus.ndim != 1 or self.u_plus.shape != self.u_minus.shape:
+            shapes = f"{self.u_minus.shape} and {self.u_plus.shape}"
+            raise ValueError(f"velocities of an impact have shapes {shapes}, expected (nu,) for both")
+        if not self.contacts or self.impulses.shape != (len(self.contacts),):
+            raise ValueError(f"impact has {len(self.contacts)} contacts and impulses of shape {self.impulses.shape}")
+        if not (np.isfinite(self.t) and np.isfinite(self.energy_loss)):
+            raise ValueError(f"impact has time {self.t} and energy loss {self.energy_loss}, expected finite numbers")
+
+
+@dataclass(frozen=True)
+class Phase:
+    """A stretch of the motion of one kind; an impact starts and ends at the same instant."""
+
+    kind: Literal["flight", "impact"]
+    start: float
+    end: float
+
+    def __post_init__(self) -> None:
+        if self.kind not in ("flight", "impact"):
+            raise ValueError(f"phase is of kind {self.kind!r}, not 'flight' or 'impact'")
+        if not self.start <= self.end < np.inf:
+            raise ValueError(f"phase goes from {self.start} to {self.end}")
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """A simulated motion: rows t (nt,), q (nt, nq), u (nt, nu); an impact is two rows of the same t, before and after.
+
+    `model` carries the parameter values that the motion was computed with. `advance(t0, q0, u0, h)` is the state that
+    one projected step of the run's method reaches from a recorded row. `success` says whether the end was reached,
+    `message` why not. Audits: `closure_max`, the largest gap of a cut joint (m), and `energy_drift`, the largest
+    unexplained change of energy (J), over all rows.
+    """
+
+    model: Drawable
+    t: FloatArray
+    q: FloatArray
+    u: FloatArray
+    impacts: tuple[Impact, ...]
+    phases: tuple[Phase, ...]
+    success: bool
+    message: str
+    nfev: int
+    closure_max: float
+    energy_drift: float
+    advance: Advance = field(repr=False)
+
+    def __post_init__(self) -> None:
+        _freeze(self, "t", "q", "u")
+        if self.t.ndim != 1 or not self.t.size or np.any(np.diff(self.t) < 0):
+            raise ValueError("times of a run must be a row of at least one number that never decreases")
+        for name, names in (("q", self.model.q_names), ("u", self.model.u_names)):
+            shape = getattr(self, name).shape
+            if shape != (self.t.size, len(names)):
+                raise ValueError(
+                    f"{name} of a run has shape {shape}, expected {(self.t.size, len(names))}: (times, names)"
+                )
+        for impact in self.impacts:
+            if impact.u_minus.shape != self.u.shape[1:]:
+                found, wanted = impact.u_minus.shape, self.u.shape[1:]
+                raise ValueError(f"velocities of the impact at t = {impact.t} have shape {found}, expected {wanted}")
+            if impact.t not in self.t:
+                raise ValueError(f"impact at t = {impact.t} is at none of the recorded times")
+        times = [impact.t for impact in self.impacts]
+        if times != sorted(times):
+            raise ValueError("impacts of a run must be in the order of time")
+        if any(after.start != before.end for before, after in zip(self.phases, self.phases[1:], strict=False)):
+            raise ValueError("each phase of a run must start where the one before it ends")
+        if not (self.closure_max >= 0 and self.energy_drift >= 0):
+            raise ValueError(f"audits of a run are {self.closure_max} and {self.energy_drift}, expected numbers >= 0")
+
+    def at(self, t: ArrayLike) -> tuple[FloatArray, FloatArray]:
+        """The state (q, u) at t, a number or a row of them, as accurate as the run; after-impact at an impact time.
+
+        Starts from the last recorded row that is not later than t and makes one step from there.
+        """
+        times = np.asarray(t, dtype=float)
+        if times.ndim > 1:
+            raise ValueError(f"times have shape {times.shape}, expected a number or a row of them")
+        if not np.all((times >= self.t[0]) & (times <= self.t[-1])):
+            raise ValueError(f"the run goes from t = {self.t[0]} to {self.t[-1]}; asked for {times}")
+        wanted = np.atleast_1d(times)
+        rows = np.searchsorted(self.t, wanted, side="right") - 1
+        q, u = self.q[rows], self.u[rows]
+        for k in np.flatnonzero(wanted > self.t[rows]):
+            start = float(self.t[rows[k]])
+            q[k], u[k] = self.advance(start, self.q[rows[k]], self.u[rows[k]], float(wanted[k]) - start)
+        return (q, u) if times.ndim else (q[0], u[0])
+
+    def save(self, path: str | os.PathLike[str]) -> Path:
+        """Write everything recorded to an .npz file, whole or not at all; `numpy.load` reads it."""
+        target = Path(path)
+        if target.suffix != ".npz":
+            raise ValueError(f"a run is saved as .npz, found {target.name!r}; use another name")
+        write_whole(target, lambda part: np.savez_compressed(part, allow_pickle=False, **self._arrays()))
+        return target
+
+    def _arrays(self) -> dict[str, Any]:
+        """The run as named arrays without objects; contacts of impact k are impact_offsets[k]:impact_offsets[k + 1]."""
+        impacts, parameters = self.impacts, dict(self.model.parameters)
+        contacts = [contact for impact in impacts for contact in impact.contacts]
+        return {
+            "format": np.array("ccgen run"),
+            "format_version": np.array(FORMAT_VERSION),
+            "model": np.array(self.model.name),
+            "q_names": _texts(self.model.q_names),
+            "u_names": _texts(self.model.u_names),
+            "parameter_names": _texts(parameters),
+            "parameter_values": np.array(list(parameters.values()), dtype=float),
+            "t": self.t,
+            "q": self.q,
+            "u": self.u,
+            "impact_t": np.array([impact.t for impact in impacts], dtype=float),
+            "impact_offsets": np.cumsum([0] + [len(impact.contacts) for impact in impacts]),
+            "impact_points": _texts(point for point, _ in contacts),
+            "impact_grounds": _texts(ground for _, ground in contacts),
+            "impact_impulses": np.concatenate([np.zeros(0)] + [impact.impulses for impact in impacts]),
+            "impact_u_minus": np.reshape([impact.u_minus for impact in impacts], (-1, self.u.shape[1])),
+            "impact_u_plus": np.reshape([impact.u_plus for impact in impacts], (-1, self.u.shape[1])),
+            "impact_energy_loss": np.array([impact.energy_loss for impact in impacts], dtype=float),
+            "phase_kinds": _texts(phase.kind for phase in self.phases),
+            "phase_starts": np.array([phase.start for phase in self.phases], dtype=float),
+            "phase_ends": np.array([phase.end for phase in self.phases], dtype=float),
+            "success": np.array(self.success),
+            "message": np.array(self.message),
+            "nfev": np.array(self.nfev),
+            "closure_max": np.array(self.closure_max),
+            "energy_drift": np.array(self.energy_drift),
+        }
+
+    def to_xarray(self) -> Any:
+        """The run as an xarray.Dataset: rows over `t`, impacts over `impact`, their contacts over `contact`."""
+        xarray = needed("xarray", "a run as a Dataset")
+        arrays = self._arrays()
+        kinetic, potential = self.model.energy(self.q, self.u)
+        owners = np.repeat(np.arange(len(self.impacts)), np.diff(arrays["impact_offsets"]))
+        data = {
+            "q": (("t", "coordinate"), self.q, {"long_name": "coordinates", "units": "see q_units"}),
+            "u": (("t", "velocity"), self.u, {"long_name": "velocities", "units": "see u_units"}),
+            "kinetic_energy": ("t", kinetic, {"units": "J"}),
+            "potential_energy": ("t", potential, {"units": "J"}),
+            "u_minus": (("impact", "velocity"), arrays["impact_u_minus"], {"units": "see u_units"}),
+            "u_plus": (("impact", "velocity"), arrays["impact_u_plus"], {"units": "see u_units"}),
+            "energy_loss": ("impact", arrays["impact_energy_loss"], {"units": "J"}),
+            "impulse": ("contact", arrays["impact_impulses"], {"units": "N s"}),
+            "parameters": ("parameter", arrays["parameter_values"], {"units": "SI"}),
+        }
+        coordinates = {
+            "t": ("t", self.t, {"long_name": "time", "units": "s"}),
+            "coordinate": arrays["q_names"],
+            "q_units": ("coordinate", _texts(_unit(name) for name in self.model.q_names)),
+            "velocity": arrays["u_names"],
+            "u_units": ("velocity", _texts(f"{_unit(name)}/s" for name in self.model.u_names)),
+            "impact_t": ("impact", arrays["impact_t"], {"units": "s"}),
+            "contact_impact": ("contact", owners, {"long_name": "number of the impact, from 0"}),
+            "contact_point": ("contact", arrays["impact_points"]),
+            "contact_ground": ("contact", arrays["impact_grounds"]),
+            "parameter": arrays["parameter_names"],
+        }
+        facts = ("model", "success", "message", "nfev", "closure_max", "energy_drift")
+        attributes = {name: arrays[name].item() for name in facts}
+        attributes["success"] = int(self.success)  # netCDF has no truth values
+        return xarray.Dataset(data, coordinates, attributes)
+
+    def plot(self, path: str | os.PathLike[str] | None = None) -> Figure:
+        """A figure of poses, energy, heights and closure over time; with a path it is also saved there, as a PNG."""
+        from .plot import draw
+
+        figure: Figure = draw(self, path)
+        return figure
+
+    def animate(self, path: str | os.PathLike[str]) -> Path:
+        """Write the motion as a page that plays in a browser (.html) or as a moving picture (.gif)."""
+        target = Path(path)
+        if target.suffix == ".html":
+            from .player import write_player
+
+            return write_player(self, target)
+        if target.suffix == ".gif":
+            from .gif import write_gif
+
+            return write_gif(self, target)
+        raise ValueError(f"an animation is an .html page or a .gif picture, found {target.name!r}; use one of the two")
+
+
+def write_whole(target: Path, write: Callable[[Any], object]) -> None:
+    """Let `write` fill a file beside the target and put it in place only once it is complete."""
+    part = target.with_name(f".{target.name}.{os.getpid()}.part")
+    try:
+        with open(part, "wb") as file:
+            write(file)
+        os.replace(part, target)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def _freeze(record: object, *names: str) -> None:
+    """Make the named fields read-only float arrays of finite numbers."""
+    for name in names:
+        array = np.array(getattr(record, name), dtype=float)
+        if not np.all(np.isfinite(array)):
+            raise ValueError(f"{name} of the {type(record).__name__.lower()} holds a number that is not finite")
+        array.flags.writeable = False
+        object.__setattr__(record, name, array)
+
+
+def _texts(texts: Any) -> Any:
+    return np.array(list(texts), dtype=np.str_)
+
+
+def _unit(name: str) -> str:
+    """The unit of a coordinate, and per second of a velocity, from its name: angles are theta_* and w_*."""
+    return "rad" if name.startswith(("theta_", "w_")) else "m"

@@ -1,0 +1,169 @@
+"""Simulates a model through flight and impact: one compiled run, and the record made from it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ._core import methods
+from .frames import FloatArray
+from .model import Model
+from .run import Impact, Phase, Run
+
+STEP_BUDGET = 10_000_000
+DEPTH = 1e-8
+"""A start deeper inside a ground than this, relative to the mechanism's length, is refused; less is rounding."""
+
+
+def simulate(
+    model: Model,
+    q0: ArrayLike | None = None,
+    u0: ArrayLike | None = None,
+    until: float | None = None,
+    rtol: float | None = None,
+    atol: float | None = None,
+    method: str | None = None,
+    params: Mapping[str, float] | None = None,
+    inputs: object = None,
+    *,
+    step: float | None = None,
+    progress: Callable[[float], object] | None = None,
+) -> Run:
+    """Integrate ``model`` from (``q0``, ``u0``) at t = 0 to ``until`` (s).
+
+    Start, end and tolerances come from the scene unless given; ``atol`` is ``rtol`` unless given. ``params`` are values
+    by scene path for this run only. ``step`` (s) fixes the step size instead of choosing it by the error estimate.
+    ``progress`` is called with the time reached, now and then. The start is projected onto the closure.
+
+    The run's ``success`` is false when it stopped before the end; ``message`` then says where, why, and what to try, and
+    the run holds everything up to there. Raises ``ValueError`` for arguments that cannot be simulated: wrong shapes,
+    numbers that are not finite, an unknown method, a start inside a ground.
+    """
+    model = model.with_parameters(params)
+    model._no_inputs(inputs)
+    settings = model.data["run"]
+    until = _positive("until", settings["until"] if until is None else until)
+    rtol = _positive("rtol", settings["rtol"] if rtol is None else rtol)
+    atol = _positive("atol", (settings["atol"] or rtol) if atol is None else atol)
+    fixed = 0.0 if step is None else _positive("step", step)
+    name = methods()[0] if method is None else method
+    if name not in methods():
+        raise ValueError(f"method: found {name!r}, expected one of {', '.join(methods())}")
+    if not 1e-15 <= rtol < 1.0:
+        raise ValueError(f"rtol: found {rtol}, expected a number from 1e-15 to 1")
+    q, u = _start(model, q0, u0)
+    found = model.kernels.simulate(q, u, name, until, rtol, atol, fixed, STEP_BUDGET, progress)
+    return _record(model, name, until, found)
+
+
+def _positive(name: str, value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float | np.number) or not 0.0 < value < math.inf:
+        raise ValueError(f"{name}: found {value!r}, expected a positive number")
+    return float(value)
+
+
+def _start(model: Model, q0: ArrayLike | None, u0: ArrayLike | None) -> tuple[FloatArray, FloatArray]:
+    own_q, own_u = model.start()
+    q = own_q if q0 is None else np.asarray(q0, dtype=float)
+    u = (own_u if q0 is None else np.zeros_like(own_u)) if u0 is None else np.asarray(u0, dtype=float)
+    if q.ndim != 1 or u.ndim != 1:
+        raise ValueError(f"q0, u0: found shapes {q.shape} and {u.shape}, expected {own_q.shape} and {own_u.shape}")
+    q, u = model.project(q, u)
+    depths = -model.gaps(q)
+    if depths.size and depths.max() > DEPTH * model.length:
+        point, ground = model.contacts[int(np.argmax(depths))]
+        raise ValueError(f"the start has {point} inside {ground} by {depths.max():.6g} m; raise the start")
+    return q, u
+
+
+def _record(model: Model, name: str, until: float, found: dict[str, Any]) -> Run:
+    """The run from what the core recorded, with its audits."""
+    impacts = _impacts(model, found)
+    t, q, u = found["t"], found["q"], found["u"]
+    kinetic, potential = model.energy(q, u)
+    lost = np.zeros(t.size)
+    for impact, row in zip(impacts, found["after"], strict=True):
+        lost[row:] += impact.energy_loss
+    energy = kinetic + potential
+    drift = np.abs(energy - energy[0] + lost)
+
+    def advance(t0: float, q0: FloatArray, u0: FloatArray, h: float) -> tuple[FloatArray, FloatArray]:
+        new_q, new_u, outcome = model.kernels.advance(name, t0, np.array(q0), np.array(u0), h)
+        if outcome != "done":
+            raise ValueError(f"no state between the rows at t = {t0} and after ({outcome.replace('_', ' ')})")
+        return new_q, new_u
+
+    return Run(
+        model=model,
+        t=t,
+        q=q,
+        u=u,
+        impacts=impacts,
+        phases=_phases(t, impacts),
+        success=found["outcome"] == "done",
+        message=_message(model, until, found),
+        nfev=int(found["evaluations"]),
+        closure_max=float(np.max(np.abs(model.closure(q)), initial=0.0)),
+        energy_drift=float(drift.max()),
+        advance=advance,
+    )
+
+
+def _impacts(model: Model, found: dict[str, Any]) -> tuple[Impact, ...]:
+    records = []
+    for i, t in enumerate(found["impact_t"]):
+        part = slice(found["first"][i], found["first"][i + 1])
+        records.append(
+            Impact(
+                t=float(t),
+                contacts=tuple(model.contacts[c] for c in found["contacts"][part]),
+                u_minus=found["u_minus"][i],
+                u_plus=found["u_plus"][i],
+                impulses=found["impulses"][part],
+                energy_loss=float(found["energy_loss"][i]),
+            )
+        )
+    return tuple(records)
+
+
+def _phases(t: FloatArray, impacts: tuple[Impact, ...]) -> tuple[Phase, ...]:
+    """Flights between the impacts, and the impacts."""
+    phases, now = [], float(t[0])
+    for impact in impacts:
+        if impact.t > now:
+            phases.append(Phase("flight", now, impact.t))
+        phases.append(Phase("impact", impact.t, impact.t))
+        now = impact.t
+    if t[-1] > now:
+        phases.append(Phase("flight", now, float(t[-1])))
+    return tuple(phases)
+
+
+def _message(model: Model, until: float, found: dict[str, Any]) -> str:
+    """One sentence on how the run ended, and what to try when it ended early."""
+    t, outcome = found["t_end"], found["outcome"]
+    if outcome == "done":
+        return f"reached t = {until:g} s"
+    contact = "a contact"
+    if found["contact"] >= 0:
+        contact = "{} on {}".format(*model.contacts[found["contact"]])
+    reasons = {
+        "accumulation": f"impacts of {contact} accumulate at t = {found['accumulation']:.12g} s (estimated); what follows "
+        f"is sustained contact, which is not simulated yet; end the run before, at until = {math.floor(t * 1000) / 1000:g}",
+        "sustained": f"{contact} stays closed, and sustained contact is not simulated yet; end the run before, or start "
+        "it above the ground",
+        "lost_rank": "the closure rows lose rank there (a flattened loop or a change point); start elsewhere, or end the "
+        "run before",
+        "not_finite": "an acceleration is not a finite number; check the parameters and the start",
+        "step_too_small": "no step is small enough for the tolerance; ask for a larger rtol",
+        "not_closed": "the loops cannot be kept closed; ask for a smaller rtol",
+        "repeats": "impacts at one instant do not come to an end; check the coefficients of restitution",
+        "budget": f"{STEP_BUDGET} steps are spent; ask for a larger rtol or an earlier end",
+        "interrupted": "interrupted",
+        "no_memory": "memory ran out; record less by ending earlier",
+    }
+    return f"stopped at t = {t:.12g} s: {reasons[outcome]}"

@@ -1,0 +1,15 @@
+"""The one compiled extension of the runtime; everything else is in pyproject.toml."""
+
+from glob import glob
+
+from Cython.Build import cythonize
+from setuptools import Extension, setup
+
+core = Extension(
+    "ccgen.runtime._core",
+    ["runtime/_core.pyx", *sorted(glob("runtime/core/*.c"))],
+    include_dirs=["runtime"],
+    depends=["runtime/model.h", *glob("runtime/core/*.h")],
+    extra_compile_args=["-O2", "-std=c11"],
+)
+setup(ext_modules=cythonize([core], build_dir=".cache"), options={"build": {"build_base": ".cache/setuptools"}})

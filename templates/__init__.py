@@ -1,0 +1,1 @@
+"""Templates of the generated files; each looks like the file it makes."""
