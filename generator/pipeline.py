@@ -18,7 +18,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from .emit.cache import fetch_or_build, is_current, key_of, runtime_folder
+from .emit.cache import HEADERS, fetch_or_build, is_current, key_of, runtime_folder
 from .emit.compiler import Compiler, compile_model, cythonize, find_compiler
 from .scene.scene import Scene
 from .version import VERSION
@@ -81,7 +81,8 @@ def _build(scene: Scene, compiler: Compiler, folder: Path, tell: Progress) -> No
     banner = Banner(scene.name, scene.package, VERSION, hash_)
     (folder / "_binding.pyx").write_text(render_binding(banner))
     (folder / "__init__.py").write_text(render_package(banner))
-    (folder / "model.h").write_bytes((runtime_folder() / "model.h").read_bytes())
+    for header in HEADERS:
+        (folder / header).write_bytes((runtime_folder() / header).read_bytes())
     with ThreadPoolExecutor(1) as beside:
         binding = beside.submit(cythonize, folder)
         _write_model(scene, banner, folder, tell)

@@ -51,7 +51,10 @@ def run(
     out: Annotated[Path | None, typer.Option(metavar="DIR", help="folder of results [results/<name>]")] = None,
     gif: Annotated[bool, typer.Option("--gif", help="write an animation as GIF too")] = False,
 ) -> None:
-    """Simulate a scene; print impacts and audit; write result, plot and player."""
+    """Simulate a scene; print impacts and audit; write result, plot and player.
+
+    Exit code 0: the end was reached, 2: wrong input, 3: stopped early, by itself or by Ctrl-C, with results written.
+    """
     from .run import run as work
 
     work(scene, until, rtol, method, out, gif)

@@ -7,10 +7,15 @@ from pathlib import Path
 
 import typer
 
+from ..emit.cache import OutputError
+from ..emit.compiler import CompileError
 from ..pipeline import generate
 from ..scene import Scene, SceneError, chain, loop, pinned
 from ..version import VERSION
-from .common import check_folder, fail, progress, read, tell_assembly, trouble
+from .folders import check_folder
+from .progress import progress
+from .refusal import fail, refusing
+from .scene_file import read, tell_assembly
 
 
 @dataclass(frozen=True)
@@ -56,8 +61,8 @@ def build(standard: Standard, scene_file: Path | None, out: Path) -> None:
     scene = standard.scene() if scene_file is None else read(scene_file)
     check_folder(out, "--out")
     tell_assembly(scene)
-    with trouble(), progress() as say:
-        folder = generate(scene, out, say)
+    with refusing(CompileError, OutputError), progress() as tell:
+        folder = generate(scene, out, tell.stage)
     typer.echo(str(folder))
 
 

@@ -7,7 +7,9 @@ from pathlib import Path
 import typer
 
 from ..pipeline import listing
-from .common import fail, progress, read, trouble
+from .progress import progress
+from .refusal import fail, refusing
+from .scene_file import read
 
 LISTING = "equations.txt"
 
@@ -15,11 +17,12 @@ LISTING = "equations.txt"
 def diff(old: str, new: str) -> None:
     """Print what differs; exit code 0 when nothing does, 1 when something does, 2 when they cannot be compared."""
     from ..program.compare import compare
+    from ..program.reading import ListingError
 
-    with trouble(), progress() as say:
-        say("derive")
+    with refusing(ListingError), progress() as tell:
+        tell.stage("derive")
         texts = [equations(Path(name)) for name in (old, new)]
-        say("compare")
+        tell.stage("compare")
         report = compare(texts[0], texts[1], old, new)
     if not report.same:
         typer.echo(report.text, nl=False)
@@ -29,8 +32,14 @@ def diff(old: str, new: str) -> None:
 
 def equations(path: Path) -> str:
     """The listing that ``path`` means: that of a generated folder, of a scene, or the file itself."""
-    if path.is_dir():
-        path = path / LISTING
-    if not path.is_file():
-        fail(f"{path}: found no such file, expected a generated folder, an {LISTING} or a scene")
-    return listing(read(path)) if path.suffix == ".toml" else path.read_text()
+    file = path / LISTING if path.is_dir() else path
+    if not file.is_file():
+        fail(f"{file}: found no such file, expected a generated folder, an {LISTING} or a scene")
+    if file.suffix == ".toml":
+        return listing(read(file))
+    try:
+        return file.read_text(encoding="utf-8")
+    except OSError as error:
+        fail(f"{file}: cannot be read ({error.strerror}), expected a generated folder, an {LISTING} or a scene")
+    except UnicodeDecodeError:
+        fail(f"{file}: found bytes that are not UTF-8, expected a generated folder, an {LISTING} or a scene")

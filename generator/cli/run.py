@@ -3,111 +3,84 @@
 from __future__ import annotations
 
 import math
-import sys
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
-import numpy as np
 import typer
 
-from ..effects.ground import Ground
+from ..emit.cache import OutputError
+from ..emit.compiler import CompileError
 from ..pipeline import generate
-from ..scene import Scene
-from .common import check_folder, fail, progress, read, tell_assembly, trouble
+from .folders import check_folder
+from .progress import progress
+from .refusal import STOPPED_EARLY, fail, refusing
+from .report import print_audit, print_impacts
+from .scene_file import read, tell_assembly
 
-SHOWN = 40
-"""Impacts printed; a longer list is cut, the result file has them all."""
+if TYPE_CHECKING:
+    from ccgen.runtime import Run
+
+MODELS = Path("build")
+"""Folder of generated models."""
 
 
 def run(
     scene_file: Path, until: float | None, rtol: float | None, method: str | None, out: Path | None, gif: bool
 ) -> None:
-    """Simulate the scene into the folder ``out``; exit code 3 when the run stopped early."""
-    if until is not None and not (until > 0.0 and math.isfinite(until)):
-        fail(f"--until {until}: expected a positive number of seconds; correct it")
-    if rtol is not None and not 0.0 < rtol < 1.0:
-        fail(f"--rtol {rtol}: expected a number between 0 and 1; correct it")
+    """Simulate the scene into the folder ``out``; exit code 3 when the run stopped early.
+
+    Ctrl-C stops a simulation early too: what it has is kept, drawn and printed.
+    """
+    check_numbers(until, rtol)
     scene = read(scene_file)
     folder = Path("results") / scene.name if out is None else out
     check_folder(folder, "--out")
-    check_folder(Path("build"), "model folder")
+    check_folder(MODELS, "folder of models")
+    check_method(method)
     tell_assembly(scene)
     from ccgen.runtime import load_model, simulate
 
-    with trouble(), progress() as say:
-        model = load_model(generate(scene, "build", say))
-        say("simulate")
-        result = simulate(model, until=until, rtol=rtol, method=method)
-        say("draw")
-        files = write(result, folder, gif)
-    print_impacts(scene, model, result)
+    end = scene.run.until if until is None else until
+    with progress() as tell:
+        with refusing(CompileError, OutputError):
+            model = load_model(generate(scene, MODELS, tell.stage))
+        tell.stage("simulate")
+        with refusing(ValueError):
+            result = simulate(model, until=until, rtol=rtol, method=method, progress=lambda t: tell.reached(t, end))
+        tell.stage("draw")
+        with refusing(OSError):
+            files = write(result, folder, gif)
+    print_impacts(model, result)
     print_audit(result)
-    typer.echo("written: " + ", ".join(str(file) for file in files))
+    typer.echo(f"written: {', '.join(str(folder / file) for file in files)}")
     if not result.success:
-        fail(f"{scene.name}: stopped at t = {result.t[-1]:.10g} s: {result.message}", 3)
+        fail(f"{scene.name}: {result.message}", STOPPED_EARLY)
 
 
-def write(result: Any, folder: Path, gif: bool) -> list[Path]:
-    """Write result, plot, player and, if asked, a GIF into ``folder``; the files written."""
+def check_numbers(until: float | None, rtol: float | None) -> None:
+    """Stop with exit code 2 unless the numbers asked for can be simulated."""
+    if until is not None and not (until > 0.0 and math.isfinite(until)):
+        fail(f"--until {until}: expected a positive number of seconds; correct it")
+    if rtol is not None and not 1e-15 <= rtol < 1.0:
+        fail(f"--rtol {rtol}: expected a number from 1e-15 to 1; correct it")
+
+
+def check_method(method: str | None) -> None:
+    """Stop with exit code 2 unless the runtime has the ``method``."""
+    from ccgen.runtime import methods
+
+    if method is not None and method not in methods():
+        fail(f"--method {method}: expected one of {', '.join(methods())}; choose one")
+
+
+def write(result: Run, folder: Path, gif: bool) -> list[str]:
+    """Write result, plot, player and, if asked, a GIF into ``folder``; the names of the files written."""
     folder.mkdir(parents=True, exist_ok=True)
-    files = [folder / name for name in ("result.npz", "plot.png", "player.html")]
-    result.save(files[0])
-    result.plot(files[1])
-    result.animate(files[2])
+    result.save(folder / "result.npz")
+    result.plot(folder / "plot.png")
+    result.animate(folder / "player.html")
+    files = ["result.npz", "plot.png", "player.html"]
     if gif:
-        files.append(folder / "animation.gif")
-        result.animate(files[3])
+        result.animate(folder / "animation.gif")
+        files.append("animation.gif")
     return files
-
-
-def print_impacts(scene: Scene, model: Any, result: Any) -> None:
-    """The impacts as a table: when, which points, how fast they came, the impulses, the energy lost."""
-    if not result.impacts:
-        typer.echo("no impacts")
-        return
-    from rich.console import Console
-    from rich.table import Table
-
-    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
-    for title, side in (("#", "right"), ("t, s", "right"), ("contacts", "left")):
-        table.add_column(title, justify="right" if side == "right" else "left", no_wrap=True)
-    for title in ("speed before, m/s", "impulse, N s", "energy loss, J"):
-        table.add_column(title, justify="right", no_wrap=True)
-    for number, impact in enumerate(result.impacts[:SHOWN], 1):
-        speeds = normal_speeds(scene, model, result, impact)
-        table.add_row(
-            str(number),
-            f"{impact.t:.12f}",
-            "\n".join(point if len(model.grounds) == 1 else f"{point} on {at}" for point, at in impact.contacts),
-            "\n".join(f"{speed:.9f}" for speed in speeds),
-            "\n".join(f"{impulse:.9f}" for impulse in impact.impulses),
-            f"{impact.energy_loss:.9f}",
-        )
-    wide = 120 if not sys.stdout.isatty() else None
-    Console(width=wide, highlight=False).print(table)
-    if len(result.impacts) > SHOWN:
-        typer.echo(f"and {len(result.impacts) - SHOWN} more")
-
-
-def normal_speeds(scene: Scene, model: Any, result: Any, impact: Any) -> list[float]:
-    """Speed of each contact of ``impact`` along the ground's normal just before it (m/s, negative inwards)."""
-    q = result.q[int(np.searchsorted(result.t, impact.t))]
-    poses, moving = model.poses(q), model.velocities(q, impact.u_minus)
-    grounds = {effect.name: effect for effect in scene.effects if isinstance(effect, Ground)}
-    speeds = []
-    for name, at in impact.contacts:
-        ref = dict(grounds[at].contacts)[name]
-        arm = complex(*scene.mechanism.point(ref).values()) * np.exp(1j * poses[ref.link][2])
-        vx, vy, spin = moving[ref.link]
-        normal = grounds[at].normal.values()
-        speeds.append(float((vx - spin * arm.imag) * normal[0] + (vy + spin * arm.real) * normal[1]))
-    return speeds
-
-
-def print_audit(result: Any) -> None:
-    """How far the run got and how exact it was."""
-    steps = len(result.t) - 1 - len(result.impacts)
-    typer.echo(
-        f"t = {result.t[-1]:.10g} s, impacts: {len(result.impacts)}, steps: {steps}, evaluations: {result.nfev}\n"
-        f"closure {result.closure_max:.2e} m, energy drift {result.energy_drift:.2e} J"
-    )

@@ -6,7 +6,9 @@ from pathlib import Path
 
 import typer
 
-from .common import progress, read, tell_assembly, trouble
+from .progress import progress
+from .refusal import refusing
+from .scene_file import read, tell_assembly
 
 
 def show(scene_file: Path, latex: bool, expand: bool) -> None:
@@ -15,7 +17,7 @@ def show(scene_file: Path, latex: bool, expand: bool) -> None:
     tell_assembly(scene)
     from ..emit.show import show_text
 
-    with trouble(), progress() as say:
-        say("derive")
+    with refusing(ValueError), progress() as tell:  # too many links to expand
+        tell.stage("derive")
         text = show_text(scene, latex, expand)
     typer.echo(text)

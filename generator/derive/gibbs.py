@@ -224,7 +224,9 @@ class Recursion:
     def _sweep(self, impact: bool) -> None:
         """Every acceleration and multiplier from the root outwards (eq. 11); in impact, velocity jumps and impulses."""
         topology, kinematics = self.kinematics.topology, self.kinematics
+        phase = "impact" if impact else "flight"
         self._solve(topology.root, impact)
+        self.ledger.close(f"outwards in {phase}: {kinematics.title(topology.root)}")
         for branch in topology.branches:
             start = self._acceleration(branch.parent, impact)
             if branch.parent == GROUND:
@@ -237,8 +239,7 @@ class Recursion:
                 name = solution_name(branch.link, v, impact)
                 self.known[impact, branch.link, v] = self.ledger.let(name, value[axis])
             self._solve(branch.link, impact)
-        phase = "impact" if impact else "flight"
-        self.ledger.close(f"outwards: {phase}")
+            self.ledger.close(f"outwards in {phase}: {kinematics.title(branch.link)}")
 
     def _acceleration(self, link: int, impact: bool) -> Vector:
         if link == GROUND:

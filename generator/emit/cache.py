@@ -12,6 +12,9 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+HEADERS = ("model.h", "sincos.h")
+"""Headers of the runtime that a generated model is compiled with; a copy lies in its package."""
+
 KEY = ".key"
 """File of a generated package that holds the key of what it was made from."""
 
@@ -50,7 +53,8 @@ def key_of(*texts: str) -> str:
         for file in sorted(folder.rglob("*")):
             if file.suffix in (".py", ".j2") and "cli" not in file.parts:
                 digest.update(file.name.encode() + b"\0" + file.read_bytes())
-    digest.update((runtime_folder() / "model.h").read_bytes())
+    for header in HEADERS:
+        digest.update((runtime_folder() / header).read_bytes())
     return digest.hexdigest()
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 
 import sympy as sp
@@ -54,16 +55,23 @@ def write(e: sp.Expr, dialect: Dialect) -> str:
     raise TypeError(f"no way to write {type(e).__name__}: {e}")
 
 
-def _reading_order(term: str) -> tuple[bool, bool, int, str]:
-    """Positive terms first, short ones before long ones."""
+_NUMBER = re.compile(r"\d+")
+
+
+def _reading_order(term: str) -> tuple[bool, bool, int, str, list[int]]:
+    """Positive terms first, short ones before long ones; numbers in names decide last, so that links are written alike."""
     bare = term.removeprefix("-")
-    return (term.startswith("-"), "*" in bare or "/" in bare, bare.count("*"), bare)
+    return (term.startswith("-"), "*" in bare or "/" in bare, bare.count("*"), *_blurred(bare))
+
+
+def _blurred(text: str) -> tuple[str, list[int]]:
+    return _NUMBER.sub("#", text), [int(number) for number in _NUMBER.findall(text)]
 
 
 def _product(e: sp.Mul, dialect: Dialect) -> str:
     coefficient, factors = e.as_coeff_mul()
-    over = sorted((a for a in factors if not _is_divisor(a)), key=lambda a: (not a.is_Symbol, str(a)))
-    under = sorted((1 / a for a in factors if _is_divisor(a)), key=str)
+    over = sorted((a for a in factors if not _is_divisor(a)), key=lambda a: (not a.is_Symbol, _blurred(str(a))))
+    under = sorted((1 / a for a in factors if _is_divisor(a)), key=lambda a: _blurred(str(a)))
     sign, coefficient = ("-" if coefficient < 0 else ""), abs(coefficient)
     texts = [_factor(a, dialect) for a in over]
     if coefficient != 1 or not texts:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 
 import jinja2
@@ -12,6 +12,7 @@ import sympy as sp
 from ..derive.equations import Kernel, Output
 from ..program.program import Function, Program
 from .expressions import C, write
+from .rolling import NAME, Lines, Place, roll
 
 RANK_TOLERANCE = "1e-13"
 """A pivot of the closure rows below this fraction of its scale has lost its digits: rows are dependent."""
@@ -120,7 +121,9 @@ def _constants(program: Program) -> dict[str, object]:
         "signature": "const double *p, double *k",
         "solves": False,
         "loads": [(p.symbol, f"p[{i}]") for i, p in enumerate(program.parameters)],
-        "sections": [{"title": "derived", "assignments": [_text(a.symbol, a.expression) for a in program.constants]}]
+        "arrays": [],
+        "angles": Angles(),
+        "sections": [Lines("derived", tuple(_text(a.symbol, a.expression) for a in program.constants))]
         if program.constants
         else [],
         "clears": [],
@@ -137,9 +140,16 @@ def _text(symbol: sp.Symbol, expression: sp.Expr) -> tuple[str, str]:
 def _function(function: Function, slots: Mapping[sp.Symbol, int]) -> dict[str, object]:
     kernel = function.kernel
     arguments = SIGNATURES.get(kernel.name) or ("k", *(a.name for a in kernel.inputs))
-    loads = [(s.name, f"k[{slots[s]}]") for s in function.constants]
-    loads += [(s.name, f"{name}[{i}]") for name, i, s in function.inputs_used()]
-    read = {text.split("[")[0] for _, text in loads}
+    places = {s.name: ("k", slots[s]) for s in function.constants}
+    places |= {s.name: (name, i) for name, i, s in function.inputs_used()}
+    outputs, guards = _outputs(kernel), _guards(kernel)
+    angles, blocks = _angles(function, places)
+    places |= angles.places
+    results = {name for text in (*(text for _, text in outputs), guards) for name in NAME.findall(text)}
+    rolled = roll(blocks, places, results, reserved={*arguments, "i", "c", "s", *(o.name for o in kernel.outputs)})
+    scalars = rolled.scalars | results
+    read = {array for name, (array, _) in places.items() if name in scalars} | rolled.read(places)
+    read |= {angles.array} if angles.count else set()
     filled = {output.name for output in kernel.outputs if output.entries}
     return {
         "name": kernel.name,
@@ -151,19 +161,51 @@ def _function(function: Function, slots: Mapping[sp.Symbol, int]) -> dict[str, o
             + [f"double *{output.name}" for output in kernel.outputs]
         ),
         "solves": kernel.name in ("acceleration", "impulse"),
-        "loads": loads,
-        "sections": [
-            {"title": s.title, "assignments": [_text(a.symbol, a.expression) for a in s.assignments]}
-            for s in function.sections
-        ],
+        "arrays": rolled.arrays,
+        "angles": angles,
+        "loads": [(name, f"{array}[{i}]") for name, (array, i) in places.items() if name in scalars],
+        "sections": rolled.statements,
         "clears": [(output.name, len(output.entries)) for output in kernel.outputs if _sparse(output)],
-        "outputs": _outputs(kernel),
+        "outputs": [(target, rolled.spell(text)) for target, text in outputs],
         "unused": [a for a in arguments if a not in read] + [o.name for o in kernel.outputs if o.name not in filled],
-        "lost_rank": " || ".join(
-            f"!({write(pivot, C)} > {RANK_TOLERANCE}*{write(scale, C)})" for pivot, scale in kernel.guards
-        )
-        or "0",
+        "lost_rank": rolled.spell(guards) or "0",
     }
+
+
+@dataclass(frozen=True)
+class Angles:
+    """Angles whose sines and cosines a kernel needs: ``count`` entries of ``array`` from ``first``, and where c, s lie."""
+
+    array: str = ""
+    first: int = 0
+    count: int = 0
+    places: Mapping[str, Place] = field(default_factory=dict)
+
+
+def _angles(function: Function, given: Mapping[str, Place]) -> tuple[Angles, list[Lines]]:
+    """Takes the sines and cosines out of the blocks: they are computed together, before everything else."""
+    found: dict[str, tuple[str, Place]] = {}
+    blocks = []
+    for section in function.sections:
+        lines = []
+        for a in section.assignments:
+            name, text = _text(a.symbol, a.expression)
+            if a.expression.func in (sp.sin, sp.cos):
+                found[name] = (text[:3], given[text[4:-1]])
+            else:
+                lines.append((name, text))
+        if lines:
+            blocks.append(Lines(section.title, tuple(lines)))
+    if not found:
+        return Angles(), blocks
+    indices = [index for _, (_, index) in found.values()]
+    first, array = min(indices), next(iter(found.values()))[1][0]
+    places = {name: ("c" if f == "cos" else "s", index - first) for name, (f, (_, index)) in found.items()}
+    return Angles(array, first, max(indices) - first + 1, places), blocks
+
+
+def _guards(kernel: Kernel) -> str:
+    return " || ".join(f"!({write(pivot, C)} > {RANK_TOLERANCE}*{write(scale, C)})" for pivot, scale in kernel.guards)
 
 
 def _meanings(kernel: Kernel) -> list[str]:

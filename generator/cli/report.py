@@ -1,0 +1,61 @@
+"""What ``ccgen run`` prints of a run: its impacts as a table, and its audit."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import typer
+
+if TYPE_CHECKING:
+    from ccgen.runtime import Impact, Model, Run
+
+SHOWN = 40
+"""Impacts printed; a longer list is cut, the result file has them all."""
+WIDTH = 140
+
+
+def print_impacts(model: Model, run: Run) -> None:
+    """The impacts as a table: when, which points, how fast they came, the impulses, the energy lost and left."""
+    if not run.impacts:
+        typer.echo("no impacts")
+        return
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
+    for title in ("#", "t, s"):
+        table.add_column(title, justify="right", no_wrap=True)
+    table.add_column("contacts", no_wrap=True)
+    for title in ("speed before, m/s", "impulse, N s", "energy lost, J", "energy after, J"):
+        table.add_column(title, justify="right", no_wrap=True)
+    for number, impact in enumerate(run.impacts[:SHOWN], 1):
+        table.add_row(str(number), *row(model, run, impact))
+    Console(width=WIDTH, highlight=False, soft_wrap=True).print(table)
+    if len(run.impacts) > SHOWN:
+        typer.echo(f"and {len(run.impacts) - SHOWN} more")
+
+
+def row(model: Model, run: Run, impact: Impact) -> tuple[str, ...]:
+    """The cells of one impact; contacts that struck together stand below each other."""
+    q = run.q[np.searchsorted(run.t, impact.t)]
+    rates = model.gap_rates(q, impact.u_minus)
+    speeds = [rates[model.contacts.index(contact)] for contact in impact.contacts]
+    names = [point if len(model.grounds) == 1 else f"{point} on {ground}" for point, ground in impact.contacts]
+    return (
+        f"{impact.t:.12f}",
+        "\n".join(names),
+        "\n".join(f"{speed:.9f}" for speed in speeds),
+        "\n".join(f"{impulse:.9f}" for impulse in impact.impulses),
+        f"{impact.energy_loss:.9f}",
+        f"{sum(model.energy(q, impact.u_plus)):.9f}",
+    )
+
+
+def print_audit(run: Run) -> None:
+    """How far the run got, at what cost, and how exact it was."""
+    steps = int(np.count_nonzero(np.diff(run.t)))
+    typer.echo(
+        f"t = {run.t[-1]:.10g} s, impacts: {len(run.impacts)}, steps: {steps}, evaluations: {run.nfev}\n"
+        f"audit: loops closed to {run.closure_max:.1e} m, energy kept to {run.energy_drift:.1e} J"
+    )
