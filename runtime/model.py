@@ -151,7 +151,7 @@ class Model:
         states, single = self._state(q, u)
         u_dot, multipliers = self._solved(*states, t)
         rows = np.ascontiguousarray(np.pad(multipliers, ((0, 0), (0, 1))))
-        found = self.kernels.reactions(*states, u_dot, rows).reshape(-1, len(self.joints), 3)
+        found = self.kernels.reactions(*states, u_dot, rows).reshape(len(u_dot), len(self.joints), 3)
         return found[0] if single else found
 
     def _accelerations(self, q: ArrayLike, u: ArrayLike, t: float) -> tuple[FloatArray, FloatArray]:
@@ -219,7 +219,7 @@ class Model:
     def velocities(self, q: ArrayLike, u: ArrayLike) -> FloatArray:
         """Per link the velocity of its frame's origin (m/s) and its angular velocity (rad/s), (links, 3)."""
         states, single = self._state(q, u)
-        found = self.kernels.of_state("velocities", *states).reshape(-1, len(self.links), 3)
+        found = self.kernels.of_state("velocities", *states).reshape(len(states[0]), len(self.links), 3)
         return found[0] if single else found
 
     def point(self, name: str, q: ArrayLike) -> FloatArray:
@@ -248,7 +248,7 @@ class Model:
 
     def _of_q(self, kernel: str, q: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
         states, single = self._batch(q, "q", len(self.q_names))
-        found = self.kernels.of_q(kernel, states).reshape(-1, *shape)
+        found = self.kernels.of_q(kernel, states).reshape(len(states), *shape)
         return found[0].copy() if single else found.copy()
 
     # -- states ----------------------------------------------------------------------------------------------------

@@ -69,7 +69,7 @@ def _positive(name: str, value: Any) -> float:
 def _start(model: Model, q0: ArrayLike | None, u0: ArrayLike | None) -> tuple[FloatArray, FloatArray]:
     own_q, own_u = model.start()
     q = own_q if q0 is None else np.asarray(q0, dtype=float)
-    u = (own_u if q0 is None else np.zeros_like(own_u)) if u0 is None else np.asarray(u0, dtype=float)
+    u = own_u if u0 is None else np.asarray(u0, dtype=float)
     if q.ndim != 1 or u.ndim != 1:
         raise ValueError(f"q0, u0: found shapes {q.shape} and {u.shape}, expected {own_q.shape} and {own_u.shape}")
     q, u = model.project(q, u)

@@ -119,10 +119,11 @@ class Ledger:
         if expression.is_Number or expression.is_Symbol or (-expression).is_Symbol:
             return expression
         symbol = sp.Symbol(name)
-        if self._written.setdefault(name, expression) != expression:
-            raise ValueError(f"{name} is defined twice")
-        if self._written[name] is expression:
+        if name not in self._written:
+            self._written[name] = expression
             self._open.append(Assignment(symbol, expression))
+        elif self._written[name] != expression:
+            raise ValueError(f"{name} is defined twice")
         return symbol
 
     def let_vector(self, name: str, vector: tuple[sp.Expr, sp.Expr]) -> tuple[sp.Expr, sp.Expr]:

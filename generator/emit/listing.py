@@ -37,8 +37,9 @@ def _lines(name: str, equations: Equations, index: tuple[str, ...]) -> Iterator[
         for argument in kernel.inputs:
             yield f"{argument.name}: " + ", ".join(s.name for s in argument.symbols)
         for output in kernel.outputs:
+            last = len(output.entries) - 1  # written even if zero: it tells the size
             for i, entry in enumerate(output.entries):
-                if entry != 0 or len(output.entries) < 64:
+                if entry != 0 or len(output.entries) < 64 or i == last:
                     yield f"{output.name}[{i}] = {write(entry, LISTING)}"
 
 

@@ -14,10 +14,14 @@ from numpy.typing import NDArray
 Values = NDArray[np.float64]
 
 _KERNEL = re.compile(r"\[kernel (\w+):")
-_ENTRY = re.compile(r"(\w+)\[(\d+)\] = (.*)")
+_ENTRY = re.compile(r"([A-Za-z]\w*)\[(\d{1,7})\] = (.*)")
+_ASSIGNMENT = re.compile(r"([A-Za-z]\w*) = (.*)")
+_SYMBOLS = re.compile(r"([A-Za-z]\w*):((?: [A-Za-z]\w*,?)*)")
+HEAD = "# ccgen equations, format 1"
 _FUNCTIONS = {"sin": np.sin, "cos": np.cos, "sqrt": np.sqrt}
-_ALLOWED = (ast.Expression, ast.BinOp, ast.UnaryOp, ast.Name, ast.Constant, ast.Call, ast.Load)
-_OPERATORS = (ast.Add, ast.Sub, ast.Mult, ast.Div, ast.Pow, ast.USub)
+_ALLOWED = (ast.Expression, ast.BinOp, ast.UnaryOp, ast.Name, ast.Load, ast.USub)
+_OPERATORS = (ast.Add, ast.Sub, ast.Mult, ast.Div)
+_LARGEST_POWER = 64
 
 
 class ListingError(ValueError):
@@ -54,10 +58,10 @@ class Listing:
         needed = self._needed(listed)
         for name, code in self.assignments.items():
             if name in needed:
-                names[name] = eval(code, names)  # noqa: S307 (checked when read: arithmetic on known names only)
-        entries: dict[str, dict[int, object]] = {}
+                names[name] = eval(code, names)  # checked when read: arithmetic on known names only
+        entries: dict[str, dict[int, Values]] = {}
         for (output, index), code in listed.outputs.items():
-            entries.setdefault(output, {})[index] = eval(code, names)  # noqa: S307
+            entries.setdefault(output, {})[index] = eval(code, names)
         return {output: _stack(values) for output, values in entries.items()}
 
     def _needed(self, kernel: ListedKernel) -> set[str]:
@@ -72,66 +76,105 @@ class Listing:
         return found
 
 
-def _stack(values: Mapping[int, object]) -> Values:
-    return np.stack(np.broadcast_arrays(*(values.get(i, 0.0) for i in range(max(values) + 1)))).astype(float)
+def _stack(values: Mapping[int, Values]) -> Values:
+    """One array of all entries; those that the listing leaves out are zero."""
+    zero = np.zeros(())
+    return np.stack(np.broadcast_arrays(*(values.get(i, zero) for i in range(max(values) + 1)))).astype(float)
 
 
 def read_listing(text: str, source: str = "listing") -> Listing:
     """Parse a listing; raises :class:`ListingError` naming the line at fault."""
-    listing, section = Listing(), ""
-    kernel: ListedKernel | None = None
-    if not text.startswith("# ccgen equations, format 1"):
-        raise ListingError(f'{source}:1: found {text[:40].splitlines()[:1]}, expected "# ccgen equations, format 1"')
-    for number, raw in enumerate(text.splitlines(), start=1):
-        line, where = raw.strip(), f"{source}:{number}"
+    if not text.startswith(HEAD):
+        raise ListingError(f'{source}:1: found {text[:40].splitlines()[:1]}, expected "{HEAD}"')
+    reader = _Reader(source)
+    for number, line in enumerate(text.splitlines(), start=1):
+        reader.take(line.strip(), f"{source}:{number}")
+    reader.check()
+    return reader.listing
+
+
+class _Reader:
+    """Takes a listing line by line; ``used`` keeps what each line defines and the code that defines it."""
+
+    def __init__(self, source: str) -> None:
+        self.source, self.listing, self.section = source, Listing(), ""
+        self.kernel: ListedKernel | None = None
+        self.used: list[tuple[str, str, CodeType]] = []
+
+    def take(self, line: str, where: str) -> None:
         if not line or line.startswith(("#", "|")):
-            continue
+            return
         if line.startswith("["):
-            section = line
-            match = _KERNEL.match(line)
-            kernel = listing.kernels.setdefault(match[1], ListedKernel()) if match else None
-        elif entry := _ENTRY.fullmatch(line):
-            if kernel is None:
+            self.section, match = line, _KERNEL.match(line)
+            self.kernel = self.listing.kernels.setdefault(match[1], ListedKernel()) if match else None
+        elif match := _ENTRY.fullmatch(line):
+            if self.kernel is None:
                 raise ListingError(f"{where}: an output stands outside a kernel: {line}")
-            kernel.outputs[entry[1], int(entry[2])] = _compile(entry[3], where)
-        elif " = " in line:
-            name, _, expression = line.partition(" = ")
-            if section == "[parameters]":
-                value, _, path = expression.partition("#")
-                listing.parameters[name], listing.paths[name] = float(value), path.strip()
-            else:
-                listing.assignments[name] = _compile(expression, where)
+            code = self.kernel.outputs[match[1], int(match[2])] = _compile(match[3], where)
+            self.used.append((where, "", code))
+        elif match := _ASSIGNMENT.fullmatch(line):
+            self._define(match[1], match[2], where)
+        elif match := _SYMBOLS.fullmatch(line):
+            owner = self.kernel.inputs if self.kernel is not None else self.listing.state
+            owner[match[1]] = [s.strip() for s in match[2].split(",") if s.strip()]
         else:
-            name, _, symbols = line.partition(": ")
-            owner = kernel.inputs if kernel is not None else listing.state
-            owner[name] = [s.strip() for s in symbols.split(",") if s.strip()]
-    _check(listing, source)
-    return listing
+            raise ListingError(f"{where}: expected a heading, a definition or a list of names: {line}")
 
+    def _define(self, name: str, expression: str, where: str) -> None:
+        listing = self.listing
+        if name in listing.parameters or name in listing.assignments or name in _FUNCTIONS:
+            raise ListingError(f"{where}: {name} is defined twice")
+        if self.section == "[parameters]":
+            value, _, path = expression.partition("#")
+            try:
+                listing.parameters[name], listing.paths[name] = float(value), path.strip()
+            except ValueError as error:
+                raise ListingError(f"{where}: not a number: {value.strip()}") from error
+        else:
+            code = listing.assignments[name] = _compile(expression, where)
+            self.used.append((where, name, code))
 
-def _check(listing: Listing, source: str) -> None:
-    """Every name that an expression uses must be defined somewhere in the listing."""
-    known = {*_FUNCTIONS, *listing.parameters, *listing.assignments}
-    for kernel in listing.kernels.values():
-        known.update(*kernel.inputs.values())
-    codes = [*listing.assignments.values(), *(c for kernel in listing.kernels.values() for c in kernel.outputs.values())]
-    unknown = sorted({name for code in codes for name in code.co_names} - known)
-    if unknown:
-        raise ListingError(f"{source}: used but never defined: {', '.join(unknown)}")
+    def check(self) -> None:
+        """Every name is an argument, or is defined before it is used."""
+        listing = self.listing
+        known = {*_FUNCTIONS, *listing.parameters}
+        for kernel in listing.kernels.values():
+            known.update(*kernel.inputs.values())
+        for where, name, code in self.used:
+            unknown = sorted(set(code.co_names) - known)
+            if unknown:
+                late = "before it is defined" if unknown[0] in listing.assignments else "which is never defined"
+                raise ListingError(f"{where}: uses {unknown[0]} {late}")
+            known.add(name)
 
 
 def _compile(expression: str, where: str) -> CodeType:
     try:
         tree = ast.parse(expression, mode="eval")
-    except SyntaxError as error:
-        raise ListingError(f"{where}: not an expression: {expression}") from error
-    for node in ast.walk(tree):
-        if isinstance(node, ast.operator | ast.unaryop):
-            allowed = isinstance(node, _OPERATORS)
-        elif isinstance(node, ast.Constant):
-            allowed = isinstance(node.value, int | float)
-        else:
-            allowed = isinstance(node, _ALLOWED)
-        if not allowed:
-            raise ListingError(f"{where}: {type(node).__name__} is not part of a listing: {expression}")
-    return compile(tree, where, "eval")
+        _check_node(tree, where)
+        return compile(tree, where, "eval")
+    except ListingError:
+        raise
+    except (SyntaxError, ValueError, OverflowError, RecursionError, MemoryError) as error:
+        raise ListingError(f"{where}: not an expression: {expression[:80]}") from error
+
+
+def _check_node(node: ast.AST, where: str) -> None:
+    """Sums, products, quotients, whole powers, and functions of one argument: all that a listing can say."""
+    match node:
+        case ast.Call(func=ast.Name(id=name), args=[argument], keywords=[]) if name in _FUNCTIONS:
+            return _check_node(argument, where)
+        case ast.BinOp(left=base, op=ast.Pow(), right=ast.Constant(value=int(power))) if 0 <= power <= _LARGEST_POWER:
+            return _check_node(base, where)
+        case ast.Constant(value=float() | int() as value) if not isinstance(value, bool):
+            node.value = float(value)
+            return None
+        case ast.Name(id=name) if name in _FUNCTIONS:
+            raise ListingError(f"{where}: {name} is a function and needs an argument")
+        case ast.operator() if isinstance(node, _OPERATORS):
+            return None
+    if not isinstance(node, _ALLOWED):
+        raise ListingError(f"{where}: {type(node).__name__} is not part of a listing")
+    for child in ast.iter_child_nodes(node):
+        _check_node(child, where)
+    return None

@@ -8,13 +8,14 @@
 
 #include <math.h>
 
-enum { SAMPLES = 8, ITERATIONS = 100 };
+enum { SAMPLES = 8, ITERATIONS = 100, HALVINGS = 40 };
 
 struct search {
     struct system *s;
     const struct method *method;
     const double *steps;
     double *y, *value;
+    double slow; /* a closed contact is not falling before its rate is beyond this */
 };
 
 /* all gaps (or their rates) at theta */
@@ -75,14 +76,17 @@ static double root(struct search *search, double (*f)(struct search *, int, doub
 static double piece(struct search *search, int contact, double a, double ga, double ra, double b, double gb, double rb)
 {
     if (ga <= 0.0) {
-        if (ra < 0.0)
+        if (ra < -search->slow)
             return a;
-        if (gb > 0.0)
+        if (gb > 0.0 || rb >= 0.0) /* it opens, or is closed throughout and falls at neither end */
             return 2.0;
-        if (ra == 0.0 && rb <= 0.0)
-            return a;
-        if (rb >= 0.0) /* closed throughout and not falling at either end */
-            return 2.0;
+        const double start = a;
+        for (int i = 0; i < HALVINGS && ra <= 0.0; i++) { /* at rest at first: does it open before it falls? */
+            a = start + ldexp(b - start, -i - 1);
+            ra = rate(search, contact, a);
+        }
+        if (ra <= 0.0)
+            return start;
         const double top = root(search, rate, contact, a, ra, b, rb);
         const double highest = gap(search, contact, top);
         return highest > 0.0 ? root(search, gap, contact, top, highest, b, gb) : top;
@@ -98,11 +102,11 @@ static double piece(struct search *search, int contact, double a, double ga, dou
     return 2.0;
 }
 
-struct event find_event(struct system *s, const struct method *method, const double *steps, double *scratch)
+struct event find_event(struct system *s, const struct method *method, const double *steps, double slow, double *scratch)
 {
     const int contacts = s->model->contacts;
     struct event first = {-1, 2.0};
-    struct search search = {s, method, steps, scratch, scratch + 2 * s->n};
+    struct search search = {s, method, steps, scratch, scratch + 2 * s->n, slow};
     double *gap_a = search.value + contacts, *rate_a = gap_a + contacts;
     double *gap_b = rate_a + contacts, *rate_b = gap_b + contacts;
     look(&search, 0.0, gap_a, rate_a);

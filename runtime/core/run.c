@@ -11,7 +11,13 @@
 static const double SAFETY = 0.9, LEAST_CHANGE = 0.2, LARGEST_CHANGE = 6.0;
 static const double REST_SPEED = 1e-10;       /* times length per second: a contact this slow does not bounce */
 static const double ACCUMULATION_REST = 1e-9; /* s left until impacts accumulate, relative to max(1, t) */
-enum { LANDINGS = 12, REPEATS = 100, ALIKE = 5, TICK = 64 };
+enum {
+    LANDINGS = 12, /* steps towards an event */
+    REPEATS = 100, /* impacts at one instant */
+    ALIKE = 5,     /* intervals in steady proportion before impacts are said to accumulate */
+    CROWD = 40,    /* events within the time that counts as none */
+    TICK = 64      /* steps between looks at the outside world */
+};
 
 /* How the impacts of one contact follow each other. */
 struct history {
@@ -30,6 +36,12 @@ struct flight {
     int *set;
     struct history *history;
 };
+
+/* speed (m/s) below which a closed contact neither opens nor closes */
+static double slow(const struct flight *f)
+{
+    return REST_SPEED * f->s->length;
+}
 
 static enum outcome derive(struct flight *f)
 {
@@ -64,11 +76,13 @@ static double first_step(struct flight *f)
     return fmin(100.0 * h0, h1);
 }
 
-/* Step of length h from (t, y) to y1, put back onto the closure. */
+/* Step of length h from (t, y) to y1, put back onto the closure unless its error is refused anyway. */
 static enum outcome projected_step(struct flight *f, double h, double *error)
 {
-    enum outcome outcome =
-        f->run->method->step(f->s, f->scratch, f->t, h, f->y, f->dy, f->run->tolerance, f->y1, error);
+    const struct run *run = f->run;
+    enum outcome outcome = run->method->step(f->s, f->scratch, f->t, h, f->y, f->dy, run->tolerance, f->y1, error);
+    if (run->fixed_step > 0.0)
+        *error = 0.0;
     if (!outcome && *error <= 1.0 && !(outcome = project_position(f->s, f->y1)))
         outcome = project_velocity(f->s, f->y1, f->y1 + f->s->n);
     return outcome;
@@ -83,11 +97,6 @@ static enum outcome accepted_step(struct flight *f, double *next)
     for (;;) {
         double error = 0.0;
         enum outcome outcome = projected_step(f, f->h, &error);
-        if (run->fixed_step > 0.0 && !outcome && error > 1.0) {
-            if (!(outcome = project_position(f->s, f->y1)))
-                outcome = project_velocity(f->s, f->y1, f->y1 + f->s->n);
-            error = 0.0;
-        }
         if (!outcome && error <= 1.0) {
             const double change = SAFETY * pow(fmax(error, 1e-12), -1.0 / run->method->order);
             *next = f->h * fmin(fmax(change, LEAST_CHANGE), refused ? 1.0 : LARGEST_CHANGE);
@@ -160,7 +169,7 @@ static enum outcome fly(struct flight *f, int *contact)
             if ((outcome = system_derivative(f->s, f->t + f->h, f->y1, f->dy1)) ||
                 (outcome = run->method->prepare(f->s, f->scratch, f->t, f->h, f->y, f->dy, f->y1, f->dy1)))
                 break;
-            const struct event event = find_event(f->s, run->method, f->scratch, f->search);
+            const struct event event = find_event(f->s, run->method, f->scratch, slow(f), f->search);
             if (event.contact >= 0) {
                 if (last)
                     next = fmax(next, wanted);
@@ -228,13 +237,13 @@ static int pressed(struct flight *f, int contact)
 }
 
 /* A closed contact that stays closed, or -1. */
-static int resting(struct flight *f, double closed, double slow)
+static int resting(struct flight *f, double closed, double still)
 {
     const struct ccgen_model *m = f->s->model;
     m->gaps(f->s->k, f->y, f->gaps);
     for (int c = 0; c < m->contacts; c++) {
         m->gap_rates(f->s->k, f->y, f->y + f->s->n, f->rates);
-        if (f->gaps[c] <= closed && fabs(f->rates[c]) <= slow && pressed(f, c))
+        if (f->gaps[c] <= closed && fabs(f->rates[c]) <= still && pressed(f, c))
             return c;
     }
     return -1;
@@ -247,15 +256,15 @@ static enum outcome strike(struct flight *f, int trigger)
     const struct ccgen_model *m = f->s->model;
     struct run *run = f->run;
     const int n = f->s->n;
-    const double closed = fmin(fmax(run->tolerance.rtol, 1e-12), 1e-8) * f->s->length, slow = REST_SPEED * f->s->length;
+    const double closed = fmin(fmax(run->tolerance.rtol, 1e-12), 1e-8) * f->s->length, still = slow(f);
     int accumulating = 0;
     for (int repeat = 0;; repeat++) {
         int count = 0, approaching = 0;
         m->gaps(f->s->k, f->y, f->gaps);
         m->gap_rates(f->s->k, f->y, f->y + n, f->rates);
         for (int c = 0; c < m->contacts; c++)
-            if ((f->gaps[c] <= closed || (c == trigger && !repeat)) && f->rates[c] <= slow) {
-                approaching |= f->rates[c] < -slow || (c == trigger && !repeat && f->rates[c] < 0.0);
+            if ((f->gaps[c] <= closed || (c == trigger && !repeat)) && f->rates[c] <= still) {
+                approaching |= f->rates[c] < -still || (c == trigger && !repeat && f->rates[c] < 0.0);
                 f->e[count] = f->s->restitution[c];
                 f->set[count++] = c;
             }
@@ -284,7 +293,7 @@ static enum outcome strike(struct flight *f, int trigger)
     }
     if (accumulating)
         return OUTCOME_ACCUMULATION;
-    run->contact = resting(f, closed, slow);
+    run->contact = resting(f, closed, still);
     return run->contact >= 0 ? OUTCOME_SUSTAINED : OUTCOME_DONE;
 }
 
@@ -292,13 +301,21 @@ static enum outcome strike(struct flight *f, int trigger)
 static enum outcome alternate(struct flight *f)
 {
     enum outcome outcome = OUTCOME_DONE;
+    double last[CROWD]; /* instants of the last events */
+    int contact, events = 0;
     if (f->s->model->contacts)
         outcome = strike(f, -1);
     while (!outcome && f->t < f->run->until) {
-        int contact;
         outcome = fly(f, &contact);
-        if (!outcome && contact >= 0)
-            outcome = strike(f, contact);
+        if (outcome || contact < 0)
+            continue;
+        outcome = strike(f, contact);
+        if (!outcome && events >= CROWD && f->t - last[events % CROWD] <= ACCUMULATION_REST * fmax(1.0, f->t)) {
+            f->run->contact = contact;
+            f->run->accumulation = f->t;
+            outcome = OUTCOME_ACCUMULATION;
+        }
+        last[events++ % CROWD] = f->t;
     }
     return outcome;
 }
@@ -341,6 +358,8 @@ void simulate(struct system *s, struct run *run, double *y)
             run->outcome = OUTCOME_NO_MEMORY;
         if (!run->outcome)
             run->outcome = alternate(&f);
+        if (run->record.count && f.t > run->record.t[run->record.count - 1] && keep(&f))
+            run->outcome = OUTCOME_NO_MEMORY;
     }
     run->t = f.t;
     free(block);
@@ -350,7 +369,7 @@ void simulate(struct system *s, struct run *run, double *y)
 
 enum outcome advance(struct system *s, const struct method *method, double t, double h, double *y)
 {
-    struct run run = {.method = method, .tolerance = {1.0, 1.0}};
+    struct run run = {.method = method, .tolerance = {1.0, 1.0}, .fixed_step = h};
     struct flight f = {.s = s, .run = &run, .t = t};
     if (make_room(&f)) {
         free(f.y);
