@@ -58,19 +58,10 @@ def derive_scene(scene: Scene) -> tuple[Topology, Equations]:
 
 def listing(scene: Scene) -> str:
     """The text of ``equations.txt``; needs no compiler."""
-    from .emit.listing import write_listing
+    from .emit.listing import name_index, write_listing
 
     topology, equations = derive_scene(scene)
     return write_listing(scene.name, equations, name_index(scene, topology))
-
-
-def name_index(scene: Scene, topology: Topology) -> tuple[str, ...]:
-    """What the numbers in names stand for: links, joints, and the cut joints of the loops."""
-    links = ", ".join(f"{k} {link.name}" for k, link in enumerate(scene.mechanism.links))
-    joints = ", ".join(f"{j} {joint.name}" for j, joint in enumerate(scene.mechanism.joints))
-    cuts = ", ".join(scene.mechanism.joints[cut.joint].name for cut in topology.cuts)
-    root = scene.mechanism.link_name(topology.root)
-    return (f"links: {links}", f"joints: {joints or 'none'}", f"root: {root}; cut joints: {cuts or 'none'}")
 
 
 def _build(scene: Scene, compiler: Compiler, folder: Path, tell: Progress) -> None:
@@ -99,7 +90,7 @@ def _write_model(scene: Scene, banner: Banner, folder: Path, tell: Progress) -> 
     topology, equations = derive_scene(scene)
     tell("write")
     from .emit.data import model_data, point_names
-    from .emit.listing import write_listing
+    from .emit.listing import name_index, write_listing
     from .emit.render import Sizes, render_c
     from .program.program import lower
 

@@ -23,14 +23,14 @@ def nearest_closed(
     problem, so dependent rows do no harm), shortened while that would open the loops further. A fixed point satisfies
     the conditions of the constrained minimum. Raises ``ValueError`` with the miss that remains when loops stay open.
     """
-    root = np.linalg.qr(displacements, mode="r")
+    root = np.linalg.cholesky(displacements.T @ displacements)
     q, miss = start.copy(), float(np.max(np.abs(closure(start))))
     rounding = 64 * np.finfo(float).eps * max(1.0, float(np.max(np.abs(jacobian(start)))))
     for _ in range(PASSES):
         a = jacobian(q)
-        scaled = np.linalg.solve(root.T, a.T).T
+        scaled = np.linalg.solve(root, a.T).T
         wanted = a @ (q - start) - closure(q)
-        target = start + np.linalg.solve(root, np.linalg.lstsq(scaled, wanted, rcond=1e-12)[0])
+        target = start + np.linalg.solve(root.T, np.linalg.lstsq(scaled, wanted, rcond=1e-12)[0])
         part = 1.0
         while part > 1e-3 and np.max(np.abs(closure(q + part * (target - q)))) > max(2.0 * miss, rounding):
             part /= 2

@@ -163,8 +163,8 @@ class Model:
         u_dot, rows, lost = self.kernels.acceleration(q, u, t)
         if np.any(lost):
             raise ValueError(
-                f"{self.name}: the closure rows lose rank at state {int(np.argmax(lost))} (a flattened loop or a change "
-                "point); accelerations are not unique there"
+                f"{self.name}: the closure rows lose rank at state {int(np.argmax(lost))} (a flattened loop or a "
+                "change point); accelerations are not unique there"
             )
         return u_dot, rows
 
@@ -270,7 +270,12 @@ class Model:
         q, u = self._read_off(given[0]), self._read_off(given[1])
         misses = (
             ("poses", "m", self.poses(q) - given[0], self.closure(q)),
-            ("velocities", "m/s", self.velocities(q, u) - given[1], self.kernels.of_state("closure_rate", q[None], u[None])),
+            (
+                "velocities",
+                "m/s",
+                self.velocities(q, u) - given[1],
+                self.kernels.of_state("closure_rate", q[None], u[None]),
+            ),
         )
         for what, unit, difference, closure in misses:
             miss = max(float(np.max(np.abs(part), initial=0.0)) for part in (difference[:, :2], closure))
@@ -301,7 +306,7 @@ class Model:
         return found[0] if single else found
 
     def _displacements(self) -> FloatArray:
-        """Joint displacements as a linear map of q: relative angles of all joints; place and angle of a floating root."""
+        """Joint displacements as a linear map of q: relative angles of joints; place and angle of a floating root."""
         first = len(self.q_names) - len(self.links)
         rows = []
         for one, other in self.data["between"]:
@@ -322,7 +327,9 @@ class Model:
         new_q, new_u, outcomes = self.kernels.project(*states)
         wrong = [f"state {i}: {text.replace('_', ' ')}" for i, text in enumerate(outcomes) if text != "done"]
         if wrong:
-            raise ValueError(f"{self.name}: projection onto the closure failed ({'; '.join(wrong[:3])}); try assemble first")
+            raise ValueError(
+                f"{self.name}: projection onto the closure failed ({'; '.join(wrong[:3])}); try assemble first"
+            )
         return (new_q[0], new_u[0]) if single else (new_q, new_u)
 
     def _state(self, q: ArrayLike, u: ArrayLike) -> tuple[tuple[FloatArray, FloatArray], bool]:

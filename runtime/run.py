@@ -227,9 +227,9 @@ def write_whole(target: Path, write: Callable[[Any], object]) -> None:
     """Let `write` fill a file beside the target and put it in place only once it is complete."""
     part = target.with_name(f".{target.name}.{os.getpid()}.part")
     try:
-        with open(part, "wb") as file:
+        with part.open("wb") as file:
             write(file)
-        os.replace(part, target)
+        part.replace(target)
     finally:
         part.unlink(missing_ok=True)
 

@@ -39,9 +39,9 @@ def simulate(
     by scene path for this run only. ``step`` (s) fixes the step size instead of choosing it by the error estimate.
     ``progress`` is called with the time reached, now and then. The start is projected onto the closure.
 
-    The run's ``success`` is false when it stopped before the end; ``message`` then says where, why, and what to try, and
-    the run holds everything up to there. Raises ``ValueError`` for arguments that cannot be simulated: wrong shapes,
-    numbers that are not finite, an unknown method, a start inside a ground.
+    The run's ``success`` is false when it stopped before the end; ``message`` then says where, why, and what to try,
+    and the run holds everything up to there. Raises ``ValueError`` for arguments that cannot be simulated: wrong
+    shapes, numbers that are not finite, an unknown method, a start inside a ground.
     """
     model = model.with_parameters(params)
     model._no_inputs(inputs)
@@ -152,12 +152,13 @@ def _message(model: Model, until: float, found: dict[str, Any]) -> str:
     if found["contact"] >= 0:
         contact = "{} on {}".format(*model.contacts[found["contact"]])
     reasons = {
-        "accumulation": f"impacts of {contact} accumulate at t = {found['accumulation']:.12g} s (estimated); what follows "
-        f"is sustained contact, which is not simulated yet; end the run before, at until = {math.floor(t * 1000) / 1000:g}",
-        "sustained": f"{contact} stays closed, and sustained contact is not simulated yet; end the run before, or start "
-        "it above the ground",
-        "lost_rank": "the closure rows lose rank there (a flattened loop or a change point); start elsewhere, or end the "
-        "run before",
+        "accumulation": f"impacts of {contact} accumulate at t = {found['accumulation']:.12g} s (estimated); what "
+        "follows is sustained contact, which is not simulated yet; end the run before, at "
+        f"until = {math.floor(t * 1000) / 1000:g}",
+        "sustained": f"{contact} stays closed, and sustained contact is not simulated yet; end the run before, or "
+        "start it above the ground",
+        "lost_rank": "the closure rows lose rank there (a flattened loop or a change point); start elsewhere, or end "
+        "the run before",
         "not_finite": "an acceleration is not a finite number; check the parameters and the start",
         "step_too_small": "no step is small enough for the tolerance; ask for a larger rtol",
         "not_closed": "the loops cannot be kept closed; ask for a smaller rtol",

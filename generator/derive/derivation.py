@@ -88,7 +88,9 @@ class _Derivation:
                 (self.q, self.u),
                 (
                     Output("u_dot", results[FLIGHT][0], "quasi-accelerations"),
-                    Output("lambda", results[FLIGHT][1], "closure multipliers: force on the second side of each cut, N"),
+                    Output(
+                        "lambda", results[FLIGHT][1], "closure multipliers: force on the second side of each cut, N"
+                    ),
                 ),
                 "M u_dot + h = A^T lambda, A u_dot + dA/dt u = 0",
                 guards,
@@ -106,7 +108,7 @@ class _Derivation:
         ]
 
     def _base(self, recursion: Recursion, impact: bool) -> list[sp.Expr]:
-        """Acceleration (velocity jump) of a floating root; the field that the recursion left out is added here (eq. 12)."""
+        """Acceleration (velocity jump) of a floating root; adds the field that the recursion left out (eq. 12)."""
         if not self.topology.floating:
             return []
         a = [recursion.value(impact, self.topology.root, v) for v in (A_X, A_Y)]
@@ -152,7 +154,9 @@ class _Derivation:
         kinematics, topology = self.kinematics, self.topology
         rate = dict(zip(self.state.u, u_dot, strict=True))
         base = (u_dot[0], u_dot[1]) if topology.floating else ZERO
-        start = {topology.root: self.ledger.let_vector("aR_" + place(topology.root), add(base, scale(-sp.S.One, self.field)))}
+        start = {
+            topology.root: self.ledger.let_vector("aR_" + place(topology.root), add(base, scale(-sp.S.One, self.field)))
+        }
         result = {}
         for branch in topology.branches:
             a, k = start[branch.parent], branch.parent
@@ -163,14 +167,18 @@ class _Derivation:
         for k, a in start.items():
             if k != GROUND:
                 mu, alpha = kinematics.mu[k], rate[self.state.rate(k)]
-                result[k] = add(scale(kinematics.mass[k], a), scale(alpha, perp(mu)), scale(-kinematics.squared_rate[k], mu))
+                result[k] = add(
+                    scale(kinematics.mass[k], a), scale(alpha, perp(mu)), scale(-kinematics.squared_rate[k], mu)
+                )
         self.ledger.close("accelerations less the field, outwards")
         return result
 
     def _closure(self) -> list[Kernel]:
         closure = Closure(self.kinematics)
         return [
-            Kernel("closure", (self.q,), (Output("residual", closure.residual(), "gap of each cut joint, m"),), "closure"),
+            Kernel(
+                "closure", (self.q,), (Output("residual", closure.residual(), "gap of each cut joint, m"),), "closure"
+            ),
             Kernel(
                 "closure_rate", (self.q, self.u), (Output("rate", closure.rate(), "A u, m/s"),), "rate of the closure"
             ),
@@ -185,14 +193,21 @@ class _Derivation:
     def _motion(self) -> list[Kernel]:
         self.place, self.velocity = self.kinematics.write_positions(), self.kinematics.write_velocities()
         return [
-            Kernel("poses", (self.q,), (Output("pose", self._poses(), "per link: x, y (m), angle of its frame"),), "poses"),
+            Kernel(
+                "poses", (self.q,), (Output("pose", self._poses(), "per link: x, y (m), angle of its frame"),), "poses"
+            ),
             Kernel(
                 "velocities",
                 (self.q, self.u),
                 (Output("velocity", self._velocities(), "per link: velocity of its frame's origin, angular velocity"),),
                 "velocities",
             ),
-            Kernel("points", (self.q,), (Output("position", self._points(), "per joint, then per named point: x, y"),), "points"),
+            Kernel(
+                "points",
+                (self.q,),
+                (Output("position", self._points(), "per joint, then per named point: x, y"),),
+                "points",
+            ),
             Kernel(
                 "energy",
                 (self.q, self.u),
@@ -205,7 +220,9 @@ class _Derivation:
         """Arms from the inboard points to the frames' origins."""
         arms = []
         for k in range(len(self.mechanism.links)):
-            rho = tuple(self.ledger.let(f"rho_{k}_o_{a}", -x) for a, x in zip(AXES, self.kinematics.inboard[k], strict=True))
+            rho = tuple(
+                self.ledger.let(f"rho_{k}_o_{a}", -x) for a, x in zip(AXES, self.kinematics.inboard[k], strict=True)
+            )
             arms.append(self.ledger.let_vector(f"r_{k}_o", self.kinematics.turn(k, (rho[0], rho[1]))))
         self.ledger.close("arms to the frames' origins")
         return arms
@@ -213,9 +230,7 @@ class _Derivation:
     def _poses(self) -> tuple[sp.Expr, ...]:
         self.origins = self._origins()
         return tuple(
-            entry
-            for k, arm in enumerate(self.origins)
-            for entry in (*add(self.place[k], arm), self.state.angle(k))
+            entry for k, arm in enumerate(self.origins) for entry in (*add(self.place[k], arm), self.state.angle(k))
         )
 
     def _velocities(self) -> tuple[sp.Expr, ...]:
@@ -275,5 +290,10 @@ class _Derivation:
                 (Output("f", gaps.generalized(pushes), "generalized impulses N^T P"),),
                 "generalized impulses of the contacts",
             ),
-            Kernel("restitution", (), (Output("e", restitution, "coefficient of restitution of each contact"),), "restitution"),
+            Kernel(
+                "restitution",
+                (),
+                (Output("e", restitution, "coefficient of restitution of each contact"),),
+                "restitution",
+            ),
         ]

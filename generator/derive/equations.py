@@ -26,8 +26,8 @@ class Assignment:
 class Block:
     """Assignments that belong together, under the heading that a reader sees.
 
-    ``gibbs`` is the Gibbs function of the link the block is about, ``stationary`` the equations ∂V/∂v = 0 that the block
-    solves, as (unknown v, ∂V/∂v). Both are for the reader; no kernel evaluates them.
+    ``gibbs`` is the Gibbs function of the link the block is about, ``stationary`` the equations ∂V/∂v = 0 that the
+    block solves, as (unknown v, ∂V/∂v). Both are for the reader; no kernel evaluates them.
     """
 
     title: str
@@ -82,9 +82,10 @@ class Equations:
         known = {sp.Symbol(p.symbol) for p in self.parameters}
         if len(known) != len(self.parameters):
             raise ValueError("two parameters share a symbol")
-        for kernel in self.kernels:
-            for argument in kernel.inputs:
-                known.update(argument.symbols)
+        arguments = {s for kernel in self.kernels for argument in kernel.inputs for s in argument.symbols}
+        if known & arguments:
+            raise ValueError(f"both a parameter and an argument: {', '.join(sorted(map(str, known & arguments)))}")
+        known |= arguments
         defined: set[sp.Symbol] = set()
         for assignment in self.assignments():
             if assignment.symbol in defined or assignment.symbol in known:
@@ -99,6 +100,9 @@ class Equations:
                     unknown = entry.free_symbols - known - defined
                     if unknown:
                         raise ValueError(f"{kernel.name}: {output.name} uses undefined {sorted(map(str, unknown))}")
+            unknown = {s for guard in kernel.guards for entry in guard for s in entry.free_symbols} - known - defined
+            if unknown:
+                raise ValueError(f"{kernel.name}: a guard uses undefined {sorted(map(str, unknown))}")
 
     def assignments(self) -> tuple[Assignment, ...]:
         return tuple(assignment for block in self.blocks for assignment in block.assignments)

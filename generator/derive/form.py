@@ -1,4 +1,4 @@
-"""The quadratic form V_k that is handed from tips to root, and the elimination of variables from it (theory, section 4).
+"""The quadratic form V_k handed from tips to root, and the elimination of variables from it (theory, section 4).
 
 V = ½ zᵀHz + zᵀl over accelerations and closure multipliers z. Flight and impact share H and differ in l.
 """
@@ -68,9 +68,7 @@ class Eliminator:
         for key in sorted(form.hessian):
             if only is None or key[0] in only or key[1] in only:
                 factor = sign(*key)
-                form.hessian[key] = factor * self.ledger.let(
-                    hessian_name(self.link, *key), factor * form.hessian[key]
-                )
+                form.hessian[key] = factor * self.ledger.let(hessian_name(self.link, *key), factor * form.hessian[key])
         for impact in (FLIGHT, IMPACT):
             for v in sorted(form.linear[impact]):
                 if only is None or v in only:
@@ -123,11 +121,11 @@ class Eliminator:
                 form.add_l(impact, v, -sp.Add(*(form.h(e, v) * constant[impact, e] for e in block)))
         form.variables = [v for v in form.variables if v not in block]
         form.hessian = {key: x for key, x in form.hessian.items() if not set(key) & set(block) and x != 0}
-        form.linear = {i: {v: x for v, x in part.items() if v not in block and x != 0} for i, part in form.linear.items()}
+        form.linear = {
+            i: {v: x for v, x in part.items() if v not in block and x != 0} for i, part in form.linear.items()
+        }
 
-    def _inverse(
-        self, block: tuple[Variable, ...]
-    ) -> tuple[list[list[sp.Expr]], tuple[sp.Expr, sp.Expr] | None]:
+    def _inverse(self, block: tuple[Variable, ...]) -> tuple[list[list[sp.Expr]], tuple[sp.Expr, sp.Expr] | None]:
         """H_ee⁻¹: a reciprocal, or the adjugate over the determinant of a 2 × 2 block."""
         h, let = self.form.h, self.ledger.let
         if len(block) == 1:

@@ -1,4 +1,4 @@
-"""The recursive Gibbs–Appell equations: one quadratic form passed from tips to root, one sweep outwards (theory, section 4).
+"""The recursive Gibbs–Appell equations: a quadratic form passed from tips to root, one sweep outwards (theory, 4).
 
 The same recursion serves flight and impact. In flight the linear terms of V hold centripetal accelerations, forces and
 the closure bias; in impact they hold generalized impulses and the closure velocities to be removed.
@@ -18,14 +18,13 @@ from .form import FLIGHT, IMPACT, Eliminator, Form, Solution
 from .kinematics import ZERO, Kinematics, Vector, add, dot, perp, scale, symbol
 from .names import A_X, A_Y, ALPHA, AXES, Variable, multiplier, place, solution_name
 
-
 M, INERTIA, W2 = sp.symbols("m I w2")
 A, ALPHA_ = sp.symbols("a_x a_y"), sp.Symbol("alpha")
 RC, RHO, MU = sp.symbols("rc_x rc_y"), sp.symbols("rho_x rho_y"), sp.symbols("mu_x mu_y")
 
 
 def gibbs_function() -> sp.Expr:
-    """S = ½ m |a_c|² + ½ I α² of one link (eq. 5), in the acceleration of its inboard point and its angular acceleration."""
+    """S = ½ m |a_c|² + ½ I α² of one link (eq. 5), from the acceleration a of its inboard point and α."""
     a_c = add(A, scale(ALPHA_, perp(RC)), scale(-W2, RC))
     return M * dot(a_c, a_c) / 2 + INERTIA * ALPHA_**2 / 2
 
@@ -58,7 +57,7 @@ def gibbs_derivatives() -> GibbsDerivatives:
 
 @dataclass
 class Load:
-    """What acts on a link besides its inertia: force and moment (about the inboard point) from the effects of a scene."""
+    """What the effects of a scene do to a link: force, and moment about the inboard point."""
 
     force: Vector = ZERO
     moment: sp.Expr = sp.S.Zero
@@ -66,8 +65,11 @@ class Load:
 
 @dataclass
 class Recursion:
-    """Runs the recursion for a mechanism. ``field`` is a uniform acceleration field (gravity): it is carried by the root's
-    acceleration alone, so that it costs nothing along the chain (eq. 12)."""
+    """Runs the recursion for a mechanism.
+
+    ``field_`` is a uniform acceleration field (gravity): the root's acceleration alone carries it, so that it costs
+    nothing along the chain (eq. 12).
+    """
 
     kinematics: Kinematics
     ledger: Ledger
@@ -103,7 +105,9 @@ class Recursion:
                 if side.link == link:
                     self._closure_side(link, cut, factor, form)
         eliminator = Eliminator(link, form, self.ledger)
-        blocks = [(multiplier(cut.joint, "x"), multiplier(cut.joint, "y")) for cut in self._loops_closed_at(link, form)]
+        blocks: list[tuple[Variable, ...]] = [
+            (multiplier(cut.joint, "x"), multiplier(cut.joint, "y")) for cut in self._loops_closed_at(link, form)
+        ]
         if link != GROUND:
             blocks.append((ALPHA,))
             if link == self.kinematics.topology.root:
@@ -202,7 +206,7 @@ class Recursion:
         return scale(sp.S.NegativeOne, self.field_) if link == GROUND else bias
 
     def _loops_closed_at(self, link: int, form: Form) -> list[Cut]:
-        """Cuts whose two branches meet at the link, in an order of least fill (minimum degree on shared multipliers)."""
+        """Cuts whose branches meet at the link, in an order of least fill (minimum degree on shared multipliers)."""
         waiting = [cut for cut in self.kinematics.topology.cuts if cut.meeting == link]
         near = {cut.joint: set[int]() for cut in waiting}
         for v, w in form.hessian:

@@ -46,8 +46,8 @@ class Kinematics:
     """Named kinematic quantities of every link; building it writes one block per link into the ledger.
 
     ``r[link, joint]`` is the arm from a link's inboard point to the joint, in fixed axes (eq. 2), ``cr`` the same times
-    ω² (eq. 4); ``centre`` is the centre of mass in link axes and ``mu`` the first moment of mass in fixed axes, both from
-    the inboard point.
+    ω² (eq. 4); ``centre`` is the centre of mass in link axes and ``mu`` the first moment of mass in fixed axes, both
+    from the inboard point.
     """
 
     def __init__(self, mechanism: Mechanism, topology: Topology, state: State, ledger: Ledger) -> None:
@@ -125,7 +125,7 @@ class Kinematics:
                 return self.r[ref.link, joint]
         if self.is_inboard(ref):
             return ZERO
-        return self.arm(ref.link, self.mechanism.links[ref.link].points[ref.point], ref.point)
+        return self.arm(ref.link, self.mechanism.links[ref.link].points[ref.point], f"at_{ref.point}")
 
     def is_inboard(self, ref: PointRef) -> bool:
         if ref.link == self.topology.root:

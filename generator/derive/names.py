@@ -47,7 +47,7 @@ def multiplier(joint: int, axis: str) -> Variable:
 
 
 def hessian_name(link: int, v: Variable, w: Variable) -> str:
-    """Name of a second derivative of V_link (theory, eq. 8): Phi, p, D for accelerations; B, g, C where multipliers enter."""
+    """Name of a second derivative of V_link (eq. 8): Phi, p, D of accelerations; B, g, C with multipliers."""
     k = place(link)
     v, w = sorted((v, w))
     match v.kind, w.kind:

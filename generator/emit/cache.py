@@ -48,7 +48,7 @@ def key_of(*texts: str) -> str:
         digest.update(text.encode() + b"\0")
     here = Path(__file__).resolve().parent.parent
     templates = importlib.util.find_spec("ccgen.templates")
-    folders = [here, *(Path(p) for p in (templates.submodule_search_locations or ())) ] if templates else [here]
+    folders = [here, *(Path(p) for p in (templates.submodule_search_locations or ()))] if templates else [here]
     for folder in folders:
         for file in sorted(folder.rglob("*")):
             if file.suffix in (".py", ".j2") and "cli" not in file.parts:
@@ -96,7 +96,9 @@ def _writing(folder: Path) -> Iterator[Path]:
             raise PermissionError(13, "Permission denied")
         yield folder
     except OSError as error:
-        raise OutputError(f"{error.filename or folder}: cannot be written ({error.strerror}); choose another folder") from error
+        raise OutputError(
+            f"{error.filename or folder}: cannot be written ({error.strerror}); choose another folder"
+        ) from error
 
 
 @contextmanager

@@ -70,7 +70,7 @@ def _processor() -> str:
     except OSError:
         return platform.processor()
     wanted = ("model name", "flags", "Features", "CPU part")
-    found = {}
+    found: dict[str, str] = {}
     for line in lines:
         key, _, value = line.partition(":")
         if key.strip() in wanted:

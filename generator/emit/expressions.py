@@ -59,7 +59,7 @@ _NUMBER = re.compile(r"\d+")
 
 
 def _reading_order(term: str) -> tuple[bool, bool, int, str, list[int]]:
-    """Positive terms first, short ones before long ones; numbers in names decide last, so that links are written alike."""
+    """Positive terms first, short before long; numbers in names decide last, so that links are written alike."""
     bare = term.removeprefix("-")
     return (term.startswith("-"), "*" in bare or "/" in bare, bare.count("*"), *_blurred(bare))
 
@@ -78,7 +78,9 @@ def _product(e: sp.Mul, dialect: Dialect) -> str:
         texts.insert(0, dialect.number(coefficient))
     text = sign + "*".join(texts)
     if under:
-        text += "/" + ("(" + "*".join(_factor(a, dialect) for a in under) + ")" if len(under) > 1 else _factor(under[0], dialect))
+        text += "/" + (
+            "(" + "*".join(_factor(a, dialect) for a in under) + ")" if len(under) > 1 else _factor(under[0], dialect)
+        )
     return text
 
 
@@ -88,7 +90,7 @@ def _is_divisor(a: sp.Expr) -> bool:
 
 def _factor(a: sp.Expr, dialect: Dialect) -> str:
     text = write(a, dialect)
-    return f"({text})" if a.is_Add or a.is_Number and a < 0 else text
+    return f"({text})" if a.is_Add or (a.is_Number and a < 0) else text
 
 
 def _power(e: sp.Pow, dialect: Dialect) -> str:
@@ -97,8 +99,11 @@ def _power(e: sp.Pow, dialect: Dialect) -> str:
         exponent = int(e.exp)
         if exponent > 0:
             return dialect.power(base, exponent)
-        return f"1/{base}" if dialect is LISTING and exponent == -1 else f"{dialect.number(sp.Integer(1))}/" + (
-            base if exponent == -1 else f"({dialect.power(base, -exponent)})"
+        return (
+            f"1/{base}"
+            if dialect is LISTING and exponent == -1
+            else f"{dialect.number(sp.Integer(1))}/"
+            + (base if exponent == -1 else f"({dialect.power(base, -exponent)})")
         )
     if e.exp == sp.Rational(1, 2):
         return f"sqrt({write(e.base, dialect)})"

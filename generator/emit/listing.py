@@ -10,6 +10,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from ..derive.equations import Block, Equations
+from ..mechanism.topology import Topology
+from ..scene.scene import Scene
 from .expressions import LISTING, write
 
 HEAD = "ccgen equations, format 1"
@@ -51,3 +53,12 @@ def _block(block: Block) -> Iterator[str]:
         yield f"| {equation.symbol}: 0 = {write(equation.expression, LISTING)}"
     for a in block.assignments:
         yield f"{a.symbol.name} = {write(a.expression, LISTING)}"
+
+
+def name_index(scene: Scene, topology: Topology) -> tuple[str, ...]:
+    """What the numbers in names stand for: links, joints, and the cut joints of the loops."""
+    links = ", ".join(f"{k} {link.name}" for k, link in enumerate(scene.mechanism.links))
+    joints = ", ".join(f"{j} {joint.name}" for j, joint in enumerate(scene.mechanism.joints))
+    cuts = ", ".join(scene.mechanism.joints[cut.joint].name for cut in topology.cuts)
+    root = scene.mechanism.link_name(topology.root)
+    return (f"links: {links}", f"joints: {joints or 'none'}", f"root: {root}; cut joints: {cuts or 'none'}")

@@ -174,7 +174,7 @@ def _function(function: Function, slots: Mapping[sp.Symbol, int]) -> dict[str, o
 
 @dataclass(frozen=True)
 class Angles:
-    """Angles whose sines and cosines a kernel needs: ``count`` entries of ``array`` from ``first``, and where c, s lie."""
+    """Angles whose sines and cosines a kernel needs: ``count`` of ``array`` from ``first``; where c and s lie."""
 
     array: str = ""
     first: int = 0
@@ -214,7 +214,7 @@ def _meanings(kernel: Kernel) -> list[str]:
 
 
 def _sparse(output: Output) -> bool:
-    return sum(entry == 0 for entry in output.entries) > 8
+    return sum(1 for entry in output.entries if entry == 0) > 8
 
 
 def _outputs(kernel: Kernel) -> list[tuple[str, str]]:

@@ -1,9 +1,9 @@
 """Recognises blocks that repeat from link to link and turns them into loops.
 
-Long chains give the same block again and again with shifted numbers in the names. Written out they outgrow the processor's
-instruction cache and the compiler's patience; as loops over arrays they do neither. Only names are looked at: blocks whose
-texts are equal but for numbers, and whose numbers grow by fixed strides from round to round, become one loop. The
-arithmetic, its order and so every digit of the result stay the same.
+Long chains give the same block again and again with shifted numbers in the names. Written out they outgrow the
+processor's instruction cache and the compiler's patience; as loops over arrays they do neither. Only names are looked
+at: blocks whose texts are equal but for numbers, and whose numbers grow by fixed strides from round to round, become
+one loop. The arithmetic and its order stay the same.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 Line = tuple[str, str]
 """A name and the expression assigned to it."""
@@ -48,7 +49,7 @@ class Loop:
 
 @dataclass
 class Rolled:
-    """What to write: blocks and loops in order, and the arrays (name, size) they use. ``places`` are names now in arrays."""
+    """What to write: blocks and loops in order, the arrays (name, size) they use, and the names that lie in arrays."""
 
     statements: list[Lines | Loop] = field(default_factory=list)
     arrays: list[tuple[str, int]] = field(default_factory=list)
@@ -80,17 +81,21 @@ class _Run:
         return self.start + self.period * self.rounds
 
 
-def roll(blocks: Sequence[Lines], given: Mapping[str, Place], results: Iterable[str], reserved: Iterable[str]) -> Rolled:
+def roll(
+    blocks: Sequence[Lines], given: Mapping[str, Place], results: Iterable[str], reserved: Iterable[str]
+) -> Rolled:
     """Turn repeating ``blocks`` into loops.
 
-    ``given`` says where inputs and constants lie; ``results`` are names that are read after the last block; ``reserved``
-    are names that no array may take.
+    ``given`` says where inputs and constants lie; ``results`` are names that are read after the last block;
+    ``reserved`` are names that no array may take.
     """
     return _Roller(blocks, given, set(results), set(reserved)).rolled()
 
 
 class _Roller:
-    def __init__(self, blocks: Sequence[Lines], given: Mapping[str, Place], results: set[str], reserved: set[str]) -> None:
+    def __init__(
+        self, blocks: Sequence[Lines], given: Mapping[str, Place], results: set[str], reserved: set[str]
+    ) -> None:
         self.blocks, self.given, self.results, self.reserved = blocks, given, results, reserved
         self.home = {name: i for i, block in enumerate(blocks) for name, _ in block.lines}
         self.names = [[_names(line) for line in block.lines] for block in blocks]
@@ -208,7 +213,7 @@ class _Roller:
             return None
         index = [place[1] for place in places if place]
         stride = index[1] - index[0]
-        if any(b - a != stride for a, b in zip(index, index[1:], strict=False)):
+        if any(b - a != stride for a, b in pairwise(index)):
             return None
         array = places[0][0] if places[0] else ""
         return f"{array}[{_affine(index[0], stride)}]"

@@ -26,8 +26,8 @@ RANK_TOLERANCE = 1e-9
 
 def show_text(scene: Scene, latex: bool, expanded: bool) -> str:
     """The text that ``ccgen show`` prints. Raises ``ValueError`` for an expanded form of too many links."""
-    from ..pipeline import derive_scene, name_index
-    from .listing import write_listing
+    from ..pipeline import derive_scene
+    from .listing import name_index, write_listing
 
     form = expand(scene.mechanism, span(scene.mechanism), scene.effects) if expanded else None
     topology, equations = derive_scene(scene)

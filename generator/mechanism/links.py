@@ -1,7 +1,7 @@
 """Links, named points and the parameters that describe them.
 
-A coordinate that a scene gives as exactly zero is *structural*: it is ``None`` here, adds no parameter and no arithmetic.
-Every other number is a :class:`Parameter`, symbolic in the equations and changeable at run time.
+A coordinate that a scene gives as exactly zero is *structural*: it is ``None`` here, adds no parameter and no
+arithmetic. Every other number is a :class:`Parameter`, symbolic in the equations and changeable at run time.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Spanning tree and cut joints: how the closed chains are cut open virtually.
 
 Each link of a branch waits for the one outboard of it, so short branches make fast equations: the tree is rooted at the
-ground, or at a centre of the graph when nothing holds the mechanism, and grown breadth-first, which leaves each loop cut
-at the joint farthest from the root.
+ground, or at a centre of the graph when nothing holds the mechanism, and grown breadth-first, which leaves each loop
+cut at the joint farthest from the root.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from .mechanism import Mechanism
 
 @dataclass(frozen=True)
 class Branch:
-    """Link ``link`` hangs from ``parent`` by joint ``joint``: its point ``inboard`` lies on the parent's point ``attach``."""
+    """``link`` hangs from ``parent`` by ``joint``: its point ``inboard`` lies on the parent's point ``attach``."""
 
     link: int
     parent: int
@@ -29,7 +29,7 @@ class Branch:
 
 @dataclass(frozen=True)
 class Cut:
-    """A joint left out of the tree. ``first`` and ``second`` are its two sides, ``meeting`` the link where their branches meet."""
+    """A joint left out of the tree: its two sides, and the link ``meeting`` where their branches meet."""
 
     joint: int
     first: PointRef
@@ -97,7 +97,9 @@ def span(mechanism: Mechanism) -> Topology:
             waiting.append(far.link)
     missing = [link.name for k, link in enumerate(mechanism.links) if k not in reached]
     if missing:
-        raise ValueError(f"not connected with {mechanism.link_name(root)}: {', '.join(missing)}; add the missing joints")
+        raise ValueError(
+            f"not connected with {mechanism.link_name(root)}: {', '.join(missing)}; add the missing joints"
+        )
     tree = Topology(root, tuple(branches), ())
     paths = {link: tree.path(link) for link in reached}
     cuts = []

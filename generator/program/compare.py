@@ -11,12 +11,12 @@ from .reading import Listing, read_listing
 
 STATES = 64
 AGREEMENT = 1e-9
-"""Relative difference up to which two listings are said to agree: rounding of differently ordered sums stays far below."""
+"""Relative difference up to which two listings agree; rounding of differently ordered sums stays far below."""
 
 
 @dataclass(frozen=True)
 class DiffReport:
-    """``same`` when the texts are equal; ``text`` is the unified diff, ``numbers`` a sentence on the numerical comparison."""
+    """``same`` when the texts are equal; ``text`` is the unified diff, ``numbers`` a sentence on the numbers."""
 
     same: bool
     text: str

@@ -25,7 +25,7 @@ class Section:
 
 @dataclass(frozen=True)
 class Counts:
-    """Operations of a kernel: sums and differences, products, quotients (with square roots), angles (one sine and cosine)."""
+    """Operations of a kernel: sums, products, quotients (square roots too), angles (a sine and a cosine each)."""
 
     sums: int
     products: int
@@ -60,11 +60,16 @@ class Function:
             missing = assignment.expression.free_symbols - known
             if missing:
                 raise ValueError(f"{self.kernel.name}: {assignment.symbol} uses undefined {sorted(map(str, missing))}")
+            if assignment.symbol in known:
+                raise ValueError(f"{self.kernel.name}: {assignment.symbol} is defined twice")
             known.add(assignment.symbol)
         for output in self.kernel.outputs:
             for entry in output.entries:
                 if not entry.free_symbols <= known:
                     raise ValueError(f"{self.kernel.name}: an entry of {output.name} is not defined")
+        for guard in self.kernel.guards:
+            if not all(entry.free_symbols <= known for entry in guard):
+                raise ValueError(f"{self.kernel.name}: a guard is not defined")
 
     def assignments(self) -> tuple[Assignment, ...]:
         return tuple(a for section in self.sections for a in section.assignments)
@@ -103,6 +108,8 @@ class Program:
         for assignment in self.constants:
             if not assignment.expression.free_symbols <= known:
                 raise ValueError(f"constant {assignment.symbol} is not made from parameters")
+            if assignment.symbol in known:
+                raise ValueError(f"constant {assignment.symbol} is defined twice")
             known.add(assignment.symbol)
 
     def function(self, name: str) -> Function:
@@ -160,9 +167,11 @@ def _needed(roots: Iterable[sp.Expr], definitions: dict[sp.Symbol, Assignment]) 
 def count(expressions: Iterable[sp.Expr]) -> Counts:
     """Operations as they are written out: a sign costs nothing, an integer power its products."""
     tally: Counter[str] = Counter()
+    angles: set[sp.Expr] = set()
     for expression in expressions:
+        angles |= {function.args[0] for function in expression.atoms(sp.sin, sp.cos)}
         _count(expression, tally)
-    return Counts(tally["sum"], tally["product"], tally["quotient"], tally["sin"])
+    return Counts(tally["sum"], tally["product"], tally["quotient"], len(angles))
 
 
 def _count(e: sp.Expr, tally: Counter[str]) -> None:
@@ -187,7 +196,5 @@ def _count(e: sp.Expr, tally: Counter[str]) -> None:
             tally["quotient"] += 1 + int(bool(e.exp.is_negative))
         _count(e.base, tally)
         return
-    elif e.func is sp.sin:
-        tally["sin"] += 1
     for a in e.args:
         _count(a, tally)
