@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from .emit.cache import HEADERS, fetch_or_build, is_current, key_of, runtime_folder
-from .emit.compiler import Compiler, compile_model, cythonize, find_compiler
+from .emit.compiler import Compiler, compile_model, cythonize, extension_module, find_compiler
 from .scene.scene import Scene
 from .version import VERSION
 
@@ -71,15 +71,16 @@ def _build(scene: Scene, compiler: Compiler, folder: Path, tell: Progress) -> No
     hash_ = hashlib.sha256(scene.canonical().encode()).hexdigest()[:16]
     banner = Banner(scene.name, scene.package, VERSION, hash_)
     (folder / "_binding.pyx").write_text(render_binding(banner))
-    (folder / "__init__.py").write_text(render_package(banner))
+    extension = extension_module(hash_)
+    (folder / "__init__.py").write_text(render_package(banner, extension))
     for header in HEADERS:
         (folder / header).write_bytes((runtime_folder() / header).read_bytes())
     with ThreadPoolExecutor(1) as beside:
-        binding = beside.submit(cythonize, folder)
+        binding = beside.submit(cythonize, folder, extension)
         _write_model(scene, banner, folder, tell)
         tell("compile")
         binding.result()
-    compile_model(compiler, folder)
+    compile_model(compiler, folder, extension)
     record = {"compiler": compiler.version, "flags": list(compiler.flags())}
     (folder / "build.json").write_text(json.dumps(record, indent=1) + "\n")
 

@@ -18,6 +18,13 @@ from .assemble import nearest_closed
 from .frames import FloatArray
 from .parameters import Parameters
 
+UNPROJECTED = {
+    "lost_rank": "its closure rows are dependent there (redundant joints, a flattened loop or a change point); "
+    "remove a redundant joint, or start elsewhere",
+    "not_closed": "it is too far from closed; assemble it first",
+    "not_finite": "its closure is not a finite number; check the parameters",
+}
+
 JOINT_MISS = 1e-6
 """Poses whose joints miss by more than this (m) are not a state of the mechanism."""
 
@@ -107,7 +114,8 @@ class Model:
     @property
     def dof(self) -> int:
         """Degrees of freedom at the scene's start: number of quasi-velocities less the rank of the closure."""
-        rank = int(np.linalg.matrix_rank(self.jacobian(self.start()[0]), tol=1e-9)) if self.cuts else 0
+        jacobian = self.jacobian(self._read_off(np.array(self.data["start"]["poses"], dtype=float)))
+        rank = int(np.linalg.matrix_rank(jacobian, tol=1e-9 * self.length)) if self.cuts else 0
         return len(self.u_names) - rank
 
     @property
@@ -325,11 +333,9 @@ class Model:
         """
         states, single = self._state(q, u)
         new_q, new_u, outcomes = self.kernels.project(*states)
-        wrong = [f"state {i}: {text.replace('_', ' ')}" for i, text in enumerate(outcomes) if text != "done"]
-        if wrong:
-            raise ValueError(
-                f"{self.name}: projection onto the closure failed ({'; '.join(wrong[:3])}); try assemble first"
-            )
+        for index, outcome in enumerate(outcomes):
+            if outcome != "done":
+                raise ValueError(f"{self.name}: state {index} cannot be put onto the closure: {UNPROJECTED[outcome]}")
         return (new_q[0], new_u[0]) if single else (new_q, new_u)
 
     def _state(self, q: ArrayLike, u: ArrayLike) -> tuple[tuple[FloatArray, FloatArray], bool]:

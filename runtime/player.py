@@ -43,7 +43,7 @@ def content(run: Run) -> dict[str, Any]:
     length = _decimals(1e-5 * view.size)
     return {
         "name": model.name,
-        "message": "" if run.success else f"stopped early: {run.message}",
+        "message": "" if run.success else run.message,
         "t": _numbers(frames.t, 9),
         "poses": _poses(frames.poses, length),
         "joints": _numbers(frames.joints.reshape(len(frames.t), -1), length),

@@ -55,7 +55,7 @@ def draw(run: Run, path: str | os.PathLike[str] | None = None) -> Any:
     rows[-1].set_xlabel("time [s]")
     if duration > 0:
         rows[-1].set_xlim(run.t[0], run.t[-1])
-    title = run.model.name if run.success else f"{run.model.name} — stopped early: {run.message}"
+    title = run.model.name if run.success else f"{run.model.name} — {run.message}"
     figure.suptitle(title, fontsize=13, wrap=True)
 
     if target is not None:

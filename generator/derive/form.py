@@ -53,7 +53,7 @@ class Solution:
     variables: tuple[Variable, ...]
     gains: dict[tuple[Variable, Variable], sp.Expr]
     constant: dict[tuple[bool, Variable], sp.Expr]
-    guard: tuple[sp.Expr, sp.Expr] | None = None
+    guard: sp.Expr | None = None
 
 
 class Eliminator:
@@ -125,7 +125,7 @@ class Eliminator:
             i: {v: x for v, x in part.items() if v not in block and x != 0} for i, part in form.linear.items()
         }
 
-    def _inverse(self, block: tuple[Variable, ...]) -> tuple[list[list[sp.Expr]], tuple[sp.Expr, sp.Expr] | None]:
+    def _inverse(self, block: tuple[Variable, ...]) -> tuple[list[list[sp.Expr]], sp.Expr | None]:
         """H_ee⁻¹: a reciprocal, or the adjugate over the determinant of a 2 × 2 block."""
         h, let = self.form.h, self.ledger.let
         if len(block) == 1:
@@ -139,5 +139,5 @@ class Eliminator:
         i_xx = let(f"i{kind}_{label}_xx", yy * reciprocal)
         i_xy = let(f"i{kind}_{label}_xy", xy * reciprocal)
         i_yy = let(f"i{kind}_{label}_yy", xx * reciprocal)
-        guard = (determinant, xx * yy) if e.kind == "lambda" else None
+        guard = determinant if e.kind == "lambda" else None
         return [[factor * i_xx, -factor * i_xy], [-factor * i_xy, factor * i_yy]], guard

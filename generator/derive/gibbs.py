@@ -16,7 +16,7 @@ from ..mechanism.topology import Cut
 from .equations import Ledger
 from .form import FLIGHT, IMPACT, Eliminator, Form, Solution
 from .kinematics import ZERO, Kinematics, Vector, add, dot, perp, scale, symbol
-from .names import A_X, A_Y, ALPHA, AXES, Variable, multiplier, place, solution_name
+from .names import A_X, A_Y, ALPHA, AXES, Variable, hessian_name, multiplier, place, solution_name
 
 M, INERTIA, W2 = sp.symbols("m I w2")
 A, ALPHA_ = sp.symbols("a_x a_y"), sp.Symbol("alpha")
@@ -108,15 +108,27 @@ class Recursion:
         blocks: list[tuple[Variable, ...]] = [
             (multiplier(cut.joint, "x"), multiplier(cut.joint, "y")) for cut in self._loops_closed_at(link, form)
         ]
+        gathered = self._gathered_diagonal(link, form, blocks)
         if link != GROUND:
             blocks.append((ALPHA,))
             if link == self.kinematics.topology.root:
                 blocks.append((A_X, A_Y))
         self.solutions[link] = [eliminator.eliminate(block) for block in blocks]
-        self.guards += [s.guard for s in self.solutions[link] if s.guard]
+        self.guards += [
+            (s.guard, gathered[s.variables[0]] * gathered[s.variables[1]]) for s in self.solutions[link] if s.guard
+        ]
         eliminator.name_entries()
         self.forms[link] = form
         self.ledger.close(f"inwards: {self.kinematics.title(link)}")
+
+    def _gathered_diagonal(self, link: int, form: Form, blocks: list[tuple[Variable, ...]]) -> dict[Variable, sp.Expr]:
+        """Diagonal of C as gathered at the link, before loops that share links take from it: the scale of the guards."""
+        diagonal = {}
+        for v in (v for block in blocks for v in block):
+            name = hessian_name(link, v, v)
+            diagonal[v] = self.ledger.let(name if len(blocks) == 1 else f"{name}_all", -form.h(v, v))
+            form.hessian[v, v] = -diagonal[v]
+        return diagonal
 
     def _own_terms(self, link: int, form: Form) -> None:
         """Second and first derivatives of S_link, and the loads on the link (eq. 6)."""

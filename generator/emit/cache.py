@@ -10,10 +10,14 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from importlib.machinery import EXTENSION_SUFFIXES
 from pathlib import Path
 
 HEADERS = ("model.h", "sincos.h")
 """Headers of the runtime that a generated model is compiled with; a copy lies in its package."""
+
+PARTS = ("__init__.py", "model.json", "model.c", "equations.txt", f"*{EXTENSION_SUFFIXES[0]}")
+"""What a whole package has; one from which a file was deleted is made again."""
 
 KEY = ".key"
 """File of a generated package that holds the key of what it was made from."""
@@ -61,7 +65,7 @@ def key_of(*texts: str) -> str:
 def is_current(folder: Path, key: str) -> bool:
     """Whether ``folder`` holds the package of ``key``, whole."""
     try:
-        return (folder / KEY).read_text() == key
+        return (folder / KEY).read_text() == key and all(any(folder.glob(part)) for part in PARTS)
     except OSError:
         return False
 

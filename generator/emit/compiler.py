@@ -78,18 +78,18 @@ def _processor() -> str:
     return " ".join(found.values())
 
 
-def extension_name() -> str:
-    """File name of the package's extension module."""
-    return f"_binding{sysconfig.get_config_var('EXT_SUFFIX')}"
+def extension_module(hash_: str) -> str:
+    """Name of the package's extension module: a process that has loaded another one from the same path keeps that one."""
+    return f"_model_{hash_}"
 
 
-def cythonize(folder: Path) -> None:
+def cythonize(folder: Path, module: str) -> None:
     """``_binding.pyx`` to C, in a process of its own so that it can run beside the derivation."""
-    _run((sys.executable, "-m", "cython", "-3", "--module-name", "_binding", "_binding.pyx"), folder, "Cython")
+    _run((sys.executable, "-m", "cython", "-3", "--module-name", module, "_binding.pyx"), folder, "Cython")
 
 
-def compile_model(compiler: Compiler, folder: Path) -> None:
-    """Compile ``_binding.c`` and ``model.c`` side by side and link them into the extension module."""
+def compile_model(compiler: Compiler, folder: Path, module: str) -> None:
+    """Compile ``_binding.c`` and ``model.c`` side by side and link them into the extension ``module``."""
     include = f"-I{sysconfig.get_path('include')}"
     jobs = {"_binding.c": (*LANGUAGE, "-O1", include), "model.c": (*compiler.flags(), "-I.")}
     with ThreadPoolExecutor() as pool:
@@ -100,7 +100,19 @@ def compile_model(compiler: Compiler, folder: Path) -> None:
         for job in done:
             job.result()
     shared = ("-bundle", "-undefined", "dynamic_lookup") if sys.platform == "darwin" else ("-shared",)
-    _run((*compiler.command, *shared, "_binding.o", "model.o", "-lm", "-o", extension_name()), folder, "the linker")
+    _run(
+        (
+            *compiler.command,
+            *shared,
+            "_binding.o",
+            "model.o",
+            "-lm",
+            "-o",
+            f"{module}{sysconfig.get_config_var('EXT_SUFFIX')}",
+        ),
+        folder,
+        "the linker",
+    )
     for rest in ("_binding.o", "model.o"):
         (folder / rest).unlink()
 

@@ -1,8 +1,9 @@
 /* The complementarity problem of simultaneous impacts: 0 <= P, 0 <= z = W P + b, P.z = 0.
  *
- * For symmetric positive semidefinite W it is the optimality condition of: minimise P.W P / 2 + b.P over P >= 0. The
- * active-set method of C. L. Lawson and R. J. Hanson (Solving Least Squares Problems, 1974, chapter 23) solves it in
- * finitely many steps. All contacts pushing is tried first: it is the usual case and keeps symmetric impacts symmetric.
+ * For symmetric positive semidefinite W it is the optimality condition of: minimise P.W P / 2 + b.P over P >= 0. An
+ * active-set method solves it in finitely many steps (J. Nocedal, S. J. Wright, Numerical Optimization, 2nd edition, 2006,
+ * section 16.5): the contacts that push are kept independent, also where more contacts touch than the mechanism has
+ * freedoms. All contacts pushing is tried first: it is the usual case and keeps symmetric impacts symmetric.
  */
 #include "core.h"
 
@@ -10,6 +11,9 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+
+static const double DEPENDENT = 1e-11; /* a pivot below this fraction of its diagonal entry has lost its digits */
+enum { STEPS = 10 };                   /* per contact; far more than ever needed */
 
 /* Eigenvalues of symmetric a[n][n] on its diagonal and eigenvectors in the columns of v, by cyclic Jacobi rotations. */
 static void eigen(int n, double *a, double *v)
@@ -59,7 +63,7 @@ static void least_norm(int n, double *a, double *v, const double *r, double *x)
         largest = fmax(largest, a[i * n + i]);
     memset(x, 0, n * sizeof *x);
     for (int j = 0; j < n; j++) {
-        if (a[j * n + j] <= 1e-11 * largest)
+        if (a[j * n + j] <= DEPENDENT * largest)
             continue;
         double c = 0.0;
         for (int i = 0; i < n; i++)
@@ -70,52 +74,34 @@ static void least_norm(int n, double *a, double *v, const double *r, double *x)
     }
 }
 
-/* Solve W x = -b over the members of the active set: Cholesky, or least norm where rows are dependent. */
-static void solve_active(int n, const double *W, const double *b, const char *active, double *work, int *index, double *x)
+/* Cholesky factor of W over the indices set[m], in a[m][m]; 0, or 1 where they are dependent. */
+static int factorise(int n, const double *W, int m, const int *set, double *a)
 {
-    int m = 0;
-    double *a = work, *v = work + (size_t)n * n, *r = v + (size_t)n * n, *y = r + n;
-    for (int i = 0; i < n; i++)
-        if (active[i])
-            index[m++] = i;
-    memset(x, 0, n * sizeof *x);
-    for (int i = 0; i < m; i++) {
-        r[i] = y[i] = -b[index[i]];
-        for (int j = 0; j < m; j++)
-            a[i * m + j] = W[(size_t)index[i] * n + index[j]];
-    }
-    for (int j = 0; j < m; j++) {
-        double d = a[j * m + j];
-        for (int k = 0; k < j; k++)
-            d -= a[j * m + k] * a[j * m + k];
-        if (!(d > 1e-11 * W[(size_t)index[j] * n + index[j]])) {
-            for (int i = 0; i < m; i++)
-                for (int k = 0; k < m; k++)
-                    a[i * m + k] = W[(size_t)index[i] * n + index[k]];
-            least_norm(m, a, v, r, y);
-            goto spread;
-        }
-        a[j * m + j] = sqrt(d);
-        for (int i = j + 1; i < m; i++) {
-            double s = a[i * m + j];
+    for (int j = 0; j < m; j++)
+        for (int i = j; i < m; i++) {
+            double sum = W[(size_t)set[i] * n + set[j]];
             for (int k = 0; k < j; k++)
-                s -= a[i * m + k] * a[j * m + k];
-            a[i * m + j] = s / a[j * m + j];
+                sum -= a[i * m + k] * a[j * m + k];
+            if (i == j && !(sum > DEPENDENT * W[(size_t)set[j] * n + set[j]]))
+                return 1;
+            a[i * m + j] = i == j ? sqrt(sum) : sum / a[j * m + j];
         }
-    }
+    return 0;
+}
+
+/* x = (a a^T)^-1 x for the factor a[m][m] */
+static void substitute(int m, const double *a, double *x)
+{
     for (int i = 0; i < m; i++) {
         for (int k = 0; k < i; k++)
-            y[i] -= a[i * m + k] * y[k];
-        y[i] /= a[i * m + i];
+            x[i] -= a[i * m + k] * x[k];
+        x[i] /= a[i * m + i];
     }
     for (int i = m - 1; i >= 0; i--) {
         for (int k = i + 1; k < m; k++)
-            y[i] -= a[k * m + i] * y[k];
-        y[i] /= a[i * m + i];
+            x[i] -= a[k * m + i] * x[k];
+        x[i] /= a[i * m + i];
     }
-spread:
-    for (int i = 0; i < m; i++)
-        x[index[i]] = y[i];
 }
 
 static double residual(int n, const double *W, const double *b, const double *P, int i)
@@ -126,37 +112,90 @@ static double residual(int n, const double *W, const double *b, const double *P,
     return z;
 }
 
+/* All contacts pushing: P = -W^-1 b, of least norm where rows are dependent. 0 if it is a solution. */
+static int all_push(int n, const double *W, const double *b, double scale, double *a, double *v, double *r, const int *all,
+                    double *P)
+{
+    for (int i = 0; i < n; i++)
+        r[i] = P[i] = -b[i];
+    if (factorise(n, W, n, all, a)) {
+        memcpy(a, W, (size_t)n * n * sizeof *a);
+        least_norm(n, a, v, r, P);
+    } else
+        substitute(n, a, P);
+    int wrong = 0;
+    for (int i = 0; i < n; i++)
+        wrong |= P[i] < 0.0 || fabs(residual(n, W, b, P, i)) > 1e-10 * scale;
+    return wrong;
+}
+
+/* Let contact `enter` push, while z stays 0 on the set[m] of contacts that push: move along the direction that keeps it so
+ * until z of `enter` vanishes, dropping contacts whose impulse reaches 0 on the way. Returns the new m, or -1. */
+static int admit(int n, const double *W, int m, int *set, int enter, double z, double *a, double *d, double *P)
+{
+    for (;;) {
+        if (factorise(n, W, m, set, a))
+            return -1;
+        for (int i = 0; i < m; i++)
+            d[i] = -W[(size_t)set[i] * n + enter];
+        substitute(m, a, d);
+        double curvature = W[(size_t)enter * n + enter], part = INFINITY;
+        int leave = -1;
+        for (int i = 0; i < m; i++) {
+            curvature += W[(size_t)enter * n + set[i]] * d[i];
+            if (d[i] < 0.0 && P[set[i]] < -part * d[i]) {
+                part = -P[set[i]] / d[i];
+                leave = i;
+            }
+        }
+        const int independent = curvature > DEPENDENT * W[(size_t)enter * n + enter];
+        if (independent && -z <= part * curvature) {
+            part = -z / curvature;
+            leave = -1;
+        }
+        if (!isfinite(part))
+            return -1;
+        for (int i = 0; i < m; i++)
+            P[set[i]] += part * d[i];
+        P[enter] += part;
+        z += part * curvature;
+        if (leave < 0) {
+            set[m] = enter;
+            return m + 1;
+        }
+        P[set[leave]] = 0.0;
+        set[leave] = set[--m];
+    }
+}
+
 int solve_complementarity(int n, const double *W, const double *b, double *P)
 {
     if (n <= 0)
         return 0;
-    double *work = malloc(((size_t)2 * n * n + 3 * (size_t)n) * sizeof *work);
-    int *index = malloc((size_t)n * sizeof *index);
-    char *active = malloc((size_t)n);
+    const size_t square = (size_t)n * n;
+    double *work = malloc((2 * square + n) * sizeof *work);
+    int *set = malloc((size_t)n * sizeof *set);
     int failed = 1;
-    if (!work || !index || !active)
+    if (!work || !set)
         goto end;
-    double *x = work + 2 * (size_t)n * n + 2 * (size_t)n;
     double scale = 0.0;
-    for (int i = 0; i < n; i++)
+    for (int i = 0; i < n; i++) {
         scale = fmax(scale, fabs(b[i]));
-    const double small = 1e-13 * scale;
-
-    memset(active, 1, (size_t)n);
-    solve_active(n, W, b, active, work, index, P);
-    failed = 0;
-    for (int i = 0; i < n; i++)
-        failed |= P[i] < 0.0 || fabs(residual(n, W, b, P, i)) > 1e-10 * scale;
-    if (!failed)
+        set[i] = i;
+    }
+    if (!all_push(n, W, b, scale, work, work + square, work + 2 * square, set, P)) {
+        failed = 0;
         goto end;
-
-    memset(active, 0, (size_t)n);
-    memset(P, 0, n * sizeof *P);
-    for (int step = 0; step < 10 * (n + 1); step++) {
+    }
+    memset(P, 0, (size_t)n * sizeof *P);
+    for (int step = 0, m = 0; step < STEPS * (n + 1) && m >= 0; step++) {
         int enter = -1;
-        double worst = -small;
+        double worst = -1e-13 * scale;
         for (int i = 0; i < n; i++) {
-            const double z = active[i] ? 0.0 : residual(n, W, b, P, i);
+            int pushes = 0;
+            for (int j = 0; j < m; j++)
+                pushes |= set[j] == i;
+            const double z = pushes ? 0.0 : residual(n, W, b, P, i);
             if (z < worst) {
                 worst = z;
                 enter = i;
@@ -166,27 +205,10 @@ int solve_complementarity(int n, const double *W, const double *b, double *P)
             failed = 0;
             goto end;
         }
-        active[enter] = 1;
-        for (;;) {
-            solve_active(n, W, b, active, work, index, x);
-            double part = 1.0;
-            int leave = -1;
-            for (int i = 0; i < n; i++)
-                if (active[i] && x[i] <= 0.0 && P[i] < part * (P[i] - x[i])) {
-                    part = P[i] / (P[i] - x[i]);
-                    leave = i;
-                }
-            for (int i = 0; i < n; i++)
-                P[i] += part * (x[i] - P[i]);
-            if (leave < 0)
-                break;
-            active[leave] = 0;
-            P[leave] = 0.0;
-        }
+        m = admit(n, W, m, set, enter, worst, work, work + 2 * square, P);
     }
 end:
-    free(active);
-    free(index);
+    free(set);
     free(work);
     return failed;
 }

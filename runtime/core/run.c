@@ -139,8 +139,13 @@ static enum outcome land(struct flight *f, struct event event)
     return OUTCOME_DONE;
 }
 
+/* Record the present state, unless it is the last row already. */
 static int keep(struct flight *f)
 {
+    const struct record *r = &f->run->record;
+    const size_t width = 2 * (size_t)f->s->n;
+    if (r->count && r->t[r->count - 1] == f->t && !memcmp(r->y + (r->count - 1) * width, f->y, width * sizeof *f->y))
+        return 0;
     return append_row(&f->run->record, f->t, f->y, 2 * f->s->n);
 }
 
@@ -281,8 +286,7 @@ static enum outcome strike(struct flight *f, int trigger)
         m->gap_rates(f->s->k, f->y, u_plus, after);
         for (int i = 0; i < count; i++)
             loss -= 0.5 * f->P[i] * (f->rates[f->set[i]] + after[f->set[i]]);
-        const size_t after_row = run->record.count + 1;
-        if (append_impact(&run->impacts, f->t, f->y + n, u_plus, n, count, f->set, f->P, loss, after_row) || keep(f))
+        if (keep(f) || append_impact(&run->impacts, f->t, f->y + n, u_plus, n, count, f->set, f->P, loss, run->record.count))
             return OUTCOME_NO_MEMORY;
         memcpy(f->y + n, u_plus, n * sizeof *u_plus);
         if (keep(f))

@@ -1,0 +1,91 @@
+# make hexagon and make test need Python 3.11 or later (headers, venv), a C compiler and a package index; they make .venv.
+
+PYTHON ?= python3
+ARGS ?=
+
+VENV := .venv
+BIN := $(VENV)/bin
+PIP := $(BIN)/python -m pip --disable-pip-version-check install --quiet
+COMPILED := $(wildcard runtime/*.pyx runtime/*.h runtime/core/*.c runtime/core/*.h)
+
+# golden listings: tests/golden/<name>/equations.txt of scenes/<name>.toml, and two without a scene file
+SCENES := falling-hexagon four-bar open-chain
+LOOP := --links 6
+PINNED := --links 3 --pinned
+FRESH := build/listings
+
+.PHONY: help hexagon test lint types diff golden benchmarks clean
+
+help:
+	@echo "make hexagon     simulate the falling hexagon and draw it"
+	@echo "make test        run the tests; ARGS=\"-k impact\" goes to pytest"
+	@echo "make lint        ruff"
+	@echo "make types       mypy --strict"
+	@echo "make diff        compare the equations derived now with tests/golden"
+	@echo "make golden      write tests/golden anew"
+	@echo "make benchmarks  time derivation, compilation and evaluation"
+	@echo "make clean       remove what was made: .venv build results .cache"
+	@echo "PYTHON=python3.12 make ... chooses the Python that .venv is made from"
+
+hexagon: $(VENV)/ccgen
+	@$(BIN)/ccgen run scenes/falling-hexagon.toml --gif
+	@echo
+	@echo "The falling hexagon is in results/falling-hexagon:"
+	@echo "  player.html    open it in a browser: plays, pauses, scrubs"
+	@echo "  animation.gif  the same as a picture that moves"
+	@echo "  plot.png       energy, heights and closure over time"
+
+test: $(VENV)/test
+	@$(BIN)/python -m pytest $(ARGS)
+
+lint: $(VENV)/dev
+	@$(BIN)/ruff check --output-format concise .
+
+types: $(VENV)/dev
+	@$(BIN)/mypy --strict generator runtime
+
+diff: $(VENV)/ccgen
+	@$(BIN)/ccgen $(LOOP) --out $(FRESH)
+	@$(BIN)/ccgen $(PINNED) --out $(FRESH)
+	@different=0; compare() { echo "$$2:"; $(BIN)/ccgen diff "$$1" "$$2" || different=1; }; \
+	for name in $(SCENES); do compare tests/golden/$$name/equations.txt scenes/$$name.toml; done; \
+	for name in loop6 pinned3; do compare tests/golden/$$name $(FRESH)/$$name; done; \
+	test $$different = 0 || { echo "equations have changed; if that is meant: make golden" >&2; exit 1; }
+
+golden: $(VENV)/ccgen
+	@$(BIN)/ccgen $(LOOP) --out $(FRESH)
+	@$(BIN)/ccgen $(PINNED) --out $(FRESH)
+	@set -e; for name in $(SCENES); do $(BIN)/ccgen --scene scenes/$$name.toml --out $(FRESH); done; \
+	for name in $(SCENES) loop6 pinned3; do \
+		mkdir -p tests/golden/$$name; \
+		cp $(FRESH)/$$(echo $$name | tr - _)/equations.txt tests/golden/$$name/equations.txt; \
+	done
+
+benchmarks: $(VENV)/peers
+	@$(BIN)/python benchmarks/forward_dynamics.py
+	@$(BIN)/python benchmarks/build_time.py
+
+clean:
+	rm -rf $(VENV) build results .cache .pytest_cache .hypothesis .mypy_cache .ruff_cache *.egg-info
+	rm -f runtime/*.so
+	find generator templates runtime tests benchmarks -name __pycache__ -type d -prune -exec rm -rf {} +
+
+# The environment. Each file stands for an installation that went well.
+
+$(BIN)/python:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+		{ echo "make: $(PYTHON) is not Python 3.11 or later; choose one: make PYTHON=python3.12 ..." >&2; exit 1; }
+	@$(PYTHON) -c 'import ensurepip, venv' || \
+		{ echo "make: $(PYTHON) has no venv; install it (Debian, Ubuntu: apt install python3-venv)" >&2; exit 1; }
+	$(PYTHON) -m venv --clear $(VENV)
+
+$(VENV)/ccgen: pyproject.toml setup.py $(COMPILED) | $(BIN)/python
+	@$(BIN)/python -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+		{ echo "make: $(VENV) is not of Python 3.11 or later; remove it: rm -rf $(VENV)" >&2; exit 1; }
+	@$(BIN)/python -m pip --version > /dev/null 2>&1 || $(BIN)/python -m ensurepip > /dev/null
+	$(PIP) -e .
+	@touch $@
+
+$(VENV)/test $(VENV)/dev $(VENV)/peers: $(VENV)/ccgen
+	$(PIP) 'ccgen[$(@F)]'
+	@touch $@

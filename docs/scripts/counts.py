@@ -1,0 +1,54 @@
+"""Operation counts of the generated functions (docs/counts.md)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ccgen.generator import Scene, chain, loop, pinned
+from ccgen.generator.pipeline import derive_scene
+from ccgen.generator.program.program import Program, lower
+from ccgen.generator.scene import read_tables
+
+SIZES = (4, 6, 8, 16, 32, 64)
+
+
+def program(scene: Scene) -> Program:
+    return lower(derive_scene(scene)[1])
+
+
+def ladder(cells: int) -> Scene:
+    """A row of four-bars: uprights on the ground, each joined to the next by a bar."""
+    rod = {"mass": 1.0, "inertia": 1.0 / 12.0, "com": [0.5, 0.0], "points": {"A": [0.0, 0.0], "B": [1.0, 0.0]}}
+    names = [f"upright{i}" for i in range(cells + 1)] + [f"bar{i}" for i in range(1, cells + 1)]
+    joints: list[dict[str, Any]] = [{"between": [f"ground.A{i}", f"upright{i}.A"]} for i in range(cells + 1)]
+    for i in range(1, cells + 1):
+        joints += [{"between": [f"upright{i - 1}.B", f"bar{i}.A"]}, {"between": [f"bar{i}.B", f"upright{i}.B"]}]
+    tables = {
+        "ground_link": {"points": {f"A{i}": [float(i), 0.0] for i in range(cells + 1)}},
+        "link": [{"name": name, **rod} for name in names],
+        "joint": joints,
+        "start": {"angles": [1.2] * (cells + 1) + [0.0] * cells},
+    }
+    return read_tables(tables, "ladder", f"ladder{cells}")
+
+
+def main() -> None:
+    print("functions of the falling hexagon, six links (sums + products + quotients = operations; sines with cosines)")
+    hexagon = loop(6, gravity=True, start={"height": 1.0}, ground=[{"restitution": 0.5}])
+    for function in program(hexagon).functions:
+        c = function.counts()
+        print(f"{function.kernel.name:17} {c.sums:4} + {c.products:4} + {c.quotients:2} = {c.total:4};  {c.angles}")
+    print("\noperations of the acceleration")
+    print("links   floating  open  hinged  pinned")
+    for n in SIZES:
+        scenes = (loop(n), chain(n), chain(n, hinged=True), pinned(n))
+        totals = [program(scene).function("acceleration").counts().total for scene in scenes]
+        print(f"{n:5} {totals[0]:10} {totals[1]:5} {totals[2]:7} {totals[3]:7}")
+    print("\nrow of N four-bars")
+    for cells in (1, 2, 4, 8, 16, 32):
+        total = program(ladder(cells)).function("acceleration").counts().total
+        print(f"N = {cells:2}, {2 * cells + 1:2} links: {total}")
+
+
+if __name__ == "__main__":
+    main()
