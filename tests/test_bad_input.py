@@ -360,6 +360,19 @@ def test_unknown_key_hides_nothing(tmp_path: Path) -> None:
     assert [fault.key for fault in caught.value.faults] == ["loop.colour", "loop.length"]
 
 
+def test_wrong_values_hide_nothing(tmp_path: Path) -> None:
+    """A wrong mass or restitution does not keep the rest of its table from being checked."""
+    text = '[loop]\nlinks = 4\nmass = -1.0\n[[ground]]\nrestitution = 1.5\nnormal = [0, 0]\ncontacts = ["joint_9"]\n'
+    with pytest.raises(SceneError) as caught:
+        load_scene(write(tmp_path, text))
+    assert [(fault.line, fault.key) for fault in caught.value.faults] == [
+        (3, "loop.mass"),
+        (5, "ground[0].restitution"),
+        (6, "ground[0].normal"),
+        (7, "ground[0].contacts[0]"),
+    ]
+
+
 def test_files_that_are_none(tmp_path: Path) -> None:
     for path in (tmp_path / "missing.toml", tmp_path):
         with pytest.raises(SceneError, match="expected a scene file"):

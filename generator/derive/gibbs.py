@@ -122,7 +122,7 @@ class Recursion:
         self.ledger.close(f"inwards: {self.kinematics.title(link)}")
 
     def _gathered_diagonal(self, link: int, form: Form, blocks: list[tuple[Variable, ...]]) -> dict[Variable, sp.Expr]:
-        """Diagonal of C as gathered at the link, before loops that share links take from it: the scale of the guards."""
+        """Diagonal of C before loops that share links take from it: the scale of the guards."""
         diagonal = {}
         for v in (v for block in blocks for v in block):
             name = hessian_name(link, v, v)

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 from pydantic import Field
 
@@ -25,6 +26,8 @@ DEPTH = 1e-9
 
 class GroundTable(Table):
     """One ``[[ground]]``."""
+
+    STAND_INS: ClassVar[Mapping[str, object]] = {"restitution": 0.0}
 
     name: Name | None = Field(default=None, description="a name of letters, digits and _, beginning with a letter")
     point: Pair = Field(default=[0.0, 0.0], description="a point of the surface, [x, y] in m")

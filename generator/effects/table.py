@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from collections.abc import Mapping
+from typing import Annotated, ClassVar
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -12,6 +13,9 @@ NAME = r"^[A-Za-z][A-Za-z0-9_]*$"
 
 class Table(BaseModel):
     """A table of a scene file. Each field's description says what is expected, for editors and for fault sentences."""
+
+    STAND_INS: ClassVar[Mapping[str, object]] = {}
+    """Values to go on with when a key's own value is wrong, for keys that other checks do not hang on."""
 
     model_config = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False, frozen=True)
 

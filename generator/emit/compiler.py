@@ -79,7 +79,7 @@ def _processor() -> str:
 
 
 def extension_module(hash_: str) -> str:
-    """Name of the package's extension module: a process that has loaded another one from the same path keeps that one."""
+    """Name of the package's extension module; its own for each scene, since a process keeps what it loaded by name."""
     return f"_model_{hash_}"
 
 

@@ -19,8 +19,8 @@ T = TypeVar("T", bound=Table)
 def check(model: type[T], raw: object, path: Path, report: Report) -> T | None:
     """The table ``raw`` as ``model``; faults go to ``report``.
 
-    Unknown keys are reported and left out, so that what depends on the table is still checked; anything else wrong
-    gives ``None``.
+    Unknown keys are left out once they are reported, and wrong values replaced by the table's stand-ins, so that what
+    depends on the table is still checked; a table without stand-ins for what is wrong gives ``None``.
     """
     if not isinstance(raw, Mapping):
         report.add(path, f"found {show(raw)}, expected a table; write {_header(path)}")
@@ -29,15 +29,17 @@ def check(model: type[T], raw: object, path: Path, report: Report) -> T | None:
         return model.model_validate(dict(raw))
     except ValidationError as error:
         faults = error.errors(include_url=False)
-    unknown = [str(fault["loc"][0]) for fault in faults if fault["type"] == "extra_forbidden"]
+    unknown = {str(fault["loc"][0]) for fault in faults if fault["type"] == "extra_forbidden"}
+    wrong = {str(fault["loc"][0]) for fault in faults} - unknown
     for fault in faults:
         if fault["type"] == "extra_forbidden":
             report.add((*path, *map(str, fault["loc"])), unknown_key(str(fault["loc"][0]), model.model_fields))
         else:
             report.add(path + _place(fault["loc"]), _sentence(model, fault))
-    if len(unknown) == len(faults):
-        return model.model_validate({key: value for key, value in raw.items() if key not in unknown})
-    return None
+    if not wrong <= model.STAND_INS.keys():
+        return None
+    right = {key: value for key, value in raw.items() if key not in unknown | wrong}
+    return model.model_validate(right | {key: model.STAND_INS[key] for key in wrong})
 
 
 def unknown_key(key: str, known: Iterable[str]) -> str:

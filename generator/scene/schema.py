@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import re
-from typing import Annotated, Any, Literal
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag
 from pydantic_core import PydanticCustomError
@@ -56,6 +57,8 @@ Points = dict[str, Pair]
 class Rods(Table):
     """What ``[loop]``, ``[chain]`` and ``[pinned]`` share: links in a row, link k from joint k to joint k+1."""
 
+    STAND_INS: ClassVar[Mapping[str, object]] = {"mass": 1.0, "inertia": None}
+
     links: int = Field(ge=1, description="the number of links, a positive whole number")
     length: PerLink = Field(default=1.0, description="a length in m, a positive number or a list with one per link")
     mass: PerLink = Field(default=1.0, description="a mass in kg, a positive number or a list with one per link")
@@ -89,6 +92,8 @@ class PinnedTable(Rods):
 
 class LinkTable(Table):
     """One ``[[link]]`` of the general form."""
+
+    STAND_INS: ClassVar[Mapping[str, object]] = {"mass": 1.0, "inertia": 1.0}
 
     name: Name | None = Field(default=None, description="a name of letters, digits and _, beginning with a letter")
     mass: Positive = Field(description="the mass in kg, a positive number")
