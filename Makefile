@@ -40,6 +40,7 @@ test: $(VENV)/test
 
 lint: $(VENV)/dev
 	@$(BIN)/ruff check --output-format concise .
+	@$(BIN)/ruff format --check --quiet . || { echo "not formatted; run: .venv/bin/ruff format ." >&2; exit 1; }
 
 types: $(VENV)/dev
 	@$(BIN)/mypy --strict generator runtime

@@ -8,8 +8,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from ccgen.runtime.run import Impact, Phase, Run
 from numpy.typing import NDArray
+
+from ccgen.runtime.run import Impact, Phase, Run
 
 Array = NDArray[np.float64]
 G = 9.81

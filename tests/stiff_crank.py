@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from ccgen.runtime.run import Phase, Run
 from numpy.typing import NDArray
+
+from ccgen.runtime.run import Phase, Run
 
 Array = NDArray[np.float64]
 CRANK, COUPLER, ROCKER, SPAN = 0.3, 1.0, 0.8, 1.0

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+
 from ccgen.runtime.frames import frame_times, placed, sample, view_of
 from ccgen.runtime.plot import draw, instants
 from ccgen.runtime.run import Run

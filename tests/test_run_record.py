@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+
 from ccgen.runtime.run import Impact, Phase, Run
 
 from .rigid_polygon import G, PolygonModel, bouncing
