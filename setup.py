@@ -10,6 +10,6 @@ core = Extension(
     ["runtime/_core.pyx", *sorted(map(str, Path("runtime/core").glob("*.c")))],
     include_dirs=["runtime"],
     depends=["runtime/model.h", *map(str, Path("runtime/core").glob("*.h"))],
-    extra_compile_args=["-O2", "-std=c11", "-fvisibility=hidden"],  # glibc has an advance() too
+    extra_compile_args=["-O2", "-g0", "-std=c11", "-fvisibility=hidden"],  # glibc has an advance() too
 )
 setup(ext_modules=cythonize([core], build_dir=".cache"), options={"build": {"build_base": ".cache/setuptools"}})

@@ -61,11 +61,11 @@ cdef extern from "core/method.h":
 
 cdef extern from "core/run.h":
     struct record:
-        size_t count
+        size_t count, room
         double *t
         double *y
     struct impacts:
-        size_t count, contact_count
+        size_t count, room, contact_count, contact_room
         double *t
         double *u_minus
         double *u_plus
@@ -350,17 +350,7 @@ cdef void _clear(run *r) noexcept:
     r.impacts.t = r.impacts.u_minus = r.impacts.u_plus = r.impacts.energy_loss = r.impacts.impulse = NULL
     r.impacts.first = r.impacts.after = NULL
     r.impacts.contact = NULL
-    _clear_room(r)
-
-
-cdef extern from *:
-    """
-    static void _clear_room(struct run *r)
-    {
-        r->record.room = r->impacts.room = r->impacts.contact_room = 0;
-    }
-    """
-    void _clear_room(run *r) noexcept
+    r.record.room = r.impacts.room = r.impacts.contact_room = 0
 
 
 cdef object _doubles(const double *x, size_t count):

@@ -168,6 +168,8 @@ class Model:
         return (u_dot[0], rows[0]) if single else (u_dot, rows)
 
     def _solved(self, q: FloatArray, u: FloatArray, t: float) -> tuple[FloatArray, FloatArray]:
+        if not np.isfinite(t):
+            raise ValueError(f"t: found {t}, expected a finite number")
         u_dot, rows, lost = self.kernels.acceleration(q, u, t)
         if np.any(lost):
             raise ValueError(
@@ -198,9 +200,10 @@ class Model:
         if len(set(chosen)) != len(chosen) or not chosen:
             raise ValueError(f"found contacts {list(contacts)}, expected at least one and each once")
         own = [self._parameters[f"{self.contacts[c][1]}.restitution"] for c in chosen]
-        e = np.ascontiguousarray(np.broadcast_to(own if restitution is None else restitution, (len(chosen),)), float)
-        if not np.all((e >= 0.0) & (e <= 1.0)):
-            raise ValueError(f"found restitution {e}, expected numbers from 0 to 1")
+        e = np.array(own if restitution is None else restitution, dtype=float)
+        if e.shape not in ((), (len(chosen),)) or not np.all((e >= 0.0) & (e <= 1.0)):
+            raise ValueError(f"found restitution {e}, expected a number from 0 to 1, or {len(chosen)} of them")
+        e = np.ascontiguousarray(np.broadcast_to(e, (len(chosen),)))
         (q2, u2), single = self._state(q, u)
         results = []
         for one_q, one_u in zip(q2, u2, strict=True):

@@ -32,12 +32,14 @@ def simulate(
     *,
     step: float | None = None,
     progress: Callable[[float], object] | None = None,
+    keep_interrupted: bool = False,
 ) -> Run:
     """Integrate ``model`` from (``q0``, ``u0``) at t = 0 to ``until`` (s).
 
     Start, end and tolerances come from the scene unless given; ``atol`` is ``rtol`` unless given. ``params`` are values
     by scene path for this run only. ``step`` (s) fixes the step size instead of choosing it by the error estimate.
-    ``progress`` is called with the time reached, now and then. The start is projected onto the closure.
+    ``progress`` is called with the time reached, now and then. The start is projected onto the closure. Ctrl-C raises
+    ``KeyboardInterrupt``, or with ``keep_interrupted`` ends the run there and keeps it.
 
     The run's ``success`` is false when it stopped before the end; ``message`` then says where, why, and what to try,
     and the run holds everything up to there. Raises ``ValueError`` for arguments that cannot be simulated: wrong
@@ -57,6 +59,8 @@ def simulate(
         raise ValueError(f"rtol: found {rtol}, expected a number from 1e-15 to 1")
     q, u = _start(model, q0, u0)
     found = model.kernels.simulate(q, u, name, until, rtol, atol, fixed, STEP_BUDGET, progress)
+    if found["outcome"] == "interrupted" and not keep_interrupted:
+        raise KeyboardInterrupt
     return _record(model, name, until, found)
 
 
@@ -67,12 +71,13 @@ def _positive(name: str, value: Any) -> float:
 
 
 def _start(model: Model, q0: ArrayLike | None, u0: ArrayLike | None) -> tuple[FloatArray, FloatArray]:
-    own_q, own_u = model.start()
-    q = own_q if q0 is None else np.asarray(q0, dtype=float)
-    u = own_u if u0 is None else np.asarray(u0, dtype=float)
-    if q.ndim != 1 or u.ndim != 1:
-        raise ValueError(f"q0, u0: found shapes {q.shape} and {u.shape}, expected {own_q.shape} and {own_u.shape}")
-    q, u = model.project(q, u)
+    if q0 is None or u0 is None:
+        own_q, own_u = model.start()
+        q0, u0 = own_q if q0 is None else q0, own_u if u0 is None else u0
+    if np.ndim(q0) != 1 or np.ndim(u0) != 1:
+        n = len(model.q_names)
+        raise ValueError(f"q0, u0: found shapes {np.shape(q0)} and {np.shape(u0)}, expected ({n},) for both")
+    q, u = model.project(q0, u0)
     depths = -model.gaps(q)
     if depths.size and depths.max() > DEPTH * model.length:
         point, ground = model.contacts[int(np.argmax(depths))]
@@ -153,8 +158,7 @@ def _message(model: Model, until: float, found: dict[str, Any]) -> str:
         contact = "{} on {}".format(*model.contacts[found["contact"]])
     reasons = {
         "accumulation": f"impacts of {contact} accumulate at t = {found['accumulation']:.12g} s (estimated); what "
-        "follows is sustained contact, which is not simulated yet; end the run before, at "
-        f"until = {math.floor(t * 1000) / 1000:g}",
+        "follows is sustained contact, which is not simulated yet; end the run before that",
         "sustained": f"{contact} stays closed, and sustained contact is not simulated yet; end the run before, or "
         "start it above the ground",
         "lost_rank": "the closure rows lose rank there (a flattened loop or a change point); start elsewhere, or end "

@@ -46,7 +46,14 @@ def run(
             model = load_model(generate(scene, MODELS, tell.stage))
         tell.stage("simulate")
         with refusing(ValueError):
-            result = simulate(model, until=until, rtol=rtol, method=method, progress=lambda t: tell.reached(t, end))
+            result = simulate(
+                model,
+                until=until,
+                rtol=rtol,
+                method=method,
+                progress=lambda t: tell.reached(t, end),
+                keep_interrupted=True,
+            )
         tell.stage("draw")
         with refusing(OSError):
             files = write(result, folder, gif)

@@ -41,9 +41,6 @@ class Form:
     def add_l(self, impact: bool, v: Variable, value: sp.Expr) -> None:
         self.linear[impact][v] = self.l(impact, v) + value
 
-    def coupled(self, v: Variable) -> list[Variable]:
-        return [w for w in self.variables if w != v and self.h(v, w) != 0]
-
 
 @dataclass(frozen=True)
 class Solution:

@@ -115,7 +115,9 @@ class Recursion:
                 blocks.append((A_X, A_Y))
         self.solutions[link] = [eliminator.eliminate(block) for block in blocks]
         self.guards += [
-            (s.guard, gathered[s.variables[0]] * gathered[s.variables[1]]) for s in self.solutions[link] if s.guard
+            (s.guard, (gathered[s.variables[0]] + gathered[s.variables[1]]) ** 2 / 4)
+            for s in self.solutions[link]
+            if s.guard
         ]
         eliminator.name_entries()
         self.forms[link] = form

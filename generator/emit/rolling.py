@@ -11,6 +11,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import pairwise
 
 Line = tuple[str, str]
@@ -170,19 +171,18 @@ class _Roller:
         blocks = [run.start + r * run.period + p for r in range(run.rounds)]
         return all(self.home.get(n) == b and n not in self._abroad for n, b in zip(names, blocks, strict=True))
 
-    @property
+    @cached_property
     def _abroad(self) -> set[str]:
         """Names read outside their own block."""
-        if not hasattr(self, "_abroad_found"):
-            found = set(self.results)
-            for i, lines in enumerate(self.names):
-                found |= {name for names in lines for name in names[1:] if self.home.get(name, i) != i}
-            self._abroad_found = found
-        return self._abroad_found
+        found = set(self.results)
+        for i, lines in enumerate(self.names):
+            found |= {name for names in lines for name in names[1:] if self.home.get(name, i) != i}
+        return found
 
     def _claim(self, run: _Run) -> bool:
         """Give every name that must lie in an array its place; false if that cannot be done."""
         wanted: dict[str, Place] = {}
+        owners = {place: name for name, place in self.places.items()}
         for p, names in self._sequences(run):
             if len(set(names)) == 1 or names[0] in self.given or self._local(run, p, names):
                 continue
@@ -191,6 +191,8 @@ class _Roller:
                 return False
             for name, place in zip(names, places, strict=True):
                 if name in self.given or self.places.get(name, place) != place or wanted.get(name, place) != place:
+                    return False
+                if owners.setdefault(place, name) != name:
                     return False
                 wanted[name] = place
         if any(array in self.reserved for array, _ in wanted.values()):
@@ -205,7 +207,7 @@ class _Roller:
     def _moves(self, run: _Run, p: int, names: tuple[str, ...]) -> str | None:
         """How a name is written in the body, or ``None`` if it cannot be."""
         if self._local(run, p, names) and names[0] not in self.places:
-            return _bare(names[0])
+            return self._local_name(names)
         if len(set(names)) == 1:
             return self._spelled(names[0])
         places = [self.given.get(name) or self.places.get(name) for name in names]
@@ -217,6 +219,13 @@ class _Roller:
             return None
         array = places[0][0] if places[0] else ""
         return f"{array}[{_affine(index[0], stride)}]"
+
+    def _local_name(self, names: tuple[str, ...]) -> str:
+        """A name for what lives inside one block of one round; numbers that stand still stay in it."""
+        places = _places(names)
+        label = places[0][0] if places else names[0]
+        taken = {array for array, _ in self.places.values()} | self.reserved
+        return f"{label}_here" if label in taken else label
 
     def _spelled(self, name: str) -> str:
         """A name outside of loops: an element of an array, or itself."""
@@ -253,11 +262,6 @@ def _names(line: Line) -> list[str]:
 
 def _numbers(name: str) -> list[int]:
     return [int(token) for token in name.split("_") if token.isdigit()]
-
-
-def _bare(name: str) -> str:
-    """A name without its numbers."""
-    return "_".join(token for token in name.split("_") if not token.isdigit())
 
 
 def _shape(block: Lines) -> tuple[str, ...]:

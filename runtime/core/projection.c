@@ -21,7 +21,10 @@ static double largest(int n, const double *x)
 enum outcome project_position(struct system *s, double *q)
 {
     const struct ccgen_model *m = s->model;
-    const double rounding = 2.0 * DBL_EPSILON * s->length * m->links;
+    double turns = m->links; /* the last digit of a link's angle moves its end by that much */
+    for (int i = s->n - m->links; i < s->n; i++)
+        turns += fabs(q[i]);
+    const double rounding = 2.0 * DBL_EPSILON * s->length * turns;
     double before = INFINITY;
     for (int pass = 0; m->rows && pass < MAX_PASSES; pass++) {
         m->closure(s->k, q, s->rows);

@@ -4,13 +4,15 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* make room for `count` items of `size` bytes at *items */
-static int grow(void *items, size_t count, size_t size)
+/* make room for `count` items of `size` bytes where the pointer in `slot` points; 0, or 1 when memory runs out */
+static int grow(void *slot, size_t count, size_t size)
 {
-    void **at = items, *more = realloc(*at, count * size);
-    if (!more)
+    void *items;
+    memcpy(&items, slot, sizeof items);
+    items = realloc(items, count * size);
+    if (!items)
         return 1;
-    *at = more;
+    memcpy(slot, &items, sizeof items);
     return 0;
 }
 

@@ -9,10 +9,14 @@
 #include "events.h"
 
 static const double SAFETY = 0.9, LEAST_CHANGE = 0.2, LARGEST_CHANGE = 6.0;
+static const double EARLY = 0.05;             /* part of a step: events before it are looked for in a shorter step */
+static const double LONGEST_REBOUND = 10.0;   /* times the flight before an impact: the first step tried after it */
 static const double REST_SPEED = 1e-10;       /* times length per second: a contact this slow does not bounce */
+static const double REST_ACCELERATION = 1e-6; /* times length per second squared: a gap this slow is not pressed shut */
 static const double ACCUMULATION_REST = 1e-9; /* s left until impacts accumulate, relative to max(1, t) */
 enum {
-    LANDINGS = 12, /* steps towards an event */
+    SHORTER = 60,  /* shorter steps in search of an early event */
+    LANDINGS = 60, /* steps towards an event; three to five are usual */
     REPEATS = 100, /* impacts at one instant */
     ALIKE = 5,     /* intervals in steady proportion before impacts are said to accumulate */
     CROWD = 40,    /* events within the time that counts as none */
@@ -22,12 +26,14 @@ enum {
 /* How the impacts of one contact follow each other. */
 struct history {
     double t, interval, ratio;
+    int count; /* impacts so far */
     int alike; /* consecutive intervals that shrink by about the same ratio */
 };
 
 struct flight {
     struct system *s;
     struct run *run;
+    double *block; /* all numbers of the flight */
     double t, h;
     double *y, *dy, *y1, *dy1; /* state and derivative at t, and at the end of the step */
     double *scratch;           /* of the method */
@@ -61,7 +67,8 @@ static double first_step(struct flight *f)
     }
     d0 = sqrt(d0 / n);
     d1 = sqrt(d1 / n);
-    const double h0 = d0 < 1e-5 || d1 < 1e-5 ? 1e-6 : 0.01 * d0 / d1;
+    const double least = 1e-12 * fmax(fabs(f->t), 1e-3);
+    const double h0 = d0 < 1e-5 || d1 < 1e-5 ? 1e-6 : fmax(0.01 * d0 / d1, least);
     for (int i = 0; i < n; i++)
         f->y1[i] = f->y[i] + h0 * f->dy[i];
     if (system_derivative(f->s, f->t + h0, f->y1, f->dy1))
@@ -73,19 +80,28 @@ static double first_step(struct flight *f)
     d2 = sqrt(d2 / n) / h0;
     const double largest = fmax(d1, d2);
     const double h1 = largest <= 1e-15 ? fmax(1e-6, 1e-3 * h0) : pow(0.01 / largest, 1.0 / f->run->method->order);
-    return fmin(100.0 * h0, h1);
+    return h1 > least ? fmin(100.0 * h0, h1) : least;
 }
 
-/* Step of length h from (t, y) to y1, put back onto the closure unless its error is refused anyway. */
-static enum outcome projected_step(struct flight *f, double h, double *error)
+/* Put the end of a step back onto the closure. */
+static enum outcome project_end(struct flight *f)
 {
-    const struct run *run = f->run;
-    enum outcome outcome = run->method->step(f->s, f->scratch, f->t, h, f->y, f->dy, run->tolerance, f->y1, error);
-    if (run->fixed_step > 0.0)
-        *error = 0.0;
-    if (!outcome && *error <= 1.0 && !(outcome = project_position(f->s, f->y1)))
-        outcome = project_velocity(f->s, f->y1, f->y1 + f->s->n);
-    return outcome;
+    const enum outcome outcome = project_position(f->s, f->y1);
+    return outcome ? outcome : project_velocity(f->s, f->y1, f->y1 + f->s->n);
+}
+
+/* Step of length h from (t, y) to y1, not projected yet. */
+static enum outcome raw_step(struct flight *f, double h, double *error)
+{
+    return f->run->method->step(f->s, f->scratch, f->t, h, f->y, f->dy, f->run->tolerance, f->y1, error);
+}
+
+/* Step of length h, put back onto the closure whatever its error. */
+static enum outcome plain_step(struct flight *f, double h)
+{
+    double error;
+    const enum outcome outcome = raw_step(f, h, &error);
+    return outcome ? outcome : project_end(f);
 }
 
 /* Step until the error test passes; the step's length is in f->h before and after, `next` is the one to try then. */
@@ -96,7 +112,11 @@ static enum outcome accepted_step(struct flight *f, double *next)
     int refused = 0;
     for (;;) {
         double error = 0.0;
-        enum outcome outcome = projected_step(f, f->h, &error);
+        enum outcome outcome = raw_step(f, f->h, &error);
+        if (run->fixed_step > 0.0)
+            error = 0.0;
+        if (!outcome && error <= 1.0)
+            outcome = project_end(f);
         if (!outcome && error <= 1.0) {
             const double change = SAFETY * pow(fmax(error, 1e-12), -1.0 / run->method->order);
             *next = f->h * fmin(fmax(change, LEAST_CHANGE), refused ? 1.0 : LARGEST_CHANGE);
@@ -112,30 +132,54 @@ static enum outcome accepted_step(struct flight *f, double *next)
     }
 }
 
-/* Step again from (t, y) so that the step ends at the event; y1 is then the state there, as accurate as any step's end. */
+/* Prepare the dense output of the step just taken and look for its first event. An event early in a long step is looked for
+ * again in a shorter one, until it lies well inside: the dense output of a long step is too coarse for a short bounce. If a
+ * shorter step turns out to have no event, it stands as the step taken. */
+static enum outcome search_step(struct flight *f, struct event *event)
+{
+    for (int i = 0;; i++) {
+        enum outcome outcome = system_derivative(f->s, f->t + f->h, f->y1, f->dy1);
+        if (!outcome)
+            outcome = f->run->method->prepare(f->s, f->scratch, f->t, f->h, f->y, f->dy, f->y1, f->dy1);
+        if (outcome)
+            return outcome;
+        *event = find_event(f->s, f->run->method, f->scratch, slow(f), f->search);
+        const double shorter = 2.0 * event->theta * f->h;
+        if (event->contact < 0 || event->theta > EARLY || f->t + shorter <= f->t || i == SHORTER)
+            return OUTCOME_DONE;
+        f->h = shorter;
+        if ((outcome = plain_step(f, f->h)))
+            return outcome;
+    }
+}
+
+/* Step again from (t, y) so that the step ends at the event: Newton on the gap, kept inside the bracket of what is known.
+ * y1 is then the state at t + h, as accurate as any step's end. */
 static enum outcome land(struct flight *f, struct event event)
 {
     const struct ccgen_model *m = f->s->model;
-    double h = event.theta * f->h;
-    for (int i = 0; i < LANDINGS; i++) {
-        double error = 0.0;
-        if (f->t + h <= f->t) { /* the event is where the step begins */
-            memcpy(f->y1, f->y, 2 * f->s->n * sizeof *f->y);
-            h = 0.0;
-            break;
-        }
-        enum outcome outcome = projected_step(f, h, &error);
+    double h = event.theta * f->h, before = 0.0, behind = f->h;
+    for (int i = 0; f->t + h > f->t; i++) {
+        const enum outcome outcome = plain_step(f, h);
         if (outcome)
             return outcome;
         m->gaps(f->s->k, f->y1, f->gaps);
         m->gap_rates(f->s->k, f->y1, f->y1 + f->s->n, f->rates);
         const double g = f->gaps[event.contact], rate = f->rates[event.contact];
-        const double change = rate < 0.0 ? -g / rate : 0.0;
-        if (fabs(change) <= DBL_EPSILON * fmax(f->t + h, f->h))
-            break;
-        h = fmin(fmax(h + change, 0.0), f->h);
+        const double resolution = DBL_EPSILON * fmax(f->t + h, f->h);
+        if (g > 0.0)
+            before = h;
+        else
+            behind = h;
+        double next = rate < 0.0 ? h - g / rate : h;
+        if (fabs(next - h) <= resolution || behind - before <= resolution || i == LANDINGS) {
+            f->h = h;
+            return OUTCOME_DONE;
+        }
+        h = next > before && next < behind ? next : 0.5 * (before + behind);
     }
-    f->h = h;
+    memcpy(f->y1, f->y, 2 * f->s->n * sizeof *f->y); /* the event is where the step begins */
+    f->h = 0.0;
     return OUTCOME_DONE;
 }
 
@@ -153,7 +197,7 @@ static int keep(struct flight *f)
 static enum outcome fly(struct flight *f, int *contact)
 {
     struct run *run = f->run;
-    const int n = 2 * f->s->n;
+    const double since = f->t;
     enum outcome outcome = derive(f);
     *contact = -1;
     if (!outcome && f->h <= 0.0)
@@ -166,31 +210,27 @@ static enum outcome fly(struct flight *f, int *contact)
             return OUTCOME_BUDGET;
         const double wanted = run->fixed_step > 0.0 ? run->fixed_step : next;
         const int last = f->t + 1.01 * wanted >= run->until;
-        f->h = last ? run->until - f->t : wanted;
-        const double asked = f->h;
+        const double whole = last ? run->until - f->t : wanted;
+        f->h = whole;
         if ((outcome = accepted_step(f, &next)))
             break;
-        if (f->s->model->contacts) {
-            if ((outcome = system_derivative(f->s, f->t + f->h, f->y1, f->dy1)) ||
-                (outcome = run->method->prepare(f->s, f->scratch, f->t, f->h, f->y, f->dy, f->y1, f->dy1)))
-                break;
-            const struct event event = find_event(f->s, run->method, f->scratch, slow(f), f->search);
-            if (event.contact >= 0) {
-                if (last)
-                    next = fmax(next, wanted);
-                if ((outcome = land(f, event)))
-                    break;
-                f->t += f->h;
-                memcpy(f->y, f->y1, n * sizeof *f->y);
-                f->h = next;
-                *contact = event.contact;
-                return OUTCOME_DONE;
-            }
-        } else if ((outcome = system_derivative(f->s, f->t + f->h, f->y1, f->dy1)))
-            break;
-        if (last)
+        if (last && f->h == whole)
             next = fmax(next, wanted);
-        f->t = last && f->h == asked ? run->until : f->t + f->h;
+        struct event event = {-1, 0.0};
+        outcome = f->s->model->contacts ? search_step(f, &event)
+                                        : system_derivative(f->s, f->t + f->h, f->y1, f->dy1);
+        if (!outcome && event.contact >= 0) {
+            if ((outcome = land(f, event)))
+                break;
+            f->t += f->h;
+            memcpy(f->y, f->y1, 2 * f->s->n * sizeof *f->y);
+            f->h = fmin(next, LONGEST_REBOUND * (f->t - since));
+            *contact = event.contact;
+            return OUTCOME_DONE;
+        }
+        if (outcome)
+            break;
+        f->t = last && f->h == whole ? run->until : f->t + f->h;
         double *swap = f->y;
         f->y = f->y1;
         f->y1 = swap;
@@ -204,18 +244,26 @@ static enum outcome fly(struct flight *f, int *contact)
     return outcome;
 }
 
+/* Time from the last impact to the limit of a geometric sequence of intervals */
+static double rest_of(const struct history *past)
+{
+    return past->interval * past->ratio / (1.0 - past->ratio);
+}
+
 /* Note an impact of a contact; nonzero when its impacts accumulate: intervals shrink by a steady ratio and hardly any time
  * is left to their limit. */
 static int accumulates(struct flight *f, int contact)
 {
     struct history *past = &f->history[contact];
-    const double interval = f->t - past->t, ratio = past->interval > 0.0 ? interval / past->interval : 0.0;
+    const double interval = past->count ? f->t - past->t : 0.0;
+    const double ratio = past->interval > 0.0 ? interval / past->interval : 0.0;
     const int steady = ratio > 0.0 && ratio < 1.0 && fabs(ratio - past->ratio) <= 0.05 * ratio;
     past->alike = steady ? past->alike + 1 : 0;
+    past->count++;
     past->t = f->t;
     past->interval = interval;
     past->ratio = ratio;
-    const double rest = steady ? interval * ratio / (1.0 - ratio) : INFINITY;
+    const double rest = steady ? rest_of(past) : INFINITY;
     if (past->alike < ALIKE || rest > ACCUMULATION_REST * fmax(1.0, fabs(f->t)))
         return 0;
     f->run->accumulation = f->t + rest;
@@ -223,7 +271,7 @@ static int accumulates(struct flight *f, int contact)
     return 1;
 }
 
-/* Whether a contact that neither opens nor closes is pressed shut: its gap accelerates inwards. */
+/* Whether a contact that neither opens nor closes is pressed shut: its gap accelerates inwards, beyond rounding. */
 static int pressed(struct flight *f, int contact)
 {
     const struct ccgen_model *m = f->s->model;
@@ -238,7 +286,7 @@ static int pressed(struct flight *f, int contact)
         m->gap_rates(f->s->k, f->y1, f->y1 + n, f->rates);
         rate[side] = f->rates[contact];
     }
-    return rate[1] < rate[0];
+    return rate[1] - rate[0] < -2.0 * step * REST_ACCELERATION * f->s->length;
 }
 
 /* A closed contact that stays closed, or -1. */
@@ -297,8 +345,15 @@ static enum outcome strike(struct flight *f, int trigger)
     }
     if (accumulating)
         return OUTCOME_ACCUMULATION;
-    run->contact = resting(f, closed, still);
-    return run->contact >= 0 ? OUTCOME_SUSTAINED : OUTCOME_DONE;
+    const int contact = resting(f, closed, still);
+    if (contact < 0)
+        return OUTCOME_DONE;
+    run->contact = contact;
+    const struct history *past = &f->history[contact];
+    if (!(past->ratio > 0.0 && past->ratio < 1.0))
+        return OUTCOME_SUSTAINED;
+    run->accumulation = past->t + rest_of(past); /* it came to rest by ever smaller bounces */
+    return OUTCOME_ACCUMULATION;
 }
 
 /* The hybrid automaton: impact wherever flight ends at an event. */
@@ -328,11 +383,11 @@ static enum outcome alternate(struct flight *f)
 static int make_room(struct flight *f)
 {
     const size_t n = 2 * (size_t)f->s->n, c = f->s->model->contacts, scratch = f->run->method->scratch((int)n);
-    double *block = malloc((4 * n + scratch + n + 5 * c + 4 * c + 1) * sizeof *block);
+    f->block = malloc((4 * n + scratch + n + 5 * c + 4 * c + 1) * sizeof *f->block);
     f->set = malloc((c + 1) * sizeof *f->set);
     f->history = calloc(c + 1, sizeof *f->history);
-    f->y = block;
-    if (!block || !f->set || !f->history)
+    f->y = f->block;
+    if (!f->block || !f->set || !f->history)
         return 1;
     f->dy = f->y + n;
     f->y1 = f->dy + n;
@@ -346,14 +401,19 @@ static int make_room(struct flight *f)
     return 0;
 }
 
+static void free_room(struct flight *f)
+{
+    free(f->block);
+    free(f->set);
+    free(f->history);
+}
+
 void simulate(struct system *s, struct run *run, double *y)
 {
     struct flight f = {.s = s, .run = run, .t = run->start};
     run->contact = -1;
     run->outcome = OUTCOME_NO_MEMORY;
-    double *block = NULL;
     if (!make_room(&f)) {
-        block = f.y;
         memcpy(f.y, y, 2 * (size_t)s->n * sizeof *y);
         run->outcome = project_position(s, f.y);
         if (!run->outcome)
@@ -366,28 +426,20 @@ void simulate(struct system *s, struct run *run, double *y)
             run->outcome = OUTCOME_NO_MEMORY;
     }
     run->t = f.t;
-    free(block);
-    free(f.set);
-    free(f.history);
+    free_room(&f);
 }
 
 enum outcome advance(struct system *s, const struct method *method, double t, double h, double *y)
 {
-    struct run run = {.method = method, .tolerance = {1.0, 1.0}, .fixed_step = h};
+    struct run run = {.method = method, .tolerance = {1.0, 1.0}};
     struct flight f = {.s = s, .run = &run, .t = t};
-    if (make_room(&f)) {
-        free(f.y);
-        free(f.set);
-        free(f.history);
-        return OUTCOME_NO_MEMORY;
+    enum outcome outcome = OUTCOME_NO_MEMORY;
+    if (!make_room(&f)) {
+        memcpy(f.y, y, 2 * (size_t)s->n * sizeof *y);
+        outcome = derive(&f);
+        if (!outcome && !(outcome = plain_step(&f, h)))
+            memcpy(y, f.y1, 2 * (size_t)s->n * sizeof *y);
     }
-    double *block = f.y, error = 0.0;
-    memcpy(f.y, y, 2 * (size_t)s->n * sizeof *y);
-    enum outcome outcome = derive(&f);
-    if (!outcome && !(outcome = projected_step(&f, h, &error)))
-        memcpy(y, f.y1, 2 * (size_t)s->n * sizeof *y);
-    free(block);
-    free(f.set);
-    free(f.history);
+    free_room(&f);
     return outcome;
 }
