@@ -37,6 +37,8 @@ def generate(scene: Scene, out: str | PathLike[str] = "build", progress: Progres
     ``progress`` is told each stage's name as it begins. Raises ``CompileError`` (no working compiler) and
     ``OutputError`` (a folder that cannot be written); nothing is left half written.
     """
+    if not isinstance(scene, Scene):
+        raise TypeError(f"scene: found {type(scene).__name__}, expected a Scene; read a file with load_scene(path)")
     tell = progress or (lambda stage: None)
     compiler = find_compiler()
     key = key_of(scene.canonical(), compiler.version, *compiler.command, *compiler.flags())

@@ -86,7 +86,12 @@ class Model:
 
     def _rebuild(self) -> None:
         values = np.array(list(self._parameters.values()), dtype=float)
-        self.kernels = Kernels(self._descriptor, values, self.length)
+        kernels = Kernels(self._descriptor, values, self.length)
+        if not np.all(np.isfinite(kernels.constants)):
+            raise ValueError(
+                f"{self.name}: the equations have no finite constants with these values (a normal of no length?)"
+            )
+        self.kernels = kernels
 
     @property
     def length(self) -> float:
@@ -216,9 +221,9 @@ class Model:
         return np.array([r[0] for r in results]), np.array([r[1] for r in results])
 
     def _contact(self, contact: tuple[str, str]) -> int:
-        if tuple(contact) not in self.contacts:
+        if isinstance(contact, str) or tuple(contact) not in self.contacts:
             known = ", ".join(f"({point}, {ground})" for point, ground in self.contacts) or "none"
-            raise ValueError(f"found contact {tuple(contact)}, expected one of: {known}")
+            raise ValueError(f"found contact {contact!r}, expected one of: {known}")
         return self.contacts.index((contact[0], contact[1]))
 
     # -- geometry --------------------------------------------------------------------------------------------------
@@ -273,10 +278,17 @@ class Model:
         return self.project(q, u)
 
     def state_from_poses(self, poses: ArrayLike, velocities: ArrayLike) -> tuple[FloatArray, FloatArray]:
-        """State (q, u) of links at ``poses`` (links, 3) moving with ``velocities`` (links, 3); nothing is projected.
+        """State (q, u) of links at ``poses`` (links, 3) moving with ``velocities`` (links, 3), or of a batch of them.
+
+        Nothing is projected.
 
         Raises ``ValueError`` when joints miss by more than 1e-6 m, or their velocities by more than 1e-6 m/s.
         """
+        if np.ndim(poses) == 3 and np.shape(poses) == np.shape(velocities):
+            states = [
+                self.state_from_poses(*one) for one in zip(np.asarray(poses), np.asarray(velocities), strict=True)
+            ]
+            return np.array([q for q, _ in states]), np.array([u for _, u in states])
         given = self._rows(poses, "poses"), self._rows(velocities, "velocities")
         q, u = self._read_off(given[0]), self._read_off(given[1])
         misses = (
@@ -338,7 +350,8 @@ class Model:
         new_q, new_u, outcomes = self.kernels.project(*states)
         for index, outcome in enumerate(outcomes):
             if outcome != "done":
-                raise ValueError(f"{self.name}: state {index} cannot be put onto the closure: {UNPROJECTED[outcome]}")
+                which = "the state" if single else f"state {index}"
+                raise ValueError(f"{self.name}: {which} cannot be put onto the closure: {UNPROJECTED[outcome]}")
         return (new_q[0], new_u[0]) if single else (new_q, new_u)
 
     def _state(self, q: ArrayLike, u: ArrayLike) -> tuple[tuple[FloatArray, FloatArray], bool]:

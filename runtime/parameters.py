@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, MutableMapping
+from numbers import Real
 
 
 class Parameters(MutableMapping[str, float]):
@@ -37,9 +38,17 @@ class Parameters(MutableMapping[str, float]):
 
     def update(self, other: Mapping[str, float], /) -> None:  # type: ignore[override]
         """Set several values together: all of them, or none when one is wrong."""
+        if not isinstance(other, Mapping):
+            raise TypeError(f"found {type(other).__name__}, expected a mapping of parameter names to values")
         checked = {name: self._checked(name, value) for name, value in other.items()}
+        before = dict(self._values)
         self._values.update(checked)
-        self._changed()
+        try:
+            self._changed()
+        except ValueError:
+            self._values = before
+            self._changed()
+            raise
 
     def _known(self, name: str) -> None:
         if name not in self._values:
@@ -50,13 +59,12 @@ class Parameters(MutableMapping[str, float]):
 
     def _checked(self, name: str, value: float) -> float:
         self._known(name)
-        try:
-            number = float(value)
-        except (TypeError, ValueError):
-            raise ValueError(f"{name}: found {value!r}, expected a number") from None
+        if isinstance(value, bool) or not isinstance(value, Real):
+            raise ValueError(f"{name}: found {value!r}, expected a number")
+        number = float(value)
         if not math.isfinite(number):
             raise ValueError(f"{name}: found {number}, expected a finite number")
-        if name.endswith((".mass", ".inertia")) and not number > 0.0:
+        if name.endswith((".mass", ".inertia", ".length")) and not number > 0.0:
             raise ValueError(f"{name}: found {number}, expected a positive number")
         if name.endswith(".restitution") and not 0.0 <= number <= 1.0:
             raise ValueError(f"{name}: found {number}, expected a number from 0 to 1")

@@ -109,6 +109,11 @@ class Run:
         if not (self.closure_max >= 0 and self.energy_drift >= 0):
             raise ValueError(f"audits of a run are {self.closure_max} and {self.energy_drift}, expected numbers >= 0")
 
+    def __repr__(self) -> str:
+        end = "" if self.success else f", stopped early: {self.message}"
+        found = f"{self.t.size} rows, {len(self.impacts)} impacts{end}"
+        return f"<Run of {self.model.name} to t = {self.t[-1]:.6g} s: {found}>"
+
     def at(self, t: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """The state (q, u) at t, a number or a row of them, as accurate as the run; after-impact at an impact time.
 
@@ -225,6 +230,8 @@ class Run:
 
 def write_whole(target: Path, write: Callable[[Any], object]) -> None:
     """Let `write` fill a file beside the target and put it in place only once it is complete."""
+    if not target.parent.is_dir():
+        raise FileNotFoundError(f"{target}: there is no folder {target.parent}; make it first")
     part = target.with_name(f".{target.name}.{os.getpid()}.part")
     try:
         with part.open("wb") as file:

@@ -45,6 +45,8 @@ def simulate(
     and the run holds everything up to there. Raises ``ValueError`` for arguments that cannot be simulated: wrong
     shapes, numbers that are not finite, an unknown method, a start inside a ground.
     """
+    if not isinstance(model, Model):
+        raise TypeError(f"model: found {type(model).__name__}, expected a Model; load one with load_model(folder)")
     model = model.with_parameters(params)
     model._no_inputs(inputs)
     settings = model.data["run"]

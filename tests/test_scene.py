@@ -391,3 +391,18 @@ def test_scenes_need_no_symbols() -> None:
         "print([m for m in ('sympy', 'scipy', 'networkx', 'matplotlib', 'rich', 'Cython') if m in sys.modules])"
     )
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"
+
+
+@pytest.mark.parametrize(("gravity", "g"), [(True, 9.81), (3.7, 3.7), ({"g": 1.6}, 1.6)], ids=str)
+def test_gravity_of_a_standard_mechanism(gravity: object, g: float) -> None:
+    """``True`` is the usual value, a number is g, a table is that of a scene file; ``False`` is none."""
+    effects = loop(3, gravity=gravity).effects  # type: ignore[arg-type]
+    assert [p.value for effect in effects for p in effect.parameters()] == [g]
+    assert loop(3, gravity=False).effects == ()
+
+
+def test_a_keyword_is_no_name(tmp_path: Path) -> None:
+    file = tmp_path / "class.toml"
+    file.write_text('name = "class"\n[loop]\nlinks = 3\n')
+    with pytest.raises(SceneError, match="a word of Python's own"):
+        load_scene(file)

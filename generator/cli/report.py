@@ -13,6 +13,8 @@ if TYPE_CHECKING:
 SHOWN = 40
 """Impacts printed; a longer list is cut, the result file has them all."""
 WIDTH = 140
+DRIFT = 1e-4
+"""Share of the energy that moves beyond which a drift is warned of."""
 
 
 def print_impacts(model: Model, run: Run) -> None:
@@ -33,7 +35,7 @@ def print_impacts(model: Model, run: Run) -> None:
         table.add_row(str(number), *row(model, run, impact))
     Console(width=WIDTH, highlight=False, soft_wrap=True).print(table)
     if len(run.impacts) > SHOWN:
-        typer.echo(f"and {len(run.impacts) - SHOWN} more")
+        typer.echo(f"and {len(run.impacts) - SHOWN} more, in result.npz")
 
 
 def row(model: Model, run: Run, impact: Impact) -> tuple[str, ...]:
@@ -59,3 +61,10 @@ def print_audit(run: Run) -> None:
         f"t = {run.t[-1]:.10g} s, impacts: {len(run.impacts)}, steps: {steps}, evaluations: {run.nfev}\n"
         f"audit: loops closed to {run.closure_max:.1e} m, energy kept to {run.energy_drift:.1e} J"
     )
+    kinetic, potential = run.model.energy(run.q, run.u)
+    moved = float(np.max(kinetic) + np.ptp(potential))
+    if run.energy_drift > DRIFT * moved:
+        share = f"{100 * run.energy_drift / moved:.2g} % of the energy that moves"
+        typer.echo(
+            f"warning: the energy drifts by {share}; ask for a smaller rtol, or trust only the beginning", err=True
+        )

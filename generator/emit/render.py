@@ -26,6 +26,12 @@ MEMBERS = {"points": "point_positions"}
 """Kernels whose place in the contract has another name."""
 
 METHODS = (
+    "start",
+    "gaps",
+    "gap_rates",
+    "jacobian",
+    "with_parameters",
+    "parameters",
     "acceleration",
     "multipliers",
     "reactions",

@@ -33,6 +33,7 @@ SHORTHAND: dict[str, type[LoopTable] | type[ChainTable] | type[PinnedTable]] = {
 KEYS = ("name", *SHORTHAND, "link", "joint", "ground_link", "start", "run", *(entry.key for entry in REGISTRY))
 
 Tables = Mapping[str, Any]
+Gravity = bool | float | Tables
 T = TypeVar("T", bound=Table)
 
 
@@ -53,8 +54,10 @@ def load_scene(path: str | PathLike[str]) -> Scene:
     return read_tables(tables, file, File(path).stem, locate(text))
 
 
-def loop(links: int, gravity: bool = False, **tables: Any) -> Scene:
-    """A floating loop of equal rods, 1 m and 1 kg each, as a regular polygon; ``gravity`` adds g = 9.81 m/s².
+def loop(links: int, gravity: Gravity = False, **tables: Any) -> Scene:
+    """A floating loop of equal rods, 1 m and 1 kg each, as a regular polygon.
+
+    ``gravity`` is ``True`` for g = 9.81 m/s², or g, or the table of a scene file.
 
     ``tables`` are those of a scene file, as in ``loop(6, start={"tilt": "10 deg"}, loop={"length": 0.7})``.
     Raises ``SceneError`` as for a file.
@@ -62,21 +65,21 @@ def loop(links: int, gravity: bool = False, **tables: Any) -> Scene:
     return _standard("loop", {"links": links}, f"loop{links}", gravity, tables)
 
 
-def chain(links: int, hinged: bool = False, gravity: bool = False, **tables: Any) -> Scene:
+def chain(links: int, hinged: bool = False, gravity: Gravity = False, **tables: Any) -> Scene:
     """An open chain of equal rods along the x axis, free or with its first end on the ground; otherwise as ``loop``."""
     own = {"links": links, "hinged": hinged}
     return _standard("chain", own, f"{'hinged' if hinged else 'chain'}{links}", gravity, tables)
 
 
-def pinned(links: int, gravity: bool = False, **tables: Any) -> Scene:
+def pinned(links: int, gravity: Gravity = False, **tables: Any) -> Scene:
     """A chain of equal rods with both ends on the ground, hanging as a regular polygon; otherwise as ``loop``."""
     return _standard("pinned", {"links": links}, f"pinned{links}", gravity, tables)
 
 
-def _standard(form: str, own: dict[str, Any], name: str, gravity: bool, tables: dict[str, Any]) -> Scene:
+def _standard(form: str, own: dict[str, Any], name: str, gravity: Gravity, tables: dict[str, Any]) -> Scene:
     document: dict[str, Any] = {**tables, form: {**own, **tables.get(form, {})}}
-    if gravity:
-        document.setdefault("gravity", {"g": 9.81})
+    if gravity is not False:
+        document["gravity"] = {} if gravity is True else gravity if isinstance(gravity, Mapping) else {"g": gravity}
     return read_tables(document, name, name)
 
 
@@ -105,9 +108,11 @@ def read_tables(tables: Tables, file: str, name: str, lines: Mapping[Path, int] 
 
 def _name(tables: Tables, default: str, report: Report) -> str:
     name = tables.get("name", default)
-    fits = isinstance(name, str) and re.fullmatch(r"[A-Za-z][A-Za-z0-9_-]*", name)
-    if fits and not keyword.iskeyword(name.replace("-", "_")):
-        return str(name)
+    if isinstance(name, str) and keyword.iskeyword(name):
+        report.add(("name",), f"found {show(name)}, a word of Python's own, expected a name for a package; change it")
+        return "scene"
+    if isinstance(name, str) and re.fullmatch(r"[A-Za-z][A-Za-z0-9_-]*", name):
+        return name
     given = show(name) if "name" in tables else f"the file's name {show(name)}"
     advice = "change it" if "name" in tables else "add a name at the top of the file"
     report.add(("name",), f"found {given}, expected letters, digits, - and _, beginning with a letter; {advice}")

@@ -59,7 +59,7 @@ class Rods(Table):
 
     STAND_INS: ClassVar[Mapping[str, object]] = {"mass": 1.0, "inertia": None}
 
-    links: int = Field(ge=1, description="the number of links, a positive whole number")
+    links: int = Field(ge=1, le=2000, description="the number of links, a whole number from 1 to 2000")
     length: PerLink = Field(default=1.0, description="a length in m, a positive number or a list with one per link")
     mass: PerLink = Field(default=1.0, description="a mass in kg, a positive number or a list with one per link")
     inertia: PerLink | None = Field(

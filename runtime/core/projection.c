@@ -21,16 +21,16 @@ static double largest(int n, const double *x)
 enum outcome project_position(struct system *s, double *q)
 {
     const struct ccgen_model *m = s->model;
-    double turns = m->links; /* the last digit of a link's angle moves its end by that much */
+    const double unit = 2.0 * DBL_EPSILON * s->length; /* the last digit of an angle moves a link's end by that much */
+    double angles = m->links;
     for (int i = s->n - m->links; i < s->n; i++)
-        turns += fabs(q[i]);
-    const double rounding = 2.0 * DBL_EPSILON * s->length * turns;
+        angles += fabs(q[i]);
     double before = INFINITY;
     for (int pass = 0; m->rows && pass < MAX_PASSES; pass++) {
         m->closure(s->k, q, s->rows);
         const double miss = largest(m->rows, s->rows);
-        const int stagnant = miss <= 16.0 * rounding && miss > 0.5 * before;
-        if (miss <= rounding || stagnant)
+        const int stagnant = miss <= 16.0 * unit * angles && miss > 0.5 * before;
+        if (miss <= unit * m->links || stagnant)
             return OUTCOME_DONE;
         before = miss;
         for (int i = 0; i < m->rows; i++)
