@@ -173,7 +173,7 @@ class Model:
         return (u_dot[0], rows[0]) if single else (u_dot, rows)
 
     def _solved(self, q: FloatArray, u: FloatArray, t: float) -> tuple[FloatArray, FloatArray]:
-        if not np.isfinite(t):
+        if np.ndim(t) != 0 or not np.isfinite(t):
             raise ValueError(f"t: found {t}, expected a finite number")
         u_dot, rows, lost = self.kernels.acceleration(q, u, t)
         if np.any(lost):

@@ -168,11 +168,23 @@ def test_batches_are_the_single_states(pair: tuple[Any, Drawing]) -> None:
 
 # --- sympy.physics.mechanics ------------------------------------------------------------------------------------------
 
-SMALL = [("open", 1), ("open", 2), ("open", 3), ("hinged", 2), ("hinged", 3), ("pinned", 3), ("floating", 3)]
+SMALL = [
+    *(("open", n) for n in (1, 2, 3)),
+    *(("hinged", n) for n in (1, 2, 3)),
+    *(("pinned", n) for n in (2, 3)),
+    ("floating", 3),
+]
 
 
-@pytest.mark.parametrize(("family", "n"), SMALL, ids=str)
-@pytest.mark.parametrize("method", [textbook.kane, textbook.lagrange], ids=lambda method: method.__name__)
+@pytest.mark.parametrize(
+    ("method", "family", "n"),
+    [
+        pytest.param(method, family, n, id=f"{method.__name__}-{family}-{n}")
+        for method in (textbook.kane, textbook.lagrange)
+        for family, n in SMALL
+        if (method, family, n) != (textbook.kane, "pinned", 2)  # SymPy's needs an independent speed
+    ],
+)
 def test_accelerations_are_those_of_the_textbook(
     method: Callable[[System], textbook.Evaluate], family: str, n: int, workshop: Workshop
 ) -> None:
@@ -185,7 +197,7 @@ def test_accelerations_are_those_of_the_textbook(
         q, u = (np.concatenate([x[0, :2], x[:, 2]] if free else [x[:, 2]]) for x in (state.poses, state.velocities))
         rates, force = evaluate(q, u)
         wanted = np.concatenate([_root_acceleration(model, drawing, state, rates), rates[2:]]) if free else rates
-        assert close(model.acceleration(state.q, state.u), wanted, 1e-12)
+        assert close(model.acceleration(state.q, state.u), wanted, 1e-12, still(model))
         if force.size:
             weight = float(np.max(drawing.system.mass)) * drawing.system.gravity
             assert close(model.multipliers(state.q, state.u), _on_the_cut(model, drawing, state), 1e-12, weight)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import shutil
 import subprocess
+import tomllib
 from collections.abc import Callable
 from pathlib import Path
 
@@ -20,8 +21,10 @@ from ccgen.generator.emit.show import show_text
 from ccgen.generator.mechanism.topology import span
 from ccgen.generator.pipeline import listing
 from ccgen.generator.program.reading import read_listing
+from ccgen.generator.scene import read_tables
 
 from .conftest import Workshop
+from .oracles import graphs
 
 FILES = Path(__file__).parents[1] / "scenes"
 
@@ -54,6 +57,9 @@ SCENES: dict[str, Callable[[], Scene]] = {
     "long": lambda: loop(24, gravity=True),
     "four-bar": lambda: load_scene(FILES / "four-bar.toml"),
     "hexagon": lambda: load_scene(FILES / "falling-hexagon.toml"),
+    "shared runs": lambda: read_tables(
+        tomllib.loads(graphs.mechanism("shared", graphs.theta([12, 12, 9])).toml()), "shared", "shared"
+    ),
 }
 
 
@@ -247,7 +253,10 @@ def test_symbols_in_latex(name: str, tex: str) -> None:
 
 
 DOCUMENTS = [
-    (name, expanded) for name in SCENES for expanded in (False, True) if not (expanded and name in ("long", "hexagon"))
+    (name, expanded)
+    for name in SCENES
+    for expanded in (False, True)
+    if not (expanded and name in ("long", "hexagon", "shared runs"))
 ]
 
 
