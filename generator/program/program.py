@@ -38,9 +38,10 @@ class Counts:
         return self.sums + self.products + self.quotients
 
     def __str__(self) -> str:
+        angles = f"{self.angles} sine{'s with their cosines' if self.angles != 1 else ' with its cosine'}"
         return (
             f"{self.total} operations ({self.sums} sums, {self.products} products, {self.quotients} quotients)"
-            f" and {self.angles} sines with their cosines"
+            f" and {angles}"
         )
 
 
