@@ -62,7 +62,14 @@ CASES: dict[str, tuple[str, str, str, int, str, tuple[str, ...]]] = {
     "true is no number": (GOOD, "g = 9.81", "g = true", 7, "gravity.g", ("found true", "finite number")),
     "zero links": (GOOD, "links = 4", "links = 0", 3, "loop.links", ("found 0", "a whole number from 1 to 2000")),
     "two links in a loop": (GOOD, "links = 4", "links = 2", 3, "loop.links", ("found 2", "at least 3")),
-    "missing links": (GOOD, "links = 4", "mass = 1", 2, "loop.links", ("missing", "a whole number from 1 to 2000", "add it")),
+    "missing links": (
+        GOOD,
+        "links = 4",
+        "mass = 1",
+        2,
+        "loop.links",
+        ("missing", "a whole number from 1 to 2000", "add it"),
+    ),
     "negative mass": (GOOD, "links = 4", "links = 4\nmass = -1", 4, "loop.mass", ("found -1", "positive number")),
     "zero mass": (GOOD, "links = 4", "links = 4\nmass = 0", 4, "loop.mass", ("found 0", "positive number")),
     "one negative mass": (
