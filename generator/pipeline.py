@@ -109,7 +109,7 @@ def _write_model(scene: Scene, banner: Banner, folder: Path, tell: Progress) -> 
         contacts=len(equations.contacts),
         parameters=len(program.parameters),
         constants=len(program.parameters) + len(program.constants),
-        inputs=0,
+        inputs=sum(len(effect.inputs()) for effect in scene.effects),
     )
     data = model_data(scene, topology, equations, banner.hash)
     (folder / "equations.txt").write_text(write_listing(scene.name, equations, index))

@@ -25,10 +25,14 @@ cdef extern from "model.h":
                             double *u_dot, double *lambda_) noexcept nogil
         int (*impulse)(const double *k, const double *q, const double *f, const double *y, double *du,
                        double *Lambda) noexcept nogil
-        void (*reactions)(const double *k, const double *q, const double *u, const double *u_dot, const double *lambda_,
-                          double *reaction) noexcept nogil
+        void (*reactions)(const double *k, const double *q, const double *u, double t, const double *inputs,
+                          const double *u_dot, const double *lambda_, double *reaction) noexcept nogil
         of_q closure, closure_jacobian, poses, point_positions, gaps
-        of_state closure_rate, velocities, energy, gap_rates
+        of_state closure_rate, closure_bias, momentum, velocities, energy, gap_rates
+        void (*inverse_dynamics)(const double *k, const double *q, const double *u, double t, const double *inputs,
+                                 const double *u_dot, double *f) noexcept nogil
+        void (*power)(const double *k, const double *q, const double *u, double t, const double *inputs,
+                      double *power) noexcept nogil
         void (*restitution)(const double *k, double *e) noexcept nogil
 
 cdef extern from "core/core.h":
@@ -38,13 +42,29 @@ cdef extern from "core/core.h":
         const ccgen_model *model
         const double *k
         const double *restitution
-        int n
+        int n, size
+        double *inputs
+        int (*supply)(void *context, double t, const double *q, const double *u, double *inputs) noexcept nogil
+        void *context
         double *multipliers
         double *rows
+        double *bias
         double *jump
         double *zero
         double length
         long evaluations
+        long dependent
+    struct table:
+        size_t count
+        int width
+        const double *t
+        const double *values
+        size_t row
+    int supply_from_table(void *table, double t, const double *q, const double *u, double *inputs) noexcept nogil
+    int system_acceleration(system *s, double t, const double *q, const double *u, double *u_dot, double *lambda_) nogil
+    int system_impulse(system *s, const double *q, const double *f, const double *y, double nearest, double *du,
+                       double *Lambda) nogil
+    const double NEAREST
     int project_position(system *s, double *q) nogil
     int project_velocity(system *s, const double *q, double *u) nogil
     int impact(system *s, const double *q, const double *u_minus, int count, const int *chosen, const double *e,
@@ -77,6 +97,8 @@ cdef extern from "core/run.h":
     struct run:
         double start, until
         tolerance tolerance
+        const double *stops
+        size_t stop_count
         double fixed_step
         long step_budget
         const method *method
@@ -94,7 +116,7 @@ cdef extern from "core/run.h":
     void free_run(run *r)
 
 OUTCOMES = (
-    "done", "lost_rank", "not_finite", "step_too_small", "not_closed", "accumulation", "sustained", "repeats", "budget",
+    "done", "not_finite", "step_too_small", "not_closed", "accumulation", "sustained", "repeats", "budget",
     "interrupted", "no_memory",
 )
 """Names of ``enum outcome``, in its order."""
@@ -138,13 +160,59 @@ cdef int _tick(void *context, double t) noexcept with gil:
     return 0
 
 
+cdef class Supply:
+    """Inputs of one run: a function of (t, q, u) that gives an array of them, or a table, values (rows, inputs) over t."""
+
+    cdef object function
+    cdef public object error
+    cdef Py_ssize_t n, width
+    cdef double[::1] t
+    cdef double[:, ::1] values
+    cdef table rows
+
+    def __init__(self, function=None, t=None, values=None):
+        self.function, self.error = function, None
+        if function is None:
+            self.t, self.values = np.array(t, dtype=float), np.array(values, dtype=float, order="C")
+            if not self.t.shape[0] or self.values.shape[0] != self.t.shape[0]:
+                raise ValueError("a table needs as many rows as times, and at least one")
+
+    cdef void attach(self, system *s) except *:
+        self.n, self.width, self.error = s.n, s.model.inputs, None
+        if self.function is not None:
+            s.supply, s.context = _supply, <void *>self
+            return
+        if self.values.shape[1] != self.width or not self.width:
+            raise ValueError(f"found {self.values.shape[1]} inputs, expected {self.width}")
+        self.rows.count, self.rows.width, self.rows.row = self.t.shape[0], <int>self.width, 0
+        self.rows.t, self.rows.values = &self.t[0], &self.values[0, 0]
+        s.supply, s.context = supply_from_table, &self.rows
+
+
+cdef int _supply(void *context, double t, const double *q, const double *u, double *inputs) noexcept with gil:
+    """Ask the function; what it raises is kept, and it is not asked again."""
+    cdef Supply supply = <Supply>context
+    cdef double[::1] found
+    if supply.error is not None:
+        return 1
+    try:
+        found = supply.function(t, _doubles(q, supply.n), _doubles(u, supply.n))
+        if found.shape[0] != supply.width:
+            raise ValueError(f"found {found.shape[0]} inputs, expected {supply.width}")
+        memcpy(inputs, &found[0], supply.width * sizeof(double))
+    except BaseException as error:
+        supply.error = error
+        return 1
+    return 0
+
+
 cdef class Kernels:
     """A model's kernels with one set of parameter values (``parameters``: (p,), SI units)."""
 
     cdef const ccgen_model *m
     cdef object capsule
     cdef readonly dict sizes
-    cdef double[::1] k, restitution, multipliers, rows, jump, zero
+    cdef double[::1] k, restitution, multipliers, rows, bias, jump, zero, inputs
     cdef double length
 
     def __init__(self, capsule, parameters, double length):
@@ -165,8 +233,9 @@ cdef class Kernels:
             raise ValueError(f"found {p.shape[0]} parameter values, expected {m.parameters}")
         self.k = np.zeros(max(m.constants, 1))
         self.restitution = np.zeros(max(m.contacts, 1))
-        self.multipliers, self.rows = np.zeros(m.rows + 1), np.zeros(m.rows + 1)
+        self.multipliers, self.rows, self.bias = np.zeros(m.rows + 1), np.zeros(m.rows + 1), np.zeros(m.rows + 1)
         self.jump, self.zero = np.zeros(m.nu), np.zeros(m.nu)
+        self.inputs = np.zeros(m.inputs + 1)
         self.length = length
         cdef double none = 0.0
         self.m.derive_constants(&p[0] if p.shape[0] else &none, &self.k[0])
@@ -194,39 +263,58 @@ cdef class Kernels:
         s.k = &self.k[0]
         s.restitution = &self.restitution[0]
         s.n = self.m.nu
+        s.size = 2 * self.m.nu + (self.m.power is not NULL)
+        s.inputs = &self.inputs[0]
+        s.supply, s.context = NULL, NULL
         s.multipliers = &self.multipliers[0]
         s.rows = &self.rows[0]
+        s.bias = &self.bias[0]
         s.jump = &self.jump[0]
         s.zero = &self.zero[0]
         s.length = self.length
-        s.evaluations = 0
+        s.evaluations = s.dependent = 0
         return s
 
     def acceleration(self, const double[:, ::1] q, const double[:, ::1] u, double t):
-        """Quasi-accelerations (b, n), multipliers (b, rows), and per state whether the closure rows lost rank."""
+        """Quasi-accelerations (b, n), multipliers (b, rows), and the outcome of each state."""
         cdef Py_ssize_t i, b = q.shape[0]
         cdef double[:, ::1] out = np.empty((b, self.m.nu)), rows = np.empty((b, self.m.rows + 1))
-        cdef char[::1] lost = np.zeros(b, dtype=np.int8)
+        cdef system s = self._system()
+        outcomes = []
         for i in range(b):
-            lost[i] = self.m.acceleration(&self.k[0], &q[i, 0], &u[i, 0], t, NULL, &out[i, 0], &rows[i, 0])
-        return np.asarray(out), np.asarray(rows)[:, : self.m.rows], np.asarray(lost)
+            outcomes.append(OUTCOMES[system_acceleration(&s, t, &q[i, 0], &u[i, 0], &out[i, 0], &rows[i, 0])])
+        return np.asarray(out), np.asarray(rows)[:, : self.m.rows], outcomes
 
     def impulse(self, const double[:, ::1] q, const double[:, ::1] f, const double[:, ::1] y):
-        """Jumps du (b, n) and impulses (b, rows) for generalized impulses f (b, n) and closure rates y (b, rows + 1)."""
+        """Jumps du (b, n), impulses (b, rows) for generalized impulses f (b, n), closure rates y (b, rows + 1); outcomes."""
         cdef Py_ssize_t i, b = q.shape[0]
         cdef double[:, ::1] out = np.empty((b, self.m.nu)), rows = np.empty((b, self.m.rows + 1))
-        cdef char[::1] lost = np.zeros(b, dtype=np.int8)
+        cdef system s = self._system()
+        outcomes = []
         for i in range(b):
-            lost[i] = self.m.impulse(&self.k[0], &q[i, 0], &f[i, 0], &y[i, 0], &out[i, 0], &rows[i, 0])
-        return np.asarray(out), np.asarray(rows)[:, : self.m.rows], np.asarray(lost)
+            outcomes.append(OUTCOMES[system_impulse(&s, &q[i, 0], &f[i, 0], &y[i, 0], NEAREST, &out[i, 0], &rows[i, 0])])
+        return np.asarray(out), np.asarray(rows)[:, : self.m.rows], outcomes
 
-    def reactions(self, const double[:, ::1] q, const double[:, ::1] u, const double[:, ::1] u_dot,
+    def set_inputs(self, const double[::1] inputs):
+        """Values of the inputs for the calls that follow."""
+        self.inputs[: self.m.inputs] = inputs
+
+    def inverse_dynamics(self, const double[:, ::1] q, const double[:, ::1] u, double t, const double[:, ::1] u_dot):
+        """Generalized forces M u_dot + h of the open chain (b, n)."""
+        cdef Py_ssize_t i, b = q.shape[0]
+        cdef double[:, ::1] out = np.empty((b, self.m.nu))
+        for i in range(b):
+            self.m.inverse_dynamics(&self.k[0], &q[i, 0], &u[i, 0], t, &self.inputs[0], &u_dot[i, 0], &out[i, 0])
+        return np.asarray(out)
+
+    def reactions(self, const double[:, ::1] q, const double[:, ::1] u, double t, const double[:, ::1] u_dot,
                   const double[:, ::1] multipliers):
         """Joint reactions (b, 3 joints)."""
         cdef Py_ssize_t i, b = q.shape[0]
         cdef double[:, ::1] out = np.empty((b, 3 * self.m.joints + 1))
         for i in range(b):
-            self.m.reactions(&self.k[0], &q[i, 0], &u[i, 0], &u_dot[i, 0], &multipliers[i, 0], &out[i, 0])
+            self.m.reactions(&self.k[0], &q[i, 0], &u[i, 0], t, &self.inputs[0], &u_dot[i, 0], &multipliers[i, 0],
+                             &out[i, 0])
         return np.asarray(out)[:, : 3 * self.m.joints]
 
     def of_q(self, str name, const double[:, ::1] q):
@@ -261,6 +349,10 @@ cdef class Kernels:
             kernel, size = self.m.velocities, 3 * self.m.links
         elif name == "energy":
             kernel, size = self.m.energy, 2
+        elif name == "closure_bias":
+            kernel, size = self.m.closure_bias, self.m.rows
+        elif name == "momentum":
+            kernel, size = self.m.momentum, self.m.nu
         elif name == "gap_rates":
             kernel, size = self.m.gap_rates, self.m.contacts
         else:
@@ -291,26 +383,37 @@ cdef class Kernels:
         found = impact(&s, &q[0], &u[0], <int>contacts.shape[0], &contacts[0], &e[0], &u_plus[0], &P[0])
         return np.asarray(u_plus), np.asarray(P)[: contacts.shape[0]], OUTCOMES[found]
 
-    def advance(self, str name, double t, const double[::1] q, const double[::1] u, double h):
+    def advance(self, str name, double t, const double[::1] q, const double[::1] u, double h, Supply supply=None):
         """One projected step of length ``h`` of the method ``name``: (q, u, outcome)."""
         cdef system s = self._system()
-        cdef double[::1] y = np.concatenate([q, u])
+        cdef double[::1] inputs = np.array(self.inputs)
+        s.inputs = &inputs[0]
+        if supply is not None:
+            supply.attach(&s)
+        cdef double[::1] y = np.concatenate([q, u, [0.0]])
         found = run_advance(&s, find_method(name.encode()), t, h, &y[0])
+        if supply is not None and supply.error is not None:
+            raise supply.error
         n = self.m.nu
-        return np.asarray(y)[:n], np.asarray(y)[n:], OUTCOMES[found]
+        return np.asarray(y)[:n], np.asarray(y)[n : 2 * n], OUTCOMES[found]
 
     def simulate(self, const double[::1] q, const double[::1] u, str name, double until, double rtol, double atol,
-                 double fixed_step, long step_budget, progress):
-        """A whole run from t = 0 without the GIL; a dict of what was recorded."""
-        cdef double[::1] y = np.concatenate([q, u])
+                 double fixed_step, long step_budget, progress, Supply supply=None, stops=()):
+        """A whole run from t = 0 without the GIL; a dict of what was recorded. Steps end at ``stops``, times that grow."""
+        cdef double[::1] y = np.concatenate([q, u, [0.0]])
+        cdef double[::1] inputs = np.array(self.inputs)
+        cdef double[::1] ends = np.array([*stops, until], dtype=float)
         cdef double[::1] multipliers = np.zeros(self.m.rows + 1), rows = np.zeros(self.m.rows + 1)
+        cdef double[::1] bias = np.zeros(self.m.rows + 1)
         cdef double[::1] jump = np.zeros(self.m.nu)
         cdef system s = self._system()
-        s.multipliers, s.rows, s.jump = &multipliers[0], &rows[0], &jump[0]
+        s.inputs = &inputs[0]
+        s.multipliers, s.rows, s.bias, s.jump = &multipliers[0], &rows[0], &bias[0], &jump[0]
         cdef run r
         cdef _Ticker ticker = _Ticker(progress)
         r.start, r.until = 0.0, until
         r.tolerance.rtol, r.tolerance.atol = rtol, atol
+        r.stops, r.stop_count = &ends[0], ends.shape[0] - 1
         r.fixed_step, r.step_budget = fixed_step, step_budget
         r.method = find_method(name.encode())
         r.tick, r.context = _tick, <void *>ticker
@@ -318,20 +421,25 @@ cdef class Kernels:
         r.steps = r.rejected = 0
         r.accumulation = 0.0
         _clear(&r)
+        if supply is not None:
+            supply.attach(&s)
         try:
             with nogil:
                 run_simulation(&s, &r, &y[0])
             if ticker.error is not None and not isinstance(ticker.error, KeyboardInterrupt):
                 raise ticker.error
-            return self._found(&r, s.evaluations)
+            if supply is not None and supply.error is not None and not isinstance(supply.error, KeyboardInterrupt):
+                raise supply.error
+            return self._found(&r, s.size, s.evaluations, s.dependent)
         finally:
             free_run(&r)
 
-    cdef dict _found(self, run *r, long evaluations):
+    cdef dict _found(self, run *r, size_t size, long evaluations, long dependent):
         cdef size_t n = self.m.nu, i = r.impacts.count
-        y = _doubles(r.record.y, 2 * n * r.record.count).reshape(-1, 2 * n)
+        y = _doubles(r.record.y, size * r.record.count).reshape(-1, size)
         return dict(
-            t=_doubles(r.record.t, r.record.count), q=y[:, :n].copy(), u=y[:, n:].copy(),
+            t=_doubles(r.record.t, r.record.count), q=y[:, :n].copy(), u=y[:, n : 2 * n].copy(),
+            work=y[:, 2 * n].copy() if size > 2 * n else np.zeros(r.record.count),
             impact_t=_doubles(r.impacts.t, i),
             u_minus=_doubles(r.impacts.u_minus, n * i).reshape(-1, n),
             u_plus=_doubles(r.impacts.u_plus, n * i).reshape(-1, n),
@@ -341,7 +449,7 @@ cdef class Kernels:
             contacts=[r.impacts.contact[j] for j in range(r.impacts.contact_count)],
             impulses=_doubles(r.impacts.impulse, r.impacts.contact_count),
             outcome=OUTCOMES[r.outcome], t_end=r.t, contact=r.contact, accumulation=r.accumulation,
-            steps=r.steps, rejected=r.rejected, evaluations=evaluations,
+            steps=r.steps, rejected=r.rejected, evaluations=evaluations, dependent=dependent,
         )
 
 

@@ -9,13 +9,14 @@
  *          constants   numbers that the kernels read: derived from the parameters by `constants` once per parameter set
  *          contacts    (point, ground) pairs; where it is 0 the four contact functions are NULL
  *
- * Functions that solve for accelerations or impulses return 0, or 1 where the closure rows lose rank (a pivot vanishes):
- * their results are then not to be used.
+ * Functions that solve for accelerations or impulses return 0, or 1 where the closure rows are, or nearly are, dependent
+ * (a pivot almost vanishes): their results are then not to be used. The runtime solves such a state on another way, from
+ * closure_jacobian, closure_bias, momentum and inverse_dynamics.
  */
 #ifndef CCGEN_MODEL_H
 #define CCGEN_MODEL_H
 
-#define CCGEN_CONTRACT_VERSION 1
+#define CCGEN_CONTRACT_VERSION 2
 
 /* k[constants] from parameters p[parameters] */
 typedef void ccgen_constants(const double *p, double *k);
@@ -29,8 +30,15 @@ typedef int ccgen_impulse(const double *k, const double *q, const double *f, con
 
 /* reaction[joints][3]: force x, y (N) and moment (N m) on the joint's outboard link, from q[nq], u[nu] and the u_dot[nu],
  * lambda[rows] that belong to them */
-typedef void ccgen_reactions(const double *k, const double *q, const double *u, const double *u_dot, const double *lambda,
-                             double *reaction);
+typedef void ccgen_reactions(const double *k, const double *q, const double *u, double t, const double *inputs,
+                             const double *u_dot, const double *lambda, double *reaction);
+
+/* f[nu] = M u_dot + h: generalized forces, besides those of the effects, that the open chain needs for a motion */
+typedef void ccgen_inverse_dynamics(const double *k, const double *q, const double *u, double t, const double *inputs,
+                                    const double *u_dot, double *f);
+
+/* power[1] (W) of the effects that have no potential; NULL where there are none */
+typedef void ccgen_power(const double *k, const double *q, const double *u, double t, const double *inputs, double *power);
 
 /* functions of the configuration alone: out[...] from q[nq] */
 typedef void ccgen_of_q(const double *k, const double *q, double *out);
@@ -55,7 +63,11 @@ struct ccgen_model {
     ccgen_reactions *reactions;
     ccgen_of_q *closure;              /* residual[rows], m */
     ccgen_of_state *closure_rate;     /* A u [rows], m/s */
+    ccgen_of_state *closure_bias;     /* dA/dt u [rows], m/s^2 */
     ccgen_of_q *closure_jacobian;     /* A[rows][nu] */
+    ccgen_of_state *momentum;         /* M u [nu] of the open chain */
+    ccgen_inverse_dynamics *inverse_dynamics;
+    ccgen_power *power;
     ccgen_of_q *poses;                /* [links][3]: x, y (m) of the link's frame, angle (rad) */
     ccgen_of_state *velocities;       /* [links][3]: velocity of the frame's origin (m/s), angular velocity (rad/s) */
     ccgen_of_q *point_positions;             /* [points][2], m: joints first, then each link's named points */

@@ -5,7 +5,8 @@ from __future__ import annotations
 import importlib.util
 import json
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -16,11 +17,10 @@ from numpy.typing import ArrayLike
 from ._core import Kernels
 from .assemble import nearest_closed
 from .frames import FloatArray
+from .inputs import Values, read_values
 from .parameters import Parameters
 
 UNPROJECTED = {
-    "lost_rank": "its closure rows are dependent there (redundant joints, a flattened loop or a change point); "
-    "remove a redundant joint, or start elsewhere",
     "not_closed": "it is too far from closed; assemble it first",
     "not_finite": "its closure is not a finite number; check the parameters",
 }
@@ -75,6 +75,7 @@ class Model:
         self.points = tuple(data["points"])
         self.q_names = tuple(data["q_names"])
         self.u_names = tuple(data["u_names"])
+        self.inputs = tuple(data["inputs"])
         self.cuts = tuple(data["cuts"])
         self.outboard = tuple(data["outboard"])
         self.root: str = data["root"]
@@ -147,40 +148,45 @@ class Model:
 
     # -- dynamics --------------------------------------------------------------------------------------------------
 
-    def acceleration(self, q: ArrayLike, u: ArrayLike, t: float = 0.0, inputs: object = None) -> FloatArray:
+    def acceleration(self, q: ArrayLike, u: ArrayLike, t: float = 0.0, inputs: Values | None = None) -> FloatArray:
         """Quasi-accelerations u̇ (nu,), loops held shut (theory, section 4).
 
-        Raises ``ValueError`` where the closure rows lose rank, as in a flattened loop.
+        Where closure rows lose rank (a flattened loop, a change point, redundant joints) the dependent ones are left
+        out, and multipliers are those of least norm (theory, section 8). ``inputs`` are values by name or in the order
+        of the model's ``inputs``, the same for all states of a batch; those that are left out are zero.
         """
-        self._no_inputs(inputs)
-        return self._accelerations(q, u, t)[0]
+        return self._accelerations(q, u, t, inputs)[0]
 
-    def multipliers(self, q: ArrayLike, u: ArrayLike, t: float = 0.0) -> FloatArray:
+    def multipliers(self, q: ArrayLike, u: ArrayLike, t: float = 0.0, inputs: Values | None = None) -> FloatArray:
         """Closure multipliers (rows,): force on the second side of each cut joint, N."""
-        return self._accelerations(q, u, t)[1]
+        return self._accelerations(q, u, t, inputs)[1]
 
-    def reactions(self, q: ArrayLike, u: ArrayLike, t: float = 0.0) -> FloatArray:
+    def reactions(self, q: ArrayLike, u: ArrayLike, t: float = 0.0, inputs: Values | None = None) -> FloatArray:
         """Per joint the force x, y (N) and the moment (N m) on its outboard link ``outboard[joint]``, (joints, 3)."""
         states, single = self._state(q, u)
-        u_dot, multipliers = self._solved(*states, t)
+        u_dot, multipliers = self._solved(*states, t, inputs)
         rows = np.ascontiguousarray(np.pad(multipliers, ((0, 0), (0, 1))))
-        found = self.kernels.reactions(*states, u_dot, rows).reshape(len(u_dot), len(self.joints), 3)
+        with self.given(inputs):
+            found = self.kernels.reactions(*states, t, u_dot, rows).reshape(len(u_dot), len(self.joints), 3)
         return found[0] if single else found
 
-    def _accelerations(self, q: ArrayLike, u: ArrayLike, t: float) -> tuple[FloatArray, FloatArray]:
+    def _accelerations(
+        self, q: ArrayLike, u: ArrayLike, t: float, inputs: Values | None
+    ) -> tuple[FloatArray, FloatArray]:
         states, single = self._state(q, u)
-        u_dot, rows = self._solved(*states, t)
+        u_dot, rows = self._solved(*states, t, inputs)
         return (u_dot[0], rows[0]) if single else (u_dot, rows)
 
-    def _solved(self, q: FloatArray, u: FloatArray, t: float) -> tuple[FloatArray, FloatArray]:
+    def _solved(
+        self, q: FloatArray, u: FloatArray, t: float, inputs: Values | None = None
+    ) -> tuple[FloatArray, FloatArray]:
         if np.ndim(t) != 0 or not np.isfinite(t):
             raise ValueError(f"t: found {t}, expected a finite number")
-        u_dot, rows, lost = self.kernels.acceleration(q, u, t)
-        if np.any(lost):
-            raise ValueError(
-                f"{self.name}: the closure rows lose rank at state {int(np.argmax(lost))} (a flattened loop or a "
-                "change point); accelerations are not unique there"
-            )
+        with self.given(inputs):
+            u_dot, rows, outcomes = self.kernels.acceleration(q, u, t)
+        for index, outcome in enumerate(outcomes):
+            if outcome != "done":
+                raise ValueError(f"{self.name}: state {index} has no accelerations ({outcome.replace('_', ' ')})")
         return u_dot, rows
 
     def energy(self, q: ArrayLike, u: ArrayLike) -> tuple[Any, Any]:
@@ -369,6 +375,15 @@ class Model:
             raise ValueError(f"{what}: found {found[~np.isfinite(found)][0]}, expected finite numbers")
         return np.atleast_2d(found), found.ndim == 1
 
-    def _no_inputs(self, inputs: object) -> None:
-        if inputs is not None:
-            raise ValueError(f"{self.name} has no inputs; found {inputs!r}, expected None")
+    def set_inputs(self, inputs: Values | None) -> None:
+        """Values of the inputs for calls of the kernels that follow."""
+        self.kernels.set_inputs(read_values(self.inputs, inputs))
+
+    @contextmanager
+    def given(self, inputs: Values | None) -> Iterator[None]:
+        """Values of the inputs for calls of the kernels inside; outside they are zero."""
+        self.set_inputs(inputs)
+        try:
+            yield
+        finally:
+            self.set_inputs(None)

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ._core import methods
+from ._core import Supply, methods
 from .frames import FloatArray
+from .inputs import Given, supply_of
 from .model import Model
 from .run import Impact, Phase, Run
 
@@ -28,7 +29,7 @@ def simulate(
     atol: float | None = None,
     method: str | None = None,
     params: Mapping[str, float] | None = None,
-    inputs: object = None,
+    inputs: Given = None,
     *,
     step: float | None = None,
     progress: Callable[[float], object] | None = None,
@@ -41,6 +42,10 @@ def simulate(
     ``progress`` is called with the time reached, now and then. The start is projected onto the closure. Ctrl-C raises
     ``KeyboardInterrupt``, or with ``keep_interrupted`` ends the run there and keeps it.
 
+    ``inputs`` are values of the model's inputs: constants by name or in order; a table ``{"t": [...], name: [...]}``,
+    interpolated linearly and constant outside; or a controller, called as ``inputs(t, q, u)`` whenever accelerations
+    are needed. What a controller raises ends the run and is raised here.
+
     The run's ``success`` is false when it stopped before the end; ``message`` then says where, why, and what to try,
     and the run holds everything up to there. Raises ``ValueError`` for arguments that cannot be simulated: wrong
     shapes, numbers that are not finite, an unknown method, a start inside a ground.
@@ -48,7 +53,7 @@ def simulate(
     if not isinstance(model, Model):
         raise TypeError(f"model: found {type(model).__name__}, expected a Model; load one with load_model(folder)")
     model = model.with_parameters(params)
-    model._no_inputs(inputs)
+    supply, kinks = supply_of(model.inputs, inputs)
     settings = model.data["run"]
     until = _positive("until", settings["until"] if until is None else until)
     rtol = _positive("rtol", settings["rtol"] if rtol is None else rtol)
@@ -60,10 +65,17 @@ def simulate(
     if not 1e-15 <= rtol < 1.0:
         raise ValueError(f"rtol: found {rtol}, expected a number from 1e-15 to 1")
     q, u = _start(model, q0, u0)
-    found = model.kernels.simulate(q, u, name, until, rtol, atol, fixed, STEP_BUDGET, progress)
+    stops = _stops(model, kinks)
+    found = model.kernels.simulate(q, u, name, until, rtol, atol, fixed, STEP_BUDGET, progress, supply, stops)
     if found["outcome"] == "interrupted" and not keep_interrupted:
         raise KeyboardInterrupt
-    return _record(model, name, until, found)
+    return _record(model, name, until, found, supply)
+
+
+def _stops(model: Model, kinks: FloatArray) -> FloatArray:
+    """Times at which steps end: kinks of the inputs and of the effects."""
+    own = [model.parameters[path] for path in model.data["instants"]]
+    return np.unique(np.concatenate([kinks, own]))
 
 
 def _positive(name: str, value: Any) -> float:
@@ -87,7 +99,7 @@ def _start(model: Model, q0: ArrayLike | None, u0: ArrayLike | None) -> tuple[Fl
     return q, u
 
 
-def _record(model: Model, name: str, until: float, found: dict[str, Any]) -> Run:
+def _record(model: Model, name: str, until: float, found: dict[str, Any], supply: Supply | None) -> Run:
     """The run from what the core recorded, with its audits."""
     impacts = _impacts(model, found)
     t, q, u = found["t"], found["q"], found["u"]
@@ -96,10 +108,10 @@ def _record(model: Model, name: str, until: float, found: dict[str, Any]) -> Run
     for impact, row in zip(impacts, found["after"], strict=True):
         lost[row:] += impact.energy_loss
     energy = kinetic + potential
-    drift = np.abs(energy - energy[0] + lost)
+    drift = np.abs(energy - energy[0] + lost - found["work"])
 
     def advance(t0: float, q0: FloatArray, u0: FloatArray, h: float) -> tuple[FloatArray, FloatArray]:
-        new_q, new_u, outcome = model.kernels.advance(name, t0, np.array(q0), np.array(u0), h)
+        new_q, new_u, outcome = model.kernels.advance(name, t0, np.array(q0), np.array(u0), h, supply)
         if outcome != "done":
             raise ValueError(f"no state between the rows at t = {t0} and after ({outcome.replace('_', ' ')})")
         return new_q, new_u
@@ -163,8 +175,6 @@ def _message(model: Model, until: float, found: dict[str, Any]) -> str:
         "follows is sustained contact, which is not simulated yet; end the run before that",
         "sustained": f"{contact} stays closed, and sustained contact is not simulated yet; end the run before, or "
         "start it above the ground",
-        "lost_rank": "the closure rows lose rank there (a flattened loop or a change point); start elsewhere, or end "
-        "the run before",
         "not_finite": "an acceleration is not a finite number; check the parameters and the start",
         "step_too_small": "no step is small enough for the tolerance; ask for a larger rtol",
         "not_closed": "the loops cannot be kept closed; ask for a smaller rtol",

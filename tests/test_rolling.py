@@ -110,10 +110,9 @@ def test_compiled_kernels_are_the_listing(pair: tuple[Any, Drawing, Scene], tmp_
     for q, u in closed_states(model, drawing):
         rows = 2 * len(model.cuts)
         values = {"q": q, "u": u, "f": rng.normal(size=u.size), "y": rng.normal(size=rows)}
-        (u_dot,), (multipliers,), (lost,) = model.kernels.acceleration(q[None], u[None], 0.0)
-        (du,), (impulses,), (lost_too,) = model.kernels.impulse(q[None], values["f"][None], values["y"][None])
-        assert not lost
-        assert not lost_too
+        (u_dot,), (multipliers,), (outcome,) = model.kernels.acceleration(q[None], u[None], 0.0)
+        (du,), (impulses,), (outcome_too,) = model.kernels.impulse(q[None], values["f"][None], values["y"][None])
+        assert outcome == outcome_too == "done"
         wanted = read.evaluate("acceleration", values)
         assert same(u_dot, wanted["u_dot"])
         assert not rows or same(multipliers[:rows], wanted["lambda"])
@@ -146,8 +145,21 @@ def test_long_runs_accelerate_as_the_dense_solve(pair: tuple[Any, Drawing, Scene
 # -- loops against the same code written out ------------------------------------------------------------------------
 
 KERNELS = [
-    *("derive_constants", "acceleration", "impulse", "reactions", "closure", "closure_rate", "closure_jacobian"),
-    *("poses", "velocities", "point_positions", "energy", "gaps", "gap_rates", "contact_impulse", "restitution"),
+    *("derive_constants", "acceleration", "impulse", "reactions", "closure", "closure_rate", "closure_bias"),
+    *(
+        "closure_jacobian",
+        "momentum",
+        "inverse_dynamics",
+        "power",
+        "poses",
+        "velocities",
+        "point_positions",
+        "energy",
+        "gaps",
+        "gap_rates",
+        "contact_impulse",
+        "restitution",
+    ),
 ]
 SIZES = ["nq", "nu", "rows", "links", "joints", "points", "contacts", "parameters", "constants", "inputs"]
 Pointer = ctypes.c_void_p
@@ -190,7 +202,10 @@ class Compiled:
         found = {
             "acceleration": self.call("acceleration", [q, u, 0.0, None], nu, rows),
             "impulse": self.call("impulse", [q, f, y], nu, rows),
-            "reactions": self.call("reactions", [q, u, f, y], 3 * size["joints"]),
+            "reactions": self.call("reactions", [q, u, 0.0, None, f, y], 3 * size["joints"]),
+            "closure_bias": self.call("closure_bias", [q, u], rows),
+            "momentum": self.call("momentum", [q, u], nu),
+            "inverse_dynamics": self.call("inverse_dynamics", [q, u, 0.0, None, f], nu),
             "closure": self.call("closure", [q], rows),
             "closure_jacobian": self.call("closure_jacobian", [q], rows * nu),
             "poses": self.call("poses", [q], 3 * size["links"]),

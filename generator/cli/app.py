@@ -73,6 +73,30 @@ def show(
 
 
 @app.command()
+def torque(
+    scene: SceneFile,
+    joint: Annotated[str, typer.Argument(metavar="JOINT", help="the joint that drives")],
+    rate: Annotated[float, typer.Option(metavar="W", help="its constant rate in rad/s")] = 1.0,
+    plot: Annotated[Path | None, typer.Option(metavar="FILE", help="write the curve as PNG")] = None,
+) -> None:
+    """Print the torque that a driven crank needs over one turn at a constant rate."""
+    from .statics import torque as work
+
+    work(scene, joint, rate, plot)
+
+
+@app.command()
+def equilibrium(
+    scene: SceneFile,
+    nearest: Annotated[bool, typer.Option("--nearest", help="the nearest one, stable or not")] = False,
+) -> None:
+    """Print a static equilibrium, whether it is stable, and the forces at the joints."""
+    from .statics import equilibrium as work
+
+    work(scene, nearest)
+
+
+@app.command()
 def diff(
     old: Annotated[str, typer.Argument(metavar="OLD", help="a generated folder, an equations.txt or a scene")],
     new: Annotated[str, typer.Argument(metavar="NEW", help="what to compare it with")],

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import sympy as sp
 
 from ..mechanism.joints import PointRef
@@ -27,6 +29,10 @@ class Closure:
     def rate(self) -> tuple[sp.Expr, ...]:
         """A u (m/s), eq. 14."""
         return self._rows(lambda link, arm: ZERO if link == GROUND else self.kinematics.swing(link, arm))
+
+    def bias(self) -> tuple[sp.Expr, ...]:
+        """Ȧ u (m/s²): what the rows accelerate at with u̇ = 0, eq. 14 differentiated."""
+        return self._rows(lambda link, arm: ZERO if link == GROUND else scale(-self.kinematics.squared_rate[link], arm))
 
     def jacobian(self) -> tuple[sp.Expr, ...]:
         """A, row by row (eq. 14)."""
@@ -60,7 +66,7 @@ class Closure:
             joint = topology.branch(link).joint
         raise AssertionError("the meeting link lies on the way to the root")
 
-    def _rows(self, contribution) -> tuple[sp.Expr, ...]:  # type: ignore[no-untyped-def]
+    def _rows(self, contribution: Callable[[int, Vector], Vector]) -> tuple[sp.Expr, ...]:
         rows: list[sp.Expr] = []
         for cut in self.kinematics.topology.cuts:
             terms = [scale(sp.Integer(factor), contribution(link, arm)) for factor, link, arm in self._arms(cut)]

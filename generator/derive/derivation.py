@@ -21,10 +21,12 @@ from ..mechanism.topology import Topology
 from .closure import Closure
 from .equations import Argument, Equations, Kernel, Ledger, Output
 from .form import FLIGHT, IMPACT
-from .gibbs import Recursion
+from .gibbs import Recursion, Wrench
 from .impact import Contacts, Gap
-from .kinematics import ZERO, Kinematics, Vector, add, dot, perp, scale, symbol
-from .names import A_X, A_Y, ALPHA, AXES, State, multiplier, place
+from .inverse import Inverse
+from .kinematics import ZERO, Kinematics, Vector, add, dot, symbol
+from .motion import TIME, Couple, Force, Motion, gather
+from .names import A_X, A_Y, ALPHA, AXES, State, multiplier
 
 Let = Callable[[str, sp.Expr], sp.Expr]
 
@@ -32,10 +34,31 @@ Let = Callable[[str, sp.Expr], sp.Expr]
 class Terms(Protocol):
     """What the derivation asks of an effect. An effect that has nothing to say returns zero or nothing."""
 
+    @property
+    def title(self) -> str:
+        """What the effect is called in a listing."""
+        ...
+
     def parameters(self) -> tuple[Parameter, ...]: ...
 
     def field(self) -> Vector:
         """Uniform acceleration field (m/s²)."""
+        ...
+
+    def inputs(self) -> tuple[str, ...]:
+        """Names of inputs that are given at run time."""
+        ...
+
+    def loads(self, motion: Motion) -> Sequence[Force | Couple]:
+        """Forces and moments on links; inputs and time are expressions of ``motion``."""
+        ...
+
+    def potential(self, motion: Motion) -> sp.Expr:
+        """Potential energy (J) of those loads that have one; zero for the rest."""
+        ...
+
+    def power(self, motion: Motion) -> sp.Expr:
+        """Power (W) of those loads that have no potential."""
         ...
 
     def gaps(self, let: Let) -> tuple[Gap, ...]:
@@ -60,19 +83,43 @@ class _Derivation:
         self.field: Vector = add(ZERO, *(effect.field() for effect in effects))
         self.q = Argument("q", self.state.q, "coordinates")
         self.u = Argument("u", self.state.u, "quasi-velocities, u = dq/dt")
+        names = tuple(sp.Symbol(f"in_{name}") for effect in effects for name in effect.inputs())
+        self.acted = (Argument("t", (TIME,), "time, s"), Argument("inputs", names, "inputs of the scene"))
 
     def equations(self) -> Equations:
         """Derive everything, kernel by kernel."""
-        kernels = [*self._dynamics(), self._reactions(), *self._closure(), *self._motion(), *self._contact()]
+        self.place, self.velocity = self.kinematics.write_positions(), self.kinematics.write_velocities()
+        self.motion = Motion(self.kinematics, self.place, self.velocity)
+        self.loads = self._loads()
+        kernels = [*self._dynamics(), *self._closure(), *self._motion(), *self._contact()]
         parameters = [*self.mechanism.parameters(), *(p for effect in self.effects for p in effect.parameters())]
         return Equations(tuple(parameters), self.state, tuple(self.ledger.blocks), tuple(kernels), self.contacts)
+
+    def _loads(self) -> dict[int, Wrench]:
+        """What the effects do to each link, named effect by effect."""
+        loads: list[Force | Couple] = []
+        for effect in self.effects:
+            loads += effect.loads(self.motion)
+            self.ledger.close(f"loads: {effect.title}")
+        gathered = gather(loads, self.kinematics)
+        self.ledger.close("loads of the links, about their inboard points")
+        return gathered
+
+    def _power(self) -> list[Kernel]:
+        """The power of loads without a potential, if the scene names any: the energy balance needs its integral."""
+        power = sp.Add(*(effect.power(self.motion) for effect in self.effects))
+        self.ledger.close("power")
+        if power == 0:
+            return []
+        output = Output("power", (power,), "power of the effects that have no potential, W")
+        return [Kernel("power", (self.q, self.u, *self.acted), (output,), "power of the effects")]
 
     def _dynamics(self) -> list[Kernel]:
         state, cuts = self.state, self.topology.cuts
         impulses = tuple(sp.Symbol(f"F_{u}") for u in state.u)
         rows = [multiplier(cut.joint, axis) for cut in cuts for axis in AXES]
         jumps = {row: sp.Symbol(f"y_{row.joint}_{row.axis}") for row in rows}
-        recursion = Recursion(self.kinematics, self.ledger, self.field, {}, impulses, jumps)
+        recursion = Recursion(self.kinematics, self.ledger, self.field, self.loads, impulses, jumps)
         recursion.run()
         results = {}
         for impact in (FLIGHT, IMPACT):
@@ -85,7 +132,7 @@ class _Derivation:
         return [
             Kernel(
                 "acceleration",
-                (self.q, self.u),
+                (self.q, self.u, *self.acted),
                 (
                     Output("u_dot", results[FLIGHT][0], "quasi-accelerations"),
                     Output(
@@ -114,65 +161,6 @@ class _Derivation:
         a = [recursion.value(impact, self.topology.root, v) for v in (A_X, A_Y)]
         return [x + (0 if impact else field) for x, field in zip(a, self.field, strict=True)]
 
-    def _reactions(self) -> Kernel:
-        """Force of each joint on its outboard link, from the tips inwards (eq. 18); a cut joint's is its multiplier."""
-        u_dot = tuple(sp.Symbol(f"{u}_dot") for u in self.state.u)
-        rows = [(cut.joint, axis) for cut in self.topology.cuts for axis in AXES]
-        multipliers = {row: sp.Symbol(f"given_lambda_{row[0]}_{row[1]}") for row in rows}
-        result = {cut.joint: (multipliers[cut.joint, "x"], multipliers[cut.joint, "y"]) for cut in self.topology.cuts}
-        felt: dict[int, Vector] = {}
-        for cut in self.topology.cuts:
-            for side, factor in ((cut.first, 1), (cut.second, -1)):
-                felt[side.link] = add(felt.get(side.link, ZERO), scale(sp.Integer(factor), result[cut.joint]))
-        inertia = self._inertia_forces(u_dot)
-        for branch in reversed(self.topology.branches):
-            k = branch.link
-            force = self.ledger.let_vector(f"R_{branch.joint}", add(inertia[k], felt.get(k, ZERO)))
-            result[branch.joint] = force
-            felt[branch.parent] = add(felt.get(branch.parent, ZERO), force)
-        self.ledger.close("reactions, inwards")
-        return Kernel(
-            "reactions",
-            (
-                self.q,
-                self.u,
-                Argument("u_dot", u_dot, "quasi-accelerations"),
-                Argument("lambda", tuple(multipliers.values()), "closure multipliers, N"),
-            ),
-            (
-                Output(
-                    "reaction",
-                    tuple(x for joint in range(len(self.mechanism.joints)) for x in (*result[joint], sp.S.Zero)),
-                    "per joint: force x, y (N) and moment (N m) on the outboard link",
-                ),
-            ),
-            "forces in the joints",
-        )
-
-    def _inertia_forces(self, u_dot: tuple[sp.Symbol, ...]) -> dict[int, Vector]:
-        """m a_c less the field's pull on each link, from given quasi-accelerations, outwards (eq. 4)."""
-        kinematics, topology = self.kinematics, self.topology
-        rate = dict(zip(self.state.u, u_dot, strict=True))
-        base = (u_dot[0], u_dot[1]) if topology.floating else ZERO
-        start = {
-            topology.root: self.ledger.let_vector("aR_" + place(topology.root), add(base, scale(-sp.S.One, self.field)))
-        }
-        result = {}
-        for branch in topology.branches:
-            a, k = start[branch.parent], branch.parent
-            if k != GROUND:
-                swing = scale(rate[self.state.rate(k)], perp(kinematics.r[k, branch.joint]))
-                a = add(a, swing, scale(-sp.S.One, kinematics.cr[k, branch.joint]))
-            start[branch.link] = self.ledger.let_vector(f"aR_{branch.link}", a)
-        for k, a in start.items():
-            if k != GROUND:
-                mu, alpha = kinematics.mu[k], rate[self.state.rate(k)]
-                result[k] = add(
-                    scale(kinematics.mass[k], a), scale(alpha, perp(mu)), scale(-kinematics.squared_rate[k], mu)
-                )
-        self.ledger.close("accelerations less the field, outwards")
-        return result
-
     def _closure(self) -> list[Kernel]:
         closure = Closure(self.kinematics)
         return [
@@ -183,6 +171,12 @@ class _Derivation:
                 "closure_rate", (self.q, self.u), (Output("rate", closure.rate(), "A u, m/s"),), "rate of the closure"
             ),
             Kernel(
+                "closure_bias",
+                (self.q, self.u),
+                (Output("bias", closure.bias(), "dA/dt u, m/s^2"),),
+                "bias of the closure",
+            ),
+            Kernel(
                 "closure_jacobian",
                 (self.q,),
                 (Output("A", closure.jacobian(), "derivatives of the closure rates by u, row by row"),),
@@ -191,8 +185,9 @@ class _Derivation:
         ]
 
     def _motion(self) -> list[Kernel]:
-        self.place, self.velocity = self.kinematics.write_positions(), self.kinematics.write_velocities()
         return [
+            *Inverse(self.kinematics, self.field, self.loads, self.acted).kernels(self.velocity),
+            *self._power(),
             Kernel(
                 "poses", (self.q,), (Output("pose", self._poses(), "per link: x, y (m), angle of its frame"),), "poses"
             ),
@@ -269,6 +264,7 @@ class _Derivation:
             spin = symbol(link.inertia) * self.state.rate(k) ** 2
             kinetic += self.ledger.let(f"T_{k}", (mass * dot(v, v) + spin) / 2)
             potential -= self.ledger.let(f"W_{k}", mass * dot(self.field, add(self.place[k], arm)))
+        potential += sp.Add(*(effect.potential(self.motion) for effect in self.effects))
         self.ledger.close("energy")
         return kinetic, potential
 

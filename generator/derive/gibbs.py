@@ -55,12 +55,9 @@ def gibbs_derivatives() -> GibbsDerivatives:
     )
 
 
-@dataclass
-class Load:
-    """What the effects of a scene do to a link: force, and moment about the inboard point."""
-
-    force: Vector = ZERO
-    moment: sp.Expr = sp.S.Zero
+Wrench = tuple[Vector, sp.Expr]
+"""A force, and a moment about the inboard point of the link it acts on."""
+NO_LOAD: Wrench = (ZERO, sp.S.Zero)
 
 
 @dataclass
@@ -74,7 +71,7 @@ class Recursion:
     kinematics: Kinematics
     ledger: Ledger
     field_: Vector
-    loads: dict[int, Load]
+    loads: dict[int, Wrench]
     impulses: tuple[sp.Symbol, ...]
     jumps: dict[Variable, sp.Symbol]
     forms: dict[int, Form] = field(default_factory=dict)
@@ -139,14 +136,14 @@ class Recursion:
         here[INERTIA] = symbol(kinematics.mechanism.links[link].inertia)
         here |= dict(zip(RHO + MU, kinematics.centre[link] + kinematics.mu[link], strict=True))
         self._show_gibbs_function(link, here)
-        load = self.loads.get(link, Load())
+        force, moment = self.loads.get(link, NO_LOAD)
         form.add_h(ALPHA, ALPHA, self.ledger.let(f"J_{link}", derivatives.inertia.xreplace(here)))
         for axis, v in enumerate((A_X, A_Y)):
             form.add_h(v, v, derivatives.mass.xreplace(here))
             form.add_h(v, ALPHA, derivatives.coupling[axis].xreplace(here))
             centripetal = self.ledger.let(f"f_{link}_{v.axis}", derivatives.centripetal[axis].xreplace(here))
-            form.add_l(FLIGHT, v, centripetal - load.force[axis])
-        form.add_l(FLIGHT, ALPHA, derivatives.moment.xreplace(here) - load.moment)
+            form.add_l(FLIGHT, v, centripetal - force[axis])
+        form.add_l(FLIGHT, ALPHA, derivatives.moment.xreplace(here) - moment)
         for variable, impulse in self._impulses(link).items():
             form.add_l(IMPACT, variable, -impulse)
 

@@ -1,11 +1,20 @@
 """Effects that a scene can name, one module each. To add one, write its module and add its entry below."""
 
-from . import gravity, ground
+from . import damper, drag, force, gravity, ground, input, joint_friction, motor, spring, torque, torsion
 from .effect import Contact, Effect, Entry, Level, Surroundings
 
 REGISTRY: tuple[Entry, ...] = (
     gravity.ENTRY,
     ground.ENTRY,
+    spring.ENTRY,
+    damper.ENTRY,
+    torsion.ENTRY,
+    joint_friction.ENTRY,
+    drag.ENTRY,
+    motor.ENTRY,
+    force.ENTRY,
+    torque.ENTRY,
+    input.ENTRY,
 )
 
 __all__ = ["REGISTRY", "Contact", "Effect", "Entry", "Level", "Surroundings"]

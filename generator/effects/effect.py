@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -12,9 +12,12 @@ from ..mechanism.mechanism import Mechanism
 from .table import Table
 
 if TYPE_CHECKING:
+    from sympy import Expr
+
     from ..derive.derivation import Let
     from ..derive.impact import Gap
     from ..derive.kinematics import Vector
+    from ..derive.motion import Couple, Force, Motion
 
 Contact = tuple[str, PointRef]
 """A point that can touch something: its name in the scene (``joint_3``, ``link_0.A``) and where it sits."""
@@ -44,6 +47,11 @@ class Level:
 class Effect:
     """Something that acts on the mechanism. Records of effects are frozen dataclasses derived from this one."""
 
+    @property
+    def title(self) -> str:
+        """What it is called where the model is described: its name in the scene, or its kind."""
+        return str(getattr(self, "name", "")) or type(self).__name__.lower()
+
     def parameters(self) -> tuple[Parameter, ...]:
         """The effect's own parameters, each once."""
         return ()
@@ -53,6 +61,30 @@ class Effect:
         from ..derive.kinematics import ZERO
 
         return ZERO
+
+    def inputs(self) -> tuple[str, ...]:
+        """Names of inputs that are given at run time."""
+        return ()
+
+    def instants(self) -> tuple[Parameter, ...]:
+        """Parameters that are times (s) at which a load has a kink: steps of a run end there."""
+        return ()
+
+    def loads(self, motion: Motion) -> Sequence[Force | Couple]:
+        """Forces and moments on links."""
+        return ()
+
+    def potential(self, motion: Motion) -> Expr:
+        """Potential energy (J) of the loads that have one."""
+        import sympy as sp
+
+        return sp.S.Zero
+
+    def power(self, motion: Motion) -> Expr:
+        """Power (W) of the loads that have no potential."""
+        import sympy as sp
+
+        return sp.S.Zero
 
     def gaps(self, let: Let) -> tuple[Gap, ...]:
         """Points that may touch half-planes; ``let`` names what depends on parameters alone."""

@@ -34,6 +34,8 @@ def model_data(scene: Scene, topology: Topology, equations: Equations, hash_: st
         "q_names": [s.name for s in equations.state.q],
         "u_names": [s.name for s in equations.state.u],
         "parameters": [[p.path, p.value] for p in equations.parameters],
+        "inputs": [name for effect in scene.effects for name in effect.inputs()],
+        "instants": [p.path for effect in scene.effects for p in effect.instants()],
         "contacts": [[contact.name, contact.ground] for contact in equations.contacts],
         "grounds": [plane for effect in scene.effects for plane in _planes(effect)],
         "outlines": [[_point(point) for point in link.points.values()] for link in mechanism.links],

@@ -16,7 +16,7 @@ class Dialect:
 
     def number(self, value: sp.Number) -> str:
         if self.name == "listing":
-            return str(value)
+            return repr(float(value)) if value.is_Float else str(value)
         if isinstance(value, sp.Integer):
             return f"{int(value)}.0"
         if isinstance(value, sp.Rational):
@@ -26,6 +26,17 @@ class Dialect:
     def power(self, base: str, exponent: int) -> str:
         return f"{base}**{exponent}" if self.name == "listing" else "*".join([base] * exponent)
 
+
+FUNCTIONS = {
+    sp.sin: ("sin", "sin"),
+    sp.cos: ("cos", "cos"),
+    sp.tan: ("tan", "tan"),
+    sp.exp: ("exp", "exp"),
+    sp.log: ("log", "log"),
+    sp.tanh: ("tanh", "tanh"),
+    sp.Abs: ("abs", "fabs"),
+}
+"""Functions of an expression: their names in the listing and in C."""
 
 C = Dialect("c")
 LISTING = Dialect("listing")
@@ -50,8 +61,9 @@ def write(e: sp.Expr, dialect: Dialect) -> str:
         return _product(e, dialect)
     if e.is_Pow:
         return _power(e, dialect)
-    if e.func in (sp.sin, sp.cos):
-        return f"{e.func.__name__}({write(e.args[0], dialect)})"
+    if e.func in FUNCTIONS:
+        name = FUNCTIONS[e.func][dialect is C]
+        return f"{name}({', '.join(write(a, dialect) for a in e.args)})"
     raise TypeError(f"no way to write {type(e).__name__}: {e}")
 
 
@@ -78,9 +90,9 @@ def _product(e: sp.Mul, dialect: Dialect) -> str:
         texts.insert(0, dialect.number(coefficient))
     text = sign + "*".join(texts)
     if under:
-        text += "/" + (
-            "(" + "*".join(_factor(a, dialect) for a in under) + ")" if len(under) > 1 else _factor(under[0], dialect)
-        )
+        below = "*".join(_factor(a, dialect) for a in under)
+        several = len(under) > 1 or (dialect is C and under[0].is_Pow and under[0].exp.is_Integer)
+        text += f"/({below})" if several else f"/{below}"
     return text
 
 

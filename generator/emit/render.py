@@ -14,11 +14,14 @@ from ..program.program import Function, Program
 from .expressions import C, write
 from .rolling import NAME, Lines, Place, roll
 
-RANK_TOLERANCE = "1e-13"
-"""A pivot of the closure rows below this fraction of its scale has lost its digits: rows are dependent."""
+RANK_TOLERANCE = "1e-6"
+"""A pivot of the closure rows below this fraction of its scale sends the evaluation to the runtime's robust path."""
 
 SIGNATURES: Mapping[str, tuple[str, ...]] = {
     "acceleration": ("k", "q", "u", "t", "inputs"),
+    "inverse_dynamics": ("k", "q", "u", "t", "inputs", "u_dot"),
+    "reactions": ("k", "q", "u", "t", "inputs", "u_dot", "lambda"),
+    "power": ("k", "q", "u", "t", "inputs"),
 }
 """Kernels whose contract has more arguments than the kernel reads."""
 
@@ -147,7 +150,7 @@ def _function(function: Function, slots: Mapping[sp.Symbol, int]) -> dict[str, o
     kernel = function.kernel
     arguments = SIGNATURES.get(kernel.name) or ("k", *(a.name for a in kernel.inputs))
     places = {s.name: ("k", slots[s]) for s in function.constants}
-    places |= {s.name: (name, i) for name, i, s in function.inputs_used()}
+    places |= {s.name: (name, i) for name, i, s in function.inputs_used() if name != "t"}
     outputs, guards = _outputs(kernel), _guards(kernel)
     angles, blocks = _angles(function, places)
     places |= angles.places
@@ -156,6 +159,7 @@ def _function(function: Function, slots: Mapping[sp.Symbol, int]) -> dict[str, o
     scalars = rolled.scalars | results
     read = {array for name, (array, _) in places.items() if name in scalars} | rolled.read(places)
     read |= {angles.array} if angles.count else set()
+    read |= {name for name, _, _ in function.inputs_used() if name == "t"}
     filled = {output.name for output in kernel.outputs if output.entries}
     return {
         "name": kernel.name,
@@ -196,7 +200,7 @@ def _angles(function: Function, given: Mapping[str, Place]) -> tuple[Angles, lis
         lines = []
         for a in section.assignments:
             name, text = _text(a.symbol, a.expression)
-            if a.expression.func in (sp.sin, sp.cos):
+            if a.expression.func in (sp.sin, sp.cos) and given.get(text[4:-1], ("",))[0] == "q":
                 found[name] = (text[:3], given[text[4:-1]])
             else:
                 lines.append((name, text))

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..derive.equations import Equations
 from ..derive.expanded import ExpandedForm, expand
+from ..effects.effect import Effect
 from ..mechanism.assembly import lay_out
 from ..mechanism.joints import Joint, PointRef
 from ..mechanism.links import Parameter
@@ -29,6 +30,12 @@ def show_text(scene: Scene, latex: bool, expanded: bool) -> str:
     from ..pipeline import derive_scene
     from .listing import name_index, write_listing
 
+    acting = [effect.title for effect in scene.effects if type(effect).loads is not Effect.loads]
+    if expanded and acting:
+        raise ValueError(
+            f"the expanded form knows gravity and grounds, not {', '.join(acting)}; leave out --expand to see the "
+            "recursive equations"
+        )
     form = expand(scene.mechanism, span(scene.mechanism), scene.effects) if expanded else None
     topology, equations = derive_scene(scene)
     summary = summarize(scene, topology, equations)
@@ -44,8 +51,9 @@ def summarize(scene: Scene, topology: Topology, equations: Equations) -> Summary
     mechanism, state = scene.mechanism, equations.state
     links, joints = mechanism.links, mechanism.joints
     root = mechanism.link_name(topology.root)
-    effects = [_effect(type(e).__name__.lower(), e.parameters()) for e in scene.effects]
+    effects = [_effect(e.title, e.parameters()) for e in scene.effects]
     contacts = ", ".join(f"{c.name} on {c.ground}" for c in equations.contacts)
+    inputs = ", ".join(name for effect in scene.effects for name in effect.inputs())
     counts = [f"{f.kernel.name}: {f.counts()}" for f in lower(equations).functions if f.sections]
     return (
         ("model", (scene.name,)),
@@ -53,13 +61,19 @@ def summarize(scene: Scene, topology: Topology, equations: Equations) -> Summary
         ("joints", (f"{len(joints)}: " + (", ".join(_joint(mechanism, j) for j in joints) or "none"),)),
         ("root", (f"{root}, floating" if topology.floating else root,)),
         ("loops", tuple(_loop(mechanism, topology, cut) for cut in topology.cuts) or ("none",)),
-        ("degrees of freedom", (_freedom(scene, topology, len(state.u)),)),
+        ("degrees of freedom", (_freedom(scene, topology, len(state.u)), _mobility(len(links), len(joints)))),
         ("coordinates q", (", ".join(s.name for s in state.q),)),
         ("quasi-velocities u", (", ".join(s.name for s in state.u),)),
         ("effects", tuple(effects) or ("none",)),
         *([("contacts", (contacts,))] if contacts else []),
+        *([("inputs", (inputs,))] if inputs else []),
         ("operations", tuple(counts)),
     )
+
+
+def _mobility(links: int, joints: int) -> str:
+    """Grübler's count, which knows nothing of lengths: joints that lose rank make the true number larger."""
+    return f"{3 * links - 2 * joints} by Grübler's count: 3 x {links} links - 2 x {joints} joints"
 
 
 def _joint(mechanism: Mechanism, joint: Joint) -> str:

@@ -18,7 +18,16 @@ _ENTRY = re.compile(r"([A-Za-z]\w*)\[(\d{1,7})\] = (.*)")
 _ASSIGNMENT = re.compile(r"([A-Za-z]\w*) = (.*)")
 _SYMBOLS = re.compile(r"([A-Za-z]\w*):((?: [A-Za-z]\w*,?)*)")
 HEAD = "# ccgen equations, format 1"
-_FUNCTIONS = {"sin": np.sin, "cos": np.cos, "sqrt": np.sqrt}
+_FUNCTIONS = {
+    "sin": np.sin,
+    "cos": np.cos,
+    "tan": np.tan,
+    "exp": np.exp,
+    "log": np.log,
+    "tanh": np.tanh,
+    "sqrt": np.sqrt,
+    "abs": np.abs,
+}
 _ALLOWED = (ast.Expression, ast.BinOp, ast.UnaryOp, ast.Name, ast.Load, ast.USub)
 _OPERATORS = (ast.Add, ast.Sub, ast.Mult, ast.Div)
 _LARGEST_POWER = 64
@@ -49,12 +58,14 @@ class Listing:
     def evaluate(self, kernel: str, arguments: Mapping[str, Values]) -> dict[str, Values]:
         """Outputs of a kernel. Each argument has shape (entries, ...): trailing axes are a batch of states.
 
-        Raises ``KeyError`` for an unknown kernel or a missing argument.
+        Time and inputs are zero unless given. Raises ``KeyError`` for an unknown kernel or another missing argument.
         """
         listed = self.kernels[kernel]
         names: dict[str, object] = {**_FUNCTIONS, **self.parameters, "__builtins__": {}}
         for argument, symbols in listed.inputs.items():
-            names.update(zip(symbols, np.asarray(arguments[argument], dtype=float), strict=True))
+            still = np.zeros(len(symbols)) if argument in ("t", "inputs") else None
+            values = arguments[argument] if still is None else arguments.get(argument, still)
+            names.update(zip(symbols, np.asarray(values, dtype=float), strict=True))
         needed = self._needed(listed)
         for name, code in self.assignments.items():
             if name in needed:

@@ -24,13 +24,15 @@ class Bodies:
 
     ``free_ends`` are points that touch grounds besides the joints; ``sketch`` holds the absolute angle of each link
     (rad) from which the start is assembled unless the scene gives others; ``path`` is the key that faults of the whole
-    mechanism are reported at.
+    mechanism are reported at; ``rates`` are angular velocities (rad/s) of the links, ``None`` where open, unless the
+    scene gives some.
     """
 
     mechanism: Mechanism
     free_ends: tuple[Contact, ...]
     sketch: tuple[float, ...]
     path: Path
+    rates: tuple[float | None, ...] = ()
 
     @property
     def contacts(self) -> tuple[Contact, ...]:

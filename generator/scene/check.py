@@ -81,6 +81,8 @@ def _sentence(model: type[Table], fault: ErrorDetails) -> str:
 
 def _advice(fault: ErrorDetails) -> str:
     value, kind = fault["input"], fault["type"]
+    if "advice" in fault.get("ctx", {}):
+        return str(fault["ctx"]["advice"])
     if isinstance(value, str) and kind in ("float_type", "int_type"):
         return "write a number without quotes"
     if isinstance(value, float) and not math.isfinite(value):

@@ -21,14 +21,25 @@ from .check import check, show, unknown_key
 from .errors import Fault, Path, Report, SceneError
 from .locate import locate
 from .scene import RunSettings, Scene, Start
-from .schema import ChainTable, GroundLinkTable, JointTable, LinkTable, LoopTable, PinnedTable, RunTable, StartTable
+from .schema import (
+    ChainTable,
+    FourBarsTable,
+    GroundLinkTable,
+    JointTable,
+    LinkTable,
+    LoopTable,
+    PinnedTable,
+    RunTable,
+    StartTable,
+)
 from .shorthand import shorthand
 from .start import begin, check_effects, lift, sketch
 
-SHORTHAND: dict[str, type[LoopTable] | type[ChainTable] | type[PinnedTable]] = {
+SHORTHAND: dict[str, type[LoopTable] | type[ChainTable] | type[PinnedTable] | type[FourBarsTable]] = {
     "loop": LoopTable,
     "chain": ChainTable,
     "pinned": PinnedTable,
+    "four_bars": FourBarsTable,
 }
 KEYS = ("name", *SHORTHAND, "link", "joint", "ground_link", "start", "run", *(entry.key for entry in REGISTRY))
 
@@ -139,7 +150,7 @@ def _bodies(tables: Tables, report: Report) -> Bodies | None:
     for key in forms[1:]:
         report.add((key,), f"found [{key}] beside [{forms[0]}], expected one description of the links; remove one")
     if not forms:
-        message = "found no links, expected one of [loop], [chain], [pinned] or [[link]]; add one"
+        message = "found no links, expected one of [loop], [chain], [pinned], [four_bars] or [[link]]; add one"
         report.add((), message)
     raw = tables.get("link", [])
     links = _tables(LinkTable, tables, "link", report)

@@ -90,6 +90,14 @@ class PinnedTable(Rods):
     )
 
 
+class FourBarsTable(Table):
+    """``[four_bars]``: uprights in a row on the ground, each joined to the next by a bar."""
+
+    count: int = Field(ge=1, le=600, description="the number of four-bars, a whole number from 1 to 600")
+    length: Positive = Field(default=1.0, description="the length of every link in m, a positive number")
+    mass: Positive = Field(default=1.0, description="the mass of every link in kg, a positive number")
+
+
 class LinkTable(Table):
     """One ``[[link]]`` of the general form."""
 

@@ -1,4 +1,4 @@
-"""The shorthand forms ``[loop]``, ``[chain]`` and ``[pinned]`` as mechanism records.
+"""The shorthand forms ``[loop]``, ``[chain]``, ``[pinned]`` and ``[four_bars]`` as mechanism records.
 
 Link k runs from joint k (its point A, the origin of its frame) to joint k+1 (its point B, on the frame's x axis).
 """
@@ -13,14 +13,16 @@ from ..mechanism.links import GROUND, Link, Parameter, Point
 from ..mechanism.mechanism import Mechanism
 from .bodies import Bodies, point
 from .errors import Path, Report
-from .schema import ChainTable, LoopTable, PinnedTable, Rods
+from .schema import ChainTable, FourBarsTable, LoopTable, PinnedTable, Rods
 
 FEWEST = {"loop": 3, "chain": 1, "pinned": 2}
 """The smallest number of links of each form."""
 
 
-def shorthand(form: str, table: LoopTable | ChainTable | PinnedTable, report: Report) -> Bodies | None:
-    """The links of ``table`` in a row, closed, hinged or pinned as ``form`` says; ``None`` after faults."""
+def shorthand(form: str, table: LoopTable | ChainTable | PinnedTable | FourBarsTable, report: Report) -> Bodies | None:
+    """The links of ``table`` as ``form`` says: in a row, or a row of four-bars; ``None`` after faults."""
+    if isinstance(table, FourBarsTable):
+        return _four_bars(table, report)
     fewest = FEWEST[form]
     if table.links < fewest:
         report.add((form, "links"), f"found {table.links}, expected at least {fewest} for [{form}]; {_more(form)}")
@@ -94,9 +96,11 @@ def _coms(table: Rods, path: Path, report: Report) -> list[tuple[float, float] |
     return [(one[0], one[1]) if isinstance(one, list) else (one, 0.0) for one in per_link]  # type: ignore[misc]
 
 
-def _rod(index: int, length: float, mass: float, inertia: float, com: tuple[float, float]) -> Link:
+def _rod(
+    index: int, length: float, mass: float, inertia: float, com: tuple[float, float], name: str | None = None
+) -> Link:
     """One link from A = (0, 0) to B = (length, 0)."""
-    name = f"link_{index}"
+    name = name or f"link_{index}"
     return Link(
         name=name,
         mass=Parameter(f"{name}.mass", f"m_{index}", mass),
@@ -145,6 +149,26 @@ def _pinned(table: PinnedTable, rods: tuple[Link, ...], lengths: Sequence[float]
     joints = (first, *(_between(index) for index in range(1, count)), last)
     sketch = tuple(2.0 * math.pi * (index + 1) / (count + 1) - math.pi for index in range(count))
     return Bodies(Mechanism(rods, supports, joints), (), sketch, ("pinned",))
+
+
+def _four_bars(table: FourBarsTable, report: Report) -> Bodies | None:
+    """Uprights from A_i = (i l, 0) to B_i, bars from B_{i-1} to B_i; upright, the first head at 1 m/s along x."""
+    length, mass, count = table.length, table.mass, table.count
+    inertia = mass * length * length / 12.0
+    if not 0.0 < inertia < math.inf:
+        report.add(("four_bars",), f"found rods of inertia {inertia:.3g}, expected a positive finite number")
+        return None
+    names = [f"upright_{k}" for k in range(count + 1)] + [f"bar_{k}" for k in range(1, count + 1)]
+    rods = tuple(_rod(k, length, mass, inertia, (length / 2.0, 0.0), name) for k, name in enumerate(names))
+    feet = {f"A_{k}": point(f"ground.points.A_{k}", f"l_g_{k}", k * length, 0.0) for k in range(count + 1)}
+    joints = [Joint(f"foot_{k}", PointRef(GROUND, f"A_{k}"), PointRef(k, "A")) for k in range(count + 1)]
+    for bar in range(count + 1, 2 * count + 1):
+        right = bar - count
+        joints.append(Joint(f"head_{right - 1}_right", PointRef(right - 1, "B"), PointRef(bar, "A")))
+        joints.append(Joint(f"head_{right}_left", PointRef(right, "B"), PointRef(bar, "B")))
+    sketch = (math.pi / 2.0,) * (count + 1) + (0.0,) * count
+    rates = (-1.0 / length, *(None,) * (2 * count))
+    return Bodies(Mechanism(rods, feet, tuple(joints)), (), sketch, ("four_bars",), rates)
 
 
 def _closes(sides: Sequence[tuple[str, float]], path: Path, report: Report) -> bool:

@@ -31,6 +31,8 @@ def sketch(table: StartTable, bodies: Bodies, report: Report) -> Sketch | None:
     speeds = _per_link(table.angular_velocities, names, ("start", "angular_velocities"), report)
     if angles is None or speeds is None or not fine:
         return None
+    if table.angular_velocities is None and bodies.rates:
+        speeds = list(bodies.rates)
     chosen = [usual if angle is None else angle for angle, usual in zip(angles, bodies.sketch, strict=True)]
     return Sketch(
         angles=tuple(angle + table.tilt for angle in chosen),

@@ -7,7 +7,9 @@
 
 #include "dop853_tableau.h"
 
-/* scratch: DENSE_STAGES derivatives, then DENSE_DEGREE coefficients and the start of the interpolant */
+/* scratch: DENSE_STAGES derivatives and a state, DENSE_DEGREE coefficients and the start of the interpolant, ESTIMATES */
+enum { ESTIMATES = 2 }; /* of order 3 and of order 5 */
+
 static double *stage(double *scratch, int size, int i)
 {
     return scratch + (size_t)i * size;
@@ -18,9 +20,14 @@ static double *coefficient(double *scratch, int size, int i)
     return scratch + (size_t)(DENSE_STAGES + 1 + i) * size;
 }
 
+static double *estimate(double *scratch, int size, int i)
+{
+    return scratch + (size_t)(DENSE_STAGES + 1 + DENSE_DEGREE + 1 + i) * size;
+}
+
 static size_t dop853_scratch(int size)
 {
-    return (size_t)(DENSE_STAGES + 1 + DENSE_DEGREE + 1) * size;
+    return (size_t)(DENSE_STAGES + 1 + DENSE_DEGREE + 1 + ESTIMATES) * size;
 }
 
 /* out = y + h sum_j a[j] k_j over the first `count` stages */
@@ -39,9 +46,9 @@ static void combine(double *scratch, int size, const double *a, int count, doubl
 }
 
 static enum outcome dop853_step(struct system *s, double *scratch, double t, double h, const double *y, const double *dy,
-                                struct tolerance tolerance, double *y1, double *error)
+                                double *y1)
 {
-    const int size = 2 * s->n;
+    const int size = s->size;
     double *at = stage(scratch, size, DENSE_STAGES);
     memcpy(stage(scratch, size, 0), dy, size * sizeof *dy);
     for (int i = 1; i < STAGES; i++) {
@@ -51,7 +58,7 @@ static enum outcome dop853_step(struct system *s, double *scratch, double t, dou
             return outcome;
     }
     combine(scratch, size, B, STAGES, h, y, y1);
-    double error3 = 0.0, error5 = 0.0;
+    double *error3 = estimate(scratch, size, 0), *error5 = estimate(scratch, size, 1);
     for (int i = 0; i < size; i++) {
         double e3 = 0.0, e5 = 0.0;
         for (int j = 0; j < STAGES; j++) {
@@ -59,18 +66,35 @@ static enum outcome dop853_step(struct system *s, double *scratch, double t, dou
             e3 += E3[j] * k;
             e5 += E5[j] * k;
         }
-        const double scale = tolerance.atol + tolerance.rtol * fmax(fabs(y[i]), fabs(y1[i]));
-        error3 += (e3 / scale) * (e3 / scale);
-        error5 += (e5 / scale) * (e5 / scale);
+        error3[i] = h * e3;
+        error5[i] = h * e5;
     }
-    *error = error5 > 0.0 ? fabs(h) * error5 / sqrt((error5 + 0.01 * error3) * size) : 0.0;
     return OUTCOME_DONE;
+}
+
+static double *dop853_estimates(double *scratch, int size, int *count)
+{
+    *count = ESTIMATES;
+    return estimate(scratch, size, 0);
+}
+
+/* Both estimates together (Hairer, Norsett, Wanner 1993, section II.10): as small as the better, as reliable as the other */
+static double dop853_measure(const double *scratch, int size, struct tolerance tolerance, const double *y, const double *y1)
+{
+    const double *error3 = scratch + (size_t)(DENSE_STAGES + 1 + DENSE_DEGREE + 1) * size, *error5 = error3 + size;
+    double sum3 = 0.0, sum5 = 0.0;
+    for (int i = 0; i < size; i++) {
+        const double scale = tolerance.atol + tolerance.rtol * fmax(fabs(y[i]), fabs(y1[i]));
+        sum3 += (error3[i] / scale) * (error3[i] / scale);
+        sum5 += (error5[i] / scale) * (error5[i] / scale);
+    }
+    return sum5 > 0.0 ? sum5 / sqrt((sum5 + 0.01 * sum3) * size) : 0.0;
 }
 
 static enum outcome dop853_prepare(struct system *s, double *scratch, double t, double h, const double *y, const double *dy,
                                    const double *y1, const double *dy1)
 {
-    const int size = 2 * s->n;
+    const int size = s->size;
     double *at = coefficient(scratch, size, DENSE_DEGREE);
     memcpy(stage(scratch, size, STAGES), dy1, size * sizeof *dy1);
     for (int i = STAGES + 1; i < DENSE_STAGES; i++) {
@@ -106,4 +130,5 @@ static void dop853_interpolate(const double *scratch, int size, double theta, do
     }
 }
 
-const struct method dop853 = {"dop853", 8, dop853_scratch, dop853_step, dop853_prepare, dop853_interpolate};
+const struct method dop853 = {"dop853", 8, dop853_scratch, dop853_step, dop853_estimates, dop853_measure,
+                              dop853_prepare, dop853_interpolate};

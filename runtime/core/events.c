@@ -22,7 +22,7 @@ struct search {
 static void look(struct search *search, double theta, double *gaps, double *rates)
 {
     const struct ccgen_model *m = search->s->model;
-    search->method->interpolate(search->steps, 2 * search->s->n, theta, search->y);
+    search->method->interpolate(search->steps, search->s->size, theta, search->y);
     if (gaps)
         m->gaps(search->s->k, search->y, gaps);
     if (rates)
@@ -106,7 +106,7 @@ struct event find_event(struct system *s, const struct method *method, const dou
 {
     const int contacts = s->model->contacts;
     struct event first = {-1, 2.0};
-    struct search search = {s, method, steps, scratch, scratch + 2 * s->n, slow};
+    struct search search = {s, method, steps, scratch, scratch + s->size, slow};
     double *gap_a = search.value + contacts, *rate_a = gap_a + contacts;
     double *gap_b = rate_a + contacts, *rate_b = gap_b + contacts;
     look(&search, 0.0, gap_a, rate_a);

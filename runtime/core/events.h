@@ -12,7 +12,7 @@ struct event {
 /* First event within the step that `method` has prepared: the gap of some contact is not positive and falling. Events are
  * one-sided: a gap that is closed but opening is none, and a gap that dips below zero and returns within the step is one.
  * A contact that is closed at the start of the step falls only if its rate is below -slow (m/s), or if it never opens.
- * `scratch` has 2 n + 5 contacts numbers. */
+ * `scratch` has size + 5 contacts numbers. */
 struct event find_event(struct system *s, const struct method *method, const double *steps, double slow,
                         double *scratch);
 

@@ -35,10 +35,8 @@ enum outcome impact(struct system *s, const double *q, const double *u_minus, in
         push[set[j]] = 1.0;
         m->contact_impulse(s->k, q, push, f);
         push[set[j]] = 0.0;
-        if (m->impulse(s->k, q, f, s->rows, column, s->multipliers)) {
-            outcome = OUTCOME_LOST_RANK;
+        if ((outcome = system_impulse(s, q, f, s->rows, NEAREST, column, s->multipliers)))
             goto end;
-        }
         m->gap_rates(s->k, q, column, rate);
         for (size_t i = 0; i < c; i++)
             W[i * c + j] = rate[set[i]];

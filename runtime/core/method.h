@@ -13,9 +13,13 @@ struct method {
     int order; /* of the solution that is carried on */
     /* numbers of scratch that a method needs for systems of `size` equations; the same scratch goes to all its calls */
     size_t (*scratch)(int size);
-    /* one step of length h from (t, y) with dy = derivative there: y1, and `error`, which is accepted up to 1 */
+    /* one step of length h from (t, y) with dy = derivative there: y1, and estimates of its error left in the scratch */
     enum outcome (*step)(struct system *s, double *scratch, double t, double h, const double *y, const double *dy,
-                         struct tolerance tolerance, double *y1, double *error);
+                         double *y1);
+    /* the step's estimates, `count` arrays one after another; who knows better may change them before they are measured */
+    double *(*estimates)(double *scratch, int size, int *count);
+    /* what the estimates amount to; accepted up to 1 */
+    double (*measure)(const double *scratch, int size, struct tolerance tolerance, const double *y, const double *y1);
     /* prepare interpolation over the step just taken, whose end has become (y1, dy1) */
     enum outcome (*prepare)(struct system *s, double *scratch, double t, double h, const double *y, const double *dy,
                             const double *y1, const double *dy1);

@@ -35,8 +35,11 @@ enum outcome project_position(struct system *s, double *q)
         before = miss;
         for (int i = 0; i < m->rows; i++)
             s->rows[i] = -s->rows[i];
-        if (!isfinite(miss) || m->impulse(s->k, q, s->zero, s->rows, s->jump, s->multipliers))
-            return isfinite(miss) ? OUTCOME_LOST_RANK : OUTCOME_NOT_FINITE;
+        if (!isfinite(miss))
+            return OUTCOME_NOT_FINITE;
+        const enum outcome outcome = system_impulse(s, q, s->zero, s->rows, NEAREST_PROJECTED, s->jump, s->multipliers);
+        if (outcome)
+            return outcome;
         for (int i = 0; i < s->n; i++)
             q[i] += s->jump[i];
     }
@@ -51,8 +54,9 @@ enum outcome project_velocity(struct system *s, const double *q, double *u)
     m->closure_rate(s->k, q, u, s->rows);
     for (int i = 0; i < m->rows; i++)
         s->rows[i] = -s->rows[i];
-    if (m->impulse(s->k, q, s->zero, s->rows, s->jump, s->multipliers))
-        return OUTCOME_LOST_RANK;
+    const enum outcome outcome = system_impulse(s, q, s->zero, s->rows, NEAREST_PROJECTED, s->jump, s->multipliers);
+    if (outcome)
+        return outcome;
     for (int i = 0; i < s->n; i++)
         u[i] += s->jump[i];
     return OUTCOME_DONE;

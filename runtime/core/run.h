@@ -23,6 +23,8 @@ struct run {
     /* asked for */
     double start, until;
     struct tolerance tolerance;
+    const double *stops; /* [stop_count] times that grow, at which steps end: the right side has kinks there */
+    size_t stop_count;
     double fixed_step; /* 0: steps chosen by the error estimate */
     long step_budget;
     const struct method *method;

@@ -1,0 +1,65 @@
+"""Pictures of the scenes of mechanisms (docs/mechanisms.md)."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ccgen.generator import generate, load_scene
+from ccgen.runtime import Model, driving_torque, load_model, simulate
+
+ROOT = Path(__file__).parents[2]
+IMAGES = ROOT / "docs" / "images"
+TRACES = {
+    "n-four-bar": (("upright_0.B",), 2.4),
+    "jansen-leg": (("shin.F",), 1.25),
+    "parallelogram": (("crank.B", "rocker.B"), 0.6),
+    "closed-pendulum": (("rod_3.B",), 1.6),
+    "flyer": (("body.T", "left_hand.B", "right_hand.B"), 1.2),
+    "four-bar": (("coupler.tip",), 0.7),
+}
+"""Points whose paths are drawn, and until when (s)."""
+
+
+def picture(name: str, folder: Path) -> None:
+    """Some poses of a run, later ones darker, and the paths of points."""
+    from matplotlib.figure import Figure
+
+    model = load_model(generate(load_scene(ROOT / "scenes" / f"{name}.toml"), folder))
+    points, until = TRACES[name]
+    run = simulate(model, until=until)
+    states = np.array([run.at(t)[0] for t in np.linspace(0.0, until, 400)])
+    figure = Figure(figsize=(4.2, 3.6), dpi=90, layout="constrained")
+    axes = figure.subplots()
+    for point in points:
+        axes.plot(*model.point(point, states).T, color="#d55e00", linewidth=0.9)
+    shown = states[np.linspace(0, 399, 6).astype(int)]
+    for index, q in enumerate(shown):
+        draw(axes, model, q, 0.15 + 0.75 * (index == len(shown) - 1))
+    axes.set_aspect("equal")
+    axes.set_title(f"{name}, 0 to {until:g} s", fontsize=9)
+    axes.tick_params(labelsize=7)
+    figure.savefig(IMAGES / f"{name}.png", metadata={"Software": None})
+
+
+def draw(axes: Any, model: Model, q: np.ndarray, strength: float) -> None:
+    """The links at ``q``: the outline of their named points."""
+    for k, (x, y, angle) in enumerate(model.poses(q)):
+        outline = model.outlines[k] @ np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+        corners = np.vstack([outline, outline[:1]]) + np.array([x, y])
+        axes.plot(*corners.T, color="#4477aa", alpha=strength, linewidth=1.6, marker="o", markersize=2)
+
+
+def main() -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        for name in TRACES:
+            picture(name, Path(folder))
+        leg = load_model(generate(load_scene(ROOT / "scenes" / "jansen-leg.toml"), folder))
+        driving_torque(leg, "axle", 1.0).plot(IMAGES / "jansen-leg-torque.png")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,136 @@
+"""What effects see of the moving mechanism: where points are, how they move, and angles between links.
+
+Distances between two points are summed along the tree from the link where their ways meet, so the position of a
+floating mechanism does not enter them and costs no digits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import sympy as sp
+
+from ..mechanism.joints import Joint, PointRef
+from ..mechanism.links import GROUND, Parameter
+from .kinematics import ZERO, Kinematics, Vector, add, dot, perp, scale, symbol
+
+TIME = sp.Symbol("t")
+
+
+@dataclass(frozen=True)
+class Force:
+    """A force (N, fixed axes) on a point of a link; on the ground it does nothing."""
+
+    point: PointRef
+    vector: Vector
+
+
+@dataclass(frozen=True)
+class Couple:
+    """A moment (N m, counter-clockwise) on a link; on the ground it does nothing."""
+
+    link: int
+    moment: sp.Expr
+
+
+class Motion:
+    """Positions, velocities and angles as expressions; :meth:`let` names what is used more than once."""
+
+    def __init__(self, kinematics: Kinematics, place: dict[int, Vector], velocity: dict[int, Vector]) -> None:
+        self.kinematics, self.place, self.velocity_of = kinematics, place, velocity
+        self.time = TIME
+
+    def let(self, name: str, expression: sp.Expr) -> sp.Expr:
+        """A named quantity of an effect."""
+        return self.kinematics.ledger.let(name, expression)
+
+    def let_vector(self, name: str, vector: Vector) -> Vector:
+        return self.kinematics.ledger.let_vector(name, vector)
+
+    def value(self, parameter: Parameter | None) -> sp.Expr:
+        """A parameter's symbol, zero for a structural zero."""
+        return symbol(parameter)
+
+    def input(self, name: str) -> sp.Expr:
+        """The value of an input, given at run time."""
+        return sp.Symbol(f"in_{name}")
+
+    def joint(self, index: int) -> Joint:
+        return self.kinematics.mechanism.joints[index]
+
+    def position(self, ref: PointRef) -> Vector:
+        """Where a point is (m)."""
+        base = ZERO if ref.link == GROUND else self.place[ref.link]
+        return add(base, self.kinematics.arm_to(ref))
+
+    def velocity(self, ref: PointRef) -> Vector:
+        """How fast a point moves (m/s)."""
+        if ref.link == GROUND:
+            return ZERO
+        return add(self.velocity_of[ref.link], self.kinematics.swing(ref.link, self.kinematics.arm_to(ref)))
+
+    def distance(self, start: PointRef, end: PointRef) -> Vector:
+        """The vector from one point to another (m)."""
+        if self.kinematics.topology.floating and GROUND in (start.link, end.link):
+            return add(self.position(end), scale(sp.S.NegativeOne, self.position(start)))
+        return self._along(start, end, lambda link, arm: arm)
+
+    def approach(self, start: PointRef, end: PointRef) -> Vector:
+        """The rate of :meth:`distance` (m/s)."""
+        if self.kinematics.topology.floating and GROUND in (start.link, end.link):
+            return add(self.velocity(end), scale(sp.S.NegativeOne, self.velocity(start)))
+        return self._along(start, end, lambda k, arm: ZERO if k == GROUND else self.kinematics.swing(k, arm))
+
+    def angle(self, link: int) -> sp.Expr:
+        """Angle of a link against the fixed axes (rad)."""
+        return sp.S.Zero if link == GROUND else self.kinematics.state.angle(link)
+
+    def rate(self, link: int) -> sp.Expr:
+        """Angular velocity of a link (rad/s)."""
+        return sp.S.Zero if link == GROUND else self.kinematics.state.rate(link)
+
+    def joint_angle(self, joint: Joint) -> sp.Expr:
+        """Angle of the second link against the first (rad)."""
+        return self.angle(joint.second.link) - self.angle(joint.first.link)
+
+    def joint_rate(self, joint: Joint) -> sp.Expr:
+        """Rate of :meth:`joint_angle` (rad/s)."""
+        return self.rate(joint.second.link) - self.rate(joint.first.link)
+
+    def _along(self, start: PointRef, end: PointRef, part: Callable[[int, Vector], Vector]) -> Vector:
+        """Contributions of the arms on the way from one point to the other, signed."""
+        topology = self.kinematics.topology
+        inwards = {end.link: topology.path(end.link), start.link: topology.path(start.link)}
+        meeting = next(link for link in inwards[end.link] if link in inwards[start.link])
+        terms = []
+        for ref, factor in ((start, -1), (end, 1)):
+            arm, link = self.kinematics.arm_to(ref), ref.link
+            while link != meeting:
+                terms.append(scale(sp.Integer(factor), part(link, arm)))
+                branch = topology.branch(link)
+                arm, link = self.kinematics.r[branch.parent, branch.joint], branch.parent
+            terms.append(scale(sp.Integer(factor), part(meeting, arm)))
+        return add(*terms)
+
+
+def gather(loads: list[Force | Couple], kinematics: Kinematics) -> dict[int, tuple[Vector, sp.Expr]]:
+    """Force and moment about the inboard point for every link that is loaded."""
+    result: dict[int, tuple[Vector, sp.Expr]] = {}
+    for load in loads:
+        link = load.point.link if isinstance(load, Force) else load.link
+        if link == GROUND:
+            continue
+        force, moment = result.get(link, (ZERO, sp.S.Zero))
+        if isinstance(load, Force):
+            arm = kinematics.arm_to(load.point)
+            result[link] = (add(force, load.vector), moment + dot(perp(arm), load.vector))
+        else:
+            result[link] = (force, moment + load.moment)
+    return {
+        link: (
+            kinematics.ledger.let_vector(f"load_{link}", force),
+            kinematics.ledger.let(f"moment_{link}", moment),
+        )
+        for link, (force, moment) in sorted(result.items())
+    }

@@ -1,0 +1,99 @@
+"""Force: an external force on a point of a link."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from pydantic import Field
+
+from ..mechanism.joints import PointRef
+from ..mechanism.links import GROUND, Parameter
+from ..mechanism.mechanism import Mechanism
+from .effect import Complain, Effect, Entry, Surroundings
+from .expressions import Law, Quantity, own_parameters, quantity, term
+from .points import find_point
+from .table import Name, Table
+
+if TYPE_CHECKING:
+    from sympy import Expr
+
+    from ..derive.kinematics import Vector
+    from ..derive.motion import Force as Load
+    from ..derive.motion import Motion
+
+Frame = Literal["fixed", "link"]
+FRAME = '"fixed" for fixed axes or "link" for axes that turn with the link'
+
+
+class ForceTable(Table):
+    """One ``[[force]]``."""
+
+    name: Name | None = Field(default=None, description="a name of letters, digits and _, beginning with a letter")
+    point: str = Field(description='the point it acts on, a joint or "link.point"')
+    vector: Annotated[list[Law], Field(min_length=2, max_length=2)] = Field(
+        description="the force [x, y] in N, numbers or expressions of t"
+    )
+    frame: Frame = Field(default="fixed", description=FRAME)
+
+
+@dataclass(frozen=True)
+class Force(Effect):
+    """A force (N) on a point: ``vector`` in fixed axes, or in axes that turn with the point's link."""
+
+    index: int
+    name: str
+    point: PointRef
+    vector: tuple[Quantity, Quantity]
+    frame: Frame
+
+    def parameters(self) -> tuple[Parameter, ...]:
+        return own_parameters(*self.vector)
+
+    def loads(self, motion: Motion) -> Sequence[Load]:
+        from ..derive.motion import Force as Load
+
+        return (Load(self.point, self._force(motion)),)
+
+    def power(self, motion: Motion) -> Expr:
+        """The force times the point's velocity."""
+        from ..derive.kinematics import dot
+
+        return dot(self._force(motion), motion.velocity(self.point))
+
+    def _force(self, motion: Motion) -> Vector:
+        name = f"force_{self.index}"
+        x, y = (term(part, motion, f"{name}_{axis}") for part, axis in zip(self.vector, "xy", strict=True))
+        if self.frame == "fixed":
+            return x, y
+        return motion.let_vector(f"turned_{name}", motion.kinematics.turn(self.point.link, (x, y)))
+
+
+def find_loaded(name: str, frame: str, mechanism: Mechanism) -> tuple[PointRef | None, str]:
+    """The point that a force acts on, or what is wrong with its name."""
+    ref, wrong = find_point(name, mechanism)
+    if ref is not None and ref.link == GROUND:
+        return None, "the ground does not move; choose a point of a link"
+    if ref is not None and frame == "link" and "." not in name:
+        return None, 'a joint has two links; write "link.point" to say whose axes are meant'
+    return ref, wrong
+
+
+def build(table: ForceTable, index: int, around: Surroundings, complain: Complain) -> Force | None:
+    """The record of a table, or ``None`` after having complained."""
+    ref, wrong = find_loaded(table.point, table.frame, around.mechanism)
+    if ref is None:
+        complain(("point",), f'found "{table.point}", expected a joint or link.point that moves; {wrong}')
+    name = table.name or f"force_{index}"
+    x, y = (
+        quantity(law, f"{name}.vector.{axis}", f"F_force_{index}_{axis}")
+        for law, axis in zip(table.vector, "xy", strict=True)
+    )
+    if x is None and y is None:
+        complain(("vector",), "found [0, 0], expected a force that is not zero; remove the table or change it")
+        return None
+    return Force(index, name, ref, (x, y), table.frame) if ref else None
+
+
+ENTRY = Entry("force", True, ForceTable, build)

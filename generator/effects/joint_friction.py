@@ -1,0 +1,132 @@
+"""Friction in joints: viscous, and dry friction smoothed about standstill."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from pydantic import Field
+
+from ..mechanism.links import Parameter
+from .effect import Complain, Effect, Entry, Surroundings
+from .points import find_joint
+from .table import Name, Positive, Table
+
+if TYPE_CHECKING:
+    from sympy import Expr
+
+    from ..derive.motion import Couple, Motion
+
+
+class FrictionTable(Table):
+    """One ``[[joint_friction]]``."""
+
+    name: Name | None = Field(default=None, description="a name of letters, digits and _, beginning with a letter")
+    joints: list[str] | None = Field(
+        default=None, min_length=1, description='a list of joints, such as ["joint_1", "joint_2"] (default: all)'
+    )
+    viscous: Positive | None = Field(default=None, description="the viscous friction in N m s/rad, a positive number")
+    dry: Positive | None = Field(default=None, description="the moment of dry friction in N m, a positive number")
+    rate: Positive | None = Field(
+        default=None, description="the rate about which dry friction changes its sign in rad/s, a positive number"
+    )
+
+
+RATE = 0.01
+"""Default of the rate (rad/s) at which smoothed dry friction has reached tanh 1 = 76 % of its moment."""
+
+
+@dataclass(frozen=True)
+class JointFriction(Effect):
+    """Resists the turning of joints (indices) with ``viscous`` · ω + ``dry`` · tanh(ω / ``rate``), each the same.
+
+    ``viscous`` is in N m s/rad, ``dry`` in N m; what is ``None`` is absent.
+    """
+
+    label: str
+    name: str
+    joints: tuple[int, ...]
+    viscous: Parameter | None
+    dry: Parameter | None
+    rate: Parameter | None
+
+    def parameters(self) -> tuple[Parameter, ...]:
+        return tuple(p for p in (self.viscous, self.dry, self.rate) if p is not None)
+
+    def loads(self, motion: Motion) -> Sequence[Couple]:
+        """The moment resists on the joint's second link, and drags the first along."""
+        from ..derive.motion import Couple
+
+        loads = []
+        for index in self.joints:
+            joint, moment = motion.joint(index), self._moment(motion, index)
+            loads += [Couple(joint.first.link, moment), Couple(joint.second.link, -moment)]
+        return loads
+
+    def power(self, motion: Motion) -> Expr:
+        """−ω (c ω + T tanh(ω/ω₀)) of every joint."""
+        power = motion.value(None)
+        for index in self.joints:
+            power -= self._slip(motion, index) * self._moment(motion, index)
+        return power
+
+    def _moment(self, motion: Motion, index: int) -> Expr:
+        from sympy import tanh
+
+        omega = self._slip(motion, index)
+        moment = motion.value(self.viscous) * omega
+        if self.dry:
+            moment += motion.value(self.dry) * tanh(omega / motion.value(self.rate))
+        return motion.let(f"moment_{self.label}_{index}", moment)
+
+    def _slip(self, motion: Motion, index: int) -> Expr:
+        return motion.let(f"slip_{self.label}_{index}", motion.joint_rate(motion.joint(index)))
+
+
+def build(table: FrictionTable, index: int, around: Surroundings, complain: Complain) -> JointFriction | None:
+    """The record of a table, or ``None`` after having complained."""
+    joints = _joints(table, around, complain)
+    if table.viscous is None and table.dry is None:
+        complain((), "found neither viscous nor dry friction, expected one of them or both; add one")
+        return None
+    if table.dry is None and table.rate is not None:
+        complain(("rate",), "found without dry friction, expected only with it; remove it or add dry")
+        return None
+    if joints is None:
+        return None
+    label = f"joint_friction_{index}"
+    name = table.name or label
+
+    def parameter(key: str, symbol: str, value: float | None) -> Parameter | None:
+        return Parameter(f"{name}.{key}", f"{symbol}_{label}", value) if value else None
+
+    return JointFriction(
+        label,
+        name,
+        joints,
+        parameter("viscous", "c", table.viscous),
+        parameter("dry", "T", table.dry),
+        parameter("rate", "w0", (table.rate or RATE) if table.dry else None),
+    )
+
+
+def _joints(table: FrictionTable, around: Surroundings, complain: Complain) -> tuple[int, ...] | None:
+    """Indices of the joints that rub: those listed, or all. ``None`` after a complaint."""
+    if table.joints is None:
+        if not around.mechanism.joints:
+            complain((), "found a mechanism without joints, expected at least one; remove the table")
+        return tuple(range(len(around.mechanism.joints))) or None
+    found = []
+    for at, name in enumerate(table.joints):
+        joint, wrong = find_joint(name, around.mechanism)
+        if name in table.joints[:at]:
+            joint, wrong = None, "it is listed twice; remove one of them"
+        if joint is None:
+            complain(("joints", at), f'found "{name}", expected a joint; {wrong}')
+        else:
+            found.append(joint)
+    return tuple(found) if len(found) == len(table.joints) else None
+
+
+ENTRY = Entry("joint_friction", True, FrictionTable, build)

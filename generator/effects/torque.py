@@ -1,0 +1,74 @@
+"""Torque: an external torque on a link."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from pydantic import Field
+
+from ..mechanism.links import Parameter
+from ..mechanism.mechanism import Mechanism
+from .effect import Complain, Effect, Entry, Surroundings
+from .expressions import Law, Quantity, own_parameters, quantity, term
+from .table import Name, Table
+
+if TYPE_CHECKING:
+    from sympy import Expr
+
+    from ..derive.motion import Couple, Motion
+
+
+class TorqueTable(Table):
+    """One ``[[torque]]``."""
+
+    name: Name | None = Field(default=None, description="a name of letters, digits and _, beginning with a letter")
+    link: str = Field(description="the name of the link it acts on")
+    torque: Law = Field(description="a torque in N m, a number or an expression of t")
+
+
+@dataclass(frozen=True)
+class Torque(Effect):
+    """A torque (N m, counter-clockwise) on a link, without reaction on another."""
+
+    index: int
+    name: str
+    link: int
+    torque: Quantity
+
+    def parameters(self) -> tuple[Parameter, ...]:
+        return own_parameters(self.torque)
+
+    def loads(self, motion: Motion) -> Sequence[Couple]:
+        from ..derive.motion import Couple
+
+        return (Couple(self.link, self._torque(motion)),)
+
+    def power(self, motion: Motion) -> Expr:
+        """The torque times the link's angular velocity."""
+        return self._torque(motion) * motion.rate(self.link)
+
+    def _torque(self, motion: Motion) -> Expr:
+        return term(self.torque, motion, f"torque_{self.index}")
+
+
+def find_link(name: str, mechanism: Mechanism) -> tuple[int | None, str]:
+    """The index of the link called ``name``, or what is wrong with the name."""
+    names = [link.name for link in mechanism.links]
+    if name not in names:
+        return None, f"the links are {', '.join(names)}"
+    return names.index(name), ""
+
+
+def build(table: TorqueTable, index: int, around: Surroundings, complain: Complain) -> Torque | None:
+    """The record of a table, or ``None`` after having complained."""
+    link, wrong = find_link(table.link, around.mechanism)
+    if link is None:
+        complain(("link",), f'found "{table.link}", expected a link that moves; {wrong}')
+    name = table.name or f"torque_{index}"
+    torque = quantity(table.torque, f"{name}.torque", f"tau_torque_{index}")
+    return Torque(index, name, link, torque) if link is not None else None
+
+
+ENTRY = Entry("torque", True, TorqueTable, build)

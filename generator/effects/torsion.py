@@ -1,0 +1,111 @@
+"""Torsion: a torsional spring and damper at a joint."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated
+
+from pydantic import BeforeValidator, Field
+
+from ..mechanism.links import Parameter
+from .effect import Complain, Effect, Entry, Surroundings
+from .points import find_joint
+from .table import Name, Positive, Table
+
+if TYPE_CHECKING:
+    from sympy import Expr
+
+    from ..derive.motion import Couple, Motion
+
+
+def _read_angle(value: object) -> object:
+    from ..scene.schema import read_angle
+
+    return read_angle(value)
+
+
+class TorsionTable(Table):
+    """One ``[[torsion]]``."""
+
+    name: Name | None = Field(default=None, description="a name of letters, digits and _, beginning with a letter")
+    joint: str = Field(description='the joint at which it acts, such as "joint_1"')
+    stiffness: Positive | None = Field(default=None, description="the stiffness in N m/rad, a positive number")
+    angle: Annotated[float, BeforeValidator(_read_angle)] = Field(
+        default=0.0, description='the joint\'s angle at rest in rad, or a text such as "30 deg"'
+    )
+    damping: Positive | None = Field(default=None, description="the damping in N m s/rad, a positive number")
+
+
+@dataclass(frozen=True)
+class Torsion(Effect):
+    """Turns joint ``joint`` (an index) back to ``angle`` (rad) with ``stiffness`` (N m/rad), and damps its turning.
+
+    What is ``None`` is absent; an angle that is ``None`` is zero.
+    """
+
+    label: str
+    name: str
+    joint: int
+    stiffness: Parameter | None
+    angle: Parameter | None
+    damping: Parameter | None
+
+    def parameters(self) -> tuple[Parameter, ...]:
+        return tuple(p for p in (self.stiffness, self.angle, self.damping) if p is not None)
+
+    def loads(self, motion: Motion) -> Sequence[Couple]:
+        """−k (φ − φ₀) − c dφ/dt on the joint's second link, the opposite on its first."""
+        from ..derive.motion import Couple
+
+        joint = motion.joint(self.joint)
+        moment = motion.value(self.stiffness) * self._twist(motion)
+        moment += motion.value(self.damping) * motion.joint_rate(joint)
+        moment = motion.let(f"moment_{self.label}", moment)
+        return Couple(joint.first.link, moment), Couple(joint.second.link, -moment)
+
+    def potential(self, motion: Motion) -> Expr:
+        """½ k (φ − φ₀)²."""
+        return motion.value(self.stiffness) * self._twist(motion) ** 2 / 2
+
+    def power(self, motion: Motion) -> Expr:
+        """−c (dφ/dt)²."""
+        return -motion.value(self.damping) * motion.joint_rate(motion.joint(self.joint)) ** 2
+
+    def _twist(self, motion: Motion) -> Expr:
+        if self.stiffness is None:
+            return motion.value(None)
+        angle = motion.joint_angle(motion.joint(self.joint)) - motion.value(self.angle)
+        return motion.let(f"twist_{self.label}", angle)
+
+
+def build(table: TorsionTable, index: int, around: Surroundings, complain: Complain) -> Torsion | None:
+    """The record of a table, or ``None`` after having complained."""
+    joint, wrong = find_joint(table.joint, around.mechanism)
+    if joint is None:
+        complain(("joint",), f'found "{table.joint}", expected a joint; {wrong}')
+    if table.stiffness is None and table.damping is None:
+        complain((), "found neither stiffness nor damping, expected one of them or both; add one")
+        return None
+    if table.stiffness is None and table.angle:
+        complain(("angle",), "found without stiffness, expected only with it; remove it or add a stiffness")
+        return None
+    if joint is None:
+        return None
+    label = f"torsion_{index}"
+    name = table.name or label
+
+    def parameter(key: str, symbol: str, value: float | None) -> Parameter | None:
+        return Parameter(f"{name}.{key}", f"{symbol}_{label}", value) if value else None
+
+    return Torsion(
+        label,
+        name,
+        joint,
+        parameter("stiffness", "k", table.stiffness),
+        parameter("angle", "phi", table.angle),
+        parameter("damping", "c", table.damping),
+    )
+
+
+ENTRY = Entry("torsion", True, TorsionTable, build)

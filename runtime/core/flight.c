@@ -1,0 +1,255 @@
+/* Flight: steps with their error estimates, the search for events, and landing on them. */
+#include "flight.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "events.h"
+
+static const double SAFETY = 0.9, LEAST_CHANGE = 0.2, LARGEST_CHANGE = 6.0;
+static const double EARLY = 0.05;           /* part of a step: events before it are looked for in a shorter step */
+static const double LONGEST_REBOUND = 10.0; /* times the flight before an impact: the first step tried after it */
+static const double REST_SPEED = 1e-10;     /* times length per second: a contact this slow does not bounce */
+enum {
+    SHORTER = 60,  /* shorter steps in search of an early event */
+    LANDINGS = 60, /* steps towards an event; three to five are usual */
+    TICK = 64      /* steps between looks at the outside world */
+};
+
+/* speed (m/s) below which a closed contact neither opens nor closes */
+double slow(const struct flight *f)
+{
+    return REST_SPEED * f->s->length;
+}
+
+enum outcome derive(struct flight *f)
+{
+    return system_derivative(f->s, f->t, f->y, f->dy);
+}
+
+/* First step size by comparing an Euler step with its derivative (Hairer, Norsett, Wanner 1993, section II.4). */
+static double first_step(struct flight *f)
+{
+    const int n = f->s->size;
+    const struct tolerance tol = f->run->tolerance;
+    double d0 = 0.0, d1 = 0.0, d2 = 0.0;
+    for (int i = 0; i < n; i++) {
+        const double scale = tol.atol + tol.rtol * fabs(f->y[i]);
+        d0 += (f->y[i] / scale) * (f->y[i] / scale);
+        d1 += (f->dy[i] / scale) * (f->dy[i] / scale);
+    }
+    d0 = sqrt(d0 / n);
+    d1 = sqrt(d1 / n);
+    const double least = 1e-12 * fmax(fabs(f->t), 1e-3);
+    const double h0 = d0 < 1e-5 || d1 < 1e-5 ? 1e-6 : fmax(0.01 * d0 / d1, least);
+    for (int i = 0; i < n; i++)
+        f->y1[i] = f->y[i] + h0 * f->dy[i];
+    if (system_derivative(f->s, f->t + h0, f->y1, f->dy1))
+        return h0;
+    for (int i = 0; i < n; i++) {
+        const double scale = tol.atol + tol.rtol * fabs(f->y[i]);
+        d2 += ((f->dy1[i] - f->dy[i]) / scale) * ((f->dy1[i] - f->dy[i]) / scale);
+    }
+    d2 = sqrt(d2 / n) / h0;
+    const double largest = fmax(d1, d2);
+    const double h1 = largest <= 1e-15 ? fmax(1e-6, 1e-3 * h0) : pow(0.01 / largest, 1.0 / f->run->method->order);
+    return h1 > least ? fmin(100.0 * h0, h1) : least;
+}
+
+/* Put the end of a step back onto the closure. */
+static enum outcome project_end(struct flight *f)
+{
+    const enum outcome outcome = project_position(f->s, f->y1);
+    return outcome ? outcome : project_velocity(f->s, f->y1, f->y1 + f->s->n);
+}
+
+/* Step of length h from (t, y) to y1, not projected yet. */
+static enum outcome raw_step(struct flight *f, double h)
+{
+    return f->run->method->step(f->s, f->scratch, f->t, h, f->y, f->dy, f->y1);
+}
+
+/* What the error of the step to y1 amounts to; accepted up to 1. An error that fails is measured again without its part
+ * across the closure, which projection removes: near a singular configuration that part is large and means nothing. */
+static enum outcome measure(struct flight *f, double *error)
+{
+    const struct method *method = f->run->method;
+    const int n = f->s->n, size = f->s->size, rows = f->s->model->rows;
+    *error = method->measure(f->scratch, size, f->run->tolerance, f->y, f->y1);
+    if (!rows || !(*error > 1.0 && isfinite(*error)))
+        return OUTCOME_DONE;
+    int count;
+    double *estimates = method->estimates(f->scratch, size, &count);
+    for (int i = 0; i < 2 * count; i++) { /* of the coordinates, then of the velocities */
+        const enum outcome outcome = project_velocity(f->s, f->y1, estimates + (size_t)(i / 2) * size + i % 2 * n);
+        if (outcome)
+            return outcome;
+    }
+    *error = method->measure(f->scratch, size, f->run->tolerance, f->y, f->y1);
+    return OUTCOME_DONE;
+}
+
+/* Step of length h, put back onto the closure whatever its error. */
+enum outcome plain_step(struct flight *f, double h)
+{
+    const enum outcome outcome = raw_step(f, h);
+    return outcome ? outcome : project_end(f);
+}
+
+/* Step until the error test passes; the step's length is in f->h before and after, `next` is the one to try then. */
+static enum outcome accepted_step(struct flight *f, double *next)
+{
+    struct run *run = f->run;
+    const double least = 16.0 * DBL_EPSILON * fmax(fabs(f->t), 1e-3);
+    int refused = 0;
+    for (;;) {
+        double error = 0.0;
+        enum outcome outcome = raw_step(f, f->h);
+        if (!outcome && run->fixed_step == 0.0)
+            outcome = measure(f, &error);
+        if (!outcome && error <= 1.0)
+            outcome = project_end(f);
+        if (!outcome && error <= 1.0) {
+            const double change = SAFETY * pow(fmax(error, 1e-12), -1.0 / run->method->order);
+            *next = f->h * fmin(fmax(change, LEAST_CHANGE), refused ? 1.0 : LARGEST_CHANGE);
+            run->steps++;
+            return OUTCOME_DONE;
+        }
+        if (outcome == OUTCOME_INTERRUPTED)
+            return outcome;
+        refused = 1;
+        run->rejected++;
+        const double change = outcome || !isfinite(error) ? LEAST_CHANGE : SAFETY * pow(error, -1.0 / run->method->order);
+        f->h *= fmax(change, LEAST_CHANGE);
+        if (f->h < least || run->fixed_step > 0.0)
+            return outcome ? outcome : OUTCOME_STEP_TOO_SMALL;
+    }
+}
+
+/* Prepare the dense output of the step just taken and look for its first event. An event early in a long step is looked for
+ * again in a shorter one, until it lies well inside: the dense output of a long step is too coarse for a short bounce. If a
+ * shorter step turns out to have no event, it stands as the step taken. */
+static enum outcome search_step(struct flight *f, struct event *event)
+{
+    for (int i = 0;; i++) {
+        enum outcome outcome = system_derivative(f->s, f->t + f->h, f->y1, f->dy1);
+        if (!outcome)
+            outcome = f->run->method->prepare(f->s, f->scratch, f->t, f->h, f->y, f->dy, f->y1, f->dy1);
+        if (outcome)
+            return outcome;
+        *event = find_event(f->s, f->run->method, f->scratch, slow(f), f->search);
+        const double shorter = 2.0 * event->theta * f->h;
+        if (event->contact < 0 || event->theta > EARLY || f->t + shorter <= f->t || i == SHORTER)
+            return OUTCOME_DONE;
+        f->h = shorter;
+        if ((outcome = plain_step(f, f->h)))
+            return outcome;
+    }
+}
+
+/* Step again from (t, y) so that the step ends at the event: Newton on the gap, kept inside the bracket of what is known.
+ * y1 is then the state at t + h, as accurate as any step's end. */
+static enum outcome land(struct flight *f, struct event event)
+{
+    const struct ccgen_model *m = f->s->model;
+    double h = event.theta * f->h, before = 0.0, behind = f->h;
+    for (int i = 0; f->t + h > f->t; i++) {
+        const enum outcome outcome = plain_step(f, h);
+        if (outcome)
+            return outcome;
+        m->gaps(f->s->k, f->y1, f->gaps);
+        m->gap_rates(f->s->k, f->y1, f->y1 + f->s->n, f->rates);
+        const double g = f->gaps[event.contact], rate = f->rates[event.contact];
+        const double resolution = DBL_EPSILON * fmax(f->t + h, f->h);
+        if (g > 0.0)
+            before = h;
+        else
+            behind = h;
+        double next = rate < 0.0 ? h - g / rate : h;
+        if (fabs(next - h) <= resolution || behind - before <= resolution || i == LANDINGS) {
+            f->h = h;
+            return OUTCOME_DONE;
+        }
+        h = next > before && next < behind ? next : 0.5 * (before + behind);
+    }
+    memcpy(f->y1, f->y, (size_t)f->s->size * sizeof *f->y); /* the event is where the step begins */
+    f->h = 0.0;
+    return OUTCOME_DONE;
+}
+
+/* Record the present state, unless it is the last row already. */
+int keep(struct flight *f)
+{
+    const struct record *r = &f->run->record;
+    const size_t width = f->s->size;
+    if (r->count && r->t[r->count - 1] == f->t && !memcmp(r->y + (r->count - 1) * width, f->y, width * sizeof *f->y))
+        return 0;
+    return append_row(&f->run->record, f->t, f->y, width);
+}
+
+/* The first time after t at which a step has to end */
+static double next_stop(const struct run *run, double t)
+{
+    size_t low = 0, high = run->stop_count; /* stops before low are not after t, those from high on are */
+    while (low < high) {
+        const size_t middle = low + (high - low) / 2;
+        if (run->stops[middle] <= t)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low < run->stop_count ? fmin(run->stops[low], run->until) : run->until;
+}
+
+/* Flight to the end of the run, or to the first event: *contact is then the one that triggers. */
+enum outcome fly(struct flight *f, int *contact)
+{
+    struct run *run = f->run;
+    const double since = f->t;
+    enum outcome outcome = derive(f);
+    *contact = -1;
+    if (!outcome && f->h <= 0.0)
+        f->h = run->fixed_step > 0.0 ? run->fixed_step : first_step(f);
+    double next = f->h;
+    while (!outcome && f->t < run->until) {
+        if (run->steps % TICK == 0 && run->tick && run->tick(run->context, f->t))
+            return OUTCOME_INTERRUPTED;
+        if (run->steps + run->rejected >= run->step_budget)
+            return OUTCOME_BUDGET;
+        const double wanted = run->fixed_step > 0.0 ? run->fixed_step : next;
+        const double stop = next_stop(run, f->t);
+        const int last = f->t + 1.01 * wanted >= stop;
+        const double whole = last ? stop - f->t : wanted;
+        f->h = whole;
+        if ((outcome = accepted_step(f, &next)))
+            break;
+        if (last && f->h == whole)
+            next = fmax(next, wanted);
+        struct event event = {-1, 0.0};
+        outcome = f->s->model->contacts ? search_step(f, &event)
+                                        : system_derivative(f->s, f->t + f->h, f->y1, f->dy1);
+        if (!outcome && event.contact >= 0) {
+            if ((outcome = land(f, event)))
+                break;
+            f->t += f->h;
+            memcpy(f->y, f->y1, (size_t)f->s->size * sizeof *f->y);
+            f->h = fmin(next, LONGEST_REBOUND * (f->t - since));
+            *contact = event.contact;
+            return OUTCOME_DONE;
+        }
+        if (outcome)
+            break;
+        f->t = last && f->h == whole ? stop : f->t + f->h;
+        double *swap = f->y;
+        f->y = f->y1;
+        f->y1 = swap;
+        swap = f->dy;
+        f->dy = f->dy1;
+        f->dy1 = swap;
+        if (keep(f))
+            return OUTCOME_NO_MEMORY;
+    }
+    f->h = next;
+    return outcome;
+}

@@ -1,0 +1,42 @@
+/* Flight: smooth motion, step by step, to the end of a run or to the first event. */
+#ifndef CCGEN_FLIGHT_H
+#define CCGEN_FLIGHT_H
+
+#include "run.h"
+
+/* How the impacts of one contact follow each other. */
+struct history {
+    double t, interval, ratio;
+    int count; /* impacts so far */
+    int alike; /* consecutive intervals that shrink by about the same ratio */
+};
+
+struct flight {
+    struct system *s;
+    struct run *run;
+    double *block; /* all numbers of the flight */
+    double t, h;
+    double *y, *dy, *y1, *dy1; /* state and derivative at t, and at the end of the step */
+    double *scratch;           /* of the method */
+    double *search;            /* of the event search */
+    double *gaps, *rates, *e, *P;
+    int *set;
+    struct history *history;
+};
+
+/* speed (m/s) below which a closed contact neither opens nor closes */
+double slow(const struct flight *f);
+
+/* dy at (t, y) */
+enum outcome derive(struct flight *f);
+
+/* step of length h from (t, y) to y1, put back onto the closure whatever its error */
+enum outcome plain_step(struct flight *f, double h);
+
+/* record the present state, unless it is the last row already; 0, or 1 when memory runs out */
+int keep(struct flight *f);
+
+/* flight to the end of the run, or to the first event: *contact is then the one that triggers, else -1 */
+enum outcome fly(struct flight *f, int *contact);
+
+#endif

@@ -1,0 +1,201 @@
+/* Motion under closure rows that are, or nearly are, dependent (docs/theory, section 8).
+ *
+ * Null-space method on the unreduced equations: an orthogonal factorisation with pivoting of A^T finds the rows that count;
+ * the part of the motion that they fix follows from them, the rest from the equations of motion projected onto their null
+ * space. A is never squared, so a row that almost depends on others costs digits in proportion to its distance from them,
+ * not to the square. Multipliers are those of least norm. (P. Businger, G. H. Golub, Numerische Mathematik 7, 1965;
+ * E. Bayo, J. Garcia de Jalon, Kinematic and Dynamic Simulation of Multibody Systems, 1994, section 5.2.)
+ */
+#include "robust.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Householder reflections that turn columns of g[columns][n] (stored column by column) into an upper triangle, the longest
+ * remaining column first when `order` is given; returns how many columns count: one nearer to the span of the others than
+ * `nearest` times the first one's length does not. Column k keeps its reflection's vector from
+ * entry k on, `diagonal` the triangle's diagonal, `beta` the reflections' factors. */
+static int reduce(int n, int columns, double *g, double nearest, double *diagonal, double *beta, int *order)
+{
+    const int most = n < columns ? n : columns;
+    double first = 0.0;
+    for (int k = 0; k < most; k++) {
+        int best = k;
+        double length = -1.0;
+        for (int j = k; j < (order ? columns : k + 1); j++) {
+            double sum = 0.0;
+            for (int i = k; i < n; i++)
+                sum += g[(size_t)j * n + i] * g[(size_t)j * n + i];
+            if (sum > length) {
+                length = sum;
+                best = j;
+            }
+        }
+        length = sqrt(length);
+        if (k == 0)
+            first = length;
+        if (!(length > nearest * first) || length == 0.0)
+            return k;
+        if (best != k) {
+            for (int i = 0; i < n; i++) {
+                const double swap = g[(size_t)k * n + i];
+                g[(size_t)k * n + i] = g[(size_t)best * n + i];
+                g[(size_t)best * n + i] = swap;
+            }
+            const int swap = order[k];
+            order[k] = order[best];
+            order[best] = swap;
+        }
+        double *v = g + (size_t)k * n;
+        diagonal[k] = v[k] > 0.0 ? -length : length;
+        v[k] -= diagonal[k];
+        double norm = 0.0;
+        for (int i = k; i < n; i++)
+            norm += v[i] * v[i];
+        beta[k] = 2.0 / norm;
+        for (int j = k + 1; j < columns; j++) {
+            double *w = g + (size_t)j * n, sum = 0.0;
+            for (int i = k; i < n; i++)
+                sum += v[i] * w[i];
+            for (int i = k; i < n; i++)
+                w[i] -= beta[k] * sum * v[i];
+        }
+    }
+    return most;
+}
+
+/* x <- Q x (backwards = 0) or Q^T x (backwards = 1) for the reflections of `reduce` */
+static void reflect(int n, int rank, const double *g, const double *beta, int transposed, double *x)
+{
+    for (int step = 0; step < rank; step++) {
+        const int k = transposed ? step : rank - 1 - step;
+        const double *v = g + (size_t)k * n;
+        double sum = 0.0;
+        for (int i = k; i < n; i++)
+            sum += v[i] * x[i];
+        for (int i = k; i < n; i++)
+            x[i] -= beta[k] * sum * v[i];
+    }
+}
+
+/* x <- T^-T x for the upper triangle left by `reduce` */
+static void forward(int n, int rank, const double *g, const double *diagonal, double *x)
+{
+    for (int k = 0; k < rank; k++) {
+        for (int i = 0; i < k; i++)
+            x[k] -= g[(size_t)k * n + i] * x[i];
+        x[k] /= diagonal[k];
+    }
+}
+
+/* Solve a x = x for symmetric positive definite a[m][m] by Cholesky, in place; 0, or 1 if it is not definite. */
+static int solve_definite(int m, double *a, double *x)
+{
+    for (int j = 0; j < m; j++)
+        for (int i = j; i < m; i++) {
+            double sum = a[(size_t)i * m + j];
+            for (int k = 0; k < j; k++)
+                sum -= a[(size_t)i * m + k] * a[(size_t)j * m + k];
+            if (i == j && !(sum > 0.0))
+                return 1;
+            a[(size_t)i * m + j] = i == j ? sqrt(sum) : sum / a[(size_t)j * m + j];
+        }
+    for (int i = 0; i < m; i++) {
+        for (int k = 0; k < i; k++)
+            x[i] -= a[(size_t)i * m + k] * x[k];
+        x[i] /= a[(size_t)i * m + i];
+    }
+    for (int i = m - 1; i >= 0; i--) {
+        for (int k = i + 1; k < m; k++)
+            x[i] -= a[(size_t)k * m + i] * x[k];
+        x[i] /= a[(size_t)i * m + i];
+    }
+    return 0;
+}
+
+/* Least-norm multipliers with A^T lambda = force: a second factorisation, of the triangle's rows. */
+static void least_norm(int n, int rows, int rank, const double *g, const double *diagonal, const int *order,
+                       const double *length, const double *beta, double *force, double *work, double *lambda)
+{
+    double *rows_of = work, *d = rows_of + (size_t)rows * rank, *b = d + rank, *x = b + rank;
+    reflect(n, rank, g, beta, 1, force);
+    for (int k = 0; k < rank; k++)
+        for (int j = 0; j < rows; j++) {
+            const double entry = j < k ? 0.0 : j == k ? diagonal[k] : g[(size_t)j * n + k];
+            rows_of[(size_t)k * rows + order[j]] = entry * length[order[j]];
+        }
+    memset(lambda, 0, rows * sizeof *lambda);
+    memcpy(x, force, rank * sizeof *x);
+    const int kept = reduce(rows, rank, rows_of, 0.0, d, b, NULL);
+    forward(rows, kept, rows_of, d, x);
+    memcpy(lambda, x, kept * sizeof *lambda);
+    reflect(rows, kept, rows_of, b, 0, lambda);
+}
+
+enum outcome solve_dependent(const struct system *s, const double *q, const double *y, double nearest, affine *residual,
+                             const void *context, double *x, double *lambda)
+{
+    const struct ccgen_model *m = s->model;
+    const size_t n = s->n, rows = m->rows;
+    double *work = malloc((2 * rows * n + rows * rows + 6 * rows + 2 * n * n + 4 * n) * sizeof *work);
+    int *order = malloc(rows * sizeof *order);
+    enum outcome outcome = OUTCOME_NO_MEMORY;
+    if (!work || !order)
+        goto end;
+    double *g = work, *diagonal = g + rows * n, *beta = diagonal + rows, *length = beta + rows;
+    double *null = length + rows, *mass = null + n * n, *b = mass + n * n, *p = b + n, *more = p + n;
+    m->closure_jacobian(s->k, q, g); /* rows of A are the columns of A^T */
+    for (size_t j = 0; j < rows; j++) {
+        double sum = 0.0;
+        for (size_t i = 0; i < n; i++)
+            sum += g[j * n + i] * g[j * n + i];
+        length[j] = sqrt(sum);
+        order[j] = (int)j;
+    }
+    for (size_t j = 0; j + 1 < rows; j += 2) /* both rows of a cut joint by the longer: one that vanishes must be seen */
+        length[j] = length[j + 1] = fmax(fmax(length[j], length[j + 1]), DBL_MIN);
+    for (size_t j = 0; j < rows; j++)
+        for (size_t i = 0; i < n; i++)
+            g[j * n + i] /= length[j];
+    const int rank = reduce((int)n, (int)rows, g, nearest, diagonal, beta, order);
+    const size_t free_ = n - rank;
+    memset(x, 0, n * sizeof *x);
+    for (int k = 0; k < rank; k++)
+        x[k] = y[order[k]] / length[order[k]];
+    forward((int)n, rank, g, diagonal, x);
+    reflect((int)n, rank, g, beta, 0, x);
+    residual(s, q, context, x, b);
+    for (size_t j = 0; j < free_; j++) {
+        double *column = null + j * n;
+        memset(column, 0, n * sizeof *column);
+        column[rank + j] = 1.0;
+        reflect((int)n, rank, g, beta, 0, column);
+        m->momentum(s->k, q, column, p);
+        for (size_t i = 0; i <= j; i++) {
+            double sum = 0.0;
+            for (size_t l = 0; l < n; l++)
+                sum += null[i * n + l] * p[l];
+            mass[i * free_ + j] = mass[j * free_ + i] = sum;
+        }
+    }
+    for (size_t j = 0; j < free_; j++) {
+        more[j] = 0.0;
+        for (size_t l = 0; l < n; l++)
+            more[j] -= null[j * n + l] * b[l];
+    }
+    outcome = OUTCOME_NOT_FINITE;
+    if (solve_definite((int)free_, mass, more))
+        goto end;
+    for (size_t j = 0; j < free_; j++)
+        for (size_t l = 0; l < n; l++)
+            x[l] += more[j] * null[j * n + l];
+    residual(s, q, context, x, b);
+    least_norm((int)n, (int)rows, rank, g, diagonal, order, length, beta, b, more + n, lambda);
+    outcome = OUTCOME_DONE;
+end:
+    free(order);
+    free(work);
+    return outcome;
+}

@@ -1,0 +1,15 @@
+/* The path taken where closure rows lose rank; see robust.c. */
+#ifndef CCGEN_ROBUST_H
+#define CCGEN_ROBUST_H
+
+#include "core.h"
+
+/* out[n] = M x + (terms that do not depend on x): what A^T lambda must balance */
+typedef void affine(const struct system *s, const double *q, const void *context, const double *x, double *out);
+
+/* x[n] and lambda[rows] of least norm with A x = y (on the rows that count) and residual(x) = A^T lambda. A row nearer to
+ * the span of the others than `nearest`, relative to its joint's rows, does not count. */
+enum outcome solve_dependent(const struct system *s, const double *q, const double *y, double nearest, affine *residual,
+                             const void *context, double *x, double *lambda);
+
+#endif

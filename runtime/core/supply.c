@@ -1,0 +1,28 @@
+/* Inputs from a table. */
+#include "core.h"
+
+int supply_from_table(void *context, double t, const double *q, const double *u, double *inputs)
+{
+    struct table *table = context;
+    const size_t last = table->count - 1;
+    size_t low = table->row;
+    (void)q;
+    (void)u;
+    if (low >= last || t < table->t[low] || t >= table->t[low + 1]) { /* another interval: bisection */
+        size_t high = last;
+        low = 0;
+        while (high > low + 1) {
+            const size_t middle = low + (high - low) / 2;
+            if (t < table->t[middle])
+                high = middle;
+            else
+                low = middle;
+        }
+        table->row = low;
+    }
+    const double *a = table->values + low * table->width, *b = low < last ? a + table->width : a;
+    const double length = low < last ? table->t[low + 1] - table->t[low] : 1.0, part = (t - table->t[low]) / length;
+    for (int i = 0; i < table->width; i++)
+        inputs[i] = part <= 0.0 ? a[i] : part >= 1.0 ? b[i] : a[i] + part * (b[i] - a[i]);
+    return 0;
+}

@@ -1,0 +1,233 @@
+"""Inverse dynamics, the torque of a crank, equilibrium and momenta against closed forms and the dense reference."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from ccgen.generator import SceneError, load_scene
+from ccgen.runtime import driving_torque, inverse_dynamics, momentum, simulate, static_equilibrium
+
+from .conftest import Workshop
+from .oracles import maximal, scenes
+from .test_cli import ccgen
+
+SCENES = Path(__file__).parents[1] / "scenes"
+HINGED = 'name = "hinged"\n[chain]\nlinks = 1\nhinged = true\nlength = 2.0\nmass = 3.0\n[gravity]\ng = 9.81\n'
+
+
+def shown(name: str, workshop: Workshop) -> Any:
+    return workshop.model(load_scene(SCENES / f"{name}.toml"))
+
+
+# -- inverse dynamics --------------------------------------------------------------------------------------------------
+
+
+def test_torque_of_a_rod(workshop: Workshop) -> None:
+    model = workshop.model(HINGED)
+    found = inverse_dynamics(model, [0.3], [2.0], [5.0], ["joint_0"])
+    assert found == pytest.approx([3.0 * 4.0 / 3.0 * 5.0 + 3.0 * 9.81 * np.cos(0.3)], rel=1e-13)
+    batch = inverse_dynamics(model, [[0.3], [0.4]], [[2.0], [0.0]], [[5.0], [0.0]], ["joint_0"])
+    assert batch.shape == (2, 1)
+    assert batch[0] == pytest.approx(found, rel=1e-14)
+
+
+def test_no_torque_where_the_motion_is_free(workshop: Workshop) -> None:
+    for name, joint in (("four-bar", "motor"), ("jansen-leg", "axle")):
+        model = shown(name, workshop)
+        q, u = model.start()
+        free = inverse_dynamics(model, q, u, model.acceleration(q, u), [joint])
+        assert np.abs(free[0]) <= 1e-9 * driving_torque(model, joint, 1.0, 4).torque.max()
+
+
+def test_surplus_joints_share_the_work_with_the_least_sum_of_squares(workshop: Workshop) -> None:
+    model = shown("four-bar", workshop)
+    q, u = model.start()
+    still = model.acceleration(q, 0 * u)
+    bias = model.kernels.of_state("closure_bias", q[None], u[None])[0]
+    u_dot = still + np.linalg.lstsq(model.jacobian(q), -bias - model.jacobian(q) @ still, rcond=None)[0]
+    alone = inverse_dynamics(model, q, u, u_dot, ["motor"])[0]
+    joints = ["motor", "pivot"]
+    shared = inverse_dynamics(model, q, u, u_dot, joints)
+    crank, rocker = u[0], u[2]
+    assert shared[0] * crank + shared[1] * rocker == pytest.approx(alone * crank, rel=1e-9)
+    assert np.sum(shared**2) <= alone**2
+    assert shared[0] * rocker == pytest.approx(shared[1] * crank, rel=1e-9)
+
+
+def test_torques_that_cannot_give_the_motion_are_refused(workshop: Workshop) -> None:
+    model = shown("flyer", workshop)
+    q, u = model.start()
+    with pytest.raises(
+        ValueError, match=r"torques at left_elbow cannot give this motion.*name more joints \(9 degrees"
+    ):
+        inverse_dynamics(model, q, u, np.ones(len(u)), ["left_elbow"])
+    model = shown("four-bar", workshop)
+    q, u = model.start()
+    with pytest.raises(ValueError, match=r"u_dot: state 0 opens a loop at .* m/s²"):
+        inverse_dynamics(model, q, u, np.ones(3), ["motor"])
+    with pytest.raises(ValueError, match=r"found 'nothing', expected some of: motor"):
+        inverse_dynamics(model, q, u, np.zeros(3), ["nothing"])
+    for wrong in ("motor", [], ["motor", "motor"]):
+        with pytest.raises(ValueError, match="expected a list of joints"):
+            inverse_dynamics(model, q, u, np.zeros(3), wrong)
+
+
+# -- the torque of a crank ---------------------------------------------------------------------------------------------
+
+
+def test_torque_of_a_turning_rod(workshop: Workshop) -> None:
+    turn = driving_torque(workshop.model(HINGED), "joint_0", -2.0, 90)
+    assert turn.angle[1] - turn.angle[0] == pytest.approx(-np.radians(4.0))
+    assert np.allclose(turn.torque, 3.0 * 9.81 * np.cos(turn.angle), rtol=0, atol=1e-11)
+    assert abs(turn.peak) == pytest.approx(29.43)
+
+
+@pytest.mark.parametrize(("name", "joint"), [("four-bar", "motor"), ("jansen-leg", "axle")])
+def test_torque_over_a_turn_balances_the_energy(name: str, joint: str, workshop: Workshop, tmp_path: Path) -> None:
+    """Its work between any two angles is the change of energy; none is left after a turn. Inverse dynamics agrees."""
+    model = shown(name, workshop)
+    turn = driving_torque(model, joint, 3.0, 720)
+    assert np.max(np.abs(model.closure(turn.q))) <= 1e-12 * model.length
+    assert abs(turn.mean) <= 1e-9 * abs(turn.peak)
+    energy = np.sum(model.energy(turn.q, turn.u), axis=0)
+    slope = np.gradient(np.concatenate([energy[-3:], energy, energy[:3]]), 2.0 * np.pi / 720)[3:-3]
+    assert np.max(np.abs(slope - turn.torque)) <= 2e-3 * abs(turn.peak)
+    again = inverse_dynamics(model, turn.q, turn.u, turn.u_dot, [joint])[:, 0]
+    assert np.max(np.abs(again - turn.torque)) <= 1e-11 * abs(turn.peak)
+    turn.plot(tmp_path / "torque.png")
+    assert (tmp_path / "torque.png").read_bytes().startswith(b"\x89PNG")
+    with pytest.raises(ValueError, match=r"saved as \.png"):
+        turn.plot(tmp_path / "torque.pdf")
+
+
+def test_torque_at_change_points_is_the_limit(workshop: Workshop) -> None:
+    """A parallelogram's crank from 60°: the samples at 180° and 360° are change points."""
+    turn = driving_torque(shown("parallelogram", workshop), "motor", 3.0, 360)
+    assert np.max(np.abs(turn.torque - 9.81 * 2.5 * np.cos(turn.angle))) <= 1e-6
+    assert np.max(np.abs(turn.q[:, 1])) <= 1e-9
+
+
+def test_cranks_that_do_not_turn_are_refused(workshop: Workshop) -> None:
+    with pytest.raises(ValueError, match="pivot cannot be turned right round: it comes to a stop after"):
+        driving_torque(shown("four-bar", workshop), "pivot", 1.0)
+    with pytest.raises(ValueError, match=r"its angle does not determine the motion here.*found 9"):
+        driving_torque(shown("flyer", workshop), "tail_root", 1.0)
+    model = shown("four-bar", workshop)
+    for rate in (0.0, np.inf):
+        with pytest.raises(ValueError, match="expected a finite number other than zero"):
+            driving_torque(model, "motor", rate)
+    with pytest.raises(ValueError, match="expected at least 2"):
+        driving_torque(model, "motor", 1.0, 1)
+
+
+# -- equilibrium -------------------------------------------------------------------------------------------------------
+
+
+def test_a_rod_hangs_or_stands(workshop: Workshop) -> None:
+    model = workshop.model(HINGED)
+    hanging = static_equilibrium(model)
+    assert hanging.stability == "stable"
+    assert np.sin(hanging.q[0]) == pytest.approx(-1.0, abs=1e-14)
+    assert hanging.stiffness == pytest.approx([29.43], rel=1e-8)
+    assert hanging.reactions[0] == pytest.approx([0.0, 29.43, 0.0], abs=1e-8)
+    standing = static_equilibrium(model, [1.4], nearest=True)
+    assert standing.stability == "unstable"
+    assert standing.q[0] == pytest.approx(np.pi / 2.0, abs=1e-10)
+    assert static_equilibrium(model, [np.pi / 2.0]).stability == "stable"
+    held = static_equilibrium(model, torques={"joint_0": 14.715})
+    assert held.stability == "stable"
+    assert np.cos(held.q[0]) == pytest.approx(0.5, abs=1e-9)
+    with pytest.raises(ValueError, match="no equilibrium found from here"):
+        static_equilibrium(model, torques={"joint_0": 40.0})
+
+
+@pytest.mark.parametrize("name", ["four-bar", "jansen-leg", "parallelogram", "n-four-bar"])
+def test_equilibria_do_not_accelerate(name: str, workshop: Workshop) -> None:
+    model = shown(name, workshop)
+    for nearest in (False, True):
+        found = static_equilibrium(model, nearest=nearest)
+        assert found.residual <= 1e-10
+        assert np.max(np.abs(model.closure(found.q))) <= 1e-12 * model.length
+        rest = np.zeros(len(found.q))
+        assert np.max(np.abs(model.acceleration(found.q, rest))) <= 1e-8 * 9.81 / model.length
+        assert np.allclose(
+            model.reactions(found.q, rest), found.reactions, rtol=1e-7, atol=1e-7 * found.reactions.max()
+        )
+        if not nearest:
+            assert found.stability == "stable"
+            q, u = model.project(found.q + 1e-3, rest)
+            run = simulate(model, q, u, until=2.0, rtol=1e-8)
+            assert np.max(np.abs(run.q - found.q)) <= 0.05
+
+
+def test_a_necklace_hangs_folded(workshop: Workshop) -> None:
+    """Its lowest configuration is a flattened loop, where closure rows are dependent."""
+    found = static_equilibrium(shown("closed-pendulum", workshop))
+    assert found.stability == "stable"
+    assert np.allclose(np.sin(found.q[:4]), -1.0, atol=1e-6) and np.allclose(np.sin(found.q[4:]), 1.0, atol=1e-6)
+
+
+def test_a_falling_mechanism_has_no_equilibrium(workshop: Workshop) -> None:
+    with pytest.raises(ValueError, match="a mechanism that falls freely has none"):
+        static_equilibrium(shown("flyer", workshop))
+    free = workshop.model('name = "free"\n[chain]\nlinks = 2\n')
+    assert static_equilibrium(free).stability == "indifferent"
+
+
+# -- momentum ----------------------------------------------------------------------------------------------------------
+
+
+def test_momenta_are_those_of_the_bodies(workshop: Workshop) -> None:
+    model = shown("flyer", workshop)
+    system = scenes.read_system(SCENES / "flyer.toml")
+    q, u = model.start()
+    found = momentum(model, q, u)
+    poses, velocities = model.poses(q), model.velocities(q, u)
+    linear = maximal.momenta(system, poses, velocities)
+    assert found[:2] == pytest.approx(linear[:2], rel=1e-13)
+    centre = system.mass @ (poses[:, :2] + maximal.turned(poses[:, 2], system.com)) / system.mass.sum()
+    x, y = np.asarray(centre, float) - poses[model.links.index(model.root), :2]
+    assert found[2:].sum() == pytest.approx(linear[2] + x * linear[1] - y * linear[0], rel=1e-12)
+    assert found @ u / 2.0 == pytest.approx(model.energy(q, u)[0], rel=1e-13)
+    assert momentum(model, q[None], u[None]).shape == (1, len(u))
+
+
+# -- command line ------------------------------------------------------------------------------------------------------
+
+
+def test_commands_print_torque_and_equilibrium(tmp_path: Path) -> None:
+    scene = str(SCENES / "four-bar.toml")
+    done = ccgen("torque", scene, "motor", "--rate", "3", "--plot", "torque.png", at=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "mean" in done.stdout and "written: torque.png" in done.stdout
+    assert (tmp_path / "torque.png").read_bytes().startswith(b"\x89PNG")
+    done = ccgen("equilibrium", scene, at=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "four-bar: stable equilibrium; stiffnesses: " in done.stdout
+    done = ccgen("torque", scene, "pivot", at=tmp_path)
+    assert done.returncode == 2
+    assert "ccgen: pivot cannot be turned right round" in done.stderr
+    done = ccgen("equilibrium", str(SCENES / "flyer.toml"), at=tmp_path)
+    assert done.returncode == 2
+    assert "a mechanism that falls freely has none" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("text", "fault"),
+    [
+        ("count = 0", "four_bars.count: found 0, expected the number of four-bars, a whole number from 1 to 600"),
+        ("count = 1.5", "four_bars.count: found 1.5, expected the number of four-bars"),
+        ("", "four_bars.count: missing, expected the number of four-bars"),
+        ("count = 2\nmass = -1", "four_bars.mass: found -1, expected the mass of every link in kg"),
+        ("count = 2\nlinks = 3", "four_bars.links: found an unknown key, expected one of count, length, mass"),
+        ("count = 2\nlength = 1e-200", "four_bars: found rods of inertia 0"),
+    ],
+)
+def test_faults_of_four_bars_are_named(text: str, fault: str, workshop: Workshop) -> None:
+    with pytest.raises(SceneError) as caught:
+        workshop.scene(f'name = "row"\n[four_bars]\n{text}\n')
+    assert fault in str(caught.value)
