@@ -9,7 +9,6 @@ Array = NDArray[np.float64]
 OUTCOMES: tuple[str, ...]
 
 def methods() -> tuple[str, ...]: ...
-def method_order(name: str) -> int: ...
 
 class Supply:
     error: BaseException | None

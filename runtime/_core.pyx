@@ -132,11 +132,6 @@ def methods():
     return tuple(names)
 
 
-def method_order(str name):
-    """Order of the method called ``name``."""
-    return find_method(name.encode()).order
-
-
 cdef class _Ticker:
     """What a long run does now and then: look for Ctrl-C, and tell how far it is."""
 

@@ -205,7 +205,7 @@ class Model:
         """Velocities u⁺ (nu,) and normal impulses (k,) in N s when ``contacts`` strike together (theory, section 5).
 
         ``contacts`` are (point, ground) names; ``restitution`` is a number or one per contact, else the grounds' own.
-        Raises ``ValueError`` for unknown or repeated contacts and where the closure rows lose rank.
+        Raises ``ValueError`` for unknown or repeated contacts.
         """
         chosen = [self._contact(contact) for contact in contacts]
         if len(set(chosen)) != len(chosen) or not chosen:

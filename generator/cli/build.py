@@ -51,7 +51,10 @@ class Standard:
                 return pinned(self.links, self.gravity)
             return chain(self.links, self.hinged, self.gravity) if self.open else loop(self.links, self.gravity)
         except SceneError as error:
-            fail("\n".join(f"--links {self.links}: {fault.message}" for fault in error.faults))
+            text = "\n".join(f"--links {self.links}: {fault.message}" for fault in error.faults)
+            for table, option in (("[loop]", "a loop"), ("[pinned]", "--pinned"), ("[chain]", "--open")):
+                text = text.replace(table, option)
+            fail(text)
 
 
 def build(standard: Standard, scene_file: Path | None, out: Path) -> None:

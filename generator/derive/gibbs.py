@@ -96,7 +96,7 @@ class Recursion:
         if link != GROUND:
             self._own_terms(link, form)
         for branch in self.kinematics.topology.outboard(link):
-            self._carry(link, branch.joint, self.forms[branch.link], branch.link, form)
+            self._carry(link, branch.joint, self.forms[branch.link], form)
         for cut in self.kinematics.topology.cuts:
             for side, factor in ((cut.first, -1), (cut.second, 1)):
                 if side.link == link:
@@ -160,7 +160,7 @@ class Recursion:
             found |= {A_X: self.impulses[0], A_Y: self.impulses[1]}
         return found
 
-    def _carry(self, link: int, joint: int, child: Form, child_link: int, form: Form) -> None:
+    def _carry(self, link: int, joint: int, child: Form, form: Form) -> None:
         """Add V_child(a + α r⊥ − ω² r): the chain rule with the derivatives of the joint's acceleration (eq. 7)."""
         r, cr = self.kinematics.r[link, joint], self.kinematics.cr[link, joint]
         name = f"{place(link)}_{joint}"

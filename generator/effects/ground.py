@@ -14,6 +14,7 @@ from ..mechanism.joints import PointRef
 from ..mechanism.links import Parameter, Point
 from ..mechanism.mechanism import Mechanism
 from .effect import Complain, Contact, Effect, Entry, Level, Place, Plane, Surroundings
+from .points import find_point
 from .table import Name, Pair, Table
 
 if TYPE_CHECKING:
@@ -123,7 +124,7 @@ def _contacts(table: GroundTable, around: Surroundings, complain: Complain) -> t
         return around.contacts or None
     found = []
     for index, name in enumerate(table.contacts):
-        ref, wrong = _find(name, around.mechanism)
+        ref, wrong = _moving_point(name, around.mechanism)
         if name in table.contacts[:index]:
             wrong = "it is listed twice; remove one of them"
         if ref is None or wrong:
@@ -133,25 +134,13 @@ def _contacts(table: GroundTable, around: Surroundings, complain: Complain) -> t
     return tuple(found) if len(found) == len(table.contacts) else None
 
 
-def _find(name: str, mechanism: Mechanism) -> tuple[PointRef | None, str]:
-    """The point called ``name``, or what is wrong with the name."""
-    for joint in mechanism.joints:
-        if joint.name == name:
-            if joint.on_ground:
-                return None, f"{name} is fixed on the ground; leave it out"
-            return joint.first, ""
-    owner, dot, point = name.partition(".")
-    names = [link.name for link in mechanism.links]
-    if owner == "ground" and dot:
+def _moving_point(name: str, mechanism: Mechanism) -> tuple[PointRef | None, str]:
+    """The point called ``name`` if it can touch something, or what is wrong with the name."""
+    if name.startswith("ground."):
         return None, "points of the ground do not move; leave it out"
-    if not dot:
-        return None, f"the joints are {', '.join(j.name for j in mechanism.joints) or 'none'}"
-    if owner not in names:
-        return None, f"the links are {', '.join(names)}"
-    ref = PointRef(names.index(owner), point)
-    if point not in mechanism.links[ref.link].points:
-        return None, f"{owner} has the points {', '.join(mechanism.links[ref.link].points)}"
-    return ref, ""
+    if any(joint.name == name and joint.on_ground for joint in mechanism.joints):
+        return None, f"{name} is fixed on the ground; leave it out"
+    return find_point(name, mechanism)
 
 
 ENTRY = Entry("ground", True, GroundTable, build)
