@@ -2,6 +2,7 @@
 
 PYTHON ?= python3
 ARGS ?=
+COUNT ?= 1000
 
 VENV := .venv
 BIN := $(VENV)/bin
@@ -14,16 +15,18 @@ LOOP := --links 6
 PINNED := --links 3 --pinned
 FRESH := build/listings
 
-.PHONY: help hexagon test lint types diff golden benchmarks clean
+.PHONY: help hexagon test fuzz-mechanisms lint types diff golden benchmarks formulations clean
 
 help:
 	@echo "make hexagon     simulate the falling hexagon and draw it"
 	@echo "make test        run the tests; ARGS=\"-k impact\" goes to pytest"
+	@echo "make fuzz-mechanisms  random mechanisms against the dense reference, COUNT=1000"
 	@echo "make lint        ruff"
 	@echo "make types       mypy --strict"
 	@echo "make diff        compare the equations derived now with tests/golden"
 	@echo "make golden      write tests/golden anew"
 	@echo "make benchmarks  time derivation, compilation and evaluation"
+	@echo "make formulations  compare with other formulations, into docs/formulations.md"
 	@echo "make clean       remove what was made: .venv build results .cache"
 	@echo "PYTHON=python3.12 make ... chooses the Python that .venv is made from"
 
@@ -37,6 +40,9 @@ hexagon: $(VENV)/ccgen
 
 test: $(VENV)/test
 	@$(BIN)/python -m pytest $(ARGS)
+
+fuzz-mechanisms: $(VENV)/test
+	@CCGEN_MECHANISMS=$(COUNT) $(BIN)/python -m pytest tests/test_random_mechanisms.py $(ARGS)
 
 lint: $(VENV)/dev
 	@$(BIN)/ruff check --output-format concise .
@@ -65,6 +71,9 @@ golden: $(VENV)/ccgen
 benchmarks: $(VENV)/peers
 	@$(BIN)/python benchmarks/forward_dynamics.py
 	@$(BIN)/python benchmarks/build_time.py
+
+formulations: $(VENV)/peers
+	@$(BIN)/python benchmarks/formulations.py --write
 
 clean:
 	rm -rf $(VENV) build results .cache .pytest_cache .hypothesis .mypy_cache .ruff_cache *.egg-info

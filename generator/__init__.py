@@ -3,11 +3,13 @@
 from .emit.cache import OutputError
 from .emit.compiler import CompileError
 from .pipeline import generate
+from .program.errors import FoldError
 from .scene import Scene, SceneError, chain, load_scene, loop, pinned
 from .version import VERSION as __version__
 
 __all__ = [
     "CompileError",
+    "FoldError",
     "OutputError",
     "Scene",
     "SceneError",

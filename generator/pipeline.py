@@ -3,6 +3,7 @@
 stage     module              input → output
 tree      mechanism.topology  Mechanism → Topology (virtual open chain and cut joints)
 derive    derive.derivation   Mechanism, Topology, effects → Equations (named assignments)
+fold      program.fold        Equations → Equations with numbers for parameters, where that is asked for
 lower     program.program     Equations → Program (one function per kernel)
 write     emit                Equations, Program → equations.txt, model.c, _binding.pyx, package data
 compile   emit.compiler       sources → extension module
@@ -27,13 +28,18 @@ if TYPE_CHECKING:
     from .derive.equations import Equations
     from .emit.render import Banner
     from .mechanism.topology import Topology
+    from .program.prices import Price
 
 Progress = Callable[[str], None]
 
 
-def generate(scene: Scene, out: str | PathLike[str] = "build", progress: Progress | None = None) -> Path:
+def generate(
+    scene: Scene, out: str | PathLike[str] = "build", progress: Progress | None = None, *, fold: bool = False
+) -> Path:
     """Derive, write and compile the model of ``scene``, or find it in the cache; returns ``out/<package>``.
 
+    With ``fold`` the values of its parameters stand in the code as numbers and cannot be changed later; values that
+    leave no finite number then raise ``FoldError``.
     ``progress`` is told each stage's name as it begins. Raises ``CompileError`` (no working compiler) and
     ``OutputError`` (a folder that cannot be written); nothing is left half written.
     """
@@ -41,36 +47,71 @@ def generate(scene: Scene, out: str | PathLike[str] = "build", progress: Progres
         raise TypeError(f"scene: found {type(scene).__name__}, expected a Scene; read a file with load_scene(path)")
     tell = progress or (lambda stage: None)
     compiler = find_compiler()
-    key = key_of(scene.canonical(), compiler.version, *compiler.command, *compiler.flags())
+    identity = _identity(scene, fold)
+    key = key_of(identity, compiler.version, *compiler.command, *compiler.flags())
     target = Path(out) / scene.package
     if not is_current(target, key):
         tell("look in the cache")
-        fetch_or_build(key, target, lambda folder: _build(scene, compiler, folder, tell))
+        fetch_or_build(key, target, lambda folder: _build(scene, fold, compiler, folder, tell))
     return target
 
 
-def derive_scene(scene: Scene) -> tuple[Topology, Equations]:
-    """The first two stages: the virtual open chain, and all equations."""
+def derive_scene(scene: Scene, fold: bool = False) -> tuple[Topology, Equations]:
+    """The first stages: the virtual open chain, and all equations, with numbers for the parameters if ``fold``."""
     from .derive.derivation import derive
     from .mechanism.topology import span
 
-    topology = span(scene.mechanism)
-    return topology, derive(scene.mechanism, topology, scene.effects)
+    topology = span(scene.mechanism, scene.driven)
+    equations = derive(scene.mechanism, topology, scene.effects)
+    if fold:
+        from .program.fold import fold as folded
+
+        equations = folded(equations)
+    return topology, equations
 
 
-def listing(scene: Scene) -> str:
+def listing(scene: Scene, fold: bool = False) -> str:
     """The text of ``equations.txt``; needs no compiler."""
     from .emit.listing import name_index, write_listing
 
-    topology, equations = derive_scene(scene)
+    topology, equations = derive_scene(scene, fold)
     return write_listing(scene.name, equations, name_index(scene, topology))
 
 
-def _build(scene: Scene, compiler: Compiler, folder: Path, tell: Progress) -> None:
+def prices(scene: Scene, fold: bool = False, equations: Equations | None = None) -> tuple[Price, ...]:
+    """What each effect of ``scene`` adds in operations, found by deriving the scene without it; needs no compiler.
+
+    ``equations`` are those of the scene itself, where they are at hand.
+    """
+    from .program.prices import Price, added
+    from .program.program import lower
+
+    program = lower(equations or derive_scene(scene, fold)[1])
+    return tuple(
+        Price(effect.title, effect.parameters(), added(program, lower(derive_scene(scene.without(index), fold)[1])))
+        for index, effect in enumerate(scene.effects)
+    )
+
+
+def fold_price(scene: Scene) -> Price:
+    """What folding adds in operations: what it saves is negative."""
+    from .program.prices import Price, added
+    from .program.program import lower
+
+    folded, plain = (lower(derive_scene(scene, fold)[1]) for fold in (True, False))
+    return Price("folding", (), added(folded, plain))
+
+
+def _identity(scene: Scene, fold: bool) -> str:
+    """What tells one model from all others."""
+    return scene.canonical() + ("\nfolded" if fold else "")
+
+
+def _build(scene: Scene, fold: bool, compiler: Compiler, folder: Path, tell: Progress) -> None:
     """Write and compile everything into an empty folder."""
     from .emit.render import Banner, render_binding, render_package
 
-    hash_ = hashlib.sha256(scene.canonical().encode()).hexdigest()[:16]
+    hash_ = hashlib.sha256(_identity(scene, fold).encode()).hexdigest()[:16]
     banner = Banner(scene.name, scene.package, VERSION, hash_)
     (folder / "_binding.pyx").write_text(render_binding(banner))
     extension = extension_module(hash_)
@@ -79,7 +120,7 @@ def _build(scene: Scene, compiler: Compiler, folder: Path, tell: Progress) -> No
         (folder / header).write_bytes((runtime_folder() / header).read_bytes())
     with ThreadPoolExecutor(1) as beside:
         binding = beside.submit(cythonize, folder, extension)
-        _write_model(scene, banner, folder, tell)
+        _write_model(scene, banner, folder, tell, fold)
         tell("compile")
         binding.result()
     compile_model(compiler, folder, extension)
@@ -87,31 +128,36 @@ def _build(scene: Scene, compiler: Compiler, folder: Path, tell: Progress) -> No
     (folder / "build.json").write_text(json.dumps(record, indent=1) + "\n")
 
 
-def _write_model(scene: Scene, banner: Banner, folder: Path, tell: Progress) -> None:
+def _write_model(scene: Scene, banner: Banner, folder: Path, tell: Progress, fold: bool = False) -> None:
     """The stages from the tree to the sources."""
     tell("derive")
-    topology, equations = derive_scene(scene)
+    topology, equations = derive_scene(scene, fold)
     tell("write")
-    from .emit.data import model_data, point_names
+    from .emit.data import driven_coordinates, model_data, point_names
     from .emit.listing import name_index, write_listing
     from .emit.render import Sizes, render_c
     from .program.program import lower
 
     program, mechanism = lower(equations), scene.mechanism
     index = name_index(scene, topology)
+    driven = driven_coordinates(equations.state, topology, scene.driven)
     sizes = Sizes(
         nq=len(equations.state.q),
         nu=len(equations.state.u),
-        rows=2 * len(topology.cuts),
+        base=equations.state.base,
+        rows=len(topology.rows),
         links=len(mechanism.links),
         joints=len(mechanism.joints),
         points=len(point_names(mechanism)),
         contacts=len(equations.contacts),
         parameters=len(program.parameters),
         constants=len(program.parameters) + len(program.constants),
+        drives=len(driven) // 2,
         inputs=sum(len(effect.inputs()) for effect in scene.effects),
     )
     data = model_data(scene, topology, equations, banner.hash)
     (folder / "equations.txt").write_text(write_listing(scene.name, equations, index))
-    (folder / "model.c").write_text(render_c(banner, program, sizes, topology.root, index))
+    (folder / "model.c").write_text(
+        render_c(banner, program, sizes, {"partner": topology.partners, "driven": driven}, topology.root, index)
+    )
     (folder / "model.json").write_text(json.dumps(data, indent=1) + "\n")

@@ -19,7 +19,7 @@ cdef extern from "model.h":
         int version
         const char *name
         const char *hash
-        int nq, nu, rows, links, joints, points, contacts, parameters, constants, inputs
+        int nq, nu, base, rows, links, joints, points, contacts, parameters, constants, inputs, drives
         void (*derive_constants)(const double *p, double *k) noexcept nogil
         int (*acceleration)(const double *k, const double *q, const double *u, double t, const double *inputs,
                             double *u_dot, double *lambda_) noexcept nogil
@@ -32,7 +32,7 @@ cdef extern from "model.h":
         void (*inverse_dynamics)(const double *k, const double *q, const double *u, double t, const double *inputs,
                                  const double *u_dot, double *f) noexcept nogil
         void (*power)(const double *k, const double *q, const double *u, double t, const double *inputs,
-                      double *power) noexcept nogil
+                      const double *u_dot, const double *lambda_, double *power) noexcept nogil
         void (*restitution)(const double *k, double *e) noexcept nogil
 
 cdef extern from "core/core.h":
@@ -279,6 +279,22 @@ cdef class Kernels:
         for i in range(b):
             outcomes.append(OUTCOMES[system_acceleration(&s, t, &q[i, 0], &u[i, 0], &out[i, 0], &rows[i, 0])])
         return np.asarray(out), np.asarray(rows)[:, : self.m.rows], outcomes
+
+    def repeat_acceleration(self, const double[::1] t, const double[:, ::1] q, const double[:, ::1] u, long calls):
+        """Evaluate the acceleration ``calls`` times, cycling through the states, without the GIL: for timing."""
+        cdef Py_ssize_t state = 0, b = q.shape[0]
+        cdef long i
+        cdef double[::1] out = np.empty(self.m.nu), rows = np.empty(self.m.rows + 1)
+        cdef double *found = &out[0]
+        cdef double *multipliers = &rows[0]
+        cdef const double *k = &self.k[0]
+        cdef const double *inputs = &self.inputs[0]
+        if not b or t.shape[0] != b or u.shape[0] != b:
+            raise ValueError(f"found {t.shape[0]}, {b} and {u.shape[0]} times, q and u, expected equally many, at least 1")
+        with nogil:
+            for i in range(calls):
+                self.m.acceleration(k, &q[state, 0], &u[state, 0], t[state], inputs, found, multipliers)
+                state = state + 1 if state + 1 < b else 0
 
     def impulse(self, const double[:, ::1] q, const double[:, ::1] f, const double[:, ::1] y):
         """Jumps du (b, n), impulses (b, rows) for generalized impulses f (b, n), closure rates y (b, rows + 1); outcomes."""

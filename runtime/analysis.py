@@ -45,8 +45,9 @@ def inverse_dynamics(
     """Torques (joints,) in N m at the named joints that give the motion ``u_dot``; a batch gives (b, joints).
 
     They act on each joint's second link against its first, beside the loads of the model. More joints than degrees of
-    freedom share the work with the least sum of squares. Raises ``ValueError`` when ``u_dot`` opens a loop, or when no
-    torques at these joints produce it, saying how much is missing.
+    freedom share the work with the least sum of squares. At a driven joint that is named the torque stands for its
+    drive; drives of others take what ``u_dot`` asks of them. Raises ``ValueError`` when ``u_dot`` opens a loop, or when
+    no torques at these joints produce it, saying how much is missing.
     """
     drives = drive_columns(model, joints)
     states, single = model._state(q, u)
@@ -71,23 +72,32 @@ def inverse_dynamics(
 
 
 def drive_columns(model: Model, joints: Sequence[str]) -> FloatArray:
-    """Generalized forces B (nu, joints) of unit torques at ``joints``, each named once."""
+    """Generalized forces B (nu, joints) of unit torques at ``joints``, each named once; of unit forces along the lines
+    of those that slide."""
     if isinstance(joints, str) or not joints or len(set(joints)) != len(joints):
         raise ValueError(f"joints: found {joints!r}, expected a list of joints, at least one and each once")
-    first = len(model.u_names) - len(model.links)
+    coordinates = [(kind, of) for kind, of in model.data["coordinates"]]
     columns = np.zeros((len(model.u_names), len(joints)))
     for column, name in enumerate(joints):
         if name not in model.joints:
             raise ValueError(f"joints: found {name!r}, expected some of: {', '.join(model.joints)}")
+        if name in model.data["lines"] and ("slide", name) in coordinates:
+            columns[coordinates.index(("slide", name)), column] = 1.0
+            continue
+        if name in model.data["lines"]:
+            raise ValueError(
+                f"joints: found {name!r}, a sliding joint whose length is no coordinate; name another joint"
+            )
         for link, sign in zip(model.data["between"][model.joints.index(name)], (-1.0, 1.0), strict=True):
-            if link >= 0:
-                columns[first + link, column] = sign
+            leader = -1 if link < 0 else model.data["leaders"][link]
+            if leader >= 0:
+                columns[coordinates.index(("angle", leader)), column] += sign
     return columns
 
 
 def _torques(model: Model, q: FloatArray, force: FloatArray, drives: FloatArray, joints: Sequence[str]) -> FloatArray:
     """Least torques that leave nothing of ``force`` along the motions that the loops allow."""
-    motions = free_motions(model, q)
+    motions = free_motions(model, q, joints)
     wanted, reach = motions.T @ force, motions.T @ drives
     torques = np.linalg.lstsq(reach, wanted, rcond=RANK)[0]
     missing = float(np.linalg.norm(wanted - reach @ torques))
@@ -99,9 +109,13 @@ def _torques(model: Model, q: FloatArray, force: FloatArray, drives: FloatArray,
     return np.asarray(torques, dtype=float)
 
 
-def free_motions(model: Model, q: FloatArray) -> FloatArray:
-    """Orthonormal basis Z (nu, freedoms) of the velocities that hold the loops shut."""
-    rows = model.jacobian(q)
+def free_motions(model: Model, q: FloatArray, released: Sequence[str] = ()) -> FloatArray:
+    """Orthonormal basis Z (nu, freedoms) of the velocities that hold the loops shut and driven joints still.
+
+    Drives of joints that are ``released`` do not count.
+    """
+    held = [drive["joint"] not in released for drive in model.data["drives"]]
+    rows = np.vstack([model.jacobian(q), model.drive_rows()[held] * model.length])
     if not rows.size:
         return np.eye(len(model.u_names))
     _, values, right = np.linalg.svd(rows)

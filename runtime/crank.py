@@ -91,7 +91,15 @@ def driving_torque(
     torque is a limit, the mean of two near neighbours stands. Loads are those at t = 0. Raises ``ValueError`` where the
     joint does not determine the motion, or cannot be turned right round.
     """
+    if joint in model.data["lines"]:
+        raise ValueError(f"joint: found {joint}, which slides along a line, expected a joint that turns; name another")
     drive = drive_columns(model, [joint])[:, 0]
+    others = [one["joint"] for one in model.data["drives"] if one["joint"] != joint]
+    if others:
+        raise ValueError(
+            f"joint: found {joint} beside driven {', '.join(others)}, expected no other joint whose motion is given; "
+            f"name {others[0]}, or leave out its [[drive]]"
+        )
     if not np.isfinite(rate) or rate == 0.0:
         raise ValueError(f"rate: found {rate}, expected a finite number other than zero")
     if samples < 2:

@@ -50,11 +50,15 @@ def static_equilibrium(
 ) -> Equilibrium:
     """An equilibrium under the loads of ``model`` at t = 0 and constant ``torques`` (N m) at joints, from ``q``.
 
+    Driven joints are held where they are in ``q``, by the moment (the force along the line) of their reactions.
     The search begins at the scene's start unless ``q`` is given, and goes downhill to a stable equilibrium; with
     ``nearest`` it goes to a near one, stable or not. Raises ``ValueError`` where it finds none, as for a mechanism that
     falls freely.
     """
     given = dict(torques or {})
+    for drive in model.data["drives"]:
+        if drive["joint"] in given:
+            raise ValueError(f"torques: found {drive['joint']}, which a drive holds, expected joints that are free")
     held = np.zeros(len(model.u_names))
     if given:
         held = drive_columns(model, list(given)) @ np.array(list(given.values()), dtype=float)
@@ -63,7 +67,7 @@ def static_equilibrium(
     first = model.start()[0] if q is None else model.assemble(q)
     if np.ndim(first) != 1:
         raise ValueError(f"q: found shape {np.shape(first)}, expected one configuration ({len(model.q_names)},)")
-    statics = _Statics(model, held)
+    statics = _Statics(model, held, first, given)
     found = _search(statics, first, nearest)
     values: FloatArray = np.asarray(np.linalg.eigvalsh(statics.stiffness(found)), dtype=float)
     smallest = FLAT * max(float(np.max(np.abs(values), initial=0.0)), statics.scale(found))
@@ -120,10 +124,15 @@ def _downhill(statics: _Statics, q: FloatArray, step: FloatArray) -> FloatArray 
 
 @dataclass(frozen=True)
 class _Statics:
-    """Generalized forces at rest, ``held`` (nu,) being those of the torques."""
+    """Generalized forces at rest, ``held`` (nu,) being those of the torques.
+
+    Driven joints are where they are in ``first`` (nq,).
+    """
 
     model: Model
     held: FloatArray
+    first: FloatArray
+    torques: Mapping[str, float]
 
     def force(self, q: FloatArray) -> FloatArray:
         """Gradient of the potential less the torques: what holding still would take, (nu,)."""
@@ -147,7 +156,10 @@ class _Statics:
         return float(np.max(np.abs(self._change(q)), initial=0.0))
 
     def _change(self, q: FloatArray) -> FloatArray:
-        """Derivative of the force by q (nu, nq), the multipliers that hold the loops shut kept."""
+        """Derivative of the force by q (nu, nq), the multipliers that hold the loops shut kept.
+
+        What holds driven joints has constant rows and drops out.
+        """
         multipliers = self.multipliers(q)
         columns = []
         for k in range(len(q)):
@@ -160,9 +172,18 @@ class _Statics:
         return np.array(columns).T
 
     def multipliers(self, q: FloatArray) -> FloatArray:
-        """Closure multipliers of least norm that hold the loads, (rows,)."""
-        rows = self.model.jacobian(q)
-        return np.asarray(np.linalg.lstsq(rows.T, self.force(q), rcond=1e-12)[0] if rows.size else np.zeros(len(rows)))
+        """Closure multipliers of least norm that hold the loads beside the drives, (rows,)."""
+        rows, count = self._rows(q), len(self.model.rows)
+        return np.asarray(np.linalg.lstsq(rows.T, self.force(q), rcond=1e-12)[0][:count] if count else np.zeros(0))
+
+    def _rows(self, q: FloatArray) -> FloatArray:
+        """The closure's rows, then those of the driven joints as lengths, (rows + drives, nu)."""
+        return np.vstack([self.model.jacobian(q), self.model.drive_rows() * self.model.length])
+
+    def _miss(self, q: FloatArray) -> FloatArray:
+        """By how much loops are open and driven joints have moved, (rows + drives,) in m."""
+        moved = self.model.drive_rows() @ (q - self.first)
+        return np.append(self.model.closure(q), moved * self.model.length)
 
     def stiffness(self, q: FloatArray) -> FloatArray:
         """Reduced Hessian over orthonormal free motions (freedoms, freedoms)."""
@@ -177,14 +198,44 @@ class _Statics:
         """A closed configuration near ``q``, by smallest steps; ``None`` where there is none."""
         size = self.model.length
         for _ in range(60):
-            miss = self.model.closure(q)
+            miss = self._miss(q)
             if np.max(np.abs(miss), initial=0.0) <= 1e-14 * size * len(q):
                 return q
-            q = q - np.linalg.lstsq(self.model.jacobian(q), miss, rcond=1e-12)[0]
-        return q if np.max(np.abs(self.model.closure(q))) <= 1e-12 * size * len(q) else None
+            q = q - np.linalg.lstsq(self._rows(q), miss, rcond=1e-12)[0]
+        return q if np.max(np.abs(self._miss(q))) <= 1e-12 * size * len(q) else None
 
     def reactions(self, q: FloatArray) -> FloatArray:
         """Force and moment per joint on its outboard link, (joints, 3)."""
         rest, rows = np.zeros((1, len(q))), np.append(self.multipliers(q), 0.0)[None]
         found = self.model.kernels.reactions(q[None], rest, 0.0, rest, np.ascontiguousarray(rows))
-        return np.asarray(found.reshape(-1, 3), dtype=float)
+        forces = np.array(found, dtype=float).reshape(-1, 3)
+        if self.torques:
+            forces[:, 2] -= self._torques_carried()
+        return forces
+
+    def _torques_carried(self) -> FloatArray:
+        """Per joint (joints,) the part of its moment that the torques give: they act on links, beside the loads.
+
+        A tree joint whose links do not turn freely against each other carries what acts on its outboard link, and on
+        what such joints hang on that.
+        """
+        data, model = self.model.data, self.model
+        couples = np.zeros(len(model.links) + 1)  # the last one is the ground's
+        for name, torque in self.torques.items():
+            if name not in data["lines"]:
+                first, second = data["between"][model.joints.index(name)]
+                couples[first] -= torque
+                couples[second] += torque
+        driven = [drive["joint"] for drive in data["drives"]]
+        held = [name for name, line in data["lines"].items() if line["angle"] is not None]
+        stiff = {}
+        for index, name in enumerate(model.joints):
+            if name in (*driven, *held) and name not in model.cuts:
+                outboard = model.links.index(model.outboard[index])
+                (inboard,) = (link for link in data["between"][index] if link != outboard)
+                stiff[index] = (inboard, outboard)
+
+        def carried(link: int) -> float:
+            return float(couples[link]) + sum(carried(out) for inward, out in stiff.values() if inward == link)
+
+        return np.array([carried(stiff[k][1]) if k in stiff else 0.0 for k in range(len(model.joints))])

@@ -5,7 +5,8 @@
  * by its return value, so all may be called from several threads at once.
  *
  * Sizes:   nq = nu     coordinates q and quasi-velocities u, u = dq/dt
- *          rows        closure rows, two per cut joint
+ *          base        coordinates of the floating root's place, which come first; link angles and slides follow
+ *          rows        closure rows, two per cut pin and one per cut joint that slides
  *          constants   numbers that the kernels read: derived from the parameters by `constants` once per parameter set
  *          contacts    (point, ground) pairs; where it is 0 the four contact functions are NULL
  *
@@ -16,7 +17,7 @@
 #ifndef CCGEN_MODEL_H
 #define CCGEN_MODEL_H
 
-#define CCGEN_CONTRACT_VERSION 2
+#define CCGEN_CONTRACT_VERSION 3
 
 /* k[constants] from parameters p[parameters] */
 typedef void ccgen_constants(const double *p, double *k);
@@ -37,8 +38,13 @@ typedef void ccgen_reactions(const double *k, const double *q, const double *u, 
 typedef void ccgen_inverse_dynamics(const double *k, const double *q, const double *u, double t, const double *inputs,
                                     const double *u_dot, double *f);
 
-/* power[1] (W) of the effects that have no potential; NULL where there are none */
-typedef void ccgen_power(const double *k, const double *q, const double *u, double t, const double *inputs, double *power);
+/* power[1] (W) of the effects that have no potential, of driven joints too; NULL where there are none. From u_dot[nu] and
+ * lambda[rows] that belong to the state */
+typedef void ccgen_power(const double *k, const double *q, const double *u, double t, const double *inputs,
+                         const double *u_dot, const double *lambda, double *power);
+
+/* relative[drives] (rad/s^2 or m/s^2): prescribed accelerations of the driven joints */
+typedef void ccgen_prescribed(const double *k, double t, double *relative);
 
 /* functions of the configuration alone: out[...] from q[nq] */
 typedef void ccgen_of_q(const double *k, const double *q, double *out);
@@ -56,7 +62,9 @@ struct ccgen_model {
     int version; /* CCGEN_CONTRACT_VERSION; checked when the model is loaded */
     const char *name;
     const char *hash; /* of the canonical scene; must match the package's data */
-    int nq, nu, rows, links, joints, points, contacts, parameters, constants, inputs;
+    int nq, nu, base, rows, links, joints, points, contacts, parameters, constants, inputs, drives;
+    const int *partner; /* [rows]: the other row of the same cut pin, or the row itself */
+    const int *driven;  /* [drives][2]: coordinate of a driven joint, and the one that it is measured from or -1 */
     ccgen_constants *derive_constants;
     ccgen_acceleration *acceleration;
     ccgen_impulse *impulse;
@@ -68,6 +76,7 @@ struct ccgen_model {
     ccgen_of_state *momentum;         /* M u [nu] of the open chain */
     ccgen_inverse_dynamics *inverse_dynamics;
     ccgen_power *power;
+    ccgen_prescribed *prescribed;
     ccgen_of_q *poses;                /* [links][3]: x, y (m) of the link's frame, angle (rad) */
     ccgen_of_state *velocities;       /* [links][3]: velocity of the frame's origin (m/s), angular velocity (rad/s) */
     ccgen_of_q *point_positions;             /* [points][2], m: joints first, then each link's named points */

@@ -18,6 +18,7 @@ from ._core import Kernels
 from .assemble import nearest_closed
 from .frames import FloatArray
 from .inputs import Values, read_values
+from .lines import Lines
 from .parameters import Parameters
 
 UNPROJECTED = {
@@ -77,16 +78,19 @@ class Model:
         self.u_names = tuple(data["u_names"])
         self.inputs = tuple(data["inputs"])
         self.cuts = tuple(data["cuts"])
+        self.rows = tuple(data["rows"])
         self.outboard = tuple(data["outboard"])
         self.root: str = data["root"]
+        self.folded: bool = data.get("folded", False)
         self.contacts: tuple[tuple[str, str], ...] = tuple((point, ground) for point, ground in data["contacts"])
-        self._parameters = Parameters(dict(data["parameters"]) | dict(values or {}), self._rebuild)
+        folded = self.name if self.folded else ""
+        self._parameters = Parameters(dict(data["parameters"]) | dict(values or {}), self._rebuild, folded)
         self._rebuild()
         if self.kernels.hash != data["hash"]:
             raise ImportError(f"the code and the data of {self.name} are of different scenes; generate the model again")
 
     def _rebuild(self) -> None:
-        values = np.array(list(self._parameters.values()), dtype=float)
+        values = np.array([] if self.folded else list(self._parameters.values()), dtype=float)
         kernels = Kernels(self._descriptor, values, self.length)
         if not np.all(np.isfinite(kernels.constants)):
             raise ValueError(
@@ -119,10 +123,31 @@ class Model:
 
     @property
     def dof(self) -> int:
-        """Degrees of freedom at the scene's start: number of quasi-velocities less the rank of the closure."""
+        """Degrees of freedom at the scene's start: quasi-velocities less the rank of the closure and driven joints."""
         jacobian = self.jacobian(self._read_off(np.array(self.data["start"]["poses"], dtype=float)))
-        rank = int(np.linalg.matrix_rank(jacobian, tol=1e-9 * self.length)) if self.cuts else 0
+        rows = np.vstack([jacobian, self.drive_rows() * self.length])
+        rank = int(np.linalg.matrix_rank(rows, tol=1e-9 * self.length)) if len(rows) else 0
         return len(self.u_names) - rank
+
+    def drive_rows(self) -> FloatArray:
+        """Derivatives (drives, nu) of the driven joints' speeds by u."""
+        from .analysis import drive_columns
+
+        joints = [drive["joint"] for drive in self.data["drives"]]
+        return drive_columns(self, joints).T if joints else np.zeros((0, len(self.u_names)))
+
+    def drive_speeds(self) -> FloatArray:
+        """Prescribed speeds (drives,) at t = 0 in rad/s, or m/s along a line."""
+        speeds = [drive["speed"] for drive in self.data["drives"]]
+        return np.array([self._parameters[s] if isinstance(s, str) else s for s in speeds], dtype=float)
+
+    def drive_misses(self, q: FloatArray) -> FloatArray:
+        """How far driven joints (drives,) are from where they are to be at t = 0 (rad or m); 0 where that is open."""
+        missing = []
+        for drive, row in zip(self.data["drives"], self.drive_rows(), strict=True):
+            miss = 0.0 if drive["position"] is None else float(row @ q) - drive["position"]
+            missing.append(miss if drive["slides"] else np.remainder(miss + np.pi, 2.0 * np.pi) - np.pi)
+        return np.array(missing, dtype=float)
 
     @property
     def outlines(self) -> tuple[FloatArray, ...]:
@@ -158,7 +183,7 @@ class Model:
         return self._accelerations(q, u, t, inputs)[0]
 
     def multipliers(self, q: ArrayLike, u: ArrayLike, t: float = 0.0, inputs: Values | None = None) -> FloatArray:
-        """Closure multipliers (rows,): force on the second side of each cut joint, N."""
+        """Closure multipliers (rows,): force on the second side of each cut joint, in the rows' directions, N."""
         return self._accelerations(q, u, t, inputs)[1]
 
     def reactions(self, q: ArrayLike, u: ArrayLike, t: float = 0.0, inputs: Values | None = None) -> FloatArray:
@@ -245,18 +270,19 @@ class Model:
         return found[0] if single else found
 
     def point(self, name: str, q: ArrayLike) -> FloatArray:
-        """Position (2,) in m of a joint (``joint_3``) or of a link's point (``link_0.A``)."""
+        """Position (2,) in m of a joint (``joint_3``) or of a link's point (``link_0.A``), also of a welded link's."""
+        name = self.data["welded_points"].get(name, name)
         if name not in self.points:
             raise ValueError(f"found point {name!r}, expected one of: {', '.join(self.points)}")
         return np.ascontiguousarray(self._of_q("points", q, (len(self.points), 2))[..., self.points.index(name), :])
 
     def closure(self, q: ArrayLike) -> FloatArray:
-        """Miss of every cut joint, x then y (rows,): second side less first side, m."""
-        return self._of_q("closure", q, (2 * len(self.cuts),))
+        """Miss of every cut joint (rows,), m: second side less first side, x then y, or across the line that it has."""
+        return self._of_q("closure", q, (len(self.rows),))
 
     def jacobian(self, q: ArrayLike) -> FloatArray:
         """Derivatives A (rows, nu) of the closure rates by u."""
-        return self._of_q("closure_jacobian", q, (2 * len(self.cuts), len(self.u_names)))
+        return self._of_q("closure_jacobian", q, (len(self.rows), len(self.u_names)))
 
     def gaps(self, q: ArrayLike) -> FloatArray:
         """Gap of every contact (contacts,) in m, positive outside the ground."""
@@ -276,11 +302,19 @@ class Model:
     # -- states ----------------------------------------------------------------------------------------------------
 
     def start(self) -> tuple[FloatArray, FloatArray]:
-        """The scene's start (q, u); where parameters have changed since, the nearest state that is closed."""
+        """The scene's start (q, u); where parameters have changed since, the nearest that is closed and driven."""
         poses = np.array(self.data["start"]["poses"], dtype=float)
-        q, u = self._read_off(poses), self._read_off(np.array(self.data["start"]["velocities"], dtype=float))
+        velocities = np.array(self.data["start"]["velocities"], dtype=float)
+        q, u = self._read_off(poses), self._read_rates(poses, velocities)
         if self.cuts and np.max(np.abs(self.closure(q))) > JOINT_MISS:
             q = self.assemble(q)
+        drives = self.drive_rows()
+        if len(drives):
+            if np.max(np.abs(self.drive_misses(q))) > JOINT_MISS:
+                q = self._driven(q, drives)
+            rows = np.vstack([drives, self.jacobian(q)])
+            missing = np.append(self.drive_speeds(), np.zeros(len(self.rows))) - rows @ u
+            u = u + np.linalg.lstsq(rows, missing, rcond=1e-12)[0]
         return self.project(q, u)
 
     def state_from_poses(self, poses: ArrayLike, velocities: ArrayLike) -> tuple[FloatArray, FloatArray]:
@@ -296,7 +330,7 @@ class Model:
             ]
             return np.array([q for q, _ in states]), np.array([u for _, u in states])
         given = self._rows(poses, "poses"), self._rows(velocities, "velocities")
-        q, u = self._read_off(given[0]), self._read_off(given[1])
+        q, u = self._read_off(given[0]), self._read_rates(*given)
         misses = (
             ("poses", "m", self.poses(q) - given[0], self.closure(q)),
             (
@@ -307,7 +341,11 @@ class Model:
             ),
         )
         for what, unit, difference, closure in misses:
-            miss = max(float(np.max(np.abs(part), initial=0.0)) for part in (difference[:, :2], closure))
+            turned = (
+                np.remainder(difference[:, 2] + np.pi, 2.0 * np.pi) - np.pi if what == "poses" else difference[:, 2]
+            )
+            parts = (difference[:, :2], turned * self.length, closure)
+            miss = max(float(np.max(np.abs(part), initial=0.0)) for part in parts)
             if miss > JOINT_MISS:
                 raise ValueError(f"{what}: joints miss by {miss:.3g} {unit}, expected at most {JOINT_MISS:g} {unit}")
         return q, u
@@ -318,10 +356,30 @@ class Model:
             raise ValueError(f"{what}: found shape {found.shape}, expected finite numbers ({len(self.links)}, 3)")
         return found
 
-    def _read_off(self, rows: FloatArray) -> FloatArray:
-        """Coordinates (or quasi-velocities) from poses (or their rates): the floating root's place, then the angles."""
-        base = rows[self.links.index(self.root), :2] if self.root in self.links else np.zeros(0)
-        return np.concatenate([base, rows[:, 2]])
+    @property
+    def lines(self) -> Lines:
+        """The lines of the sliding joints."""
+        return Lines(self.data, self._coordinates)
+
+    def _read_off(self, poses: FloatArray) -> FloatArray:
+        """Coordinates of links at ``poses`` (links, 3)."""
+        lines = self.lines
+        return np.array([lines.coordinate(kind, of, poses) for kind, of in self.data["coordinates"]])
+
+    def _read_rates(self, poses: FloatArray, velocities: FloatArray) -> FloatArray:
+        """Quasi-velocities of links at ``poses`` that move with ``velocities``, both (links, 3)."""
+        lines = self.lines
+        return np.array([lines.rate(kind, of, poses, velocities) for kind, of in self.data["coordinates"]])
+
+    def _driven(self, q: FloatArray, drives: FloatArray) -> FloatArray:
+        """The nearest configuration that is closed and has driven joints where they are to be at t = 0."""
+        free = np.array([drive["position"] is None for drive in self.data["drives"]])
+        rows = np.where(free[:, None], 0.0, drives) * self.length
+
+        def misses(x: FloatArray) -> FloatArray:
+            return np.append(self.closure(x), self.drive_misses(x) * self.length)
+
+        return nearest_closed(misses, lambda x: np.vstack([self.jacobian(x), rows]), self._displacements(), q)
 
     def assemble(self, q: ArrayLike) -> FloatArray:
         """The consistent configuration nearest to ``q`` in joint displacements (least squares), loops shut to rounding.
@@ -335,16 +393,22 @@ class Model:
         return found[0] if single else found
 
     def _displacements(self) -> FloatArray:
-        """Joint displacements as a linear map of q: relative angles of joints; place and angle of a floating root."""
-        first = len(self.q_names) - len(self.links)
+        """Joint displacements as a linear map of q: relative angles of joints, lengths of sliding joints in units of
+        the mechanism's length, place and angle of a floating root."""
+        count, coordinates = len(self.q_names), [(kind, of) for kind, of in self.data["coordinates"]]
+        leaders = self.data["leaders"]
         rows = []
         for one, other in self.data["between"]:
-            row = np.zeros(len(self.q_names))
-            row[[first + other]] += other >= 0
-            row[[first + one]] -= one >= 0
+            row = np.zeros(count)
+            for link, sign in ((other, 1.0), (one, -1.0)):
+                if link >= 0 and leaders[link] >= 0:
+                    row[coordinates.index(("angle", leaders[link]))] += sign
             rows.append(row)
-        if first:
-            rows += list(np.eye(len(self.q_names))[[0, 1, first + self.links.index(self.root)]])
+        for index, (kind, of) in enumerate(coordinates):
+            if kind == "slide":
+                rows.append(np.eye(count)[index] / self.length)
+            elif kind in ("x", "y") or (self.root in self.links and of == self.links.index(self.root)):
+                rows.append(np.eye(count)[index])
         return np.array(rows)
 
     def project(self, q: ArrayLike, u: ArrayLike) -> tuple[FloatArray, FloatArray]:

@@ -11,11 +11,13 @@ class Parameters(MutableMapping[str, float]):
     """Names are fixed, values are finite numbers in SI units; masses and inertias stay positive, restitution in [0, 1].
 
     Raises ``KeyError`` for an unknown name (with the nearest known ones) and ``ValueError`` for an impossible value.
+    Those of a ``folded`` model (its name) can be read only: its code holds them as numbers.
     """
 
-    def __init__(self, values: Mapping[str, float], changed: Callable[[], None]) -> None:
+    def __init__(self, values: Mapping[str, float], changed: Callable[[], None], folded: str = "") -> None:
         self._values = dict(values)
         self._changed = changed
+        self._folded = folded
 
     def __getitem__(self, name: str) -> float:
         self._known(name)
@@ -41,6 +43,11 @@ class Parameters(MutableMapping[str, float]):
         if not isinstance(other, Mapping):
             raise TypeError(f"found {type(other).__name__}, expected a mapping of parameter names to values")
         checked = {name: self._checked(name, value) for name, value in other.items()}
+        if self._folded and checked:
+            raise ValueError(
+                f"{next(iter(checked))}: found a new value for {self._folded}, whose parameters are folded into its "
+                "code as numbers; build it without --fold (ccgen --scene FILE, or generate(scene)) to change them"
+            )
         before = dict(self._values)
         self._values.update(checked)
         try:

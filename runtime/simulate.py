@@ -16,6 +16,9 @@ from .model import Model
 from .run import Impact, Phase, Run
 
 STEP_BUDGET = 10_000_000
+DRIVEN = 1e-6
+"""A start whose driven joints move otherwise than prescribed by more than this part of its speeds is refused."""
+
 DEPTH = 1e-8
 """A start deeper inside a ground than this, relative to the mechanism's length, is refused; less is rounding."""
 
@@ -92,11 +95,30 @@ def _start(model: Model, q0: ArrayLike | None, u0: ArrayLike | None) -> tuple[Fl
         n = len(model.q_names)
         raise ValueError(f"q0, u0: found shapes {np.shape(q0)} and {np.shape(u0)}, expected ({n},) for both")
     q, u = model.project(q0, u0)
+    if model.data["drives"]:
+        _check_driven(model, q, u)
     depths = -model.gaps(q)
     if depths.size and depths.max() > DEPTH * model.length:
         point, ground = model.contacts[int(np.argmax(depths))]
         raise ValueError(f"the start has {point} inside {ground} by {depths.max():.6g} m; raise the start")
     return q, u
+
+
+def _check_driven(model: Model, q: FloatArray, u: FloatArray) -> None:
+    """A start has driven joints where they are to be, and as fast."""
+    places, speeds = model.drive_misses(q), model.drive_rows() @ u - model.drive_speeds()
+    for drive, place, speed in zip(model.data["drives"], places, speeds, strict=True):
+        unit = "m" if drive["slides"] else "rad"
+        if abs(place) > DRIVEN * max(1.0, model.length):
+            raise ValueError(
+                f"q0: the driven joint {drive['joint']} is {abs(place):.3g} {unit} from where it is to be at t = 0; "
+                "take q0 from model.start()"
+            )
+        if abs(speed) > DRIVEN * max(1.0, float(np.abs(u).max())):
+            raise ValueError(
+                f"u0: the driven joint {drive['joint']} misses the speed that is prescribed at t = 0 by "
+                f"{abs(speed):.3g} {unit}/s; take u0 from model.start()"
+            )
 
 
 def _record(model: Model, name: str, until: float, found: dict[str, Any], supply: Supply | None) -> Run:
@@ -176,7 +198,9 @@ def _message(model: Model, until: float, found: dict[str, Any]) -> str:
         "sustained": f"{contact} stays closed, and sustained contact is not simulated yet; end the run before, or "
         "start it above the ground",
         "not_finite": "an acceleration is not a finite number; check the parameters and the start",
-        "step_too_small": "no step is small enough for the tolerance; ask for a larger rtol",
+        "step_too_small": "no step is small enough for the tolerance; "
+        + ("can the driven joints go on from here? if so, ask" if model.data["drives"] else "ask")
+        + " for a larger rtol",
         "not_closed": "the loops cannot be kept closed; ask for a smaller rtol",
         "repeats": "impacts at one instant do not come to an end; check the coefficients of restitution",
         "budget": f"{STEP_BUDGET} steps are spent; ask for a larger rtol or an earlier end",

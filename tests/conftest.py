@@ -27,6 +27,9 @@ class Workshop:
     folder: Path
     built: dict[str, Any] = field(default_factory=dict)
 
+    def __repr__(self) -> str:
+        return f"<Workshop: {len(self.built)} models>"
+
     def scene(self, text: str) -> Any:
         """The scene that a TOML text describes."""
         from ccgen.generator import load_scene

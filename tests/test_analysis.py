@@ -231,3 +231,99 @@ def test_faults_of_four_bars_are_named(text: str, fault: str, workshop: Workshop
     with pytest.raises(SceneError) as caught:
         workshop.scene(f'name = "row"\n[four_bars]\n{text}\n')
     assert fault in str(caught.value)
+
+
+# -- driven joints -----------------------------------------------------------------------------------------------------
+
+ARM = """
+name = "arm"
+[ground_link]
+points = { O = [0, 0] }
+[[link]]
+name = "crank"
+mass = 2.0
+inertia = 0.1
+com = [0.3, 0.0]
+points = { A = [0, 0], B = [0.8, 0] }
+[[link]]
+name = "rod"
+mass = 3.0
+inertia = 0.2
+com = [0.5, 0.0]
+points = { A = [0, 0] }
+[[joint]]
+name = "axle"
+between = ["ground.O", "crank.A"]
+[[joint]]
+name = "pin"
+between = ["crank.B", "rod.A"]
+[start]
+angles = { crank = 0.4, rod = -1.2 }
+[gravity]
+g = 9.81
+[[drive]]
+joint = "axle"
+angle = "0.4 + sin(2*t)"
+"""
+
+
+def test_a_driven_joint_rests_where_its_drive_has_it(workshop: Workshop) -> None:
+    """The rod hangs from a crank that is held: the axle takes the weights' moment, with a torque at the pin too."""
+    model = workshop.model(ARM)
+    weight = 9.81
+    found = static_equilibrium(model)
+    assert found.stability == "stable" and len(found.stiffness) == 1
+    assert found.q == pytest.approx([0.4, -np.pi / 2.0], abs=1e-10)
+    moment = weight * np.cos(0.4) * (2.0 * 0.3 + 3.0 * 0.8)
+    assert found.reactions[0] == pytest.approx([0.0, 5.0 * weight, moment], abs=1e-8)
+    leant = static_equilibrium(model, torques={"pin": 3.0 * weight * 0.5 * 0.6})
+    assert np.cos(leant.q[1]) == pytest.approx(0.6, abs=1e-9) and leant.q[0] == pytest.approx(0.4, abs=1e-12)
+    assert leant.reactions[0, 2] == pytest.approx(moment + 3.0 * weight * 0.5 * 0.6, rel=1e-9)
+    with pytest.raises(ValueError, match="found axle, which a drive holds"):
+        static_equilibrium(model, torques={"axle": 1.0})
+
+
+def test_a_held_slider_carries_the_torque_at_its_pin(workshop: Workshop) -> None:
+    """A rod held out from a block on a level guide that is driven: the guide's moment is the whole weight's."""
+    text = ARM.replace('name = "axle"', 'name = "axle"\ntype = "prismatic"\naxis = [1, 0]\nangle = 0.4')
+    text = text.replace('angle = "0.4 + sin(2*t)"', 'position = "0.2 + t"')
+    model = workshop.model(text)
+    found = static_equilibrium(model, torques={"pin": 3.0 * 9.81 * 0.5 * 0.6})
+    slide = found.q[model.q_names.index("slide_0")]
+    assert slide == pytest.approx(0.2, abs=1e-12)
+    moment = 9.81 * (2.0 * 0.3 * np.cos(0.4) + 3.0 * (0.8 * np.cos(0.4) + 0.5 * 0.6))
+    assert found.reactions[0] == pytest.approx([0.0, 5.0 * 9.81, moment], rel=1e-9, abs=1e-8)
+
+
+def test_a_driven_leg_at_rest_has_the_virtual_work_of_its_crank(workshop: Workshop) -> None:
+    """The moment that holds the crank is the potential's slope along its turn, by differences on assembled legs."""
+    model = shown("jansen-driven", workshop)
+    found = static_equilibrium(model)
+    assert found.q == pytest.approx(model.start()[0], abs=1e-12)
+    assert found.stiffness.shape == (0,)
+    free = shown("jansen-leg", workshop)
+    motion = np.linalg.svd(free.jacobian(found.q))[2][-1]
+    motion /= motion[0]
+    energies = []
+    for step in (-1e-4, 1e-4):
+        q, _ = free.project(found.q + step * motion, 0.0 * motion)
+        energies.append((q[0], free.energy(q, 0.0 * motion)[1]))
+    slope = (energies[1][1] - energies[0][1]) / (energies[1][0] - energies[0][0])
+    assert found.reactions[model.joints.index("axle"), 2] == pytest.approx(slope, rel=1e-6)
+
+
+def test_a_torque_stands_for_the_drive_of_its_joint(workshop: Workshop) -> None:
+    model = workshop.model(ARM)
+    q, u = model.start()
+    u_dot = model.acceleration(q, u, 0.3)
+    moment = model.reactions(q, u, 0.3)[0, 2]
+    assert inverse_dynamics(model, q, u, u_dot, ["axle"], t=0.3) == pytest.approx([moment], rel=1e-12)
+    assert inverse_dynamics(model, q, u, u_dot, ["pin"], t=0.3) == pytest.approx([0.0], abs=1e-12)
+
+
+def test_a_turn_beside_a_drive_is_refused(workshop: Workshop) -> None:
+    model = shown("jansen-driven", workshop)
+    with pytest.raises(ValueError, match="found pivot_hip beside driven axle"):
+        driving_torque(model, "pivot_hip", 1.0)
+    turn, free = driving_torque(model, "axle", 6.0, 12), driving_torque(shown("jansen-leg", workshop), "axle", 6.0, 12)
+    assert turn.torque == pytest.approx(free.torque, rel=1e-7, abs=1e-7 * abs(free.peak))

@@ -31,6 +31,7 @@ EXAMPLES: dict[str, str] = {
     "joint_friction": '[[joint_friction]]\njoints = ["joint_0", "joint_2"]\nviscous = 0.2\ndry = 0.1\n',
     "drag": '[[drag]]\npoint = "link_2.B"\nlinear = 0.3\nquadratic = 0.2\n',
     "motor": '[[motor]]\njoint = "joint_0"\nangle = "sin(2*t)"\nstiffness = 3\ndamping = 0.2\n',
+    "drive": '[[drive]]\njoint = "joint_1"\nangle = "sin(3*t)"\n',
     "force": '[[force]]\npoint = "link_2.B"\nvector = ["2*cos(t)", 1]\nframe = "link"\n',
     "torque": '[[torque]]\nlink = "link_1"\ntorque = "exp(-t)"\n',
     "input": '[[input]]\nname = "input_0"\njoint = "joint_1"\n',

@@ -15,8 +15,9 @@ from scipy.optimize import minimize  # type: ignore[import-untyped]
 
 from ccgen.generator.effects.gravity import Gravity
 from ccgen.generator.effects.ground import Ground
-from ccgen.generator.mechanism.assembly import CannotClose, Contradiction, lay_out, nearest, rates
-from ccgen.generator.mechanism.joints import PointRef
+from ccgen.generator.mechanism.assembly import CannotClose, Contradiction, nearest, rates
+from ccgen.generator.mechanism.joints import Joint, PointRef
+from ccgen.generator.mechanism.layout import lay_out
 from ccgen.generator.mechanism.links import GROUND
 from ccgen.generator.scene import Scene, SceneError, chain, load_scene, loop, pinned, read_tables
 from ccgen.generator.scene.locate import locate
@@ -31,30 +32,47 @@ def points(scene: Scene, name: str = "A") -> np.ndarray:
     return np.asarray(poses[:, 0] + 1j * poses[:, 1] + local * np.exp(1j * poses[:, 2]))
 
 
+def pose(scene: Scene, link: int) -> tuple[float, float, float]:
+    return (0.0, 0.0, 0.0) if link == GROUND else scene.start.poses[link]
+
+
+def at(scene: Scene, ref: PointRef) -> complex:
+    """Where a point is at the start."""
+    x, y, angle = pose(scene, ref.link)
+    return complex(complex(x, y) + complex(*scene.mechanism.point(ref).values()) * np.exp(1j * angle))
+
+
+def speed(scene: Scene, ref: PointRef) -> complex:
+    """How fast a point moves at the start."""
+    if ref.link == GROUND:
+        return 0j
+    (x, y, _), (vx, vy, spin) = scene.start.poses[ref.link], scene.start.velocities[ref.link]
+    return complex(vx, vy) + 1j * spin * (at(scene, ref) - complex(x, y))
+
+
+def across(scene: Scene, joint: Joint, vector: complex) -> float:
+    """The part of a vector that a joint holds: all of it, or that across the line on which it slides."""
+    if not joint.slides:
+        return abs(vector)
+    angle = pose(scene, joint.first.link)[2] + (joint.axis.value if joint.axis else 0.0)
+    return abs((vector * np.exp(-1j * angle)).imag)
+
+
 def joint_gaps(scene: Scene) -> np.ndarray:
-    """Distance of the two sides of every joint at the start, from the poses alone."""
-
-    def at(ref: PointRef) -> complex:
-        local = complex(*scene.mechanism.point(ref).values())
-        if ref.link == GROUND:
-            return local
-        x, y, angle = scene.start.poses[ref.link]
-        return complex(complex(x, y) + local * np.exp(1j * angle))
-
-    return np.array([abs(at(joint.first) - at(joint.second)) for joint in scene.mechanism.joints])
+    """How far the two sides of every joint miss each other at the start, from the poses alone."""
+    joints = scene.mechanism.joints
+    return np.array([across(scene, j, at(scene, j.second) - at(scene, j.first)) for j in joints])
 
 
 def joint_speeds(scene: Scene) -> np.ndarray:
     """Speed at which the two sides of every joint part at the start."""
-
-    def at(ref: PointRef) -> complex:
-        if ref.link == GROUND:
-            return 0j
-        local = complex(*scene.mechanism.point(ref).values())
-        vx, vy, spin = scene.start.velocities[ref.link]
-        return complex(complex(vx, vy) + 1j * spin * local * np.exp(1j * scene.start.poses[ref.link][2]))
-
-    return np.array([abs(at(joint.first) - at(joint.second)) for joint in scene.mechanism.joints])
+    found = []
+    for j in scene.mechanism.joints:
+        apart = at(scene, j.second) - at(scene, j.first)
+        spin = 0.0 if j.first.link == GROUND else scene.start.velocities[j.first.link][2]
+        carried = 1j * spin * apart if j.slides else 0j
+        found.append(across(scene, j, speed(scene, j.second) - speed(scene, j.first) - carried))
+    return np.array(found)
 
 
 # The files in scenes/

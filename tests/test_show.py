@@ -25,6 +25,7 @@ from ccgen.generator.scene import read_tables
 
 from .conftest import Workshop
 from .oracles import graphs
+from .test_effects_absent import EXAMPLES
 
 FILES = Path(__file__).parents[1] / "scenes"
 
@@ -49,6 +50,13 @@ restitution = 0.25
 contacts = ["joint_1", "link_2.B"]
 """
 
+LINKS: dict[str, str] = {
+    "hinged": 'name = "x"\n[chain]\nlinks = 3\nhinged = true\nlength = [1.0, 0.8, 1.3]\ncom = [0.4, 0.2]\n'
+    "[start]\nangles = [-0.9, 0.4, 1.1]\n",
+    "loop": 'name = "x"\n[loop]\nlinks = 4\nlength = [1.0, 0.8, 1.3, 1.1]\n',
+    "pinned": 'name = "x"\n[pinned]\nlinks = 3\nlength = [1.0, 0.8, 1.3]\n',
+}
+
 SCENES: dict[str, Callable[[], Scene]] = {
     "loop": lambda: loop(4),
     "pinned": lambda: pinned(2, gravity=True),
@@ -57,13 +65,16 @@ SCENES: dict[str, Callable[[], Scene]] = {
     "long": lambda: loop(24, gravity=True),
     "four-bar": lambda: load_scene(FILES / "four-bar.toml"),
     "hexagon": lambda: load_scene(FILES / "falling-hexagon.toml"),
+    "every effect": lambda: read_tables(
+        tomllib.loads(LINKS["hinged"] + "".join(EXAMPLES.values())), "every", "every_effect"
+    ),
     "shared runs": lambda: read_tables(
         tomllib.loads(graphs.mechanism("shared", graphs.theta([12, 12, 9])).toml()), "shared", "shared"
     ),
 }
 
 
-def _expand(scene: Scene) -> ExpandedForm:
+def closed_form(scene: Scene) -> ExpandedForm:
     return expand(scene.mechanism, span(scene.mechanism), scene.effects)
 
 
@@ -71,7 +82,7 @@ def _expand(scene: Scene) -> ExpandedForm:
 
 
 def test_the_double_pendulum_is_that_of_the_textbooks() -> None:
-    form = _expand(chain(2, hinged=True, gravity=True))
+    form = closed_form(chain(2, hinged=True, gravity=True))
     m1, m2, i1, i2, c1, c2, l1, g = sp.symbols("m_0 m_1 I_0 I_1 c_0_x c_1_x l_0 g")
     t1, t2, w1, w2 = sp.symbols("theta_0 theta_1 w_0 w_1")
     coupling = m2 * l1 * c2 * sp.cos(t1 - t2)
@@ -106,7 +117,7 @@ def test_the_double_pendulum_is_written_as_a_person_would() -> None:
 def test_rows_of_the_closed_form_are_those_of_the_kernels(workshop: Workshop) -> None:
     """A u, N u and Nᵀ P of the closed form against the kernels of the listing."""
     scene = workshop.scene(RING_ON_TWO_GROUNDS)
-    form, read = _expand(scene), read_listing(listing(scene))
+    form, read = closed_form(scene), read_listing(listing(scene))
     assert form.contacts == (*((f"joint_{k}", "ground_0") for k in range(4)), *(_second_ground()))
     data = {sp.Symbol(name): value for name, value in read.parameters.items()}
     for a in form.definitions:
@@ -327,3 +338,51 @@ def test_generated_c_has_no_warnings(name: str, tmp_path: Path) -> None:
         [*command, "-o", str(tmp_path / "model.o")], cwd=folder, capture_output=True, text=True, check=False
     )
     assert done.returncode == 0, done.stderr
+
+
+def test_the_summary_says_what_each_effect_adds() -> None:
+    summary = show_text(load_scene(FILES / "falling-hexagon.toml"), False, False).partition("\n\n")[0]
+    table = [line.split() for line in summary.partition("added by effects")[2].splitlines()]
+    assert table[0] == ["effect", "adds", "to", "sums", "products", "quotients", "sines", "functions"]
+    assert ["gravity", "acceleration", "1", "0", "0", "0", "0"] in table
+    assert ["ground_0", "events", "21", "50", "0", "15", "0"] in table
+    assert "added by effects" not in show_text(chain(2), False, False)
+    tex = show_text(load_scene(FILES / "falling-hexagon.toml"), True, False)
+    assert r"ground\_0 & events & 21 & 50 & 0 & 15 & 0 \\" in tex
+
+
+DRIVEN = {
+    "speed": ('joint = "elbow"\nspeed = 1.5', "drive_0: elbow at speed drive_0.speed = 1.5"),
+    "angle": ('joint = "motor"\nangle = "1.6 + sin(t)"', "drive_0: motor at angle 1.6 + sin(t)"),
+    "held": ('joint = "motor"\nangle = 1.5', "drive_0: motor at angle 1.5"),
+}
+
+
+@pytest.mark.parametrize("case", DRIVEN)
+def test_driven_joints_are_no_freedoms(case: str, workshop: Workshop) -> None:
+    table, effect = DRIVEN[case]
+    text = (FILES / "four-bar.toml").read_text().replace("angular_velocities", "# angular_velocities")
+    scene = workshop.scene(f"{text}\n[[drive]]\n{table}\n")
+    words = " ".join(show_text(scene, False, False).partition("\n\n")[0].split())
+    assert effect in words
+    assert "0 = 3 quasi-velocities - rank 2 of the 2 closure rows at the start - 1 driven joint " in words
+    assert "0 by Grübler's count: 3 x 3 links - 2 x 4 joints - 1 driven joint " in words
+    cut = re.search(r"loops cut at (\w+):", words)
+    assert cut is not None and f"branch {cut[1]} - " in words
+    with pytest.raises(ValueError, match=r"found drive_0, expected no \[\[drive\]\].* leave out --expand"):
+        show_text(scene, False, True)
+
+
+def test_a_driven_chain_has_fewer_freedoms(workshop: Workshop) -> None:
+    scene = workshop.scene(LINKS["hinged"] + '[[drive]]\njoint = "joint_1"\nspeed = 1.0\n')
+    words = " ".join(show_text(scene, False, False).partition("\n\n")[0].split())
+    assert "degrees of freedom 2 = 3 quasi-velocities - 1 driven joint, no closure" in words
+
+
+def test_a_driven_slider_is_told_with_its_position(workshop: Workshop) -> None:
+    text = (FILES / "slider-crank.toml").read_text()
+    text = re.sub(r"(?m)^(slides|angular_velocities) = .*$", "", text)
+    scene = workshop.scene(text + '[[drive]]\njoint = "guide"\nposition = "0.6 + 0.1*sin(3*t)"\n')
+    words = " ".join(show_text(scene, False, False).partition("\n\n")[0].split())
+    assert "drive_0: guide at position 0.6 + 0.1 * sin(3 * t)" in words
+    assert "0 = 3 quasi-velocities - rank 2 of the 2 closure rows at the start - 1 driven joint " in words

@@ -79,12 +79,14 @@ def pair(z: complex) -> str:
     return f"[{float(z.real)!r}, {float(z.imag)!r}]".replace("0.0]", "0]").replace("[0.0", "[0")
 
 
-def text() -> str:
+def text(driven: bool = False) -> str:
+    """The scene: the leg let go with its crank turning, or with its crank ``driven`` at one turn a second."""
     lines = [
         "# One leg of Theo Jansen's beach animals. Lengths are his numbers, in metres; every bar has one kilogram per",
         "# metre, the triangles hip (P, B, D) and shin (C, E, F) are three bars each. F is the foot.",
+        *(["# The crank is driven at one turn a second."] if driven else []),
         "# Written by docs/scripts/jansen.py.",
-        'name = "jansen-leg"',
+        f'name = "jansen-{"driven" if driven else "leg"}"',
         "",
         "[ground_link]",
         f"points = {{ O = [0, 0], P = {pair(complex(-BARS['a'], -BARS['l']))} }}",
@@ -99,9 +101,15 @@ def text() -> str:
         lines += ["", "[[joint]]", f'name = "{name}"', f'between = ["{ends[0]}", "{ends[1]}"]']
     angles = ", ".join(f'{name} = "{angle} deg"' for name, angle in SKETCH.items())
     lines += ["", "[start]", f"angles = {{ {angles} }}   # a sketch: the loops are closed from here"]
-    lines += ["angular_velocities = { crank = 6.0 }", "", "[gravity]", "g = 9.81", "", "[run]", "until = 5.0"]
+    if driven:
+        lines += ["", "[[drive]]", 'joint = "axle"', f"speed = {2.0 * np.pi!r}"]
+    else:
+        lines += ["angular_velocities = { crank = 6.0 }"]
+    lines += ["", "[gravity]", "g = 9.81", "", "[run]", f"until = {1.0 if driven else 5.0}"]
     return "\n".join(lines) + "\n"
 
 
 if __name__ == "__main__":
-    (Path(__file__).parents[2] / "scenes" / "jansen-leg.toml").write_text(text())
+    scenes = Path(__file__).parents[2] / "scenes"
+    (scenes / "jansen-leg.toml").write_text(text())
+    (scenes / "jansen-driven.toml").write_text(text(driven=True))

@@ -20,6 +20,10 @@ TRACES = {
     "closed-pendulum": (("rod_3.B",), 1.6),
     "flyer": (("body.T", "left_hand.B", "right_hand.B"), 1.2),
     "four-bar": (("coupler.tip",), 0.7),
+    "slider-crank": (("rod.middle",), 0.5),
+    "equal-length-slider-crank": (("rod.A", "rod.B"), 0.8),
+    "quick-return": (("lever.D", "ram.tool"), 0.6),
+    "massless-coupler": (("coupler.A", "coupler.B"), 0.6),
 }
 """Points whose paths are drawn, and until when (s)."""
 
@@ -45,6 +49,27 @@ def picture(name: str, folder: Path) -> None:
     figure.savefig(IMAGES / f"{name}.png", metadata={"Software": None})
 
 
+def walker(folder: Path) -> None:
+    """The Strandbeest at its start, and the paths of its feet over a turn of the shaft as the body sees them."""
+    from matplotlib.figure import Figure
+
+    model = load_model(generate(load_scene(ROOT / "scenes" / "strandbeest.toml"), folder))
+    run = simulate(model, until=1.2)
+    states = np.array([run.at(t)[0] for t in np.linspace(0.0, 1.2, 400)])
+    body = model.poses(states)[:, 0]
+    figure = Figure(figsize=(6.4, 3.6), dpi=90, layout="constrained")
+    axes = figure.subplots()
+    for suffix in ("l0", "r0", "l1", "r1"):
+        x, y = (model.point(f"shin_{suffix}.F", states) - body[:, :2]).T
+        seen = (x + 1j * y) * np.exp(-1j * body[:, 2])
+        axes.plot(seen.real, seen.imag, color="#d55e00", linewidth=0.9)
+    draw(axes, model, states[0], 0.9)
+    axes.set_aspect("equal")
+    axes.set_title("strandbeest at 0 s; its feet as the body sees them", fontsize=9)
+    axes.tick_params(labelsize=7)
+    figure.savefig(IMAGES / "strandbeest.png", metadata={"Software": None})
+
+
 def draw(axes: Any, model: Model, q: np.ndarray, strength: float) -> None:
     """The links at ``q``: the outline of their named points."""
     for k, (x, y, angle) in enumerate(model.poses(q)):
@@ -57,6 +82,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         for name in TRACES:
             picture(name, Path(folder))
+        walker(Path(folder))
         leg = load_model(generate(load_scene(ROOT / "scenes" / "jansen-leg.toml"), folder))
         driving_torque(leg, "axle", 1.0).plot(IMAGES / "jansen-leg-torque.png")
 

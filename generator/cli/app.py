@@ -10,6 +10,7 @@ import typer
 app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
 
 SceneFile = Annotated[Path, typer.Argument(metavar="SCENE", help="a scene file (TOML)")]
+Fold = Annotated[bool, typer.Option("--fold", help="put the values of the parameters into the code as numbers")]
 
 
 @app.callback(invoke_without_command=True)
@@ -22,6 +23,7 @@ def root(
     gravity: Annotated[bool, typer.Option("--gravity", help="with --links: add gravity, 9.81 m/s²")] = False,
     scene: Annotated[Path | None, typer.Option(metavar="FILE", help="a scene file (TOML)")] = None,
     out: Annotated[Path, typer.Option(metavar="DIR", help="folder for generated models")] = Path("build"),
+    fold: Fold = False,
     version: Annotated[bool, typer.Option("--version", help="print the version and stop")] = False,
 ) -> None:
     """Planar mechanisms with closed chains as compiled equations of motion.
@@ -29,17 +31,22 @@ def root(
     With --links or --scene: generate a model. Otherwise: one of the commands.
     """
     from .build import Standard, build, print_version
+    from .refusal import fail
 
     standard = Standard(links, pinned, open_, hinged, gravity)
     if context.invoked_subcommand is not None:
         standard.refuse(f"the command {context.invoked_subcommand}", scene)
+        if fold:
+            fail(f"--fold: found before the command {context.invoked_subcommand}, expected behind it; move it")
     elif version:
         print_version()
     elif links is None and scene is None and standard == Standard(None):
+        if fold:
+            fail("--fold: found without --links or --scene, expected one of them; say what is to be folded")
         typer.echo(context.get_help(), err=True)
         raise typer.Exit(2)
     else:
-        build(standard, scene, out)
+        build(standard, scene, out, fold)
 
 
 @app.command()
@@ -50,6 +57,7 @@ def run(
     method: Annotated[str | None, typer.Option(metavar="NAME", help="integration method")] = None,
     out: Annotated[Path | None, typer.Option(metavar="DIR", help="folder of results [results/<name>]")] = None,
     gif: Annotated[bool, typer.Option("--gif", help="write an animation as GIF too")] = False,
+    fold: Fold = False,
 ) -> None:
     """Simulate a scene; print impacts and audit; write result, plot and player.
 
@@ -57,7 +65,7 @@ def run(
     """
     from .run import run as work
 
-    work(scene, until, rtol, method, out, gif)
+    work(scene, until, rtol, method, out, gif, fold)
 
 
 @app.command()
@@ -65,11 +73,25 @@ def show(
     scene: SceneFile,
     latex: Annotated[bool, typer.Option("--latex", help="as LaTeX")] = False,
     expand: Annotated[bool, typer.Option("--expand", help="as the classical closed form, for few links")] = False,
+    fold: Fold = False,
 ) -> None:
-    """Print a scene's equations, degrees of freedom, loops and operation counts."""
+    """Print a scene's equations, degrees of freedom, loops, operation counts, and what each effect adds to them."""
     from .show import show as work
 
-    work(scene, latex, expand)
+    work(scene, latex, expand, fold)
+
+
+@app.command()
+def cost(
+    scene: SceneFile,
+    effects: Annotated[bool, typer.Option("--effects", help="measure what each effect costs")] = False,
+    fold: Fold = False,
+    out: Annotated[Path | None, typer.Option(metavar="DIR", help="folder for the figures as CSV")] = None,
+) -> None:
+    """Measure what a scene costs: with --effects each effect's price, in operations and in time."""
+    from .cost import cost as work
+
+    work(scene, effects, fold, out)
 
 
 @app.command()

@@ -10,6 +10,7 @@ import typer
 from ..emit.cache import OutputError
 from ..emit.compiler import CompileError
 from ..pipeline import generate
+from ..program.errors import FoldError
 from ..scene import Scene, SceneError, chain, loop, pinned
 from ..version import VERSION
 from .folders import check_folder
@@ -57,15 +58,15 @@ class Standard:
             fail(text)
 
 
-def build(standard: Standard, scene_file: Path | None, out: Path) -> None:
+def build(standard: Standard, scene_file: Path | None, out: Path, fold: bool = False) -> None:
     """Generate the model into ``out`` and print the folder of its package."""
     if scene_file is not None:
         standard.refuse("--scene")
     scene = standard.scene() if scene_file is None else read(scene_file)
     check_folder(out, "--out")
     tell_assembly(scene)
-    with refusing(CompileError, OutputError), progress() as tell:
-        folder = generate(scene, out, tell.stage)
+    with refusing(CompileError, OutputError, FoldError), progress() as tell:
+        folder = generate(scene, out, tell.stage, fold=fold)
     typer.echo(str(folder))
 
 

@@ -11,11 +11,12 @@ import typer
 from ..emit.cache import OutputError
 from ..emit.compiler import CompileError
 from ..pipeline import generate
+from ..program.errors import FoldError
 from .folders import check_folder
 from .progress import progress
 from .refusal import STOPPED_EARLY, fail, refusing
 from .report import print_audit, print_impacts
-from .scene_file import read, tell_assembly
+from .scene_file import read, tell_assembly, tell_mobility
 
 if TYPE_CHECKING:
     from ccgen.runtime import Run
@@ -25,7 +26,13 @@ MODELS = Path("build")
 
 
 def run(
-    scene_file: Path, until: float | None, rtol: float | None, method: str | None, out: Path | None, gif: bool
+    scene_file: Path,
+    until: float | None,
+    rtol: float | None,
+    method: str | None,
+    out: Path | None,
+    gif: bool,
+    fold: bool = False,
 ) -> None:
     """Simulate the scene into the folder ``out``; exit code 3 when the run stopped early.
 
@@ -38,12 +45,13 @@ def run(
     check_folder(MODELS, "folder of models")
     check_method(method)
     tell_assembly(scene)
+    tell_mobility(scene)
     from ccgen.runtime import load_model, simulate
 
     end = scene.run.until if until is None else until
     with progress() as tell:
-        with refusing(CompileError, OutputError):
-            model = load_model(generate(scene, MODELS, tell.stage))
+        with refusing(CompileError, OutputError, FoldError):
+            model = load_model(generate(scene, MODELS, tell.stage, fold=fold))
         tell.stage("simulate")
         with refusing(ValueError):
             result = simulate(

@@ -3,72 +3,129 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import sympy as sp
 
-from ..mechanism.joints import PointRef
 from ..mechanism.links import GROUND
 from ..mechanism.topology import Cut
-from .kinematics import ZERO, Kinematics, Vector, add, perp, scale
+from .kinematics import Kinematics, Vector, add, dot, perp, scale
+from .way import Way, between
+
+FIXED: dict[str, Vector] = {"x": (sp.S.One, sp.S.Zero), "y": (sp.S.Zero, sp.S.One)}
+
+
+@dataclass(frozen=True)
+class Row:
+    """One side's part in a closure row: ± direction·(acceleration at the end of ``arm``) at u̇ = 0 is ``bias``."""
+
+    name: str
+    direction: Vector
+    arm: Vector
+    bias: sp.Expr
+
+
+@dataclass(frozen=True)
+class Line:
+    """The line of a cut joint that slides: how the second point lies and moves as its link sees it.
+
+    ``along`` and ``normal`` are unit vectors, ``distance`` (m) is from the first point to the second, ``drift`` (m/s)
+    its rate in the first link's frame.
+    """
+
+    along: Vector
+    normal: Vector
+    distance: Vector
+    drift: Vector
 
 
 class Closure:
-    """Rows of every cut joint, x then y: (point on the second side) − (point on the first side) = 0 (eq. 13).
+    """Rows of every cut joint (eq. 13): (point on the second side) − (point on the first side) = 0.
 
-    Both sides are measured from the link where their branches meet, so the position of a floating mechanism does not
-    enter and costs no digits.
+    A pin has rows x and y; a joint that slides has one row n, across its line.
     """
 
     def __init__(self, kinematics: Kinematics) -> None:
-        self.kinematics = kinematics
+        self.kinematics, self.topology = kinematics, kinematics.topology
+        self.ways: dict[int, Way] = {}
+        self.lines: dict[int, Line] = {}
+        for cut in self.topology.cuts:
+            ends = [(side.link, kinematics.r[side.link, cut.joint]) for side in (cut.first, cut.second)]
+            self.ways[cut.joint] = between(kinematics, ends[0], ends[1])
+            if cut.kind != "revolute":
+                self._write_line(cut)
+
+    def _write_line(self, cut: Cut) -> None:
+        kinematics, way = self.kinematics, self.ways[cut.joint]
+        along = kinematics.line(cut.joint)
+        distance = kinematics.ledger.let_vector(f"across_{cut.joint}", way.vector())
+        carried = kinematics.swing(cut.first.link, distance)
+        drift = add(way.rate(), scale(sp.S.NegativeOne, carried))
+        drift = kinematics.ledger.let_vector(f"drift_{cut.joint}", drift)
+        self.lines[cut.joint] = Line(along, perp(along), distance, drift)
+        kinematics.ledger.close(f"line of {kinematics.mechanism.joints[cut.joint].name}")
+
+    def side(self, cut: Cut, link: int, factor: int) -> tuple[Row, ...]:
+        """What the side of ``cut`` on ``link`` adds to each row; ``factor`` is 1 for the second side, −1 for the first.
+
+        A line turns with the first link: there the row sees the acceleration of that link's point under the pin, less
+        2 ω ṡ n (eq. 33).
+        """
+        arm, squared = self.kinematics.r[link, cut.joint], self.kinematics.squared_rate[link]
+        line, extra = self.lines.get(cut.joint), sp.S.Zero
+        directions = {"n": line.normal} if line else FIXED
+        if line and factor < 0:
+            arm = add(arm, line.distance)
+            extra = -2 * self.kinematics.state.rate(link) * dot(line.along, line.drift)
+        if link == GROUND or not line:
+            bias = scale(-factor, self.kinematics.cr[link, cut.joint])
+        else:
+            bias = scale(-factor * squared, arm)
+        return tuple(Row(name, directions[name], arm, dot(directions[name], bias) + extra) for name in cut.rows)
 
     def residual(self) -> tuple[sp.Expr, ...]:
         """The rows themselves (m)."""
-        return self._rows(lambda link, arm: arm)
+        return self._rows(lambda cut: self.ways[cut.joint].vector())
 
     def rate(self) -> tuple[sp.Expr, ...]:
         """A u (m/s), eq. 14."""
-        return self._rows(lambda link, arm: ZERO if link == GROUND else self.kinematics.swing(link, arm))
+        return self._rows(lambda cut: self._line_drift(cut) or self.ways[cut.joint].rate())
 
     def bias(self) -> tuple[sp.Expr, ...]:
         """Ȧ u (m/s²): what the rows accelerate at with u̇ = 0, eq. 14 differentiated."""
-        return self._rows(lambda link, arm: ZERO if link == GROUND else scale(-self.kinematics.squared_rate[link], arm))
+        return self._rows(self._bias)
 
     def jacobian(self) -> tuple[sp.Expr, ...]:
         """A, row by row (eq. 14)."""
-        state = self.kinematics.state
-        entries: list[sp.Expr] = []
-        for cut in self.kinematics.topology.cuts:
-            columns: dict[sp.Symbol, Vector] = {}
-            for factor, link, arm in self._arms(cut):
-                if link != GROUND:
-                    rate = state.rate(link)
-                    columns[rate] = add(columns.get(rate, ZERO), scale(sp.Integer(factor), perp(arm)))
-            entries += [columns.get(u, ZERO)[axis] for axis in (0, 1) for u in state.u]
+        state, entries = self.kinematics.state, []
+        for cut in self.topology.cuts:
+            columns, line = self.ways[cut.joint].columns(), self.lines.get(cut.joint)
+            spin = state.rate(cut.first.link)
+            if line and spin != 0:
+                columns[spin] = add(columns.get(spin, (sp.S.Zero,) * 2), scale(sp.S.NegativeOne, perp(line.distance)))
+            for direction in self._directions(cut):
+                entries += [dot(direction, columns[u]) if u in columns else sp.S.Zero for u in state.u]
         return tuple(entries)
 
-    def _arms(self, cut: Cut) -> list[tuple[int, int, Vector]]:
-        """Signed arms around the loop: sign, link, arm."""
-        return [
-            (factor, link, arm)
-            for side, factor in ((cut.first, -1), (cut.second, 1))
-            for link, arm in self._way(side, cut)
-        ]
+    def _line_drift(self, cut: Cut) -> Vector | None:
+        line = self.lines.get(cut.joint)
+        return line.drift if line else None
 
-    def _way(self, side: PointRef, cut: Cut) -> list[tuple[int, Vector]]:
-        """Links from the side of the cut inwards to the meeting link, each with its arm towards the cut."""
-        topology = self.kinematics.topology
-        found, joint = [], cut.joint
-        for link in topology.path(side.link):
-            found.append((link, self.kinematics.r[link, joint]))
-            if link == cut.meeting:
-                return found
-            joint = topology.branch(link).joint
-        raise AssertionError("the meeting link lies on the way to the root")
+    def _bias(self, cut: Cut) -> Vector:
+        total, line = self.ways[cut.joint].bias(), self.lines.get(cut.joint)
+        if not line:
+            return total
+        first = cut.first.link
+        carried = scale(self.kinematics.squared_rate[first], line.distance)
+        return add(total, carried, scale(-2 * self.kinematics.state.rate(first), perp(line.drift)))
 
-    def _rows(self, contribution: Callable[[int, Vector], Vector]) -> tuple[sp.Expr, ...]:
+    def _directions(self, cut: Cut) -> tuple[Vector, ...]:
+        line = self.lines.get(cut.joint)
+        return (line.normal,) if line else tuple(FIXED.values())
+
+    def _rows(self, vector: Callable[[Cut], Vector]) -> tuple[sp.Expr, ...]:
         rows: list[sp.Expr] = []
-        for cut in self.kinematics.topology.cuts:
-            terms = [scale(sp.Integer(factor), contribution(link, arm)) for factor, link, arm in self._arms(cut)]
-            rows += add(*terms)
+        for cut in self.topology.cuts:
+            found = vector(cut)
+            rows += [dot(direction, found) for direction in self._directions(cut)]
         return tuple(rows)

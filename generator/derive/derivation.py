@@ -21,12 +21,13 @@ from ..mechanism.topology import Topology
 from .closure import Closure
 from .equations import Argument, Equations, Kernel, Ledger, Output
 from .form import FLIGHT, IMPACT
-from .gibbs import Recursion, Wrench
+from .gather import Wrench
+from .gibbs import Recursion
 from .impact import Contacts, Gap
 from .inverse import Inverse
 from .kinematics import ZERO, Kinematics, Vector, add, dot, symbol
 from .motion import TIME, Couple, Force, Motion, gather
-from .names import A_X, A_Y, ALPHA, AXES, State, multiplier
+from .names import A_X, A_Y, ALPHA, AXES, SLIDE, State, multiplier
 
 Let = Callable[[str, sp.Expr], sp.Expr]
 
@@ -57,6 +58,10 @@ class Terms(Protocol):
         """Potential energy (J) of those loads that have one; zero for the rest."""
         ...
 
+    def drives(self, motion: Motion) -> Sequence[tuple[int, sp.Expr]]:
+        """Joints whose motion is prescribed, each with its acceleration (rad/s², or m/s² along its line)."""
+        ...
+
     def power(self, motion: Motion) -> sp.Expr:
         """Power (W) of those loads that have no potential."""
         ...
@@ -78,7 +83,7 @@ class _Derivation:
     def __init__(self, mechanism: Mechanism, topology: Topology, effects: tuple[Terms, ...]) -> None:
         self.mechanism, self.topology, self.effects = mechanism, topology, effects
         self.ledger = Ledger()
-        self.state = State.of(len(mechanism.links), topology.root)
+        self.state = State.of(mechanism, topology)
         self.kinematics = Kinematics(mechanism, topology, self.state, self.ledger)
         self.field: Vector = add(ZERO, *(effect.field() for effect in effects))
         self.q = Argument("q", self.state.q, "coordinates")
@@ -89,8 +94,10 @@ class _Derivation:
     def equations(self) -> Equations:
         """Derive everything, kernel by kernel."""
         self.place, self.velocity = self.kinematics.write_positions(), self.kinematics.write_velocities()
-        self.motion = Motion(self.kinematics, self.place, self.velocity)
+        self.closure = Closure(self.kinematics)
+        self.motion = Motion(self.kinematics, self.closure, self.place, self.velocity)
         self.loads = self._loads()
+        self.drives = self._drives()
         kernels = [*self._dynamics(), *self._closure(), *self._motion(), *self._contact()]
         parameters = [*self.mechanism.parameters(), *(p for effect in self.effects for p in effect.parameters())]
         return Equations(tuple(parameters), self.state, tuple(self.ledger.blocks), tuple(kernels), self.contacts)
@@ -105,27 +112,47 @@ class _Derivation:
         self.ledger.close("loads of the links, about their inboard points")
         return gathered
 
-    def _power(self) -> list[Kernel]:
+    def _drives(self) -> dict[int, sp.Expr]:
+        """Prescribed accelerations by joint."""
+        found = {joint: value for effect in self.effects for joint, value in effect.drives(self.motion)}
+        self.ledger.close("prescribed motion")
+        return found
+
+    def _prescribed(self) -> list[Kernel]:
+        """The prescribed accelerations alone, for the solution of dependent closure rows."""
+        if not self.drives:
+            return []
+        order = [self.drives[branch.joint] for branch in self.topology.branches if branch.joint in self.drives]
+        signs = [1 if b.slides or b.outwards else -1 for b in self.topology.branches if b.joint in self.drives]
+        entries = tuple(sign * value for sign, value in zip(signs, order, strict=True))
+        output = Output("relative", entries, "prescribed accelerations of driven joints, outwards, rad/s^2 or m/s^2")
+        return [Kernel("prescribed", (self.acted[0],), (output,), "prescribed accelerations")]
+
+    def _power(self, inverse: Inverse) -> list[Kernel]:
         """The power of loads without a potential, if the scene names any: the energy balance needs its integral."""
-        power = sp.Add(*(effect.power(self.motion) for effect in self.effects))
+        power = sp.Add(*(effect.power(self.motion) for effect in self.effects), inverse.drive_power())
         self.ledger.close("power")
         if power == 0:
             return []
         output = Output("power", (power,), "power of the effects that have no potential, W")
-        return [Kernel("power", (self.q, self.u, *self.acted), (output,), "power of the effects")]
+        solved = (inverse.u_dot, inverse.multipliers) if self.drives else ()
+        return [Kernel("power", (self.q, self.u, *self.acted, *solved), (output,), "power of the effects")]
 
     def _dynamics(self) -> list[Kernel]:
-        state, cuts = self.state, self.topology.cuts
-        impulses = tuple(sp.Symbol(f"F_{u}") for u in state.u)
-        rows = [multiplier(cut.joint, axis) for cut in cuts for axis in AXES]
+        impulses = tuple(sp.Symbol(f"F_{u}") for u in self.state.u)
+        rows = [multiplier(*row) for row in self.topology.rows]
         jumps = {row: sp.Symbol(f"y_{row.joint}_{row.axis}") for row in rows}
-        recursion = Recursion(self.kinematics, self.ledger, self.field, self.loads, impulses, jumps)
+        recursion = Recursion(
+            self.kinematics, self.closure, self.ledger, self.field, self.loads, impulses, jumps, self.drives
+        )
         recursion.run()
         results = {}
         for impact in (FLIGHT, IMPACT):
             base = self._base(recursion, impact)
-            rates = [recursion.value(impact, k, ALPHA) for k in range(len(self.mechanism.links))]
-            results[impact] = (tuple(base + rates), tuple(recursion.value(impact, GROUND, row) for row in rows))
+            results[impact] = (
+                tuple(base + self._rates(recursion, impact)),
+                tuple(recursion.value(impact, GROUND, row) for row in rows),
+            )
         guards = tuple(recursion.guards)
         f = Argument("f", impulses, "generalized impulses")
         y = Argument("y", tuple(jumps.values()), "closure rates to be produced")
@@ -154,6 +181,14 @@ class _Derivation:
             ),
         ]
 
+    def _rates(self, recursion: Recursion, impact: bool) -> list[sp.Expr]:
+        """Angular accelerations (their jumps) of the links that have an angle, and those along the sliding joints."""
+        state, links = self.state, range(len(self.mechanism.links))
+        found = {state.rate(k): recursion.value(impact, k, ALPHA) for k in links}
+        slides = self.kinematics.slides
+        found |= {slide.speed: recursion.value(impact, link, SLIDE) for link, slide in slides.items()}
+        return [found[u] for u in state.u[state.base :]]
+
     def _base(self, recursion: Recursion, impact: bool) -> list[sp.Expr]:
         """Acceleration (velocity jump) of a floating root; adds the field that the recursion left out (eq. 12)."""
         if not self.topology.floating:
@@ -162,7 +197,7 @@ class _Derivation:
         return [x + (0 if impact else field) for x, field in zip(a, self.field, strict=True)]
 
     def _closure(self) -> list[Kernel]:
-        closure = Closure(self.kinematics)
+        closure = self.closure
         return [
             Kernel(
                 "closure", (self.q,), (Output("residual", closure.residual(), "gap of each cut joint, m"),), "closure"
@@ -185,9 +220,11 @@ class _Derivation:
         ]
 
     def _motion(self) -> list[Kernel]:
+        inverse = Inverse(self.kinematics, self.closure, self.field, self.loads, self.acted, self.drives)
         return [
-            *Inverse(self.kinematics, self.field, self.loads, self.acted).kernels(self.velocity),
-            *self._power(),
+            *inverse.kernels(self.velocity),
+            *self._power(inverse),
+            *self._prescribed(),
             Kernel(
                 "poses", (self.q,), (Output("pose", self._poses(), "per link: x, y (m), angle of its frame"),), "poses"
             ),
@@ -236,7 +273,7 @@ class _Derivation:
         )
 
     def _points(self) -> tuple[sp.Expr, ...]:
-        """Each joint where its tree side (a cut: its first side) has it, then each named point of each link."""
+        """Each joint where its tree side (a cut: its first side; a line: what slides) has it, then each named point."""
         refs = [self._joint_side(index) for index in range(len(self.mechanism.joints))]
         refs += [PointRef(k, name) for k, link in enumerate(self.mechanism.links) for name in link.points]
         result: list[sp.Expr] = []
@@ -250,10 +287,13 @@ class _Derivation:
         return tuple(result)
 
     def _joint_side(self, index: int) -> PointRef:
+        joint = self.mechanism.joints[index]
+        if joint.slides:
+            return joint.second
         for branch in self.topology.branches:
             if branch.joint == index:
                 return PointRef(branch.link, branch.inboard)
-        return self.mechanism.joints[index].first
+        return joint.first
 
     def _energy(self) -> tuple[sp.Expr, sp.Expr]:
         kinetic, potential = sp.S.Zero, sp.S.Zero

@@ -70,13 +70,17 @@ class Kernel:
 
 @dataclass(frozen=True)
 class Equations:
-    """All equations of a model. Checks that each name is defined once and before use, and each output is defined."""
+    """All equations of a model. Checks that each name is defined once and before use, and each output is defined.
+
+    ``folded`` are parameters whose values stand in the equations as numbers.
+    """
 
     parameters: tuple[Parameter, ...]
     state: State
     blocks: tuple[Block, ...]
     kernels: tuple[Kernel, ...]
     contacts: tuple[Gap, ...] = ()
+    folded: tuple[Parameter, ...] = ()
 
     def __post_init__(self) -> None:
         known = {sp.Symbol(p.symbol) for p in self.parameters}
@@ -129,6 +133,10 @@ class Ledger:
         elif self._written[name] != expression:
             raise ValueError(f"{name} is defined twice")
         return symbol
+
+    def __contains__(self, name: str) -> bool:
+        """Whether a quantity of this name is written down."""
+        return name in self._written
 
     def let_vector(self, name: str, vector: tuple[sp.Expr, sp.Expr]) -> tuple[sp.Expr, sp.Expr]:
         return (self.let(f"{name}_x", vector[0]), self.let(f"{name}_y", vector[1]))

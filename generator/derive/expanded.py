@@ -1,7 +1,8 @@
-"""The classical closed form M(q) u̇ + h(q, u) = Aᵀλ of small mechanisms, with A u̇ + Ȧ u = 0, and M Δu = AᵀΛ + NᵀP.
+"""The classical closed form M(q) u̇ + h(q, u) = Q + Aᵀλ of small mechanisms, A u̇ + Ȧ u = 0, and M Δu = AᵀΛ + NᵀP.
 
 Nothing here is recursive: SymPy differentiates the positions of the mass centres twice, forms the Gibbs function
-S = Σ ½ m |a_c|² + ½ I α² of the virtual open chain, and M = ∂²S/∂u̇², h = ∂S/∂u̇ at u̇ = 0 less the generalized forces.
+S = Σ ½ m |a_c|² + ½ I α² of the virtual open chain, and M = ∂²S/∂u̇², h = ∂S/∂u̇ at u̇ = 0 less the generalized forces
+of gravity. Q are the generalized forces of all other loads.
 """
 
 from __future__ import annotations
@@ -14,11 +15,12 @@ import sympy as sp
 from ..mechanism.joints import PointRef
 from ..mechanism.links import GROUND
 from ..mechanism.mechanism import Mechanism
-from ..mechanism.topology import Topology
+from ..mechanism.topology import Branch, Topology
 from .derivation import Terms
 from .equations import Assignment, Ledger
-from .kinematics import ZERO, Vector, add, dot, local, symbol
-from .names import AXES, State, multiplier, solution_name
+from .generalized import generalized_forces
+from .kinematics import ZERO, Vector, add, dot, local, perp, scale, symbol
+from .names import AXES, State, multiplier, slide_name, solution_name
 
 LIMIT = 4
 """Links up to which the closed form is written: its length grows with the square of their number."""
@@ -26,10 +28,11 @@ LIMIT = 4
 
 @dataclass(frozen=True)
 class ExpandedForm:
-    """M u̇ + h = Aᵀλ and A u̇ + ``A_rate`` = 0; in impact M Δu = AᵀΛ + NᵀP. Checks its shapes and the symmetry of M.
+    """M u̇ + h = Q + Aᵀλ and A u̇ + ``A_rate`` = 0; in impact M Δu = AᵀΛ + NᵀP. Checks its shapes and the symmetry of M.
 
     ``multipliers`` are the λ, one per row of ``A``; ``contacts`` names the point and the ground of each row of ``N``;
-    ``definitions`` are the names in ``N`` that stand for expressions in parameters.
+    ``definitions`` are the names in ``N`` that stand for expressions in parameters. ``Q`` is ``None`` where nothing
+    but gravity acts; ``forces`` are the names in it, which effects have given to expressions in q, u, t and inputs.
     """
 
     state: State
@@ -41,10 +44,13 @@ class ExpandedForm:
     A_rate: sp.ImmutableMatrix
     N: sp.ImmutableMatrix
     definitions: tuple[Assignment, ...] = ()
+    Q: sp.ImmutableMatrix | None = None
+    forces: tuple[Assignment, ...] = ()
 
     def __post_init__(self) -> None:
         nu, rows, contacts = len(self.state.u), len(self.multipliers), len(self.contacts)
         expected = {"M": (nu, nu), "h": (nu, 1), "A": (rows, nu), "A_rate": (rows, 1), "N": (contacts, nu)}
+        expected |= {"Q": (nu, 1)} if self.Q is not None else {}
         for name, shape in expected.items():
             if getattr(self, name).shape != shape:
                 raise ValueError(f"{name} has shape {getattr(self, name).shape}; expected {shape}")
@@ -52,11 +58,11 @@ class ExpandedForm:
             raise ValueError("M is not symmetric")
 
 
-def expand(mechanism: Mechanism, topology: Topology, effects: Sequence[Terms] = ()) -> ExpandedForm:
-    """The closed form of a mechanism of at most ``LIMIT`` links (``ValueError`` for more)."""
-    if len(mechanism.links) > LIMIT:
+def expand(mechanism: Mechanism, topology: Topology, effects: Sequence[Terms] = (), limit: int = LIMIT) -> ExpandedForm:
+    """The closed form of a mechanism of at most ``limit`` links (``ValueError`` for more)."""
+    if len(mechanism.links) > limit:
         raise ValueError(
-            f"found {len(mechanism.links)} links, expected at most {LIMIT} for the expanded form, whose length grows "
+            f"found {len(mechanism.links)} links, expected at most {limit} for the expanded form, whose length grows "
             "with their square; leave out --expand to see the recursive equations"
         )
     return _Expansion(mechanism, topology, tuple(effects)).form()
@@ -65,14 +71,14 @@ def expand(mechanism: Mechanism, topology: Topology, effects: Sequence[Terms] = 
 class _Expansion:
     def __init__(self, mechanism: Mechanism, topology: Topology, effects: tuple[Terms, ...]) -> None:
         self.mechanism, self.topology, self.effects = mechanism, topology, effects
-        self.state = State.of(len(mechanism.links), topology.root)
+        self.state = State.of(mechanism, topology)
         self.u_dot = tuple(sp.Symbol(f"{u}_dot") for u in self.state.u)
         self.arms: dict[sp.Symbol, sp.Expr] = {}
         self.inboard = {branch.link: PointRef(branch.link, branch.inboard) for branch in topology.branches}
         origin: Vector = (self.state.q[0], self.state.q[1]) if topology.floating else ZERO
         self.place: dict[int, Vector] = {topology.root: origin}
         for branch in topology.branches:
-            self.place[branch.link] = self.position(PointRef(branch.parent, branch.attach))
+            self.place[branch.link] = self._hung(branch)
         inertial = [symbol(p) for link in mechanism.links for p in (link.mass, link.inertia)]
         self.tidy = _Tidy(frozenset(inertial), frozenset((*self.state.q, *self.state.u)), self.arms)
 
@@ -85,7 +91,8 @@ class _Expansion:
         upper = {(i, j): self.tidy(sp.diff(slope[i], self.u_dot[j])) for i in range(nu) for j in range(i, nu)}
         rates = [self._rate(row) for row in rows]
         contacts, gaps, definitions = self._gaps()
-        multipliers = [multiplier(cut.joint, axis) for cut in self.topology.cuts for axis in AXES]
+        loads, names = generalized_forces(self.mechanism, self.topology, self.state, self.effects, self.position)
+        multipliers = [multiplier(*row) for row in self.topology.rows]
         return ExpandedForm(
             self.state,
             tuple(sp.Symbol(solution_name(GROUND, v, False)) for v in multipliers),
@@ -96,6 +103,8 @@ class _Expansion:
             self._matrix([[self._rate(rate)] for rate in rates], 1),
             self._matrix([[sp.diff(self._rate(gap), u) for u in self.state.u] for gap in gaps], nu),
             definitions,
+            self._matrix([[load] for load in loads], 1) if any(loads) else None,
+            names,
         )
 
     def position(self, ref: PointRef) -> Vector:
@@ -134,7 +143,7 @@ class _Expansion:
 
     def _gibbs_function(self) -> sp.Expr:
         """S = Σ ½ m |a_c|² + ½ I α² (eq. 5 of every link)."""
-        alpha = dict(zip(self.state.u, self.u_dot, strict=True))
+        alpha = {sp.S.Zero: sp.S.Zero} | dict(zip(self.state.u, self.u_dot, strict=True))
         total = sp.S.Zero
         for k, link in enumerate(self.mechanism.links):
             x, y = self._centre(k)
@@ -150,8 +159,26 @@ class _Expansion:
 
     def _closure(self) -> list[sp.Expr]:
         """Rows of the closure (eq. 13)."""
-        sides = [(self.position(cut.second), self.position(cut.first)) for cut in self.topology.cuts]
-        return [second - first for pair in sides for second, first in zip(*pair, strict=True)]
+        rows: list[sp.Expr] = []
+        for cut in self.topology.cuts:
+            ends = zip(self.position(cut.second), self.position(cut.first), strict=True)
+            gap = [second - first for second, first in ends]
+            rows += gap if cut.kind == "revolute" else [dot(perp(self._line(cut.joint)), (gap[0], gap[1]))]
+        return rows
+
+    def _line(self, joint: int) -> Vector:
+        """Direction of a sliding joint's line (eq. 29)."""
+        record = self.mechanism.joints[joint]
+        angle = self.state.angle(record.first.link) + symbol(record.axis)
+        return (sp.cos(angle), sp.sin(angle))
+
+    def _hung(self, branch: Branch) -> Vector:
+        """Where the inboard point of a branch is: on its parent's point, or along the line on which it slides."""
+        attached = self.position(PointRef(branch.parent, branch.attach))
+        if not branch.slides:
+            return attached
+        length = (1 if branch.outwards else -1) * sp.Symbol(slide_name(branch.joint))
+        return add(attached, scale(length, self._line(branch.joint)))
 
     def _gaps(self) -> tuple[tuple[tuple[str, str], ...], list[sp.Expr], tuple[Assignment, ...]]:
         """Names of the contacts, their gaps (eq. 15), and the names that the gaps use."""

@@ -10,7 +10,8 @@ from dataclasses import dataclass, field
 import sympy as sp
 
 from .equations import Ledger
-from .names import Variable, gain_name, hessian_name, linear_name, solution_name
+from .kinematics import Vector, dot, perp
+from .names import A_X, A_Y, ALPHA, SLIDE, Variable, gain_name, hessian_name, linear_name, solution_name
 
 FLIGHT, IMPACT = False, True
 
@@ -41,6 +42,36 @@ class Form:
     def add_l(self, impact: bool, v: Variable, value: sp.Expr) -> None:
         self.linear[impact][v] = self.l(impact, v) + value
 
+    def column(self, v: Variable) -> Vector:
+        """Derivatives of V by a and ``v``."""
+        return (self.h(A_X, v), self.h(A_Y, v))
+
+    def slide(self, direction: Vector, lead: Vector) -> None:
+        """Put a + s̈ d + α lead⊥ in the place of a (eq. 31): ``SLIDE`` becomes a variable, a what the joint hands on."""
+        phi = (self.column(A_X), self.column(A_Y))
+        others = [v for v in self.variables if v not in (A_X, A_Y)]
+        if lead != (0, 0) and ALPHA in others:
+            arm = perp(lead)
+            moved = (dot(phi[0], arm), dot(phi[1], arm))
+            self.add_h(ALPHA, ALPHA, 2 * dot(self.column(ALPHA), arm) + dot(arm, moved))
+            for v in others:
+                if v != ALPHA:
+                    self.add_h(ALPHA, v, dot(arm, self.column(v)))
+            for axis, v in enumerate((A_X, A_Y)):
+                self.add_h(v, ALPHA, moved[axis])
+            for impact in (FLIGHT, IMPACT):
+                self.add_l(impact, ALPHA, dot(arm, (self.l(impact, A_X), self.l(impact, A_Y))))
+        along = (dot(phi[0], direction), dot(phi[1], direction))
+        self.variables.append(SLIDE)
+        even = phi[0][1] == 0 and phi[0][0] == phi[1][1]  # then the direction's length, 1, is all that counts
+        self.add_h(SLIDE, SLIDE, phi[0][0] if even else dot(direction, along))
+        for axis, v in enumerate((A_X, A_Y)):
+            self.add_h(v, SLIDE, along[axis])
+        for v in others:
+            self.add_h(v, SLIDE, dot(direction, self.column(v)))
+        for impact in (FLIGHT, IMPACT):
+            self.add_l(impact, SLIDE, dot(direction, (self.l(impact, A_X), self.l(impact, A_Y))))
+
 
 @dataclass(frozen=True)
 class Solution:
@@ -59,19 +90,21 @@ class Eliminator:
     def __init__(self, link: int, form: Form, ledger: Ledger) -> None:
         self.link, self.form, self.ledger = link, form, ledger
 
-    def name_entries(self, only: tuple[Variable, ...] | None = None) -> None:
-        """Give every entry (or every entry that touches ``only``) its name."""
+    def name_entries(self, only: tuple[Variable, ...] | None = None, suffix: str = "") -> None:
+        """Give every entry (or every entry that touches ``only``) its name, with a suffix while it is not yet final."""
         form = self.form
         for key in sorted(form.hessian):
             if only is None or key[0] in only or key[1] in only:
                 factor = sign(*key)
-                form.hessian[key] = factor * self.ledger.let(hessian_name(self.link, *key), factor * form.hessian[key])
+                form.hessian[key] = factor * self.ledger.let(
+                    hessian_name(self.link, *key) + suffix, factor * form.hessian[key]
+                )
         for impact in (FLIGHT, IMPACT):
             for v in sorted(form.linear[impact]):
                 if only is None or v in only:
                     factor = sign(v)
                     form.linear[impact][v] = factor * self.ledger.let(
-                        linear_name(self.link, v, impact), factor * form.linear[impact][v]
+                        linear_name(self.link, v, impact) + suffix, factor * form.linear[impact][v]
                     )
 
     def eliminate(self, block: tuple[Variable, ...]) -> Solution:
@@ -126,7 +159,10 @@ class Eliminator:
         """H_ee⁻¹: a reciprocal, or the adjugate over the determinant of a 2 × 2 block."""
         h, let = self.form.h, self.ledger.let
         if len(block) == 1:
-            return [[let(f"i{hessian_name(self.link, block[0], block[0])}", 1 / h(block[0], block[0]))]], None
+            (e,) = block
+            pivot = sign(e, e) * h(e, e)
+            inverse = sign(e, e) * let(f"i{hessian_name(self.link, e, e)}", 1 / pivot)
+            return [[inverse]], pivot if e.kind == "lambda" else None
         e, f = block
         factor = sign(e, f)
         xx, xy, yy = factor * h(e, e), factor * h(e, f), factor * h(f, f)

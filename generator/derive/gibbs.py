@@ -6,17 +6,20 @@ the closure bias; in impact they hold generalized impulses and the closure veloc
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cache
 
 import sympy as sp
 
 from ..mechanism.links import GROUND
-from ..mechanism.topology import Cut
+from ..mechanism.topology import Branch, Cut
+from .closure import Closure
 from .equations import Ledger
 from .form import FLIGHT, IMPACT, Eliminator, Form, Solution
+from .gather import NO_LOAD, Wrench
 from .kinematics import ZERO, Kinematics, Vector, add, dot, perp, scale, symbol
-from .names import A_X, A_Y, ALPHA, AXES, Variable, hessian_name, multiplier, place, solution_name
+from .names import A_X, A_Y, ALPHA, SLIDE, Variable, hessian_name, multiplier, place, solution_name
 
 M, INERTIA, W2 = sp.symbols("m I w2")
 A, ALPHA_ = sp.symbols("a_x a_y"), sp.Symbol("alpha")
@@ -55,25 +58,23 @@ def gibbs_derivatives() -> GibbsDerivatives:
     )
 
 
-Wrench = tuple[Vector, sp.Expr]
-"""A force, and a moment about the inboard point of the link it acts on."""
-NO_LOAD: Wrench = (ZERO, sp.S.Zero)
-
-
 @dataclass
 class Recursion:
     """Runs the recursion for a mechanism.
 
     ``field_`` is a uniform acceleration field (gravity): the root's acceleration alone carries it, so that it costs
-    nothing along the chain (eq. 12).
+    nothing along the chain (eq. 12). ``drives`` are the accelerations of joints whose motion is prescribed, by joint:
+    the second link's less the first's (rad/s²), or along the line (m/s², theory, 4.12).
     """
 
     kinematics: Kinematics
+    closure: Closure
     ledger: Ledger
     field_: Vector
     loads: dict[int, Wrench]
     impulses: tuple[sp.Symbol, ...]
     jumps: dict[Variable, sp.Symbol]
+    drives: Mapping[int, sp.Expr]
     forms: dict[int, Form] = field(default_factory=dict)
     solutions: dict[int, list[Solution]] = field(default_factory=dict)
     guards: list[tuple[sp.Expr, sp.Expr]] = field(default_factory=list)
@@ -96,29 +97,60 @@ class Recursion:
         if link != GROUND:
             self._own_terms(link, form)
         for branch in self.kinematics.topology.outboard(link):
-            self._carry(link, branch.joint, self.forms[branch.link], form)
+            self._carry(link, branch, self.forms[branch.link], form)
         for cut in self.kinematics.topology.cuts:
             for side, factor in ((cut.first, -1), (cut.second, 1)):
                 if side.link == link:
                     self._closure_side(link, cut, factor, form)
         eliminator = Eliminator(link, form, self.ledger)
-        blocks: list[tuple[Variable, ...]] = [
-            (multiplier(cut.joint, "x"), multiplier(cut.joint, "y")) for cut in self._loops_closed_at(link, form)
-        ]
+        blocks = [tuple(multiplier(cut.joint, row) for row in cut.rows) for cut in self._loops_closed_at(link, form)]
         gathered = self._gathered_diagonal(link, form, blocks)
+        found = [eliminator.eliminate(block) for block in blocks]
+        self.guards += [(s.guard, _scale([gathered[v] for v in s.variables])) for s in found if s.guard]
         if link != GROUND:
-            blocks.append((ALPHA,))
-            if link == self.kinematics.topology.root:
-                blocks.append((A_X, A_Y))
-        self.solutions[link] = [eliminator.eliminate(block) for block in blocks]
-        self.guards += [
-            (s.guard, (gathered[s.variables[0]] + gathered[s.variables[1]]) ** 2 / 4)
-            for s in self.solutions[link]
-            if s.guard
-        ]
+            found += self._eliminate_own(link, form, eliminator)
+        self.solutions[link] = found
         eliminator.name_entries()
         self.forms[link] = form
         self.ledger.close(f"inwards: {self.kinematics.title(link)}")
+
+    def _eliminate_own(self, link: int, form: Form, eliminator: Eliminator) -> list[Solution]:
+        """What belongs to the link and its joint: α unless it follows its parent's, s̈ if it slides, a of the root.
+
+        Where the line is the link's own, α moves the inboard point against the joint, so s̈ goes first (eq. 31).
+        """
+        slide, found = self.kinematics.slides.get(link), []
+        driven = self._driven(link) is not None
+        turns = self._turns(link) and (slide is not None or not driven)
+        slide = None if driven else slide
+        own_line = slide is not None and slide.owner == link
+        if turns and not own_line:
+            found.append(eliminator.eliminate((ALPHA,)))
+        if slide:
+            eliminator.name_entries((A_X, A_Y), "_fixed")
+            form.slide(slide.direction, self.kinematics.lead.get(link, ZERO))
+            force = self.impulses[self.kinematics.state.u.index(slide.speed)]
+            form.add_l(IMPACT, SLIDE, -force)
+            found.append(eliminator.eliminate((SLIDE,)))
+        if turns and own_line:
+            found.append(eliminator.eliminate((ALPHA,)))
+        if link == self.kinematics.topology.root:
+            found.append(eliminator.eliminate((A_X, A_Y)))
+        return found
+
+    def _turns(self, link: int) -> bool:
+        """Whether the link's angle is a coordinate of its own."""
+        topology = self.kinematics.topology
+        return link == topology.root or not topology.branch(link).follows
+
+    def _driven(self, link: int) -> sp.Expr | None:
+        """The prescribed acceleration of the joint that carries the link, outwards: relative α, or s̈ along its line."""
+        if link == self.kinematics.topology.root:
+            return None
+        branch = self.kinematics.topology.branch(link)
+        if branch.joint not in self.drives:
+            return None
+        return self.drives[branch.joint] * (1 if branch.slides or branch.outwards else -1)
 
     def _gathered_diagonal(self, link: int, form: Form, blocks: list[tuple[Variable, ...]]) -> dict[Variable, sp.Expr]:
         """Diagonal of C before loops that share links take from it: the scale of the guards."""
@@ -155,27 +187,35 @@ class Recursion:
     def _impulses(self, link: int) -> dict[Variable, sp.Symbol]:
         """Generalized impulses that work on the link's own variables."""
         state, topology = self.kinematics.state, self.kinematics.topology
-        found = {ALPHA: self.impulses[state.u.index(state.rate(link))]}
+        found = {ALPHA: self.impulses[state.u.index(state.rate(link))]} if self._turns(link) else {}
         if link == topology.root:
             found |= {A_X: self.impulses[0], A_Y: self.impulses[1]}
         return found
 
-    def _carry(self, link: int, joint: int, child: Form, form: Form) -> None:
-        """Add V_child(a + α r⊥ − ω² r): the chain rule with the derivatives of the joint's acceleration (eq. 7)."""
-        r, cr = self.kinematics.r[link, joint], self.kinematics.cr[link, joint]
+    def _carry(self, link: int, branch: Branch, child: Form, form: Form) -> None:
+        """Add V_child(a + α r⊥ − ω² r): the chain rule with the derivatives of the joint's acceleration (eq. 7).
+
+        A child that follows the link's angle hands on its α too, which is the link's own (eq. 32).
+        """
+        joint = branch.joint
+        r = self.kinematics.r[link, joint]
         name = f"{place(link)}_{joint}"
         open_ = [v for v in child.variables if v.kind == "lambda"]
         form.variables += [v for v in open_ if v not in form.variables]
         for i, v in enumerate(open_):
             for w in open_[i:]:
                 form.add_h(v, w, child.h(v, w))
-        bias = self._field_or(scale(sp.S.NegativeOne, cr), link)
+        bias = self._bias(branch)
+        spin = sp.S.Zero if branch.slides else self._driven(branch.link)
+        if link == GROUND:
+            bias = add(bias, scale(sp.S.NegativeOne, self.field_))
         linear = {i: (child.l(i, A_X), child.l(i, A_Y)) for i in (FLIGHT, IMPACT)}
         phi = [[child.h(v, w) for w in (A_X, A_Y)] for v in (A_X, A_Y)]
-        felt = add(linear[FLIGHT], (dot((phi[0][0], phi[0][1]), bias), dot((phi[1][0], phi[1][1]), bias)))
+        turned = scale(spin or sp.S.Zero, child.column(ALPHA))
+        felt = add(linear[FLIGHT], turned, (dot((phi[0][0], phi[0][1]), bias), dot((phi[1][0], phi[1][1]), bias)))
         for v in open_:
             column = (child.h(A_X, v), child.h(A_Y, v))
-            form.add_l(FLIGHT, v, child.l(FLIGHT, v) + dot(column, bias))
+            form.add_l(FLIGHT, v, child.l(FLIGHT, v) + dot(column, bias) + child.h(ALPHA, v) * (spin or 0))
             form.add_l(IMPACT, v, child.l(IMPACT, v))
         if link == GROUND:
             return
@@ -196,25 +236,44 @@ class Recursion:
             form.add_h(A_X, v, column[0])
             form.add_h(A_Y, v, column[1])
             form.add_h(ALPHA, v, dot(arm, column))
+        if branch.follows or spin is not None:
+            self._carry_turning(child, form, arm, bias, spin or sp.S.Zero)
+
+    def _bias(self, branch: Branch) -> Vector:
+        """What the inboard point accelerates at besides its parent's motion; a prescribed s̈ is part of it."""
+        bias, driven = self.kinematics.bias(branch), self._driven(branch.link)
+        if driven is None or not branch.slides:
+            return bias
+        return add(bias, scale(driven, self.kinematics.slides[branch.link].direction))
+
+    def _carry_turning(self, child: Form, form: Form, arm: Vector, bias: Vector, spin: sp.Expr) -> None:
+        """The part of V_child that depends on α itself: p, D, h and g of a child that turns as the link does, or that
+        much faster (``spin``, rad/s²)."""
+        p = child.column(ALPHA)
+        form.add_h(A_X, ALPHA, p[0])
+        form.add_h(A_Y, ALPHA, p[1])
+        form.add_h(ALPHA, ALPHA, child.h(ALPHA, ALPHA) + 2 * dot(p, arm))
+        form.add_l(FLIGHT, ALPHA, child.l(FLIGHT, ALPHA) + dot(p, bias) + child.h(ALPHA, ALPHA) * spin)
+        form.add_l(IMPACT, ALPHA, child.l(IMPACT, ALPHA))
+        for v in child.variables:
+            if v.kind == "lambda":
+                form.add_h(ALPHA, v, child.h(ALPHA, v))
 
     def _closure_side(self, link: int, cut: Cut, factor: int, form: Form) -> None:
         """−λ·(± acceleration of the cut joint's point on this side) (eq. 7), and the impact's right-hand side once."""
-        r, cr = self.kinematics.r[link, cut.joint], self.kinematics.cr[link, cut.joint]
-        arm, bias = perp(r), self._field_or(scale(sp.S.NegativeOne, cr), link)
-        for axis, name in enumerate(AXES):
-            v = multiplier(cut.joint, name)
+        for row in self.closure.side(cut, link, factor):
+            v = multiplier(cut.joint, row.name)
             if v not in form.variables:
                 form.variables.append(v)
-            form.add_l(FLIGHT, v, -factor * bias[axis])
+            bias = scale(sp.Integer(-factor), self.field_) if link == GROUND else ZERO
+            form.add_l(FLIGHT, v, -(row.bias + dot(row.direction, bias)))
             if factor > 0:
                 form.add_l(IMPACT, v, self.jumps[v])
             if link != GROUND:
-                form.add_h((A_X, A_Y)[axis], v, sp.Integer(-factor))
-                form.add_h(ALPHA, v, -factor * arm[axis])
-
-    def _field_or(self, bias: Vector, link: int) -> Vector:
-        """The ground accelerates against the field; every other link has its own bias."""
-        return scale(sp.S.NegativeOne, self.field_) if link == GROUND else bias
+                for axis, w in enumerate((A_X, A_Y)):
+                    if row.direction[axis] != 0:
+                        form.add_h(w, v, sp.Integer(-factor) * row.direction[axis])
+                form.add_h(ALPHA, v, -factor * dot(row.direction, perp(row.arm)))
 
     def _loops_closed_at(self, link: int, form: Form) -> list[Cut]:
         """Cuts whose branches meet at the link, in an order of least fill (minimum degree on shared multipliers)."""
@@ -243,34 +302,58 @@ class Recursion:
         self._solve(topology.root, impact)
         self.ledger.close(f"outwards in {phase}: {kinematics.title(topology.root)}")
         for branch in topology.branches:
-            start = self._acceleration(branch.parent, impact)
-            if branch.parent == GROUND:
-                value = ZERO if impact else scale(sp.S.NegativeOne, self.field_)
-            else:
-                r, cr = kinematics.r[branch.parent, branch.joint], kinematics.cr[branch.parent, branch.joint]
-                swing = scale(self.known[impact, branch.parent, ALPHA], perp(r))
-                value = add(start, swing) if impact else add(start, swing, scale(sp.S.NegativeOne, cr))
+            turning = sp.S.Zero if branch.parent == GROUND else self.known[impact, branch.parent, ALPHA]
+            swing = scale(turning, perp(kinematics.r[branch.parent, branch.joint]))
+            value = add(self._acceleration(branch.parent, impact), swing, ZERO if impact else self._bias(branch))
+            driven = self._driven(branch.link)
+            if branch.follows:
+                self.known[impact, branch.link, ALPHA] = turning
+            elif driven is not None:
+                name = solution_name(branch.link, ALPHA, impact)
+                self.known[impact, branch.link, ALPHA] = self.ledger.let(name, turning + (0 if impact else driven))
+            if driven is not None and branch.slides:
+                self.known[impact, branch.link, SLIDE] = sp.S.Zero if impact else driven
+            slides = "_before" if branch.link in kinematics.slides and driven is None else ""
             for axis, v in enumerate((A_X, A_Y)):
-                name = solution_name(branch.link, v, impact)
+                name = solution_name(branch.link, v, impact).replace(f"_{branch.link}_", f"_{branch.link}{slides}_")
                 self.known[impact, branch.link, v] = self.ledger.let(name, value[axis])
             self._solve(branch.link, impact)
             self.ledger.close(f"outwards in {phase}: {kinematics.title(branch.link)}")
 
     def _acceleration(self, link: int, impact: bool) -> Vector:
+        """Of the inboard point; the ground accelerates against the field."""
         if link == GROUND:
-            return ZERO
+            return ZERO if impact else scale(sp.S.NegativeOne, self.field_)
         return (self.known[impact, link, A_X], self.known[impact, link, A_Y])
 
     def _solve(self, link: int, impact: bool) -> None:
         """What was eliminated at the link, last eliminated first (eq. 11)."""
         for solution in reversed(self.solutions[link]):
-            for e in solution.variables:
-                terms = [gain * self.value(impact, link, v) for (row, v), gain in solution.gains.items() if row == e]
-                value = -sp.Add(*terms, solution.constant[impact, e])
-                self.known[impact, link if e.kind != "lambda" else GROUND, e] = self.ledger.let(
-                    solution_name(link, e, impact), value
-                )
+            self._solve_block(link, solution, impact)
+            if solution.variables == (SLIDE,):
+                self._slide(link, impact)
+
+    def _slide(self, link: int, impact: bool) -> None:
+        """From here on a is the acceleration of the inboard point, sliding included."""
+        slide = self.kinematics.slides[link]
+        moved = scale(self.known[impact, link, SLIDE], slide.direction)
+        if link in self.kinematics.lead:
+            moved = add(moved, scale(self.known[impact, link, ALPHA], perp(self.kinematics.lead[link])))
+        for axis, v in enumerate((A_X, A_Y)):
+            value = self.known[impact, link, v] + moved[axis]
+            self.known[impact, link, v] = self.ledger.let(solution_name(link, v, impact), value)
+
+    def _solve_block(self, link: int, solution: Solution, impact: bool) -> None:
+        for e in solution.variables:
+            terms = [gain * self.value(impact, link, v) for (row, v), gain in solution.gains.items() if row == e]
+            value = self.ledger.let(solution_name(link, e, impact), -sp.Add(*terms, solution.constant[impact, e]))
+            self.known[impact, link if e.kind != "lambda" else GROUND, e] = value
 
     def value(self, impact: bool, link: int, v: Variable) -> sp.Expr:
         """A solved acceleration of ``link``, or a solved multiplier."""
         return self.known[impact, link if v.kind != "lambda" else GROUND, v]
+
+
+def _scale(diagonal: list[sp.Expr]) -> sp.Expr:
+    """What a guard's pivot is compared with: the entry itself, or the square of the mean of two."""
+    return diagonal[0] if len(diagonal) == 1 else (diagonal[0] + diagonal[1]) ** 2 / 4

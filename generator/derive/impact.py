@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import sympy as sp
 
 from ..mechanism.joints import PointRef
-from ..mechanism.links import GROUND
-from .kinematics import ZERO, Kinematics, Vector, add, dot, perp, scale
+from .gather import NO_LOAD, Wrench, generalized
+from .kinematics import Kinematics, Vector, add, dot, perp, scale
 
 
 @dataclass(frozen=True)
@@ -51,21 +51,9 @@ class Contacts:
 
     def generalized(self, impulses: tuple[sp.Symbol, ...]) -> tuple[sp.Expr, ...]:
         """Nᵀ P (eq. 17): normal impulses P become generalized impulses, gathered from tips to root."""
-        kinematics, ledger = self.kinematics, self.kinematics.ledger
-        topology = kinematics.topology
-        total: dict[int, Vector] = {}
-        moment: dict[int, sp.Expr] = {}
+        wrenches: dict[int, Wrench] = {}
         for contact, impulse in zip(self.contacts, impulses, strict=True):
             link, push = contact.point.link, scale(impulse, contact.normal)
-            total[link] = add(total.get(link, ZERO), push)
-            moment[link] = moment.get(link, sp.S.Zero) + dot(perp(self.arms[contact.point]), push)
-        for branch in reversed(topology.branches):
-            if branch.link in total:
-                felt = total[branch.link] = ledger.let_vector(f"G_{branch.link}", total[branch.link])
-                if branch.parent != GROUND:
-                    arm = kinematics.r[branch.parent, branch.joint]
-                    total[branch.parent] = add(total.get(branch.parent, ZERO), felt)
-                    moment[branch.parent] = moment.get(branch.parent, sp.S.Zero) + dot(perp(arm), felt)
-        ledger.close("generalized impulses of the contacts, inwards")
-        root = list(total.get(topology.root, ZERO)) if topology.floating else []
-        return tuple(root + [moment.get(k, sp.S.Zero) for k in range(len(kinematics.mechanism.links))])
+            force, moment = wrenches.get(link, NO_LOAD)
+            wrenches[link] = (add(force, push), moment + dot(perp(self.arms[contact.point]), push))
+        return generalized(self.kinematics, wrenches, "G", "generalized impulses of the contacts, inwards")

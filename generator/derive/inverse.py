@@ -5,22 +5,34 @@ Nothing is solved here. Motion is carried outwards from the root, forces are gat
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import sympy as sp
 
 from ..mechanism.links import GROUND
+from .closure import Closure
 from .equations import Argument, Kernel, Output
-from .gibbs import NO_LOAD, Wrench
+from .gather import NO_LOAD, Wrench, generalized
 from .kinematics import ZERO, Kinematics, Vector, add, dot, perp, scale, symbol
-from .names import AXES, place
+from .names import place
 
 
 class Inverse:
     """Kernels that turn motions into forces, less those that effects supply: ``field`` and ``loads``."""
 
     def __init__(
-        self, kinematics: Kinematics, field: Vector, loads: dict[int, Wrench], acted: tuple[Argument, ...]
+        self,
+        kinematics: Kinematics,
+        closure: Closure,
+        field: Vector,
+        loads: dict[int, Wrench],
+        acted: tuple[Argument, ...],
+        driven: Collection[int],
     ) -> None:
         self.kinematics, self.topology, self.ledger = kinematics, kinematics.topology, kinematics.ledger
+        self.closure, self.driven = closure, driven
+        self.held: dict[int, sp.Expr] = {}
+        self.pushed: dict[int, Vector] = {}
         self.state, self.field, self.loads, self.acted = kinematics.state, field, loads, acted
         self.q = Argument("q", self.state.q, "coordinates")
         self.u = Argument("u", self.state.u, "quasi-velocities, u = dq/dt")
@@ -38,16 +50,25 @@ class Inverse:
         root = add(base, scale(sp.S.NegativeOne, self.field))
         a = {topology.root: self.ledger.let_vector(f"aR_{place(topology.root)}", root)}
         for branch in topology.branches:
-            k, value = branch.parent, a[branch.parent]
-            if k != GROUND:
-                swing = scale(self._spin(k), perp(kinematics.r[k, branch.joint]))
-                value = add(value, swing, scale(sp.S.NegativeOne, kinematics.cr[k, branch.joint]))
-            a[branch.link] = self.ledger.let_vector(f"aR_{branch.link}", value)
+            terms = [
+                a[branch.parent],
+                scale(self._spin(branch.parent), perp(kinematics.r[branch.parent, branch.joint])),
+            ]
+            if branch.link in kinematics.lead:
+                terms.append(scale(self._spin(branch.link), perp(kinematics.lead[branch.link])))
+            if branch.link in kinematics.slides:
+                slide = kinematics.slides[branch.link]
+                terms.append(scale(self._dot(slide.speed), slide.direction))
+            a[branch.link] = self.ledger.let_vector(f"aR_{branch.link}", add(*terms, kinematics.bias(branch)))
         self.ledger.close("accelerations less the field, outwards")
         return a
 
     def _spin(self, link: int) -> sp.Expr:
-        return self.u_dot.symbols[self.state.u.index(self.state.rate(link))]
+        rate = self.state.rate(link)
+        return sp.S.Zero if rate == 0 else self._dot(rate)
+
+    def _dot(self, velocity: sp.Expr) -> sp.Symbol:
+        return self.u_dot.symbols[self.state.u.index(velocity)]
 
     def _inertia(self, a: dict[int, Vector]) -> dict[int, Wrench]:
         """The wrench that gives each link its acceleration, less its loads: derivatives of S by a and α (eq. 6)."""
@@ -68,26 +89,13 @@ class Inverse:
             f"J_{link}", symbol(body.inertia) + sp.expand(self.kinematics.mass[link] * dot(rho, rho))
         )
 
-    def _gather(self, wrenches: dict[int, Wrench], name: str, title: str) -> tuple[sp.Expr, ...]:
-        """Generalized forces of wrenches on the links, from the tips inwards: Σ over what hangs outboard (eq. 17)."""
-        force = {k: wrench[0] for k, wrench in wrenches.items()}
-        moment = {k: wrench[1] for k, wrench in wrenches.items()}
-        for branch in reversed(self.topology.branches):
-            felt = self.ledger.let_vector(f"{name}_{branch.link}", force[branch.link])
-            if branch.parent != GROUND:
-                force[branch.parent] = add(force[branch.parent], felt)
-                moment[branch.parent] += dot(perp(self.kinematics.r[branch.parent, branch.joint]), felt)
-        self.ledger.close(title)
-        base = list(force[self.topology.root]) if self.topology.floating else []
-        return tuple(base + [moment[k] for k in range(len(moment))])
-
     def _momentum(self, velocity: dict[int, Vector]) -> Kernel:
         wrenches = {}
         for k in range(len(self.kinematics.mechanism.links)):
             mass, mu, rate = self.kinematics.mass[k], self.kinematics.mu[k], self.state.rate(k)
             linear = add(scale(mass, velocity[k]), scale(rate, perp(mu)))
             wrenches[k] = (linear, dot(perp(mu), velocity[k]) + self._moment_of_inertia(k) * rate)
-        momenta = self._gather(wrenches, "L", "momenta, inwards")
+        momenta = generalized(self.kinematics, wrenches, "L", "momenta, inwards")
         return Kernel(
             "momentum",
             (self.q, self.u),
@@ -96,7 +104,7 @@ class Inverse:
         )
 
     def _inverse_dynamics(self, inertia: dict[int, Wrench]) -> Kernel:
-        forces = self._gather(inertia, "Q", "forces for a given motion, inwards")
+        forces = generalized(self.kinematics, inertia, "Q", "forces for a given motion, inwards")
         output = Output(
             "f", forces, "generalized forces M u_dot + h that the motion needs besides those of the effects"
         )
@@ -108,23 +116,50 @@ class Inverse:
         )
 
     def _reactions(self, inertia: dict[int, Wrench]) -> Kernel:
-        """Force of each joint on its outboard link, from the tips inwards (eq. 18); a cut joint's is its multiplier."""
-        cuts = self.topology.cuts
-        given = {cut.joint: tuple(sp.Symbol(f"given_lambda_{cut.joint}_{axis}") for axis in AXES) for cut in cuts}
-        result: dict[int, Vector] = {joint: (pair[0], pair[1]) for joint, pair in given.items()}
+        """Force and moment of each joint on its outboard link, from the tips inwards (eq. 18); a cut joint's force is
+        its multipliers'. A pin has no moment, and a link's moments are written only where its joint holds its angle."""
+        rows = self.topology.rows
+        given = {row: sp.Symbol(f"given_lambda_{row[0]}_{row[1]}") for row in rows}
+        result: dict[int, Vector] = {}
+        moment = {k: wrench[1] for k, wrench in inertia.items()} | {GROUND: sp.S.Zero}
         felt: dict[int, Vector] = {}
-        for cut in cuts:
+        for cut in self.topology.cuts:
             for side, factor in ((cut.first, 1), (cut.second, -1)):
-                felt[side.link] = add(felt.get(side.link, ZERO), scale(sp.Integer(factor), result[cut.joint]))
+                sides = self.closure.side(cut, side.link, -factor)
+                force = add(*(scale(given[cut.joint, row.name], row.direction) for row in sides))
+                result[cut.joint] = force
+                felt[side.link] = add(felt.get(side.link, ZERO), scale(sp.Integer(factor), force))
+                moment[side.link] += factor * dot(perp(sides[0].arm), force)
+        moments: dict[int, sp.Expr] = {}
         for branch in reversed(self.topology.branches):
-            force = add(inertia[branch.link][0], felt.get(branch.link, ZERO))
+            link, parent = branch.link, branch.parent
+            force = add(inertia[link][0], felt.get(link, ZERO))
             result[branch.joint] = self.ledger.let_vector(f"R_{branch.joint}", force)
-            felt[branch.parent] = add(felt.get(branch.parent, ZERO), result[branch.joint])
+            felt[parent] = add(felt.get(parent, ZERO), result[branch.joint])
+            moment[parent] += dot(perp(self.kinematics.r[parent, branch.joint]), result[branch.joint])
+            if branch.follows or (branch.joint in self.driven and not branch.slides):
+                moments[branch.joint] = self.ledger.let(f"MR_{branch.joint}", moment[link])
+                moment[parent] += moments[branch.joint]
         self.ledger.close("reactions, inwards")
-        multipliers = Argument("lambda", tuple(s for pair in given.values() for s in pair), "closure multipliers, N")
+        self.held, self.pushed = moments, result
+        self.multipliers = multipliers = Argument("lambda", tuple(given.values()), "closure multipliers, N")
         joints = range(len(self.kinematics.mechanism.joints))
-        entries = tuple(entry for joint in joints for entry in (*result[joint], sp.S.Zero))
+        entries = tuple(entry for joint in joints for entry in (*result[joint], moments.get(joint, sp.S.Zero)))
         output = Output("reaction", entries, "per joint: force x, y (N) and moment (N m) on the outboard link")
         return Kernel(
             "reactions", (self.q, self.u, *self.acted, self.u_dot, multipliers), (output,), "forces in the joints"
         )
+
+    def drive_power(self) -> sp.Expr:
+        """What joints with prescribed motion put in (W): moment times relative rate, or force times sliding speed."""
+        total = sp.S.Zero
+        for branch in self.topology.branches:
+            if branch.joint not in self.driven:
+                continue
+            if branch.slides:
+                slide = self.kinematics.slides[branch.link]
+                total += dot(slide.direction, self.pushed[branch.joint]) * slide.speed
+            else:
+                rates = self.state.rate(branch.link) - self.state.rate(branch.parent)
+                total += self.held[branch.joint] * rates
+        return total

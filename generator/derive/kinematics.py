@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import sympy as sp
 
 from ..mechanism.joints import PointRef
 from ..mechanism.links import GROUND, Parameter, Point
 from ..mechanism.mechanism import Mechanism
-from ..mechanism.topology import Topology
+from ..mechanism.topology import Branch, Topology
 from .equations import Ledger
-from .names import State
+from .names import State, place, slide_name, sliding_name
 
 Vector = tuple[sp.Expr, sp.Expr]
 ZERO: Vector = (sp.S.Zero, sp.S.Zero)
@@ -42,12 +44,26 @@ def local(point: Point) -> Vector:
     return (symbol(point.x), symbol(point.y))
 
 
+@dataclass(frozen=True)
+class Slide:
+    """How a branch's inboard point slides: ``length`` and ``speed`` along ``direction``, which turns with ``owner``.
+
+    The direction is that in which the inboard point moves as the length grows.
+    """
+
+    owner: int
+    length: sp.Symbol
+    speed: sp.Symbol
+    direction: Vector
+
+
 class Kinematics:
     """Named kinematic quantities of every link; building it writes one block per link into the ledger.
 
     ``r[link, joint]`` is the arm from a link's inboard point to the joint, in fixed axes (eq. 2), ``cr`` the same times
     ω² (eq. 4); ``centre`` is the centre of mass in link axes and ``mu`` the first moment of mass in fixed axes, both
-    from the inboard point.
+    from the inboard point. ``r`` of a joint that slides along a line of the link ends where the joint is now;
+    ``lead[link]`` is the rest of the way to the link's inboard point where the line is the link's own (section 2.1).
     """
 
     def __init__(self, mechanism: Mechanism, topology: Topology, state: State, ledger: Ledger) -> None:
@@ -58,14 +74,24 @@ class Kinematics:
         self.centre: dict[int, Vector] = {}
         self.mu: dict[int, Vector] = {}
         self.inboard: dict[int, Vector] = {GROUND: ZERO}
-        self.squared_rate: dict[int, sp.Expr] = {}
+        self.squared_rate: dict[int, sp.Expr] = {GROUND: sp.S.Zero}
+        self.turning: dict[sp.Expr, Vector] = {sp.S.Zero: (sp.S.One, sp.S.Zero)}
+        self.squares: dict[sp.Expr, sp.Expr] = {sp.S.Zero: sp.S.Zero}
+        self.slides: dict[int, Slide] = {}
+        self.lead: dict[int, Vector] = {}
+        self.attached: dict[int, Vector] = {}
         for branch in topology.branches:
             self.inboard[branch.link] = local(mechanism.links[branch.link].points[branch.inboard])
         if topology.floating:
             self.inboard[topology.root] = ZERO
-        for link in range(len(mechanism.links)):
+        links = range(len(mechanism.links))
+        followers = {branch.link for branch in topology.branches if branch.follows}
+        for link in sorted(links, key=lambda k: k in followers):
             self._write(link)
         self._write_ground()
+        for branch in topology.branches:
+            if branch.slides:
+                self._write_slide(branch)
 
     def joints_of(self, link: int) -> tuple[tuple[int, str], ...]:
         """Joints that the link carries outboard of its inboard point (cut joints too), each with its point."""
@@ -78,9 +104,11 @@ class Kinematics:
         """Sine and cosine of the link's angle, its arms, and its first moment of mass."""
         let, body = self.ledger.let, self.mechanism.links[link]
         angle, rate = self.state.angle(link), self.state.rate(link)
-        let(f"c_{link}", sp.cos(angle))
-        let(f"s_{link}", sp.sin(angle))
-        self.squared_rate[link] = let(f"w2_{link}", rate**2)
+        if angle not in self.turning:
+            self.turning[angle] = (let(f"c_{link}", sp.cos(angle)), let(f"s_{link}", sp.sin(angle)))
+        if rate not in self.squares:
+            self.squares[rate] = let(f"w2_{link}", rate**2)
+        self.squared_rate[link] = self.squares[rate]
         self.mass[link] = symbol(body.mass)
         for joint, point in self.joints_of(link):
             self.r[link, joint] = self.arm(link, body.points[point], str(joint))
@@ -91,6 +119,49 @@ class Kinematics:
         moment = (let(f"mx_{link}", self.mass[link] * xi), let(f"my_{link}", self.mass[link] * eta))
         self.mu[link] = self.ledger.let_vector(f"mu_{link}", self.turn(link, moment))
         self.ledger.close(f"kinematics of {self.title(link)}")
+
+    def line(self, joint: int) -> Vector:
+        """Direction of a sliding joint's line in fixed axes, of length 1."""
+        record, name = self.mechanism.joints[joint], f"along_{joint}"
+        if record.axis is None:
+            return self.turn(record.first.link, (sp.S.One, sp.S.Zero))
+        if f"{name}_x" not in self.ledger:
+            angle = self.state.angle(record.first.link) + symbol(record.axis)
+            self.ledger.let_vector(name, (sp.cos(angle), sp.sin(angle)))
+        return (sp.Symbol(f"{name}_x"), sp.Symbol(f"{name}_y"))
+
+    def _write_slide(self, branch: Branch) -> None:
+        """The line of a branch that slides, and the arm along it (eq. 29)."""
+        joint, parent = branch.joint, branch.parent
+        length, speed = sp.Symbol(slide_name(joint)), sp.Symbol(sliding_name(joint))
+        direction = scale(sp.Integer(1 if branch.outwards else -1), self.line(joint))
+        self.slides[branch.link] = Slide(branch.owner, length, speed, direction)
+        slid = self.ledger.let_vector(f"slid_{joint}", scale(length, direction))
+        self.attached[joint] = self.r[parent, joint]
+        if branch.owner == branch.link:
+            self.lead[branch.link] = slid
+        else:
+            self.r[parent, joint] = arm = self.ledger.let_vector(
+                f"rs_{place(parent)}_{joint}", add(self.r[parent, joint], slid)
+            )
+            self.cr[parent, joint] = self.ledger.let_vector(
+                f"crs_{place(parent)}_{joint}", scale(self.squared_rate[parent], arm)
+            )
+        self.ledger.close(f"line of {self.mechanism.joints[joint].name}")
+
+    def bias(self, branch: Branch) -> Vector:
+        """Acceleration of the inboard point against the parent's at u̇ = 0: −ω² r, and what sliding adds (eq. 30)."""
+        total = scale(sp.S.NegativeOne, self.cr[branch.parent, branch.joint])
+        if branch.link in self.lead:
+            total = add(total, scale(-self.squared_rate[branch.link], self.lead[branch.link]))
+        if branch.link in self.slides:
+            total = add(total, self.coriolis(branch.link))
+        return total
+
+    def coriolis(self, link: int) -> Vector:
+        """2 ω ṡ d⊥ of the joint that carries the link."""
+        slide = self.slides[link]
+        return scale(2 * self.state.rate(slide.owner) * slide.speed, perp(slide.direction))
 
     def _write_ground(self) -> None:
         for joint, point in self.joints_of(GROUND) if not self.topology.floating else ():
@@ -109,7 +180,7 @@ class Kinematics:
 
     def turn(self, link: int, v: Vector) -> Vector:
         """Link axes to fixed axes (eq. 2)."""
-        c, s = sp.Symbol(f"c_{link}"), sp.Symbol(f"s_{link}")
+        c, s = self.turning[self.state.angle(link)]
         return (c * v[0] - s * v[1], s * v[0] + c * v[1])
 
     def arm(self, link: int, point: Point, name: str) -> Vector:
@@ -122,7 +193,7 @@ class Kinematics:
             return local(self.mechanism.ground_points[ref.point])
         for joint, point in self.joints_of(ref.link):
             if point == ref.point:
-                return self.r[ref.link, joint]
+                return self.attached.get(joint, self.r[ref.link, joint])
         if self.is_inboard(ref):
             return ZERO
         return self.arm(ref.link, self.mechanism.links[ref.link].points[ref.point], f"at_{ref.point}")
@@ -134,21 +205,31 @@ class Kinematics:
 
     def write_positions(self) -> dict[int, Vector]:
         """Positions of the inboard points, outwards from the root (eq. 3)."""
-        place = {self.topology.root: self._root_vector(self.state.q)}
+        found = {self.topology.root: self._root_vector(self.state.q)}
         for branch in self.topology.branches:
-            arm = self.r[branch.parent, branch.joint]
-            place[branch.link] = self.ledger.let_vector(f"P_{branch.link}", add(place[branch.parent], arm))
+            arm = add(self.r[branch.parent, branch.joint], self.lead.get(branch.link, ZERO))
+            found[branch.link] = self.ledger.let_vector(f"P_{branch.link}", add(found[branch.parent], arm))
         self.ledger.close("positions of the inboard points")
-        return place
+        return found
 
     def write_velocities(self) -> dict[int, Vector]:
         """Velocities of the inboard points, outwards from the root (eq. 3 differentiated)."""
         velocity = {self.topology.root: self._root_vector(self.state.u)}
         for branch in self.topology.branches:
-            swing = ZERO if branch.parent == GROUND else self.swing(branch.parent, self.r[branch.parent, branch.joint])
-            velocity[branch.link] = self.ledger.let_vector(f"v_{branch.link}", add(velocity[branch.parent], swing))
+            relative = self.relative_velocity(branch)
+            velocity[branch.link] = self.ledger.let_vector(f"v_{branch.link}", add(velocity[branch.parent], relative))
         self.ledger.close("velocities of the inboard points")
         return velocity
+
+    def relative_velocity(self, branch: Branch) -> Vector:
+        """Velocity of the branch's inboard point less that of its parent's: ω r⊥, and what sliding adds (eq. 30)."""
+        total = self.swing(branch.parent, self.r[branch.parent, branch.joint])
+        if branch.link in self.lead:
+            total = add(total, self.swing(branch.link, self.lead[branch.link]))
+        if branch.link in self.slides:
+            slide = self.slides[branch.link]
+            total = add(total, scale(slide.speed, slide.direction))
+        return total
 
     def swing(self, link: int, arm: Vector) -> Vector:
         """Velocity of an arm's end against its root: ω r⊥."""

@@ -6,14 +6,17 @@ floating mechanism does not enter them and costs no digits.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import sympy as sp
 
 from ..mechanism.joints import Joint, PointRef
 from ..mechanism.links import GROUND, Parameter
+from .closure import Closure
+from .gather import NO_LOAD, Wrench
 from .kinematics import ZERO, Kinematics, Vector, add, dot, perp, scale, symbol
+from .names import slide_name, sliding_name
+from .way import Way, between
 
 TIME = sp.Symbol("t")
 
@@ -37,8 +40,10 @@ class Couple:
 class Motion:
     """Positions, velocities and angles as expressions; :meth:`let` names what is used more than once."""
 
-    def __init__(self, kinematics: Kinematics, place: dict[int, Vector], velocity: dict[int, Vector]) -> None:
-        self.kinematics, self.place, self.velocity_of = kinematics, place, velocity
+    def __init__(
+        self, kinematics: Kinematics, closure: Closure, place: dict[int, Vector], velocity: dict[int, Vector]
+    ) -> None:
+        self.kinematics, self.closure, self.place, self.velocity_of = kinematics, closure, place, velocity
         self.time = TIME
 
     def let(self, name: str, expression: sp.Expr) -> sp.Expr:
@@ -74,13 +79,13 @@ class Motion:
         """The vector from one point to another (m)."""
         if self.kinematics.topology.floating and GROUND in (start.link, end.link):
             return add(self.position(end), scale(sp.S.NegativeOne, self.position(start)))
-        return self._along(start, end, lambda link, arm: arm)
+        return self._way(start, end).vector()
 
     def approach(self, start: PointRef, end: PointRef) -> Vector:
         """The rate of :meth:`distance` (m/s)."""
         if self.kinematics.topology.floating and GROUND in (start.link, end.link):
             return add(self.velocity(end), scale(sp.S.NegativeOne, self.velocity(start)))
-        return self._along(start, end, lambda k, arm: ZERO if k == GROUND else self.kinematics.swing(k, arm))
+        return self._way(start, end).rate()
 
     def angle(self, link: int) -> sp.Expr:
         """Angle of a link against the fixed axes (rad)."""
@@ -98,30 +103,47 @@ class Motion:
         """Rate of :meth:`joint_angle` (rad/s)."""
         return self.rate(joint.second.link) - self.rate(joint.first.link)
 
-    def _along(self, start: PointRef, end: PointRef, part: Callable[[int, Vector], Vector]) -> Vector:
-        """Contributions of the arms on the way from one point to the other, signed."""
-        topology = self.kinematics.topology
-        inwards = {end.link: topology.path(end.link), start.link: topology.path(start.link)}
-        meeting = next(link for link in inwards[end.link] if link in inwards[start.link])
-        terms = []
-        for ref, factor in ((start, -1), (end, 1)):
-            arm, link = self.kinematics.arm_to(ref), ref.link
-            while link != meeting:
-                terms.append(scale(sp.Integer(factor), part(link, arm)))
-                branch = topology.branch(link)
-                arm, link = self.kinematics.r[branch.parent, branch.joint], branch.parent
-            terms.append(scale(sp.Integer(factor), part(meeting, arm)))
-        return add(*terms)
+    def joint_position(self, index: int) -> sp.Expr:
+        """Angle (rad) of a joint that turns; of one that slides, the length along its line (m)."""
+        joint = self.joint(index)
+        if not joint.slides:
+            return self.joint_angle(joint)
+        if index in self.closure.lines:
+            line = self.closure.lines[index]
+            return dot(line.along, line.distance)
+        return sp.Symbol(slide_name(index))
+
+    def joint_speed(self, index: int) -> sp.Expr:
+        """Rate of :meth:`joint_position` (rad/s or m/s)."""
+        joint = self.joint(index)
+        if not joint.slides:
+            return self.joint_rate(joint)
+        if index in self.closure.lines:
+            line = self.closure.lines[index]
+            return dot(line.along, line.drift)
+        return sp.Symbol(sliding_name(index))
+
+    def joint_effort(self, index: int, effort: sp.Expr) -> list[Force | Couple]:
+        """A torque (N m) on the joint's second link, or a force (N) along its line; the opposite on its first link."""
+        joint = self.joint(index)
+        if not joint.slides:
+            return [Couple(joint.first.link, -effort), Couple(joint.second.link, effort)]
+        push = scale(effort, self.kinematics.line(index))
+        return [Force(joint.first, scale(sp.S.NegativeOne, push)), Force(joint.second, push)]
+
+    def _way(self, start: PointRef, end: PointRef) -> Way:
+        ends = [(ref.link, self.kinematics.arm_to(ref)) for ref in (start, end)]
+        return between(self.kinematics, ends[0], ends[1])
 
 
-def gather(loads: list[Force | Couple], kinematics: Kinematics) -> dict[int, tuple[Vector, sp.Expr]]:
+def gather(loads: list[Force | Couple], kinematics: Kinematics) -> dict[int, Wrench]:
     """Force and moment about the inboard point for every link that is loaded."""
-    result: dict[int, tuple[Vector, sp.Expr]] = {}
+    result: dict[int, Wrench] = {}
     for load in loads:
         link = load.point.link if isinstance(load, Force) else load.link
         if link == GROUND:
             continue
-        force, moment = result.get(link, (ZERO, sp.S.Zero))
+        force, moment = result.get(link, NO_LOAD)
         if isinstance(load, Force):
             arm = kinematics.arm_to(load.point)
             result[link] = (add(force, load.vector), moment + dot(perp(arm), load.vector))

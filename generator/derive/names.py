@@ -11,6 +11,8 @@ from dataclasses import dataclass
 import sympy as sp
 
 from ..mechanism.links import GROUND
+from ..mechanism.mechanism import Mechanism
+from ..mechanism.topology import Topology
 
 AXES = ("x", "y")
 
@@ -24,8 +26,8 @@ def place(link: int) -> str:
 class Variable:
     """A variable of the quadratic form that is handed from tips to root.
 
-    ``kind`` is ``a`` (acceleration of the inboard point), ``alpha`` (angular acceleration) or ``lambda`` (closure
-    multiplier of cut joint ``joint``).
+    ``kind`` is ``a`` (acceleration of the inboard point), ``alpha`` (angular acceleration), ``slide`` (acceleration
+    along the line of the joint that carries the link) or ``lambda`` (closure multiplier of cut joint ``joint``).
     """
 
     kind: str
@@ -36,10 +38,10 @@ class Variable:
     def suffix(self) -> str:
         if self.kind == "lambda":
             return f"{self.joint}{self.axis}"
-        return "w" if self.kind == "alpha" else self.axis
+        return {"alpha": "w", "slide": "s"}.get(self.kind, self.axis)
 
 
-A_X, A_Y, ALPHA = Variable("a", axis="x"), Variable("a", axis="y"), Variable("alpha")
+A_X, A_Y, ALPHA, SLIDE = Variable("a", axis="x"), Variable("a", axis="y"), Variable("alpha"), Variable("slide")
 
 
 def multiplier(joint: int, axis: str) -> Variable:
@@ -47,7 +49,10 @@ def multiplier(joint: int, axis: str) -> Variable:
 
 
 def hessian_name(link: int, v: Variable, w: Variable) -> str:
-    """Name of a second derivative of V_link (eq. 8): Phi, p, D of accelerations; B, g, C with multipliers."""
+    """Name of a second derivative of V_link (eq. 8): Phi, p, D of accelerations; B, g, C with multipliers.
+
+    Those with the acceleration along a sliding joint's line: Psi (with a), psi (with α), gs (with λ), Ds (eq. 31).
+    """
     k = place(link)
     v, w = sorted((v, w))
     match v.kind, w.kind:
@@ -61,6 +66,14 @@ def hessian_name(link: int, v: Variable, w: Variable) -> str:
             return f"B_{k}_{w.joint}_{v.axis}{w.axis}"
         case "alpha", "lambda":
             return f"g_{k}_{w.joint}_{w.axis}"
+        case "a", "slide":
+            return f"Psi_{k}_{v.axis}"
+        case "alpha", "slide":
+            return f"psi_{k}"
+        case "lambda", "slide":
+            return f"gs_{k}_{v.joint}_{v.axis}"
+        case "slide", "slide":
+            return f"Ds_{k}"
     joints = f"{v.joint}" if v.joint == w.joint else f"{v.joint}_{w.joint}"
     return f"C_{k}_{joints}_{v.axis}{w.axis}"
 
@@ -72,6 +85,8 @@ def linear_name(link: int, v: Variable, impact: bool) -> str:
         return f"b{i}_{k}_{v.axis}"
     if v.kind == "alpha":
         return f"h{i}_{k}"
+    if v.kind == "slide":
+        return f"hs{i}_{k}"
     return f"d{i}_{k}_{v.joint}_{v.axis}"
 
 
@@ -82,6 +97,11 @@ def gain_name(link: int, eliminated: Variable, v: Variable | None, impact: bool 
         if v is None:
             return f"hD{i}_{k}"
         return f"pD_{k}_{v.axis}" if v.kind == "a" else f"gD_{k}_{v.joint}_{v.axis}"
+    if eliminated.kind == "slide":
+        if v is None:
+            return f"hDs{i}_{k}"
+        names = {"a": f"PsiD_{k}_{v.axis}", "alpha": f"psiD_{k}", "lambda": f"gDs_{k}_{v.joint}_{v.axis}"}
+        return names[v.kind]
     here = f"{k}_{eliminated.joint}_{eliminated.axis}" if eliminated.kind == "lambda" else f"{k}_{eliminated.axis}"
     return f"e{i}_{here}" if v is None else f"E_{here}_{v.suffix}"
 
@@ -93,26 +113,61 @@ def solution_name(link: int, v: Variable, impact: bool) -> str:
         return f"{'dv' if impact else 'a'}_{k}_{v.axis}"
     if v.kind == "alpha":
         return f"{'dw' if impact else 'alpha'}_{k}"
+    if v.kind == "slide":
+        return f"{'dsliding' if impact else 'slide_acc'}_{k}"
     return f"{'Lambda' if impact else 'lambda'}_{v.joint}_{v.axis}"
 
 
 @dataclass(frozen=True)
 class State:
-    """Symbols of coordinates q and quasi-velocities u = dq/dt, in order."""
+    """Symbols of coordinates q and quasi-velocities u = dq/dt, in order; and every link's angle and rate.
+
+    ``base`` coordinates come first: the position of a floating root. Then the absolute angle of each link that has one
+    of its own, in scene order, then the length along the line of each sliding joint of the tree, in scene order.
+    ``angles`` and ``rates`` of links that follow another link's angle are that one's, with the joints' angles added.
+    """
 
     q: tuple[sp.Symbol, ...]
     u: tuple[sp.Symbol, ...]
+    base: int = 0
+    angles: tuple[sp.Expr, ...] = ()
+    rates: tuple[sp.Expr, ...] = ()
 
     @staticmethod
-    def of(links: int, root: int) -> State:
-        """Root position first when the mechanism floats (``root`` is a link), then the absolute angle of each link."""
-        base = [] if root == GROUND else [f"_{root}"]
-        q = [f"{axis}{k}" for k in base for axis in AXES] + [f"theta_{k}" for k in range(links)]
-        u = [f"v{axis}{k}" for k in base for axis in AXES] + [f"w_{k}" for k in range(links)]
-        return State(tuple(map(sp.Symbol, q)), tuple(map(sp.Symbol, u)))
+    def of(mechanism: Mechanism, topology: Topology) -> State:
+        """The state of the virtual open chain."""
+        base = [f"_{topology.root}"] if topology.floating else []
+        followers = {branch.link: branch for branch in topology.branches if branch.follows}
+        slides = sorted(branch.joint for branch in topology.branches if branch.slides)
+        own = [k for k in range(len(mechanism.links)) if k not in followers]
+        q = [f"{axis}{k}" for k in base for axis in AXES] + [f"theta_{k}" for k in own]
+        u = [f"v{axis}{k}" for k in base for axis in AXES] + [f"w_{k}" for k in own]
+        q, u = q + [slide_name(j) for j in slides], u + [sliding_name(j) for j in slides]
+        angles: dict[int, sp.Expr] = {GROUND: sp.S.Zero} | {k: sp.Symbol(f"theta_{k}") for k in own}
+        rates: dict[int, sp.Expr] = {GROUND: sp.S.Zero} | {k: sp.Symbol(f"w_{k}") for k in own}
+        for branch in topology.branches:  # from the root outwards, so what is followed is known
+            if branch.follows:
+                angle = mechanism.joints[branch.joint].angle
+                turned = (1 if branch.outwards else -1) * sp.Symbol(angle.symbol) if angle else sp.S.Zero
+                angles[branch.link] = angles[branch.parent] + turned
+                rates[branch.link] = rates[branch.parent]
+        links = range(len(mechanism.links))
+        every = [tuple(of[k] for k in links) for of in (angles, rates)]
+        return State(tuple(map(sp.Symbol, q)), tuple(map(sp.Symbol, u)), 2 * len(base), every[0], every[1])
 
-    def angle(self, link: int) -> sp.Symbol:
-        return sp.Symbol(f"theta_{link}")
+    def angle(self, link: int) -> sp.Expr:
+        """Absolute angle (rad); that of the ground is zero."""
+        return sp.S.Zero if link == GROUND else self.angles[link]
 
-    def rate(self, link: int) -> sp.Symbol:
-        return sp.Symbol(f"w_{link}")
+    def rate(self, link: int) -> sp.Expr:
+        """Angular velocity (rad/s): a symbol of ``u``, or zero."""
+        return sp.S.Zero if link == GROUND else self.rates[link]
+
+
+def slide_name(joint: int) -> str:
+    """The coordinate of a sliding joint: how far along the line its second point is from its first."""
+    return f"slide_{joint}"
+
+
+def sliding_name(joint: int) -> str:
+    return f"sliding_{joint}"

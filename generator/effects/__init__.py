@@ -1,6 +1,6 @@
 """Effects that a scene can name, one module each. To add one, write its module and add its entry below."""
 
-from . import damper, drag, force, gravity, ground, input, joint_friction, motor, spring, torque, torsion
+from . import damper, drag, drive, force, gravity, ground, input, joint_friction, motor, spring, torque, torsion
 from .effect import Contact, Effect, Entry, Level, Surroundings
 
 REGISTRY: tuple[Entry, ...] = (
@@ -12,6 +12,7 @@ REGISTRY: tuple[Entry, ...] = (
     joint_friction.ENTRY,
     drag.ENTRY,
     motor.ENTRY,
+    drive.ENTRY,
     force.ENTRY,
     torque.ENTRY,
     input.ENTRY,

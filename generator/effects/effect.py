@@ -74,6 +74,18 @@ class Effect:
         """Forces and moments on links."""
         return ()
 
+    def driven(self) -> tuple[int, ...]:
+        """Joints (indices) whose motion the effect prescribes."""
+        return ()
+
+    def begins(self) -> tuple[float | None, float]:
+        """Position and speed at t = 0 of the joint that the effect drives; a position of ``None`` is left open."""
+        return None, 0.0
+
+    def drives(self, motion: Motion) -> Sequence[tuple[int, Expr]]:
+        """The driven joints' accelerations (rad/s², or m/s² along their lines)."""
+        return ()
+
     def potential(self, motion: Motion) -> Expr:
         """Potential energy (J) of the loads that have one."""
         import sympy as sp

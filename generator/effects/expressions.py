@@ -62,6 +62,28 @@ class Expression:
         """The derivative by time in the equations, with names as for :meth:`realise`."""
         return _Realised(motion, name, self._tree()).rate(self._tree())
 
+    def plain(self) -> Expr:
+        """The expression as a function of the symbol t alone, with nothing named."""
+
+        class Unnamed:
+            """What :class:`_Realised` asks of a motion, without names."""
+
+            from ..derive.motion import TIME as time
+
+            @staticmethod
+            def let(name: str, expression: Expr) -> Expr:
+                return expression
+
+        return _Realised(Unnamed(), "", self._tree()).value(self._tree())  # type: ignore[arg-type]
+
+    def slope_at(self, t: float, order: int = 1) -> float:
+        """The derivative by time of the given order at a time, ``nan`` where there is none."""
+        import sympy as sp
+
+        time = sp.Symbol("t")
+        value = sp.diff(self.plain(), time, order).subs(time, sp.Float(t, 30)).evalf(17)
+        return float(value) if value.is_real and value.is_finite else math.nan
+
     def _tree(self) -> ast.expr:
         return ast.parse(self.text, mode="eval").body
 
@@ -247,6 +269,17 @@ def _number(value: float) -> Expr:
     return sp.Integer(int(value)) if value.is_integer() and abs(value) < 2.0**53 else sp.Float(value)
 
 
+def read_angle_law(value: object) -> float | Expression:
+    """As :func:`read_law`; an angle may also be written ``"30 deg"``."""
+    from ..scene.schema import read_angle
+
+    try:
+        angle = read_angle(value)
+    except PydanticCustomError:
+        return read_law(value)
+    return read_law(angle)
+
+
 def read_law(value: object) -> float | Expression:
     """A number, or an expression in quotes; for pydantic, whose fault then carries the advice."""
     if isinstance(value, str):
@@ -262,6 +295,9 @@ def read_law(value: object) -> float | Expression:
 
 Law = Annotated[float | Expression, PlainValidator(read_law)]
 """A value in a scene: a number, which becomes a parameter, or an expression of t."""
+
+AngleLaw = Annotated[float | Expression, PlainValidator(read_angle_law)]
+"""A :data:`Law` of an angle (rad)."""
 
 Quantity = Parameter | Expression | None
 """A :data:`Law` in an effect's record; ``None`` where it is exactly zero."""

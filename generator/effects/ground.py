@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, ClassVar
 from pydantic import Field
 
 from ..mechanism.joints import PointRef
-from ..mechanism.links import Parameter, Point
+from ..mechanism.links import GROUND, Parameter, Point
 from ..mechanism.mechanism import Mechanism
 from .effect import Complain, Contact, Effect, Entry, Level, Place, Plane, Surroundings
 from .points import find_point
@@ -138,8 +138,14 @@ def _moving_point(name: str, mechanism: Mechanism) -> tuple[PointRef | None, str
     """The point called ``name`` if it can touch something, or what is wrong with the name."""
     if name.startswith("ground."):
         return None, "points of the ground do not move; leave it out"
-    if any(joint.name == name and joint.on_ground for joint in mechanism.joints):
-        return None, f"{name} is fixed on the ground; leave it out"
+    for joint in mechanism.joints:
+        if joint.name != name or not joint.on_ground:
+            continue
+        if not joint.slides:
+            return None, f"{name} is fixed on the ground; leave it out"
+        if joint.second.link == GROUND:
+            first = f"{mechanism.link_name(joint.first.link)}.{joint.first.point}"
+            return None, f"{name} is the ground's point {joint.second.point}; name a point of the link, as {first}"
     return find_point(name, mechanism)
 
 

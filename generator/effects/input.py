@@ -33,7 +33,7 @@ class InputTable(Table):
     point: str | None = Field(default=None, description='the point that a force acts on, a joint or "link.point"')
     direction: Pair | None = Field(default=None, description="the direction of the force, [x, y], not both zero")
     frame: Frame | None = Field(default=None, description=FRAME)
-    joint: str | None = Field(default=None, description="the name of the joint whose links a torque turns")
+    joint: str | None = Field(default=None, description="the name of the joint that a torque turns or a force slides")
     link: str | None = Field(default=None, description="the name of the link that a torque turns")
 
 
@@ -81,21 +81,19 @@ class OnPoint:
 
 @dataclass(frozen=True)
 class AtJoint:
-    """The value is a torque (N m) on the second link of a joint, with its reaction on the first."""
+    """The value is a torque (N m) on the second link of a joint, with its reaction on the first; or a force (N) along
+    the joint's line."""
 
     joint: int
 
     def parameters(self) -> tuple[Parameter, ...]:
         return ()
 
-    def loads(self, motion: Motion, given: Input) -> Sequence[Couple]:
-        from ..derive.motion import Couple
-
-        joint, torque = motion.joint(self.joint), motion.input(given.name)
-        return Couple(joint.first.link, -torque), Couple(joint.second.link, torque)
+    def loads(self, motion: Motion, given: Input) -> Sequence[Force | Couple]:
+        return motion.joint_effort(self.joint, motion.input(given.name))
 
     def rate(self, motion: Motion, given: Input) -> Expr:
-        return motion.joint_rate(motion.joint(self.joint))
+        return motion.joint_speed(self.joint)
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from .table import Name, Positive, Table
 if TYPE_CHECKING:
     from sympy import Expr
 
-    from ..derive.motion import Couple, Motion
+    from ..derive.motion import Couple, Force, Motion
 
 
 class FrictionTable(Table):
@@ -26,22 +26,29 @@ class FrictionTable(Table):
     joints: list[str] | None = Field(
         default=None, min_length=1, description='a list of joints, such as ["joint_1", "joint_2"] (default: all)'
     )
-    viscous: Positive | None = Field(default=None, description="the viscous friction in N m s/rad, a positive number")
-    dry: Positive | None = Field(default=None, description="the moment of dry friction in N m, a positive number")
+    viscous: Positive | None = Field(
+        default=None, description="the viscous friction in N m s/rad, a positive number (N s/m where it slides)"
+    )
+    dry: Positive | None = Field(
+        default=None,
+        description="the moment of dry friction in N m, a positive number (the force in N where it slides)",
+    )
     rate: Positive | None = Field(
-        default=None, description="the rate about which dry friction changes its sign in rad/s, a positive number"
+        default=None,
+        description="the rate about which dry friction changes its sign in rad/s, a positive number (m/s on a line)",
     )
 
 
 RATE = 0.01
-"""Default of the rate (rad/s) at which smoothed dry friction has reached tanh 1 = 76 % of its moment."""
+"""Default of the rate (rad/s or m/s) at which smoothed dry friction has reached tanh 1 = 76 % of its moment."""
 
 
 @dataclass(frozen=True)
 class JointFriction(Effect):
-    """Resists the turning of joints (indices) with ``viscous`` · ω + ``dry`` · tanh(ω / ``rate``), each the same.
+    """Resists the motion of joints (indices) with ``viscous`` · ω + ``dry`` · tanh(ω / ``rate``), each the same.
 
-    ``viscous`` is in N m s/rad, ``dry`` in N m; what is ``None`` is absent.
+    All of them turn, or all slide. ``viscous`` is in N m s/rad, ``dry`` in N m (N s/m and N where they slide); what is
+    ``None`` is absent.
     """
 
     label: str
@@ -54,14 +61,11 @@ class JointFriction(Effect):
     def parameters(self) -> tuple[Parameter, ...]:
         return tuple(p for p in (self.viscous, self.dry, self.rate) if p is not None)
 
-    def loads(self, motion: Motion) -> Sequence[Couple]:
+    def loads(self, motion: Motion) -> Sequence[Force | Couple]:
         """The moment resists on the joint's second link, and drags the first along."""
-        from ..derive.motion import Couple
-
-        loads = []
+        loads: list[Force | Couple] = []
         for index in self.joints:
-            joint, moment = motion.joint(index), self._moment(motion, index)
-            loads += [Couple(joint.first.link, moment), Couple(joint.second.link, -moment)]
+            loads += motion.joint_effort(index, -self._moment(motion, index))
         return loads
 
     def power(self, motion: Motion) -> Expr:
@@ -81,7 +85,7 @@ class JointFriction(Effect):
         return motion.let(f"moment_{self.label}_{index}", moment)
 
     def _slip(self, motion: Motion, index: int) -> Expr:
-        return motion.let(f"slip_{self.label}_{index}", motion.joint_rate(motion.joint(index)))
+        return motion.let(f"slip_{self.label}_{index}", motion.joint_speed(index))
 
 
 def build(table: FrictionTable, index: int, around: Surroundings, complain: Complain) -> JointFriction | None:
@@ -113,6 +117,19 @@ def build(table: FrictionTable, index: int, around: Surroundings, complain: Comp
 
 def _joints(table: FrictionTable, around: Surroundings, complain: Complain) -> tuple[int, ...] | None:
     """Indices of the joints that rub: those listed, or all. ``None`` after a complaint."""
+    joints = _listed(table, around, complain)
+    kinds = {around.mechanism.joints[index].slides for index in joints or ()}
+    if len(kinds) > 1:
+        complain(
+            ("joints",) if table.joints else (),
+            "found joints that turn and joints that slide, expected one kind, because their units differ; list one "
+            "kind in joints and write a second table for the other",
+        )
+        return None
+    return joints
+
+
+def _listed(table: FrictionTable, around: Surroundings, complain: Complain) -> tuple[int, ...] | None:
     if table.joints is None:
         if not around.mechanism.joints:
             complain((), "found a mechanism without joints, expected at least one; remove the table")

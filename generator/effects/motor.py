@@ -1,4 +1,4 @@
-"""Motor: a torque at a joint, given over time or by a proportional-derivative law."""
+"""Motor: a torque at a joint, or a force along its line, given over time or by a proportional-derivative law."""
 
 from __future__ import annotations
 
@@ -18,24 +18,35 @@ from .table import Name, Pair, Table
 if TYPE_CHECKING:
     from sympy import Expr
 
-    from ..derive.motion import Couple, Motion
+    from ..derive.motion import Couple, Force, Motion
 
 Gain = Annotated[float, Field(ge=0.0)]
-KINDS = ("torque", "table", "angle")
+TURNING, SLIDING = ("torque", "table", "angle"), ("force", "table", "position")
+"""Keys that say what a motor does: at a joint that turns, and at one that slides."""
 
 
 class MotorTable(Table):
     """One ``[[motor]]``."""
 
     name: Name | None = Field(default=None, description="a name of letters, digits and _, beginning with a letter")
-    joint: str = Field(description="the name of the joint that it turns")
+    joint: str = Field(description="the name of the joint that it moves")
     torque: Law | None = Field(default=None, description="a torque in N m, a number or an expression of t")
+    force: Law | None = Field(default=None, description="a force along the line in N, a number or an expression of t")
     table: list[Pair] | None = Field(
-        default=None, min_length=2, description="a torque over time, rows [t, torque] in s and N m, at least two"
+        default=None,
+        min_length=2,
+        description="a torque over time, rows [t, torque] in s and N m, at least two",
     )
     angle: Law | None = Field(default=None, description="the wanted angle in rad, a number or an expression of t")
-    stiffness: Gain | None = Field(default=None, description="the stiffness in N m/rad, zero or a positive number")
-    damping: Gain | None = Field(default=None, description="the damping in N m s/rad, zero or a positive number")
+    position: Law | None = Field(
+        default=None, description="the wanted length along the line in m, a number or an expression of t"
+    )
+    stiffness: Gain | None = Field(
+        default=None, description="the stiffness in N m/rad, zero or a positive number (N/m where it slides)"
+    )
+    damping: Gain | None = Field(
+        default=None, description="the damping in N m s/rad, zero or a positive number (N s/m where it slides)"
+    )
 
 
 @dataclass(frozen=True)
@@ -89,17 +100,20 @@ class Servo:
     def realise(self, motion: Motion, motor: Motor) -> Expr:
         import sympy as sp
 
-        joint, name = motion.joint(motor.joint), f"angle_motor_{motor.index}"
+        name = f"angle_motor_{motor.index}"
         wanted, rate = term(self.angle, motion, name), sp.S.Zero
         if isinstance(self.angle, Expression) and self.damping:
             rate = motion.let(f"rate_motor_{motor.index}", self.angle.rate(motion, f"{name}_part"))
-        behind, slow = wanted - motion.joint_angle(joint), rate - motion.joint_rate(joint)
+        behind, slow = wanted - motion.joint_position(motor.joint), rate - motion.joint_speed(motor.joint)
         return motion.value(self.stiffness) * behind + motion.value(self.damping) * slow
 
 
 @dataclass(frozen=True)
 class Motor(Effect):
-    """A torque on the second link of a joint, and its reaction on the first, after the law of its ``drive``."""
+    """A torque on the second link of a joint (a force, where it slides), and its reaction on the first.
+
+    It follows the law of its ``drive``.
+    """
 
     index: int
     name: str
@@ -112,15 +126,12 @@ class Motor(Effect):
     def instants(self) -> tuple[Parameter, ...]:
         return tuple(t for t, _ in self.drive.rows) if isinstance(self.drive, Rows) else ()
 
-    def loads(self, motion: Motion) -> Sequence[Couple]:
-        from ..derive.motion import Couple
-
-        joint, torque = motion.joint(self.joint), self._torque(motion)
-        return Couple(joint.first.link, -torque), Couple(joint.second.link, torque)
+    def loads(self, motion: Motion) -> Sequence[Force | Couple]:
+        return motion.joint_effort(self.joint, self._torque(motion))
 
     def power(self, motion: Motion) -> Expr:
-        """The torque times the rate of the joint."""
-        return self._torque(motion) * motion.joint_rate(motion.joint(self.joint))
+        """The torque (force) times the rate of the joint."""
+        return self._torque(motion) * motion.joint_speed(self.joint)
 
     def _torque(self, motion: Motion) -> Expr:
         return motion.let(f"torque_motor_{self.index}", self.drive.realise(motion, self))
@@ -129,52 +140,66 @@ class Motor(Effect):
 def build(table: MotorTable, index: int, around: Surroundings, complain: Complain) -> Motor | None:
     """The record of a table, or ``None`` after having complained."""
     joint, wrong = find_joint(table.joint, around.mechanism)
+    slides = table.force is not None or table.position is not None
     if joint is None:
         complain(("joint",), f'found "{table.joint}", expected a joint; {wrong}')
-    sound = _check_kind(table, complain)
+    else:
+        slides = around.mechanism.joints[joint].slides
+    sound = _check_kind(table, slides, complain)
     if joint is None or not sound:
         return None
     name = table.name or f"motor_{index}"
-    return Motor(index, name, joint, _drive(table, index, name))
+    return Motor(index, name, joint, _drive(table, index, name, slides))
 
 
-def _drive(table: MotorTable, index: int, name: str) -> Given | Rows | Servo:
-    if table.torque is not None:
-        return Given(quantity(table.torque, f"{name}.torque", f"tau_motor_{index}"))
+def _drive(table: MotorTable, index: int, name: str, slides: bool) -> Given | Rows | Servo:
+    for key in ("torque", "force"):
+        if (law := getattr(table, key)) is not None:
+            return Given(quantity(law, f"{name}.{key}", f"tau_motor_{index}"))
     if table.table is not None:
-        return Rows(_rows(table.table, index, name))
+        return Rows(_rows(table.table, index, name, "force" if slides else "torque"))
     stiffness, damping = (
         Parameter(f"{name}.{key}", f"{symbol}_motor_{index}", value) if value else None
         for key, symbol, value in (("stiffness", "k", table.stiffness), ("damping", "d", table.damping))
     )
-    angle = quantity(table.angle, f"{name}.angle", f"phi_motor_{index}") if table.angle is not None else None
-    return Servo(angle, stiffness, damping)
+    key, law = ("angle", table.angle) if table.angle is not None else ("position", table.position)
+    return Servo(quantity(law if law is not None else 0.0, f"{name}.{key}", f"phi_motor_{index}"), stiffness, damping)
 
 
-def _rows(table: list[list[float]], index: int, name: str) -> tuple[tuple[Parameter, Parameter], ...]:
+def _rows(table: list[list[float]], index: int, name: str, kind: str) -> tuple[tuple[Parameter, Parameter], ...]:
     return tuple(
         (
             Parameter(f"{name}.table.{i}.t", f"t_motor_{index}_{i}", t),
-            Parameter(f"{name}.table.{i}.torque", f"y_motor_{index}_{i}", torque),
+            Parameter(f"{name}.table.{i}.{kind}", f"y_motor_{index}_{i}", value),
         )
-        for i, (t, torque) in enumerate(table)
+        for i, (t, value) in enumerate(table)
     )
 
 
-def _check_kind(table: MotorTable, complain: Complain) -> bool:
-    """Whether the table says one thing; complains if not."""
-    given = [key for key in KINDS if getattr(table, key) is not None]
-    if not given:
-        complain((), "found no torque, table or angle, expected one of them; add one")
+def _check_kind(table: MotorTable, slides: bool, complain: Complain) -> bool:
+    """Whether the table says one thing, and one that its joint can do; complains if not."""
+    kinds, others = (SLIDING, TURNING) if slides else (TURNING, SLIDING)
+    wrong = [key for key in others if key not in kinds and getattr(table, key) is not None]
+    for key in wrong:
+        other = kinds[others.index(key)]
+        does = "slides along a line" if slides else "turns"
+        complain((key,), f"found {key} at a joint that {does}, expected {other}; write {other} in its place")
+    given = [key for key in kinds if getattr(table, key) is not None]
+    if not given and not wrong:
+        complain((), f"found no {kinds[0]}, {kinds[1]} or {kinds[2]}, expected one of them; add one")
     for key in given[1:]:
-        complain((key,), f"found {key} beside {given[0]}, expected one of torque, table and angle; remove one")
+        message = f"found {key} beside {given[0]}, expected one of {kinds[0]}, {kinds[1]} and {kinds[2]}; remove one"
+        complain((key,), message)
+    if wrong:
+        return False
     gains = [key for key in ("stiffness", "damping") if getattr(table, key) is not None]
-    if given and "angle" not in given:
+    aim = kinds[2]
+    if given and aim not in given:
         for key in gains:
-            complain((key,), f"found {key} without angle, expected it with an angle only; remove it")
+            complain((key,), f"found {key} without {aim}, expected it with {_a(aim)} only; remove it")
         sound = not gains
     else:
-        sound = given == ["angle"] and _check_servo(table, complain)
+        sound = given == [aim] and _check_servo(table, aim, complain)
     for i, (row, after) in enumerate(pairwise(table.table or ()), start=1):
         if not row[0] < after[0]:
             complain(("table", i), f"found t = {after[0]:g} after t = {row[0]:g}, expected times that grow; correct it")
@@ -182,12 +207,17 @@ def _check_kind(table: MotorTable, complain: Complain) -> bool:
     return sound and len(given) == 1
 
 
-def _check_servo(table: MotorTable, complain: Complain) -> bool:
+def _a(aim: str) -> str:
+    return "an angle" if aim == "angle" else "a position"
+
+
+def _check_servo(table: MotorTable, aim: str, complain: Complain) -> bool:
+    law = getattr(table, aim)
     if not table.stiffness and not table.damping:
-        complain((), "found an angle without stiffness and damping, expected one that is not zero; add stiffness")
+        complain((), f"found {_a(aim)} without stiffness and damping, expected one that is not zero; add stiffness")
         return False
-    if table.damping and isinstance(table.angle, Expression) and not table.angle.has_rate():
-        complain(("angle",), "found abs in an angle with damping, expected one that has a rate; write it without abs")
+    if table.damping and isinstance(law, Expression) and not law.has_rate():
+        complain((aim,), f"found abs in {_a(aim)} with damping, expected one that has a rate; write it without abs")
         return False
     return True
 

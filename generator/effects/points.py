@@ -10,10 +10,16 @@ from ..mechanism.mechanism import Mechanism
 def find_point(name: str, mechanism: Mechanism) -> tuple[PointRef | None, str]:
     """The point called ``name`` (``joint_3``, ``link_0.A``, ``ground.O``), or what is wrong with the name."""
     for joint in mechanism.joints:
+        if joint.name == name and joint.slides:
+            return joint.second, ""
         if joint.name == name:
             return (joint.second if joint.first.link == GROUND else joint.first), ""
     owner, dot, point = name.partition(".")
     links = [link.name for link in mechanism.links]
+    if owner in mechanism.welded:
+        owner, point = mechanism.link_name(mechanism.welded[owner]), f"{owner}_{point}"
+    if name in mechanism.welds:
+        return None, "it is a weld, which is no joint of the mechanism; name a point of one of its links"
     if not dot:
         return None, f"the joints are {', '.join(j.name for j in mechanism.joints) or 'none'}"
     if owner != "ground" and owner not in links:
@@ -28,5 +34,6 @@ def find_joint(name: str, mechanism: Mechanism) -> tuple[int | None, str]:
     """The index of the joint called ``name``, or what is wrong with the name."""
     names = [joint.name for joint in mechanism.joints]
     if name not in names:
-        return None, f"the joints are {', '.join(names) or 'none'}"
+        weld = "it is a weld, whose links do not move against each other; " if name in mechanism.welds else ""
+        return None, f"{weld}the joints are {', '.join(names) or 'none'}"
     return names.index(name), ""

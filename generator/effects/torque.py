@@ -56,6 +56,8 @@ class Torque(Effect):
 def find_link(name: str, mechanism: Mechanism) -> tuple[int | None, str]:
     """The index of the link called ``name``, or what is wrong with the name."""
     names = [link.name for link in mechanism.links]
+    if name in mechanism.welded:
+        return None, f"it is welded to {mechanism.link_name(mechanism.welded[name])}; name that one"
     if name not in names:
         return None, f"the links are {', '.join(names)}"
     return names.index(name), ""

@@ -82,6 +82,8 @@ class Torsion(Effect):
 def build(table: TorsionTable, index: int, around: Surroundings, complain: Complain) -> Torsion | None:
     """The record of a table, or ``None`` after having complained."""
     joint, wrong = find_joint(table.joint, around.mechanism)
+    if joint is not None and not around.mechanism.joints[joint].turns:
+        joint, wrong = None, "it does not turn; put a [[spring]] between points of its links"
     if joint is None:
         complain(("joint",), f'found "{table.joint}", expected a joint; {wrong}')
     if table.stiffness is None and table.damping is None:

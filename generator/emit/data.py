@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
+import sympy as sp
+
 from ..derive.equations import Equations
+from ..derive.names import State, sliding_name
 from ..effects.effect import Effect
-from ..mechanism.links import Parameter, Point
+from ..mechanism.links import GROUND, Parameter, Point
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.topology import Topology
 from ..scene.scene import Scene
@@ -29,11 +34,18 @@ def model_data(scene: Scene, topology: Topology, equations: Equations, hash_: st
         "between": [[joint.first.link, joint.second.link] for joint in mechanism.joints],
         "outboard": _outboard(mechanism, topology),
         "cuts": [mechanism.joints[cut.joint].name for cut in topology.cuts],
+        "rows": [f"{mechanism.joints[joint].name}.{row}" for joint, row in topology.rows],
+        "lines": _lines(mechanism),
+        "coordinates": _coordinates(mechanism, topology),
+        "leaders": [topology.leader(k) for k in range(len(mechanism.links))],
         "root": mechanism.link_name(topology.root),
         "points": point_names(mechanism),
+        "welded_points": _welded_points(mechanism),
         "q_names": [s.name for s in equations.state.q],
         "u_names": [s.name for s in equations.state.u],
-        "parameters": [[p.path, p.value] for p in equations.parameters],
+        "parameters": [[p.path, p.value] for p in equations.folded or equations.parameters],
+        "folded": bool(equations.folded),
+        "drives": [_drive(mechanism, effect) for effect in scene.effects if effect.driven()],
         "inputs": [name for effect in scene.effects for name in effect.inputs()],
         "instants": [p.path for effect in scene.effects for p in effect.instants()],
         "contacts": [[contact.name, contact.ground] for contact in equations.contacts],
@@ -46,6 +58,65 @@ def model_data(scene: Scene, topology: Topology, equations: Equations, hash_: st
         },
         "run": {"until": scene.run.until, "rtol": scene.run.rtol, "atol": scene.run.atol},
     }
+
+
+def _welded_points(mechanism: Mechanism) -> dict[str, str]:
+    """Points of welded links as a scene names them, and as points of the bodies that they have become."""
+    return {
+        f"{name}.{point.removeprefix(name + '_')}": f"{mechanism.links[owner].name}.{point}"
+        for name, owner in mechanism.welded.items()
+        if owner != GROUND
+        for point in mechanism.links[owner].points
+        if point.startswith(f"{name}_")
+    }
+
+
+def driven_coordinates(state: State, topology: Topology, driven: Collection[int]) -> list[int]:
+    """Per driven joint, in the order of the branches: its coordinate, and the one that it is measured from or −1."""
+    found = []
+    for branch in topology.branches:
+        if branch.joint not in driven:
+            continue
+        if branch.slides:
+            found += [state.u.index(sp.Symbol(sliding_name(branch.joint))), -1]
+        else:
+            below = state.rate(branch.parent)
+            found += [state.u.index(state.rate(branch.link)), state.u.index(below) if below != 0 else -1]
+    return found
+
+
+def _drive(mechanism: Mechanism, effect: Effect) -> Json:
+    """A driven joint, its position at t = 0 if that is given, and its speed, a parameter's path where it is one."""
+    (joint,) = effect.driven()
+    paths, (position, speed) = [p.path for p in effect.parameters()], effect.begins()
+    return {
+        "joint": mechanism.joints[joint].name,
+        "position": position,
+        "speed": paths[0] if paths else speed,
+        "slides": mechanism.joints[joint].slides,
+    }
+
+
+def _lines(mechanism: Mechanism) -> dict[str, Json]:
+    """Per sliding joint its two links and points, and its line's direction in the first link's frame."""
+    return {
+        joint.name: {
+            "links": [joint.first.link, joint.second.link],
+            "points": [_point(mechanism.point(joint.first)), _point(mechanism.point(joint.second))],
+            "axis": _coordinate(joint.axis),
+            "angle": None if joint.turns else _coordinate(joint.angle),
+        }
+        for joint in mechanism.joints
+        if joint.slides
+    }
+
+
+def _coordinates(mechanism: Mechanism, topology: Topology) -> list[tuple[str, str | int]]:
+    """What each coordinate is: x or y of a link's frame, the angle of a link, or the length along a joint's line."""
+    root = [("x", topology.root), ("y", topology.root)] if topology.floating else []
+    angles = [("angle", k) for k in range(len(mechanism.links)) if topology.leader(k) == k]
+    slides = sorted(branch.joint for branch in topology.branches if branch.slides)
+    return [*root, *angles, *(("slide", mechanism.joints[joint].name) for joint in slides)]
 
 
 def _outboard(mechanism: Mechanism, topology: Topology) -> list[str]:

@@ -81,7 +81,7 @@ def _blurred(text: str) -> tuple[str, list[int]]:
 
 
 def _product(e: sp.Mul, dialect: Dialect) -> str:
-    coefficient, factors = e.as_coeff_mul()
+    coefficient, factors = e.as_coeff_mul(rational=False)
     over = sorted((a for a in factors if not _is_divisor(a)), key=lambda a: (not a.is_Symbol, _blurred(str(a))))
     under = sorted((1 / a for a in factors if _is_divisor(a)), key=lambda a: _blurred(str(a)))
     sign, coefficient = ("-" if coefficient < 0 else ""), abs(coefficient)

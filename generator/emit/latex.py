@@ -11,7 +11,9 @@ from sympy.printing.latex import LatexPrinter
 from ..derive.equations import Assignment, Block, Equations, Kernel, Output
 from ..derive.expanded import ExpandedForm
 from ..derive.names import State
+from ..program.prices import Price
 from .expressions import LISTING, write
+from .price_table import HEADINGS, price_rows
 
 Summary = tuple[tuple[str, tuple[str, ...]], ...]
 """Headings, each with its lines."""
@@ -78,9 +80,9 @@ PREAMBLE = r"""\documentclass[10pt]{article}
 """
 
 
-def recursive_document(summary: Summary, equations: Equations) -> str:
-    """Summary, parameters, the blocks of the derivation in order, and what each kernel gives."""
-    parts = [_title(summary), _parameters(equations), r"\section*{Derivation}"]
+def recursive_document(summary: Summary, equations: Equations, added: Sequence[Price] = ()) -> str:
+    """Summary, what effects add, parameters, the blocks of the derivation in order, and what each kernel gives."""
+    parts = [_title(summary), _prices(added), _parameters(equations), r"\section*{Derivation}"]
     parts += [_block(block) for block in equations.blocks]
     parts.append(r"\section*{Results}")
     parts += [_kernel(kernel, equations.state) for kernel in equations.kernels]
@@ -89,15 +91,18 @@ def recursive_document(summary: Summary, equations: Equations) -> str:
     return _document(parts)
 
 
-def expanded_document(summary: Summary, form: ExpandedForm) -> str:
+def expanded_document(summary: Summary, form: ExpandedForm, added: Sequence[Price] = ()) -> str:
     """Summary and the closed form, its matrices whole where they fit on a line and by entries where not."""
     u = [symbol_tex(s.name) for s in form.state.u]
     rows = [symbol_tex(s.name) for s in form.multipliers]
-    law = PURPOSES["acceleration"] if rows else r"M\dot u + h = 0"
-    parts = [_title(summary), r"\section*{Flight}", _law(law), _named_vector("u", u)]
+    right = " + ".join([*(["Q"] if form.Q is not None else []), *([r"A^{\mathsf T}\lambda"] if rows else [])])
+    law = rf"M\dot u + h = {right or '0'}" + (r",\quad A\dot u + \dot A u = 0" if rows else "")
+    parts = [_title(summary), _prices(added), r"\section*{Flight}", _law(law), _named_vector("u", u)]
     if rows:
         parts.append(_named_vector(r"\lambda", rows))
     parts += [_matrix("M", form.M, True), _matrix("h", form.h)]
+    if form.Q is not None:
+        parts += [_assignments(form.forces), _matrix("Q", form.Q)]
     if rows:
         parts += [_matrix("A", form.A), _matrix(r"\dot A u", form.A_rate)]
     if form.contacts:
@@ -204,9 +209,20 @@ def _names(listed: str) -> str:
     return ", ".join(f"${symbol_tex(name)}$" for name in listed.split(", "))
 
 
+def _prices(added: Sequence[Price]) -> str:
+    """What each effect adds in operations, as a table."""
+    if not added:
+        return ""
+    rows = [" & ".join(map(escape, row)) + r" \\" for row in (HEADINGS, *price_rows(added))]
+    heading = r"\subsection*{Operations added by effects}"
+    return "\n".join([heading, r"\begin{longtable}{llrrrrr}", rows[0], r"\hline", *rows[1:], r"\end{longtable}"])
+
+
 def _parameters(equations: Equations) -> str:
-    rows = [f"${symbol_tex(p.symbol)}$ & {escape(p.path)} & {escape(repr(p.value))} \\\\" for p in equations.parameters]
-    return "\n".join([r"\section*{Parameters}", r"\begin{longtable}{lll}", *rows, r"\end{longtable}"])
+    listed = equations.folded or equations.parameters
+    rows = [f"${symbol_tex(p.symbol)}$ & {escape(p.path)} & {escape(repr(p.value))} \\\\" for p in listed]
+    heading = r"\section*{Parameters, folded into the equations}" if equations.folded else r"\section*{Parameters}"
+    return "\n".join([heading, r"\begin{longtable}{lll}", *rows, r"\end{longtable}"])
 
 
 def _align(lines: Iterable[str]) -> str:

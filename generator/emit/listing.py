@@ -32,6 +32,10 @@ def _lines(name: str, equations: Equations, index: tuple[str, ...]) -> Iterator[
     yield "\n[parameters]"
     for p in equations.parameters:
         yield f"{p.symbol} = {p.value!r}  # {p.path}"
+    if equations.folded:
+        yield "# folded: these values stand in the equations as numbers"
+    for p in equations.folded:
+        yield f"# {p.symbol} = {p.value!r}  {p.path}"
     for block in equations.blocks:
         yield from _block(block)
     for kernel in equations.kernels:

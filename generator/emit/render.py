@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 
@@ -21,7 +21,7 @@ SIGNATURES: Mapping[str, tuple[str, ...]] = {
     "acceleration": ("k", "q", "u", "t", "inputs"),
     "inverse_dynamics": ("k", "q", "u", "t", "inputs", "u_dot"),
     "reactions": ("k", "q", "u", "t", "inputs", "u_dot", "lambda"),
-    "power": ("k", "q", "u", "t", "inputs"),
+    "power": ("k", "q", "u", "t", "inputs", "u_dot", "lambda"),
 }
 """Kernels whose contract has more arguments than the kernel reads."""
 
@@ -56,6 +56,7 @@ class Sizes:
 
     nq: int
     nu: int
+    base: int
     rows: int
     links: int
     joints: int
@@ -64,6 +65,7 @@ class Sizes:
     parameters: int
     constants: int
     inputs: int
+    drives: int
 
 
 @dataclass(frozen=True)
@@ -97,8 +99,15 @@ def render_package(banner: Banner, extension: str) -> str:
     return _environment().get_template("package.py.j2").render(**vars(banner), extension=extension, methods=METHODS)
 
 
-def render_c(banner: Banner, program: Program, sizes: Sizes, root: int, index: Iterable[str]) -> str:
-    """The model in C11: one function per kernel and the descriptor."""
+def render_c(
+    banner: Banner,
+    program: Program,
+    sizes: Sizes,
+    tables: Mapping[str, Sequence[int]],
+    root: int,
+    index: Iterable[str],
+) -> str:
+    """The model in C11: one function per kernel and the descriptor. ``tables`` are the contract's arrays of numbers."""
     slots = {sp.Symbol(p.symbol): i for i, p in enumerate(program.parameters)}
     slots |= {a.symbol: len(program.parameters) + i for i, a in enumerate(program.constants)}
     functions = [_constants(program), *(_function(f, slots) for f in program.functions)]
@@ -112,6 +121,7 @@ def render_c(banner: Banner, program: Program, sizes: Sizes, root: int, index: I
             functions=functions,
             sizes=list(vars(sizes).items()),
             members=members,
+            tables={name: list(values) for name, values in tables.items() if values},
             root=root,
             floating=root >= 0,
             index=list(index),
@@ -122,9 +132,10 @@ def render_c(banner: Banner, program: Program, sizes: Sizes, root: int, index: I
 def _constants(program: Program) -> dict[str, object]:
     """The function that fills ``k``: the parameters, then what is derived from them."""
     offset = len(program.parameters)
+    purpose = "constants k from parameters p: the parameters themselves, then what is derived from them"
     return {
         "name": "derive_constants",
-        "purpose": "constants k from parameters p: the parameters themselves, then what is derived from them",
+        "purpose": purpose if offset else "no constants: the values of the parameters are folded into the code",
         "counts": f"{len(program.parameters)} parameters, {len(program.constants)} derived constants",
         "meanings": [f"k[{i}]: {p.path}" for i, p in enumerate(program.parameters)],
         "signature": "const double *p, double *k",
@@ -138,7 +149,7 @@ def _constants(program: Program) -> dict[str, object]:
         "clears": [],
         "outputs": [(f"k[{i}]", p.symbol) for i, p in enumerate(program.parameters)]
         + [(f"k[{offset + i}]", a.symbol.name) for i, a in enumerate(program.constants)],
-        "unused": [],
+        "unused": [] if program.parameters else ["p", "k"],
     }
 
 

@@ -3,47 +3,56 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from ..derive.equations import Equations
 from ..derive.expanded import ExpandedForm, expand
+from ..effects.drive import Drive
 from ..effects.effect import Effect
-from ..mechanism.assembly import lay_out
+from ..effects.expressions import Expression
 from ..mechanism.joints import Joint, PointRef
-from ..mechanism.links import Parameter
+from ..mechanism.layout import lay_out
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.topology import Cut, Topology, span
+from ..program.prices import Price
 from ..program.program import lower
+from ..scene.driven import drive_layout
 from ..scene.scene import Scene
+from .assembled import branch_lines, mobility_of, redundancy_lines
 from .expressions import LISTING, write
 from .latex import Summary, expanded_document, recursive_document
+from .price_table import price_lines
 
 WIDTH = 120
 RANK_TOLERANCE = 1e-9
 """Singular values of the closure's Jacobian (m) below this count as zero."""
 
 
-def show_text(scene: Scene, latex: bool, expanded: bool) -> str:
-    """The text that ``ccgen show`` prints. Raises ``ValueError`` for an expanded form of too many links."""
-    from ..pipeline import derive_scene
+def show_text(scene: Scene, latex: bool, expanded: bool, fold: bool = False) -> str:
+    """The text that ``ccgen show`` prints.
+
+    Raises ``ValueError`` for an expanded form of too many links or of driven joints, and for one that is to be folded.
+    """
+    from ..pipeline import derive_scene, prices
     from .listing import name_index, write_listing
 
-    acting = [effect.title for effect in scene.effects if type(effect).loads is not Effect.loads]
-    if expanded and acting:
+    if expanded and fold:
+        raise ValueError("--fold: found beside --expand, whose closed form keeps its symbols; leave out one of them")
+    if expanded and scene.driven:
         raise ValueError(
-            f"the expanded form knows gravity and grounds, not {', '.join(acting)}; leave out --expand to see the "
-            "recursive equations"
+            f"--expand: found {', '.join(e.title for e in scene.effects if e.driven())}, expected no [[drive]]: the "
+            "expanded form knows no prescribed motion; leave out --expand"
         )
-    form = expand(scene.mechanism, span(scene.mechanism), scene.effects) if expanded else None
-    topology, equations = derive_scene(scene)
-    summary = summarize(scene, topology, equations)
-    if form:
-        return expanded_document(summary, form) if latex else _text(summary, "\n".join(_expanded_lines(form)))
+    form = expand(scene.mechanism, span(scene.mechanism, scene.driven), scene.effects) if expanded else None
+    topology, equations = derive_scene(scene, fold)
+    summary, added = summarize(scene, topology, equations), prices(scene, fold, equations)
     if latex:
-        return recursive_document(summary, equations)
-    return _text(summary, write_listing(scene.name, equations, name_index(scene, topology)).rstrip("\n"))
+        return expanded_document(summary, form, added) if form else recursive_document(summary, equations, added)
+    if form:
+        return _text(summary, added, "\n".join(_expanded_lines(form)))
+    return _text(summary, added, write_listing(scene.name, equations, name_index(scene, topology)).rstrip("\n"))
 
 
 def summarize(scene: Scene, topology: Topology, equations: Equations) -> Summary:
@@ -51,33 +60,60 @@ def summarize(scene: Scene, topology: Topology, equations: Equations) -> Summary
     mechanism, state = scene.mechanism, equations.state
     links, joints = mechanism.links, mechanism.joints
     root = mechanism.link_name(topology.root)
-    effects = [_effect(e.title, e.parameters()) for e in scene.effects]
+    effects = [_effect(mechanism, effect) for effect in scene.effects]
     contacts = ", ".join(f"{c.name} on {c.ground}" for c in equations.contacts)
     inputs = ", ".join(name for effect in scene.effects for name in effect.inputs())
     counts = [f"{f.kernel.name}: {f.counts()}" for f in lower(equations).functions if f.sections]
     return (
         ("model", (scene.name,)),
         ("links", (f"{len(links)}: " + ", ".join(link.name for link in links),)),
+        *([("welded", (_welded(mechanism),))] if mechanism.welded else []),
         ("joints", (f"{len(joints)}: " + (", ".join(_joint(mechanism, j) for j in joints) or "none"),)),
         ("root", (f"{root}, floating" if topology.floating else root,)),
         ("loops", tuple(_loop(mechanism, topology, cut) for cut in topology.cuts) or ("none",)),
-        ("degrees of freedom", (_freedom(scene, topology, len(state.u)), _mobility(len(links), len(joints)))),
+        ("branch", tuple(branch_lines(scene)) or ("no loop",)),
+        (
+            "degrees of freedom",
+            (
+                _freedom(scene, topology, len(state.u)),
+                _mobility(mechanism, len(scene.driven)),
+                *redundancy_lines(scene, mobility_of(scene)),
+            ),
+        ),
         ("coordinates q", (", ".join(s.name for s in state.q),)),
         ("quasi-velocities u", (", ".join(s.name for s in state.u),)),
         ("effects", tuple(effects) or ("none",)),
         *([("contacts", (contacts,))] if contacts else []),
         *([("inputs", (inputs,))] if inputs else []),
+        *([("parameters", ("folded: their values stand in the equations as numbers",))] if equations.folded else []),
         ("operations", tuple(counts)),
     )
 
 
-def _mobility(links: int, joints: int) -> str:
+def _mobility(mechanism: Mechanism, driven: int) -> str:
     """Grübler's count, which knows nothing of lengths: joints that lose rank make the true number larger."""
-    return f"{3 * links - 2 * joints} by Grübler's count: 3 x {links} links - 2 x {joints} joints"
+    links = len(mechanism.links)
+    slots = sum(joint.kind == "pin-in-slot" for joint in mechanism.joints)
+    others = len(mechanism.joints) - slots
+    count = f"3 x {links} links - 2 x {others} joints"
+    count += f" - {slots} pin{'s in slots' if slots > 1 else ' in a slot'}" if slots else ""
+    count += f" - {_driven(driven)}" if driven else ""
+    return f"{3 * links - 2 * others - slots - driven} by Grübler's count: {count}"
+
+
+def _driven(count: int) -> str:
+    return f"{count} driven joint{'s' * (count != 1)}"
 
 
 def _joint(mechanism: Mechanism, joint: Joint) -> str:
-    return f"{joint.name} ({_point(mechanism, joint.first)} = {_point(mechanism, joint.second)})"
+    first, second = _point(mechanism, joint.first), _point(mechanism, joint.second)
+    if joint.slides:
+        return f"{joint.name} ({joint.kind}: {second} on a line of {first})"
+    return f"{joint.name} ({first} = {second})"
+
+
+def _welded(mechanism: Mechanism) -> str:
+    return ", ".join(f"{name} to {mechanism.link_name(owner)}" for name, owner in mechanism.welded.items())
 
 
 def _point(mechanism: Mechanism, ref: PointRef) -> str:
@@ -92,21 +128,46 @@ def _loop(mechanism: Mechanism, topology: Topology, cut: Cut) -> str:
 
 
 def _freedom(scene: Scene, topology: Topology, count: int) -> str:
-    """Number of quasi-velocities less the rank of the closure at the start."""
-    rows = 2 * len(topology.cuts)
+    """Number of quasi-velocities less the rank of the closure at the start, and less what drives prescribe."""
+    rows, driven = len(topology.rows), len(scene.driven)
     if not rows:
-        return f"{count}, no closure"
-    angles = np.array([pose[2] for pose in scene.start.poses])
-    rank = int(np.linalg.matrix_rank(lay_out(scene.mechanism).jacobian(angles), tol=RANK_TOLERANCE))
-    return f"{count - rank} = {count} quasi-velocities - rank {rank} of the {rows} closure rows at the start"
+        return (
+            f"{count - driven}"
+            + (f" = {count} quasi-velocities - {_driven(driven)}" if driven else "")
+            + ", no closure"
+        )
+    layout = lay_out(scene.mechanism)
+    _, speeds = drive_layout(layout, scene.mechanism, scene.effects)
+    shut = layout.jacobian(layout.read_off(np.array(scene.start.poses)))
+    size, told = shut.shape[1] + 2 * layout.floating, np.vstack([shut, *(speed.row for speed in speeds)])
+    closed, left = (size - int(np.linalg.matrix_rank(a, tol=RANK_TOLERANCE)) for a in (shut, told))
+    text = f"{left} = {count} quasi-velocities - rank {count - closed} of the {rows} closure rows at the start"
+    if closed - left == driven:
+        return text + (f" - {_driven(driven)}" if driven else "")
+    return f"{text} - {closed - left} of {_driven(driven)}, the others held by the closure here"
 
 
-def _effect(kind: str, parameters: tuple[Parameter, ...]) -> str:
-    return f"{kind}: " + ", ".join(f"{p.path} = {p.value!r}" for p in parameters)
+def _effect(mechanism: Mechanism, effect: Effect) -> str:
+    if isinstance(effect, Drive):
+        return f"{effect.title}: {_prescribed(mechanism, effect)}"
+    values = ", ".join(f"{p.path} = {p.value!r}" for p in effect.parameters())
+    return f"{effect.title}: " + (values or "no parameters")
 
 
-def _text(summary: Summary, equations: str) -> str:
-    """The summary in two columns, and the equations below it."""
+def _prescribed(mechanism: Mechanism, drive: Drive) -> str:
+    """``axle at speed drive_0.speed = 6.28``, ``guide at position 0.6 + 0.1 * sin(3 * t)``."""
+    joint, law = mechanism.joints[drive.joint], drive.law
+    what = "speed" if drive.given == "speed" else "position" if joint.slides else "angle"
+    if isinstance(law, Expression):
+        return f"{joint.name} at {what} {law.text}"
+    named = f"{drive.parameters()[0].path} = " if drive.parameters() else ""
+    return f"{joint.name} at {what} {named}{law.value if law else 0.0!r}"
+
+
+def _text(summary: Summary, added: Sequence[Price], equations: str) -> str:
+    """The summary in two columns, what effects add as its last entry, and the equations below it."""
+    if added:
+        summary = (*summary, ("added by effects", price_lines(added)))
     indent = max(len(heading) for heading, _ in summary) + 2
     lines = []
     for heading, entries in summary:
@@ -122,7 +183,8 @@ def _expanded_lines(form: ExpandedForm) -> Iterator[str]:
     """The closed form, one entry a line."""
     u = [s.name for s in form.state.u]
     rows = [s.name for s in form.multipliers]
-    yield "[flight: " + ("M u_dot + h = A^T lambda, A u_dot + dA/dt u = 0]" if rows else "M u_dot + h = 0]")
+    right = " + ".join([*(["Q"] if form.Q is not None else []), *(["A^T lambda"] if rows else [])])
+    yield f"[flight: M u_dot + h = {right or '0'}" + (", A u_dot + dA/dt u = 0]" if rows else "]")
     yield "# M is symmetric; entries that are not listed are 0"
     yield "u: " + ", ".join(u)
     if rows:
@@ -132,6 +194,11 @@ def _expanded_lines(form: ExpandedForm) -> Iterator[str]:
             yield from _entry(f"M[{row}, {column}]", form.M[i, j])
     for i, row in enumerate(u):
         yield from _entry(f"h[{row}]", form.h[i])
+    for a in form.forces:
+        yield f"{a.symbol.name} = {write(a.expression, LISTING)}"
+    if form.Q is not None:
+        for i, row in enumerate(u):
+            yield from _entry(f"Q[{row}]", form.Q[i])
     for i, row in enumerate(rows):
         for j, column in enumerate(u):
             yield from _entry(f"A[{row}, {column}]", form.A[i, j])

@@ -1,10 +1,13 @@
-"""Joints: which points of which links coincide."""
+"""Joints: which points of which links coincide, or slide along which line."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
-from .links import GROUND
+from .links import GROUND, Parameter
+
+Kind = Literal["revolute", "prismatic", "pin-in-slot"]
 
 
 @dataclass(frozen=True)
@@ -17,20 +20,43 @@ class PointRef:
 
 @dataclass(frozen=True)
 class Joint:
-    """A revolute joint between the point ``first`` and the point ``second``.
+    """A joint between the point ``first`` and the point ``second``.
 
-    When the joint is cut to open a loop, closure is (second point) − (first point), and the multiplier is the force on
-    the link of ``second``.
+    ``revolute``: the points coincide. ``pin-in-slot``: the second point slides along a line that is fixed in the first
+    link, passes through the first point and points in the direction ``axis`` (rad, in the first link's frame).
+    ``prismatic``: the same, and the second link's frame keeps the angle ``angle`` (rad) against the first one's.
+    ``None`` stands for a direction or angle of exactly zero.
+
+    When the joint is cut to open a loop, closure is (second point) − (first point), across the line if it slides, and
+    the multiplier is the force on the link of ``second``.
     """
 
     name: str
     first: PointRef
     second: PointRef
+    kind: Kind = "revolute"
+    axis: Parameter | None = None
+    angle: Parameter | None = None
 
     def __post_init__(self) -> None:
         if self.first.link == self.second.link:
             raise ValueError(f"{self.name} joins a link to itself; a joint needs two different links")
+        if (self.axis and not self.slides) or (self.angle and self.turns):
+            raise ValueError(f"{self.name} is {self.kind}; it has no axis or angle of that kind")
 
     @property
     def on_ground(self) -> bool:
         return GROUND in (self.first.link, self.second.link)
+
+    @property
+    def slides(self) -> bool:
+        """Whether the second point moves along a line of the first link."""
+        return self.kind != "revolute"
+
+    @property
+    def turns(self) -> bool:
+        """Whether the links turn against each other."""
+        return self.kind != "prismatic"
+
+    def parameters(self) -> tuple[Parameter, ...]:
+        return tuple(p for p in (self.axis, self.angle) if p is not None)

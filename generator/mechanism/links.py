@@ -48,22 +48,31 @@ class Point:
 
 @dataclass(frozen=True)
 class Link:
-    """A rigid link: ``mass`` (kg), ``inertia`` about the centre of mass (kg m²), ``com`` and named ``points`` (m)."""
+    """A rigid link: ``mass`` (kg), ``inertia`` about the centre of mass (kg m²), ``com`` and named ``points`` (m).
+
+    A mass or inertia that is ``None`` is structurally zero: a point mass, or a link without mass.
+    """
 
     name: str
-    mass: Parameter
-    inertia: Parameter
+    mass: Parameter | None
+    inertia: Parameter | None
     com: Point
     points: Mapping[str, Point]
 
     def __post_init__(self) -> None:
-        if not self.mass.value > 0.0:
-            raise ValueError(f"{self.mass.path} is {self.mass.value}; a mass must be positive")
-        if not self.inertia.value > 0.0:
-            raise ValueError(f"{self.inertia.path} is {self.inertia.value}; an inertia must be positive")
+        for what, found in (("a mass", self.mass), ("an inertia", self.inertia)):
+            if found and not found.value > 0.0:
+                raise ValueError(f"{found.path} is {found.value}; {what} must be positive")
+        if self.mass is None and self.inertia is not None:
+            raise ValueError(f"{self.inertia.path} is {self.inertia.value}; a link without mass has no inertia")
+
+    @property
+    def massless(self) -> bool:
+        return self.mass is None
 
     def parameters(self) -> tuple[Parameter, ...]:
         """All parameters, each once, in the order mass, inertia, centre of mass, points."""
-        found = [self.mass, self.inertia, *self.com.parameters()]
+        found = [p for p in (self.mass, self.inertia) if p is not None]
+        found += self.com.parameters()
         found += [p for point in self.points.values() for p in point.parameters()]
         return tuple(dict.fromkeys(found))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from .joints import Joint, PointRef
 from .links import GROUND, Link, Parameter, Point
@@ -13,12 +13,17 @@ from .links import GROUND, Link, Parameter, Point
 class Mechanism:
     """Links, the points of the ground link, and the joints between them, in scene order.
 
+    ``welded`` names links of the scene that have become part of another (its index, or ``GROUND``): point ``P`` of such
+    a link ``arm`` is that one's point ``arm_P``. ``welds`` names the joints of the scene that made them so.
+
     Raises ``ValueError`` when a name is used twice, or a joint names a link or point that does not exist.
     """
 
     links: tuple[Link, ...]
     ground_points: Mapping[str, Point]
     joints: tuple[Joint, ...]
+    welded: Mapping[str, int] = field(default_factory=dict)
+    welds: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         for kind, names in (("link", [k.name for k in self.links]), ("joint", [j.name for j in self.joints])):
@@ -43,7 +48,8 @@ class Mechanism:
         return "ground" if link == GROUND else self.links[link].name
 
     def parameters(self) -> tuple[Parameter, ...]:
-        """Parameters of all links, then of the ground's points, each once."""
+        """Parameters of all links, then of the ground's points, then of the joints, each once."""
         found = [p for link in self.links for p in link.parameters()]
         found += [p for point in self.ground_points.values() for p in point.parameters()]
+        found += [p for joint in self.joints for p in joint.parameters()]
         return tuple(dict.fromkeys(found))

@@ -2,29 +2,52 @@
 
 Each link of a branch waits for the one outboard of it, so short branches make fast equations: the tree is rooted at the
 ground, or at a centre of the graph when nothing holds the mechanism, and grown breadth-first, which leaves each loop
-cut at the joint farthest from the root.
+cut at the joint farthest from the root. Prismatic joints come into the tree before others, because a link that only
+slides along another needs no angle of its own; joints of links without mass come next, because such a link must carry
+others; pins in slots come last, because cut open they cost one closure row and in the tree two coordinates.
 """
 
 from __future__ import annotations
 
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 
 import networkx as nx
 
-from .joints import PointRef
+from .joints import Joint, Kind, PointRef
 from .links import GROUND
 from .mechanism import Mechanism
 
 
 @dataclass(frozen=True)
 class Branch:
-    """``link`` hangs from ``parent`` by ``joint``: its point ``inboard`` lies on the parent's point ``attach``."""
+    """``link`` hangs from ``parent`` by ``joint``: its point ``inboard`` lies on the parent's point ``attach``.
+
+    If the joint slides, one of both slides along a line of the other: of the parent when ``outwards``, which is to say
+    that the joint's first side is the parent's.
+    """
 
     link: int
     parent: int
     joint: int
     inboard: str
     attach: str
+    kind: Kind = "revolute"
+    outwards: bool = True
+
+    @property
+    def slides(self) -> bool:
+        return self.kind != "revolute"
+
+    @property
+    def follows(self) -> bool:
+        """Whether the link turns as its parent does and has no angle of its own."""
+        return self.kind == "prismatic"
+
+    @property
+    def owner(self) -> int:
+        """The link that a sliding joint's line turns with; where both turn alike, the parent."""
+        return self.link if self.kind == "pin-in-slot" and not self.outwards else self.parent
 
 
 @dataclass(frozen=True)
@@ -35,6 +58,14 @@ class Cut:
     first: PointRef
     second: PointRef
     meeting: int
+    kind: Kind = "revolute"
+
+    @property
+    def rows(self) -> tuple[str, ...]:
+        """Directions of the closure rows: ``x`` and ``y`` of the fixed frame, or ``n`` across the line of a joint that
+        slides. A prismatic joint that is cut closes a ring of such joints, whose links turn alike: nothing is left to
+        close about their angles."""
+        return ("x", "y") if self.kind == "revolute" else ("n",)
 
 
 @dataclass(frozen=True)
@@ -49,12 +80,31 @@ class Topology:
     def floating(self) -> bool:
         return self.root != GROUND
 
+    @property
+    def rows(self) -> tuple[tuple[int, str], ...]:
+        """The closure rows in order: cut joint and direction."""
+        return tuple((cut.joint, row) for cut in self.cuts for row in cut.rows)
+
+    @property
+    def partners(self) -> tuple[int, ...]:
+        """Per closure row the other row of the same pin, or the row itself."""
+        first = {joint: index for index, (joint, row) in reversed(list(enumerate(self.rows))) if row != "n"}
+        return tuple(
+            index if row == "n" else 2 * first[joint] + 1 - index for index, (joint, row) in enumerate(self.rows)
+        )
+
     def branch(self, link: int) -> Branch:
         """The branch that carries ``link``; the root has none (``KeyError``)."""
         for branch in self.branches:
             if branch.link == link:
                 return branch
         raise KeyError(link)
+
+    def leader(self, link: int) -> int:
+        """The link whose angle ``link`` follows: itself, unless a prismatic joint carries it (the ground: none)."""
+        while link != self.root and (branch := self.branch(link)).follows:
+            link = branch.parent
+        return link
 
     def outboard(self, link: int) -> tuple[Branch, ...]:
         """Branches that hang directly from ``link``."""
@@ -69,8 +119,8 @@ class Topology:
         return tuple(found)
 
 
-def span(mechanism: Mechanism) -> Topology:
-    """Spanning tree of short branches and the joints it leaves cut.
+def span(mechanism: Mechanism, driven: Collection[int] = ()) -> Topology:
+    """Spanning tree of short branches and the joints it leaves cut; ``driven`` joints come into the tree first.
 
     Raises ``ValueError`` naming the links that no chain of joints connects with the rest (with the ground, if any joint
     is on it).
@@ -80,35 +130,75 @@ def span(mechanism: Mechanism) -> Topology:
     for index, joint in enumerate(mechanism.joints):
         graph.add_edge(joint.first.link, joint.second.link, key=index)
     root = GROUND if GROUND in graph else _centre(graph)
-    branches, used, reached = [], set(), {root}
-    waiting = [root]
-    while waiting:
-        parent = waiting.pop(0)
-        for index, joint in enumerate(mechanism.joints):
-            ends = (joint.first, joint.second)
-            if parent not in (ends[0].link, ends[1].link):
-                continue
-            near, far = ends if ends[0].link == parent else ends[::-1]
-            if far.link in reached:
-                continue
-            reached.add(far.link)
-            used.add(index)
-            branches.append(Branch(far.link, parent, index, far.point, near.point))
-            waiting.append(far.link)
+    kept = _keep(mechanism, _grow(mechanism, root, range(len(mechanism.joints))), driven)
+    branches = _grow(mechanism, root, sorted(kept))
+    reached = {root} | {branch.link for branch in branches}
     missing = [link.name for k, link in enumerate(mechanism.links) if k not in reached]
     if missing:
         raise ValueError(
             f"not connected with {mechanism.link_name(root)}: {', '.join(missing)}; add the missing joints"
         )
-    tree = Topology(root, tuple(branches), ())
+    tree = Topology(root, branches, ())
     paths = {link: tree.path(link) for link in reached}
+    used = {branch.joint for branch in branches}
     cuts = []
     for index, joint in enumerate(mechanism.joints):
         if index not in used:
             inwards = set(paths[joint.first.link])
             meeting = next(link for link in paths[joint.second.link] if link in inwards)
-            cuts.append(Cut(index, joint.first, joint.second, meeting))
-    return Topology(root, tuple(branches), tuple(cuts))
+            cuts.append(Cut(index, joint.first, joint.second, meeting, joint.kind))
+    return Topology(root, branches, tuple(cuts))
+
+
+def _grow(mechanism: Mechanism, root: int, usable: Iterable[int]) -> tuple[Branch, ...]:
+    """Branches breadth-first from the root over the ``usable`` joints."""
+    joints = [(index, mechanism.joints[index]) for index in usable]
+    branches, reached, waiting = [], {root}, [root]
+    while waiting:
+        parent = waiting.pop(0)
+        for index, joint in joints:
+            if parent not in (joint.first.link, joint.second.link):
+                continue
+            outwards = joint.first.link == parent
+            near, far = (joint.first, joint.second) if outwards else (joint.second, joint.first)
+            if far.link not in reached:
+                reached.add(far.link)
+                waiting.append(far.link)
+                branches.append(Branch(far.link, parent, index, far.point, near.point, joint.kind, outwards))
+    return tuple(branches)
+
+
+def _keep(mechanism: Mechanism, grown: tuple[Branch, ...], driven: Collection[int]) -> set[int]:
+    """Joints of the tree: the preferred ones that form no ring (Kruskal's algorithm), ``grown`` ones before others."""
+    order = {branch.joint: place for place, branch in enumerate(grown)}
+
+    def preference(index: int) -> tuple[int, int, int]:
+        rank = 0 if index in driven else _rank(mechanism, mechanism.joints[index])
+        return rank, order.get(index, len(order)), index
+
+    piece = {link: link for link in range(GROUND, len(mechanism.links))}
+
+    def find(link: int) -> int:
+        while piece[link] != link:
+            piece[link] = link = piece[piece[link]]
+        return link
+
+    kept = set()
+    for index in sorted(range(len(mechanism.joints)), key=preference):
+        ends = [find(side.link) for side in (mechanism.joints[index].first, mechanism.joints[index].second)]
+        if ends[0] != ends[1]:
+            piece[ends[0]] = ends[1]
+            kept.add(index)
+    return kept
+
+
+def _rank(mechanism: Mechanism, joint: Joint) -> int:
+    if joint.kind == "prismatic":
+        return 0
+    if joint.kind == "pin-in-slot":
+        return 3
+    links = [side.link for side in (joint.first, joint.second) if side.link != GROUND]
+    return 1 if any(mechanism.links[link].massless for link in links) else 2
 
 
 def _centre(graph: nx.MultiGraph) -> int:

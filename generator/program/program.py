@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 
 import sympy as sp
 
@@ -25,23 +25,33 @@ class Section:
 
 @dataclass(frozen=True)
 class Counts:
-    """Operations of a kernel: sums, products, quotients (square roots too), angles (a sine and a cosine each)."""
+    """Operations of a kernel: sums, products, quotients (square roots too), angles (a sine and a cosine each).
 
-    sums: int
-    products: int
-    quotients: int
-    angles: int
+    ``functions`` are the others: tan, exp, log, tanh. A difference of two counts may be negative.
+    """
+
+    sums: int = 0
+    products: int = 0
+    quotients: int = 0
+    angles: int = 0
+    functions: int = 0
 
     @property
     def total(self) -> int:
-        """Operations besides the sines and cosines."""
+        """Operations besides the sines and cosines and other functions."""
         return self.sums + self.products + self.quotients
+
+    def __add__(self, other: Counts) -> Counts:
+        return Counts(*(a + b for a, b in zip(astuple(self), astuple(other), strict=True)))
+
+    def __sub__(self, other: Counts) -> Counts:
+        return Counts(*(a - b for a, b in zip(astuple(self), astuple(other), strict=True)))
 
     def __str__(self) -> str:
         angles = f"{self.angles} sine{'s with their cosines' if self.angles != 1 else ' with its cosine'}"
         return (
             f"{self.total} operations ({self.sums} sums, {self.products} products, {self.quotients} quotients)"
-            f" and {angles}"
+            f" and {angles}" + (f" and {self.functions} other functions" if self.functions else "")
         )
 
 
@@ -166,13 +176,14 @@ def _needed(roots: Iterable[sp.Expr], definitions: dict[sp.Symbol, Assignment]) 
 
 
 def count(expressions: Iterable[sp.Expr]) -> Counts:
-    """Operations as they are written out: a sign costs nothing, an integer power its products."""
+    """Operations as they are written out: signs and absolute values cost nothing, an integer power its products."""
     tally: Counter[str] = Counter()
     angles: set[sp.Expr] = set()
     for expression in expressions:
         angles |= {function.args[0] for function in expression.atoms(sp.sin, sp.cos)}
+        tally["function"] += sum(e.func in (sp.tan, sp.exp, sp.log, sp.tanh) for e in sp.preorder_traversal(expression))
         _count(expression, tally)
-    return Counts(tally["sum"], tally["product"], tally["quotient"], len(angles))
+    return Counts(tally["sum"], tally["product"], tally["quotient"], len(angles), tally["function"])
 
 
 def _count(e: sp.Expr, tally: Counter[str]) -> None:

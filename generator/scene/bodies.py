@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
@@ -14,6 +15,7 @@ from ..mechanism.links import GROUND, Link, Parameter, Point
 from ..mechanism.mechanism import Mechanism
 from .errors import Path, Report
 from .schema import GroundLinkTable, JointTable, LinkTable
+from .weld import Body, Weld, Welded, merge
 
 GROUND_NAME = "ground"
 
@@ -25,7 +27,8 @@ class Bodies:
     ``free_ends`` are points that touch grounds besides the joints; ``sketch`` holds the absolute angle of each link
     (rad) from which the start is assembled unless the scene gives others; ``path`` is the key that faults of the whole
     mechanism are reported at; ``rates`` are angular velocities (rad/s) of the links, ``None`` where open, unless the
-    scene gives some.
+    scene gives some. ``link_rows`` and ``joint_rows`` are the tables that describe the links and joints that are left
+    after welding.
     """
 
     mechanism: Mechanism
@@ -33,6 +36,16 @@ class Bodies:
     sketch: tuple[float, ...]
     path: Path
     rates: tuple[float | None, ...] = ()
+    link_rows: tuple[int, ...] = ()
+    joint_rows: tuple[int, ...] = ()
+
+    def at_link(self, index: int) -> Path:
+        """The key that faults of a link are reported at."""
+        return ("link", self.link_rows[index]) if self.link_rows else self.path
+
+    def at_joint(self, index: int) -> Path:
+        """The key that faults of a joint are reported at."""
+        return ("joint", self.joint_rows[index]) if self.joint_rows else self.path
 
     @property
     def contacts(self) -> tuple[Contact, ...]:
@@ -41,7 +54,7 @@ class Bodies:
         seen: set[PointRef] = set()
         for joint in self.mechanism.joints:
             ends = {joint.first, joint.second}
-            if not joint.on_ground and not ends & seen:
+            if not joint.on_ground and not joint.slides and not ends & seen:
                 found.append((joint.name, joint.first))
             seen |= ends
         return (*found, *self.free_ends)
@@ -70,21 +83,91 @@ def general(
     points[GROUND_NAME] = _points(tables.get("ground_link"))
     fine = _check_names(names, points, joints, report)
     ends = [_ends(index, joint, names, points, report) for index, joint in enumerate(joints)]
-    built = [_link(index, name, table) for index, (name, table) in enumerate(zip(names, links, strict=True)) if table]
-    if not fine or len(built) < len(links) or None in ends or (ground is None and "ground_link" in tables):
+    fine = sum(not _check_keys(index, joint, report) for index, joint in enumerate(joints) if joint) == 0 and fine
+    bodies = [_body(name, table) for name, table in zip(names, links, strict=True) if table]
+    for index, body in enumerate(bodies):
+        if body.inertia and not body.mass:
+            message = f"found {body.inertia:.6g} with a mass of 0, expected 0 for a link without mass; give it a mass"
+            report.add(("link", index, "inertia"), message)
+            fine = False
+    if not fine or len(bodies) < len(links) or None in ends or (ground is None and "ground_link" in tables):
         return None
-    records = tuple(
-        Joint(table.name or f"joint_{index}", *pair)
-        for index, (table, pair) in enumerate(zip(joints, ends, strict=True))
-        if table and pair
+    fixed = {key: complex(*xy) for key, xy in (ground.points if ground else {}).items()}
+    pairs = [(row, table, pair) for row, (table, pair) in enumerate(zip(joints, ends, strict=True)) if table and pair]
+    welds = [
+        Weld(row, table.name or f"joint_{row}", *pair, table.angle or 0.0)
+        for row, table, pair in pairs
+        if table.type == "weld"
+    ]
+    merged = merge(bodies, fixed, welds, report)
+    return _assemble(merged, pairs, report) if merged else None
+
+
+def _assemble(
+    merged: Welded, pairs: Sequence[tuple[int, JointTable, tuple[PointRef, PointRef]]], report: Report
+) -> Bodies | None:
+    """Records of the bodies that welding has left, and of the joints between them; ``None`` after faults."""
+    built = tuple(_link(index, body) for index, body in enumerate(merged.bodies))
+    places = {key: _place(f"ground.points.{key}", f"l_g_{key}", z) for key, z in merged.ground.items()}
+    records: list[Joint] = []
+    rows: list[int] = []
+    for row, table, pair in pairs:
+        if table.type == "weld":
+            continue
+        first, second = (merged.refs.get(ref, ref) for ref in pair)
+        if first.link == second.link:
+            message = f"found {table.between[0]} and {table.between[1]}, which are welded together, expected points of "
+            report.add(("joint", row, "between"), message + "two links that can move; remove the joint or a weld")
+            continue
+        records.append(_joint(row, len(records), table, first, second))
+        rows.append(row)
+    if len(records) < sum(table.type != "weld" for _, table, _ in pairs):
+        return None
+    mechanism = Mechanism(built, places, tuple(records), merged.names, _welds(pairs))
+    bodies = Bodies(
+        mechanism, (), (0.0,) * len(built), ("joint",) if pairs else ("link",), (), merged.rows, tuple(rows)
     )
-    places = {
-        key: point(f"ground.points.{key}", f"l_g_{key}", *xy) for key, xy in (ground.points if ground else {}).items()
-    }
-    mechanism = Mechanism(tuple(built), places, records)
-    if not _check_lengths(mechanism, report):
-        return None
-    return Bodies(mechanism, (), (0.0,) * len(built), ("joint",) if records else ("link",))
+    return bodies if _check_lengths(bodies, report) else None
+
+
+def _welds(pairs: Sequence[tuple[int, JointTable, tuple[PointRef, PointRef]]]) -> tuple[str, ...]:
+    return tuple(table.name or f"joint_{row}" for row, table, _ in pairs if table.type == "weld")
+
+
+def _joint(row: int, index: int, table: JointTable, first: PointRef, second: PointRef) -> Joint:
+    name = table.name or f"joint_{row}"
+    if table.type == "revolute" or table.type == "weld":  # noqa: PLR1714 (narrows the type)
+        return Joint(name, first, second)
+    axis = math.atan2(table.axis[1], table.axis[0]) if isinstance(table.axis, list) else table.axis or 0.0
+    return Joint(
+        name,
+        first,
+        second,
+        table.type,
+        coordinate(f"{name}.axis", f"axis_{index}", axis),
+        coordinate(f"{name}.angle", f"phi_{index}", table.angle or 0.0),
+    )
+
+
+def _check_keys(index: int, table: JointTable, report: Report) -> bool:
+    """A joint has the keys of its kind: a line where something slides, an angle where one is held."""
+    fine = True
+    slides = table.type in ("prismatic", "pin-in-slot")
+    holds = table.type in ("prismatic", "weld")
+    for key, allowed, kinds in (("axis", slides, "prismatic or pin-in-slot"), ("angle", holds, "prismatic or weld")):
+        if getattr(table, key) is not None and not allowed:
+            message = f"found {key} at a {table.type} joint, expected it at a {kinds} joint only; remove it"
+            report.add(("joint", index, key), message)
+            fine = False
+    if slides and table.axis is None:
+        message = "missing, expected the direction of the line in the first link's frame, [x, y] or an angle; add it"
+        report.add(("joint", index, "axis"), message)
+        fine = False
+    if isinstance(table.axis, list) and not 0.0 < math.hypot(*table.axis) < math.inf:
+        message = f"found {table.axis}, expected a direction, not both zero; write [1, 0] for one along x"
+        report.add(("joint", index, "axis"), message)
+        fine = False
+    return fine
 
 
 def _name(raw: object, index: int) -> str:
@@ -98,14 +181,24 @@ def _points(raw: object) -> tuple[str, ...]:
     return tuple(points) if isinstance(points, Mapping) else ()
 
 
-def _link(index: int, name: str, table: LinkTable) -> Link:
+def _body(name: str, table: LinkTable) -> Body:
+    points = {key: complex(*xy) for key, xy in table.points.items()}
+    return Body(name, table.mass, table.inertia, complex(*table.com), points)
+
+
+def _link(index: int, body: Body) -> Link:
+    name = body.name
     return Link(
         name=name,
-        mass=Parameter(f"{name}.mass", f"m_{index}", table.mass),
-        inertia=Parameter(f"{name}.inertia", f"I_{index}", table.inertia),
-        com=point(f"{name}.com", f"c_{index}", *table.com),
-        points={key: point(f"{name}.points.{key}", f"l_{index}_{key}", *xy) for key, xy in table.points.items()},
+        mass=coordinate(f"{name}.mass", f"m_{index}", body.mass),
+        inertia=coordinate(f"{name}.inertia", f"I_{index}", body.inertia),
+        com=_place(f"{name}.com", f"c_{index}", body.com),
+        points={key: _place(f"{name}.points.{key}", f"l_{index}_{key}", z) for key, z in body.points.items()},
     )
+
+
+def _place(path: str, symbol: str, z: complex) -> Point:
+    return point(path, symbol, z.real, z.imag)
 
 
 def _check_names(
@@ -167,14 +260,32 @@ def _ends(
     return found[0], found[1]
 
 
-def _check_lengths(mechanism: Mechanism, report: Report) -> bool:
-    """A link between several joints has some length: its jointed points are not all in one place."""
+def _check_lengths(bodies: Bodies, report: Report) -> bool:
+    """A link between several pins has some length: its jointed points are not all in one place."""
     fine = True
-    ends = [end for joint in mechanism.joints for end in (joint.first, joint.second)]
-    for index, link in enumerate(mechanism.links):
+    pins = [joint for joint in bodies.mechanism.joints if not joint.slides]
+    ends = [end for joint in pins for end in (joint.first, joint.second)]
+    for index, link in enumerate(bodies.mechanism.links):
         used = dict.fromkeys(end.point for end in ends if end.link == index)
         if len(used) > 1 and len({link.points[key].values() for key in used}) == 1:
             message = f"found {' and '.join(used)} in one place, expected a length above zero; move one of them"
-            report.add(("link", index, "points"), message)
+            report.add((*bodies.at_link(index), "points"), message)
             fine = False
     return fine
+
+
+def check_masses(bodies: Bodies, driven: Collection[int], report: Report) -> bool:
+    """Every motion of the opened mechanism moves some mass: links without mass or inertia carry links that have it."""
+    links = bodies.mechanism.links
+    if all(link.mass and link.inertia for link in links):
+        return True
+    from ..mechanism.idle import idle_links  # the only check that needs the spanning tree
+
+    idle = idle_links(bodies.mechanism, driven)
+    for index in idle:
+        lacks = "mass" if links[index].massless else "inertia"
+        message = (
+            f"found a {lacks} of 0, expected more than 0, because nothing else resists this link's motion; give it "
+        )
+        report.add((*bodies.at_link(index), lacks), message + f"a small {lacks}, or weld it to a neighbour")
+    return not idle

@@ -16,8 +16,9 @@ from typing import Any, TypeVar
 from ..effects import REGISTRY
 from ..effects.effect import Effect, Entry, Surroundings
 from ..effects.table import Table
-from .bodies import Bodies, general
+from .bodies import Bodies, check_masses, general
 from .check import check, show, unknown_key
+from .driven import check_driven
 from .errors import Fault, Path, Report, SceneError
 from .locate import locate
 from .scene import RunSettings, Scene, Start
@@ -188,6 +189,7 @@ def _effects(found: list[tuple[Entry, int, Path, Table]], bodies: Bodies, report
     """The records of the effects, with the keys at which their faults are reported."""
     around = Surroundings(bodies.mechanism, bodies.contacts)
     used = {link.name for link in bodies.mechanism.links} | {"ground"}
+    used |= {joint.name for joint in bodies.mechanism.joints if joint.parameters()}
     built: list[tuple[Path, Effect]] = []
     for entry, index, path, table in found:
         effect = entry.build(table, index, around, report.below(path))
@@ -201,11 +203,14 @@ def _effects(found: list[tuple[Entry, int, Path, Table]], bodies: Bodies, report
 
 
 def _start(table: StartTable, bodies: Bodies, effects: list[tuple[Path, Effect]], report: Report) -> Start | None:
+    acting = [effect for _, effect in effects]
+    sound = check_driven(bodies.mechanism, effects, report)
+    sound = check_masses(bodies, [joint for effect in acting for joint in effect.driven()], report) and sound
     asked = sketch(table, bodies, report)
-    start = begin(asked, bodies, report) if asked else None
+    start = begin(asked, bodies, effects, report) if asked and sound else None
     if start is None:
         return None
-    start = lift(start, bodies, [effect for _, effect in effects])
+    start = lift(start, bodies, acting)
     check_effects(start, bodies, effects, report)
     return start
 

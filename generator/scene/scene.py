@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 from ..effects.effect import Effect
 from ..mechanism.mechanism import Mechanism
+from .drawn import Anchor
 
 Triple = tuple[float, float, float]
 
@@ -19,7 +20,9 @@ class Sketch:
 
     ``angles``: absolute angle of each link (rad), tilt included. ``rates``: angular velocity of each link (rad/s), or
     ``None`` where it is left open. ``position`` (m) and ``velocity`` (m/s) of the first link's frame, ``height`` (m) of
-    the lowest joint instead of a position.
+    the lowest joint instead of a position. ``slides`` (m) and ``sliding`` (m/s) are lengths along the lines of the
+    sliding joints in scene order, and their rates, ``None`` where left open. ``loose``: links about whose angle nothing
+    is said although something is about others. ``drawn``: where points of links are drawn.
     """
 
     angles: tuple[float, ...]
@@ -27,6 +30,10 @@ class Sketch:
     position: tuple[float, float] = (0.0, 0.0)
     velocity: tuple[float, float] = (0.0, 0.0)
     height: float | None = None
+    slides: tuple[float | None, ...] = ()
+    sliding: tuple[float | None, ...] = ()
+    loose: tuple[int, ...] = ()
+    drawn: tuple[Anchor, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -34,13 +41,17 @@ class Start:
     """A consistent start: every loop is closed and stays closed.
 
     ``poses``: x, y (m) and angle (rad) of each link's frame; ``velocities``: their rates. ``assembled_by`` is the
-    largest change of an angle (rad) that closing the loops took, 0 when ``sketch`` was closed to 1e-9 m.
+    largest change of an angle (rad) that closing the loops took, 0 when ``sketch`` was closed to 1e-9 m, and ``most``
+    the link whose angle changed so. Links of which nothing was said do not count. ``missed_by`` is the largest distance
+    (m) of a joint or frame from where it was drawn.
     """
 
     poses: tuple[Triple, ...]
     velocities: tuple[Triple, ...]
     assembled_by: float
     sketch: Sketch
+    most: str = ""
+    missed_by: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -68,6 +79,22 @@ class Scene:
     @property
     def package(self) -> str:
         return self.name.replace("-", "_")
+
+    def without(self, effect: int) -> Scene:
+        """The scene as it would be had it never named the effect of this index, starting where this one starts.
+
+        A height is measured from a ground that may be gone then, so the start keeps the position it came to.
+        """
+        effects = tuple(e for index, e in enumerate(self.effects) if index != effect)
+        sketch = self.start.sketch
+        if sketch.height is not None:
+            sketch = dataclasses.replace(sketch, height=None, position=self.start.poses[0][:2])
+        return dataclasses.replace(self, effects=effects, start=dataclasses.replace(self.start, sketch=sketch))
+
+    @property
+    def driven(self) -> tuple[int, ...]:
+        """Joints whose motion an effect prescribes."""
+        return tuple(joint for effect in self.effects for joint in effect.driven())
 
     def canonical(self) -> str:
         """Text that is the same for scenes that generate the same model, and only for those.

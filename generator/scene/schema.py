@@ -29,6 +29,11 @@ def read_angle(value: object) -> object:
     return math.radians(number) if match[2] == "deg" else number
 
 
+def read_pose(value: object) -> object:
+    """``[x, y, angle]`` with its angle in radians; anything else as it is."""
+    return [*value[:2], read_angle(value[2])] if isinstance(value, list) and len(value) == 3 else value
+
+
 def _number_or_list(value: Any) -> str:
     return "<list>" if isinstance(value, list) else "<number>"
 
@@ -51,7 +56,10 @@ Angles = Annotated[
 Rates = Annotated[
     Annotated[list[float], Tag("<list>")] | Annotated[dict[str, float], Tag("<table>")], Discriminator(_list_or_table)
 ]
+Axis = Annotated[Annotated[Angle, Tag("<number>")] | Annotated[Pair, Tag("<list>")], Discriminator(_number_or_list)]
 Points = dict[str, Pair]
+NotNegative = Annotated[float, Field(ge=0.0)]
+Pose = Annotated[list[float], Field(min_length=3, max_length=3), BeforeValidator(read_pose)]
 
 
 class Rods(Table):
@@ -104,8 +112,10 @@ class LinkTable(Table):
     STAND_INS: ClassVar[Mapping[str, object]] = {"mass": 1.0, "inertia": 1.0}
 
     name: Name | None = Field(default=None, description="a name of letters, digits and _, beginning with a letter")
-    mass: Positive = Field(description="the mass in kg, a positive number")
-    inertia: Positive = Field(description="the inertia about the centre of mass in kg m², a positive number")
+    mass: NotNegative = Field(description="the mass in kg, a positive number, or 0 for a link without mass")
+    inertia: NotNegative = Field(
+        description="the inertia about the centre of mass in kg m², a positive number, or 0 for a point mass"
+    )
     com: Pair = Field(description="the centre of mass in the link's frame, [x, y] in m")
     points: Points = Field(min_length=1, description="named points, { A = [x, y], ... } in m, at least one")
 
@@ -120,10 +130,22 @@ class JointTable(Table):
     """One ``[[joint]]`` of the general form."""
 
     name: Name | None = Field(default=None, description="a name of letters, digits and _, beginning with a letter")
-    type: Literal["revolute"] = Field(default="revolute", description='the kind of joint, "revolute"')
-    between: list[str] = Field(
-        min_length=2, max_length=2, description='the two points that coincide, ["link.point", "link.point"]'
+    type: Literal["revolute", "prismatic", "weld", "pin-in-slot"] = Field(
+        default="revolute", description='the kind of joint, "revolute", "prismatic", "weld" or "pin-in-slot"'
     )
+    between: list[str] = Field(
+        min_length=2, max_length=2, description='the two points that it joins, ["link.point", "link.point"]'
+    )
+    axis: Axis | None = Field(
+        default=None,
+        description='the direction of the line in the first link\'s frame, [x, y], an angle in rad or as "30 deg"',
+    )
+    angle: Angle | None = Field(
+        default=None, description='the angle of the second link against the first in rad, or a text such as "30 deg"'
+    )
+
+
+Lengths = dict[str, float]
 
 
 class StartTable(Table):
@@ -137,8 +159,21 @@ class StartTable(Table):
         default=None,
         description='absolute angles of the links in rad or as "10 deg", a list with one per link or a table by name',
     )
+    joints: Points | None = Field(
+        default=None, description="where joints are roughly, a table by name, { A = [x, y], ... } in m"
+    )
+    poses: dict[str, Pose] | None = Field(
+        default=None,
+        description='where frames of links are roughly, a table by name, { crank = [x, y, "30 deg"], ... } in m',
+    )
     angular_velocities: Rates | None = Field(
         default=None, description="absolute angular velocities in rad/s, a list with one per link or a table by name"
+    )
+    slides: Lengths | None = Field(
+        default=None, description="how far sliding joints are along their lines in m, a table by the joint's name"
+    )
+    sliding_velocities: Lengths | None = Field(
+        default=None, description="how fast they slide in m/s, a table by the joint's name"
     )
 
 

@@ -3,20 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from ..effects.effect import Effect, Level
-from ..mechanism.assembly import CannotClose, Contradiction, Layout, Real, lay_out, nearest, rates
+from ..mechanism.assembly import CannotClose, Contradiction, alone, follow, nearest, rates
+from ..mechanism.branch import place as located
 from ..mechanism.joints import PointRef
+from ..mechanism.layout import Layout, Real, lay_out
+from ..mechanism.loops import loops
 from ..mechanism.mechanism import Mechanism
 from .bodies import Bodies
+from .drawn import anchors, drawn_lengths, offset, spread
+from .driven import drive_layout
 from .errors import Path, Report
 from .scene import Sketch, Start
 from .schema import StartTable
 
 SKETCH = 1e-9
 """Angles that leave a joint open by more than this (m) are a sketch, to be assembled."""
+
+
+_OPEN = 1e-6
+"""Loops that are open by this share of the worst one take part in a contradiction."""
 
 
 def sketch(table: StartTable, bodies: Bodies, report: Report) -> Sketch | None:
@@ -27,56 +37,130 @@ def sketch(table: StartTable, bodies: Bodies, report: Report) -> Sketch | None:
         report.add(("start", "height"), message)
         fine = False
     names = [link.name for link in bodies.mechanism.links]
-    angles = _per_link(table.angles, names, ("start", "angles"), report)
-    speeds = _per_link(table.angular_velocities, names, ("start", "angular_velocities"), report)
-    if angles is None or speeds is None or not fine:
+    angles = _per_link(table.angles, bodies.mechanism, ("start", "angles"), report)
+    speeds = _per_link(table.angular_velocities, bodies.mechanism, ("start", "angular_velocities"), report)
+    lines = [joint.name for joint in bodies.mechanism.joints if joint.slides]
+    slides = _by_name(table.slides, lines, ("start", "slides"), "sliding joint", report)
+    sliding = _by_name(table.sliding_velocities, lines, ("start", "sliding_velocities"), "sliding joint", report)
+    drawn = anchors(table, bodies.mechanism, report)
+    if angles is None or speeds is None or slides is None or sliding is None or drawn is None or not fine:
         return None
     if table.angular_velocities is None and bodies.rates:
         speeds = list(bodies.rates)
-    chosen = [usual if angle is None else angle for angle, usual in zip(angles, bodies.sketch, strict=True)]
+    for name, (_, _, angle) in (table.poses or {}).items():
+        angles[names.index(name)] = angle
+    said = table.angles is not None or bool(drawn)
+    found = spread(bodies.mechanism, angles, drawn) if said else angles
+    chosen = [usual if angle is None else angle for angle, usual in zip(found, bodies.sketch, strict=True)]
+    slides = drawn_lengths(bodies.mechanism, [angle + table.tilt for angle in chosen], drawn, slides)
     return Sketch(
         angles=tuple(angle + table.tilt for angle in chosen),
         rates=tuple(speeds),
         position=_pair(table.position),
         velocity=_pair(table.velocity),
         height=table.height,
+        slides=tuple(slides),
+        sliding=tuple(sliding),
+        loose=tuple(link for link, angle in enumerate(found) if said and angle is None),
+        drawn=drawn,
     )
 
 
-def begin(sketch: Sketch, bodies: Bodies, report: Report) -> Start | None:
+def begin(sketch: Sketch, bodies: Bodies, effects: Sequence[tuple[Path, Effect]], report: Report) -> Start | None:
     """The consistent start nearest to ``sketch``, heights not yet applied; ``None`` after faults."""
     layout = lay_out(bodies.mechanism)
     if layout.apart:
         _report_apart(layout, bodies, report)
         return None
-    wanted = np.array(sketch.angles)
+    wanted = np.array([*sketch.angles, *((slide or 0.0) / layout.unit for slide in sketch.slides)])
+    drives = [(path, effect) for path, effect in effects if effect.driven()]
+    driven, prescribed = drive_layout(layout, bodies.mechanism, [effect for _, effect in drives])
+    if not _check_slides(sketch, driven, bodies.mechanism, report):
+        return None
+    count = len(sketch.angles)
+    loose = [*sketch.loose, *(count + k for k, slide in enumerate(sketch.slides) if slide is None)]
+    if loose and driven.groups:
+        wanted = follow(driven, wanted, loose)
     try:
-        angles = nearest(layout, wanted)
+        found = nearest(driven, wanted)
     except CannotClose as error:
-        name = bodies.mechanism.joints[error.joint].name
-        path: Path = ("joint", error.joint) if bodies.path == ("joint",) else bodies.path
-        report.add(
-            path,
-            f"found no way to close {name}, the nearest configuration misses by {error.miss:.3g} m, expected 0; "
-            "change lengths or points, or give [start] angles nearer to a closed configuration",
-        )
+        if any(effect.begins()[0] is not None for _, effect in drives) and _closes(layout, wanted):
+            _report_drives(drives, f"found positions that miss by {error.miss:.3g} {error.unit} together", report)
+        else:
+            _report_open(driven, error, wanted, bodies, report)
         return None
-    given = {link: rate for link, rate in enumerate(sketch.rates) if rate is not None}
+    asked = [*sketch.rates, *(rate if rate is None else rate / layout.unit for rate in sketch.sliding)]
+    given = {index: rate for index, rate in enumerate(asked) if rate is not None}
     try:
-        speeds = rates(layout, angles, given)
+        speeds = rates(layout, found, given, speeds=prescribed)
     except Contradiction as error:
-        names = ", ".join(bodies.mechanism.links[link].name for link in error.links)
-        report.add(
-            ("start", "angular_velocities"),
-            f"found angular velocities of {names} that open {bodies.mechanism.joints[error.joint].name} at "
-            f"{error.speed:.3g} m/s, expected loops to stay closed; correct one of them or give fewer",
-        )
+        _report_rates(error, drives, len(sketch.rates), bodies.mechanism, report)
         return None
-    open_by = float(np.abs(layout.closure(wanted)).max(initial=0.0))
-    moved = float(np.abs(angles - wanted).max()) if open_by > SKETCH else 0.0
-    poses = layout.poses(angles, sketch.position)
-    velocities = layout.velocities(angles, speeds, sketch.velocity)
-    return Start(_triples(poses), _triples(velocities), moved, sketch)
+    poses = layout.poses(found, sketch.position)
+    if sketch.drawn and layout.floating:
+        away = offset(bodies.mechanism, poses.tolist(), sketch.drawn)
+        poses[:, :2] += (away.real, away.imag)
+    velocities = layout.velocities(found, speeds, sketch.velocity)
+    start = Start(_triples(poses), _triples(velocities), 0.0, sketch)
+    return _judged(start, driven, wanted, bodies.mechanism)
+
+
+def _check_slides(sketch: Sketch, driven: Layout, mechanism: Mechanism, report: Report) -> bool:
+    """Lengths that the scene gives are those that drives ask for at t = 0."""
+    fine = True
+    for one in driven.lengths:
+        given = sketch.slides[one.index - len(sketch.angles)]
+        if given is not None and abs(given - one.length) > SKETCH:
+            name = mechanism.joints[one.joint].name
+            message = f"found {given:.6g}, expected {one.length:.6g}, where its drive has it at t = 0; remove it"
+            report.add(("start", "slides", name), message)
+            fine = False
+    return fine
+
+
+def _closes(layout: Layout, wanted: Real) -> bool:
+    """Whether the joints alone can be closed from the sketch."""
+    try:
+        nearest(layout, wanted)
+    except CannotClose:
+        return False
+    return True
+
+
+def _report_drives(drives: Sequence[tuple[Path, Effect]], what: str, report: Report) -> None:
+    """Drives that ask for what the mechanism cannot do."""
+    names = ", ".join(effect.title for _, effect in drives)
+    expected = "expected what the mechanism can do; change one of them or remove it"
+    report.add(drives[-1][0], f"{what} (the drives are {names}), {expected}")
+
+
+def _report_rates(
+    error: Contradiction, drives: Sequence[tuple[Path, Effect]], turning: int, mechanism: Mechanism, report: Report
+) -> None:
+    """Velocities that open a joint, or that miss a drive; the first ``turning`` displacements are angles."""
+    name = mechanism.joints[error.joint].name
+    if not error.links and drives:
+        _report_drives(drives, f"found speeds that open {name} at {error.speed:.3g} m/s or rad/s together", report)
+        return
+    names = ", ".join(_mover(mechanism, index) for index in error.links)
+    angular = all(index < turning for index in error.links)
+    key, what = ("angular_velocities", "angular velocities") if angular else ("sliding_velocities", "velocities")
+    opens = f"that open {name} at {error.speed:.3g} m/s, expected loops to stay closed"
+    if any(error.joint in effect.driven() for _, effect in drives):
+        opens = f"that miss the drive of {name} by {error.speed:.3g} rad/s or m/s, expected those it prescribes"
+    report.add(("start", key), f"found {what} of {names} {opens}; correct one of them or give fewer")
+
+
+def _judged(start: Start, layout: Layout, wanted: Real, mechanism: Mechanism) -> Start:
+    """The start with how far it is from its sketch: the link that turned most, the drawn point that is farthest off."""
+    off = [offset(mechanism, start.poses, [anchor]) for anchor in start.sketch.drawn]
+    start = replace(start, missed_by=max(map(abs, off), default=0.0))
+    if float(np.abs(layout.closure(wanted)).max(initial=0.0)) <= SKETCH:
+        return start
+    turned = np.abs(np.array([pose[2] for pose in start.poses]) - wanted[: len(start.poses)])
+    turned[list(start.sketch.loose)] = 0.0
+    most = int(np.argmax(turned))
+    return replace(start, assembled_by=float(turned[most]), most=mechanism.links[most].name)
 
 
 def lift(start: Start, bodies: Bodies, effects: Sequence[Effect]) -> Start:
@@ -88,7 +172,7 @@ def lift(start: Start, bodies: Bodies, effects: Sequence[Effect]) -> Start:
     rise = start.sketch.height - min(level.height(*xy) for xy in places)
     dx, dy = rise * level.normal[0], rise * level.normal[1]
     poses = tuple((x + dx, y + dy, angle) for x, y, angle in start.poses)
-    return Start(poses, start.velocities, start.assembled_by, start.sketch)
+    return replace(start, poses=poses)
 
 
 def check_effects(start: Start, bodies: Bodies, effects: Sequence[tuple[Path, Effect]], report: Report) -> None:
@@ -101,17 +185,13 @@ def check_effects(start: Start, bodies: Bodies, effects: Sequence[tuple[Path, Ef
 
 def place(mechanism: Mechanism, start: Start, ref: PointRef) -> tuple[float, float]:
     """Where the point ``ref`` is at the start (m)."""
-    px, py = mechanism.point(ref).values()
-    if ref.link < 0:
-        return px, py
-    x, y, angle = start.poses[ref.link]
-    turned = complex(px, py) * np.exp(1j * angle)
-    return float(x + turned.real), float(y + turned.imag)
+    there = located(mechanism, start.poses, ref)
+    return there.real, there.imag
 
 
 def _check_held(table: StartTable, mechanism: Mechanism, report: Report) -> bool:
-    """A mechanism that the ground holds has no place or velocity of its own, nor a tilt if it is held twice."""
-    held = sum(joint.on_ground for joint in mechanism.joints)
+    """A mechanism that the ground holds has no place or velocity of its own, nor a tilt if its angle is held too."""
+    held = sum(2 if not joint.turns else 1 for joint in mechanism.joints if joint.on_ground)
     wrong = [key for key in ("position", "velocity", "height") if held and getattr(table, key) is not None]
     if held > 1 and table.tilt:
         wrong.append("tilt")
@@ -122,15 +202,19 @@ def _check_held(table: StartTable, mechanism: Mechanism, report: Report) -> bool
 
 
 def _per_link(
-    given: Sequence[float] | Mapping[str, float] | None, names: Sequence[str], path: Path, report: Report
+    given: Sequence[float] | Mapping[str, float] | None, mechanism: Mechanism, path: Path, report: Report
 ) -> list[float | None] | None:
     """One value per link, ``None`` where nothing is said; ``None`` altogether after faults."""
+    names, welded = [link.name for link in mechanism.links], mechanism.welded
     if given is None:
         return [None] * len(names)
     if isinstance(given, Mapping):
         unknown = [name for name in given if name not in names]
         for name in unknown:
-            report.add((*path, name), f"found an unknown link, expected one of {', '.join(names)}; correct the name")
+            advice = "correct the name"
+            if name in welded:
+                advice = f"it is welded to {mechanism.link_name(welded[name])}, whose angle says where it is"
+            report.add((*path, name), f"found an unknown link, expected one of {', '.join(names)}; {advice}")
         return None if unknown else [given.get(name) for name in names]
     if len(given) != len(names):
         message = f"found {len(given)} values, expected {len(names)}, one per link; correct the list or use a table"
@@ -139,12 +223,54 @@ def _per_link(
     return list(given)
 
 
+def _by_name(
+    given: Mapping[str, float] | None, names: Sequence[str], path: Path, kind: str, report: Report
+) -> list[float | None] | None:
+    """One value per name, ``None`` where nothing is said; ``None`` altogether after faults."""
+    unknown = [name for name in given or () if name not in names]
+    for name in unknown:
+        known = f"one of {', '.join(names)}" if names else f"none, because there is no {kind}"
+        report.add((*path, name), f"found an unknown {kind}, expected {known}; correct the name")
+    return None if unknown else [(given or {}).get(name) for name in names]
+
+
+def _mover(mechanism: Mechanism, index: int) -> str:
+    """The link, or the sliding joint, whose displacement has the number ``index``."""
+    count = len(mechanism.links)
+    if index < count:
+        return mechanism.links[index].name
+    return [joint.name for joint in mechanism.joints if joint.slides][index - count]
+
+
+def _report_open(layout: Layout, error: CannotClose, wanted: Real, bodies: Bodies, report: Report) -> None:
+    """Name the loop that does not close; where each closes alone, all joints that contradict each other."""
+    mechanism = bodies.mechanism
+    rings = loops(mechanism, layout.gaps)
+    misses = [alone(layout, wanted, gap) for gap in range(len(rings))]
+    worst = int(np.argmax(misses)) if rings else 0
+    if rings and misses[worst]:
+        joint, miss, unit = layout.gaps[worst], misses[worst], "m"
+        found = f"no way to close the loop {rings[worst].text(mechanism)}: the nearest configuration misses by"
+    else:
+        joint, miss, unit = error.joint, error.miss, error.unit
+        gaps = layout.closure(error.best)[: 2 * len(rings)]
+        open_ones = np.flatnonzero(np.hypot(gaps[0::2], gaps[1::2]) > _OPEN * miss)
+        around = sorted({joint, *(k for ring in open_ones for k in rings[ring].joints)})
+        names = ", ".join(mechanism.joints[joint].name for joint in around)
+        found = f"joints that contradict each other ({names}): each loop closes alone, but together they miss by"
+    report.add(
+        bodies.at_joint(joint),
+        f"found {found} {miss:.3g} {unit} at {mechanism.joints[joint].name}, expected 0; change lengths or points, or "
+        "give a [start] nearer to a closed configuration",
+    )
+
+
 def _report_apart(layout: Layout, bodies: Bodies, report: Report) -> None:
     links = bodies.mechanism.links
     base = links[0].name if layout.floating else "the ground"
     for index in layout.apart:
         message = f"found no joints that connect {links[index].name} with {base}, expected one piece; add a [[joint]]"
-        report.add(("link", index), message)
+        report.add(bodies.at_link(index), message)
 
 
 def _pair(value: Sequence[float] | None) -> tuple[float, float]:

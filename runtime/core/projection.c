@@ -23,7 +23,7 @@ enum outcome project_position(struct system *s, double *q)
     const struct ccgen_model *m = s->model;
     const double unit = 2.0 * DBL_EPSILON * s->length; /* the last digit of an angle moves a link's end by that much */
     double angles = m->links;
-    for (int i = s->n - m->links; i < s->n; i++)
+    for (int i = m->base; i < s->n; i++)
         angles += fabs(q[i]);
     double before = INFINITY;
     for (int pass = 0; m->rows && pass < MAX_PASSES; pass++) {

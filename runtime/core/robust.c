@@ -134,36 +134,63 @@ static void least_norm(int n, int rows, int rank, const double *g, const double 
     reflect(rows, kept, rows_of, b, 0, lambda);
 }
 
-enum outcome solve_dependent(const struct system *s, const double *q, const double *y, double nearest, affine *residual,
-                             const void *context, double *x, double *lambda)
+/* The rows of A, then those of driven joints, as columns of g; their right-hand sides; lengths that make them comparable. */
+static void write_rows(const struct system *s, const double *q, const double *y, const double *t, double *g,
+                       double *right, double *length)
 {
     const struct ccgen_model *m = s->model;
-    const size_t n = s->n, rows = m->rows;
-    double *work = malloc((2 * rows * n + rows * rows + 6 * rows + 2 * n * n + 4 * n) * sizeof *work);
-    int *order = malloc(rows * sizeof *order);
-    enum outcome outcome = OUTCOME_NO_MEMORY;
-    if (!work || !order)
-        goto end;
-    double *g = work, *diagonal = g + rows * n, *beta = diagonal + rows, *length = beta + rows;
-    double *null = length + rows, *mass = null + n * n, *b = mass + n * n, *p = b + n, *more = p + n;
-    m->closure_jacobian(s->k, q, g); /* rows of A are the columns of A^T */
+    const size_t n = s->n, closed = m->rows, rows = closed + m->drives;
+    if (closed)
+        m->closure_jacobian(s->k, q, g); /* rows of A are the columns of A^T */
+    memcpy(right, y, closed * sizeof *right);
+    memset(g + closed * n, 0, m->drives * n * sizeof *g);
+    memset(right + closed, 0, m->drives * sizeof *right);
+    for (int d = 0; d < m->drives; d++) {
+        g[(closed + d) * n + m->driven[2 * d]] = 1.0;
+        if (m->driven[2 * d + 1] >= 0)
+            g[(closed + d) * n + m->driven[2 * d + 1]] = -1.0;
+    }
+    if (m->drives && t)
+        m->prescribed(s->k, *t, right + closed);
     for (size_t j = 0; j < rows; j++) {
         double sum = 0.0;
         for (size_t i = 0; i < n; i++)
             sum += g[j * n + i] * g[j * n + i];
         length[j] = sqrt(sum);
-        order[j] = (int)j;
     }
-    for (size_t j = 0; j + 1 < rows; j += 2) /* both rows of a cut joint by the longer: one that vanishes must be seen */
-        length[j] = length[j + 1] = fmax(fmax(length[j], length[j + 1]), DBL_MIN);
+    for (size_t j = 0; j < closed; j++) { /* both rows of a pin by the longer, one alone by at least the size of the
+                                           * mechanism: a row that vanishes must be seen */
+        const size_t other = m->partner[j];
+        if (other == j)
+            length[j] = fmax(length[j], s->length);
+        else if (other > j)
+            length[j] = length[other] = fmax(fmax(length[j], length[other]), DBL_MIN);
+    }
     for (size_t j = 0; j < rows; j++)
         for (size_t i = 0; i < n; i++)
             g[j * n + i] /= length[j];
+}
+
+enum outcome solve_dependent(const struct system *s, const double *q, const double *y, const double *t, double nearest,
+                             affine *residual, const void *context, double *x, double *lambda)
+{
+    const struct ccgen_model *m = s->model;
+    const size_t n = s->n, rows = m->rows + m->drives;
+    double *work = malloc((2 * rows * n + rows * rows + 8 * rows + 2 * n * n + 4 * n) * sizeof *work);
+    int *order = malloc((rows + 1) * sizeof *order);
+    enum outcome outcome = OUTCOME_NO_MEMORY;
+    if (!work || !order)
+        goto end;
+    double *right = work, *every = right + rows, *g = every + rows, *diagonal = g + rows * n, *beta = diagonal + rows;
+    double *length = beta + rows, *null = length + rows, *mass = null + n * n, *b = mass + n * n, *p = b + n, *more = p + n;
+    write_rows(s, q, y, t, g, right, length);
+    for (size_t j = 0; j < rows; j++)
+        order[j] = (int)j;
     const int rank = reduce((int)n, (int)rows, g, nearest, diagonal, beta, order);
     const size_t free_ = n - rank;
     memset(x, 0, n * sizeof *x);
     for (int k = 0; k < rank; k++)
-        x[k] = y[order[k]] / length[order[k]];
+        x[k] = right[order[k]] / length[order[k]];
     forward((int)n, rank, g, diagonal, x);
     reflect((int)n, rank, g, beta, 0, x);
     residual(s, q, context, x, b);
@@ -192,7 +219,8 @@ enum outcome solve_dependent(const struct system *s, const double *q, const doub
         for (size_t l = 0; l < n; l++)
             x[l] += more[j] * null[j * n + l];
     residual(s, q, context, x, b);
-    least_norm((int)n, (int)rows, rank, g, diagonal, order, length, beta, b, more + n, lambda);
+    least_norm((int)n, (int)rows, rank, g, diagonal, order, length, beta, b, more + n, every);
+    memcpy(lambda, every, m->rows * sizeof *lambda);
     outcome = OUTCOME_DONE;
 end:
     free(order);

@@ -8,8 +8,9 @@
 typedef void affine(const struct system *s, const double *q, const void *context, const double *x, double *out);
 
 /* x[n] and lambda[rows] of least norm with A x = y (on the rows that count) and residual(x) = A^T lambda. A row nearer to
- * the span of the others than `nearest`, relative to its joint's rows, does not count. */
-enum outcome solve_dependent(const struct system *s, const double *q, const double *y, double nearest, affine *residual,
-                             const void *context, double *x, double *lambda);
+ * the span of the others than `nearest`, relative to its joint's rows, does not count. Driven joints have the prescribed
+ * accelerations at time *t, or do not move against each other where `t` is NULL. */
+enum outcome solve_dependent(const struct system *s, const double *q, const double *y, const double *t, double nearest,
+                             affine *residual, const void *context, double *x, double *lambda);
 
 #endif

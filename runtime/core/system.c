@@ -44,7 +44,7 @@ static enum outcome accelerate(struct system *s, double t, const double *q, cons
         m->closure_bias(s->k, q, u, s->bias);
         for (int i = 0; i < m->rows; i++)
             s->bias[i] = -s->bias[i];
-        outcome = solve_dependent(s, q, s->bias, NEAREST, flight_residual, &motion, u_dot, lambda);
+        outcome = solve_dependent(s, q, s->bias, &t, NEAREST, flight_residual, &motion, u_dot, lambda);
     }
     for (int i = 0; i < s->n && !outcome; i++)
         if (!isfinite(u_dot[i]))
@@ -65,7 +65,7 @@ enum outcome system_impulse(struct system *s, const double *q, const double *f, 
     if (!s->model->impulse(s->k, q, f, y, du, Lambda))
         return OUTCOME_DONE;
     s->dependent++;
-    return solve_dependent(s, q, y, nearest, impact_residual, f, du, Lambda);
+    return solve_dependent(s, q, y, NULL, nearest, impact_residual, f, du, Lambda);
 }
 
 enum outcome system_derivative(struct system *s, double t, const double *y, double *dy)
@@ -74,7 +74,8 @@ enum outcome system_derivative(struct system *s, double t, const double *y, doub
     if (outcome)
         return outcome;
     memcpy(dy, y + s->n, s->n * sizeof *dy);
-    if (s->model->power)
-        s->model->power(s->k, y, y + s->n, t, s->inputs, dy + 2 * s->n);
-    return accelerate(s, t, y, y + s->n, dy + s->n, s->multipliers);
+    const enum outcome solved = accelerate(s, t, y, y + s->n, dy + s->n, s->multipliers);
+    if (s->model->power && !solved)
+        s->model->power(s->k, y, y + s->n, t, s->inputs, dy + s->n, s->multipliers, dy + 2 * s->n);
+    return solved;
 }

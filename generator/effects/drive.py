@@ -1,0 +1,119 @@
+"""Drive: the motion of a joint prescribed over time, whatever force that takes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+from pydantic import Field
+
+from ..mechanism.links import Parameter
+from .effect import Complain, Effect, Entry, Surroundings
+from .expressions import AngleLaw, Expression, Law, Quantity, own_parameters, quantity
+from .points import find_joint
+from .table import Name, Table
+
+if TYPE_CHECKING:
+    from sympy import Expr
+
+    from ..derive.motion import Motion
+
+KINDS = ("speed", "angle", "position")
+
+
+class DriveTable(Table):
+    """One ``[[drive]]``."""
+
+    name: Name | None = Field(default=None, description="a name of letters, digits and _, beginning with a letter")
+    joint: str = Field(description="the name of the joint whose motion is given")
+    speed: Law | None = Field(
+        default=None, description="the joint's rate in rad/s, a number or an expression of t (m/s where it slides)"
+    )
+    angle: AngleLaw | None = Field(
+        default=None, description='the joint\'s angle in rad, a number, an expression of t or a text such as "30 deg"'
+    )
+    position: Law | None = Field(
+        default=None, description="the length along the line in m, a number or an expression of t"
+    )
+
+
+@dataclass(frozen=True)
+class Drive(Effect):
+    """Moves joint ``joint`` (an index) as ``law`` says: its second link against its first, or along its line.
+
+    ``given`` is what the law gives: the speed (rad/s or m/s), or the position (rad or m). The acceleration is what
+    enters the equations; the force that it takes is the joint's reaction, and its work enters the energy balance.
+    """
+
+    index: int
+    name: str
+    joint: int
+    given: Literal["speed", "position"]
+    law: Quantity
+
+    def parameters(self) -> tuple[Parameter, ...]:
+        return own_parameters(self.law) if self.given == "speed" else ()
+
+    def driven(self) -> tuple[int, ...]:
+        return (self.joint,)
+
+    def begins(self) -> tuple[float | None, float]:
+        law = self.law
+        if self.given == "speed":
+            return None, law.at(0.0) if isinstance(law, Expression) else law.value if law else 0.0
+        if isinstance(law, Expression):
+            return law.at(0.0), law.slope_at(0.0)
+        return law.value if law else 0.0, 0.0
+
+    def drives(self, motion: Motion) -> Sequence[tuple[int, Expr]]:
+        import sympy as sp
+
+        if not isinstance(self.law, Expression):
+            return ((self.joint, sp.S.Zero),)
+        acceleration = sp.diff(self.law.plain(), motion.time, 1 if self.given == "speed" else 2)
+        return ((self.joint, motion.let(f"prescribed_{self.index}", acceleration)),)
+
+
+def build(table: DriveTable, index: int, around: Surroundings, complain: Complain) -> Drive | None:
+    """The record of a table, or ``None`` after having complained."""
+    joint, wrong = find_joint(table.joint, around.mechanism)
+    if joint is not None and around.mechanism.joints[joint].kind == "pin-in-slot":
+        joint, wrong = None, "a pin in a slot both turns and slides; drive a revolute or prismatic joint"
+    if joint is None:
+        complain(("joint",), f'found "{table.joint}", expected a joint; {wrong}')
+        return None
+    aim, other = ("position", "angle") if around.mechanism.joints[joint].slides else ("angle", "position")
+    given = [key for key in KINDS if getattr(table, key) is not None]
+    if other in given:
+        complain((other,), f"found {other}, expected {aim} at this joint; write {aim} in its place")
+        return None
+    if len(given) != 1:
+        found = " beside ".join(given) or f"no speed or {aim}"
+        complain((), f"found {found}, expected one of speed and {aim}; give one")
+        return None
+    law = getattr(table, given[0])
+    if isinstance(law, Expression) and not law.has_rate():
+        complain((given[0],), "found abs in a prescribed motion, expected one that is smooth; write it without abs")
+        return None
+    if isinstance(law, Expression) and (wrong := _undefined(law, given[0])):
+        complain((given[0],), f"found {wrong} at t = 0, expected a motion that is smooth from there; shift it")
+        return None
+    name = table.name or f"drive_{index}"
+    kind: Literal["speed", "position"] = "speed" if given[0] == "speed" else "position"
+    return Drive(index, name, joint, kind, quantity(law, f"{name}.{given[0]}", f"v_drive_{index}"))
+
+
+def _undefined(law: Expression, key: str) -> str:
+    """What a law that begins at t = 0 lacks there: a value, a rate, or an acceleration."""
+    try:
+        value = law.at(0.0)
+    except (ArithmeticError, ValueError):
+        value = math.nan
+    orders = (("rate", 1),) if key == "speed" else (("rate", 1), ("acceleration", 2))
+    found = [("value", value), *((what, law.slope_at(0.0, order)) for what, order in orders)]
+    return next((f"no finite {what}" for what, number in found if not math.isfinite(number)), "")
+
+
+ENTRY = Entry("drive", True, DriveTable, build)

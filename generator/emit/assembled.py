@@ -1,0 +1,47 @@
+"""How the start is assembled, for a person: the branch of each loop, joints that are redundant, what cannot move."""
+
+from __future__ import annotations
+
+from ..mechanism.branch import branches
+from ..mechanism.mechanism import Mechanism
+from ..mechanism.redundancy import Group, Mobility, mobility
+from ..scene.scene import Scene
+
+EXAMINED = 300
+"""Links up to which redundant joints are looked for."""
+
+
+def branch_lines(scene: Scene) -> list[str]:
+    """The branch of each loop at the start."""
+    from ..mechanism.topology import span
+
+    mechanism = scene.mechanism
+    found = branches(mechanism, scene.start.poses, [cut.joint for cut in span(mechanism, scene.driven).cuts])
+    return [branch.text(mechanism) for branch in found]
+
+
+def mobility_of(scene: Scene) -> Mobility | None:
+    """The mobility at the start; ``None`` for mechanisms that are too large to look for redundant joints."""
+    return mobility(scene.mechanism, scene.start.poses) if len(scene.mechanism.links) <= EXAMINED else None
+
+
+def redundancy_lines(scene: Scene, found: Mobility | None) -> list[str]:
+    """What is not as Grübler counts: joints that are redundant, a change point, a structure."""
+    if found is None:
+        return [f"more than {EXAMINED} links: not searched for redundant joints"]
+    lines = [f"redundant: {_group(scene.mechanism, group)}" for group in found.groups]
+    if found.elsewhere < found.freedom:
+        lines += [
+            f"in line here, not elsewhere (a change point, {found.elsewhere} degrees of freedom nearby): "
+            + _group(scene.mechanism, group)
+            for group in found.here
+        ]
+    if found.structure:
+        lines.append("a structure: nothing can move, only forces can be asked for")
+    return lines
+
+
+def _group(mechanism: Mechanism, group: Group) -> str:
+    names = ", ".join(mechanism.joints[joint].name for joint in group.joints)
+    count = f"{group.surplus} equation{'s' * (group.surplus != 1)}"
+    return f"{names} together have {count} more than they need, so their reactions are not determined by the motion"
