@@ -15,11 +15,13 @@ LOOP := --links 6
 PINNED := --links 3 --pinned
 FRESH := build/listings
 
-.PHONY: help hexagon test fuzz-mechanisms lint types diff golden benchmarks formulations clean
+.PHONY: help hexagon test hard fuzz fuzz-mechanisms lint types diff golden benchmarks formulations clean
 
 help:
 	@echo "make hexagon     simulate the falling hexagon and draw it"
 	@echo "make test        run the tests; ARGS=\"-k impact\" goes to pytest"
+	@echo "make hard        the hard cases and the figures they reach"
+	@echo "make fuzz        5,000 random loops on random grounds"
 	@echo "make fuzz-mechanisms  random mechanisms against the dense reference, COUNT=1000"
 	@echo "make lint        ruff"
 	@echo "make types       mypy --strict"
@@ -40,6 +42,12 @@ hexagon: $(VENV)/ccgen
 
 test: $(VENV)/test
 	@$(BIN)/python -m pytest $(ARGS)
+
+hard: $(VENV)/test
+	@$(BIN)/python -m pytest -q tests/hard --deselect tests/hard/test_fuzz.py $(ARGS)
+
+fuzz: $(VENV)/test
+	@CCGEN_FUZZ=5000 $(BIN)/python -m pytest -q -s tests/hard/test_fuzz.py $(ARGS)
 
 fuzz-mechanisms: $(VENV)/test
 	@CCGEN_MECHANISMS=$(COUNT) $(BIN)/python -m pytest tests/test_random_mechanisms.py $(ARGS)
@@ -71,6 +79,7 @@ golden: $(VENV)/ccgen
 benchmarks: $(VENV)/peers
 	@$(BIN)/python benchmarks/forward_dynamics.py
 	@$(BIN)/python benchmarks/build_time.py
+	@$(BIN)/python benchmarks/flight.py
 
 formulations: $(VENV)/peers
 	@$(BIN)/python benchmarks/formulations.py --write

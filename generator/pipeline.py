@@ -5,7 +5,7 @@ tree      mechanism.topology  Mechanism → Topology (virtual open chain and cut
 derive    derive.derivation   Mechanism, Topology, effects → Equations (named assignments)
 fold      program.fold        Equations → Equations with numbers for parameters, where that is asked for
 lower     program.program     Equations → Program (one function per kernel)
-write     emit                Equations, Program → equations.txt, model.c, _binding.pyx, package data
+write     emit                Equations, Program → equations.txt, model.c, lanes.c, _binding.pyx, package data
 compile   emit.compiler       sources → extension module
 """
 
@@ -135,7 +135,7 @@ def _write_model(scene: Scene, banner: Banner, folder: Path, tell: Progress, fol
     tell("write")
     from .emit.data import driven_coordinates, model_data, point_names
     from .emit.listing import name_index, write_listing
-    from .emit.render import Sizes, render_c
+    from .emit.render import Sizes, render_c, render_lanes
     from .program.program import lower
 
     program, mechanism = lower(equations), scene.mechanism
@@ -160,4 +160,5 @@ def _write_model(scene: Scene, banner: Banner, folder: Path, tell: Progress, fol
     (folder / "model.c").write_text(
         render_c(banner, program, sizes, {"partner": topology.partners, "driven": driven}, topology.root, index)
     )
+    (folder / "lanes.c").write_text(render_lanes(banner, program))
     (folder / "model.json").write_text(json.dumps(data, indent=1) + "\n")

@@ -7,6 +7,9 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 OUTCOMES: tuple[str, ...]
+DRIFTS: tuple[str, ...]
+BAUMGARTE: float
+HOLDS: tuple[str, ...]
 
 def methods() -> tuple[str, ...]: ...
 
@@ -21,15 +24,18 @@ class Supply:
 
 class Kernels:
     sizes: dict[str, int]
-    def __init__(self, capsule: object, parameters: Array, length: float) -> None: ...
+    def __init__(self, capsule: object, parameters: Array, length: float, law: str = "newton") -> None: ...
     @property
     def address(self) -> int: ...
+    @property
+    def lanes(self) -> int: ...
     @property
     def hash(self) -> str: ...
     @property
     def constants(self) -> Array: ...
     def acceleration(self, q: Array, u: Array, t: float) -> tuple[Array, Array, list[str]]: ...
     def repeat_acceleration(self, t: Array, q: Array, u: Array, calls: int) -> None: ...
+    def acceleration_lanes(self, q: Array, u: Array, t: Array) -> tuple[Array, list[str]]: ...
     def impulse(self, q: Array, f: Array, y: Array) -> tuple[Array, Array, list[str]]: ...
     def set_inputs(self, inputs: Array) -> None: ...
     def inverse_dynamics(self, q: Array, u: Array, t: float, u_dot: Array) -> Array: ...
@@ -39,7 +45,15 @@ class Kernels:
     def project(self, q: Array, u: Array) -> tuple[Array, Array, list[str]]: ...
     def impact(self, q: Array, u: Array, contacts: NDArray[np.int32], e: Array) -> tuple[Array, Array, str]: ...
     def advance(
-        self, name: str, t: float, q: Array, u: Array, h: float, supply: Supply | None = None
+        self,
+        name: str,
+        t: float,
+        q: Array,
+        u: Array,
+        h: float,
+        supply: Supply | None = None,
+        kept: str = ...,
+        held: Sequence[tuple[int, str]] = (),
     ) -> tuple[Array, Array, str]: ...
     def simulate(
         self,
@@ -51,7 +65,9 @@ class Kernels:
         atol: float,
         fixed_step: float,
         step_budget: int,
+        second_budget: int,
         progress: Callable[[float], object] | None,
         supply: Supply | None = None,
         stops: Sequence[float] | Array = (),
+        kept: str = ...,
     ) -> dict[str, Any]: ...

@@ -19,7 +19,7 @@ cdef extern from "model.h":
         int version
         const char *name
         const char *hash
-        int nq, nu, base, rows, links, joints, points, contacts, parameters, constants, inputs, drives
+        int nq, nu, base, rows, links, joints, points, contacts, parameters, constants, inputs, drives, lanes
         void (*derive_constants)(const double *p, double *k) noexcept nogil
         int (*acceleration)(const double *k, const double *q, const double *u, double t, const double *inputs,
                             double *u_dot, double *lambda_) noexcept nogil
@@ -28,20 +28,26 @@ cdef extern from "model.h":
         void (*reactions)(const double *k, const double *q, const double *u, double t, const double *inputs,
                           const double *u_dot, const double *lambda_, double *reaction) noexcept nogil
         of_q closure, closure_jacobian, poses, point_positions, gaps
-        of_state closure_rate, closure_bias, momentum, velocities, energy, gap_rates
+        of_state closure_rate, closure_bias, momentum, velocities, energy, gap_rates, gap_bias
         void (*inverse_dynamics)(const double *k, const double *q, const double *u, double t, const double *inputs,
                                  const double *u_dot, double *f) noexcept nogil
         void (*power)(const double *k, const double *q, const double *u, double t, const double *inputs,
                       const double *u_dot, const double *lambda_, double *power) noexcept nogil
         void (*restitution)(const double *k, double *e) noexcept nogil
+        void (*friction)(const double *k, double *mu) noexcept nogil
+        of_state slips, slip_bias
 
 cdef extern from "core/core.h":
     enum outcome:
+        pass
+    enum drift:
         pass
     struct system:
         const ccgen_model *model
         const double *k
         const double *restitution
+        const double *friction
+        int law
         int n, size
         double *inputs
         int (*supply)(void *context, double t, const double *q, const double *u, double *inputs) noexcept nogil
@@ -50,7 +56,10 @@ cdef extern from "core/core.h":
         double *rows
         double *bias
         double *jump
+        double *u_dot
         double *zero
+        double baumgarte
+        void *holding
         double length
         long evaluations
         long dependent
@@ -62,6 +71,9 @@ cdef extern from "core/core.h":
         size_t row
     int supply_from_table(void *table, double t, const double *q, const double *u, double *inputs) noexcept nogil
     int system_acceleration(system *s, double t, const double *q, const double *u, double *u_dot, double *lambda_) nogil
+    int system_acceleration_lanes(system *s, const double *t, const double *q, const double *u, double *u_dot,
+                                  double *scratch) nogil
+    size_t lanes_scratch(const system *s) nogil
     int system_impulse(system *s, const double *q, const double *f, const double *y, double nearest, double *du,
                        double *Lambda) nogil
     const double NEAREST
@@ -94,32 +106,57 @@ cdef extern from "core/run.h":
         size_t *after
         int *contact
         double *impulse
+    struct holds:
+        size_t count, room, contact_count, contact_room
+        double *t
+        size_t *first
+        int *contact
+        int *how
     struct run:
         double start, until
         tolerance tolerance
         const double *stops
         size_t stop_count
         double fixed_step
-        long step_budget
+        long step_budget, second_budget
         const method *method
+        drift drift
         int (*tick)(void *context, double t) noexcept nogil
         void *context
         record record
         impacts impacts
+        holds holds
         int outcome
         double t
         int contact
-        double accumulation
         long steps, rejected
     void run_simulation "simulate"(system *s, run *r, double *y) nogil
-    int run_advance "advance"(system *s, const method *m, double t, double h, double *y) nogil
+    int run_advance "advance"(system *s, const method *m, drift kept, double t, double h, int count, const int *held,
+                              const signed char *slide, double *y) nogil
     void free_run(run *r)
 
 OUTCOMES = (
-    "done", "not_finite", "step_too_small", "not_closed", "accumulation", "sustained", "repeats", "budget",
-    "interrupted", "no_memory",
+    "done", "not_finite", "step_too_small", "not_closed", "accumulation", "repeats", "budget",
+    "crowded", "jammed", "gained", "escaped", "interrupted", "no_memory", "no_convergence",
 )
 """Names of ``enum outcome``, in its order."""
+
+LAWS = ("newton", "poisson")
+"""Names of ``enum law``, in its order."""
+
+HOLDS = ("apart", "slides backward", "smooth", "slides forward", "sticks", "carried", "at the limit, forward",
+         "at the limit, backward")
+"""How a contact is held, in the order of the core."""
+
+SLIDES = (0, -1, 0, 1, 2, 0, 3, -3)
+"""What the core calls them where a contact pushes."""
+
+
+DRIFTS = ("projected", "left", "damped")
+"""Names of ``enum drift``, in its order: ways to keep the closure, the default first."""
+
+BAUMGARTE = 20.0
+"""Rate (1/s) of Baumgarte's stabilisation."""
 
 
 def methods():
@@ -207,10 +244,11 @@ cdef class Kernels:
     cdef const ccgen_model *m
     cdef object capsule
     cdef readonly dict sizes
-    cdef double[::1] k, restitution, multipliers, rows, bias, jump, zero, inputs
+    cdef double[::1] k, restitution, friction, multipliers, rows, bias, jump, u_dot, zero, inputs
     cdef double length
+    cdef int law
 
-    def __init__(self, capsule, parameters, double length):
+    def __init__(self, capsule, parameters, double length, str law="newton"):
         if not PyCapsule_IsValid(capsule, "ccgen.model"):
             raise TypeError("not the descriptor of a ccgen model")
         self.capsule = capsule
@@ -228,19 +266,28 @@ cdef class Kernels:
             raise ValueError(f"found {p.shape[0]} parameter values, expected {m.parameters}")
         self.k = np.zeros(max(m.constants, 1))
         self.restitution = np.zeros(max(m.contacts, 1))
-        self.multipliers, self.rows, self.bias = np.zeros(m.rows + 1), np.zeros(m.rows + 1), np.zeros(m.rows + 1)
-        self.jump, self.zero = np.zeros(m.nu), np.zeros(m.nu)
+        room = m.rows + 2 * m.contacts + 1
+        self.multipliers, self.rows, self.bias = np.zeros(room), np.zeros(room), np.zeros(room)
+        self.jump, self.u_dot, self.zero = np.zeros(m.nu), np.zeros(3 * m.nu), np.zeros(m.nu)
         self.inputs = np.zeros(m.inputs + 1)
-        self.length = length
+        self.length, self.law = length, LAWS.index(law)
+        self.friction = np.zeros(max(m.contacts, 1))
         cdef double none = 0.0
         self.m.derive_constants(&p[0] if p.shape[0] else &none, &self.k[0])
         if self.m.contacts:
             self.m.restitution(&self.k[0], &self.restitution[0])
+        if self.m.friction is not NULL:
+            self.m.friction(&self.k[0], &self.friction[0])
 
     @property
     def address(self):
         """Address of the model's ``struct ccgen_model``, for programs that call it from C."""
         return <size_t>self.m
+
+    @property
+    def lanes(self):
+        """States that the model evaluates side by side: the vector width of the machine it was compiled for."""
+        return self.m.lanes
 
     @property
     def hash(self):
@@ -257,16 +304,21 @@ cdef class Kernels:
         s.model = self.m
         s.k = &self.k[0]
         s.restitution = &self.restitution[0]
+        s.friction = &self.friction[0] if self.m.friction is not NULL else NULL
+        s.law = self.law
         s.n = self.m.nu
-        s.size = 2 * self.m.nu + (self.m.power is not NULL)
+        s.size = 2 * self.m.nu + (self.m.power is not NULL or self.m.friction is not NULL)
         s.inputs = &self.inputs[0]
         s.supply, s.context = NULL, NULL
         s.multipliers = &self.multipliers[0]
         s.rows = &self.rows[0]
         s.bias = &self.bias[0]
         s.jump = &self.jump[0]
+        s.u_dot = &self.u_dot[0]
         s.zero = &self.zero[0]
+        s.holding = NULL
         s.length = self.length
+        s.baumgarte = 0.0
         s.evaluations = s.dependent = 0
         return s
 
@@ -295,6 +347,25 @@ cdef class Kernels:
             for i in range(calls):
                 self.m.acceleration(k, &q[state, 0], &u[state, 0], t[state], inputs, found, multipliers)
                 state = state + 1 if state + 1 < b else 0
+
+    def acceleration_lanes(self, const double[:, ::1] q, const double[:, ::1] u, const double[::1] t):
+        """Quasi-accelerations (b, n) at times ``t`` (b,), as many states at a time as the model has lanes; outcomes."""
+        cdef system s = self._system()
+        cdef Py_ssize_t i, j, l, b = q.shape[0], n = self.m.nu, lanes = self.m.lanes
+        cdef double[:, ::1] out = np.empty((b, n)), x = np.empty((3 * n + 1, lanes))
+        cdef double[::1] scratch = np.empty(lanes_scratch(&s) + 1)
+        outcomes = []
+        for i in range(0, b, lanes):
+            for l in range(lanes):
+                x[3 * n, l] = t[min(i + l, b - 1)]
+                for j in range(n):
+                    x[j, l], x[n + j, l] = q[min(i + l, b - 1), j], u[min(i + l, b - 1), j]
+            outcomes.append(OUTCOMES[system_acceleration_lanes(&s, &x[3 * n, 0], &x[0, 0], &x[n, 0], &x[2 * n, 0],
+                                                               &scratch[0])])
+            for l in range(min(lanes, b - i)):
+                for j in range(n):
+                    out[i + l, j] = x[2 * n + j, l]
+        return np.asarray(out), outcomes
 
     def impulse(self, const double[:, ::1] q, const double[:, ::1] f, const double[:, ::1] y):
         """Jumps du (b, n), impulses (b, rows) for generalized impulses f (b, n), closure rates y (b, rows + 1); outcomes."""
@@ -351,7 +422,7 @@ cdef class Kernels:
         return np.asarray(out)[:, :size]
 
     def of_state(self, str name, const double[:, ::1] q, const double[:, ::1] u):
-        """A kernel of the state: closure_rate, velocities, energy or gap_rates, (b, size)."""
+        """A kernel of the state by its name in the contract, such as closure_rate or slip_bias: (b, size)."""
         cdef of_state kernel
         cdef Py_ssize_t i, b = q.shape[0], size
         if name == "closure_rate":
@@ -366,6 +437,12 @@ cdef class Kernels:
             kernel, size = self.m.momentum, self.m.nu
         elif name == "gap_rates":
             kernel, size = self.m.gap_rates, self.m.contacts
+        elif name == "gap_bias":
+            kernel, size = self.m.gap_bias, self.m.contacts
+        elif name == "slips":
+            kernel, size = self.m.slips, self.m.contacts if self.m.slips is not NULL else 0
+        elif name == "slip_bias":
+            kernel, size = self.m.slip_bias, self.m.contacts if self.m.slip_bias is not NULL else 0
         else:
             raise KeyError(name)
         cdef double[:, ::1] out = np.empty((b, size + 1))
@@ -390,47 +467,55 @@ cdef class Kernels:
     def impact(self, const double[::1] q, const double[::1] u, const int[::1] contacts, const double[::1] e):
         """One state struck at ``contacts`` with restitution ``e``: u+ (n,), impulses, outcome."""
         cdef system s = self._system()
-        cdef double[::1] u_plus = np.empty(self.m.nu), P = np.zeros(contacts.shape[0] + 1)
+        cdef double[::1] u_plus = np.empty(self.m.nu), P = np.zeros(2 * contacts.shape[0] + 1)
         found = impact(&s, &q[0], &u[0], <int>contacts.shape[0], &contacts[0], &e[0], &u_plus[0], &P[0])
         return np.asarray(u_plus), np.asarray(P)[: contacts.shape[0]], OUTCOMES[found]
 
-    def advance(self, str name, double t, const double[::1] q, const double[::1] u, double h, Supply supply=None):
-        """One projected step of length ``h`` of the method ``name``: (q, u, outcome)."""
+    def advance(self, str name, double t, const double[::1] q, const double[::1] u, double h, Supply supply=None,
+                str kept="projected", held=()):
+        """One step of length ``h`` of the method ``name``, contacts ``held`` closed: (q, u, outcome)."""
         cdef system s = self._system()
         cdef double[::1] inputs = np.array(self.inputs)
         s.inputs = &inputs[0]
         if supply is not None:
             supply.attach(&s)
         cdef double[::1] y = np.concatenate([q, u, [0.0]])
-        found = run_advance(&s, find_method(name.encode()), t, h, &y[0])
+        s.baumgarte = BAUMGARTE if kept == "damped" else 0.0
+        cdef int[::1] chosen = np.array([*(contact for contact, _ in held), 0], dtype=np.int32)
+        cdef signed char[::1] slide = np.array([*(SLIDES[HOLDS.index(how)] for _, how in held), 0], dtype=np.int8)
+        found = run_advance(&s, find_method(name.encode()), <drift><int>DRIFTS.index(kept), t, h, <int>len(held), &chosen[0],
+                            &slide[0], &y[0])
         if supply is not None and supply.error is not None:
             raise supply.error
         n = self.m.nu
         return np.asarray(y)[:n], np.asarray(y)[n : 2 * n], OUTCOMES[found]
 
     def simulate(self, const double[::1] q, const double[::1] u, str name, double until, double rtol, double atol,
-                 double fixed_step, long step_budget, progress, Supply supply=None, stops=()):
+                 double fixed_step, long step_budget, long second_budget, progress, Supply supply=None, stops=(),
+                 str kept="projected"):
         """A whole run from t = 0 without the GIL; a dict of what was recorded. Steps end at ``stops``, times that grow."""
         cdef double[::1] y = np.concatenate([q, u, [0.0]])
         cdef double[::1] inputs = np.array(self.inputs)
         cdef double[::1] ends = np.array([*stops, until], dtype=float)
-        cdef double[::1] multipliers = np.zeros(self.m.rows + 1), rows = np.zeros(self.m.rows + 1)
-        cdef double[::1] bias = np.zeros(self.m.rows + 1)
-        cdef double[::1] jump = np.zeros(self.m.nu)
+        cdef size_t room = self.m.rows + 2 * self.m.contacts + 1
+        cdef double[::1] multipliers = np.zeros(room), rows = np.zeros(room), bias = np.zeros(room)
+        cdef double[::1] jump = np.zeros(self.m.nu), u_dot = np.zeros(3 * self.m.nu)
         cdef system s = self._system()
         s.inputs = &inputs[0]
-        s.multipliers, s.rows, s.bias, s.jump = &multipliers[0], &rows[0], &bias[0], &jump[0]
+        s.multipliers, s.rows, s.bias = &multipliers[0], &rows[0], &bias[0]
+        s.jump, s.u_dot = &jump[0], &u_dot[0]
         cdef run r
         cdef _Ticker ticker = _Ticker(progress)
         r.start, r.until = 0.0, until
         r.tolerance.rtol, r.tolerance.atol = rtol, atol
         r.stops, r.stop_count = &ends[0], ends.shape[0] - 1
-        r.fixed_step, r.step_budget = fixed_step, step_budget
+        r.fixed_step, r.step_budget, r.second_budget = fixed_step, step_budget, second_budget
         r.method = find_method(name.encode())
+        r.drift = <drift><int>DRIFTS.index(kept)
+        s.baumgarte = BAUMGARTE if kept == "damped" else 0.0
         r.tick, r.context = _tick, <void *>ticker
         r.record.count = r.impacts.count = r.impacts.contact_count = 0
         r.steps = r.rejected = 0
-        r.accumulation = 0.0
         _clear(&r)
         if supply is not None:
             supply.attach(&s)
@@ -459,7 +544,12 @@ cdef class Kernels:
             after=[r.impacts.after[j] for j in range(i)],
             contacts=[r.impacts.contact[j] for j in range(r.impacts.contact_count)],
             impulses=_doubles(r.impacts.impulse, r.impacts.contact_count),
-            outcome=OUTCOMES[r.outcome], t_end=r.t, contact=r.contact, accumulation=r.accumulation,
+            hold_t=_doubles(r.holds.t, r.holds.count),
+            held=[
+                [(r.holds.contact[k], HOLDS[r.holds.how[k]]) for k in range(r.holds.first[j], r.holds.first[j + 1])]
+                for j in range(r.holds.count)
+            ],
+            outcome=OUTCOMES[r.outcome], t_end=r.t, contact=r.contact,
             steps=r.steps, rejected=r.rejected, evaluations=evaluations, dependent=dependent,
         )
 
@@ -469,6 +559,8 @@ cdef void _clear(run *r) noexcept:
     r.impacts.t = r.impacts.u_minus = r.impacts.u_plus = r.impacts.energy_loss = r.impacts.impulse = NULL
     r.impacts.first = r.impacts.after = NULL
     r.impacts.contact = NULL
+    r.holds.t, r.holds.first, r.holds.contact, r.holds.how = NULL, NULL, NULL, NULL
+    r.holds.count = r.holds.room = r.holds.contact_count = r.holds.contact_room = 0
     r.record.room = r.impacts.room = r.impacts.contact_room = 0
 
 

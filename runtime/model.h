@@ -8,7 +8,7 @@
  *          base        coordinates of the floating root's place, which come first; link angles and slides follow
  *          rows        closure rows, two per cut pin and one per cut joint that slides
  *          constants   numbers that the kernels read: derived from the parameters by `constants` once per parameter set
- *          contacts    (point, ground) pairs; where it is 0 the four contact functions are NULL
+ *          contacts    (point, ground) pairs; where it is 0 the five contact functions are NULL
  *
  * Functions that solve for accelerations or impulses return 0, or 1 where the closure rows are, or nearly are, dependent
  * (a pivot almost vanishes): their results are then not to be used. The runtime solves such a state on another way, from
@@ -17,7 +17,7 @@
 #ifndef CCGEN_MODEL_H
 #define CCGEN_MODEL_H
 
-#define CCGEN_CONTRACT_VERSION 3
+#define CCGEN_CONTRACT_VERSION 4
 
 /* k[constants] from parameters p[parameters] */
 typedef void ccgen_constants(const double *p, double *k);
@@ -25,6 +25,16 @@ typedef void ccgen_constants(const double *p, double *k);
 /* u_dot[nu], lambda[rows] (N, force on the second side of each cut) from q[nq], u[nu], time t (s), inputs[inputs] */
 typedef int ccgen_acceleration(const double *k, const double *q, const double *u, double t, const double *inputs,
                                double *u_dot, double *lambda);
+
+/* The same for `lanes` states side by side: value i of lane l of q, u, t, inputs, u_dot and lambda at [i * lanes + l]. Returns
+ * the lanes in which a pivot almost vanishes as bits, lane l as bit l: their results are not to be used. */
+typedef unsigned ccgen_acceleration_lanes(const double *k, const double *q, const double *u, const double *t,
+                                          const double *inputs, double *u_dot, double *lambda);
+
+/* Sums over the stages of a method, for `lanes` of its stages side by side, `stages` even:
+ * out[i * lanes + l] = base[i] + slope[i] node[l] + sum over j of x[i * stages + j] matrix[j * lanes + l], i < n */
+typedef void ccgen_stages(int n, int stages, const double *base, const double *slope, const double *node,
+                          const double *matrix, const double *x, double *out);
 
 /* M du = A^T Lambda + f, A du = y:  du[nu], Lambda[rows] (N s) from q[nq], generalized impulses f[nu], rates y[rows] */
 typedef int ccgen_impulse(const double *k, const double *q, const double *f, const double *y, double *du, double *Lambda);
@@ -83,8 +93,17 @@ struct ccgen_model {
     ccgen_of_state *energy;           /* [2]: kinetic, potential, J */
     ccgen_of_q *gaps;                 /* [contacts], m, positive outside */
     ccgen_of_state *gap_rates;        /* N u [contacts], m/s */
+    ccgen_of_state *gap_bias;         /* dN/dt u [contacts], m/s^2 */
     ccgen_contact_impulse *contact_impulse;
     ccgen_restitution *restitution;
+    ccgen_of_state *slips;            /* T u [contacts], m/s, along the grounds; this and the next three NULL where all
+                                       * are smooth */
+    ccgen_of_state *slip_bias;        /* dT/dt u [contacts], m/s^2 */
+    ccgen_contact_impulse *slip_impulse; /* T^T P from tangential impulses P[contacts] */
+    ccgen_restitution *friction;      /* mu[contacts] */
+    int lanes; /* states that the functions over lanes take side by side: the vector width of the machine compiled for */
+    ccgen_acceleration_lanes *acceleration_lanes; /* this and the next are in lanes.c, NULL where it is left out */
+    ccgen_stages *stages;
 };
 
 #endif

@@ -83,6 +83,8 @@ class Model:
         self.root: str = data["root"]
         self.folded: bool = data.get("folded", False)
         self.contacts: tuple[tuple[str, str], ...] = tuple((point, ground) for point, ground in data["contacts"])
+        self._changes = 0
+        self._copy: tuple[Model | None, tuple[int, int]] = None, (0, 0)
         folded = self.name if self.folded else ""
         self._parameters = Parameters(dict(data["parameters"]) | dict(values or {}), self._rebuild, folded)
         self._rebuild()
@@ -91,12 +93,13 @@ class Model:
 
     def _rebuild(self) -> None:
         values = np.array([] if self.folded else list(self._parameters.values()), dtype=float)
-        kernels = Kernels(self._descriptor, values, self.length)
+        kernels = Kernels(self._descriptor, values, self.length, self.data["law"])
         if not np.all(np.isfinite(kernels.constants)):
             raise ValueError(
                 f"{self.name}: the equations have no finite constants with these values (a normal of no length?)"
             )
         self.kernels = kernels
+        self._changes += 1
 
     @property
     def length(self) -> float:
@@ -113,6 +116,14 @@ class Model:
     def parameters(self) -> Parameters:
         """Values by scene path (``link_0.mass``); set one and it takes effect at once."""
         return self._parameters
+
+    def as_it_is(self) -> Model:
+        """A model with the values of now, which stays as it is when this one's change; the same one until they do."""
+        copy, changes = self._copy
+        if copy is None or changes != (self._changes, copy._changes):
+            copy = self.with_parameters(None)
+            self._copy = copy, (self._changes, copy._changes)
+        return copy
 
     def with_parameters(self, values: Mapping[str, float] | None) -> Model:
         """A model of its own with other parameter values; this one stays as it is."""
@@ -435,9 +446,9 @@ class Model:
         found = np.array(x, dtype=float, order="C")
         if found.ndim not in (1, 2) or found.shape[-1] != width:
             raise ValueError(f"{what}: found shape {found.shape}, expected ({width},) or (states, {width})")
-        if not np.all(np.isfinite(found)):
+        if not np.isfinite(found).all():
             raise ValueError(f"{what}: found {found[~np.isfinite(found)][0]}, expected finite numbers")
-        return np.atleast_2d(found), found.ndim == 1
+        return (found[None], True) if found.ndim == 1 else (found, False)
 
     def set_inputs(self, inputs: Values | None) -> None:
         """Values of the inputs for calls of the kernels that follow."""

@@ -145,6 +145,10 @@ def _closure(axes: Any, run: Run, frames: Frames) -> None:
 
 
 def _mark_impacts(axes: Any, run: Run) -> None:
+    """Impacts as lines, contact as shade."""
+    for phase in run.phases:
+        if phase.kind == "contact" and phase.end - phase.start > 1e-4 * (run.t[-1] - run.t[0]):
+            axes.axvspan(phase.start, phase.end, color=EARTH, alpha=0.6, linewidth=0, zorder=0.2)
     times = sorted({impact.t for impact in run.impacts})
     strength = 0.7 if len(times) <= 40 else 0.25
     for t in times:

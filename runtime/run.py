@@ -49,15 +49,29 @@ class Impact:
 
 @dataclass(frozen=True)
 class Phase:
-    """A stretch of the motion of one kind; an impact starts and ends at the same instant."""
+    """A stretch of the motion of one kind; an impact starts and ends at the same instant.
 
-    kind: Literal["flight", "impact"]
+    In a phase of kind "contact" the `contacts`, (point, ground) names, stay closed, and `how` says how each does:
+    "smooth"; "sticks"; "slides forward" or "slides backward", forward being along the ground with its normal to the
+    left; "at the limit, forward" or "backward" of its friction while other contacts keep it from sliding; "carried" by
+    others.
+    """
+
+    kind: Literal["flight", "impact", "contact"]
     start: float
     end: float
+    contacts: tuple[tuple[str, str], ...] = ()
+    how: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        if self.kind not in ("flight", "impact"):
-            raise ValueError(f"phase is of kind {self.kind!r}, not 'flight' or 'impact'")
+        if self.kind not in ("flight", "impact", "contact"):
+            raise ValueError(f"phase is of kind {self.kind!r}, not 'flight', 'impact' or 'contact'")
+        if len(self.how) != len(self.contacts):
+            raise ValueError(
+                f"phase has {len(self.contacts)} contacts, and says of {len(self.how)} how they stay closed"
+            )
+        if (self.kind == "contact") != bool(self.contacts):
+            raise ValueError(f"phase of kind {self.kind!r} has {len(self.contacts)} contacts that stay closed")
         if not self.start <= self.end < np.inf:
             raise ValueError(f"phase goes from {self.start} to {self.end}")
 
@@ -69,7 +83,8 @@ class Run:
     `model` carries the parameter values that the motion was computed with. `advance(t0, q0, u0, h)` is the state that
     one projected step of the run's method reaches from a recorded row. `success` says whether the end was reached,
     `message` why not. Audits: `closure_max`, the largest gap of a cut joint (m), and `energy_drift`, the largest
-    unexplained change of energy (J), over all rows.
+    unexplained change of energy (J), over all rows; `closure_rate_max`, the largest speed at which one opens (m/s).
+    `method` and `drift` say how it was integrated and how the loops were kept shut.
     """
 
     model: Drawable
@@ -84,10 +99,13 @@ class Run:
     closure_max: float
     energy_drift: float
     advance: Advance = field(repr=False)
+    method: str = ""
+    drift: str = "projected"
+    closure_rate_max: float = 0.0
 
     def __post_init__(self) -> None:
         _freeze(self, "t", "q", "u")
-        if self.t.ndim != 1 or not self.t.size or np.any(np.diff(self.t) < 0):
+        if self.t.ndim != 1 or not self.t.size or (self.t[1:] < self.t[:-1]).any():
             raise ValueError("times of a run must be a row of at least one number that never decreases")
         for name, names in (("q", self.model.q_names), ("u", self.model.u_names)):
             shape = getattr(self, name).shape
@@ -166,6 +184,10 @@ class Run:
             "phase_kinds": _texts(phase.kind for phase in self.phases),
             "phase_starts": np.array([phase.start for phase in self.phases], dtype=float),
             "phase_ends": np.array([phase.end for phase in self.phases], dtype=float),
+            "phase_offsets": np.cumsum([0] + [len(phase.contacts) for phase in self.phases]),
+            "phase_points": _texts(point for phase in self.phases for point, _ in phase.contacts),
+            "phase_how": _texts(how for phase in self.phases for how in phase.how),
+            "phase_grounds": _texts(ground for phase in self.phases for _, ground in phase.contacts),
             "success": np.array(self.success),
             "message": np.array(self.message),
             "nfev": np.array(self.nfev),
@@ -245,7 +267,7 @@ def _freeze(record: object, *names: str) -> None:
     """Make the named fields read-only float arrays of finite numbers."""
     for name in names:
         array = np.array(getattr(record, name), dtype=float)
-        if not np.all(np.isfinite(array)):
+        if not np.isfinite(array).all():
             raise ValueError(f"{name} of the {type(record).__name__.lower()} holds a number that is not finite")
         array.flags.writeable = False
         object.__setattr__(record, name, array)

@@ -9,16 +9,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ._core import Supply, methods
+from ._core import DRIFTS, Supply, methods
 from .frames import FloatArray
 from .inputs import Given, supply_of
 from .model import Model
 from .run import Impact, Phase, Run
 
 STEP_BUDGET = 10_000_000
+"""Steps of a run, refused ones included."""
+SECOND_BUDGET = 200_000
+"""Steps, refused ones and events included, of one simulated second."""
 DRIVEN = 1e-6
 """A start whose driven joints move otherwise than prescribed by more than this part of its speeds is refused."""
-
 DEPTH = 1e-8
 """A start deeper inside a ground than this, relative to the mechanism's length, is refused; less is rounding."""
 
@@ -35,13 +37,21 @@ def simulate(
     inputs: Given = None,
     *,
     step: float | None = None,
+    drift: str = "projected",
     progress: Callable[[float], object] | None = None,
     keep_interrupted: bool = False,
-) -> Run:
+) -> Run | Any:
     """Integrate ``model`` from (``q0``, ``u0``) at t = 0 to ``until`` (s).
+
+    A batch of starts, ``q0`` (b, nq) and ``u0`` (b, nu) or one for all, gives a list of runs, made side by side on the
+    machine's processors and equal to single runs in every bit.
 
     Start, end and tolerances come from the scene unless given; ``atol`` is ``rtol`` unless given. ``params`` are values
     by scene path for this run only. ``step`` (s) fixes the step size instead of choosing it by the error estimate.
+    ``method`` is one of :func:`ccgen.runtime.methods`: "gauss" (the default), "dop853", "dopri5" or "radau", for stiff
+    scenes. ``drift`` says how the loops are kept shut: "projected" after every step; for comparison, "left" as the
+    integration leaves them, or "damped" by Baumgarte's stabilisation. While contacts are held, loops and contacts are
+    projected in any case.
     ``progress`` is called with the time reached, now and then. The start is projected onto the closure. Ctrl-C raises
     ``KeyboardInterrupt``, or with ``keep_interrupted`` ends the run there and keeps it.
 
@@ -55,7 +65,13 @@ def simulate(
     """
     if not isinstance(model, Model):
         raise TypeError(f"model: found {type(model).__name__}, expected a Model; load one with load_model(folder)")
-    model = model.with_parameters(params)
+    if q0 is not None and np.ndim(q0) == 2:
+        from .batch import simulate_batch
+
+        options: dict[str, Any] = {"until": until, "rtol": rtol, "atol": atol, "method": method, "params": params}
+        options |= {"inputs": inputs, "step": step, "drift": drift, "keep_interrupted": keep_interrupted}
+        return simulate_batch(model, q0, u0, progress=progress, **options)
+    model = model.with_parameters(params) if params else model.as_it_is()
     supply, kinks = supply_of(model.inputs, inputs)
     settings = model.data["run"]
     until = _positive("until", settings["until"] if until is None else until)
@@ -65,19 +81,25 @@ def simulate(
     name = methods()[0] if method is None else method
     if name not in methods():
         raise ValueError(f"method: found {name!r}, expected one of {', '.join(methods())}")
+    if drift not in DRIFTS:
+        raise ValueError(f"drift: found {drift!r}, expected one of {', '.join(DRIFTS)}")
     if not 1e-15 <= rtol < 1.0:
         raise ValueError(f"rtol: found {rtol}, expected a number from 1e-15 to 1")
     q, u = _start(model, q0, u0)
     stops = _stops(model, kinks)
-    found = model.kernels.simulate(q, u, name, until, rtol, atol, fixed, STEP_BUDGET, progress, supply, stops)
+    found = model.kernels.simulate(
+        q, u, name, until, rtol, atol, fixed, STEP_BUDGET, SECOND_BUDGET, progress, supply, stops, drift
+    )
     if found["outcome"] == "interrupted" and not keep_interrupted:
         raise KeyboardInterrupt
-    return _record(model, name, until, found, supply)
+    return _record(model, name, drift, until, found, supply)
 
 
 def _stops(model: Model, kinks: FloatArray) -> FloatArray:
     """Times at which steps end: kinks of the inputs and of the effects."""
     own = [model.parameters[path] for path in model.data["instants"]]
+    if not own and not kinks.size:
+        return kinks
     return np.unique(np.concatenate([kinks, own]))
 
 
@@ -97,7 +119,7 @@ def _start(model: Model, q0: ArrayLike | None, u0: ArrayLike | None) -> tuple[Fl
     q, u = model.project(q0, u0)
     if model.data["drives"]:
         _check_driven(model, q, u)
-    depths = -model.gaps(q)
+    depths = -model.gaps(q) if model.contacts else np.zeros(0)
     if depths.size and depths.max() > DEPTH * model.length:
         point, ground = model.contacts[int(np.argmax(depths))]
         raise ValueError(f"the start has {point} inside {ground} by {depths.max():.6g} m; raise the start")
@@ -121,11 +143,11 @@ def _check_driven(model: Model, q: FloatArray, u: FloatArray) -> None:
             )
 
 
-def _record(model: Model, name: str, until: float, found: dict[str, Any], supply: Supply | None) -> Run:
+def _record(model: Model, name: str, kept: str, until: float, found: dict[str, Any], supply: Supply | None) -> Run:
     """The run from what the core recorded, with its audits."""
     impacts = _impacts(model, found)
     t, q, u = found["t"], found["q"], found["u"]
-    kinetic, potential = model.energy(q, u)
+    kinetic, potential = model.kernels.of_state("energy", q, u).T
     lost = np.zeros(t.size)
     for impact, row in zip(impacts, found["after"], strict=True):
         lost[row:] += impact.energy_loss
@@ -133,7 +155,9 @@ def _record(model: Model, name: str, until: float, found: dict[str, Any], supply
     drift = np.abs(energy - energy[0] + lost - found["work"])
 
     def advance(t0: float, q0: FloatArray, u0: FloatArray, h: float) -> tuple[FloatArray, FloatArray]:
-        new_q, new_u, outcome = model.kernels.advance(name, t0, np.array(q0), np.array(u0), h, supply)
+        change = int(np.searchsorted(found["hold_t"], t0, side="right")) - 1
+        held = [(contact, how) for contact, how in found["held"][change] if how != "carried"] if change >= 0 else []
+        new_q, new_u, outcome = model.kernels.advance(name, t0, np.array(q0), np.array(u0), h, supply, kept, held)
         if outcome != "done":
             raise ValueError(f"no state between the rows at t = {t0} and after ({outcome.replace('_', ' ')})")
         return new_q, new_u
@@ -144,13 +168,16 @@ def _record(model: Model, name: str, until: float, found: dict[str, Any], supply
         q=q,
         u=u,
         impacts=impacts,
-        phases=_phases(t, impacts),
+        phases=_phases(model, found, impacts),
         success=found["outcome"] == "done",
         message=_message(model, until, found),
         nfev=int(found["evaluations"]),
-        closure_max=float(np.max(np.abs(model.closure(q)), initial=0.0)),
+        closure_max=float(np.max(np.abs(model.kernels.of_q("closure", q)), initial=0.0)),
         energy_drift=float(drift.max()),
         advance=advance,
+        method=name,
+        drift=kept,
+        closure_rate_max=float(np.max(np.abs(model.kernels.of_state("closure_rate", q, u)), initial=0.0)),
     )
 
 
@@ -171,16 +198,24 @@ def _impacts(model: Model, found: dict[str, Any]) -> tuple[Impact, ...]:
     return tuple(records)
 
 
-def _phases(t: FloatArray, impacts: tuple[Impact, ...]) -> tuple[Phase, ...]:
-    """Flights between the impacts, and the impacts."""
-    phases, now = [], float(t[0])
-    for impact in impacts:
-        if impact.t > now:
-            phases.append(Phase("flight", now, impact.t))
-        phases.append(Phase("impact", impact.t, impact.t))
-        now = impact.t
-    if t[-1] > now:
-        phases.append(Phase("flight", now, float(t[-1])))
+def _phases(model: Model, found: dict[str, Any], impacts: tuple[Impact, ...]) -> tuple[Phase, ...]:
+    """Flights and contacts, and the impacts that end them."""
+    end = float(found["t"][-1])
+    marks: list[tuple[float, int, list[tuple[int, str]]]] = [
+        (float(t), 1, held) for t, held in zip(found["hold_t"], found["held"], strict=True)
+    ]
+    marks += [(impact.t, 0, []) for impact in impacts]
+    phases: list[Phase] = []
+    now, held = float(found["t"][0]), list[tuple[int, str]]()
+    for t, change, new in [*sorted(marks, key=lambda mark: mark[:2]), (end, 0, [])]:
+        if t > now:
+            contacts = tuple(model.contacts[contact] for contact, _ in held)
+            phases.append(Phase("contact" if held else "flight", now, t, contacts, tuple(how for _, how in held)))
+            now = t
+        if change:
+            held = new
+        elif t < end or any(impact.t == t for impact in impacts):
+            phases.append(Phase("impact", t, t))
     return tuple(phases)
 
 
@@ -193,10 +228,8 @@ def _message(model: Model, until: float, found: dict[str, Any]) -> str:
     if found["contact"] >= 0:
         contact = "{} on {}".format(*model.contacts[found["contact"]])
     reasons = {
-        "accumulation": f"impacts of {contact} accumulate at t = {found['accumulation']:.12g} s (estimated); what "
-        "follows is sustained contact, which is not simulated yet; end the run before that",
-        "sustained": f"{contact} stays closed, and sustained contact is not simulated yet; end the run before, or "
-        "start it above the ground",
+        "accumulation": f"events of {contact} and others follow each other without time between them; change the "
+        "start or the coefficients of restitution a little",
         "not_finite": "an acceleration is not a finite number; check the parameters and the start",
         "step_too_small": "no step is small enough for the tolerance; "
         + ("can the driven joints go on from here? if so, ask" if model.data["drives"] else "ask")
@@ -204,7 +237,15 @@ def _message(model: Model, until: float, found: dict[str, Any]) -> str:
         "not_closed": "the loops cannot be kept closed; ask for a smaller rtol",
         "repeats": "impacts at one instant do not come to an end; check the coefficients of restitution",
         "budget": f"{STEP_BUDGET} steps are spent; ask for a larger rtol or an earlier end",
+        "crowded": f"{SECOND_BUDGET} steps and events within the last simulated second are spent; ask for a larger "
+        "rtol, or change the start a little if the mechanism is jammed there",
+        "jammed": f"friction jams: the forces at {contact} have no solution, or more than one, as far as "
+        "could be found (Painleve shows how that can be); take less friction or another start",
+        "gained": f'an impact of {contact} by Newton\'s law would add energy; give its ground law = "poisson"',
+        "escaped": f"{contact} gets behind its surface however short the step, as at a change point where the motion "
+        "jumps; change the start or the lengths a little",
         "interrupted": "interrupted",
+        "no_convergence": "the stages of a step do not converge; ask for a smaller step or for another method",
         "no_memory": "memory ran out; record less by ending earlier",
     }
     return f"stopped at t = {t:.12g} s: {reasons[outcome]}"

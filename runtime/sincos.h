@@ -11,7 +11,8 @@
 #include <math.h>
 #include <string.h>
 
-#if defined(__AVX512F__)
+#if defined(CCGEN_LANES) /* asked for */
+#elif defined(__AVX512F__)
 #define CCGEN_LANES 8
 #elif defined(__AVX__)
 #define CCGEN_LANES 4

@@ -245,7 +245,8 @@ def test_a_motion_that_stops_early_is_said(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        (("swing.toml",), "cost: found nothing to measure, expected --effects"),
+        (("swing.toml", "--fold"), "--fold: found without --effects"),
+        (("swing.toml", "--effects", "--error", "1e-6"), "--error: found beside --effects"),
         (("nothing.toml", "--effects"), "nothing.toml"),
         (("swing.toml", "--effects", "--out", "swing.toml"), "--out swing.toml: found a file"),
     ],

@@ -68,7 +68,7 @@ def test_removing_a_table_removes_the_effect(entry: Entry, tmp_path: Path, monke
     _without(entry, monkeypatch)
     for name, text in (("b", others), ("a", "")):
         assert _program(SCENE + text, tmp_path / f"{name}1") == bare[name]
-        assert set(bare[name]) == {"equations.txt", "model.c", "model.json"}
+        assert set(bare[name]) == {"equations.txt", "model.c", "lanes.c", "model.json"}
         for product in ("equations.txt", "model.c"):
             assert bare[name][product] != full[name][product]
 

@@ -151,17 +151,27 @@ KERNELS = [
         "momentum",
         "inverse_dynamics",
         "power",
+        "prescribed",
         "poses",
         "velocities",
         "point_positions",
         "energy",
         "gaps",
         "gap_rates",
+        "gap_bias",
         "contact_impulse",
         "restitution",
+        "slips",
+        "slip_bias",
+        "slip_impulse",
+        "friction",
     ),
 ]
-SIZES = ["nq", "nu", "rows", "links", "joints", "points", "contacts", "parameters", "constants", "inputs"]
+SIZES = [
+    *("nq", "nu", "base", "rows", "links", "joints", "points", "contacts", "parameters", "constants", "inputs"),
+    "drives",
+]
+TABLES = ["partner", "driven"]
 Pointer = ctypes.c_void_p
 
 
@@ -173,7 +183,10 @@ class Descriptor(ctypes.Structure):
         ("name", ctypes.c_char_p),
         ("hash", ctypes.c_char_p),
         *((size, ctypes.c_int) for size in SIZES),
+        *((table, Pointer) for table in TABLES),
         *((kernel, Pointer) for kernel in KERNELS),
+        ("lanes", ctypes.c_int),
+        *((kernel, Pointer) for kernel in ("acceleration_lanes", "stages")),
     )
 
 
@@ -217,6 +230,7 @@ class Compiled:
         if contacts:
             found["gaps"] = self.call("gaps", [q], contacts)
             found["gap_rates"] = self.call("gap_rates", [q, u], contacts)
+            found["gap_bias"] = self.call("gap_bias", [q, u], contacts)
             found["contact_impulse"] = self.call("contact_impulse", [q, pushes], nu)
         return found
 
@@ -242,7 +256,8 @@ class Written:
         sizes = Sizes(
             nq=len(state.q),
             nu=len(state.u),
-            rows=2 * len(self.topology.cuts),
+            base=state.base,
+            rows=len(self.topology.rows),
             links=len(mechanism.links),
             joints=len(mechanism.joints),
             points=len(point_names(mechanism)),
@@ -250,10 +265,12 @@ class Written:
             parameters=len(program.parameters),
             constants=len(program.parameters) + len(program.constants),
             inputs=0,
+            drives=0,
         )
+        tables = {"partner": self.topology.partners, "driven": []}
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(rolling, "LEAST_ROUNDS", least)
-            source = render_c(Banner(name, name, "0", "0"), program, sizes, self.topology.root, self.index)
+            source = render_c(Banner(name, name, "0", "0"), program, sizes, tables, self.topology.root, self.index)
         (self.folder / f"{name}.c").write_text(source)
         command = ["cc", *WARNINGS, "-O0", "-ffp-contract=off", "-fPIC", "-shared", f"-I{RUNTIME}", f"{name}.c"]
         command += ["-o", f"{name}.so", "-lm"]

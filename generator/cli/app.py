@@ -84,14 +84,20 @@ def show(
 @app.command()
 def cost(
     scene: SceneFile,
-    effects: Annotated[bool, typer.Option("--effects", help="measure what each effect costs")] = False,
-    fold: Fold = False,
-    out: Annotated[Path | None, typer.Option(metavar="DIR", help="folder for the figures as CSV")] = None,
+    until: Annotated[float | None, typer.Option(metavar="T", help="end of the motion in s")] = None,
+    error: Annotated[float | None, typer.Option(metavar="ERR", help="wanted error in m, rad and s [1e-8]")] = None,
+    drift: Annotated[bool, typer.Option("--drift", help="compare ways to keep the loops shut too")] = False,
+    effects: Annotated[bool, typer.Option("--effects", help="measure what each effect costs instead")] = False,
+    fold: Annotated[bool, typer.Option("--fold", help="with --effects: numbers for parameters too")] = False,
+    out: Annotated[Path | None, typer.Option(metavar="DIR", help="folder of the figures")] = None,
 ) -> None:
-    """Measure what a scene costs: with --effects each effect's price, in operations and in time."""
+    """Measure error against wall time for all methods and tolerances, and say which to choose.
+
+    With --effects measure the price of each effect instead, in operations and in time.
+    """
     from .cost import cost as work
 
-    work(scene, effects, fold, out)
+    work(scene, until, error, drift, effects, fold, out)
 
 
 @app.command()

@@ -1,4 +1,4 @@
-"""``ccgen cost SCENE``: what a scene costs."""
+"""``ccgen cost SCENE``: what a scene costs, by accuracy or by effect."""
 
 from __future__ import annotations
 
@@ -8,11 +8,30 @@ from .folders import check_folder
 from .refusal import fail
 from .scene_file import read, tell_assembly
 
+ERROR = 1e-8
+"""The error for which a method is recommended unless another is wanted."""
 
-def cost(scene_file: Path, effects: bool, fold: bool, out: Path | None) -> None:
-    """Measure what was asked for, print it as a table, and write it as CSV into ``out`` where there is a folder."""
+
+def cost(
+    scene_file: Path,
+    until: float | None,
+    error: float | None,
+    drift: bool,
+    effects: bool,
+    fold: bool,
+    out: Path | None,
+) -> None:
+    """Measure error against time, or with ``effects`` each effect's price; options of the other one are refused."""
     if not effects:
-        fail("cost: found nothing to measure, expected --effects, the price of each effect of the scene; add it")
+        if fold:
+            fail("--fold: found without --effects, expected with it only; add --effects")
+        from .accuracy import price_accuracy
+
+        price_accuracy(scene_file, until, ERROR if error is None else error, drift, out)
+        return
+    for option, given in (("--until", until is not None), ("--error", error is not None), ("--drift", drift)):
+        if given:
+            fail(f"{option}: found beside --effects, expected one of them; leave one out")
     scene = read(scene_file)
     if out is not None:
         check_folder(out, "--out")

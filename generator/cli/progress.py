@@ -18,6 +18,8 @@ STAGES = {
     "simulate": "simulating",
     "compare": "comparing",
     "draw": "drawing",
+    "refer": "making a reference",
+    "measure": "measuring",
 }
 """What the stages are called on the terminal; others by their own name."""
 INTERVAL = 0.1
@@ -32,6 +34,9 @@ class Silence:
 
     def reached(self, t: float, until: float) -> None:
         """The simulation is at ``t`` of ``until`` (s)."""
+
+    def counted(self, done: int, total: int) -> None:
+        """Of ``total`` pieces of work ``done`` are done."""
 
 
 class Line(Silence):
@@ -52,6 +57,9 @@ class Line(Silence):
             self.next = now + INTERVAL
             share = f"{t / until:4.0%}  t = {t:.4g} of {until:g} s"
             self.display.update(self.task, completed=t, total=until, share=share)
+
+    def counted(self, done: int, total: int) -> None:
+        self.display.update(self.task, completed=done, total=total, share=f"{done} of {total}")
 
 
 @contextmanager

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import typer
@@ -12,6 +12,8 @@ if TYPE_CHECKING:
 
 SHOWN = 40
 """Impacts printed; a longer list is cut, the result file has them all."""
+CONTACTS = 8
+"""Stretches of contact printed, the last ones."""
 WIDTH = 140
 DRIFT = 1e-4
 """Share of the energy that moves beyond which a drift is warned of."""
@@ -54,12 +56,31 @@ def row(model: Model, run: Run, impact: Impact) -> tuple[str, ...]:
     )
 
 
+def print_contacts(model: Model, run: Run) -> None:
+    """Stretches of contact, from when to when, and the points that stay closed; one line for each set of points."""
+    stretches: list[list[Any]] = []
+    for phase in run.phases:
+        if phase.kind != "contact":
+            continue
+        names = [point if len(model.grounds) == 1 else f"{point} on {ground}" for point, ground in phase.contacts]
+        words = ", ".join(names)
+        if stretches and stretches[-1][1:] == [phase.start, words]:
+            stretches[-1][1] = phase.end
+        else:
+            stretches.append([phase.start, phase.end, words])
+    for start, end, words in stretches[-CONTACTS:]:
+        typer.echo(f"contact from {start:.12g} s to {end:.12g} s: {words}")
+    if len(stretches) > CONTACTS:
+        typer.echo(f"and {len(stretches) - CONTACTS} stretches of contact before, in result.npz")
+
+
 def print_audit(run: Run) -> None:
     """How far the run got, at what cost, and how exact it was."""
     steps = int(np.count_nonzero(np.diff(run.t)))
     typer.echo(
         f"t = {run.t[-1]:.10g} s, impacts: {len(run.impacts)}, steps: {steps}, evaluations: {run.nfev}\n"
-        f"audit: loops closed to {run.closure_max:.1e} m, energy kept to {run.energy_drift:.1e} J"
+        f"audit: loops closed to {run.closure_max:.1e} m, energy kept to {run.energy_drift:.1e} J; "
+        f"method {run.method}"
     )
     kinetic, potential = run.model.energy(run.q, run.u)
     moved = float(np.max(kinetic) + np.ptp(potential))

@@ -15,7 +15,7 @@ from ..program.errors import FoldError
 from .folders import check_folder
 from .progress import progress
 from .refusal import STOPPED_EARLY, fail, refusing
-from .report import print_audit, print_impacts
+from .report import print_audit, print_contacts, print_impacts
 from .scene_file import read, tell_assembly, tell_mobility
 
 if TYPE_CHECKING:
@@ -66,6 +66,7 @@ def run(
         with refusing(OSError):
             files = write(result, folder, gif)
     print_impacts(model, result)
+    print_contacts(model, result)
     print_audit(result)
     typer.echo(f"written: {', '.join(str(folder / file) for file in files)}")
     if not result.success:

@@ -320,6 +320,7 @@ class _Derivation:
         return [
             Kernel("gaps", (self.q,), (Output("gap", gaps.values(), "gap of each contact, m"),), "gaps"),
             Kernel("gap_rates", (self.q, self.u), (Output("rate", gaps.rates(), "N u, m/s"),), "rates of the gaps"),
+            Kernel("gap_bias", (self.q, self.u), (Output("bias", gaps.bias(), "dN/dt u, m/s^2"),), "bias of the gaps"),
             Kernel(
                 "contact_impulse",
                 (self.q, impulses),
@@ -332,4 +333,29 @@ class _Derivation:
                 (Output("e", restitution, "coefficient of restitution of each contact"),),
                 "restitution",
             ),
+            *self._friction(gaps),
+        ]
+
+    def _friction(self, gaps: Contacts) -> list[Kernel]:
+        """What sliding needs, if any ground is rough."""
+        friction = tuple(c.friction for c in self.contacts)
+        if not any(friction):
+            return []
+        pulls = tuple(sp.Symbol(f"S_{index}_t") for index in range(len(self.contacts)))
+        impulses = Argument("P", pulls, "tangential impulses of the contacts, N s")
+        return [
+            Kernel("slips", (self.q, self.u), (Output("rate", gaps.slips(), "T u, m/s"),), "sliding of the contacts"),
+            Kernel(
+                "slip_bias",
+                (self.q, self.u),
+                (Output("bias", gaps.slip_bias(), "dT/dt u, m/s^2"),),
+                "bias of the sliding",
+            ),
+            Kernel(
+                "slip_impulse",
+                (self.q, impulses),
+                (Output("f", gaps.generalized(pulls, tangential=True), "generalized impulses T^T P"),),
+                "generalized impulses of friction",
+            ),
+            Kernel("friction", (), (Output("mu", friction, "coefficient of friction of each contact"),), "friction"),
         ]

@@ -102,6 +102,10 @@ class Effect:
         """Points that may touch half-planes; ``let`` names what depends on parameters alone."""
         return ()
 
+    def impact_law(self) -> str:
+        """The law of impact of its gaps."""
+        return "newton"
+
     def planes(self) -> tuple[Plane, ...]:
         """Half-planes to be drawn: name, a point of the surface, outward normal."""
         return ()

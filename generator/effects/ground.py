@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 from pydantic import Field
 
@@ -21,6 +21,9 @@ if TYPE_CHECKING:
     from ..derive.derivation import Let
     from ..derive.impact import Gap
 
+Law = Literal["newton", "poisson"]
+"""What restitution means: a ratio of speeds, or of impulses."""
+
 DEPTH = 1e-9
 """A start deeper than this (m) is inside the ground; less is rounding."""
 
@@ -33,7 +36,11 @@ class GroundTable(Table):
     name: Name | None = Field(default=None, description="a name of letters, digits and _, beginning with a letter")
     point: Pair = Field(default=[0.0, 0.0], description="a point of the surface, [x, y] in m")
     normal: Pair = Field(default=[0.0, 1.0], description="the direction out of the ground, [x, y], not both zero")
-    restitution: float = Field(ge=0.0, le=1.0, description="Newton's coefficient of restitution, a number from 0 to 1")
+    restitution: float = Field(ge=0.0, le=1.0, description="the coefficient of restitution, a number from 0 to 1")
+    friction: float | None = Field(
+        default=None, gt=0.0, description="Coulomb's coefficient of friction, a positive number"
+    )
+    law: Law = Field(default="newton", description="the law of impact: newton or poisson")
     contacts: list[str] | None = Field(
         default=None, min_length=1, description='a list of points that touch it, such as ["joint_3", "link_0.A"]'
     )
@@ -43,7 +50,8 @@ class GroundTable(Table):
 class Ground(Effect):
     """The half-plane ``normal·(x - point) < 0`` is inside; ``contacts`` are the points that it keeps out.
 
-    ``normal`` has length 1, ``point`` is in m, ``restitution`` is Newton's, between 0 and 1.
+    ``normal`` has length 1, ``point`` is in m, ``restitution`` is between 0 and 1, by the ``law`` of impact. Without
+    ``friction`` the ground is smooth.
     """
 
     index: int
@@ -52,15 +60,24 @@ class Ground(Effect):
     point: Point
     restitution: Parameter
     contacts: tuple[Contact, ...]
+    friction: Parameter | None = None
+    law: Law = "newton"
 
     def __post_init__(self) -> None:
         if abs(math.hypot(*self.normal.values()) - 1.0) > 1e-12:
             raise ValueError(f"{self.name}.normal is {self.normal.values()}; it must have length 1")
         if not 0.0 <= self.restitution.value <= 1.0:
             raise ValueError(f"{self.restitution.path} is {self.restitution.value}; it must be from 0 to 1")
+        if self.friction and not self.friction.value > 0.0:
+            raise ValueError(f"{self.friction.path} is {self.friction.value}; it must be positive")
 
     def parameters(self) -> tuple[Parameter, ...]:
-        return (*self.normal.parameters(), *self.point.parameters(), self.restitution)
+        return (
+            *self.normal.parameters(),
+            *self.point.parameters(),
+            self.restitution,
+            *((self.friction,) if self.friction else ()),
+        )
 
     def planes(self) -> tuple[Plane, ...]:
         return ((self.name, self.point, self.normal),)
@@ -74,8 +91,11 @@ class Ground(Effect):
         length = let(f"length_n_{self.index}", dot(given, given) ** Fraction(1, 2))
         normal = (let(f"nu_{self.index}_x", given[0] / length), let(f"nu_{self.index}_y", given[1] / length))
         offset = let(f"offset_{self.index}", dot(normal, at))
-        e = symbol(self.restitution)
-        return tuple(Gap(name, ref, self.name, normal, offset, e) for name, ref in self.contacts)
+        e, mu = symbol(self.restitution), symbol(self.friction)
+        return tuple(Gap(name, ref, self.name, normal, offset, e, mu) for name, ref in self.contacts)
+
+    def impact_law(self) -> str:
+        return self.law
 
     def level(self) -> Level:
         return Level(self.point.values(), self.normal.values())
@@ -107,6 +127,8 @@ def build(table: GroundTable, index: int, surroundings: Surroundings, complain: 
         point=_point(f"{name}.point", f"o_{index}", *table.point),
         restitution=Parameter(f"{name}.restitution", f"e_{index}", table.restitution),
         contacts=contacts,
+        friction=None if table.friction is None else Parameter(f"{name}.friction", f"fr_{index}", table.friction),
+        law=table.law,
     )
 
 

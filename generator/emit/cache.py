@@ -13,10 +13,10 @@ from contextlib import contextmanager
 from importlib.machinery import EXTENSION_SUFFIXES
 from pathlib import Path
 
-HEADERS = ("model.h", "sincos.h")
+HEADERS = ("model.h", "sincos.h", "lanes.h")
 """Headers of the runtime that a generated model is compiled with; a copy lies in its package."""
 
-PARTS = ("__init__.py", "model.json", "model.c", "equations.txt", f"*{EXTENSION_SUFFIXES[0]}")
+PARTS = ("__init__.py", "model.json", "model.c", "lanes.c", "equations.txt", f"*{EXTENSION_SUFFIXES[0]}")
 """What a whole package has; one from which a file was deleted is made again."""
 
 KEY = ".key"

@@ -16,6 +16,11 @@ from pathlib import Path
 
 OPTIMISE = ("-O2", "-march=native", "-fno-math-errno")
 LANGUAGE = ("-std=c11", "-fPIC")
+LANES = ("-ffp-contract=fast",)
+"""Flags besides, for what works in lanes: products and sums in one operation; -std=c11 alone forbids it."""
+
+WIDTHS = ("2", "4", "8")
+"""Lanes that ``$CCGEN_LANES`` may ask for."""
 
 
 class CompileError(Exception):
@@ -30,7 +35,13 @@ class Compiler:
     version: str
 
     def flags(self) -> tuple[str, ...]:
-        return (*LANGUAGE, *OPTIMISE)
+        """Of all that is generated; ``$CCGEN_LANES`` sets the width of vectors, else the machine does."""
+        asked = os.environ.get("CCGEN_LANES")
+        if asked and asked not in WIDTHS:
+            raise CompileError(
+                f"the environment variable CCGEN_LANES is {asked!r}, expected one of {', '.join(WIDTHS)}; correct it"
+            )
+        return (*LANGUAGE, *OPTIMISE, *((f"-DCCGEN_LANES={asked}",) if asked else ()))
 
 
 def find_compiler() -> Compiler:
@@ -89,9 +100,14 @@ def cythonize(folder: Path, module: str) -> None:
 
 
 def compile_model(compiler: Compiler, folder: Path, module: str) -> None:
-    """Compile ``_binding.c`` and ``model.c`` side by side and link them into the extension ``module``."""
+    """Compile the binding, the model and its lanes side by side and link them into the extension ``module``."""
     include = f"-I{sysconfig.get_path('include')}"
-    jobs = {"_binding.c": (*LANGUAGE, "-O1", include), "model.c": (*compiler.flags(), "-I.")}
+    jobs = {
+        "model.c": (*compiler.flags(), "-I."),
+        "lanes.c": (*compiler.flags(), *LANES, "-I."),
+        "_binding.c": (*LANGUAGE, "-O1", include),
+    }
+    objects = tuple(source.replace(".c", ".o") for source in jobs)
     with ThreadPoolExecutor() as pool:
         done = [
             pool.submit(_run, (*compiler.command, *flags, "-c", source), folder, "the C compiler")
@@ -104,8 +120,7 @@ def compile_model(compiler: Compiler, folder: Path, module: str) -> None:
         (
             *compiler.command,
             *shared,
-            "_binding.o",
-            "model.o",
+            *objects,
             "-lm",
             "-o",
             f"{module}{sysconfig.get_config_var('EXT_SUFFIX')}",
@@ -113,7 +128,7 @@ def compile_model(compiler: Compiler, folder: Path, module: str) -> None:
         folder,
         "the linker",
     )
-    for rest in ("_binding.o", "model.o"):
+    for rest in objects:
         (folder / rest).unlink()
 
 

@@ -50,6 +50,7 @@ def model_data(scene: Scene, topology: Topology, equations: Equations, hash_: st
         "instants": [p.path for effect in scene.effects for p in effect.instants()],
         "contacts": [[contact.name, contact.ground] for contact in equations.contacts],
         "grounds": [plane for effect in scene.effects for plane in _planes(effect)],
+        "law": _law(scene),
         "outlines": [[_point(point) for point in link.points.values()] for link in mechanism.links],
         "ground_points": [_point(point) for point in mechanism.ground_points.values()],
         "start": {
@@ -117,6 +118,12 @@ def _coordinates(mechanism: Mechanism, topology: Topology) -> list[tuple[str, st
     angles = [("angle", k) for k in range(len(mechanism.links)) if topology.leader(k) == k]
     slides = sorted(branch.joint for branch in topology.branches if branch.slides)
     return [*root, *angles, *(("slide", mechanism.joints[joint].name) for joint in slides)]
+
+
+def _law(scene: Scene) -> str:
+    """The law of impact: that of the grounds, Poisson's if any of them has it."""
+    laws = {effect.impact_law() for effect in scene.effects}
+    return "poisson" if "poisson" in laws else "newton"
 
 
 def _outboard(mechanism: Mechanism, topology: Topology) -> list[str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 
@@ -12,6 +12,7 @@ import sympy as sp
 from ..derive.equations import Kernel, Output
 from ..program.program import Function, Program
 from .expressions import C, write
+from .lanes import over_lanes
 from .rolling import NAME, Lines, Place, roll
 
 RANK_TOLERANCE = "1e-6"
@@ -108,11 +109,11 @@ def render_c(
     index: Iterable[str],
 ) -> str:
     """The model in C11: one function per kernel and the descriptor. ``tables`` are the contract's arrays of numbers."""
-    slots = {sp.Symbol(p.symbol): i for i, p in enumerate(program.parameters)}
-    slots |= {a.symbol: len(program.parameters) + i for i, a in enumerate(program.constants)}
+    slots = _slots(program)
     functions = [_constants(program), *(_function(f, slots) for f in program.functions)]
     members = [("derive_constants", "derive_constants")]
     members += [(MEMBERS.get(f.kernel.name, f.kernel.name), f.kernel.name) for f in program.functions]
+    members += [(name, f"ccgen_{name}_{banner.package}") for name in ("acceleration_lanes", "stages")]
     return (
         _environment()
         .get_template("model.c.j2")
@@ -127,6 +128,21 @@ def render_c(
             index=list(index),
         )
     )
+
+
+def render_lanes(banner: Banner, program: Program) -> str:
+    """The acceleration over lanes in C11 with vectors."""
+    function = program.function("acceleration")
+    slots, spell = _written(function, _slots(program))
+    guards = [(spell(write(pivot, C)), spell(write(scale, C))) for pivot, scale in function.kernel.guards]
+    slots = over_lanes(slots, guards, RANK_TOLERANCE)
+    return _environment().get_template("lanes.c.j2").render(**vars(banner), function=slots)
+
+
+def _slots(program: Program) -> dict[sp.Symbol, int]:
+    """Where each parameter and each derived constant lies in ``k``."""
+    slots = {sp.Symbol(p.symbol): i for i, p in enumerate(program.parameters)}
+    return slots | {a.symbol: len(program.parameters) + i for i, a in enumerate(program.constants)}
 
 
 def _constants(program: Program) -> dict[str, object]:
@@ -158,6 +174,11 @@ def _text(symbol: sp.Symbol, expression: sp.Expr) -> tuple[str, str]:
 
 
 def _function(function: Function, slots: Mapping[sp.Symbol, int]) -> dict[str, object]:
+    return _written(function, slots)[0]
+
+
+def _written(function: Function, slots: Mapping[sp.Symbol, int]) -> tuple[dict[str, object], Callable[[str], str]]:
+    """What the template needs of a function, and how names outside of its loops are spelled."""
     kernel = function.kernel
     arguments = SIGNATURES.get(kernel.name) or ("k", *(a.name for a in kernel.inputs))
     places = {s.name: ("k", slots[s]) for s in function.constants}
@@ -172,7 +193,7 @@ def _function(function: Function, slots: Mapping[sp.Symbol, int]) -> dict[str, o
     read |= {angles.array} if angles.count else set()
     read |= {name for name, _, _ in function.inputs_used() if name == "t"}
     filled = {output.name for output in kernel.outputs if output.entries}
-    return {
+    written: dict[str, object] = {
         "name": kernel.name,
         "purpose": kernel.purpose,
         "counts": str(function.counts()),
@@ -191,6 +212,7 @@ def _function(function: Function, slots: Mapping[sp.Symbol, int]) -> dict[str, o
         "unused": [a for a in arguments if a not in read] + [o.name for o in kernel.outputs if o.name not in filled],
         "lost_rank": rolled.spell(guards) or "0",
     }
+    return written, rolled.spell
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@
 #include <string.h>
 
 static const double DEPENDENT = 1e-11; /* a pivot below this fraction of its diagonal entry has lost its digits */
+static const double WELL = 1e-6;       /* likewise, has lost no more digits than can be spared */
 enum { STEPS = 10 };                   /* per contact; far more than ever needed */
 
 /* Eigenvalues of symmetric a[n][n] on its diagonal and eigenvectors in the columns of v, by cyclic Jacobi rotations. */
@@ -74,15 +75,17 @@ static void least_norm(int n, double *a, double *v, const double *r, double *x)
     }
 }
 
-/* Cholesky factor of W over the indices set[m], in a[m][m]; 0, or 1 where they are dependent. */
-static int factorise(int n, const double *W, int m, const int *set, double *a)
+/* Cholesky factor of W over the indices set[m] (all where it is NULL), in a[m][m]; 0, or 1 where one is nearer to the others
+ * than the share `dependent` of its own compliance. */
+static int factorise(int n, const double *W, int m, const int *set, double dependent, double *a)
 {
     for (int j = 0; j < m; j++)
         for (int i = j; i < m; i++) {
-            double sum = W[(size_t)set[i] * n + set[j]];
+            const size_t row = set ? set[i] : i, column = set ? set[j] : j;
+            double sum = W[row * n + column];
             for (int k = 0; k < j; k++)
                 sum -= a[i * m + k] * a[j * m + k];
-            if (i == j && !(sum > DEPENDENT * W[(size_t)set[j] * n + set[j]]))
+            if (i == j && !(sum > dependent * W[column * n + column]))
                 return 1;
             a[i * m + j] = i == j ? sqrt(sum) : sum / a[j * m + j];
         }
@@ -112,17 +115,37 @@ static double residual(int n, const double *W, const double *b, const double *P,
     return z;
 }
 
+size_t semidefinite_scratch(int n)
+{
+    return 2 * (size_t)n * n;
+}
+
+void solve_semidefinite(int n, const double *W, const double *r, double *x, double *scratch)
+{
+    double *a = scratch, *v = a + (size_t)n * n;
+    if (factorise(n, W, n, NULL, DEPENDENT, a)) {
+        memcpy(a, W, (size_t)n * n * sizeof *a);
+        least_norm(n, a, v, r, x);
+        return;
+    }
+    memcpy(x, r, (size_t)n * sizeof *x);
+    substitute(n, a, x);
+}
+
+int solve_definite_well(int n, const double *W, double *x, double *scratch)
+{
+    if (factorise(n, W, n, NULL, WELL, scratch))
+        return 1;
+    substitute(n, scratch, x);
+    return 0;
+}
+
 /* All contacts pushing: P = -W^-1 b, of least norm where rows are dependent. 0 if it is a solution. */
-static int all_push(int n, const double *W, const double *b, double scale, double *a, double *v, double *r, const int *all,
-                    double *P)
+static int all_push(int n, const double *W, const double *b, double scale, double *scratch, double *r, double *P)
 {
     for (int i = 0; i < n; i++)
-        r[i] = P[i] = -b[i];
-    if (factorise(n, W, n, all, a)) {
-        memcpy(a, W, (size_t)n * n * sizeof *a);
-        least_norm(n, a, v, r, P);
-    } else
-        substitute(n, a, P);
+        r[i] = -b[i];
+    solve_semidefinite(n, W, r, P, scratch);
     int wrong = 0;
     for (int i = 0; i < n; i++)
         wrong |= P[i] < 0.0 || fabs(residual(n, W, b, P, i)) > 1e-10 * scale;
@@ -134,7 +157,7 @@ static int all_push(int n, const double *W, const double *b, double scale, doubl
 static int admit(int n, const double *W, int m, int *set, int enter, double z, double *a, double *d, double *P)
 {
     for (;;) {
-        if (factorise(n, W, m, set, a))
+        if (factorise(n, W, m, set, DEPENDENT, a))
             return -1;
         for (int i = 0; i < m; i++)
             d[i] = -W[(size_t)set[i] * n + enter];
@@ -179,11 +202,9 @@ int solve_complementarity(int n, const double *W, const double *b, double *P)
     if (!work || !set)
         goto end;
     double scale = 0.0;
-    for (int i = 0; i < n; i++) {
+    for (int i = 0; i < n; i++)
         scale = fmax(scale, fabs(b[i]));
-        set[i] = i;
-    }
-    if (!all_push(n, W, b, scale, work, work + square, work + 2 * square, set, P)) {
+    if (!all_push(n, W, b, scale, work, work + 2 * square, P)) {
         failed = 0;
         goto end;
     }

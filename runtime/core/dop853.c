@@ -25,9 +25,9 @@ static double *estimate(double *scratch, int size, int i)
     return scratch + (size_t)(DENSE_STAGES + 1 + DENSE_DEGREE + 1 + i) * size;
 }
 
-static size_t dop853_scratch(int size)
+static size_t dop853_scratch(const struct system *s)
 {
-    return (size_t)(DENSE_STAGES + 1 + DENSE_DEGREE + 1 + ESTIMATES) * size;
+    return (size_t)(DENSE_STAGES + 1 + DENSE_DEGREE + 1 + ESTIMATES) * s->size;
 }
 
 /* out = y + h sum_j a[j] k_j over the first `count` stages */
@@ -45,9 +45,10 @@ static void combine(double *scratch, int size, const double *a, int count, doubl
         out[i] = y[i] + h * out[i];
 }
 
-static enum outcome dop853_step(struct system *s, double *scratch, double t, double h, const double *y, const double *dy,
-                                double *y1)
+static enum outcome dop853_step(struct system *s, double *scratch, double t, double h, struct tolerance tolerance,
+                                const double *y, const double *dy, double *y1)
 {
+    (void)tolerance;
     const int size = s->size;
     double *at = stage(scratch, size, DENSE_STAGES);
     memcpy(stage(scratch, size, 0), dy, size * sizeof *dy);
@@ -130,5 +131,5 @@ static void dop853_interpolate(const double *scratch, int size, double theta, do
     }
 }
 
-const struct method dop853 = {"dop853", 8, dop853_scratch, dop853_step, dop853_estimates, dop853_measure,
+const struct method dop853 = {"dop853", 8, 1, dop853_scratch, NULL, dop853_step, dop853_estimates, dop853_measure,
                               dop853_prepare, dop853_interpolate};

@@ -8,13 +8,16 @@
 
 #include <math.h>
 
+#include "contact.h"
+
 enum { SAMPLES = 8, ITERATIONS = 100, HALVINGS = 40 };
 
 struct search {
     struct system *s;
     const struct method *method;
     const double *steps;
-    double *y, *value;
+    double t, h;
+    double *y, *dy, *value;
     double slow; /* a closed contact is not falling before its rate is beyond this */
 };
 
@@ -39,6 +42,22 @@ static double rate(struct search *search, int contact, double theta)
 {
     look(search, theta, NULL, search->value);
     return search->value[contact];
+}
+
+/* the watched values at theta; what cannot be computed counts as lost */
+static void watch_at(struct search *search, double theta, double *values)
+{
+    struct system *s = search->s;
+    search->method->interpolate(search->steps, s->size, theta, search->y);
+    if (watch(s, search->t + theta * search->h, search->y, search->dy, values))
+        for (int i = 0; i < watched(s); i++)
+            values[i] = -1.0;
+}
+
+static double one_watched(struct search *search, int index, double theta)
+{
+    watch_at(search, theta, search->value);
+    return search->value[index];
 }
 
 /* Root of f between a and b, where it has the signs of fa and fb: false position with the Illinois modification, and
@@ -91,6 +110,11 @@ static double piece(struct search *search, int contact, double a, double ga, dou
         const double highest = gap(search, contact, top);
         return highest > 0.0 ? root(search, gap, contact, top, highest, b, gb) : top;
     }
+    if (gb <= 0.0 && ra > 0.0 && rb < 0.0) { /* it rises first: past the top there is one entry, and no rounding near a */
+        const double top = root(search, rate, contact, a, ra, b, rb);
+        const double highest = gap(search, contact, top);
+        return highest > 0.0 ? root(search, gap, contact, top, highest, b, gb < 0.0 ? gb : -1e-300) : top;
+    }
     if (gb <= 0.0)
         return root(search, gap, contact, a, ga, b, gb < 0.0 ? gb : -1e-300);
     if (ra < 0.0 && rb > 0.0) {
@@ -102,21 +126,24 @@ static double piece(struct search *search, int contact, double a, double ga, dou
     return 2.0;
 }
 
-struct event find_event(struct system *s, const struct method *method, const double *steps, double slow, double *scratch)
+/* First event of the gaps of contacts that are not held */
+static struct event first_closing(struct search *search)
 {
+    const struct system *s = search->s;
     const int contacts = s->model->contacts;
-    struct event first = {-1, 2.0};
-    struct search search = {s, method, steps, scratch, scratch + s->size, slow};
-    double *gap_a = search.value + contacts, *rate_a = gap_a + contacts;
+    struct event first = {-1, 2.0, CLOSES};
+    double *gap_a = search->value + 2 * contacts, *rate_a = gap_a + contacts;
     double *gap_b = rate_a + contacts, *rate_b = gap_b + contacts;
-    look(&search, 0.0, gap_a, rate_a);
+    look(search, 0.0, gap_a, rate_a);
     for (int i = 0; i < SAMPLES && first.contact < 0; i++) {
         const double a = (double)i / SAMPLES, b = (i + 1.0) / SAMPLES;
-        look(&search, b, gap_b, rate_b);
+        look(search, b, gap_b, rate_b);
         for (int c = 0; c < contacts; c++) {
-            const double theta = piece(&search, c, a, gap_a[c], rate_a[c], b, gap_b[c], rate_b[c]);
+            if (s->holding && s->holding->closed[c])
+                continue;
+            const double theta = piece(search, c, a, gap_a[c], rate_a[c], b, gap_b[c], rate_b[c]);
             if (theta < first.theta)
-                first = (struct event){c, theta};
+                first = (struct event){c, theta, CLOSES};
         }
         double *swap = gap_a;
         gap_a = gap_b;
@@ -126,4 +153,44 @@ struct event find_event(struct system *s, const struct method *method, const dou
         rate_b = swap;
     }
     return first;
+}
+
+/* First event of the watched values of held contacts */
+static struct event first_loss(struct search *search)
+{
+    struct event first = {-1, 2.0, CLOSES};
+    const int count = watched(search->s);
+    double *before = search->value + 3 * search->s->model->contacts, *after = before + count;
+    watch_at(search, 0.0, before);
+    for (int i = 0; i < SAMPLES && first.contact < 0; i++) {
+        const double a = (double)i / SAMPLES, b = (i + 1.0) / SAMPLES;
+        watch_at(search, b, after);
+        for (int w = 0; w < count; w++) {
+            if (after[w] >= 0.0)
+                continue;
+            const double theta = before[w] > 0.0 ? root(search, one_watched, w, a, before[w], b, after[w]) : a;
+            if (theta < first.theta)
+                first = (struct event){watcher(search->s, w).contact, theta, w};
+        }
+        double *swap = before;
+        before = after;
+        after = swap;
+    }
+    return first;
+}
+
+size_t search_scratch(const struct system *s)
+{
+    return 2 * (size_t)s->size + 9 * (size_t)s->model->contacts;
+}
+
+struct event find_event(struct system *s, const struct method *method, const double *steps, double t, double h, double slow,
+                        double *scratch)
+{
+    struct search search = {s, method, steps, t, h, scratch, scratch + s->size, scratch + 2 * s->size, slow};
+    const struct event closing = first_closing(&search);
+    if (!holds(s))
+        return closing;
+    const struct event loss = first_loss(&search);
+    return loss.theta < closing.theta ? loss : closing;
 }

@@ -5,12 +5,13 @@
 #include <math.h>
 #include <string.h>
 
-#include "events.h"
-
 static const double SAFETY = 0.9, LEAST_CHANGE = 0.2, LARGEST_CHANGE = 6.0;
+static const struct tolerance TO_ROUNDING = {0.0, 0.0};
 static const double EARLY = 0.05;           /* part of a step: events before it are looked for in a shorter step */
 static const double LONGEST_REBOUND = 10.0; /* times the flight before an impact: the first step tried after it */
 static const double REST_SPEED = 1e-10;     /* times length per second: a contact this slow does not bounce */
+static const double DEEP = 1e-12;           /* times length: an event behind the surface by more than rounding */
+static const double ADRIFT = 1e-11;         /* times length: the gap of a carried contact that is not closed any more */
 enum {
     SHORTER = 60,  /* shorter steps in search of an early event */
     LANDINGS = 60, /* steps towards an event; three to five are usual */
@@ -21,6 +22,11 @@ enum {
 double slow(const struct flight *f)
 {
     return REST_SPEED * f->s->length;
+}
+
+double near(const struct flight *f)
+{
+    return fmin(fmax(f->run->tolerance.rtol, 1e-12), 1e-8) * f->s->length;
 }
 
 enum outcome derive(struct flight *f)
@@ -57,17 +63,31 @@ static double first_step(struct flight *f)
     return h1 > least ? fmin(100.0 * h0, h1) : least;
 }
 
-/* Put the end of a step back onto the closure. */
+/* Whether the ends of steps are put back: onto the closure unless the run leaves that out, onto held contacts always */
+static int projects(const struct flight *f)
+{
+    return holds(f->s) || (f->s->model->rows && f->run->drift == DRIFT_PROJECTED);
+}
+
+/* Put the end of a step back onto the closure and the held contacts. */
 static enum outcome project_end(struct flight *f)
 {
+    if (!projects(f))
+        return OUTCOME_DONE;
     const enum outcome outcome = project_position(f->s, f->y1);
     return outcome ? outcome : project_velocity(f->s, f->y1, f->y1 + f->s->n);
 }
 
 /* Step of length h from (t, y) to y1, not projected yet. */
-static enum outcome raw_step(struct flight *f, double h)
+static enum outcome raw_step(struct flight *f, double h, struct tolerance tolerance)
 {
-    return f->run->method->step(f->s, f->scratch, f->t, h, f->y, f->dy, f->y1);
+    return f->run->method->step(f->s, f->scratch, f->t, h, tolerance, f->y, f->dy, f->y1);
+}
+
+/* Derivative at the end of the step, for methods that want it. */
+static enum outcome derive_end(struct flight *f)
+{
+    return f->run->method->derivatives ? system_derivative(f->s, f->t + f->h, f->y1, f->dy1) : OUTCOME_DONE;
 }
 
 /* What the error of the step to y1 amounts to; accepted up to 1. An error that fails is measured again without its part
@@ -75,9 +95,9 @@ static enum outcome raw_step(struct flight *f, double h)
 static enum outcome measure(struct flight *f, double *error)
 {
     const struct method *method = f->run->method;
-    const int n = f->s->n, size = f->s->size, rows = f->s->model->rows;
+    const int n = f->s->n, size = f->s->size;
     *error = method->measure(f->scratch, size, f->run->tolerance, f->y, f->y1);
-    if (!rows || !(*error > 1.0 && isfinite(*error)))
+    if (!projects(f) || !(*error > 1.0 && isfinite(*error)))
         return OUTCOME_DONE;
     int count;
     double *estimates = method->estimates(f->scratch, size, &count);
@@ -90,22 +110,28 @@ static enum outcome measure(struct flight *f, double *error)
     return OUTCOME_DONE;
 }
 
-/* Step of length h, put back onto the closure whatever its error. */
+/* Step of length h, put back onto the closure whatever its error. What a method iterates goes to rounding, so that y1 is a smooth
+ * function of h: landing on an event needs that. */
 enum outcome plain_step(struct flight *f, double h)
 {
-    const enum outcome outcome = raw_step(f, h);
+    const enum outcome outcome = raw_step(f, h, TO_ROUNDING);
     return outcome ? outcome : project_end(f);
+}
+
+/* The shortest step that moves time */
+static double shortest(const struct flight *f)
+{
+    return 16.0 * DBL_EPSILON * fmax(fabs(f->t), 1e-3);
 }
 
 /* Step until the error test passes; the step's length is in f->h before and after, `next` is the one to try then. */
 static enum outcome accepted_step(struct flight *f, double *next)
 {
     struct run *run = f->run;
-    const double least = 16.0 * DBL_EPSILON * fmax(fabs(f->t), 1e-3);
     int refused = 0;
     for (;;) {
         double error = 0.0;
-        enum outcome outcome = raw_step(f, f->h);
+        enum outcome outcome = raw_step(f, f->h, run->fixed_step > 0.0 ? TO_ROUNDING : run->tolerance);
         if (!outcome && run->fixed_step == 0.0)
             outcome = measure(f, &error);
         if (!outcome && error <= 1.0)
@@ -122,7 +148,7 @@ static enum outcome accepted_step(struct flight *f, double *next)
         run->rejected++;
         const double change = outcome || !isfinite(error) ? LEAST_CHANGE : SAFETY * pow(error, -1.0 / run->method->order);
         f->h *= fmax(change, LEAST_CHANGE);
-        if (f->h < least || run->fixed_step > 0.0)
+        if (f->h < shortest(f) || run->fixed_step > 0.0)
             return outcome ? outcome : OUTCOME_STEP_TOO_SMALL;
     }
 }
@@ -133,12 +159,12 @@ static enum outcome accepted_step(struct flight *f, double *next)
 static enum outcome search_step(struct flight *f, struct event *event)
 {
     for (int i = 0;; i++) {
-        enum outcome outcome = system_derivative(f->s, f->t + f->h, f->y1, f->dy1);
+        enum outcome outcome = derive_end(f);
         if (!outcome)
             outcome = f->run->method->prepare(f->s, f->scratch, f->t, f->h, f->y, f->dy, f->y1, f->dy1);
         if (outcome)
             return outcome;
-        *event = find_event(f->s, f->run->method, f->scratch, slow(f), f->search);
+        *event = find_event(f->s, f->run->method, f->scratch, f->t, f->h, slow(f), f->search);
         const double shorter = 2.0 * event->theta * f->h;
         if (event->contact < 0 || event->theta > EARLY || f->t + shorter <= f->t || i == SHORTER)
             return OUTCOME_DONE;
@@ -168,14 +194,88 @@ static enum outcome land(struct flight *f, struct event event)
             behind = h;
         double next = rate < 0.0 ? h - g / rate : h;
         if (fabs(next - h) <= resolution || behind - before <= resolution || i == LANDINGS) {
-            f->h = h;
-            return OUTCOME_DONE;
+            const int deep = g < -DEEP * f->s->length && before < h; /* near a change point the gap may jump: stay outside */
+            f->h = deep ? before : h;
+            return deep ? plain_step(f, f->h) : OUTCOME_DONE;
         }
         h = next > before && next < behind ? next : 0.5 * (before + behind);
     }
     memcpy(f->y1, f->y, (size_t)f->s->size * sizeof *f->y); /* the event is where the step begins */
     f->h = 0.0;
     return OUTCOME_DONE;
+}
+
+/* The same for a watched value of held contacts: false position with the Illinois modification. */
+static enum outcome land_on_loss(struct flight *f, struct event event)
+{
+    double *value = f->search + f->s->size, low = 0.0, high = f->h, h = event.theta * f->h;
+    enum outcome outcome = watch(f->s, f->t + f->h, f->y1, f->dy1, value);
+    const double end = value[event.watch];
+    outcome = outcome ? outcome : watch(f->s, f->t, f->y, f->dy1, value);
+    double at_low = value[event.watch], at_high = end < 0.0 ? end : -at_low;
+    for (int i = 0, side = 0; !outcome && at_low > 0.0 && f->t + h > f->t; i++) {
+        if ((outcome = plain_step(f, h)) || (outcome = watch(f->s, f->t + h, f->y1, f->dy1, value)))
+            return outcome;
+        const double now = value[event.watch];
+        if (now > 0.0) {
+            low = h;
+            at_low = now;
+            at_high *= side > 0 ? 0.5 : 1.0;
+            side = 1;
+        } else {
+            high = h;
+            at_high = now;
+            at_low *= side < 0 ? 0.5 : 1.0;
+            side = -1;
+        }
+        if (high - low <= DBL_EPSILON * fmax(f->t + h, f->h) || now == 0.0 || i == LANDINGS) {
+            f->h = h;
+            return OUTCOME_DONE;
+        }
+        h = (low * at_high - high * at_low) / (at_high - at_low);
+        if (!(h > low && h < high))
+            h = 0.5 * (low + high);
+    }
+    memcpy(f->y1, f->y, (size_t)f->s->size * sizeof *f->y);
+    f->h = 0.0;
+    return outcome;
+}
+
+/* Whether a contact that others carry is not closed any more: what carries it has changed. */
+static int lost(const struct flight *f)
+{
+    const struct ccgen_model *m = f->s->model;
+    if (!f->s->holding || !f->s->holding->carried)
+        return -1;
+    m->gaps(f->s->k, f->y, f->gaps);
+    for (int c = 0; c < m->contacts; c++)
+        if (f->s->holding->closed[c] == CARRIED && fabs(f->gaps[c]) > ADRIFT * f->s->length)
+            return c;
+    return -1;
+}
+
+/* A contact that is not held and lies behind its surface at the end of the step, or -1: an event has escaped */
+static int inside(const struct flight *f)
+{
+    const struct ccgen_model *m = f->s->model;
+    if (!m->contacts)
+        return -1;
+    m->gaps(f->s->k, f->y1, f->gaps);
+    for (int c = 0; c < m->contacts; c++)
+        if (f->s->holding->closed[c] != HELD && f->gaps[c] < -ADRIFT * f->s->length)
+            return c;
+    return -1;
+}
+
+/* Whether the run has taken more steps and events than a simulated second may have */
+static int crowded(struct run *run, double t)
+{
+    const long spent = run->steps + run->rejected + run->events;
+    if (t >= run->second + 1.0) {
+        run->second = t;
+        run->spent_before = spent;
+    }
+    return run->fixed_step == 0.0 && spent - run->spent_before > run->second_budget;
 }
 
 /* Record the present state, unless it is the last row already. */
@@ -202,45 +302,59 @@ static double next_stop(const struct run *run, double t)
     return low < run->stop_count ? fmin(run->stops[low], run->until) : run->until;
 }
 
-/* Flight to the end of the run, or to the first event: *contact is then the one that triggers. */
-enum outcome fly(struct flight *f, int *contact)
+enum outcome fly(struct flight *f, struct event *event)
 {
     struct run *run = f->run;
     const double since = f->t;
     enum outcome outcome = derive(f);
-    *contact = -1;
+    event->contact = -1;
+    if (run->method->restart)
+        run->method->restart(f->scratch, f->s->size);
     if (!outcome && f->h <= 0.0)
         f->h = run->fixed_step > 0.0 ? run->fixed_step : first_step(f);
-    double next = f->h;
+    double next = f->h, late = 0.0; /* what rounding took from the time: many equal steps are as long as they say */
     while (!outcome && f->t < run->until) {
         if (run->steps % TICK == 0 && run->tick && run->tick(run->context, f->t))
             return OUTCOME_INTERRUPTED;
         if (run->steps + run->rejected >= run->step_budget)
             return OUTCOME_BUDGET;
+        if (crowded(run, f->t))
+            return OUTCOME_CROWDED;
         const double wanted = run->fixed_step > 0.0 ? run->fixed_step : next;
         const double stop = next_stop(run, f->t);
         const int last = f->t + 1.01 * wanted >= stop;
-        const double whole = last ? stop - f->t : wanted;
+        const double whole = last ? stop - f->t - late : wanted;
         f->h = whole;
         if ((outcome = accepted_step(f, &next)))
             break;
         if (last && f->h == whole)
             next = fmax(next, wanted);
-        struct event event = {-1, 0.0};
-        outcome = f->s->model->contacts ? search_step(f, &event)
-                                        : system_derivative(f->s, f->t + f->h, f->y1, f->dy1);
-        if (!outcome && event.contact >= 0) {
-            if ((outcome = land(f, event)))
-                break;
+        outcome = f->s->model->contacts ? search_step(f, event) : derive_end(f);
+        if (!outcome && event->contact >= 0)
+            outcome = event->watch == CLOSES ? land(f, *event) : land_on_loss(f, *event);
+        const int behind = outcome ? -1 : inside(f);
+        if (behind >= 0 && (f->s->holding->closed[behind] == APART || f->h > shortest(f))) {
+            run->contact = behind;
+            outcome = OUTCOME_ESCAPED;
+        }
+        if (outcome && outcome != OUTCOME_INTERRUPTED && run->fixed_step == 0.0 && f->h > shortest(f)) {
+            next = LEAST_CHANGE * f->h; /* no step ends there, or it ends too late: come nearer first */
+            event->contact = -1;
+            run->rejected++;
+            outcome = OUTCOME_DONE;
+            continue;
+        }
+        if (!outcome && event->contact >= 0) {
             f->t += f->h;
             memcpy(f->y, f->y1, (size_t)f->s->size * sizeof *f->y);
             f->h = fmin(next, LONGEST_REBOUND * (f->t - since));
-            *contact = event.contact;
             return OUTCOME_DONE;
         }
         if (outcome)
             break;
-        f->t = last && f->h == whole ? stop : f->t + f->h;
+        const double step = f->h + late, then = last && f->h == whole ? stop : f->t + step;
+        late = then == stop ? 0.0 : step - (then - f->t);
+        f->t = then;
         double *swap = f->y;
         f->y = f->y1;
         f->y1 = swap;
@@ -249,6 +363,10 @@ enum outcome fly(struct flight *f, int *contact)
         f->dy1 = swap;
         if (keep(f))
             return OUTCOME_NO_MEMORY;
+        if ((event->contact = lost(f)) >= 0) {
+            event->watch = LOST;
+            break;
+        }
     }
     f->h = next;
     return outcome;

@@ -1,15 +1,10 @@
-/* Flight: smooth motion, step by step, to the end of a run or to the first event. */
+/* Flight, and motion with held contacts: smooth, step by step, to the end of a run or to the first event. */
 #ifndef CCGEN_FLIGHT_H
 #define CCGEN_FLIGHT_H
 
+#include "contact.h"
+#include "events.h"
 #include "run.h"
-
-/* How the impacts of one contact follow each other. */
-struct history {
-    double t, interval, ratio;
-    int count; /* impacts so far */
-    int alike; /* consecutive intervals that shrink by about the same ratio */
-};
 
 struct flight {
     struct system *s;
@@ -21,11 +16,14 @@ struct flight {
     double *search;            /* of the event search */
     double *gaps, *rates, *e, *P;
     int *set;
-    struct history *history;
+    struct holding holding; /* of the system */
 };
 
 /* speed (m/s) below which a closed contact neither opens nor closes */
 double slow(const struct flight *f);
+
+/* gap (m) below which a contact is closed */
+double near(const struct flight *f);
 
 /* dy at (t, y) */
 enum outcome derive(struct flight *f);
@@ -36,7 +34,8 @@ enum outcome plain_step(struct flight *f, double h);
 /* record the present state, unless it is the last row already; 0, or 1 when memory runs out */
 int keep(struct flight *f);
 
-/* flight to the end of the run, or to the first event: *contact is then the one that triggers, else -1 */
-enum outcome fly(struct flight *f, int *contact);
+/* smooth motion, in flight or with held contacts, to the end of the run or to the first event: that of event->contact,
+ * which is -1 when there is none */
+enum outcome fly(struct flight *f, struct event *event);
 
 #endif

@@ -10,12 +10,16 @@ struct tolerance {
 
 struct method {
     const char *name;
-    int order; /* of the solution that is carried on */
-    /* numbers of scratch that a method needs for systems of `size` equations; the same scratch goes to all its calls */
-    size_t (*scratch)(int size);
-    /* one step of length h from (t, y) with dy = derivative there: y1, and estimates of its error left in the scratch */
-    enum outcome (*step)(struct system *s, double *scratch, double t, double h, const double *y, const double *dy,
-                         double *y1);
+    int order;       /* of the solution that is carried on */
+    int derivatives; /* whether every step, and not only the first after a restart, needs dy at its start */
+    /* numbers of scratch that a method needs, zeros at first; the same scratch goes to all its calls */
+    size_t (*scratch)(const struct system *s);
+    /* the next step does not go on where the last one ended; NULL where that makes no difference */
+    void (*restart)(double *scratch, int size);
+    /* one step of length h from (t, y) with dy = derivative there: y1, and estimates of its error left in the scratch. A
+     * method that iterates does so to a small part of the tolerance, or, where it is zero, until rounding ends it. */
+    enum outcome (*step)(struct system *s, double *scratch, double t, double h, struct tolerance tolerance, const double *y,
+                         const double *dy, double *y1);
     /* the step's estimates, `count` arrays one after another; who knows better may change them before they are measured */
     double *(*estimates)(double *scratch, int size, int *count);
     /* what the estimates amount to; accepted up to 1 */

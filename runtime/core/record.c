@@ -62,8 +62,38 @@ int append_impact(struct impacts *r, double t, const double *u_minus, const doub
     return 0;
 }
 
+int append_hold(struct holds *r, double t, int contacts, const signed char *how)
+{
+    if (r->count == r->room) {
+        const size_t room = r->room ? 2 * r->room : 64;
+        if (grow(&r->t, room, sizeof *r->t) || grow(&r->first, room + 1, sizeof *r->first))
+            return 1;
+        r->room = room;
+    }
+    if (r->contact_count + contacts > r->contact_room) {
+        const size_t room = 2 * (r->contact_count + contacts) + 64;
+        if (grow(&r->contact, room, sizeof *r->contact) || grow(&r->how, room, sizeof *r->how))
+            return 1;
+        r->contact_room = room;
+    }
+    r->t[r->count] = t;
+    r->first[r->count] = r->contact_count;
+    for (int c = 0; c < contacts; c++)
+        if (how[c]) {
+            r->contact[r->contact_count] = c;
+            r->how[r->contact_count++] = how[c];
+        }
+    r->first[++r->count] = r->contact_count;
+    return 0;
+}
+
 void free_run(struct run *run)
 {
+    free(run->holds.t);
+    free(run->holds.first);
+    free(run->holds.contact);
+    free(run->holds.how);
+    memset(&run->holds, 0, sizeof run->holds);
     free(run->record.t);
     free(run->record.y);
     free(run->impacts.t);

@@ -1,4 +1,4 @@
-/* Motion under closure rows that are, or nearly are, dependent (docs/theory, section 8).
+/* Motion under rows, of closure and of held contacts, that are, or nearly are, dependent (docs/theory, section 8).
  *
  * Null-space method on the unreduced equations: an orthogonal factorisation with pivoting of A^T finds the rows that count;
  * the part of the motion that they fix follows from them, the rest from the equations of motion projected onto their null
@@ -12,6 +12,8 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+
+#include "contact.h"
 
 /* Householder reflections that turn columns of g[columns][n] (stored column by column) into an upper triangle, the longest
  * remaining column first when `order` is given; returns how many columns count: one nearer to the span of the others than
@@ -117,14 +119,15 @@ static int solve_definite(int m, double *a, double *x)
 
 /* Least-norm multipliers with A^T lambda = force: a second factorisation, of the triangle's rows. */
 static void least_norm(int n, int rows, int rank, const double *g, const double *diagonal, const int *order,
-                       const double *length, const double *beta, double *force, double *work, double *lambda)
+                       const double *length, const double *weight, const double *beta, double *force, double *work,
+                       double *lambda)
 {
     double *rows_of = work, *d = rows_of + (size_t)rows * rank, *b = d + rank, *x = b + rank;
     reflect(n, rank, g, beta, 1, force);
     for (int k = 0; k < rank; k++)
         for (int j = 0; j < rows; j++) {
             const double entry = j < k ? 0.0 : j == k ? diagonal[k] : g[(size_t)j * n + k];
-            rows_of[(size_t)k * rows + order[j]] = entry * length[order[j]];
+            rows_of[(size_t)k * rows + order[j]] = entry * length[order[j]] * weight[order[j]];
         }
     memset(lambda, 0, rows * sizeof *lambda);
     memcpy(x, force, rank * sizeof *x);
@@ -132,14 +135,17 @@ static void least_norm(int n, int rows, int rank, const double *g, const double 
     forward(rows, kept, rows_of, d, x);
     memcpy(lambda, x, kept * sizeof *lambda);
     reflect(rows, kept, rows_of, b, 0, lambda);
+    for (int j = 0; j < rows; j++)
+        lambda[j] *= weight[j];
 }
 
-/* The rows of A, then those of driven joints, as columns of g; their right-hand sides; lengths that make them comparable. */
-static void write_rows(const struct system *s, const double *q, const double *y, const double *t, double *g,
+/* The rows of A, then those of driven joints, then those of held contacts, as columns of g; their right-hand sides from
+ * y[rows + held]; lengths that make them comparable. */
+static void write_rows(struct system *s, const double *q, int held, const double *y, const double *t, double *g,
                        double *right, double *length)
 {
     const struct ccgen_model *m = s->model;
-    const size_t n = s->n, closed = m->rows, rows = closed + m->drives;
+    const size_t n = s->n, closed = m->rows, fixed = closed + m->drives, rows = fixed + held;
     if (closed)
         m->closure_jacobian(s->k, q, g); /* rows of A are the columns of A^T */
     memcpy(right, y, closed * sizeof *right);
@@ -152,6 +158,9 @@ static void write_rows(const struct system *s, const double *q, const double *y,
     }
     if (m->drives && t)
         m->prescribed(s->k, *t, right + closed);
+    for (int j = 0; j < held; j++)
+        held_row(s, q, j, 0, g + (fixed + j) * n);
+    memcpy(right + fixed, y + closed, held * sizeof *right);
     for (size_t j = 0; j < rows; j++) {
         double sum = 0.0;
         for (size_t i = 0; i < n; i++)
@@ -166,28 +175,34 @@ static void write_rows(const struct system *s, const double *q, const double *y,
         else if (other > j)
             length[j] = length[other] = fmax(fmax(length[j], length[other]), DBL_MIN);
     }
+    for (size_t j = fixed; j < rows; j++)
+        length[j] = fmax(length[j], DBL_MIN);
     for (size_t j = 0; j < rows; j++)
         for (size_t i = 0; i < n; i++)
             g[j * n + i] /= length[j];
 }
 
-enum outcome solve_dependent(const struct system *s, const double *q, const double *y, const double *t, double nearest,
+enum outcome solve_dependent(struct system *s, const double *q, int held, const double *y, const double *t, double nearest,
                              affine *residual, const void *context, double *x, double *lambda)
 {
     const struct ccgen_model *m = s->model;
-    const size_t n = s->n, rows = m->rows + m->drives;
-    double *work = malloc((2 * rows * n + rows * rows + 8 * rows + 2 * n * n + 4 * n) * sizeof *work);
+    const size_t n = s->n, fixed = m->rows + m->drives, rows = fixed + held;
+    double *work = malloc((rows * n + rows * rows + 9 * rows + 2 * n * n + 3 * n) * sizeof *work);
     int *order = malloc((rows + 1) * sizeof *order);
     enum outcome outcome = OUTCOME_NO_MEMORY;
+    s->dependent++;
     if (!work || !order)
         goto end;
     double *right = work, *every = right + rows, *g = every + rows, *diagonal = g + rows * n, *beta = diagonal + rows;
-    double *length = beta + rows, *null = length + rows, *mass = null + n * n, *b = mass + n * n, *p = b + n, *more = p + n;
-    write_rows(s, q, y, t, g, right, length);
+    double *length = beta + rows, *weight = length + rows, *null = weight + rows, *mass = null + n * n, *b = mass + n * n;
+    double *p = b + n, *more = p + n;
+    write_rows(s, q, held, y, t, g, right, length);
     for (size_t j = 0; j < rows; j++)
         order[j] = (int)j;
     const int rank = reduce((int)n, (int)rows, g, nearest, diagonal, beta, order);
     const size_t free_ = n - rank;
+    for (size_t j = 0; j < rows; j++)
+        weight[j] = j < fixed ? 1.0 : s->holding->weight[j - fixed];
     memset(x, 0, n * sizeof *x);
     for (int k = 0; k < rank; k++)
         x[k] = right[order[k]] / length[order[k]];
@@ -219,8 +234,9 @@ enum outcome solve_dependent(const struct system *s, const double *q, const doub
         for (size_t l = 0; l < n; l++)
             x[l] += more[j] * null[j * n + l];
     residual(s, q, context, x, b);
-    least_norm((int)n, (int)rows, rank, g, diagonal, order, length, beta, b, more + n, every);
+    least_norm((int)n, (int)rows, rank, g, diagonal, order, length, weight, beta, b, more + n, every);
     memcpy(lambda, every, m->rows * sizeof *lambda);
+    memcpy(lambda + m->rows, every + fixed, held * sizeof *lambda);
     outcome = OUTCOME_DONE;
 end:
     free(order);

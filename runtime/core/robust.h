@@ -7,10 +7,11 @@
 /* out[n] = M x + (terms that do not depend on x): what A^T lambda must balance */
 typedef void affine(const struct system *s, const double *q, const void *context, const double *x, double *out);
 
-/* x[n] and lambda[rows] of least norm with A x = y (on the rows that count) and residual(x) = A^T lambda. A row nearer to
- * the span of the others than `nearest`, relative to its joint's rows, does not count. Driven joints have the prescribed
- * accelerations at time *t, or do not move against each other where `t` is NULL. */
-enum outcome solve_dependent(const struct system *s, const double *q, const double *y, const double *t, double nearest,
+/* x[n] and lambda[rows + held] of least norm with A x = y (on the rows that count) and residual(x) = A^T lambda. The rows
+ * of A are those of the closure, and of the first `held` rows of the held contacts below them. A row nearer to the span of
+ * the others than `nearest`, relative to its joint's rows, does not count. Driven joints have the prescribed accelerations
+ * at time *t, or do not move against each other where `t` is NULL. */
+enum outcome solve_dependent(struct system *s, const double *q, int held, const double *y, const double *t, double nearest,
                              affine *residual, const void *context, double *x, double *lambda);
 
 #endif

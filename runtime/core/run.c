@@ -1,4 +1,4 @@
-/* The hybrid run: flight until an event or the end, impact at the event, flight again. */
+/* The hybrid run: flight or contact until an event or the end, impacts at the event, flight or contact again. */
 #include "run.h"
 
 #include <math.h>
@@ -6,71 +6,50 @@
 #include <string.h>
 
 #include "flight.h"
+#include "settle.h"
 
-static const double REST_ACCELERATION = 1e-6; /* times length per second squared: a gap this slow is not pressed shut */
-static const double ACCUMULATION_REST = 1e-9; /* s left until impacts accumulate, relative to max(1, t) */
+static const double INSTANT = 1e-10; /* s, relative to max(1, t): the time within which events crowd */
 enum {
     REPEATS = 100, /* impacts at one instant */
-    ALIKE = 5,     /* intervals in steady proportion before impacts are said to accumulate */
-    CROWD = 40     /* events within the time that counts as none */
+    CROWD = 200    /* events within an instant before what bounces is said to be at rest */
 };
 
-/* Time from the last impact to the limit of a geometric sequence of intervals */
-static double rest_of(const struct history *past)
+/* Work (J) of the impulses of friction in an impact of the contacts f->set */
+static double friction_work(struct flight *f, int count, const double *u_plus)
 {
-    return past->interval * past->ratio / (1.0 - past->ratio);
-}
-
-/* Note an impact of a contact; nonzero when its impacts accumulate: intervals shrink by a steady ratio and hardly any time
- * is left to their limit. */
-static int accumulates(struct flight *f, int contact)
-{
-    struct history *past = &f->history[contact];
-    const double interval = past->count ? f->t - past->t : 0.0;
-    const double ratio = past->interval > 0.0 ? interval / past->interval : 0.0;
-    const int steady = ratio > 0.0 && ratio < 1.0 && fabs(ratio - past->ratio) <= 0.05 * ratio;
-    past->alike = steady ? past->alike + 1 : 0;
-    past->count++;
-    past->t = f->t;
-    past->interval = interval;
-    past->ratio = ratio;
-    const double rest = steady ? rest_of(past) : INFINITY;
-    if (past->alike < ALIKE || rest > ACCUMULATION_REST * fmax(1.0, fabs(f->t)))
-        return 0;
-    f->run->accumulation = f->t + rest;
-    f->run->contact = contact;
-    return 1;
-}
-
-/* Whether a contact that neither opens nor closes is pressed shut: its gap accelerates inwards, beyond rounding. */
-static int pressed(struct flight *f, int contact)
-{
-    const struct ccgen_model *m = f->s->model;
-    const int n = f->s->n;
-    const double step = 1e-6;
-    if (system_derivative(f->s, f->t, f->y, f->dy))
-        return 0;
-    double rate[2];
-    for (int side = 0; side < 2; side++) {
-        for (int i = 0; i < 2 * n; i++)
-            f->y1[i] = f->y[i] + (side ? step : -step) * f->dy[i];
-        m->gap_rates(f->s->k, f->y1, f->y1 + n, f->rates);
-        rate[side] = f->rates[contact];
+    const struct system *s = f->s;
+    double *slips = f->search, work = 0.0;
+    for (int side = 0; s->friction && side < 2; side++) {
+        s->model->slips(s->k, f->y, side ? u_plus : f->y + s->n, slips);
+        for (int i = 0; i < count; i++)
+            work += 0.5 * f->P[count + i] * slips[f->set[i]];
     }
-    return rate[1] - rate[0] < -2.0 * step * REST_ACCELERATION * f->s->length;
+    return work;
 }
 
-/* A closed contact that stays closed, or -1. */
-static int resting(struct flight *f, double closed, double still)
+/* Energy (J) that the contacts f->set take in an impact, at speeds f->rates before it */
+static double contact_loss(struct flight *f, int count, const double *u_plus)
 {
-    const struct ccgen_model *m = f->s->model;
-    m->gaps(f->s->k, f->y, f->gaps);
-    for (int c = 0; c < m->contacts; c++) {
-        m->gap_rates(f->s->k, f->y, f->y + f->s->n, f->rates);
-        if (f->gaps[c] <= closed && fabs(f->rates[c]) <= still && pressed(f, c))
-            return c;
-    }
-    return -1;
+    double loss = 0.0, *after = f->search;
+    f->s->model->gap_rates(f->s->k, f->y, u_plus, after);
+    for (int i = 0; i < count; i++)
+        loss -= 0.5 * f->P[i] * (f->rates[f->set[i]] + after[f->set[i]]);
+    return loss - friction_work(f, count, u_plus);
+}
+
+/* The same where driven joints, which do not change their speeds, do work in an impact too: what the mechanism loses */
+static double jump_loss(struct flight *f, const double *u_plus)
+{
+    const struct system *s = f->s;
+    const int n = s->n;
+    double loss = 0.0, *jump = f->search, *momentum = f->dy1;
+    const double *u = f->y + n;
+    for (int i = 0; i < n; i++)
+        jump[i] = u_plus[i] - u[i];
+    s->model->momentum(s->k, f->y, jump, momentum);
+    for (int i = 0; i < n; i++)
+        loss -= 0.5 * (u[i] + u_plus[i]) * momentum[i];
+    return loss;
 }
 
 /* All impacts of one instant: those contacts that are closed and not opening are struck together; if a closed contact is
@@ -80,8 +59,7 @@ static enum outcome strike(struct flight *f, int trigger)
     const struct ccgen_model *m = f->s->model;
     struct run *run = f->run;
     const int n = f->s->n;
-    const double closed = fmin(fmax(run->tolerance.rtol, 1e-12), 1e-8) * f->s->length, still = slow(f);
-    int accumulating = 0;
+    const double closed = near(f), still = slow(f);
     for (int repeat = 0;; repeat++) {
         int count = 0, approaching = 0;
         m->gaps(f->s->k, f->y, f->gaps);
@@ -96,56 +74,51 @@ static enum outcome strike(struct flight *f, int trigger)
             break;
         if (repeat == REPEATS)
             return OUTCOME_REPEATS;
+        hold_contacts(f->s->holding, 0, NULL, NULL); /* what was held may leave now */
         double *u_plus = f->y1 + n;
         enum outcome outcome = impact(f->s, f->y, f->y + n, count, f->set, f->e, u_plus, f->P);
-        if (outcome)
+        if (outcome) {
+            run->contact = f->set[0];
             return outcome;
-        double loss = 0.0;
-        double *after = f->search;
-        m->gap_rates(f->s->k, f->y, u_plus, after);
-        for (int i = 0; i < count; i++)
-            loss -= 0.5 * f->P[i] * (f->rates[f->set[i]] + after[f->set[i]]);
+        }
+        const double loss = m->drives ? jump_loss(f, u_plus) : contact_loss(f, count, u_plus);
         if (keep(f) || append_impact(&run->impacts, f->t, f->y + n, u_plus, n, count, f->set, f->P, loss, run->record.count))
             return OUTCOME_NO_MEMORY;
         memcpy(f->y + n, u_plus, n * sizeof *u_plus);
         if (keep(f))
             return OUTCOME_NO_MEMORY;
-        for (int i = 0; i < count; i++)
-            if (f->P[i] > 0.0 && !repeat)
-                accumulating |= accumulates(f, f->set[i]);
     }
-    if (accumulating)
-        return OUTCOME_ACCUMULATION;
-    const int contact = resting(f, closed, still);
-    if (contact < 0)
-        return OUTCOME_DONE;
-    run->contact = contact;
-    const struct history *past = &f->history[contact];
-    if (!(past->ratio > 0.0 && past->ratio < 1.0))
-        return OUTCOME_SUSTAINED;
-    run->accumulation = past->t + rest_of(past); /* it came to rest by ever smaller bounces */
-    return OUTCOME_ACCUMULATION;
+    return OUTCOME_DONE;
 }
 
-/* The hybrid automaton: impact wherever flight ends at an event. */
+/* The hybrid automaton. Motion is smooth, with some contacts held or with none (flight), until an event; then closed
+ * contacts that approach strike, and those that are pressed shut and do not bounce are held from then on. */
 static enum outcome alternate(struct flight *f)
 {
-    enum outcome outcome = OUTCOME_DONE;
-    double last[CROWD]; /* instants of the last events */
-    int contact, events = 0;
-    if (f->s->model->contacts)
-        outcome = strike(f, -1);
+    struct event event = {-1, 0.0, LOST};
+    double last[2 * CROWD]; /* instants of the last events */
+    long events = 0;
+    if (!f->s->model->contacts)
+        return fly(f, &event);
+    enum outcome outcome = strike(f, -1);
+    if (!outcome)
+        outcome = settle(f, (struct loss){-1, PULLS}, 0);
     while (!outcome && f->t < f->run->until) {
-        outcome = fly(f, &contact);
-        if (outcome || contact < 0)
+        outcome = fly(f, &event);
+        if (outcome || event.contact < 0)
             continue;
-        outcome = strike(f, contact);
-        if (!outcome && events >= CROWD && f->t - last[events % CROWD] <= ACCUMULATION_REST * fmax(1.0, f->t)) {
-            f->run->contact = contact;
-            f->run->accumulation = f->t;
-            outcome = OUTCOME_ACCUMULATION;
+        const double now = f->t - INSTANT * fmax(1.0, f->t);
+        const int crowded = events >= CROWD && now <= last[(events - CROWD) % (2 * CROWD)];
+        if (events >= 2 * CROWD && now <= last[events % (2 * CROWD)]) {
+            f->run->contact = event.contact;
+            return OUTCOME_ACCUMULATION;
         }
-        last[events++ % CROWD] = f->t;
+        last[events++ % (2 * CROWD)] = f->t;
+        f->run->events++;
+        const struct loss loss = event.watch >= 0 ? watcher(f->s, event.watch) : (struct loss){-1, PULLS};
+        outcome = strike(f, event.watch == CLOSES ? event.contact : -1);
+        if (!outcome)
+            outcome = settle(f, loss, crowded);
     }
     return outcome;
 }
@@ -153,19 +126,19 @@ static enum outcome alternate(struct flight *f)
 /* All scratch of a flight in two blocks; 0, or 1 when memory runs out. */
 static int make_room(struct flight *f)
 {
-    const size_t n = f->s->size, c = f->s->model->contacts, scratch = f->run->method->scratch((int)n);
-    f->block = malloc((4 * n + scratch + n + 5 * c + 4 * c + 1) * sizeof *f->block);
+    const size_t n = f->s->size, c = f->s->model->contacts, scratch = f->run->method->scratch(f->s);
+    f->block = calloc(4 * n + scratch + search_scratch(f->s) + 5 * c + 1, sizeof *f->block); /* a method finds zeros */
     f->set = malloc((c + 1) * sizeof *f->set);
-    f->history = calloc(c + 1, sizeof *f->history);
     f->y = f->block;
-    if (!f->block || !f->set || !f->history)
+    if (make_holding(&f->holding, f->s->model) || !f->block || !f->set)
         return 1;
+    f->s->holding = c ? &f->holding : NULL;
     f->dy = f->y + n;
     f->y1 = f->dy + n;
     f->dy1 = f->y1 + n;
     f->scratch = f->dy1 + n;
     f->search = f->scratch + scratch;
-    f->gaps = f->search + n + 5 * c;
+    f->gaps = f->search + search_scratch(f->s);
     f->rates = f->gaps + c;
     f->e = f->rates + c;
     f->P = f->e + c;
@@ -176,13 +149,16 @@ static void free_room(struct flight *f)
 {
     free(f->block);
     free(f->set);
-    free(f->history);
+    free_holding(&f->holding);
+    f->s->holding = NULL;
 }
 
 void simulate(struct system *s, struct run *run, double *y)
 {
     struct flight f = {.s = s, .run = run, .t = run->start};
     run->contact = -1;
+    run->second = run->start;
+    run->spent_before = run->events = 0;
     run->outcome = OUTCOME_NO_MEMORY;
     if (!make_room(&f)) {
         memcpy(f.y, y, (size_t)s->size * sizeof *y);
@@ -200,12 +176,15 @@ void simulate(struct system *s, struct run *run, double *y)
     free_room(&f);
 }
 
-enum outcome advance(struct system *s, const struct method *method, double t, double h, double *y)
+enum outcome advance(struct system *s, const struct method *method, enum drift drift, double t, double h, int count,
+                     const int *set, const signed char *slide, double *y)
 {
-    struct run run = {.method = method, .tolerance = {1.0, 1.0}};
+    struct run run = {.method = method, .tolerance = {1.0, 1.0}, .drift = drift};
     struct flight f = {.s = s, .run = &run, .t = t};
     enum outcome outcome = OUTCOME_NO_MEMORY;
     if (!make_room(&f)) {
+        if (count)
+            hold_contacts(&f.holding, count, set, slide);
         memcpy(f.y, y, (size_t)s->size * sizeof *y);
         outcome = derive(&f);
         if (!outcome && !(outcome = plain_step(&f, h)))

@@ -19,6 +19,15 @@ struct impacts {
     double *impulse;
 };
 
+/* what was held from when on: change i has the contacts first[i] .. first[i + 1] - 1, held as how[] says: 1 slides backward,
+ * 2 smooth, 3 slides forward, 4 sticks, 5 carried, 6 and 7 at the limit of friction */
+struct holds {
+    size_t count, room, contact_count, contact_room;
+    double *t;
+    size_t *first;
+    int *contact, *how;
+};
+
 struct run {
     /* asked for */
     double start, until;
@@ -26,18 +35,23 @@ struct run {
     const double *stops; /* [stop_count] times that grow, at which steps end: the right side has kinks there */
     size_t stop_count;
     double fixed_step; /* 0: steps chosen by the error estimate */
-    long step_budget;
+    long step_budget;   /* of the run */
+    long second_budget; /* steps and events of one simulated second */
     const struct method *method;
+    enum drift drift;
     int (*tick)(void *context, double t); /* called now and then; a nonzero answer interrupts */
     void *context;
     /* found */
     struct record record;
     struct impacts impacts;
+    struct holds holds;
     enum outcome outcome;
     double t;            /* where it ended */
     int contact;         /* contact at fault, or -1 */
-    double accumulation; /* estimated instant at which impacts accumulate */
     long steps, rejected;
+    double second;       /* when the present second began */
+    long spent_before;   /* steps and events before that */
+    long events;
 };
 
 /* Simulate from y[2 n] = [q; u], which is projected onto the closure first. Whatever the outcome, the record holds all that
@@ -45,12 +59,15 @@ struct run {
 void simulate(struct system *s, struct run *run, double *y);
 void free_run(struct run *run);
 
-/* One step of length h of the method from y, projected: for states between two rows of a record. */
-enum outcome advance(struct system *s, const struct method *method, double t, double h, double *y);
+/* One step of length h of the method from y, with the contacts `set` held, `slide` as in contact.h, projected as `drift`
+ * says: for states between two rows of a record. */
+enum outcome advance(struct system *s, const struct method *method, enum drift drift, double t, double h, int count,
+                     const int *set, const signed char *slide, double *y);
 
 /* record.c: append; 0, or 1 when memory runs out */
 int append_row(struct record *record, double t, const double *y, size_t width);
 int append_impact(struct impacts *impacts, double t, const double *u_minus, const double *u_plus, size_t n, int count,
                   const int *contact, const double *impulse, double energy_loss, size_t after);
+int append_hold(struct holds *holds, double t, int contacts, const signed char *how);
 
 #endif

@@ -4,19 +4,25 @@
 #include <math.h>
 #include <string.h>
 
+#include "contact.h"
 #include "robust.h"
 
-const double NEAREST = 1e-10, NEAREST_PROJECTED = 1e-3;
+enum { FRICTION_PASSES = 200 };
+
+const double NEAREST = 1e-10, NEAREST_PROJECTED = 1e-5;
 
 struct motion {
     const double *u;
     double t;
+    const double *friction; /* [n] generalized forces of contacts that slide, or NULL */
 };
 
 static void flight_residual(const struct system *s, const double *q, const void *context, const double *x, double *out)
 {
     const struct motion *motion = context;
     s->model->inverse_dynamics(s->k, q, motion->u, motion->t, s->inputs, x, out);
+    for (int i = 0; motion->friction && i < s->n; i++)
+        out[i] -= motion->friction[i];
 }
 
 static void impact_residual(const struct system *s, const double *q, const void *context, const double *x, double *out)
@@ -32,20 +38,81 @@ static enum outcome supply(struct system *s, double t, const double *q, const do
     return s->supply && s->supply(s->context, t, q, u, s->inputs) ? OUTCOME_INTERRUPTED : OUTCOME_DONE;
 }
 
+/* Baumgarte's stabilisation: what is added to accelerations so that the closure c obeys c'' + 2 r c' + r^2 c = 0
+ * (J. Baumgarte, Computer Methods in Applied Mechanics and Engineering 1, 1972) */
+static enum outcome damp_drift(struct system *s, const double *q, const double *u, double *u_dot)
+{
+    const struct ccgen_model *m = s->model;
+    const double r = s->baumgarte;
+    m->closure_rate(s->k, q, u, s->rows);
+    m->closure(s->k, q, s->bias);
+    for (int i = 0; i < m->rows; i++)
+        s->rows[i] = -2.0 * r * s->rows[i] - r * r * s->bias[i];
+    const enum outcome outcome = system_impulse(s, q, s->zero, s->rows, NEAREST_PROJECTED, s->jump, s->bias);
+    for (int i = 0; i < s->n && !outcome; i++)
+        u_dot[i] += s->jump[i];
+    return outcome;
+}
+
+/* Generalized forces f[n] of friction where held contacts slide, from their normal forces; returns whether any does. */
+static int sliding_friction(struct system *s, const double *q, double *f)
+{
+    struct holding *h = s->holding;
+    int any = 0;
+    for (int i = 0; i < holds(s); i++)
+        if (against(h->slide[i])) {
+            h->pushes[h->set[i]] = -against(h->slide[i]) * s->friction[h->set[i]] * h->force[i];
+            any = 1;
+        }
+    if (any)
+        s->model->slip_impulse(s->k, q, h->pushes, f);
+    for (int i = 0; i < holds(s); i++)
+        h->pushes[h->set[i]] = 0.0;
+    return any;
+}
+
+/* On the robust path. The friction of contacts that slide follows from forces that it changes: repeated until it agrees. */
+static enum outcome accelerate_dependent(struct system *s, double t, const double *q, const double *u, double *u_dot,
+                                         double *lambda)
+{
+    const struct ccgen_model *m = s->model;
+    struct motion motion = {u, t, NULL};
+    for (int pass = 0; pass < FRICTION_PASSES; pass++) {
+        const int held = held_bias(s, q, u, s->bias + m->rows);
+        m->closure_bias(s->k, q, u, s->bias);
+        for (int i = 0; i < m->rows + held; i++)
+            s->bias[i] = -s->bias[i];
+        if (sliding_friction(s, q, s->jump))
+            motion.friction = s->jump;
+        const enum outcome outcome = solve_dependent(s, q, held, s->bias, &t, NEAREST, flight_residual, &motion, u_dot,
+                                                     lambda);
+        double change = 0.0, largest = 0.0;
+        for (int i = 0; i < held; i++) {
+            change = fmax(change, fabs(lambda[m->rows + i] - s->holding->force[i]));
+            largest = fmax(largest, fabs(lambda[m->rows + i]));
+            s->holding->force[i] = lambda[m->rows + i];
+        }
+        if (outcome || !motion.friction || change <= 1e-13 * largest)
+            return outcome;
+    }
+    return OUTCOME_JAMMED;
+}
+
 /* with the inputs as they are */
 static enum outcome accelerate(struct system *s, double t, const double *q, const double *u, double *u_dot, double *lambda)
 {
     const struct ccgen_model *m = s->model;
     enum outcome outcome = OUTCOME_DONE;
     s->evaluations++;
-    if (m->acceleration(s->k, q, u, t, s->inputs, u_dot, lambda)) {
-        const struct motion motion = {u, t};
-        s->dependent++;
-        m->closure_bias(s->k, q, u, s->bias);
-        for (int i = 0; i < m->rows; i++)
-            s->bias[i] = -s->bias[i];
-        outcome = solve_dependent(s, q, s->bias, &t, NEAREST, flight_residual, &motion, u_dot, lambda);
-    }
+    int dependent = m->acceleration(s->k, q, u, t, s->inputs, u_dot, lambda);
+    if (!dependent && holds(s))
+        dependent = hold_acceleration(s, q, u, u_dot);
+    if (dependent > 1)
+        return OUTCOME_JAMMED;
+    if (dependent)
+        outcome = accelerate_dependent(s, t, q, u, u_dot, lambda);
+    if (!outcome && s->baumgarte > 0.0 && m->rows && !holds(s)) /* held contacts are projected, and the loops with them */
+        outcome = damp_drift(s, q, u, u_dot);
     for (int i = 0; i < s->n && !outcome; i++)
         if (!isfinite(u_dot[i]))
             outcome = OUTCOME_NOT_FINITE;
@@ -64,8 +131,79 @@ enum outcome system_impulse(struct system *s, const double *q, const double *f, 
 {
     if (!s->model->impulse(s->k, q, f, y, du, Lambda))
         return OUTCOME_DONE;
-    s->dependent++;
-    return solve_dependent(s, q, y, NULL, nearest, impact_residual, f, du, Lambda);
+    return solve_dependent(s, q, 0, y, NULL, nearest, impact_residual, f, du, Lambda);
+}
+
+enum outcome system_correction(struct system *s, const double *q, int speed, double *rows, double nearest, double *du)
+{
+    const struct ccgen_model *m = s->model;
+    int dependent = m->impulse(s->k, q, s->zero, rows, du, s->multipliers);
+    if (!dependent && holds(s))
+        dependent = hold_jump(s, q, speed, rows + m->rows, du);
+    if (!dependent)
+        return OUTCOME_DONE;
+    return solve_dependent(s, q, held_rows(s, speed), rows, NULL, nearest, impact_residual, s->zero, du, s->multipliers);
+}
+
+/* Power (W) of the friction of held contacts that slide */
+static double friction_power(struct system *s, const double *q, const double *u)
+{
+    struct holding *h = s->holding;
+    double power = 0.0;
+    if (holds(s))
+        s->model->slips(s->k, q, u, h->slips);
+    for (int i = 0; i < holds(s); i++)
+        if (against(h->slide[i]))
+            power -= against(h->slide[i]) * s->friction[h->set[i]] * h->force[i] * h->slips[h->set[i]];
+    return power;
+}
+
+/* Power (W) of the effects that have no potential while contacts are held and joints are driven, with the accelerations
+ * u_dot of the state. The kernel knows what drives take where no contact pushes; what contacts change, all of it by work of
+ * the drives and of friction, changes the accelerations: u . M (u_dot - u_dot without contacts). */
+static enum outcome driven_power(struct system *s, double t, const double *q, const double *u, const double *u_dot,
+                                 double *power)
+{
+    const struct ccgen_model *m = s->model;
+    struct holding *h = s->holding;
+    double *apart = s->u_dot + s->n, *pushed = apart + s->n;
+    const int count = h->count, rows = h->rows;
+    h->count = h->rows = 0;
+    const enum outcome outcome = accelerate(s, t, q, u, apart, s->multipliers);
+    h->count = count;
+    h->rows = rows;
+    if (outcome)
+        return outcome;
+    m->power(s->k, q, u, t, s->inputs, apart, s->multipliers, power);
+    for (int i = 0; i < s->n; i++)
+        apart[i] = u_dot[i] - apart[i];
+    m->momentum(s->k, q, apart, pushed);
+    for (int i = 0; i < s->n; i++)
+        *power += u[i] * pushed[i];
+    return OUTCOME_DONE;
+}
+
+/* Of the effects that have no potential and of friction in contacts, with the u_dot[n], lambda[rows] and forces of the state */
+static enum outcome power_with(struct system *s, double t, const double *q, const double *u, const double *u_dot,
+                               const double *lambda, double *power)
+{
+    const struct ccgen_model *m = s->model;
+    *power = 0.0;
+    if (m->drives && holds(s))
+        return driven_power(s, t, q, u, u_dot, power);
+    if (m->power)
+        m->power(s->k, q, u, t, s->inputs, u_dot, lambda, power);
+    if (s->friction)
+        *power += friction_power(s, q, u);
+    return OUTCOME_DONE;
+}
+
+enum outcome system_power(struct system *s, double t, const double *q, const double *u, double *power)
+{
+    enum outcome outcome = supply(s, t, q, u);
+    if (!outcome && (s->model->drives || (s->friction && holds(s))))
+        outcome = accelerate(s, t, q, u, s->u_dot, s->multipliers);
+    return outcome ? outcome : power_with(s, t, q, u, s->u_dot, s->multipliers, power);
 }
 
 enum outcome system_derivative(struct system *s, double t, const double *y, double *dy)
@@ -74,8 +212,8 @@ enum outcome system_derivative(struct system *s, double t, const double *y, doub
     if (outcome)
         return outcome;
     memcpy(dy, y + s->n, s->n * sizeof *dy);
-    const enum outcome solved = accelerate(s, t, y, y + s->n, dy + s->n, s->multipliers);
-    if (s->model->power && !solved)
-        s->model->power(s->k, y, y + s->n, t, s->inputs, dy + s->n, s->multipliers, dy + 2 * s->n);
-    return solved;
+    const enum outcome found = accelerate(s, t, y, y + s->n, dy + s->n, s->multipliers);
+    if (found || s->size == 2 * s->n)
+        return found;
+    return power_with(s, t, y, y + s->n, dy + s->n, s->multipliers, dy + 2 * s->n);
 }

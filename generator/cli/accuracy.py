@@ -1,0 +1,133 @@
+"""``ccgen cost SCENE``: error against wall time for all methods and tolerances, and which to choose."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+
+from ..emit.cache import OutputError
+from ..emit.compiler import CompileError
+from ..pipeline import generate
+from .folders import check_folder
+from .progress import progress
+from .refusal import fail, refusing
+from .run import MODELS, check_numbers
+from .scene_file import read, tell_assembly
+
+if TYPE_CHECKING:
+    from ccgen.runtime.accuracy import Growth, Measured, Reference
+
+LEVELS = (1e-4, 1e-6)
+"""Errors for which a method is named besides the one asked for."""
+COLUMNS = ("method", "drift", "rtol", "error", "impact_error", "seconds", "us_per_second", "steps", "evaluations")
+
+
+def price_accuracy(scene_file: Path, until: float | None, error: float, drift: bool, out: Path | None) -> None:
+    """Measure the scene, print the table and what to choose, write ``cost.csv`` and ``cost.png`` into a folder."""
+    check_numbers(until, None)
+    if not 1e-15 <= error < 1.0:
+        fail(f"--error {error}: expected a number from 1e-15 to 1; correct it")
+    scene = read(scene_file)
+    folder = Path("results") / scene.name if out is None else out
+    check_folder(folder, "--out")
+    check_folder(MODELS, "folder of models")
+    tell_assembly(scene)
+    from ccgen.runtime import load_model
+    from ccgen.runtime._core import DRIFTS
+    from ccgen.runtime.accuracy import compare, growth, refer
+    from ccgen.runtime.accuracy_plot import draw_cost
+
+    with progress() as tell:
+        with refusing(CompileError, OutputError):
+            model = load_model(generate(scene, MODELS, tell.stage))
+        tell.stage("refer")
+        with refusing(ValueError):
+            parting = growth(model, scene.run.until if until is None else until)
+            reference = refer(model, parting.until)
+        tell.stage("measure")
+        measured = compare(model, reference.run, DRIFTS if drift else DRIFTS[:1], tell=tell.counted)
+        with refusing(OSError):
+            folder.mkdir(parents=True, exist_ok=True)
+            write_csv(measured, parting.until, folder / "cost.csv")
+            draw_cost(
+                measured, f"{scene.name}, {parting.until:g} s", parting.until, reference.doubt, folder / "cost.png"
+            )
+    print_table(measured, parting.until, drift)
+    print_grounds(parting, reference)
+    typer.echo(f"written: {folder / 'cost.csv'}, {folder / 'cost.png'}")
+    for level in (*(level for level in LEVELS if level > error), error):
+        typer.echo(advice(measured, level, parting.until))
+
+
+def print_table(measured: Sequence[Measured], seconds: float, drift: bool) -> None:
+    """A row for every method and tolerance."""
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
+    table.add_column("method", no_wrap=True)
+    if drift:
+        table.add_column("closure", no_wrap=True)
+    for title in (
+        "rtol",
+        "error at the end",
+        "of impact times, s",
+        "wall time, ms",
+        "µs per second",
+        "steps",
+        "evaluations",
+    ):
+        table.add_column(title, justify="right", no_wrap=True)
+    for one in measured:
+        cells = [one.method, *([one.drift] if drift else []), f"{one.rtol:.0e}", _number(one.error)]
+        cells += [_number(one.impact_error), f"{1e3 * one.seconds:.3f}", f"{1e6 * one.seconds / seconds:.1f}"]
+        table.add_row(*cells, str(one.steps), str(one.evaluations))
+    Console(width=140, highlight=False, soft_wrap=True).print(table)
+
+
+def _number(error: float) -> str:
+    return f"{error:.1e}" if error < float("inf") else "-"
+
+
+def print_grounds(parting: Growth, reference: Reference) -> None:
+    """What the errors are measured against, and how fast errors grow by themselves."""
+    from ccgen.runtime.accuracy import REFERENCE, ROUNDING, SECOND, WORTH
+
+    typer.echo(
+        f"reference: {REFERENCE[0]} at rtol {reference.rtol:.0e}; {SECOND[0]} at rtol {reference.second_rtol:.0e}, "
+        f"a method of another kind, differs from it by {reference.doubt:.1e}: smaller errors mean nothing"
+    )
+    typer.echo(f"growth: a small error at the start is {parting.factor:.2g} times as large by t = {parting.until:g} s")
+    if parting.cut:
+        typer.echo(
+            f"horizon: compared at t = {parting.until:g} s; later, an error of rounding ({ROUNDING:.0e}) grows beyond "
+            f"{WORTH:.0e}, or the run ends"
+        )
+
+
+def advice(measured: Sequence[Measured], error: float, seconds: float) -> str:
+    """The sentence that says what to choose."""
+    from ccgen.runtime.accuracy import recommend
+
+    best = recommend(measured, error)
+    if best is None:
+        least = min(measured, key=lambda one: one.worst)
+        reached = f"{least.method} at rtol {least.rtol:.0e} reaches {least.worst:.1e}"
+        return f"for {error:.0e}: nothing measured is that good; {reached}"
+    price = 1e6 * best.seconds / seconds
+    return f"for {error:.0e}: {best.method} at rtol {best.rtol:.0e}, about {price:.3g} µs per simulated second"
+
+
+def write_csv(measured: Sequence[Measured], seconds: float, path: Path) -> None:
+    """The table with all digits."""
+    with path.open("w", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(COLUMNS)
+        for one in measured:
+            price = 1e6 * one.seconds / seconds
+            row = (one.method, one.drift, one.rtol, one.error, one.impact_error, one.seconds, price)
+            writer.writerow([*row, one.steps, one.evaluations])

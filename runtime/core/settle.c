@@ -1,0 +1,334 @@
+/* Hand-over between flight and contact: which closed contacts are held from now on (docs/events.md).
+ *
+ * Among the contacts that are closed and hardly move, the forces P solve
+ *
+ *     0 <= P,  0 <= z = W P + b,  P.z = 0,    b = N u_dot_free + dN/dt u,
+ *
+ * so that no gap accelerates inwards and none is pulled. Those that push are held. One that still bounces is held only
+ * when its bounces are over within no time: with speed v after the impact, falling back at the acceleration a that it would
+ * have if it alone were let go, it is in the air for 2 v / a, and with the restitution e all its bounces to come take
+ * 2 v / (a (1 - e)).
+ */
+#include "settle.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "friction.h"
+
+static const double REST_TIME = 1e-11; /* s, relative to max(1, t): bounces over so soon are over */
+static const double SHUT = 1e-12;      /* times length: a gap so small may be shut without moving anything */
+static const double SLOW = 1e4;        /* times what the largest acceleration reaches in that time: too fast to ask */
+static const double PRESSED = 1e-9;    /* times the largest acceleration: less than that is rounding */
+static const double DEPENDENT = 1e-9;  /* share of its own compliance that is left of a contact which others carry */
+
+static const double STILL = 1e-10;     /* times length per second: a contact that slides so slowly may stick */
+
+struct decision {
+    int count, all;      /* closed contacts in question; rows: twice as many where there is friction */
+    int *contact;        /* [count] */
+    char *in;            /* [count] takes part */
+    signed char *slide;  /* [count] 0 where that is to be found */
+    char *given;         /* [count] friction has just reached a limit: what is near it has reached it */
+    double *b;           /* [all] accelerations of the gaps, and of the sliding, without the forces */
+    double *P, *W;       /* [all], [all][all] */
+    int *row;            /* [all] scratch */
+    double *part, *rest; /* scratch: a smaller problem, its forces */
+    const double *mu;    /* of all contacts */
+    double scale;        /* the largest acceleration of a gap */
+};
+
+/* Solve for the contacts that take part, but without `except`: P[all]. */
+static enum outcome solve(struct decision *d, int except, double *P)
+{
+    const int n = d->count, rough = d->all > n;
+    double *W = d->part, *b = W + d->all * d->all, *mu = b + d->all, *x = mu + n;
+    signed char *slide = d->slide + n;
+    int m = 0;
+    for (int i = 0; i < n; i++)
+        m += d->in[i] && i != except;
+    const int width = rough ? 2 * m : m;
+    int k = 0;
+    for (int i = 0; i < d->all; i++) {
+        if (!d->in[i % n] || i % n == except)
+            continue;
+        int l = 0;
+        for (int j = 0; j < d->all; j++)
+            if (d->in[j % n] && j % n != except)
+                W[k * width + l++] = d->W[i * d->all + j];
+        if (rough && k < m) {
+            mu[k] = d->mu[d->contact[i]];
+            slide[k] = d->slide[i];
+        }
+        b[k++] = d->b[i];
+    }
+    memset(P, 0, d->all * sizeof *P);
+    const int wrong = rough ? solve_friction(m, W, b, b + m, mu, slide, NULL, x, x + m) : solve_complementarity(m, W, b, x);
+    if (wrong)
+        return rough && wrong == 1 ? OUTCOME_JAMMED : OUTCOME_REPEATS;
+    k = 0;
+    for (int i = 0; i < d->all; i++)
+        if (d->in[i % n] && i % n != except)
+            P[i] = x[k++];
+    return OUTCOME_DONE;
+}
+
+static double gap_acceleration(const struct decision *d, int i, const double *P)
+{
+    double z = d->b[i];
+    for (int j = 0; j < d->all; j++)
+        z += d->W[i * d->all + j] * P[j];
+    return z;
+}
+
+static int pushes(const struct decision *d, int i)
+{
+    return d->in[i] && d->P[i] * d->W[i * d->all + i] > PRESSED * d->scale;
+}
+
+/* Take out contacts that still bounce, until all that push have come to rest. */
+static enum outcome take_out(const struct flight *f, struct decision *d, int crowded)
+{
+    for (int i = 0; i <= d->count; i++) {
+        enum outcome outcome = solve(d, -1, d->P);
+        if (outcome)
+            return outcome;
+        int bouncing = -1;
+        for (int j = 0; j < d->count && bouncing < 0; j++) {
+            const double speed = f->rates[d->contact[j]], e = f->s->restitution[d->contact[j]];
+            if (!pushes(d, j) || speed <= slow(f) || crowded)
+                continue;
+            if ((outcome = solve(d, j, d->rest)))
+                return outcome;
+            const double fall = -gap_acceleration(d, j, d->rest);
+            if (!(2.0 * speed <= REST_TIME * fmax(1.0, fabs(f->t)) * fall * (1.0 - e)))
+                bouncing = j;
+        }
+        if (bouncing < 0)
+            return OUTCOME_DONE;
+        d->in[bouncing] = 0;
+    }
+    return OUTCOME_DONE;
+}
+
+/* Whether the motion of row i (a gap, or beyond `count` a sliding) is fixed by what is held: the gaps of all that push, and
+ * the sliding of those that stick. `slide` is that of the contacts that push, in their order. */
+static int fixed(struct decision *d, int i, const signed char *slide)
+{
+    const int n = d->count, all = d->all;
+    double *W = d->part, *r = W + all * all, *x = r + all, left = d->W[i * all + i];
+    int *row = d->row, m = 0, k = 0;
+    for (int a = 0; a < n; a++) {
+        if (!pushes(d, a))
+            continue;
+        row[m++] = a;
+        if (slide[k++] == STICKS && n + a != i)
+            row[m++] = n + a;
+    }
+    for (int a = 0; a < m; a++) {
+        for (int b = 0; b < m; b++)
+            W[a * m + b] = d->W[row[a] * all + row[b]];
+        r[a] = d->W[row[a] * all + i];
+    }
+    solve_semidefinite(m, W, r, x, x + all);
+    for (int a = 0; a < m; a++)
+        left -= r[a] * x[a];
+    return left <= DEPENDENT * d->W[i * all + i];
+}
+
+/* Accelerations of all contacts without forces between them, of gaps or of sliding, into out[contacts]. */
+static void free_accelerations(struct flight *f, int sliding, double *out, double *more)
+{
+    const struct ccgen_model *m = f->s->model;
+    const double *k = f->s->k, *q = f->y, *u = f->y + f->s->n, *u_dot = f->dy + f->s->n;
+    (sliding ? m->slips : m->gap_rates)(k, q, u_dot, out);
+    (sliding ? m->slip_bias : m->gap_bias)(k, q, u, more);
+}
+
+/* The closed contacts that are slow enough to ask, and what they need to know. */
+static enum outcome gather(struct flight *f, struct decision *d, struct loss loss)
+{
+    struct system *s = f->s;
+    struct holding *h = s->holding;
+    const struct ccgen_model *m = s->model;
+    const double *q = f->y, *u = f->y + s->n;
+    const enum outcome outcome = derive(f);
+    if (outcome)
+        return outcome;
+    double *free = h->rates, *bias = h->slips, *slips = h->wanted;
+    free_accelerations(f, 0, free, bias);
+    m->gaps(s->k, q, f->gaps);
+    m->gap_rates(s->k, q, u, f->rates);
+    d->scale = 0.0;
+    for (int c = 0; c < m->contacts; c++)
+        d->scale = fmax(d->scale, fabs(free[c]) + fabs(bias[c]));
+    const double fast = fmax(SLOW * REST_TIME * fmax(1.0, fabs(f->t)) * d->scale, slow(f));
+    for (int c = 0; c < m->contacts; c++)
+        if (f->gaps[c] <= SHUT * s->length && fabs(f->rates[c]) <= fast) {
+            d->in[d->count] = !(c == loss.contact && loss.how == PULLS);
+            d->b[d->count] = free[c] + bias[c];
+            d->contact[d->count++] = c;
+        }
+    d->all = s->friction ? 2 * d->count : d->count;
+    if (s->friction && d->count) {
+        free_accelerations(f, 1, free, bias);
+        m->slips(s->k, q, u, slips);
+        for (int i = 0; i < d->count; i++) {
+            const int c = d->contact[i];
+            d->b[d->count + i] = free[c] + bias[c];
+            d->slide[i] = s->friction[c] == 0.0 || fabs(slips[c]) <= STILL * s->length ? 0 : slips[c] > 0.0 ? 1 : -1;
+            if (c == loss.contact && loss.how != PULLS)
+                d->slide[i] = 0;
+            d->given[i] = loss.how == GIVES_FORWARD || loss.how == GIVES_BACKWARD;
+        }
+    }
+    return compliance(s, q, d->count, d->contact, h->columns, d->W, h->pushes, h->rates, h->f);
+}
+
+/* At which limit the friction of contact i is: 1 where it is against forward sliding, -1 backward, 0 within the limits */
+static int at_limit(const struct decision *d, int i)
+{
+    const double limit = d->mu[d->contact[i]] * d->P[i], friction = d->P[d->count + i];
+    const double edge = (d->given[i] ? 1e-6 : 1e-12) * limit;
+    return friction <= -limit + edge ? 1 : friction >= limit - edge ? -1 : 0;
+}
+
+/* How a contact that pushes moves along its ground: it sticks where its sliding does not accelerate, else it slides against
+ * friction at its limit. */
+static signed char slide_of(const struct decision *d, int i)
+{
+    if (d->all == d->count || d->mu[d->contact[i]] == 0.0)
+        return SMOOTH;
+    if (d->slide[i])
+        return d->slide[i];
+    const int sign = at_limit(d, i);
+    const int moves = sign && fabs(gap_acceleration(d, d->count + i, d->P)) > PRESSED * d->scale;
+    return moves || (sign && d->given[i]) ? sign : STICKS;
+}
+
+/* Hold the contacts that push. With `limits`, friction that is at its limit stays there although the contact does not move,
+ * because others that stick do not let it. */
+static void hold_pushing(struct flight *f, struct decision *d, int limits)
+{
+    signed char *slide = d->slide + d->count;
+    int count = 0;
+    for (int i = 0; i < d->count; i++)
+        if (pushes(d, i)) {
+            slide[count] = slide_of(d, i);
+            f->set[count++] = d->contact[i];
+        }
+    for (int i = 0, k = 0; limits && i < d->count; i++) {
+        if (!pushes(d, i))
+            continue;
+        if ((slide[k] == STICKS || d->given[i]) && at_limit(d, i) && fixed(d, d->count + i, slide))
+            slide[k] = (signed char)(at_limit(d, i) * LIMIT);
+        k++;
+    }
+    hold_contacts(f->s->holding, count, f->set, slide);
+    for (int i = 0, k = 0, row = count; i < d->count; i++)
+        if (pushes(d, i) && slide[k++] == STICKS)
+            f->s->holding->weight[row++] = sqrt(d->mu[d->contact[i]] * d->P[i] / d->scale);
+}
+
+/* Hold the contacts that push, and note which others they carry. Where several stick, forces of least norm share their
+ * friction; if that is more than one of them can bear, they share it as the solution has it. */
+static enum outcome hold(struct flight *f, struct decision *d, struct loss loss)
+{
+    struct holding *h = f->s->holding;
+    const int gives = loss.how == GIVES_FORWARD || loss.how == GIVES_BACKWARD;
+    hold_pushing(f, d, gives);
+    for (int i = 0; i < h->count; i++)
+        h->closed[h->set[i]] = HELD;
+    for (int i = 0; i < d->count && h->count; i++)
+        if (!pushes(d, i) && fixed(d, i, h->slide)) {
+            h->closed[d->contact[i]] = CARRIED;
+            h->carried++;
+        }
+    if (h->rows <= h->count + 1)
+        return OUTCOME_DONE;
+    double *values = f->search;
+    const enum outcome outcome = watch(f->s, f->t, f->y, f->dy, values);
+    int over = 0;
+    for (int w = h->count; w < watched(f->s); w++)
+        over |= watcher(f->s, w).how != STOPS && values[w] < 0.0;
+    if (over)
+        hold_pushing(f, d, 1);
+    return outcome;
+}
+
+/* Whether a contact that slides could as well leave as stay: friction that grows faster than what it resists (Painleve). */
+static int undetermined(const struct decision *d)
+{
+    for (int i = 0; d->all > d->count && i < d->count; i++) {
+        const double *row = d->W + i * d->all, own = row[i] - d->slide[i] * d->mu[d->contact[i]] * row[d->count + i];
+        if (d->in[i] && d->slide[i] && own < 0.0 && d->b[i] > PRESSED * d->scale)
+            return 1;
+    }
+    return 0;
+}
+
+static enum outcome decide(struct flight *f, struct decision *d, struct loss loss, int crowded)
+{
+    enum outcome outcome = gather(f, d, loss);
+    if (!outcome && undetermined(d))
+        return OUTCOME_JAMMED;
+    if (!outcome && d->count)
+        outcome = take_out(f, d, crowded);
+    if (outcome || !d->count)
+        return outcome;
+    if ((outcome = hold(f, d, loss)) || !f->s->holding->count)
+        return outcome;
+    outcome = project_position(f->s, f->y);
+    return outcome ? outcome : project_velocity(f->s, f->y, f->y + f->s->n);
+}
+
+/* How every contact is held, for the record: 0 apart, 1 slides backward, 2 smooth, 3 forward,
+ * 4 sticks, 5 carried, 6 and 7 at the limit of friction */
+static void present(const struct holding *h, int contacts, signed char *out)
+{
+    for (int c = 0; c < contacts; c++)
+        out[c] = h->closed[c] == CARRIED ? 5 : 0;
+    for (int i = 0; i < h->count; i++)
+        out[h->set[i]] = h->slide[i] == LIMIT ? 6 : h->slide[i] == -LIMIT ? 7 : 2 + h->slide[i];
+}
+
+enum outcome settle(struct flight *f, struct loss loss, int crowded)
+{
+    struct holding *h = f->s->holding;
+    struct run *run = f->run;
+    const size_t c = f->s->model->contacts, rows = 2 * c;
+    struct decision d = {.mu = f->s->friction};
+    char *bytes = calloc(5 * c, 1);
+    signed char *before = malloc(2 * c);
+    d.contact = malloc(3 * c * sizeof *d.contact);
+    d.b = malloc((3 * rows + 2 * rows * rows + 3 * rows + 2 * c + semidefinite_scratch((int)rows)) * sizeof *d.b);
+    enum outcome outcome = OUTCOME_NO_MEMORY;
+    if (bytes && before && d.contact && d.b) {
+        d.row = d.contact + c;
+        d.in = bytes;
+        d.slide = (signed char *)bytes + c;
+        d.given = bytes + 4 * c;
+        d.P = d.b + rows;
+        d.rest = d.P + rows;
+        d.W = d.rest + rows;
+        d.part = d.W + rows * rows;
+        present(h, (int)c, before);
+        memset(h->closed, APART, c);
+        h->carried = 0;
+        hold_contacts(h, 0, NULL, NULL);
+        outcome = decide(f, &d, loss, crowded);
+        present(h, (int)c, before + c);
+        if (!outcome && memcmp(before, before + c, c) && append_hold(&run->holds, f->t, (int)c, before + c))
+            outcome = OUTCOME_NO_MEMORY;
+        if (!outcome && keep(f))
+            outcome = OUTCOME_NO_MEMORY;
+        if (outcome == OUTCOME_JAMMED)
+            run->contact = d.count ? d.contact[0] : -1;
+    }
+    free(bytes);
+    free(before);
+    free(d.contact);
+    free(d.b);
+    return outcome;
+}

@@ -1,0 +1,163 @@
+"""Bouncing to rest, resting, landing on several points at once, grazing."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from ccgen.generator import loop
+from ccgen.runtime import simulate
+
+from ..conftest import Workshop
+from ..oracles import polygons
+from ..test_accumulation import BALL, FIRST
+from .bodies import G, penetration, rise, speed
+from .conftest import Reach
+
+
+@pytest.fixture(scope="module")
+def ball(workshop: Workshop) -> Any:
+    return workshop.model(BALL)
+
+
+@pytest.fixture(scope="module")
+def hexagon(workshop: Workshop) -> Any:
+    return workshop.model(loop(6, gravity=True, start={"height": 1.0}, ground=[{"restitution": 0.5}]))
+
+
+@pytest.mark.parametrize("e", [0.0, 0.3, 0.5, 0.7, 0.8])
+def test_the_falling_hexagon_comes_to_rest(hexagon: Any, e: float, reach: Reach) -> None:
+    """All six joints end on the ground, the loop flat: its closure has lost rank and holds all contacts' redundancy."""
+    run = simulate(hexagon, until=30.0, params={"ground_0.restitution": e})
+    assert run.success, run.message
+    reach(f"hexagon to rest, e = {e}: penetration, m", penetration(run), 1e-10)
+    reach(f"hexagon to rest, e = {e}: rise of energy", rise(run), 1e-9)
+    reach(f"hexagon to rest, e = {e}: speed at rest, m/s", speed(run), 1e-8)
+    reach(f"hexagon to rest, e = {e}: closure, m", run.closure_max, 1e-11)
+    assert run.phases[-1].kind == "contact"
+
+
+@pytest.mark.parametrize("e", [0.5, 0.9, 0.97])
+def test_a_ball_rests_at_the_limit_of_its_series(ball: Any, e: float, reach: Reach) -> None:
+    limit = FIRST * (1 + e) / (1 - e)
+    run = simulate(ball, until=limit + 1.0, params={"ground_0.restitution": e})
+    assert run.success, run.message
+    rest = next(phase.start for phase in run.phases if phase.kind == "contact")
+    reach(f"ball, e = {e}: time of rest, relative", abs(rest / limit - 1), 1e-9)
+
+
+def test_a_hexagon_tossed_from_half_a_metre(hexagon: Any, reach: Reach) -> None:
+    """Thrown with random velocities, through accumulation after accumulation."""
+    poses, _ = polygons.perturbed(6, height=0.5)
+    turns = np.stack([-np.sin(poses[:, 2]), np.cos(poses[:, 2])])
+    spins = 0.2 + 0.5 * np.cos(2.3 * np.arange(6) + 0.7)
+    spins -= turns.T @ np.linalg.solve(turns @ turns.T, turns @ spins)
+    swings = np.cumsum(spins[:, None] * turns.T, axis=0)
+    drift = np.vstack([np.zeros(2), swings[:-1]]) + np.array([0.3, -0.1])
+    velocities = np.column_stack([drift, spins])
+    q, u = hexagon.state_from_poses(poses, velocities)
+    run = simulate(hexagon, q, u, until=5.0, params={"ground_0.restitution": 0.7})
+    assert run.success, run.message
+    assert run.impacts[0].t == pytest.approx(0.321655587659338, abs=1e-9)
+    reach("hexagon tossed, e = 0.7, 5 s: penetration, m", penetration(run), 1e-10)
+    reach("hexagon tossed, e = 0.7, 5 s: rise of energy", rise(run), 1e-9)
+
+
+@pytest.mark.parametrize("n", [4, 6])
+def test_landing_flat_on_an_edge(n: int, workshop: Workshop, reach: Reach) -> None:
+    """Mirror-symmetric in exact arithmetic: how long rounding keeps it so."""
+    model = workshop.model(loop(n, gravity=True, start={"height": 1.0}, ground=[{"restitution": 0.5}]))
+    poses = polygons.regular(n, tilt=-np.pi / n, height=0.3)
+    q, u = model.state_from_poses(poses, 0 * poses)
+    run = simulate(model, q, u, until=0.7)
+    assert run.success, run.message
+    pairs = [(k, (1 - k) % n) for k in range(n)]
+    heights = np.array([run.model.point(f"joint_{k}", run.q)[:, 1] for k in range(n)])
+    reach(f"{n} rods on an edge: asymmetry, m", max(np.max(np.abs(heights[a] - heights[b])) for a, b in pairs), 1e-10)
+    reach(f"{n} rods on an edge: penetration, m", penetration(run), 1e-10)
+
+
+def test_a_square_in_the_corner_of_two_planes(workshop: Workshop, reach: Reach) -> None:
+    slopes = [{"normal": [s, 1.0], "point": [0.0, -1.0], "restitution": 0.3} for s in (1.0, -1.0)]
+    model = workshop.model(loop(4, gravity=True, start={"height": 1.0}, ground=slopes))
+    poses = polygons.regular(4, tilt=-np.pi / 4, height=1.0)
+    poses[:, 0] -= 0.5
+    q, u = model.state_from_poses(poses, 0 * poses)
+    run = simulate(model, q, u, until=1.0, rtol=1e-11)
+    reach("square in a corner: penetration, m", penetration(run), 1e-10)
+    reach("square in a corner: rise of energy", rise(run), 1e-9)
+
+
+def test_six_joints_land_at_once(hexagon: Any, reach: Reach) -> None:
+    """A flattened hexagon dropped flat: its closure has lost rank, six contacts, e = 0."""
+    q, u = hexagon.start()
+    q[:2], q[2:] = (0.0, 0.2), [0.0, 0.0, 0.0, np.pi, np.pi, np.pi]
+    run = simulate(hexagon, q, u, until=1.0, params={"ground_0.restitution": 0.0})
+    assert run.success, run.message
+    assert len(run.impacts) == 1
+    reach("six joints at once: time of impact, s", abs(run.impacts[0].t - np.sqrt(0.4 / G)), 1e-12)
+    reach(
+        "six joints at once: total impulse, relative",
+        abs(sum(run.impacts[0].impulses) / (6 * np.sqrt(0.4 * G)) - 1),
+        1e-12,
+    )
+    reach("six joints at once: speed at rest, m/s", speed(run), 1e-12)
+    reach("six joints at once: penetration, m", penetration(run), 1e-12)
+
+
+def test_a_hundred_impacts_without_loss(ball: Any, reach: Reach) -> None:
+    run = simulate(ball, until=201 * FIRST, params={"ground_0.restitution": 1.0})
+    assert len(run.impacts) == 101
+    energy = np.sum(ball.energy(run.q, run.u), axis=0)
+    reach("100 impacts with e = 1: energy, relative", np.max(np.abs(energy / energy[0] - 1)), 1e-10)
+
+
+def test_a_drop_height_changed_by_rounding(hexagon: Any, reach: Reach) -> None:
+    """1e-15 m more height moves the first impact by 1e-15 / v, not by more."""
+    q, u = hexagon.start()
+    times = []
+    for raised in (0.0, 1e-15):
+        q[1] += raised
+        times.append(simulate(hexagon, q, u, until=0.46).impacts[0].t)
+    reach("drop height + 1e-15 m: first impact, s", abs(times[1] - times[0]), 1e-14)
+
+
+def test_placed_on_the_ground(ball: Any, reach: Reach) -> None:
+    run = simulate(ball, [0.0, 0.0, 0.0], [0.0, 0.0, 0.0], until=1.0)
+    assert run.success
+    assert [phase.kind for phase in run.phases] == ["contact"]
+    reach("placed on the ground: speed after 1 s, m/s", speed(run), 1e-13)
+
+
+def test_touching_without_speed(ball: Any, reach: Reach) -> None:
+    """Thrown along the ground it slides; lifted by a hair it falls back and slides on."""
+    run = simulate(ball, [0.0, 1e-13, 0.0], [1.0, 0.0, 0.0], until=1.0)
+    assert run.success, run.message
+    reach("grazing: way after 1 s, m", abs(run.q[-1, 0] - 1.0), 1e-12)
+    reach("grazing: penetration, m", penetration(run), 1e-12)
+
+
+def test_velocities_into_the_ground_at_the_start(ball: Any, reach: Reach) -> None:
+    run = simulate(ball, [0.0, 0.0, 0.0], [0.0, -2.0, 0.0], until=0.05)
+    assert run.impacts[0].t == 0.0
+    reach("into the ground at t = 0: speed after, m/s", abs(run.impacts[0].u_plus[1] - 1.0), 1e-14)
+
+
+def test_an_impact_beside_a_contact_that_rests(workshop: Workshop, reach: Reach) -> None:
+    """A hinge stands on the ground, its two rods fall flat: the outer ends strike while the middle rests."""
+    ground = [{"restitution": 0.4, "contacts": ["joint_1", "link_0.A", "link_1.B"]}]
+    model = workshop.model(_hinge(ground))
+    q, u = model.start()
+    run = simulate(model, q, u, until=3.0)
+    assert run.success, run.message
+    reach("two rods fall beside a resting hinge: penetration, m", penetration(run), 1e-10)
+    reach("two rods fall beside a resting hinge: rise of energy", rise(run), 1e-9)
+    reach("two rods fall beside a resting hinge: speed at rest, m/s", speed(run), 1e-8)
+
+
+def _hinge(ground: list[dict[str, Any]]) -> Any:
+    from ccgen.generator import chain
+
+    return chain(2, gravity=True, start={"angles": [-0.6, 0.5], "height": 0.0}, ground=ground)
