@@ -24,7 +24,9 @@ class Supply:
 
 class Kernels:
     sizes: dict[str, int]
-    def __init__(self, capsule: object, parameters: Array, length: float, law: str = "newton") -> None: ...
+    def __init__(
+        self, capsule: object, parameters: Array, length: float, law: str = "newton", angular: Sequence[int] = ()
+    ) -> None: ...
     @property
     def address(self) -> int: ...
     @property

@@ -61,6 +61,7 @@ cdef extern from "core/core.h":
         double baumgarte
         void *holding
         double length
+        const double *extent
         long evaluations
         long dependent
     struct table:
@@ -244,11 +245,11 @@ cdef class Kernels:
     cdef const ccgen_model *m
     cdef object capsule
     cdef readonly dict sizes
-    cdef double[::1] k, restitution, friction, multipliers, rows, bias, jump, u_dot, zero, inputs
+    cdef double[::1] k, restitution, friction, extent, multipliers, rows, bias, jump, u_dot, zero, inputs
     cdef double length
     cdef int law
 
-    def __init__(self, capsule, parameters, double length, str law="newton"):
+    def __init__(self, capsule, parameters, double length, str law="newton", angular=()):
         if not PyCapsule_IsValid(capsule, "ccgen.model"):
             raise TypeError("not the descriptor of a ccgen model")
         self.capsule = capsule
@@ -272,6 +273,9 @@ cdef class Kernels:
         self.inputs = np.zeros(m.inputs + 1)
         self.length, self.law = length, LAWS.index(law)
         self.friction = np.zeros(max(m.contacts, 1))
+        self.extent = np.full(max(m.contacts, 1), length)
+        for contact in angular:
+            self.extent[contact] = 1.0
         cdef double none = 0.0
         self.m.derive_constants(&p[0] if p.shape[0] else &none, &self.k[0])
         if self.m.contacts:
@@ -319,6 +323,7 @@ cdef class Kernels:
         s.holding = NULL
         s.length = self.length
         s.baumgarte = 0.0
+        s.extent = &self.extent[0]
         s.evaluations = s.dependent = 0
         return s
 

@@ -41,6 +41,10 @@ class Drawable(Protocol):
         """(point, ground) names of every contact that is watched."""
 
     @property
+    def stops(self) -> frozenset[str]:
+        """Second names of those contacts that are stops: their gaps are angles."""
+
+    @property
     def outlines(self) -> Sequence[FloatArray]:
         """For each link its drawn points (m, 2) in the link's frame."""
 
@@ -56,6 +60,9 @@ class Drawable(Protocol):
 
     def point(self, name: str, q: FloatArray, /) -> FloatArray:
         """(..., 2): where a joint or a link's point is."""
+
+    def gaps(self, q: FloatArray, /) -> FloatArray:
+        """(..., contacts): gap of every contact, m; of a stop, rad."""
 
     def energy(self, q: FloatArray, u: FloatArray, /) -> tuple[FloatArray, FloatArray]:
         """(kinetic, potential), each (...)."""

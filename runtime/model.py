@@ -73,6 +73,7 @@ class Model:
         self.links = tuple(data["links"])
         self.joints = tuple(data["joints"])
         self.grounds = tuple(plane["name"] for plane in data["grounds"])
+        self.stops = frozenset(data["stops"])
         self.points = tuple(data["points"])
         self.q_names = tuple(data["q_names"])
         self.u_names = tuple(data["u_names"])
@@ -93,7 +94,8 @@ class Model:
 
     def _rebuild(self) -> None:
         values = np.array([] if self.folded else list(self._parameters.values()), dtype=float)
-        kernels = Kernels(self._descriptor, values, self.length, self.data["law"])
+        angular = [index for index, (_, ground) in enumerate(self.contacts) if ground in self.stops]
+        kernels = Kernels(self._descriptor, values, self.length, self.data["law"], angular)
         if not np.all(np.isfinite(kernels.constants)):
             raise ValueError(
                 f"{self.name}: the equations have no finite constants with these values (a normal of no length?)"
@@ -240,13 +242,14 @@ class Model:
     ) -> tuple[FloatArray, FloatArray]:
         """Velocities u⁺ (nu,) and normal impulses (k,) in N s when ``contacts`` strike together (theory, section 5).
 
-        ``contacts`` are (point, ground) names; ``restitution`` is a number or one per contact, else the grounds' own.
+        ``contacts`` are (point, ground) names, of stops (joint, stop.lowest or stop.highest), whose impulses are in
+        N m s; ``restitution`` is a number or one per contact, else the grounds' own.
         Raises ``ValueError`` for unknown or repeated contacts.
         """
         chosen = [self._contact(contact) for contact in contacts]
         if len(set(chosen)) != len(chosen) or not chosen:
             raise ValueError(f"found contacts {list(contacts)}, expected at least one and each once")
-        own = [self._parameters[f"{self.contacts[c][1]}.restitution"] for c in chosen]
+        own = [self._parameters[f"{self.contacts[c][1].partition('.')[0]}.restitution"] for c in chosen]
         e = np.array(own if restitution is None else restitution, dtype=float)
         if e.shape not in ((), (len(chosen),)) or not np.all((e >= 0.0) & (e <= 1.0)):
             raise ValueError(f"found restitution {e}, expected a number from 0 to 1, or {len(chosen)} of them")
@@ -296,11 +299,11 @@ class Model:
         return self._of_q("closure_jacobian", q, (len(self.rows), len(self.u_names)))
 
     def gaps(self, q: ArrayLike) -> FloatArray:
-        """Gap of every contact (contacts,) in m, positive outside the ground."""
+        """Gap of every contact (contacts,), positive outside: from a ground in m, from a stop in rad."""
         return self._of_q("gaps", q, (len(self.contacts),))
 
     def gap_rates(self, q: ArrayLike, u: ArrayLike) -> FloatArray:
-        """Rates of the gaps (contacts,) in m/s."""
+        """Rates of the gaps (contacts,) in m/s, of stops in rad/s."""
         states, single = self._state(q, u)
         found = self.kernels.of_state("gap_rates", *states)
         return found[0] if single else found

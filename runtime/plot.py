@@ -114,12 +114,11 @@ def _with_both_sides(run: Run, frames: Frames) -> tuple[FloatArray, FloatArray, 
 
 def _heights(axes: Any, run: Run, frames: Frames) -> None:
     """Distance of each contact point from its nearest ground; without contacts, heights of the joints."""
-    model, planes = run.model, run.model.ground_planes()
+    model, gaps = run.model, run.model.gaps(frames.q)
     heights: dict[str, FloatArray] = {}
-    for point, ground in model.contacts:
-        surface, normal = planes[ground]
-        gap = (model.point(point, frames.q) - surface) @ normal
-        heights[point] = np.minimum(heights.get(point, gap), gap)
+    for (point, ground), gap in zip(model.contacts, gaps.T, strict=True):
+        if ground not in model.stops:
+            heights[point] = np.minimum(heights.get(point, gap), gap)
     axes.set_ylabel("above ground [m]" if heights else "height [m]")
     if not heights:
         heights = {joint: frames.joints[:, k, 1] for k, joint in enumerate(model.joints)}

@@ -25,7 +25,8 @@ FORMAT_VERSION = 1
 class Impact:
     """Contacts that struck together at the instant t.
 
-    `contacts` are (point, ground) names, `impulses` (k,) theirs along the grounds' normals in N s, `u_minus` and
+    `contacts` are (point, ground) names, `impulses` (k,) theirs along the grounds' normals in N s (of a stop,
+    whose names are a joint and `stop_0.lowest` or `.highest`, in N m s), `u_minus` and
     `u_plus` (nu,) the velocities before and after, `energy_loss` the kinetic energy that went, in J.
     """
 
@@ -209,7 +210,11 @@ class Run:
             "u_minus": (("impact", "velocity"), arrays["impact_u_minus"], {"units": "see u_units"}),
             "u_plus": (("impact", "velocity"), arrays["impact_u_plus"], {"units": "see u_units"}),
             "energy_loss": ("impact", arrays["impact_energy_loss"], {"units": "J"}),
-            "impulse": ("contact", arrays["impact_impulses"], {"units": "N s"}),
+            "impulse": (
+                "contact",
+                arrays["impact_impulses"],
+                {"units": "N s; stops: N m s" if self.model.stops else "N s"},
+            ),
             "parameters": ("parameter", arrays["parameter_values"], {"units": "SI"}),
         }
         coordinates = {

@@ -48,7 +48,7 @@ def simulate(
 
     Start, end and tolerances come from the scene unless given; ``atol`` is ``rtol`` unless given. ``params`` are values
     by scene path for this run only. ``step`` (s) fixes the step size instead of choosing it by the error estimate.
-    ``method`` is one of :func:`ccgen.runtime.methods`: "gauss" (the default), "dop853", "dopri5" or "radau", for stiff
+    ``method`` is one of :func:`ccgen.runtime.methods`: "dop853" (the default), "gauss", "dopri5" or "radau", for stiff
     scenes. ``drift`` says how the loops are kept shut: "projected" after every step; for comparison, "left" as the
     integration leaves them, or "damped" by Baumgarte's stabilisation. While contacts are held, loops and contacts are
     projected in any case.
@@ -122,6 +122,8 @@ def _start(model: Model, q0: ArrayLike | None, u0: ArrayLike | None) -> tuple[Fl
     depths = -model.gaps(q) if model.contacts else np.zeros(0)
     if depths.size and depths.max() > DEPTH * model.length:
         point, ground = model.contacts[int(np.argmax(depths))]
+        if ground in model.stops:
+            raise ValueError(f"the start has {point} beyond {ground} by {depths.max():.6g} rad; turn the start")
         raise ValueError(f"the start has {point} inside {ground} by {depths.max():.6g} m; raise the start")
     return q, u
 

@@ -45,6 +45,13 @@ class PolygonModel:
         return tuple((joint, "ground_0") for joint in self.joints)
 
     @property
+    def stops(self) -> frozenset[str]:
+        return frozenset()
+
+    def gaps(self, q: Array) -> Array:
+        return self._corners(q)[..., : len(self.joints), 1]
+
+    @property
     def outlines(self) -> tuple[Array, ...]:
         return tuple(np.array([[0.0, 0.0], [1.0, 0.0]]) for _ in self.links)
 

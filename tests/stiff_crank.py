@@ -31,6 +31,11 @@ class FourBar:
     )
     ground_points: Array = field(default_factory=lambda: np.array([[0.0, 0.0], [SPAN, 0.0]]))
 
+    stops: frozenset[str] = frozenset()
+
+    def gaps(self, q: Array) -> Array:
+        return np.zeros((*q.shape[:-1], 0))
+
     def ground_planes(self) -> dict[str, tuple[Array, Array]]:
         return {}
 

@@ -177,7 +177,7 @@ def test_interrupted_run_keeps_what_it_has(tmp_path: Path) -> None:
     (tmp_path / "pendulum.toml").write_text(PENDULUM)
     ccgen("--scene", "pendulum.toml", at=tmp_path)
     process = subprocess.Popen(
-        [CCGEN, "run", "pendulum.toml", "--until", "1e5", "--rtol", "1e-13", "--method", "dop853"],
+        [CCGEN, "run", "pendulum.toml", "--until", "5e5", "--rtol", "1e-13", "--method", "dop853"],
         cwd=tmp_path,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import re
 import threading
 import time
 from pathlib import Path
@@ -12,6 +13,7 @@ import numpy as np
 import pytest
 
 from ccgen.generator import Scene, chain, generate, load_scene
+from ccgen.generator.cli.price import _motion
 from ccgen.generator.pipeline import derive_scene, fold_price, prices
 from ccgen.generator.program.prices import GROUPS, added, spent
 from ccgen.generator.program.program import Counts, Program, lower
@@ -227,19 +229,14 @@ def test_cost_of_effects(folded: bool, tmp_path: Path) -> None:
     assert ("swing, folded: " in done.stdout) == folded
 
 
-def test_a_motion_that_stops_early_is_said(tmp_path: Path) -> None:
-    """Without its stiff spring the rod falls onto the ground, where its impacts accumulate."""
-    text = 'name = "drop"\n[chain]\nlinks = 1\nhinged = true\n[gravity]\n'
-    text += "[[ground]]\npoint = [0, -0.5]\nrestitution = 0.3\n"
-    text += '[[spring]]\nbetween = ["ground.O", "link_0.B"]\nstiffness = 1\n'
-    text += '[[torsion]]\njoint = "joint_0"\nstiffness = 400\n[run]\nuntil = 5.0\n'
-    (tmp_path / "drop.toml").write_text(text)
-    done = ccgen("cost", "drop.toml", "--effects", at=tmp_path)
-    assert (done.returncode, done.stderr) == (0, "")
-    (line,) = (line for line in done.stdout.splitlines() if line.startswith("torsion_0"))
-    assert "another, stops at 0.5" in line
-    assert "…" not in done.stdout
-    assert written(tmp_path) == ["drop.toml"]
+def test_a_motion_that_stops_early_is_said(workshop: Workshop) -> None:
+    """A torque that is no number from t = 0.5 on ends its run there; without it the rod swings on."""
+    rod = 'name = "rod"\n[chain]\nlinks = 1\nhinged = true\n[gravity]\n'
+    ends = simulate(workshop.model(rod + '[[torque]]\nlink = "link_0"\ntorque = "sqrt(0.5 - t)"\n'), until=2.0)
+    goes_on = simulate(workshop.model(rod), until=2.0)
+    assert not ends.success and goes_on.success
+    assert re.fullmatch(r"another, stops at 0\.(49\d*|5) s", _motion(goes_on, ends))
+    assert _motion(ends, goes_on) == "another"
 
 
 @pytest.mark.parametrize(

@@ -72,7 +72,8 @@ def states(model: Any, count: int, spread: float = 0.2) -> tuple[Array, Array, A
 def test_lanes_agree_with_one_state_at_a_time(name: str, workshop: Workshop) -> None:
     model = workshop.model(load_scene(SCENES / f"{name}.toml"))
     single, lanes = both(model, *states(model, 21))
-    assert np.max(np.abs(lanes - single)) <= 3e-14 * np.max(np.abs(single))
+    rounding = 3e-14 * max(1, len(model.cuts))  # each loop's multipliers are found from those of others
+    assert np.max(np.abs(lanes - single)) <= rounding * np.max(np.abs(single))
 
 
 def test_functions_time_and_inputs(workshop: Workshop) -> None:

@@ -211,7 +211,8 @@ def test_a_torque_that_made_a_motion_with_sliding_joints_comes_back(joint: Joint
 def test_runs_with_sliding_joints_keep_their_energy(joint: Joint) -> None:
     run = simulate(joint.model)
     assert run.success, run.message
-    assert run.closure_max <= 1e-14 * max(1.0, joint.model.length)
+    last_digits = 2.0 * np.finfo(float).eps * len(joint.model.links) * joint.model.length  # of the angles of all links
+    assert run.closure_max <= max(1e-14 * max(1.0, joint.model.length), last_digits)
     energy = sum(abs(part) for part in joint.model.energy(*joint.model.start()))
     assert run.energy_drift <= 1e-7 * energy
 

@@ -20,7 +20,7 @@ from .oracles.maximal import Array
 
 ROOT = Path(__file__).parents[1]
 CORE = ROOT / "runtime" / "core"
-METHODS = ("gauss", "dop853", "dopri5", "radau")
+METHODS = ("dop853", "gauss", "dopri5", "radau")
 
 PENDULUM = """
 name = "method-pendulum"

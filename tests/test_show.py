@@ -68,6 +68,11 @@ SCENES: dict[str, Callable[[], Scene]] = {
     "every effect": lambda: read_tables(
         tomllib.loads(LINKS["hinged"] + "".join(EXAMPLES.values())), "every", "every_effect"
     ),
+    "every load": lambda: read_tables(
+        tomllib.loads(LINKS["hinged"] + "".join(text for key, text in EXAMPLES.items() if key != "drive")),
+        "loads",
+        "every_load",
+    ),
     "shared runs": lambda: read_tables(
         tomllib.loads(graphs.mechanism("shared", graphs.theta([12, 12, 9])).toml()), "shared", "shared"
     ),
@@ -267,7 +272,7 @@ DOCUMENTS = [
     (name, expanded)
     for name in SCENES
     for expanded in (False, True)
-    if not (expanded and name in ("long", "hexagon", "shared runs"))
+    if not (expanded and name in ("long", "hexagon", "shared runs", "every effect"))
 ]
 
 

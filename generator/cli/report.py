@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -31,7 +32,9 @@ def print_impacts(model: Model, run: Run) -> None:
     for title in ("#", "t, s"):
         table.add_column(title, justify="right", no_wrap=True)
     table.add_column("contacts", no_wrap=True)
-    for title in ("speed before, m/s", "impulse, N s", "energy lost, J", "energy after, J"):
+    units = ("rad/s", "N m s") if len(model.stops) == len(model.contacts) else ("m/s, rad/s", "N s, N m s")
+    speed, push = units if model.stops else ("m/s", "N s")
+    for title in (f"speed before, {speed}", f"impulse, {push}", "energy lost, J", "energy after, J"):
         table.add_column(title, justify="right", no_wrap=True)
     for number, impact in enumerate(run.impacts[:SHOWN], 1):
         table.add_row(str(number), *row(model, run, impact))
@@ -45,7 +48,7 @@ def row(model: Model, run: Run, impact: Impact) -> tuple[str, ...]:
     q = run.q[np.searchsorted(run.t, impact.t)]
     rates = model.gap_rates(q, impact.u_minus)
     speeds = [rates[model.contacts.index(contact)] for contact in impact.contacts]
-    names = [point if len(model.grounds) == 1 else f"{point} on {ground}" for point, ground in impact.contacts]
+    names = _names(model, impact.contacts)
     return (
         f"{impact.t:.12f}",
         "\n".join(names),
@@ -56,14 +59,19 @@ def row(model: Model, run: Run, impact: Impact) -> tuple[str, ...]:
     )
 
 
+def _names(model: Model, contacts: Sequence[tuple[str, str]]) -> list[str]:
+    """What touches what; what alone, where there is but one ground and no stop."""
+    single = len({ground for _, ground in model.contacts}) == 1 and not model.stops
+    return [point if single else f"{point} on {ground}" for point, ground in contacts]
+
+
 def print_contacts(model: Model, run: Run) -> None:
     """Stretches of contact, from when to when, and the points that stay closed; one line for each set of points."""
     stretches: list[list[Any]] = []
     for phase in run.phases:
         if phase.kind != "contact":
             continue
-        names = [point if len(model.grounds) == 1 else f"{point} on {ground}" for point, ground in phase.contacts]
-        words = ", ".join(names)
+        words = ", ".join(_names(model, phase.contacts))
         if stretches and stretches[-1][1:] == [phase.start, words]:
             stretches[-1][1] = phase.end
         else:

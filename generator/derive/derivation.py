@@ -21,9 +21,10 @@ from ..mechanism.topology import Topology
 from .closure import Closure
 from .equations import Argument, Equations, Kernel, Ledger, Output
 from .form import FLIGHT, IMPACT
+from .gaps import Gap
 from .gather import Wrench
 from .gibbs import Recursion
-from .impact import Contacts, Gap
+from .impact import Contacts
 from .inverse import Inverse
 from .kinematics import ZERO, Kinematics, Vector, add, dot, symbol
 from .motion import TIME, Couple, Force, Motion, gather
@@ -67,7 +68,7 @@ class Terms(Protocol):
         ...
 
     def gaps(self, let: Let) -> tuple[Gap, ...]:
-        """Points that may touch, with their half-planes; ``let`` names what depends on parameters alone."""
+        """What may touch what; ``let`` names what depends on parameters alone."""
         ...
 
 
@@ -318,7 +319,9 @@ class _Derivation:
         impulses = Argument("P", pushes, "normal impulses of the contacts, N s")
         restitution = tuple(c.restitution for c in self.contacts)
         return [
-            Kernel("gaps", (self.q,), (Output("gap", gaps.values(), "gap of each contact, m"),), "gaps"),
+            Kernel(
+                "gaps", (self.q,), (Output("gap", gaps.values(), "gap of each contact, m; of a stop, rad"),), "gaps"
+            ),
             Kernel("gap_rates", (self.q, self.u), (Output("rate", gaps.rates(), "N u, m/s"),), "rates of the gaps"),
             Kernel("gap_bias", (self.q, self.u), (Output("bias", gaps.bias(), "dN/dt u, m/s^2"),), "bias of the gaps"),
             Kernel(

@@ -11,7 +11,7 @@ from ..mechanism.links import Parameter
 from .names import State
 
 if TYPE_CHECKING:
-    from .impact import Gap
+    from .gaps import Gap
 
 
 @dataclass(frozen=True)

@@ -113,6 +113,10 @@ class _Expansion:
             return local(self.mechanism.ground_points[ref.point])
         return self._offset(ref.link, local(self.mechanism.links[ref.link].points[ref.point]), ref.point)
 
+    def angle(self, link: int) -> sp.Expr:
+        """Angle of a link; zero for the ground."""
+        return sp.S.Zero if link == GROUND else self.state.angle(link)
+
     def _offset(self, link: int, there: Vector, name: str) -> Vector:
         """The inboard point's position and an arm in link axes, turned by the link's angle (eq. 1 and 2)."""
         here = local(self.mechanism.point(self.inboard[link])) if link in self.inboard else ZERO
@@ -185,8 +189,8 @@ class _Expansion:
         ledger = Ledger()
         found = [gap for effect in self.effects for gap in effect.gaps(ledger.let)]
         ledger.close("grounds")
-        gaps = [dot(gap.normal, self.position(gap.point)) for gap in found]
-        used = set().union(*(gap.free_symbols for gap in gaps))
+        gaps = [gap.value(self) for gap in found]
+        used = set().union(*(self._rate(gap).free_symbols for gap in gaps))
         written = [a for block in ledger.blocks for a in block.assignments]
         for a in reversed(written):
             used |= a.expression.free_symbols if a.symbol in used else set()

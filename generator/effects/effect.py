@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from sympy import Expr
 
     from ..derive.derivation import Let
-    from ..derive.impact import Gap
+    from ..derive.gaps import Gap
     from ..derive.kinematics import Vector
     from ..derive.motion import Couple, Force, Motion
 
@@ -27,6 +27,9 @@ Plane = tuple[str, Point, Point]
 
 Place = Callable[[PointRef], tuple[float, float]]
 """Where a point of the mechanism is at the start, x and y in m."""
+
+Turned = Callable[[int], float]
+"""The angle of a link at the start, in rad; of the ground, zero."""
 
 Complain = Callable[[tuple[str | int, ...], str], None]
 """Notes a fault of an effect's own table: the key inside the table, and the sentence."""
@@ -99,7 +102,7 @@ class Effect:
         return sp.S.Zero
 
     def gaps(self, let: Let) -> tuple[Gap, ...]:
-        """Points that may touch half-planes; ``let`` names what depends on parameters alone."""
+        """What may touch what; ``let`` names what depends on parameters alone."""
         return ()
 
     def impact_law(self) -> str:
@@ -116,6 +119,10 @@ class Effect:
 
     def check_start(self, place: Place) -> tuple[str, ...]:
         """What is wrong with the start as far as this effect is concerned, one sentence each."""
+        return ()
+
+    def check_angles(self, angle: Turned) -> tuple[str, ...]:
+        """What is wrong with the angles of the start, likewise."""
         return ()
 
 

@@ -1,4 +1,4 @@
-"""Ground: a half-plane that points of the mechanism cannot enter; they bounce off it without friction."""
+"""Ground: a half-plane that points of the mechanism, or discs about them, cannot enter."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
-from pydantic import Field
+from pydantic import Discriminator, Field, Tag
 
 from ..mechanism.joints import PointRef
 from ..mechanism.links import GROUND, Parameter, Point
@@ -19,13 +19,19 @@ from .table import Name, Pair, Table
 
 if TYPE_CHECKING:
     from ..derive.derivation import Let
-    from ..derive.impact import Gap
+    from ..derive.gaps import Gap
 
 Law = Literal["newton", "poisson"]
 """What restitution means: a ratio of speeds, or of impulses."""
 
+Radius = Annotated[float, Field(ge=0.0)]
+
 DEPTH = 1e-9
 """A start deeper than this (m) is inside the ground; less is rounding."""
+
+
+def _number_or_list(value: Any) -> str:
+    return "<list>" if isinstance(value, list) else "<number>"
 
 
 class GroundTable(Table):
@@ -44,11 +50,21 @@ class GroundTable(Table):
     contacts: list[str] | None = Field(
         default=None, min_length=1, description='a list of points that touch it, such as ["joint_3", "link_0.A"]'
     )
+    radius: (
+        Annotated[
+            Annotated[Radius, Tag("<number>")] | Annotated[list[Radius], Tag("<list>")], Discriminator(_number_or_list)
+        ]
+        | None
+    ) = Field(
+        default=None,
+        description="the radius in m of discs about the contacts, not negative, or a list with one per contact",
+    )
 
 
 @dataclass(frozen=True)
 class Ground(Effect):
-    """The half-plane ``normal·(x - point) < 0`` is inside; ``contacts`` are the points that it keeps out.
+    """The half-plane ``normal·(x - point) < 0`` is inside; ``contacts`` are the points that it keeps out,
+    or the centres of discs: ``radii`` has one radius (m) or ``None``, a point, for each.
 
     ``normal`` has length 1, ``point`` is in m, ``restitution`` is between 0 and 1, by the ``law`` of impact. Without
     ``friction`` the ground is smooth.
@@ -62,6 +78,7 @@ class Ground(Effect):
     contacts: tuple[Contact, ...]
     friction: Parameter | None = None
     law: Law = "newton"
+    radii: tuple[Parameter | None, ...] = ()
 
     def __post_init__(self) -> None:
         if abs(math.hypot(*self.normal.values()) - 1.0) > 1e-12:
@@ -70,6 +87,11 @@ class Ground(Effect):
             raise ValueError(f"{self.restitution.path} is {self.restitution.value}; it must be from 0 to 1")
         if self.friction and not self.friction.value > 0.0:
             raise ValueError(f"{self.friction.path} is {self.friction.value}; it must be positive")
+        if self.radii and len(self.radii) != len(self.contacts):
+            raise ValueError(f"{self.name} has {len(self.radii)} radii for {len(self.contacts)} contacts")
+        for radius in self.radii:
+            if radius and not radius.value > 0.0:
+                raise ValueError(f"{radius.path} is {radius.value}; it must be positive")
 
     def parameters(self) -> tuple[Parameter, ...]:
         return (
@@ -77,6 +99,7 @@ class Ground(Effect):
             *self.point.parameters(),
             self.restitution,
             *((self.friction,) if self.friction else ()),
+            *dict.fromkeys(radius for radius in self.radii if radius),
         )
 
     def planes(self) -> tuple[Plane, ...]:
@@ -84,7 +107,7 @@ class Ground(Effect):
 
     def gaps(self, let: Let) -> tuple[Gap, ...]:
         """The unit normal and the offset of the plane, named once, and one gap per contact point."""
-        from ..derive.impact import Gap
+        from ..derive.gaps import PlaneGap
         from ..derive.kinematics import dot, local, symbol
 
         given, at = local(self.normal), local(self.point)
@@ -92,7 +115,14 @@ class Ground(Effect):
         normal = (let(f"nu_{self.index}_x", given[0] / length), let(f"nu_{self.index}_y", given[1] / length))
         offset = let(f"offset_{self.index}", dot(normal, at))
         e, mu = symbol(self.restitution), symbol(self.friction)
-        return tuple(Gap(name, ref, self.name, normal, offset, e, mu) for name, ref in self.contacts)
+        return tuple(
+            PlaneGap(name, ref, self.name, normal, offset, e, mu, symbol(radius))
+            for (name, ref), radius in self._discs()
+        )
+
+    def _discs(self) -> list[tuple[Contact, Parameter | None]]:
+        """Contacts and their radii."""
+        return list(zip(self.contacts, self.radii or (None,) * len(self.contacts), strict=True))
 
     def impact_law(self) -> str:
         return self.law
@@ -102,7 +132,10 @@ class Ground(Effect):
 
     def check_start(self, place: Place) -> tuple[str, ...]:
         level = self.level()
-        depths = [(name, -level.height(*place(ref))) for name, ref in self.contacts]
+        depths = [
+            (name, (radius.value if radius else 0.0) - level.height(*place(ref)))
+            for (name, ref), radius in self._discs()
+        ]
         return tuple(
             f"the start has {name} inside {self.name} by {depth:.6g} m, expected at or above its surface; "
             "raise the start or move the ground"
@@ -116,7 +149,8 @@ def build(table: GroundTable, index: int, surroundings: Surroundings, complain: 
     if not length > 0.0 or not math.isfinite(length):
         complain(("normal",), f"found {table.normal}, expected a direction, not both zero; write [0, 1] for a floor")
     contacts = _contacts(table, surroundings, complain)
-    if contacts is None or not length > 0.0 or not math.isfinite(length):
+    radii = _radii(table, index, contacts, complain) if contacts is not None else None
+    if contacts is None or radii is None or not length > 0.0 or not math.isfinite(length):
         return None
     name = table.name or f"ground_{index}"
     normal = (table.normal[0] / length, table.normal[1] / length)
@@ -129,6 +163,7 @@ def build(table: GroundTable, index: int, surroundings: Surroundings, complain: 
         contacts=contacts,
         friction=None if table.friction is None else Parameter(f"{name}.friction", f"fr_{index}", table.friction),
         law=table.law,
+        radii=radii,
     )
 
 
@@ -154,6 +189,27 @@ def _contacts(table: GroundTable, around: Surroundings, complain: Complain) -> t
         else:
             found.append((name, ref))
     return tuple(found) if len(found) == len(table.contacts) else None
+
+
+def _radii(
+    table: GroundTable, index: int, contacts: tuple[Contact, ...], complain: Complain
+) -> tuple[Parameter | None, ...] | None:
+    """One radius per contact, one parameter for all if the scene gives one number. ``None`` after a complaint."""
+    name = table.name or f"ground_{index}"
+    if not isinstance(table.radius, list):
+        shared = Parameter(f"{name}.radius", f"rd_{index}", table.radius) if table.radius else None
+        return (shared,) * len(contacts) if shared else ()
+    if len(table.radius) != len(contacts):
+        complain(
+            ("radius",),
+            f"found {len(table.radius)} values, expected {len(contacts)}, one per contact; correct the list or "
+            "write one number for all",
+        )
+        return None
+    return tuple(
+        Parameter(f"{name}.radius.{point}", f"rd_{index}_{k}", value) if value else None
+        for k, ((point, _), value) in enumerate(zip(contacts, table.radius, strict=True))
+    )
 
 
 def _moving_point(name: str, mechanism: Mechanism) -> tuple[PointRef | None, str]:

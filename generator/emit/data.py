@@ -49,6 +49,7 @@ def model_data(scene: Scene, topology: Topology, equations: Equations, hash_: st
         "inputs": [name for effect in scene.effects for name in effect.inputs()],
         "instants": [p.path for effect in scene.effects for p in effect.instants()],
         "contacts": [[contact.name, contact.ground] for contact in equations.contacts],
+        "stops": [contact.ground for contact in equations.contacts if contact.angular],
         "grounds": [plane for effect in scene.effects for plane in _planes(effect)],
         "law": _law(scene),
         "outlines": [[_point(point) for point in link.points.values()] for link in mechanism.links],

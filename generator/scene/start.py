@@ -181,6 +181,8 @@ def check_effects(start: Start, bodies: Bodies, effects: Sequence[tuple[Path, Ef
     for path, effect in effects:
         for sentence in effect.check_start(lambda ref: place(bodies.mechanism, start, ref)):
             report.add(("start", "height") if asked.height is not None else path, sentence)
+        for sentence in effect.check_angles(lambda link: 0.0 if link < 0 else start.poses[link][2]):
+            report.add(path, sentence)
 
 
 def place(mechanism: Mechanism, start: Start, ref: PointRef) -> tuple[float, float]:

@@ -53,7 +53,8 @@ struct system {
     double *zero;              /* [n] zeros: no generalized impulse */
     double baumgarte;          /* rate (1/s) at which drift is damped by accelerations; 0: not that way */
     struct holding *holding;   /* contacts that stay closed, or NULL: contact.h */
-    double length;             /* a length of the mechanism (m), the scale of gaps and of closure */
+    double length;             /* a length of the mechanism (m), the scale of closure */
+    const double *extent;      /* per contact: the scale of its gap, `length` or, of an angle, 1 (rad) */
     long evaluations;
     long dependent; /* solutions that took the robust path */
 };

@@ -18,7 +18,7 @@ struct search {
     const double *steps;
     double t, h;
     double *y, *dy, *value;
-    double slow; /* a closed contact is not falling before its rate is beyond this */
+    double slow; /* times extent: a closed contact is not falling before its rate is beyond this */
 };
 
 /* all gaps (or their rates) at theta */
@@ -95,7 +95,7 @@ static double root(struct search *search, double (*f)(struct search *, int, doub
 static double piece(struct search *search, int contact, double a, double ga, double ra, double b, double gb, double rb)
 {
     if (ga <= 0.0) {
-        if (ra < -search->slow)
+        if (ra < -search->slow * search->s->extent[contact])
             return a;
         if (gb > 0.0 || rb >= 0.0) /* it opens, or is closed throughout and falls at neither end */
             return 2.0;

@@ -9,24 +9,24 @@ static const double SAFETY = 0.9, LEAST_CHANGE = 0.2, LARGEST_CHANGE = 6.0;
 static const struct tolerance TO_ROUNDING = {0.0, 0.0};
 static const double EARLY = 0.05;           /* part of a step: events before it are looked for in a shorter step */
 static const double LONGEST_REBOUND = 10.0; /* times the flight before an impact: the first step tried after it */
-static const double REST_SPEED = 1e-10;     /* times length per second: a contact this slow does not bounce */
-static const double DEEP = 1e-12;           /* times length: an event behind the surface by more than rounding */
-static const double ADRIFT = 1e-11;         /* times length: the gap of a carried contact that is not closed any more */
+static const double REST_SPEED = 1e-10;     /* times extent per second: a contact this slow does not bounce */
+static const double DEEP = 1e-12;           /* times extent: an event behind the surface by more than rounding */
+static const double ADRIFT = 1e-11;         /* times extent: the gap of a carried contact that is not closed any more */
 enum {
     SHORTER = 60,  /* shorter steps in search of an early event */
     LANDINGS = 60, /* steps towards an event; three to five are usual */
     TICK = 64      /* steps between looks at the outside world */
 };
 
-/* speed (m/s) below which a closed contact neither opens nor closes */
-double slow(const struct flight *f)
+/* speed (m/s, rad/s) below which a closed contact neither opens nor closes */
+double slow(const struct flight *f, int contact)
 {
-    return REST_SPEED * f->s->length;
+    return REST_SPEED * f->s->extent[contact];
 }
 
-double near(const struct flight *f)
+double near(const struct flight *f, int contact)
 {
-    return fmin(fmax(f->run->tolerance.rtol, 1e-12), 1e-8) * f->s->length;
+    return fmin(fmax(f->run->tolerance.rtol, 1e-12), 1e-8) * f->s->extent[contact];
 }
 
 enum outcome derive(struct flight *f)
@@ -164,7 +164,7 @@ static enum outcome search_step(struct flight *f, struct event *event)
             outcome = f->run->method->prepare(f->s, f->scratch, f->t, f->h, f->y, f->dy, f->y1, f->dy1);
         if (outcome)
             return outcome;
-        *event = find_event(f->s, f->run->method, f->scratch, f->t, f->h, slow(f), f->search);
+        *event = find_event(f->s, f->run->method, f->scratch, f->t, f->h, REST_SPEED, f->search);
         const double shorter = 2.0 * event->theta * f->h;
         if (event->contact < 0 || event->theta > EARLY || f->t + shorter <= f->t || i == SHORTER)
             return OUTCOME_DONE;
@@ -194,7 +194,7 @@ static enum outcome land(struct flight *f, struct event event)
             behind = h;
         double next = rate < 0.0 ? h - g / rate : h;
         if (fabs(next - h) <= resolution || behind - before <= resolution || i == LANDINGS) {
-            const int deep = g < -DEEP * f->s->length && before < h; /* near a change point the gap may jump: stay outside */
+            const int deep = g < -DEEP * f->s->extent[event.contact] && before < h; /* the gap may jump: stay outside */
             f->h = deep ? before : h;
             return deep ? plain_step(f, f->h) : OUTCOME_DONE;
         }
@@ -249,7 +249,7 @@ static int lost(const struct flight *f)
         return -1;
     m->gaps(f->s->k, f->y, f->gaps);
     for (int c = 0; c < m->contacts; c++)
-        if (f->s->holding->closed[c] == CARRIED && fabs(f->gaps[c]) > ADRIFT * f->s->length)
+        if (f->s->holding->closed[c] == CARRIED && fabs(f->gaps[c]) > ADRIFT * f->s->extent[c])
             return c;
     return -1;
 }
@@ -262,7 +262,7 @@ static int inside(const struct flight *f)
         return -1;
     m->gaps(f->s->k, f->y1, f->gaps);
     for (int c = 0; c < m->contacts; c++)
-        if (f->s->holding->closed[c] != HELD && f->gaps[c] < -ADRIFT * f->s->length)
+        if (f->s->holding->closed[c] != HELD && f->gaps[c] < -ADRIFT * f->s->extent[c])
             return c;
     return -1;
 }

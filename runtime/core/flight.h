@@ -19,11 +19,11 @@ struct flight {
     struct holding holding; /* of the system */
 };
 
-/* speed (m/s) below which a closed contact neither opens nor closes */
-double slow(const struct flight *f);
+/* speed (m/s, rad/s) below which a closed contact neither opens nor closes */
+double slow(const struct flight *f, int contact);
 
-/* gap (m) below which a contact is closed */
-double near(const struct flight *f);
+/* gap (m, rad) below which a contact is closed */
+double near(const struct flight *f, int contact);
 
 /* dy at (t, y) */
 enum outcome derive(struct flight *f);

@@ -18,6 +18,7 @@
 
 extern const struct method dop853;
 
+static const double SHORT = 1e-8;   /* times the time, or 1 s: shorter steps, as impacts that accumulate leave, go to DOP853 */
 static const double WANTED = 0.4;   /* contraction that steps aim at */
 static const double MISSED = 0.03;  /* of the last coefficients, times their ratio to the first: the error of a step */
 static const double CAUTION = 18.0; /* times the error: what the next step is chosen by, for the motion may get quicker */
@@ -154,7 +155,7 @@ static enum outcome gauss_step(struct system *s, double *scratch, double t, doub
     }
     int converged = 0;
     enum outcome outcome = OUTCOME_DONE;
-    if (!holds(s))
+    if (!holds(s) && h > SHORT * fmax(fabs(t), 1.0))
         outcome = gauss_solve(g, s, t, h, tolerance, y, dy, &converged);
     g->known = g->replaced = 0;
     g->tried = 1;

@@ -5,7 +5,7 @@
 
 extern const struct method dop853, dopri5, gauss, radau;
 
-const struct method *const all_methods[] = {&gauss, &dop853, &dopri5, &radau, NULL};
+const struct method *const all_methods[] = {&dop853, &gauss, &dopri5, &radau, NULL};
 
 const struct method *find_method(const char *name)
 {

@@ -20,16 +20,20 @@ static double largest(int n, const double *x)
     return found;
 }
 
-/* gaps of the held contacts below the closure rows; the largest */
+/* gaps of the held contacts below the closure rows; the largest, angles as lengths */
 static double held_gaps(struct system *s, const double *q)
 {
     struct holding *h = s->holding;
     if (!holds(s))
         return 0.0;
     s->model->gaps(s->k, q, h->rates);
-    for (int i = 0; i < h->count; i++)
-        s->rows[s->model->rows + i] = h->rates[h->set[i]];
-    return largest(h->count, s->rows + s->model->rows);
+    double found = 0.0;
+    for (int i = 0; i < h->count; i++) {
+        const int c = h->set[i];
+        s->rows[s->model->rows + i] = h->rates[c];
+        found = fmax(found, isnan(h->rates[c]) ? INFINITY : fabs(h->rates[c]) * (s->length / s->extent[c]));
+    }
+    return found;
 }
 
 /* rates of the held contacts, and sliding of those that stick, below the closure rows */

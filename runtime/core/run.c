@@ -59,17 +59,18 @@ static enum outcome strike(struct flight *f, int trigger)
     const struct ccgen_model *m = f->s->model;
     struct run *run = f->run;
     const int n = f->s->n;
-    const double closed = near(f), still = slow(f);
     for (int repeat = 0;; repeat++) {
         int count = 0, approaching = 0;
         m->gaps(f->s->k, f->y, f->gaps);
         m->gap_rates(f->s->k, f->y, f->y + n, f->rates);
-        for (int c = 0; c < m->contacts; c++)
+        for (int c = 0; c < m->contacts; c++) {
+            const double closed = near(f, c), still = slow(f, c);
             if ((f->gaps[c] <= closed || (c == trigger && !repeat)) && f->rates[c] <= still) {
                 approaching |= f->rates[c] < -still || (c == trigger && !repeat && f->rates[c] < 0.0);
                 f->e[count] = f->s->restitution[c];
                 f->set[count++] = c;
             }
+        }
         if (!approaching)
             break;
         if (repeat == REPEATS)

@@ -18,7 +18,7 @@
 #include "friction.h"
 
 static const double REST_TIME = 1e-11; /* s, relative to max(1, t): bounces over so soon are over */
-static const double SHUT = 1e-12;      /* times length: a gap so small may be shut without moving anything */
+static const double SHUT = 1e-12;      /* times extent: a gap so small may be shut without moving anything */
 static const double SLOW = 1e4;        /* times what the largest acceleration reaches in that time: too fast to ask */
 static const double PRESSED = 1e-9;    /* times the largest acceleration: less than that is rounding */
 static const double DEPENDENT = 1e-9;  /* share of its own compliance that is left of a contact which others carry */
@@ -97,7 +97,7 @@ static enum outcome take_out(const struct flight *f, struct decision *d, int cro
         int bouncing = -1;
         for (int j = 0; j < d->count && bouncing < 0; j++) {
             const double speed = f->rates[d->contact[j]], e = f->s->restitution[d->contact[j]];
-            if (!pushes(d, j) || speed <= slow(f) || crowded)
+            if (!pushes(d, j) || speed <= slow(f, d->contact[j]) || crowded)
                 continue;
             if ((outcome = solve(d, j, d->rest)))
                 return outcome;
@@ -163,9 +163,9 @@ static enum outcome gather(struct flight *f, struct decision *d, struct loss los
     d->scale = 0.0;
     for (int c = 0; c < m->contacts; c++)
         d->scale = fmax(d->scale, fabs(free[c]) + fabs(bias[c]));
-    const double fast = fmax(SLOW * REST_TIME * fmax(1.0, fabs(f->t)) * d->scale, slow(f));
+    const double fast = SLOW * REST_TIME * fmax(1.0, fabs(f->t)) * d->scale;
     for (int c = 0; c < m->contacts; c++)
-        if (f->gaps[c] <= SHUT * s->length && fabs(f->rates[c]) <= fast) {
+        if (f->gaps[c] <= SHUT * s->extent[c] && fabs(f->rates[c]) <= fmax(fast, slow(f, c))) {
             d->in[d->count] = !(c == loss.contact && loss.how == PULLS);
             d->b[d->count] = free[c] + bias[c];
             d->contact[d->count++] = c;

@@ -1,0 +1,197 @@
+"""Kinds of gaps: a disc above a half-plane (of radius zero: a point), and the angle of a joint before its stop.
+
+A gap asks a :class:`Sight` where things are, and answers with expressions; what its impulses do it says as wrenches on
+links (theory, sections 5.1 and 5.8). To add a kind, write a class with the methods of :class:`Gap`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import sympy as sp
+
+from ..mechanism.joints import PointRef
+from .gather import Wrench
+from .kinematics import ZERO, Vector, dot, perp, scale
+
+
+class Place(Protocol):
+    """Where the mechanism is."""
+
+    def position(self, ref: PointRef) -> Vector:
+        """Position of a point (m)."""
+        ...
+
+    def angle(self, link: int) -> sp.Expr:
+        """Angle of a link's frame (rad); zero for the ground."""
+        ...
+
+
+class Sight(Place, Protocol):
+    """Where the mechanism is, and how it moves."""
+
+    def arm(self, ref: PointRef) -> Vector:
+        """From the inboard point of the point's link to the point (m)."""
+        ...
+
+    def velocity(self, ref: PointRef) -> Vector:
+        """Velocity of a point (m/s)."""
+        ...
+
+    def centripetal(self, ref: PointRef) -> Vector:
+        """Acceleration of a point with u̇ = 0 (m/s²)."""
+        ...
+
+    def rate(self, link: int) -> sp.Expr:
+        """Angular velocity of a link (rad/s); zero for the ground."""
+        ...
+
+
+class Gap(Protocol):
+    """Something that must not become negative, as a function of the configuration.
+
+    ``name`` and ``ground`` say what touches what; gaps, rates and impulses are in m, m/s and N s or, where ``angular``,
+    in rad, rad/s and N m s.
+    """
+
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def ground(self) -> str: ...
+
+    @property
+    def restitution(self) -> sp.Expr: ...
+
+    @property
+    def friction(self) -> sp.Expr: ...
+
+    @property
+    def angular(self) -> bool: ...
+
+    def points(self) -> tuple[PointRef, ...]:
+        """Points to which arms are needed."""
+        ...
+
+    def value(self, at: Place) -> sp.Expr:
+        """The gap, positive outside."""
+        ...
+
+    def closing(self, at: Sight) -> sp.Expr:
+        """Its row of N u: the gap's rate."""
+        ...
+
+    def bias(self, at: Sight) -> sp.Expr:
+        """Its row of Ṅ u: the gap's second derivative with u̇ = 0."""
+        ...
+
+    def slip(self, at: Sight) -> sp.Expr:
+        """Its row of T u: how fast it slides (m/s)."""
+        ...
+
+    def slip_bias(self, at: Sight) -> sp.Expr:
+        """Its row of Ṫ u (m/s²)."""
+        ...
+
+    def push(self, at: Sight, impulse: sp.Expr) -> dict[int, Wrench]:
+        """What a normal impulse does to links: impulse, and its moment about the link's inboard point."""
+        ...
+
+    def drag(self, at: Sight, impulse: sp.Expr) -> dict[int, Wrench]:
+        """What a tangential impulse does, likewise."""
+        ...
+
+
+@dataclass(frozen=True)
+class PlaneGap:
+    """A disc of ``radius`` about a point, above a half-plane: gap = normal·x − offset − radius (eq. 15 and 22c)."""
+
+    name: str
+    point: PointRef
+    ground: str
+    normal: Vector
+    offset: sp.Expr
+    restitution: sp.Expr
+    friction: sp.Expr = sp.S.Zero
+    radius: sp.Expr = sp.S.Zero
+    angular = False
+
+    @property
+    def tangent(self) -> Vector:
+        """The direction of sliding: the normal turned by a right angle, clockwise."""
+        return (self.normal[1], -self.normal[0])
+
+    def points(self) -> tuple[PointRef, ...]:
+        return (self.point,)
+
+    def value(self, at: Place) -> sp.Expr:
+        return dot(self.normal, at.position(self.point)) - self.offset - self.radius
+
+    def closing(self, at: Sight) -> sp.Expr:
+        return dot(self.normal, at.velocity(self.point))
+
+    def bias(self, at: Sight) -> sp.Expr:
+        return dot(self.normal, at.centripetal(self.point))
+
+    def slip(self, at: Sight) -> sp.Expr:
+        """Of the material point that touches, eq. 22d."""
+        return dot(self.tangent, at.velocity(self.point)) + self.radius * at.rate(self.point.link)
+
+    def slip_bias(self, at: Sight) -> sp.Expr:
+        return dot(self.tangent, at.centripetal(self.point))
+
+    def push(self, at: Sight, impulse: sp.Expr) -> dict[int, Wrench]:
+        return self._at_centre(at, scale(impulse, self.normal), sp.S.Zero)
+
+    def drag(self, at: Sight, impulse: sp.Expr) -> dict[int, Wrench]:
+        return self._at_centre(at, scale(impulse, self.tangent), self.radius * impulse)
+
+    def _at_centre(self, at: Sight, impulse: Vector, moment: sp.Expr) -> dict[int, Wrench]:
+        """An impulse through the disc's centre, and a moment."""
+        return {self.point.link: (impulse, dot(perp(at.arm(self.point)), impulse) + moment)}
+
+
+@dataclass(frozen=True)
+class AngleGap:
+    """A joint's angle, of link ``second`` against link ``first``, before a stop at ``limit`` (rad), eq. 22e.
+
+    The gap is sign (angle − limit): sign is 1 for a lowest angle and −1 for a highest one.
+    """
+
+    name: str
+    ground: str
+    first: int
+    second: int
+    sign: int
+    limit: sp.Expr
+    restitution: sp.Expr
+    friction: sp.Expr = sp.S.Zero
+    angular = True
+
+    def points(self) -> tuple[PointRef, ...]:
+        return ()
+
+    def value(self, at: Place) -> sp.Expr:
+        return self.sign * (at.angle(self.second) - at.angle(self.first) - self.limit)
+
+    def closing(self, at: Sight) -> sp.Expr:
+        return self.sign * (at.rate(self.second) - at.rate(self.first))
+
+    def bias(self, at: Sight) -> sp.Expr:
+        """Zero: the rate is linear in u with constant coefficients."""
+        return sp.S.Zero
+
+    def slip(self, at: Sight) -> sp.Expr:
+        """Zero: a stop has no friction."""
+        return sp.S.Zero
+
+    def slip_bias(self, at: Sight) -> sp.Expr:
+        return sp.S.Zero
+
+    def push(self, at: Sight, impulse: sp.Expr) -> dict[int, Wrench]:
+        """A couple on the second link, its opposite on the first."""
+        return {self.second: (ZERO, self.sign * impulse), self.first: (ZERO, -self.sign * impulse)}
+
+    def drag(self, at: Sight, impulse: sp.Expr) -> dict[int, Wrench]:
+        return {}

@@ -1,0 +1,134 @@
+"""Stop: limits of a joint's angle, off which it bounces and against which it leans."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, ClassVar
+
+from pydantic import BeforeValidator, Field
+
+from ..mechanism.joints import Joint
+from ..mechanism.links import Parameter
+from .effect import Complain, Effect, Entry, Surroundings, Turned
+from .points import find_joint
+from .table import Name, Table
+
+if TYPE_CHECKING:
+    from ..derive.derivation import Let
+    from ..derive.gaps import Gap
+
+DEPTH = 1e-9
+"""A start further beyond a stop than this (rad) is wrong; less is rounding."""
+
+
+def _read_angle(value: object) -> object:
+    from ..scene.schema import read_angle
+
+    return read_angle(value)
+
+
+Angle = Annotated[float, BeforeValidator(_read_angle)]
+
+
+class StopTable(Table):
+    """One ``[[stop]]``."""
+
+    STAND_INS: ClassVar[Mapping[str, object]] = {"restitution": 0.0}
+
+    name: Name | None = Field(default=None, description="a name of letters, digits and _, beginning with a letter")
+    joint: str = Field(description='the joint that it limits, such as "joint_1"')
+    lowest: Angle | None = Field(
+        default=None, description='the joint\'s lowest angle in rad, or a text such as "-30 deg"'
+    )
+    highest: Angle | None = Field(
+        default=None, description='the joint\'s highest angle in rad, or a text such as "60 deg"'
+    )
+    restitution: float = Field(ge=0.0, le=1.0, description="the coefficient of restitution, a number from 0 to 1")
+
+
+@dataclass(frozen=True)
+class Limit:
+    """One side of a stop: ``lowest`` or ``highest``, the angle (rad), and its parameter unless it is exactly zero."""
+
+    key: str
+    value: float
+    parameter: Parameter | None
+
+    @property
+    def sign(self) -> int:
+        """1 where angles must be above the limit, −1 where below."""
+        return 1 if self.key == "lowest" else -1
+
+
+@dataclass(frozen=True)
+class Stop(Effect):
+    """Keeps the angle of ``joint``, second link against first, from its lowest to its highest: one or both."""
+
+    index: int
+    name: str
+    joint: Joint
+    limits: tuple[Limit, ...]
+    restitution: Parameter
+
+    def __post_init__(self) -> None:
+        values = [limit.value for limit in self.limits]
+        if not values or (len(values) == 2 and not values[0] < values[1]):
+            raise ValueError(f"{self.name} has the limits {values}; expected one, or a lower and a higher one")
+        if not 0.0 <= self.restitution.value <= 1.0:
+            raise ValueError(f"{self.restitution.path} is {self.restitution.value}; it must be from 0 to 1")
+
+    def parameters(self) -> tuple[Parameter, ...]:
+        return (*(limit.parameter for limit in self.limits if limit.parameter), self.restitution)
+
+    def gaps(self, let: Let) -> tuple[Gap, ...]:
+        """One gap per limit, called ``stop.lowest`` and ``stop.highest``."""
+        from ..derive.gaps import AngleGap
+        from ..derive.kinematics import symbol
+
+        first, second, e = self.joint.first.link, self.joint.second.link, symbol(self.restitution)
+        return tuple(
+            AngleGap(self.joint.name, f"{self.name}.{limit.key}", first, second, limit.sign, symbol(limit.parameter), e)
+            for limit in self.limits
+        )
+
+    def check_angles(self, angle: Turned) -> tuple[str, ...]:
+        found = angle(self.joint.second.link) - angle(self.joint.first.link)
+        sides = {"lowest": "at least", "highest": "at most"}
+        return tuple(
+            f"the start has {self.joint.name} at {found:.6g} rad, expected {sides[limit.key]} {limit.value:.6g} rad "
+            "(whole turns count); turn the start or move the stop"
+            for limit in self.limits
+            if limit.sign * (found - limit.value) < -DEPTH
+        )
+
+
+def build(table: StopTable, index: int, around: Surroundings, complain: Complain) -> Stop | None:
+    """The record of a table, or ``None`` after having complained."""
+    joint, wrong = find_joint(table.joint, around.mechanism)
+    if joint is not None and around.mechanism.joints[joint].slides:
+        joint, wrong = None, "it slides along a line; a stop limits the angle of a revolute joint"
+    if joint is None:
+        complain(("joint",), f'found "{table.joint}", expected a joint; {wrong}')
+    name = table.name or f"stop_{index}"
+    given = {"lowest": table.lowest, "highest": table.highest}
+    limits = tuple(
+        Limit(key, value, Parameter(f"{name}.{key}", f"{key}_{index}", value) if value else None)
+        for key, value in given.items()
+        if value is not None
+    )
+    if not limits:
+        complain((), "found neither lowest nor highest, expected one of them or both; add one")
+    if len(limits) == 2 and not limits[0].value < limits[1].value:
+        low, high = limits[0].value, limits[1].value
+        complain(
+            ("lowest",), f"found {low:.6g} rad, expected less than the highest angle, {high:.6g} rad; exchange them"
+        )
+        return None
+    if joint is None or not limits:
+        return None
+    restitution = Parameter(f"{name}.restitution", f"es_{index}", table.restitution)
+    return Stop(index, name, around.mechanism.joints[joint], limits, restitution)
+
+
+ENTRY = Entry("stop", True, StopTable, build)
