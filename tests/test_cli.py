@@ -174,7 +174,8 @@ def test_run_without_contacts(tmp_path: Path) -> None:
 
 
 def test_interrupted_run_keeps_what_it_has(tmp_path: Path) -> None:
-    (tmp_path / "pendulum.toml").write_text(PENDULUM)
+    many = PENDULUM.replace("links = 1", "links = 24")  # slow enough not to be done before the signal
+    (tmp_path / "pendulum.toml").write_text(many)
     ccgen("--scene", "pendulum.toml", at=tmp_path)
     process = subprocess.Popen(
         [CCGEN, "run", "pendulum.toml", "--until", "5e5", "--rtol", "1e-13", "--method", "dop853"],
