@@ -58,6 +58,8 @@ cdef extern from "core/core.h":
         double *jump
         double *u_dot
         double *zero
+        double *shut
+        int guided
         double baumgarte
         void *holding
         double length
@@ -161,7 +163,7 @@ BAUMGARTE = 20.0
 
 
 def methods():
-    """Names of the integration methods, the default first."""
+    """Names of the integration methods."""
     cdef int i = 0
     names = []
     while all_methods[i] is not NULL:
@@ -245,7 +247,7 @@ cdef class Kernels:
     cdef const ccgen_model *m
     cdef object capsule
     cdef readonly dict sizes
-    cdef double[::1] k, restitution, friction, extent, multipliers, rows, bias, jump, u_dot, zero, inputs
+    cdef double[::1] k, restitution, friction, extent, multipliers, rows, bias, jump, u_dot, zero, shut, inputs
     cdef double length
     cdef int law
 
@@ -269,7 +271,7 @@ cdef class Kernels:
         self.restitution = np.zeros(max(m.contacts, 1))
         room = m.rows + 2 * m.contacts + 1
         self.multipliers, self.rows, self.bias = np.zeros(room), np.zeros(room), np.zeros(room)
-        self.jump, self.u_dot, self.zero = np.zeros(m.nu), np.zeros(3 * m.nu), np.zeros(m.nu)
+        self.jump, self.u_dot, self.zero, self.shut = np.zeros(m.nu), np.zeros(3 * m.nu), np.zeros(m.nu), np.zeros(2 * m.nu)
         self.inputs = np.zeros(m.inputs + 1)
         self.length, self.law = length, LAWS.index(law)
         self.friction = np.zeros(max(m.contacts, 1))
@@ -319,6 +321,8 @@ cdef class Kernels:
         s.bias = &self.bias[0]
         s.jump = &self.jump[0]
         s.u_dot = &self.u_dot[0]
+        s.shut = &self.shut[0]
+        s.guided = 0
         s.zero = &self.zero[0]
         s.holding = NULL
         s.length = self.length
@@ -504,11 +508,11 @@ cdef class Kernels:
         cdef double[::1] ends = np.array([*stops, until], dtype=float)
         cdef size_t room = self.m.rows + 2 * self.m.contacts + 1
         cdef double[::1] multipliers = np.zeros(room), rows = np.zeros(room), bias = np.zeros(room)
-        cdef double[::1] jump = np.zeros(self.m.nu), u_dot = np.zeros(3 * self.m.nu)
+        cdef double[::1] jump = np.zeros(self.m.nu), u_dot = np.zeros(3 * self.m.nu), shut = np.zeros(2 * self.m.nu)
         cdef system s = self._system()
         s.inputs = &inputs[0]
         s.multipliers, s.rows, s.bias = &multipliers[0], &rows[0], &bias[0]
-        s.jump, s.u_dot = &jump[0], &u_dot[0]
+        s.jump, s.u_dot, s.shut = &jump[0], &u_dot[0], &shut[0]
         cdef run r
         cdef _Ticker ticker = _Ticker(progress)
         r.start, r.until = 0.0, until

@@ -48,10 +48,10 @@ def simulate(
 
     Start, end and tolerances come from the scene unless given; ``atol`` is ``rtol`` unless given. ``params`` are values
     by scene path for this run only. ``step`` (s) fixes the step size instead of choosing it by the error estimate.
-    ``method`` is one of :func:`ccgen.runtime.methods`: "dop853" (the default), "gauss", "dopri5" or "radau", for stiff
-    scenes. ``drift`` says how the loops are kept shut: "projected" after every step; for comparison, "left" as the
-    integration leaves them, or "damped" by Baumgarte's stabilisation. While contacts are held, loops and contacts are
-    projected in any case.
+    ``method`` is one of :func:`ccgen.runtime.methods`: "gauss", "dop853", "dopri5" or "radau", for stiff scenes; unless
+    given, :func:`default_method`. ``drift`` says how the loops are kept shut: "projected" after every step; for
+    comparison, "left" as the integration leaves them, or "damped" by Baumgarte's stabilisation. While contacts are
+    held, loops and contacts are projected in any case.
     ``progress`` is called with the time reached, now and then. The start is projected onto the closure. Ctrl-C raises
     ``KeyboardInterrupt``, or with ``keep_interrupted`` ends the run there and keeps it.
 
@@ -78,7 +78,7 @@ def simulate(
     rtol = _positive("rtol", settings["rtol"] if rtol is None else rtol)
     atol = _positive("atol", (settings["atol"] or rtol) if atol is None else atol)
     fixed = 0.0 if step is None else _positive("step", step)
-    name = methods()[0] if method is None else method
+    name = default_method(model, controlled=callable(inputs)) if method is None else method
     if name not in methods():
         raise ValueError(f"method: found {name!r}, expected one of {', '.join(methods())}")
     if drift not in DRIFTS:
@@ -93,6 +93,12 @@ def simulate(
     if found["outcome"] == "interrupted" and not keep_interrupted:
         raise KeyboardInterrupt
     return _record(model, name, drift, until, found, supply)
+
+
+def default_method(model: Model, *, controlled: bool = False) -> str:
+    """The fastest where motions are smooth, "gauss"; for a model with contacts, whose flights impacts cut short, and
+    where a controller is asked for every state (``controlled``), "dop853"."""
+    return "dop853" if model.contacts or controlled else "gauss"
 
 
 def _stops(model: Model, kinks: FloatArray) -> FloatArray:

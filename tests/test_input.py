@@ -38,7 +38,7 @@ def test_constant_input_is_the_effect(workshop: Workshop) -> None:
     assert np.max(np.abs(found.at(1.3)[0] - wanted.at(1.3)[0])) <= 1e-11
     for same in ([1.5, -0.7, 0.3], np.array([1.5, -0.7, 0.3]), {"t": [0.0], **{k: [v] for k, v in values.items()}}):
         assert np.array_equal(simulate(other, q, u, until=2.0, inputs=same).q, found.q)
-    constant = simulate(other, q, u, until=2.0, inputs=lambda t, q, u: values)
+    constant = simulate(other, q, u, until=2.0, inputs=lambda t, q, u: values, method=found.method)
     assert np.array_equal(constant.q, found.q)
 
 

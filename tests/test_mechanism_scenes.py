@@ -422,6 +422,18 @@ def test_two_four_bars_are_where_the_exact_solution_is(workshop: Workshop) -> No
     assert np.max(np.abs(q[3:])) <= 1e-8 and np.ptp(q[:3]) <= 1e-8
 
 
+@pytest.mark.parametrize(("method", "loss"), [("gauss", 10.0), ("dop853", 300.0)])
+def test_passing_a_line_costs_no_digits(method: str, loss: float, workshop: Workshop) -> None:
+    """At every tolerance, so wherever steps happen to end. The pendulum it amounts to is off by 85 rtol when SciPy's
+    DOP853 integrates its one angle."""
+    model = workshop.model(load_scene(SCENES / "n-four-bar.toml"))
+    for rtol in np.geomspace(1e-9, 1e-12, 25):
+        run = simulate(model, rtol=rtol, method=method)
+        assert run.success, run.message
+        head = model.point("upright_0.B", run.q[-1])
+        assert np.max(np.abs(head - (0.328458111540815, 0.944518538178601))) <= loss * rtol + 2e-9, rtol
+
+
 @pytest.mark.parametrize("count", [1, 3, 5])
 def test_rows_of_four_bars_start_upright(count: int, workshop: Workshop) -> None:
     scene = workshop.scene(f'name = "row"\n[four_bars]\ncount = {count}\nlength = 2.0\n')

@@ -51,6 +51,8 @@ struct system {
     double *jump;              /* [n] scratch */
     double *u_dot;             /* [3 n] scratch of system_power and system_derivative */
     double *zero;              /* [n] zeros: no generalized impulse */
+    double *shut;              /* [2 n] scratch: a state put onto the closure */
+    int guided;                /* whether derivatives are those of the state put onto the closure */
     double baumgarte;          /* rate (1/s) at which drift is damped by accelerations; 0: not that way */
     struct holding *holding;   /* contacts that stay closed, or NULL: contact.h */
     double length;             /* a length of the mechanism (m), the scale of closure */
@@ -101,7 +103,7 @@ extern const double NEAREST, NEAREST_PROJECTED;
  * driven joints take and how hard contacts push depends on the accelerations, which are solved for then */
 enum outcome system_power(struct system *s, double t, const double *q, const double *u, double *power);
 
-/* dy/dt = [u; u_dot] */
+/* dy/dt = [u; u_dot]; of a guided system, of the nearest state on the closure */
 enum outcome system_derivative(struct system *s, double t, const double *y, double *dy);
 
 /* projection.c: nearest state on the closure, held contacts closed, in the metric of the mass matrix, position then

@@ -9,6 +9,7 @@
 
 /* scratch: DENSE_STAGES derivatives and a state, DENSE_DEGREE coefficients and the start of the interpolant, ESTIMATES */
 enum { ESTIMATES = 2 }; /* of order 3 and of order 5 */
+static const double CHANCE = 0.01; /* how far below what the other says the estimate of order 5 is believed */
 
 static double *stage(double *scratch, int size, int i)
 {
@@ -79,16 +80,21 @@ static double *dop853_estimates(double *scratch, int size, int *count)
     return estimate(scratch, size, 0);
 }
 
-/* Both estimates together (Hairer, Norsett, Wanner 1993, section II.10): as small as the better, as reliable as the other */
+/* Both estimates together (Hairer, Norsett, Wanner 1993, section II.10): as small as the better, as reliable as the other.
+ * Against the motion itself the estimates shrink as h^3 and h^5, so the better is about the motion times the other's part of
+ * it to 5/3. One far below that vanishes by chance, which much too long a step gives it, and is not believed. */
 static double dop853_measure(const double *scratch, int size, struct tolerance tolerance, const double *y, const double *y1)
 {
     const double *error3 = scratch + (size_t)(DENSE_STAGES + 1 + DENSE_DEGREE + 1) * size, *error5 = error3 + size;
-    double sum3 = 0.0, sum5 = 0.0;
+    double sum3 = 0.0, sum5 = 0.0, motion = 0.0;
     for (int i = 0; i < size; i++) {
-        const double scale = tolerance.atol + tolerance.rtol * fmax(fabs(y[i]), fabs(y1[i]));
+        const double scale = tolerance.atol + tolerance.rtol * fmax(fabs(y[i]), fabs(y1[i])), change = (y1[i] - y[i]) / scale;
         sum3 += (error3[i] / scale) * (error3[i] / scale);
         sum5 += (error5[i] / scale) * (error5[i] / scale);
+        motion += change * change;
     }
+    if (motion > 0.0)
+        sum5 = fmax(sum5, CHANCE * CHANCE * sum3 * pow(sum3 / motion, 2.0 / 3.0));
     return sum5 > 0.0 ? sum5 / sqrt((sum5 + 0.01 * sum3) * size) : 0.0;
 }
 

@@ -5,6 +5,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "passing.h"
+
 static const double SAFETY = 0.9, LEAST_CHANGE = 0.2, LARGEST_CHANGE = 6.0;
 static const struct tolerance TO_ROUNDING = {0.0, 0.0};
 static const double EARLY = 0.05;           /* part of a step: events before it are looked for in a shorter step */
@@ -63,8 +65,7 @@ static double first_step(struct flight *f)
     return h1 > least ? fmin(100.0 * h0, h1) : least;
 }
 
-/* Whether the ends of steps are put back: onto the closure unless the run leaves that out, onto held contacts always */
-static int projects(const struct flight *f)
+int projects(const struct flight *f)
 {
     return holds(f->s) || (f->s->model->rows && f->run->drift == DRIFT_PROJECTED);
 }
@@ -78,8 +79,7 @@ static enum outcome project_end(struct flight *f)
     return outcome ? outcome : project_velocity(f->s, f->y1, f->y1 + f->s->n);
 }
 
-/* Step of length h from (t, y) to y1, not projected yet. */
-static enum outcome raw_step(struct flight *f, double h, struct tolerance tolerance)
+enum outcome raw_step(struct flight *f, double h, struct tolerance tolerance)
 {
     return f->run->method->step(f->s, f->scratch, f->t, h, tolerance, f->y, f->dy, f->y1);
 }
@@ -90,9 +90,7 @@ static enum outcome derive_end(struct flight *f)
     return f->run->method->derivatives ? system_derivative(f->s, f->t + f->h, f->y1, f->dy1) : OUTCOME_DONE;
 }
 
-/* What the error of the step to y1 amounts to; accepted up to 1. An error that fails is measured again without its part
- * across the closure, which projection removes: near a singular configuration that part is large and means nothing. */
-static enum outcome measure(struct flight *f, double *error)
+enum outcome measure(struct flight *f, double *error)
 {
     const struct method *method = f->run->method;
     const int n = f->s->n, size = f->s->size;
@@ -134,6 +132,8 @@ static enum outcome accepted_step(struct flight *f, double *next)
         enum outcome outcome = raw_step(f, f->h, run->fixed_step > 0.0 ? TO_ROUNDING : run->tolerance);
         if (!outcome && run->fixed_step == 0.0)
             outcome = measure(f, &error);
+        if (!outcome && run->fixed_step == 0.0 && passes_singular(f))
+            outcome = guided_step(f, &error);
         if (!outcome && error <= 1.0)
             outcome = project_end(f);
         if (!outcome && error <= 1.0) {

@@ -17,6 +17,7 @@ struct flight {
     double *gaps, *rates, *e, *P;
     int *set;
     struct holding holding; /* of the system */
+    double singular;        /* part of the step at which a singular configuration is passed */
 };
 
 /* speed (m/s, rad/s) below which a closed contact neither opens nor closes */
@@ -27,6 +28,16 @@ double near(const struct flight *f, int contact);
 
 /* dy at (t, y) */
 enum outcome derive(struct flight *f);
+
+/* whether the ends of steps are put back: onto the closure unless the run leaves that out, onto held contacts always */
+int projects(const struct flight *f);
+
+/* step of length h from (t, y) to y1, not put back yet */
+enum outcome raw_step(struct flight *f, double h, struct tolerance tolerance);
+
+/* what the error of the step to y1 amounts to; accepted up to 1. An error that fails is measured again without its part
+ * across the closure, which projection removes: near a singular configuration that part is large and means nothing. */
+enum outcome measure(struct flight *f, double *error);
 
 /* step of length h from (t, y) to y1, put back onto the closure whatever its error */
 enum outcome plain_step(struct flight *f, double h);

@@ -155,7 +155,7 @@ static enum outcome gauss_step(struct system *s, double *scratch, double t, doub
     }
     int converged = 0;
     enum outcome outcome = OUTCOME_DONE;
-    if (!holds(s) && h > SHORT * fmax(fabs(t), 1.0))
+    if (!holds(s) && !s->guided && h > SHORT * fmax(fabs(t), 1.0))
         outcome = gauss_solve(g, s, t, h, tolerance, y, dy, &converged);
     g->known = g->replaced = 0;
     g->tried = 1;
@@ -186,7 +186,7 @@ static double gauss_measure(const double *scratch, int size, struct tolerance to
 {
     const struct gauss *g = (const struct gauss *)scratch;
     if (g->replaced) /* as the error of a method of this order would be */
-        return pow(dop853.measure(g->other, size, tolerance, y, y1), (double)ORDER / dop853.order);
+        return pow(CAUTION * dop853.measure(g->other, size, tolerance, y, y1), (double)ORDER / dop853.order);
     double sum = 0.0;
     for (int i = 0; i < size; i++) {
         const double scale = tolerance.atol + tolerance.rtol * fmax(fabs(y[i]), fabs(y1[i]));

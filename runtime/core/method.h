@@ -34,7 +34,7 @@ struct method {
 /* the method called `name`, or NULL */
 const struct method *find_method(const char *name);
 
-/* names of all methods, NULL at the end; the first is the default */
+/* all methods, NULL at the end */
 extern const struct method *const all_methods[];
 
 #endif

@@ -182,6 +182,26 @@ static void write_rows(struct system *s, const double *q, int held, const double
             g[j * n + i] /= length[j];
 }
 
+double nearest_row(struct system *s, const double *q)
+{
+    const size_t n = s->n, rows = s->model->rows + s->model->drives;
+    double *work = malloc((rows * n + 4 * rows + 1) * sizeof *work), found = 1.0;
+    int *order = malloc((rows + 1) * sizeof *order);
+    if (work && order) {
+        double *g = work, *right = g + rows * n, *length = right + rows, *diagonal = length + rows, *beta = diagonal + rows;
+        memset(s->bias, 0, s->model->rows * sizeof *s->bias);
+        write_rows(s, q, 0, s->bias, NULL, g, right, length);
+        for (size_t j = 0; j < rows; j++)
+            order[j] = (int)j;
+        const int rank = reduce((int)n, (int)rows, g, NEAREST, diagonal, beta, order);
+        for (int k = 0; k < rank; k++)
+            found = fmin(found, fabs(diagonal[k] / diagonal[0]));
+    }
+    free(order);
+    free(work);
+    return found;
+}
+
 enum outcome solve_dependent(struct system *s, const double *q, int held, const double *y, const double *t, double nearest,
                              affine *residual, const void *context, double *x, double *lambda)
 {

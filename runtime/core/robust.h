@@ -14,4 +14,8 @@ typedef void affine(const struct system *s, const double *q, const void *context
 enum outcome solve_dependent(struct system *s, const double *q, int held, const double *y, const double *t, double nearest,
                              affine *residual, const void *context, double *x, double *lambda);
 
+/* How near the nearest row of the closure and of driven joints comes to the span of the others, of those that count;
+ * 1 where rows are at right angles */
+double nearest_row(struct system *s, const double *q);
+
 #endif

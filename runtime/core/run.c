@@ -1,6 +1,7 @@
 /* The hybrid run: flight or contact until an event or the end, impacts at the event, flight or contact again. */
 #include "run.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -11,8 +12,10 @@
 static const double INSTANT = 1e-10; /* s, relative to max(1, t): the time within which events crowd */
 enum {
     REPEATS = 100, /* impacts at one instant */
-    CROWD = 200    /* events within an instant before what bounces is said to be at rest */
+    CROWD = 200,   /* events within an instant before what bounces is said to be at rest */
+    RATTLE = 1000  /* the same of events between which no closed contact moves */
 };
+static const double UNSEEN = 16.0; /* units of rounding: a gap that changes less between two events has not moved */
 
 /* Work (J) of the impulses of friction in an impact of the contacts f->set */
 static double friction_work(struct flight *f, int count, const double *u_plus)
@@ -92,24 +95,38 @@ static enum outcome strike(struct flight *f, int trigger)
     return OUTCOME_DONE;
 }
 
+/* Whether the closed contacts have moved since an event `since` ago by less than positions can show */
+static int rattles(struct flight *f, double since)
+{
+    const struct ccgen_model *m = f->s->model;
+    m->gaps(f->s->k, f->y, f->gaps);
+    m->gap_rates(f->s->k, f->y, f->y + f->s->n, f->rates);
+    for (int c = 0; c < m->contacts; c++)
+        if (f->gaps[c] <= near(f, c) && fabs(f->rates[c]) * since > UNSEEN * DBL_EPSILON * f->s->extent[c])
+            return 0;
+    return 1;
+}
+
 /* The hybrid automaton. Motion is smooth, with some contacts held or with none (flight), until an event; then closed
  * contacts that approach strike, and those that are pressed shut and do not bounce are held from then on. */
 static enum outcome alternate(struct flight *f)
 {
     struct event event = {-1, 0.0, LOST};
     double last[2 * CROWD]; /* instants of the last events */
-    long events = 0;
+    long events = 0, still = 0; /* `still`: events in a row between which nothing moved */
     if (!f->s->model->contacts)
         return fly(f, &event);
     enum outcome outcome = strike(f, -1);
     if (!outcome)
         outcome = settle(f, (struct loss){-1, PULLS}, 0);
     while (!outcome && f->t < f->run->until) {
+        const double before = f->t;
         outcome = fly(f, &event);
         if (outcome || event.contact < 0)
             continue;
+        still = rattles(f, f->t - before) ? still + 1 : 0;
         const double now = f->t - INSTANT * fmax(1.0, f->t);
-        const int crowded = events >= CROWD && now <= last[(events - CROWD) % (2 * CROWD)];
+        const int crowded = still >= RATTLE || (events >= CROWD && now <= last[(events - CROWD) % (2 * CROWD)]);
         if (events >= 2 * CROWD && now <= last[events % (2 * CROWD)]) {
             f->run->contact = event.contact;
             return OUTCOME_ACCUMULATION;

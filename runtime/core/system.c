@@ -208,7 +208,14 @@ enum outcome system_power(struct system *s, double t, const double *q, const dou
 
 enum outcome system_derivative(struct system *s, double t, const double *y, double *dy)
 {
-    const enum outcome outcome = supply(s, t, y, y + s->n);
+    enum outcome outcome = OUTCOME_DONE;
+    if (s->guided) {
+        memcpy(s->shut, y, 2 * s->n * sizeof *y);
+        y = s->shut;
+        outcome = project_position(s, s->shut);
+        outcome = outcome ? outcome : project_velocity(s, s->shut, s->shut + s->n);
+    }
+    outcome = outcome ? outcome : supply(s, t, y, y + s->n);
     if (outcome)
         return outcome;
     memcpy(dy, y + s->n, s->n * sizeof *dy);

@@ -39,6 +39,14 @@ def test_the_falling_hexagon_comes_to_rest(hexagon: Any, e: float, reach: Reach)
     assert run.phases[-1].kind == "contact"
 
 
+def test_rattling_below_rounding_comes_to_rest(hexagon: Any, reach: Reach) -> None:
+    """Impacts that hand a motion of 1e-9 m/s from corner to corner, by steps that positions cannot show."""
+    run = simulate(hexagon, until=30.0, params={"ground_0.restitution": 0.0}, method="gauss")
+    assert run.success, run.message
+    reach("hexagon that rattles: speed at rest, m/s", speed(run), 1e-8)
+    reach("hexagon that rattles: rise of energy", rise(run), 1e-9)
+
+
 @pytest.mark.parametrize("e", [0.5, 0.9, 0.97])
 def test_a_ball_rests_at_the_limit_of_its_series(ball: Any, e: float, reach: Reach) -> None:
     limit = FIRST * (1 + e) / (1 - e)
