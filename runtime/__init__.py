@@ -4,7 +4,8 @@ from ._core import methods
 from .analysis import inverse_dynamics, momentum
 from .crank import DrivingTorque, driving_torque
 from .equilibrium import Equilibrium, static_equilibrium
-from .model import Model, load_model, open_model
+from .load import load_model, open_model
+from .model import Model
 from .run import Impact, Phase, Run
 from .simulate import simulate
 

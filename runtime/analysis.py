@@ -12,6 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .drives import drive_columns, drive_rows
 from .frames import FloatArray
 from .inputs import Values
 from .model import Model
@@ -71,30 +72,6 @@ def inverse_dynamics(
     return found[0] if single else np.array(found)
 
 
-def drive_columns(model: Model, joints: Sequence[str]) -> FloatArray:
-    """Generalized forces B (nu, joints) of unit torques at ``joints``, each named once; of unit forces along the lines
-    of those that slide."""
-    if isinstance(joints, str) or not joints or len(set(joints)) != len(joints):
-        raise ValueError(f"joints: found {joints!r}, expected a list of joints, at least one and each once")
-    coordinates = [(kind, of) for kind, of in model.data["coordinates"]]
-    columns = np.zeros((len(model.u_names), len(joints)))
-    for column, name in enumerate(joints):
-        if name not in model.joints:
-            raise ValueError(f"joints: found {name!r}, expected some of: {', '.join(model.joints)}")
-        if name in model.data["lines"] and ("slide", name) in coordinates:
-            columns[coordinates.index(("slide", name)), column] = 1.0
-            continue
-        if name in model.data["lines"]:
-            raise ValueError(
-                f"joints: found {name!r}, a sliding joint whose length is no coordinate; name another joint"
-            )
-        for link, sign in zip(model.data["between"][model.joints.index(name)], (-1.0, 1.0), strict=True):
-            leader = -1 if link < 0 else model.data["leaders"][link]
-            if leader >= 0:
-                columns[coordinates.index(("angle", leader)), column] += sign
-    return columns
-
-
 def _torques(model: Model, q: FloatArray, force: FloatArray, drives: FloatArray, joints: Sequence[str]) -> FloatArray:
     """Least torques that leave nothing of ``force`` along the motions that the loops allow."""
     motions = free_motions(model, q, joints)
@@ -115,7 +92,7 @@ def free_motions(model: Model, q: FloatArray, released: Sequence[str] = ()) -> F
     Drives of joints that are ``released`` do not count.
     """
     held = [drive["joint"] not in released for drive in model.data["drives"]]
-    rows = np.vstack([model.jacobian(q), model.drive_rows()[held] * model.length])
+    rows = np.vstack([model.jacobian(q), drive_rows(model)[held] * model.length])
     if not rows.size:
         return np.eye(len(model.u_names))
     _, values, right = np.linalg.svd(rows)

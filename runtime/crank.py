@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .analysis import drive_columns
+from .drives import drive_columns
 from .extras import needed
 from .frames import FloatArray
 from .model import Model

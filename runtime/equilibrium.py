@@ -9,7 +9,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .analysis import drive_columns, free_motions
+from .analysis import free_motions
+from .drives import drive_columns, drive_rows
 from .frames import FloatArray
 from .model import Model
 
@@ -50,6 +51,8 @@ def static_equilibrium(
 ) -> Equilibrium:
     """An equilibrium under the loads of ``model`` at t = 0 and constant ``torques`` (N m) at joints, from ``q``.
 
+    At a joint that slides, the number is a force (N) on its second link along the line. Neither is part of the joint's
+    reaction.
     Driven joints are held where they are in ``q``, by the moment (the force along the line) of their reactions.
     The search begins at the scene's start unless ``q`` is given, and goes downhill to a stable equilibrium; with
     ``nearest`` it goes to a near one, stable or not. Raises ``ValueError`` where it finds none, as for a mechanism that
@@ -178,11 +181,11 @@ class _Statics:
 
     def _rows(self, q: FloatArray) -> FloatArray:
         """The closure's rows, then those of the driven joints as lengths, (rows + drives, nu)."""
-        return np.vstack([self.model.jacobian(q), self.model.drive_rows() * self.model.length])
+        return np.vstack([self.model.jacobian(q), drive_rows(self.model) * self.model.length])
 
     def _miss(self, q: FloatArray) -> FloatArray:
         """By how much loops are open and driven joints have moved, (rows + drives,) in m."""
-        moved = self.model.drive_rows() @ (q - self.first)
+        moved = drive_rows(self.model) @ (q - self.first)
         return np.append(self.model.closure(q), moved * self.model.length)
 
     def stiffness(self, q: FloatArray) -> FloatArray:
@@ -211,7 +214,18 @@ class _Statics:
         forces = np.array(found, dtype=float).reshape(-1, 3)
         if self.torques:
             forces[:, 2] -= self._torques_carried()
+            forces[:, :2] -= self._pushes(self.model.poses(q))
         return forces
+
+    def _pushes(self, poses: FloatArray) -> FloatArray:
+        """Per joint (joints, 2) what a force along its own line does to its outboard link: that is no reaction."""
+        model, found = self.model, np.zeros((len(self.model.joints), 2))
+        for name, force in self.torques.items():
+            if name in model.data["lines"]:
+                second, joint = model.data["lines"][name]["links"][1], model.joints.index(name)
+                outwards = model.outboard[joint] == (model.links[second] if second >= 0 else "ground")
+                found[joint] = (force if outwards else -force) * model.lines.direction(name, poses)
+        return found
 
     def _torques_carried(self) -> FloatArray:
         """Per joint (joints,) the part of its moment that the torques give: they act on links, beside the loads.

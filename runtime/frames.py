@@ -21,6 +21,24 @@ FOLLOW_BEYOND = 4.0  # the view follows along an axis when the motion is longer 
 MARGIN = 1.12  # room around what is shown
 
 
+SPOKED = np.append(np.exp(1j * np.linspace(0.0, 2.0 * np.pi, 61)), 0.0)
+"""The rim of a disc of radius 1 as complex numbers, and a spoke, by which one sees it roll."""
+
+
+@dataclass(frozen=True)
+class Disc:
+    """A disc of a link about a point of it: `centre` (2,) in the link's frame and `radius`, in m."""
+
+    link: int
+    centre: FloatArray
+    radius: float
+
+    @property
+    def outline(self) -> FloatArray:
+        """Its rim and a spoke in the link's frame, (m, 2) in m."""
+        return self.centre + self.radius * np.column_stack([SPOKED.real, SPOKED.imag])
+
+
 class Drawable(Protocol):
     """A model as the record and the pictures see it; states may be single or a batch with a leading axis."""
 
@@ -49,6 +67,10 @@ class Drawable(Protocol):
         """For each link its drawn points (m, 2) in the link's frame."""
 
     @property
+    def discs(self) -> Sequence[Disc]:
+        """Discs of links that touch grounds."""
+
+    @property
     def ground_points(self) -> FloatArray:
         """The points (k, 2) of the ground link."""
 
@@ -63,6 +85,9 @@ class Drawable(Protocol):
 
     def gaps(self, q: FloatArray, /) -> FloatArray:
         """(..., contacts): gap of every contact, m; of a stop, rad."""
+
+    def slides(self, q: FloatArray, /) -> Mapping[str, FloatArray]:
+        """For each sliding joint (...): how far it is along its line, m."""
 
     def energy(self, q: FloatArray, u: FloatArray, /) -> tuple[FloatArray, FloatArray]:
         """(kinetic, potential), each (...)."""
@@ -133,6 +158,7 @@ def placed(outline: FloatArray, pose: FloatArray) -> FloatArray:
 def view_of(model: Drawable, frames: Frames) -> View:
     """The view that shows the whole motion, or follows the mechanism along the axes where the motion is long."""
     parts = [placed(np.asarray(outline), frames.poses[:, k]) for k, outline in enumerate(model.outlines)]
+    parts += [placed(disc.outline, frames.poses[:, disc.link]) for disc in model.discs]
     points = np.concatenate([*parts, frames.joints], axis=1)
     fixed = np.asarray(model.ground_points, dtype=float).reshape(-1, 2)
     size = float(np.max(np.ptp(points, axis=1))) or 1.0

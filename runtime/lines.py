@@ -30,6 +30,15 @@ class Lines:
             return float(along @ distance)
         return float(poses[int(of), ("x", "y", "angle").index(kind)])
 
+    def lengths(self, joint: str, poses: FloatArray) -> FloatArray:
+        """The length along the joint's line (...,), for poses (..., links, 3)."""
+        found = [self.coordinate("slide", joint, one) for one in poses.reshape(-1, *poses.shape[-2:])]
+        return np.array(found).reshape(poses.shape[:-2])
+
+    def direction(self, joint: str, poses: FloatArray) -> FloatArray:
+        """The line's direction, of length 1 (2,), for poses (links, 3)."""
+        return self._line(joint, poses)[0]
+
     def rate(self, kind: str, of: int | str, poses: FloatArray, velocities: FloatArray) -> float:
         """The rate of the coordinate of the given kind."""
         if kind != "slide":

@@ -2,13 +2,8 @@
 
 from __future__ import annotations
 
-import importlib.util
-import json
-import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from os import PathLike
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,48 +11,17 @@ from numpy.typing import ArrayLike
 
 from ._core import Kernels
 from .assemble import nearest_closed
-from .frames import FloatArray
+from .drives import drive_rows, put_where_driven
+from .frames import Disc, FloatArray
 from .inputs import Values, read_values
 from .lines import Lines
 from .parameters import Parameters
+from .poses import JOINT_MISS, read_off, read_rates, read_state
 
 UNPROJECTED = {
     "not_closed": "it is too far from closed; assemble it first",
     "not_finite": "its closure is not a finite number; check the parameters",
 }
-
-JOINT_MISS = 1e-6
-"""Poses whose joints miss by more than this (m) are not a state of the mechanism."""
-
-
-def load_model(path: str | PathLike[str]) -> Model:
-    """The model in the generated package at ``path``, as :func:`ccgen.generator.generate` returns it.
-
-    Raises ``FileNotFoundError`` when there is no generated package, and ``ImportError`` when it does not fit this
-    runtime.
-    """
-    folder = Path(path).resolve()
-    init = folder / "__init__.py"
-    if not init.is_file() or not (folder / "model.json").is_file():
-        raise FileNotFoundError(f"{folder} is not a generated model; make one with: ccgen --scene FILE")
-    name = f"_ccgen_models.{folder.name}_{abs(hash((str(folder), init.stat().st_mtime_ns))):x}"
-    if name not in sys.modules:
-        spec = importlib.util.spec_from_file_location(name, init, submodule_search_locations=[str(folder)])
-        assert spec and spec.loader
-        module = importlib.util.module_from_spec(spec)
-        sys.modules[name] = module
-        try:
-            spec.loader.exec_module(module)
-        except BaseException:
-            del sys.modules[name]
-            raise
-    module = sys.modules[name]
-    return Model(module.descriptor, module.model.data)
-
-
-def open_model(descriptor: object, folder: Path) -> Model:
-    """The model of a generated package, from its descriptor capsule and its data."""
-    return Model(descriptor, json.loads((folder / "model.json").read_text()))
 
 
 class Model:
@@ -137,35 +101,23 @@ class Model:
     @property
     def dof(self) -> int:
         """Degrees of freedom at the scene's start: quasi-velocities less the rank of the closure and driven joints."""
-        jacobian = self.jacobian(self._read_off(np.array(self.data["start"]["poses"], dtype=float)))
-        rows = np.vstack([jacobian, self.drive_rows() * self.length])
+        jacobian = self.jacobian(read_off(self, np.array(self.data["start"]["poses"], dtype=float)))
+        rows = np.vstack([jacobian, drive_rows(self) * self.length])
         rank = int(np.linalg.matrix_rank(rows, tol=1e-9 * self.length)) if len(rows) else 0
         return len(self.u_names) - rank
-
-    def drive_rows(self) -> FloatArray:
-        """Derivatives (drives, nu) of the driven joints' speeds by u."""
-        from .analysis import drive_columns
-
-        joints = [drive["joint"] for drive in self.data["drives"]]
-        return drive_columns(self, joints).T if joints else np.zeros((0, len(self.u_names)))
-
-    def drive_speeds(self) -> FloatArray:
-        """Prescribed speeds (drives,) at t = 0 in rad/s, or m/s along a line."""
-        speeds = [drive["speed"] for drive in self.data["drives"]]
-        return np.array([self._parameters[s] if isinstance(s, str) else s for s in speeds], dtype=float)
-
-    def drive_misses(self, q: FloatArray) -> FloatArray:
-        """How far driven joints (drives,) are from where they are to be at t = 0 (rad or m); 0 where that is open."""
-        missing = []
-        for drive, row in zip(self.data["drives"], self.drive_rows(), strict=True):
-            miss = 0.0 if drive["position"] is None else float(row @ q) - drive["position"]
-            missing.append(miss if drive["slides"] else np.remainder(miss + np.pi, 2.0 * np.pi) - np.pi)
-        return np.array(missing, dtype=float)
 
     @property
     def outlines(self) -> tuple[FloatArray, ...]:
         """Per link its named points in the link's frame, (m, 2) in m."""
         return tuple(self._coordinates(points) for points in self.data["outlines"])
+
+    @property
+    def discs(self) -> tuple[Disc, ...]:
+        """Discs of links, by which they touch grounds."""
+        return tuple(
+            Disc(disc["link"], self._coordinates([disc["point"]])[0], self._parameters[disc["radius"]])
+            for disc in self.data["discs"]
+        )
 
     @property
     def ground_points(self) -> FloatArray:
@@ -290,6 +242,11 @@ class Model:
             raise ValueError(f"found point {name!r}, expected one of: {', '.join(self.points)}")
         return np.ascontiguousarray(self._of_q("points", q, (len(self.points), 2))[..., self.points.index(name), :])
 
+    def slides(self, q: ArrayLike) -> dict[str, FloatArray]:
+        """Per sliding joint how far it is along its line (m), from the first link's point to the second's."""
+        poses, lines = self.poses(q), self.lines
+        return {joint: lines.lengths(joint, poses) for joint in self.data["lines"]}
+
     def closure(self, q: ArrayLike) -> FloatArray:
         """Miss of every cut joint (rows,), m: second side less first side, x then y, or across the line that it has."""
         return self._of_q("closure", q, (len(self.rows),))
@@ -319,16 +276,11 @@ class Model:
         """The scene's start (q, u); where parameters have changed since, the nearest that is closed and driven."""
         poses = np.array(self.data["start"]["poses"], dtype=float)
         velocities = np.array(self.data["start"]["velocities"], dtype=float)
-        q, u = self._read_off(poses), self._read_rates(poses, velocities)
+        q, u = read_off(self, poses), read_rates(self, poses, velocities)
         if self.cuts and np.max(np.abs(self.closure(q))) > JOINT_MISS:
             q = self.assemble(q)
-        drives = self.drive_rows()
-        if len(drives):
-            if np.max(np.abs(self.drive_misses(q))) > JOINT_MISS:
-                q = self._driven(q, drives)
-            rows = np.vstack([drives, self.jacobian(q)])
-            missing = np.append(self.drive_speeds(), np.zeros(len(self.rows))) - rows @ u
-            u = u + np.linalg.lstsq(rows, missing, rcond=1e-12)[0]
+        if self.data["drives"]:
+            q, u = put_where_driven(self, q, u)
         return self.project(q, u)
 
     def state_from_poses(self, poses: ArrayLike, velocities: ArrayLike) -> tuple[FloatArray, FloatArray]:
@@ -343,57 +295,12 @@ class Model:
                 self.state_from_poses(*one) for one in zip(np.asarray(poses), np.asarray(velocities), strict=True)
             ]
             return np.array([q for q, _ in states]), np.array([u for _, u in states])
-        given = self._rows(poses, "poses"), self._rows(velocities, "velocities")
-        q, u = self._read_off(given[0]), self._read_rates(*given)
-        misses = (
-            ("poses", "m", self.poses(q) - given[0], self.closure(q)),
-            (
-                "velocities",
-                "m/s",
-                self.velocities(q, u) - given[1],
-                self.kernels.of_state("closure_rate", q[None], u[None]),
-            ),
-        )
-        for what, unit, difference, closure in misses:
-            turned = (
-                np.remainder(difference[:, 2] + np.pi, 2.0 * np.pi) - np.pi if what == "poses" else difference[:, 2]
-            )
-            parts = (difference[:, :2], turned * self.length, closure)
-            miss = max(float(np.max(np.abs(part), initial=0.0)) for part in parts)
-            if miss > JOINT_MISS:
-                raise ValueError(f"{what}: joints miss by {miss:.3g} {unit}, expected at most {JOINT_MISS:g} {unit}")
-        return q, u
-
-    def _rows(self, rows: ArrayLike, what: str) -> FloatArray:
-        found = np.array(rows, dtype=float)
-        if found.shape != (len(self.links), 3) or not np.all(np.isfinite(found)):
-            raise ValueError(f"{what}: found shape {found.shape}, expected finite numbers ({len(self.links)}, 3)")
-        return found
+        return read_state(self, poses, velocities)
 
     @property
     def lines(self) -> Lines:
         """The lines of the sliding joints."""
         return Lines(self.data, self._coordinates)
-
-    def _read_off(self, poses: FloatArray) -> FloatArray:
-        """Coordinates of links at ``poses`` (links, 3)."""
-        lines = self.lines
-        return np.array([lines.coordinate(kind, of, poses) for kind, of in self.data["coordinates"]])
-
-    def _read_rates(self, poses: FloatArray, velocities: FloatArray) -> FloatArray:
-        """Quasi-velocities of links at ``poses`` that move with ``velocities``, both (links, 3)."""
-        lines = self.lines
-        return np.array([lines.rate(kind, of, poses, velocities) for kind, of in self.data["coordinates"]])
-
-    def _driven(self, q: FloatArray, drives: FloatArray) -> FloatArray:
-        """The nearest configuration that is closed and has driven joints where they are to be at t = 0."""
-        free = np.array([drive["position"] is None for drive in self.data["drives"]])
-        rows = np.where(free[:, None], 0.0, drives) * self.length
-
-        def misses(x: FloatArray) -> FloatArray:
-            return np.append(self.closure(x), self.drive_misses(x) * self.length)
-
-        return nearest_closed(misses, lambda x: np.vstack([self.jacobian(x), rows]), self._displacements(), q)
 
     def assemble(self, q: ArrayLike) -> FloatArray:
         """The consistent configuration nearest to ``q`` in joint displacements (least squares), loops shut to rounding.
@@ -403,10 +310,10 @@ class Model:
         states, single = self._batch(q, "q", len(self.q_names))
         if not self.cuts:
             return states[0] if single else states
-        found = np.array([nearest_closed(self.closure, self.jacobian, self._displacements(), one) for one in states])
+        found = np.array([nearest_closed(self.closure, self.jacobian, self.displacements(), one) for one in states])
         return found[0] if single else found
 
-    def _displacements(self) -> FloatArray:
+    def displacements(self) -> FloatArray:
         """Joint displacements as a linear map of q: relative angles of joints, lengths of sliding joints in units of
         the mechanism's length, place and angle of a floating root."""
         count, coordinates = len(self.q_names), [(kind, of) for kind, of in self.data["coordinates"]]

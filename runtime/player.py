@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from .frames import FloatArray, Frames, View, frame_times, sample, view_of
+from .frames import Drawable, FloatArray, Frames, View, frame_times, sample, view_of
 from .run import Impact, Run, write_whole
 
 RATE = 60  # frames per second
@@ -49,8 +49,8 @@ def content(run: Run) -> dict[str, Any]:
         "joints": _numbers(frames.joints.reshape(len(frames.t), -1), length),
         "energy": _energies(frames),
         "links": [
-            {"name": name, "outline": _numbers(np.asarray(outline), length)}
-            for name, outline in zip(model.links, model.outlines, strict=True)
+            {"name": name, "outline": _numbers(np.asarray(outline), length), "discs": _discs(model, k, length)}
+            for k, (name, outline) in enumerate(zip(model.links, model.outlines, strict=True))
         ],
         "jointNames": list(model.joints),
         "groundPoints": _numbers(np.asarray(model.ground_points, dtype=float).reshape(-1, 2), length),
@@ -61,6 +61,12 @@ def content(run: Run) -> dict[str, Any]:
         "impacts": [_impact(run, impact, length) for impact in run.impacts],
         "view": _view(view, length),
     }
+
+
+def _discs(model: Drawable, link: int, length: int) -> Any:
+    """[x, y, radius] of each disc of a link, in its frame."""
+    own = [disc for disc in model.discs if disc.link == link]
+    return [_numbers(np.append(disc.centre, disc.radius), length) for disc in own]
 
 
 def _impact(run: Run, impact: Impact, length: int) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from .extras import needed
-from .frames import Drawable, FloatArray, Frames, View, frame_times, placed, sample, view_of
+from .frames import Disc, Drawable, FloatArray, Frames, View, frame_times, placed, sample, view_of
 from .run import Run, write_whole
 
 # Told apart with any colour vision (P. Tol's muted and bright schemes), in the order of the links.
@@ -113,15 +113,16 @@ def _with_both_sides(run: Run, frames: Frames) -> tuple[FloatArray, FloatArray, 
 
 
 def _heights(axes: Any, run: Run, frames: Frames) -> None:
-    """Distance of each contact point from its nearest ground; without contacts, heights of the joints."""
+    """Distance of each contact point from its nearest ground; without any, how far joints are along their lines, or,
+    where none slides, heights of the joints."""
     model, gaps = run.model, run.model.gaps(frames.q)
     heights: dict[str, FloatArray] = {}
     for (point, ground), gap in zip(model.contacts, gaps.T, strict=True):
         if ground not in model.stops:
             heights[point] = np.minimum(heights.get(point, gap), gap)
-    axes.set_ylabel("above ground [m]" if heights else "height [m]")
-    if not heights:
-        heights = {joint: frames.joints[:, k, 1] for k, joint in enumerate(model.joints)}
+    along = {} if heights else dict(model.slides(frames.q))
+    axes.set_ylabel("above ground [m]" if heights else "along line [m]" if along else "height [m]")
+    heights = heights or along or {joint: frames.joints[:, k, 1] for k, joint in enumerate(model.joints)}
     shades = needed("matplotlib", "a plot of a run").colormaps["cividis"](np.linspace(0.0, 0.9, max(len(heights), 1)))
     few = len(heights) <= NAMED
     for k, (name, height) in enumerate(heights.items()):
@@ -169,6 +170,7 @@ class Drawing:
         pivots = np.asarray(model.ground_points, dtype=float).reshape(-1, 2)
         axes.plot(*pivots.T, marker=6, linestyle="", color=SOFT, markersize=13, zorder=1)  # triangles below
         self._links = [self._link(k, len(outline)) for k, outline in enumerate(model.outlines)]
+        self._discs = [self._disc(disc) for disc in model.discs]
         size = 5.0 if len(model.joints) <= 16 else 2.5
         (self._joints,) = axes.plot(
             [], [], "o", color="white", markeredgecolor=INK, markersize=size, markeredgewidth=1.1, zorder=5
@@ -184,6 +186,11 @@ class Drawing:
         width = 4.5 if len(self.model.outlines) <= 16 else 2.5
         (bar,) = self.axes.plot([], [], color=colour, linewidth=width, solid_capstyle="round", zorder=3)
         return bar
+
+    def _disc(self, disc: Disc) -> Any:
+        """The artist of a disc: its rim and a spoke."""
+        (rim,) = self.axes.plot([], [], color=COLOURS[disc.link % len(COLOURS)], linewidth=1.6, zorder=2.5)
+        return rim
 
     def _draw_grounds(self) -> None:
         """Each half plane as an area with a hatched rim, large enough for every place the view goes to."""
@@ -209,6 +216,8 @@ class Drawing:
                 artist.set_xy(points)
             else:
                 artist.set_data(*points.T)
+        for disc, rim in zip(self.model.discs, self._discs, strict=True):
+            rim.set_data(*placed(disc.outline, frames.poses[k, disc.link]).T)
         self._joints.set_data(*frames.joints[k].T)
         low, high = centre - self.view.half, centre + self.view.half
         self.axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))

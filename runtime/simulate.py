@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ._core import DRIFTS, Supply, methods
+from .drives import drive_misses, drive_rows, drive_speeds, driven_against
 from .frames import FloatArray
 from .inputs import Given, supply_of
 from .model import Model
@@ -136,7 +137,7 @@ def _start(model: Model, q0: ArrayLike | None, u0: ArrayLike | None) -> tuple[Fl
 
 def _check_driven(model: Model, q: FloatArray, u: FloatArray) -> None:
     """A start has driven joints where they are to be, and as fast."""
-    places, speeds = model.drive_misses(q), model.drive_rows() @ u - model.drive_speeds()
+    places, speeds = drive_misses(model, q), drive_rows(model) @ u - drive_speeds(model)
     for drive, place, speed in zip(model.data["drives"], places, speeds, strict=True):
         unit = "m" if drive["slides"] else "rad"
         if abs(place) > DRIVEN * max(1.0, model.length):
@@ -256,4 +257,11 @@ def _message(model: Model, until: float, found: dict[str, Any]) -> str:
         "no_convergence": "the stages of a step do not converge; ask for a smaller step or for another method",
         "no_memory": "memory ran out; record less by ending earlier",
     }
-    return f"stopped at t = {t:.12g} s: {reasons[outcome]}"
+    reason = reasons[outcome]
+    if outcome in ("repeats", "jammed") and (hit := driven_against(model, found["q"][-1], found["u"][-1])):
+        driven = ", ".join(drive["joint"] for drive in model.data["drives"])
+        reason = (
+            f"{hit[0]} is driven into {hit[1]} by {driven}, whose prescribed motion no impact can change; keep it "
+            "clear of there, or move the joint by a [[motor]], which can give way"
+        )
+    return f"stopped at t = {t:.12g} s: {reason}"

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from ccgen.runtime.frames import Disc
 from ccgen.runtime.run import Impact, Phase, Run
 
 Array = NDArray[np.float64]
@@ -54,6 +55,13 @@ class PolygonModel:
     @property
     def outlines(self) -> tuple[Array, ...]:
         return tuple(np.array([[0.0, 0.0], [1.0, 0.0]]) for _ in self.links)
+
+    @property
+    def discs(self) -> tuple[Disc, ...]:
+        return ()
+
+    def slides(self, q: Array) -> dict[str, Array]:
+        return {}
 
     @property
     def ground_points(self) -> Array:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from ccgen.runtime.frames import Disc
 from ccgen.runtime.run import Phase, Run
 
 Array = NDArray[np.float64]
@@ -32,6 +33,10 @@ class FourBar:
     ground_points: Array = field(default_factory=lambda: np.array([[0.0, 0.0], [SPAN, 0.0]]))
 
     stops: frozenset[str] = frozenset()
+    discs: tuple[Disc, ...] = ()
+
+    def slides(self, q: Array) -> dict[str, Array]:
+        return {}
 
     def gaps(self, q: Array) -> Array:
         return np.zeros((*q.shape[:-1], 0))

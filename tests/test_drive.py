@@ -237,3 +237,46 @@ def test_a_massless_arm_may_be_driven(workshop: Workshop) -> None:
     q, u = model.start()
     assert model.acceleration(q, u) == pytest.approx([0.0])
     assert np.all(model.reactions(q, u) == 0.0)
+
+
+HIT = """\
+name = "hit"
+[chain]
+links = 2
+hinged = true
+[gravity]
+g = 9.81
+[start]
+angles = ["30 deg", "{second} deg"]
+[[drive]]
+joint = "joint_0"
+speed = -1.0
+[[ground]]
+point = [0, -0.2]
+restitution = {restitution}
+contacts = ["{contact}"]
+{more}
+"""
+"""A driven rod that turns down onto a floor 0.2 m below its hinge; a second one hangs on it."""
+
+
+@pytest.mark.parametrize(("restitution", "more"), [(0.5, ""), (0.0, ""), (0.5, "friction = 0.3")])
+def test_a_drive_into_a_ground_is_named(restitution: float, more: str, workshop: Workshop) -> None:
+    """The elbow's motion is given; the tip of the second rod, which is free, may strike the floor."""
+    text = HIT.format(second=60, restitution=restitution, contact="joint_1", more=more)
+    run = simulate(workshop.model(text), until=2.0)
+    assert not run.success and run.t[-1] == pytest.approx(np.pi / 6 + np.arcsin(0.2), abs=1e-9)
+    assert "joint_1 is driven into ground_0 by joint_0, whose prescribed motion no impact can change" in run.message
+    assert "[[motor]]" in run.message
+    free = simulate(workshop.model(HIT.format(second=60, restitution=0.5, contact="link_1.B", more=more)), until=0.7)
+    assert free.success and free.impacts
+
+
+def test_a_drive_into_a_stop_is_named(workshop: Workshop) -> None:
+    text = (
+        HIT[: HIT.index("[[ground]]")].format(second=60)
+        + '[[stop]]\njoint = "joint_0"\nlowest = "0 deg"\nrestitution = 0.5\n'
+    )
+    run = simulate(workshop.model(text), until=2.0)
+    assert run.t[-1] == pytest.approx(np.pi / 6, abs=1e-9)
+    assert "joint_0 is driven into stop_0.lowest by joint_0" in run.message

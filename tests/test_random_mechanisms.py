@@ -13,6 +13,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from ccgen.runtime.drives import drive_rows
+
 from .conftest import Workshop
 from .oracles import maximal, random_mechanisms, sliding
 from .oracles.maximal import GROUND, Array
@@ -83,7 +85,8 @@ def _sliding_acceleration(model: Any, joint: str, poses: Array, velocities: Arra
 
 
 def check(sketch: Sketch, workshop: Workshop) -> None:
-    """Accelerations, joint forces, inverse dynamics, energy and power at the drawn pose with random velocities."""
+    """Accelerations, joint forces, inverse dynamics, energy, power and impulses at the drawn pose with random
+    velocities."""
     model = workshop.model(sketch.toml("random"))
     system, slots = sketch.system, sketch.slots
     assert len(model.u_names) - len(model.rows) - len(sketch.given) == model.dof
@@ -105,13 +108,42 @@ def check(sketch: Sketch, workshop: Workshop) -> None:
     inverse = model.kernels.inverse_dynamics(q[None], u[None], 0.0, wanted[None])[0]
     loops = model.jacobian(q).T @ model.multipliers(q, u) if model.rows else 0.0
     order = [sketch.driven.index(model.joints.index(drive["joint"])) for drive in model.data["drives"]]
-    loops = loops + model.drive_rows().T @ motion.efforts[order].astype(float)
+    loops = loops + drive_rows(model).T @ motion.efforts[order].astype(float)
     force = max(np.max(np.abs(motion.pins), initial=0.0), np.max(np.abs(motion.slots), initial=0.0), scale)
     assert np.max(np.abs(inverse - loops)) <= BOUND * force * 10.0
     kinetic, potential = maximal.energy(system, poses, velocities)
     energy = model.energy(q, u)
     assert energy[0] == pytest.approx(kinetic, rel=1e-12)
     assert energy[1] == pytest.approx(potential + float(acting.potential), rel=1e-11, abs=1e-11 * float(scale))
+    _check_impulses(model, sketch, q, rng)
+
+
+def _check_impulses(model: Any, sketch: Sketch, q: Array, rng: np.random.Generator) -> None:
+    """Jumps under random impulses on every link: of all links, and with M du = A^T Lambda + f + D^T (drives' own).
+
+    Then random rates of the closure too: A du = y, with drives that move as before.
+    """
+    poses, units = model.poses(q), np.eye(len(q))
+    struck = rng.normal(size=poses.shape)
+    moved = [maximal.centre_velocities(sketch.system, poses, model.velocities(q, unit)) for unit in units]
+    f = np.array([float(np.sum(struck * centres)) for centres in moved])
+    still = np.zeros(len(model.rows))
+    du, inside, outcomes = model.kernels.impulse(q[None], f[None], still[None])
+    assert outcomes == ["done"]
+    frames, efforts = sliding.jump(sketch.system, sketch.slots, poses, struck, sketch.given)
+    scale = max(float(np.max(np.abs(frames))), 1.0)
+    assert np.max(np.abs(model.velocities(q, du[0]) - frames)) <= BOUND * scale
+    order = [sketch.driven.index(model.joints.index(drive["joint"])) for drive in model.data["drives"]]
+    taken = drive_rows(model).T @ efforts[order].astype(float) + model.jacobian(q).T @ inside[0]
+    momentum = model.kernels.of_state("momentum", q[None], du)[0]
+    force = max(float(np.max(np.abs(x), initial=1.0)) for x in (f, taken, momentum))
+    assert np.max(np.abs(momentum - f - taken)) <= BOUND * force * 10.0
+    wanted = rng.normal(size=len(model.rows))
+    (du,), _, outcomes = model.kernels.impulse(q[None], f[None], wanted[None])
+    assert outcomes == ["done"]
+    size = max(1.0, float(np.max(np.abs(du))))
+    assert np.max(np.abs(model.jacobian(q) @ du - wanted), initial=0.0) <= BOUND * size
+    assert np.max(np.abs(drive_rows(model) @ du), initial=0.0) <= BOUND * size
 
 
 def _check_forces(model: Any, sketch: Sketch, q: Array, u: Array, motion: sliding.Motion) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -59,6 +60,9 @@ def price_accuracy(scene_file: Path, until: float | None, error: float, drift: b
     print_table(measured, parting.until, drift)
     print_grounds(parting, reference)
     typer.echo(f"written: {folder / 'cost.csv'}, {folder / 'cost.png'}")
+    if model.dof == 0 and all(one.worst <= error for one in measured if one.drift == "projected"):
+        typer.echo(advice_where_driven(measured, scene.run.rtol, parting.until))
+        return
     for level in (*(level for level in LEVELS if level > error), error):
         typer.echo(advice(measured, level, parting.until))
 
@@ -120,6 +124,19 @@ def advice(measured: Sequence[Measured], error: float, seconds: float) -> str:
         return f"for {error:.0e}: nothing measured is that good; {reached}"
     price = 1e6 * best.seconds / seconds
     return f"for {error:.0e}: {best.method} at rtol {best.rtol:.0e}, about {price:.3g} µs per simulated second"
+
+
+def advice_where_driven(measured: Sequence[Measured], rtol: float, seconds: float) -> str:
+    """The sentence for a motion that is prescribed altogether, where every tolerance is good enough."""
+    worst = max(one.worst for one in measured if one.drift == "projected")
+    usual = [one for one in measured if one.method == "dop853" and one.drift == "projected"]
+    kept = min(usual, key=lambda one: abs(math.log(one.rtol / rtol)))
+    price = 1e6 * kept.seconds / seconds
+    return (
+        f"drives and loops give the whole motion: errors are up to {worst:.0e} at every tolerance, which "
+        "decides how exactly the drives' work is integrated, and how densely the run is recorded; "
+        f"keep the scene's: {kept.method} at rtol {kept.rtol:.0e}, about {price:.3g} µs per simulated second"
+    )
 
 
 def write_csv(measured: Sequence[Measured], seconds: float, path: Path) -> None:

@@ -52,10 +52,10 @@ def row(model: Model, run: Run, impact: Impact) -> tuple[str, ...]:
     return (
         f"{impact.t:.12f}",
         "\n".join(names),
-        "\n".join(f"{speed:.9f}" for speed in speeds),
-        "\n".join(f"{impulse:.9f}" for impulse in impact.impulses),
-        f"{impact.energy_loss:.9f}",
-        f"{sum(model.energy(q, impact.u_plus)):.9f}",
+        "\n".join(f"{speed:z.9f}" for speed in speeds),
+        "\n".join(f"{impulse:z.9f}" for impulse in impact.impulses),
+        f"{impact.energy_loss:z.9f}",
+        f"{sum(model.energy(q, impact.u_plus)):z.9f}",
     )
 
 
@@ -82,16 +82,21 @@ def print_contacts(model: Model, run: Run) -> None:
         typer.echo(f"and {len(stretches) - CONTACTS} stretches of contact before, in result.npz")
 
 
+def energy_moved(run: Run) -> float:
+    """The most energy (J) that the mechanism had above the lowest potential it came to: what drifts are part of."""
+    kinetic, potential = run.model.energy(run.q, run.u)
+    return float(np.max(kinetic + potential) - np.min(potential))
+
+
 def print_audit(run: Run) -> None:
     """How far the run got, at what cost, and how exact it was."""
     steps = int(np.count_nonzero(np.diff(run.t)))
+    moved = energy_moved(run)
     typer.echo(
         f"t = {run.t[-1]:.10g} s, impacts: {len(run.impacts)}, steps: {steps}, evaluations: {run.nfev}\n"
-        f"audit: loops closed to {run.closure_max:.1e} m, energy kept to {run.energy_drift:.1e} J; "
+        f"audit: loops closed to {run.closure_max:.1e} m, energy kept to {run.energy_drift:.1e} J of {moved:.3g} J; "
         f"method {run.method}"
     )
-    kinetic, potential = run.model.energy(run.q, run.u)
-    moved = float(np.max(kinetic) + np.ptp(potential))
     if run.energy_drift > DRIFT * moved:
         share = f"{100 * run.energy_drift / moved:.2g} % of the energy that moves"
         typer.echo(

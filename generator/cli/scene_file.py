@@ -10,7 +10,7 @@ from ..scene import Scene, SceneError, load_scene
 from .refusal import fail
 
 SEEN = 1e-9
-"""Drawn points that lie farther off (m) are spoken of."""
+"""Changes (rad, m) and drawn points farther off (m) than this are spoken of."""
 SHOWN = 8
 """Loops whose branch is told; `ccgen show` has all."""
 
@@ -30,15 +30,22 @@ def tell_assembly(scene: Scene) -> None:
         not j.on_ground for j in scene.mechanism.joints
     )
     what = "loops closed" if loops else "joints fitted"
-    turned = f"{what}, angles changed by up to {start.assembled_by:.3g} rad ({start.most})" if start.most else ""
-    drawn = f"drawn points lie up to {start.missed_by:.3g} m off" if start.missed_by > SEEN else ""
-    if not turned and not drawn:
+    told = [
+        f"angles changed by up to {start.assembled_by:.3g} rad ({start.most})" if start.assembled_by > SEEN else "",
+        f"lengths changed by up to {start.slid_by:.3g} m ({start.farthest})" if start.slid_by > SEEN else "",
+    ]
+    told = [what, *filter(None, told)] if any(told) else []
+    told += [f"drawn points lie up to {start.missed_by:.3g} m off"] if start.missed_by > SEEN else []
+    if not told:
         return
     from ..emit.assembled import branch_lines
 
-    typer.echo(f"{scene.name}: {', '.join(part for part in (turned, drawn) if part)}", err=True)
-    for line in branch_lines(scene)[:SHOWN]:
+    typer.echo(f"{scene.name}: {', '.join(told)}", err=True)
+    lines = branch_lines(scene)
+    for line in lines[:SHOWN]:
         typer.echo(f"{scene.name}: branch {line}", err=True)
+    if len(lines) > SHOWN:
+        typer.echo(f"{scene.name}: and {len(lines) - SHOWN} more; ccgen show has all", err=True)
 
 
 def tell_mobility(scene: Scene) -> None:

@@ -10,9 +10,10 @@ import typer
 from ..emit.cache import OutputError
 from ..emit.compiler import CompileError
 from ..pipeline import generate
+from ..scene import Scene
 from .folders import check_folder
 from .progress import progress
-from .refusal import refusing
+from .refusal import fail, refusing
 from .run import MODELS
 from .scene_file import read, tell_assembly
 
@@ -20,19 +21,23 @@ if TYPE_CHECKING:
     from ccgen.runtime import Model
 
 
-def torque(scene_file: Path, joint: str, rate: float, plot: Path | None) -> None:
+def torque(scene_file: Path, joint: str | None, rate: float, plot: Path | None) -> None:
     """Print mean and extremes of the torque over one turn; plot it where asked."""
     from ccgen.runtime import driving_torque
 
-    model = _model(scene_file)
+    scene = read(scene_file)
+    if joint is None:
+        turning = ", ".join(joint.name for joint in scene.mechanism.joints if not joint.slides) or "none here"
+        fail(f"JOINT: found none, expected the joint that drives, one of: {turning}; name it behind the scene file")
+    model = _model(scene)
     with refusing(ValueError, OSError):
         turn = driving_torque(model, joint, rate)
         if plot is not None:
             turn.plot(plot)
     typer.echo(f"{model.name}: {joint} turned once at {rate:g} rad/s")
-    typer.echo(f"mean     {turn.mean:16.9g} N m")
+    typer.echo(f"mean     {turn.mean:z16.9g} N m")
     for name, k in (("largest", turn.torque.argmax()), ("smallest", turn.torque.argmin())):
-        typer.echo(f"{name:8} {turn.torque[k]:16.9g} N m at {turn.angle[k]:.6g} rad")
+        typer.echo(f"{name:8} {turn.torque[k]:z16.9g} N m at {turn.angle[k]:.6g} rad")
     if plot is not None:
         typer.echo(f"written: {plot}")
 
@@ -41,21 +46,20 @@ def equilibrium(scene_file: Path, nearest: bool) -> None:
     """Print an equilibrium: stability, stiffnesses, coordinates and joint forces."""
     from ccgen.runtime import static_equilibrium
 
-    model = _model(scene_file)
+    model = _model(read(scene_file))
     with refusing(ValueError):
         found = static_equilibrium(model, nearest=nearest)
-    stiffness = ", ".join(f"{value:.6g}" for value in found.stiffness) or "none, it cannot move"
+    stiffness = ", ".join(f"{value:z.6g}" for value in found.stiffness) or "none, it cannot move"
     typer.echo(f"{model.name}: {found.stability} equilibrium; stiffnesses: {stiffness}")
     for name, value in zip(model.q_names, found.q, strict=True):
-        typer.echo(f"{name:12} {value:16.9g} {'rad' if name.startswith('theta') else 'm'}")
+        typer.echo(f"{name:12} {value:z16.9g} {'rad' if name.startswith('theta') else 'm'}")
     typer.echo("joint            force x [N]     force y [N]  moment [N m]  on")
     for name, (x, y, moment), link in zip(model.joints, found.reactions, model.outboard, strict=True):
-        typer.echo(f"{name:12} {x:15.9g} {y:15.9g} {moment:13.6g}  {link}")
+        typer.echo(f"{name:12} {x:z15.9g} {y:z15.9g} {moment:z13.6g}  {link}")
 
 
-def _model(scene_file: Path) -> Model:
+def _model(scene: Scene) -> Model:
     """The compiled model of a scene."""
-    scene = read(scene_file)
     check_folder(MODELS, "folder of models")
     tell_assembly(scene)
     from ccgen.runtime import load_model

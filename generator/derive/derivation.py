@@ -27,7 +27,7 @@ from .gibbs import Recursion
 from .impact import Contacts
 from .inverse import Inverse
 from .kinematics import ZERO, Kinematics, Vector, add, dot, symbol
-from .motion import TIME, Couple, Force, Motion, gather
+from .motion import TIME, Couple, Force, Motion, sum_per_link
 from .names import A_X, A_Y, ALPHA, AXES, SLIDE, State, multiplier
 
 Let = Callable[[str, sp.Expr], sp.Expr]
@@ -109,9 +109,9 @@ class _Derivation:
         for effect in self.effects:
             loads += effect.loads(self.motion)
             self.ledger.close(f"loads: {effect.title}")
-        gathered = gather(loads, self.kinematics)
+        summed = sum_per_link(loads, self.kinematics)
         self.ledger.close("loads of the links, about their inboard points")
-        return gathered
+        return summed
 
     def _drives(self) -> dict[int, sp.Expr]:
         """Prescribed accelerations by joint."""
@@ -327,7 +327,7 @@ class _Derivation:
             Kernel(
                 "contact_impulse",
                 (self.q, impulses),
-                (Output("f", gaps.generalized(pushes), "generalized impulses N^T P"),),
+                (Output("f", gaps.generalized_impulses(pushes), "generalized impulses N^T P"),),
                 "generalized impulses of the contacts",
             ),
             Kernel(
@@ -357,7 +357,7 @@ class _Derivation:
             Kernel(
                 "slip_impulse",
                 (self.q, impulses),
-                (Output("f", gaps.generalized(pulls, tangential=True), "generalized impulses T^T P"),),
+                (Output("f", gaps.generalized_impulses(pulls, tangential=True), "generalized impulses T^T P"),),
                 "generalized impulses of friction",
             ),
             Kernel("friction", (), (Output("mu", friction, "coefficient of friction of each contact"),), "friction"),

@@ -18,7 +18,7 @@ from ..mechanism.mechanism import Mechanism
 from ..mechanism.topology import Branch, Topology
 from .derivation import Terms
 from .equations import Assignment, Ledger
-from .generalized import generalized_forces
+from .expanded_forces import expanded_forces
 from .kinematics import ZERO, Vector, add, dot, local, perp, scale, symbol
 from .names import AXES, State, multiplier, slide_name, solution_name
 
@@ -91,7 +91,7 @@ class _Expansion:
         upper = {(i, j): self.tidy(sp.diff(slope[i], self.u_dot[j])) for i in range(nu) for j in range(i, nu)}
         rates = [self._rate(row) for row in rows]
         contacts, gaps, definitions = self._gaps()
-        loads, names = generalized_forces(self.mechanism, self.topology, self.state, self.effects, self.position)
+        loads, names = expanded_forces(self.mechanism, self.topology, self.state, self.effects, self.position)
         multipliers = [multiplier(*row) for row in self.topology.rows]
         return ExpandedForm(
             self.state,

@@ -14,7 +14,9 @@ Wrench = tuple[Vector, sp.Expr]
 NO_LOAD: Wrench = (ZERO, sp.S.Zero)
 
 
-def generalized(kinematics: Kinematics, wrenches: Mapping[int, Wrench], name: str, title: str) -> tuple[sp.Expr, ...]:
+def gather_inwards(
+    kinematics: Kinematics, wrenches: Mapping[int, Wrench], name: str, title: str
+) -> tuple[sp.Expr, ...]:
     """Generalized forces of wrenches on the links, one per quasi-velocity (eq. 17).
 
     The force handed on by link k is named ``name``_k; ``title`` is the heading of what is written.

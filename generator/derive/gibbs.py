@@ -119,10 +119,9 @@ class Recursion:
 
         Where the line is the link's own, α moves the inboard point against the joint, so s̈ goes first (eq. 31).
         """
-        slide, found = self.kinematics.slides.get(link), []
-        driven = self._driven(link) is not None
-        turns = self._turns(link) and (slide is not None or not driven)
-        slide = None if driven else slide
+        slide = self.kinematics.slides.get(link) if self._driven_slide(link) is None else None
+        turns = self._turns(link) and self._driven_turn(link) is None
+        found: list[Solution] = []
         own_line = slide is not None and slide.owner == link
         if turns and not own_line:
             found.append(eliminator.eliminate((ALPHA,)))
@@ -143,14 +142,23 @@ class Recursion:
         topology = self.kinematics.topology
         return link == topology.root or not topology.branch(link).follows
 
-    def _driven(self, link: int) -> sp.Expr | None:
-        """The prescribed acceleration of the joint that carries the link, outwards: relative α, or s̈ along its line."""
-        if link == self.kinematics.topology.root:
+    def _driven_turn(self, link: int) -> sp.Expr | None:
+        """The prescribed α of the link less its parent's (rad/s²), ``None`` where its joint is not driven so."""
+        branch = self._driven_branch(link)
+        if branch is None or branch.slides:
             return None
-        branch = self.kinematics.topology.branch(link)
-        if branch.joint not in self.drives:
-            return None
-        return self.drives[branch.joint] * (1 if branch.slides or branch.outwards else -1)
+        return self.drives[branch.joint] * (1 if branch.outwards else -1)
+
+    def _driven_slide(self, link: int) -> sp.Expr | None:
+        """The prescribed s̈ along the line of the joint that carries the link (m/s²), ``None`` likewise."""
+        branch = self._driven_branch(link)
+        return self.drives[branch.joint] if branch is not None and branch.slides else None
+
+    def _driven_branch(self, link: int) -> Branch | None:
+        """The branch that ends at the link, if its joint is driven; the root ends none."""
+        topology = self.kinematics.topology
+        branch = None if link == topology.root else topology.branch(link)
+        return branch if branch is not None and branch.joint in self.drives else None
 
     def _gathered_diagonal(self, link: int, form: Form, blocks: list[tuple[Variable, ...]]) -> dict[Variable, sp.Expr]:
         """Diagonal of C before loops that share links take from it: the scale of the guards."""
@@ -206,16 +214,17 @@ class Recursion:
             for w in open_[i:]:
                 form.add_h(v, w, child.h(v, w))
         bias = self._bias(branch)
-        spin = sp.S.Zero if branch.slides else self._driven(branch.link)
+        driven = self._driven_turn(branch.link)
+        spin = sp.S.Zero if driven is None else driven
         if link == GROUND:
             bias = add(bias, scale(sp.S.NegativeOne, self.field_))
         linear = {i: (child.l(i, A_X), child.l(i, A_Y)) for i in (FLIGHT, IMPACT)}
         phi = [[child.h(v, w) for w in (A_X, A_Y)] for v in (A_X, A_Y)]
-        turned = scale(spin or sp.S.Zero, child.column(ALPHA))
+        turned = scale(spin, child.column(ALPHA))
         felt = add(linear[FLIGHT], turned, (dot((phi[0][0], phi[0][1]), bias), dot((phi[1][0], phi[1][1]), bias)))
         for v in open_:
             column = (child.h(A_X, v), child.h(A_Y, v))
-            form.add_l(FLIGHT, v, child.l(FLIGHT, v) + dot(column, bias) + child.h(ALPHA, v) * (spin or 0))
+            form.add_l(FLIGHT, v, child.l(FLIGHT, v) + dot(column, bias) + child.h(ALPHA, v) * spin)
             form.add_l(IMPACT, v, child.l(IMPACT, v))
         if link == GROUND:
             return
@@ -236,13 +245,13 @@ class Recursion:
             form.add_h(A_X, v, column[0])
             form.add_h(A_Y, v, column[1])
             form.add_h(ALPHA, v, dot(arm, column))
-        if branch.follows or spin is not None:
-            self._carry_turning(child, form, arm, bias, spin or sp.S.Zero)
+        if branch.follows or driven is not None:
+            self._carry_turning(child, form, arm, bias, spin)
 
     def _bias(self, branch: Branch) -> Vector:
         """What the inboard point accelerates at besides its parent's motion; a prescribed s̈ is part of it."""
-        bias, driven = self.kinematics.bias(branch), self._driven(branch.link)
-        if driven is None or not branch.slides:
+        bias, driven = self.kinematics.bias(branch), self._driven_slide(branch.link)
+        if driven is None:
             return bias
         return add(bias, scale(driven, self.kinematics.slides[branch.link].direction))
 
@@ -305,15 +314,15 @@ class Recursion:
             turning = sp.S.Zero if branch.parent == GROUND else self.known[impact, branch.parent, ALPHA]
             swing = scale(turning, perp(kinematics.r[branch.parent, branch.joint]))
             value = add(self._acceleration(branch.parent, impact), swing, ZERO if impact else self._bias(branch))
-            driven = self._driven(branch.link)
+            turned, slid = self._driven_turn(branch.link), self._driven_slide(branch.link)
             if branch.follows:
                 self.known[impact, branch.link, ALPHA] = turning
-            elif driven is not None:
+            elif turned is not None:
                 name = solution_name(branch.link, ALPHA, impact)
-                self.known[impact, branch.link, ALPHA] = self.ledger.let(name, turning + (0 if impact else driven))
-            if driven is not None and branch.slides:
-                self.known[impact, branch.link, SLIDE] = sp.S.Zero if impact else driven
-            slides = "_before" if branch.link in kinematics.slides and driven is None else ""
+                self.known[impact, branch.link, ALPHA] = self.ledger.let(name, turning + (0 if impact else turned))
+            if slid is not None:
+                self.known[impact, branch.link, SLIDE] = sp.S.Zero if impact else slid
+            slides = "_before" if branch.link in kinematics.slides and slid is None else ""
             for axis, v in enumerate((A_X, A_Y)):
                 name = solution_name(branch.link, v, impact).replace(f"_{branch.link}_", f"_{branch.link}{slides}_")
                 self.known[impact, branch.link, v] = self.ledger.let(name, value[axis])

@@ -9,7 +9,7 @@ import sympy as sp
 from ..mechanism.joints import PointRef
 from ..mechanism.links import GROUND
 from .gaps import Gap
-from .gather import NO_LOAD, Wrench, generalized
+from .gather import NO_LOAD, Wrench, gather_inwards
 from .kinematics import ZERO, Kinematics, Vector, add, scale
 
 
@@ -48,7 +48,7 @@ class Contacts:
         """Ṫ u (m/s²) likewise."""
         return tuple(c.slip_bias(self) for c in self.contacts)
 
-    def generalized(self, impulses: tuple[sp.Symbol, ...], tangential: bool = False) -> tuple[sp.Expr, ...]:
+    def generalized_impulses(self, impulses: tuple[sp.Symbol, ...], tangential: bool = False) -> tuple[sp.Expr, ...]:
         """Nᵀ P (eq. 17), or Tᵀ P: impulses P become generalized impulses, gathered from tips to root."""
         wrenches: dict[int, Wrench] = {}
         for contact, impulse in zip(self.contacts, impulses, strict=True):
@@ -58,7 +58,7 @@ class Contacts:
                     force, moment = wrenches.get(link, NO_LOAD)
                     wrenches[link] = (add(force, push), moment + turn)
         name = "H" if tangential else "G"
-        return generalized(self.kinematics, wrenches, name, "generalized impulses of the contacts, inwards")
+        return gather_inwards(self.kinematics, wrenches, name, "generalized impulses of the contacts, inwards")
 
     # -- what gaps see ---------------------------------------------------------------------------------------------
 

@@ -12,7 +12,7 @@ import sympy as sp
 from ..mechanism.links import GROUND
 from .closure import Closure
 from .equations import Argument, Kernel, Output
-from .gather import NO_LOAD, Wrench, generalized
+from .gather import NO_LOAD, Wrench, gather_inwards
 from .kinematics import ZERO, Kinematics, Vector, add, dot, perp, scale, symbol
 from .names import place
 
@@ -95,7 +95,7 @@ class Inverse:
             mass, mu, rate = self.kinematics.mass[k], self.kinematics.mu[k], self.state.rate(k)
             linear = add(scale(mass, velocity[k]), scale(rate, perp(mu)))
             wrenches[k] = (linear, dot(perp(mu), velocity[k]) + self._moment_of_inertia(k) * rate)
-        momenta = generalized(self.kinematics, wrenches, "L", "momenta, inwards")
+        momenta = gather_inwards(self.kinematics, wrenches, "L", "momenta, inwards")
         return Kernel(
             "momentum",
             (self.q, self.u),
@@ -104,7 +104,7 @@ class Inverse:
         )
 
     def _inverse_dynamics(self, inertia: dict[int, Wrench]) -> Kernel:
-        forces = generalized(self.kinematics, inertia, "Q", "forces for a given motion, inwards")
+        forces = gather_inwards(self.kinematics, inertia, "Q", "forces for a given motion, inwards")
         output = Output(
             "f", forces, "generalized forces M u_dot + h that the motion needs besides those of the effects"
         )

@@ -136,7 +136,7 @@ class Motion:
         return between(self.kinematics, ends[0], ends[1])
 
 
-def gather(loads: list[Force | Couple], kinematics: Kinematics) -> dict[int, Wrench]:
+def sum_per_link(loads: list[Force | Couple], kinematics: Kinematics) -> dict[int, Wrench]:
     """Force and moment about the inboard point for every link that is loaded."""
     result: dict[int, Wrench] = {}
     for load in loads:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Literal
 from pydantic import Field
 
 from ..mechanism.links import Parameter
+from ..mechanism.mechanism import Mechanism
 from .effect import Complain, Effect, Entry, Surroundings
 from .expressions import AngleLaw, Expression, Law, Quantity, own_parameters, quantity
 from .points import find_joint
@@ -55,6 +56,15 @@ class Drive(Effect):
 
     def parameters(self) -> tuple[Parameter, ...]:
         return own_parameters(self.law) if self.given == "speed" else ()
+
+    def describe(self, mechanism: Mechanism) -> str:
+        """``axle at speed drive_0.speed = 6.28``, ``guide at position 0.6 + 0.1 * sin(3 * t)``."""
+        joint, law = mechanism.joints[self.joint], self.law
+        what = "speed" if self.given == "speed" else "position" if joint.slides else "angle"
+        if isinstance(law, Expression):
+            return f"{joint.name} at {what} {law.text}"
+        named = f"{self.parameters()[0].path} = " if self.parameters() else ""
+        return f"{joint.name} at {what} {named}{law.value if law else 0.0!r}"
 
     def driven(self) -> tuple[int, ...]:
         return (self.joint,)

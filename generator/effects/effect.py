@@ -59,6 +59,10 @@ class Effect:
         """The effect's own parameters, each once."""
         return ()
 
+    def describe(self, mechanism: Mechanism) -> str:
+        """What ``ccgen show`` says of it behind its title: its parameters, unless it has something better to say."""
+        return ", ".join(f"{p.path} = {p.value!r}" for p in self.parameters()) or "no parameters"
+
     def field(self) -> Vector:
         """Uniform acceleration field (m/s²) as expressions in the parameters' symbols."""
         from ..derive.kinematics import ZERO
@@ -111,6 +115,10 @@ class Effect:
 
     def planes(self) -> tuple[Plane, ...]:
         """Half-planes to be drawn: name, a point of the surface, outward normal."""
+        return ()
+
+    def discs(self) -> tuple[tuple[PointRef, Parameter], ...]:
+        """Discs to be drawn: the point about which each lies, and its radius (m)."""
         return ()
 
     def level(self) -> Level | None:

@@ -17,6 +17,7 @@ from ..mechanism.links import Parameter
 if TYPE_CHECKING:
     from sympy import Expr
 
+    from ..derive.derivation import Let
     from ..derive.motion import Motion
 
 FUNCTIONS: dict[str, Callable[[float], float]] = {
@@ -56,25 +57,17 @@ class Expression:
 
     def realise(self, motion: Motion, name: str) -> Expr:
         """The expression in the equations; its functions are named ``name_1``, ``name_2``, … there."""
-        return _Realised(motion, name, self._tree()).value(self._tree())
+        return _Realised(motion.time, motion.let, name, self._tree()).value(self._tree())
 
     def rate(self, motion: Motion, name: str) -> Expr:
         """The derivative by time in the equations, with names as for :meth:`realise`."""
-        return _Realised(motion, name, self._tree()).rate(self._tree())
+        return _Realised(motion.time, motion.let, name, self._tree()).rate(self._tree())
 
     def plain(self) -> Expr:
         """The expression as a function of the symbol t alone, with nothing named."""
+        from ..derive.motion import TIME
 
-        class Unnamed:
-            """What :class:`_Realised` asks of a motion, without names."""
-
-            from ..derive.motion import TIME as time
-
-            @staticmethod
-            def let(name: str, expression: Expr) -> Expr:
-                return expression
-
-        return _Realised(Unnamed(), "", self._tree()).value(self._tree())  # type: ignore[arg-type]
+        return _Realised(TIME, lambda _, expression: expression, "", self._tree()).value(self._tree())
 
     def slope_at(self, t: float, order: int = 1) -> float:
         """The derivative by time of the given order at a time, ``nan`` where there is none."""
@@ -185,10 +178,10 @@ def _value(node: ast.expr, t: float) -> float:
 
 
 class _Realised:
-    """The parts of one expression in the equations: each function of t gets a name of its own."""
+    """The parts of one expression of ``time``: each function of t gets a name of its own, which ``let`` gives."""
 
-    def __init__(self, motion: Motion, name: str, tree: ast.expr) -> None:
-        self.motion, self.name = motion, name
+    def __init__(self, time: Expr, let: Let, name: str, tree: ast.expr) -> None:
+        self.time, self.let, self.name = time, let, name
         calls = [ast.dump(node) for node in ast.walk(tree) if isinstance(node, ast.Call) and _moves(node)]
         self.number = {call: index for index, call in enumerate(dict.fromkeys(calls), start=1)}
 
@@ -210,7 +203,7 @@ class _Realised:
                 if isinstance(op, ast.Div):
                     return a / b
                 return a + b if isinstance(op, ast.Add) else a - b if isinstance(op, ast.Sub) else a * b
-        return self.motion.time
+        return self.time
 
     def rate(self, node: ast.expr) -> Expr:
         import sympy as sp
@@ -260,7 +253,7 @@ class _Realised:
         return self._named(node, self.value(argument), "_of")
 
     def _named(self, node: ast.expr, expression: Expr, what: str = "") -> Expr:
-        return self.motion.let(f"{self.name}_{self.number[ast.dump(node)]}{what}", expression)
+        return self.let(f"{self.name}_{self.number[ast.dump(node)]}{what}", expression)
 
 
 def _number(value: float) -> Expr:

@@ -117,10 +117,13 @@ class Ground(Effect):
         e, mu = symbol(self.restitution), symbol(self.friction)
         return tuple(
             PlaneGap(name, ref, self.name, normal, offset, e, mu, symbol(radius))
-            for (name, ref), radius in self._discs()
+            for (name, ref), radius in self._rounded()
         )
 
-    def _discs(self) -> list[tuple[Contact, Parameter | None]]:
+    def discs(self) -> tuple[tuple[PointRef, Parameter], ...]:
+        return tuple((ref, radius) for (_, ref), radius in self._rounded() if radius)
+
+    def _rounded(self) -> list[tuple[Contact, Parameter | None]]:
         """Contacts and their radii."""
         return list(zip(self.contacts, self.radii or (None,) * len(self.contacts), strict=True))
 
@@ -134,7 +137,7 @@ class Ground(Effect):
         level = self.level()
         depths = [
             (name, (radius.value if radius else 0.0) - level.height(*place(ref)))
-            for (name, ref), radius in self._discs()
+            for (name, ref), radius in self._rounded()
         ]
         return tuple(
             f"the start has {name} inside {self.name} by {depth:.6g} m, expected at or above its surface; "

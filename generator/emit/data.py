@@ -53,6 +53,7 @@ def model_data(scene: Scene, topology: Topology, equations: Equations, hash_: st
         "grounds": [plane for effect in scene.effects for plane in _planes(effect)],
         "law": _law(scene),
         "outlines": [[_point(point) for point in link.points.values()] for link in mechanism.links],
+        "discs": _discs(scene),
         "ground_points": [_point(point) for point in mechanism.ground_points.values()],
         "start": {
             "poses": [list(pose) for pose in scene.start.poses],
@@ -60,6 +61,13 @@ def model_data(scene: Scene, topology: Topology, equations: Equations, hash_: st
         },
         "run": {"until": scene.run.until, "rtol": scene.run.rtol, "atol": scene.run.atol},
     }
+
+
+def _discs(scene: Scene) -> list[Json]:
+    """Each disc about a point of a link once: the link, the point in its frame, and the radius, a parameter's path."""
+    found = dict.fromkeys(disc for effect in scene.effects for disc in effect.discs())
+    point = scene.mechanism.point
+    return [{"link": ref.link, "point": _point(point(ref)), "radius": radius.path} for ref, radius in found]
 
 
 def _welded_points(mechanism: Mechanism) -> dict[str, str]:

@@ -11,9 +11,6 @@ from dataclasses import replace
 
 from .rolling import NAME, Line, Lines, Loop
 
-SAME_IN_ALL = {"k", "i"}
-"""Arrays and counters that are the same in all lanes; every other array holds vectors."""
-
 VECTOR, NUMBER = "const ccgen_lanes ", "const double "
 
 

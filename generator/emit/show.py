@@ -9,9 +9,6 @@ import numpy as np
 
 from ..derive.equations import Equations
 from ..derive.expanded import ExpandedForm, expand
-from ..effects.drive import Drive
-from ..effects.effect import Effect
-from ..effects.expressions import Expression
 from ..mechanism.joints import Joint, PointRef
 from ..mechanism.layout import lay_out
 from ..mechanism.mechanism import Mechanism
@@ -60,7 +57,7 @@ def summarize(scene: Scene, topology: Topology, equations: Equations) -> Summary
     mechanism, state = scene.mechanism, equations.state
     links, joints = mechanism.links, mechanism.joints
     root = mechanism.link_name(topology.root)
-    effects = [_effect(mechanism, effect) for effect in scene.effects]
+    effects = [f"{effect.title}: {effect.describe(mechanism)}" for effect in scene.effects]
     contacts = ", ".join(f"{c.name} on {c.ground}" for c in equations.contacts)
     inputs = ", ".join(name for effect in scene.effects for name in effect.inputs())
     counts = [f"{f.kernel.name}: {f.counts()}" for f in lower(equations).functions if f.sections]
@@ -145,23 +142,6 @@ def _freedom(scene: Scene, topology: Topology, count: int) -> str:
     if closed - left == driven:
         return text + (f" - {_driven(driven)}" if driven else "")
     return f"{text} - {closed - left} of {_driven(driven)}, the others held by the closure here"
-
-
-def _effect(mechanism: Mechanism, effect: Effect) -> str:
-    if isinstance(effect, Drive):
-        return f"{effect.title}: {_prescribed(mechanism, effect)}"
-    values = ", ".join(f"{p.path} = {p.value!r}" for p in effect.parameters())
-    return f"{effect.title}: " + (values or "no parameters")
-
-
-def _prescribed(mechanism: Mechanism, drive: Drive) -> str:
-    """``axle at speed drive_0.speed = 6.28``, ``guide at position 0.6 + 0.1 * sin(3 * t)``."""
-    joint, law = mechanism.joints[drive.joint], drive.law
-    what = "speed" if drive.given == "speed" else "position" if joint.slides else "angle"
-    if isinstance(law, Expression):
-        return f"{joint.name} at {what} {law.text}"
-    named = f"{drive.parameters()[0].path} = " if drive.parameters() else ""
-    return f"{joint.name} at {what} {named}{law.value if law else 0.0!r}"
 
 
 def _text(summary: Summary, added: Sequence[Price], equations: str) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
@@ -17,8 +17,11 @@ SINGULAR = 1e-12
 _TRIALS = 3
 
 
-def idle_links(mechanism: Mechanism, driven: Collection[int] = ()) -> tuple[int, ...]:
-    """Links that can move without moving any mass or inertia, with the loops cut open, in a general configuration.
+def idle_links(
+    mechanism: Mechanism, driven: Collection[int] = (), poses: Sequence[Sequence[float]] | None = None
+) -> tuple[int, ...]:
+    """Links that can move without moving any mass or inertia, with the loops cut open: at ``poses`` (x, y, angle of
+    each link), or in a general configuration.
 
     What ``driven`` joints do is prescribed: it need not be resisted.
 
@@ -33,11 +36,12 @@ def idle_links(mechanism: Mechanism, driven: Collection[int] = ()) -> tuple[int,
     rng = np.random.default_rng(0)
     size = len(mechanism.links) + len(layout.lines)
     best: tuple[float, tuple[int, ...]] = (-1.0, ())
-    for _ in range(_TRIALS):
-        moves = _displacements(mechanism, topology, layout, driven)
-        if not moves.size and not layout.floating:
-            return ()
-        matrix = _mass_matrix(mechanism, layout, rng.uniform(-3.0, 3.0, size), moves)
+    moves = _displacements(mechanism, topology, layout, driven)
+    if not moves.size and not layout.floating:
+        return ()
+    places = rng.uniform(-3.0, 3.0, (_TRIALS, size)) if poses is None else [layout.read_off(np.array(poses))]
+    for x in places:
+        matrix = _mass_matrix(mechanism, layout, x, moves)
         least, links = _idle(mechanism, matrix, moves, layout)
         best = max(best, (least, links))
     return best[1] if best[0] <= SINGULAR else ()

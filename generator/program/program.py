@@ -48,11 +48,15 @@ class Counts:
         return Counts(*(a - b for a, b in zip(astuple(self), astuple(other), strict=True)))
 
     def __str__(self) -> str:
+        kinds = ((self.sums, "sum"), (self.products, "product"), (self.quotients, "quotient"))
         angles = f"{self.angles} sine{'s with their cosines' if self.angles != 1 else ' with its cosine'}"
-        return (
-            f"{self.total} operations ({self.sums} sums, {self.products} products, {self.quotients} quotients)"
-            f" and {angles}" + (f" and {self.functions} other functions" if self.functions else "")
-        )
+        others = f" and {_counted(self.functions, 'other function')}" if self.functions else ""
+        listed = ", ".join(_counted(*kind) for kind in kinds)
+        return f"{_counted(self.total, 'operation')} ({listed}) and {angles}{others}"
+
+
+def _counted(number: int, what: str) -> str:
+    return f"{number} {what}{'s' * (number != 1)}"
 
 
 @dataclass(frozen=True)

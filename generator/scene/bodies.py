@@ -274,18 +274,31 @@ def _check_lengths(bodies: Bodies, report: Report) -> bool:
     return fine
 
 
-def check_masses(bodies: Bodies, driven: Collection[int], report: Report) -> bool:
-    """Every motion of the opened mechanism moves some mass: links without mass or inertia carry links that have it."""
+def check_masses(
+    bodies: Bodies, driven: Collection[int], report: Report, poses: Sequence[Sequence[float]] | None = None
+) -> bool:
+    """Every motion of the opened mechanism moves some mass: links without mass or inertia carry links that have it.
+
+    Without ``poses`` of the links this is asked of a general configuration.
+    """
     links = bodies.mechanism.links
     if all(link.mass and link.inertia for link in links):
         return True
     from ..mechanism.idle import idle_links  # the only check that needs the spanning tree
 
-    idle = idle_links(bodies.mechanism, driven)
+    idle = idle_links(bodies.mechanism, driven, poses)
     for index in idle:
         lacks = "mass" if links[index].massless else "inertia"
-        message = (
-            f"found a {lacks} of 0, expected more than 0, because nothing else resists this link's motion; give it "
-        )
-        report.add((*bodies.at_link(index), lacks), message + f"a small {lacks}, or weld it to a neighbour")
+        found = f"found {'a mass' if lacks == 'mass' else 'an inertia'} of 0"
+        message = f"expected more than 0, because nothing else resists this link's motion; give it a small {lacks}, or"
+        if poses is None:
+            slot = any(
+                joint.kind == "pin-in-slot" and index in (joint.first.link, joint.second.link)
+                for joint in bodies.mechanism.joints
+            )
+            instead = "make its slot a prismatic joint" if slot and lacks == "inertia" else "weld it to a neighbour"
+            report.add((*bodies.at_link(index), lacks), f"{found}, {message} {instead}")
+            continue
+        found += " and a start with a mass on its own pin or links in line"
+        report.add((*bodies.at_link(index), lacks), f"{found}, {message} start elsewhere")
     return not idle

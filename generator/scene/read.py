@@ -205,10 +205,11 @@ def _effects(found: list[tuple[Entry, int, Path, Table]], bodies: Bodies, report
 def _start(table: StartTable, bodies: Bodies, effects: list[tuple[Path, Effect]], report: Report) -> Start | None:
     acting = [effect for _, effect in effects]
     sound = check_driven(bodies.mechanism, effects, report)
-    sound = check_masses(bodies, [joint for effect in acting for joint in effect.driven()], report) and sound
+    driven = [joint for effect in acting for joint in effect.driven()]
+    sound = check_masses(bodies, driven, report) and sound
     asked = sketch(table, bodies, report)
     start = begin(asked, bodies, effects, report) if asked and sound else None
-    if start is None:
+    if start is None or not check_masses(bodies, driven, report, start.poses):
         return None
     start = lift(start, bodies, acting)
     check_effects(start, bodies, effects, report)

@@ -42,8 +42,9 @@ class Start:
 
     ``poses``: x, y (m) and angle (rad) of each link's frame; ``velocities``: their rates. ``assembled_by`` is the
     largest change of an angle (rad) that closing the loops took, 0 when ``sketch`` was closed to 1e-9 m, and ``most``
-    the link whose angle changed so. Links of which nothing was said do not count. ``missed_by`` is the largest distance
-    (m) of a joint or frame from where it was drawn.
+    the link whose angle changed so; ``slid_by`` (m) and ``farthest`` are the same of lengths along lines. Links and
+    lengths of which nothing was said do not count. ``missed_by`` is the largest distance (m) of a joint or frame from
+    where it was drawn.
     """
 
     poses: tuple[Triple, ...]
@@ -51,6 +52,8 @@ class Start:
     assembled_by: float
     sketch: Sketch
     most: str = ""
+    slid_by: float = 0.0
+    farthest: str = ""
     missed_by: float = 0.0
 
 

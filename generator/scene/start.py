@@ -49,7 +49,7 @@ def sketch(table: StartTable, bodies: Bodies, report: Report) -> Sketch | None:
         speeds = list(bodies.rates)
     for name, (_, _, angle) in (table.poses or {}).items():
         angles[names.index(name)] = angle
-    said = table.angles is not None or bool(drawn)
+    said = table.angles is not None or bool(drawn) or bool(table.slides)
     found = spread(bodies.mechanism, angles, drawn) if said else angles
     chosen = [usual if angle is None else angle for angle, usual in zip(found, bodies.sketch, strict=True)]
     slides = drawn_lengths(bodies.mechanism, [angle + table.tilt for angle in chosen], drawn, slides)
@@ -102,7 +102,7 @@ def begin(sketch: Sketch, bodies: Bodies, effects: Sequence[tuple[Path, Effect]]
         poses[:, :2] += (away.real, away.imag)
     velocities = layout.velocities(found, speeds, sketch.velocity)
     start = Start(_triples(poses), _triples(velocities), 0.0, sketch)
-    return _judged(start, driven, wanted, bodies.mechanism)
+    return _judged(start, driven, wanted, found, bodies.mechanism)
 
 
 def _check_slides(sketch: Sketch, driven: Layout, mechanism: Mechanism, report: Report) -> bool:
@@ -151,16 +151,25 @@ def _report_rates(
     report.add(("start", key), f"found {what} of {names} {opens}; correct one of them or give fewer")
 
 
-def _judged(start: Start, layout: Layout, wanted: Real, mechanism: Mechanism) -> Start:
-    """The start with how far it is from its sketch: the link that turned most, the drawn point that is farthest off."""
+def _judged(start: Start, layout: Layout, wanted: Real, found: Real, mechanism: Mechanism) -> Start:
+    """The start with how far it is from its sketch: the link that turned most, the joint that slid most, the drawn
+    point that is farthest off."""
     off = [offset(mechanism, start.poses, [anchor]) for anchor in start.sketch.drawn]
     start = replace(start, missed_by=max(map(abs, off), default=0.0))
     if float(np.abs(layout.closure(wanted)).max(initial=0.0)) <= SKETCH:
         return start
-    turned = np.abs(np.array([pose[2] for pose in start.poses]) - wanted[: len(start.poses)])
-    turned[list(start.sketch.loose)] = 0.0
-    most = int(np.argmax(turned))
-    return replace(start, assembled_by=float(turned[most]), most=mechanism.links[most].name)
+    sketch, count = start.sketch, len(start.poses)
+    moved = np.abs(found - wanted)
+    moved[[*sketch.loose, *(count + k for k, slide in enumerate(sketch.slides) if slide is None)]] = 0.0
+    turned, slid = moved[:count], moved[count:] * layout.unit
+    if turned.any():
+        most = int(np.argmax(turned))
+        start = replace(start, assembled_by=float(turned[most]), most=mechanism.links[most].name)
+    if slid.any():
+        farthest = int(np.argmax(slid))
+        name = mechanism.joints[layout.lines[farthest].joint].name
+        start = replace(start, slid_by=float(slid[farthest]), farthest=name)
+    return start
 
 
 def lift(start: Start, bodies: Bodies, effects: Sequence[Effect]) -> Start:

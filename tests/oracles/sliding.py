@@ -143,14 +143,30 @@ def accelerate(
     count = 3 * system.size
     force = np.zeros((system.size, 3), system.dtype) if wrenches is None else np.array(wrenches, system.dtype)
     force[:, 1] -= np.asarray(system.mass, system.dtype) * system.dtype(system.gravity)
-    inertias = np.stack([system.mass, system.mass, system.inertia], axis=1).astype(system.dtype).ravel()
-    none = np.zeros((len(rows.right), len(rows.right)), system.dtype)
-    saddle = np.block([[np.diag(inertias), -rows.jacobian.T], [rows.jacobian, none]])
-    x = maximal.solve(saddle, np.concatenate([force.ravel(), rows.right]))
+    x = maximal.solve(_saddle(system, rows), np.concatenate([force.ravel(), rows.right]))
     frames = maximal.frame_velocities(system, poses, x[:count].reshape(-1, 3))
     frames[:, :2] += velocities[:, 2, None] ** 2 * turned(poses[:, 2], system.com)
     pins = x[count : count + 2 * len(system.pins)].reshape(-1, 2)
     return Motion(frames, pins, _pushes(system, slots, poses, x), x[len(x) - len(given) :])
+
+
+def _saddle(system: System, rows: _Rows) -> Array:
+    inertias = np.stack([system.mass, system.mass, system.inertia], axis=1).astype(system.dtype).ravel()
+    none = np.zeros((len(rows.right), len(rows.right)), system.dtype)
+    return np.block([[np.diag(inertias), -rows.jacobian.T], [rows.jacobian, none]])
+
+
+def jump(
+    system: System, slots: Sequence[Slot], poses: ArrayLike, impulses: Array, given: Sequence[Given] = ()
+) -> tuple[Array, Array]:
+    """Velocity jumps of the frames (links, 3) under ``impulses`` about the centres of mass (links, 3), no joint opening
+    and no prescribed motion changing, and the impulses that prescribed motion takes (given,)."""
+    poses = np.asarray(poses, system.dtype)
+    rows = _rows(system, slots, poses, np.zeros_like(poses), given)
+    still = np.zeros(len(rows.right), system.dtype)
+    x = maximal.solve(_saddle(system, rows), np.concatenate([np.asarray(impulses, system.dtype).ravel(), still]))
+    frames = maximal.frame_velocities(system, poses, x[: 3 * system.size].reshape(-1, 3))
+    return frames, x[len(x) - len(given) :]
 
 
 def _pushes(system: System, slots: Sequence[Slot], poses: Array, x: Array) -> Array:

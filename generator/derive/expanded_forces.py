@@ -28,7 +28,7 @@ Position = Callable[[PointRef], Vector]
 """Where a named point is, as a function of q."""
 
 
-def generalized_forces(
+def expanded_forces(
     mechanism: Mechanism, topology: Topology, state: State, effects: Sequence[Terms], position: Position
 ) -> tuple[tuple[sp.Expr, ...], tuple[Assignment, ...]]:
     """Q, one entry per quasi-velocity (N, N m), and the definitions of the names in it, in their order."""

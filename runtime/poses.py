@@ -1,0 +1,54 @@
+"""States read off poses and velocities of the links."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .frames import FloatArray
+
+if TYPE_CHECKING:
+    from .model import Model
+
+JOINT_MISS = 1e-6
+"""Poses whose joints miss by more than this (m) are not a state of the mechanism."""
+
+
+def read_off(model: Model, poses: FloatArray) -> FloatArray:
+    """Coordinates (nq,) of links at ``poses`` (links, 3)."""
+    lines = model.lines
+    return np.array([lines.coordinate(kind, of, poses) for kind, of in model.data["coordinates"]])
+
+
+def read_rates(model: Model, poses: FloatArray, velocities: FloatArray) -> FloatArray:
+    """Quasi-velocities (nu,) of links at ``poses`` that move with ``velocities``, both (links, 3)."""
+    lines = model.lines
+    return np.array([lines.rate(kind, of, poses, velocities) for kind, of in model.data["coordinates"]])
+
+
+def read_state(model: Model, poses: ArrayLike, velocities: ArrayLike) -> tuple[FloatArray, FloatArray]:
+    """State (q, u) of links at ``poses`` that move with ``velocities``, both (links, 3), nothing projected.
+
+    Raises ``ValueError`` when joints miss by more than 1e-6 m, or their velocities by more than 1e-6 m/s.
+    """
+    given = _rows(model, poses, "poses"), _rows(model, velocities, "velocities")
+    q, u = read_off(model, given[0]), read_rates(model, *given)
+    places, moving = model.poses(q) - given[0], model.velocities(q, u) - given[1]
+    places[:, 2] = np.remainder(places[:, 2] + np.pi, 2.0 * np.pi) - np.pi
+    opening = model.kernels.of_state("closure_rate", q[None], u[None])
+    misses = (("poses", "m", places, model.closure(q)), ("velocities", "m/s", moving, opening))
+    for what, unit, difference, closure in misses:
+        parts = (difference[:, :2], difference[:, 2] * model.length, closure)
+        miss = max(float(np.max(np.abs(part), initial=0.0)) for part in parts)
+        if miss > JOINT_MISS:
+            raise ValueError(f"{what}: joints miss by {miss:.3g} {unit}, expected at most {JOINT_MISS:g} {unit}")
+    return q, u
+
+
+def _rows(model: Model, rows: ArrayLike, what: str) -> FloatArray:
+    found = np.array(rows, dtype=float)
+    if found.shape != (len(model.links), 3) or not np.all(np.isfinite(found)):
+        raise ValueError(f"{what}: found shape {found.shape}, expected finite numbers ({len(model.links)}, 3)")
+    return found
