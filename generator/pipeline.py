@@ -19,8 +19,9 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from .emit.cache import HEADERS, fetch_or_build, is_current, key_of, runtime_folder
+from .emit.cache import HEADERS, ONE_LANE_HEADERS, fetch_or_build, is_current, key_of, runtime_folder
 from .emit.compiler import Compiler, compile_model, cythonize, extension_module, find_compiler
+from .emit.precision import DOUBLE, PRECISIONS, Precision
 from .scene.scene import Scene
 from .version import VERSION
 
@@ -34,25 +35,36 @@ Progress = Callable[[str], None]
 
 
 def generate(
-    scene: Scene, out: str | PathLike[str] = "build", progress: Progress | None = None, *, fold: bool = False
+    scene: Scene,
+    out: str | PathLike[str] = "build",
+    progress: Progress | None = None,
+    *,
+    fold: bool = False,
+    precision: str = "double",
 ) -> Path:
     """Derive, write and compile the model of ``scene``, or find it in the cache; returns ``out/<package>``.
 
     With ``fold`` the values of its parameters stand in the code as numbers and cannot be changed later; values that
-    leave no finite number then raise ``FoldError``.
+    leave no finite number then raise ``FoldError``. ``precision`` is that of the numbers it computes with: "double",
+    "float" or "wide", the compiler's long double; the package's name then ends in ``_float`` or ``_wide``.
     ``progress`` is told each stage's name as it begins. Raises ``CompileError`` (no working compiler) and
     ``OutputError`` (a folder that cannot be written); nothing is left half written.
     """
     if not isinstance(scene, Scene):
         raise TypeError(f"scene: found {type(scene).__name__}, expected a Scene; read a file with load_scene(path)")
+    if precision not in PRECISIONS:
+        raise ValueError(f"precision: found {precision!r}, expected one of {', '.join(PRECISIONS)}")
+    numbers = PRECISIONS[precision]
+    if fold and not numbers.double:
+        raise ValueError(f"precision: found {precision!r} beside fold, expected 'double'; folded numbers are doubles")
     tell = progress or (lambda stage: None)
     compiler = find_compiler()
-    identity = _identity(scene, fold)
+    identity = _identity(scene, fold, numbers)
     key = key_of(identity, compiler.version, *compiler.command, *compiler.flags())
-    target = Path(out) / scene.package
+    target = Path(out) / numbers.package(scene.package)
     if not is_current(target, key):
         tell("look in the cache")
-        fetch_or_build(key, target, lambda folder: _build(scene, fold, compiler, folder, tell))
+        fetch_or_build(key, target, lambda folder: _build(scene, fold, numbers, compiler, folder, tell))
     return target
 
 
@@ -102,25 +114,25 @@ def fold_price(scene: Scene) -> Price:
     return Price("folding", (), added(folded, plain))
 
 
-def _identity(scene: Scene, fold: bool) -> str:
+def _identity(scene: Scene, fold: bool, numbers: Precision = DOUBLE) -> str:
     """What tells one model from all others."""
-    return scene.canonical() + ("\nfolded" if fold else "")
+    return scene.canonical() + ("\nfolded" if fold else "") + ("" if numbers.double else f"\n{numbers.name}")
 
 
-def _build(scene: Scene, fold: bool, compiler: Compiler, folder: Path, tell: Progress) -> None:
+def _build(scene: Scene, fold: bool, numbers: Precision, compiler: Compiler, folder: Path, tell: Progress) -> None:
     """Write and compile everything into an empty folder."""
     from .emit.render import Banner, render_binding, render_package
 
-    hash_ = hashlib.sha256(_identity(scene, fold).encode()).hexdigest()[:16]
-    banner = Banner(scene.name, scene.package, VERSION, hash_)
-    (folder / "_binding.pyx").write_text(render_binding(banner))
+    hash_ = hashlib.sha256(_identity(scene, fold, numbers).encode()).hexdigest()[:16]
+    banner = Banner(scene.name, numbers.package(scene.package), VERSION, hash_)
+    (folder / "_binding.pyx").write_text(render_binding(banner, numbers.capsule))
     extension = extension_module(hash_)
     (folder / "__init__.py").write_text(render_package(banner, extension))
-    for header in HEADERS:
-        (folder / header).write_bytes((runtime_folder() / header).read_bytes())
+    for header in HEADERS if numbers.double else ONE_LANE_HEADERS:
+        (folder / header).write_text(numbers.write((runtime_folder() / header).read_text()))
     with ThreadPoolExecutor(1) as beside:
         binding = beside.submit(cythonize, folder, extension)
-        _write_model(scene, banner, folder, tell, fold)
+        _write_model(scene, banner, folder, tell, fold, numbers)
         tell("compile")
         binding.result()
     compile_model(compiler, folder, extension)
@@ -128,14 +140,16 @@ def _build(scene: Scene, fold: bool, compiler: Compiler, folder: Path, tell: Pro
     (folder / "build.json").write_text(json.dumps(record, indent=1) + "\n")
 
 
-def _write_model(scene: Scene, banner: Banner, folder: Path, tell: Progress, fold: bool = False) -> None:
+def _write_model(
+    scene: Scene, banner: Banner, folder: Path, tell: Progress, fold: bool = False, numbers: Precision = DOUBLE
+) -> None:
     """The stages from the tree to the sources."""
     tell("derive")
     topology, equations = derive_scene(scene, fold)
     tell("write")
     from .emit.data import driven_coordinates, model_data, point_names
     from .emit.listing import name_index, write_listing
-    from .emit.render import Sizes, render_c, render_lanes
+    from .emit.render import Sizes, render_c, render_lanes, render_one_lane
     from .program.program import lower
 
     program, mechanism = lower(equations), scene.mechanism
@@ -156,9 +170,13 @@ def _write_model(scene: Scene, banner: Banner, folder: Path, tell: Progress, fol
         inputs=sum(len(effect.inputs()) for effect in scene.effects),
     )
     data = model_data(scene, topology, equations, banner.hash)
+    if not numbers.double:
+        data["precision"] = numbers.name
     (folder / "equations.txt").write_text(write_listing(scene.name, equations, index))
-    (folder / "model.c").write_text(
-        render_c(banner, program, sizes, {"partner": topology.partners, "driven": driven}, topology.root, index)
-    )
-    (folder / "lanes.c").write_text(render_lanes(banner, program))
+    model = render_c(banner, program, sizes, {"partner": topology.partners, "driven": driven}, topology.root, index)
+    lanes = render_lanes(banner, program) if numbers.double else render_one_lane(banner)
+    if not numbers.double:
+        model = model.replace('"sincos.h"', '"one_lane.h"')
+    (folder / "model.c").write_text(numbers.write(model))
+    (folder / "lanes.c").write_text(numbers.write(lanes))
     (folder / "model.json").write_text(json.dumps(data, indent=1) + "\n")

@@ -1,141 +1,148 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, embedsignature=True
 """The compiled face of the runtime: a model's kernels on batches of states, and whole runs without the GIL.
 
-Arrays are C-contiguous float64 with a leading batch axis; :mod:`ccgen.runtime.model` prepares and checks them.
+Arrays are C-contiguous, of the type ``REAL``, with a leading batch axis; :mod:`ccgen.runtime.model` prepares and checks
+them. This file is compiled for doubles, and as ``_float`` and ``_wide`` for floats and long doubles.
 """
 
 from cpython.exc cimport PyErr_CheckSignals
 from cpython.pycapsule cimport PyCapsule_GetPointer, PyCapsule_IsValid
 from libc.string cimport memcpy
 
+from functools import partial
+
 import numpy as np
 
-ctypedef void (*of_q)(const double *k, const double *q, double *out) noexcept nogil
-ctypedef void (*of_state)(const double *k, const double *q, const double *u, double *out) noexcept nogil
+cdef extern from "core/face.h":
+    ctypedef double real "ccgen_real"  # whatever the compiled core computes with
+    const char *CCGEN_CAPSULE
 
-cdef extern from "model.h":
+ctypedef void (*of_q)(const real *k, const real *q, real *out) noexcept nogil
+ctypedef void (*of_state)(const real *k, const real *q, const real *u, real *out) noexcept nogil
+
+cdef extern from *:
     int CCGEN_CONTRACT_VERSION
     struct ccgen_model:
         int version
         const char *name
         const char *hash
         int nq, nu, base, rows, links, joints, points, contacts, parameters, constants, inputs, drives, lanes
-        void (*derive_constants)(const double *p, double *k) noexcept nogil
-        int (*acceleration)(const double *k, const double *q, const double *u, double t, const double *inputs,
-                            double *u_dot, double *lambda_) noexcept nogil
-        int (*impulse)(const double *k, const double *q, const double *f, const double *y, double *du,
-                       double *Lambda) noexcept nogil
-        void (*reactions)(const double *k, const double *q, const double *u, double t, const double *inputs,
-                          const double *u_dot, const double *lambda_, double *reaction) noexcept nogil
+        void (*derive_constants)(const real *p, real *k) noexcept nogil
+        int (*acceleration)(const real *k, const real *q, const real *u, real t, const real *inputs,
+                            real *u_dot, real *lambda_) noexcept nogil
+        int (*impulse)(const real *k, const real *q, const real *f, const real *y, real *du,
+                       real *Lambda) noexcept nogil
+        void (*reactions)(const real *k, const real *q, const real *u, real t, const real *inputs,
+                          const real *u_dot, const real *lambda_, real *reaction) noexcept nogil
         of_q closure, closure_jacobian, poses, point_positions, gaps
         of_state closure_rate, closure_bias, momentum, velocities, energy, gap_rates, gap_bias
-        void (*inverse_dynamics)(const double *k, const double *q, const double *u, double t, const double *inputs,
-                                 const double *u_dot, double *f) noexcept nogil
-        void (*power)(const double *k, const double *q, const double *u, double t, const double *inputs,
-                      const double *u_dot, const double *lambda_, double *power) noexcept nogil
-        void (*restitution)(const double *k, double *e) noexcept nogil
-        void (*friction)(const double *k, double *mu) noexcept nogil
+        void (*inverse_dynamics)(const real *k, const real *q, const real *u, real t, const real *inputs,
+                                 const real *u_dot, real *f) noexcept nogil
+        void (*power)(const real *k, const real *q, const real *u, real t, const real *inputs,
+                      const real *u_dot, const real *lambda_, real *power) noexcept nogil
+        void (*restitution)(const real *k, real *e) noexcept nogil
+        void (*friction)(const real *k, real *mu) noexcept nogil
         of_state slips, slip_bias
 
-cdef extern from "core/core.h":
+cdef extern from *:
     enum outcome:
         pass
     enum drift:
         pass
     struct system:
         const ccgen_model *model
-        const double *k
-        const double *restitution
-        const double *friction
+        const real *k
+        const real *restitution
+        const real *friction
         int law
         int n, size
-        double *inputs
-        int (*supply)(void *context, double t, const double *q, const double *u, double *inputs) noexcept nogil
+        real *inputs
+        int (*supply)(void *context, real t, const real *q, const real *u, real *inputs) noexcept nogil
         void *context
-        double *multipliers
-        double *rows
-        double *bias
-        double *jump
-        double *u_dot
-        double *zero
-        double *shut
+        real *multipliers
+        real *rows
+        real *bias
+        real *jump
+        real *u_dot
+        real *zero
+        real *shut
         int guided
-        double baumgarte
+        real baumgarte
         void *holding
-        double length
-        const double *extent
+        real length
+        const real *extent
         long evaluations
         long dependent
     struct table:
         size_t count
         int width
-        const double *t
-        const double *values
+        const real *t
+        const real *values
         size_t row
-    int supply_from_table(void *table, double t, const double *q, const double *u, double *inputs) noexcept nogil
-    int system_acceleration(system *s, double t, const double *q, const double *u, double *u_dot, double *lambda_) nogil
-    int system_acceleration_lanes(system *s, const double *t, const double *q, const double *u, double *u_dot,
-                                  double *scratch) nogil
+    int supply_from_table(void *table, real t, const real *q, const real *u, real *inputs) noexcept nogil
+    int system_acceleration(system *s, real t, const real *q, const real *u, real *u_dot, real *lambda_) nogil
+    int system_acceleration_lanes(system *s, const real *t, const real *q, const real *u, real *u_dot,
+                                  real *scratch) nogil
     size_t lanes_scratch(const system *s) nogil
-    int system_impulse(system *s, const double *q, const double *f, const double *y, double nearest, double *du,
-                       double *Lambda) nogil
-    const double NEAREST
-    int project_position(system *s, double *q) nogil
-    int project_velocity(system *s, const double *q, double *u) nogil
-    int impact(system *s, const double *q, const double *u_minus, int count, const int *chosen, const double *e,
-               double *u_plus, double *P) nogil
+    int system_impulse(system *s, const real *q, const real *f, const real *y, real nearest, real *du,
+                       real *Lambda) nogil
+    const real NEAREST
+    int project_position(system *s, real *q) nogil
+    int project_velocity(system *s, const real *q, real *u) nogil
+    int impact(system *s, const real *q, const real *u_minus, int count, const int *chosen, const real *e,
+               real *u_plus, real *P) nogil
 
-cdef extern from "core/method.h":
+cdef extern from *:
     struct tolerance:
-        double rtol, atol
+        real rtol, atol
     struct method:
         const char *name
         int order
     const method *find_method(const char *name) nogil
     const method **all_methods
 
-cdef extern from "core/run.h":
+cdef extern from *:
     struct record:
         size_t count, room
-        double *t
-        double *y
+        real *t
+        real *y
     struct impacts:
         size_t count, room, contact_count, contact_room
-        double *t
-        double *u_minus
-        double *u_plus
-        double *energy_loss
+        real *t
+        real *u_minus
+        real *u_plus
+        real *energy_loss
         size_t *first
         size_t *after
         int *contact
-        double *impulse
+        real *impulse
     struct holds:
         size_t count, room, contact_count, contact_room
-        double *t
+        real *t
         size_t *first
         int *contact
         int *how
     struct run:
-        double start, until
+        real start, until
         tolerance tolerance
-        const double *stops
+        const real *stops
         size_t stop_count
-        double fixed_step
+        real fixed_step
         long step_budget, second_budget
         const method *method
         drift drift
-        int (*tick)(void *context, double t) noexcept nogil
+        int (*tick)(void *context, real t) noexcept nogil
         void *context
         record record
         impacts impacts
         holds holds
         int outcome
-        double t
+        real t
         int contact
         long steps, rejected
-    void run_simulation "simulate"(system *s, run *r, double *y) nogil
-    int run_advance "advance"(system *s, const method *m, drift kept, double t, double h, int count, const int *held,
-                              const signed char *slide, double *y) nogil
+    void run_simulation "simulate"(system *s, run *r, real *y) nogil
+    int run_advance "advance"(system *s, const method *m, drift kept, real t, real h, int count, const int *held,
+                              const signed char *slide, real *y) nogil
     void free_run(run *r)
 
 OUTCOMES = (
@@ -154,6 +161,11 @@ HOLDS = ("apart", "slides backward", "smooth", "slides forward", "sticks", "carr
 SLIDES = (0, -1, 0, 1, 2, 0, 3, -3)
 """What the core calls them where a contact pushes."""
 
+
+REAL = np.dtype(f"f{sizeof(real)}")
+"""The type of all numbers here."""
+
+empty, zeros = partial(np.empty, dtype=REAL), partial(np.zeros, dtype=REAL)
 
 DRIFTS = ("projected", "left", "damped")
 """Names of ``enum drift``, in its order: ways to keep the closure, the default first."""
@@ -183,7 +195,7 @@ cdef class _Ticker:
         self.error = None
 
 
-cdef int _tick(void *context, double t) noexcept with gil:
+cdef int _tick(void *context, real t) noexcept with gil:
     cdef _Ticker ticker = <_Ticker>context
     try:
         PyErr_CheckSignals()
@@ -201,14 +213,14 @@ cdef class Supply:
     cdef object function
     cdef public object error
     cdef Py_ssize_t n, width
-    cdef double[::1] t
-    cdef double[:, ::1] values
+    cdef real[::1] t
+    cdef real[:, ::1] values
     cdef table rows
 
     def __init__(self, function=None, t=None, values=None):
         self.function, self.error = function, None
         if function is None:
-            self.t, self.values = np.array(t, dtype=float), np.array(values, dtype=float, order="C")
+            self.t, self.values = np.array(t, dtype=REAL), np.array(values, dtype=REAL, order="C")
             if not self.t.shape[0] or self.values.shape[0] != self.t.shape[0]:
                 raise ValueError("a table needs as many rows as times, and at least one")
 
@@ -224,17 +236,17 @@ cdef class Supply:
         s.supply, s.context = supply_from_table, &self.rows
 
 
-cdef int _supply(void *context, double t, const double *q, const double *u, double *inputs) noexcept with gil:
+cdef int _supply(void *context, real t, const real *q, const real *u, real *inputs) noexcept with gil:
     """Ask the function; what it raises is kept, and it is not asked again."""
     cdef Supply supply = <Supply>context
-    cdef double[::1] found
+    cdef real[::1] found
     if supply.error is not None:
         return 1
     try:
-        found = supply.function(t, _doubles(q, supply.n), _doubles(u, supply.n))
+        found = np.asarray(supply.function(t, _numbers(q, supply.n), _numbers(u, supply.n)), dtype=REAL)
         if found.shape[0] != supply.width:
             raise ValueError(f"found {found.shape[0]} inputs, expected {supply.width}")
-        memcpy(inputs, &found[0], supply.width * sizeof(double))
+        memcpy(inputs, &found[0], supply.width * sizeof(real))
     except BaseException as error:
         supply.error = error
         return 1
@@ -247,15 +259,15 @@ cdef class Kernels:
     cdef const ccgen_model *m
     cdef object capsule
     cdef readonly dict sizes
-    cdef double[::1] k, restitution, friction, extent, multipliers, rows, bias, jump, u_dot, zero, shut, inputs
-    cdef double length
+    cdef real[::1] k, restitution, friction, extent, multipliers, rows, bias, jump, u_dot, zero, shut, inputs
+    cdef real length
     cdef int law
 
-    def __init__(self, capsule, parameters, double length, str law="newton", angular=()):
-        if not PyCapsule_IsValid(capsule, "ccgen.model"):
+    def __init__(self, capsule, parameters, real length, str law="newton", angular=()):
+        if not PyCapsule_IsValid(capsule, CCGEN_CAPSULE):
             raise TypeError("not the descriptor of a ccgen model")
         self.capsule = capsule
-        self.m = <const ccgen_model *>PyCapsule_GetPointer(capsule, "ccgen.model")
+        self.m = <const ccgen_model *>PyCapsule_GetPointer(capsule, CCGEN_CAPSULE)
         if self.m.version != CCGEN_CONTRACT_VERSION:
             raise ImportError(
                 f"the model was generated for contract version {self.m.version}, this runtime has "
@@ -264,21 +276,21 @@ cdef class Kernels:
         m = self.m
         self.sizes = dict(n=m.nu, rows=m.rows, links=m.links, joints=m.joints, points=m.points, contacts=m.contacts,
                           parameters=m.parameters)
-        cdef double[::1] p = np.ascontiguousarray(parameters, dtype=float)
+        cdef real[::1] p = np.ascontiguousarray(parameters, dtype=REAL)
         if p.shape[0] != m.parameters:
             raise ValueError(f"found {p.shape[0]} parameter values, expected {m.parameters}")
-        self.k = np.zeros(max(m.constants, 1))
-        self.restitution = np.zeros(max(m.contacts, 1))
+        self.k = zeros(max(m.constants, 1))
+        self.restitution = zeros(max(m.contacts, 1))
         room = m.rows + 2 * m.contacts + 1
-        self.multipliers, self.rows, self.bias = np.zeros(room), np.zeros(room), np.zeros(room)
-        self.jump, self.u_dot, self.zero, self.shut = np.zeros(m.nu), np.zeros(3 * m.nu), np.zeros(m.nu), np.zeros(2 * m.nu)
-        self.inputs = np.zeros(m.inputs + 1)
+        self.multipliers, self.rows, self.bias = zeros(room), zeros(room), zeros(room)
+        self.jump, self.u_dot, self.zero, self.shut = zeros(m.nu), zeros(3 * m.nu), zeros(m.nu), zeros(2 * m.nu)
+        self.inputs = zeros(m.inputs + 1)
         self.length, self.law = length, LAWS.index(law)
-        self.friction = np.zeros(max(m.contacts, 1))
-        self.extent = np.full(max(m.contacts, 1), length)
+        self.friction = zeros(max(m.contacts, 1))
+        self.extent = np.full(max(m.contacts, 1), length, dtype=REAL)
         for contact in angular:
             self.extent[contact] = 1.0
-        cdef double none = 0.0
+        cdef real none = 0.0
         self.m.derive_constants(&p[0] if p.shape[0] else &none, &self.k[0])
         if self.m.contacts:
             self.m.restitution(&self.k[0], &self.restitution[0])
@@ -331,25 +343,25 @@ cdef class Kernels:
         s.evaluations = s.dependent = 0
         return s
 
-    def acceleration(self, const double[:, ::1] q, const double[:, ::1] u, double t):
+    def acceleration(self, const real[:, ::1] q, const real[:, ::1] u, real t):
         """Quasi-accelerations (b, n), multipliers (b, rows), and the outcome of each state."""
         cdef Py_ssize_t i, b = q.shape[0]
-        cdef double[:, ::1] out = np.empty((b, self.m.nu)), rows = np.empty((b, self.m.rows + 1))
+        cdef real[:, ::1] out = empty((b, self.m.nu)), rows = empty((b, self.m.rows + 1))
         cdef system s = self._system()
         outcomes = []
         for i in range(b):
             outcomes.append(OUTCOMES[system_acceleration(&s, t, &q[i, 0], &u[i, 0], &out[i, 0], &rows[i, 0])])
         return np.asarray(out), np.asarray(rows)[:, : self.m.rows], outcomes
 
-    def repeat_acceleration(self, const double[::1] t, const double[:, ::1] q, const double[:, ::1] u, long calls):
+    def repeat_acceleration(self, const real[::1] t, const real[:, ::1] q, const real[:, ::1] u, long calls):
         """Evaluate the acceleration ``calls`` times, cycling through the states, without the GIL: for timing."""
         cdef Py_ssize_t state = 0, b = q.shape[0]
         cdef long i
-        cdef double[::1] out = np.empty(self.m.nu), rows = np.empty(self.m.rows + 1)
-        cdef double *found = &out[0]
-        cdef double *multipliers = &rows[0]
-        cdef const double *k = &self.k[0]
-        cdef const double *inputs = &self.inputs[0]
+        cdef real[::1] out = empty(self.m.nu), rows = empty(self.m.rows + 1)
+        cdef real *found = &out[0]
+        cdef real *multipliers = &rows[0]
+        cdef const real *k = &self.k[0]
+        cdef const real *inputs = &self.inputs[0]
         if not b or t.shape[0] != b or u.shape[0] != b:
             raise ValueError(f"found {t.shape[0]}, {b} and {u.shape[0]} times, q and u, expected equally many, at least 1")
         with nogil:
@@ -357,12 +369,12 @@ cdef class Kernels:
                 self.m.acceleration(k, &q[state, 0], &u[state, 0], t[state], inputs, found, multipliers)
                 state = state + 1 if state + 1 < b else 0
 
-    def acceleration_lanes(self, const double[:, ::1] q, const double[:, ::1] u, const double[::1] t):
+    def acceleration_lanes(self, const real[:, ::1] q, const real[:, ::1] u, const real[::1] t):
         """Quasi-accelerations (b, n) at times ``t`` (b,), as many states at a time as the model has lanes; outcomes."""
         cdef system s = self._system()
         cdef Py_ssize_t i, j, l, b = q.shape[0], n = self.m.nu, lanes = self.m.lanes
-        cdef double[:, ::1] out = np.empty((b, n)), x = np.empty((3 * n + 1, lanes))
-        cdef double[::1] scratch = np.empty(lanes_scratch(&s) + 1)
+        cdef real[:, ::1] out = empty((b, n)), x = empty((3 * n + 1, lanes))
+        cdef real[::1] scratch = empty(lanes_scratch(&s) + 1)
         outcomes = []
         for i in range(0, b, lanes):
             for l in range(lanes):
@@ -376,39 +388,40 @@ cdef class Kernels:
                     out[i + l, j] = x[2 * n + j, l]
         return np.asarray(out), outcomes
 
-    def impulse(self, const double[:, ::1] q, const double[:, ::1] f, const double[:, ::1] y):
+    def impulse(self, const real[:, ::1] q, const real[:, ::1] f, const real[:, ::1] y):
         """Jumps du (b, n), impulses (b, rows) for generalized impulses f (b, n), closure rates y (b, rows + 1); outcomes."""
         cdef Py_ssize_t i, b = q.shape[0]
-        cdef double[:, ::1] out = np.empty((b, self.m.nu)), rows = np.empty((b, self.m.rows + 1))
+        cdef real[:, ::1] out = empty((b, self.m.nu)), rows = empty((b, self.m.rows + 1))
         cdef system s = self._system()
         outcomes = []
         for i in range(b):
             outcomes.append(OUTCOMES[system_impulse(&s, &q[i, 0], &f[i, 0], &y[i, 0], NEAREST, &out[i, 0], &rows[i, 0])])
         return np.asarray(out), np.asarray(rows)[:, : self.m.rows], outcomes
 
-    def set_inputs(self, const double[::1] inputs):
+    def set_inputs(self, inputs):
         """Values of the inputs for the calls that follow."""
-        self.inputs[: self.m.inputs] = inputs
+        cdef real[::1] values = np.ascontiguousarray(inputs, dtype=REAL)
+        self.inputs[: self.m.inputs] = values
 
-    def inverse_dynamics(self, const double[:, ::1] q, const double[:, ::1] u, double t, const double[:, ::1] u_dot):
+    def inverse_dynamics(self, const real[:, ::1] q, const real[:, ::1] u, real t, const real[:, ::1] u_dot):
         """Generalized forces M u_dot + h of the open chain (b, n)."""
         cdef Py_ssize_t i, b = q.shape[0]
-        cdef double[:, ::1] out = np.empty((b, self.m.nu))
+        cdef real[:, ::1] out = empty((b, self.m.nu))
         for i in range(b):
             self.m.inverse_dynamics(&self.k[0], &q[i, 0], &u[i, 0], t, &self.inputs[0], &u_dot[i, 0], &out[i, 0])
         return np.asarray(out)
 
-    def reactions(self, const double[:, ::1] q, const double[:, ::1] u, double t, const double[:, ::1] u_dot,
-                  const double[:, ::1] multipliers):
+    def reactions(self, const real[:, ::1] q, const real[:, ::1] u, real t, const real[:, ::1] u_dot,
+                  const real[:, ::1] multipliers):
         """Joint reactions (b, 3 joints)."""
         cdef Py_ssize_t i, b = q.shape[0]
-        cdef double[:, ::1] out = np.empty((b, 3 * self.m.joints + 1))
+        cdef real[:, ::1] out = empty((b, 3 * self.m.joints + 1))
         for i in range(b):
             self.m.reactions(&self.k[0], &q[i, 0], &u[i, 0], t, &self.inputs[0], &u_dot[i, 0], &multipliers[i, 0],
                              &out[i, 0])
         return np.asarray(out)[:, : 3 * self.m.joints]
 
-    def of_q(self, str name, const double[:, ::1] q):
+    def of_q(self, str name, const real[:, ::1] q):
         """A kernel of the configuration alone: closure, closure_jacobian, poses, points or gaps, (b, size)."""
         cdef of_q kernel
         cdef Py_ssize_t i, b = q.shape[0], size
@@ -424,13 +437,13 @@ cdef class Kernels:
             kernel, size = self.m.gaps, self.m.contacts
         else:
             raise KeyError(name)
-        cdef double[:, ::1] out = np.empty((b, size + 1))
+        cdef real[:, ::1] out = empty((b, size + 1))
         if size:
             for i in range(b):
                 kernel(&self.k[0], &q[i, 0], &out[i, 0])
         return np.asarray(out)[:, :size]
 
-    def of_state(self, str name, const double[:, ::1] q, const double[:, ::1] u):
+    def of_state(self, str name, const real[:, ::1] q, const real[:, ::1] u):
         """A kernel of the state by its name in the contract, such as closure_rate or slip_bias: (b, size)."""
         cdef of_state kernel
         cdef Py_ssize_t i, b = q.shape[0], size
@@ -454,7 +467,7 @@ cdef class Kernels:
             kernel, size = self.m.slip_bias, self.m.contacts if self.m.slip_bias is not NULL else 0
         else:
             raise KeyError(name)
-        cdef double[:, ::1] out = np.empty((b, size + 1))
+        cdef real[:, ::1] out = empty((b, size + 1))
         if size:
             for i in range(b):
                 kernel(&self.k[0], &q[i, 0], &u[i, 0], &out[i, 0])
@@ -462,7 +475,7 @@ cdef class Kernels:
 
     def project(self, q, u):
         """Nearest state on the closure in the mass metric, (b, n) each, and the outcome of each state."""
-        cdef double[:, ::1] new_q = np.array(q, order="C"), new_u = np.array(u, order="C")
+        cdef real[:, ::1] new_q = np.array(q, order="C"), new_u = np.array(u, order="C")
         cdef system s = self._system()
         cdef Py_ssize_t i
         outcomes = []
@@ -473,42 +486,43 @@ cdef class Kernels:
             outcomes.append(OUTCOMES[found])
         return np.asarray(new_q), np.asarray(new_u), outcomes
 
-    def impact(self, const double[::1] q, const double[::1] u, const int[::1] contacts, const double[::1] e):
+    def impact(self, const real[::1] q, const real[::1] u, const int[::1] contacts, const real[::1] e):
         """One state struck at ``contacts`` with restitution ``e``: u+ (n,), impulses, outcome."""
         cdef system s = self._system()
-        cdef double[::1] u_plus = np.empty(self.m.nu), P = np.zeros(2 * contacts.shape[0] + 1)
+        cdef real[::1] u_plus = empty(self.m.nu), P = zeros(2 * contacts.shape[0] + 1)
         found = impact(&s, &q[0], &u[0], <int>contacts.shape[0], &contacts[0], &e[0], &u_plus[0], &P[0])
         return np.asarray(u_plus), np.asarray(P)[: contacts.shape[0]], OUTCOMES[found]
 
-    def advance(self, str name, double t, const double[::1] q, const double[::1] u, double h, Supply supply=None,
-                str kept="projected", held=()):
+    def advance(self, str name, t, const real[::1] q, const real[::1] u, h, Supply supply=None, str kept="projected",
+                held=()):
         """One step of length ``h`` of the method ``name``, contacts ``held`` closed: (q, u, outcome)."""
+        cdef real[::1] times = np.array([t, h], dtype=REAL)
         cdef system s = self._system()
-        cdef double[::1] inputs = np.array(self.inputs)
+        cdef real[::1] inputs = np.array(self.inputs)
         s.inputs = &inputs[0]
         if supply is not None:
             supply.attach(&s)
-        cdef double[::1] y = np.concatenate([q, u, [0.0]])
+        cdef real[::1] y = np.concatenate([q, u, zeros(1)])
         s.baumgarte = BAUMGARTE if kept == "damped" else 0.0
         cdef int[::1] chosen = np.array([*(contact for contact, _ in held), 0], dtype=np.int32)
         cdef signed char[::1] slide = np.array([*(SLIDES[HOLDS.index(how)] for _, how in held), 0], dtype=np.int8)
-        found = run_advance(&s, find_method(name.encode()), <drift><int>DRIFTS.index(kept), t, h, <int>len(held), &chosen[0],
+        found = run_advance(&s, find_method(name.encode()), <drift><int>DRIFTS.index(kept), times[0], times[1], <int>len(held), &chosen[0],
                             &slide[0], &y[0])
         if supply is not None and supply.error is not None:
             raise supply.error
         n = self.m.nu
         return np.asarray(y)[:n], np.asarray(y)[n : 2 * n], OUTCOMES[found]
 
-    def simulate(self, const double[::1] q, const double[::1] u, str name, double until, double rtol, double atol,
-                 double fixed_step, long step_budget, long second_budget, progress, Supply supply=None, stops=(),
+    def simulate(self, const real[::1] q, const real[::1] u, str name, real until, real rtol, real atol,
+                 real fixed_step, long step_budget, long second_budget, progress, Supply supply=None, stops=(),
                  str kept="projected"):
         """A whole run from t = 0 without the GIL; a dict of what was recorded. Steps end at ``stops``, times that grow."""
-        cdef double[::1] y = np.concatenate([q, u, [0.0]])
-        cdef double[::1] inputs = np.array(self.inputs)
-        cdef double[::1] ends = np.array([*stops, until], dtype=float)
+        cdef real[::1] y = np.concatenate([q, u, zeros(1)])
+        cdef real[::1] inputs = np.array(self.inputs)
+        cdef real[::1] ends = np.array([*stops, until], dtype=REAL)
         cdef size_t room = self.m.rows + 2 * self.m.contacts + 1
-        cdef double[::1] multipliers = np.zeros(room), rows = np.zeros(room), bias = np.zeros(room)
-        cdef double[::1] jump = np.zeros(self.m.nu), u_dot = np.zeros(3 * self.m.nu), shut = np.zeros(2 * self.m.nu)
+        cdef real[::1] multipliers = zeros(room), rows = zeros(room), bias = zeros(room)
+        cdef real[::1] jump = zeros(self.m.nu), u_dot = zeros(3 * self.m.nu), shut = zeros(2 * self.m.nu)
         cdef system s = self._system()
         s.inputs = &inputs[0]
         s.multipliers, s.rows, s.bias = &multipliers[0], &rows[0], &bias[0]
@@ -541,19 +555,19 @@ cdef class Kernels:
 
     cdef dict _found(self, run *r, size_t size, long evaluations, long dependent):
         cdef size_t n = self.m.nu, i = r.impacts.count
-        y = _doubles(r.record.y, size * r.record.count).reshape(-1, size)
+        y = _numbers(r.record.y, size * r.record.count).reshape(-1, size)
         return dict(
-            t=_doubles(r.record.t, r.record.count), q=y[:, :n].copy(), u=y[:, n : 2 * n].copy(),
-            work=y[:, 2 * n].copy() if size > 2 * n else np.zeros(r.record.count),
-            impact_t=_doubles(r.impacts.t, i),
-            u_minus=_doubles(r.impacts.u_minus, n * i).reshape(-1, n),
-            u_plus=_doubles(r.impacts.u_plus, n * i).reshape(-1, n),
-            energy_loss=_doubles(r.impacts.energy_loss, i),
+            t=_numbers(r.record.t, r.record.count), q=y[:, :n].copy(), u=y[:, n : 2 * n].copy(),
+            work=y[:, 2 * n].copy() if size > 2 * n else zeros(r.record.count),
+            impact_t=_numbers(r.impacts.t, i),
+            u_minus=_numbers(r.impacts.u_minus, n * i).reshape(-1, n),
+            u_plus=_numbers(r.impacts.u_plus, n * i).reshape(-1, n),
+            energy_loss=_numbers(r.impacts.energy_loss, i),
             first=[r.impacts.first[j] for j in range(i + 1)] if i else [0],
             after=[r.impacts.after[j] for j in range(i)],
             contacts=[r.impacts.contact[j] for j in range(r.impacts.contact_count)],
-            impulses=_doubles(r.impacts.impulse, r.impacts.contact_count),
-            hold_t=_doubles(r.holds.t, r.holds.count),
+            impulses=_numbers(r.impacts.impulse, r.impacts.contact_count),
+            hold_t=_numbers(r.holds.t, r.holds.count),
             held=[
                 [(r.holds.contact[k], HOLDS[r.holds.how[k]]) for k in range(r.holds.first[j], r.holds.first[j + 1])]
                 for j in range(r.holds.count)
@@ -573,8 +587,8 @@ cdef void _clear(run *r) noexcept:
     r.record.room = r.impacts.room = r.impacts.contact_room = 0
 
 
-cdef object _doubles(const double *x, size_t count):
-    cdef double[::1] out = np.empty(count)
+cdef object _numbers(const real *x, size_t count):
+    cdef real[::1] out = empty(count)
     if count:
-        memcpy(&out[0], x, count * sizeof(double))
+        memcpy(&out[0], x, count * sizeof(real))
     return np.asarray(out)

@@ -1,9 +1,9 @@
 """What accuracy costs in time: runs by all methods at many tolerances beside a reference better than any of them.
 
 The error of a run is the largest in x, y (m) and angle (rad) of any link at its end, and in the time (s) of any
-impact. The reference is the default method at the tightest tolerance there is; a second method of another kind, at a
-tight tolerance too, tells how far it can be trusted. Where neighbouring motions part so fast that rounding alone would
-spoil the comparison, it is made earlier.
+impact. The reference is a method of high order at a tight tolerance, in wide numbers where the machine has them; a
+second method of another kind, as tight, tells how far it can be trusted. Where neighbouring motions part so fast that
+rounding alone would spoil the comparison, it is made earlier.
 """
 
 from __future__ import annotations
@@ -18,11 +18,15 @@ from ._core import methods
 from .frames import FloatArray
 from .model import Model
 from .run import Run
-from .simulate import simulate
+from .simulate import LEAST, simulate
 
 TOLERANCES = tuple(10.0**-k for k in range(3, 14))
-REFERENCE, SECOND = ("gauss", 1e-15), ("dop853", 1e-14)
-"""Method and tolerance of the reference, and of the run that it is checked with."""
+WIDE_TOLERANCES = tuple(10.0**-k for k in range(3, 17))
+GROUNDS = {
+    "double": (("gauss", 1e-15), ("dop853", 1e-14)),
+    "wide": (("gauss", 1e-18), ("dop853", 1e-17)),
+}
+"""Method and tolerance of the reference, and of the run that it is checked with, by precision."""
 
 NUDGE = 1e-9
 """Change of the velocities at the start by which the growth of errors is measured, relative to the largest."""
@@ -57,6 +61,11 @@ class Reference:
     rtol: float
     second_rtol: float
 
+    @property
+    def wide(self) -> bool:
+        """Whether it was computed in wider numbers than what is measured."""
+        return isinstance(self.run.model, Model) and self.run.model.precision == "wide"
+
 
 @dataclass(frozen=True)
 class Measured:
@@ -73,6 +82,7 @@ class Measured:
     impact_error: float
     steps: int
     evaluations: int
+    precision: str = "double"
 
     @property
     def worst(self) -> float:
@@ -83,7 +93,7 @@ def errors(run: Run, wanted: Run) -> tuple[float, float]:
     """Largest error of a link's pose at the end (m or rad), and of an impact's time (s)."""
     if _contacts(run) != _contacts(wanted) or run.t[-1] != wanted.t[-1]:
         return np.inf, np.inf
-    late = [abs(a.t - b.t) for a, b in zip(run.impacts, wanted.impacts, strict=True)]
+    late = [float(abs(a.t - b.t)) for a, b in zip(run.impacts, wanted.impacts, strict=True)]
     return float(np.max(np.abs(_poses(run)[-1] - _poses(wanted)[-1]))), max(late, default=0.0)
 
 
@@ -140,13 +150,13 @@ def _tighter(
 
 
 def refer(model: Model, until: float) -> Reference:
-    """The reference run, and how far a run of another method differs from it.
+    """The reference run, and how far a run of another method differs from it; best of a model in wide numbers.
 
     Raises ``ValueError`` when no run reaches ``until``, or when the two differ by too much for a reference.
     """
     best: list[Run] = []
     reached: list[float] = []
-    for method, rtol in (REFERENCE, SECOND):
+    for method, rtol in GROUNDS[model.precision]:
         runs = list(_until_one_succeeds(_tighter(model, until, method, rtol)))
         if not runs[-1].success:
             raise ValueError(f"{model.name}: no reference: {runs[-1].message}; choose an earlier end")
@@ -156,7 +166,7 @@ def refer(model: Model, until: float) -> Reference:
     doubt = max(errors(second, first))
     if doubt > LARGEST_DOUBT:
         raise ValueError(
-            f"{model.name}: no reference: {REFERENCE[0]} and {SECOND[0]} differ by {doubt:.1e} at t = {until:g} s; "
+            f"{model.name}: no reference: {first.method} and {second.method} differ by {doubt:.1e} at t = {until:g} s; "
             "choose an earlier end"
         )
     return Reference(first, second, doubt, *reached)
@@ -182,18 +192,18 @@ def measure(model: Model, method: str, rtol: float, reference: Run, drift: str =
         if spent > SPENT:
             break
     steps = int(np.count_nonzero(np.diff(run.t)))
-    return Measured(method, drift, rtol, seconds, *errors(run, reference), steps, run.nfev)
+    return Measured(method, drift, rtol, seconds, *errors(run, reference), steps, run.nfev, model.precision)
 
 
 def compare(
     model: Model,
     reference: Run,
     drifts: Sequence[str] = ("projected",),
-    tolerances: Iterable[float] = TOLERANCES,
+    tolerances: Iterable[float] | None = None,
     tell: Callable[[int, int], object] = lambda done, total: None,
 ) -> list[Measured]:
     """Every method at every tolerance, loosest first; a method that gets too slow is not asked for more."""
-    tolerances = tuple(tolerances)
+    tolerances = tolerances_of(model.precision) if tolerances is None else tuple(tolerances)
     found: list[Measured] = []
     total = len(methods()) * len(drifts) * len(tolerances)
     for number, (method, drift) in enumerate((m, d) for d in drifts for m in methods()):
@@ -203,6 +213,11 @@ def compare(
             if found[-1].seconds > LONGEST:
                 break
     return found
+
+
+def tolerances_of(precision: str) -> tuple[float, ...]:
+    """Tolerances at which models in numbers of that precision are measured."""
+    return tuple(t for t in (WIDE_TOLERANCES if precision == "wide" else TOLERANCES) if t >= LEAST[precision])
 
 
 def recommend(measured: Iterable[Measured], error: float) -> Measured | None:

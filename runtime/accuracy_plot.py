@@ -16,6 +16,10 @@ from .run import write_whole
 
 MARKERS = "osD^vP"
 STYLES = {"projected": "-", "left": ":", "damped": "--"}
+FILLS = {"double": "full", "float": "none", "wide": "left"}
+"""How markers are filled, by precision."""
+LEAST = {"double": 1e-16, "float": 1e-16, "wide": 1e-19}
+"""Errors smaller than this are drawn there."""
 
 
 def draw_cost(
@@ -31,20 +35,23 @@ def draw_cost(
     backend.FigureCanvasAgg(figure)
     axes = figure.subplots()
     names = list(dict.fromkeys(one.method for one in measured))
-    for method, drift in dict.fromkeys((one.method, one.drift) for one in measured):
-        rows = [one for one in measured if (one.method, one.drift) == (method, drift) and np.isfinite(one.worst)]
+    least = min(LEAST[one.precision] for one in measured)
+    for curve in dict.fromkeys((one.method, one.drift, one.precision) for one in measured):
+        method, drift, precision = curve
+        rows = [one for one in measured if (one.method, one.drift, one.precision) == curve and np.isfinite(one.worst)]
         k = names.index(method)
         axes.loglog(
-            [max(one.worst, 1e-16) for one in rows],
+            [max(one.worst, least) for one in rows],
             [1e6 * one.seconds / seconds for one in rows],
             STYLES[drift],
             marker=MARKERS[k % len(MARKERS)],
             color=COLOURS[k % len(COLOURS)],
+            fillstyle=FILLS[precision],
             markersize=4.5,
-            label=method if drift == "projected" else f"{method}, {drift}",
+            label=", ".join([method, *({drift} - {"projected"}), *({precision} - {"double"})]),
         )
-    axes.axvspan(1e-17, max(doubt, 1e-16), color="#eeeeee", zorder=0)
-    axes.set_xlim(left=1e-16)
+    axes.axvspan(1e-20, max(doubt, least), color="#eeeeee", zorder=0)
+    axes.set_xlim(left=least)
     axes.invert_xaxis()
     axes.set_xlabel("largest error of a pose at the end, or of an impact's time  [m, rad, s]", color=INK)
     axes.set_ylabel("wall time  [µs per simulated second]", color=INK)

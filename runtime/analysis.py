@@ -16,6 +16,7 @@ from .drives import drive_columns, drive_rows
 from .frames import FloatArray
 from .inputs import Values
 from .model import Model
+from .precision import need_doubles
 
 RANK = 1e-9
 """Singular values below this part of the largest do not count."""
@@ -50,6 +51,7 @@ def inverse_dynamics(
     drive; drives of others take what ``u_dot`` asks of them. Raises ``ValueError`` when ``u_dot`` opens a loop, or when
     no torques at these joints produce it, saying how much is missing.
     """
+    need_doubles(model.precision, model.name, "inverse dynamics")
     drives = drive_columns(model, joints)
     states, single = model._state(q, u)
     wanted, _ = model._batch(u_dot, "u_dot", len(model.u_names))

@@ -25,12 +25,13 @@ def nearest_closed(
     """
     root = np.linalg.cholesky(displacements.T @ displacements)
     q, miss = start.copy(), float(np.max(np.abs(closure(start))))
-    rounding = 64 * np.finfo(float).eps * max(1.0, float(np.max(np.abs(jacobian(start)))))
+    rounding = 64 * float(np.finfo(start.dtype).eps) * max(1.0, float(np.max(np.abs(jacobian(start)))))
     for _ in range(PASSES):
-        a = jacobian(q)
+        a = np.asarray(jacobian(q), dtype=float)  # the last digits come from the passes, not from the solution
         scaled = np.linalg.solve(root, a.T).T
         wanted = a @ (q - start) - closure(q)
-        target = start + np.linalg.solve(root.T, np.linalg.lstsq(scaled, wanted, rcond=1e-12)[0])
+        step = np.linalg.lstsq(scaled, np.asarray(wanted, dtype=float), rcond=1e-12)[0]
+        target = start + np.linalg.solve(root.T, step)
         part = 1.0
         while part > 1e-3 and np.max(np.abs(closure(q + part * (target - q)))) > max(2.0 * miss, rounding):
             part /= 2

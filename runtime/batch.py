@@ -27,8 +27,8 @@ def simulate_batch(
     """
     from .simulate import simulate
 
-    qs = np.array(q0, dtype=float)
-    us = np.array(model.start()[1] if u0 is None else u0, dtype=float)
+    qs = np.array(q0, dtype=model.core.REAL)
+    us = np.array(model.start()[1] if u0 is None else u0, dtype=model.core.REAL)
     if us.ndim == 1:
         us = np.tile(us, (len(qs), 1))
     n = len(model.q_names)

@@ -14,6 +14,7 @@ from .drives import drive_columns
 from .extras import needed
 from .frames import FloatArray
 from .model import Model
+from .precision import need_doubles
 from .run import write_whole
 
 NEAR = 1e4
@@ -91,6 +92,7 @@ def driving_torque(
     torque is a limit, the mean of two near neighbours stands. Loads are those at t = 0. Raises ``ValueError`` where the
     joint does not determine the motion, or cannot be turned right round.
     """
+    need_doubles(model.precision, model.name, "a driving torque")
     if joint in model.data["lines"]:
         raise ValueError(f"joint: found {joint}, which slides along a line, expected a joint that turns; name another")
     drive = drive_columns(model, [joint])[:, 0]

@@ -9,7 +9,7 @@ import numpy as np
 
 from .assemble import nearest_closed
 from .frames import FloatArray
-from .poses import JOINT_MISS
+from .poses import JOINT_MISS, joint_miss
 
 if TYPE_CHECKING:
     from .model import Model
@@ -65,20 +65,22 @@ def drive_misses(model: Model, q: FloatArray) -> FloatArray:
 
 def put_where_driven(model: Model, q: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
     """The nearest state in which driven joints are where they are to be at t = 0, and as fast, loops shut."""
-    if np.max(np.abs(drive_misses(model, q))) > JOINT_MISS:
+    if np.max(np.abs(drive_misses(model, q))) > joint_miss(model):
         q = _nearest_driven(model, q)
     rows = np.vstack([drive_rows(model), model.jacobian(q)])
-    missing = np.append(drive_speeds(model), np.zeros(len(model.rows))) - rows @ u
-    return q, u + np.linalg.lstsq(rows, missing, rcond=1e-12)[0]
+    for _ in range(1 if model.precision == "double" else 3):  # solved in doubles, whatever the numbers of the model
+        missing = np.append(drive_speeds(model), np.zeros(len(model.rows))) - rows @ u
+        u = u + np.linalg.lstsq(np.asarray(rows, dtype=float), np.asarray(missing, dtype=float), rcond=1e-12)[0]
+    return q, u
 
 
 def driven_against(model: Model, q: FloatArray, u: FloatArray) -> tuple[str, str] | None:
     """A contact that closes although drives and loops alone give its motion, so that no impulse can change it."""
     if not model.data["drives"] or not model.contacts:
         return None
-    given = np.vstack([drive_rows(model), model.jacobian(q) / model.length])
+    given = np.asarray(np.vstack([drive_rows(model), model.jacobian(q) / model.length]), dtype=float)
     units = np.eye(len(u))
-    rows = model.gap_rates(np.tile(q, (len(units), 1)), units).T
+    rows = np.asarray(model.gap_rates(np.tile(q, (len(units), 1)), units).T, dtype=float)
     touching = (model.gaps(q) <= JOINT_MISS * model.length) & (model.gap_rates(q, u) < 0.0)
     for contact, row in zip(np.flatnonzero(touching), rows[touching], strict=True):
         left = row - given.T @ np.linalg.lstsq(given.T, row, rcond=1e-12)[0]

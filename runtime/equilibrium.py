@@ -13,6 +13,7 @@ from .analysis import free_motions
 from .drives import drive_columns, drive_rows
 from .frames import FloatArray
 from .model import Model
+from .precision import need_doubles
 
 Stability = Literal["stable", "unstable", "indifferent"]
 
@@ -58,6 +59,7 @@ def static_equilibrium(
     ``nearest`` it goes to a near one, stable or not. Raises ``ValueError`` where it finds none, as for a mechanism that
     falls freely.
     """
+    need_doubles(model.precision, model.name, "an equilibrium")
     given = dict(torques or {})
     for drive in model.data["drives"]:
         if drive["joint"] in given:

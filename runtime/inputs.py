@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ._core import Supply
 from .frames import FloatArray
+
+if TYPE_CHECKING:
+    from ._core import Supply
 
 Values = Mapping[str, float] | Sequence[float] | FloatArray | float
 """Values of the inputs: by name (those left out are zero), in the order of ``Model.inputs``, or the one there is."""
@@ -38,8 +40,8 @@ def read_values(names: tuple[str, ...], given: object, what: str = "inputs") -> 
     return found
 
 
-def supply_of(names: tuple[str, ...], given: object) -> tuple[Supply | None, FloatArray]:
-    """Where a run's inputs come from, and the times at which they have kinks."""
+def supply_of(names: tuple[str, ...], given: object, supply: type[Supply]) -> tuple[Supply | None, FloatArray]:
+    """Where a run's inputs come from, as a ``supply`` of the model's core, and the times at which they have kinks."""
     none = np.zeros(0)
     if not names:
         read_values(names, given)
@@ -52,11 +54,11 @@ def supply_of(names: tuple[str, ...], given: object) -> tuple[Supply | None, Flo
                 raise ValueError(f"inputs at t = {t:.12g}: found None, expected values of {', '.join(names)}")
             return read_values(names, found, f"inputs at t = {t:.12g}")
 
-        return Supply(ask), none
+        return supply(ask), none
     if isinstance(given, Mapping) and "t" in given:
         t, rows = _table(names, given)
-        return Supply(None, t, rows), t
-    return Supply(None, np.zeros(1), read_values(names, given)[None]), none
+        return supply(None, t, rows), t
+    return supply(None, np.zeros(1), read_values(names, given)[None]), none
 
 
 def _table(names: tuple[str, ...], given: Mapping[str, Any]) -> tuple[FloatArray, FloatArray]:

@@ -4,19 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ._core import Kernels
 from .assemble import nearest_closed
 from .drives import drive_rows, put_where_driven
 from .frames import Disc, FloatArray
 from .inputs import Values, read_values
 from .lines import Lines
 from .parameters import Parameters
-from .poses import JOINT_MISS, read_off, read_rates, read_state
+from .poses import joint_miss, read_off, read_rates, read_state
+from .precision import core_of
+
+if TYPE_CHECKING:
+    from ._core import Kernels
 
 UNPROJECTED = {
     "not_closed": "it is too far from closed; assemble it first",
@@ -47,6 +50,8 @@ class Model:
         self.outboard = tuple(data["outboard"])
         self.root: str = data["root"]
         self.folded: bool = data.get("folded", False)
+        self.precision: str = data.get("precision", "double")
+        self.core = core_of(self.precision)
         self.contacts: tuple[tuple[str, str], ...] = tuple((point, ground) for point, ground in data["contacts"])
         self._changes = 0
         self._copy: tuple[Model | None, tuple[int, int]] = None, (0, 0)
@@ -59,12 +64,12 @@ class Model:
     def _rebuild(self) -> None:
         values = np.array([] if self.folded else list(self._parameters.values()), dtype=float)
         angular = [index for index, (_, ground) in enumerate(self.contacts) if ground in self.stops]
-        kernels = Kernels(self._descriptor, values, self.length, self.data["law"], angular)
+        kernels = self.core.Kernels(self._descriptor, values, self.length, self.data["law"], angular)
         if not np.all(np.isfinite(kernels.constants)):
             raise ValueError(
                 f"{self.name}: the equations have no finite constants with these values (a normal of no length?)"
             )
-        self.kernels = kernels
+        self.kernels: Kernels = kernels
         self._changes += 1
 
     @property
@@ -103,7 +108,7 @@ class Model:
         """Degrees of freedom at the scene's start: quasi-velocities less the rank of the closure and driven joints."""
         jacobian = self.jacobian(read_off(self, np.array(self.data["start"]["poses"], dtype=float)))
         rows = np.vstack([jacobian, drive_rows(self) * self.length])
-        rank = int(np.linalg.matrix_rank(rows, tol=1e-9 * self.length)) if len(rows) else 0
+        rank = int(np.linalg.matrix_rank(np.asarray(rows, dtype=float), tol=1e-9 * self.length)) if len(rows) else 0
         return len(self.u_names) - rank
 
     @property
@@ -183,7 +188,7 @@ class Model:
         """Kinetic and potential energy (J); the potential is zero at y = 0."""
         states, single = self._state(q, u)
         found = self.kernels.of_state("energy", *states)
-        return (float(found[0, 0]), float(found[0, 1])) if single else (found[:, 0].copy(), found[:, 1].copy())
+        return (found[0, 0].item(), found[0, 1].item()) if single else (found[:, 0].copy(), found[:, 1].copy())
 
     def impact(
         self,
@@ -202,7 +207,7 @@ class Model:
         if len(set(chosen)) != len(chosen) or not chosen:
             raise ValueError(f"found contacts {list(contacts)}, expected at least one and each once")
         own = [self._parameters[f"{self.contacts[c][1].partition('.')[0]}.restitution"] for c in chosen]
-        e = np.array(own if restitution is None else restitution, dtype=float)
+        e = np.array(own if restitution is None else restitution, dtype=self.core.REAL)
         if e.shape not in ((), (len(chosen),)) or not np.all((e >= 0.0) & (e <= 1.0)):
             raise ValueError(f"found restitution {e}, expected a number from 0 to 1, or {len(chosen)} of them")
         e = np.ascontiguousarray(np.broadcast_to(e, (len(chosen),)))
@@ -277,7 +282,7 @@ class Model:
         poses = np.array(self.data["start"]["poses"], dtype=float)
         velocities = np.array(self.data["start"]["velocities"], dtype=float)
         q, u = read_off(self, poses), read_rates(self, poses, velocities)
-        if self.cuts and np.max(np.abs(self.closure(q))) > JOINT_MISS:
+        if self.cuts and np.max(np.abs(self.closure(q))) > joint_miss(self):
             q = self.assemble(q)
         if self.data["drives"]:
             q, u = put_where_driven(self, q, u)
@@ -353,7 +358,7 @@ class Model:
         return (qs, us), single
 
     def _batch(self, x: ArrayLike, what: str, width: int) -> tuple[FloatArray, bool]:
-        found = np.array(x, dtype=float, order="C")
+        found = np.array(x, dtype=self.core.REAL, order="C")
         if found.ndim not in (1, 2) or found.shape[-1] != width:
             raise ValueError(f"{what}: found shape {found.shape}, expected ({width},) or (states, {width})")
         if not np.isfinite(found).all():

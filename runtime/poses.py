@@ -16,6 +16,11 @@ JOINT_MISS = 1e-6
 """Poses whose joints miss by more than this (m) are not a state of the mechanism."""
 
 
+def joint_miss(model: Model) -> float:
+    """The same for a model in its own numbers: floats miss by more than that already by rounding."""
+    return max(JOINT_MISS, 1e3 * float(np.finfo(model.core.REAL).eps) * model.length)
+
+
 def read_off(model: Model, poses: FloatArray) -> FloatArray:
     """Coordinates (nq,) of links at ``poses`` (links, 3)."""
     lines = model.lines
@@ -42,13 +47,13 @@ def read_state(model: Model, poses: ArrayLike, velocities: ArrayLike) -> tuple[F
     for what, unit, difference, closure in misses:
         parts = (difference[:, :2], difference[:, 2] * model.length, closure)
         miss = max(float(np.max(np.abs(part), initial=0.0)) for part in parts)
-        if miss > JOINT_MISS:
-            raise ValueError(f"{what}: joints miss by {miss:.3g} {unit}, expected at most {JOINT_MISS:g} {unit}")
+        if miss > joint_miss(model):
+            raise ValueError(f"{what}: joints miss by {miss:.3g} {unit}, expected at most {joint_miss(model):g} {unit}")
     return q, u
 
 
 def _rows(model: Model, rows: ArrayLike, what: str) -> FloatArray:
-    found = np.array(rows, dtype=float)
+    found = np.array(rows, dtype=model.core.REAL)
     if found.shape != (len(model.links), 3) or not np.all(np.isfinite(found)):
         raise ValueError(f"{what}: found shape {found.shape}, expected finite numbers ({len(model.links)}, 3)")
     return found

@@ -138,7 +138,7 @@ class Run:
 
         Starts from the last recorded row that is not later than t and makes one step from there.
         """
-        times = np.asarray(t, dtype=float)
+        times = np.asarray(t, dtype=self.t.dtype)
         if times.ndim > 1:
             raise ValueError(f"times have shape {times.shape}, expected a number or a row of them")
         if not np.all((times >= self.t[0]) & (times <= self.t[-1])):
@@ -147,8 +147,8 @@ class Run:
         rows = np.searchsorted(self.t, wanted, side="right") - 1
         q, u = self.q[rows], self.u[rows]
         for k in np.flatnonzero(wanted > self.t[rows]):
-            start = float(self.t[rows[k]])
-            q[k], u[k] = self.advance(start, self.q[rows[k]], self.u[rows[k]], float(wanted[k]) - start)
+            start = self.t[rows[k]].item()
+            q[k], u[k] = self.advance(start, self.q[rows[k]], self.u[rows[k]], wanted[k].item() - start)
         return (q, u) if times.ndim else (q[0], u[0])
 
     def save(self, path: str | os.PathLike[str]) -> Path:
@@ -269,9 +269,10 @@ def write_whole(target: Path, write: Callable[[Any], object]) -> None:
 
 
 def _freeze(record: object, *names: str) -> None:
-    """Make the named fields read-only float arrays of finite numbers."""
+    """Make the named fields read-only arrays of finite numbers, of the precision that they have."""
     for name in names:
-        array = np.array(getattr(record, name), dtype=float)
+        array = np.array(getattr(record, name))
+        array = array if array.dtype.kind == "f" else array.astype(float)
         if not np.isfinite(array).all():
             raise ValueError(f"{name} of the {type(record).__name__.lower()} holds a number that is not finite")
         array.flags.writeable = False

@@ -38,16 +38,18 @@ class Workshop:
         file.write_text(text, encoding="utf-8")
         return load_scene(file)
 
-    def model(self, scene: Any) -> Any:
-        """The compiled model of a scene or of a scene's text."""
+    def model(self, scene: Any, precision: str = "double") -> Any:
+        """The compiled model of a scene or of a scene's text, in numbers of that precision."""
         from ccgen.generator import generate
         from ccgen.runtime import load_model
 
         if isinstance(scene, str):
             scene = self.scene(scene)
-        key = scene.canonical()
+        key = scene.canonical() + precision
         if key not in self.built:
-            self.built[key] = load_model(generate(scene, out=self.folder / f"build_{len(self.built)}"))
+            self.built[key] = load_model(
+                generate(scene, out=self.folder / f"build_{len(self.built)}", precision=precision)
+            )
         return self.built[key]
 
 

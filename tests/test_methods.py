@@ -55,8 +55,8 @@ def table(file: str, name: str) -> Array:
 
 def quotient(text: str) -> np.longdouble:
     """A number, or one over another, in all its digits."""
-    above, _, below = text.partition("/")
-    return np.longdouble(above.strip()) / np.longdouble(below.strip() or "1")
+    above, _, below = (part.strip().removesuffix("L") for part in text.partition("/"))
+    return np.longdouble(above) / np.longdouble(below or "1")
 
 
 def scalar(file: str, name: str) -> float:

@@ -24,10 +24,23 @@ if TYPE_CHECKING:
 
 LEVELS = (1e-4, 1e-6)
 """Errors for which a method is named besides the one asked for."""
-COLUMNS = ("method", "drift", "rtol", "error", "impact_error", "seconds", "us_per_second", "steps", "evaluations")
+COLUMNS = (
+    "precision",
+    "method",
+    "drift",
+    "rtol",
+    "error",
+    "impact_error",
+    "seconds",
+    "us_per_second",
+    "steps",
+    "evaluations",
+)
 
 
-def price_accuracy(scene_file: Path, until: float | None, error: float, drift: bool, out: Path | None) -> None:
+def price_accuracy(
+    scene_file: Path, until: float | None, error: float, drift: bool, precisions: Sequence[str], out: Path | None
+) -> None:
     """Measure the scene, print the table and what to choose, write ``cost.csv`` and ``cost.png`` into a folder."""
     check_numbers(until, None)
     if not 1e-15 <= error < 1.0:
@@ -41,23 +54,34 @@ def price_accuracy(scene_file: Path, until: float | None, error: float, drift: b
     from ccgen.runtime._core import DRIFTS
     from ccgen.runtime.accuracy import compare, growth, refer
     from ccgen.runtime.accuracy_plot import draw_cost
+    from ccgen.runtime.precision import wider
 
+    if "wide" in precisions and not wider():
+        fail("--precision wide: found a machine whose long double is a double, expected a wider one; leave wide out")
     with progress() as tell:
         with refusing(CompileError, OutputError):
-            model = load_model(generate(scene, MODELS, tell.stage))
+            names = dict.fromkeys(("double", *precisions, *(("wide",) if wider() else ())))
+            models = {name: load_model(generate(scene, MODELS, tell.stage, precision=name)) for name in names}
+        model = models["double"]
+        if "float" in precisions and model.contacts:
+            fail("--precision float: found a scene with contacts, expected none: floats are too coarse to find impacts")
         tell.stage("refer")
         with refusing(ValueError):
             parting = growth(model, scene.run.until if until is None else until)
-            reference = refer(model, parting.until)
+            reference = refer(models.get("wide", model), parting.until)
         tell.stage("measure")
-        measured = compare(model, reference.run, DRIFTS if drift else DRIFTS[:1], tell=tell.counted)
+        measured = [
+            one
+            for name in precisions
+            for one in compare(models[name], reference.run, DRIFTS if drift else DRIFTS[:1], tell=tell.counted)
+        ]
         with refusing(OSError):
             folder.mkdir(parents=True, exist_ok=True)
             write_csv(measured, parting.until, folder / "cost.csv")
             draw_cost(
                 measured, f"{scene.name}, {parting.until:g} s", parting.until, reference.doubt, folder / "cost.png"
             )
-    print_table(measured, parting.until, drift)
+    print_table(measured, parting.until, drift, len(precisions) > 1)
     print_grounds(parting, reference)
     typer.echo(f"written: {folder / 'cost.csv'}, {folder / 'cost.png'}")
     if model.dof == 0 and all(one.worst <= error for one in measured if one.drift == "projected"):
@@ -67,12 +91,14 @@ def price_accuracy(scene_file: Path, until: float | None, error: float, drift: b
         typer.echo(advice(measured, level, parting.until))
 
 
-def print_table(measured: Sequence[Measured], seconds: float, drift: bool) -> None:
+def print_table(measured: Sequence[Measured], seconds: float, drift: bool, precision: bool = False) -> None:
     """A row for every method and tolerance."""
     from rich.console import Console
     from rich.table import Table
 
     table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
+    if precision:
+        table.add_column("numbers", no_wrap=True)
     table.add_column("method", no_wrap=True)
     if drift:
         table.add_column("closure", no_wrap=True)
@@ -87,7 +113,13 @@ def print_table(measured: Sequence[Measured], seconds: float, drift: bool) -> No
     ):
         table.add_column(title, justify="right", no_wrap=True)
     for one in measured:
-        cells = [one.method, *([one.drift] if drift else []), f"{one.rtol:.0e}", _number(one.error)]
+        cells = [
+            *([one.precision] if precision else []),
+            one.method,
+            *([one.drift] if drift else []),
+            f"{one.rtol:.0e}",
+            _number(one.error),
+        ]
         cells += [_number(one.impact_error), f"{1e3 * one.seconds:.3f}", f"{1e6 * one.seconds / seconds:.1f}"]
         table.add_row(*cells, str(one.steps), str(one.evaluations))
     Console(width=140, highlight=False, soft_wrap=True).print(table)
@@ -99,10 +131,12 @@ def _number(error: float) -> str:
 
 def print_grounds(parting: Growth, reference: Reference) -> None:
     """What the errors are measured against, and how fast errors grow by themselves."""
-    from ccgen.runtime.accuracy import REFERENCE, ROUNDING, SECOND, WORTH
+    from ccgen.runtime.accuracy import ROUNDING, WORTH
 
+    first, second = reference.run.method, reference.second.method
+    numbers = "in wide numbers" if reference.wide else "in doubles too"
     typer.echo(
-        f"reference: {REFERENCE[0]} at rtol {reference.rtol:.0e}; {SECOND[0]} at rtol {reference.second_rtol:.0e}, "
+        f"reference: {first} at rtol {reference.rtol:.0e} {numbers}; {second} at rtol {reference.second_rtol:.0e}, "
         f"a method of another kind, differs from it by {reference.doubt:.1e}: smaller errors mean nothing"
     )
     typer.echo(f"growth: a small error at the start is {parting.factor:.2g} times as large by t = {parting.until:g} s")
@@ -123,7 +157,8 @@ def advice(measured: Sequence[Measured], error: float, seconds: float) -> str:
         reached = f"{least.method} at rtol {least.rtol:.0e} reaches {least.worst:.1e}"
         return f"for {error:.0e}: nothing measured is that good; {reached}"
     price = 1e6 * best.seconds / seconds
-    return f"for {error:.0e}: {best.method} at rtol {best.rtol:.0e}, about {price:.3g} µs per simulated second"
+    numbers = "" if best.precision == "double" else f" in {best.precision} numbers"
+    return f"for {error:.0e}: {best.method} at rtol {best.rtol:.0e}{numbers}, about {price:.3g} µs per simulated second"
 
 
 def advice_where_driven(measured: Sequence[Measured], rtol: float, seconds: float) -> str:
@@ -146,5 +181,5 @@ def write_csv(measured: Sequence[Measured], seconds: float, path: Path) -> None:
         writer.writerow(COLUMNS)
         for one in measured:
             price = 1e6 * one.seconds / seconds
-            row = (one.method, one.drift, one.rtol, one.error, one.impact_error, one.seconds, price)
+            row = (one.precision, one.method, one.drift, one.rtol, one.error, one.impact_error, one.seconds, price)
             writer.writerow([*row, one.steps, one.evaluations])

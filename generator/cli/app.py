@@ -24,6 +24,9 @@ def root(
     scene: Annotated[Path | None, typer.Option(metavar="FILE", help="a scene file (TOML)")] = None,
     out: Annotated[Path, typer.Option(metavar="DIR", help="folder for generated models")] = Path("build"),
     fold: Fold = False,
+    precision: Annotated[
+        str | None, typer.Option(metavar="NAME", help="numbers of the model: float, double or wide [double]")
+    ] = None,
     version: Annotated[bool, typer.Option("--version", help="print the version and stop")] = False,
 ) -> None:
     """Planar mechanisms with closed chains as compiled equations of motion.
@@ -38,15 +41,20 @@ def root(
         standard.refuse(f"the command {context.invoked_subcommand}", scene)
         if fold:
             fail(f"--fold: found before the command {context.invoked_subcommand}, expected behind it; move it")
+        if precision is not None:
+            fail(
+                f"--precision: found before the command {context.invoked_subcommand}, expected without it; leave it out"
+            )
     elif version:
         print_version()
     elif links is None and scene is None and standard == Standard(None):
-        if fold:
-            fail("--fold: found without --links or --scene, expected one of them; say what is to be folded")
+        for option, given in (("--fold", fold), ("--precision", precision)):
+            if given:
+                fail(f"{option}: found without --links or --scene, expected one of them; say what is to be built")
         typer.echo(context.get_help(), err=True)
         raise typer.Exit(2)
     else:
-        build(standard, scene, out, fold)
+        build(standard, scene, out, fold, precision or "double")
 
 
 @app.command()
@@ -87,6 +95,9 @@ def cost(
     until: Annotated[float | None, typer.Option(metavar="T", help="end of the motion in s")] = None,
     error: Annotated[float | None, typer.Option(metavar="ERR", help="wanted error in m, rad and s [1e-8]")] = None,
     drift: Annotated[bool, typer.Option("--drift", help="compare ways to keep the loops shut too")] = False,
+    precision: Annotated[
+        str | None, typer.Option(metavar="NAMES", help="measure in these numbers: float,double,wide [double]")
+    ] = None,
     effects: Annotated[bool, typer.Option("--effects", help="measure what each effect costs instead")] = False,
     fold: Annotated[bool, typer.Option("--fold", help="with --effects: numbers for parameters too")] = False,
     out: Annotated[Path | None, typer.Option(metavar="DIR", help="folder of the figures")] = None,
@@ -97,7 +108,7 @@ def cost(
     """
     from .cost import cost as work
 
-    work(scene, until, error, drift, effects, fold, out)
+    work(scene, until, error, drift, precision, effects, fold, out)
 
 
 @app.command()

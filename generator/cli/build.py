@@ -9,6 +9,7 @@ import typer
 
 from ..emit.cache import OutputError
 from ..emit.compiler import CompileError
+from ..emit.precision import PRECISIONS
 from ..pipeline import generate
 from ..program.errors import FoldError
 from ..scene import Scene, SceneError, chain, loop, pinned
@@ -58,16 +59,28 @@ class Standard:
             fail(text)
 
 
-def build(standard: Standard, scene_file: Path | None, out: Path, fold: bool = False) -> None:
+def build(
+    standard: Standard, scene_file: Path | None, out: Path, fold: bool = False, precision: str = "double"
+) -> None:
     """Generate the model into ``out`` and print the folder of its package."""
+    check_precision(precision)
+    if fold and precision != "double":
+        fail(f"--precision {precision}: found beside --fold, whose numbers are doubles; leave one out")
     if scene_file is not None:
         standard.refuse("--scene")
     scene = standard.scene() if scene_file is None else read(scene_file)
     check_folder(out, "--out")
     tell_assembly(scene)
     with refusing(CompileError, OutputError, FoldError), progress() as tell:
-        folder = generate(scene, out, tell.stage, fold=fold)
+        folder = generate(scene, out, tell.stage, fold=fold, precision=precision)
     typer.echo(str(folder))
+
+
+def check_precision(name: str) -> str:
+    """The name of a precision; exit code 2 where it is none."""
+    if name not in PRECISIONS:
+        fail(f"--precision: found {name!r}, expected one of {', '.join(PRECISIONS)}; correct it")
+    return name
 
 
 def print_version() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from .build import check_precision
 from .folders import check_folder
 from .refusal import fail
 from .scene_file import read, tell_assembly
@@ -17,6 +18,7 @@ def cost(
     until: float | None,
     error: float | None,
     drift: bool,
+    precision: str | None,
     effects: bool,
     fold: bool,
     out: Path | None,
@@ -27,10 +29,12 @@ def cost(
             fail("--fold: found without --effects, expected with it only; add --effects")
         from .accuracy import price_accuracy
 
-        price_accuracy(scene_file, until, ERROR if error is None else error, drift, out)
+        precisions = [check_precision(name) for name in (precision or "double").split(",")]
+        price_accuracy(scene_file, until, ERROR if error is None else error, drift, precisions, out)
         return
-    for option, given in (("--until", until is not None), ("--error", error is not None), ("--drift", drift)):
-        if given:
+    others = {"--until": until, "--error": error, "--drift": drift or None, "--precision": precision}
+    for option, given in others.items():
+        if given is not None:
             fail(f"{option}: found beside --effects, expected one of them; leave one out")
     scene = read(scene_file)
     if out is not None:

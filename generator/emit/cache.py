@@ -16,6 +16,9 @@ from pathlib import Path
 HEADERS = ("model.h", "sincos.h", "lanes.h")
 """Headers of the runtime that a generated model is compiled with; a copy lies in its package."""
 
+ONE_LANE_HEADERS = ("model.h", "one_lane.h")
+"""Those of a model in numbers other than doubles."""
+
 PARTS = ("__init__.py", "model.json", "model.c", "lanes.c", "equations.txt", f"*{EXTENSION_SUFFIXES[0]}")
 """What a whole package has; one from which a file was deleted is made again."""
 
@@ -57,7 +60,7 @@ def key_of(*texts: str) -> str:
         for file in sorted(folder.rglob("*")):
             if file.suffix in (".py", ".j2") and "cli" not in file.parts:
                 digest.update(file.name.encode() + b"\0" + file.read_bytes())
-    for header in HEADERS:
+    for header in sorted({*HEADERS, *ONE_LANE_HEADERS}):
         digest.update((runtime_folder() / header).read_bytes())
     return digest.hexdigest()
 

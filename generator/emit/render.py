@@ -90,9 +90,9 @@ def _environment() -> jinja2.Environment:
     )
 
 
-def render_binding(banner: Banner) -> str:
-    """The Cython module that hands over the descriptor."""
-    return _environment().get_template("binding.pyx.j2").render(vars(banner))
+def render_binding(banner: Banner, capsule: str) -> str:
+    """The Cython module that hands over the descriptor in a capsule of that name."""
+    return _environment().get_template("binding.pyx.j2").render(vars(banner), capsule=capsule)
 
 
 def render_package(banner: Banner, extension: str) -> str:
@@ -137,6 +137,11 @@ def render_lanes(banner: Banner, program: Program) -> str:
     guards = [(spell(write(pivot, C)), spell(write(scale, C))) for pivot, scale in function.kernel.guards]
     slots = over_lanes(slots, guards, RANK_TOLERANCE)
     return _environment().get_template("lanes.c.j2").render(**vars(banner), function=slots)
+
+
+def render_one_lane(banner: Banner) -> str:
+    """What stands in for the functions over lanes where there are none."""
+    return _environment().get_template("one_lane.c.j2").render(vars(banner))
 
 
 def _slots(program: Program) -> dict[sp.Symbol, int]:

@@ -2,7 +2,7 @@
 #ifndef CCGEN_CORE_H
 #define CCGEN_CORE_H
 
-#include <stddef.h>
+#include "real.h"
 
 #include "../model.h"
 

@@ -17,7 +17,7 @@
 static const double REST = 0.003;       /* part of the tolerance that iterations leave */
 static const double SLOWEST = 0.7;      /* contraction beyond which a step is given up */
 static const double DOUBT = 0.05;       /* iterations are not believed to contract faster */
-static const double DIFFERENCE = 1.5e-8; /* of a number by which it is changed to see what follows, and at least of 1 */
+static const double DIFFERENCE = CCGEN_ROOT_EPSILON; /* of a number by which it is changed to see what follows, and at least of 1 */
 static const double UNIT = 4.0 * DBL_EPSILON;
 enum { ITERATIONS = 10, ITERATIONS_TO_ROUNDING = 40, ORDER = 5, ORDER_OF_ESTIMATE = 3 };
 
@@ -50,7 +50,7 @@ static size_t lay_out(struct radau *r, const struct system *s, double *at)
     const struct {
         double **array;
         size_t count;
-    } parts[] = {{&real, 2 * n * n}, {&complex_, 2 * n * n}, {&x, 2 * n}, {&pivots, n + 1}, {&r->f, (size - n) * STAGES},
+    } parts[] = {{&real, 2 * n * n}, {&complex_, 2 * n * n}, {&x, 2 * n}, {&pivots, 2 * n}, {&r->f, (size - n) * STAGES},
                  {&r->miss, n * STAGES}, {&r->q, n * lanes}, {&r->u, n * lanes}, {&r->out, n * lanes}, {&r->time, lanes},
                  {&r->by_q, n * n}, {&r->by_u, n * n}, {&r->scale, n}, {&r->estimate, size}, {&r->start, size},
                  {&r->ends, size * STAGES}, {&r->one, 2 * n}, {&r->side, lanes_scratch(s)}};

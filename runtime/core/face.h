@@ -1,0 +1,31 @@
+/* The core as the compiled face of the runtime sees it: its types and functions, and `double` a double again. */
+#ifndef CCGEN_FACE_H
+#define CCGEN_FACE_H
+
+#include "core.h"
+#include "method.h"
+#include "run.h"
+
+typedef double ccgen_real;
+
+#if CCGEN_PRECISION == 1
+#define CCGEN_CAPSULE "ccgen.model.float"
+#elif CCGEN_PRECISION == 2
+#define CCGEN_CAPSULE "ccgen.model.wide"
+#else
+#define CCGEN_CAPSULE "ccgen.model"
+#endif
+
+#undef double
+#undef cabs
+#undef cimag
+#undef copysign
+#undef creal
+#undef fabs
+#undef fmax
+#undef fmin
+#undef ldexp
+#undef pow
+#undef sqrt
+
+#endif

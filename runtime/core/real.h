@@ -1,0 +1,60 @@
+/* The numbers that the core computes with.
+ *
+ * The files of the core are written over `double`. Compiled with CCGEN_PRECISION 1 or 2 they are the same program in float or
+ * in long double: there `double`, its limits, and the functions of the C library are those of that type. Everything of the
+ * C library that the core uses is included here, before that.
+ */
+#ifndef CCGEN_REAL_H
+#define CCGEN_REAL_H
+
+#include <complex.h>
+#include <float.h>
+#include <math.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#ifndef CCGEN_PRECISION
+#define CCGEN_PRECISION 0
+#endif
+
+/* about the square root of the numbers' rounding */
+#if CCGEN_PRECISION == 1
+#define CCGEN_ROOT_EPSILON 3.5e-4f
+#elif CCGEN_PRECISION == 2 && LDBL_MANT_DIG > DBL_MANT_DIG
+#define CCGEN_ROOT_EPSILON 3.5e-10
+#else
+#define CCGEN_ROOT_EPSILON 1.5e-8
+#endif
+
+#if CCGEN_PRECISION == 1
+#define CCGEN_OF_TYPE(name) name##f
+#undef DBL_EPSILON
+#define DBL_EPSILON FLT_EPSILON
+#undef DBL_MIN
+#define DBL_MIN FLT_MIN
+#define double float
+#elif CCGEN_PRECISION == 2
+#define CCGEN_OF_TYPE(name) name##l
+#undef DBL_EPSILON
+#define DBL_EPSILON LDBL_EPSILON
+#undef DBL_MIN
+#define DBL_MIN LDBL_MIN
+#define double long double
+#endif
+
+#if CCGEN_PRECISION
+#define cabs CCGEN_OF_TYPE(cabs)
+#define cimag CCGEN_OF_TYPE(cimag)
+#define copysign CCGEN_OF_TYPE(copysign)
+#define creal CCGEN_OF_TYPE(creal)
+#define fabs CCGEN_OF_TYPE(fabs)
+#define fmax CCGEN_OF_TYPE(fmax)
+#define fmin CCGEN_OF_TYPE(fmin)
+#define ldexp CCGEN_OF_TYPE(ldexp)
+#define pow CCGEN_OF_TYPE(pow)
+#define sqrt CCGEN_OF_TYPE(sqrt)
+#endif
+
+#endif
