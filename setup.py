@@ -1,6 +1,5 @@
 """The compiled extension of the runtime, once for every precision; everything else is in pyproject.toml."""
 
-import os
 from pathlib import Path
 
 from Cython.Build import cythonize
@@ -20,7 +19,4 @@ cores = [
     )
     for name, precision in PRECISIONS.items()
 ]
-setup(
-    ext_modules=cythonize(cores, build_dir=".cache"),
-    options={"build": {"build_base": ".cache/setuptools"}, "build_ext": {"parallel": os.cpu_count() or 1}},
-)
+setup(ext_modules=cythonize(cores, build_dir=".cache"), options={"build": {"build_base": ".cache/setuptools"}})
