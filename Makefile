@@ -21,7 +21,7 @@ help:
 	@echo "make hexagon     simulate the falling hexagon and draw it"
 	@echo "make test        run the tests; ARGS=\"-k impact\" goes to pytest"
 	@echo "make hard        the hard cases and the figures they reach"
-	@echo "make fuzz        5,000 random loops on random grounds"
+	@echo "make fuzz        5,000 random loops on random grounds, others with SEED=1"
 	@echo "make fuzz-mechanisms  random mechanisms against the dense reference, COUNT=1000"
 	@echo "make lint        ruff"
 	@echo "make types       mypy --strict"
@@ -44,10 +44,10 @@ test: $(VENV)/test
 	@$(BIN)/python -m pytest $(ARGS)
 
 hard: $(VENV)/test
-	@$(BIN)/python -m pytest -q tests/hard --deselect tests/hard/test_fuzz.py $(ARGS)
+	@CCGEN_LARGE=1 $(BIN)/python -m pytest -q tests/hard --deselect tests/hard/test_fuzz.py $(ARGS)
 
 fuzz: $(VENV)/test
-	@CCGEN_FUZZ=5000 $(BIN)/python -m pytest -q -s tests/hard/test_fuzz.py $(ARGS)
+	@CCGEN_FUZZ=5000 $(if $(SEED),CCGEN_FUZZ_SEED=$(SEED)) $(BIN)/python -m pytest -q -s tests/hard/test_fuzz.py $(ARGS)
 
 fuzz-mechanisms: $(VENV)/test
 	@CCGEN_MECHANISMS=$(COUNT) $(BIN)/python -m pytest tests/test_random_mechanisms.py $(ARGS)

@@ -71,6 +71,8 @@ cdef extern from *:
         void *holding
         real length
         const real *extent
+        int refine
+        real inexact
         long evaluations
         long dependent
     struct table:
@@ -91,6 +93,7 @@ cdef extern from *:
     int project_velocity(system *s, const real *q, real *u) nogil
     int impact(system *s, const real *q, const real *u_minus, int count, const int *chosen, const real *e,
                real *u_plus, real *P) nogil
+    real rounding_of_acceleration(system *s, real t, const real *q, const real *u) nogil
 
 cdef extern from *:
     struct tolerance:
@@ -147,11 +150,11 @@ cdef extern from *:
 
 OUTCOMES = (
     "done", "not_finite", "step_too_small", "not_closed", "accumulation", "repeats", "budget",
-    "crowded", "jammed", "gained", "escaped", "interrupted", "no_memory", "no_convergence",
+    "crowded", "jammed", "gained", "escaped", "interrupted", "no_memory", "no_convergence", "inexact",
 )
 """Names of ``enum outcome``, in its order."""
 
-LAWS = ("newton", "poisson")
+LAWS = ("newton", "poisson", "stronge")
 """Names of ``enum law``, in its order."""
 
 HOLDS = ("apart", "slides backward", "smooth", "slides forward", "sticks", "carried", "at the limit, forward",
@@ -261,7 +264,9 @@ cdef class Kernels:
     cdef readonly dict sizes
     cdef real[::1] k, restitution, friction, extent, multipliers, rows, bias, jump, u_dot, zero, shut, inputs
     cdef real length
-    cdef int law
+    cdef int law, refine
+    cdef readonly double inexact
+    """Of the last call for accelerations or an impact: the largest relative correction that did not become small."""
 
     def __init__(self, capsule, parameters, real length, str law="newton", angular=()):
         if not PyCapsule_IsValid(capsule, CCGEN_CAPSULE):
@@ -296,6 +301,22 @@ cdef class Kernels:
             self.m.restitution(&self.k[0], &self.restitution[0])
         if self.m.friction is not NULL:
             self.m.friction(&self.k[0], &self.friction[0])
+
+    def rounding(self, const real[:, ::1] q, const real[:, ::1] u, t=0.0):
+        """How far the accelerations that the elimination gives are from right, relative to the largest, (b,): the size of
+        their first correction from the unreduced equations."""
+        cdef system s = self._system()
+        cdef Py_ssize_t i
+        return np.array([rounding_of_acceleration(&s, t, &q[i, 0], &u[i, 0]) for i in range(q.shape[0])])
+
+    def refine_from_now(self):
+        """Have every acceleration and every jump refined by what the unreduced equations miss by."""
+        self.refine = 1
+
+    @property
+    def refined(self):
+        """Whether they are."""
+        return bool(self.refine)
 
     @property
     def address(self):
@@ -340,6 +361,7 @@ cdef class Kernels:
         s.length = self.length
         s.baumgarte = 0.0
         s.extent = &self.extent[0]
+        s.refine, s.inexact = self.refine, 0.0
         s.evaluations = s.dependent = 0
         return s
 
@@ -351,6 +373,7 @@ cdef class Kernels:
         outcomes = []
         for i in range(b):
             outcomes.append(OUTCOMES[system_acceleration(&s, t, &q[i, 0], &u[i, 0], &out[i, 0], &rows[i, 0])])
+        self.inexact = s.inexact
         return np.asarray(out), np.asarray(rows)[:, : self.m.rows], outcomes
 
     def repeat_acceleration(self, const real[::1] t, const real[:, ::1] q, const real[:, ::1] u, long calls):
@@ -491,6 +514,7 @@ cdef class Kernels:
         cdef system s = self._system()
         cdef real[::1] u_plus = empty(self.m.nu), P = zeros(2 * contacts.shape[0] + 1)
         found = impact(&s, &q[0], &u[0], <int>contacts.shape[0], &contacts[0], &e[0], &u_plus[0], &P[0])
+        self.inexact = s.inexact
         return np.asarray(u_plus), np.asarray(P)[: contacts.shape[0]], OUTCOMES[found]
 
     def advance(self, str name, t, const real[::1] q, const real[::1] u, h, Supply supply=None, str kept="projected",
@@ -549,11 +573,11 @@ cdef class Kernels:
                 raise ticker.error
             if supply is not None and supply.error is not None and not isinstance(supply.error, KeyboardInterrupt):
                 raise supply.error
-            return self._found(&r, s.size, s.evaluations, s.dependent)
+            return self._found(&r, s.size, s.evaluations, s.dependent, s.inexact)
         finally:
             free_run(&r)
 
-    cdef dict _found(self, run *r, size_t size, long evaluations, long dependent):
+    cdef dict _found(self, run *r, size_t size, long evaluations, long dependent, real inexact):
         cdef size_t n = self.m.nu, i = r.impacts.count
         y = _numbers(r.record.y, size * r.record.count).reshape(-1, size)
         return dict(
@@ -572,7 +596,7 @@ cdef class Kernels:
                 [(r.holds.contact[k], HOLDS[r.holds.how[k]]) for k in range(r.holds.first[j], r.holds.first[j + 1])]
                 for j in range(r.holds.count)
             ],
-            outcome=OUTCOMES[r.outcome], t_end=r.t, contact=r.contact,
+            outcome=OUTCOMES[r.outcome], t_end=r.t, contact=r.contact, inexact=inexact,
             steps=r.steps, rejected=r.rejected, evaluations=evaluations, dependent=dependent,
         )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
@@ -17,6 +18,7 @@ from .lines import Lines
 from .parameters import Parameters
 from .poses import joint_miss, read_off, read_rates, read_state
 from .precision import core_of
+from .samples import ROUNDING, samples
 
 if TYPE_CHECKING:
     from ._core import Kernels
@@ -25,6 +27,9 @@ UNPROJECTED = {
     "not_closed": "it is too far from closed; assemble it first",
     "not_finite": "its closure is not a finite number; check the parameters",
 }
+
+KNOWN = 1e-9
+"""Accelerations and jumps that are known less well than this, relative to the largest, come with a warning."""
 
 
 class Model:
@@ -69,6 +74,9 @@ class Model:
             raise ValueError(
                 f"{self.name}: the equations have no finite constants with these values (a normal of no length?)"
             )
+        lost = float(kernels.rounding(*samples(self.q_names, self.length, self.core.REAL)).max())
+        if lost > ROUNDING * float(np.finfo(self.core.REAL).eps):
+            kernels.refine_from_now()
         self.kernels: Kernels = kernels
         self._changes += 1
 
@@ -182,7 +190,16 @@ class Model:
         for index, outcome in enumerate(outcomes):
             if outcome != "done":
                 raise ValueError(f"{self.name}: state {index} has no accelerations ({outcome.replace('_', ' ')})")
+        self._warn_inexact("accelerations")
         return u_dot, rows
+
+    def _warn_inexact(self, what: str) -> None:
+        if self.kernels.inexact > KNOWN:
+            warnings.warn(
+                f"{self.name}: masses differ so much that {what} are known to {self.kernels.inexact:.0e} of the "
+                "largest only; make light links that carry heavy ones heavier, or leave them out",
+                stacklevel=4,
+            )
 
     def energy(self, q: ArrayLike, u: ArrayLike) -> tuple[Any, Any]:
         """Kinetic and potential energy (J); the potential is zero at y = 0."""
@@ -217,6 +234,7 @@ class Model:
             u_plus, impulses, outcome = self.kernels.impact(one_q, one_u, np.array(chosen, dtype=np.int32), e)
             if outcome != "done":
                 raise ValueError(f"{self.name}: no impact can be computed here ({outcome.replace('_', ' ')})")
+            self._warn_inexact("jumps")
             results.append((u_plus, impulses))
         if single:
             return results[0]

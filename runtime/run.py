@@ -85,6 +85,8 @@ class Run:
     one projected step of the run's method reaches from a recorded row. `success` says whether the end was reached,
     `message` why not. Audits: `closure_max`, the largest gap of a cut joint (m), and `energy_drift`, the largest
     unexplained change of energy (J), over all rows; `closure_rate_max`, the largest speed at which one opens (m/s).
+    `acceleration_error` is how far accelerations are from right, relative to the largest of a state, as far as the
+    masses are at fault: their rounding at some of the rows, or where it is repaired, what could not be.
     `method` and `drift` say how it was integrated and how the loops were kept shut.
     """
 
@@ -103,6 +105,7 @@ class Run:
     method: str = ""
     drift: str = "projected"
     closure_rate_max: float = 0.0
+    acceleration_error: float = 0.0
 
     def __post_init__(self) -> None:
         _freeze(self, "t", "q", "u")

@@ -24,6 +24,8 @@ LEAST = {"float": 1e-6, "double": 1e-15, "wide": 1e-18}
 """Least tolerance by the precision of a model's numbers."""
 DRIVEN = 1e-6
 """A start whose driven joints move otherwise than prescribed by more than this part of its speeds is refused."""
+AUDITED = 4
+"""Rows of a run, at most, at which the rounding of its accelerations is measured."""
 DEPTH = 1e-8
 """A start deeper inside a ground than this, relative to the mechanism's length, is refused; less is rounding."""
 
@@ -195,7 +197,17 @@ def _record(model: Model, name: str, kept: str, until: float, found: dict[str, A
         method=name,
         drift=kept,
         closure_rate_max=float(np.max(np.abs(model.kernels.of_state("closure_rate", q, u)), initial=0.0)),
+        acceleration_error=_acceleration_error(model, found),
     )
+
+
+def _acceleration_error(model: Model, found: dict[str, Any]) -> float:
+    """What refinement has left; without it, the rounding at a few rows."""
+    if model.kernels.refined:
+        return float(found["inexact"])
+    every = found["t"].size // AUDITED + 1
+    q, u = np.ascontiguousarray(found["q"][::every]), np.ascontiguousarray(found["u"][::every])
+    return float(model.kernels.rounding(q, u).max())
 
 
 def _impacts(model: Model, found: dict[str, Any]) -> tuple[Impact, ...]:
@@ -258,11 +270,13 @@ def _message(model: Model, until: float, found: dict[str, Any]) -> str:
         "rtol, or change the start a little if the mechanism is jammed there",
         "jammed": f"friction jams: the forces at {contact} have no solution, or more than one, as far as "
         "could be found (Painleve shows how that can be); take less friction or another start",
-        "gained": f'an impact of {contact} by Newton\'s law would add energy; give its ground law = "poisson"',
+        "gained": _gained(contact, model.data["law"]),
         "escaped": f"{contact} gets behind its surface however short the step, as at a change point where the motion "
         "jumps; change the start or the lengths a little",
         "interrupted": "interrupted",
         "no_convergence": "the stages of a step do not converge; ask for a smaller step or for another method",
+        "inexact": "masses differ so much that no digit of the accelerations is sure; make light links that carry "
+        "heavy ones heavier, or leave them out",
         "no_memory": "memory ran out; record less by ending earlier",
     }
     reason = reasons[outcome]
@@ -273,3 +287,9 @@ def _message(model: Model, until: float, found: dict[str, Any]) -> str:
             "clear of there, or move the joint by a [[motor]], which can give way"
         )
     return f"stopped at t = {t:.12g} s: {reason}"
+
+
+def _gained(contact: str, law: str) -> str:
+    if law == "newton":
+        return f'an impact of {contact} by Newton\'s law would add energy; give its ground law = "poisson" or "stronge"'
+    return f'an impact of {contact} by {law.title()}\'s law would add energy; give its ground law = "stronge"'

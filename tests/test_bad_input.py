@@ -167,6 +167,14 @@ CASES: dict[str, tuple[str, str, str, int, str, tuple[str, ...]]] = {
         ("joint_0 inside ground_0 by 0.25 m",),
     ),
     "no restitution": (GOOD, "restitution = 0.5", "", 8, "ground[0].restitution", ("missing", "from 0 to 1")),
+    "a law of impact that is none": (
+        GOOD,
+        "restitution = 0.5",
+        'restitution = 0.5\nlaw = "keller"',
+        10,
+        "ground[0].law",
+        ("keller", "newton, poisson or stronge"),
+    ),
     "restitution above one": (
         GOOD,
         "restitution = 0.5",

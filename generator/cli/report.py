@@ -18,6 +18,8 @@ CONTACTS = 8
 WIDTH = 140
 DRIFT = 1e-4
 """Share of the energy that moves beyond which a drift is warned of."""
+INEXACT = 1e-9
+"""Part of the largest acceleration beyond which an error that masses are at fault for is warned of."""
 
 
 def print_impacts(model: Model, run: Run) -> None:
@@ -97,6 +99,12 @@ def print_audit(run: Run) -> None:
         f"audit: loops closed to {run.closure_max:.1e} m, energy kept to {run.energy_drift:.1e} J of {moved:.3g} J; "
         f"method {run.method}"
     )
+    if run.acceleration_error > INEXACT:
+        typer.echo(
+            f"warning: masses differ so much that accelerations are known to {run.acceleration_error:.0e} of the "
+            "largest only; make light links that carry heavy ones heavier, or leave them out",
+            err=True,
+        )
     if run.energy_drift > DRIFT * moved:
         share = f"{100 * run.energy_drift / moved:.2g} % of the energy that moves"
         typer.echo(

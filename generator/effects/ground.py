@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from ..derive.derivation import Let
     from ..derive.gaps import Gap
 
-Law = Literal["newton", "poisson"]
-"""What restitution means: a ratio of speeds, or of impulses."""
+Law = Literal["newton", "poisson", "stronge"]
+"""What restitution means: a ratio of speeds, of impulses, or, squared, of work."""
 
 Radius = Annotated[float, Field(ge=0.0)]
 
@@ -46,7 +46,7 @@ class GroundTable(Table):
     friction: float | None = Field(
         default=None, gt=0.0, description="Coulomb's coefficient of friction, a positive number"
     )
-    law: Law = Field(default="newton", description="the law of impact: newton or poisson")
+    law: Law = Field(default="newton", description="the law of impact: newton, poisson or stronge")
     contacts: list[str] | None = Field(
         default=None, min_length=1, description='a list of points that touch it, such as ["joint_3", "link_0.A"]'
     )

@@ -130,9 +130,9 @@ def _coordinates(mechanism: Mechanism, topology: Topology) -> list[tuple[str, st
 
 
 def _law(scene: Scene) -> str:
-    """The law of impact: that of the grounds, Poisson's if any of them has it."""
+    """The law of impact: Stronge's if any ground has it, else Poisson's if any has that."""
     laws = {effect.impact_law() for effect in scene.effects}
-    return "poisson" if "poisson" in laws else "newton"
+    return next((law for law in ("stronge", "poisson") if law in laws), "newton")
 
 
 def _outboard(mechanism: Mechanism, topology: Topology) -> list[str]:

@@ -11,9 +11,10 @@
  */
 #include "contact.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
+
+#include "elimination.h"
 
 static const double WELL = 1e-6; /* a pivot below this fraction of what it was has lost too many digits */
 
@@ -116,29 +117,12 @@ static void rows_of(const struct holding *h, int rows, const double *normal, con
         values[i] = (i < h->count ? normal : tangent)[h->set[h->of[i]]];
 }
 
-/* x <- W^-1 x by elimination without exchange of rows; 1 where a pivot has lost its digits, 2 where it is negative: friction
- * then pushes harder the more it is resisted, and the forces have no solution or more than one. */
+/* x <- W^-1 x; 1 where W is nearly singular, 2 where its determinant is negative: friction then pushes harder the more it is
+ * resisted, and a contact however stiff would not stay as it is. */
 static int solve_sliding(int n, double *W, double *x)
 {
-    for (int k = 0; k < n; k++) {
-        double largest = 0.0;
-        for (int j = 0; j < n; j++)
-            largest = fmax(largest, fabs(W[k * n + j]));
-        if (!(W[k * n + k] > WELL * largest))
-            return W[k * n + k] < -WELL * largest ? 2 : 1;
-        for (int i = k + 1; i < n; i++) {
-            const double factor = W[i * n + k] / W[k * n + k];
-            for (int j = k; j < n; j++)
-                W[i * n + j] -= factor * W[k * n + j];
-            x[i] -= factor * x[k];
-        }
-    }
-    for (int k = n - 1; k >= 0; k--) {
-        for (int j = k + 1; j < n; j++)
-            x[k] -= W[k * n + j] * x[j];
-        x[k] /= W[k * n + k];
-    }
-    return 0;
+    const int sign = eliminate(n, W, x, WELL);
+    return sign > 0 ? 0 : sign < 0 ? 2 : 1;
 }
 
 /* Forces (impulses) whose columns bring the rates by wanted[rows] further, added to motion[n]; nonzero where they, or the

@@ -21,15 +21,17 @@ enum outcome {
     OUTCOME_ESCAPED,        /* a point gets behind its surface, however short the step */
     OUTCOME_INTERRUPTED,
     OUTCOME_NO_MEMORY,
-    OUTCOME_NO_CONVERGENCE /* the iteration of an implicit method does not converge */
+    OUTCOME_NO_CONVERGENCE, /* the iteration of an implicit method does not converge */
+    OUTCOME_INEXACT         /* masses differ so much that no digit of an acceleration or jump is sure */
 };
 
 /* How a run keeps the loops shut in flight. Projection is the way; the others are there for comparison. While contacts are
  * held, loops and contacts are projected in any case. */
 enum drift { DRIFT_PROJECTED = 0, DRIFT_LEFT, DRIFT_DAMPED };
 
-/* What restitution is a ratio of: speeds (Newton), or impulses after and before the greatest compression (Poisson) */
-enum law { LAW_NEWTON, LAW_POISSON };
+/* What restitution is a ratio of: speeds (Newton), impulses after and before the greatest compression (Poisson), or, squared,
+ * the work that they do (Stronge) */
+enum law { LAW_NEWTON, LAW_POISSON, LAW_STRONGE };
 
 /* A model with one set of parameters. y = [q; u] has 2 n entries, and one more, the work done by the effects that have no
  * potential and by friction in contacts, if the model has any. */
@@ -57,6 +59,8 @@ struct system {
     struct holding *holding;   /* contacts that stay closed, or NULL: contact.h */
     double length;             /* a length of the mechanism (m), the scale of closure */
     const double *extent;      /* per contact: the scale of its gap, `length` or, of an angle, 1 (rad) */
+    int refine;                /* whether the elimination loses digits that are to be recovered: refine.h */
+    double inexact;            /* largest relative correction that did not become small, 0 if all did */
     long evaluations;
     long dependent; /* solutions that took the robust path */
 };

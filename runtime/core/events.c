@@ -10,6 +10,7 @@
 
 #include "contact.h"
 
+static const double SHUT = 1e-12; /* times extent: a gap so small, where nothing moves, is closed */
 enum { SAMPLES = 8, ITERATIONS = 100, HALVINGS = 40 };
 
 struct search {
@@ -94,8 +95,9 @@ static double root(struct search *search, double (*f)(struct search *, int, doub
 /* First event of one contact between theta a and b, or 2 when there is none. */
 static double piece(struct search *search, int contact, double a, double ga, double ra, double b, double gb, double rb)
 {
-    if (ga <= 0.0) {
-        if (ra < -search->slow * search->s->extent[contact])
+    const double extent = search->s->extent[contact], slow = search->slow * extent;
+    if (ga <= 0.0 || (ga <= SHUT * extent && fabs(ra) <= slow)) {
+        if (ra < -slow)
             return a;
         if (gb > 0.0 || rb >= 0.0) /* it opens, or is closed throughout and falls at neither end */
             return 2.0;
@@ -155,6 +157,18 @@ static struct event first_closing(struct search *search)
     return first;
 }
 
+/* Event of a watched value that is lost at theta b. A value that is zero at a, as the sliding of what begins to slide, may
+ * become positive before it is lost. */
+static double watched_piece(struct search *search, int index, double a, double at_a, double b, double at_b)
+{
+    double from = a;
+    for (int i = 0; i < HALVINGS && at_a <= 0.0; i++) {
+        from = a + ldexp(b - a, -i - 1);
+        at_a = one_watched(search, index, from);
+    }
+    return at_a > 0.0 ? root(search, one_watched, index, from, at_a, b, at_b) : a;
+}
+
 /* First event of the watched values of held contacts */
 static struct event first_loss(struct search *search)
 {
@@ -168,7 +182,7 @@ static struct event first_loss(struct search *search)
         for (int w = 0; w < count; w++) {
             if (after[w] >= 0.0)
                 continue;
-            const double theta = before[w] > 0.0 ? root(search, one_watched, w, a, before[w], b, after[w]) : a;
+            const double theta = watched_piece(search, w, a, before[w], b, after[w]);
             if (theta < first.theta)
                 first = (struct event){watcher(search->s, w).contact, theta, w};
         }

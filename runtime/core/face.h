@@ -4,6 +4,7 @@
 
 #include "core.h"
 #include "method.h"
+#include "refine.h"
 #include "run.h"
 
 typedef double ccgen_real;

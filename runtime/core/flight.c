@@ -14,6 +14,7 @@ static const double LONGEST_REBOUND = 10.0; /* times the flight before an impact
 static const double REST_SPEED = 1e-10;     /* times extent per second: a contact this slow does not bounce */
 static const double DEEP = 1e-12;           /* times extent: an event behind the surface by more than rounding */
 static const double ADRIFT = 1e-11;         /* times extent: the gap of a carried contact that is not closed any more */
+static const double LEAP = 1e-6, FURTHER = 10.0; /* rad, or times length; times the way that velocities carry */
 enum {
     SHORTER = 60,  /* shorter steps in search of an early event */
     LANDINGS = 60, /* steps towards an event; three to five are usual */
@@ -116,6 +117,18 @@ enum outcome plain_step(struct flight *f, double h)
     return outcome ? outcome : project_end(f);
 }
 
+/* Whether the step has gone further than its velocities carry it: where the loops are all but flat, stages and projection may
+ * find another way to close them, which the error across the closure, left out above, does not tell. */
+static int leaps(const struct flight *f)
+{
+    double way = 0.0, speed = 0.0;
+    for (int i = 0; i < f->s->n; i++) {
+        way = fmax(way, fabs(f->y1[i] - f->y[i]));
+        speed = fmax(speed, fmax(fabs(f->y[f->s->n + i]), fabs(f->y1[f->s->n + i])));
+    }
+    return f->run->fixed_step == 0.0 && way > FURTHER * f->h * speed + LEAP * fmax(1.0, f->s->length);
+}
+
 /* The shortest step that moves time */
 static double shortest(const struct flight *f)
 {
@@ -136,6 +149,8 @@ static enum outcome accepted_step(struct flight *f, double *next)
             outcome = guided_step(f, &error);
         if (!outcome && error <= 1.0)
             outcome = project_end(f);
+        if (!outcome && error <= 1.0 && leaps(f))
+            outcome = OUTCOME_NOT_CLOSED;
         if (!outcome && error <= 1.0) {
             const double change = SAFETY * pow(fmax(error, 1e-12), -1.0 / run->method->order);
             *next = f->h * fmin(fmax(change, LEAST_CHANGE), refused ? 1.0 : LARGEST_CHANGE);
@@ -212,7 +227,14 @@ static enum outcome land_on_loss(struct flight *f, struct event event)
     enum outcome outcome = watch(f->s, f->t + f->h, f->y1, f->dy1, value);
     const double end = value[event.watch];
     outcome = outcome ? outcome : watch(f->s, f->t, f->y, f->dy1, value);
-    double at_low = value[event.watch], at_high = end < 0.0 ? end : -at_low;
+    double at_low = value[event.watch];
+    for (int i = 0; !outcome && at_low <= 0.0 && event.theta > 0.0 && i < LANDINGS; i++) { /* zero at first, then positive */
+        low = ldexp(h, -i - 1);
+        outcome = plain_step(f, low);
+        outcome = outcome ? outcome : watch(f->s, f->t + low, f->y1, f->dy1, value);
+        at_low = value[event.watch];
+    }
+    double at_high = end < 0.0 ? end : -at_low;
     for (int i = 0, side = 0; !outcome && at_low > 0.0 && f->t + h > f->t; i++) {
         if ((outcome = plain_step(f, h)) || (outcome = watch(f->s, f->t + h, f->y1, f->dy1, value)))
             return outcome;
@@ -332,6 +354,8 @@ enum outcome fly(struct flight *f, struct event *event)
         outcome = f->s->model->contacts ? search_step(f, event) : derive_end(f);
         if (!outcome && event->contact >= 0)
             outcome = event->watch == CLOSES ? land(f, *event) : land_on_loss(f, *event);
+        if (!outcome && event->contact >= 0 && f->h > shortest(f) && leaps(f))
+            outcome = OUTCOME_STEP_TOO_SMALL;
         const int behind = outcome ? -1 : inside(f);
         if (behind >= 0 && (f->s->holding->closed[behind] == APART || f->h > shortest(f))) {
             run->contact = behind;

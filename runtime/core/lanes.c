@@ -13,7 +13,7 @@ size_t lanes_scratch(const struct system *s)
 /* Whether the kernel over lanes has all that acts. Where it has not, states go one by one. */
 int lanes_apply(const struct system *s)
 {
-    return s->baumgarte == 0.0 && !holds(s);
+    return s->baumgarte == 0.0 && !holds(s) && !s->refine;
 }
 
 static void take(int n, int lanes, int lane, const double *from, double *to)

@@ -15,6 +15,9 @@
 
 #include "contact.h"
 
+enum { PASSES = 3 };                     /* of refinement */
+static const double RECOVERED = 1e-12; /* a last correction smaller than this is rounding */
+
 /* Householder reflections that turn columns of g[columns][n] (stored column by column) into an upper triangle, the longest
  * remaining column first when `order` is given; returns how many columns count: one nearer to the span of the others than
  * `nearest` times the first one's length does not. Column k keeps its reflection's vector from
@@ -92,8 +95,8 @@ static void forward(int n, int rank, const double *g, const double *diagonal, do
     }
 }
 
-/* Solve a x = x for symmetric positive definite a[m][m] by Cholesky, in place; 0, or 1 if it is not definite. */
-static int solve_definite(int m, double *a, double *x)
+/* Cholesky's factor of symmetric positive definite a[m][m], in place; 0, or 1 if it is not definite. */
+static int factorise(int m, double *a)
 {
     for (int j = 0; j < m; j++)
         for (int i = j; i < m; i++) {
@@ -104,6 +107,12 @@ static int solve_definite(int m, double *a, double *x)
                 return 1;
             a[(size_t)i * m + j] = i == j ? sqrt(sum) : sum / a[(size_t)j * m + j];
         }
+    return 0;
+}
+
+/* x <- a^-1 x with the factor */
+static void substitute(int m, const double *a, double *x)
+{
     for (int i = 0; i < m; i++) {
         for (int k = 0; k < i; k++)
             x[i] -= a[(size_t)i * m + k] * x[k];
@@ -114,7 +123,6 @@ static int solve_definite(int m, double *a, double *x)
             x[i] -= a[(size_t)k * m + i] * x[k];
         x[i] /= a[(size_t)i * m + i];
     }
-    return 0;
 }
 
 /* Least-norm multipliers with A^T lambda = force: a second factorisation, of the triangle's rows. */
@@ -202,6 +210,18 @@ double nearest_row(struct system *s, const double *q)
     return found;
 }
 
+/* The last correction of x[n] was more[count] of orthonormal motions. */
+static void note_inexact(struct system *s, int n, const double *x, int count, const double *more)
+{
+    double whole = 0.0, last = 0.0;
+    for (int i = 0; i < n; i++)
+        whole = fmax(whole, fabs(x[i]));
+    for (int j = 0; j < count; j++)
+        last = fmax(last, fabs(more[j]));
+    if (last > RECOVERED * whole)
+        s->inexact = fmax(s->inexact, last / whole);
+}
+
 enum outcome solve_dependent(struct system *s, const double *q, int held, const double *y, const double *t, double nearest,
                              affine *residual, const void *context, double *x, double *lambda)
 {
@@ -228,7 +248,6 @@ enum outcome solve_dependent(struct system *s, const double *q, int held, const 
         x[k] = right[order[k]] / length[order[k]];
     forward((int)n, rank, g, diagonal, x);
     reflect((int)n, rank, g, beta, 0, x);
-    residual(s, q, context, x, b);
     for (size_t j = 0; j < free_; j++) {
         double *column = null + j * n;
         memset(column, 0, n * sizeof *column);
@@ -242,18 +261,24 @@ enum outcome solve_dependent(struct system *s, const double *q, int held, const 
             mass[i * free_ + j] = mass[j * free_ + i] = sum;
         }
     }
-    for (size_t j = 0; j < free_; j++) {
-        more[j] = 0.0;
-        for (size_t l = 0; l < n; l++)
-            more[j] -= null[j * n + l] * b[l];
-    }
     outcome = OUTCOME_NOT_FINITE;
-    if (solve_definite((int)free_, mass, more))
+    if (factorise((int)free_, mass))
         goto end;
-    for (size_t j = 0; j < free_; j++)
-        for (size_t l = 0; l < n; l++)
-            x[l] += more[j] * null[j * n + l];
     residual(s, q, context, x, b);
+    for (int pass = 0; pass < (s->refine ? PASSES : 1); pass++) { /* refined where masses differ by many orders */
+        for (size_t j = 0; j < free_; j++) {
+            more[j] = 0.0;
+            for (size_t l = 0; l < n; l++)
+                more[j] -= null[j * n + l] * b[l];
+        }
+        substitute((int)free_, mass, more);
+        for (size_t j = 0; j < free_; j++)
+            for (size_t l = 0; l < n; l++)
+                x[l] += more[j] * null[j * n + l];
+        residual(s, q, context, x, b);
+    }
+    if (s->refine && free_)
+        note_inexact(s, (int)n, x, (int)free_, more);
     least_norm((int)n, (int)rows, rank, g, diagonal, order, length, weight, beta, b, more + n, every);
     memcpy(lambda, every, m->rows * sizeof *lambda);
     memcpy(lambda + m->rows, every + fixed, held * sizeof *lambda);

@@ -133,10 +133,11 @@ static enum outcome alternate(struct flight *f)
         }
         last[events++ % (2 * CROWD)] = f->t;
         f->run->events++;
-        const struct loss loss = event.watch >= 0 ? watcher(f->s, event.watch) : (struct loss){-1, PULLS};
+        const struct loss none = {-1, PULLS}, loss = event.watch >= 0 ? watcher(f->s, event.watch) : none;
+        const size_t impacts = f->run->impacts.count;
         outcome = strike(f, event.watch == CLOSES ? event.contact : -1);
-        if (!outcome)
-            outcome = settle(f, loss, crowded);
+        if (!outcome) /* what was lost is asked anew where an impact has changed it */
+            outcome = settle(f, f->run->impacts.count > impacts ? none : loss, crowded);
     }
     return outcome;
 }

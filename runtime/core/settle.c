@@ -268,6 +268,27 @@ static int undetermined(const struct decision *d)
     return 0;
 }
 
+/* Bring the gaps of what is held to rest, and the sliding of what was asked whether it slides: that is rounding, and may be
+ * against the direction in which it will slide. */
+static enum outcome rest(struct flight *f, struct decision *d)
+{
+    struct holding *h = f->s->holding;
+    signed char *slide = d->slide + d->count;
+    const int count = h->count, rows = h->rows;
+    memcpy(slide, h->slide, count);
+    memcpy(d->rest, h->weight, rows * sizeof *d->rest);
+    for (int i = 0, k = 0; f->s->friction && i < d->count; i++)
+        if (pushes(d, i)) {
+            h->slide[k] = d->slide[i] || d->mu[d->contact[i]] == 0.0 ? slide[k] : STICKS;
+            k++;
+        }
+    hold_contacts(h, count, h->set, h->slide);
+    const enum outcome outcome = project_velocity(f->s, f->y, f->y + f->s->n);
+    hold_contacts(h, count, h->set, slide);
+    memcpy(h->weight, d->rest, rows * sizeof *d->rest);
+    return outcome;
+}
+
 static enum outcome decide(struct flight *f, struct decision *d, struct loss loss, int crowded)
 {
     enum outcome outcome = gather(f, d, loss);
@@ -280,7 +301,7 @@ static enum outcome decide(struct flight *f, struct decision *d, struct loss los
     if ((outcome = hold(f, d, loss)) || !f->s->holding->count)
         return outcome;
     outcome = project_position(f->s, f->y);
-    return outcome ? outcome : project_velocity(f->s, f->y, f->y + f->s->n);
+    return outcome ? outcome : rest(f, d);
 }
 
 /* How every contact is held, for the record: 0 apart, 1 slides backward, 2 smooth, 3 forward,

@@ -1,13 +1,17 @@
 /* The system's accelerations and velocity jumps: the generated kernels, or the robust path where they lose rank. */
 #include "core.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
 #include "contact.h"
+#include "elimination.h"
+#include "refine.h"
 #include "robust.h"
 
-enum { FRICTION_PASSES = 200 };
+enum { REFINEMENTS = 1 };
+static const double SINGULAR = 1e-12; /* a pivot of the forces of contacts that slide below that has lost its digits */
 
 const double NEAREST = 1e-10, NEAREST_PROJECTED = 1e-5;
 
@@ -71,31 +75,76 @@ static int sliding_friction(struct system *s, const double *q, double *f)
     return any;
 }
 
-/* On the robust path. The friction of contacts that slide follows from forces that it changes: repeated until it agrees. */
-static enum outcome accelerate_dependent(struct system *s, double t, const double *q, const double *u, double *u_dot,
-                                         double *lambda)
+/* On the robust path, with the friction that the forces h->force bring where contacts slide; the forces that it finds in
+ * h->force and, of those that slide, in slid[]. Returns how many slide in *sliding. */
+static enum outcome accelerate_with(struct system *s, double t, const double *q, const double *u, double *u_dot,
+                                    double *lambda, double *slid, int *sliding)
 {
     const struct ccgen_model *m = s->model;
     struct motion motion = {u, t, NULL};
-    for (int pass = 0; pass < FRICTION_PASSES; pass++) {
-        const int held = held_bias(s, q, u, s->bias + m->rows);
-        m->closure_bias(s->k, q, u, s->bias);
-        for (int i = 0; i < m->rows + held; i++)
-            s->bias[i] = -s->bias[i];
-        if (sliding_friction(s, q, s->jump))
-            motion.friction = s->jump;
-        const enum outcome outcome = solve_dependent(s, q, held, s->bias, &t, NEAREST, flight_residual, &motion, u_dot,
-                                                     lambda);
-        double change = 0.0, largest = 0.0;
-        for (int i = 0; i < held; i++) {
-            change = fmax(change, fabs(lambda[m->rows + i] - s->holding->force[i]));
-            largest = fmax(largest, fabs(lambda[m->rows + i]));
-            s->holding->force[i] = lambda[m->rows + i];
-        }
-        if (outcome || !motion.friction || change <= 1e-13 * largest)
-            return outcome;
+    const int held = held_bias(s, q, u, s->bias + m->rows);
+    m->closure_bias(s->k, q, u, s->bias);
+    for (int i = 0; i < m->rows + held; i++)
+        s->bias[i] = -s->bias[i];
+    if (sliding_friction(s, q, s->jump))
+        motion.friction = s->jump;
+    const enum outcome outcome = solve_dependent(s, q, held, s->bias, &t, NEAREST, flight_residual, &motion, u_dot, lambda);
+    *sliding = 0;
+    for (int i = 0; i < held && !outcome; i++) {
+        s->holding->force[i] = lambda[m->rows + i];
+        if (i < s->holding->count && against(s->holding->slide[i]))
+            slid[(*sliding)++] = s->holding->force[i];
     }
-    return OUTCOME_JAMMED;
+    return outcome;
+}
+
+/* Set the forces of the contacts that slide, all scaled by `scale`, or but number `one` zero where `all` is not given. */
+static void suppose(struct holding *h, const double *all, int one, double scale)
+{
+    for (int i = 0, k = 0; i < h->count; i++)
+        if (against(h->slide[i])) {
+            h->force[i] = all ? all[k] : k == one ? scale : 0.0;
+            k++;
+        }
+}
+
+/* On the robust path. The friction of contacts that slide follows from forces that it changes, p -> g + J p: J column by
+ * column, then p = (1 - J)^-1 g, then once more for what rounding has lost. Where 1 - J has lost rank or its
+ * determinant is negative, friction jams. */
+static enum outcome accelerate_dependent(struct system *s, double t, const double *q, const double *u, double *u_dot,
+                                         double *lambda)
+{
+    struct holding *h = s->holding;
+    int sliding = 0, unused;
+    if (holds(s))
+        suppose(h, NULL, -1, 0.0);
+    double *g = holds(s) ? h->wanted : s->zero, *J = holds(s) ? h->W : NULL, *p = holds(s) ? h->solved : NULL;
+    enum outcome outcome = accelerate_with(s, t, q, u, u_dot, lambda, g, &sliding);
+    if (outcome || !sliding)
+        return outcome;
+    const int k = sliding;
+    double *found = p + k, scale = DBL_MIN, *copy = found + k;
+    for (int i = 0; i < k; i++)
+        scale = fmax(scale, fabs(g[i]));
+    for (int j = 0; j < k && !outcome; j++) {
+        suppose(h, NULL, j, scale);
+        outcome = accelerate_with(s, t, q, u, u_dot, lambda, found, &unused);
+        for (int i = 0; i < k; i++)
+            J[i * k + j] = (i == j) - (found[i] - g[i]) / scale;
+    }
+    memset(p, 0, k * sizeof *p);
+    for (int pass = 0; pass <= REFINEMENTS && !outcome; pass++) {
+        memcpy(copy, J, (size_t)k * k * sizeof *J);
+        if (eliminate(k, copy, g, SINGULAR) <= 0)
+            return OUTCOME_JAMMED;
+        for (int i = 0; i < k; i++)
+            p[i] += g[i];
+        suppose(h, p, -1, 1.0);
+        outcome = accelerate_with(s, t, q, u, u_dot, lambda, g, &unused);
+        for (int i = 0; i < k; i++)
+            g[i] -= p[i];
+    }
+    return outcome;
 }
 
 /* with the inputs as they are */
@@ -105,12 +154,14 @@ static enum outcome accelerate(struct system *s, double t, const double *q, cons
     enum outcome outcome = OUTCOME_DONE;
     s->evaluations++;
     int dependent = m->acceleration(s->k, q, u, t, s->inputs, u_dot, lambda);
-    if (!dependent && holds(s))
-        dependent = hold_acceleration(s, q, u, u_dot);
+    if (!dependent && holds(s)) /* columns of the contacts would each lose digits: both together on the robust path */
+        dependent = s->refine ? 1 : hold_acceleration(s, q, u, u_dot);
     if (dependent > 1)
         return OUTCOME_JAMMED;
     if (dependent)
         outcome = accelerate_dependent(s, t, q, u, u_dot, lambda);
+    else if (s->refine)
+        outcome = refine_acceleration(s, t, q, u, u_dot, lambda);
     if (!outcome && s->baumgarte > 0.0 && m->rows && !holds(s)) /* held contacts are projected, and the loops with them */
         outcome = damp_drift(s, q, u, u_dot);
     for (int i = 0; i < s->n && !outcome; i++)
@@ -130,7 +181,7 @@ enum outcome system_impulse(struct system *s, const double *q, const double *f, 
                             double *du, double *Lambda)
 {
     if (!s->model->impulse(s->k, q, f, y, du, Lambda))
-        return OUTCOME_DONE;
+        return s->refine ? refine_impulse(s, q, f, y, du, Lambda) : OUTCOME_DONE;
     return solve_dependent(s, q, 0, y, NULL, nearest, impact_residual, f, du, Lambda);
 }
 
@@ -139,7 +190,7 @@ enum outcome system_correction(struct system *s, const double *q, int speed, dou
     const struct ccgen_model *m = s->model;
     int dependent = m->impulse(s->k, q, s->zero, rows, du, s->multipliers);
     if (!dependent && holds(s))
-        dependent = hold_jump(s, q, speed, rows + m->rows, du);
+        dependent = s->refine || hold_jump(s, q, speed, rows + m->rows, du);
     if (!dependent)
         return OUTCOME_DONE;
     return solve_dependent(s, q, held_rows(s, speed), rows, NULL, nearest, impact_residual, s->zero, du, s->multipliers);

@@ -75,7 +75,8 @@ def test_a_hexagon_tossed_from_half_a_metre(hexagon: Any, reach: Reach) -> None:
 
 @pytest.mark.parametrize("n", [4, 6])
 def test_landing_flat_on_an_edge(n: int, workshop: Workshop, reach: Reach) -> None:
-    """Mirror-symmetric in exact arithmetic: how long rounding keeps it so."""
+    """Mirror-symmetric in exact arithmetic: how long rounding keeps it so. Six rods fold through a line at 0.627 s;
+    another branch crosses there, and what rounding has left of the symmetry is divided by the distance to it."""
     model = workshop.model(loop(n, gravity=True, start={"height": 1.0}, ground=[{"restitution": 0.5}]))
     poses = polygons.regular(n, tilt=-np.pi / n, height=0.3)
     q, u = model.state_from_poses(poses, 0 * poses)
@@ -83,7 +84,11 @@ def test_landing_flat_on_an_edge(n: int, workshop: Workshop, reach: Reach) -> No
     assert run.success, run.message
     pairs = [(k, (1 - k) % n) for k in range(n)]
     heights = np.array([run.model.point(f"joint_{k}", run.q)[:, 1] for k in range(n)])
-    reach(f"{n} rods on an edge: asymmetry, m", max(np.max(np.abs(heights[a] - heights[b])) for a, b in pairs), 1e-10)
+    asymmetry = np.max([np.abs(heights[a] - heights[b]) for a, b in pairs], axis=0)
+    flat = run.t > (np.inf if n == 4 else run.t[heights[3] < heights[0]][0])
+    assert sum(impact.t < run.t[~flat][-1] for impact in run.impacts) >= 2
+    reach(f"{n} rods on an edge: asymmetry, m", asymmetry[~flat].max(), 1e-12)
+    reach(f"{n} rods on an edge: asymmetry after they were in a line, m", asymmetry[flat].max(initial=0.0), 1e-10)
     reach(f"{n} rods on an edge: penetration, m", penetration(run), 1e-10)
 
 

@@ -1,4 +1,5 @@
-"""Random loops on random grounds keep the invariants; ``CCGEN_FUZZ`` says how many (``make fuzz``: 5,000)."""
+"""Random loops on random grounds keep the invariants; ``CCGEN_FUZZ`` says how many (``make fuzz``: 5,000), and
+``CCGEN_FUZZ_SEED`` draws others than those of every time."""
 
 from __future__ import annotations
 
@@ -7,13 +8,14 @@ import os
 import time
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, Phase, given, seed, settings
 from hypothesis import strategies as st
 
 from ..conftest import Workshop
 from .fuzz import Toss, faults, run, scene
 
 EXAMPLES = int(os.environ.get("CCGEN_FUZZ", "200"))
+SEED = int(os.environ.get("CCGEN_FUZZ_SEED", "0"))
 LONGEST = 120.0
 """Seconds that no toss may take; most take hundredths."""
 
@@ -36,12 +38,14 @@ def test_random_tosses(workshop: Workshop, monkeypatch: pytest.MonkeyPatch) -> N
     """Twenty models serve all tosses, and a toss that crowds its steps ends soon: else a few take most of the time."""
     monkeypatch.setattr(importlib.import_module("ccgen.runtime.simulate"), "SECOND_BUDGET", SECOND_BUDGET)
     ended = {"done": 0, "stopped": 0}
+    wrong: list[str] = []
 
+    @seed(SEED)
     @settings(
         max_examples=EXAMPLES,
         deadline=None,
-        derandomize=True,
         database=None,
+        phases=[Phase.generate],  # one number more or less in a toss is another toss: nothing can be made simpler
         suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture],
     )
     @given(tosses)
@@ -49,9 +53,24 @@ def test_random_tosses(workshop: Workshop, monkeypatch: pytest.MonkeyPatch) -> N
         model = workshop.model(scene(toss.n, toss.rough))
         began = time.monotonic()
         found = run(model, toss)
-        assert time.monotonic() - began <= LONGEST
-        assert not faults(found), found.message
+        seconds = time.monotonic() - began
+        faulty = faults(found) + ([f"{seconds:.0f} s of time"] if seconds > LONGEST else [])
+        if faulty:
+            wrong.append(f"{toss}: {'; '.join(faulty)} ({found.message})")
+            print(wrong[-1], flush=True)
         ended["done" if found.success else "stopped"] += 1
 
     toss_one()
     print(f"{ended['done']} tosses reached their end, {ended['stopped']} stopped and said why")
+    assert not wrong, "\n".join(wrong)
+
+
+@pytest.mark.xfail(
+    reason="a contact at the limit of friction slides, and is not watched for its reversal", strict=False
+)
+def test_an_arch_whose_foot_slides_at_the_limit(workshop: Workshop) -> None:
+    """Found by random tosses (CCGEN_FUZZ_SEED=10): four joints rest, another bounces between two of them, one of which
+    slides out and back at 1 mm/s; its friction keeps the direction that it had, and adds 4e-4 J."""
+    toss = Toss(n=7, planes=1, rough=True, law="poisson", restitution=0.5, friction=1.2, seed=200)
+    found = run(workshop.model(scene(toss.n, toss.rough)), toss)
+    assert not faults(found), found.message

@@ -1,0 +1,118 @@
+"""Stronge's law of impact: restitution gives back e² of the work that the normal impulse takes in compression."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from ccgen.generator import chain, loop
+from ccgen.runtime import simulate
+
+from ..conftest import Workshop
+from ..oracles import polygons
+from ..oracles.impact_process import strike
+from .bodies import penetration, rise, rod
+from .conftest import Reach
+from .fuzz import Toss, faults, run, scene
+
+LAWS = ("newton", "poisson", "stronge")
+STEEP = float(np.arctan(2.0))
+IMPACTS = {
+    "slides throughout": (0.1, 1.0, (-3.0, -2.0), 0.6),
+    "comes to stick": (0.5, 1.0, (-0.4, -2.0), 0.6),
+    "slides back": (0.2, 1.0, (0.3, -2.0), 0.7),
+    "sticks, e = 1": (0.6, 0.8, (0.5, -1.0), 1.0),
+    "is pulled in at first": (2.0, STEEP, (-1.0, -0.5), 0.5),
+    "is pulled in for long": (2.0, STEEP, (-3.0, -0.1), 0.5),
+    "sticks from the start": (0.9, 0.9, (0.0, -1.0), 0.4),
+}
+"""Friction, angle of the rod, velocity of its lower end, and e. With μ = 2 the impulse at first speeds it inwards."""
+
+
+def _lawful(text: str, law: str, e: float) -> str:
+    return text.replace("restitution = 0.0", f'restitution = {e}\nlaw = "{law}"')
+
+
+@pytest.mark.parametrize("case", IMPACTS.values(), ids=IMPACTS.keys())
+def test_a_rod_strikes_rough_ground(case: Any, workshop: Workshop, reach: Reach) -> None:
+    """Against the process of the impact, marched along the normal impulse in small steps."""
+    mu, angle, velocity, e = case
+    model = workshop.model(_lawful(rod(mu, angle, velocity), "stronge", e))
+    found = simulate(model, until=1e-4).impacts[0]
+    x, y = -0.5 * np.cos(angle), -0.5 * np.sin(angle)
+    W = np.array([[1 + 12 * x * x, -12 * x * y], [-12 * x * y, 1 + 12 * y * y]])
+    impulse, after, taken, given = strike(W, mu, e, np.array([velocity[1], velocity[0]]))
+    name = f"Stronge, mu = {mu}, v = {velocity}"
+    reach(f"{name}: normal impulse, relative", abs(found.impulses[0] / impulse[0] - 1), 1e-10)
+    reach(f"{name}: velocity after, m/s", np.max(np.abs(found.u_plus[:2] - after[::-1])), 1e-10)
+    reach(f"{name}: work given back, relative", abs(given / taken - e**2), 1e-10)
+    lost = -0.5 * impulse @ (after + np.array(velocity)[::-1])
+    reach(f"{name}: energy lost, J", abs(found.energy_loss - lost), 1e-10)
+    assert found.energy_loss >= 0.0
+
+
+@pytest.mark.parametrize("e", [0.0, 0.5, 1.0])
+def test_three_laws_agree_without_friction(e: float, workshop: Workshop, reach: Reach) -> None:
+    """At one contact, and at several of one e, struck at once."""
+    fallen = {}
+    for law in LAWS:
+        text = _lawful(rod(0.3, 1.0, (-3.0, -2.0)), law, e).replace("friction = 0.3\n", "")
+        one = simulate(workshop.model(text), until=1e-4).impacts[0]
+        edge = loop(6, gravity=True, start={"height": 1.0}, ground=[{"restitution": 0.5, "law": law}])
+        model = workshop.model(edge)
+        poses = polygons.regular(6, tilt=-np.pi / 6)
+        q, u = model.state_from_poses(poses, np.tile([0.0, -1.7, 0.0], (6, 1)))
+        both = model.impact(q, u, [("joint_0", "ground_0"), ("joint_1", "ground_0")], e)[1]
+        fallen[law] = np.array([one.impulses[0], *both])
+    for law in LAWS[1:]:
+        reach(
+            f"{law} less Newton, smooth, e = {e}: impulses, N s", np.max(np.abs(fallen[law] - fallen["newton"])), 1e-12
+        )
+
+
+def test_several_rough_contacts_give_back_their_part(workshop: Workshop, reach: Reach) -> None:
+    """Two feet of a chain with their own e: of the work of normal impulses e² comes back, and no energy is added."""
+    angles, gained, worst, struck = [0.9, -0.7], 0.0, 0.0, 0
+    ground = [{"restitution": 0.6, "friction": 0.4, "law": "stronge", "contacts": ["link_0.A", "link_1.B"]}]
+    model = workshop.model(chain(2, gravity=True, start={"angles": angles, "height": 0.0}, ground=ground))
+    q, _ = model.start()
+    for seed in range(40):
+        u = np.random.default_rng(seed).normal(size=model.start()[1].size)
+        contacts = [contact for contact, rate in zip(model.contacts, model.gap_rates(q, u), strict=True) if rate < 0.0]
+        if len(contacts) < 2:
+            continue
+        after, _ = model.impact(q, u, contacts, [0.6, 0.3])
+        struck += 1
+        gained = max(gained, model.energy(q, after)[0] - model.energy(q, u)[0])
+        worst = max(worst, -float(np.min(model.gap_rates(q, after))))
+    assert struck >= 5
+    reach("Stronge at two feet: energy gained, J", gained, 0.0)
+    reach("Stronge at two feet: approach after, m/s", worst, 1e-12)
+
+
+def test_kanes_pendulum_by_stronges_law(workshop: Workshop, reach: Reach) -> None:
+    """By Newton's law it would gain energy; by Stronge's with e = 1 it loses what friction takes."""
+    angles = np.radians([-70.0, -60.0])
+    depth = float(np.sum(np.sin(angles)))
+    for e in (0.7, 1.0):
+        ground = [
+            {"point": [0.0, depth], "restitution": e, "friction": 0.5, "law": "stronge", "contacts": ["link_1.B"]}
+        ]
+        model = workshop.model(chain(2, hinged=True, gravity=True, ground=ground))
+        found = simulate(model, angles, [-0.1, -0.2], until=0.001)
+        assert found.success, found.message
+        reach(f"Kane's double pendulum, Stronge, e = {e}: energy gained, J", -found.impacts[0].energy_loss, 0.0)
+
+
+@pytest.mark.parametrize("e", [0.3, 0.9, 1.0])
+@pytest.mark.parametrize("friction", [0.1, 1.2])
+def test_tosses_by_stronges_law(e: float, friction: float, workshop: Workshop, reach: Reach) -> None:
+    """No impact adds energy, whatever the friction."""
+    toss = Toss(3, 1, True, "stronge", e, friction, 7)
+    found = run(workshop.model(scene(3, True)), toss)
+    assert not faults(found), found.message
+    assert "add energy" not in found.message
+    reach(f"toss by Stronge's law, e = {e}, mu = {friction}: rise of energy", rise(found), 1e-9)
+    reach(f"toss by Stronge's law, e = {e}, mu = {friction}: penetration, m", penetration(found), 1e-9)

@@ -1,0 +1,73 @@
+"""A million fixed steps of the symplectic method: energy bounded, without trend."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ccgen.generator import loop
+from ccgen.runtime import simulate
+from ccgen.runtime.analysis import momentum
+
+from ..conftest import Workshop
+from ..oracles import polygons
+from ..oracles.maximal import Array
+from .conftest import Reach
+
+STEPS = 1_000_000
+BLOCKS = 50
+
+
+def trend(energy: Array) -> tuple[float, float]:
+    """Slope of a relative energy per run and its standard error, from means of blocks.
+
+    Rounding makes a random walk of the energy, whose values are not independent but whose increments are: the slope is
+    their mean, and its error theirs."""
+    blocks = energy[: energy.size // BLOCKS * BLOCKS].reshape(BLOCKS, -1).mean(axis=1)
+    increments = np.diff(blocks)
+    return float(BLOCKS * increments.mean()), float(BLOCKS * increments.std(ddof=1) / np.sqrt(increments.size))
+
+
+def at_rest_as_a_whole(model: Any, q: Array, u: Array) -> Array:
+    """The velocities without the motion as one body: angles then stay small, and their last digits too."""
+    rigid = np.zeros((3, u.size))
+    rigid[0, 0] = rigid[1, 1] = 1.0
+    rigid[2, 2:] = 1.0
+    masses = np.array([momentum(model, q, row) for row in rigid]) @ rigid.T
+    left: Array = u - np.linalg.solve(masses, rigid @ momentum(model, q, u)) @ rigid
+    return left
+
+
+def test_four_rods_a_million_steps(workshop: Workshop, reach: Reach) -> None:
+    """Unequal rods, no two of which are ever in line with the others."""
+    h, lengths = 0.1, [1.0, 1.7, 1.4, 1.2]
+    values = {f"link_{k}.length": length for k, length in enumerate(lengths)}
+    values |= {f"link_{k}.com.x": length / 2 for k, length in enumerate(lengths)}
+    values |= {f"link_{k}.inertia": length**2 / 12 for k, length in enumerate(lengths)}
+    model = workshop.model(loop(4)).with_parameters(values)
+    q, u = model.start()
+    q, u = model.project(model.assemble(q), np.array([0.0, 0.0, 1.0, -0.5, 0.4, -0.1]))
+    run = simulate(model, q, at_rest_as_a_whole(model, q, u), until=STEPS * h, step=h, method="gauss")
+    assert run.success, run.message
+    kinetic = model.energy(run.q, run.u)[0]
+    energy = kinetic / kinetic[0] - 1.0
+    slope, error = trend(energy)
+    name = f"four rods, a million steps of {h:g} s"
+    reach(f"{name}: energy, relative", np.max(np.abs(energy)), 1e-12)
+    reach(f"{name}: its trend, in standard errors", abs(slope) / error, 3.0)
+    reach(f"{name}: closure, m", run.closure_max, 1e-13)
+
+
+def test_six_rods_a_million_steps(workshop: Workshop, reach: Reach) -> None:
+    """The free hexagon turns, drifts and is chaotic: the last digits of its angles grow with them."""
+    model = workshop.model(loop(6))
+    q, u = model.state_from_poses(*polygons.perturbed(6))
+    run = simulate(model, q, u, until=STEPS * 0.005, step=0.005, method="gauss")
+    assert run.success, run.message
+    kinetic = model.energy(run.q, run.u)[0]
+    energy = kinetic / kinetic[0] - 1.0
+    slope, error = trend(energy)
+    reach("free hexagon, a million steps of 0.005 s: energy, relative", np.max(np.abs(energy)), 1e-10)
+    reach("free hexagon, a million steps of 0.005 s: its trend, in standard errors", abs(slope) / error, 3.0)
+    reach("free hexagon, a million steps of 0.005 s: closure, m", run.closure_max, 1e-11)
