@@ -80,6 +80,9 @@ benchmarks: $(VENV)/peers
 	@$(BIN)/python benchmarks/forward_dynamics.py
 	@$(BIN)/python benchmarks/build_time.py
 	@$(BIN)/python benchmarks/flight.py
+	@$(BIN)/python benchmarks/batch.py
+	@$(BIN)/python benchmarks/drop.py
+	@$(BIN)/python benchmarks/threads.py
 
 formulations: $(VENV)/peers
 	@$(BIN)/python benchmarks/formulations.py --write

@@ -1,14 +1,15 @@
 """Forward dynamics of W(n) by ccgen: what `ccgen --links n --gravity` writes, called through its descriptor."""
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from driver import CCGEN, WORK, Kernel, model_arrays
+from driver import CCGEN, CCGEN_LANES, WORK, Kernel, batch, model_arrays
 from workload import Array, Workload
 
 from ccgen.generator import generate, loop
-from ccgen.runtime import load_model
+from ccgen.runtime import Model, load_model
 
 
 def ccgen_kernel(load: Workload) -> tuple[Kernel, Array]:
@@ -19,6 +20,23 @@ def ccgen_kernel(load: Workload) -> tuple[Kernel, Array]:
     address = descriptor(package)
     constants, multipliers = model_arrays(address, np.array([value for _, value in data["parameters"]]))
     return Kernel("ccgen", CCGEN, address, q, u, np.full_like(u, np.nan), constants, multipliers), u_dot
+
+
+def ccgen_lanes(q: Array, u: Array, model: Model) -> tuple[Kernel, Callable[[], Array]]:
+    """The kernel over lanes on q (b, nq), u (b, nu), b a multiple of the lanes; a call that gives du/dt (b, nu)."""
+    lanes = model.kernels.lanes
+    blocks = [np.ascontiguousarray(x.reshape(-1, lanes, x.shape[1]).transpose(0, 2, 1)) for x in (q, u)]
+    constants, multipliers = model_arrays(model.kernels.address, np.array(list(model.parameters.values())))
+    room = np.zeros(lanes * multipliers.size)
+    kernel = Kernel(
+        "ccgen", CCGEN_LANES, model.kernels.address, *blocks, np.full_like(blocks[1], np.nan), constants, room
+    )
+
+    def found() -> Array:
+        batch(kernel, len(q))
+        return np.ascontiguousarray(kernel.u_dot.transpose(0, 2, 1)).reshape(u.shape)
+
+    return kernel, found
 
 
 def descriptor(package: Path) -> int:

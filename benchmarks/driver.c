@@ -7,7 +7,7 @@
 
 #include "model.h"
 
-enum kind { CCGEN, CASADI };
+enum kind { CCGEN, CASADI, CCGEN_LANES };
 
 typedef int casadi_function(const double **arguments, double **results, long long *iw, double *w, int memory);
 
@@ -16,10 +16,10 @@ struct kernel {
     int states;           /* number of states */
     int nq, nu;           /* lengths of q and u */
     const void *target;   /* const struct ccgen_model *, or casadi_function * */
-    const double *q, *u;  /* (states, nq), (states, nu) */
-    double *u_dot;        /* (states, nu), result */
+    const double *q, *u;  /* (states, nq), (states, nu); over lanes (states / lanes, nq, lanes), (.., nu, lanes) */
+    double *u_dot;        /* (states, nu), result; over lanes as u */
     double *constants;    /* ccgen: (constants,) */
-    double *multipliers;  /* ccgen: (rows,) */
+    double *multipliers;  /* ccgen: (rows,), over lanes (rows, lanes) */
 };
 
 typedef void call(const struct kernel *kernel, const double *q, const double *u, double *u_dot);
@@ -57,6 +57,20 @@ static inline __attribute__((always_inline)) double timed(call *evaluate, const 
     return now() - start;
 }
 
+/* Seconds that `calls` states take, as many at a time as the model has lanes. */
+static double timed_lanes(const struct kernel *kernel, long calls)
+{
+    const struct ccgen_model *model = kernel->target;
+    const double t[16] = {0.0}, start = now();
+    const long block = (long)model->lanes;
+    for (long i = 0, state = 0; i < calls; i += block) {
+        model->acceleration_lanes(kernel->constants, kernel->q + state * kernel->nq, kernel->u + state * kernel->nu, t, 0,
+                                  kernel->u_dot + state * kernel->nu, kernel->multipliers);
+        state = state + block < kernel->states ? state + block : 0;
+    }
+    return now() - start;
+}
+
 /* Sizes of a model's working arrays. */
 void sizes(const struct ccgen_model *model, int *constants, int *rows)
 {
@@ -73,6 +87,8 @@ void derive(const struct ccgen_model *model, const double *parameters, double *c
 /* Seconds that `calls` evaluations of one kernel take, one state after the other. */
 double batch(const struct kernel *kernel, long calls)
 {
+    if (kernel->kind == CCGEN_LANES)
+        return timed_lanes(kernel, calls);
     return kernel->kind == CCGEN ? timed(call_ccgen, kernel, calls) : timed(call_casadi, kernel, calls);
 }
 

@@ -15,7 +15,7 @@ from workload import Array
 ROOT = Path(__file__).resolve().parent.parent
 WORK = ROOT / ".cache" / "benchmarks"
 COMPILER = shlex.split(os.environ.get("CC", "cc"))
-CCGEN, CASADI = 0, 1
+CCGEN, CASADI, CCGEN_LANES = 0, 1, 2
 
 
 class _Kernel(ctypes.Structure):
@@ -34,7 +34,7 @@ class Kernel:
     name: str
     kind: int
     target: int  # address
-    q: Array
+    q: Array  # (states, nq), over lanes (states / lanes, nq, lanes); the next two likewise
     u: Array
     u_dot: Array
     constants: Array
@@ -43,7 +43,8 @@ class Kernel:
     def record(self) -> _Kernel:
         """The kernel as driver.c wants it; valid while this object lives."""
         arrays = (self.q, self.u, self.u_dot, self.constants, self.multipliers)
-        sizes = (len(self.q), self.q.shape[1], self.u.shape[1])
+        states = self.q.size // self.q.shape[1]  # over lanes the arrays are (blocks, width, lanes)
+        sizes = (states, self.q.shape[1], self.u.shape[1])
         return _Kernel(self.kind, *sizes, self.target, *(array.ctypes.data for array in arrays))
 
 
@@ -68,6 +69,11 @@ def interleave(kernels: Sequence[Kernel], rounds: int, length: float) -> Array:
     return seconds
 
 
+def batch(kernel: Kernel, calls: int) -> float:
+    """Seconds that `calls` evaluations of one kernel take, one state after the other, or lanes of states."""
+    return float(_library().batch(ctypes.byref(kernel.record()), ctypes.c_long(calls)))
+
+
 def model_arrays(model: int, parameters: Array) -> tuple[Array, Array]:
     """Constants derived from the parameters, and room for the multipliers, of the model at an address."""
     address, constants, rows = ctypes.c_void_p(model), ctypes.c_int(), ctypes.c_int()
@@ -82,4 +88,6 @@ def _library() -> ctypes.CDLL:
     """driver.c, compiled anew in every process: it depends on the runtime's model.h."""
     path = WORK / "driver.so"
     compile_shared(ROOT / "benchmarks" / "driver.c", ["-O2", "-std=c11", "-Wall", "-I", str(ROOT / "runtime")], path)
-    return ctypes.CDLL(str(path))
+    library = ctypes.CDLL(str(path))
+    library.batch.restype = ctypes.c_double
+    return library

@@ -30,6 +30,8 @@ cdef extern from *:
         void (*derive_constants)(const real *p, real *k) noexcept nogil
         int (*acceleration)(const real *k, const real *q, const real *u, real t, const real *inputs,
                             real *u_dot, real *lambda_) noexcept nogil
+        unsigned (*acceleration_lanes)(const real *k, const real *q, const real *u, const real *t,
+                                       const real *inputs, real *u_dot, real *lambda_) noexcept nogil
         int (*impulse)(const real *k, const real *q, const real *f, const real *y, real *du,
                        real *Lambda) noexcept nogil
         void (*reactions)(const real *k, const real *q, const real *u, real t, const real *inputs,
@@ -72,6 +74,7 @@ cdef extern from *:
         real length
         const real *extent
         int refine
+        real usual
         real inexact
         long evaluations
         long dependent
@@ -93,7 +96,7 @@ cdef extern from *:
     int project_velocity(system *s, const real *q, real *u) nogil
     int impact(system *s, const real *q, const real *u_minus, int count, const int *chosen, const real *e,
                real *u_plus, real *P) nogil
-    real rounding_of_acceleration(system *s, real t, const real *q, const real *u) nogil
+    real rounding_of_acceleration(system *s, real t, const real *q, const real *u, real *whole) nogil
 
 cdef extern from *:
     struct tolerance:
@@ -144,7 +147,7 @@ cdef extern from *:
         int contact
         long steps, rejected
     void run_simulation "simulate"(system *s, run *r, real *y) nogil
-    int run_advance "advance"(system *s, const method *m, drift kept, real t, real h, int count, const int *held,
+    int run_advance "advance"(system *s, const method *m, tolerance bound, drift kept, real t, real h, int count, const int *held,
                               const signed char *slide, real *y) nogil
     void free_run(run *r)
 
@@ -265,6 +268,7 @@ cdef class Kernels:
     cdef real[::1] k, restitution, friction, extent, multipliers, rows, bias, jump, u_dot, zero, shut, inputs
     cdef real length
     cdef int law, refine
+    cdef real usual
     cdef readonly double inexact
     """Of the last call for accelerations or an impact: the largest relative correction that did not become small."""
 
@@ -303,15 +307,21 @@ cdef class Kernels:
             self.m.friction(&self.k[0], &self.friction[0])
 
     def rounding(self, const real[:, ::1] q, const real[:, ::1] u, t=0.0):
-        """How far the accelerations that the elimination gives are from right, relative to the largest, (b,): the size of
-        their first correction from the unreduced equations."""
+        """How far the accelerations that the elimination gives are from right, by the size of their first correction from the
+        unreduced equations, and how large they are: (b, 2)."""
         cdef system s = self._system()
         cdef Py_ssize_t i
-        return np.array([rounding_of_acceleration(&s, t, &q[i, 0], &u[i, 0]) for i in range(q.shape[0])])
+        cdef real whole
+        found = empty((q.shape[0], 2))
+        for i in range(q.shape[0]):
+            found[i, 0] = rounding_of_acceleration(&s, t, &q[i, 0], &u[i, 0], &whole)
+            found[i, 1] = whole
+        return found
 
-    def refine_from_now(self):
-        """Have every acceleration and every jump refined by what the unreduced equations miss by."""
-        self.refine = 1
+    def refine_from_now(self, usual):
+        """Have every acceleration and every jump refined by what the unreduced equations miss by; accelerations less than
+        the ``usual`` ones count as that large."""
+        self.refine, self.usual = 1, usual
 
     @property
     def refined(self):
@@ -361,20 +371,67 @@ cdef class Kernels:
         s.length = self.length
         s.baumgarte = 0.0
         s.extent = &self.extent[0]
-        s.refine, s.inexact = self.refine, 0.0
+        s.refine, s.usual, s.inexact = self.refine, self.usual, 0.0
         s.evaluations = s.dependent = 0
         return s
 
     def acceleration(self, const real[:, ::1] q, const real[:, ::1] u, real t):
-        """Quasi-accelerations (b, n), multipliers (b, rows), and the outcome of each state."""
-        cdef Py_ssize_t i, b = q.shape[0]
-        cdef real[:, ::1] out = empty((b, self.m.nu)), rows = empty((b, self.m.rows + 1))
+        """Quasi-accelerations (b, n), multipliers (b, rows), and the outcome of each state; where there are as many states
+        as the model has lanes, in lanes."""
+        cdef Py_ssize_t i, block, first, b = q.shape[0], lanes = self.m.lanes
+        u_dot, multipliers, outcomes = empty((b, self.m.nu)), empty((b, self.m.rows + 1)), [OUTCOMES[0]] * b
+        cdef real[:, ::1] out = u_dot, rows = multipliers
         cdef system s = self._system()
-        outcomes = []
-        for i in range(b):
-            outcomes.append(OUTCOMES[system_acceleration(&s, t, &q[i, 0], &u[i, 0], &out[i, 0], &rows[i, 0])])
+        cdef unsigned lost
+        cdef real[::1] room
+        if b < lanes or self.refine or self.m.acceleration_lanes is NULL:
+            for i in range(b):
+                found = system_acceleration(&s, t, &q[i, 0], &u[i, 0], &out[i, 0], &rows[i, 0])
+                if found:
+                    outcomes[i] = OUTCOMES[found]
+            self.inexact = s.inexact
+            return u_dot, multipliers[:, : self.m.rows], outcomes
+        room = empty((1 + self.m.inputs + 3 * self.m.nu + self.m.rows) * lanes)
+        for block in range(0, b, lanes):
+            first = min(block, b - lanes)
+            lost = self._block(&q[first, 0], &u[first, 0], t, &out[first, 0], &rows[first, 0], &room[0])
+            for i in range(first, first + lanes if lost else first):
+                if lost >> (i - first) & 1:
+                    found = system_acceleration(&s, t, &q[i, 0], &u[i, 0], &out[i, 0], &rows[i, 0])
+                    outcomes[i] = OUTCOMES[found]
         self.inexact = s.inexact
-        return np.asarray(out), np.asarray(rows)[:, : self.m.rows], outcomes
+        return u_dot, multipliers[:, : self.m.rows], outcomes
+
+    cdef unsigned _block(self, const real *q, const real *u, real t, real *out, real *rows, real *room) noexcept:
+        """As many states as lanes, from q, u (lanes, n) to out (lanes, n), rows (lanes, rows + 1); the lanes, as bits, that
+        have to be asked for alone. ``room`` holds what the kernel takes and gives, lane beside lane."""
+        cdef int n = self.m.nu, lanes = self.m.lanes, m = self.m.rows, i, l
+        cdef real *inputs = room + lanes
+        cdef real *x = inputs + self.m.inputs * lanes
+        cdef real *v = x + n * lanes
+        cdef real *a = v + n * lanes
+        cdef real *forces = a + n * lanes
+        for l in range(lanes):
+            room[l] = t
+            for i in range(self.m.inputs):
+                inputs[i * lanes + l] = self.inputs[i]
+        for i in range(n):
+            for l in range(lanes):
+                x[i * lanes + l] = q[l * n + i]
+                v[i * lanes + l] = u[l * n + i]
+        cdef unsigned lost = self.m.acceleration_lanes(&self.k[0], x, v, room, inputs, a, forces)
+        for l in range(lanes):
+            room[l] = 0.0
+        for i in range(n):
+            for l in range(lanes):
+                out[l * n + i] = a[i * lanes + l]
+                room[l] += 0.0 * a[i * lanes + l]
+        for l in range(lanes):
+            for i in range(m):
+                rows[l * (m + 1) + i] = forces[i * lanes + l]
+            if room[l] != 0.0:  # not a number: one of them is not finite
+                lost |= <unsigned>1 << l
+        return lost & ((<unsigned>1 << lanes) - 1)
 
     def repeat_acceleration(self, const real[::1] t, const real[:, ::1] q, const real[:, ::1] u, long calls):
         """Evaluate the acceleration ``calls`` times, cycling through the states, without the GIL: for timing."""
@@ -460,11 +517,12 @@ cdef class Kernels:
             kernel, size = self.m.gaps, self.m.contacts
         else:
             raise KeyError(name)
-        cdef real[:, ::1] out = empty((b, size + 1))
+        found = empty((b, size + 1))
+        cdef real[:, ::1] out = found
         if size:
             for i in range(b):
                 kernel(&self.k[0], &q[i, 0], &out[i, 0])
-        return np.asarray(out)[:, :size]
+        return found[:, :size]
 
     def of_state(self, str name, const real[:, ::1] q, const real[:, ::1] u):
         """A kernel of the state by its name in the contract, such as closure_rate or slip_bias: (b, size)."""
@@ -490,15 +548,39 @@ cdef class Kernels:
             kernel, size = self.m.slip_bias, self.m.contacts if self.m.slip_bias is not NULL else 0
         else:
             raise KeyError(name)
-        cdef real[:, ::1] out = empty((b, size + 1))
+        found = empty((b, size + 1))
+        cdef real[:, ::1] out = found
         if size:
             for i in range(b):
                 kernel(&self.k[0], &q[i, 0], &u[i, 0], &out[i, 0])
-        return np.asarray(out)[:, :size]
+        return found[:, :size]
+
+    def audit(self, const real[:, ::1] q, const real[:, ::1] u, const real[::1] spent):
+        """Over states (b, n): largest gap of a cut joint (m), largest speed at which one opens (m/s), and largest change
+        of energy since the first state (J) other than what was ``spent`` (b,) on the mechanism until then."""
+        cdef Py_ssize_t i, j
+        cdef real first = 0.0, gap = 0.0, speed = 0.0, drift = 0.0
+        cdef real energy[2]
+        cdef real[::1] miss = empty(self.m.rows + 1)
+        for i in range(q.shape[0]):
+            self.m.energy(&self.k[0], &q[i, 0], &u[i, 0], energy)
+            if i == 0:
+                first = energy[0] + energy[1]
+            drift = _larger(drift, energy[0] + energy[1] - first - spent[i])
+            if not self.m.rows:
+                continue
+            self.m.closure(&self.k[0], &q[i, 0], &miss[0])
+            for j in range(self.m.rows):
+                gap = _larger(gap, miss[j])
+            self.m.closure_rate(&self.k[0], &q[i, 0], &u[i, 0], &miss[0])
+            for j in range(self.m.rows):
+                speed = _larger(speed, miss[j])
+        return gap, speed, drift
 
     def project(self, q, u):
         """Nearest state on the closure in the mass metric, (b, n) each, and the outcome of each state."""
-        cdef real[:, ::1] new_q = np.array(q, order="C"), new_u = np.array(u, order="C")
+        found_q, found_u = np.array(q, order="C"), np.array(u, order="C")
+        cdef real[:, ::1] new_q = found_q, new_u = found_u
         cdef system s = self._system()
         cdef Py_ssize_t i
         outcomes = []
@@ -507,7 +589,7 @@ cdef class Kernels:
             if not found:
                 found = project_velocity(&s, &new_q[i, 0], &new_u[i, 0])
             outcomes.append(OUTCOMES[found])
-        return np.asarray(new_q), np.asarray(new_u), outcomes
+        return found_q, found_u, outcomes
 
     def impact(self, const real[::1] q, const real[::1] u, const int[::1] contacts, const real[::1] e):
         """One state struck at ``contacts`` with restitution ``e``: u+ (n,), impulses, outcome."""
@@ -518,9 +600,12 @@ cdef class Kernels:
         return np.asarray(u_plus), np.asarray(P)[: contacts.shape[0]], OUTCOMES[found]
 
     def advance(self, str name, t, const real[::1] q, const real[::1] u, h, Supply supply=None, str kept="projected",
-                held=()):
-        """One step of length ``h`` of the method ``name``, contacts ``held`` closed: (q, u, outcome)."""
-        cdef real[::1] times = np.array([t, h], dtype=REAL)
+                held=(), rtol=0.0, atol=0.0):
+        """From t on by ``h`` (s) with the method ``name``, contacts ``held`` closed: (q, u, outcome). In one step, or
+        without contacts and with tolerances by as many as these ask for."""
+        cdef real[::1] times = np.array([t, h, rtol, atol], dtype=REAL)
+        cdef tolerance bound
+        bound.rtol, bound.atol = times[2], times[3]
         cdef system s = self._system()
         cdef real[::1] inputs = np.array(self.inputs)
         s.inputs = &inputs[0]
@@ -530,8 +615,8 @@ cdef class Kernels:
         s.baumgarte = BAUMGARTE if kept == "damped" else 0.0
         cdef int[::1] chosen = np.array([*(contact for contact, _ in held), 0], dtype=np.int32)
         cdef signed char[::1] slide = np.array([*(SLIDES[HOLDS.index(how)] for _, how in held), 0], dtype=np.int8)
-        found = run_advance(&s, find_method(name.encode()), <drift><int>DRIFTS.index(kept), times[0], times[1], <int>len(held), &chosen[0],
-                            &slide[0], &y[0])
+        found = run_advance(&s, find_method(name.encode()), bound, <drift><int>DRIFTS.index(kept), times[0], times[1],
+                            <int>len(held), &chosen[0], &slide[0], &y[0])
         if supply is not None and supply.error is not None:
             raise supply.error
         n = self.m.nu
@@ -541,21 +626,25 @@ cdef class Kernels:
                  real fixed_step, long step_budget, long second_budget, progress, Supply supply=None, stops=(),
                  str kept="projected"):
         """A whole run from t = 0 without the GIL; a dict of what was recorded. Steps end at ``stops``, times that grow."""
-        cdef real[::1] y = np.concatenate([q, u, zeros(1)])
+        cdef size_t n = self.m.nu, room = self.m.rows + 2 * self.m.contacts + 1, stop_count = len(stops), i
         cdef real[::1] inputs = np.array(self.inputs)
-        cdef real[::1] ends = np.array([*stops, until], dtype=REAL)
-        cdef size_t room = self.m.rows + 2 * self.m.contacts + 1
-        cdef real[::1] multipliers = zeros(room), rows = zeros(room), bias = zeros(room)
-        cdef real[::1] jump = zeros(self.m.nu), u_dot = zeros(3 * self.m.nu), shut = zeros(2 * self.m.nu)
+        cdef real[::1] y = zeros(2 * n + 1), ends = empty(stop_count + 1), scratch = zeros(3 * room + 6 * n)
+        if <size_t>q.shape[0] != n or <size_t>u.shape[0] != n:
+            raise ValueError(f"found {q.shape[0]} coordinates and {u.shape[0]} velocities, expected {n} of both")
+        memcpy(&y[0], &q[0], n * sizeof(real))
+        memcpy(&y[n], &u[0], n * sizeof(real))
+        for i in range(stop_count):
+            ends[i] = stops[i]
+        ends[stop_count] = until
         cdef system s = self._system()
         s.inputs = &inputs[0]
-        s.multipliers, s.rows, s.bias = &multipliers[0], &rows[0], &bias[0]
-        s.jump, s.u_dot, s.shut = &jump[0], &u_dot[0], &shut[0]
+        s.multipliers, s.rows, s.bias = &scratch[0], &scratch[room], &scratch[2 * room]
+        s.jump, s.u_dot, s.shut = &scratch[3 * room], &scratch[3 * room + n], &scratch[3 * room + 4 * n]
         cdef run r
         cdef _Ticker ticker = _Ticker(progress)
         r.start, r.until = 0.0, until
         r.tolerance.rtol, r.tolerance.atol = rtol, atol
-        r.stops, r.stop_count = &ends[0], ends.shape[0] - 1
+        r.stops, r.stop_count = &ends[0], stop_count
         r.fixed_step, r.step_budget, r.second_budget = fixed_step, step_budget, second_budget
         r.method = find_method(name.encode())
         r.drift = <drift><int>DRIFTS.index(kept)
@@ -578,11 +667,11 @@ cdef class Kernels:
             free_run(&r)
 
     cdef dict _found(self, run *r, size_t size, long evaluations, long dependent, real inexact):
-        cdef size_t n = self.m.nu, i = r.impacts.count
-        y = _numbers(r.record.y, size * r.record.count).reshape(-1, size)
+        cdef size_t n = self.m.nu, i = r.impacts.count, rows = r.record.count
         return dict(
-            t=_numbers(r.record.t, r.record.count), q=y[:, :n].copy(), u=y[:, n : 2 * n].copy(),
-            work=y[:, 2 * n].copy() if size > 2 * n else zeros(r.record.count),
+            t=_numbers(r.record.t, rows),
+            q=_columns(r.record.y, rows, size, n), u=_columns(r.record.y + n, rows, size, n),
+            work=_columns(r.record.y + 2 * n, rows, size, 1).ravel() if size > 2 * n else zeros(rows),
             impact_t=_numbers(r.impacts.t, i),
             u_minus=_numbers(r.impacts.u_minus, n * i).reshape(-1, n),
             u_plus=_numbers(r.impacts.u_plus, n * i).reshape(-1, n),
@@ -601,6 +690,12 @@ cdef class Kernels:
         )
 
 
+cdef real _larger(real most, real x) noexcept:
+    """The larger of a number and another's absolute value; once there was something that is no number, that."""
+    cdef real size = -x if x < 0 else x
+    return most if size <= most or most != most else size
+
+
 cdef void _clear(run *r) noexcept:
     r.record.t = r.record.y = NULL
     r.impacts.t = r.impacts.u_minus = r.impacts.u_plus = r.impacts.energy_loss = r.impacts.impulse = NULL
@@ -611,8 +706,33 @@ cdef void _clear(run *r) noexcept:
     r.record.room = r.impacts.room = r.impacts.contact_room = 0
 
 
+def all_finite(const real[::1] x):
+    """Whether all numbers are finite."""
+    cdef Py_ssize_t i, n = x.shape[0], whole = n - n % 4
+    cdef real a = 0.0, b = 0.0, c = 0.0, d = 0.0  # side by side: they do not wait for each other
+    for i in range(0, whole, 4):
+        a += 0.0 * x[i]
+        b += 0.0 * x[i + 1]
+        c += 0.0 * x[i + 2]
+        d += 0.0 * x[i + 3]
+    for i in range(whole, n):
+        a += 0.0 * x[i]
+    return a + b + c + d == 0.0
+
+
+cdef object _columns(const real *x, size_t rows, size_t stride, size_t width):
+    """The first ``width`` of every ``stride`` numbers, (rows, width)."""
+    found = empty((rows, width))
+    cdef real[:, ::1] out = found
+    cdef size_t i
+    for i in range(rows):
+        memcpy(&out[i, 0], x + i * stride, width * sizeof(real))
+    return found
+
+
 cdef object _numbers(const real *x, size_t count):
-    cdef real[::1] out = empty(count)
+    found = empty(count)
+    cdef real[::1] out = found
     if count:
         memcpy(&out[0], x, count * sizeof(real))
-    return np.asarray(out)
+    return found

@@ -36,7 +36,7 @@ def simulate_batch(
         raise ValueError(
             f"q0, u0: found shapes {qs.shape} and {us.shape}, expected (starts, {n}) for q0, and that or ({n},) for u0"
         )
-    options["params"] = options["params"] or dict(model.parameters)  # all runs have the values of now
+    model = model.with_parameters(options.pop("params")).as_it_is()  # all runs have the values of now
     failed = Event()
 
     def reached(t: float) -> None:
@@ -45,17 +45,21 @@ def simulate_batch(
         if progress is not None:
             progress(t)
 
-    def one(index: int) -> Run:
+    runs: list[Run | None] = [None] * len(qs)
+    waiting = iter(range(len(qs)))  # each thread takes the next start that is left
+
+    def work() -> None:
         try:
-            run: Run = simulate(model, qs[index], us[index], progress=reached, **options)
+            for index in waiting:
+                runs[index] = simulate(model, qs[index], us[index], progress=reached, **options)
         except BaseException:
             failed.set()
             raise
-        return run
 
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
-        waiting = [pool.submit(one, index) for index in range(len(qs))]
-        errors = [error for error in (task.exception() for task in waiting) if error is not None]
+    workers = min(os.cpu_count() or 1, len(qs))
+    with ThreadPoolExecutor(workers) as pool:
+        tasks = [pool.submit(work) for _ in range(workers)]
+        errors = [error for error in (task.exception() for task in tasks) if error is not None]
     for error in sorted(errors, key=lambda error: isinstance(error, InterruptedError)):
         raise error
-    return [task.result() for task in waiting]
+    return [run for run in runs if run is not None]

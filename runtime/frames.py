@@ -139,6 +139,7 @@ def frame_times(run: Run, rate: float, *, with_impacts: bool = True) -> FloatArr
 def sample(run: Run, times: FloatArray) -> Frames:
     """The motion of a run at the given instants; at an impact its velocities are those after it."""
     model = run.model
+    times = np.clip(times, run.t[0], run.t[-1])  # the end of a wide run, rounded to a double, may lie beyond it
     q, u = run.at(times)
     joints = np.zeros((len(times), len(model.joints), 2))
     for k, joint in enumerate(model.joints):

@@ -23,12 +23,13 @@ class Lines:
     def __init__(self, data: Mapping[str, Any], coordinates: Coordinates) -> None:
         self.data, self._coordinates = data["lines"], coordinates
 
-    def coordinate(self, kind: str, of: int | str, poses: FloatArray) -> float:
-        """The coordinate of the given kind: x or y or angle of a link, or the length along a joint's line."""
+    def coordinate(self, kind: str, of: int | str, poses: FloatArray) -> Any:
+        """The coordinate of the given kind: x or y or angle of a link, or the length along a joint's line; a number of
+        the poses' type."""
         if kind == "slide":
             along, distance = self._line(str(of), poses)
-            return float(along @ distance)
-        return float(poses[int(of), ("x", "y", "angle").index(kind)])
+            return along @ distance
+        return poses[int(of), ("x", "y", "angle").index(kind)]
 
     def lengths(self, joint: str, poses: FloatArray) -> FloatArray:
         """The length along the joint's line (...,), for poses (..., links, 3)."""
@@ -39,18 +40,18 @@ class Lines:
         """The line's direction, of length 1 (2,), for poses (links, 3)."""
         return self._line(joint, poses)[0]
 
-    def rate(self, kind: str, of: int | str, poses: FloatArray, velocities: FloatArray) -> float:
-        """The rate of the coordinate of the given kind."""
+    def rate(self, kind: str, of: int | str, poses: FloatArray, velocities: FloatArray) -> Any:
+        """The rate of the coordinate of the given kind, likewise."""
         if kind != "slide":
-            return float(velocities[int(of), ("x", "y", "angle").index(kind)])
+            return velocities[int(of), ("x", "y", "angle").index(kind)]
         along, distance = self._line(str(of), poses)
         ends, spins = [], []
         for link, point in zip(self.data[of]["links"], self._points(str(of)), strict=True):
-            spins.append(0.0 if link < 0 else float(velocities[link, 2]))
+            spins.append(0.0 if link < 0 else velocities[link, 2])
             ends.append(
                 np.zeros(2) if link < 0 else velocities[link, :2] + spins[-1] * _perp(_turn(poses[link], point))
             )
-        return float(along @ (ends[1] - ends[0] - spins[0] * _perp(distance)))
+        return along @ (ends[1] - ends[0] - spins[0] * _perp(distance))
 
     def _line(self, joint: str, poses: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The line's direction, of length 1, and the way from the first point to the second (m)."""
@@ -60,7 +61,7 @@ class Lines:
             point if link < 0 else poses[link, :2] + _turn(poses[link], point)
             for link, point in zip((first, second), self._points(joint), strict=True)
         ]
-        angle = float(self._coordinates([[line["axis"], 0.0]])[0, 0]) + (0.0 if first < 0 else float(poses[first, 2]))
+        angle = self._coordinates([[line["axis"], 0.0]])[0, 0] + (0.0 if first < 0 else poses[first, 2])
         return np.array([np.cos(angle), np.sin(angle)]), places[1] - places[0]
 
     def _points(self, joint: str) -> FloatArray:

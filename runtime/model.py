@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
@@ -27,6 +27,8 @@ UNPROJECTED = {
     "not_closed": "it is too far from closed; assemble it first",
     "not_finite": "its closure is not a finite number; check the parameters",
 }
+
+States = tuple[FloatArray, FloatArray]
 
 KNOWN = 1e-9
 """Accelerations and jumps that are known less well than this, relative to the largest, come with a warning."""
@@ -74,9 +76,10 @@ class Model:
             raise ValueError(
                 f"{self.name}: the equations have no finite constants with these values (a normal of no length?)"
             )
-        lost = float(kernels.rounding(*samples(self.q_names, self.length, self.core.REAL)).max())
-        if lost > ROUNDING * float(np.finfo(self.core.REAL).eps):
-            kernels.refine_from_now()
+        lost, usual = kernels.rounding(*samples(self.q_names, self.length, self.core.REAL)).max(axis=0).tolist()
+        if lost > ROUNDING * float(np.finfo(self.core.REAL).eps) * usual:
+            kernels.refine_from_now(usual)
+        self.usual = usual
         self.kernels: Kernels = kernels
         self._changes += 1
 
@@ -116,7 +119,8 @@ class Model:
         """Degrees of freedom at the scene's start: quasi-velocities less the rank of the closure and driven joints."""
         jacobian = self.jacobian(read_off(self, np.array(self.data["start"]["poses"], dtype=float)))
         rows = np.vstack([jacobian, drive_rows(self) * self.length])
-        rank = int(np.linalg.matrix_rank(np.asarray(rows, dtype=float), tol=1e-9 * self.length)) if len(rows) else 0
+        coarse = max(1e-9, 100.0 * float(np.finfo(self.core.REAL).eps))
+        rank = int(np.linalg.matrix_rank(np.asarray(rows, dtype=float), tol=coarse * self.length)) if len(rows) else 0
         return len(self.u_names) - rank
 
     @property
@@ -151,8 +155,8 @@ class Model:
 
     # -- dynamics --------------------------------------------------------------------------------------------------
 
-    def acceleration(self, q: ArrayLike, u: ArrayLike, t: float = 0.0, inputs: Values | None = None) -> FloatArray:
-        """Quasi-accelerations u̇ (nu,), loops held shut (theory, section 4).
+    def acceleration(self, q: ArrayLike, u: ArrayLike, t: ArrayLike = 0.0, inputs: Values | None = None) -> FloatArray:
+        """Quasi-accelerations u̇ (nu,), loops held shut (theory, section 4), at the time ``t`` (s), or (b,) for a batch.
 
         Where closure rows lose rank (a flattened loop, a change point, redundant joints) the dependent ones are left
         out, and multipliers are those of least norm (theory, section 8). ``inputs`` are values by name or in the order
@@ -160,45 +164,58 @@ class Model:
         """
         return self._accelerations(q, u, t, inputs)[0]
 
-    def multipliers(self, q: ArrayLike, u: ArrayLike, t: float = 0.0, inputs: Values | None = None) -> FloatArray:
+    def multipliers(self, q: ArrayLike, u: ArrayLike, t: ArrayLike = 0.0, inputs: Values | None = None) -> FloatArray:
         """Closure multipliers (rows,): force on the second side of each cut joint, in the rows' directions, N."""
         return self._accelerations(q, u, t, inputs)[1]
 
-    def reactions(self, q: ArrayLike, u: ArrayLike, t: float = 0.0, inputs: Values | None = None) -> FloatArray:
+    def reactions(self, q: ArrayLike, u: ArrayLike, t: ArrayLike = 0.0, inputs: Values | None = None) -> FloatArray:
         """Per joint the force x, y (N) and the moment (N m) on its outboard link ``outboard[joint]``, (joints, 3)."""
         states, single = self._state(q, u)
-        u_dot, multipliers = self._solved(*states, t, inputs)
-        rows = np.ascontiguousarray(np.pad(multipliers, ((0, 0), (0, 1))))
-        with self.given(inputs):
-            found = self.kernels.reactions(*states, t, u_dot, rows).reshape(len(u_dot), len(self.joints), 3)
+        found = self._at_times(self._reactions, states, t, inputs)[0]
         return found[0] if single else found
 
-    def _accelerations(
-        self, q: ArrayLike, u: ArrayLike, t: float, inputs: Values | None
-    ) -> tuple[FloatArray, FloatArray]:
+    def _reactions(self, q: FloatArray, u: FloatArray, t: float, inputs: Values | None) -> tuple[FloatArray]:
+        u_dot, multipliers = self._solved(q, u, t, inputs)
+        rows = np.ascontiguousarray(np.pad(multipliers, ((0, 0), (0, 1))))
+        with self.given(inputs):
+            return (self.kernels.reactions(q, u, t, u_dot, rows).reshape(len(u_dot), len(self.joints), 3),)
+
+    def _at_times(
+        self, solve: Callable[..., tuple[FloatArray, ...]], states: States, t: ArrayLike, inputs: Values | None
+    ) -> tuple[FloatArray, ...]:
+        """What ``solve`` gives for all states at one time, or for each at its own."""
+        times = np.asarray(t, dtype=float)
+        if times.shape not in ((), (len(states[0]),)) or not np.isfinite(times).all():
+            raise ValueError(f"t: found {t!r}, expected a finite number, or one for each of {len(states[0])} states")
+        if not times.ndim or not times.size:
+            return solve(*states, float(times) if not times.ndim else 0.0, inputs)
+        found = [
+            solve(states[0][k : k + 1], states[1][k : k + 1], time, inputs) for k, time in enumerate(times.tolist())
+        ]
+        return tuple(np.concatenate(parts) for parts in zip(*found, strict=True))
+
+    def _accelerations(self, q: ArrayLike, u: ArrayLike, t: ArrayLike, inputs: Values | None) -> tuple[FloatArray, ...]:
         states, single = self._state(q, u)
-        u_dot, rows = self._solved(*states, t, inputs)
+        u_dot, rows = self._at_times(self._solved, states, t, inputs)
         return (u_dot[0], rows[0]) if single else (u_dot, rows)
 
     def _solved(
         self, q: FloatArray, u: FloatArray, t: float, inputs: Values | None = None
     ) -> tuple[FloatArray, FloatArray]:
-        if np.ndim(t) != 0 or not np.isfinite(t):
-            raise ValueError(f"t: found {t}, expected a finite number")
         with self.given(inputs):
             u_dot, rows, outcomes = self.kernels.acceleration(q, u, t)
-        for index, outcome in enumerate(outcomes):
-            if outcome != "done":
-                raise ValueError(f"{self.name}: state {index} has no accelerations ({outcome.replace('_', ' ')})")
-        self._warn_inexact("accelerations")
+        if outcomes.count("done") != len(outcomes):
+            index, outcome = next((index, outcome) for index, outcome in enumerate(outcomes) if outcome != "done")
+            raise ValueError(f"{self.name}: state {index} has no accelerations ({outcome.replace('_', ' ')})")
+        self._warn_inexact("accelerations", 5)
         return u_dot, rows
 
-    def _warn_inexact(self, what: str) -> None:
+    def _warn_inexact(self, what: str, depth: int) -> None:
         if self.kernels.inexact > KNOWN:
             warnings.warn(
                 f"{self.name}: masses differ so much that {what} are known to {self.kernels.inexact:.0e} of the "
                 "largest only; make light links that carry heavy ones heavier, or leave them out",
-                stacklevel=4,
+                stacklevel=depth,
             )
 
     def energy(self, q: ArrayLike, u: ArrayLike) -> tuple[Any, Any]:
@@ -234,7 +251,7 @@ class Model:
             u_plus, impulses, outcome = self.kernels.impact(one_q, one_u, np.array(chosen, dtype=np.int32), e)
             if outcome != "done":
                 raise ValueError(f"{self.name}: no impact can be computed here ({outcome.replace('_', ' ')})")
-            self._warn_inexact("jumps")
+            self._warn_inexact("jumps", 3)
             results.append((u_plus, impulses))
         if single:
             return results[0]
@@ -332,7 +349,7 @@ class Model:
         """
         states, single = self._batch(q, "q", len(self.q_names))
         if not self.cuts:
-            return states[0] if single else states
+            return states[0].copy() if single else states.copy()
         found = np.array([nearest_closed(self.closure, self.jacobian, self.displacements(), one) for one in states])
         return found[0] if single else found
 
@@ -376,10 +393,11 @@ class Model:
         return (qs, us), single
 
     def _batch(self, x: ArrayLike, what: str, width: int) -> tuple[FloatArray, bool]:
-        found = np.array(x, dtype=self.core.REAL, order="C")
+        kind = self.core.REAL
+        found = np.ascontiguousarray(x, dtype=kind) if np.ndim(x) else np.array(x, dtype=kind)
         if found.ndim not in (1, 2) or found.shape[-1] != width:
             raise ValueError(f"{what}: found shape {found.shape}, expected ({width},) or (states, {width})")
-        if not np.isfinite(found).all():
+        if not self.core.all_finite(found.ravel()):
             raise ValueError(f"{what}: found {found[~np.isfinite(found)][0]}, expected finite numbers")
         return (found[None], True) if found.ndim == 1 else (found, False)
 

@@ -103,7 +103,7 @@ def _poses(poses: FloatArray, length: int) -> Any:
 
 def _numbers(values: FloatArray, decimals: int) -> Any:
     """Nested lists of rounded numbers, without negative zeros."""
-    return (np.round(values, decimals) + 0.0).tolist()
+    return (np.round(np.asarray(values, dtype=float), decimals) + 0.0).tolist()
 
 
 def _digits(value: float) -> float:

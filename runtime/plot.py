@@ -67,8 +67,8 @@ def instants(run: Run, count: int = PANELS) -> list[tuple[float, str]]:
     """Up to `count` instants worth a picture, with their titles: start, first impacts, end; gaps filled in between."""
     named = {float(run.t[0]): "start"}
     for number, impact in enumerate(run.impacts, start=1):
-        if len(named) < count - 1 and impact.t not in named:
-            named[impact.t] = f"impact {number}"
+        if len(named) < count - 1 and float(impact.t) not in named:
+            named[float(impact.t)] = f"impact {number}"
     named.setdefault(float(run.t[-1]), "end")
     times = np.array(sorted(named))
     if len(times) > 1:

@@ -24,13 +24,15 @@ def joint_miss(model: Model) -> float:
 def read_off(model: Model, poses: FloatArray) -> FloatArray:
     """Coordinates (nq,) of links at ``poses`` (links, 3)."""
     lines = model.lines
-    return np.array([lines.coordinate(kind, of, poses) for kind, of in model.data["coordinates"]])
+    found = [lines.coordinate(kind, of, poses) for kind, of in model.data["coordinates"]]
+    return np.array(found, dtype=model.core.REAL)
 
 
 def read_rates(model: Model, poses: FloatArray, velocities: FloatArray) -> FloatArray:
     """Quasi-velocities (nu,) of links at ``poses`` that move with ``velocities``, both (links, 3)."""
     lines = model.lines
-    return np.array([lines.rate(kind, of, poses, velocities) for kind, of in model.data["coordinates"]])
+    found = [lines.rate(kind, of, poses, velocities) for kind, of in model.data["coordinates"]]
+    return np.array(found, dtype=model.core.REAL)
 
 
 def read_state(model: Model, poses: ArrayLike, velocities: ArrayLike) -> tuple[FloatArray, FloatArray]:

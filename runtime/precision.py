@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import importlib
 from types import ModuleType
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
+
+from ._core import all_finite
 
 CORES = {"double": "_core", "float": "_float", "wide": "_wide"}
 
@@ -22,6 +26,11 @@ def need_doubles(precision: str, model: str, what: str) -> None:
         raise ValueError(
             f'{model}: found a model in precision="{precision}", expected "double" for {what}; generate it so'
         )
+
+
+def finite(x: NDArray[Any]) -> bool:
+    """Whether all numbers of an array are finite; of doubles, without an array between."""
+    return bool(all_finite(x.ravel()) if x.dtype == np.float64 else np.isfinite(x).all())
 
 
 def wider() -> bool:

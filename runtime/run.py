@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -13,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from .extras import needed
 from .frames import Drawable, FloatArray
+from .precision import finite
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -44,7 +46,7 @@ class Impact:
             raise ValueError(f"velocities of an impact have shapes {shapes}, expected (nu,) for both")
         if not self.contacts or self.impulses.shape != (len(self.contacts),):
             raise ValueError(f"impact has {len(self.contacts)} contacts and impulses of shape {self.impulses.shape}")
-        if not (np.isfinite(self.t) and np.isfinite(self.energy_loss)):
+        if not (math.isfinite(self.t) and math.isfinite(self.energy_loss)):
             raise ValueError(f"impact has time {self.t} and energy loss {self.energy_loss}, expected finite numbers")
 
 
@@ -117,11 +119,12 @@ class Run:
                 raise ValueError(
                     f"{name} of a run has shape {shape}, expected {(self.t.size, len(names))}: (times, names)"
                 )
+        recorded = set(self.t.tolist()) if self.impacts else set()
         for impact in self.impacts:
             if impact.u_minus.shape != self.u.shape[1:]:
                 found, wanted = impact.u_minus.shape, self.u.shape[1:]
                 raise ValueError(f"velocities of the impact at t = {impact.t} have shape {found}, expected {wanted}")
-            if impact.t not in self.t:
+            if impact.t not in recorded:
                 raise ValueError(f"impact at t = {impact.t} is at none of the recorded times")
         times = [impact.t for impact in self.impacts]
         if times != sorted(times):
@@ -139,7 +142,8 @@ class Run:
     def at(self, t: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """The state (q, u) at t, a number or a row of them, as accurate as the run; after-impact at an impact time.
 
-        Starts from the last recorded row that is not later than t and makes one step from there.
+        Starts from the last recorded row that is not later than t and goes on from there, with contacts in one step,
+        without them by steps as those of the run.
         """
         times = np.asarray(t, dtype=self.t.dtype)
         if times.ndim > 1:
@@ -276,7 +280,7 @@ def _freeze(record: object, *names: str) -> None:
     for name in names:
         array = np.array(getattr(record, name))
         array = array if array.dtype.kind == "f" else array.astype(float)
-        if not np.isfinite(array).all():
+        if not finite(array):
             raise ValueError(f"{name} of the {type(record).__name__.lower()} holds a number that is not finite")
         array.flags.writeable = False
         object.__setattr__(record, name, array)

@@ -51,8 +51,10 @@ def simulate(
     A batch of starts, ``q0`` (b, nq) and ``u0`` (b, nu) or one for all, gives a list of runs, made side by side on the
     machine's processors and equal to single runs in every bit.
 
-    Start, end and tolerances come from the scene unless given; ``atol`` is ``rtol`` unless given. ``params`` are values
-    by scene path for this run only. ``step`` (s) fixes the step size instead of choosing it by the error estimate.
+    Start, end and tolerances come from the scene unless given; ``atol`` is ``rtol`` unless given. Where the scene's
+    ``rtol`` is less than the model's numbers allow, as 1e-9 is in floats, the least that they allow is taken: 1e-6 in
+    floats, 1e-15 in doubles, 1e-18 in wide numbers. ``params`` are values by scene path for this run only.
+    ``step`` (s) fixes the step size instead of choosing it by the error estimate.
     ``method`` is one of :func:`ccgen.runtime.methods`: "gauss", "dop853", "dopri5" or "radau", for stiff scenes; unless
     given, :func:`default_method`. ``drift`` says how the loops are kept shut: "projected" after every step; for
     comparison, "left" as the integration leaves them, or "damped" by Baumgarte's stabilisation. While contacts are
@@ -85,7 +87,8 @@ def simulate(
     supply, kinks = supply_of(model.inputs, inputs, model.core.Supply)
     settings = model.data["run"]
     until = _positive("until", settings["until"] if until is None else until)
-    rtol = _positive("rtol", settings["rtol"] if rtol is None else rtol)
+    least = LEAST[model.precision]
+    rtol = _positive("rtol", max(settings["rtol"], least) if rtol is None else rtol)
     atol = _positive("atol", (settings["atol"] or rtol) if atol is None else atol)
     fixed = 0.0 if step is None else _positive("step", step)
     name = default_method(model, controlled=callable(inputs)) if method is None else method
@@ -93,7 +96,6 @@ def simulate(
         raise ValueError(f"method: found {name!r}, expected one of {', '.join(methods())}")
     if drift not in DRIFTS:
         raise ValueError(f"drift: found {drift!r}, expected one of {', '.join(DRIFTS)}")
-    least = LEAST[model.precision]
     if not least <= rtol < 1.0:
         raise ValueError(f"rtol: found {rtol}, expected a number from {least:g} to 1")
     q, u = _start(model, q0, u0)
@@ -103,7 +105,7 @@ def simulate(
     )
     if found["outcome"] == "interrupted" and not keep_interrupted:
         raise KeyboardInterrupt
-    return _record(model, name, drift, until, found, supply)
+    return _record(model, name, drift, until, found, supply, (0.0, 0.0) if fixed else (rtol, atol))
 
 
 def default_method(model: Model, *, controlled: bool = False) -> str:
@@ -137,7 +139,7 @@ def _start(model: Model, q0: ArrayLike | None, u0: ArrayLike | None) -> tuple[Fl
     if model.data["drives"]:
         _check_driven(model, q, u)
     depths = -model.gaps(q) if model.contacts else np.zeros(0)
-    if depths.size and depths.max() > DEPTH * model.length:
+    if depths.size and depths.max() > 0.0 and depths.max() > DEPTH * model.length:
         point, ground = model.contacts[int(np.argmax(depths))]
         if ground in model.stops:
             raise ValueError(f"the start has {point} beyond {ground} by {depths.max():.6g} rad; turn the start")
@@ -162,21 +164,29 @@ def _check_driven(model: Model, q: FloatArray, u: FloatArray) -> None:
             )
 
 
-def _record(model: Model, name: str, kept: str, until: float, found: dict[str, Any], supply: Supply | None) -> Run:
+def _record(
+    model: Model,
+    name: str,
+    kept: str,
+    until: float,
+    found: dict[str, Any],
+    supply: Supply | None,
+    tolerances: tuple[float, float],
+) -> Run:
     """The run from what the core recorded, with its audits."""
     impacts = _impacts(model, found)
     t, q, u = found["t"], found["q"], found["u"]
-    kinetic, potential = model.kernels.of_state("energy", q, u).T
-    lost = np.zeros_like(t)
+    spent = found["work"]
     for impact, row in zip(impacts, found["after"], strict=True):
-        lost[row:] += impact.energy_loss
-    energy = kinetic + potential
-    drift = np.abs(energy - energy[0] + lost - found["work"])
+        spent[row:] -= impact.energy_loss
+    closure_max, closure_rate_max, energy_drift = model.kernels.audit(q, u, spent)
 
     def advance(t0: float, q0: FloatArray, u0: FloatArray, h: float) -> tuple[FloatArray, FloatArray]:
         change = int(np.searchsorted(found["hold_t"], t0, side="right")) - 1
         held = [(contact, how) for contact, how in found["held"][change] if how != "carried"] if change >= 0 else []
-        new_q, new_u, outcome = model.kernels.advance(name, t0, np.array(q0), np.array(u0), h, supply, kept, held)
+        new_q, new_u, outcome = model.kernels.advance(
+            name, t0, np.array(q0), np.array(u0), h, supply, kept, held, *tolerances
+        )
         if outcome != "done":
             raise ValueError(f"no state between the rows at t = {t0} and after ({outcome.replace('_', ' ')})")
         return new_q, new_u
@@ -191,12 +201,12 @@ def _record(model: Model, name: str, kept: str, until: float, found: dict[str, A
         success=found["outcome"] == "done",
         message=_message(model, until, found),
         nfev=int(found["evaluations"]),
-        closure_max=float(np.max(np.abs(model.kernels.of_q("closure", q)), initial=0.0)),
-        energy_drift=float(drift.max()),
+        closure_max=closure_max,
+        energy_drift=energy_drift,
         advance=advance,
         method=name,
         drift=kept,
-        closure_rate_max=float(np.max(np.abs(model.kernels.of_state("closure_rate", q, u)), initial=0.0)),
+        closure_rate_max=closure_rate_max,
         acceleration_error=_acceleration_error(model, found),
     )
 
@@ -207,7 +217,8 @@ def _acceleration_error(model: Model, found: dict[str, Any]) -> float:
         return float(found["inexact"])
     every = found["t"].size // AUDITED + 1
     q, u = np.ascontiguousarray(found["q"][::every]), np.ascontiguousarray(found["u"][::every])
-    return float(model.kernels.rounding(q, u).max())
+    lost, whole = model.kernels.rounding(q, u).max(axis=0).tolist()
+    return lost / max(whole, model.usual) if lost else 0.0
 
 
 def _impacts(model: Model, found: dict[str, Any]) -> tuple[Impact, ...]:

@@ -89,6 +89,20 @@ def test_the_reaction_moment_is_the_torque_that_gives_the_energy(workshop: Works
         assert 5.0 * moment == pytest.approx(rate, rel=1e-8)
 
 
+def test_reactions_of_states_at_their_times(workshop: Workshop) -> None:
+    """What a drive asks for depends on time: a batch takes a time for each state, and one time for all."""
+    model = workshop.model(CRANK + SWING)
+    run = simulate(model, until=1.0)
+    times = np.linspace(0.0, 1.0, 7)
+    q, u = run.at(times)
+    for method in (model.reactions, model.acceleration, model.multipliers):
+        found = method(q, u, times)
+        assert np.array_equal(found, [method(q[k], u[k], time) for k, time in enumerate(times)])
+        assert not np.allclose(found[3], method(q, u)[3])
+        with pytest.raises(ValueError, match=r"t: found .*, expected a finite number, or one for each of 7 states"):
+            method(q, u, times[:3])
+
+
 def test_a_driven_slider_moves_the_crank(workshop: Workshop) -> None:
     model = workshop.model(CRANK + PUSH)
     run = simulate(model, until=3.0, rtol=1e-11)

@@ -161,3 +161,49 @@ def test_no_warnings(workshop: Workshop, tmp_path: Path) -> None:
     command = ["cc", "-std=c11", "-Wall", "-Wextra", "-Werror", "-pedantic", "-O1", "-c", "lanes.c"]
     done = subprocess.run([*command, "-o", "lanes.o"], cwd=folder, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
+
+
+def test_many_states_go_in_lanes_as_single_ones_do(workshop: Workshop) -> None:
+    """Accelerations and multipliers of 21 states, not a multiple of the lanes, with an input; one of them by itself."""
+    model = workshop.model(ACTED)
+    q, u, _ = states(model, 21)
+    inputs = {"push": 0.7}
+    for call in (model.acceleration, model.multipliers):
+        single = np.array([call(a, b, 0.4, inputs) for a, b in zip(q, u, strict=True)])
+        assert np.max(np.abs(call(q, u, 0.4, inputs) - single), initial=0.0) <= 3e-14 * np.max(
+            np.abs(single), initial=1.0
+        )
+
+
+def test_a_state_that_lanes_cannot_solve_is_solved_alone(workshop: Workshop) -> None:
+    """The flat parallelogram among states that are not: its closure rows depend on each other."""
+    model = workshop.model(load_scene(SCENES / "parallelogram.toml"))
+    q, u = model.start()
+    q, u = np.tile(q, (21, 1)), np.tile(u, (21, 1))
+    q[11] = np.round(q[11] / np.pi) * np.pi
+    _, _, outcomes = model.kernels.acceleration(q, u, 0.0)
+    assert set(outcomes) == {"done"}
+    assert np.array_equal(model.acceleration(q, u)[11], model.acceleration(q[11], u[11]))
+    assert np.array_equal(model.multipliers(q, u)[11], model.multipliers(q[11], u[11]))
+
+
+def test_a_state_without_accelerations_is_named(workshop: Workshop) -> None:
+    model = workshop.model(load_scene(SCENES / "falling-ring.toml"))
+    q, u = model.start()
+    q, u = np.tile(q, (21, 1)), np.tile(u, (21, 1))
+    u[17] = 1e200
+    with pytest.raises(ValueError, match="state 17 has no accelerations"):
+        model.acceleration(q, u)
+
+
+def test_states_are_left_as_they_were(workshop: Workshop) -> None:
+    """Functions of states read the arrays that they are given, and what they return is new."""
+    model = workshop.model(load_scene(SCENES / "open-chain.toml"))
+    q, u, _ = states(model, 3)
+    before = q.copy(), u.copy()
+    for found in (*model.project(q, u), *model.project(q[0], u[0]), model.assemble(q), model.assemble(q[0])):
+        assert not np.shares_memory(found, q)
+        assert not np.shares_memory(found, u)
+    model.acceleration(q, u)
+    assert np.array_equal(q, before[0])
+    assert np.array_equal(u, before[1])

@@ -17,10 +17,13 @@ from ccgen.generator.emit.precision import PRECISIONS
 from ccgen.runtime import load_model, methods, simulate, static_equilibrium
 from ccgen.runtime.accuracy import compare, errors, refer
 from ccgen.runtime.drives import drive_rows
+from ccgen.runtime.plot import instants
 from ccgen.runtime.precision import core_of, wider
+from ccgen.runtime.simulate import LEAST
 
 from .conftest import Workshop
 from .oracles.maximal import Array
+from .test_dependent import parallel_cranks
 
 SCENES = Path(__file__).parents[1] / "scenes"
 NAMES = sorted(path.stem for path in SCENES.glob("*.toml") if path.stem != "strandbeest")
@@ -276,6 +279,74 @@ def test_runs_in_floats_follow_those_in_doubles(method: str, workshop: Workshop)
     assert max(errors(run, wanted)) <= 100 * 1e-5
 
 
+@WIDER
+@pytest.mark.parametrize("cranks", [3, 5])
+def test_dependent_rows_are_left_out(cranks: int, workshop: Workshop) -> None:
+    """Parallel cranks, all but two redundant: accelerations and least multipliers as in doubles, and the same run."""
+    drawing = parallel_cranks(1.1, cranks)
+    models = {precision: workshop.model(drawing.toml(), precision) for precision in PRECISIONS}
+    still = np.zeros_like(drawing.poses)
+    u = np.array([1.3] * cranks + [0.0])
+    q, _ = models["double"].state_from_poses(drawing.poses, still)
+    wanted, least = models["double"].acceleration(q, u), models["double"].multipliers(q, u)
+    run = simulate(models["double"], q, u, until=1.0, rtol=1e-5)
+    for precision in ("float", "wide"):
+        model = models[precision]
+        unit = 100.0 * max(eps(precision), eps("double"))
+        assert model.dof == 1
+        assert np.max(np.abs(model.acceleration(q, u) - wanted)) <= unit * np.max(np.abs(wanted))
+        assert np.max(np.abs(model.multipliers(q, u) - least)) <= unit * np.max(np.abs(least))
+        found = simulate(model, q, u, until=1.0, rtol=1e-5)
+        assert found.success, found.message
+        assert max(errors(found, run)) <= 100 * 1e-5
+
+
+@WIDER
+@pytest.mark.parametrize("name", ["jansen-leg", "slider-crank"])
+def test_states_are_read_off_poses_in_the_models_numbers(name: str, workshop: Workshop) -> None:
+    """What poses and velocities are made from comes back, to the last digits of those numbers."""
+    scene = load_scene(SCENES / f"{name}.toml")
+    for precision in PRECISIONS:
+        model = workshop.model(scene, precision)
+        q, u = model.start()
+        poses, velocities = model.poses(q), model.velocities(q, u)
+        found = model.state_from_poses(poses, velocities)
+        unit = 100.0 * eps(precision)
+        for one, wanted in zip(found, (q, u), strict=True):
+            assert one.dtype == wanted.dtype == core_of(precision).REAL
+            assert np.max(np.abs(one - wanted)) <= unit * max(1.0, float(np.max(np.abs(wanted))))
+        batch = model.state_from_poses(np.array([poses] * 2), np.array([velocities] * 2))
+        assert np.array_equal(batch[0], [found[0]] * 2)
+
+
+@WIDER
+@pytest.mark.parametrize("precision", PRECISIONS)
+def test_runs_are_kept_and_shown(precision: str, workshop: Workshop, tmp_path: Path) -> None:
+    scenes = [SWING] if precision == "float" else [SWING, BALL]
+    for text in scenes:
+        run = simulate(workshop.model(text, precision), until=0.5)
+        with np.load(run.save(tmp_path / "run.npz")) as kept:
+            assert np.array_equal(kept["q"], run.q)
+            assert kept["q"].dtype == core_of(precision).REAL
+        run.plot(tmp_path / "run.png")
+        run.animate(tmp_path / "run.html")
+        assert (tmp_path / "run.png").stat().st_size > 1000
+        assert run.model.name in (tmp_path / "run.html").read_text()
+        if run.impacts:
+            assert [title for _, title in instants(run) if title] == ["start", "impact 1", "end"]
+
+
+def test_the_scenes_tolerance_is_taken_as_far_as_the_numbers_go(workshop: Workshop) -> None:
+    """A scene asks for 1e-9 unless it says otherwise, which floats do not reach."""
+    model = workshop.model(SWING, "float")
+    assert model.data["run"]["rtol"] == 1e-9
+    own, least = simulate(model, until=0.5), simulate(model, until=0.5, rtol=LEAST["float"])
+    assert own.success
+    assert np.array_equal(own.q, least.q)
+    double = workshop.model(SWING)
+    assert np.array_equal(simulate(double, until=0.5).q, simulate(double, until=0.5, rtol=1e-9).q)
+
+
 # -- what is refused -----------------------------------------------------------------------------------------------
 
 
@@ -323,10 +394,12 @@ def test_cost_in_several_precisions(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     scene = tmp_path / "swing.toml"
     scene.write_text(SWING + "[run]\nuntil = 0.5\n")
     monkeypatch.chdir(tmp_path)
-    done = CliRunner().invoke(app, ["cost", str(scene), "--precision", "float,double,wide"])
+    done = CliRunner().invoke(app, ["cost", str(scene), "--precision", "float,double,wide,double"])
     assert done.exit_code == 0, done.output
     rows = (tmp_path / "results" / "precise-swing" / "cost.csv").read_text().splitlines()
     assert rows[0].startswith("precision,method,drift,rtol,error")
+    measured = [row.split(",")[:4] for row in rows[1:]]
+    assert len(measured) == len({tuple(row) for row in measured})
     least = {name: min(float(row.split(",")[4]) for row in rows if row.startswith(name)) for name in PRECISIONS}
     assert least["float"] > 100 * least["double"]
     assert least["double"] > 10 * least["wide"]

@@ -42,7 +42,7 @@ def test_the_audit_has_its_scale(tmp_path: Path) -> None:
     (tmp_path / "pendulum.toml").write_text(PENDULUM.replace("until = 0.5", "until = 1.0"))
     done = ccgen("run", "pendulum.toml", at=tmp_path)
     assert done.returncode == 0
-    assert re.search(r"energy kept to [\d.e+-]+ J of 4\.\d+ J; method dop853", done.stdout)
+    assert re.search(r"energy kept to [\d.e+-]+ J of 4\.\d+ J; method gauss", done.stdout)
 
 
 def test_branches_left_out_are_counted(tmp_path: Path) -> None:
@@ -86,7 +86,7 @@ def test_a_motion_that_drives_give_has_no_price_of_accuracy(tmp_path: Path) -> N
     assert done.returncode == 0
     last = done.stdout.splitlines()[-1]
     assert last.startswith("drives and loops give the whole motion: errors are up to ")
-    assert "keep the scene's: dop853 at rtol 1e-07" in last
+    assert "keep the scene's: gauss at rtol 1e-07" in last
     assert "for 1e-" not in done.stdout
     (tmp_path / "rough.toml").write_text(DRIVEN.replace("speed = 3.0", 'speed = "3 + 20*sin(40*t)"'))
     rough = ccgen("cost", "rough.toml", "--error", "1e-9", at=tmp_path)

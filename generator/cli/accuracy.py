@@ -55,6 +55,7 @@ def price_accuracy(
     from ccgen.runtime.accuracy import compare, growth, refer
     from ccgen.runtime.accuracy_plot import draw_cost
     from ccgen.runtime.precision import wider
+    from ccgen.runtime.simulate import default_method
 
     if "wide" in precisions and not wider():
         fail("--precision wide: found a machine whose long double is a double, expected a wider one; leave wide out")
@@ -85,7 +86,7 @@ def price_accuracy(
     print_grounds(parting, reference)
     typer.echo(f"written: {folder / 'cost.csv'}, {folder / 'cost.png'}")
     if model.dof == 0 and all(one.worst <= error for one in measured if one.drift == "projected"):
-        typer.echo(advice_where_driven(measured, scene.run.rtol, parting.until))
+        typer.echo(advice_where_driven(measured, default_method(model), scene.run.rtol, parting.until))
         return
     for level in (*(level for level in LEVELS if level > error), error):
         typer.echo(advice(measured, level, parting.until))
@@ -161,10 +162,10 @@ def advice(measured: Sequence[Measured], error: float, seconds: float) -> str:
     return f"for {error:.0e}: {best.method} at rtol {best.rtol:.0e}{numbers}, about {price:.3g} µs per simulated second"
 
 
-def advice_where_driven(measured: Sequence[Measured], rtol: float, seconds: float) -> str:
+def advice_where_driven(measured: Sequence[Measured], method: str, rtol: float, seconds: float) -> str:
     """The sentence for a motion that is prescribed altogether, where every tolerance is good enough."""
     worst = max(one.worst for one in measured if one.drift == "projected")
-    usual = [one for one in measured if one.method == "dop853" and one.drift == "projected"]
+    usual = [one for one in measured if (one.method, one.drift, one.precision) == (method, "projected", "double")]
     kept = min(usual, key=lambda one: abs(math.log(one.rtol / rtol)))
     price = 1e6 * kept.seconds / seconds
     return (

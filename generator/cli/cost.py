@@ -29,7 +29,7 @@ def cost(
             fail("--fold: found without --effects, expected with it only; add --effects")
         from .accuracy import price_accuracy
 
-        precisions = [check_precision(name) for name in (precision or "double").split(",")]
+        precisions = list(dict.fromkeys(map(check_precision, (precision or "double").split(","))))
         price_accuracy(scene_file, until, ERROR if error is None else error, drift, precisions, out)
         return
     others = {"--until": until, "--error": error, "--drift": drift or None, "--precision": precision}

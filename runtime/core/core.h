@@ -60,6 +60,7 @@ struct system {
     double length;             /* a length of the mechanism (m), the scale of closure */
     const double *extent;      /* per contact: the scale of its gap, `length` or, of an angle, 1 (rad) */
     int refine;                /* whether the elimination loses digits that are to be recovered: refine.h */
+    double usual;              /* size of accelerations that are usual for it: less counts as that much in `inexact` */
     double inexact;            /* largest relative correction that did not become small, 0 if all did */
     long evaluations;
     long dependent; /* solutions that took the robust path */

@@ -234,6 +234,8 @@ static enum outcome land_on_loss(struct flight *f, struct event event)
         outcome = outcome ? outcome : watch(f->s, f->t + low, f->y1, f->dy1, value);
         at_low = value[event.watch];
     }
+    if (outcome)
+        return outcome;
     double at_high = end < 0.0 ? end : -at_low;
     for (int i = 0, side = 0; !outcome && at_low > 0.0 && f->t + h > f->t; i++) {
         if ((outcome = plain_step(f, h)) || (outcome = watch(f->s, f->t + h, f->y1, f->dy1, value)))
@@ -322,6 +324,25 @@ static double next_stop(const struct run *run, double t)
             high = middle;
     }
     return low < run->stop_count ? fmin(run->stops[low], run->until) : run->until;
+}
+
+enum outcome reach(struct flight *f, double until)
+{
+    double next = until - f->t;
+    while (f->t < until) {
+        const double left = until - f->t;
+        f->h = 1.01 * next >= left ? left : next;
+        const int last = f->h == left;
+        enum outcome outcome = accepted_step(f, &next);
+        if (outcome || (last && f->h == left))
+            return outcome;
+        if ((outcome = derive_end(f)))
+            return outcome;
+        f->t += f->h;
+        memcpy(f->y, f->y1, (size_t)f->s->size * sizeof *f->y);
+        memcpy(f->dy, f->dy1, (size_t)f->s->size * sizeof *f->dy);
+    }
+    return OUTCOME_DONE;
 }
 
 enum outcome fly(struct flight *f, struct event *event)

@@ -45,6 +45,9 @@ enum outcome plain_step(struct flight *f, double h);
 /* record the present state, unless it is the last row already; 0, or 1 when memory runs out */
 int keep(struct flight *f);
 
+/* y1 at the time `until`, by as many steps as the tolerance asks for, without events or a record */
+enum outcome reach(struct flight *f, double until);
+
 /* smooth motion, in flight or with held contacts, to the end of the run or to the first event: that of event->contact,
  * which is -1 when there is none */
 enum outcome fly(struct flight *f, struct event *event);

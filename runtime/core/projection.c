@@ -8,7 +8,8 @@
 #include <float.h>
 #include <math.h>
 
-static const double LEFT_OUT = 1e-12; /* times length: what a row that almost vanishes may miss */
+/* times length: what a row that almost vanishes may miss; more than sums of rounded places do */
+static const double LEFT_OUT = CCGEN_LIMIT(1e-12, 1e-4);
 static const double LEFT_OUT_LATER = 0.01; /* how much nearer a row may be when leaving it out does not do */
 enum { MAX_PASSES = 20 };
 

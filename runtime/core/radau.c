@@ -17,7 +17,8 @@
 static const double REST = 0.003;       /* part of the tolerance that iterations leave */
 static const double SLOWEST = 0.7;      /* contraction beyond which a step is given up */
 static const double DOUBT = 0.05;       /* iterations are not believed to contract faster */
-static const double DIFFERENCE = CCGEN_ROOT_EPSILON; /* of a number by which it is changed to see what follows, and at least of 1 */
+/* of a number by which it is changed to see what follows, and at least of 1 */
+static const double DIFFERENCE = CCGEN_ROOT_EPSILON;
 static const double UNIT = 4.0 * DBL_EPSILON;
 enum { ITERATIONS = 10, ITERATIONS_TO_ROUNDING = 40, ORDER = 5, ORDER_OF_ESTIMATE = 3 };
 

@@ -28,6 +28,14 @@
 #define CCGEN_ROOT_EPSILON 1.5e-8
 #endif
 
+/* A limit that tells what counts from rounding: in floats another one, further from their coarser rounding, in long doubles
+ * the one of doubles. About the same power of the rounding in floats and doubles, so the same share of the digits. */
+#if CCGEN_PRECISION == 1
+#define CCGEN_LIMIT(of_doubles, of_floats) of_floats##f
+#else
+#define CCGEN_LIMIT(of_doubles, of_floats) of_doubles
+#endif
+
 #if CCGEN_PRECISION == 1
 #define CCGEN_OF_TYPE(name) name##f
 #undef DBL_EPSILON

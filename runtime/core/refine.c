@@ -81,12 +81,14 @@ static enum outcome refine(struct system *s, const double *q, const struct equat
 {
     struct scratch w;
     double left = INFINITY;
+    if (!(size(s, x) < INFINITY)) /* no number at all: nothing to refine */
+        return OUTCOME_DONE;
     if (make_scratch(s, &w))
         return OUTCOME_NO_MEMORY;
     for (int pass = 0; pass < PASSES && left > ENOUGH; pass++) {
         if (correction(s, q, of, x, lambda, &w))
             break;
-        const double whole = size(s, x);
+        const double whole = of->u ? fmax(size(s, x), s->usual) : size(s, x);
         left = size(s, w.dx) / (whole > 0.0 ? whole : 1.0);
         for (int i = 0; i < s->n; i++)
             x[i] += w.dx[i];
@@ -127,7 +129,7 @@ enum outcome refine_impulse(struct system *s, const double *q, const double *f, 
     return refine(s, q, &of, du, Lambda);
 }
 
-/* What refinement changes in x[n], the accelerations on the robust path */
+/* What refinement changes in x[n], the accelerations on the robust path; no contacts may be held */
 static double change_by_refinement(struct system *s, double t, const double *q, const double *u, double *x, double *lambda,
                                    double *refined)
 {
@@ -140,25 +142,29 @@ static double change_by_refinement(struct system *s, double t, const double *q, 
         outcome = system_acceleration(s, t, q, u, refined, lambda);
     s->refine = refine;
     s->inexact = inexact;
+    if (outcome)
+        return 0.0;
     for (int i = 0; i < s->n; i++)
         refined[i] -= x[i];
-    return outcome ? 0.0 : size(s, refined) / (size(s, x) > 0.0 ? size(s, x) : 1.0);
+    return size(s, refined);
 }
 
-double rounding_of_acceleration(struct system *s, double t, const double *q, const double *u)
+double rounding_of_acceleration(struct system *s, double t, const double *q, const double *u, double *whole)
 {
     const struct ccgen_model *m = s->model;
     double *y = wanted_accelerations(s, q, u), *x = malloc((s->n + m->rows + 1) * sizeof *x), found = 0.0;
     struct scratch w = {0};
+    *whole = 0.0;
     if (y && x && !make_scratch(s, &w)) {
         const struct equations of = {.u = u, .t = t, .y = y};
         if (m->acceleration(s->k, q, u, t, s->inputs, x, x + s->n) || correction(s, q, &of, x, x + s->n, &w))
             found = change_by_refinement(s, t, q, u, x, x + s->n, w.dx);
-        else if (size(s, x) > 0.0 && size(s, x) < INFINITY)
-            found = size(s, w.dx) / size(s, x);
+        else
+            found = size(s, w.dx);
+        *whole = size(s, x);
     }
     free(w.rows);
     free(x);
     free(y);
-    return found;
+    return found < INFINITY && *whole < INFINITY ? found : (*whole = 0.0);
 }

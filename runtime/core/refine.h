@@ -13,8 +13,8 @@ enum outcome refine_acceleration(struct system *s, double t, const double *q, co
 enum outcome refine_impulse(struct system *s, const double *q, const double *f, const double *y, double *du,
                             double *Lambda);
 
-/* How far the kernel's accelerations are from right at a state, relative to the largest: the size of their first
- * correction, which is not made. On the robust path, what refinement changes. 0 for a state without accelerations. */
-double rounding_of_acceleration(struct system *s, double t, const double *q, const double *u);
+/* How far the kernel's accelerations are from right at a state: the size of their first correction, which is not made, and
+ * in *whole their own size. On the robust path, what refinement changes. Both 0 for a state without accelerations. */
+double rounding_of_acceleration(struct system *s, double t, const double *q, const double *u, double *whole);
 
 #endif

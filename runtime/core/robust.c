@@ -15,8 +15,8 @@
 
 #include "contact.h"
 
-enum { PASSES = 3 };                     /* of refinement */
-static const double RECOVERED = 1e-12; /* a last correction smaller than this is rounding */
+enum { PASSES = 3 };                                      /* of refinement */
+static const double RECOVERED = CCGEN_LIMIT(1e-12, 5e-6); /* a last correction smaller than this is rounding */
 
 /* Householder reflections that turn columns of g[columns][n] (stored column by column) into an upper triangle, the longest
  * remaining column first when `order` is given; returns how many columns count: one nearer to the span of the others than
@@ -210,15 +210,15 @@ double nearest_row(struct system *s, const double *q)
     return found;
 }
 
-/* The last correction of x[n] was more[count] of orthonormal motions. */
-static void note_inexact(struct system *s, int n, const double *x, int count, const double *more)
+/* The last correction of x[n], or of what has at least the size `whole`, was more[count] of orthonormal motions. */
+static void note_inexact(struct system *s, int n, const double *x, int count, const double *more, double whole)
 {
-    double whole = 0.0, last = 0.0;
+    double last = 0.0;
     for (int i = 0; i < n; i++)
         whole = fmax(whole, fabs(x[i]));
     for (int j = 0; j < count; j++)
         last = fmax(last, fabs(more[j]));
-    if (last > RECOVERED * whole)
+    if (whole > 0.0 && last > RECOVERED * whole)
         s->inexact = fmax(s->inexact, last / whole);
 }
 
@@ -278,7 +278,7 @@ enum outcome solve_dependent(struct system *s, const double *q, int held, const 
         residual(s, q, context, x, b);
     }
     if (s->refine && free_)
-        note_inexact(s, (int)n, x, (int)free_, more);
+        note_inexact(s, (int)n, x, (int)free_, more, t ? s->usual : 0.0);
     least_norm((int)n, (int)rows, rank, g, diagonal, order, length, weight, beta, b, more + n, every);
     memcpy(lambda, every, m->rows * sizeof *lambda);
     memcpy(lambda + m->rows, every + fixed, held * sizeof *lambda);

@@ -195,10 +195,10 @@ void simulate(struct system *s, struct run *run, double *y)
     free_room(&f);
 }
 
-enum outcome advance(struct system *s, const struct method *method, enum drift drift, double t, double h, int count,
-                     const int *set, const signed char *slide, double *y)
+enum outcome advance(struct system *s, const struct method *method, struct tolerance tolerance, enum drift drift, double t,
+                     double h, int count, const int *set, const signed char *slide, double *y)
 {
-    struct run run = {.method = method, .tolerance = {1.0, 1.0}, .drift = drift};
+    struct run run = {.method = method, .tolerance = tolerance, .drift = drift};
     struct flight f = {.s = s, .run = &run, .t = t};
     enum outcome outcome = OUTCOME_NO_MEMORY;
     if (!make_room(&f)) {
@@ -206,7 +206,9 @@ enum outcome advance(struct system *s, const struct method *method, enum drift d
             hold_contacts(&f.holding, count, set, slide);
         memcpy(f.y, y, (size_t)s->size * sizeof *y);
         outcome = derive(&f);
-        if (!outcome && !(outcome = plain_step(&f, h)))
+        if (!outcome)
+            outcome = s->model->contacts || tolerance.rtol == 0.0 ? plain_step(&f, h) : reach(&f, t + h);
+        if (!outcome)
             memcpy(y, f.y1, (size_t)s->size * sizeof *y);
     }
     free_room(&f);

@@ -59,10 +59,11 @@ struct run {
 void simulate(struct system *s, struct run *run, double *y);
 void free_run(struct run *run);
 
-/* One step of length h of the method from y, with the contacts `set` held, `slide` as in contact.h, projected as `drift`
- * says: for states between two rows of a record. */
-enum outcome advance(struct system *s, const struct method *method, enum drift drift, double t, double h, int count,
-                     const int *set, const signed char *slide, double *y);
+/* From y at t on by h, with the contacts `set` held, `slide` as in contact.h, projected as `drift` says: for states between
+ * two rows of a record. One step of the method, or in a model without contacts as many as the tolerance, unless it is zero,
+ * asks for. */
+enum outcome advance(struct system *s, const struct method *method, struct tolerance tolerance, enum drift drift, double t,
+                     double h, int count, const int *set, const signed char *slide, double *y);
 
 /* record.c: append; 0, or 1 when memory runs out */
 int append_row(struct record *record, double t, const double *y, size_t width);

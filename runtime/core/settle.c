@@ -21,8 +21,8 @@ static const double REST_TIME = 1e-11; /* s, relative to max(1, t): bounces over
 static const double SHUT = 1e-12;      /* times extent: a gap so small may be shut without moving anything */
 static const double SLOW = 1e4;        /* times what the largest acceleration reaches in that time: too fast to ask */
 static const double PRESSED = 1e-9;    /* times the largest acceleration: less than that is rounding */
-static const double DEPENDENT = 1e-9;  /* share of its own compliance that is left of a contact which others carry */
-
+/* share of its own compliance that is left of a contact which others carry */
+static const double DEPENDENT = CCGEN_LIMIT(1e-9, 1e-4);
 static const double STILL = 1e-10;     /* times length per second: a contact that slides so slowly may stick */
 
 struct decision {

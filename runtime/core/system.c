@@ -11,9 +11,10 @@
 #include "robust.h"
 
 enum { REFINEMENTS = 1 };
-static const double SINGULAR = 1e-12; /* a pivot of the forces of contacts that slide below that has lost its digits */
+/* a pivot of the forces of contacts that slide below that has lost its digits */
+static const double SINGULAR = CCGEN_LIMIT(1e-12, 5e-6);
 
-const double NEAREST = 1e-10, NEAREST_PROJECTED = 1e-5;
+const double NEAREST = CCGEN_LIMIT(1e-10, 4e-5), NEAREST_PROJECTED = CCGEN_LIMIT(1e-5, 6e-3);
 
 struct motion {
     const double *u;

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from .bodies import penetration, rise, rod
 from .conftest import Reach
 from .fuzz import Toss, faults, run, scene
 
+SLIDER_CRANK = (Path(__file__).parents[2] / "scenes" / "slider-crank.toml").read_text()
 LAWS = ("newton", "poisson", "stronge")
 STEEP = float(np.arctan(2.0))
 IMPACTS = {
@@ -116,3 +118,134 @@ def test_tosses_by_stronges_law(e: float, friction: float, workshop: Workshop, r
     assert "add energy" not in found.message
     reach(f"toss by Stronge's law, e = {e}, mu = {friction}: rise of energy", rise(found), 1e-9)
     reach(f"toss by Stronge's law, e = {e}, mu = {friction}: penetration, m", penetration(found), 1e-9)
+
+
+HINGED = """
+name = "hinged-rod"
+[ground_link]
+points = { O = [0.0, 0.3] }
+[[link]]
+name = "rod"
+mass = 1.0
+inertia = 0.08
+com = [0.5, 0.0]
+points = { A = [0.0, 0.0], B = [1.0, 0.0] }
+[[joint]]
+name = "pin"
+between = ["ground.O", "rod.A"]
+"""
+GUIDED = """
+name = "guided"
+[ground_link]
+points = { O = [0.0, 0.0] }
+[[link]]
+name = "block"
+mass = 2.0
+inertia = 0.1
+com = [0.0, 0.0]
+points = { A = [0.0, 0.0] }
+[[joint]]
+name = "guide"
+type = "prismatic"
+between = ["ground.O", "block.A"]
+axis = [0, 1]
+[start]
+slides = { guide = 0.0 }
+"""
+STRUCK = """
+[gravity]
+g = 9.81
+[[ground]]
+point = [0.0, {y}]
+restitution = 0.0
+friction = 0.3
+law = "stronge"
+contacts = ["{point}"]
+"""
+ASIDE = """
+[[ground]]
+name = "aside"
+point = [-100.0, 0.0]
+normal = [1, 0]
+restitution = 0.0
+contacts = ["{point}"]
+"""
+
+
+def _one_freedom(J: Any, inertia: float, mu: float, e: float, u: float) -> tuple[float, float]:
+    """Velocity after and normal impulse where the point moves at J u (normal, tangential): one variable."""
+    normal, along = J
+    into, out = abs(normal) + mu * abs(along), abs(normal) - mu * abs(along)
+    stops = abs(u) * inertia / into
+    taken = 0.5 * abs(normal * u) * stops
+    if out <= 0.0:
+        return 0.0, stops
+    back = e * np.sqrt(2.0 * taken * inertia / (abs(normal) * out))
+    return -float(np.sign(u)) * out / inertia * back, stops + back
+
+
+@pytest.mark.parametrize(("precision", "bound"), [("float", 1e-4), ("double", 1e-11), ("wide", 1e-11)])
+def test_a_hinged_rod_strikes_rough_ground(precision: str, bound: float, workshop: Workshop, reach: Reach) -> None:
+    """Sliding and compression end at once. Where friction then holds the point it is a wedge and gives nothing back."""
+    model = workshop.model(HINGED + STRUCK.format(point="rod.B", y=-0.5), precision)
+    impulse, after, wedged = 0.0, 0.0, 0
+    for degrees in (*range(-85, 90, 5), -89, -0.1, 0.1, 89):
+        angle = float(np.radians(degrees))
+        J = np.array([np.cos(angle), -np.sin(angle)])
+        for mu in (0.0, 0.1, 0.5, 0.8, 1.3, 2.0, 5.0):
+            if abs(J[0]) / (mu * abs(J[1]) or 1.0) == pytest.approx(1.0, abs=0.01):
+                continue  # at the wedge's limit it is for rounding to say
+            rough = model.with_parameters({"ground_0.friction": mu})
+            for e in (0.0, 0.5, 1.0):
+                u, P = rough.impact([angle], [-1.0], [("rod.B", "ground_0")], e)
+                expected = _one_freedom(J, 0.33, mu, e, -1.0)
+                wedged += expected[0] == 0.0 < e
+                after = max(after, abs(u[0] - expected[0]))
+                impulse = max(impulse, abs(P[0] / expected[1] - 1.0))
+    assert wedged > 50
+    reach(f"Stronge, hinged rod, {precision}: speed after, rad/s", after, bound)
+    reach(f"Stronge, hinged rod, {precision}: normal impulse, relative", impulse, bound)
+
+
+def test_a_rod_of_a_slider_crank_strikes_rough_ground(workshop: Workshop, reach: Reach) -> None:
+    """One freedom of a loop, whose W comes from its closure too; at what it passes in a turn, either way round."""
+    text = SLIDER_CRANK + STRUCK.format(point="rod.middle", y=-100.0) + ASIDE.format(point="rod.middle")
+    model = workshop.model(text.replace("[gravity]\ng = 9.81\n", "", 1))
+    passed = simulate(model, until=0.6)
+    impulse, after, wedged = 0.0, 0.0, 0
+    for q, forth in (model.project(*state) for state in zip(passed.q, passed.u, strict=True)):
+        for u in (forth, -forth):
+            J = model.gap_rates(q, u)
+            if J[0] > -1e-3:
+                continue
+            for mu in (0.1, 0.7, 3.0):
+                rough = model.with_parameters({"ground_0.friction": mu})
+                found, P = rough.impact(q, u, [("rod.middle", "ground_0")], 0.6)
+                rate, normal = _one_freedom(
+                    J, 2.0 * (model.energy(q, u)[0] - model.energy(q, 0.0 * u)[0]), mu, 0.6, 1.0
+                )
+                wedged += rate == 0.0
+                after = max(after, float(np.max(np.abs(found + abs(rate) * u))) / float(np.max(np.abs(u))))
+                impulse = max(impulse, abs(P[0] / normal - 1.0))
+    assert wedged > 50
+    reach("Stronge, slider-crank: velocity after, relative", after, 1e-11)
+    reach("Stronge, slider-crank: normal impulse, relative", impulse, 1e-11)
+
+
+@pytest.mark.parametrize("height", [-0.35, -0.5, -0.6])
+@pytest.mark.parametrize("mu", [0.8, 1.2, 2.0])
+def test_a_hinged_rod_falls_on_rough_ground(height: float, mu: float, workshop: Workshop) -> None:
+    model = workshop.model(HINGED + STRUCK.format(point="rod.B", y=-0.5))
+    found = simulate(model, params={"ground_0.restitution": 0.5, "ground_0.friction": mu, "ground_0.point.y": height})
+    assert found.success, found.message
+
+
+@pytest.mark.parametrize("tilt", [0.0, 1e-17])
+def test_a_block_in_an_upright_guide_strikes_rough_ground(tilt: float, workshop: Workshop, reach: Reach) -> None:
+    """No impulse moves it along the ground, and there is no friction."""
+    model = workshop.model(GUIDED.replace("[0, 1]", f"[{tilt}, 1]") + STRUCK.format(point="block.A", y=0.0))
+    q, u = model.start()
+    for e in (0.0, 0.5, 1.0):
+        u, P = model.impact(q, [-1.0], [("block.A", "ground_0")], e)
+        reach(f"Stronge, upright guide, e = {e}: speed after, m/s", abs(u[0] - e), 1e-14)
+        reach(f"Stronge, upright guide, e = {e}: normal impulse, N s", abs(P[0] - 2.0 * (1.0 + e)), 1e-14)
