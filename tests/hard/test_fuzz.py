@@ -65,9 +65,6 @@ def test_random_tosses(workshop: Workshop, monkeypatch: pytest.MonkeyPatch) -> N
     assert not wrong, "\n".join(wrong)
 
 
-@pytest.mark.xfail(
-    reason="a contact at the limit of friction slides, and is not watched for its reversal", strict=False
-)
 def test_an_arch_whose_foot_slides_at_the_limit(workshop: Workshop) -> None:
     """Found by random tosses (CCGEN_FUZZ_SEED=10): four joints rest, another bounces between two of them, one of which
     slides out and back at 1 mm/s; its friction keeps the direction that it had, and adds 4e-4 J."""
