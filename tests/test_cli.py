@@ -177,6 +177,7 @@ def test_interrupted_run_keeps_what_it_has(tmp_path: Path) -> None:
     many = PENDULUM.replace("links = 1", "links = 24")  # slow enough not to be done before the signal
     (tmp_path / "pendulum.toml").write_text(many)
     ccgen("--scene", "pendulum.toml", at=tmp_path)
+    heeded = signal.signal(signal.SIGINT, signal.default_int_handler)  # jobs of shells may be told to ignore it
     process = subprocess.Popen(
         [CCGEN, "run", "pendulum.toml", "--until", "5e5", "--rtol", "1e-13", "--method", "dop853"],
         cwd=tmp_path,
@@ -184,9 +185,13 @@ def test_interrupted_run_keeps_what_it_has(tmp_path: Path) -> None:
         stderr=subprocess.PIPE,
         text=True,
     )
-    time.sleep(6.0)
-    process.send_signal(signal.SIGINT)
-    out, err = process.communicate(timeout=120)
+    try:
+        time.sleep(6.0)
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=120)
+    finally:
+        process.kill()
+        signal.signal(signal.SIGINT, heeded)
     assert process.returncode == 3, err
     assert re.fullmatch(r"pendulum: stopped at t = \S+ s: interrupted\n", err)
     assert "result.npz" in out
