@@ -85,7 +85,8 @@ def legs(theta: float, phi: float, rates: tuple[float, float]) -> tuple[Array, A
 def step(stance: Any, strike: Any, theta: float, rate: float) -> tuple[Array, float]:
     """One step from just after a strike to just after the next, (theta, its rate) and its time."""
     q, u = legs(theta, 2 * theta, (rate, (1 - np.cos(2 * theta)) * rate))
-    run = simulate(stance, q, u, until=5.0, rtol=1e-13, method="dop853")  # no sweeps: smooth in the start, for differences
+    # no sweeps, so that the end is smooth in the start: differences are taken of it
+    run = simulate(stance, q, u, until=5.0, rtol=1e-13, method="dop853")
     assert run.success, run.message
 
     def apart(t: float) -> float:
