@@ -434,6 +434,15 @@ def test_passing_a_line_costs_no_digits(method: str, loss: float, workshop: Work
         assert np.max(np.abs(head - (0.328458111540815, 0.944518538178601))) <= loss * rtol + 2e-9, rtol
 
 
+@pytest.mark.parametrize("name", ["n-four-bar", "parallelogram"])
+def test_states_between_rows_are_as_good_where_steps_pass_lines(name: str, workshop: Workshop) -> None:
+    run = simulate(workshop.model(load_scene(SCENES / f"{name}.toml")))
+    q, u = run.at(np.linspace(0.0, run.t[-1], 2001))
+    assert np.ptp(np.sum(run.model.energy(q, u), axis=0)) <= 5e-8
+    assert np.max(np.abs(run.model.closure(q))) <= 1e-13
+    assert run.acceleration_error <= 1e-12
+
+
 @pytest.mark.parametrize("count", [1, 3, 5])
 def test_rows_of_four_bars_start_upright(count: int, workshop: Workshop) -> None:
     scene = workshop.scene(f'name = "row"\n[four_bars]\ncount = {count}\nlength = 2.0\n')

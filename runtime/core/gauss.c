@@ -18,6 +18,11 @@
 
 extern const struct method dop853;
 
+/* What the estimates of a DOP853 step amount to whose length is another method's. Against the motion itself they shrink as h^3
+ * and h^5, so the better is about the motion times the other's part of it to 5/3. One far below that vanishes by chance, as in
+ * much too long steps it may, and is not believed. */
+double dop853_measure_long(const double *scratch, int size, struct tolerance tolerance, const double *y, const double *y1);
+
 static const double SHORT = 1e-8;   /* times the time, or 1 s: shorter steps, as impacts that accumulate leave, go to DOP853 */
 static const double WANTED = 0.4;   /* contraction that steps aim at */
 static const double MISSED = 0.03;  /* of the last coefficients, times their ratio to the first: the error of a step */
@@ -186,7 +191,7 @@ static double gauss_measure(const double *scratch, int size, struct tolerance to
 {
     const struct gauss *g = (const struct gauss *)scratch;
     if (g->replaced) /* as the error of a method of this order would be */
-        return pow(CAUTION * dop853.measure(g->other, size, tolerance, y, y1), (double)ORDER / dop853.order);
+        return pow(CAUTION * dop853_measure_long(g->other, size, tolerance, y, y1), (double)ORDER / dop853.order);
     double sum = 0.0;
     for (int i = 0; i < size; i++) {
         const double scale = tolerance.atol + tolerance.rtol * fmax(fabs(y[i]), fabs(y1[i]));
