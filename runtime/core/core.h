@@ -54,6 +54,8 @@ struct system {
     double *u_dot;             /* [3 n] scratch of system_power and system_derivative */
     double *zero;              /* [n] zeros: no generalized impulse */
     double *shut;              /* [2 n] scratch: a state put onto the closure */
+    double missed;             /* by how much the last state put onto the closure missed it (m), */
+    double missed_rate;        /* and its velocities (m/s) */
     int guided;                /* whether derivatives are those of the state put onto the closure */
     double baumgarte;          /* rate (1/s) at which drift is damped by accelerations; 0: not that way */
     struct holding *holding;   /* contacts that stay closed, or NULL: contact.h */

@@ -135,6 +135,19 @@ static double shortest(const struct flight *f)
     return 16.0 * DBL_EPSILON * fmax(fabs(f->t), 1e-3);
 }
 
+/* Put the end of a step back; where it had left the closure because it passes a singular configuration, the step is taken
+ * again. What it had been meanwhile is kept where its derivative will be. */
+static enum outcome put_back(struct flight *f, double *error)
+{
+    double *end = f->dy1;
+    memcpy(end, f->y1, (size_t)f->s->size * sizeof *end);
+    const enum outcome back = project_end(f);
+    if (f->run->fixed_step > 0.0 || !passes_singular(f, back, end))
+        return *error <= 1.0 ? back : OUTCOME_DONE;
+    const enum outcome outcome = guided_step(f, error);
+    return !outcome && *error <= 1.0 ? project_end(f) : outcome;
+}
+
 /* Step until the error test passes; the step's length is in f->h before and after, `next` is the one to try then. */
 static enum outcome accepted_step(struct flight *f, double *next)
 {
@@ -145,10 +158,8 @@ static enum outcome accepted_step(struct flight *f, double *next)
         enum outcome outcome = raw_step(f, f->h, run->fixed_step > 0.0 ? TO_ROUNDING : run->tolerance);
         if (!outcome && run->fixed_step == 0.0)
             outcome = measure(f, &error);
-        if (!outcome && run->fixed_step == 0.0 && passes_singular(f))
-            outcome = guided_step(f, &error);
-        if (!outcome && error <= 1.0)
-            outcome = project_end(f);
+        if (!outcome && isfinite(error))
+            outcome = put_back(f, &error);
         if (!outcome && error <= 1.0 && leaps(f))
             outcome = OUTCOME_NOT_CLOSED;
         if (!outcome && error <= 1.0) {

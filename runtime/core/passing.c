@@ -20,44 +20,37 @@ static const double ALREADY = 0.1;  /* part of the step: a configuration as earl
 static const double MIDDLE = 0.5;   /* part of the step that all methods' stages leave free */
 enum { LOOKS = 8, ROUNDS = 4 };     /* each round looks at a quarter of the last one's part of the step */
 
-/* Whether the end of the step lies beside the closure by more than its error may be */
-static int beside(struct flight *f)
+/* Whether the end of the step lay beside the closure by more than its error may be, before it was put back to y1 */
+static int beside(const struct flight *f)
 {
-    struct system *s = f->s;
-    const struct ccgen_model *m = s->model;
+    const struct system *s = f->s;
     const struct tolerance tolerance = f->run->tolerance;
-    double speed = 0.0, miss = 0.0, rate = 0.0;
+    double speed = 0.0;
     for (int i = 0; i < s->n; i++)
         speed = fmax(speed, fabs(f->y1[s->n + i]));
-    m->closure_rate(s->k, f->y1, f->y1 + s->n, s->rows);
-    for (int i = 0; i < m->rows; i++)
-        rate = fmax(rate, fabs(s->rows[i]));
-    m->closure(s->k, f->y1, s->rows);
-    for (int i = 0; i < m->rows; i++)
-        miss = fmax(miss, fabs(s->rows[i]));
-    return rate > BESIDE * (tolerance.atol + tolerance.rtol * speed) * s->length
-           || miss > BESIDE * (tolerance.atol + tolerance.rtol) * s->length;
+    return s->missed_rate > BESIDE * (tolerance.atol + tolerance.rtol * speed) * s->length
+           || s->missed > BESIDE * (tolerance.atol + tolerance.rtol) * s->length;
 }
 
-/* Coordinates at part x of the step, on the cubic through its ends */
-static void between_ends(const struct flight *f, double x, double *q)
+/* Coordinates at part x of the step, on the cubic through its beginning and `end` */
+static void between_ends(const struct flight *f, const double *end, double x, double *q)
 {
     const int n = f->s->n;
     for (int i = 0; i < n; i++) {
-        const double change = f->y1[i] - f->y[i], a = f->h * f->y[n + i] - change, b = change - f->h * f->y1[n + i];
+        const double change = end[i] - f->y[i], a = f->h * f->y[n + i] - change, b = change - f->h * end[n + i];
         q[i] = f->y[i] + x * (change + (1.0 - x) * ((1.0 - x) * a + x * b));
     }
 }
 
-int passes_singular(struct flight *f)
+int passes_singular(struct flight *f, enum outcome back, const double *end)
 {
-    if (!projects(f) || !f->s->model->rows || !beside(f))
+    if (!projects(f) || !f->s->model->rows || !(back || beside(f)))
         return 0;
     double least = INFINITY, most = 0.0, width = 1.0, low = 0.0;
     for (int round = 0; round < ROUNDS; round++) {
         for (int j = 0; j <= LOOKS; j++) {
             const double x = fmin(fmax(low + width * j / LOOKS, 0.0), 1.0);
-            between_ends(f, x, f->search);
+            between_ends(f, end, x, f->search);
             const double here = nearest_row(f->s, f->search);
             most = fmax(most, here);
             if (here < least) {

@@ -73,6 +73,7 @@ enum outcome project_position(struct system *s, double *q)
         m->closure(s->k, q, s->rows);
         const double shut = largest(m->rows, s->rows), closed = held_gaps(s, q);
         const double miss = fmax(shut, closed);
+        s->missed = pass ? s->missed : shut;
         const double enough = s->dependent > dependent ? LEFT_OUT * s->length : 16.0 * (unit * angles + place);
         const int stagnant = miss <= enough && miss > 0.5 * before;
         if ((shut <= unit * m->links && closed <= unit * m->links + place) || stagnant)
@@ -93,6 +94,7 @@ enum outcome project_velocity(struct system *s, const double *q, double *u)
     if (!m->rows && !holds(s))
         return OUTCOME_DONE;
     m->closure_rate(s->k, q, u, s->rows);
+    s->missed_rate = largest(m->rows, s->rows);
     if (holds(s))
         held_speeds(s, q, u);
     return correct(s, q, 1, NEAREST_PROJECTED, u);
