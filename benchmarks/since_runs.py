@@ -1,4 +1,4 @@
-"""µs of a flight and of a drop by DOP853, as JSON. `since.py` runs it with each commit: it uses what all of them have."""
+"""µs of a flight and of a drop by DOP853, as JSON. `since.py` runs it with each commit: it uses what all have."""
 
 import json
 import sys
