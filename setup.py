@@ -14,7 +14,12 @@ cores = [
         [f"runtime/{name}.pyx", *sorted(map(str, Path("runtime/core").glob("*.c")))],
         include_dirs=["runtime"],
         define_macros=[("CCGEN_PRECISION", precision)],
-        depends=["runtime/_core.pyx", "runtime/model.h", *map(str, Path("runtime/core").glob("*.h"))],
+        depends=[
+            "runtime/_core.pyx",
+            "runtime/model.h",
+            *map(str, Path("runtime/face").glob("*.pxi")),
+            *map(str, Path("runtime/core").glob("*.h")),
+        ],
         extra_compile_args=["-O2", "-g0", "-std=c11", "-fvisibility=hidden"],  # glibc has an advance() too
     )
     for name, precision in PRECISIONS.items()

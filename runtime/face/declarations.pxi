@@ -1,0 +1,167 @@
+# What the compiled core declares, and names for its enumerations.
+
+cdef extern from "core/face.h":
+    ctypedef double real "ccgen_real"  # whatever the compiled core computes with
+    const char *CCGEN_CAPSULE
+
+ctypedef void (*of_q)(const real *k, const real *q, real *out) noexcept nogil
+ctypedef void (*of_state)(const real *k, const real *q, const real *u, real *out) noexcept nogil
+
+cdef extern from *:
+    int CCGEN_CONTRACT_VERSION
+    struct ccgen_model:
+        int version
+        const char *name
+        const char *hash
+        int nq, nu, base, rows, links, joints, points, contacts, parameters, constants, inputs, drives, lanes
+        void (*derive_constants)(const real *p, real *k) noexcept nogil
+        int (*acceleration)(const real *k, const real *q, const real *u, real t, const real *inputs,
+                            real *u_dot, real *lambda_) noexcept nogil
+        unsigned (*acceleration_lanes)(const real *k, const real *q, const real *u, const real *t,
+                                       const real *inputs, real *u_dot, real *lambda_) noexcept nogil
+        int (*impulse)(const real *k, const real *q, const real *f, const real *y, real *du,
+                       real *Lambda) noexcept nogil
+        void (*reactions)(const real *k, const real *q, const real *u, real t, const real *inputs,
+                          const real *u_dot, const real *lambda_, real *reaction) noexcept nogil
+        of_q closure, closure_jacobian, poses, point_positions, gaps
+        of_state closure_rate, closure_bias, momentum, velocities, energy, gap_rates, gap_bias
+        void (*inverse_dynamics)(const real *k, const real *q, const real *u, real t, const real *inputs,
+                                 const real *u_dot, real *f) noexcept nogil
+        void (*power)(const real *k, const real *q, const real *u, real t, const real *inputs,
+                      const real *u_dot, const real *lambda_, real *power) noexcept nogil
+        void (*restitution)(const real *k, real *e) noexcept nogil
+        void (*friction)(const real *k, real *mu) noexcept nogil
+        of_state slips, slip_bias
+
+cdef extern from *:
+    enum outcome:
+        pass
+    enum drift:
+        pass
+    struct system:
+        const ccgen_model *model
+        const real *k
+        const real *restitution
+        const real *friction
+        int law
+        int n, size
+        real *inputs
+        int (*supply)(void *context, real t, const real *q, const real *u, real *inputs) noexcept nogil
+        void *context
+        real *multipliers
+        real *rows
+        real *bias
+        real *jump
+        real *u_dot
+        real *zero
+        real *shut
+        int guided
+        real baumgarte
+        void *holding
+        real length
+        const real *extent
+        int refine
+        real usual
+        real inexact
+        long evaluations
+        long dependent
+    struct table:
+        size_t count
+        int width
+        const real *t
+        const real *values
+        size_t row
+    int supply_from_table(void *table, real t, const real *q, const real *u, real *inputs) noexcept nogil
+    int system_acceleration(system *s, real t, const real *q, const real *u, real *u_dot, real *lambda_) nogil
+    int system_acceleration_lanes(system *s, const real *t, const real *q, const real *u, real *u_dot,
+                                  real *scratch) nogil
+    size_t lanes_scratch(const system *s) nogil
+    int system_impulse(system *s, const real *q, const real *f, const real *y, real nearest, real *du,
+                       real *Lambda) nogil
+    const real NEAREST
+    int project_position(system *s, real *q) nogil
+    int project_velocity(system *s, const real *q, real *u) nogil
+    int impact(system *s, const real *q, const real *u_minus, int count, const int *chosen, const real *e,
+               real *u_plus, real *P) nogil
+    real rounding_of_acceleration(system *s, real t, const real *q, const real *u, real *whole) nogil
+
+cdef extern from *:
+    struct tolerance:
+        real rtol, atol
+    struct method:
+        const char *name
+        int order
+    const method *find_method(const char *name) nogil
+    const method **all_methods
+
+cdef extern from *:
+    struct record:
+        size_t count, room
+        real *t
+        real *y
+    struct impacts:
+        size_t count, room, contact_count, contact_room
+        real *t
+        real *u_minus
+        real *u_plus
+        real *energy_loss
+        size_t *first
+        size_t *after
+        int *contact
+        real *impulse
+    struct holds:
+        size_t count, room, contact_count, contact_room
+        real *t
+        size_t *first
+        int *contact
+        int *how
+    struct run:
+        real start, until
+        tolerance tolerance
+        const real *stops
+        size_t stop_count
+        real fixed_step
+        long step_budget, second_budget
+        const method *method
+        drift drift
+        int (*tick)(void *context, real t) noexcept nogil
+        void *context
+        record record
+        impacts impacts
+        holds holds
+        int outcome
+        real t
+        int contact
+        long steps, rejected
+    void run_simulation "simulate"(system *s, run *r, real *y) nogil
+    int run_advance "advance"(system *s, const method *m, tolerance bound, drift kept, real t, real h, int count, const int *held,
+                              const signed char *slide, real *y) nogil
+    void free_run(run *r)
+
+OUTCOMES = (
+    "done", "not_finite", "step_too_small", "not_closed", "accumulation", "repeats", "budget",
+    "crowded", "jammed", "gained", "escaped", "interrupted", "no_memory", "no_convergence", "inexact",
+)
+"""Names of ``enum outcome``, in its order."""
+
+LAWS = ("newton", "poisson", "stronge")
+"""Names of ``enum law``, in its order."""
+
+HOLDS = ("apart", "slides backward", "smooth", "slides forward", "sticks", "carried", "at the limit, forward",
+         "at the limit, backward")
+"""How a contact is held, in the order of the core."""
+
+SLIDES = (0, -1, 0, 1, 2, 0, 3, -3)
+"""What the core calls them where a contact pushes."""
+
+
+REAL = np.dtype(f"f{sizeof(real)}")
+"""The type of all numbers here."""
+
+empty, zeros = partial(np.empty, dtype=REAL), partial(np.zeros, dtype=REAL)
+
+DRIFTS = ("projected", "left", "damped")
+"""Names of ``enum drift``, in its order: ways to keep the closure, the default first."""
+
+BAUMGARTE = 20.0
+"""Rate (1/s) of Baumgarte's stabilisation."""

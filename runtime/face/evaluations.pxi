@@ -1,0 +1,347 @@
+# A model's kernels on states, one by one or in lanes.
+
+cdef class Evaluations:
+    """A model's kernels with one set of parameter values (``parameters``: (p,), SI units)."""
+
+    cdef const ccgen_model *m
+    cdef object capsule
+    cdef readonly dict sizes
+    cdef real[::1] k, restitution, friction, extent, multipliers, rows, bias, jump, u_dot, zero, shut, inputs
+    cdef real length
+    cdef int law, refine
+    cdef real usual
+    cdef readonly double inexact
+    """Of the last call for accelerations or an impact: the largest relative correction that did not become small."""
+
+    def __init__(self, capsule, parameters, real length, str law="newton", angular=()):
+        if not PyCapsule_IsValid(capsule, CCGEN_CAPSULE):
+            raise TypeError("not the descriptor of a ccgen model")
+        self.capsule = capsule
+        self.m = <const ccgen_model *>PyCapsule_GetPointer(capsule, CCGEN_CAPSULE)
+        if self.m.version != CCGEN_CONTRACT_VERSION:
+            raise ImportError(
+                f"the model was generated for contract version {self.m.version}, this runtime has "
+                f"{CCGEN_CONTRACT_VERSION}; generate it again"
+            )
+        m = self.m
+        self.sizes = dict(n=m.nu, rows=m.rows, links=m.links, joints=m.joints, points=m.points, contacts=m.contacts,
+                          parameters=m.parameters)
+        cdef real[::1] p = np.ascontiguousarray(parameters, dtype=REAL)
+        if p.shape[0] != m.parameters:
+            raise ValueError(f"found {p.shape[0]} parameter values, expected {m.parameters}")
+        self.k = zeros(max(m.constants, 1))
+        self.restitution = zeros(max(m.contacts, 1))
+        room = m.rows + 2 * m.contacts + 1
+        self.multipliers, self.rows, self.bias = zeros(room), zeros(room), zeros(room)
+        self.jump, self.u_dot, self.zero, self.shut = zeros(m.nu), zeros(3 * m.nu), zeros(m.nu), zeros(2 * m.nu)
+        self.inputs = zeros(m.inputs + 1)
+        self.length, self.law = length, LAWS.index(law)
+        self.friction = zeros(max(m.contacts, 1))
+        self.extent = np.full(max(m.contacts, 1), length, dtype=REAL)
+        for contact in angular:
+            self.extent[contact] = 1.0
+        cdef real none = 0.0
+        self.m.derive_constants(&p[0] if p.shape[0] else &none, &self.k[0])
+        if self.m.contacts:
+            self.m.restitution(&self.k[0], &self.restitution[0])
+        if self.m.friction is not NULL:
+            self.m.friction(&self.k[0], &self.friction[0])
+
+    def rounding(self, const real[:, ::1] q, const real[:, ::1] u, t=0.0):
+        """How far the accelerations that the elimination gives are from right, by the size of their first correction from the
+        unreduced equations, and how large they are: (b, 2)."""
+        cdef system s = self._system()
+        cdef Py_ssize_t i
+        cdef real whole
+        found = empty((q.shape[0], 2))
+        for i in range(q.shape[0]):
+            found[i, 0] = rounding_of_acceleration(&s, t, &q[i, 0], &u[i, 0], &whole)
+            found[i, 1] = whole
+        return found
+
+    def refine_from_now(self, usual):
+        """Have every acceleration and every jump refined by what the unreduced equations miss by; accelerations less than
+        the ``usual`` ones count as that large."""
+        self.refine, self.usual = 1, usual
+
+    @property
+    def refined(self):
+        """Whether they are."""
+        return bool(self.refine)
+
+    @property
+    def address(self):
+        """Address of the model's ``struct ccgen_model``, for programs that call it from C."""
+        return <size_t>self.m
+
+    @property
+    def lanes(self):
+        """States that the model evaluates side by side: the vector width of the machine it was compiled for."""
+        return self.m.lanes
+
+    @property
+    def hash(self):
+        """Hash of the scene that the code was generated from."""
+        return self.m.hash.decode()
+
+    @property
+    def constants(self):
+        """The constants ``k`` that the kernels read."""
+        return np.array(self.k)
+
+    cdef system _system(self):
+        cdef system s
+        s.model = self.m
+        s.k = &self.k[0]
+        s.restitution = &self.restitution[0]
+        s.friction = &self.friction[0] if self.m.friction is not NULL else NULL
+        s.law = self.law
+        s.n = self.m.nu
+        s.size = 2 * self.m.nu + (self.m.power is not NULL or self.m.friction is not NULL)
+        s.inputs = &self.inputs[0]
+        s.supply, s.context = NULL, NULL
+        s.multipliers = &self.multipliers[0]
+        s.rows = &self.rows[0]
+        s.bias = &self.bias[0]
+        s.jump = &self.jump[0]
+        s.u_dot = &self.u_dot[0]
+        s.shut = &self.shut[0]
+        s.guided = 0
+        s.zero = &self.zero[0]
+        s.holding = NULL
+        s.length = self.length
+        s.baumgarte = 0.0
+        s.extent = &self.extent[0]
+        s.refine, s.usual, s.inexact = self.refine, self.usual, 0.0
+        s.evaluations = s.dependent = 0
+        return s
+
+    def acceleration(self, const real[:, ::1] q, const real[:, ::1] u, real t):
+        """Quasi-accelerations (b, n), multipliers (b, rows), and the outcome of each state; where there are as many states
+        as the model has lanes, in lanes."""
+        cdef Py_ssize_t i, block, first, b = q.shape[0], lanes = self.m.lanes
+        u_dot, multipliers, outcomes = empty((b, self.m.nu)), empty((b, self.m.rows + 1)), [OUTCOMES[0]] * b
+        cdef real[:, ::1] out = u_dot, rows = multipliers
+        cdef system s = self._system()
+        cdef unsigned lost
+        cdef real[::1] room
+        if b < lanes or self.refine or self.m.acceleration_lanes is NULL:
+            for i in range(b):
+                found = system_acceleration(&s, t, &q[i, 0], &u[i, 0], &out[i, 0], &rows[i, 0])
+                if found:
+                    outcomes[i] = OUTCOMES[found]
+            self.inexact = s.inexact
+            return u_dot, multipliers[:, : self.m.rows], outcomes
+        room = empty((1 + self.m.inputs + 3 * self.m.nu + self.m.rows) * lanes)
+        for block in range(0, b, lanes):
+            first = min(block, b - lanes)
+            lost = self._block(&q[first, 0], &u[first, 0], t, &out[first, 0], &rows[first, 0], &room[0])
+            for i in range(first, first + lanes if lost else first):
+                if lost >> (i - first) & 1:
+                    found = system_acceleration(&s, t, &q[i, 0], &u[i, 0], &out[i, 0], &rows[i, 0])
+                    outcomes[i] = OUTCOMES[found]
+        self.inexact = s.inexact
+        return u_dot, multipliers[:, : self.m.rows], outcomes
+
+    cdef unsigned _block(self, const real *q, const real *u, real t, real *out, real *rows, real *room) noexcept:
+        """As many states as lanes, from q, u (lanes, n) to out (lanes, n), rows (lanes, rows + 1); the lanes, as bits, that
+        have to be asked for alone. ``room`` holds what the kernel takes and gives, lane beside lane."""
+        cdef int n = self.m.nu, lanes = self.m.lanes, m = self.m.rows, i, l
+        cdef real *inputs = room + lanes
+        cdef real *x = inputs + self.m.inputs * lanes
+        cdef real *v = x + n * lanes
+        cdef real *a = v + n * lanes
+        cdef real *forces = a + n * lanes
+        for l in range(lanes):
+            room[l] = t
+            for i in range(self.m.inputs):
+                inputs[i * lanes + l] = self.inputs[i]
+        for i in range(n):
+            for l in range(lanes):
+                x[i * lanes + l] = q[l * n + i]
+                v[i * lanes + l] = u[l * n + i]
+        cdef unsigned lost = self.m.acceleration_lanes(&self.k[0], x, v, room, inputs, a, forces)
+        for l in range(lanes):
+            room[l] = 0.0
+        for i in range(n):
+            for l in range(lanes):
+                out[l * n + i] = a[i * lanes + l]
+                room[l] += 0.0 * a[i * lanes + l]
+        for l in range(lanes):
+            for i in range(m):
+                rows[l * (m + 1) + i] = forces[i * lanes + l]
+            if room[l] != 0.0:  # not a number: one of them is not finite
+                lost |= <unsigned>1 << l
+        return lost & ((<unsigned>1 << lanes) - 1)
+
+    def repeat_acceleration(self, const real[::1] t, const real[:, ::1] q, const real[:, ::1] u, long calls):
+        """Evaluate the acceleration ``calls`` times, cycling through the states, without the GIL: for timing."""
+        cdef Py_ssize_t state = 0, b = q.shape[0]
+        cdef long i
+        cdef real[::1] out = empty(self.m.nu), rows = empty(self.m.rows + 1)
+        cdef real *found = &out[0]
+        cdef real *multipliers = &rows[0]
+        cdef const real *k = &self.k[0]
+        cdef const real *inputs = &self.inputs[0]
+        if not b or t.shape[0] != b or u.shape[0] != b:
+            raise ValueError(f"found {t.shape[0]}, {b} and {u.shape[0]} times, q and u, expected equally many, at least 1")
+        with nogil:
+            for i in range(calls):
+                self.m.acceleration(k, &q[state, 0], &u[state, 0], t[state], inputs, found, multipliers)
+                state = state + 1 if state + 1 < b else 0
+
+    def acceleration_lanes(self, const real[:, ::1] q, const real[:, ::1] u, const real[::1] t):
+        """Quasi-accelerations (b, n) at times ``t`` (b,), as many states at a time as the model has lanes; outcomes."""
+        cdef system s = self._system()
+        cdef Py_ssize_t i, j, l, b = q.shape[0], n = self.m.nu, lanes = self.m.lanes
+        cdef real[:, ::1] out = empty((b, n)), x = empty((3 * n + 1, lanes))
+        cdef real[::1] scratch = empty(lanes_scratch(&s) + 1)
+        outcomes = []
+        for i in range(0, b, lanes):
+            for l in range(lanes):
+                x[3 * n, l] = t[min(i + l, b - 1)]
+                for j in range(n):
+                    x[j, l], x[n + j, l] = q[min(i + l, b - 1), j], u[min(i + l, b - 1), j]
+            outcomes.append(OUTCOMES[system_acceleration_lanes(&s, &x[3 * n, 0], &x[0, 0], &x[n, 0], &x[2 * n, 0],
+                                                               &scratch[0])])
+            for l in range(min(lanes, b - i)):
+                for j in range(n):
+                    out[i + l, j] = x[2 * n + j, l]
+        return np.asarray(out), outcomes
+
+    def impulse(self, const real[:, ::1] q, const real[:, ::1] f, const real[:, ::1] y):
+        """Jumps du (b, n), impulses (b, rows) for generalized impulses f (b, n), closure rates y (b, rows + 1); outcomes."""
+        cdef Py_ssize_t i, b = q.shape[0]
+        cdef real[:, ::1] out = empty((b, self.m.nu)), rows = empty((b, self.m.rows + 1))
+        cdef system s = self._system()
+        outcomes = []
+        for i in range(b):
+            outcomes.append(OUTCOMES[system_impulse(&s, &q[i, 0], &f[i, 0], &y[i, 0], NEAREST, &out[i, 0], &rows[i, 0])])
+        return np.asarray(out), np.asarray(rows)[:, : self.m.rows], outcomes
+
+    def set_inputs(self, inputs):
+        """Values of the inputs for the calls that follow."""
+        cdef real[::1] values = np.ascontiguousarray(inputs, dtype=REAL)
+        self.inputs[: self.m.inputs] = values
+
+    def inverse_dynamics(self, const real[:, ::1] q, const real[:, ::1] u, real t, const real[:, ::1] u_dot):
+        """Generalized forces M u_dot + h of the open chain (b, n)."""
+        cdef Py_ssize_t i, b = q.shape[0]
+        cdef real[:, ::1] out = empty((b, self.m.nu))
+        for i in range(b):
+            self.m.inverse_dynamics(&self.k[0], &q[i, 0], &u[i, 0], t, &self.inputs[0], &u_dot[i, 0], &out[i, 0])
+        return np.asarray(out)
+
+    def reactions(self, const real[:, ::1] q, const real[:, ::1] u, real t, const real[:, ::1] u_dot,
+                  const real[:, ::1] multipliers):
+        """Joint reactions (b, 3 joints)."""
+        cdef Py_ssize_t i, b = q.shape[0]
+        cdef real[:, ::1] out = empty((b, 3 * self.m.joints + 1))
+        for i in range(b):
+            self.m.reactions(&self.k[0], &q[i, 0], &u[i, 0], t, &self.inputs[0], &u_dot[i, 0], &multipliers[i, 0],
+                             &out[i, 0])
+        return np.asarray(out)[:, : 3 * self.m.joints]
+
+    def of_q(self, str name, const real[:, ::1] q):
+        """A kernel of the configuration alone: closure, closure_jacobian, poses, points or gaps, (b, size)."""
+        cdef of_q kernel
+        cdef Py_ssize_t i, b = q.shape[0], size
+        if name == "closure":
+            kernel, size = self.m.closure, self.m.rows
+        elif name == "closure_jacobian":
+            kernel, size = self.m.closure_jacobian, self.m.rows * self.m.nu
+        elif name == "poses":
+            kernel, size = self.m.poses, 3 * self.m.links
+        elif name == "points":
+            kernel, size = self.m.point_positions, 2 * self.m.points
+        elif name == "gaps":
+            kernel, size = self.m.gaps, self.m.contacts
+        else:
+            raise KeyError(name)
+        found = empty((b, size + 1))
+        cdef real[:, ::1] out = found
+        if size:
+            for i in range(b):
+                kernel(&self.k[0], &q[i, 0], &out[i, 0])
+        return found[:, :size]
+
+    def of_state(self, str name, const real[:, ::1] q, const real[:, ::1] u):
+        """A kernel of the state by its name in the contract, such as closure_rate or slip_bias: (b, size)."""
+        cdef of_state kernel
+        cdef Py_ssize_t i, b = q.shape[0], size
+        if name == "closure_rate":
+            kernel, size = self.m.closure_rate, self.m.rows
+        elif name == "velocities":
+            kernel, size = self.m.velocities, 3 * self.m.links
+        elif name == "energy":
+            kernel, size = self.m.energy, 2
+        elif name == "closure_bias":
+            kernel, size = self.m.closure_bias, self.m.rows
+        elif name == "momentum":
+            kernel, size = self.m.momentum, self.m.nu
+        elif name == "gap_rates":
+            kernel, size = self.m.gap_rates, self.m.contacts
+        elif name == "gap_bias":
+            kernel, size = self.m.gap_bias, self.m.contacts
+        elif name == "slips":
+            kernel, size = self.m.slips, self.m.contacts if self.m.slips is not NULL else 0
+        elif name == "slip_bias":
+            kernel, size = self.m.slip_bias, self.m.contacts if self.m.slip_bias is not NULL else 0
+        else:
+            raise KeyError(name)
+        found = empty((b, size + 1))
+        cdef real[:, ::1] out = found
+        if size:
+            for i in range(b):
+                kernel(&self.k[0], &q[i, 0], &u[i, 0], &out[i, 0])
+        return found[:, :size]
+
+    def audit(self, const real[:, ::1] q, const real[:, ::1] u, const real[::1] spent):
+        """Over states (b, n): largest gap of a cut joint (m), largest speed at which one opens (m/s), and largest change
+        of energy since the first state (J) other than what was ``spent`` (b,) on the mechanism until then."""
+        cdef Py_ssize_t i, j
+        cdef real first = 0.0, gap = 0.0, speed = 0.0, drift = 0.0
+        cdef real energy[2]
+        cdef real[::1] miss = empty(self.m.rows + 1)
+        for i in range(q.shape[0]):
+            self.m.energy(&self.k[0], &q[i, 0], &u[i, 0], energy)
+            if i == 0:
+                first = energy[0] + energy[1]
+            drift = _larger(drift, energy[0] + energy[1] - first - spent[i])
+            if not self.m.rows:
+                continue
+            self.m.closure(&self.k[0], &q[i, 0], &miss[0])
+            for j in range(self.m.rows):
+                gap = _larger(gap, miss[j])
+            self.m.closure_rate(&self.k[0], &q[i, 0], &u[i, 0], &miss[0])
+            for j in range(self.m.rows):
+                speed = _larger(speed, miss[j])
+        return gap, speed, drift
+
+    def project(self, q, u):
+        """Nearest state on the closure in the mass metric, (b, n) each, and the outcome of each state."""
+        found_q, found_u = np.array(q, order="C"), np.array(u, order="C")
+        cdef real[:, ::1] new_q = found_q, new_u = found_u
+        cdef system s = self._system()
+        cdef Py_ssize_t i
+        outcomes = []
+        for i in range(new_q.shape[0]):
+            found = project_position(&s, &new_q[i, 0])
+            if not found:
+                found = project_velocity(&s, &new_q[i, 0], &new_u[i, 0])
+            outcomes.append(OUTCOMES[found])
+        return found_q, found_u, outcomes
+
+    def impact(self, const real[::1] q, const real[::1] u, const int[::1] contacts, const real[::1] e):
+        """One state struck at ``contacts`` with restitution ``e``: u+ (n,), impulses, outcome."""
+        cdef system s = self._system()
+        cdef real[::1] u_plus = empty(self.m.nu), P = zeros(2 * contacts.shape[0] + 1)
+        found = impact(&s, &q[0], &u[0], <int>contacts.shape[0], &contacts[0], &e[0], &u_plus[0], &P[0])
+        self.inexact = s.inexact
+        return np.asarray(u_plus), np.asarray(P)[: contacts.shape[0]], OUTCOMES[found]
+
+
+cdef real _larger(real most, real x) noexcept:
+    """The larger of a number and another's absolute value; once there was something that is no number, that."""
+    cdef real size = -x if x < 0 else x
+    return most if size <= most or most != most else size
