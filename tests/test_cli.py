@@ -268,7 +268,7 @@ def refused(done: Done, *words: str) -> None:
         (("run", HEXAGON, "--rtol", "nan"), ("--rtol",)),
         (("run", HEXAGON, "--until", "inf"), ("--until",)),
         (("run", HEXAGON, "--until", "soon"), ("--until",)),
-        (("run", HEXAGON, "--method", "euler"), ("--method euler", "dop853")),
+        (("run", HEXAGON, "--method", "euler"), ("--method: found 'euler'", "dop853")),
         (("run", HEXAGON, "--fast"), ("--fast",)),
         (("fly", HEXAGON), ("fly",)),
         (("show", HEXAGON, "--expand"), ()),

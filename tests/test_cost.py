@@ -146,8 +146,8 @@ def test_the_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize(
     ("options", "sentence"),
     [
-        (["--error", "2"], "--error 2.0: expected a number from 1e-15 to 1; correct it"),
-        (["--until", "-1"], "--until -1.0: expected a positive number of seconds; correct it"),
+        (["--error", "2"], "--error: found 2.0, expected a number from 1e-15 to 1; correct it"),
+        (["--until", "-1"], "--until: found -1.0, expected a positive number of seconds; correct it"),
         (["--out", "swing.toml"], "--out swing.toml: found a file"),
     ],
 )

@@ -80,6 +80,22 @@ def test_a_torque_needs_a_joint(tmp_path: Path) -> None:
     )
 
 
+def test_a_torque_needs_a_joint_that_turns(tmp_path: Path) -> None:
+    scene = str(SCENES / "slider-crank.toml")
+    done = ccgen("torque", scene, "nope", at=tmp_path)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == (
+        f"JOINT: found 'nope', which does not turn in {scene}, "
+        "expected the joint that drives, one of: motor, crank_pin, wrist_pin; name one of them\n"
+    )
+
+
+def test_a_torque_turns_the_only_driven_joint(tmp_path: Path) -> None:
+    done = ccgen("torque", str(SCENES / "jansen-driven.toml"), at=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "axle turned once at 1 rad/s" in done.stdout
+
+
 def test_a_motion_that_drives_give_has_no_price_of_accuracy(tmp_path: Path) -> None:
     (tmp_path / "driven.toml").write_text(DRIVEN)
     done = ccgen("cost", "driven.toml", at=tmp_path)

@@ -44,7 +44,7 @@ def price_accuracy(
     """Measure the scene, print the table and what to choose, write ``cost.csv`` and ``cost.png`` into a folder."""
     check_numbers(until, None)
     if not 1e-15 <= error < 1.0:
-        fail(f"--error {error}: expected a number from 1e-15 to 1; correct it")
+        fail(f"--error: found {error}, expected a number from 1e-15 to 1; correct it")
     scene = read(scene_file)
     folder = Path("results") / scene.name if out is None else out
     check_folder(folder, "--out")

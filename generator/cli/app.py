@@ -114,7 +114,9 @@ def cost(
 @app.command()
 def torque(
     scene: SceneFile,
-    joint: Annotated[str | None, typer.Argument(metavar="JOINT", help="the joint that drives")] = None,
+    joint: Annotated[
+        str | None, typer.Argument(metavar="JOINT", help="the joint that drives; the scene's driven one unless given")
+    ] = None,
     rate: Annotated[float, typer.Option(metavar="W", help="its constant rate in rad/s")] = 1.0,
     plot: Annotated[Path | None, typer.Option(metavar="FILE", help="write the curve as PNG")] = None,
 ) -> None:

@@ -76,9 +76,9 @@ def run(
 def check_numbers(until: float | None, rtol: float | None) -> None:
     """Stop with exit code 2 unless the numbers asked for can be simulated."""
     if until is not None and not (until > 0.0 and math.isfinite(until)):
-        fail(f"--until {until}: expected a positive number of seconds; correct it")
+        fail(f"--until: found {until}, expected a positive number of seconds; correct it")
     if rtol is not None and not 1e-15 <= rtol < 1.0:
-        fail(f"--rtol {rtol}: expected a number from 1e-15 to 1; correct it")
+        fail(f"--rtol: found {rtol}, expected a number from 1e-15 to 1; correct it")
 
 
 def check_method(method: str | None) -> None:
@@ -86,7 +86,7 @@ def check_method(method: str | None) -> None:
     from ccgen.runtime import methods
 
     if method is not None and method not in methods():
-        fail(f"--method {method}: expected one of {', '.join(methods())}; choose one")
+        fail(f"--method: found {method!r}, expected one of {', '.join(methods())}; choose one")
 
 
 def write(result: Run, folder: Path, gif: bool) -> list[str]:

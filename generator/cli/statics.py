@@ -26,9 +26,7 @@ def torque(scene_file: Path, joint: str | None, rate: float, plot: Path | None) 
     from ccgen.runtime import driving_torque
 
     scene = read(scene_file)
-    if joint is None:
-        turning = ", ".join(joint.name for joint in scene.mechanism.joints if not joint.slides) or "none here"
-        fail(f"JOINT: found none, expected the joint that drives, one of: {turning}; name it behind the scene file")
+    joint = _driving(scene, scene_file, joint)
     model = _model(scene)
     with refusing(ValueError, OSError):
         turn = driving_torque(model, joint, rate)
@@ -56,6 +54,20 @@ def equilibrium(scene_file: Path, nearest: bool) -> None:
     typer.echo("joint            force x [N]     force y [N]  moment [N m]  on")
     for name, (x, y, moment), link in zip(model.joints, found.reactions, model.outboard, strict=True):
         typer.echo(f"{name:12} {x:z15.9g} {y:z15.9g} {moment:z13.6g}  {link}")
+
+
+def _driving(scene: Scene, scene_file: Path, joint: str | None) -> str:
+    """The joint that is to be turned: the one asked for, or the only one whose motion the scene prescribes."""
+    joints = scene.mechanism.joints
+    turning = [one.name for one in joints if not one.slides]
+    if joint is None and len(scene.driven) == 1:
+        joint = joints[scene.driven[0]].name
+    expected = f"expected the joint that drives, one of: {', '.join(turning) or 'none here'}"
+    if joint is None:
+        fail(f"JOINT: found none, {expected}; name it behind the scene file")
+    if joint not in turning:
+        fail(f"JOINT: found {joint!r}, which does not turn in {scene_file}, {expected}; name one of them")
+    return joint
 
 
 def _model(scene: Scene) -> Model:
