@@ -24,19 +24,36 @@ MARGIN = 1.12  # room around what is shown
 SPOKED = np.append(np.exp(1j * np.linspace(0.0, 2.0 * np.pi, 61)), 0.0)
 """The rim of a disc of radius 1 as complex numbers, and a spoke, by which one sees it roll."""
 
+HALF = np.exp(1j * np.linspace(0.0, np.pi, 16))
+"""Half of a rim, counter-clockwise."""
+
 
 @dataclass(frozen=True)
 class Disc:
-    """A disc of a link about a point of it: `centre` (2,) in the link's frame and `radius`, in m."""
+    """A disc of a link about a point of it: `centre` (2,) in the link's frame and `radius`, in m.
+
+    With an `end` (2,) it is a straight edge from the centre to there, with round ends. `link` is -1 for the ground.
+    """
 
     link: int
     centre: FloatArray
     radius: float
+    end: FloatArray | None = None
+
+    @property
+    def fixed(self) -> bool:
+        """Whether it belongs to the ground."""
+        return self.link < 0
 
     @property
     def outline(self) -> FloatArray:
-        """Its rim and a spoke in the link's frame, (m, 2) in m."""
-        return self.centre + self.radius * np.column_stack([SPOKED.real, SPOKED.imag])
+        """Its rim and a spoke, or the way round the edge, in the link's frame, (m, 2) in m."""
+        if self.end is None:
+            return self.centre + self.radius * np.column_stack([SPOKED.real, SPOKED.imag])
+        start, end = complex(*self.centre), complex(*self.end)
+        across = 1j * self.radius * np.exp(1j * np.angle(end - start))
+        round_ = np.concatenate([start + across * HALF, end - across * HALF, [start + across]])
+        return np.column_stack([round_.real, round_.imag])
 
 
 class Drawable(Protocol):
@@ -68,7 +85,7 @@ class Drawable(Protocol):
 
     @property
     def discs(self) -> Sequence[Disc]:
-        """Discs of links that touch grounds."""
+        """Discs and edges of links, and of the ground, that touch something."""
 
     @property
     def ground_points(self) -> FloatArray:
@@ -159,11 +176,11 @@ def placed(outline: FloatArray, pose: FloatArray) -> FloatArray:
 def view_of(model: Drawable, frames: Frames) -> View:
     """The view that shows the whole motion, or follows the mechanism along the axes where the motion is long."""
     parts = [placed(np.asarray(outline), frames.poses[:, k]) for k, outline in enumerate(model.outlines)]
-    parts += [placed(disc.outline, frames.poses[:, disc.link]) for disc in model.discs]
+    parts += [placed(disc.outline, frames.poses[:, disc.link]) for disc in model.discs if not disc.fixed]
     points = np.concatenate([*parts, frames.joints], axis=1)
     fixed = np.asarray(model.ground_points, dtype=float).reshape(-1, 2)
     size = float(np.max(np.ptp(points, axis=1))) or 1.0
-    corners = np.concatenate([points.reshape(-1, 2), fixed])
+    corners = np.concatenate([points.reshape(-1, 2), fixed, *(disc.outline for disc in model.discs if disc.fixed)])
     low, high = corners.min(axis=0), corners.max(axis=0)
     middle = points.mean(axis=1)
     reach = np.abs(points - middle[:, None]).max(axis=(0, 1))

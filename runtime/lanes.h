@@ -7,6 +7,7 @@
 #ifndef CCGEN_LANES_H
 #define CCGEN_LANES_H
 
+#include "model.h"
 #include "sincos.h"
 
 /* lanes where they lie in arrays of doubles, value i of lane l at [i * CCGEN_LANES + l] */
@@ -32,6 +33,7 @@ CCGEN_LANEWISE(log)
 CCGEN_LANEWISE(tanh)
 CCGEN_LANEWISE(fabs)
 CCGEN_LANEWISE(sqrt)
+CCGEN_LANEWISE(unit_step)
 
 #define CCGEN_EITHER(function, x) _Generic((x), double: ccgen_##function##_one, default: ccgen_##function##_lanes)(x)
 

@@ -19,6 +19,12 @@
 
 #define CCGEN_CONTRACT_VERSION 4
 
+/* 1 where x is positive, else 0: formulas with branches */
+static inline double unit_step(double x)
+{
+    return x > 0.0 ? 1.0 : 0.0;
+}
+
 /* k[constants] from parameters p[parameters] */
 typedef void ccgen_constants(const double *p, double *k);
 

@@ -130,10 +130,11 @@ class Model:
 
     @property
     def discs(self) -> tuple[Disc, ...]:
-        """Discs of links, by which they touch grounds."""
+        """Discs and edges of links and of the ground, by which they touch."""
         return tuple(
-            Disc(disc["link"], self._coordinates([disc["point"]])[0], self._parameters[disc["radius"]])
+            Disc(disc["link"], ends[0], self._coordinates([[disc["radius"], 0.0]])[0, 0].item(), *ends[1:])
             for disc in self.data["discs"]
+            for ends in [self._coordinates([disc[end] for end in ("point", "end") if end in disc])]
         )
 
     @property
@@ -276,8 +277,12 @@ class Model:
         return found[0] if single else found
 
     def point(self, name: str, q: ArrayLike) -> FloatArray:
-        """Position (2,) in m of a joint (``joint_3``) or of a link's point (``link_0.A``), also of a welded link's."""
+        """Position (2,) in m of a joint (``joint_3``) or of a point of a link, welded or the ground (``link_0.A``)."""
         name = self.data["welded_points"].get(name, name)
+        link, _, point = name.partition(".")
+        if link == "ground" and point in self.data["ground_names"]:
+            place = self.ground_points[self.data["ground_names"].index(point)]
+            return np.array(np.broadcast_to(place, (*np.shape(q)[:-1], 2)))
         if name not in self.points:
             raise ValueError(f"found point {name!r}, expected one of: {', '.join(self.points)}")
         return np.ascontiguousarray(self._of_q("points", q, (len(self.points), 2))[..., self.points.index(name), :])

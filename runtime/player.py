@@ -49,7 +49,7 @@ def content(run: Run) -> dict[str, Any]:
         "joints": _numbers(frames.joints.reshape(len(frames.t), -1), length),
         "energy": _energies(frames),
         "links": [
-            {"name": name, "outline": _numbers(np.asarray(outline), length), "discs": _discs(model, k, length)}
+            {"name": name, "outline": _numbers(np.asarray(outline), length), **_surfaces(model, k, length)}
             for k, (name, outline) in enumerate(zip(model.links, model.outlines, strict=True))
         ],
         "jointNames": list(model.joints),
@@ -58,15 +58,19 @@ def content(run: Run) -> dict[str, Any]:
             {"name": name, "point": _numbers(point, length), "normal": _numbers(normal, 9)}
             for name, (point, normal) in model.ground_planes().items()
         ],
+        "fixed": _surfaces(model, -1, length),
         "impacts": [_impact(run, impact, length) for impact in run.impacts],
         "view": _view(view, length),
     }
 
 
-def _discs(model: Drawable, link: int, length: int) -> Any:
-    """[x, y, radius] of each disc of a link, in its frame."""
+def _surfaces(model: Drawable, link: int, length: int) -> dict[str, Any]:
+    """[x, y, radius] of each disc of a link (-1: the ground), in its frame, and the outline of each edge."""
     own = [disc for disc in model.discs if disc.link == link]
-    return [_numbers(np.append(disc.centre, disc.radius), length) for disc in own]
+    return {
+        "discs": [_numbers(np.append(disc.centre, disc.radius), length) for disc in own if disc.end is None],
+        "edges": [_numbers(disc.outline, length) for disc in own if disc.end is not None],
+    }
 
 
 def _impact(run: Run, impact: Impact, length: int) -> dict[str, Any]:

@@ -113,15 +113,18 @@ def _with_both_sides(run: Run, frames: Frames) -> tuple[FloatArray, FloatArray, 
 
 
 def _heights(axes: Any, run: Run, frames: Frames) -> None:
-    """Distance of each contact point from its nearest ground; without any, how far joints are along their lines, or,
-    where none slides, heights of the joints."""
+    """Distance of each contact point from the nearest of what it can touch; without any, how far joints are along their
+    lines, or, where none slides, heights of the joints."""
     model, gaps = run.model, run.model.gaps(frames.q)
     heights: dict[str, FloatArray] = {}
     for (point, ground), gap in zip(model.contacts, gaps.T, strict=True):
         if ground not in model.stops:
             heights[point] = np.minimum(heights.get(point, gap), gap)
     along = {} if heights else dict(model.slides(frames.q))
-    axes.set_ylabel("above ground [m]" if heights else "along line [m]" if along else "height [m]")
+    grounds = {ground for _, ground in model.contacts} <= {*model.ground_planes(), *model.stops}
+    axes.set_ylabel(
+        ("above ground [m]" if grounds else "gap [m]") if heights else "along line [m]" if along else "height [m]"
+    )
     heights = heights or along or {joint: frames.joints[:, k, 1] for k, joint in enumerate(model.joints)}
     shades = needed("matplotlib", "a plot of a run").colormaps["cividis"](np.linspace(0.0, 0.9, max(len(heights), 1)))
     few = len(heights) <= NAMED
@@ -188,8 +191,10 @@ class Drawing:
         return bar
 
     def _disc(self, disc: Disc) -> Any:
-        """The artist of a disc: its rim and a spoke."""
-        (rim,) = self.axes.plot([], [], color=COLOURS[disc.link % len(COLOURS)], linewidth=1.6, zorder=2.5)
+        """The artist of a disc or an edge: its rim and a spoke; what is fixed stays where it is."""
+        colour = SOFT if disc.fixed else COLOURS[disc.link % len(COLOURS)]
+        (rim,) = self.axes.plot([], [], color=colour, linewidth=1.6, zorder=1.5 if disc.fixed else 2.5)
+        rim.set_data(*disc.outline.T)
         return rim
 
     def _draw_grounds(self) -> None:
@@ -217,6 +222,8 @@ class Drawing:
             else:
                 artist.set_data(*points.T)
         for disc, rim in zip(self.model.discs, self._discs, strict=True):
+            if disc.fixed:
+                continue
             rim.set_data(*placed(disc.outline, frames.poses[k, disc.link]).T)
         self._joints.set_data(*frames.joints[k].T)
         low, high = centre - self.view.half, centre + self.view.half

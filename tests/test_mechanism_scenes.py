@@ -24,6 +24,7 @@ DRIVES = {
     "four-bar": ["motor"],
     "jansen-leg": ["axle"],
     "n-four-bar": ["foot_0"],
+    "newtons-cradle": [f"hook_{k}" for k in range(5)],
     "parallelogram": ["motor"],
     "closed-pendulum": ["nail", "pin_0", "pin_1", "pin_2", "pin_5", "pin_6"],
     "flyer": ["left_shoulder", "left_elbow", "right_shoulder", "right_elbow", "tail_root", "tail_joint"],

@@ -11,6 +11,7 @@ from ccgen.generator import load_scene
 from ccgen.generator.pipeline import listing
 
 from .conftest import Workshop
+from .touching_scenes import disc_on_plank
 
 ROOT = Path(__file__).parents[1]
 PLACES = {"k": r"(\d+|g)", "j": r"\d+", "l": r"\d+", "i": r"\d+", "B": r"\w+", "O": r"\w+"}
@@ -22,6 +23,7 @@ SCENES = (
     "flyer",
     "massless-coupler",
     "n-four-bar",
+    "newtons-cradle",
     "open-chain",
     "quick-return",
     "slider-crank",
@@ -102,6 +104,12 @@ def test_every_name_is_in_the_table(scene: str) -> None:
 def test_every_name_of_slots_in_slots_is_in_the_table(workshop: Workshop) -> None:
     text = listing(workshop.scene(SLOTS))
     assert {"slide_0", "along_0_x", "Psi_1_x", "psi_1", "slid_0_x", "drift_1_x", "MR_2", "across_1_y"} <= names(text)
+    assert unknown(text) == []
+
+
+def test_every_name_of_links_that_touch_is_in_the_table(workshop: Workshop) -> None:
+    text = listing(workshop.scene(disc_on_plank(0.3, 0.2, "restitution = 0.0\nfriction = 0.5")))
+    assert {"span_touch_0", "inside_touch_0", "off_touch_0_x", "turn_touch_0", "rt_0_1", "ft_0"} <= names(text)
     assert unknown(text) == []
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from ccgen.generator import generate, load_scene
 from ccgen.runtime import Model, driving_torque, load_model, simulate
+from ccgen.runtime.frames import placed
 
 ROOT = Path(__file__).parents[2]
 IMAGES = ROOT / "docs" / "images"
@@ -23,6 +24,7 @@ TRACES = {
     "slider-crank": (("rod.middle",), 0.5),
     "equal-length-slider-crank": (("rod.A", "rod.B"), 0.8),
     "quick-return": (("lever.D", "ram.tool"), 0.6),
+    "newtons-cradle": (("ball_0.centre", "ball_4.centre"), 0.46),
     "massless-coupler": (("coupler.A", "coupler.B"), 0.6),
 }
 """Points whose paths are drawn, and until when (s)."""
@@ -71,11 +73,16 @@ def walker(folder: Path) -> None:
 
 
 def draw(axes: Any, model: Model, q: np.ndarray, strength: float) -> None:
-    """The links at ``q``: the outline of their named points."""
+    """The links at ``q``: the outline of their named points, and their discs."""
     for k, (x, y, angle) in enumerate(model.poses(q)):
         outline = model.outlines[k] @ np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
         corners = np.vstack([outline, outline[:1]]) + np.array([x, y])
         axes.plot(*corners.T, color="#4477aa", alpha=strength, linewidth=1.6, marker="o", markersize=2)
+        for disc in model.discs:
+            if disc.link == k:
+                axes.plot(
+                    *placed(disc.outline, np.array([x, y, angle])).T, color="#4477aa", alpha=strength, linewidth=1
+                )
 
 
 def main() -> None:

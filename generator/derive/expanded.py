@@ -19,7 +19,7 @@ from ..mechanism.topology import Branch, Topology
 from .derivation import Terms
 from .equations import Assignment, Ledger
 from .expanded_forces import expanded_forces
-from .kinematics import ZERO, Vector, add, dot, local, perp, scale, symbol
+from .kinematics import ZERO, Vector, add, dot, less, local, perp, scale, symbol
 from .names import AXES, State, multiplier, slide_name, solution_name
 
 LIMIT = 4
@@ -31,8 +31,9 @@ class ExpandedForm:
     """M u̇ + h = Q + Aᵀλ and A u̇ + ``A_rate`` = 0; in impact M Δu = AᵀΛ + NᵀP. Checks its shapes and the symmetry of M.
 
     ``multipliers`` are the λ, one per row of ``A``; ``contacts`` names the point and the ground of each row of ``N``;
-    ``definitions`` are the names in ``N`` that stand for expressions in parameters. ``Q`` is ``None`` where nothing
-    but gravity acts; ``forces`` are the names in it, which effects have given to expressions in q, u, t and inputs.
+    ``definitions`` are the names in ``N`` that stand for expressions in parameters and q. ``Q`` is ``None`` where
+    nothing but gravity acts; ``forces`` are the names in it, which effects have given to expressions in q, u, t and
+    inputs.
     """
 
     state: State
@@ -74,6 +75,7 @@ class _Expansion:
         self.state = State.of(mechanism, topology)
         self.u_dot = tuple(sp.Symbol(f"{u}_dot") for u in self.state.u)
         self.arms: dict[sp.Symbol, sp.Expr] = {}
+        self.ledger = Ledger()
         self.inboard = {branch.link: PointRef(branch.link, branch.inboard) for branch in topology.branches}
         origin: Vector = (self.state.q[0], self.state.q[1]) if topology.floating else ZERO
         self.place: dict[int, Vector] = {topology.root: origin}
@@ -90,7 +92,7 @@ class _Expansion:
         nu, rows = len(self.u_dot), self._closure()
         upper = {(i, j): self.tidy(sp.diff(slope[i], self.u_dot[j])) for i in range(nu) for j in range(i, nu)}
         rates = [self._rate(row) for row in rows]
-        contacts, gaps, definitions = self._gaps()
+        contacts, closing, definitions = self._gaps()
         loads, names = expanded_forces(self.mechanism, self.topology, self.state, self.effects, self.position)
         multipliers = [multiplier(*row) for row in self.topology.rows]
         return ExpandedForm(
@@ -101,7 +103,7 @@ class _Expansion:
             self._matrix([[s.subs(still) - force] for s, force in zip(slope, forces, strict=True)], 1),
             self._matrix([[sp.diff(rate, u) for u in self.state.u] for rate in rates], nu),
             self._matrix([[self._rate(rate)] for rate in rates], 1),
-            self._matrix([[sp.diff(self._rate(gap), u) for u in self.state.u] for gap in gaps], nu),
+            self._matrix([[sp.diff(rate, u) for u in self.state.u] for rate in closing], nu),
             definitions,
             self._matrix([[load] for load in loads], 1) if any(loads) else None,
             names,
@@ -116,6 +118,32 @@ class _Expansion:
     def angle(self, link: int) -> sp.Expr:
         """Angle of a link; zero for the ground."""
         return sp.S.Zero if link == GROUND else self.state.angle(link)
+
+    def distance(self, start: PointRef, end: PointRef) -> Vector:
+        """The vector from one named point to another."""
+        return less(self.position(end), self.position(start))
+
+    def velocity(self, ref: PointRef) -> Vector:
+        """How fast a named point moves, as a function of q and u."""
+        x, y = self.position(ref)
+        return (self._rate(x), self._rate(y))
+
+    def approach(self, start: PointRef, end: PointRef) -> Vector:
+        """The rate of :meth:`distance`."""
+        return less(self.velocity(end), self.velocity(start))
+
+    def rate(self, link: int) -> sp.Expr:
+        """Angular velocity of a link; zero for the ground."""
+        return sp.S.Zero if link == GROUND else self.state.rate(link)
+
+    def let(self, name: str, expression: sp.Expr) -> sp.Expr:
+        """A name for what a gap makes of coordinates; rates are not named, so that rows can be taken from them."""
+        if expression.free_symbols & set(self.state.u):
+            return expression
+        return self.ledger.let(name, self.tidy(expression))
+
+    def let_vector(self, name: str, vector: Vector) -> Vector:
+        return (self.let(f"{name}_x", vector[0]), self.let(f"{name}_y", vector[1]))
 
     def _offset(self, link: int, there: Vector, name: str) -> Vector:
         """The inboard point's position and an arm in link axes, turned by the link's angle (eq. 1 and 2)."""
@@ -185,16 +213,15 @@ class _Expansion:
         return add(attached, scale(length, self._line(branch.joint)))
 
     def _gaps(self) -> tuple[tuple[tuple[str, str], ...], list[sp.Expr], tuple[Assignment, ...]]:
-        """Names of the contacts, their gaps (eq. 15), and the names that the gaps use."""
-        ledger = Ledger()
-        found = [gap for effect in self.effects for gap in effect.gaps(ledger.let)]
-        ledger.close("grounds")
-        gaps = [gap.value(self) for gap in found]
-        used = set().union(*(self._rate(gap).free_symbols for gap in gaps))
-        written = [a for block in ledger.blocks for a in block.assignments]
+        """Names of the contacts, the rates of their gaps (eq. 16), and the names that these use."""
+        found = [gap for effect in self.effects for gap in effect.gaps(self.ledger.let)]
+        rates = [gap.closing(self) for gap in found]
+        self.ledger.close("contacts")
+        used = set().union(*(rate.free_symbols for rate in rates))
+        written = [a for block in self.ledger.blocks for a in block.assignments]
         for a in reversed(written):
             used |= a.expression.free_symbols if a.symbol in used else set()
-        return tuple((gap.name, gap.ground) for gap in found), gaps, tuple(a for a in written if a.symbol in used)
+        return tuple((gap.name, gap.ground) for gap in found), rates, tuple(a for a in written if a.symbol in used)
 
     def _matrix(self, rows: list[list[sp.Expr]], columns: int) -> sp.ImmutableMatrix:
         return sp.ImmutableMatrix(len(rows), columns, [self.tidy(entry) for row in rows for entry in row])

@@ -1,7 +1,8 @@
 """Kinds of gaps: a disc above a half-plane (of radius zero: a point), and the angle of a joint before its stop.
 
 A gap asks a :class:`Sight` where things are, and answers with expressions; what its impulses do it says as wrenches on
-links (theory, sections 5.1 and 5.8). To add a kind, write a class with the methods of :class:`Gap`.
+links (theory, sections 5.1 and 5.8). To add a kind, write a class with the methods of :class:`Gap`, as the discs and
+edges of links in ``touching.py``.
 """
 
 from __future__ import annotations
@@ -27,24 +28,48 @@ class Place(Protocol):
         """Angle of a link's frame (rad); zero for the ground."""
         ...
 
-
-class Sight(Place, Protocol):
-    """Where the mechanism is, and how it moves."""
-
-    def arm(self, ref: PointRef) -> Vector:
-        """From the inboard point of the point's link to the point (m)."""
+    def distance(self, start: PointRef, end: PointRef) -> Vector:
+        """The vector from one point to another (m)."""
         ...
+
+    def let(self, name: str, expression: sp.Expr) -> sp.Expr:
+        """A name for what is used more than once."""
+        ...
+
+    def let_vector(self, name: str, vector: Vector) -> Vector:
+        """Names for both entries."""
+        ...
+
+
+class Pace(Place, Protocol):
+    """Where the mechanism is, and how fast it moves."""
 
     def velocity(self, ref: PointRef) -> Vector:
         """Velocity of a point (m/s)."""
+        ...
+
+    def rate(self, link: int) -> sp.Expr:
+        """Angular velocity of a link (rad/s); zero for the ground."""
+        ...
+
+    def approach(self, start: PointRef, end: PointRef) -> Vector:
+        """The rate of the vector from one point to another (m/s)."""
+        ...
+
+
+class Sight(Pace, Protocol):
+    """All that gaps ask."""
+
+    def arm(self, ref: PointRef) -> Vector:
+        """From the inboard point of the point's link to the point (m)."""
         ...
 
     def centripetal(self, ref: PointRef) -> Vector:
         """Acceleration of a point with u̇ = 0 (m/s²)."""
         ...
 
-    def rate(self, link: int) -> sp.Expr:
-        """Angular velocity of a link (rad/s); zero for the ground."""
+    def bend(self, start: PointRef, end: PointRef) -> Vector:
+        """The second rate of that vector with u̇ = 0 (m/s²)."""
         ...
 
 
@@ -78,7 +103,7 @@ class Gap(Protocol):
         """The gap, positive outside."""
         ...
 
-    def closing(self, at: Sight) -> sp.Expr:
+    def closing(self, at: Pace) -> sp.Expr:
         """Its row of N u: the gap's rate."""
         ...
 
@@ -128,7 +153,7 @@ class PlaneGap:
     def value(self, at: Place) -> sp.Expr:
         return dot(self.normal, at.position(self.point)) - self.offset - self.radius
 
-    def closing(self, at: Sight) -> sp.Expr:
+    def closing(self, at: Pace) -> sp.Expr:
         return dot(self.normal, at.velocity(self.point))
 
     def bias(self, at: Sight) -> sp.Expr:
@@ -175,7 +200,7 @@ class AngleGap:
     def value(self, at: Place) -> sp.Expr:
         return self.sign * (at.angle(self.second) - at.angle(self.first) - self.limit)
 
-    def closing(self, at: Sight) -> sp.Expr:
+    def closing(self, at: Pace) -> sp.Expr:
         return self.sign * (at.rate(self.second) - at.rate(self.first))
 
     def bias(self, at: Sight) -> sp.Expr:

@@ -30,6 +30,11 @@ def add(*vectors: Vector) -> Vector:
     return (sp.Add(*(v[0] for v in vectors)), sp.Add(*(v[1] for v in vectors)))
 
 
+def less(v: Vector, w: Vector) -> Vector:
+    """v − w."""
+    return (v[0] - w[0], v[1] - w[1])
+
+
 def scale(factor: sp.Expr, v: Vector) -> Vector:
     return (factor * v[0], factor * v[1])
 

@@ -1,12 +1,28 @@
 """Effects that a scene can name, one module each. To add one, write its module and add its entry below."""
 
-from . import damper, drag, drive, force, gravity, ground, input, joint_friction, motor, spring, stop, torque, torsion
+from . import (
+    damper,
+    drag,
+    drive,
+    force,
+    gravity,
+    ground,
+    input,
+    joint_friction,
+    motor,
+    spring,
+    stop,
+    torque,
+    torsion,
+    touch,
+)
 from .effect import Contact, Effect, Entry, Level, Surroundings
 
 REGISTRY: tuple[Entry, ...] = (
     gravity.ENTRY,
     ground.ENTRY,
     stop.ENTRY,
+    touch.ENTRY,
     spring.ENTRY,
     damper.ENTRY,
     torsion.ENTRY,

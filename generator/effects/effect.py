@@ -25,6 +25,10 @@ Contact = tuple[str, PointRef]
 Plane = tuple[str, Point, Point]
 """A half-plane: its name, a point of its surface, its outward normal."""
 
+Rim = tuple[PointRef, PointRef | None, Parameter | None]
+"""What is drawn of a contact's surface: a disc about a point, or an edge to a second point; its radius (m) or half its
+thickness, ``None`` where that is zero."""
+
 Place = Callable[[PointRef], tuple[float, float]]
 """Where a point of the mechanism is at the start, x and y in m."""
 
@@ -117,8 +121,8 @@ class Effect:
         """Half-planes to be drawn: name, a point of the surface, outward normal."""
         return ()
 
-    def discs(self) -> tuple[tuple[PointRef, Parameter], ...]:
-        """Discs to be drawn: the point about which each lies, and its radius (m)."""
+    def rims(self) -> tuple[Rim, ...]:
+        """Discs and edges to be drawn."""
         return ()
 
     def level(self) -> Level | None:

@@ -13,7 +13,7 @@ from pydantic import Discriminator, Field, Tag
 from ..mechanism.joints import PointRef
 from ..mechanism.links import GROUND, Parameter, Point
 from ..mechanism.mechanism import Mechanism
-from .effect import Complain, Contact, Effect, Entry, Level, Place, Plane, Surroundings
+from .effect import Complain, Contact, Effect, Entry, Level, Place, Plane, Rim, Surroundings
 from .points import find_point
 from .table import Name, Pair, Table
 
@@ -120,8 +120,8 @@ class Ground(Effect):
             for (name, ref), radius in self._rounded()
         )
 
-    def discs(self) -> tuple[tuple[PointRef, Parameter], ...]:
-        return tuple((ref, radius) for (_, ref), radius in self._rounded() if radius)
+    def rims(self) -> tuple[Rim, ...]:
+        return tuple((ref, None, radius) for (_, ref), radius in self._rounded() if radius)
 
     def _rounded(self) -> list[tuple[Contact, Parameter | None]]:
         """Contacts and their radii."""

@@ -54,6 +54,7 @@ def model_data(scene: Scene, topology: Topology, equations: Equations, hash_: st
         "law": _law(scene),
         "outlines": [[_point(point) for point in link.points.values()] for link in mechanism.links],
         "discs": _discs(scene),
+        "ground_names": list(mechanism.ground_points),
         "ground_points": [_point(point) for point in mechanism.ground_points.values()],
         "start": {
             "poses": [list(pose) for pose in scene.start.poses],
@@ -64,19 +65,23 @@ def model_data(scene: Scene, topology: Topology, equations: Equations, hash_: st
 
 
 def _discs(scene: Scene) -> list[Json]:
-    """Each disc about a point of a link once: the link, the point in its frame, and the radius, a parameter's path."""
-    found = dict.fromkeys(disc for effect in scene.effects for disc in effect.discs())
+    """Each disc once: the link (the ground: -1), the centre in its frame, and the radius, a parameter's path or 0;
+    of an edge its end, too."""
+    found = dict.fromkeys(rim for effect in scene.effects for rim in effect.rims())
     point = scene.mechanism.point
-    return [{"link": ref.link, "point": _point(point(ref)), "radius": radius.path} for ref, radius in found]
+    return [
+        {"link": ref.link, "point": _point(point(ref)), "radius": _coordinate(radius)}
+        | ({"end": _point(point(end))} if end else {})
+        for ref, end, radius in found
+    ]
 
 
 def _welded_points(mechanism: Mechanism) -> dict[str, str]:
     """Points of welded links as a scene names them, and as points of the bodies that they have become."""
     return {
-        f"{name}.{point.removeprefix(name + '_')}": f"{mechanism.links[owner].name}.{point}"
+        f"{name}.{point.removeprefix(name + '_')}": f"{mechanism.link_name(owner)}.{point}"
         for name, owner in mechanism.welded.items()
-        if owner != GROUND
-        for point in mechanism.links[owner].points
+        for point in (mechanism.ground_points if owner == GROUND else mechanism.links[owner].points)
         if point.startswith(f"{name}_")
     }
 

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 import sympy as sp
 
+from ..derive.step import step
+
 
 @dataclass(frozen=True)
 class Dialect:
@@ -35,6 +37,7 @@ FUNCTIONS = {
     sp.log: ("log", "log"),
     sp.tanh: ("tanh", "tanh"),
     sp.Abs: ("abs", "fabs"),
+    step: ("step", "unit_step"),
 }
 """Functions of an expression: their names in the listing and in C."""
 

@@ -15,6 +15,7 @@ import sympy as sp
 from sympy.core.parameters import distribute
 
 from ..derive.equations import Assignment, Block, Equations, Kernel
+from ..derive.step import step
 from .errors import FoldError
 
 EXACT = 2.0**53
@@ -31,6 +32,7 @@ FUNCTIONS: dict[type[sp.Basic], Callable[[float], float]] = {
     sp.log: math.log,
     sp.tanh: math.tanh,
     sp.Abs: abs,
+    step: lambda x: float(x > 0.0),
 }
 
 

@@ -180,7 +180,7 @@ def _needed(roots: Iterable[sp.Expr], definitions: dict[sp.Symbol, Assignment]) 
 
 
 def count(expressions: Iterable[sp.Expr]) -> Counts:
-    """Operations as they are written out: signs and absolute values cost nothing, an integer power its products."""
+    """Operations as they are written out: signs, steps and absolute values are free, an integer power is products."""
     tally: Counter[str] = Counter()
     angles: set[sp.Expr] = set()
     for expression in expressions:

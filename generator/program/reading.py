@@ -27,6 +27,7 @@ _FUNCTIONS = {
     "tanh": np.tanh,
     "sqrt": np.sqrt,
     "abs": np.abs,
+    "step": lambda x: np.where(np.greater(x, 0.0), 1.0, 0.0),
 }
 _ALLOWED = (ast.Expression, ast.BinOp, ast.UnaryOp, ast.Name, ast.Load, ast.USub)
 _OPERATORS = (ast.Add, ast.Sub, ast.Mult, ast.Div)

@@ -12,7 +12,7 @@ from pydantic_core import PydanticCustomError
 
 from ..effects.table import Name, Pair, Positive, Table
 
-TAGS = ("<number>", "<list>", "<table>")
+TAGS = ("<number>", "<list>", "<table>", "<text>")
 """Marks that pydantic puts into the place of a fault to say which alternative of a value was meant."""
 
 _ANGLE = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(deg|rad)\s*")

@@ -188,8 +188,9 @@ def check_effects(start: Start, bodies: Bodies, effects: Sequence[tuple[Path, Ef
     """Report what each effect finds wrong with the start."""
     asked = start.sketch
     for path, effect in effects:
+        lifted = asked.height is not None and effect.level() is not None
         for sentence in effect.check_start(lambda ref: place(bodies.mechanism, start, ref)):
-            report.add(("start", "height") if asked.height is not None else path, sentence)
+            report.add(("start", "height") if lifted else path, sentence)
         for sentence in effect.check_angles(lambda link: 0.0 if link < 0 else start.poses[link][2]):
             report.add(path, sentence)
 

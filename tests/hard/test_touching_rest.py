@@ -1,0 +1,138 @@
+"""Discs on links that touch each other: coming to rest, standing, and whatever happens to what is tossed."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from ccgen.runtime import simulate
+
+from ..conftest import Workshop
+from ..touching_scenes import G, free_body
+from .bodies import penetration, rise
+from .conftest import Reach
+
+
+def test_a_ball_comes_to_rest_between_two(workshop: Workshop, reach: Reach) -> None:
+    """Dropped beside the middle, e = 0.5, into the groove of two discs that are held: at rest where it touches both."""
+    body = free_body("ball", 1.0, 0.005, "C = [0, 0]")
+    pairs = "".join(
+        f'[[touch]]\nbetween = ["ball.C", "ground.{p}"]\nradius = 0.1\nrestitution = 0.5\nfriction = 0.2\n'
+        for p in "OQ"
+    )
+    model = workshop.model(
+        f"[ground_link]\npoints = {{ O = [-0.12, 0], Q = [0.12, 0] }}\n{body}{pairs}"
+        f"[gravity]\ng = {G}\n[start]\nslides = {{ x_ball = 0.03, y_ball = 0.5 }}\n"
+    )
+    run = simulate(model, until=4.0)
+    assert run.success, run.message
+    assert set(run.phases[-1].contacts) == {("ball.C", "touch_0"), ("ball.C", "touch_1")}
+    place = run.model.point("ball.C", run.q[-1])
+    reach("in a groove: place of rest, m", np.max(np.abs(place - [0.0, 0.16])), 1e-12)
+    reach("in a groove: speed at rest", np.max(np.abs(run.u[-1])), 1e-10)
+    reach("in a groove: penetration, m", penetration(run), 1e-12)
+    reach("in a groove: energy, J", run.energy_drift, 1e-8)
+
+
+@pytest.mark.parametrize(("mu", "stands"), [(0.268, True), (0.267, False)])
+def test_a_pyramid_of_three(mu: float, stands: bool, workshop: Workshop, reach: Reach) -> None:
+    """Three equal cylinders, two on the ground: it stands from mu = tan 15 degrees = 0.268 between them on."""
+    radius = 0.1
+    height = radius * (1 + np.sqrt(3))
+    bodies = "".join(free_body(name, 1.0, 0.5 * radius**2, "C = [0, 0]") for name in ("left", "right", "top"))
+    pairs = "".join(
+        f'[[touch]]\nbetween = ["top.C", "{side}.C"]\nradius = {radius}\nrestitution = 0.0\nfriction = 0.3\n'
+        for side in ("left", "right")
+    )
+    model = workshop.model(
+        f"[ground_link]\npoints = {{ O = [0, 0] }}\n{bodies}{pairs}[[ground]]\nrestitution = 0.0\nfriction = 0.5\n"
+        f'contacts = ["left.C", "right.C"]\nradius = {radius}\n[gravity]\ng = {G}\n[start]\n'
+        f"slides = {{ x_left = {-radius}, y_left = {radius}, x_right = {radius}, y_right = {radius}, "
+        f"x_top = 0.0, y_top = {float(height)!r} }}\n"
+    )
+    model = model.with_parameters({"touch_0.friction": mu, "touch_1.friction": mu})
+    run = simulate(model, until=0.5)
+    assert run.success, run.message
+    moved = float(np.hypot(*(run.model.point("top.C", run.q[-1]) - [0, height])))
+    if stands:
+        reach("a pyramid that stands: moved, m", moved, 1e-12)
+    else:
+        assert moved > 1e-4
+        reach("a pyramid that falls apart: energy, J", run.energy_drift, 1e-8)
+
+
+@pytest.mark.parametrize("rough", ["", 'friction = 0.3\nlaw = "poisson"'])
+def test_a_hexagon_whose_joints_touch_each_other(rough: str, workshop: Workshop, reach: Reach) -> None:
+    """A ring dropped on one corner, discs about all joints that are no neighbours."""
+    pairs = ((0, 3), (1, 4), (2, 5), (0, 2), (1, 3), (2, 4), (3, 5), (0, 4), (1, 5))
+    touches = "".join(
+        f'[[touch]]\nbetween = ["joint_{a}", "joint_{b}"]\nradius = 0.1\nrestitution = 0.5\n{rough}\n' for a, b in pairs
+    )
+    model = workshop.model(
+        '[loop]\nlinks = 6\n[start]\nheight = 1.0\ntilt = "7 deg"\n[gravity]\n[[ground]]\nrestitution = 0.5\n'
+        f"{rough}\n{touches}"
+    )
+    run = simulate(model, until=4.0)
+    assert run.success, run.message
+    assert sum(any(ground.startswith("touch") for _, ground in impact.contacts) for impact in run.impacts) > 50
+    how = "rough" if rough else "smooth"
+    reach(f"a hexagon whose joints touch, {how}: penetration, m", penetration(run), 1e-10)
+    reach(f"a hexagon whose joints touch, {how}: closure, m", run.closure_max, 1e-11)
+    reach(f"a hexagon whose joints touch, {how}: energy, J", run.energy_drift, 1e-7)
+
+
+TOSSED = """
+[chain]
+links = 4
+length = [0.9, 1.3, 0.7, 1.1]
+mass = [1.0, 0.6, 2.0, 0.8]
+[gravity]
+[[ground]]
+restitution = 0.4
+ROUGH
+[[touch]]
+between = ["link_0.A", "link_3.B"]
+radius = [0.1, 0.15]
+restitution = 0.5
+ROUGH
+[[touch]]
+between = ["link_0.A", "link_2"]
+radius = [0.1, 0.03]
+restitution = 0.2
+ROUGH
+[[touch]]
+between = ["joint_1", "link_3"]
+radius = 0.08
+restitution = 0.7
+ROUGH
+[[touch]]
+between = ["link_3.B", "link_0"]
+radius = [0.05, 0.02]
+restitution = 0.3
+ROUGH
+[start]
+height = 2.0
+"""
+
+
+@pytest.mark.parametrize("rough", ["", 'friction = 0.4\nlaw = "stronge"'])
+def test_tossed_chains_that_touch_themselves(rough: str, workshop: Workshop, reach: Reach) -> None:
+    """Discs and edges of a chain of four, thrown: what must hold whether a run ends or stops and says why."""
+    model, rng = workshop.model(TOSSED.replace("ROUGH", rough)), np.random.default_rng(7)
+    deepest, risen, struck, ended, tosses = 0.0, 0.0, 0, 0, 20
+    for _ in range(tosses):
+        while True:
+            q = rng.uniform(-3, 3, len(model.q_names))
+            q[1] = 3.0
+            if model.gaps(q).min() > 0:
+                break
+        run = simulate(model, q0=q, u0=rng.normal(scale=3.0, size=q.size), until=2.5, rtol=1e-11)
+        assert np.all(np.isfinite(run.q)) and np.all(np.isfinite(run.u))
+        ended += run.success
+        struck += sum(any(ground.startswith("touch") for _, ground in impact.contacts) for impact in run.impacts)
+        deepest, risen = max(deepest, penetration(run)), max(risen, rise(run))
+    how = "rough" if rough else "smooth"
+    reach(f"tossed chains that touch themselves, {how}: penetration, m", deepest, 1e-9)
+    reach(f"tossed chains that touch themselves, {how}: rise of energy", risen, 1e-9)
+    reach(f"tossed chains that touch themselves, {how}: share that stops", 1 - ended / tosses, 0.25)
+    assert struck > 100
