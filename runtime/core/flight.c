@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "passing.h"
+#include "resolution.h"
 
 static const double SAFETY = 0.9, LEAST_CHANGE = 0.2, LARGEST_CHANGE = 6.0;
 static const struct tolerance TO_ROUNDING = {0.0, 0.0};
@@ -360,7 +361,7 @@ enum outcome fly(struct flight *f, struct event *event)
 {
     struct run *run = f->run;
     const double since = f->t;
-    enum outcome outcome = derive(f);
+    enum outcome outcome = f->unresolved > 0.0 ? depart(f) : derive(f);
     event->contact = -1;
     if (run->method->restart)
         run->method->restart(f->scratch, f->s->size);

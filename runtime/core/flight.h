@@ -18,6 +18,8 @@ struct flight {
     int *set;
     struct holding holding; /* of the system */
     double singular;        /* part of the step at which a singular configuration is passed */
+    double unresolved;      /* gaps so small, relative to the contact's extent, are not known: resolution.h */
+    double flat;            /* when the state was last put where closure rows are lost */
 };
 
 /* speed (m/s, rad/s) below which a closed contact neither opens nor closes */

@@ -190,24 +190,68 @@ static void write_rows(struct system *s, const double *q, int held, const double
             g[j * n + i] /= length[j];
 }
 
-double nearest_row(struct system *s, const double *q)
+/* The rows of the closure and of driven joints as columns of room[0], factorised; their rank, or -1 when memory runs out */
+struct factors {
+    double *g, *length, *diagonal, *beta, *right;
+    int *order;
+};
+
+static int factorise_rows(struct system *s, const double *q, struct factors *f)
 {
     const size_t n = s->n, rows = s->model->rows + s->model->drives;
-    double *work = malloc((rows * n + 4 * rows + 1) * sizeof *work), found = 1.0;
-    int *order = malloc((rows + 1) * sizeof *order);
-    if (work && order) {
-        double *g = work, *right = g + rows * n, *length = right + rows, *diagonal = length + rows, *beta = diagonal + rows;
-        memset(s->bias, 0, s->model->rows * sizeof *s->bias);
-        write_rows(s, q, 0, s->bias, NULL, g, right, length);
-        for (size_t j = 0; j < rows; j++)
-            order[j] = (int)j;
-        const int rank = reduce((int)n, (int)rows, g, NEAREST, diagonal, beta, order);
-        for (int k = 0; k < rank; k++)
-            found = fmin(found, fabs(diagonal[k] / diagonal[0]));
+    f->g = malloc((rows * n + 4 * rows + 1) * sizeof *f->g);
+    f->order = malloc((rows + 1) * sizeof *f->order);
+    if (!f->g || !f->order)
+        return -1;
+    f->right = f->g + rows * n;
+    f->length = f->right + rows;
+    f->diagonal = f->length + rows;
+    f->beta = f->diagonal + rows;
+    memset(s->bias, 0, s->model->rows * sizeof *s->bias);
+    write_rows(s, q, 0, s->bias, NULL, f->g, f->right, f->length);
+    for (size_t j = 0; j < rows; j++)
+        f->order[j] = (int)j;
+    return reduce((int)n, (int)rows, f->g, NEAREST, f->diagonal, f->beta, f->order);
+}
+
+int independent_rows(struct system *s, const double *q, double *nearest)
+{
+    struct factors f;
+    const int rank = factorise_rows(s, q, &f);
+    *nearest = 1.0;
+    for (int k = 0; k < rank; k++)
+        *nearest = fmin(*nearest, fabs(f.diagonal[k] / f.diagonal[0]));
+    free(f.g);
+    free(f.order);
+    return rank;
+}
+
+int lost_row(struct system *s, const double *q, int number, double *lambda)
+{
+    const int n = s->n, rows = s->model->rows + s->model->drives;
+    struct factors f;
+    const int rank = factorise_rows(s, q, &f), lost = rank >= 0 && rank + number < rows;
+    if (lost) {
+        double *x = f.g + (size_t)(rank + number) * n;
+        memset(lambda, 0, rows * sizeof *lambda);
+        lambda[f.order[rank + number]] = 1.0 / f.length[f.order[rank + number]];
+        for (int k = rank - 1; k >= 0; k--) {
+            for (int j = k + 1; j < rank; j++)
+                x[k] -= f.g[(size_t)j * n + k] * x[j];
+            x[k] /= f.diagonal[k];
+            lambda[f.order[k]] = -x[k] / f.length[f.order[k]];
+        }
     }
-    free(order);
-    free(work);
-    return found;
+    free(f.g);
+    free(f.order);
+    return lost;
+}
+
+double nearest_row(struct system *s, const double *q)
+{
+    double nearest;
+    independent_rows(s, q, &nearest);
+    return nearest;
 }
 
 /* The last correction of x[n], or of what has at least the size `whole`, was more[count] of orthonormal motions. */

@@ -18,4 +18,10 @@ enum outcome solve_dependent(struct system *s, const double *q, int held, const 
  * 1 where rows are at right angles */
 double nearest_row(struct system *s, const double *q);
 
+/* How many of these rows count, and how near the nearest of them comes */
+int independent_rows(struct system *s, const double *q, double *nearest);
+
+/* lambda[rows + drives] with lambda . A = 0 for row number 0, 1, ... of those that do not count; whether there is one */
+int lost_row(struct system *s, const double *q, int number, double *lambda);
+
 #endif

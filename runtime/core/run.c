@@ -7,13 +7,15 @@
 #include <string.h>
 
 #include "flight.h"
+#include "resolution.h"
 #include "settle.h"
 
 static const double INSTANT = 1e-10; /* s, relative to max(1, t): the time within which events crowd */
 enum {
     REPEATS = 1000, /* impacts at one instant */
     CROWD = 200,   /* events within an instant before what bounces is said to be at rest */
-    RATTLE = 1000  /* the same of events between which no closed contact moves */
+    RATTLE = 1000, /* the same of events between which no closed contact moves */
+    IDLE = 10      /* events of a gap that neither take time nor lead to an impact, before its contact is said to be at rest */
 };
 static const double UNSEEN = 16.0; /* units of rounding: a gap that changes less between two events has not moved */
 
@@ -114,11 +116,12 @@ static enum outcome alternate(struct flight *f)
     struct event event = {-1, 0.0, LOST};
     double last[2 * CROWD]; /* instants of the last events */
     long events = 0, still = 0; /* `still`: events in a row between which nothing moved */
+    int idle = 0;               /* events in a row that changed nothing */
     if (!f->s->model->contacts)
         return fly(f, &event);
     enum outcome outcome = strike(f, -1);
     if (!outcome)
-        outcome = settle(f, (struct loss){-1, PULLS}, 0);
+        outcome = settle(f, (struct loss){-1, PULLS}, NONE_RESTS);
     while (!outcome && f->t < f->run->until) {
         const double before = f->t;
         outcome = fly(f, &event);
@@ -135,9 +138,13 @@ static enum outcome alternate(struct flight *f)
         f->run->events++;
         const struct loss none = {-1, PULLS}, loss = event.watch >= 0 ? watcher(f->s, event.watch) : none;
         const size_t impacts = f->run->impacts.count;
-        outcome = strike(f, event.watch == CLOSES ? event.contact : -1);
+        outcome = close_unresolved(f);
+        if (!outcome)
+            outcome = strike(f, event.watch == CLOSES ? event.contact : -1);
+        const int struck = f->run->impacts.count > impacts;
+        idle = !struck && event.watch == CLOSES && f->t == before ? idle + 1 : 0;
         if (!outcome) /* what was lost is asked anew where an impact has changed it */
-            outcome = settle(f, f->run->impacts.count > impacts ? none : loss, crowded);
+            outcome = settle(f, struck ? none : loss, crowded ? ALL_REST : idle >= IDLE ? event.contact : NONE_RESTS);
     }
     return outcome;
 }

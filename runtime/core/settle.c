@@ -7,7 +7,7 @@
  * so that no gap accelerates inwards and none is pulled. Those that push are held. One that still bounces is held only
  * when its bounces are over within no time: with speed v after the impact, falling back at the acceleration a that it would
  * have if it alone were let go, it is in the air for 2 v / a, and with the restitution e all its bounces to come take
- * 2 v / (a (1 - e)).
+ * 2 v / (a (1 - e)); or, where gaps of some size cannot be known, when they are no higher than that, v^2 / (2 a).
  */
 #include "settle.h"
 
@@ -88,7 +88,7 @@ static int pushes(const struct decision *d, int i)
 }
 
 /* Take out contacts that still bounce, until all that push have come to rest. */
-static enum outcome take_out(const struct flight *f, struct decision *d, int crowded)
+static enum outcome take_out(const struct flight *f, struct decision *d, int resting)
 {
     for (int i = 0; i <= d->count; i++) {
         enum outcome outcome = solve(d, -1, d->P);
@@ -97,12 +97,13 @@ static enum outcome take_out(const struct flight *f, struct decision *d, int cro
         int bouncing = -1;
         for (int j = 0; j < d->count && bouncing < 0; j++) {
             const double speed = f->rates[d->contact[j]], e = f->s->restitution[d->contact[j]];
-            if (!pushes(d, j) || speed <= slow(f, d->contact[j]) || crowded)
+            if (!pushes(d, j) || speed <= slow(f, d->contact[j]) || resting == ALL_REST || resting == d->contact[j])
                 continue;
             if ((outcome = solve(d, j, d->rest)))
                 return outcome;
             const double fall = -gap_acceleration(d, j, d->rest);
-            if (!(2.0 * speed <= REST_TIME * fmax(1.0, fabs(f->t)) * fall * (1.0 - e)))
+            if (!(2.0 * speed <= REST_TIME * fmax(1.0, fabs(f->t)) * fall * (1.0 - e)) &&
+                !(speed * speed <= 2.0 * fall * f->unresolved * f->s->extent[d->contact[j]]))
                 bouncing = j;
         }
         if (bouncing < 0)
@@ -163,7 +164,8 @@ static enum outcome gather(struct flight *f, struct decision *d, struct loss los
     d->scale = 0.0;
     for (int c = 0; c < m->contacts; c++)
         d->scale = fmax(d->scale, fabs(free[c]) + fabs(bias[c]));
-    const double fast = SLOW * REST_TIME * fmax(1.0, fabs(f->t)) * d->scale;
+    const double soon = SLOW * REST_TIME * fmax(1.0, fabs(f->t)) * d->scale;
+    const double fast = fmax(soon, sqrt(2.0 * f->unresolved * s->length * d->scale));
     for (int c = 0; c < m->contacts; c++)
         if (f->gaps[c] <= SHUT * s->extent[c] && fabs(f->rates[c]) <= fmax(fast, slow(f, c))) {
             d->in[d->count] = !(c == loss.contact && loss.how == PULLS);
@@ -269,8 +271,9 @@ static int undetermined(const struct decision *d)
 }
 
 /* Bring the gaps of what is held to rest, and the sliding of what was asked whether it slides: that is rounding, and may be
- * against the direction in which it will slide. */
-static enum outcome rest(struct flight *f, struct decision *d)
+ * against the direction in which it will slide. Other closed contacts that this drives into their grounds come to rest with
+ * them: they would strike and undo it. */
+static enum outcome rest(struct flight *f, struct decision *d, int resting)
 {
     struct holding *h = f->s->holding;
     signed char *slide = d->slide + d->count;
@@ -283,25 +286,35 @@ static enum outcome rest(struct flight *f, struct decision *d)
             k++;
         }
     hold_contacts(h, count, h->set, h->slide);
-    const enum outcome outcome = project_velocity(f->s, f->y, f->y + f->s->n);
+    enum outcome outcome = project_velocity(f->s, f->y, f->y + f->s->n);
+    f->s->model->gap_rates(f->s->k, f->y, f->y + f->s->n, f->rates);
+    for (int i = 0; resting == ALL_REST && i < d->count; i++)
+        if (!pushes(d, i) && f->rates[d->contact[i]] < 0.0) {
+            h->slide[h->count] = SMOOTH;
+            h->set[h->count++] = d->contact[i];
+        }
+    if (!outcome && h->count > count) {
+        hold_contacts(h, h->count, h->set, h->slide);
+        outcome = project_velocity(f->s, f->y, f->y + f->s->n);
+    }
     hold_contacts(h, count, h->set, slide);
     memcpy(h->weight, d->rest, rows * sizeof *d->rest);
     return outcome;
 }
 
-static enum outcome decide(struct flight *f, struct decision *d, struct loss loss, int crowded)
+static enum outcome decide(struct flight *f, struct decision *d, struct loss loss, int resting)
 {
     enum outcome outcome = gather(f, d, loss);
     if (!outcome && undetermined(d))
         return OUTCOME_JAMMED;
     if (!outcome && d->count)
-        outcome = take_out(f, d, crowded);
+        outcome = take_out(f, d, resting);
     if (outcome || !d->count)
         return outcome;
     if ((outcome = hold(f, d, loss)) || !f->s->holding->count)
         return outcome;
     outcome = project_position(f->s, f->y);
-    return outcome ? outcome : rest(f, d);
+    return outcome ? outcome : rest(f, d, resting);
 }
 
 /* How every contact is held, for the record: 0 apart, 1 slides backward, 2 smooth, 3 forward,
@@ -314,7 +327,7 @@ static void present(const struct holding *h, int contacts, signed char *out)
         out[h->set[i]] = h->slide[i] == LIMIT ? 6 : h->slide[i] == -LIMIT ? 7 : 2 + h->slide[i];
 }
 
-enum outcome settle(struct flight *f, struct loss loss, int crowded)
+enum outcome settle(struct flight *f, struct loss loss, int resting)
 {
     struct holding *h = f->s->holding;
     struct run *run = f->run;
@@ -338,7 +351,7 @@ enum outcome settle(struct flight *f, struct loss loss, int crowded)
         memset(h->closed, APART, c);
         h->carried = 0;
         hold_contacts(h, 0, NULL, NULL);
-        outcome = decide(f, &d, loss, crowded);
+        outcome = decide(f, &d, loss, resting);
         present(h, (int)c, before + c);
         if (!outcome && memcmp(before, before + c, c) && append_hold(&run->holds, f->t, (int)c, before + c))
             outcome = OUTCOME_NO_MEMORY;

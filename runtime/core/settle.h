@@ -4,10 +4,13 @@
 
 #include "flight.h"
 
+/* which contacts that bounce are said to be at rest: none, all, or otherwise the one of that number */
+enum { NONE_RESTS = -1, ALL_REST = -2 };
+
 /* Decide which of the closed contacts are held from now on, after all impacts of the instant; put the state where their
  * gaps are shut and do not change. `loss` says which contact cannot be held any more as it was; its contact is -1
- * if there is none. `crowded`: events follow each other
- * without time between them, so what still bounces is taken as at rest. */
-enum outcome settle(struct flight *f, struct loss loss, int crowded);
+ * if there is none. `resting` says what is at rest although it bounces, because events follow each other
+ * without time between them. */
+enum outcome settle(struct flight *f, struct loss loss, int resting);
 
 #endif

@@ -1,0 +1,320 @@
+/* Gaps that rounding leaves unknown, near configurations where closure rows become dependent (docs/theory, section 8).
+ *
+ * Links that all but lie in a line shut their loop to second order only. Moved by x (times length) across the row that all but
+ * depends on others, at the distance sigma from dependence, the closure opens by sigma x + x^2. What it misses by rounding, c,
+ * is known; so x is known to
+ *
+ *     x = 2 c / (sigma + sqrt(sigma^2 + 4 c)),
+ *
+ * c / sigma at a distance, sqrt(c) where the rows depend: 5e-8 in doubles. Gaps as small as that, and impacts and forces that
+ * follow from them, are rounding; their events would go on for ever.
+ */
+#include "resolution.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "contact.h"
+#include "robust.h"
+
+static const double MARGIN = 4.0;                 /* a gap is the sum of several such x */
+static const double ROUNDING = 2.0 * DBL_EPSILON; /* times length and links: what sums of their places are known to */
+static const double SHUT = 1e-12;                 /* times extent: a gap so small is closed */
+static const double TURNS = 4.0;                  /* times x and links: sigma where links turned by x make rows depend */
+static const double ADDED = 1e-13;                /* times the energy: more than that would not be rounding */
+static const double STRAIGHT = CCGEN_LIMIT(1e-12, 1e-5); /* times speed^2: what is left of the closure's second derivative */
+static const double ASIDE = CCGEN_LIMIT(1e-4, 1e-2);     /* rad: a difference quotient's step */
+enum { PASSES = 20 };
+
+/* What is unknown, times length, at the distance sigma of a closure that misses by `miss` times length */
+static double unknown(double sigma, double miss)
+{
+    return MARGIN * 2.0 * miss / (sigma + sqrt(sigma * sigma + 4.0 * miss));
+}
+
+/* What the closure misses, or may miss by rounding, times length */
+static double missed(struct flight *f)
+{
+    struct system *s = f->s;
+    double found = ROUNDING * s->model->links;
+    s->model->closure(s->k, f->y, s->rows);
+    for (int i = 0; i < s->model->rows; i++)
+        found = fmax(found, fabs(s->rows[i]) / s->length);
+    return found;
+}
+
+/* The contacts with gaps below `unresolved` into f->set: their number, or 0 where they are closed to rounding already. */
+static int unresolved_ones(struct flight *f, double unresolved)
+{
+    const struct system *s = f->s;
+    int count = 0, open = 0;
+    s->model->gaps(s->k, f->y, f->gaps);
+    for (int c = 0; c < s->model->contacts; c++)
+        if (f->gaps[c] <= unresolved * s->extent[c]) {
+            open |= fabs(f->gaps[c]) > ROUNDING * s->model->links * s->extent[c];
+            f->set[count++] = c;
+        }
+    return open ? count : 0;
+}
+
+static double energy(const struct flight *f, const double *y)
+{
+    double parts[2];
+    f->s->model->energy(f->s->k, y, y + f->s->n, parts);
+    return parts[0] + parts[1];
+}
+
+/* Put y1, a copy of the state, where the contacts f->set are closed; whether there is such a place, with rows of the closure
+ * lost, nothing behind its surface, and no energy added but by lifting what is behind its surface. */
+static int closes(struct flight *f, int count, double miss, int rank)
+{
+    struct system *s = f->s;
+    double nearest;
+    memcpy(f->y1, f->y, (size_t)s->size * sizeof *f->y);
+    if (project_position(s, f->y1) || independent_rows(s, f->y1, &nearest) >= rank)
+        return 0;
+    s->model->closure(s->k, f->y1, s->rows);
+    for (int i = 0; i < s->model->rows; i++)
+        if (!(fabs(s->rows[i]) <= miss * s->length))
+            return 0;
+    int behind = 0;
+    for (int i = 0; i < count; i++)
+        behind |= f->gaps[f->set[i]] < -ROUNDING * s->model->links * s->extent[f->set[i]];
+    s->model->gaps(s->k, f->y1, f->gaps);
+    for (int c = 0; c < s->model->contacts; c++)
+        if (!(f->gaps[c] >= -SHUT * s->extent[c]))
+            return 0;
+    for (int i = 0; i < count; i++)
+        if (f->gaps[f->set[i]] > SHUT * s->extent[f->set[i]])
+            return 0;
+    const double before = energy(f, f->y);
+    return behind || energy(f, f->y1) <= before + ADDED * fabs(before);
+}
+
+/* The largest acceleration of a gap at y1 without forces between contacts; negative where there is none */
+static double falling(struct flight *f)
+{
+    struct system *s = f->s;
+    double found = 0.0, *free = s->holding->rates, *bias = s->holding->slips;
+    if (system_derivative(s, f->t, f->y1, f->dy1))
+        return -1.0;
+    s->model->gap_rates(s->k, f->y1, f->dy1 + s->n, free);
+    s->model->gap_bias(s->k, f->y1, f->y1 + s->n, bias);
+    for (int c = 0; c < s->model->contacts; c++)
+        found = fmax(found, fabs(free[c]) + fabs(bias[c]));
+    return found;
+}
+
+/* What velocities u open the closure by to second order, along the combination lambda of rows that is lost */
+static double bend(struct system *s, const double *q, const double *u, const double *lambda)
+{
+    double found = 0.0;
+    s->model->closure_bias(s->k, q, u, s->rows);
+    for (int j = 0; j < s->model->rows; j++)
+        found += lambda[j] * s->rows[j];
+    return found;
+}
+
+static double fastest(const struct system *s, const double *u)
+{
+    double speed = 0.0;
+    for (int i = 0; i < s->n; i++)
+        speed = fmax(speed, fabs(u[i]) / (i < s->model->base ? s->length : 1.0));
+    return speed;
+}
+
+static void impulsive(const struct system *s, const double *q, const void *context, const double *x, double *out)
+{
+    const double *f = context;
+    s->model->momentum(s->k, q, x, out);
+    for (int i = 0; i < s->n; i++)
+        out[i] -= f[i];
+}
+
+/* work[2 n]: the gradient of bend(u), and M^-1 times it with loops shut and held contacts at rest. Their product, or 0. */
+static double steepest(struct system *s, const double *q, const double *lambda, double speed, double *u, double *work)
+{
+    const int n = s->n, rows = held_rows(s, 1);
+    double *gradient = work, *du = work + n, product = 0.0;
+    for (int i = 0; i < n; i++) {
+        const double here = u[i], step = speed * (i < s->model->base ? s->length : 1.0);
+        u[i] = here + step;
+        const double more = bend(s, q, u, lambda);
+        u[i] = here - step;
+        gradient[i] = (more - bend(s, q, u, lambda)) / (2.0 * step);
+        u[i] = here;
+    }
+    memset(s->bias, 0, (s->model->rows + rows) * sizeof *s->bias);
+    if (!(speed > 0.0) || solve_dependent(s, q, rows, s->bias, NULL, NEAREST, impulsive, gradient, du, s->multipliers))
+        return 0.0;
+    for (int i = 0; i < n; i++)
+        product += gradient[i] * du[i];
+    return fmax(product, 0.0);
+}
+
+/* Bring the velocities of y1 to the nearest ones that the closure allows to second order: where rows are lost, those along which
+ * the loop can go on. Whether there are such. */
+static int straighten(struct flight *f)
+{
+    struct system *s = f->s;
+    const int rows = s->model->rows + s->model->drives;
+    double *u = f->y1 + s->n, *lambda = malloc((rows + 2 * s->n) * sizeof *lambda), *work = lambda ? lambda + rows : NULL;
+    int done = lambda != NULL;
+    for (int number = 0; done && lost_row(s, f->y1, number, lambda); number++) {
+        const double speed = fastest(s, u);
+        double bent = bend(s, f->y1, u, lambda);
+        for (int pass = 0; pass < PASSES && fabs(bent) > STRAIGHT * speed * speed; pass++) {
+            const double product = steepest(s, f->y1, lambda, speed, u, work);
+            for (int i = 0; i < s->n && product > 0.0; i++)
+                u[i] -= bent / product * work[s->n + i];
+            bent = bend(s, f->y1, u, lambda);
+        }
+        done = fabs(bent) <= STRAIGHT * speed * speed;
+    }
+    free(lambda);
+    return done;
+}
+
+/* The accelerations f->dy, brought to what they are in the limit along the velocities: bend(u) stays 0 along the motion. */
+static enum outcome limit(struct flight *f)
+{
+    struct system *s = f->s;
+    const int rows = s->model->rows + s->model->drives, n = s->n;
+    double *u = f->y + n, *u_dot = f->dy + n, *lambda = malloc((rows + 3 * n) * sizeof *lambda);
+    if (!lambda)
+        return OUTCOME_NO_MEMORY;
+    double *work = lambda + rows, *q = work + 2 * n;
+    const double speed = fastest(s, u), time = ASIDE / speed;
+    for (int number = 0; lost_row(s, f->y, number, lambda); number++) {
+        const double product = steepest(s, f->y, lambda, speed, u, work);
+        double wrong = 0.0;
+        for (int side = -1; side <= 1; side += 2) {
+            for (int i = 0; i < n; i++)
+                q[i] = f->y[i] + side * time * u[i];
+            wrong += side * bend(s, q, u, lambda) / (2.0 * time);
+        }
+        for (int i = 0; i < n; i++)
+            wrong += work[i] * u_dot[i];
+        for (int i = 0; i < n && product > 0.0; i++)
+            u_dot[i] -= wrong / product * work[n + i];
+    }
+    free(lambda);
+    return OUTCOME_DONE;
+}
+
+enum outcome depart(struct flight *f)
+{
+    struct system *s = f->s;
+    const size_t n = s->n;
+    int leaves = 0;
+    s->model->gap_rates(s->k, f->y, f->y + n, f->rates);
+    for (int c = 0; c < s->model->contacts; c++)
+        leaves |= f->rates[c] > slow(f, c);
+    if (!leaves || f->t != f->flat)
+        return derive(f);
+    memcpy(f->y1, f->y, (size_t)s->size * sizeof *f->y);
+    if (straighten(f) && energy(f, f->y1) <= energy(f, f->y)) /* once more: contacts have come to rest */
+        memcpy(f->y + n, f->y1 + n, n * sizeof *f->y);
+    if (keep(f))
+        return OUTCOME_NO_MEMORY;
+    const enum outcome outcome = derive(f);
+    return outcome ? outcome : limit(f);
+}
+
+/* Hold those of the contacts f->set that are at rest. */
+static void hold_resting(struct flight *f, int count)
+{
+    struct holding *h = f->s->holding;
+    int held = 0;
+    f->s->model->gap_rates(f->s->k, f->y1, f->y1 + f->s->n, f->rates);
+    for (int i = 0; i < count; i++)
+        if (fabs(f->rates[f->set[i]]) <= slow(f, f->set[i])) {
+            h->slide[held] = SMOOTH;
+            h->set[held++] = f->set[i];
+        }
+    hold_contacts(h, held, h->set, h->slide);
+}
+
+/* Whether the contacts f->set move as contacts at the end of their bounces do, too slowly to leave what is unknown; or all
+ * others fall into their grounds, along velocities that lead there. */
+static int arrives(struct flight *f, int count, double unresolved)
+{
+    const struct system *s = f->s;
+    const double fall = falling(f);
+    for (int straightened = 0;; straightened++) {
+        int fast = 0;
+        s->model->gap_rates(s->k, f->y1, f->y1 + s->n, f->rates);
+        for (int i = 0; i < count; i++) {
+            const double rate = f->rates[f->set[i]];
+            const int quick = rate * rate > 2.0 * fall * unresolved * s->extent[f->set[i]];
+            if (quick && straightened && rate > 0.0)
+                return 0;
+            fast |= quick;
+        }
+        if (!fast || straightened)
+            return 1;
+        hold_resting(f, count);
+        if (!straighten(f))
+            return 0;
+        hold_contacts(s->holding, 0, NULL, NULL);
+    }
+}
+
+/* Close the contacts with gaps below `unresolved` if that makes closure rows fewer than `rank`; whether it was done. */
+static int close_below(struct flight *f, double unresolved, double miss, int rank, enum outcome *outcome)
+{
+    struct system *s = f->s;
+    struct holding *h = s->holding;
+    const size_t all = s->model->contacts;
+    const int count = unresolved_ones(f, unresolved), held = h->count, rows = h->rows;
+    if (!count)
+        return 0;
+    int *set = malloc(all * sizeof *set), done = 0;
+    signed char *slide = calloc(2 * all, 1);
+    double *weight = malloc(2 * all * sizeof *weight);
+    *outcome = OUTCOME_NO_MEMORY;
+    if (set && slide && weight) {
+        memcpy(set, h->set, held * sizeof *set);
+        memcpy(slide + all, h->slide, held);
+        memcpy(weight, h->weight, rows * sizeof *weight);
+        hold_contacts(h, count, f->set, slide);
+        done = closes(f, count, miss, rank);
+        hold_contacts(h, 0, NULL, NULL);
+        done = done && !project_velocity(s, f->y1, f->y1 + s->n) && arrives(f, count, unresolved);
+        hold_contacts(h, held, set, slide + all);
+        memcpy(h->weight, weight, rows * sizeof *weight);
+        *outcome = OUTCOME_DONE;
+    }
+    if (done) {
+        memcpy(f->y, f->y1, (size_t)s->size * sizeof *f->y);
+        f->unresolved = unresolved;
+        f->flat = f->t;
+    }
+    free(set);
+    free(slide);
+    free(weight);
+    return done;
+}
+
+enum outcome close_unresolved(struct flight *f)
+{
+    struct system *s = f->s;
+    const int rows = s->model->rows + s->model->drives;
+    enum outcome outcome = OUTCOME_DONE;
+    f->unresolved = 0.0;
+    if (!s->model->rows)
+        return outcome;
+    const double miss = missed(f);
+    if (!unresolved_ones(f, unknown(0.0, miss)))
+        return outcome;
+    double sigma;
+    const int rank = independent_rows(s, f->y, &sigma);
+    const double unresolved = unknown(sigma, miss);
+    if (sigma <= TURNS * s->model->links * unresolved && close_below(f, unresolved, miss, rank, &outcome))
+        return outcome;
+    if (rank < rows && !outcome) /* a row that is left out already: how near, is not known either */
+        close_below(f, MARGIN * NEAREST, miss, rank + 1, &outcome);
+    return outcome;
+}
