@@ -12,8 +12,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const double DEPENDENT = 1e-11; /* a pivot below this fraction of its diagonal entry has lost its digits */
-static const double WELL = 1e-6;       /* likewise, has lost no more digits than can be spared */
+static const double DEPENDENT = CCGEN_LIMIT(1e-11, 1e-5); /* a pivot below this fraction of its diagonal entry has lost its digits */
+static const double WELL = CCGEN_LIMIT(1e-6, 1e-3);       /* likewise, has lost no more digits than can be spared */
 enum { STEPS = 10 };                   /* per contact; far more than ever needed */
 
 /* Eigenvalues of symmetric a[n][n] on its diagonal and eigenvectors in the columns of v, by cyclic Jacobi rotations. */
@@ -148,7 +148,7 @@ static int all_push(int n, const double *W, const double *b, double scale, doubl
     solve_semidefinite(n, W, r, P, scratch);
     int wrong = 0;
     for (int i = 0; i < n; i++)
-        wrong |= P[i] < 0.0 || fabs(residual(n, W, b, P, i)) > 1e-10 * scale;
+        wrong |= P[i] < 0.0 || fabs(residual(n, W, b, P, i)) > CCGEN_LIMIT(1e-10, 1e-4) * scale;
     return wrong;
 }
 
@@ -211,7 +211,7 @@ int solve_complementarity(int n, const double *W, const double *b, double *P)
     memset(P, 0, (size_t)n * sizeof *P);
     for (int step = 0, m = 0; step < STEPS * (n + 1) && m >= 0; step++) {
         int enter = -1;
-        double worst = -1e-13 * scale;
+        double worst = -CCGEN_LIMIT(1e-13, 1e-6) * scale;
         for (int i = 0; i < n; i++) {
             int pushes = 0;
             for (int j = 0; j < m; j++)

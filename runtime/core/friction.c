@@ -7,8 +7,10 @@
  *     0 <= (Pn, r, vl)  complementary to  (vn, vr, l) >= 0 ,
  *
  * which is linear in (Pn, r, vl) (F. Pfeiffer, C. Glocker, Multibody Dynamics with Unilateral Contacts, 1996, section 8).
- * A contact known to slide needs its normal row alone, with Pt = -mu Pn forward. Solved by complementary pivoting (C. E.
- * Lemke, Management Science 11, 1965); where that ends on a ray there is no solution: friction jams (Painleve).
+ * A contact known to slide needs its normal row alone, with Pt = -mu Pn forward. It is solved by pivoting; where that ends on
+ * a ray there is no solution: friction jams (Painleve). That holds in exact arithmetic. So every answer is put back into
+ * Coulomb's law, and where it does not meet it, or there is none, others are looked for: by other pivots, contact by contact,
+ * and where contacts are few by trying every way in which they can push, stick, slide and leave.
  */
 #include "friction.h"
 
@@ -16,169 +18,182 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { PIVOTS = 50 /* per unknown */, SWEEPS = 20000 };
+#include "coulomb.h"
+#include "lemke.h"
 
-/* One pivot of the tableau T[m][width] on (row, column). */
-static void pivot(int m, int width, double *T, int row, int column)
-{
-    double *p = T + (size_t)row * width;
-    const double inverse = 1.0 / p[column];
-    for (int j = 0; j < width; j++)
-        p[j] *= inverse;
-    p[column] = 1.0;
-    for (int i = 0; i < m; i++) {
-        double *r = T + (size_t)i * width;
-        const double factor = r[column];
-        if (i == row || factor == 0.0)
-            continue;
-        for (int j = 0; j < width; j++)
-            r[j] -= factor * p[j];
-        r[column] = 0.0;
-    }
-}
+enum { SWEEPS = 20000, RESTARTS = 12, SHIFTS = 3 };
+/* times the largest rate: breaks ties */
+static const double SHIFT[SHIFTS] = {CCGEN_LIMIT(1e-10, 1e-4), CCGEN_LIMIT(1e-7, 1e-3), CCGEN_LIMIT(1e-12, 1e-5)};
+/* What an answer may break the law by where none meets it: rates that are rounding beside far larger ones */
+static const double NEARLY = CCGEN_LIMIT(1e-8, 1e-4);
 
-/* 0 <= z, 0 <= w = M z + q, z.w = 0 by Lemke's method; as solve_friction. */
-static int lemke(int m, const double *M, const double *q, double *z)
+static double row_rate(const struct rough *c, int row, const double *Pn, const double *Pt)
 {
-    const int width = 2 * m + 2, last = width - 1;
-    double *T = calloc((size_t)m * width, sizeof *T);
-    int *basis = malloc((m + 1) * sizeof *basis);
-    int result = 2, row = -1;
-    double scale = 0.0;
-    memset(z, 0, m * sizeof *z);
-    if (!T || !basis)
-        goto end;
-    for (int i = 0; i < m; i++) {
-        scale = fmax(scale, fabs(q[i]));
-        T[(size_t)i * width + i] = 1.0;
-        for (int j = 0; j < m; j++)
-            T[(size_t)i * width + m + j] = -M[i * m + j];
-        T[(size_t)i * width + 2 * m] = -1.0;
-        T[(size_t)i * width + last] = q[i];
-        basis[i] = i;
-        if (q[i] < (row < 0 ? 0.0 : q[row]))
-            row = i;
-    }
-    if (row < 0) {
-        result = 0;
-        goto end;
-    }
-    int entering = 2 * m;
-    for (int step = 0; step < PIVOTS * (m + 1); step++) {
-        const int leaving = basis[row];
-        pivot(m, width, T, row, entering);
-        basis[row] = entering;
-        if (leaving == 2 * m) {
-            result = 0;
-            break;
-        }
-        entering = leaving < m ? leaving + m : leaving - m;
-        row = -1;
-        double best = INFINITY;
-        for (int i = 0; i < m; i++) {
-            const double d = T[(size_t)i * width + entering];
-            if (d <= 1e-12)
-                continue;
-            const double ratio = fmax(T[(size_t)i * width + last], 0.0) / d;
-            const double tie = 1e-13 * (scale + ratio);
-            if (ratio < best - tie || (ratio <= best + tie && (basis[i] == 2 * m || (row >= 0 && basis[row] != 2 * m &&
-                                                                                      d > T[(size_t)row * width + entering])))) {
-                best = ratio < best ? ratio : best;
-                row = i;
-            }
-        }
-        if (row < 0) {
-            result = 1;
-            break;
-        }
-    }
-    for (int i = 0; i < m; i++)
-        if (basis[i] >= m && basis[i] < 2 * m)
-            z[basis[i] - m] = fmax(T[(size_t)i * width + last], 0.0);
-end:
-    free(T);
-    free(basis);
-    return result;
-}
-
-static double row_rate(int n, const double *W, int i, double b, const double *Pn, const double *Pt)
-{
+    const int n = c->n;
+    double rate = row < n ? c->bn[row] : c->bt[row - n];
     for (int j = 0; j < n; j++)
-        b += W[(size_t)i * 2 * n + j] * Pn[j] + W[(size_t)i * 2 * n + n + j] * Pt[j];
-    return b;
+        rate += c->W[(size_t)row * 2 * n + j] * Pn[j] + c->W[(size_t)row * 2 * n + n + j] * Pt[j];
+    return rate;
 }
 
-/* The same contact by contact, again and again, for what pivoting has lost in rounding: 0, or 1 if it does not settle. */
-static int sweep(int n, const double *W, const double *bn, const double *bt, const double *mu, const signed char *slide,
-                 const double *least, double *Pn, double *Pt)
+/* Contact by contact, again and again, for more contacts than there are ways to try: 0 where it settles. */
+static int sweep(const struct rough *c, double *Pn, double *Pt)
 {
+    const int n = c->n;
     memset(Pn, 0, n * sizeof *Pn);
     memset(Pt, 0, n * sizeof *Pt);
     for (int pass = 0; pass < SWEEPS; pass++) {
         double change = 0.0, largest = 0.0;
         for (int i = 0; i < n; i++) {
-            const double nn = W[(size_t)i * 2 * n + i], nt = W[(size_t)i * 2 * n + n + i];
-            const double tt = W[(size_t)(n + i) * 2 * n + n + i], floor = least ? least[i] : 0.0;
-            const double own = nn - slide[i] * mu[i] * nt, was = Pn[i], pulled = Pt[i];
+            const double *normal = c->W + (size_t)i * 2 * n, *tangent = normal + (size_t)n * 2 * n;
+            const int slides = sliding(c, i);
+            const double own = normal[i] - slides * c->mu[i] * normal[n + i], was = Pn[i], pulled = Pt[i];
             if (!(own > 0.0))
                 return 1;
-            Pn[i] = fmax(floor, was - row_rate(n, W, i, bn[i], Pn, Pt) / own);
-            const double limit = mu[i] * Pn[i];
-            Pt[i] = slide[i] ? -slide[i] * limit : fmin(fmax(pulled, -limit), limit);
-            if (!slide[i] && limit > 0.0)
-                Pt[i] = fmin(fmax(Pt[i] - row_rate(n, W, n + i, bt[i], Pn, Pt) / tt, -limit), limit);
+            Pn[i] = fmax(c->least ? c->least[i] : 0.0, was - row_rate(c, i, Pn, Pt) / own);
+            const double limit = rough_at(c, i) ? c->mu[i] * Pn[i] : 0.0;
+            Pt[i] = slides ? -slides * limit : fmin(fmax(pulled, -limit), limit);
+            if (!slides && limit > 0.0)
+                Pt[i] = fmin(fmax(Pt[i] - row_rate(c, n + i, Pn, Pt) / tangent[n + i], -limit), limit);
             change = fmax(change, fmax(fabs(Pn[i] - was), fabs(Pt[i] - pulled)));
             largest = fmax(largest, Pn[i]);
         }
-        if (change <= 1e-15 * largest)
+        if (change <= CCGEN_LIMIT(1e-15, 1e-6) * largest)
             return 0;
     }
     return 1;
 }
 
+/* The complementarity problem of the contacts in the unknowns of the head of this file. */
+struct pivots {
+    int m;
+    int *place;                               /* [n] where r of a contact stands, vl behind it; -1 where it has none */
+    double *k;                                /* [n] Pt = -k Pn + r */
+    double *M, *q, *cover, *shift, *z, *unit; /* [m][m], [m] and so on; unit: of a row, the root of its compliance */
+    char *in;                                 /* [m] of the basis */
+    signed char *limit;                       /* [n] at which friction is, as in impulses_of */
+    double *best, worst;                      /* [2n] the answer that breaks the law least, and by how much */
+};
+
+static void assemble(const struct rough *c, struct pivots *p)
+{
+    const int n = c->n, m = p->m;
+    for (int i = 0; i < n; i++)
+        for (int t = 0; t < (p->place[i] < 0 ? 1 : 2); t++) {
+            const double *row = c->W + (size_t)(i + t * n) * 2 * n, own = sqrt(fmax(row[i + t * n], 0.0));
+            const int r = t ? p->place[i] : i;
+            p->q[r] = t ? c->bt[i] : c->bn[i];
+            p->unit[r] = own > 0.0 ? own : 1.0;
+            for (int j = 0; j < n; j++) {
+                p->M[r * m + j] = row[j] - row[n + j] * p->k[j];
+                if (c->least)
+                    p->q[r] += p->M[r * m + j] * c->least[j];
+                if (p->place[j] >= 0)
+                    p->M[r * m + p->place[j]] = row[n + j];
+            }
+            if (t) {
+                p->M[r * m + r + 1] = 1.0;
+                p->M[(r + 1) * m + i] = 2.0 * c->mu[i];
+                p->M[(r + 1) * m + r] = -1.0;
+                p->q[r + 1] = c->least ? 2.0 * c->mu[i] * c->least[i] : 0.0;
+                p->unit[r + 1] = 1.0 / p->unit[r];
+            }
+        }
+}
+
+/* A cover and a shift of their own for every restart, in no order that could be that of the problem */
+static void vary(struct pivots *p, int restart)
+{
+    double speed = 0.0;
+    for (int i = 0; i < p->m; i++)
+        speed = fmax(speed, fabs(p->q[i]) / p->unit[i]);
+    for (int i = 0; i < p->m; i++) {
+        const double place = 0.6180339887498949 * (restart * p->m + i), part = place - (double)(long)place;
+        p->cover[i] = p->unit[i] * (1.0 + part);
+        p->shift[i] = SHIFT[restart % SHIFTS] * speed * p->unit[i] * (2.0 - part);
+    }
+}
+
+/* Whether an answer meets the law; if none does, the best one is remembered. */
+static int meets(const struct rough *c, struct pivots *p, const double *Pn, const double *Pt)
+{
+    const double worst = broken(c, Pn, Pt);
+    if (worst < p->worst) {
+        p->worst = worst;
+        memcpy(p->best, Pn, c->n * sizeof *Pn);
+        memcpy(p->best + c->n, Pt, c->n * sizeof *Pt);
+    }
+    return worst <= CONSISTENT;
+}
+
+/* By pivots, and where those have lost too many digits, once more from which contacts they let push, slide and stick: 0 where
+ * the law is met. */
+static int pivots(const struct rough *c, struct pivots *p, int restart, double *Pn, double *Pt)
+{
+    if (restart)
+        vary(p, restart);
+    const int wrong = lemke(p->m, p->M, p->q, restart ? p->cover : NULL, restart ? p->shift : NULL, p->z, p->in);
+    if (wrong)
+        return wrong;
+    for (int i = 0; i < c->n; i++) {
+        const int r = p->place[i];
+        Pn[i] = p->z[i] + (c->least ? c->least[i] : 0.0);
+        Pt[i] = r < 0 ? -p->k[i] * Pn[i] : p->z[r] - c->mu[i] * Pn[i];
+        p->limit[i] = r < 0 || !p->in[r] ? -1 : p->in[r + 1];
+    }
+    if (meets(c, p, Pn, Pt))
+        return 0;
+    return impulses_of(c, p->in, p->limit, Pn, Pt) || !meets(c, p, Pn, Pt) ? 3 : 0;
+}
+
+static int search(const struct rough *c, struct pivots *p, double *Pn, double *Pt)
+{
+    const int first = pivots(c, p, 0, Pn, Pt);
+    if (!first)
+        return 0;
+    for (int restart = 1; restart <= RESTARTS; restart++)
+        if (!pivots(c, p, restart, Pn, Pt))
+            return 0;
+    if (!least_impulses(c, 0, Pn, Pt) || (!sweep(c, Pn, Pt) && meets(c, p, Pn, Pt)))
+        return 0;
+    if (p->worst > NEARLY)
+        return first == 2 ? 2 : 1;
+    memcpy(Pn, p->best, c->n * sizeof *Pn);
+    memcpy(Pt, p->best + c->n, c->n * sizeof *Pt);
+    return 0;
+}
+
 int solve_friction(int n, const double *W, const double *bn, const double *bt, const double *mu, const signed char *slide,
                    const double *least, double *Pn, double *Pt)
 {
-    int m = n, result = 2;
-    int *place = malloc((n + 1) * sizeof *place);
-    double *work = calloc((size_t)9 * n * n + 7 * n + 1, sizeof *work);
-    if (!place || !work)
+    const struct rough c = {.n = n, .W = W, .bn = bn, .bt = bt, .mu = mu, .slide = slide, .least = least};
+    struct pivots p = {.m = n, .worst = INFINITY};
+    int result = 2;
+    double *work = calloc((size_t)9 * n * n + 18 * n + 1, sizeof *work);
+    char *bytes = calloc((size_t)4 * n + 1, 1);
+    if (!(p.place = malloc((n + 1) * sizeof *p.place)) || !work || !bytes)
         goto end;
-    for (int i = 0; i < n; i++) { /* where r of a contact stands, vl behind it */
-        place[i] = mu[i] > 0.0 && !slide[i] ? m : -1;
-        m += place[i] < 0 ? 0 : 2;
+    p.in = bytes;
+    p.limit = (signed char *)bytes + 3 * n;
+    p.k = work;
+    for (int i = 0; i < n; i++) {
+        const int slides = sliding(&c, i), free = rough_at(&c, i) && !slides;
+        p.place[i] = free ? p.m : -1;
+        p.m += free ? 2 : 0;
+        p.k[i] = slides ? slides * mu[i] : free ? mu[i] : 0.0;
     }
-    double *M = work, *q = M + (size_t)m * m, *z = q + m, *k = z + m;
-    for (int i = 0; i < n; i++)
-        k[i] = slide[i] ? slide[i] * mu[i] : mu[i];
-    for (int i = 0; i < n; i++)
-        for (int t = 0; t < (place[i] < 0 ? 1 : 2); t++) {
-            const double *row = W + (size_t)(i + t * n) * 2 * n;
-            const int r = t ? place[i] : i;
-            q[r] = t ? bt[i] : bn[i];
-            for (int j = 0; j < n; j++) {
-                M[r * m + j] = row[j] - row[n + j] * k[j];
-                if (least)
-                    q[r] += M[r * m + j] * least[j];
-                if (place[j] >= 0)
-                    M[r * m + place[j]] = row[n + j];
-            }
-            if (t) {
-                M[r * m + r + 1] = 1.0;
-                M[(r + 1) * m + i] = 2.0 * mu[i];
-                M[(r + 1) * m + r] = -1.0;
-                q[r + 1] = least ? 2.0 * mu[i] * least[i] : 0.0;
-            }
-        }
-    result = lemke(m, M, q, z);
-    for (int i = 0; i < n && !result; i++) {
-        Pn[i] = z[i] + (least ? least[i] : 0.0);
-        Pt[i] = place[i] < 0 ? -k[i] * Pn[i] : z[place[i]] - mu[i] * Pn[i];
-    }
-    if (result && !sweep(n, W, bn, bt, mu, slide, least, Pn, Pt))
-        result = 0;
+    p.M = p.k + n;
+    p.q = p.M + (size_t)p.m * p.m;
+    p.cover = p.q + p.m;
+    p.shift = p.cover + p.m;
+    p.z = p.shift + p.m;
+    p.unit = p.z + p.m;
+    p.best = p.unit + p.m;
+    assemble(&c, &p);
+    result = search(&c, &p, Pn, Pt);
 end:
-    free(place);
+    free(p.place);
     free(work);
+    free(bytes);
     return result;
 }

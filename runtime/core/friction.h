@@ -2,6 +2,8 @@
 #ifndef CCGEN_FRICTION_H
 #define CCGEN_FRICTION_H
 
+#include "real.h"
+
 /* n contacts. W[2n][2n] are the rates of normals, then of tangents, that unit impulses along them give; bn[n], bt[n] the
  * rates (or accelerations) without impulses, mu[n] the coefficients. slide[n] is 1 or -1 where a contact slides forward or
  * backward, 0 where that is to be found. Impulses Pn[n] >= 0, Pt[n], both beyond least[n] >= 0 of the normal ones where

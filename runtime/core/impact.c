@@ -13,12 +13,13 @@
 #include <string.h>
 
 #include "contact.h"
+#include "coulomb.h"
 #include "friction.h"
 #include "stronge.h"
 
-static const double GAIN = 1e-9;   /* of the energy of the jump: more than that is no rounding */
-static const double EQUAL = 1e-14; /* relative: work that is what it is to be */
-static const double NOISE = 1e-12; /* times length per second: speeds that are rounding */
+static const double GAIN = CCGEN_LIMIT(1e-9, 1e-4);   /* of the energy of the jump: more than that is no rounding */
+static const double EQUAL = CCGEN_LIMIT(1e-14, 1e-6); /* relative: work that is what it is to be */
+static const double NOISE = CCGEN_LIMIT(1e-12, 1e-5); /* times length per second: speeds that are rounding */
 
 enum { DOUBLINGS = 30, HALVINGS = 60 };
 
@@ -28,41 +29,59 @@ struct strike {
     double *rate;    /* [all] of the gaps, then sliding */
     double *mu;      /* [count] */
     double *b, *least, *P, *F;
+    double *after;    /* [all] rates after a step */
     double *turned;   /* [all] rates at the end of compression */
     double *squeezed; /* [2 count] impulses of compression */
     double *wanted;   /* [count] of expansion */
     signed char *slide;
 };
 
+/* The impulses of one step at rough contacts, and the rates after it. Where contacts can wedge a mechanism that has come to rest,
+ * any impulses large enough would do: those that stop it are the least. */
+static enum outcome rough_step(struct strike *k, const double *least)
+{
+    const int n = k->count;
+    struct rough rough = {n, k->W, k->b, k->rate + n, k->mu, k->slide, least};
+    const int wrong = solve_friction(n, k->W, k->b, k->rate + n, k->mu, k->slide, least, k->P, k->F);
+    if (wrong)
+        return wrong == 1 ? OUTCOME_JAMMED : OUTCOME_REPEATS;
+    if (n == 1 || !least)
+        least_impulses(&rough, 1, k->P, k->F);
+    rough.bn = k->rate;
+    rates_after(&rough, k->P, k->F, k->after);
+    memcpy(k->rate, k->after, k->all * sizeof *k->rate);
+    return OUTCOME_DONE;
+}
+
+static enum outcome smooth_step(struct strike *k, const double *least)
+{
+    const int n = k->count;
+    for (int i = 0; least && i < n; i++)
+        for (int j = 0; j < n; j++)
+            k->b[i] += k->W[i * n + j] * least[j];
+    if (solve_complementarity(n, k->W, k->b, k->P))
+        return OUTCOME_REPEATS;
+    for (int i = 0; least && i < n; i++)
+        k->P[i] += least[i];
+    for (int i = 0; i < n; i++)
+        for (int j = 0; j < n; j++)
+            k->rate[i] += k->W[i * n + j] * k->P[j];
+    return OUTCOME_DONE;
+}
+
 /* Impulses of one step, with the normal rates offset by extra[count]; they change the rates. */
 static enum outcome step(struct strike *k, const double *extra, const double *least, double *total)
 {
     const int n = k->count;
-    for (int i = 0; i < n; i++) {
+    for (int i = 0; i < n; i++)
         k->b[i] = k->rate[i] + (extra ? extra[i] : 0.0);
-        for (int j = 0; least && k->all == n && j < n; j++)
-            k->b[i] += k->W[i * n + j] * least[j];
-    }
     memset(k->F, 0, n * sizeof *k->F);
-    if (k->all > n) {
-        const int wrong = solve_friction(n, k->W, k->b, k->rate + n, k->mu, k->slide, least, k->P, k->F);
-        if (wrong)
-            return wrong == 1 ? OUTCOME_JAMMED : OUTCOME_REPEATS;
-    } else {
-        if (solve_complementarity(n, k->W, k->b, k->P))
-            return OUTCOME_REPEATS;
-        for (int i = 0; least && i < n; i++)
-            k->P[i] += least[i];
-    }
-    for (int i = 0; i < k->all; i++) {
-        for (int j = 0; j < n; j++)
-            k->rate[i] += k->W[i * k->all + j] * k->P[j] + (k->all > n ? k->W[i * k->all + n + j] * k->F[j] : 0.0);
-    }
-    for (int i = 0; i < n; i++) {
+    const enum outcome outcome = k->all > n ? rough_step(k, least) : smooth_step(k, least);
+    for (int i = 0; i < n && !outcome; i++) {
         total[i] += k->P[i];
         total[n + i] += k->F[i];
     }
-    return OUTCOME_DONE;
+    return outcome;
 }
 
 /* Energy that the impulses add: half their product with the rates before and after. It may not be positive. */
@@ -157,7 +176,7 @@ enum outcome impact(struct system *s, const double *q, const double *u_minus, in
     const struct ccgen_model *m = s->model;
     const size_t n = s->n, c = count, all = m->contacts, rows = s->friction ? 2 * c : c;
     enum outcome outcome = OUTCOME_NO_MEMORY;
-    double *work = calloc(rows * rows + rows * n + 3 * rows + 8 * c + 2 * all + n + 1, sizeof *work);
+    double *work = calloc(rows * rows + rows * n + 4 * rows + 8 * c + 2 * all + n + 1, sizeof *work);
     signed char *slide = calloc(c + 1, 1);
     if (!work || !slide)
         goto end;
@@ -169,7 +188,8 @@ enum outcome impact(struct system *s, const double *q, const double *u_minus, in
     k.least = k.b + c;
     k.P = k.least + c;
     k.F = k.P + c;
-    k.turned = k.F + c;
+    k.after = k.F + c;
+    k.turned = k.after + rows;
     k.squeezed = k.turned + rows;
     k.wanted = k.squeezed + 2 * c;
     double *push = k.wanted + c, *rates = push + all, *f = rates + all;

@@ -37,6 +37,7 @@ struct decision {
     double *part, *rest; /* scratch: a smaller problem, its forces */
     const double *mu;    /* of all contacts */
     double scale;        /* the largest acceleration of a gap */
+    int crowded;         /* events follow each other without time */
 };
 
 /* Solve for the contacts that take part, but without `except`: P[all]. */
@@ -197,7 +198,8 @@ static int at_limit(const struct decision *d, int i)
 }
 
 /* How a contact that pushes moves along its ground: it sticks where its sliding does not accelerate, else it slides against
- * friction at its limit. */
+ * friction at its limit. Where events follow each other without time, one that gives and yet does not accelerate stays at its
+ * limit: what it slides is rounding, and would send it back and forth. */
 static signed char slide_of(const struct decision *d, int i)
 {
     if (d->all == d->count || d->mu[d->contact[i]] == 0.0)
@@ -206,6 +208,8 @@ static signed char slide_of(const struct decision *d, int i)
         return d->slide[i];
     const int sign = at_limit(d, i);
     const int moves = sign && fabs(gap_acceleration(d, d->count + i, d->P)) > PRESSED * d->scale;
+    if (d->crowded && sign && !moves && d->given[i])
+        return (signed char)(sign * LIMIT);
     return moves || (sign && d->given[i]) ? sign : STICKS;
 }
 
@@ -304,6 +308,7 @@ static enum outcome rest(struct flight *f, struct decision *d, int resting)
 
 static enum outcome decide(struct flight *f, struct decision *d, struct loss loss, int resting)
 {
+    d->crowded = resting == ALL_REST;
     enum outcome outcome = gather(f, d, loss);
     if (!outcome && undetermined(d))
         return OUTCOME_JAMMED;

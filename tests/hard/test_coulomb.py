@@ -1,0 +1,120 @@
+"""The solver of friction by itself: random and nearly degenerate contacts, each answer put back into Coulomb's law."""
+
+from __future__ import annotations
+
+import ctypes
+import shlex
+import subprocess
+import sysconfig
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from ..oracles import closed_contacts
+from ..oracles.coulomb import Rough, broken
+
+Solver = Callable[[Rough], tuple[int, Any]]
+
+CORE = Path(__file__).parents[2] / "runtime" / "core"
+SOURCES = [str(CORE / f"{name}.c") for name in ("friction", "coulomb", "lemke", "elimination")]
+TOLERANCE = 2e-10
+KINDS = ("regular", "two alike", "two nearly alike", "masses far apart", "one that hardly moves along", "slow normals")
+LAWS = ("compression", "expansion", "newton")
+
+
+@pytest.fixture(scope="module")
+def solve(tmp_path_factory: pytest.TempPathFactory) -> Solver:
+    """``solve_friction``, compiled by itself: its outcome and the impulses, normals and then tangents."""
+    library = tmp_path_factory.mktemp("friction") / "friction.so"
+    compiler = shlex.split(sysconfig.get_config_var("CC") or "cc")
+    command = [*compiler, "-O2", "-std=c11", "-shared", "-fPIC", "-o", str(library), *SOURCES, "-lm"]
+    subprocess.run(command, check=True)
+    call = ctypes.CDLL(str(library)).solve_friction
+
+    def solved(c: Rough) -> tuple[int, Any]:
+        n = len(c.mu)
+        P, slide = np.zeros(2 * n), np.zeros(n, dtype=np.int8)
+        rows = [np.ascontiguousarray(x, dtype=float) for x in (c.W, c.b[:n], c.b[n:], c.mu)]
+        rest = [slide, np.ascontiguousarray(c.least, dtype=float), P[:n], P[n:]]
+        return call(n, *(ctypes.c_void_p(x.ctypes.data) for x in (*rows, *rest))), P
+
+    return solved
+
+
+def _rows(kind: str, n: int, rng: np.random.Generator) -> Any:
+    """Rows of n contacts, normals and tangents, of a mechanism with some freedoms and unit masses."""
+    freedoms = int(rng.integers(1, 2 * n + 3))
+    J = rng.normal(size=(2 * n, freedoms))
+    if kind == "two alike":
+        J[[n - 1, 2 * n - 1]] = J[[0, n]]
+    if kind == "two nearly alike":
+        J[n - 1] = J[0] + 10.0 ** rng.uniform(-12, -4) * rng.normal(size=freedoms)
+        J[2 * n - 1] = J[n]
+    if kind == "masses far apart":
+        J *= np.tile(10.0 ** rng.uniform(-2, 2, size=(n, 1)), (2, 1))
+    if kind == "one that hardly moves along":
+        J[n + int(rng.integers(n))] *= 10.0 ** rng.uniform(-18, -6)
+    return J
+
+
+def _struck(kind: str, n: int, rng: np.random.Generator) -> Rough:
+    """All contacts approach; where normals are slow, to 1e-9 of the sliding."""
+    J = _rows(kind, n, rng)
+    u = rng.normal(size=J.shape[1])
+    J[:n] *= np.where(J[:n] @ u > 0.0, -1.0, 1.0)[:, None]
+    if kind == "slow normals" and J.shape[1] > n:
+        less = 10.0 ** rng.uniform(-9, -3) - 1.0
+        u = u + np.linalg.lstsq(J[:n], less * (J[:n] @ u), rcond=None)[0]
+    mu = rng.uniform(0.0, 2.0, n) * (rng.random(n) < 0.8) if rng.random() < 0.5 else np.full(n, rng.choice([0.3, 3.0]))
+    W = J @ J.T
+    return Rough(0.5 * (W + W.T), J @ u, mu, np.zeros(n))
+
+
+def _after(c: Rough, P: Any, e: float) -> Rough:
+    """Expansion after compression with P: what has come to rest is at rest."""
+    terms = np.abs(c.W) @ np.abs(P) + np.abs(c.b)
+    b = c.b + c.W @ P
+    b[np.abs(b) < 1e-10 * (terms + 1e-4 * np.max(terms))] = 0.0
+    return Rough(c.W, b, c.mu, e * P[: len(c.mu)])
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("law", LAWS)
+def test_answers_meet_coulombs_law(law: str, kind: str, solve: Solver) -> None:
+    """Compression and expansion always have impulses; where Newton's law has none with two contacts, no modes have."""
+    rng = np.random.default_rng([KINDS.index(kind), LAWS.index(law)])
+    none = 0
+    for _ in range(600):
+        n, e = int(rng.integers(1, 8)), float(rng.choice([0.0, 0.3, 0.7, 1.0]))
+        c = _struck(kind, n, rng)
+        if law == "newton":
+            c.b[:n] *= 1.0 + e
+        outcome, P = solve(c)
+        if law == "expansion":
+            assert outcome == 0
+            c = _after(c, P, e)
+            outcome, P = solve(c)
+        if outcome == 0:
+            assert not broken(c, P, TOLERANCE), (n, e)
+            continue
+        none += 1
+        assert law == "newton"
+        if n <= 2 and np.ptp(c.mu) == 0.0:
+            assert not closed_contacts.motions(c.W, c.b, float(c.mu[0]), np.zeros(n))
+    assert none < 60
+
+
+def test_a_strike_much_slower_than_the_sliding(solve: Solver) -> None:
+    """Beside a sliding of 1 m/s, 3e-6 m/s of approach: friction is at its limit to all digits."""
+    for angle in np.linspace(-1.3, 1.3, 27):
+        x, y = -0.5 * np.cos(angle), -0.5 * np.sin(angle)
+        W = np.array([[1 + 12 * x * x, -12 * x * y], [-12 * x * y, 1 + 12 * y * y]])
+        for slides in (-1.0, 1.0):
+            c = Rough(W, np.array([-3e-6, slides]), np.array([0.1]), np.zeros(1))
+            outcome, P = solve(c)
+            assert outcome == 0
+            assert P[1] == pytest.approx(-slides * 0.1 * P[0], rel=1e-14)
+            assert P[0] == pytest.approx(3e-6 / (W[0, 0] - slides * 0.1 * W[0, 1]), rel=1e-13)
