@@ -41,7 +41,7 @@ hexagon: $(VENV)/ccgen
 	@echo "  plot.png       energy, heights and closure over time"
 
 test: $(VENV)/test
-	@$(BIN)/python -m pytest $(ARGS)
+	@$(BIN)/python -m pytest -n auto --dist loadfile $(ARGS)
 
 hard: $(VENV)/test
 	@CCGEN_LARGE=1 $(BIN)/python -m pytest -q tests/hard --deselect tests/hard/test_fuzz.py $(ARGS)

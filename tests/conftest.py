@@ -13,8 +13,10 @@ import pytest
 
 @pytest.fixture(scope="session", autouse=True)
 def own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
-    """Generated packages go into a folder of this session, never into the user's cache."""
-    folder = tmp_path_factory.mktemp("cache")
+    """Generated packages go into a folder of this session, never into the user's cache; tests side by side share it."""
+    base = tmp_path_factory.getbasetemp()
+    folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "cache"
+    folder.mkdir(exist_ok=True)
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("CCGEN_CACHE_DIR", os.environ.get("CCGEN_TEST_CACHE_DIR", str(folder)))
         yield folder
