@@ -285,7 +285,7 @@ int least_impulses(const struct rough *c, int known, double *Pn, double *Pt)
     const size_t n = c->n;
     double *work = malloc((4 * n * n + 6 * n) * sizeof *work + 1), load, speed, size;
     int *places = malloc(4 * n * sizeof *places + 1), result = 2;
-    signed char *kinds = malloc((KINDS + 1) * n + 1);
+    signed char *kinds = calloc((KINDS + 1) * n + 1, 1);
     if (!work || !places || !kinds)
         goto end;
     struct search s = {.A = work, .column = places, .count = places + 2 * n, .turn = places + 3 * n, .kinds = kinds};

@@ -5,6 +5,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "keeping.h"
 #include "passing.h"
 #include "resolution.h"
 
@@ -163,6 +164,8 @@ static enum outcome accepted_step(struct flight *f, double *next)
             outcome = put_back(f, &error);
         if (!outcome && error <= 1.0 && leaps(f))
             outcome = OUTCOME_NOT_CLOSED;
+        if (!outcome && error <= 1.0)
+            error = fmax(error, energy_missed(f));
         if (!outcome && error <= 1.0) {
             const double change = SAFETY * pow(fmax(error, 1e-12), -1.0 / run->method->order);
             *next = f->h * fmin(fmax(change, LEAST_CHANGE), refused ? 1.0 : LARGEST_CHANGE);
@@ -363,6 +366,7 @@ enum outcome fly(struct flight *f, struct event *event)
     const double since = f->t;
     enum outcome outcome = f->unresolved > 0.0 ? depart(f) : derive(f);
     event->contact = -1;
+    f->energy_known = 0;
     if (run->method->restart)
         run->method->restart(f->scratch, f->s->size);
     if (!outcome && f->h <= 0.0)
@@ -389,6 +393,8 @@ enum outcome fly(struct flight *f, struct event *event)
             outcome = event->watch == CLOSES ? land(f, *event) : land_on_loss(f, *event);
         if (!outcome && event->contact >= 0 && f->h > shortest(f) && leaps(f))
             outcome = OUTCOME_STEP_TOO_SMALL;
+        if (!outcome && f->h != f->energy_h && f->h > shortest(f) && energy_missed(f) > 1.0) /* a shorter one than accepted */
+            outcome = OUTCOME_STEP_TOO_SMALL;
         const int behind = outcome ? -1 : inside(f);
         if (behind >= 0 && (f->s->holding->closed[behind] == APART || f->h > shortest(f))) {
             run->contact = behind;
@@ -409,6 +415,7 @@ enum outcome fly(struct flight *f, struct event *event)
         }
         if (outcome)
             break;
+        energy_taken(f);
         const double step = f->h + late, then = last && f->h == whole ? stop : f->t + step;
         late = then == stop ? 0.0 : step - (then - f->t);
         f->t = then;

@@ -17,6 +17,10 @@ struct flight {
     double *gaps, *rates, *e, *P;
     int *set;
     struct holding holding; /* of the system */
+    double energy[2], energy_end[2]; /* kinetic and potential, at y if it is known, and at the end of a step of length energy_h */
+    double energy_h, energy_moved;   /* and the largest energy that has been in motion */
+    int energy_known;
+    double stretch, stretch_end; /* length and end of a step that was refused for the energy it missed */
     double singular;        /* part of the step at which a singular configuration is passed */
     double unresolved;      /* gaps so small, relative to the contact's extent, are not known: resolution.h */
     double flat;            /* when the state was last put where closure rows are lost */

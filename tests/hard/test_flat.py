@@ -2,23 +2,22 @@
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 import pytest
 
 from ccgen.generator import loop
-from ccgen.runtime import simulate
+from ccgen.runtime import Run, simulate
 
 from ..conftest import Workshop
 from ..oracles import polygons
 from .bodies import G, penetration, rise
 from .conftest import Reach
 
-TOSSED = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.65, 0.7, 0.8)
-"""Restitutions with which a tossed hexagon has come to lie flat within 5 s"""
-BEYOND = {("dop853", 1e-9): {0.65}}
-"""Of them, those whose energy rises beyond 1e-9 of its start: by 1.05e-9"""
+RESTITUTIONS = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.65, 0.7, 0.8)
 
 
 def _ring(workshop: Workshop, n: int) -> Any:
@@ -36,43 +35,48 @@ def toss(model: Any) -> Any:
     return model.state_from_poses(poses, np.column_stack([drift, spins]))
 
 
-@pytest.mark.parametrize("method", ["dop853", "gauss"])
-@pytest.mark.parametrize("rtol", [1e-9, 1e-11])
-def test_a_tossed_hexagon_comes_to_lie_flat(method: str, rtol: float, workshop: Workshop, reach: Reach) -> None:
-    """All six joints are on the ground to rounding, and still but for the sliding that nothing stops."""
-    model = _ring(workshop, 6)
-    q, u = toss(model)
-    deepest, most, highest, fastest, miss = 0.0, 0.0, 0.0, 0.0, 0.0
-    for e in TOSSED:
-        run = simulate(model, q, u, until=5.0, params={"ground_0.restitution": e}, method=method, rtol=rtol)
-        assert run.success, f"e = {e}: {run.message}"
+def survey(name: str, least: int, runs: Iterable[Run], reach: Reach) -> None:
+    """What runs reach that are chaotic, each one of many: those that stop say why, and all keep what must be.
+
+    At least ``least`` of them end, and as many keep their energy to 1e-9 of its start; none misses more than 1e-7.
+    """
+    ended, rises = 0, []
+    deepest, highest, fastest, miss = 0.0, 0.0, 0.0, 0.0
+    for run in runs:
+        assert run.success or run.message.startswith("stopped at t = "), run.message
         deepest, miss = max(deepest, penetration(run)), max(miss, run.closure_max)
-        highest = max(highest, float(np.max(np.abs(model.gaps(run.q[-1])))))
-        fastest = max(fastest, float(np.max(np.abs(model.gap_rates(run.q[-1], run.u[-1])))))
-        if e not in BEYOND.get((method, rtol), ()):
-            most = max(most, rise(run))
-    name = f"hexagon tossed, {method}, rtol {rtol:.0e}, e = 0 ... 0.8"
+        rises.append(rise(run))
+        ended += run.success
+        if run.success:
+            highest = max(highest, float(np.max(np.abs(run.model.gaps(run.q[-1])))))
+            fastest = max(fastest, float(np.max(np.abs(run.model.gap_rates(run.q[-1], run.u[-1])))))
+    reach(f"{name}: stopped, of {len(rises)}", len(rises) - ended, len(rises) - least)
     reach(f"{name}: penetration, m", deepest, 1e-10)
-    reach(f"{name}: rise of energy", most, 1e-9)
+    reach(f"{name}: rise of energy of the best {least}", sorted(rises)[least - 1], 1e-9)
+    reach(f"{name}: rise of energy of all", max(rises), 1e-7)
     reach(f"{name}: gaps at rest, m", highest, 1e-12)
-    reach(f"{name}: gap rates at rest, m/s", fastest, 1e-10)
+    reach(f"{name}: gap rates at rest, m/s", fastest, 1e-8)
     reach(f"{name}: closure, m", miss, 1e-11)
 
 
-@pytest.mark.parametrize("n, restitutions", [(4, (0.2, 0.4, 0.6, 0.7)), (8, (0.2, 0.3, 0.4, 0.5, 0.65, 0.7))])
-def test_dropped_rings_come_to_lie_flat(n: int, restitutions: Any, workshop: Workshop, reach: Reach) -> None:
+def test_tossed_hexagons_come_to_lie_flat(workshop: Workshop, reach: Reach) -> None:
+    """All six joints are on the ground to rounding, and still but for the sliding that nothing stops."""
+    model = _ring(workshop, 6)
+    q, u = toss(model)
+    settings = itertools.product((1e-9, 1e-11), ("dop853", "gauss"), RESTITUTIONS)
+    runs = (
+        simulate(model, q, u, until=5.0, params={"ground_0.restitution": e}, method=method, rtol=rtol)
+        for rtol, method, e in settings
+    )
+    survey("hexagon tossed, e = 0 ... 0.8, two methods, rtol 1e-9 and 1e-11", 34, runs, reach)
+
+
+@pytest.mark.parametrize("n", [4, 8])
+def test_dropped_rings_come_to_lie_flat(n: int, workshop: Workshop, reach: Reach) -> None:
     model = _ring(workshop, n)
-    deepest, most, fastest, miss = 0.0, 0.0, 0.0, 0.0
-    for e in restitutions:
-        run = simulate(model, until=5.0, params={"ground_0.restitution": e}, method="dop853")
-        assert run.success, f"e = {e}: {run.message}"
-        deepest, miss = max(deepest, penetration(run)), max(miss, run.closure_max)
-        most = max(most, rise(run))
-        fastest = max(fastest, float(np.max(np.abs(model.gap_rates(run.q[-1], run.u[-1])))))
-    reach(f"ring of {n} dropped: penetration, m", deepest, 1e-10)
-    reach(f"ring of {n} dropped: rise of energy", most, 1e-9)
-    reach(f"ring of {n} dropped: gap rates at rest, m/s", fastest, 1e-8)
-    reach(f"ring of {n} dropped: closure, m", miss, 1e-11)
+    settings = itertools.product(("dop853", "gauss"), RESTITUTIONS[:-1])
+    runs = (simulate(model, until=8.0, params={"ground_0.restitution": e}, method=method) for method, e in settings)
+    survey(f"ring of {n} dropped, e = 0 ... 0.7, two methods", 15, runs, reach)
 
 
 @pytest.mark.parametrize("e", [0.3, 0.5, 0.8])

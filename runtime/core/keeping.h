@@ -1,0 +1,13 @@
+/* Whether a step keeps the energy; see keeping.c. */
+#ifndef CCGEN_KEEPING_H
+#define CCGEN_KEEPING_H
+
+#include "flight.h"
+
+/* what the step to y1 gains or loses, other than by the work of effects, in units of what may be: more than 1 is refused */
+double energy_missed(struct flight *f);
+
+/* the step to y1 is taken, f->t and f->y not changed yet */
+void energy_taken(struct flight *f);
+
+#endif
