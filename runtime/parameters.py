@@ -8,7 +8,8 @@ from numbers import Real
 
 
 class Parameters(MutableMapping[str, float]):
-    """Names are fixed, values are finite numbers in SI units; masses and inertias stay positive, restitution in [0, 1].
+    """Names are fixed, values are finite numbers in SI units; masses and inertias stay positive, restitution in [0, 1],
+    friction and radii of contacts not negative.
 
     Raises ``KeyError`` for an unknown name (with the nearest known ones) and ``ValueError`` for an impossible value.
     Those of a ``folded`` model (its name) can be read only: its code holds them as numbers.
@@ -75,4 +76,8 @@ class Parameters(MutableMapping[str, float]):
             raise ValueError(f"{name}: found {number}, expected a positive number")
         if name.endswith(".restitution") and not 0.0 <= number <= 1.0:
             raise ValueError(f"{name}: found {number}, expected a number from 0 to 1")
+        if (
+            name.split(".")[1:2] in (["friction"], ["radius"]) and not number >= 0.0
+        ):  # of a contact; lists go on behind it
+            raise ValueError(f"{name}: found {number}, expected a number that is not negative")
         return number

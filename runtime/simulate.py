@@ -143,7 +143,8 @@ def _start(model: Model, q0: ArrayLike | None, u0: ArrayLike | None) -> tuple[Fl
         point, ground = model.contacts[int(np.argmax(depths))]
         if ground in model.stops:
             raise ValueError(f"the start has {point} beyond {ground} by {depths.max():.6g} rad; turn the start")
-        raise ValueError(f"the start has {point} inside {ground} by {depths.max():.6g} m; raise the start")
+        advice = "raise the start" if ground in model.ground_planes() else "change the start or the radii"
+        raise ValueError(f"the start has {point} inside {ground} by {depths.max():.6g} m; {advice}")
     return q, u
 
 
@@ -302,5 +303,5 @@ def _message(model: Model, until: float, found: dict[str, Any]) -> str:
 
 def _gained(contact: str, law: str) -> str:
     if law == "newton":
-        return f'an impact of {contact} by Newton\'s law would add energy; give its ground law = "poisson" or "stronge"'
-    return f'an impact of {contact} by {law.title()}\'s law would add energy; give its ground law = "stronge"'
+        return f'an impact of {contact} by Newton\'s law would add energy; write law = "poisson" or "stronge" there'
+    return f'an impact of {contact} by {law.title()}\'s law would add energy; write law = "stronge" there'

@@ -263,3 +263,21 @@ def test_a_swinging_link_touches_below(workshop: Workshop) -> None:
     assert run.impacts[0].t == pytest.approx(time, abs=1e-11)
     assert run.impacts[0].u_minus == pytest.approx([rate], rel=1e-10)
     assert run.impacts[0].u_plus == pytest.approx([-0.25 * rate], rel=1e-10)
+
+
+@pytest.mark.parametrize("spin", [30.0, 300.0])
+@pytest.mark.parametrize("method", ["dop853", "gauss", "radau"])
+def test_no_turn_of_a_steady_rotor_is_missed(spin: float, method: str, workshop: Workshop) -> None:
+    """Steps of an even rotation may take many turns; its tip meets a fixed disc in each, and bounces without loss."""
+    from ccgen.runtime import simulate
+
+    model = workshop.model(
+        "[ground_link]\npoints = { O = [0, 0], P = [0, -1.0] }\n[[link]]\nmass = 1.0\ninertia = 0.1\ncom = [0, 0]\n"
+        'points = { O = [0, 0], T = [1.0, 0] }\n[[joint]]\nbetween = ["ground.O", "link_0.O"]\n'
+        '[[touch]]\nbetween = ["link_0.T", "ground.P"]\nradius = 0.02\nrestitution = 1.0\n'
+    )
+    run = simulate(model, u0=np.array([spin]), until=5.0, method=method)
+    aside = 2 * np.arcsin(0.02)  # the angle between the discs' centres where they touch
+    first, turn = (1.5 * np.pi - aside) / spin, 2 * (np.pi - aside) / spin
+    times = np.arange(first, 5.0, turn)
+    assert [impact.t for impact in run.impacts] == pytest.approx(times, abs=1e-11)

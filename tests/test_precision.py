@@ -24,6 +24,7 @@ from ccgen.runtime.simulate import LEAST
 from .conftest import Workshop
 from .oracles.maximal import Array
 from .test_dependent import parallel_cranks
+from .touching_scenes import G, disc_on_plank
 
 SCENES = Path(__file__).parents[1] / "scenes"
 NAMES = sorted(path.stem for path in SCENES.glob("*.toml") if path.stem != "strandbeest")
@@ -241,6 +242,21 @@ def test_wide_impacts_are_as_exact(workshop: Workshop) -> None:
         off += len(run.t) * eps("wide") * float(run.q[0, 1] / (g * first * e**k))
         assert abs(impact.t - exact) <= off
         assert abs(impact.u_plus[1] - g * first * e ** (k + 1)) <= off * g
+
+
+@pytest.mark.parametrize("precision", ["double", pytest.param("wide", marks=WIDER)])
+@pytest.mark.parametrize(("mu", "how", "share"), [(0.5, "sticks", 2 / 3), (0.05, "slides forward", None)])
+def test_friction_as_exact_as_its_numbers(
+    precision: str, mu: float, how: str, share: float | None, workshop: Workshop
+) -> None:
+    """A disc down a plank at 0.3 rad: rolls with 2/3 g sin, or slides with g (sin - mu cos)."""
+    model = workshop.model(disc_on_plank(0.3, 0.2, f"restitution = 0.0\nfriction = {mu}"), precision)
+    run = simulate(model, until=0.4, rtol=LEAST[precision] * 10)
+    assert run.success, run.message
+    assert [phase.how for phase in run.phases] == [(how,)]
+    speed = np.hypot(*model.velocities(run.q[-1], run.u[-1])[model.links.index("disc"), :2])
+    wanted = 0.4 * G * (share * np.sin(0.3) if share else np.sin(0.3) - mu * np.cos(0.3))
+    assert abs(speed / wanted - 1) <= 100 * eps("double")  # the plank's angle is a double
 
 
 @WIDER

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from ccgen.generator.effects.touch import Touch
 from ccgen.generator.scene import SceneError
 
 from .conftest import Workshop
@@ -125,3 +126,40 @@ def test_all_faults_at_once(workshop: Workshop) -> None:
         "touch[0].between[1]",
         "touch[0].radius",
     ]
+
+
+def test_edges_of_welded_links(workshop: Workshop) -> None:
+    """A link with two points is an edge also where others are welded to it, or it to others, even with like names."""
+    welds = "".join(
+        f'[[link]]\nname = "{name}"\nmass = 0.1\ninertia = 0.01\ncom = [0, 0]\npoints = {{ P = [0, 0]{more} }}\n'
+        f'[[joint]]\ntype = "weld"\nbetween = ["{to}", "{name}.P"]\n'
+        for name, more, to in (
+            ("nub", ", R = [0, 0.3]", "plank.B"),
+            ("nub_end", "", "nub.R"),
+            ("post", ", R = [0, 9]", "ground.O"),
+        )
+    )
+    edges = ("plank", "nub", "ground", "post")
+    touches = "".join(f'[[touch]]\nbetween = ["disc.C", "{edge}"]\nradius = 0.01\nrestitution = 0\n' for edge in edges)
+    scene = workshop.scene(PLANK.replace("[[touch]]", welds + touches + "[[touch]]", 1))
+    found = [(effect.other.start, effect.other.end) for effect in scene.effects if isinstance(effect, Touch)]
+    names = [tuple(f"{scene.mechanism.link_name(end.link)}.{end.point}" for end in ends) for ends in found]
+    assert names == [
+        ("plank.A", "plank.B"),
+        ("plank.nub_P", "plank.nub_R"),
+        ("ground.O", "ground.Q"),
+        ("ground.post_P", "ground.post_R"),
+        ("plank.A", "plank.B"),
+    ]
+
+
+def test_a_joint_that_slides_is_a_place_of_its_second_link(workshop: Workshop) -> None:
+    """A slider may touch a fixed disc, or an edge of what it slides on."""
+    scene = workshop.scene(
+        '[ground_link]\npoints = { O = [0, 0], Q = [1, 0], R = [1, 1] }\n[[link]]\nname = "car"\nmass = 1.0\n'
+        'inertia = 0.1\ncom = [0, 0]\npoints = { C = [0, 0] }\n[[joint]]\nname = "rail"\ntype = "prismatic"\n'
+        'between = ["ground.O", "car.C"]\naxis = [1, 0]\n'
+        '[[touch]]\nbetween = ["rail", "ground.Q"]\nradius = 0.1\nrestitution = 0.5\n'
+        '[[touch]]\nbetween = ["rail", ["ground.Q", "ground.R"]]\nradius = 0.1\nrestitution = 0.5\n'
+    )
+    assert [effect.disc.start.link for effect in scene.effects] == [0, 0]

@@ -298,8 +298,19 @@ def test_what_is_said_of_touches(workshop: Workshop, capsys: pytest.CaptureFixtu
 
 def test_a_run_from_inside_is_refused(workshop: Workshop) -> None:
     model = workshop.model(cradle(3, 0.0))
-    with pytest.raises(ValueError, match=r"ball_0\.C inside touch_0 by"):
+    with pytest.raises(ValueError, match=r"ball_0\.C inside touch_0 by .* change the start or the radii"):
         simulate(model, q0=[0.1, 0.0, 0.0], until=0.1)
+    with pytest.raises(ValueError, match=r"ball_1\.C inside touch_1 by 0\.1 m"):
+        simulate(model, until=0.1, params={"touch_1.radius": 0.3})
+
+
+@pytest.mark.parametrize("name", ["touch_0.radius.disc.C", "touch_0.radius.plank", "touch_0.friction"])
+def test_parameters_that_cannot_be(name: str, workshop: Workshop) -> None:
+    """As a scene refuses them; zero is a point, a thin edge, or smooth."""
+    model = workshop.model(disc_on_plank(0.3, 0.2, "restitution = 0.0\nfriction = 0.5"))
+    with pytest.raises(ValueError, match=f"{name}: found -0.1, expected a number that is not negative"):
+        model.with_parameters({name: -0.1})
+    assert model.with_parameters({name: 0.0}).parameters[name] == 0.0
 
 
 def test_points_of_the_ground(touching: Any) -> None:

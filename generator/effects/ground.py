@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from pydantic import Discriminator, Field, Tag
 
@@ -15,7 +15,7 @@ from ..mechanism.links import GROUND, Parameter, Point
 from ..mechanism.mechanism import Mechanism
 from .effect import Complain, Contact, Effect, Entry, Level, Place, Plane, Rim, Surroundings
 from .points import find_point
-from .table import Name, Pair, Table
+from .table import Name, Pair, Table, number_or_list
 
 if TYPE_CHECKING:
     from ..derive.derivation import Let
@@ -28,10 +28,6 @@ Radius = Annotated[float, Field(ge=0.0)]
 
 DEPTH = 1e-9
 """A start deeper than this (m) is inside the ground; less is rounding."""
-
-
-def _number_or_list(value: Any) -> str:
-    return "<list>" if isinstance(value, list) else "<number>"
 
 
 class GroundTable(Table):
@@ -52,7 +48,7 @@ class GroundTable(Table):
     )
     radius: (
         Annotated[
-            Annotated[Radius, Tag("<number>")] | Annotated[list[Radius], Tag("<list>")], Discriminator(_number_or_list)
+            Annotated[Radius, Tag("<number>")] | Annotated[list[Radius], Tag("<list>")], Discriminator(number_or_list)
         ]
         | None
     ) = Field(

@@ -90,6 +90,6 @@ def find_line(
 
 
 def links_at(name: str, ref: PointRef, mechanism: Mechanism) -> set[int]:
-    """Links on which the point called ``name`` lies: both of a pin."""
-    pins = (joint for joint in mechanism.joints if joint.name == name)
+    """Links on which the point called ``name`` lies: both of a pin, and of a joint that slides the second."""
+    pins = (joint for joint in mechanism.joints if joint.name == name and not joint.slides)
     return {ref.link} | {side.link for joint in pins for side in (joint.first, joint.second)}

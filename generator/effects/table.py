@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, ClassVar
+from typing import Annotated, Any, ClassVar
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -18,6 +18,11 @@ class Table(BaseModel):
     """Values to go on with when a key's own value is wrong, for keys that other checks do not hang on."""
 
     model_config = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False, frozen=True)
+
+
+def number_or_list(value: Any) -> str:
+    """Which alternative of such a value is meant, as pydantic's tag."""
+    return "<list>" if isinstance(value, list) else "<number>"
 
 
 Name = Annotated[str, Field(pattern=NAME)]

@@ -16,7 +16,7 @@ from .effect import Complain, Effect, Entry, Place, Rim, Surroundings
 from .ground import DEPTH, Law, Radius
 from .line import NO_DIRECTION, links_at
 from .points import find_point
-from .table import Name, Table
+from .table import Name, Table, number_or_list
 
 if TYPE_CHECKING:
     from ..derive.derivation import Let
@@ -28,10 +28,6 @@ Ends = Annotated[list[str], Field(min_length=2, max_length=2)]
 
 def _text_or_list(value: Any) -> str:
     return "<list>" if isinstance(value, list) else "<text>"
-
-
-def _number_or_list(value: Any) -> str:
-    return "<list>" if isinstance(value, list) else "<number>"
 
 
 Side = Annotated[Annotated[str, Tag("<text>")] | Annotated[Ends, Tag("<list>")], Discriminator(_text_or_list)]
@@ -52,7 +48,7 @@ class TouchTable(Table):
     radius: Annotated[
         Annotated[Radius, Tag("<number>")]
         | Annotated[Annotated[list[Radius], Field(min_length=2, max_length=2)], Tag("<list>")],
-        Discriminator(_number_or_list),
+        Discriminator(number_or_list),
     ] = Field(
         description="the radius of the discs in m, not negative, or a list of two: of an edge, half of its thickness"
     )
@@ -233,13 +229,23 @@ def _shown(side: str | list[str]) -> str:
 
 
 def _points_of(link: str, mechanism: Mechanism) -> list[str]:
-    """All points of a link as a scene names them; none where there is no such link."""
-    if link in mechanism.welded:
-        owner = mechanism.welded[link]
-        points = mechanism.ground_points if owner == GROUND else mechanism.links[owner].points
-        return [f"{link}.{name.removeprefix(f'{link}_')}" for name in points if name.startswith(f"{link}_")]
-    named = {one.name: one.points for one in mechanism.links} | {"ground": mechanism.ground_points}
-    return [f"{link}.{name}" for name in named.get(link, ())]
+    """All points of a link as a scene names them; none where there is no such link.
+
+    Points of welded links are among those of the body that they have become, with the link's name before their own.
+    """
+    links = {one.name: index for index, one in enumerate(mechanism.links)}
+    names = {"ground": GROUND, **links, **mechanism.welded}
+    if link not in names:
+        return []
+    owner = names[link]
+    points = mechanism.ground_points if owner == GROUND else mechanism.links[owner].points
+    prefixes = sorted((f"{name}_" for name, body in mechanism.welded.items() if body == owner), key=len, reverse=True)
+    own = f"{link}_" if link in mechanism.welded else ""
+    return [
+        f"{link}.{name.removeprefix(own)}"
+        for name in points
+        if own == next((prefix for prefix in prefixes if name.startswith(prefix)), "")
+    ]
 
 
 def _length(mechanism: Mechanism, ends: Sequence[PointRef]) -> float:

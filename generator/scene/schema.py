@@ -10,7 +10,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import BeforeValidator, Discriminator, Field, Tag
 from pydantic_core import PydanticCustomError
 
-from ..effects.table import Name, Pair, Positive, Table
+from ..effects.table import Name, Pair, Positive, Table, number_or_list
 
 TAGS = ("<number>", "<list>", "<table>", "<text>")
 """Marks that pydantic puts into the place of a fault to say which alternative of a value was meant."""
@@ -34,21 +34,17 @@ def read_pose(value: object) -> object:
     return [*value[:2], read_angle(value[2])] if isinstance(value, list) and len(value) == 3 else value
 
 
-def _number_or_list(value: Any) -> str:
-    return "<list>" if isinstance(value, list) else "<number>"
-
-
 def _list_or_table(value: Any) -> str:
     return "<table>" if isinstance(value, dict) else "<list>"
 
 
 Angle = Annotated[float, BeforeValidator(read_angle)]
 PerLink = Annotated[
-    Annotated[Positive, Tag("<number>")] | Annotated[list[Positive], Tag("<list>")], Discriminator(_number_or_list)
+    Annotated[Positive, Tag("<number>")] | Annotated[list[Positive], Tag("<list>")], Discriminator(number_or_list)
 ]
-Along = Annotated[Annotated[float, Tag("<number>")] | Annotated[Pair, Tag("<list>")], Discriminator(_number_or_list)]
+Along = Annotated[Annotated[float, Tag("<number>")] | Annotated[Pair, Tag("<list>")], Discriminator(number_or_list)]
 Coms = Annotated[
-    Annotated[float, Tag("<number>")] | Annotated[list[Along], Tag("<list>")], Discriminator(_number_or_list)
+    Annotated[float, Tag("<number>")] | Annotated[list[Along], Tag("<list>")], Discriminator(number_or_list)
 ]
 Angles = Annotated[
     Annotated[list[Angle], Tag("<list>")] | Annotated[dict[str, Angle], Tag("<table>")], Discriminator(_list_or_table)
@@ -56,7 +52,7 @@ Angles = Annotated[
 Rates = Annotated[
     Annotated[list[float], Tag("<list>")] | Annotated[dict[str, float], Tag("<table>")], Discriminator(_list_or_table)
 ]
-Axis = Annotated[Annotated[Angle, Tag("<number>")] | Annotated[Pair, Tag("<list>")], Discriminator(_number_or_list)]
+Axis = Annotated[Annotated[Angle, Tag("<number>")] | Annotated[Pair, Tag("<list>")], Discriminator(number_or_list)]
 Points = dict[str, Pair]
 NotNegative = Annotated[float, Field(ge=0.0)]
 Pose = Annotated[list[float], Field(min_length=3, max_length=3), BeforeValidator(read_pose)]

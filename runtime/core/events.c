@@ -1,16 +1,19 @@
 /* One-sided event search on the dense output of a step.
  *
- * The step is looked at through SAMPLES pieces. Within a piece the gap of a contact and its rate at both ends tell what
- * can happen: it crosses zero, or falls and rises again with its least value inside, or is closed at first, opens, and
- * closes. Extrema are roots of the rate, so a dip is found however short it is against the piece.
+ * The step is looked at through SAMPLES pieces, or more where links turn far in it, as in a steady rotation. Within a piece
+ * the gap of a contact and its rate at both ends tell what can happen: it crosses zero, or falls and rises again with its
+ * least value inside, or is closed at first, opens, and closes. Extrema are roots of the rate, so a dip is found however
+ * short it is against the piece.
  */
 #include "events.h"
 
+#include <limits.h>
 #include <math.h>
 
 #include "contact.h"
 
 static const double SHUT = 1e-12; /* times extent: a gap so small, where nothing moves, is closed */
+static const double TURN = 0.25;  /* rad by which links turn against each other in a piece */
 enum { SAMPLES = 8, ITERATIONS = 100, HALVINGS = 40 };
 
 struct search {
@@ -20,6 +23,7 @@ struct search {
     double t, h;
     double *y, *dy, *value;
     double slow; /* times extent: a closed contact is not falling before its rate is beyond this */
+    long pieces;
 };
 
 /* all gaps (or their rates) at theta */
@@ -43,6 +47,23 @@ static double rate(struct search *search, int contact, double theta)
 {
     look(search, theta, NULL, search->value);
     return search->value[contact];
+}
+
+/* Pieces in which to look at the step: gaps come and go with every turn of a link, however long the step */
+static long pieces(struct search *search, double *velocities)
+{
+    const struct ccgen_model *m = search->s->model;
+    double low = 0.0, high = 0.0;
+    for (int end = 0; end < 2; end++) {
+        search->method->interpolate(search->steps, search->s->size, end, search->y);
+        m->velocities(search->s->k, search->y, search->y + search->s->n, velocities);
+        for (int i = 0; i < m->links; i++) {
+            low = fmin(low, velocities[3 * i + 2]);
+            high = fmax(high, velocities[3 * i + 2]);
+        }
+    }
+    const double wanted = (high - low) * search->h / TURN;
+    return wanted > SAMPLES && wanted < LONG_MAX / 2 ? (long)wanted + 1 : SAMPLES;
 }
 
 /* the watched values at theta; what cannot be computed counts as lost */
@@ -137,8 +158,8 @@ static struct event first_closing(struct search *search)
     double *gap_a = search->value + 2 * contacts, *rate_a = gap_a + contacts;
     double *gap_b = rate_a + contacts, *rate_b = gap_b + contacts;
     look(search, 0.0, gap_a, rate_a);
-    for (int i = 0; i < SAMPLES && first.contact < 0; i++) {
-        const double a = (double)i / SAMPLES, b = (i + 1.0) / SAMPLES;
+    for (long i = 0; i < search->pieces && first.contact < 0; i++) {
+        const double a = (double)i / search->pieces, b = (i + 1.0) / search->pieces;
         look(search, b, gap_b, rate_b);
         for (int c = 0; c < contacts; c++) {
             if (s->holding && s->holding->closed[c])
@@ -176,8 +197,8 @@ static struct event first_loss(struct search *search)
     const int count = watched(search->s);
     double *before = search->value + 3 * search->s->model->contacts, *after = before + count;
     watch_at(search, 0.0, before);
-    for (int i = 0; i < SAMPLES && first.contact < 0; i++) {
-        const double a = (double)i / SAMPLES, b = (i + 1.0) / SAMPLES;
+    for (long i = 0; i < search->pieces && first.contact < 0; i++) {
+        const double a = (double)i / search->pieces, b = (i + 1.0) / search->pieces;
         watch_at(search, b, after);
         for (int w = 0; w < count; w++) {
             if (after[w] >= 0.0)
@@ -195,13 +216,15 @@ static struct event first_loss(struct search *search)
 
 size_t search_scratch(const struct system *s)
 {
-    return 2 * (size_t)s->size + 9 * (size_t)s->model->contacts;
+    return 2 * (size_t)s->size + 9 * (size_t)s->model->contacts + 3 * (size_t)s->model->links;
 }
 
 struct event find_event(struct system *s, const struct method *method, const double *steps, double t, double h, double slow,
                         double *scratch)
 {
-    struct search search = {s, method, steps, t, h, scratch, scratch + s->size, scratch + 2 * s->size, slow};
+    double *value = scratch + 2 * s->size;
+    struct search search = {s, method, steps, t, h, scratch, scratch + s->size, value, slow, SAMPLES};
+    search.pieces = pieces(&search, value + 9 * s->model->contacts);
     const struct event closing = first_closing(&search);
     if (!holds(s))
         return closing;

@@ -15,6 +15,7 @@ static const double EARLY = 0.05;           /* part of a step: events before it 
 static const double LONGEST_REBOUND = 10.0; /* times the flight before an impact: the first step tried after it */
 static const double REST_SPEED = 1e-10;     /* times extent per second: a contact this slow does not bounce */
 static const double DEEP = 1e-12;           /* times extent: an event behind the surface by more than rounding */
+static const double JUMP = 1e-3;            /* of what a watched value was: more is not the rounding of its zero */
 static const double ADRIFT = 1e-11;         /* times extent: the gap of a carried contact that is not closed any more */
 static const double LEAP = 1e-6, FURTHER = 10.0; /* rad, or times length; times the way that velocities carry */
 enum {
@@ -98,8 +99,8 @@ enum outcome measure(struct flight *f, double *error)
     const struct method *method = f->run->method;
     const int n = f->s->n, size = f->s->size;
     *error = method->measure(f->scratch, size, f->run->tolerance, f->y, f->y1);
-    if (!projects(f) || !(*error > 1.0 && isfinite(*error)))
-        return OUTCOME_DONE;
+    if (!projects(f) || !f->s->model->rows || !(*error > 1.0 && isfinite(*error)))
+        return OUTCOME_DONE; /* across contacts alone an error is one: one that is passed may have jumped */
     int count;
     double *estimates = method->estimates(f->scratch, size, &count);
     for (int i = 0; i < 2 * count; i++) { /* of the coordinates, then of the velocities */
@@ -251,7 +252,8 @@ static enum outcome land_on_loss(struct flight *f, struct event event)
     }
     if (outcome)
         return outcome;
-    double at_high = end < 0.0 ? end : -at_low;
+    double at_high = end < 0.0 ? end : -at_low, lost = end;
+    const double jump = JUMP * at_low;
     for (int i = 0, side = 0; !outcome && at_low > 0.0 && f->t + h > f->t; i++) {
         if ((outcome = plain_step(f, h)) || (outcome = watch(f->s, f->t + h, f->y1, f->dy1, value)))
             return outcome;
@@ -263,13 +265,14 @@ static enum outcome land_on_loss(struct flight *f, struct event event)
             side = 1;
         } else {
             high = h;
-            at_high = now;
+            at_high = lost = now;
             at_low *= side < 0 ? 0.5 : 1.0;
             side = -1;
         }
         if (high - low <= DBL_EPSILON * fmax(f->t + h, f->h) || now == 0.0 || i == LANDINGS) {
-            f->h = h;
-            return OUTCOME_DONE;
+            const int before = now > jump && lost < 0.0; /* past the end of an edge a force jumps: not lost before */
+            f->h = before ? high : h;
+            return before ? plain_step(f, high) : OUTCOME_DONE;
         }
         h = (low * at_high - high * at_low) / (at_high - at_low);
         if (!(h > low && h < high))
@@ -293,15 +296,19 @@ static int lost(const struct flight *f)
     return -1;
 }
 
-/* A contact that is not held and lies behind its surface at the end of the step, or -1: an event has escaped */
+/* A contact that is not held and has come to lie behind its surface, or deeper, at the end of the step, or -1: an event has
+ * escaped */
 static int inside(const struct flight *f)
 {
     const struct ccgen_model *m = f->s->model;
+    double *before = f->rates;
     if (!m->contacts)
         return -1;
+    m->gaps(f->s->k, f->y, before);
     m->gaps(f->s->k, f->y1, f->gaps);
     for (int c = 0; c < m->contacts; c++)
-        if (f->s->holding->closed[c] != HELD && f->gaps[c] < -ADRIFT * f->s->extent[c])
+        if (f->s->holding->closed[c] != HELD &&
+            f->gaps[c] < fmin(-ADRIFT * f->s->extent[c], before[c] - DEEP * f->s->extent[c]))
             return c;
     return -1;
 }

@@ -161,6 +161,21 @@ def test_down_a_tilted_plank_and_off_its_end(
     reach(f"down a plank, {how}: energy, J", run.energy_drift, 1e-9)
 
 
+@pytest.mark.parametrize("mu", [None, 0.2])
+def test_off_the_end_at_any_speed_and_tolerance(mu: float | None, workshop: Workshop) -> None:
+    """Where the flat edge ends the force of contact jumps to a pull: the disc is let go there, and not held anew."""
+    model = workshop.model(disc_on_plank(0.3, 0.2, f"restitution = 0.0\n{f'friction = {mu}' if mu else ''}"))
+    q, u = model.start()
+    for spin in np.linspace(-30.0, 30.0, 13):
+        u[model.u_names.index("w_3")] = spin
+        for rtol in (1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12):
+            run = simulate(model, q, u, until=2.0, rtol=rtol)
+            assert run.success, f"{spin}, {rtol}: {run.message}"
+            assert run.phases[-1].kind == "flight"
+            x, y = model.point("disc.C", run.at(run.phases[-1].start)[0])
+            assert x * np.cos(0.3) - y * np.sin(0.3) == pytest.approx(1.0, abs=1e-9)
+
+
 def quadrature(speed: Callable[[float], float], angle: float, reach: float) -> float:
     """Time over an arc of radius ``reach`` to an angle."""
     from scipy.integrate import quad

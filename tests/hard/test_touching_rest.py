@@ -81,6 +81,32 @@ def test_a_hexagon_whose_joints_touch_each_other(rough: str, workshop: Workshop,
     reach(f"a hexagon whose joints touch, {how}: energy, J", run.energy_drift, 1e-7)
 
 
+@pytest.mark.parametrize("mu", [None, 0.3])
+def test_over_the_corners_of_a_hill(mu: float | None, workshop: Workshop, reach: Reach) -> None:
+    """Fixed edges with common ends: at a corner both touch. Rough, all go over it; smooth, slow ones may stop there."""
+    corners = ((-1.0, -0.5), (-0.5, -0.1), (0.0, 0.0), (0.5, -0.1), (1.0, -0.5))
+    points = ", ".join(f"P{k} = [{x}, {y}]" for k, (x, y) in enumerate(corners))
+    edges = "".join(
+        f'[[touch]]\nbetween = ["ball.C", ["ground.P{k}", "ground.P{k + 1}"]]\nradius = [0.1, 0.02]\n'
+        f"restitution = 0.3\n{f'friction = {mu}' if mu else ''}\n"
+        for k in range(len(corners) - 1)
+    )
+    model = workshop.model(
+        f"[ground_link]\npoints = {{ O = [0, 0], {points} }}\n{free_body('ball', 0.5, 0.0025, 'C = [0, 0]')}{edges}"
+        f"[gravity]\ng = {G}\n[start]\nslides = {{ x_ball = -0.1, y_ball = 0.3 }}\n"
+    )
+    deepest, drift, ended, tosses, rng = 0.0, 0.0, 0, 12, np.random.default_rng(3)
+    for _ in range(tosses):
+        q, u = model.start()
+        run = simulate(model, q, rng.normal(size=u.size) * [5.0, 1.0, 1.0], until=3.0, rtol=1e-10)
+        ended += run.success
+        deepest, drift = max(deepest, penetration(run)), max(drift, run.energy_drift)
+    how = "rough" if mu else "smooth"
+    reach(f"over corners, {how}: penetration, m", deepest, 1e-10)
+    reach(f"over corners, {how}: energy, J", drift, 1e-7)
+    reach(f"over corners, {how}: share that stops", 1 - ended / tosses, 0.0 if mu else 0.34)
+
+
 TOSSED = """
 [chain]
 links = 4
