@@ -17,6 +17,7 @@
 #include "elimination.h"
 
 static const double WELL = 1e-6; /* a pivot below this fraction of what it was has lost too many digits */
+static const double CREEP = 1e-9; /* times length per second: what moves along its friction is not at its limit; beyond what settle.c takes as still */
 
 int make_holding(struct holding *h, const struct ccgen_model *m)
 {
@@ -200,7 +201,7 @@ int held_bias(struct system *s, const double *q, const double *u, double *bias)
 /* watched values of a contact besides its force */
 static int tangential(int slide)
 {
-    return slide == STICKS ? 2 : slide == 1 || slide == -1;
+    return slide == STICKS ? 2 : slide != SMOOTH;
 }
 
 int watched(const struct system *s)
@@ -241,8 +242,10 @@ enum outcome watch(struct system *s, double t, const double *y, double *dy, doub
             const double limit = s->friction[contact] * h->force[i], held = h->force[row++];
             values[count++] = limit - held; /* pulled forward no harder than that: it gives backward */
             values[count++] = limit + held;
-        } else if (tangential(h->slide[i]))
-            values[count++] = h->slide[i] * h->slips[contact];
+        } else if (tangential(h->slide[i])) { /* at the limit it is at rest, or creeps against its friction */
+            const double creeps = h->slide[i] == LIMIT || h->slide[i] == -LIMIT ? CREEP * s->length : 0.0;
+            values[count++] = against(h->slide[i]) * h->slips[contact] + creeps;
+        }
     }
     return outcome;
 }

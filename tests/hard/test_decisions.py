@@ -100,3 +100,21 @@ def test_drops_of_a_rough_hexagon(workshop: Workshop, reach: Reach) -> None:
     reach("36 drops of a rough hexagon: penetration, m", deepest, 1e-10)
     damped = simulate(model, until=5.0, drift="damped")
     assert damped.success, damped.message
+
+
+@pytest.mark.parametrize(
+    "toss",
+    [
+        Toss(7, 2, True, "newton", 0.1, 0.3, 2592),
+        Toss(6, 1, True, "newton", 0.1, 0.1, 15162),
+        Toss(8, 1, True, "newton", 0.1, 0.7, 1),
+    ],
+    ids=["between two planes", "of six rods", "of eight rods"],
+)
+def test_friction_at_its_limit_does_no_work(toss: Toss, workshop: Workshop, reach: Reach) -> None:
+    """Loops that settle with all contacts at the limits of their friction: none of them may creep along it."""
+    found = run(workshop.model(scene(toss.n, toss.rough)), toss)
+    assert not faults(found)
+    energy = np.sum(found.model.energy(found.q, found.u), axis=0)
+    rises = float(np.max(energy - np.minimum.accumulate(energy))) / abs(float(energy[0]))
+    reach(f"friction at its limit, a loop of {toss.n}: rise of energy", rises, 1e-9)
