@@ -62,8 +62,23 @@ int append_impact(struct impacts *r, double t, const double *u_minus, const doub
     return 0;
 }
 
+/* Whether contacts are held as the last record says, or apart where there is none yet */
+static int held_as_before(const struct holds *r, int contacts, const signed char *how)
+{
+    size_t next = r->count ? r->first[r->count - 1] : r->contact_count;
+    for (int c = 0; c < contacts; c++) {
+        const int listed = next < r->contact_count && r->contact[next] == c;
+        if (how[c] != (listed ? r->how[next] : 0))
+            return 0;
+        next += listed;
+    }
+    return 1;
+}
+
 int append_hold(struct holds *r, double t, int contacts, const signed char *how)
 {
+    if (held_as_before(r, contacts, how))
+        return 0;
     if (r->count == r->room) {
         const size_t room = r->room ? 2 * r->room : 64;
         if (grow(&r->t, room, sizeof *r->t) || grow(&r->first, room + 1, sizeof *r->first))

@@ -65,7 +65,7 @@ void free_run(struct run *run);
 enum outcome advance(struct system *s, const struct method *method, struct tolerance tolerance, enum drift drift, double t,
                      double h, int count, const int *set, const signed char *slide, double *y);
 
-/* record.c: append; 0, or 1 when memory runs out */
+/* record.c: append; 0, or 1 when memory runs out. How contacts are held is appended where it is not what it was. */
 int append_row(struct record *record, double t, const double *y, size_t width);
 int append_impact(struct impacts *impacts, double t, const double *u_minus, const double *u_plus, size_t n, int count,
                   const int *contact, const double *impulse, double energy_loss, size_t after);

@@ -339,11 +339,11 @@ enum outcome settle(struct flight *f, struct loss loss, int resting)
     const size_t c = f->s->model->contacts, rows = 2 * c;
     struct decision d = {.mu = f->s->friction};
     char *bytes = calloc(5 * c, 1);
-    signed char *before = malloc(2 * c);
+    signed char *how = malloc(c);
     d.contact = malloc(3 * c * sizeof *d.contact);
     d.b = malloc((3 * rows + 2 * rows * rows + 3 * rows + 2 * c + semidefinite_scratch((int)rows)) * sizeof *d.b);
     enum outcome outcome = OUTCOME_NO_MEMORY;
-    if (bytes && before && d.contact && d.b) {
+    if (bytes && how && d.contact && d.b) {
         d.row = d.contact + c;
         d.in = bytes;
         d.slide = (signed char *)bytes + c;
@@ -352,13 +352,12 @@ enum outcome settle(struct flight *f, struct loss loss, int resting)
         d.rest = d.P + rows;
         d.W = d.rest + rows;
         d.part = d.W + rows * rows;
-        present(h, (int)c, before);
         memset(h->closed, APART, c);
         h->carried = 0;
         hold_contacts(h, 0, NULL, NULL);
         outcome = decide(f, &d, loss, resting);
-        present(h, (int)c, before + c);
-        if (!outcome && memcmp(before, before + c, c) && append_hold(&run->holds, f->t, (int)c, before + c))
+        present(h, (int)c, how);
+        if (!outcome && append_hold(&run->holds, f->t, (int)c, how))
             outcome = OUTCOME_NO_MEMORY;
         if (!outcome && keep(f))
             outcome = OUTCOME_NO_MEMORY;
@@ -366,7 +365,7 @@ enum outcome settle(struct flight *f, struct loss loss, int resting)
             run->contact = d.count ? d.contact[0] : -1;
     }
     free(bytes);
-    free(before);
+    free(how);
     free(d.contact);
     free(d.b);
     return outcome;
