@@ -24,6 +24,7 @@ static const double ROUNDING = 2.0 * DBL_EPSILON; /* times length and links: wha
 static const double SHUT = 1e-12;                 /* times extent: a gap so small is closed */
 static const double TURNS = 4.0;                  /* times x and links: sigma where links turned by x make rows depend */
 static const double ADDED = 1e-13;                /* times the energy: more than that would not be rounding */
+static const double ASTRAY = 1e-4;                 /* of the energy in motion: more than that would be an impact */
 static const double STRAIGHT = CCGEN_LIMIT(1e-12, 1e-5); /* times speed^2: what is left of the closure's second derivative */
 static const double ASIDE = CCGEN_LIMIT(1e-4, 1e-2);     /* rad: a difference quotient's step */
 enum { PASSES = 20 };
@@ -287,6 +288,8 @@ static int close_below(struct flight *f, double unresolved, double miss, int ran
         memcpy(h->weight, weight, rows * sizeof *weight);
         *outcome = OUTCOME_DONE;
     }
+    if (done) /* velocities that do not lead there are not to be lost without an impact */
+        done = energy(f, f->y1) >= energy(f, f->y) - ASTRAY * f->energy_moved;
     if (done) {
         memcpy(f->y, f->y1, (size_t)s->size * sizeof *f->y);
         f->unresolved = unresolved;
