@@ -143,7 +143,7 @@ def _start(model: Model, q0: ArrayLike | None, u0: ArrayLike | None) -> tuple[Fl
         point, ground = model.contacts[int(np.argmax(depths))]
         if ground in model.stops:
             raise ValueError(f"the start has {point} beyond {ground} by {depths.max():.6g} rad; turn the start")
-        advice = "raise the start" if ground in model.ground_planes() else "change the start or the radii"
+        advice = "raise or move the start" if ground in model.ground_planes() else "change the start or the radii"
         raise ValueError(f"the start has {point} inside {ground} by {depths.max():.6g} m; {advice}")
     return q, u
 

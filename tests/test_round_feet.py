@@ -193,7 +193,7 @@ BAD: dict[str, tuple[str, str, str, tuple[str, ...]]] = {
         "height = 2.0",
         "height = 0.05",
         "start.height",
-        ("inside ground_0 by", "raise the start"),
+        ("inside ground_0 by", "raise or move the start"),
     ),
 }
 

@@ -62,6 +62,8 @@ def run(
                 progress=lambda t: tell.reached(t, end),
                 keep_interrupted=True,
             )
+        if not result.success:
+            typer.echo(f"{scene.name}: {result.message}", err=True)
         tell.stage("draw")
         with refusing(OSError):
             files = write(result, folder, gif)
@@ -70,7 +72,7 @@ def run(
     print_audit(result)
     typer.echo(f"written: {', '.join(str(folder / file) for file in files)}")
     if not result.success:
-        fail(f"{scene.name}: {result.message}", STOPPED_EARLY)
+        raise typer.Exit(STOPPED_EARLY)
 
 
 def check_numbers(until: float | None, rtol: float | None) -> None:

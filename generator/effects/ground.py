@@ -137,7 +137,7 @@ class Ground(Effect):
         ]
         return tuple(
             f"the start has {name} inside {self.name} by {depth:.6g} m, expected at or above its surface; "
-            "raise the start or move the ground"
+            "raise or move the start, or move the ground"
             for name, depth in depths
             if depth > DEPTH
         )

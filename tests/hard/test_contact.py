@@ -184,3 +184,24 @@ def _hinge(ground: list[dict[str, Any]]) -> Any:
     from ccgen.generator import chain
 
     return chain(2, gravity=True, start={"angles": [-0.6, 0.5], "height": 0.0}, ground=ground)
+
+
+@pytest.mark.parametrize("angles", [(-14.0, 21.0), (10.0, -35.0), (-40.0, 70.0), (5.0, 5.5)])
+def test_phases_say_what_is_closed(angles: tuple[float, float], workshop: Workshop, reach: Reach) -> None:
+    """Two links dropped: after many impacts that let go of what was held, phases say how it went on, and states between
+    rows, which are steps with the contacts of their phase, stay outside the ground."""
+    tilts = ", ".join(f'"{angle} deg"' for angle in angles)
+    model = workshop.model(
+        f"[chain]\nlinks = 2\n[start]\nheight = 0.2\nangles = [{tilts}]\n[gravity]\n[[ground]]\nrestitution = 0.5\n"
+    )
+    run = simulate(model, until=1.0)
+    assert run.success, run.message
+    open_ = 0.0
+    for phase in run.phases:
+        rows = (run.t > phase.start) & (run.t < phase.end)
+        for contact in phase.contacts if phase.kind == "contact" else ():
+            gaps = model.gaps(run.q[rows])[:, list(model.contacts).index(contact)]
+            open_ = max(open_, float(np.abs(gaps).max(initial=0.0)))
+    between = model.gaps(run.at(np.linspace(0.0, 1.0, 4001))[0])
+    reach(f"two links dropped at {angles} deg: gap of contacts that phases call closed, m", open_, 1e-12)
+    reach(f"two links dropped at {angles} deg: penetration between rows, m", -float(between.min()), 1e-10)
