@@ -17,7 +17,8 @@
 #include "elimination.h"
 
 static const double WELL = 1e-6; /* a pivot below this fraction of what it was has lost too many digits */
-static const double CREEP = 1e-9; /* times length per second: what moves along its friction is not at its limit; beyond what settle.c takes as still */
+/* times length per second: what moves along its friction is not at its limit; more than what settle.c takes as still */
+static const double CREEP = 1e-9;
 
 int make_holding(struct holding *h, const struct ccgen_model *m)
 {

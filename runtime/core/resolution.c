@@ -24,7 +24,7 @@ static const double ROUNDING = 2.0 * DBL_EPSILON; /* times length and links: wha
 static const double SHUT = 1e-12;                 /* times extent: a gap so small is closed */
 static const double TURNS = 4.0;                  /* times x and links: sigma where links turned by x make rows depend */
 static const double ADDED = 1e-13;                /* times the energy: more than that would not be rounding */
-static const double ASTRAY = 1e-4;                 /* of the energy in motion: more than that would be an impact */
+static const double ASTRAY = 1e-4;                /* of the energy in motion: more than that would be an impact */
 static const double STRAIGHT = CCGEN_LIMIT(1e-12, 1e-5); /* times speed^2: what is left of the closure's second derivative */
 static const double ASIDE = CCGEN_LIMIT(1e-4, 1e-2);     /* rad: a difference quotient's step */
 enum { PASSES = 20 };
@@ -65,6 +65,15 @@ static double energy(const struct flight *f, const double *y)
     double parts[2];
     f->s->model->energy(f->s->k, y, y + f->s->n, parts);
     return parts[0] + parts[1];
+}
+
+/* Whether y1 has the energy of y but for a small part of what is in motion: velocities that do not lead to a place where rows are
+ * lost are not to be lost without an impact. */
+static int leads_there(const struct flight *f)
+{
+    double parts[2];
+    f->s->model->energy(f->s->k, f->y, f->y + f->s->n, parts);
+    return energy(f, f->y1) >= parts[0] + parts[1] - ASTRAY * fmax(f->energy_moved, parts[0]);
 }
 
 /* Put y1, a copy of the state, where the contacts f->set are closed; whether there is such a place, with rows of the closure
@@ -283,13 +292,11 @@ static int close_below(struct flight *f, double unresolved, double miss, int ran
         hold_contacts(h, count, f->set, slide);
         done = closes(f, count, miss, rank);
         hold_contacts(h, 0, NULL, NULL);
-        done = done && !project_velocity(s, f->y1, f->y1 + s->n) && arrives(f, count, unresolved);
+        done = done && !project_velocity(s, f->y1, f->y1 + s->n) && arrives(f, count, unresolved) && leads_there(f);
         hold_contacts(h, held, set, slide + all);
         memcpy(h->weight, weight, rows * sizeof *weight);
         *outcome = OUTCOME_DONE;
     }
-    if (done) /* velocities that do not lead there are not to be lost without an impact */
-        done = energy(f, f->y1) >= energy(f, f->y) - ASTRAY * f->energy_moved;
     if (done) {
         memcpy(f->y, f->y1, (size_t)s->size * sizeof *f->y);
         f->unresolved = unresolved;

@@ -13,7 +13,7 @@
 static const double INSTANT = 1e-10; /* s, relative to max(1, t): the time within which events crowd */
 enum {
     REPEATS = 1000, /* impacts at one instant */
-    CROWD = 200,   /* events within an instant before what bounces is said to be at rest */
+    CROWD = 200,    /* events within an instant before what bounces is said to be at rest */
     RATTLE = 1000, /* the same of events between which no closed contact moves */
     IDLE = 10      /* events of a gap that neither take time nor lead to an impact, before its contact is said to be at rest */
 };

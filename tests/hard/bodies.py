@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from ..oracles import polygons
+
 G = 9.81
 
 
@@ -82,3 +84,14 @@ def rise(run: Any) -> float:
 def speed(run: Any) -> float:
     """The largest velocity component of any link at the end."""
     return float(np.max(np.abs(run.model.velocities(run.q[-1], run.u[-1]))))
+
+
+def tossed_hexagon(model: Any) -> Any:
+    """q, u of a ring of six half a metre above the ground, bent and spinning, drifting with (0.3, -0.1) m/s."""
+    poses, _ = polygons.perturbed(6, height=0.5)
+    turns = np.stack([-np.sin(poses[:, 2]), np.cos(poses[:, 2])])
+    spins = 0.2 + 0.5 * np.cos(2.3 * np.arange(6) + 0.7)
+    spins -= turns.T @ np.linalg.solve(turns @ turns.T, turns @ spins)
+    swings = np.cumsum(spins[:, None] * turns.T, axis=0)
+    drift = np.vstack([np.zeros(2), swings[:-1]]) + np.array([0.3, -0.1])
+    return model.state_from_poses(poses, np.column_stack([drift, spins]))

@@ -13,7 +13,7 @@ from ccgen.runtime import simulate
 from ..conftest import Workshop
 from ..oracles import polygons
 from ..test_accumulation import BALL, FIRST
-from .bodies import G, penetration, rise, speed
+from .bodies import G, penetration, rise, speed, tossed_hexagon
 from .conftest import Reach
 
 ASKEW = 1e-15
@@ -61,14 +61,7 @@ def test_a_ball_rests_at_the_limit_of_its_series(ball: Any, e: float, reach: Rea
 
 def test_a_hexagon_tossed_from_half_a_metre(hexagon: Any, reach: Reach) -> None:
     """Thrown with random velocities, through accumulation after accumulation."""
-    poses, _ = polygons.perturbed(6, height=0.5)
-    turns = np.stack([-np.sin(poses[:, 2]), np.cos(poses[:, 2])])
-    spins = 0.2 + 0.5 * np.cos(2.3 * np.arange(6) + 0.7)
-    spins -= turns.T @ np.linalg.solve(turns @ turns.T, turns @ spins)
-    swings = np.cumsum(spins[:, None] * turns.T, axis=0)
-    drift = np.vstack([np.zeros(2), swings[:-1]]) + np.array([0.3, -0.1])
-    velocities = np.column_stack([drift, spins])
-    q, u = hexagon.state_from_poses(poses, velocities)
+    q, u = tossed_hexagon(hexagon)
     run = simulate(hexagon, q, u, until=5.0, params={"ground_0.restitution": 0.7})
     assert run.success, run.message
     assert run.impacts[0].t == pytest.approx(0.321655587659338, abs=1e-9)

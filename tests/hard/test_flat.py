@@ -13,8 +13,7 @@ from ccgen.generator import loop
 from ccgen.runtime import Run, simulate
 
 from ..conftest import Workshop
-from ..oracles import polygons
-from .bodies import G, penetration, rise
+from .bodies import G, penetration, rise, tossed_hexagon
 from .conftest import Reach
 
 RESTITUTIONS = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.65, 0.7, 0.8)
@@ -22,17 +21,6 @@ RESTITUTIONS = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.65, 0.7, 0.8)
 
 def _ring(workshop: Workshop, n: int) -> Any:
     return workshop.model(loop(n, gravity=True, start={"height": 1.0}, ground=[{"restitution": 0.5}]))
-
-
-def toss(model: Any) -> Any:
-    """Half a metre above the ground, bent and spinning, drifting with (0.3, -0.1) m/s"""
-    poses, _ = polygons.perturbed(6, height=0.5)
-    turns = np.stack([-np.sin(poses[:, 2]), np.cos(poses[:, 2])])
-    spins = 0.2 + 0.5 * np.cos(2.3 * np.arange(6) + 0.7)
-    spins -= turns.T @ np.linalg.solve(turns @ turns.T, turns @ spins)
-    swings = np.cumsum(spins[:, None] * turns.T, axis=0)
-    drift = np.vstack([np.zeros(2), swings[:-1]]) + np.array([0.3, -0.1])
-    return model.state_from_poses(poses, np.column_stack([drift, spins]))
 
 
 def survey(name: str, least: int, runs: Iterable[Run], reach: Reach) -> None:
@@ -62,7 +50,7 @@ def survey(name: str, least: int, runs: Iterable[Run], reach: Reach) -> None:
 def test_tossed_hexagons_come_to_lie_flat(workshop: Workshop, reach: Reach) -> None:
     """All six joints are on the ground to rounding, and still but for the sliding that nothing stops."""
     model = _ring(workshop, 6)
-    q, u = toss(model)
+    q, u = tossed_hexagon(model)
     settings = itertools.product((1e-9, 1e-11), ("dop853", "gauss"), RESTITUTIONS)
     runs = (
         simulate(model, q, u, until=5.0, params={"ground_0.restitution": e}, method=method, rtol=rtol)
