@@ -40,7 +40,9 @@ def free_discs(places: Sequence[tuple[float, float]], mass: float, radius: float
     return f"[ground_link]\npoints = {{ O = [0, 0] }}\n{bodies}{pairs}[start]\nslides = {{ {slides} }}\n"
 
 
-def cradle(count: int, gap: float, radius: float = 0.25, length: float = 1.0, swing: float = 0.5) -> str:
+def cradle(
+    count: int, gap: float, radius: float = 0.25, length: float = 1.0, swing: float = 0.5, touch: str = ""
+) -> str:
     """Newton's cradle: balls on strings, each a pendulum about a point of its own; the first is drawn aside.
 
     The balls hang ``gap`` apart, except the first two, which touch.
@@ -54,7 +56,9 @@ def cradle(count: int, gap: float, radius: float = 0.25, length: float = 1.0, sw
         )
         joints += f'[[joint]]\nname = "hook_{k}"\nbetween = ["ground.P{k}", "ball_{k}.H"]\n'
     for k in range(count - 1):
-        pairs += f'[[touch]]\nbetween = ["ball_{k}.C", "ball_{k + 1}.C"]\nradius = {radius!r}\nrestitution = 1.0\n'
+        pairs += (
+            f'[[touch]]\nbetween = ["ball_{k}.C", "ball_{k + 1}.C"]\nradius = {radius!r}\nrestitution = 1.0\n{touch}\n'
+        )
     points = ", ".join(f"P{k} = [{x!r}, 0]" for k, x in enumerate(places))
     angles = ", ".join(f"ball_{k} = {-swing if k == 0 else 0.0!r}" for k in range(count))
     return (

@@ -11,6 +11,7 @@
  */
 #include "contact.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -28,7 +29,7 @@ int make_holding(struct holding *h, const struct ccgen_model *m)
         return 0;
     h->set = malloc(3 * c * sizeof *h->set);
     h->closed = calloc(2 * c, 1);
-    h->force = calloc(2 * c * (2 * c + n + 3) + 3 * c + 2 * n + semidefinite_scratch(2 * (int)c), sizeof *h->force);
+    h->force = calloc(2 * c * (2 * c + n + 3) + 4 * c + 2 * n + semidefinite_scratch(2 * (int)c), sizeof *h->force);
     if (!h->set || !h->closed || !h->force)
         return 1;
     h->of = h->set + c;
@@ -42,7 +43,8 @@ int make_holding(struct holding *h, const struct ccgen_model *m)
     h->f = h->pushes + c;
     h->g = h->f + n;
     h->weight = h->g + n;
-    h->solved = h->weight + 2 * c;
+    h->least = h->weight + 2 * c;
+    h->solved = h->least + c;
     return 0;
 }
 
@@ -202,7 +204,7 @@ int held_bias(struct system *s, const double *q, const double *u, double *bias)
 /* watched values of a contact besides its force */
 static int tangential(int slide)
 {
-    return slide == STICKS ? 2 : slide != SMOOTH;
+    return slide == STICKS ? 2 : slide != SMOOTH && slide != TOUCHES;
 }
 
 int watched(const struct system *s)
@@ -218,7 +220,7 @@ struct loss watcher(const struct system *s, int index)
 {
     const struct holding *h = s->holding;
     if (index < h->count)
-        return (struct loss){h->set[index], PULLS};
+        return (struct loss){h->set[index], h->slide[index] == TOUCHES ? STIRS : PULLS};
     index -= h->count;
     for (int i = 0; i < h->count; i++) {
         const int values = tangential(h->slide[i]);
@@ -234,7 +236,8 @@ enum outcome watch(struct system *s, double t, const double *y, double *dy, doub
     const struct holding *h = s->holding;
     const enum outcome outcome = system_derivative(s, t, y, dy);
     int count = h->count, row = h->count;
-    memcpy(values, h->force, count * sizeof *values);
+    for (int i = 0; i < h->count; i++)
+        values[i] = h->slide[i] == TOUCHES ? h->least[i] - fabs(h->force[i]) : h->force[i];
     if (s->friction)
         s->model->slips(s->k, y, y + s->n, h->slips);
     for (int i = 0; i < h->count; i++) {

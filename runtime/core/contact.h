@@ -8,17 +8,18 @@
 enum { APART, HELD, CARRIED };
 
 /* how a held contact moves along its ground: it is smooth; it slides forward (1) or backward (-1); it sticks; or its friction
- * is at the limit, against forward (3) or backward (-3) sliding, while other contacts that stick keep it where it is */
-enum { SMOOTH = 0, STICKS = 2, LIMIT = 3 };
+ * is at the limit, against forward (3) or backward (-3) sliding, while other contacts that stick keep it where it is; or
+ * it touches without pressing, and so without friction, as what moves side by side does */
+enum { SMOOTH = 0, STICKS = 2, LIMIT = 3, TOUCHES = 4 };
 
 /* the sign of the sliding that friction is against at its limit; 0 where it is not at the limit */
 static inline int against(int slide)
 {
-    return slide == STICKS ? 0 : (slide > 0) - (slide < 0);
+    return slide == STICKS || slide == TOUCHES ? 0 : (slide > 0) - (slide < 0);
 }
 
-/* how a held contact ends being held as it is */
-enum { PULLS, STOPS, GIVES_FORWARD, GIVES_BACKWARD };
+/* how a held contact ends being held as it is; STIRS: what touched without pressing presses or pulls */
+enum { PULLS, STOPS, GIVES_FORWARD, GIVES_BACKWARD, STIRS };
 
 struct loss {
     int contact, how;
@@ -34,6 +35,7 @@ struct holding {
     int rows;           /* count, and how many of them stick */
     int *of;            /* [rows] the contact of each row, as a number in `set` */
     double *force;      /* [rows] N, of the last acceleration */
+    double *least;      /* [count] N: the force of one that touches without pressing, which is rounding up to this */
     double *weight;     /* [rows] how much a row bears where forces can be shared: friction by the square root of its limit */
     char *closed;       /* [contacts] APART, HELD or CARRIED; only those apart are watched for impacts */
     int carried;        /* how many are carried */

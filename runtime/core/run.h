@@ -20,7 +20,7 @@ struct impacts {
 };
 
 /* what was held from when on: change i has the contacts first[i] .. first[i + 1] - 1, held as how[] says: 1 slides backward,
- * 2 smooth, 3 slides forward, 4 sticks, 5 carried, 6 and 7 at the limit of friction */
+ * 2 smooth, 3 slides forward, 4 sticks, 5 carried, 6 and 7 at the limit of friction, 8 touches without pressing */
 struct holds {
     size_t count, room, contact_count, contact_room;
     double *t;

@@ -4,7 +4,8 @@
  *
  *     0 <= P,  0 <= z = W P + b,  P.z = 0,    b = N u_dot_free + dN/dt u,
  *
- * so that no gap accelerates inwards and none is pulled. Those that push are held. One that still bounces is held only
+ * so that no gap accelerates inwards and none is pulled. Those that push are held, and those that neither push nor open, as
+ * between bodies that move side by side: let go, rounding would open and close them without end. One that still bounces is held only
  * when its bounces are over within no time: with speed v after the impact, falling back at the acceleration a that it would
  * have if it alone were let go, it is in the air for 2 v / a, and with the restitution e all its bounces to come take
  * 2 v / (a (1 - e)); or, where gaps of some size cannot be known, when they are no higher than that, v^2 / (2 a).
@@ -21,6 +22,7 @@ static const double REST_TIME = 1e-11; /* s, relative to max(1, t): bounces over
 static const double SHUT = 1e-12;      /* times extent: a gap so small may be shut without moving anything */
 static const double SLOW = 1e4;        /* times what the largest acceleration reaches in that time: too fast to ask */
 static const double PRESSED = 1e-9;    /* times the largest acceleration: less than that is rounding */
+static const double SHARED = 1e-4;     /* of the accelerations of links: gaps are not known to accelerate by less times that */
 /* share of its own compliance that is left of a contact which others carry */
 static const double DEPENDENT = CCGEN_LIMIT(1e-9, 1e-4);
 static const double STILL = 1e-10;     /* times length per second: a contact that slides so slowly may stick */
@@ -31,6 +33,7 @@ struct decision {
     char *in;            /* [count] takes part */
     signed char *slide;  /* [count] 0 where that is to be found */
     char *given;         /* [count] friction has just reached a limit: what is near it has reached it */
+    char *touches;       /* [count] held although it does not push: nor does it move */
     double *b;           /* [all] accelerations of the gaps, and of the sliding, without the forces */
     double *P, *W;       /* [all], [all][all] */
     int *row;            /* [all] scratch */
@@ -88,6 +91,12 @@ static int pushes(const struct decision *d, int i)
     return d->in[i] && d->P[i] * d->W[i * d->all + i] > PRESSED * d->scale;
 }
 
+/* whether contact i is held */
+static int stays(const struct decision *d, int i)
+{
+    return d->touches[i] || pushes(d, i);
+}
+
 /* Take out contacts that still bounce, until all that push have come to rest. */
 static enum outcome take_out(const struct flight *f, struct decision *d, int resting)
 {
@@ -114,15 +123,15 @@ static enum outcome take_out(const struct flight *f, struct decision *d, int res
     return OUTCOME_DONE;
 }
 
-/* Whether the motion of row i (a gap, or beyond `count` a sliding) is fixed by what is held: the gaps of all that push, and
- * the sliding of those that stick. `slide` is that of the contacts that push, in their order. */
+/* Whether the motion of row i (a gap, or beyond `count` a sliding) is fixed by what is held: the gaps of all that stay, and
+ * the sliding of those that stick. `slide` is that of the contacts that stay, in their order. */
 static int fixed(struct decision *d, int i, const signed char *slide)
 {
     const int n = d->count, all = d->all;
     double *W = d->part, *r = W + all * all, *x = r + all, left = d->W[i * all + i];
     int *row = d->row, m = 0, k = 0;
     for (int a = 0; a < n; a++) {
-        if (!pushes(d, a))
+        if (!stays(d, a))
             continue;
         row[m++] = a;
         if (slide[k++] == STICKS && n + a != i)
@@ -165,6 +174,8 @@ static enum outcome gather(struct flight *f, struct decision *d, struct loss los
     d->scale = 0.0;
     for (int c = 0; c < m->contacts; c++)
         d->scale = fmax(d->scale, fabs(free[c]) + fabs(bias[c]));
+    for (int i = 0; i < s->n; i++)
+        d->scale = fmax(d->scale, SHARED * (i < m->base ? fabs(f->dy[s->n + i]) : s->length * (fabs(f->dy[s->n + i]) + u[i] * u[i])));
     const double soon = SLOW * REST_TIME * fmax(1.0, fabs(f->t)) * d->scale;
     const double fast = fmax(soon, sqrt(2.0 * f->unresolved * s->length * d->scale));
     for (int c = 0; c < m->contacts; c++)
@@ -181,7 +192,7 @@ static enum outcome gather(struct flight *f, struct decision *d, struct loss los
             const int c = d->contact[i];
             d->b[d->count + i] = free[c] + bias[c];
             d->slide[i] = s->friction[c] == 0.0 || fabs(slips[c]) <= STILL * s->length ? 0 : slips[c] > 0.0 ? 1 : -1;
-            if (c == loss.contact && loss.how != PULLS)
+            if (c == loss.contact && loss.how != PULLS && loss.how != STIRS)
                 d->slide[i] = 0;
             d->given[i] = loss.how == GIVES_FORWARD || loss.how == GIVES_BACKWARD;
         }
@@ -202,6 +213,8 @@ static int at_limit(const struct decision *d, int i)
  * limit: what it slides is rounding, and would send it back and forth. */
 static signed char slide_of(const struct decision *d, int i)
 {
+    if (d->touches[i])
+        return TOUCHES;
     if (d->all == d->count || d->mu[d->contact[i]] == 0.0)
         return SMOOTH;
     if (d->slide[i])
@@ -213,41 +226,56 @@ static signed char slide_of(const struct decision *d, int i)
     return moves || (sign && d->given[i]) ? sign : STICKS;
 }
 
-/* Hold the contacts that push. With `limits`, friction that is at its limit stays there although the contact does not move,
+/* Hold the contacts that stay. With `limits`, friction that is at its limit stays there although the contact does not move,
  * because others that stick do not let it. */
 static void hold_pushing(struct flight *f, struct decision *d, int limits)
 {
     signed char *slide = d->slide + d->count;
     int count = 0;
     for (int i = 0; i < d->count; i++)
-        if (pushes(d, i)) {
+        if (stays(d, i)) {
             slide[count] = slide_of(d, i);
+            f->s->holding->least[count] = 2.0 * PRESSED * d->scale / d->W[i * d->all + i];
             f->set[count++] = d->contact[i];
         }
     for (int i = 0, k = 0; limits && i < d->count; i++) {
-        if (!pushes(d, i))
+        if (!stays(d, i))
             continue;
-        if ((slide[k] == STICKS || d->given[i]) && at_limit(d, i) && fixed(d, d->count + i, slide))
+        if (slide[k] != TOUCHES && (slide[k] == STICKS || d->given[i]) && at_limit(d, i) && fixed(d, d->count + i, slide))
             slide[k] = (signed char)(at_limit(d, i) * LIMIT);
         k++;
     }
     hold_contacts(f->s->holding, count, f->set, slide);
     for (int i = 0, k = 0, row = count; i < d->count; i++)
-        if (pushes(d, i) && slide[k++] == STICKS)
+        if (stays(d, i) && slide[k++] == STICKS)
             f->s->holding->weight[row++] = sqrt(d->mu[d->contact[i]] * d->P[i] / d->scale);
 }
 
-/* Hold the contacts that push, and note which others they carry. Where several stick, forces of least norm share their
+/* Hold those too that neither push nor open; what has just stirred is not asked again. */
+static void keep_touching(struct flight *f, struct decision *d, struct loss loss, int limits)
+{
+    for (int i = 0; i < d->count; i++) {
+        const int c = d->contact[i];
+        if (stays(d, i) || !d->in[i] || c == loss.contact || fabs(f->rates[c]) > slow(f, c) ||
+            fabs(gap_acceleration(d, i, d->P)) > PRESSED * d->scale || fixed(d, i, f->s->holding->slide))
+            continue;
+        d->touches[i] = 1;
+        hold_pushing(f, d, limits);
+    }
+}
+
+/* Hold the contacts that stay, and note which others they carry. Where several stick, forces of least norm share their
  * friction; if that is more than one of them can bear, they share it as the solution has it. */
 static enum outcome hold(struct flight *f, struct decision *d, struct loss loss)
 {
     struct holding *h = f->s->holding;
     const int gives = loss.how == GIVES_FORWARD || loss.how == GIVES_BACKWARD;
     hold_pushing(f, d, gives);
+    keep_touching(f, d, loss, gives);
     for (int i = 0; i < h->count; i++)
         h->closed[h->set[i]] = HELD;
     for (int i = 0; i < d->count && h->count; i++)
-        if (!pushes(d, i) && fixed(d, i, h->slide)) {
+        if (!stays(d, i) && fixed(d, i, h->slide)) {
             h->closed[d->contact[i]] = CARRIED;
             h->carried++;
         }
@@ -285,15 +313,15 @@ static enum outcome rest(struct flight *f, struct decision *d, int resting)
     memcpy(slide, h->slide, count);
     memcpy(d->rest, h->weight, rows * sizeof *d->rest);
     for (int i = 0, k = 0; f->s->friction && i < d->count; i++)
-        if (pushes(d, i)) {
-            h->slide[k] = d->slide[i] || d->mu[d->contact[i]] == 0.0 ? slide[k] : STICKS;
+        if (stays(d, i)) {
+            h->slide[k] = d->slide[i] || d->touches[i] || d->mu[d->contact[i]] == 0.0 ? slide[k] : STICKS;
             k++;
         }
     hold_contacts(h, count, h->set, h->slide);
     enum outcome outcome = project_velocity(f->s, f->y, f->y + f->s->n);
     f->s->model->gap_rates(f->s->k, f->y, f->y + f->s->n, f->rates);
     for (int i = 0; resting == ALL_REST && i < d->count; i++)
-        if (!pushes(d, i) && f->rates[d->contact[i]] < 0.0) {
+        if (!stays(d, i) && f->rates[d->contact[i]] < 0.0) {
             h->slide[h->count] = SMOOTH;
             h->set[h->count++] = d->contact[i];
         }
@@ -323,13 +351,13 @@ static enum outcome decide(struct flight *f, struct decision *d, struct loss los
 }
 
 /* How every contact is held, for the record: 0 apart, 1 slides backward, 2 smooth, 3 forward,
- * 4 sticks, 5 carried, 6 and 7 at the limit of friction */
+ * 4 sticks, 5 carried, 6 and 7 at the limit of friction, 8 touches */
 static void present(const struct holding *h, int contacts, signed char *out)
 {
     for (int c = 0; c < contacts; c++)
         out[c] = h->closed[c] == CARRIED ? 5 : 0;
     for (int i = 0; i < h->count; i++)
-        out[h->set[i]] = h->slide[i] == LIMIT ? 6 : h->slide[i] == -LIMIT ? 7 : 2 + h->slide[i];
+        out[h->set[i]] = h->slide[i] == LIMIT ? 6 : h->slide[i] == -LIMIT ? 7 : h->slide[i] == TOUCHES ? 8 : 2 + h->slide[i];
 }
 
 enum outcome settle(struct flight *f, struct loss loss, int resting)
@@ -338,7 +366,7 @@ enum outcome settle(struct flight *f, struct loss loss, int resting)
     struct run *run = f->run;
     const size_t c = f->s->model->contacts, rows = 2 * c;
     struct decision d = {.mu = f->s->friction};
-    char *bytes = calloc(5 * c, 1);
+    char *bytes = calloc(6 * c, 1);
     signed char *how = malloc(c);
     d.contact = malloc(3 * c * sizeof *d.contact);
     d.b = malloc((3 * rows + 2 * rows * rows + 3 * rows + 2 * c + semidefinite_scratch((int)rows)) * sizeof *d.b);
@@ -348,6 +376,7 @@ enum outcome settle(struct flight *f, struct loss loss, int resting)
         d.in = bytes;
         d.slide = (signed char *)bytes + c;
         d.given = bytes + 4 * c;
+        d.touches = bytes + 5 * c;
         d.P = d.b + rows;
         d.rest = d.P + rows;
         d.W = d.rest + rows;

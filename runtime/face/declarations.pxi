@@ -148,10 +148,10 @@ LAWS = ("newton", "poisson", "stronge")
 """Names of ``enum law``, in its order."""
 
 HOLDS = ("apart", "slides backward", "smooth", "slides forward", "sticks", "carried", "at the limit, forward",
-         "at the limit, backward")
+         "at the limit, backward", "touches")
 """How a contact is held, in the order of the core."""
 
-SLIDES = (0, -1, 0, 1, 2, 0, 3, -3)
+SLIDES = (0, -1, 0, 1, 2, 0, 3, -3, 4)
 """What the core calls them where a contact pushes."""
 
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from ccgen.runtime import simulate
 
 from ..conftest import Workshop
-from ..touching_scenes import G, free_body
+from ..touching_scenes import G, cradle, free_body
 from .bodies import penetration, rise
 from .conftest import Reach
 
@@ -162,3 +163,42 @@ def test_tossed_chains_that_touch_themselves(rough: str, workshop: Workshop, rea
     reach(f"tossed chains that touch themselves, {how}: rise of energy", risen, 1e-9)
     reach(f"tossed chains that touch themselves, {how}: share that stops", 1 - ended / tosses, 0.25)
     assert struck > 100
+
+
+@pytest.mark.parametrize("count", [2, 3, 4, 5])
+def test_pendulums_that_swing_as_one(count: int, workshop: Workshop, reach: Reach) -> None:
+    """e = 0: after the strike all share its momentum and touch without a force: they swing as one would alone."""
+    model = workshop.model(cradle(count, 0.0))
+    run = simulate(model, until=5.0, rtol=1e-11, params={f"touch_{k}.restitution": 0.0 for k in range(count - 1)})
+    assert run.success, run.message
+    strike = run.impacts[0]
+    assert len(run.impacts) == 1
+    assert run.phases[-1].how == ("touches",) * (count - 1)
+    inertia, weight = 1.0 + 0.5 * 0.25**2, G
+    alone = solve_ivp(
+        lambda t, y: [y[1], -weight / inertia * np.sin(y[0])],
+        (strike.t, 5.0),
+        [0.0, strike.u_minus[0] / count],
+        method="DOP853",
+        rtol=1e-13,
+        atol=1e-13,
+    )
+    reach(f"{count} pendulums as one: angle after 5 s, rad", np.max(np.abs(run.q[-1] - alone.y[0, -1])), 1e-9)
+    reach(f"{count} pendulums as one: gap, m", np.max(np.abs(model.gaps(run.q[run.t > strike.t]))), 1e-12)
+
+
+@pytest.mark.parametrize("law", ["newton", "poisson"])
+@pytest.mark.parametrize("count", [2, 3, 4, 5])
+def test_pendulums_side_by_side(count: int, law: str, workshop: Workshop, reach: Reach) -> None:
+    """A cradle of balls that rub against each other: what bounces comes to swing together in twos and threes."""
+    model = workshop.model(cradle(count, 0.0, touch=f'friction = 0.1\nlaw = "{law}"'))
+    deepest = risen = 0.0
+    for e in (0.0, 0.3, 0.5, 0.9):
+        for mu in (0.1, 0.5):
+            pairs = [f"touch_{k}" for k in range(count - 1)]
+            params = {f"{pair}.restitution": e for pair in pairs} | {f"{pair}.friction": mu for pair in pairs}
+            run = simulate(model, until=5.0, params=params)
+            assert run.success, f"e = {e}, mu = {mu}: {run.message}"
+            deepest, risen = max(deepest, penetration(run)), max(risen, rise(run))
+    reach(f"{count} rubbing pendulums, {law}: penetration, m", deepest, 1e-10)
+    reach(f"{count} rubbing pendulums, {law}: rise of energy", risen, 1e-9)
