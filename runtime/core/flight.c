@@ -13,6 +13,7 @@ static const double SAFETY = 0.9, LEAST_CHANGE = 0.2, LARGEST_CHANGE = 6.0;
 static const struct tolerance TO_ROUNDING = {0.0, 0.0};
 static const double EARLY = 0.05;           /* part of a step: events before it are looked for in a shorter step */
 static const double LONGEST_REBOUND = 10.0; /* times the flight before an impact: the first step tried after it */
+static const double CRAWL = CCGEN_LIMIT(1e-8, 1e-4); /* rad, and times length: what is unknown near a line of links */
 static const double REST_SPEED = 1e-10;     /* times extent per second: a contact this slow does not bounce */
 static const double DEEP = 1e-12;           /* times extent: an event behind the surface by more than rounding */
 static const double JUMP = 1e-3;            /* of what a watched value was: more is not the rounding of its zero */
@@ -21,6 +22,7 @@ static const double LEAP = 1e-6, FURTHER = 10.0; /* rad, or times length; times 
 enum {
     SHORTER = 60,  /* shorter steps in search of an early event */
     LANDINGS = 60, /* steps towards an event; three to five are usual */
+    CRAWLS = 20,   /* steps in a row that move nothing, before what they might be stuck at is looked at */
     TICK = 64      /* steps between looks at the outside world */
 };
 
@@ -324,6 +326,17 @@ static int crowded(struct run *run, double t)
     return run->fixed_step == 0.0 && spent - run->spent_before > run->second_budget;
 }
 
+/* Whether links have gone no further in the step than their places are known to near a line */
+static int crawls(const struct flight *f)
+{
+    double speed = 0.0;
+    if (!f->s->model->contacts || !f->s->model->rows)
+        return 0;
+    for (int i = 0; i < f->s->n; i++)
+        speed = fmax(speed, fabs(f->y[f->s->n + i]) / (i < f->s->model->base ? f->s->length : 1.0));
+    return f->h * speed < CRAWL;
+}
+
 /* Record the present state, unless it is the last row already. */
 int keep(struct flight *f)
 {
@@ -378,6 +391,7 @@ enum outcome fly(struct flight *f, struct event *event)
         run->method->restart(f->scratch, f->s->size);
     if (!outcome && f->h <= 0.0)
         f->h = run->fixed_step > 0.0 ? run->fixed_step : first_step(f);
+    int crawled = 0;
     double next = f->h, late = 0.0; /* what rounding took from the time: many equal steps are as long as they say */
     while (!outcome && f->t < run->until) {
         if (run->steps % TICK == 0 && run->tick && run->tick(run->context, f->t))
@@ -436,6 +450,14 @@ enum outcome fly(struct flight *f, struct event *event)
             return OUTCOME_NO_MEMORY;
         if ((event->contact = lost(f)) >= 0) {
             event->watch = LOST;
+            break;
+        }
+        int closed = 0;
+        crawled = crawls(f) ? crawled + 1 : 0;
+        if (crawled >= CRAWLS)
+            outcome = close_unresolved(f, &closed);
+        if (closed) {
+            *event = (struct event){f->set[0], 1.0, FLAT};
             break;
         }
     }

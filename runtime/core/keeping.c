@@ -11,8 +11,21 @@
 #include <float.h>
 #include <math.h>
 
+#include "contact.h"
+#include "robust.h"
+
 static const double KEPT = 1.0;       /* times the tolerance: what a step may miss of the energy that moves */
 static const double ROUNDING = 256.0; /* times DBL_EPSILON and the energy: sums of its parts */
+static const double TANGENT = 16.0;   /* times DBL_EPSILON / sigma^2: what the direction of the motion is known to */
+static const double OFTEN = 0.1;      /* of what a step may miss: less than that is not looked into */
+
+/* Share of the work of friction that is not known: at the distance sigma from dependence, where contacts are pressed as hard as
+ * 1 / sigma, velocities are known to rounding / sigma^2 only. It is lost whatever it is. */
+static double unknown_work(const struct flight *f)
+{
+    const double sigma = fmin(nearest_row(f->s, f->y), nearest_row(f->s, f->y1));
+    return fmin(0.5, TANGENT * DBL_EPSILON / (sigma * sigma));
+}
 
 double energy_missed(struct flight *f)
 {
@@ -31,7 +44,9 @@ double energy_missed(struct flight *f)
     const double rounding = ROUNDING * DBL_EPSILON * (e0[0] + fabs(e0[1]) + moves);
     const double part = f->t < f->stretch_end ? fmin(1.0, f->h / f->stretch) : 1.0;
     const double may = KEPT * part * f->run->tolerance.rtol * moves + rounding;
-    const double missed = fabs((e1[0] - e0[0]) + (e1[1] - e0[1]) - done) / may;
+    double missed = fabs((e1[0] - e0[0]) + (e1[1] - e0[1]) - done) / may;
+    if (missed > OFTEN && done < 0.0 && holds(s) && s->friction)
+        missed = fmax(0.0, missed + unknown_work(f) * done / may);
     if (missed > 1.0 && !(f->t < f->stretch_end)) {
         f->stretch = f->h;
         f->stretch_end = f->t + f->h;

@@ -164,6 +164,24 @@ static double steepest(struct system *s, const double *q, const double *lambda, 
     return fmax(product, 0.0);
 }
 
+/* Go on from y1, where the closure lets the loop be, or go. The energy that this takes is lost as in an impact of the loop with
+ * itself, in which the contacts f->set do not push. */
+static enum outcome go_on(struct flight *f, int count)
+{
+    struct run *run = f->run;
+    const double before = energy(f, f->y), loss = before - energy(f, f->y1);
+    const size_t n = f->s->n;
+    if (keep(f))
+        return OUTCOME_NO_MEMORY;
+    if (count && loss > ADDED * fabs(before)) {
+        memset(f->P, 0, count * sizeof *f->P);
+        if (append_impact(&run->impacts, f->t, f->y + n, f->y1 + n, n, count, f->set, f->P, loss, run->record.count))
+            return OUTCOME_NO_MEMORY;
+    }
+    memcpy(f->y, f->y1, (size_t)f->s->size * sizeof *f->y);
+    return keep(f) ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
+}
+
 /* Bring the velocities of y1 to the nearest ones that the closure allows to second order: where rows are lost, those along which
  * the loop can go on. Whether there are such. */
 static int straighten(struct flight *f)
@@ -225,11 +243,16 @@ enum outcome depart(struct flight *f)
     if (!leaves || f->t != f->flat)
         return derive(f);
     memcpy(f->y1, f->y, (size_t)s->size * sizeof *f->y);
-    if (straighten(f) && energy(f, f->y1) <= energy(f, f->y)) /* once more: contacts have come to rest */
-        memcpy(f->y + n, f->y1 + n, n * sizeof *f->y);
-    if (keep(f))
-        return OUTCOME_NO_MEMORY;
-    const enum outcome outcome = derive(f);
+    enum outcome outcome = OUTCOME_DONE;
+    if (straighten(f) && energy(f, f->y1) <= energy(f, f->y)) { /* once more: contacts have come to rest */
+        int count = 0;
+        s->model->gaps(s->k, f->y, f->gaps);
+        for (int c = 0; c < s->model->contacts; c++)
+            if (f->gaps[c] <= SHUT * s->extent[c])
+                f->set[count++] = c;
+        outcome = go_on(f, count);
+    }
+    outcome = outcome ? outcome : derive(f);
     return outcome ? outcome : limit(f);
 }
 
@@ -247,29 +270,45 @@ static void hold_resting(struct flight *f, int count)
     hold_contacts(h, held, h->set, h->slide);
 }
 
-/* Whether the contacts f->set move as contacts at the end of their bounces do, too slowly to leave what is unknown; or all
- * others fall into their grounds, along velocities that lead there. */
-static int arrives(struct flight *f, int count, double unresolved)
+/* How many of the contacts f->set move too fast to stay within what is unknown, falling or not */
+static int fast(struct flight *f, int count, double unresolved, double fall, int *falling)
 {
     const struct system *s = f->s;
-    const double fall = falling(f);
-    for (int straightened = 0;; straightened++) {
-        int fast = 0;
-        s->model->gap_rates(s->k, f->y1, f->y1 + s->n, f->rates);
-        for (int i = 0; i < count; i++) {
-            const double rate = f->rates[f->set[i]];
-            const int quick = rate * rate > 2.0 * fall * unresolved * s->extent[f->set[i]];
-            if (quick && straightened && rate > 0.0)
-                return 0;
-            fast |= quick;
-        }
-        if (!fast || straightened)
-            return 1;
-        hold_resting(f, count);
-        if (!straighten(f))
-            return 0;
-        hold_contacts(s->holding, 0, NULL, NULL);
+    int found = 0;
+    *falling = 0;
+    s->model->gap_rates(s->k, f->y1, f->y1 + s->n, f->rates);
+    for (int i = 0; i < count; i++) {
+        const double rate = f->rates[f->set[i]];
+        const int quick = rate * rate > 2.0 * fall * unresolved * s->extent[f->set[i]];
+        found += quick;
+        *falling += quick && rate < 0.0;
     }
+    return found;
+}
+
+/* Give y1 velocities with which it may be gone on from: whether there are such. The contacts f->set move as contacts at the end
+ * of their bounces do, too slowly to leave what is unknown; or all others fall into their grounds, along velocities that lead
+ * there. Where that would take more than an impact may that no contact has, some fall as they are, and what does not lead
+ * there is lost in the impact that follows. */
+static int arrives(struct flight *f, int count, double unresolved)
+{
+    struct system *s = f->s;
+    int down;
+    hold_contacts(s->holding, 0, NULL, NULL);
+    if (project_velocity(s, f->y1, f->y1 + s->n))
+        return 0;
+    const double fall = falling(f);
+    if (!fast(f, count, unresolved, fall, &down))
+        return leads_there(f);
+    hold_resting(f, count);
+    const int straight = straighten(f);
+    hold_contacts(s->holding, 0, NULL, NULL);
+    if (straight && fast(f, count, unresolved, fall, &down) == down && leads_there(f))
+        return 1;
+    memcpy(f->y1 + s->n, f->y + s->n, s->n * sizeof *f->y);
+    if (project_velocity(s, f->y1, f->y1 + s->n))
+        return 0;
+    return fast(f, count, unresolved, fall, &down) && down && leads_there(f);
 }
 
 /* Close the contacts with gaps below `unresolved` if that makes closure rows fewer than `rank`; whether it was done. */
@@ -290,15 +329,12 @@ static int close_below(struct flight *f, double unresolved, double miss, int ran
         memcpy(slide + all, h->slide, held);
         memcpy(weight, h->weight, rows * sizeof *weight);
         hold_contacts(h, count, f->set, slide);
-        done = closes(f, count, miss, rank);
-        hold_contacts(h, 0, NULL, NULL);
-        done = done && !project_velocity(s, f->y1, f->y1 + s->n) && arrives(f, count, unresolved) && leads_there(f);
+        done = closes(f, count, miss, rank) && arrives(f, count, unresolved);
         hold_contacts(h, held, set, slide + all);
         memcpy(h->weight, weight, rows * sizeof *weight);
-        *outcome = OUTCOME_DONE;
+        *outcome = done ? go_on(f, count) : OUTCOME_DONE;
     }
     if (done) {
-        memcpy(f->y, f->y1, (size_t)s->size * sizeof *f->y);
         f->unresolved = unresolved;
         f->flat = f->t;
     }
@@ -308,23 +344,30 @@ static int close_below(struct flight *f, double unresolved, double miss, int ran
     return done;
 }
 
-enum outcome close_unresolved(struct flight *f)
+enum outcome close_unresolved(struct flight *f, int *closed)
 {
     struct system *s = f->s;
     const int rows = s->model->rows + s->model->drives;
+    const double before = f->unresolved;
     enum outcome outcome = OUTCOME_DONE;
+    double sigma;
+    *closed = 0;
     f->unresolved = 0.0;
     if (!s->model->rows)
         return outcome;
     const double miss = missed(f);
-    if (!unresolved_ones(f, unknown(0.0, miss)))
+    if (!unresolved_ones(f, unknown(0.0, miss))) {
+        if (before > 0.0 && independent_rows(s, f->y, &sigma) < rows) { /* where it was put, it still is */
+            f->unresolved = before;
+            f->flat = f->t;
+        }
         return outcome;
-    double sigma;
+    }
     const int rank = independent_rows(s, f->y, &sigma);
     const double unresolved = unknown(sigma, miss);
-    if (sigma <= TURNS * s->model->links * unresolved && close_below(f, unresolved, miss, rank, &outcome))
-        return outcome;
-    if (rank < rows && !outcome) /* a row that is left out already: how near, is not known either */
-        close_below(f, MARGIN * NEAREST, miss, rank + 1, &outcome);
+    if (sigma <= TURNS * s->model->links * unresolved)
+        *closed = close_below(f, unresolved, miss, rank, &outcome);
+    if (!*closed && rank < rows && !outcome) /* a row that is left out already: how near, is not known either */
+        *closed = close_below(f, MARGIN * NEAREST, miss, rank + 1, &outcome);
     return outcome;
 }

@@ -138,7 +138,9 @@ static enum outcome alternate(struct flight *f)
         f->run->events++;
         const struct loss none = {-1, PULLS}, loss = event.watch >= 0 ? watcher(f->s, event.watch) : none;
         const size_t impacts = f->run->impacts.count;
-        outcome = close_unresolved(f);
+        int closed;
+        if (event.watch != FLAT)
+            outcome = close_unresolved(f, &closed);
         if (!outcome)
             outcome = strike(f, event.watch == CLOSES ? event.contact : -1);
         const int struck = f->run->impacts.count > impacts;

@@ -41,6 +41,7 @@ struct decision {
     const double *mu;    /* of all contacts */
     double scale;        /* the largest acceleration of a gap */
     int crowded;         /* events follow each other without time */
+    struct loss loss;    /* what has just ended */
 };
 
 /* Solve for the contacts that take part, but without `except`: P[all]. */
@@ -209,8 +210,8 @@ static int at_limit(const struct decision *d, int i)
 }
 
 /* How a contact that pushes moves along its ground: it sticks where its sliding does not accelerate, else it slides against
- * friction at its limit. Where events follow each other without time, one that gives and yet does not accelerate stays at its
- * limit: what it slides is rounding, and would send it back and forth. */
+ * friction at its limit. Where events follow each other without time, one that gives and yet does not accelerate, or has just
+ * given or stopped, stays at its limit: what it slides is rounding, and would send it back and forth. */
 static signed char slide_of(const struct decision *d, int i)
 {
     if (d->touches[i])
@@ -219,9 +220,10 @@ static signed char slide_of(const struct decision *d, int i)
         return SMOOTH;
     if (d->slide[i])
         return d->slide[i];
-    const int sign = at_limit(d, i);
+    const int how = d->crowded && d->contact[i] == d->loss.contact ? d->loss.how : PULLS;
+    const int sign = how == GIVES_FORWARD ? 1 : how == GIVES_BACKWARD ? -1 : at_limit(d, i);
     const int moves = sign && fabs(gap_acceleration(d, d->count + i, d->P)) > PRESSED * d->scale;
-    if (d->crowded && sign && !moves && d->given[i])
+    if (d->crowded && sign && ((!moves && d->given[i]) || how == STOPS || how == GIVES_FORWARD || how == GIVES_BACKWARD))
         return (signed char)(sign * LIMIT);
     return moves || (sign && d->given[i]) ? sign : STICKS;
 }
@@ -337,6 +339,7 @@ static enum outcome rest(struct flight *f, struct decision *d, int resting)
 static enum outcome decide(struct flight *f, struct decision *d, struct loss loss, int resting)
 {
     d->crowded = resting == ALL_REST;
+    d->loss = loss;
     enum outcome outcome = gather(f, d, loss);
     if (!outcome && undetermined(d))
         return OUTCOME_JAMMED;

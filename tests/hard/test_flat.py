@@ -26,7 +26,7 @@ def _ring(workshop: Workshop, n: int) -> Any:
 def survey(name: str, least: int, runs: Iterable[Run], reach: Reach) -> None:
     """What runs reach that are chaotic, each one of many: those that stop say why, and all keep what must be.
 
-    At least ``least`` of them end, and as many keep their energy to 1e-9 of its start; none misses more than 1e-7.
+    At least ``least`` of them end, and as many keep their energy to 1e-9 of its start; none misses more than 2e-8.
     """
     ended, rises = 0, []
     deepest, highest, fastest, miss = 0.0, 0.0, 0.0, 0.0
@@ -41,7 +41,7 @@ def survey(name: str, least: int, runs: Iterable[Run], reach: Reach) -> None:
     reach(f"{name}: stopped, of {len(rises)}", len(rises) - ended, len(rises) - least)
     reach(f"{name}: penetration, m", deepest, 1e-10)
     reach(f"{name}: rise of energy of the best {least}", sorted(rises)[least - 1], 1e-9)
-    reach(f"{name}: rise of energy of all", max(rises), 1e-7)
+    reach(f"{name}: rise of energy of all", max(rises), 2e-8)
     reach(f"{name}: gaps at rest, m", highest, 1e-12)
     reach(f"{name}: gap rates at rest, m/s", fastest, 1e-8)
     reach(f"{name}: closure, m", miss, 1e-11)
@@ -56,7 +56,7 @@ def test_tossed_hexagons_come_to_lie_flat(workshop: Workshop, reach: Reach) -> N
         simulate(model, q, u, until=5.0, params={"ground_0.restitution": e}, method=method, rtol=rtol)
         for rtol, method, e in settings
     )
-    survey("hexagon tossed, e = 0 ... 0.8, two methods, rtol 1e-9 and 1e-11", 34, runs, reach)
+    survey("hexagon tossed, e = 0 ... 0.8, two methods, rtol 1e-9 and 1e-11", 37, runs, reach)
 
 
 @pytest.mark.parametrize("n", [4, 8])
@@ -64,7 +64,7 @@ def test_dropped_rings_come_to_lie_flat(n: int, workshop: Workshop, reach: Reach
     model = _ring(workshop, n)
     settings = itertools.product(("dop853", "gauss"), RESTITUTIONS[:-1])
     runs = (simulate(model, until=8.0, params={"ground_0.restitution": e}, method=method) for method, e in settings)
-    survey(f"ring of {n} dropped, e = 0 ... 0.7, two methods", 15, runs, reach)
+    survey(f"ring of {n} dropped, e = 0 ... 0.7, two methods", 16, runs, reach)
 
 
 @pytest.mark.parametrize("e", [0.3, 0.5, 0.8])
@@ -92,3 +92,75 @@ def test_a_flap_falls_flat_and_bounces(e: float, workshop: Workshop, reach: Reac
     reach(f"flap, e = {e}: energy of its first four strikes, relative", max(first), 1e-6)
     reach(f"flap, e = {e}: rise of energy", rise(run), 1e-9)
     reach(f"flap, e = {e}: penetration, m", penetration(run), 1e-10)
+
+
+SLOPE = np.deg2rad(15.0)
+ON_A_SLOPE = f"""
+name = "slope"
+[loop]
+links = 6
+length = 0.5
+[gravity]
+g = {G}
+[start]
+height = 0.3
+[[ground]]
+normal = [{-float(np.sin(SLOPE))!r}, {float(np.cos(SLOPE))!r}]
+restitution = 0.3
+friction = 0.5
+law = "poisson"
+"""
+TILTED = f"""
+name = "tilted"
+[loop]
+links = 6
+length = 0.5
+[gravity]
+g = {G}
+[start]
+height = 0.0
+tilt = "30 deg"
+[[ground]]
+restitution = 0.3
+friction = 0.4
+law = "poisson"
+"""
+
+
+def _rough(name: str, least: int, runs: Iterable[Run], reach: Reach) -> None:
+    """As `survey`, of loops that may rest before they are flat; what friction and impacts take is accounted for."""
+    ended, rises = 0, []
+    deepest = miss = drift = 0.0
+    for run in runs:
+        assert run.success or run.message.startswith("stopped at t = "), run.message
+        ended += run.success
+        rises.append(rise(run))
+        deepest, miss = max(deepest, penetration(run)), max(miss, run.closure_max)
+        moved = float(np.max(run.model.energy(run.q, run.u)[0]))
+        drift = max(drift, run.energy_drift / moved)
+    reach(f"{name}: stopped, of {len(rises)}", len(rises) - ended, len(rises) - least)
+    reach(f"{name}: penetration, m", deepest, 1e-10)
+    reach(f"{name}: rise of energy of the best {least}", sorted(rises)[least - 1], 1e-9)
+    reach(f"{name}: rise of energy of all", max(rises), 2e-8)
+    reach(f"{name}: energy not accounted for, of the largest in motion", drift, 1e-3)
+    reach(f"{name}: closure, m", miss, 1e-11)
+
+
+def test_rough_hexagons_fall_onto_a_slope(workshop: Workshop, reach: Reach) -> None:
+    """They collapse into a line under friction, which presses them against the ground as hard as 1 / sigma before."""
+    model = workshop.model(ON_A_SLOPE)
+    runs = (
+        simulate(model, until=5.0, params={"ground_0.restitution": e, "ground_0.friction": mu})
+        for mu, e in itertools.product((0.2, 0.5, 1.0), (0.0, 0.1, 0.2, 0.3, 0.5, 0.6))
+    )
+    _rough("rough hexagon onto a slope", 16, runs, reach)
+
+
+def test_a_rough_hexagon_collapses_at_every_tolerance(workshop: Workshop, reach: Reach) -> None:
+    """It stands on an edge, tilted by 30 degrees, and falls into a line at once."""
+    model = workshop.model(TILTED)
+    runs = (
+        simulate(model, until=5.0, method=method, rtol=rtol)
+        for method, rtol in itertools.product(("dop853", "gauss"), (1e-9, 1e-10, 1e-11, 1e-12))
+    )
+    _rough("rough hexagon from an edge", 6, runs, reach)
