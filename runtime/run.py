@@ -29,8 +29,8 @@ class Impact:
 
     `contacts` are (point, ground) names, `impulses` (k,) theirs along the grounds' normals in N s (of a stop,
     whose names are a joint and `stop_0.lowest` or `.highest`, in N m s), `u_minus` and
-    `u_plus` (nu,) the velocities before and after, `energy_loss` the energy that went, in J. Where a loop comes to lie in a
-    line on the ground it strikes itself: the impulses of the contacts that lie there are zero then.
+    `u_plus` (nu,) the velocities before and after, `energy_loss` the energy that went, in J. Where a loop comes to lie
+    in a line on the ground it strikes itself: the impulses of the contacts that lie there are zero then.
     """
 
     t: float
