@@ -13,12 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from .run import Run
+    from .run import Impact, Run
 
 FloatArray = NDArray[np.float64]
 
 FOLLOW_BEYOND = 4.0  # the view follows along an axis when the motion is longer than this many sizes of the mechanism
 MARGIN = 1.12  # room around what is shown
+MOST_IMPACTS = 1000  # more than that no picture shows apart
 
 
 SPOKED = np.append(np.exp(1j * np.linspace(0.0, 2.0 * np.pi, 61)), 0.0)
@@ -139,15 +140,30 @@ class View:
     size: float
 
 
+def shown_impacts(run: Run) -> list[tuple[int, Impact]]:
+    """Impacts worth a place in a picture, with their numbers from 1 on: all of them, or where there are more than
+    ``MOST_IMPACTS``, of each such part of the run the one that takes most energy."""
+    numbered = list(enumerate(run.impacts, start=1))
+    if len(numbered) <= MOST_IMPACTS:
+        return numbered
+    part = max(float(run.t[-1] - run.t[0]) / MOST_IMPACTS, np.finfo(float).tiny)
+    largest: dict[int, tuple[int, Impact]] = {}
+    for number, impact in numbered:
+        place = int((float(impact.t) - float(run.t[0])) / part)
+        if place not in largest or impact.energy_loss > largest[place][1].energy_loss:
+            largest[place] = (number, impact)
+    return sorted(largest.values(), key=lambda shown: shown[0])
+
+
 def frame_times(run: Run, rate: float, *, with_impacts: bool = True) -> FloatArray:
-    """Instants 1/rate apart from the start of the run, its end and, if asked, the exact instants of its impacts.
+    """Instants 1/rate apart from the start of the run, its end and, if asked, those of the impacts that are shown.
 
     A regular instant closer than a thousandth of a frame to an exact one gives way to it.
     """
     start, end = float(run.t[0]), float(run.t[-1])
     count = int(np.floor((end - start) * rate))
     regular = start + np.arange(count + 1) / rate
-    exact = np.array([start, end] + [impact.t for impact in run.impacts if with_impacts])
+    exact = np.array([start, end] + [impact.t for _, impact in shown_impacts(run) if with_impacts])
     distance = np.min(np.abs(regular[:, None] - np.unique(exact)), axis=1)
     times: FloatArray = np.unique(np.concatenate([regular[distance > 1e-3 / rate], exact]))
     return times

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from .extras import needed
-from .frames import FloatArray, frame_times, sample, view_of
+from .frames import FloatArray, frame_times, sample, shown_impacts, view_of
 from .plot import FLASH, SOFT, Drawing
-from .run import Run, write_whole
+from .run import Impact, Run, write_whole
 
 RATE = 25  # frames per second; a GIF counts in hundredths, so this plays in real time
 PIXELS = 480  # the longer side
@@ -41,6 +41,7 @@ def _pictures(run: Run) -> Iterator[Any]:
     image, figures = needed("PIL.Image", "an animation as a GIF"), needed("matplotlib.figure", "an animation as a GIF")
     backend = needed("matplotlib.backends.backend_agg", "an animation as a GIF")
     frames = sample(run, frame_times(run, RATE, with_impacts=False))
+    impacts = [impact for _, impact in shown_impacts(run)]
     view = view_of(run.model, frames)
     sides = np.clip(view.half / view.half.max(), 0.4, 1.0)
     view = replace(view, half=sides * view.half.max())
@@ -62,11 +63,11 @@ def _pictures(run: Run) -> Iterator[Any]:
 
     yield picture(0, view.centre[:1])
     for k in range(len(frames.t)):
-        yield picture(k, _struck(run, float(frames.t[k])))
+        yield picture(k, _struck(run, impacts, float(frames.t[k])))
 
 
-def _struck(run: Run, t: float) -> FloatArray:
+def _struck(run: Run, impacts: list[Impact], t: float) -> FloatArray:
     """Where the contacts of the impacts just before t were when they struck, (k, 2)."""
-    recent = [impact for impact in run.impacts if 0 <= t - impact.t < GLOW]
+    recent = [impact for impact in impacts if 0 <= t - impact.t < GLOW]
     points = [run.model.point(point, run.at(impact.t)[0]) for impact in recent for point, _ in impact.contacts]
     return np.reshape(points, (-1, 2))

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from .frames import Drawable, FloatArray, Frames, View, frame_times, sample, view_of
+from .frames import Drawable, FloatArray, Frames, View, frame_times, sample, shown_impacts, view_of
 from .run import Impact, Run, write_whole
 
 RATE = 60  # frames per second
@@ -59,7 +59,8 @@ def content(run: Run) -> dict[str, Any]:
             for name, (point, normal) in model.ground_planes().items()
         ],
         "fixed": _surfaces(model, -1, length),
-        "impacts": [_impact(run, impact, length) for impact in run.impacts],
+        "impacts": [{"number": k, **_impact(run, impact, length)} for k, impact in shown_impacts(run)],
+        "impactCount": len(run.impacts),
         "view": _view(view, length),
     }
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from .extras import needed
-from .frames import Disc, Drawable, FloatArray, Frames, View, frame_times, placed, sample, view_of
+from .frames import Disc, Drawable, FloatArray, Frames, View, frame_times, placed, sample, shown_impacts, view_of
 from .run import Run, write_whole
 
 # Told apart with any colour vision (P. Tol's muted and bright schemes), in the order of the links.
@@ -152,7 +152,7 @@ def _mark_impacts(axes: Any, run: Run) -> None:
     for phase in run.phases:
         if phase.kind == "contact" and phase.end - phase.start > 1e-4 * (run.t[-1] - run.t[0]):
             axes.axvspan(phase.start, phase.end, color=EARTH, alpha=0.6, linewidth=0, zorder=0.2)
-    times = sorted({impact.t for impact in run.impacts})
+    times = sorted({impact.t for _, impact in shown_impacts(run)})
     strength = 0.7 if len(times) <= 40 else 0.25
     for t in times:
         axes.axvline(t, color=FLASH, linewidth=0.8, alpha=strength, linestyle=(0, (4, 2)), zorder=0.5)

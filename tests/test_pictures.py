@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ccgen.runtime.frames import frame_times, placed, sample, view_of
+from ccgen.runtime.frames import frame_times, placed, sample, shown_impacts, view_of
 from ccgen.runtime.plot import draw, instants
 from ccgen.runtime.run import Run
 
@@ -53,6 +53,16 @@ def test_a_regular_frame_gives_way_to_an_impact_beside_it(run: Run) -> None:
     near = replace(near, impacts=(replace(run.impacts[0], t=27 / 60 + 1e-8),))
     times = frame_times(near, 60)
     assert np.count_nonzero(np.abs(times - 0.45) < 1e-6) == 1 and near.impacts[0].t in times
+
+
+def test_of_very_many_impacts_the_largest_are_shown(run: Run) -> None:
+    """Forty instants with fifty impacts each, too near each other to be told apart: of each the one that takes most."""
+    assert shown_impacts(run) == list(enumerate(run.impacts, start=1))
+    one, times = run.impacts[0], [0.03 * k + 1e-9 * i for k in range(40) for i in range(50)]
+    many = tuple(replace(one, t=t, energy_loss=float(n % 50 == n // 50)) for n, t in enumerate(times))
+    rows = [np.repeat(row[:1], 2000, axis=0) for row in (run.q, run.u)]
+    crowded = replace(run, t=np.array(times), q=rows[0], u=rows[1], impacts=many, phases=())
+    assert [number for number, _ in shown_impacts(crowded)] == [50 * k + k + 1 for k in range(40)]
 
 
 def test_view_is_still_for_small_motions_and_holds_all_of_them(run: Run) -> None:
