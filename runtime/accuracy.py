@@ -17,7 +17,7 @@ import numpy as np
 from ._core import methods
 from .frames import FloatArray
 from .model import Model
-from .run import Run
+from .run import Impact, Run
 from .simulate import LEAST, simulate
 
 TOLERANCES = tuple(10.0**-k for k in range(3, 14))
@@ -93,7 +93,7 @@ def errors(run: Run, wanted: Run) -> tuple[float, float]:
     """Largest error of a link's pose at the end (m or rad), and of an impact's time (s)."""
     if _contacts(run) != _contacts(wanted) or run.t[-1] != wanted.t[-1]:
         return np.inf, np.inf
-    late = [float(abs(a.t - b.t)) for a, b in zip(run.impacts, wanted.impacts, strict=True)]
+    late = [float(abs(a.t - b.t)) for a, b in zip(_strikes(run), _strikes(wanted), strict=True)]
     return float(np.max(np.abs(_poses(run)[-1] - _poses(wanted)[-1]))), max(late, default=0.0)
 
 
@@ -137,7 +137,12 @@ def _run(model: Model, q: FloatArray, u: FloatArray, until: float) -> Run:
 
 
 def _contacts(run: Run) -> list[tuple[tuple[str, str], ...]]:
-    return [impact.contacts for impact in run.impacts]
+    return [impact.contacts for impact in _strikes(run)]
+
+
+def _strikes(run: Run) -> list[Impact]:
+    """Impacts in which contacts push: those of a loop with itself, at a line, come and go with rounding."""
+    return [impact for impact in run.impacts if impact.impulses.any()]
 
 
 def _tighter(

@@ -161,7 +161,8 @@ class Model:
 
         Where closure rows lose rank (a flattened loop, a change point, redundant joints) the dependent ones are left
         out, and multipliers are those of least norm (theory, section 8). ``inputs`` are values by name or in the order
-        of the model's ``inputs``, the same for all states of a batch; those that are left out are zero.
+        of the model's ``inputs``, the same for all states of a batch; those that are left out are zero. Contacts do not
+        push here: where a run is in contact its motion, which contact forces change, is another.
         """
         return self._accelerations(q, u, t, inputs)[0]
 
@@ -170,7 +171,10 @@ class Model:
         return self._accelerations(q, u, t, inputs)[1]
 
     def reactions(self, q: ArrayLike, u: ArrayLike, t: ArrayLike = 0.0, inputs: Values | None = None) -> FloatArray:
-        """Per joint the force x, y (N) and the moment (N m) on its outboard link ``outboard[joint]``, (joints, 3)."""
+        """Per joint the force x, y (N) and the moment (N m) on its outboard link ``outboard[joint]``, (joints, 3).
+
+        As of ``acceleration``: without what contacts push.
+        """
         states, single = self._state(q, u)
         found = self._at_times(self._reactions, states, t, inputs)[0]
         return found[0] if single else found

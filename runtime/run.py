@@ -58,7 +58,7 @@ class Phase:
     In a phase of kind "contact" the `contacts`, (point, ground) names, stay closed, and `how` says how each does:
     "smooth"; "sticks"; "slides forward" or "slides backward", forward being along the ground with its normal to the
     left; "at the limit, forward" or "backward" of its friction while other contacts keep it from sliding; "carried" by
-    others; "touches" where nothing presses it, as between what moves side by side.
+    others; "touches" where there is friction but nothing presses, as between what moves side by side.
     """
 
     kind: Literal["flight", "impact", "contact"]

@@ -274,19 +274,22 @@ def _message(model: Model, until: float, found: dict[str, Any]) -> str:
         "not_finite": "an acceleration is not a finite number; check the parameters and the start",
         "step_too_small": "no step is small enough for the tolerance; "
         + ("can the driven joints go on from here? if so, ask" if model.data["drives"] else "ask")
-        + " for a larger rtol",
+        + " for a larger rtol, or, where a loop lies in a line, for another",
         "not_closed": "the loops cannot be kept closed; ask for a smaller rtol",
         "repeats": "impacts at one instant do not come to an end; check the coefficients of restitution",
         "budget": f"{STEP_BUDGET} steps are spent; ask for a larger rtol or an earlier end",
         "crowded": f"{SECOND_BUDGET} steps and events within the last simulated second are spent; ask for a larger "
         "rtol, or change the start a little if the mechanism is jammed there",
         "jammed": f"friction jams: the forces at {contact} have no solution, or more than one, as far as "
-        "could be found (Painleve shows how that can be); take less friction or another start",
+        "could be found (Painleve shows how that can be); take less friction or another start"
+        + (', or write law = "poisson" or "stronge" there' if model.data["law"] == "newton" else ""),
         "gained": _gained(contact, model.data["law"]),
         "escaped": f"{contact} gets behind its surface however short the step, as at a change point where the motion "
         "jumps; change the start or the lengths a little",
         "interrupted": "interrupted",
         "no_convergence": "the stages of a step do not converge; ask for a smaller step or for another method",
+        "not_kept": "the next step would gain or lose more than a tenth of the energy in motion; take a smaller "
+        "step, or leave its length to rtol",
         "inexact": "masses differ so much that no digit of the accelerations is sure; make light links that carry "
         "heavy ones heavier, or leave them out",
         "no_memory": "memory ran out; record less by ending earlier",

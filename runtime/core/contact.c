@@ -237,7 +237,7 @@ enum outcome watch(struct system *s, double t, const double *y, double *dy, doub
     const enum outcome outcome = system_derivative(s, t, y, dy);
     int count = h->count, row = h->count;
     for (int i = 0; i < h->count; i++)
-        values[i] = h->slide[i] == TOUCHES ? h->least[i] - fabs(h->force[i]) : h->force[i];
+        values[i] = h->slide[i] == TOUCHES ? h->least[i] - fabs(h->force[i]) : h->least[i] + h->force[i];
     if (s->friction)
         s->model->slips(s->k, y, y + s->n, h->slips);
     for (int i = 0; i < h->count; i++) {

@@ -9,7 +9,7 @@ enum { APART, HELD, CARRIED };
 
 /* how a held contact moves along its ground: it is smooth; it slides forward (1) or backward (-1); it sticks; or its friction
  * is at the limit, against forward (3) or backward (-3) sliding, while other contacts that stick keep it where it is; or
- * it touches without pressing, and so without friction, as what moves side by side does */
+ * it touches without pressing, and so without the friction that it may have, as between bodies that move side by side */
 enum { SMOOTH = 0, STICKS = 2, LIMIT = 3, TOUCHES = 4 };
 
 /* the sign of the sliding that friction is against at its limit; 0 where it is not at the limit */
@@ -25,17 +25,17 @@ struct loss {
     int contact, how;
 };
 
-/* The contacts that are held closed. Those of `set` push, each as hard as it must for its gap to stay what it is; others
- * are closed because these carry them. With no contact in `set` the motion is flight. Each is a row of a problem in the
- * forces; those that stick have a second, tangential row, below all others. */
+/* The contacts that are held closed. Those of `set` push, each as hard as it must for its gap to stay what it is, or touch;
+ * others are closed because these carry them. With no contact in `set` the motion is flight. Each is a row of a problem in
+ * the forces; those that stick have a second, tangential row, below all others. */
 struct holding {
-    int count;          /* contacts that push */
+    int count;          /* contacts that push, or touch */
     int *set;           /* [count] which */
     signed char *slide; /* [count] how they move along their grounds */
     int rows;           /* count, and how many of them stick */
     int *of;            /* [rows] the contact of each row, as a number in `set` */
     double *force;      /* [rows] N, of the last acceleration */
-    double *least;      /* [count] N: the force of one that touches without pressing, which is rounding up to this */
+    double *least;      /* [count] N: what the force of one that touches without pressing is known to; 0 of others */
     double *weight;     /* [rows] how much a row bears where forces can be shared: friction by the square root of its limit */
     char *closed;       /* [contacts] APART, HELD or CARRIED; only those apart are watched for impacts */
     int carried;        /* how many are carried */

@@ -22,6 +22,7 @@ enum outcome {
     OUTCOME_INTERRUPTED,
     OUTCOME_NO_MEMORY,
     OUTCOME_NO_CONVERGENCE, /* the iteration of an implicit method does not converge */
+    OUTCOME_NOT_KEPT,       /* a step of fixed length gains or loses too much of the energy */
     OUTCOME_INEXACT         /* masses differ so much that no digit of an acceleration or jump is sure */
 };
 

@@ -167,6 +167,8 @@ static enum outcome accepted_step(struct flight *f, double *next)
             outcome = put_back(f, &error);
         if (!outcome && error <= 1.0 && leaps(f))
             outcome = OUTCOME_NOT_CLOSED;
+        if (!outcome && run->fixed_step > 0.0 && energy_lost(f))
+            outcome = OUTCOME_NOT_KEPT;
         if (!outcome && error <= 1.0)
             error = fmax(error, energy_missed(f));
         if (!outcome && error <= 1.0) {
@@ -454,8 +456,8 @@ enum outcome fly(struct flight *f, struct event *event)
         }
         int closed = 0;
         crawled = crawls(f) ? crawled + 1 : 0;
-        if (crawled >= CRAWLS)
-            outcome = close_unresolved(f, &closed);
+        if (crawled && crawled % CRAWLS == 0)
+            outcome = close_unresolved(f, 1, &closed);
         if (closed) {
             *event = (struct event){f->set[0], 1.0, FLAT};
             break;

@@ -16,35 +16,45 @@
 
 static const double KEPT = 1.0;       /* times the tolerance: what a step may miss of the energy that moves */
 static const double ROUNDING = 256.0; /* times DBL_EPSILON and the energy: sums of its parts */
+static const double FAR = 0.1;        /* of the energy that moves: a step of fixed length that misses as much is wrong */
 static const double TANGENT = 16.0;   /* times DBL_EPSILON / sigma^2: what the direction of the motion is known to */
 static const double OFTEN = 0.1;      /* of what a step may miss: less than that is not looked into */
 
-/* Share of the work of friction that is not known: at the distance sigma from dependence, where contacts are pressed as hard as
- * 1 / sigma, velocities are known to rounding / sigma^2 only. It is lost whatever it is. */
+/* Share that is not known of the work of friction, and of whatever else takes energy: at the distance sigma from dependence,
+ * where contacts are pressed as hard as 1 / sigma, velocities are known to rounding / sigma^2 only. It is lost whatever it is. */
 static double unknown_work(const struct flight *f)
 {
     const double sigma = fmin(nearest_row(f->s, f->y), nearest_row(f->s, f->y1));
     return fmin(0.5, TANGENT * DBL_EPSILON / (sigma * sigma));
 }
 
-double energy_missed(struct flight *f)
+/* Energies at both ends of the step: what it gains (J) beyond the work that is done, and what has been in motion */
+static double gained(struct flight *f, double *done, double *moves)
 {
     const struct system *s = f->s;
     const int work = 2 * s->n;
-    if (!s->model->rows || !s->model->contacts || f->run->fixed_step > 0.0)
-        return 0.0;
     if (!f->energy_known)
         s->model->energy(s->k, f->y, f->y + s->n, f->energy);
     f->energy_known = 1;
     s->model->energy(s->k, f->y1, f->y1 + s->n, f->energy_end);
     f->energy_h = f->h;
     const double *e0 = f->energy, *e1 = f->energy_end;
-    const double done = s->size > work ? f->y1[work] - f->y[work] : 0.0;
-    const double moves = fmax(f->energy_moved, e0[0] + fabs(e1[1] - e0[1]) + fabs(done));
+    *done = s->size > work ? f->y1[work] - f->y[work] : 0.0;
+    *moves = fmax(f->energy_moved, e0[0] + fabs(e1[1] - e0[1]) + fabs(*done));
+    return (e1[0] - e0[0]) + (e1[1] - e0[1]) - *done;
+}
+
+double energy_missed(struct flight *f)
+{
+    const struct system *s = f->s;
+    double done, moves;
+    if (!s->model->rows || !s->model->contacts || f->run->fixed_step > 0.0)
+        return 0.0;
+    const double gain = gained(f, &done, &moves), *e0 = f->energy;
     const double rounding = ROUNDING * DBL_EPSILON * (e0[0] + fabs(e0[1]) + moves);
     const double part = f->t < f->stretch_end ? fmin(1.0, f->h / f->stretch) : 1.0;
     const double may = KEPT * part * f->run->tolerance.rtol * moves + rounding;
-    double missed = fabs((e1[0] - e0[0]) + (e1[1] - e0[1]) - done) / may;
+    double missed = fabs(gain) / may;
     if (missed > OFTEN && done < 0.0 && holds(s) && s->friction)
         missed = fmax(0.0, missed + unknown_work(f) * done / may);
     if (missed > 1.0 && !(f->t < f->stretch_end)) {
@@ -52,6 +62,14 @@ double energy_missed(struct flight *f)
         f->stretch_end = f->t + f->h;
     }
     return missed;
+}
+
+int energy_lost(struct flight *f)
+{
+    double done, moves;
+    if (!f->s->model->rows || !f->s->model->contacts)
+        return 0;
+    return fabs(gained(f, &done, &moves)) > FAR * moves;
 }
 
 void energy_taken(struct flight *f)

@@ -22,6 +22,7 @@
 static const double MARGIN = 4.0;                 /* a gap is the sum of several such x */
 static const double ROUNDING = 2.0 * DBL_EPSILON; /* times length and links: what sums of their places are known to */
 static const double SHUT = 1e-12;                 /* times extent: a gap so small is closed */
+static const double WIDER = 4.0;                  /* times what is unknown: what is closed where steps get no further */
 static const double TURNS = 4.0;                  /* times x and links: sigma where links turned by x make rows depend */
 static const double ADDED = 1e-13;                /* times the energy: more than that would not be rounding */
 static const double ASTRAY = 1e-4;                /* of the energy in motion: more than that would be an impact */
@@ -165,15 +166,18 @@ static double steepest(struct system *s, const double *q, const double *lambda, 
 }
 
 /* Go on from y1, where the closure lets the loop be, or go. The energy that this takes is lost as in an impact of the loop with
- * itself, in which the contacts f->set do not push. */
+ * itself, in which the contacts f->set do not push; not where it is less than steps may miss. */
 static enum outcome go_on(struct flight *f, int count)
 {
     struct run *run = f->run;
-    const double before = energy(f, f->y), loss = before - energy(f, f->y1);
+    double parts[2];
+    f->s->model->energy(f->s->k, f->y, f->y + f->s->n, parts);
+    const double loss = parts[0] + parts[1] - energy(f, f->y1);
+    const double seen = fmax(run->tolerance.rtol * fmax(f->energy_moved, parts[0]), ADDED * fabs(parts[0] + parts[1]));
     const size_t n = f->s->n;
     if (keep(f))
         return OUTCOME_NO_MEMORY;
-    if (count && loss > ADDED * fabs(before)) {
+    if (count && loss > seen) {
         memset(f->P, 0, count * sizeof *f->P);
         if (append_impact(&run->impacts, f->t, f->y + n, f->y1 + n, n, count, f->set, f->P, loss, run->record.count))
             return OUTCOME_NO_MEMORY;
@@ -271,17 +275,17 @@ static void hold_resting(struct flight *f, int count)
 }
 
 /* How many of the contacts f->set move too fast to stay within what is unknown, falling or not */
-static int fast(struct flight *f, int count, double unresolved, double fall, int *falling)
+static int fast(struct flight *f, int count, double unresolved, double fall, int *down)
 {
     const struct system *s = f->s;
     int found = 0;
-    *falling = 0;
+    *down = 0;
     s->model->gap_rates(s->k, f->y1, f->y1 + s->n, f->rates);
     for (int i = 0; i < count; i++) {
         const double rate = f->rates[f->set[i]];
         const int quick = rate * rate > 2.0 * fall * unresolved * s->extent[f->set[i]];
         found += quick;
-        *falling += quick && rate < 0.0;
+        *down += quick && rate < 0.0;
     }
     return found;
 }
@@ -344,7 +348,7 @@ static int close_below(struct flight *f, double unresolved, double miss, int ran
     return done;
 }
 
-enum outcome close_unresolved(struct flight *f, int *closed)
+enum outcome close_unresolved(struct flight *f, int stuck, int *closed)
 {
     struct system *s = f->s;
     const int rows = s->model->rows + s->model->drives;
@@ -365,8 +369,8 @@ enum outcome close_unresolved(struct flight *f, int *closed)
     }
     const int rank = independent_rows(s, f->y, &sigma);
     const double unresolved = unknown(sigma, miss);
-    if (sigma <= TURNS * s->model->links * unresolved)
-        *closed = close_below(f, unresolved, miss, rank, &outcome);
+    for (int wider = 0; sigma <= TURNS * s->model->links * unresolved && wider <= stuck && !*closed && !outcome; wider++)
+        *closed = close_below(f, (wider ? WIDER : 1.0) * unresolved, miss, rank, &outcome);
     if (!*closed && rank < rows && !outcome) /* a row that is left out already: how near, is not known either */
         *closed = close_below(f, MARGIN * NEAREST, miss, rank + 1, &outcome);
     return outcome;

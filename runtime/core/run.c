@@ -140,7 +140,7 @@ static enum outcome alternate(struct flight *f)
         const size_t impacts = f->run->impacts.count;
         int closed;
         if (event.watch != FLAT)
-            outcome = close_unresolved(f, &closed);
+            outcome = close_unresolved(f, 0, &closed);
         if (!outcome)
             outcome = strike(f, event.watch == CLOSES ? event.contact : -1);
         const int struck = f->run->impacts.count > impacts;

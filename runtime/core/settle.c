@@ -39,7 +39,7 @@ struct decision {
     int *row;            /* [all] scratch */
     double *part, *rest; /* scratch: a smaller problem, its forces */
     const double *mu;    /* of all contacts */
-    double scale;        /* the largest acceleration of a gap */
+    double scale;        /* the largest acceleration of a gap, or a small part of that of the links */
     int crowded;         /* events follow each other without time */
     struct loss loss;    /* what has just ended */
 };
@@ -214,10 +214,10 @@ static int at_limit(const struct decision *d, int i)
  * given or stopped, stays at its limit: what it slides is rounding, and would send it back and forth. */
 static signed char slide_of(const struct decision *d, int i)
 {
-    if (d->touches[i])
-        return TOUCHES;
     if (d->all == d->count || d->mu[d->contact[i]] == 0.0)
         return SMOOTH;
+    if (d->touches[i])
+        return TOUCHES;
     if (d->slide[i])
         return d->slide[i];
     const int how = d->crowded && d->contact[i] == d->loss.contact ? d->loss.how : PULLS;
@@ -237,7 +237,7 @@ static void hold_pushing(struct flight *f, struct decision *d, int limits)
     for (int i = 0; i < d->count; i++)
         if (stays(d, i)) {
             slide[count] = slide_of(d, i);
-            f->s->holding->least[count] = 2.0 * PRESSED * d->scale / d->W[i * d->all + i];
+            f->s->holding->least[count] = d->touches[i] ? 2.0 * PRESSED * d->scale / d->W[i * d->all + i] : 0.0;
             f->set[count++] = d->contact[i];
         }
     for (int i = 0, k = 0; limits && i < d->count; i++) {

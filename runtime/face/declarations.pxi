@@ -140,7 +140,7 @@ cdef extern from *:
 
 OUTCOMES = (
     "done", "not_finite", "step_too_small", "not_closed", "accumulation", "repeats", "budget",
-    "crowded", "jammed", "gained", "escaped", "interrupted", "no_memory", "no_convergence", "inexact",
+    "crowded", "jammed", "gained", "escaped", "interrupted", "no_memory", "no_convergence", "not_kept", "inexact",
 )
 """Names of ``enum outcome``, in its order."""
 

@@ -164,3 +164,29 @@ def test_a_rough_hexagon_collapses_at_every_tolerance(workshop: Workshop, reach:
         for method, rtol in itertools.product(("dop853", "gauss"), (1e-9, 1e-10, 1e-11, 1e-12))
     )
     _rough("rough hexagon from an edge", 6, runs, reach)
+
+
+def test_what_a_loop_loses_against_itself_is_recorded(workshop: Workshop, reach: Reach) -> None:
+    """Where it is brought into the line, no contact pushes, and what its rows of that instant lose is in the record."""
+    model = workshop.model(TILTED)
+    run = simulate(model, until=5.0)
+    assert run.success, run.message
+    energy = np.sum(model.energy(run.q, run.u), axis=0)
+    into_line = {impact.t for impact in run.impacts if not impact.impulses.any()}
+    lost = []
+    for t in into_line:
+        rows = np.flatnonzero(run.t == t)
+        losses = sum(impact.energy_loss for impact in run.impacts if impact.t == t)
+        assert losses > 0.0
+        lost.append(abs(energy[rows[0]] - energy[rows[-1]] - losses))
+    assert lost
+    reach("brought into a line: energy not in the record, J", max(lost), 1e-5)
+
+
+def test_steps_of_fixed_length_do_not_leave_the_energy(workshop: Workshop) -> None:
+    """A square falls flat in steps that cannot follow it there: the run stops before it gains what it never had."""
+    smooth = TILTED.replace('friction = 0.4\nlaw = "poisson"\n', "").replace("links = 6", "links = 4")
+    model = workshop.model(smooth.replace('height = 0.0\ntilt = "30 deg"', "height = 0.3"))
+    run = simulate(model, until=2.0, method="gauss", step=1e-3)
+    assert run.t[-1] > 0.5 and rise(run) < 0.01
+    assert run.success or "the energy in motion" in run.message, run.message
