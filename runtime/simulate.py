@@ -142,10 +142,19 @@ def _start(model: Model, q0: ArrayLike | None, u0: ArrayLike | None) -> tuple[Fl
     if depths.size and depths.max() > 0.0 and depths.max() > DEPTH * model.length:
         point, ground = model.contacts[int(np.argmax(depths))]
         if ground in model.stops:
+            _check_limits(model, ground)
             raise ValueError(f"the start has {point} beyond {ground} by {depths.max():.6g} rad; turn the start")
         advice = "raise or move the start" if ground in model.ground_planes() else "change the start or the radii"
         raise ValueError(f"the start has {point} inside {ground} by {depths.max():.6g} m; {advice}")
     return q, u
+
+
+def _check_limits(model: Model, limit: str) -> None:
+    """The limits of the stop that has ``limit`` leave room between them, as parameters set them."""
+    lowest, highest = (f"{limit.rpartition('.')[0]}.{end}" for end in ("lowest", "highest"))
+    low, high = (model.parameters.get(name) for name in (lowest, highest))
+    if low is not None and high is not None and low >= high:
+        raise ValueError(f"{lowest}: found {low:.6g}, expected less than {highest}, which is {high:.6g}; set both")
 
 
 def _check_driven(model: Model, q: FloatArray, u: FloatArray) -> None:

@@ -291,6 +291,15 @@ def test_a_run_from_beyond_the_stop_is_refused(workshop: Workshop) -> None:
         simulate(model, q0=[-1.0], until=1.0)
 
 
+def test_limits_that_leave_no_room_are_refused(workshop: Workshop) -> None:
+    """As a scene's are: what parameters make of them is said as that, not as a start beyond one of them."""
+    model = workshop.model(pendulum('lowest = "-30 deg"\nhighest = "30 deg"\nrestitution = 0.4'))
+    with pytest.raises(
+        ValueError, match=r"stop_0\.lowest: found 1, expected less than stop_0\.highest, which is 0\.52"
+    ):
+        simulate(model, until=1.0, params={"stop_0.lowest": 1.0})
+
+
 def test_pictures_and_tables_of_a_run(workshop: Workshop, tmp_path: Path) -> None:
     """The plot has no height of a stop, and the printed table says rad/s."""
     model = workshop.model(pendulum('lowest = "-30 deg"\nrestitution = 0.4'))

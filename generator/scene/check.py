@@ -76,7 +76,9 @@ def _sentence(model: type[Table], fault: ErrorDetails) -> str:
     expected = field.description or "another value"
     if fault["type"] == "missing" and len(fault["loc"]) == 1:
         return f"missing, expected {expected}; add it"
-    return f"found {show(fault['input'])}, expected {expected}; {_advice(fault)}"
+    found = fault["input"]
+    text = repr(found) if fault["type"] == "int_type" and isinstance(found, float) else show(found)
+    return f"found {text}, expected {expected}; {_advice(fault)}"
 
 
 def _advice(fault: ErrorDetails) -> str:
