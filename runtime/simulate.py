@@ -291,7 +291,7 @@ def _message(model: Model, until: float, found: dict[str, Any]) -> str:
         "rtol, or change the start a little if the mechanism is jammed there",
         "jammed": f"friction jams: the forces at {contact} have no solution, or more than one, as far as "
         "could be found (Painleve shows how that can be); take less friction or another start"
-        + (', or write law = "poisson" or "stronge" there' if model.data["law"] == "newton" else ""),
+        + (', or if it jams in an impact, law = "poisson" or "stronge"' if model.data["law"] == "newton" else ""),
         "gained": _gained(contact, model.data["law"]),
         "escaped": f"{contact} gets behind its surface however short the step, as at a change point where the motion "
         "jumps; change the start or the lengths a little",

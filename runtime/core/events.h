@@ -9,7 +9,8 @@ enum { CLOSES = -1, LOST = -2, FLAT = -3 };
 struct event {
     int contact;  /* -1: none */
     double theta; /* part of the step */
-    int watch;    /* CLOSES: the contact's gap; LOST: it was carried, and is not; FLAT: it was closed where rows are lost; else the watched value that is negative */
+    int watch;    /* CLOSES: the contact's gap; LOST: it was carried, and is not; FLAT: it was closed where rows of the closure
+                   * are lost; else the watched value that is negative */
 };
 
 /* First event within the step from t to t + h that `method` has prepared. Either the gap of some contact is not positive

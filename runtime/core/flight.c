@@ -331,12 +331,7 @@ static int crowded(struct run *run, double t)
 /* Whether links have gone no further in the step than their places are known to near a line */
 static int crawls(const struct flight *f)
 {
-    double speed = 0.0;
-    if (!f->s->model->contacts || !f->s->model->rows)
-        return 0;
-    for (int i = 0; i < f->s->n; i++)
-        speed = fmax(speed, fabs(f->y[f->s->n + i]) / (i < f->s->model->base ? f->s->length : 1.0));
-    return f->h * speed < CRAWL;
+    return f->s->model->contacts && f->s->model->rows && f->h * fastest(f->s, f->y + f->s->n) < CRAWL;
 }
 
 /* Record the present state, unless it is the last row already. */

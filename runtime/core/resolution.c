@@ -128,7 +128,7 @@ static double bend(struct system *s, const double *q, const double *u, const dou
     return found;
 }
 
-static double fastest(const struct system *s, const double *u)
+double fastest(const struct system *s, const double *u)
 {
     double speed = 0.0;
     for (int i = 0; i < s->n; i++)

@@ -15,4 +15,7 @@ enum outcome close_unresolved(struct flight *f, int stuck, int *closed);
  * closure, and its accelerations, which rows that are lost leave free, are those of the limit along its motion. */
 enum outcome depart(struct flight *f);
 
+/* The largest of the velocities u[n], rad/s, or lengths of the mechanism per second */
+double fastest(const struct system *s, const double *u);
+
 #endif
