@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
-from threading import Event
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 from typing import Any
 
 import numpy as np
@@ -13,6 +12,9 @@ from numpy.typing import ArrayLike
 
 from .model import Model
 from .run import Run
+
+PAUSE = 0.05
+"""Seconds that the calling thread waits before it lets signals in, where waiting does not."""
 
 
 def simulate_batch(
@@ -22,7 +24,8 @@ def simulate_batch(
 
     Runs work without the GIL, each on its own, so each is what :func:`simulate` gives for its start alone. ``options``
     are those of :func:`simulate`; ``progress`` is called with the time that a run has reached. When a run raises, the
-    others stop.
+    others stop. So they do at Ctrl-C; with ``keep_interrupted`` the runs that were begun are given then, of the first
+    starts, those in progress as far as they came.
     Raises ``ValueError`` for shapes that do not fit and for starts that cannot be simulated.
     """
     from .simulate import simulate
@@ -37,29 +40,42 @@ def simulate_batch(
             f"q0, u0: found shapes {qs.shape} and {us.shape}, expected (starts, {n}) for q0, and that or ({n},) for u0"
         )
     model = model.with_parameters(options.pop("params")).as_it_is()  # all runs have the values of now
-    failed = Event()
+    ended_by: list[BaseException] = []  # the first is what the runs in progress end with
 
     def reached(t: float) -> None:
-        if failed.is_set():
-            raise InterruptedError("another run of the batch has failed")
+        if ended_by:
+            raise ended_by[0]
         if progress is not None:
-            progress(t)
+            try:
+                progress(t)
+            except KeyboardInterrupt as error:
+                ended_by.append(error)
+                raise
 
     runs: list[Run | None] = [None] * len(qs)
     waiting = iter(range(len(qs)))  # each thread takes the next start that is left
 
     def work() -> None:
         try:
-            for index in waiting:
+            while not ended_by and (index := next(waiting, None)) is not None:
                 runs[index] = simulate(model, qs[index], us[index], progress=reached, **options)
         except BaseException:
-            failed.set()
+            ended_by.append(InterruptedError("another run of the batch has failed"))
             raise
 
     workers = min(os.cpu_count() or 1, len(qs))
+    tasks: list[Future[None]] = []
     with ThreadPoolExecutor(workers) as pool:
-        tasks = [pool.submit(work) for _ in range(workers)]
-        errors = [error for error in (task.exception() for task in tasks) if error is not None]
+        try:
+            for _ in range(workers):
+                tasks.append(pool.submit(work))
+            while wait(tasks, PAUSE).not_done:
+                pass
+        except KeyboardInterrupt as pressed:  # it comes to this thread alone
+            ended_by.insert(0, pressed)
+            if not options["keep_interrupted"]:
+                raise
+    errors = [error for error in (task.exception() for task in tasks) if error is not None]
     for error in sorted(errors, key=lambda error: isinstance(error, InterruptedError)):
         raise error
     return [run for run in runs if run is not None]

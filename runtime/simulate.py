@@ -49,12 +49,13 @@ def simulate(
     """Integrate ``model`` from (``q0``, ``u0``) at t = 0 to ``until`` (s).
 
     A batch of starts, ``q0`` (b, nq) and ``u0`` (b, nu) or one for all, gives a list of runs, made side by side on the
-    machine's processors and equal to single runs in every bit.
+    machine's processors and equal to single runs in every bit. Where Ctrl-C ends it and ``keep_interrupted`` is set,
+    the list holds the runs of the first starts: those done, and those in progress as far as they came.
 
     Start, end and tolerances come from the scene unless given; ``atol`` is ``rtol`` unless given. Where the scene's
     ``rtol`` is less than the model's numbers allow, as 1e-9 is in floats, the least that they allow is taken: 1e-6 in
     floats, 1e-15 in doubles, 1e-18 in wide numbers. ``params`` are values by scene path for this run only.
-    ``step`` (s) fixes the step size instead of choosing it by the error estimate.
+    ``step`` (s) fixes the step size instead of choosing it by the error estimate; a run has at most ten million steps.
     ``method`` is one of :func:`ccgen.runtime.methods`: "gauss", "dop853", "dopri5" or "radau", for stiff scenes; unless
     given, :func:`default_method`. ``drift`` says how the loops are kept shut: "projected" after every step; for
     comparison, "left" as the integration leaves them, or "damped" by Baumgarte's stabilisation. While contacts are
@@ -68,7 +69,7 @@ def simulate(
 
     The run's ``success`` is false when it stopped before the end; ``message`` then says where, why, and what to try,
     and the run holds everything up to there. Raises ``ValueError`` for arguments that cannot be simulated: wrong
-    shapes, numbers that are not finite, an unknown method, a start inside a ground.
+    shapes, numbers that are not finite, an unknown method, too short a ``step``, a start inside a ground.
     """
     if not isinstance(model, Model):
         raise TypeError(f"model: found {type(model).__name__}, expected a Model; load one with load_model(folder)")
@@ -90,7 +91,7 @@ def simulate(
     least = LEAST[model.precision]
     rtol = _positive("rtol", max(settings["rtol"], least) if rtol is None else rtol)
     atol = _positive("atol", (settings["atol"] or rtol) if atol is None else atol)
-    fixed = 0.0 if step is None else _positive("step", step)
+    fixed = 0.0 if step is None else _step(step, until)
     name = default_method(model, controlled=callable(inputs)) if method is None else method
     if name not in methods():
         raise ValueError(f"method: found {name!r}, expected one of {', '.join(methods())}")
@@ -126,6 +127,18 @@ def _positive(name: str, value: Any) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float | np.number) or not 0.0 < value < math.inf:
         raise ValueError(f"{name}: found {value!r}, expected a positive number")
     return float(value)
+
+
+def _step(step: float, until: float) -> float:
+    """A step size by which a run gets to its end within its budget, which any that is lost in the last digit of time
+    does not."""
+    fixed = _positive("step", step)
+    if until / fixed >= STEP_BUDGET + 1:
+        raise ValueError(
+            f"step: found {fixed:g} s for a run to t = {until:g} s, expected at least {until / STEP_BUDGET:g} s, with "
+            f"which {STEP_BUDGET} steps reach it; take a longer step or an earlier end"
+        )
+    return fixed
 
 
 def _start(model: Model, q0: ArrayLike | None, u0: ArrayLike | None) -> tuple[FloatArray, FloatArray]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import time
 from typing import Any
 
 import numpy as np
@@ -194,3 +196,31 @@ def test_another_error_in_progress_propagates(spinning: tuple[Any, np.ndarray, n
     for keep in (False, True):
         with pytest.raises(RuntimeError, match="the window is gone"):
             simulate(*spinning, **LONG, progress=progress, keep_interrupted=keep)
+
+
+# -- steps that do not get anywhere --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("step", "until"), [(5e-324, 1.0), (1e-17, 1.0), (1e-300, 1e-290), (1e-3, 2e4), (0.5, 1e7)])
+def test_a_step_that_cannot_reach_the_end_is_refused_at_once(model: Any, step: float, until: float) -> None:
+    """Too short to move time, or more of them than a run may have; both numbers are named."""
+    from ccgen.runtime import simulate
+
+    began = time.perf_counter()
+    said = re.escape(f"step: found {step:g} s for a run to t = {until:g} s, expected at least")
+    with pytest.raises(ValueError, match=said):
+        simulate(model, until=until, step=step)
+    assert time.perf_counter() - began < 0.1
+
+
+def test_the_shortest_step_that_is_not_refused_reaches_the_end(workshop: Workshop) -> None:
+    """Ten million steps and no more: a pendulum is at the end after the last of them."""
+    from ccgen.generator import chain
+    from ccgen.runtime import simulate
+    from ccgen.runtime.simulate import STEP_BUDGET
+
+    pendulum = workshop.model(chain(1, hinged=True))
+    with pytest.raises(ValueError, match="expected at least 1e-12 s"):
+        simulate(pendulum, until=1e-5, step=1e-5 / (STEP_BUDGET + 1))
+    run = simulate(pendulum, [0.0], [1.0], until=1e-5, step=1e-11, method="dopri5")
+    assert run.success and run.t.size == 1_000_001 and run.q[-1, 0] == pytest.approx(1e-5, rel=1e-12)

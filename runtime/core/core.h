@@ -34,6 +34,22 @@ enum drift { DRIFT_PROJECTED = 0, DRIFT_LEFT, DRIFT_DAMPED };
  * the work that they do (Stronge) */
 enum law { LAW_NEWTON, LAW_POISSON, LAW_STRONGE };
 
+/* interruption.c: what a run asks the outside now and then */
+struct interruption {
+    int (*tick)(void *context, double t); /* a nonzero answer ends the run; may be NULL */
+    void *context;
+    double t;      /* how far the run is (s) */
+    int64_t asked; /* when it was asked last, ns */
+    long work;     /* done since the last look at the clock */
+    int ended;     /* whether the answer was that the run is to end: it stays that */
+};
+
+/* From `t` on, where nothing has been asked. */
+void start_asking(struct interruption *interruption, double t);
+
+/* Ask at once; whether the run is to end. */
+int ask(struct interruption *interruption);
+
 /* A model with one set of parameters. y = [q; u] has 2 n entries, and one more, the work done by the effects that have no
  * potential and by friction in contacts, if the model has any. */
 struct system {
@@ -48,6 +64,7 @@ struct system {
     /* gives the inputs at a state, if set; a nonzero answer stops the run */
     int (*supply)(void *context, double t, const double *q, const double *u, double *inputs);
     void *context;             /* of the supply */
+    struct interruption *interruption; /* of the run, or NULL */
     double *multipliers;       /* [rows + 2 contacts] scratch: of the last acceleration, or impulses */
     double *rows;              /* [rows + 2 contacts] scratch */
     double *bias;              /* [rows + 2 contacts] scratch of the robust path */
@@ -78,6 +95,10 @@ struct table {
     size_t row;           /* where it was last looked at */
 };
 int supply_from_table(void *table, double t, const double *q, const double *u, double *inputs);
+
+/* Whether the run is to end; asked every hundredth of a second or two of computing, if this is called with the number of
+ * freedoms wherever accelerations are worked out, and with 0 where more is done than that. */
+int interrupted(struct system *s, long work);
 
 /* u_dot[n], lambda[rows]; where the closure rows lose rank, by the robust path */
 enum outcome system_acceleration(struct system *s, double t, const double *q, const double *u, double *u_dot,

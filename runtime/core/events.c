@@ -158,7 +158,7 @@ static struct event first_closing(struct search *search)
     double *gap_a = search->value + 2 * contacts, *rate_a = gap_a + contacts;
     double *gap_b = rate_a + contacts, *rate_b = gap_b + contacts;
     look(search, 0.0, gap_a, rate_a);
-    for (long i = 0; i < search->pieces && first.contact < 0; i++) {
+    for (long i = 0; i < search->pieces && first.contact < 0 && !interrupted(search->s, contacts); i++) {
         const double a = (double)i / search->pieces, b = (i + 1.0) / search->pieces;
         look(search, b, gap_b, rate_b);
         for (int c = 0; c < contacts; c++) {

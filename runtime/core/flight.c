@@ -23,7 +23,7 @@ enum {
     SHORTER = 60,  /* shorter steps in search of an early event */
     LANDINGS = 60, /* steps towards an event; three to five are usual */
     CRAWLS = 20,   /* steps in a row that move nothing, before what they might be stuck at is looked at */
-    TICK = 64      /* steps between looks at the outside world */
+    TICK = 64      /* short steps between two questions whether to go on */
 };
 
 /* speed (m/s, rad/s) below which a closed contact neither opens nor closes */
@@ -391,7 +391,8 @@ enum outcome fly(struct flight *f, struct event *event)
     int crawled = 0;
     double next = f->h, late = 0.0; /* what rounding took from the time: many equal steps are as long as they say */
     while (!outcome && f->t < run->until) {
-        if (run->steps % TICK == 0 && run->tick && run->tick(run->context, f->t))
+        run->interruption.t = f->t;
+        if ((run->steps % TICK == 0 && ask(&run->interruption)) || interrupted(f->s, 0))
             return OUTCOME_INTERRUPTED;
         if (run->steps + run->rejected >= run->step_budget)
             return OUTCOME_BUDGET;
@@ -407,6 +408,8 @@ enum outcome fly(struct flight *f, struct event *event)
         if (last && f->h == whole)
             next = fmax(next, wanted);
         outcome = f->s->model->contacts ? search_step(f, event) : derive_end(f);
+        if (!outcome && interrupted(f->s, 0)) /* what was found without accelerations is none */
+            outcome = OUTCOME_INTERRUPTED;
         if (!outcome && event->contact >= 0)
             outcome = event->watch == CLOSES ? land(f, *event) : land_on_loss(f, *event);
         if (!outcome && event->contact >= 0 && f->h > shortest(f) && leaps(f))

@@ -31,8 +31,11 @@ static enum outcome supply_lanes(struct system *s, const double *t, const double
         if (s->supply) {
             take(s->n, lanes, l, q, one);
             take(s->n, lanes, l, u, one + s->n);
-            if (s->supply(s->context, t[l], one, one + s->n, s->inputs))
+            if (s->supply(s->context, t[l], one, one + s->n, s->inputs)) {
+                if (s->interruption)
+                    s->interruption->ended = 1;
                 return OUTCOME_INTERRUPTED;
+            }
         }
         for (int i = 0; i < count; i++)
             inputs[(size_t)i * lanes + l] = s->inputs[i];
@@ -46,6 +49,8 @@ enum outcome system_acceleration_lanes(struct system *s, const double *t, const 
     const struct ccgen_model *m = s->model;
     const int lanes = m->lanes, n = s->n;
     double *inputs = scratch, *lambda = inputs + (size_t)lanes * m->inputs, *one = lambda + (size_t)lanes * m->rows;
+    if (interrupted(s, (long)lanes * n))
+        return OUTCOME_INTERRUPTED;
     if (m->inputs) {
         const enum outcome outcome = supply_lanes(s, t, q, u, inputs, one);
         if (outcome)

@@ -81,6 +81,8 @@ enum outcome project_position(struct system *s, double *q)
         if (miss > 0.5 * before) /* a row that was left out has to be kept after all */
             nearest = fmax(LEFT_OUT_LATER * nearest, NEAREST);
         before = miss;
+        if (interrupted(s, s->n))
+            return OUTCOME_INTERRUPTED;
         const enum outcome outcome = isfinite(miss) ? correct(s, q, 0, nearest, q) : OUTCOME_NOT_FINITE;
         if (outcome)
             return outcome;

@@ -117,14 +117,16 @@ static enum outcome differentiate(struct radau *r, struct system *s, double t, c
     return OUTCOME_DONE;
 }
 
-/* a = factors of 1 - z du_dot/du - z^2 du_dot/dq, with rows exchanged; 0, or 1 if there are none */
-static int factorise(const struct radau *r, number z, number *a, int *pivots)
+/* a = factors of 1 - z du_dot/du - z^2 du_dot/dq, with rows exchanged; 0, or 1 if there are none or the run is to end */
+static int factorise(const struct radau *r, struct system *s, number z, number *a, int *pivots)
 {
     const int n = r->n;
     for (int i = 0; i < n; i++)
         for (int j = 0; j < n; j++)
             a[i * n + j] = (i == j) - z * (r->by_u[i * n + j] + z * r->by_q[i * n + j]);
     for (int k = 0; k < n; k++) {
+        if (interrupted(s, (long)(n - k) * (n - k)))
+            return 1;
         int best = k;
         for (int i = k + 1; i < n; i++)
             if (cabs(a[i * n + k]) > cabs(a[best * n + k]))
@@ -320,9 +322,9 @@ static enum outcome radau_step(struct system *s, double *scratch, double t, doub
         for (int j = 0; j < STAGES; j++)
             r->f[i * STAGES + j] = dy[n + i];
     enum outcome outcome = differentiate(r, s, t, y, dy);
-    if (!outcome && (factorise(r, REAL * h, r->real, r->pivots) ||
-                     factorise(r, (COMPLEX_REAL + I * COMPLEX_IMAGINARY) * h, r->complex_, r->pivots + n)))
-        outcome = OUTCOME_NOT_FINITE;
+    if (!outcome && (factorise(r, s, REAL * h, r->real, r->pivots) ||
+                     factorise(r, s, (COMPLEX_REAL + I * COMPLEX_IMAGINARY) * h, r->complex_, r->pivots + n)))
+        outcome = interrupted(s, 0) ? OUTCOME_INTERRUPTED : OUTCOME_NOT_FINITE;
     if (!outcome)
         outcome = converge(r, s, t, h, tolerance, y, &converged);
     if (!outcome)

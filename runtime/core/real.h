@@ -14,6 +14,7 @@
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 #ifndef CCGEN_PRECISION
 #define CCGEN_PRECISION 0

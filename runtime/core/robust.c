@@ -277,6 +277,9 @@ enum outcome solve_dependent(struct system *s, const double *q, int held, const 
     s->dependent++;
     if (!work || !order)
         goto end;
+    outcome = OUTCOME_INTERRUPTED;
+    if (interrupted(s, 0))
+        goto end;
     double *right = work, *every = right + rows, *g = every + rows, *diagonal = g + rows * n, *beta = diagonal + rows;
     double *length = beta + rows, *weight = length + rows, *null = weight + rows, *mass = null + n * n, *b = mass + n * n;
     double *p = b + n, *more = p + n;

@@ -65,6 +65,8 @@ static enum outcome strike(struct flight *f, int trigger)
     struct run *run = f->run;
     const int n = f->s->n;
     for (int repeat = 0;; repeat++) {
+        if (interrupted(f->s, 0))
+            return OUTCOME_INTERRUPTED;
         int count = 0, approaching = 0;
         m->gaps(f->s->k, f->y, f->gaps);
         m->gap_rates(f->s->k, f->y, f->y + n, f->rates);
@@ -195,8 +197,12 @@ void simulate(struct system *s, struct run *run, double *y)
             run->outcome = project_velocity(s, f.y, f.y + s->n);
         if (!run->outcome && keep(&f))
             run->outcome = OUTCOME_NO_MEMORY;
-        if (!run->outcome)
+        if (!run->outcome) {
+            start_asking(&run->interruption, run->start);
+            s->interruption = &run->interruption;
             run->outcome = alternate(&f);
+            s->interruption = NULL;
+        }
         if (run->record.count && f.t > run->record.t[run->record.count - 1] && keep(&f))
             run->outcome = OUTCOME_NO_MEMORY;
     }

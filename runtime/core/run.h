@@ -39,8 +39,7 @@ struct run {
     long second_budget; /* steps and events of one simulated second */
     const struct method *method;
     enum drift drift;
-    int (*tick)(void *context, double t); /* called now and then; a nonzero answer interrupts */
-    void *context;
+    struct interruption interruption; /* its `tick` and `context` */
     /* found */
     struct record record;
     struct impacts impacts;

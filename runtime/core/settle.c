@@ -102,6 +102,8 @@ static int stays(const struct decision *d, int i)
 static enum outcome take_out(const struct flight *f, struct decision *d, int resting)
 {
     for (int i = 0; i <= d->count; i++) {
+        if (interrupted(f->s, 0))
+            return OUTCOME_INTERRUPTED;
         enum outcome outcome = solve(d, -1, d->P);
         if (outcome)
             return outcome;

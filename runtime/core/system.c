@@ -40,7 +40,11 @@ static void impact_residual(const struct system *s, const double *q, const void 
 
 static enum outcome supply(struct system *s, double t, const double *q, const double *u)
 {
-    return s->supply && s->supply(s->context, t, q, u, s->inputs) ? OUTCOME_INTERRUPTED : OUTCOME_DONE;
+    if (!s->supply || !s->supply(s->context, t, q, u, s->inputs))
+        return OUTCOME_DONE;
+    if (s->interruption)
+        s->interruption->ended = 1;
+    return OUTCOME_INTERRUPTED;
 }
 
 /* Baumgarte's stabilisation: what is added to accelerations so that the closure c obeys c'' + 2 r c' + r^2 c = 0
@@ -153,6 +157,8 @@ static enum outcome accelerate(struct system *s, double t, const double *q, cons
 {
     const struct ccgen_model *m = s->model;
     enum outcome outcome = OUTCOME_DONE;
+    if (interrupted(s, s->n))
+        return OUTCOME_INTERRUPTED;
     s->evaluations++;
     int dependent = m->acceleration(s->k, q, u, t, s->inputs, u_dot, lambda);
     if (!dependent && holds(s)) /* columns of the contacts would each lose digits: both together on the robust path */

@@ -38,6 +38,9 @@ cdef extern from *:
         pass
     enum drift:
         pass
+    struct interruption:
+        int (*tick)(void *context, real t) noexcept nogil
+        void *context
     struct system:
         const ccgen_model *model
         const real *k
@@ -48,6 +51,7 @@ cdef extern from *:
         real *inputs
         int (*supply)(void *context, real t, const real *q, const real *u, real *inputs) noexcept nogil
         void *context
+        interruption *interruption
         real *multipliers
         real *rows
         real *bias
@@ -124,8 +128,7 @@ cdef extern from *:
         long step_budget, second_budget
         const method *method
         drift drift
-        int (*tick)(void *context, real t) noexcept nogil
-        void *context
+        interruption interruption
         record record
         impacts impacts
         holds holds

@@ -99,7 +99,7 @@ cdef class Evaluations:
         s.n = self.m.nu
         s.size = 2 * self.m.nu + (self.m.power is not NULL or self.m.friction is not NULL)
         s.inputs = &self.inputs[0]
-        s.supply, s.context = NULL, NULL
+        s.supply, s.context, s.interruption = NULL, NULL, NULL
         s.multipliers = &self.multipliers[0]
         s.rows = &self.rows[0]
         s.bias = &self.bias[0]

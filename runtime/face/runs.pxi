@@ -53,7 +53,7 @@ cdef class Kernels(Evaluations):
         r.method = find_method(name.encode())
         r.drift = <drift><int>DRIFTS.index(kept)
         s.baumgarte = BAUMGARTE if kept == "damped" else 0.0
-        r.tick, r.context = _tick, <void *>ticker
+        r.interruption.tick, r.interruption.context = _tick, <void *>ticker
         r.record.count = r.impacts.count = r.impacts.contact_count = 0
         r.steps = r.rejected = 0
         _clear(&r)
