@@ -206,6 +206,8 @@ def test_show(tmp_path: Path) -> None:
     assert (done.returncode, done.stderr) == (0, "")
     assert "theta_0" in done.stdout
     assert "freedom" in done.stdout
+    assert "u_dot" not in done.stdout
+    assert "u_dot" in ccgen("show", HEXAGON, "--equations", at=tmp_path).stdout
     latex = ccgen("show", HEXAGON, "--latex", at=tmp_path)
     assert (latex.returncode, latex.stderr) == (0, "")
     assert "\\theta_" in latex.stdout

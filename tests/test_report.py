@@ -8,6 +8,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+import pytest
 
 from ccgen.generator.cli.report import energy_moved, row
 from ccgen.generator.program.program import Counts
@@ -45,11 +46,79 @@ def test_the_audit_has_its_scale(tmp_path: Path) -> None:
     assert re.search(r"energy kept to [\d.e+-]+ J of 4\.\d+ J; method gauss", done.stdout)
 
 
-def test_branches_left_out_are_counted(tmp_path: Path) -> None:
-    """The beach animal has 14 loops, 8 of which are told."""
-    lines = ccgen("show", str(SCENES / "strandbeest.toml"), at=tmp_path).stderr.splitlines()
-    assert sum(": branch " in line for line in lines) == 8
-    assert lines[-1] == "strandbeest: and 6 more; ccgen show has all"
+def test_one_line_on_loops_unless_more_is_asked_for(tmp_path: Path) -> None:
+    """The beach animal has 14 loops."""
+    scene = str(SCENES / "strandbeest.toml")
+    (line,) = ccgen("show", scene, at=tmp_path).stderr.splitlines()
+    assert line.startswith("strandbeest: 14 loops closed, angles changed by up to ")
+    assert line.endswith("; -v for their branches")
+    first, *branches = ccgen("show", scene, "-v", at=tmp_path).stderr.splitlines()
+    assert first == line.removesuffix("; -v for their branches")
+    assert len(branches) == 14 and all(line.startswith("strandbeest: branch ") for line in branches)
+    assert ccgen("show", scene, "--quiet", at=tmp_path).stderr == ""
+
+
+SKETCH = """
+[pinned]
+links = 3
+[start]
+angles = [1.2, 0.1, -1.3]
+[gravity]
+[run]
+until = 0.1
+"""
+
+
+@pytest.mark.parametrize(
+    ("command", "results"),
+    [
+        (("run", "sketch.toml"), ""),
+        (("run", "sketch.toml", "--rtol", "1e-3", "--method", "dopri5"), ""),
+        (("--scene", "sketch.toml"), "build/sketch\n"),
+        (("show", "sketch.toml"), None),
+        (("equilibrium", "sketch.toml"), None),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, tuple) else "",
+)
+def test_quiet_is_quiet(command: tuple[str, ...], results: str | None, tmp_path: Path) -> None:
+    """One remark as usual, all with -v, none with --quiet; beside its results a run prints nothing then."""
+    (tmp_path / "sketch.toml").write_text(SKETCH)
+    usual, all_, none = (ccgen(*command, *more, at=tmp_path) for more in ((), ("-v",), ("-q",)))
+    assert (usual.returncode, all_.returncode, none.returncode) == (0, 0, 0)
+    (line,) = usual.stderr.splitlines()
+    assert line.startswith("sketch: 1 loop closed, angles changed by up to ") and line.endswith("; -v for its branch")
+    assert all_.stderr.count("\n") == 2 and "sketch: branch " in all_.stderr
+    assert none.stderr == ""
+    assert none.stdout == (usual.stdout if results is None else results)
+
+
+def test_quiet_says_what_goes_wrong(tmp_path: Path) -> None:
+    """Wrong input and early stops, with their exit codes; warnings of doubtful figures."""
+    (tmp_path / "sketch.toml").write_text(SKETCH)
+    wrong = ccgen("run", "sketch.toml", "--until", "-1", "--quiet", at=tmp_path)
+    assert (wrong.returncode, wrong.stdout) == (2, "") and wrong.stderr.startswith("--until: found -1")
+    (tmp_path / "sketch.toml").write_text(SKETCH.replace("[gravity]", "[gravity]\ng = 1e300"))
+    stopped = ccgen("run", "sketch.toml", "--quiet", at=tmp_path)
+    assert (stopped.returncode, stopped.stdout) == (3, "")
+    assert re.fullmatch(r"sketch: stopped at t = .*\n", stopped.stderr)
+    refused = ccgen("run", "sketch.toml", "-q", "-v", at=tmp_path)
+    assert (refused.returncode, refused.stderr) == (
+        2,
+        "--quiet: found beside --verbose, expected one of them; leave one out\n",
+    )
+    before = ccgen("-q", "run", "sketch.toml", at=tmp_path)
+    assert before.returncode == 2 and "--quiet: found before the command run, expected behind it" in before.stderr
+
+
+def test_show_prints_the_equations_only_where_asked(tmp_path: Path) -> None:
+    """The summary is the beginning of what --equations prints, and has every heading."""
+    (tmp_path / "sketch.toml").write_text(SKETCH)
+    summary = ccgen("show", "sketch.toml", at=tmp_path).stdout
+    whole = ccgen("show", "sketch.toml", "--equations", at=tmp_path).stdout
+    assert whole.startswith(summary) and "u_dot" not in summary and "u_dot" in whole
+    assert summary.count("\n") < 40 < whole.count("\n")
+    for heading in ("links", "joints", "loops", "branch", "degrees of freedom", "effects", "operations"):
+        assert f"\n{heading}  " in summary
 
 
 def test_no_zero_has_a_minus() -> None:

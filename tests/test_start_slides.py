@@ -58,5 +58,5 @@ def test_what_had_to_change_is_said(start: str, angle: float | None, tmp_path: P
         turned = abs(scene.start.poses[0][2] - angle)
         told.insert(0, f"angles changed by up to {turned:.3g} rad (crank)")
     shown = ccgen("show", "slider-crank.toml", at=tmp_path)
-    assert shown.stderr.splitlines()[0] == f"slider-crank: loops closed, {', '.join(told)}"
+    assert shown.stderr == f"slider-crank: 1 loop closed, {', '.join(told)}; -v for its branch\n"
     assert "by up to 0 rad" not in shown.stderr

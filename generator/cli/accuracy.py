@@ -13,6 +13,7 @@ import typer
 from ..emit.cache import OutputError
 from ..emit.compiler import CompileError
 from ..pipeline import generate
+from .detail import Detail
 from .folders import check_folder
 from .progress import progress
 from .refusal import fail, refusing
@@ -39,7 +40,13 @@ COLUMNS = (
 
 
 def price_accuracy(
-    scene_file: Path, until: float | None, error: float, drift: bool, precisions: Sequence[str], out: Path | None
+    scene_file: Path,
+    until: float | None,
+    error: float,
+    drift: bool,
+    precisions: Sequence[str],
+    out: Path | None,
+    detail: Detail = Detail.USUAL,
 ) -> None:
     """Measure the scene, print the table and what to choose, write ``cost.csv`` and ``cost.png`` into a folder."""
     check_numbers(until, None)
@@ -49,7 +56,7 @@ def price_accuracy(
     folder = Path("results") / scene.name if out is None else out
     check_folder(folder, "--out")
     check_folder(MODELS, "folder of models")
-    tell_assembly(scene)
+    tell_assembly(scene, detail)
     from ccgen.runtime import load_model
     from ccgen.runtime._core import DRIFTS
     from ccgen.runtime.accuracy import compare, growth, refer
@@ -59,7 +66,7 @@ def price_accuracy(
 
     if "wide" in precisions and not wider():
         fail("--precision wide: found a machine whose long double is a double, expected a wider one; leave wide out")
-    with progress() as tell:
+    with progress(detail) as tell:
         with refusing(CompileError, OutputError):
             names = dict.fromkeys(("double", *precisions, *(("wide",) if wider() else ())))
             models = {name: load_model(generate(scene, MODELS, tell.stage, precision=name)) for name in names}

@@ -12,6 +12,9 @@ app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions
 SceneFile = Annotated[Path, typer.Argument(metavar="SCENE", help="a scene file (TOML)")]
 Fold = Annotated[bool, typer.Option("--fold", help="put the values of the parameters into the code as numbers")]
 
+Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="say more: the branch of every loop")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="say nothing but errors and warnings beside the result")]
+
 
 @app.callback(invoke_without_command=True)
 def root(
@@ -27,6 +30,8 @@ def root(
     precision: Annotated[
         str | None, typer.Option(metavar="NAME", help="numbers of the model: float, double or wide [double]")
     ] = None,
+    verbose: Verbose = False,
+    quiet: Quiet = False,
     version: Annotated[bool, typer.Option("--version", help="print the version and stop")] = False,
 ) -> None:
     """Planar mechanisms with closed chains as compiled equations of motion.
@@ -34,13 +39,15 @@ def root(
     With --links or --scene: generate a model. Otherwise: one of the commands.
     """
     from .build import Standard, build, print_version
+    from .detail import detail
     from .refusal import fail
 
     standard = Standard(links, pinned, open_, hinged, gravity)
     if context.invoked_subcommand is not None:
         standard.refuse(f"the command {context.invoked_subcommand}", scene)
-        if fold:
-            fail(f"--fold: found before the command {context.invoked_subcommand}, expected behind it; move it")
+        for option, found in (("--fold", fold), ("--verbose", verbose), ("--quiet", quiet)):
+            if found:
+                fail(f"{option}: found before the command {context.invoked_subcommand}, expected behind it; move it")
         if precision is not None:
             fail(
                 f"--precision: found before the command {context.invoked_subcommand}, expected without it; leave it out"
@@ -54,7 +61,7 @@ def root(
         typer.echo(context.get_help(), err=True)
         raise typer.Exit(2)
     else:
-        build(standard, scene, out, fold, precision or "double")
+        build(standard, scene, out, fold, precision or "double", detail(verbose, quiet))
 
 
 @app.command()
@@ -66,27 +73,35 @@ def run(
     out: Annotated[Path | None, typer.Option(metavar="DIR", help="folder of results [results/<name>]")] = None,
     gif: Annotated[bool, typer.Option("--gif", help="write an animation as GIF too")] = False,
     fold: Fold = False,
+    verbose: Verbose = False,
+    quiet: Quiet = False,
 ) -> None:
     """Simulate a scene; print impacts and audit; write result, plot and player.
 
+    With --quiet the results are written only.
     Exit code 0: the end was reached, 2: wrong input, 3: stopped early, by itself or by Ctrl-C, with results written.
     """
+    from .detail import detail
     from .run import run as work
 
-    work(scene, until, rtol, method, out, gif, fold)
+    work(scene, until, rtol, method, out, gif, fold, detail(verbose, quiet))
 
 
 @app.command()
 def show(
     scene: SceneFile,
-    latex: Annotated[bool, typer.Option("--latex", help="as LaTeX")] = False,
-    expand: Annotated[bool, typer.Option("--expand", help="as the classical closed form, for few links")] = False,
+    equations: Annotated[bool, typer.Option("--equations", help="the equations below it")] = False,
+    latex: Annotated[bool, typer.Option("--latex", help="with the equations, as LaTeX")] = False,
+    expand: Annotated[bool, typer.Option("--expand", help="with the classical closed form, for few links")] = False,
     fold: Fold = False,
+    verbose: Verbose = False,
+    quiet: Quiet = False,
 ) -> None:
-    """Print a scene's equations, degrees of freedom, loops, operation counts, and what each effect adds to them."""
+    """Print a scene's degrees of freedom, loops, operation counts, what each effect adds to them, and its equations."""
+    from .detail import detail
     from .show import show as work
 
-    work(scene, latex, expand, fold)
+    work(scene, equations, latex, expand, fold, detail(verbose, quiet))
 
 
 @app.command()
@@ -101,14 +116,17 @@ def cost(
     effects: Annotated[bool, typer.Option("--effects", help="measure what each effect costs instead")] = False,
     fold: Annotated[bool, typer.Option("--fold", help="with --effects: numbers for parameters too")] = False,
     out: Annotated[Path | None, typer.Option(metavar="DIR", help="folder of the figures")] = None,
+    verbose: Verbose = False,
+    quiet: Quiet = False,
 ) -> None:
     """Measure error against wall time for all methods and tolerances, and say which to choose.
 
     With --effects measure the price of each effect instead, in operations and in time.
     """
     from .cost import cost as work
+    from .detail import detail
 
-    work(scene, until, error, drift, precision, effects, fold, out)
+    work(scene, until, error, drift, precision, effects, fold, out, detail(verbose, quiet))
 
 
 @app.command()
@@ -119,22 +137,28 @@ def torque(
     ] = None,
     rate: Annotated[float, typer.Option(metavar="W", help="its constant rate in rad/s")] = 1.0,
     plot: Annotated[Path | None, typer.Option(metavar="FILE", help="write the curve as PNG")] = None,
+    verbose: Verbose = False,
+    quiet: Quiet = False,
 ) -> None:
     """Print the torque that a driven crank needs over one turn at a constant rate."""
+    from .detail import detail
     from .statics import torque as work
 
-    work(scene, joint, rate, plot)
+    work(scene, joint, rate, plot, detail(verbose, quiet))
 
 
 @app.command()
 def equilibrium(
     scene: SceneFile,
     nearest: Annotated[bool, typer.Option("--nearest", help="the nearest one, stable or not")] = False,
+    verbose: Verbose = False,
+    quiet: Quiet = False,
 ) -> None:
     """Print a static equilibrium, whether it is stable, and the forces at the joints."""
+    from .detail import detail
     from .statics import equilibrium as work
 
-    work(scene, nearest)
+    work(scene, nearest, detail(verbose, quiet))
 
 
 @app.command()

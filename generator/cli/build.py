@@ -14,6 +14,7 @@ from ..pipeline import generate
 from ..program.errors import FoldError
 from ..scene import Scene, SceneError, chain, loop, pinned
 from ..version import VERSION
+from .detail import Detail
 from .folders import check_folder
 from .progress import progress
 from .refusal import fail, refusing
@@ -60,7 +61,12 @@ class Standard:
 
 
 def build(
-    standard: Standard, scene_file: Path | None, out: Path, fold: bool = False, precision: str = "double"
+    standard: Standard,
+    scene_file: Path | None,
+    out: Path,
+    fold: bool = False,
+    precision: str = "double",
+    detail: Detail = Detail.USUAL,
 ) -> None:
     """Generate the model into ``out`` and print the folder of its package."""
     check_precision(precision)
@@ -70,8 +76,8 @@ def build(
         standard.refuse("--scene")
     scene = standard.scene() if scene_file is None else read(scene_file)
     check_folder(out, "--out")
-    tell_assembly(scene)
-    with refusing(CompileError, OutputError, FoldError), progress() as tell:
+    tell_assembly(scene, detail)
+    with refusing(CompileError, OutputError, FoldError), progress(detail) as tell:
         folder = generate(scene, out, tell.stage, fold=fold, precision=precision)
     typer.echo(str(folder))
 

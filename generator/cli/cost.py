@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from .build import check_precision
+from .detail import Detail
 from .folders import check_folder
 from .refusal import fail
 from .scene_file import read, tell_assembly
@@ -22,6 +23,7 @@ def cost(
     effects: bool,
     fold: bool,
     out: Path | None,
+    detail: Detail = Detail.USUAL,
 ) -> None:
     """Measure error against time, or with ``effects`` each effect's price; options of the other one are refused."""
     if not effects:
@@ -30,7 +32,7 @@ def cost(
         from .accuracy import price_accuracy
 
         precisions = list(dict.fromkeys(map(check_precision, (precision or "double").split(","))))
-        price_accuracy(scene_file, until, ERROR if error is None else error, drift, precisions, out)
+        price_accuracy(scene_file, until, ERROR if error is None else error, drift, precisions, out, detail)
         return
     others = {"--until": until, "--error": error, "--drift": drift or None, "--precision": precision}
     for option, given in others.items():
@@ -39,7 +41,7 @@ def cost(
     scene = read(scene_file)
     if out is not None:
         check_folder(out, "--out")
-    tell_assembly(scene)
+    tell_assembly(scene, detail)
     from .price import price_effects
 
-    price_effects(scene, fold, out)
+    price_effects(scene, fold, out, detail)

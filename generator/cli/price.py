@@ -17,6 +17,7 @@ from ..emit.compiler import CompileError
 from ..pipeline import fold_price, generate, prices
 from ..program.errors import FoldError
 from ..scene import Scene
+from .detail import Detail
 from .progress import Silence, progress
 from .refusal import refusing
 
@@ -45,9 +46,9 @@ class Priced:
     motion: str
 
 
-def price_effects(scene: Scene, fold: bool, out: Path | None) -> None:
+def price_effects(scene: Scene, fold: bool, out: Path | None, detail: Detail = Detail.USUAL) -> None:
     """Measure every effect and folding; print the table, and write it to ``out`` where there is a folder."""
-    with progress() as tell, refusing(CompileError, OutputError, FoldError, ValueError):
+    with progress(detail) as tell, refusing(CompileError, OutputError, FoldError, ValueError):
         rows = measure(scene, fold, tell)
     typer.echo(
         f"{scene.name}{', folded' if fold else ''}: what each effect adds, and what folding changes.\n"

@@ -8,6 +8,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
+from .detail import Detail
+
 if TYPE_CHECKING:
     from rich.progress import Progress
 
@@ -63,9 +65,9 @@ class Line(Silence):
 
 
 @contextmanager
-def progress() -> Iterator[Silence]:
+def progress(detail: Detail = Detail.USUAL) -> Iterator[Silence]:
     """Where to tell of stages and times as they are reached."""
-    if not sys.stderr.isatty():
+    if detail is Detail.NOTHING or not sys.stderr.isatty():
         yield Silence()
         return
     from rich.console import Console

@@ -99,6 +99,11 @@ def print_audit(run: Run) -> None:
         f"audit: loops closed to {run.closure_max:.1e} m, energy kept to {run.energy_drift:.1e} J of {moved:.3g} J; "
         f"method {run.method}"
     )
+
+
+def print_warnings(run: Run) -> None:
+    """What makes the run's figures doubtful, on standard error."""
+    moved = energy_moved(run)
     if run.acceleration_error > INEXACT:
         typer.echo(
             f"warning: masses differ so much that accelerations are known to {run.acceleration_error:.0e} of the "

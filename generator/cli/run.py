@@ -12,10 +12,11 @@ from ..emit.cache import OutputError
 from ..emit.compiler import CompileError
 from ..pipeline import generate
 from ..program.errors import FoldError
+from .detail import Detail
 from .folders import check_folder
 from .progress import progress
 from .refusal import STOPPED_EARLY, fail, refusing
-from .report import print_audit, print_contacts, print_impacts
+from .report import print_audit, print_contacts, print_impacts, print_warnings
 from .scene_file import read, tell_assembly, tell_mobility
 
 if TYPE_CHECKING:
@@ -33,6 +34,7 @@ def run(
     out: Path | None,
     gif: bool,
     fold: bool = False,
+    detail: Detail = Detail.USUAL,
 ) -> None:
     """Simulate the scene into the folder ``out``; exit code 3 when the run stopped early.
 
@@ -44,12 +46,12 @@ def run(
     check_folder(folder, "--out")
     check_folder(MODELS, "folder of models")
     check_method(method)
-    tell_assembly(scene)
-    tell_mobility(scene)
+    tell_assembly(scene, detail)
+    tell_mobility(scene, detail)
     from ccgen.runtime import load_model, simulate
 
     end = scene.run.until if until is None else until
-    with progress() as tell:
+    with progress(detail) as tell:
         with refusing(CompileError, OutputError, FoldError):
             model = load_model(generate(scene, MODELS, tell.stage, fold=fold))
         tell.stage("simulate")
@@ -67,10 +69,12 @@ def run(
         tell.stage("draw")
         with refusing(OSError):
             files = write(result, folder, gif)
-    print_impacts(model, result)
-    print_contacts(model, result)
-    print_audit(result)
-    typer.echo(f"written: {', '.join(str(folder / file) for file in files)}")
+    if detail is not Detail.NOTHING:
+        print_impacts(model, result)
+        print_contacts(model, result)
+        print_audit(result)
+        typer.echo(f"written: {', '.join(str(folder / file) for file in files)}")
+    print_warnings(result)
     if not result.success:
         raise typer.Exit(STOPPED_EARLY)
 

@@ -7,12 +7,11 @@ from pathlib import Path
 import typer
 
 from ..scene import Scene, SceneError, load_scene
+from .detail import Detail
 from .refusal import fail
 
 SEEN = 1e-9
 """Changes (rad, m) and drawn points farther off (m) than this are spoken of."""
-SHOWN = 8
-"""Loops whose branch is told; `ccgen show` has all."""
 
 
 def read(path: Path) -> Scene:
@@ -23,34 +22,38 @@ def read(path: Path) -> Scene:
         fail(str(error))
 
 
-def tell_assembly(scene: Scene) -> None:
-    """Say on standard error how the start was assembled, if its loops had to be closed or a drawing was not exact."""
+def tell_assembly(scene: Scene, detail: Detail = Detail.USUAL) -> None:
+    """Say on standard error, in one line, how the start was assembled, if its loops had to be closed or a drawing was
+    not exact; in full detail which branch each loop is on too."""
     start = scene.start
-    loops = len(scene.mechanism.joints) > len(scene.mechanism.links) - all(
-        not j.on_ground for j in scene.mechanism.joints
-    )
-    what = "loops closed" if loops else "joints fitted"
-    told = [
+    changes = [
         f"angles changed by up to {start.assembled_by:.3g} rad ({start.most})" if start.assembled_by > SEEN else "",
         f"lengths changed by up to {start.slid_by:.3g} m ({start.farthest})" if start.slid_by > SEEN else "",
     ]
-    told = [what, *filter(None, told)] if any(told) else []
-    told += [f"drawn points lie up to {start.missed_by:.3g} m off"] if start.missed_by > SEEN else []
-    if not told:
+    missed = f"drawn points lie up to {start.missed_by:.3g} m off" if start.missed_by > SEEN else ""
+    if detail is Detail.NOTHING or not (any(changes) or missed):
         return
     from ..emit.assembled import branch_lines
 
-    typer.echo(f"{scene.name}: {', '.join(told)}", err=True)
     lines = branch_lines(scene)
-    for line in lines[:SHOWN]:
-        typer.echo(f"{scene.name}: branch {line}", err=True)
-    if len(lines) > SHOWN:
-        typer.echo(f"{scene.name}: and {len(lines) - SHOWN} more; ccgen show has all", err=True)
+    closed = f"{len(lines)} loop{'s' * (len(lines) != 1)} closed" if lines else "joints fitted"
+    told = ", ".join(filter(None, [closed if any(changes) else "", *changes, missed]))
+    hint = f"; -v for {'its branch' if len(lines) == 1 else 'their branches'}" if lines else ""
+    tell(scene, told + (hint if detail is Detail.USUAL else ""))
+    for line in lines if detail is Detail.ALL else ():
+        tell(scene, f"branch {line}")
 
 
-def tell_mobility(scene: Scene) -> None:
+def tell_mobility(scene: Scene, detail: Detail = Detail.USUAL) -> None:
     """Say on standard error which joints are redundant, and whether anything can move."""
+    if detail is Detail.NOTHING:
+        return
     from ..emit.assembled import mobility_of, redundancy_lines
 
     for line in redundancy_lines(scene, mobility_of(scene)):
-        typer.echo(f"{scene.name}: {line}", err=True)
+        tell(scene, line)
+
+
+def tell(scene: Scene, line: str) -> None:
+    """A remark on the scene, on standard error."""
+    typer.echo(f"{scene.name}: {line}", err=True)

@@ -1,4 +1,4 @@
-"""``ccgen show SCENE``: the equations for a person to read."""
+"""``ccgen show SCENE``: what a scene is, and its equations for a person to read."""
 
 from __future__ import annotations
 
@@ -6,18 +6,24 @@ from pathlib import Path
 
 import typer
 
+from .detail import Detail
 from .progress import progress
 from .refusal import refusing
 from .scene_file import read, tell_assembly
 
 
-def show(scene_file: Path, latex: bool, expand: bool, fold: bool) -> None:
-    """Print the equations of the scene, as text or LaTeX, as derived, expanded or folded."""
+def show(
+    scene_file: Path, equations: bool, latex: bool, expand: bool, fold: bool, detail: Detail = Detail.USUAL
+) -> None:
+    """Print the scene's summary, and its equations if asked for: as text or LaTeX, as derived, expanded or folded."""
     scene = read(scene_file)
-    tell_assembly(scene)
+    tell_assembly(scene, detail)
     from ..emit.show import show_text
 
-    with refusing(ValueError), progress() as tell:  # too many links to expand, values that fold to no finite number
+    with (
+        refusing(ValueError),
+        progress(detail) as tell,
+    ):  # too many links to expand, values that fold to no finite number
         tell.stage("derive")
-        text = show_text(scene, latex, expand, fold)
+        text = show_text(scene, latex, expand, fold, equations=equations)
     typer.echo(text)

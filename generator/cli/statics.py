@@ -11,6 +11,7 @@ from ..emit.cache import OutputError
 from ..emit.compiler import CompileError
 from ..pipeline import generate
 from ..scene import Scene
+from .detail import Detail
 from .folders import check_folder
 from .progress import progress
 from .refusal import fail, refusing
@@ -21,13 +22,13 @@ if TYPE_CHECKING:
     from ccgen.runtime import Model
 
 
-def torque(scene_file: Path, joint: str | None, rate: float, plot: Path | None) -> None:
+def torque(scene_file: Path, joint: str | None, rate: float, plot: Path | None, detail: Detail = Detail.USUAL) -> None:
     """Print mean and extremes of the torque over one turn; plot it where asked."""
     from ccgen.runtime import driving_torque
 
     scene = read(scene_file)
     joint = _driving(scene, scene_file, joint)
-    model = _model(scene)
+    model = _model(scene, detail)
     with refusing(ValueError, OSError):
         turn = driving_torque(model, joint, rate)
         if plot is not None:
@@ -40,11 +41,11 @@ def torque(scene_file: Path, joint: str | None, rate: float, plot: Path | None) 
         typer.echo(f"written: {plot}")
 
 
-def equilibrium(scene_file: Path, nearest: bool) -> None:
+def equilibrium(scene_file: Path, nearest: bool, detail: Detail = Detail.USUAL) -> None:
     """Print an equilibrium: stability, stiffnesses, coordinates and joint forces."""
     from ccgen.runtime import static_equilibrium
 
-    model = _model(read(scene_file))
+    model = _model(read(scene_file), detail)
     with refusing(ValueError):
         found = static_equilibrium(model, nearest=nearest)
     stiffness = ", ".join(f"{value:z.6g}" for value in found.stiffness) or "none, it cannot move"
@@ -70,11 +71,11 @@ def _driving(scene: Scene, scene_file: Path, joint: str | None) -> str:
     return joint
 
 
-def _model(scene: Scene) -> Model:
+def _model(scene: Scene, detail: Detail) -> Model:
     """The compiled model of a scene."""
     check_folder(MODELS, "folder of models")
-    tell_assembly(scene)
+    tell_assembly(scene, detail)
     from ccgen.runtime import load_model
 
-    with progress() as tell, refusing(CompileError, OutputError):
+    with progress(detail) as tell, refusing(CompileError, OutputError):
         return load_model(generate(scene, MODELS, tell.stage))

@@ -1,4 +1,4 @@
-"""The equations for a person: a summary, then the listing or the expanded closed form, as text or LaTeX."""
+"""A scene for a person: a summary, then the listing or the expanded closed form where asked for, as text or LaTeX."""
 
 from __future__ import annotations
 
@@ -27,8 +27,9 @@ RANK_TOLERANCE = 1e-9
 """Singular values of the closure's Jacobian (m) below this count as zero."""
 
 
-def show_text(scene: Scene, latex: bool, expanded: bool, fold: bool = False) -> str:
-    """The text that ``ccgen show`` prints.
+def show_text(scene: Scene, latex: bool, expanded: bool, fold: bool = False, *, equations: bool = True) -> str:
+    """The text that ``ccgen show`` prints: the summary, and unless left out the listing; LaTeX and the expanded form,
+    where these are asked for, are whole in any case.
 
     Raises ``ValueError`` for an expanded form of too many links or of driven joints, and for one that is to be folded.
     """
@@ -43,13 +44,15 @@ def show_text(scene: Scene, latex: bool, expanded: bool, fold: bool = False) -> 
             "expanded form knows no prescribed motion; leave out --expand"
         )
     form = expand(scene.mechanism, span(scene.mechanism, scene.driven), scene.effects) if expanded else None
-    topology, equations = derive_scene(scene, fold)
-    summary, added = summarize(scene, topology, equations), prices(scene, fold, equations)
+    topology, derived = derive_scene(scene, fold)
+    summary, added = summarize(scene, topology, derived), prices(scene, fold, derived)
     if latex:
-        return expanded_document(summary, form, added) if form else recursive_document(summary, equations, added)
+        return expanded_document(summary, form, added) if form else recursive_document(summary, derived, added)
     if form:
         return _text(summary, added, "\n".join(_expanded_lines(form)))
-    return _text(summary, added, write_listing(scene.name, equations, name_index(scene, topology)).rstrip("\n"))
+    if not equations:
+        return _text(summary, added)
+    return _text(summary, added, write_listing(scene.name, derived, name_index(scene, topology)).rstrip("\n"))
 
 
 def summarize(scene: Scene, topology: Topology, equations: Equations) -> Summary:
@@ -144,8 +147,8 @@ def _freedom(scene: Scene, topology: Topology, count: int) -> str:
     return f"{text} - {closed - left} of {_driven(driven)}, the others held by the closure here"
 
 
-def _text(summary: Summary, added: Sequence[Price], equations: str) -> str:
-    """The summary in two columns, what effects add as its last entry, and the equations below it."""
+def _text(summary: Summary, added: Sequence[Price], equations: str = "") -> str:
+    """The summary in two columns, what effects add as its last entry, and the equations, if any, below it."""
     if added:
         summary = (*summary, ("added by effects", price_lines(added)))
     indent = max(len(heading) for heading, _ in summary) + 2
@@ -156,7 +159,7 @@ def _text(summary: Summary, added: Sequence[Price], equations: str) -> str:
             lines += textwrap.wrap(
                 entry, WIDTH, initial_indent=first, subsequent_indent=" " * (indent + 2), break_long_words=False
             )
-    return "\n".join([*lines, "", equations])
+    return "\n".join([*lines, "", equations] if equations else lines)
 
 
 def _expanded_lines(form: ExpandedForm) -> Iterator[str]:

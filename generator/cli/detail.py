@@ -1,0 +1,22 @@
+"""How much a command says beside its result."""
+
+from __future__ import annotations
+
+from enum import Enum
+
+from .refusal import fail
+
+
+class Detail(Enum):
+    """From ``--quiet`` to ``--verbose``."""
+
+    NOTHING = 0
+    USUAL = 1
+    ALL = 2
+
+
+def detail(verbose: bool, quiet: bool) -> Detail:
+    """What the two options ask for; exit code 2 where they contradict each other."""
+    if verbose and quiet:
+        fail("--quiet: found beside --verbose, expected one of them; leave one out")
+    return Detail.ALL if verbose else Detail.NOTHING if quiet else Detail.USUAL
