@@ -15,6 +15,15 @@ LOOP := --links 6
 PINNED := --links 3 --pinned
 FRESH := build/listings
 
+define NO_COMPILER
+make: found no C compiler, expected cc, gcc or clang; install one and run make again:
+  Debian, Ubuntu:  apt install gcc libc6-dev
+  Fedora:          dnf install gcc
+  macOS:           xcode-select --install
+  elsewhere:       $(BIN)/python -m pip install ziglang
+endef
+export NO_COMPILER
+
 .PHONY: help hexagon test hard fuzz fuzz-mechanisms lint types diff golden benchmarks formulations clean
 
 help:
@@ -29,7 +38,7 @@ help:
 	@echo "make golden      write tests/golden anew"
 	@echo "make benchmarks  time derivation, compilation and evaluation"
 	@echo "make formulations  compare with other formulations, into docs/formulations.md"
-	@echo "make clean       remove what was made: .venv build results .cache"
+	@echo "make clean       remove what was made: .venv, models in build, results, .cache; says what it leaves"
 	@echo "PYTHON=python3.12 make ... chooses the Python that .venv is made from"
 
 hexagon: $(VENV)/ccgen
@@ -88,7 +97,12 @@ formulations: $(VENV)/peers
 	@$(BIN)/python benchmarks/formulations.py --write
 
 clean:
-	rm -rf $(VENV) build results .cache .pytest_cache .hypothesis .mypy_cache .ruff_cache *.egg-info
+	@$(BIN)/python -m ccgen.generator.cli.clean build results 2> /dev/null || \
+		for made in build results; do test ! -e $$made || \
+			echo "left: $$made, since there is no ccgen in $(VENV) that knows what is its own"; done
+	@test ! -e $(VENV)/made || rm -rf $(VENV)
+	@test ! -e $(VENV) || echo "left: $(VENV), which make did not make"
+	rm -rf .cache .pytest_cache .hypothesis .mypy_cache .ruff_cache *.egg-info
 	rm -f runtime/*.so
 	find generator templates runtime tests benchmarks -name __pycache__ -type d -prune -exec rm -rf {} +
 
@@ -99,12 +113,18 @@ $(BIN)/python:
 		{ echo "make: $(PYTHON) is not Python 3.11 or later; choose one: make PYTHON=python3.12 ..." >&2; exit 1; }
 	@$(PYTHON) -c 'import ensurepip, venv' || \
 		{ echo "make: $(PYTHON) has no venv; install it (Debian, Ubuntu: apt install python3-venv)" >&2; exit 1; }
+	@test ! -e $(VENV) || test -e $(VENV)/pyvenv.cfg || \
+		{ echo "make: $(VENV) is no virtual environment; move it away" >&2; exit 1; }
 	$(PYTHON) -m venv --clear $(VENV)
+	@touch $(VENV)/made
 
 $(VENV)/ccgen: pyproject.toml setup.py $(COMPILED) | $(BIN)/python
 	@$(BIN)/python -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 		{ echo "make: $(VENV) is not of Python 3.11 or later; remove it: rm -rf $(VENV)" >&2; exit 1; }
 	@$(BIN)/python -m pip --version > /dev/null 2>&1 || $(BIN)/python -m ensurepip > /dev/null
+	@{ test -n "$$CC" || command -v cc || command -v gcc || command -v clang || $(BIN)/python -c 'import ziglang'; } \
+		> /dev/null 2>&1 || \
+		{ echo "$$NO_COMPILER" >&2; exit 1; }
 	$(PIP) -e .
 	@touch $@
 

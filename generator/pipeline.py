@@ -19,9 +19,13 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from .emit.cache import HEADERS, ONE_LANE_HEADERS, fetch_or_build, is_current, key_of, runtime_folder
-from .emit.compiler import Compiler, compile_model, cythonize, extension_module, find_compiler
+from .emit.cache import contract_version, fetch_or_build, key_of, runtime_folder
+from .emit.compiler import Compiler, compile_model, cythonize, extension_file, extension_module, find_compiler
+from .emit.package import HEADERS, ONE_LANE_HEADERS, is_current, write_record
 from .emit.precision import DOUBLE, PRECISIONS, Precision
+from .emit.processor import processor
+from .emit.replace import OutputError
+from .scene.module_names import hidden_module
 from .scene.scene import Scene
 from .version import VERSION
 
@@ -48,7 +52,8 @@ def generate(
     leave no finite number then raise ``FoldError``. ``precision`` is that of the numbers it computes with: "double",
     "float" or "wide", the compiler's long double; the package's name then ends in ``_float`` or ``_wide``.
     ``progress`` is told each stage's name as it begins. Raises ``CompileError`` (no working compiler) and
-    ``OutputError`` (a folder that cannot be written); nothing is left half written.
+    ``OutputError`` (a folder that cannot be written, a name that would hide a module, or something at the place of the
+    package that ccgen did not write); nothing is left half written, and nothing of others is removed or replaced.
     """
     if not isinstance(scene, Scene):
         raise TypeError(f"scene: found {type(scene).__name__}, expected a Scene; read a file with load_scene(path)")
@@ -62,9 +67,14 @@ def generate(
     identity = _identity(scene, fold, numbers)
     key = key_of(identity, compiler.version, *compiler.command, *compiler.flags())
     target = Path(out) / numbers.package(scene.package)
+    if module := hidden_module(target.name):
+        raise OutputError(
+            f"{scene.name}: found the name of {module}, which a package {target.name} in {target.parent} can hide, "
+            "expected another; give the scene another name"
+        )
     if not is_current(target, key):
         tell("look in the cache")
-        fetch_or_build(key, target, lambda folder: _build(scene, fold, numbers, compiler, folder, tell))
+        fetch_or_build(key, target, lambda folder: _build(scene, fold, numbers, compiler, key, folder, tell))
     return target
 
 
@@ -119,7 +129,9 @@ def _identity(scene: Scene, fold: bool, numbers: Precision = DOUBLE) -> str:
     return scene.canonical() + ("\nfolded" if fold else "") + ("" if numbers.double else f"\n{numbers.name}")
 
 
-def _build(scene: Scene, fold: bool, numbers: Precision, compiler: Compiler, folder: Path, tell: Progress) -> None:
+def _build(
+    scene: Scene, fold: bool, numbers: Precision, compiler: Compiler, key: str, folder: Path, tell: Progress
+) -> None:
     """Write and compile everything into an empty folder."""
     from .emit.render import Banner, render_binding, render_package
 
@@ -127,7 +139,7 @@ def _build(scene: Scene, fold: bool, numbers: Precision, compiler: Compiler, fol
     banner = Banner(scene.name, numbers.package(scene.package), VERSION, hash_)
     (folder / "_binding.pyx").write_text(render_binding(banner, numbers.capsule))
     extension = extension_module(hash_)
-    (folder / "__init__.py").write_text(render_package(banner, extension))
+    (folder / "__init__.py").write_text(render_package(banner))
     for header in HEADERS if numbers.double else ONE_LANE_HEADERS:
         (folder / header).write_text(numbers.write((runtime_folder() / header).read_text()))
     with ThreadPoolExecutor(1) as beside:
@@ -136,8 +148,14 @@ def _build(scene: Scene, fold: bool, numbers: Precision, compiler: Compiler, fol
         tell("compile")
         binding.result()
     compile_model(compiler, folder, extension)
-    record = {"compiler": compiler.version, "flags": list(compiler.flags())}
-    (folder / "build.json").write_text(json.dumps(record, indent=1) + "\n")
+    facts = {
+        "compiler": compiler.version,
+        "flags": list(compiler.flags()),
+        "processor": processor(compiler.command, compiler.flags()),
+        "contract": contract_version(),
+        "extension": extension_file(extension),
+    }
+    write_record(folder, key, facts)
 
 
 def _write_model(

@@ -4,7 +4,7 @@ from ._core import methods
 from .analysis import inverse_dynamics, momentum
 from .crank import DrivingTorque, driving_torque
 from .equilibrium import Equilibrium, static_equilibrium
-from .load import load_model, open_model
+from .load import load_model
 from .model import Model
 from .run import Impact, Phase, Run
 from .simulate import simulate
@@ -21,7 +21,6 @@ __all__ = [
     "load_model",
     "methods",
     "momentum",
-    "open_model",
     "simulate",
     "static_equilibrium",
 ]

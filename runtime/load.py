@@ -2,40 +2,76 @@
 
 from __future__ import annotations
 
-import importlib.util
-import json
-import sys
+import time
+from collections.abc import Mapping
+from importlib.machinery import ExtensionFileLoader
+from importlib.util import module_from_spec, spec_from_file_location
 from os import PathLike
 from pathlib import Path
+from typing import Any
 
 from .model import Model
+from .package import read_package
+
+PATIENCE = 1.0
+"""Seconds for which a package that others replace meanwhile is read anew; a replacement takes some milliseconds."""
+
+_loaded: dict[tuple[Path, str], tuple[object, Mapping[str, Any]]] = {}
+"""Descriptor and data of every package that this process has loaded, by folder and seal."""
 
 
 def load_model(path: str | PathLike[str]) -> Model:
     """The model in the generated package at ``path``, as :func:`ccgen.generator.generate` returns it.
 
-    Raises ``FileNotFoundError`` when there is no generated package, and ``ImportError`` when it does not fit this
-    runtime.
+    Raises ``FileNotFoundError`` when there is no generated package, and ``ImportError`` when it is damaged or does not
+    fit this Python, this runtime or this processor; nothing of it is loaded then.
     """
     folder = Path(path).resolve()
-    init = folder / "__init__.py"
-    if not init.is_file() or not (folder / "model.json").is_file():
-        raise FileNotFoundError(f"{folder} is not a generated model; make one with: ccgen --scene FILE")
-    name = f"_ccgen_models.{folder.name}_{abs(hash((str(folder), init.stat().st_mtime_ns))):x}"
-    if name not in sys.modules:
-        spec = importlib.util.spec_from_file_location(name, init, submodule_search_locations=[str(folder)])
-        assert spec and spec.loader
-        module = importlib.util.module_from_spec(spec)
-        sys.modules[name] = module
+    patience = time.monotonic() + PATIENCE
+    while True:
+        found = _version(folder)
         try:
-            spec.loader.exec_module(module)
-        except BaseException:
-            del sys.modules[name]
-            raise
-    module = sys.modules[name]
-    return Model(module.descriptor, module.model.data)
+            return _load(folder)
+        except (FileNotFoundError, ImportError):
+            replaced = _version(folder) != found or (found is None and any(folder.parent.glob(".ccgen-*")))
+            if not replaced or time.monotonic() > patience:
+                raise
 
 
-def open_model(descriptor: object, folder: Path) -> Model:
-    """The model of a generated package, from its descriptor capsule and its data."""
-    return Model(descriptor, json.loads((folder / "model.json").read_text()))
+def reopen(folder: Path, name: str, hash_: str, values: Mapping[str, float]) -> Model:
+    """The model ``name`` with parameter ``values`` from the package in ``folder``, as a copy of it was taken.
+
+    Raises ``FileNotFoundError`` when the package is gone, and ``ImportError`` when another is there now.
+    """
+    try:
+        model = load_model(folder)
+    except FileNotFoundError:
+        raise FileNotFoundError(f"{folder}: found no model, expected {name}; generate it there again") from None
+    if model.data["hash"] != hash_:
+        raise ImportError(
+            f"{folder}: found another model ({model.name}) than {name} as it was; generate that one there again"
+        )
+    return model if model.folded else model.with_parameters(values)
+
+
+def _load(folder: Path) -> Model:
+    package = read_package(folder)
+    key = folder, package.seal
+    if key not in _loaded:
+        name = f"_ccgen_models.{package.extension.name.partition('.')[0]}"
+        loader = ExtensionFileLoader(name, str(package.extension))
+        spec = spec_from_file_location(name, package.extension, loader=loader)
+        assert spec
+        module = module_from_spec(spec)
+        loader.exec_module(module)
+        _loaded[key] = module.descriptor, package.data
+    return Model(*_loaded[key], folder=folder)
+
+
+def _version(folder: Path) -> tuple[int, int] | None:
+    """What tells a folder from those that were in its place before."""
+    try:
+        found = folder.stat()
+    except OSError:
+        return None
+    return found.st_ino, found.st_ctime_ns

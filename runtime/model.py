@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -41,8 +42,14 @@ class Model:
     units, y up, angles counter-clockwise in radians. Wrong shapes and numbers that are not finite are ``ValueError``s.
     """
 
-    def __init__(self, descriptor: object, data: Mapping[str, Any], values: Mapping[str, float] | None = None) -> None:
-        self._descriptor, self.data = descriptor, data
+    def __init__(
+        self,
+        descriptor: object,
+        data: Mapping[str, Any],
+        values: Mapping[str, float] | None = None,
+        folder: Path | None = None,
+    ) -> None:
+        self._descriptor, self.data, self.folder = descriptor, data, folder
         self.name: str = data["name"]
         self.links = tuple(data["links"])
         self.joints = tuple(data["joints"])
@@ -92,6 +99,25 @@ class Model:
     def __repr__(self) -> str:
         return f"<Model {self.name}: {len(self.links)} links, {len(self.joints)} joints, {self.dof} degrees of freedom>"
 
+    # -- copies ----------------------------------------------------------------------------------------------------
+
+    def __copy__(self) -> Model:
+        return self.with_parameters(None)
+
+    def __deepcopy__(self, memo: object) -> Model:
+        return self.with_parameters(None)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """A pickle holds the folder of the package and the parameters; a process that reads it loads the model there.
+
+        Raises ``TypeError`` for a model that is in no package.
+        """
+        from .load import reopen
+
+        if self.folder is None:
+            raise TypeError(f"{self.name}: found a model without a package, which cannot be pickled; load it from one")
+        return reopen, (self.folder, self.name, self.data["hash"], dict(self._parameters))
+
     # -- what it is made of ----------------------------------------------------------------------------------------
 
     @property
@@ -109,7 +135,7 @@ class Model:
 
     def with_parameters(self, values: Mapping[str, float] | None) -> Model:
         """A model of its own with other parameter values; this one stays as it is."""
-        other = Model(self._descriptor, self.data, self._parameters)
+        other = Model(self._descriptor, self.data, self._parameters, self.folder)
         if values:
             other.parameters.update(values)
         return other

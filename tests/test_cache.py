@@ -2,9 +2,18 @@
 
 from __future__ import annotations
 
+import dataclasses
+import json
+import platform
+import re
+import shutil
+import signal
 import subprocess
 import sys
+import time
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -69,11 +78,287 @@ def test_a_model_built_anew_is_loaded_anew(cache: Path, tmp_path: Path) -> None:
     assert new.acceleration(q, u) * 9.81 == pytest.approx(old.acceleration(q, u) * 1.62)
 
 
-def test_a_damaged_package_is_replaced(cache: Path, tmp_path: Path) -> None:
-    package = generate(bars(tmp_path), tmp_path / "build")
-    (package / ".key").write_text("of something else")
-    (package / "model.json").write_text("{")
-    assert load_model(generate(bars(tmp_path), tmp_path / "build")).name == "bars"
+def cut(file: Path) -> None:
+    file.write_bytes(file.read_bytes()[: file.stat().st_size // 2])
+
+
+def cut_to_a_page(file: Path) -> None:
+    file.write_bytes(file.read_bytes()[:3000])
+
+
+def empty(file: Path) -> None:
+    file.write_bytes(b"")
+
+
+def flip(file: Path) -> None:
+    """Other bytes in the middle, where the code of an extension is; the size stays."""
+    content = bytearray(file.read_bytes())
+    middle = len(content) // 2
+    content[middle : middle + 400] = bytes(byte ^ 0xFF for byte in content[middle : middle + 400])
+    file.write_bytes(content)
+
+
+def remove(file: Path) -> None:
+    file.unlink()
+
+
+DAMAGES = [
+    *((damage, "_model_*.so") for damage in (cut, cut_to_a_page, empty, flip, remove)),
+    *((damage, "model.json") for damage in (cut, empty, flip, remove)),
+    *((damage, "build.json") for damage in (cut, empty, flip, remove)),
+]
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a cache that holds one model, and ``build/bars``, a copy of that."""
+    folder = tmp_path_factory.mktemp("whole")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("CCGEN_CACHE_DIR", str(folder / "cache"))
+        generate(bars(folder), folder / "build")
+    return folder
+
+
+@pytest.fixture
+def copied(whole: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A copy of ``whole``; its cache is the cache."""
+    shutil.copytree(whole, tmp_path, dirs_exist_ok=True)
+    (tmp_path / "cache").chmod(0o700)
+    monkeypatch.setenv("CCGEN_CACHE_DIR", str(tmp_path / "cache"))
+    return tmp_path
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
+@pytest.mark.parametrize(("damage", "part"), [*DAMAGES, (flip, "model.c"), (cut, "equations.txt"), (remove, ".key")])
+def test_a_damaged_package_is_fetched_again(damage: Callable[[Path], None], part: str, copied: Path) -> None:
+    package = copied / "build" / "bars"
+    before = contents(package)
+    damage(next(package.glob(part)))
+    assert "derive" not in stages(bars(copied), copied / "build")
+    assert contents(package) == before
+
+
+@pytest.mark.parametrize(("damage", "part"), [(flip, "_model_*.so"), (cut, "model.json"), (empty, "*")])
+def test_a_damaged_cache_is_built_again(damage: Callable[[Path], None], part: str, copied: Path) -> None:
+    (stored,) = (copied / "cache" / "models").iterdir()
+    before = contents(stored)
+    for file in stored.glob(part):
+        damage(file)
+    assert "derive" in stages(bars(copied), copied / "elsewhere")
+    assert contents(stored) == before
+    assert contents(copied / "elsewhere" / "bars") == before
+
+
+@pytest.mark.parametrize(("damage", "part"), DAMAGES)
+def test_a_damaged_package_is_not_loaded(damage: Callable[[Path], None], part: str, copied: Path) -> None:
+    package = copied / "build" / "bars"
+    damage(next(package.glob(part)))
+    with pytest.raises(ImportError, match=f"{package}: the model cannot be loaded: its .*; generate it again"):
+        load_model(package)
+    code = f"import sys; sys.path.insert(0, {str(package.parent)!r}); import bars"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 1
+    assert f"ImportError: {package}: the model cannot be loaded: its " in done.stderr.splitlines()[-1]
+
+
+def rewritten(package: Path, change: Callable[[dict[str, Any]], None]) -> None:
+    """The record of a package as another machine would have written it."""
+    from ccgen.generator.emit.package import seal
+
+    record = json.loads((package / "build.json").read_text())
+    change(record)
+    (package / "build.json").write_text(json.dumps(record | {"seal": seal(record)}))
+
+
+def for_a_wider_processor(record: dict[str, Any]) -> None:
+    record["processor"]["needs"].append("avx1024f")
+
+
+def for_another_machine(record: dict[str, Any]) -> None:
+    record["processor"]["machine"] = "pdp11"
+
+
+def for_an_unknown_processor(record: dict[str, Any]) -> None:
+    record["processor"] |= {"needs": None, "name": "Analytical Engine"}
+
+
+def for_another_python(record: dict[str, Any]) -> None:
+    record["extension"] = "_model_0123456789abcdef.cpython-27-vax-bsd.so"
+
+
+def for_another_runtime(record: dict[str, Any]) -> None:
+    record["contract"] = 0
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        (for_a_wider_processor, "compiled for a processor with avx1024f, which this one has not"),
+        (for_another_machine, "compiled for pdp11, and this machine is "),
+        (for_an_unknown_processor, "compiled for 'Analytical Engine', and this processor is "),
+        (for_another_python, "is one for another Python"),
+        (for_another_runtime, "contract version 0, this runtime has "),
+    ],
+)
+def test_a_foreign_package_is_not_loaded(change: Callable[[dict[str, Any]], None], told: str, copied: Path) -> None:
+    package = copied / "build" / "bars"
+    assert load_model(package).name == "bars"
+    rewritten(package, change)
+    with pytest.raises(ImportError, match=f"{package}: the model cannot be loaded: .*{told}.*generate it again"):
+        load_model(package)
+
+
+def test_a_package_without_hashes_is_not_loaded(copied: Path) -> None:
+    package = copied / "build" / "bars"
+    (package / "build.json").write_text('{"compiler": "cc", "flags": []}')
+    with pytest.raises(ImportError, match="has no hashes of its parts"):
+        load_model(package)
+    stages(bars(copied), copied / "build")
+    assert load_model(package).name == "bars"
+
+
+def test_a_package_says_what_the_compiler_may_use(copied: Path) -> None:
+    """What -march=native gives is here; what is asked for beyond that is told, by the names of the kernel."""
+    from ccgen.generator.emit.compiler import find_compiler
+    from ccgen.generator.emit.processor import processor
+    from ccgen.runtime.processor import unfit
+
+    record = json.loads((copied / "build" / "bars" / "build.json").read_text())
+    assert unfit(record["processor"]) == ""
+    if platform.machine() != "x86_64" or not Path("/proc/cpuinfo").exists():
+        pytest.skip("needs an x86-64 under Linux")
+    command = find_compiler().command
+    baseline, wide = (processor(command, [f"-march={name}"])["needs"] for name in ("x86-64", "x86-64-v4"))
+    assert baseline == []
+    assert isinstance(wide, list) and {"avx2", "fma", "bmi1", "abm", "pni", "avx512f", "avx512vl"} <= set(wide)
+    flags = set(re.findall(r"^flags\s*: (.*)", Path("/proc/cpuinfo").read_text(), re.MULTILINE)[0].split())
+    assert set(record["processor"]["needs"]) <= flags
+    told = unfit({"machine": "x86_64", "name": "", "needs": wide})
+    assert all((feature in told) == (feature not in flags) for feature in ("avx2", "avx512f", "avx512vl"))
+
+
+def test_checking_a_package_costs_less_than_a_millisecond(copied: Path) -> None:
+    from ccgen.runtime.package import read_package
+
+    def once() -> float:
+        begin = time.perf_counter()
+        read_package(copied / "build" / "bars")
+        return time.perf_counter() - begin
+
+    assert min(once() for _ in range(50)) < 1e-3
+
+
+def test_a_reader_never_fails_while_others_replace_the_package(copied: Path) -> None:
+    """Two models take turns at one place, put there by two processes; 150 readers get one or the other, whole."""
+    scene, folded = bars(copied), copied / "folded"
+    generate(scene, folded, fold=True)  # both are in the cache then
+    write = (
+        "import sys, pathlib; from ccgen.generator import generate, load_scene\n"
+        "scene = load_scene('bars.toml')\n"
+        "while not pathlib.Path('enough').exists():\n"
+        "    for fold in (True, False): generate(scene, 'build', fold=fold)\n"
+        "    pathlib.Path(f'writing{sys.argv[1]}').touch()\n"
+    )
+    read = (
+        "import sys; sys.path.insert(0, 'build')\n"
+        "from ccgen.runtime import load_model\n"
+        "found = [load_model('build/bars') for _ in range(30)]\n"
+        "import bars\n"
+        "print(len(found), sorted({model.folded for model in found}), bars.model.name)\n"
+    )
+
+    def start(code: str, number: int) -> subprocess.Popen[str]:
+        pipes: Any = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+        return subprocess.Popen([sys.executable, "-c", code, str(number)], cwd=copied, **pipes)
+
+    writers = [start(write, number) for number in range(2)]
+    while len(list(copied.glob("writing*"))) < 2:
+        assert all(writer.poll() is None for writer in writers)
+        time.sleep(0.05)
+    readers = [start(read, number) for number in range(5)]
+    results = [reader.communicate(timeout=240) for reader in readers]
+    (copied / "enough").write_text("")
+    ends = [writer.communicate(timeout=60) for writer in writers]
+    assert [writer.returncode for writer in writers] == [0, 0], ends
+    assert [reader.returncode for reader in readers] == [0] * 5, results
+    assert {out.split()[0] + out.split()[-1] for out, _ in results} == {"30bars"}
+    assert any("[False, True]" in out for out, _ in results), "no reader met a replacement"
+    assert entries(copied / "build") == ["bars"]
+
+
+def test_folders_change_places_without_the_system_s_help(copied: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from ccgen.generator.emit import replace
+
+    monkeypatch.setattr(replace, "_swapped", lambda one, other: False)
+    before = contents(copied / "build" / "bars")
+    generate(bars(copied), copied / "build", fold=True)
+    assert contents(copied / "build" / "bars")["model.c"] != before["model.c"]
+    generate(bars(copied), copied / "build")
+    assert contents(copied / "build" / "bars") == before
+    assert entries(copied / "build") == ["bars"]
+
+
+def test_what_killed_builds_leave_is_cleaned_away(copied: Path) -> None:
+    """Of a build that goes on nothing is."""
+    from ccgen.generator.emit.replace import staging
+
+    code = (
+        "import os, signal; from ccgen.generator import generate, load_scene\n"
+        "end = lambda stage: stage == 'compile' and os.kill(os.getpid(), signal.SIGKILL)\n"
+        "generate(load_scene('bars.toml'), progress=end)\n"
+    )
+    models = copied / "cache" / "models"
+    bars(copied, g=2.0)
+    done = subprocess.run([sys.executable, "-c", code], cwd=copied, timeout=120, check=False)
+    assert done.returncode == -signal.SIGKILL
+    assert len(entries(models)) == 2
+    with staging(models, own=True) as alive, staging(copied / "build") as alive_too:
+        (alive / "model.c").write_text("")
+        (copied / "build" / ".ccgen-00000000").mkdir()
+        (copied / "build" / ".ccgen-00000000" / "model.c").write_text("")
+        (copied / "build" / ".ccgen-mine").mkdir()
+        (copied / "build" / ".ccgen-mine" / "notes.txt").write_text("mine")
+        generate(bars(copied, g=3.0), copied / "build")
+        assert (alive / "model.c").exists() and alive_too.exists()
+        assert len(entries(models)) == 3
+        assert entries(copied / "build") == sorted([".ccgen-mine", alive_too.name, "bars"])
+
+
+def test_a_new_cache_is_the_user_s_alone(cache: Path, tmp_path: Path) -> None:
+    with pytest.raises(ZeroDivisionError):
+        generate(bars(tmp_path), tmp_path / "build", lambda stage: stage == "derive" and 1 / 0)
+    assert cache.stat().st_mode & 0o777 == 0o700
+
+
+def test_a_cache_that_everybody_can_write_to_is_refused(copied: Path) -> None:
+    (copied / "cache").chmod(0o777)
+    with pytest.raises(OutputError, match=f"{copied / 'cache'}: found a cache that everybody can write to"):
+        generate(bars(copied), copied / "elsewhere")
+    assert not (copied / "elsewhere").exists()
+
+
+def test_a_full_disk_is_told(copied: Path) -> None:
+    """No file may grow beyond 10 kB: the system then says what it says, not None."""
+    code = (
+        "import resource; from ccgen.generator import generate, load_scene\n"
+        "scene = load_scene('bars.toml')\n"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (10000, 10000))\n"
+        "generate(scene, 'full')\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], cwd=copied, capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    assert re.search(r"OutputError: full: cannot be written \(File too large\)", done.stderr), done.stderr
+    assert entries(copied / "full") == []
+
+
+def test_a_name_too_long_for_the_file_system_is_refused_at_once(cache: Path, tmp_path: Path) -> None:
+    scene, told = dataclasses.replace(loop(3), name="a" * 300), list[str]()
+    with pytest.raises(OutputError, match="found a name of 300 characters for a folder in it, expected at most 255"):
+        generate(scene, tmp_path / "build", told.append)
+    assert "derive" not in told
 
 
 def test_two_builds_at_once(cache: Path, tmp_path: Path) -> None:

@@ -119,6 +119,7 @@ def test_run(tmp_path: Path) -> None:
     assert float(together[1]) == pytest.approx(-5.5574692024, abs=1e-8)
     assert "t = 1.2 s, impacts: 7, steps: " in done.stdout
     assert written(tmp_path / "results") == [
+        "falling-hexagon/.ccgen.json",
         "falling-hexagon/player.html",
         "falling-hexagon/plot.png",
         "falling-hexagon/result.npz",
@@ -159,7 +160,7 @@ def test_run_that_stops_early(tmp_path: Path) -> None:
     assert done.stderr.startswith("kane: stopped at t = ")
     assert done.stderr.count("stopped") == 1
     assert "add energy" in done.stderr
-    assert written(tmp_path / "here") == ["animation.gif", "player.html", "plot.png", "result.npz"]
+    assert written(tmp_path / "here") == [".ccgen.json", "animation.gif", "player.html", "plot.png", "result.npz"]
     assert "link_1.B" in done.stderr
     with np.load(tmp_path / "here" / "result.npz") as result:
         assert not bool(result["success"])
@@ -170,7 +171,8 @@ def test_run_without_contacts(tmp_path: Path) -> None:
     done = ccgen("run", "pendulum.toml", "--until", "0.25", "--method", "dop853", at=tmp_path)
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout.startswith("no impacts\nt = 0.25 s")
-    assert written(tmp_path / "results") == ["pendulum/player.html", "pendulum/plot.png", "pendulum/result.npz"]
+    files = ["pendulum/.ccgen.json", "pendulum/player.html", "pendulum/plot.png", "pendulum/result.npz"]
+    assert written(tmp_path / "results") == files
 
 
 def test_interrupted_run_keeps_what_it_has(tmp_path: Path) -> None:
@@ -195,7 +197,8 @@ def test_interrupted_run_keeps_what_it_has(tmp_path: Path) -> None:
     assert process.returncode == 3, err
     assert re.fullmatch(r"pendulum: stopped at t = \S+ s: interrupted\n", err)
     assert "result.npz" in out
-    assert written(tmp_path / "results") == ["pendulum/player.html", "pendulum/plot.png", "pendulum/result.npz"]
+    files = ["pendulum/.ccgen.json", "pendulum/player.html", "pendulum/plot.png", "pendulum/result.npz"]
+    assert written(tmp_path / "results") == files
 
 
 # Showing and comparing

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from ..emit.cache import OutputError
 from ..emit.compiler import CompileError
+from ..emit.replace import OutputError
 from ..pipeline import generate
 from .detail import Detail
-from .folders import check_folder
+from .folders import check_folder, check_results, record_results
 from .progress import progress
 from .refusal import fail, refusing
 from .run import MODELS, check_numbers
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 LEVELS = (1e-4, 1e-6)
 """Errors for which a method is named besides the one asked for."""
+FILES = ("cost.csv", "cost.png")
 COLUMNS = (
     "precision",
     "method",
@@ -54,7 +55,7 @@ def price_accuracy(
         fail(f"--error: found {error}, expected a number from 1e-15 to 1; correct it")
     scene = read(scene_file)
     folder = Path("results") / scene.name if out is None else out
-    check_folder(folder, "--out")
+    check_results(folder, FILES, "--out")
     check_folder(MODELS, "folder of models")
     tell_assembly(scene, detail)
     from ccgen.runtime import load_model
@@ -85,13 +86,13 @@ def price_accuracy(
         ]
         with refusing(OSError):
             folder.mkdir(parents=True, exist_ok=True)
-            write_csv(measured, parting.until, folder / "cost.csv")
-            draw_cost(
-                measured, f"{scene.name}, {parting.until:g} s", parting.until, reference.doubt, folder / "cost.png"
-            )
+            table, picture = (folder / name for name in FILES)
+            write_csv(measured, parting.until, table)
+            draw_cost(measured, f"{scene.name}, {parting.until:g} s", parting.until, reference.doubt, picture)
+            record_results(folder, FILES)
     print_table(measured, parting.until, drift, len(precisions) > 1)
     print_grounds(parting, reference)
-    typer.echo(f"written: {folder / 'cost.csv'}, {folder / 'cost.png'}")
+    typer.echo(f"written: {table}, {picture}")
     if model.dof == 0 and all(one.worst <= error for one in measured if one.drift == "projected"):
         typer.echo(advice_where_driven(measured, default_method(model), scene.run.rtol, parting.until))
         return

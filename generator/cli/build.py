@@ -7,9 +7,9 @@ from pathlib import Path
 
 import typer
 
-from ..emit.cache import OutputError
 from ..emit.compiler import CompileError
 from ..emit.precision import PRECISIONS
+from ..emit.replace import OutputError
 from ..pipeline import generate
 from ..program.errors import FoldError
 from ..scene import Scene, SceneError, chain, loop, pinned

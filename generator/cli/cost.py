@@ -6,7 +6,7 @@ from pathlib import Path
 
 from .build import check_precision
 from .detail import Detail
-from .folders import check_folder
+from .folders import check_results
 from .refusal import fail
 from .scene_file import read, tell_assembly
 
@@ -39,9 +39,9 @@ def cost(
         if given is not None:
             fail(f"{option}: found beside --effects, expected one of them; leave one out")
     scene = read(scene_file)
-    if out is not None:
-        check_folder(out, "--out")
-    tell_assembly(scene, detail)
-    from .price import price_effects
+    from .price import FILE, price_effects
 
+    if out is not None:
+        check_results(out, [FILE], "--out")
+    tell_assembly(scene, detail)
     price_effects(scene, fold, out, detail)

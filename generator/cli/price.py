@@ -12,12 +12,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 import typer
 
-from ..emit.cache import OutputError
 from ..emit.compiler import CompileError
+from ..emit.replace import OutputError
 from ..pipeline import fold_price, generate, prices
 from ..program.errors import FoldError
 from ..scene import Scene
 from .detail import Detail
+from .folders import record_results
 from .progress import Silence, progress
 from .refusal import refusing
 
@@ -58,6 +59,7 @@ def price_effects(scene: Scene, fold: bool, out: Path | None, detail: Detail = D
     if out is not None:
         with refusing(OSError):
             write(rows, out)
+            record_results(out, [FILE])
         typer.echo(f"written: {out / FILE}")
 
 

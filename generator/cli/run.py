@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from ..emit.cache import OutputError
 from ..emit.compiler import CompileError
+from ..emit.replace import OutputError
 from ..pipeline import generate
 from ..program.errors import FoldError
 from .detail import Detail
-from .folders import check_folder
+from .folders import check_folder, check_results, record_results
 from .progress import progress
 from .refusal import STOPPED_EARLY, fail, refusing
 from .report import print_audit, print_contacts, print_impacts, print_warnings
@@ -24,6 +24,9 @@ if TYPE_CHECKING:
 
 MODELS = Path("build")
 """Folder of generated models."""
+FILES = ("result.npz", "plot.png", "player.html")
+"""Files of every run."""
+GIF = "animation.gif"
 
 
 def run(
@@ -43,7 +46,7 @@ def run(
     check_numbers(until, rtol)
     scene = read(scene_file)
     folder = Path("results") / scene.name if out is None else out
-    check_folder(folder, "--out")
+    check_results(folder, (*FILES, *((GIF,) if gif else ())), "--out")
     check_folder(MODELS, "folder of models")
     check_method(method)
     tell_assembly(scene, detail)
@@ -98,11 +101,10 @@ def check_method(method: str | None) -> None:
 def write(result: Run, folder: Path, gif: bool) -> list[str]:
     """Write result, plot, player and, if asked, a GIF into ``folder``; the names of the files written."""
     folder.mkdir(parents=True, exist_ok=True)
-    result.save(folder / "result.npz")
-    result.plot(folder / "plot.png")
-    result.animate(folder / "player.html")
-    files = ["result.npz", "plot.png", "player.html"]
-    if gif:
-        result.animate(folder / "animation.gif")
-        files.append("animation.gif")
-    return files
+    ways = dict(zip(FILES, (result.save, result.plot, result.animate), strict=True)) | (
+        {GIF: result.animate} if gif else {}
+    )
+    for name, way in ways.items():
+        way(folder / name)
+        record_results(folder, [name])
+    return list(ways)

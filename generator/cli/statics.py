@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from ..emit.cache import OutputError
 from ..emit.compiler import CompileError
+from ..emit.replace import OutputError
 from ..pipeline import generate
 from ..scene import Scene
 from .detail import Detail

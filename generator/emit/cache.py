@@ -5,29 +5,16 @@ from __future__ import annotations
 import hashlib
 import importlib.util
 import os
+import re
 import shutil
+import stat
 import sys
-import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from importlib.machinery import EXTENSION_SUFFIXES
 from pathlib import Path
 
-HEADERS = ("model.h", "sincos.h", "lanes.h")
-"""Headers of the runtime that a generated model is compiled with; a copy lies in its package."""
-
-ONE_LANE_HEADERS = ("model.h", "one_lane.h")
-"""Those of a model in numbers other than doubles."""
-
-PARTS = ("__init__.py", "model.json", "model.c", "lanes.c", "equations.txt", f"*{EXTENSION_SUFFIXES[0]}")
-"""What a whole package has; one from which a file was deleted is made again."""
-
-KEY = ".key"
-"""File of a generated package that holds the key of what it was made from."""
-
-
-class OutputError(Exception):
-    """A folder that cannot be written; the message names it."""
+from .package import HEADERS, ONE_LANE_HEADERS, is_current, parts_of
+from .replace import OutputError, check_place, put, staging
 
 
 def cache_folder() -> Path:
@@ -48,6 +35,14 @@ def runtime_folder() -> Path:
     return Path(spec.submodule_search_locations[0])
 
 
+def contract_version() -> int:
+    """Version of the contract between generated models and the runtime that is installed."""
+    found = re.search(r"#define CCGEN_CONTRACT_VERSION (\d+)", (runtime_folder() / "model.h").read_text())
+    if found is None:
+        raise OutputError(f"{runtime_folder() / 'model.h'}: found no contract version; install ccgen again")
+    return int(found[1])
+
+
 def key_of(*texts: str) -> str:
     """Key of everything that decides a generated package: the given texts and the generator's own sources."""
     digest = hashlib.sha256()
@@ -65,61 +60,44 @@ def key_of(*texts: str) -> str:
     return digest.hexdigest()
 
 
-def is_current(folder: Path, key: str) -> bool:
-    """Whether ``folder`` holds the package of ``key``, whole."""
-    try:
-        return (folder / KEY).read_text() == key and all(any(folder.glob(part)) for part in PARTS)
-    except OSError:
-        return False
-
-
 def fetch_or_build(key: str, target: Path, build: Callable[[Path], None]) -> bool:
     """Put the package of ``key`` at ``target``; ``build`` makes it in an empty folder if the cache lacks it.
 
-    Returns whether it was built. The target changes in one step, from what it was to the whole new package. Raises
-    :class:`OutputError` when the target's or the cache's folder cannot be written.
+    Returns whether it was built. The target changes in one step, from what it was to the whole new package. A damaged
+    package in the cache is built again. Raises :class:`OutputError` when the target's or the cache's folder cannot be
+    written, when there is something at the target that ccgen did not write, and when others may write to the cache.
     """
     from filelock import FileLock
 
-    with _writing(cache_folder()) as store:
-        stored = store / "models" / key[:32]
+    check_place(target)
+    with _writing(cache_folder(), private=True) as store, _writing(store / "models") as models:
+        stored = models / key[:32]
         with FileLock(store / f"{key[:32]}.lock"):
             built = not is_current(stored, key)
             if built:
-                with _staging(stored) as fresh:
+                with staging(models, own=True) as fresh:
                     build(fresh)
-                    (fresh / KEY).write_text(key)
-    with _writing(target.parent), FileLock(target.parent / f".{target.name}.lock"), _staging(target) as fresh:
-        shutil.copytree(stored, fresh, dirs_exist_ok=True)
-    (target.parent / f".{target.name}.lock").unlink(missing_ok=True)
+                    put(fresh, stored, own=True)
+            with _writing(target.parent), staging(target.parent) as fresh:
+                for name in parts_of(stored):
+                    shutil.copyfile(stored / name, fresh / name)
+                put(fresh, target)
     return built
 
 
 @contextmanager
-def _writing(folder: Path) -> Iterator[Path]:
+def _writing(folder: Path, private: bool = False) -> Iterator[Path]:
+    """A folder to write to, made where it is missing; ``private`` ones are the user's alone from the beginning."""
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        folder.mkdir(mode=0o700 if private else 0o777, exist_ok=True)
         if not os.access(folder, os.W_OK):
             raise PermissionError(13, "Permission denied")
+        if private and os.name == "posix" and folder.stat().st_mode & stat.S_IWOTH:
+            raise OutputError(
+                f"{folder}: found a cache that everybody can write to, expected one that others cannot, since its code "
+                f"is run; run: chmod o-w {folder}, or let CCGEN_CACHE_DIR name another"
+            )
         yield folder
     except OSError as error:
-        raise OutputError(
-            f"{error.filename or folder}: cannot be written ({error.strerror}); choose another folder"
-        ) from error
-
-
-@contextmanager
-def _staging(target: Path) -> Iterator[Path]:
-    """An empty folder beside ``target`` that takes its place when all went well, and vanishes otherwise."""
-    target.parent.mkdir(parents=True, exist_ok=True)
-    fresh = Path(tempfile.mkdtemp(prefix=f".{target.name}.", dir=target.parent))
-    try:
-        yield fresh
-        fresh.chmod(0o755)
-        old = Path(tempfile.mkdtemp(prefix=f".{target.name}.old.", dir=target.parent))
-        if target.exists():
-            target.rename(old / "package")
-        fresh.rename(target)
-        shutil.rmtree(old, ignore_errors=True)
-    finally:
-        shutil.rmtree(fresh, ignore_errors=True)
+        raise OutputError(f"{folder}: cannot be written ({error.strerror or error}); choose another folder") from error

@@ -14,6 +14,8 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
+from .processor import native
+
 OPTIMISE = ("-O2", "-march=native", "-fno-math-errno")
 LANGUAGE = ("-std=c11", "-fPIC")
 LANES = ("-ffp-contract=fast",)
@@ -71,27 +73,17 @@ def _version(command: tuple[str, ...]) -> str:
     """First line of ``--version``, with the machine it compiles for (native code must not travel)."""
     done = subprocess.run([*command, "--version"], capture_output=True, text=True, check=False)
     line = done.stdout.splitlines()[0] if done.stdout else " ".join(command)
-    return f"{line}; {platform.machine()} {_processor()}"
-
-
-def _processor() -> str:
-    """What ``-march=native`` depends on, where the system tells."""
-    try:
-        lines = Path("/proc/cpuinfo").read_text().splitlines()
-    except OSError:
-        return platform.processor()
-    wanted = ("model name", "flags", "Features", "CPU part")
-    found: dict[str, str] = {}
-    for line in lines:
-        key, _, value = line.partition(":")
-        if key.strip() in wanted:
-            found.setdefault(key.strip(), value.strip())
-    return " ".join(found.values())
+    return f"{line}; {platform.machine()} {native()}"
 
 
 def extension_module(hash_: str) -> str:
     """Name of the package's extension module; its own for each scene, since a process keeps what it loaded by name."""
     return f"_model_{hash_}"
+
+
+def extension_file(module: str) -> str:
+    """Name of the file of that extension module, by which a Python tells whether it can load it."""
+    return f"{module}{sysconfig.get_config_var('EXT_SUFFIX')}"
 
 
 def cythonize(folder: Path, module: str) -> None:
@@ -116,18 +108,7 @@ def compile_model(compiler: Compiler, folder: Path, module: str) -> None:
         for job in done:
             job.result()
     shared = ("-bundle", "-undefined", "dynamic_lookup") if sys.platform == "darwin" else ("-shared",)
-    _run(
-        (
-            *compiler.command,
-            *shared,
-            *objects,
-            "-lm",
-            "-o",
-            f"{module}{sysconfig.get_config_var('EXT_SUFFIX')}",
-        ),
-        folder,
-        "the linker",
-    )
+    _run((*compiler.command, *shared, *objects, "-lm", "-o", extension_file(module)), folder, "the linker")
     for rest in objects:
         (folder / rest).unlink()
 

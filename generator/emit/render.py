@@ -95,9 +95,9 @@ def render_binding(banner: Banner, capsule: str) -> str:
     return _environment().get_template("binding.pyx.j2").render(vars(banner), capsule=capsule)
 
 
-def render_package(banner: Banner, extension: str) -> str:
-    """The package's ``__init__.py``; ``extension`` is the name of its extension module."""
-    return _environment().get_template("package.py.j2").render(**vars(banner), extension=extension, methods=METHODS)
+def render_package(banner: Banner) -> str:
+    """The package's ``__init__.py``."""
+    return _environment().get_template("package.py.j2").render(**vars(banner), methods=METHODS)
 
 
 def render_c(

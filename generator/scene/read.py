@@ -21,6 +21,7 @@ from .check import check, show, unknown_key
 from .driven import check_driven
 from .errors import Fault, Path, Report, SceneError
 from .locate import locate
+from .module_names import hidden_module
 from .scene import RunSettings, Scene, Start
 from .schema import (
     ChainTable,
@@ -123,10 +124,12 @@ def _name(tables: Tables, default: str, report: Report) -> str:
     if isinstance(name, str) and keyword.iskeyword(name):
         report.add(("name",), f"found {show(name)}, a word of Python's own, expected a name for a package; change it")
         return "scene"
-    if isinstance(name, str) and re.fullmatch(r"[A-Za-z][A-Za-z0-9_-]*", name):
-        return name
     given = show(name) if "name" in tables else f"the file's name {show(name)}"
     advice = "change it" if "name" in tables else "add a name at the top of the file"
+    if isinstance(name, str) and re.fullmatch(r"[A-Za-z][A-Za-z0-9_-]*", name):
+        if module := hidden_module(name.replace("-", "_")):
+            report.add(("name",), f"found {given}, the name of {module}, expected one that hides no module; {advice}")
+        return name
     report.add(("name",), f"found {given}, expected letters, digits, - and _, beginning with a letter; {advice}")
     return "scene"
 
