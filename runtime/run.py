@@ -50,6 +50,9 @@ class Impact:
         if not (math.isfinite(self.t) and math.isfinite(self.energy_loss)):
             raise ValueError(f"impact has time {self.t} and energy loss {self.energy_loss}, expected finite numbers")
 
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        _restore(self, state)
+
 
 @dataclass(frozen=True)
 class Phase:
@@ -134,6 +137,9 @@ class Run:
             raise ValueError("each phase of a run must start where the one before it ends")
         if not (self.closure_max >= 0 and self.energy_drift >= 0):
             raise ValueError(f"audits of a run are {self.closure_max} and {self.energy_drift}, expected numbers >= 0")
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        _restore(self, state)
 
     def __repr__(self) -> str:
         end = "" if self.success else f", stopped early: {self.message}"
@@ -285,6 +291,14 @@ def _freeze(record: object, *names: str) -> None:
             raise ValueError(f"{name} of the {type(record).__name__.lower()} holds a number that is not finite")
         array.flags.writeable = False
         object.__setattr__(record, name, array)
+
+
+def _restore(record: object, state: dict[str, Any]) -> None:
+    """Fill a record from a pickle or a copy; its arrays are read-only as before."""
+    vars(record).update(state)
+    for value in state.values():
+        if isinstance(value, np.ndarray):
+            value.flags.writeable = False
 
 
 def _texts(texts: Any) -> Any:

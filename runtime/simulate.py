@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ._core import DRIFTS, Supply, methods
+from ._core import DRIFTS, methods
+from .advance import Advance
 from .drives import drive_misses, drive_rows, drive_speeds, driven_against
 from .frames import FloatArray
 from .inputs import Given, supply_of
@@ -106,7 +107,9 @@ def simulate(
     )
     if found["outcome"] == "interrupted" and not keep_interrupted:
         raise KeyboardInterrupt
-    return _record(model, name, drift, until, found, supply, (0.0, 0.0) if fixed else (rtol, atol))
+    tolerances = (0.0, 0.0) if fixed else (rtol, atol)
+    advance = Advance(model, name, drift, found["hold_t"], found["held"], tolerances, inputs, supply)
+    return _record(model, advance, until, found)
 
 
 def default_method(model: Model, *, controlled: bool = False) -> str:
@@ -187,15 +190,7 @@ def _check_driven(model: Model, q: FloatArray, u: FloatArray) -> None:
             )
 
 
-def _record(
-    model: Model,
-    name: str,
-    kept: str,
-    until: float,
-    found: dict[str, Any],
-    supply: Supply | None,
-    tolerances: tuple[float, float],
-) -> Run:
+def _record(model: Model, advance: Advance, until: float, found: dict[str, Any]) -> Run:
     """The run from what the core recorded, with its audits."""
     impacts = _impacts(model, found)
     t, q, u = found["t"], found["q"], found["u"]
@@ -203,16 +198,6 @@ def _record(
     for impact, row in zip(impacts, found["after"], strict=True):
         spent[row:] -= impact.energy_loss
     closure_max, closure_rate_max, energy_drift = model.kernels.audit(q, u, spent)
-
-    def advance(t0: float, q0: FloatArray, u0: FloatArray, h: float) -> tuple[FloatArray, FloatArray]:
-        change = int(np.searchsorted(found["hold_t"], t0, side="right")) - 1
-        held = [(contact, how) for contact, how in found["held"][change] if how != "carried"] if change >= 0 else []
-        new_q, new_u, outcome = model.kernels.advance(
-            name, t0, np.array(q0), np.array(u0), h, supply, kept, held, *tolerances
-        )
-        if outcome != "done":
-            raise ValueError(f"no state between the rows at t = {t0} and after ({outcome.replace('_', ' ')})")
-        return new_q, new_u
 
     return Run(
         model=model,
@@ -227,8 +212,8 @@ def _record(
         closure_max=closure_max,
         energy_drift=energy_drift,
         advance=advance,
-        method=name,
-        drift=kept,
+        method=advance.method,
+        drift=advance.drift,
         closure_rate_max=closure_rate_max,
         acceleration_error=_acceleration_error(model, found),
     )
