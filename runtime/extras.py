@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import Any
 
-EXTRAS = {"matplotlib": "plot", "PIL": "plot", "xarray": "data"}
+EXTRAS = {"matplotlib": "plot", "PIL": "plot", "xarray": "data", "pandas": "data"}
 INSTALL_NAMES = {"PIL": "pillow"}
 
 

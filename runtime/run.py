@@ -206,12 +206,19 @@ class Run:
             "success": np.array(self.success),
             "message": np.array(self.message),
             "nfev": np.array(self.nfev),
+            "method": np.array(self.method),
+            "drift": np.array(self.drift),
             "closure_max": np.array(self.closure_max),
+            "closure_rate_max": np.array(self.closure_rate_max),
             "energy_drift": np.array(self.energy_drift),
+            "acceleration_error": np.array(self.acceleration_error),
         }
 
     def to_xarray(self) -> Any:
-        """The run as an xarray.Dataset: rows over `t`, impacts over `impact`, their contacts over `contact`."""
+        """The run as an xarray.Dataset: rows over `t`, impacts over `impact`, their contacts over `contact`.
+
+        What a run has none of, as impacts, is left out with its dimension. As a table: :meth:`to_dataframe`.
+        """
         xarray = needed("xarray", "a run as a Dataset")
         arrays = self._arrays()
         kinetic, potential = self.model.energy(self.q, self.u)
@@ -246,7 +253,25 @@ class Run:
         facts = ("model", "success", "message", "nfev", "closure_max", "energy_drift")
         attributes = {name: arrays[name].item() for name in facts}
         attributes["success"] = int(self.success)  # netCDF has no truth values
-        return xarray.Dataset(data, coordinates, attributes)
+        dataset = xarray.Dataset(data, coordinates, attributes)
+        return dataset.drop_dims([name for name, size in dataset.sizes.items() if not size])
+
+    def to_dataframe(self) -> Any:
+        """The run's rows as a pandas.DataFrame over `t` (s): coordinates and velocities by name, and the energies.
+
+        An impact is two rows of the same t, before and after. `attrs["units"]` has the unit of every column.
+        """
+        pandas = needed("pandas", "a run as a DataFrame")
+        kinetic, potential = self.model.energy(self.q, self.u)
+        columns = dict(zip(self.model.q_names, self.q.T, strict=True)) | dict(
+            zip(self.model.u_names, self.u.T, strict=True)
+        )
+        units = {name: _unit(name) for name in self.model.q_names}
+        units |= {name: f"{_unit(name)}/s" for name in self.model.u_names}
+        columns |= {"kinetic_energy": kinetic, "potential_energy": potential}
+        frame = pandas.DataFrame(columns, index=pandas.Index(self.t, name="t"))
+        frame.attrs["units"] = units | {"kinetic_energy": "J", "potential_energy": "J"}
+        return frame
 
     def plot(self, path: str | os.PathLike[str] | None = None) -> Figure:
         """A figure of poses, energy, heights and closure over time; with a path it is also saved there, as a PNG."""

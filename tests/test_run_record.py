@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Callable
 from dataclasses import replace
@@ -160,7 +161,8 @@ def test_saved_file_holds_everything(run: Run, tmp_path: Path) -> None:
     assert tuple(Phase(str(kind), float(start), float(end)) for kind, start, end in phases) == run.phases  # type: ignore[arg-type]
     assert tuple(kept["q_names"]) == run.model.q_names and tuple(kept["u_names"]) == run.model.u_names
     assert dict(zip(kept["parameter_names"], kept["parameter_values"], strict=True)) == run.model.parameters
-    facts = ("success", "message", "nfev", "closure_max", "energy_drift")
+    facts = ("success", "message", "nfev", "method", "drift", "closure_max", "closure_rate_max")
+    facts = (*facts, "energy_drift", "acceleration_error")
     assert [kept[name].item() for name in facts] == [getattr(run, name) for name in facts]
     assert (kept["format"].item(), kept["format_version"].item(), kept["model"].item()) == (
         "ccgen run",
@@ -221,9 +223,64 @@ def test_dataset_has_dimensions_and_units(run: Run) -> None:
     assert total[0] - total[-1] == pytest.approx(data.energy_loss.sum().item(), abs=1e-11)
 
 
+def test_every_saved_array_is_documented_with_its_shape(run: Run, tmp_path: Path) -> None:
+    """The table in docs/model.md names each array once, and has its shape for a run with impacts and contact phases."""
+    held = Phase("contact", run.phases[-1].start, run.phases[-1].end, (("joint_0", "ground_0"),) * 3, ("sticks",) * 3)
+    struck = replace(run.impacts[0], contacts=(("joint_0", "ground_0"),) * 2, impulses=np.ones(2))
+    run = replace(run, phases=(*run.phases[:-1], held), impacts=(struck, *run.impacts[1:]))
+    text = (
+        (Path(__file__).parents[1] / "docs" / "model.md").read_text(encoding="utf-8").partition("### `result.npz`")[2]
+    )
+    sizes = {"nt": run.t.size, "nq": run.q.shape[1], "nu": run.u.shape[1], "parameters": len(run.model.parameters)}
+    sizes |= {"ni": len(run.impacts), "nc": len(run.impacts) + 1, "np": len(run.phases), "nh": 3, "3": 3}
+    sizes |= {"ni + 1": sizes["ni"] + 1, "np + 1": sizes["np"] + 1}
+    documented = {}
+    for line in text.partition("\n## ")[0].splitlines():
+        if not line.startswith("| `"):
+            continue
+        names, shapes, _ = (cell.strip() for cell in line.strip("|").split("|"))
+        found = re.findall(r"`(\w+)`", names)
+        shape = [
+            tuple(sizes[s.strip()] for s in one.split(",") if s.strip()) for one in re.findall(r"\((.*?)\)", shapes)
+        ]
+        assert len(shape) in (1, len(found)) and not documented.keys() & set(found)
+        documented |= dict(zip(found, shape * len(found) if len(shape) == 1 else shape, strict=False))
+    with np.load(run.save(tmp_path / "result.npz")) as file:
+        assert {name: array.shape for name, array in file.items()} == documented
+
+
+@pytest.mark.parametrize("until", [0.2, 1.25])
+def test_tables_have_a_row_for_every_row(until: float) -> None:
+    """With impacts and without: names, units, and numbers as in the run; nothing is lost."""
+    pytest.importorskip("pandas")
+    run = bouncing(until=until)
+    frame = run.to_dataframe()
+    assert frame.index.name == "t" and np.array_equal(frame.index, run.t) and len(frame) == len(run.t) > 2
+    assert list(frame.columns) == [*run.model.q_names, *run.model.u_names, "kinetic_energy", "potential_energy"]
+    assert np.array_equal(frame[list(run.model.q_names)], run.q) and np.array_equal(frame[[*run.model.u_names]], run.u)
+    total = (frame.kinetic_energy + frame.potential_energy).to_numpy()
+    assert total[0] - total[-1] == pytest.approx(sum(impact.energy_loss for impact in run.impacts), abs=1e-11)
+    assert [frame.attrs["units"][name] for name in ("x_0", "theta_0", "vx_0", "w_0")] == ["m", "rad", "m/s", "rad/s"]
+    assert frame.attrs["units"].keys() == set(frame.columns)
+
+
+def test_a_dataset_without_impacts_has_no_dimension_for_them() -> None:
+    """So that its table is not empty."""
+    pytest.importorskip("xarray")
+    run = bouncing(until=0.2)
+    data = run.to_xarray()
+    assert not run.impacts and dict(data.sizes) == {"t": len(run.t), "coordinate": 8, "velocity": 8, "parameter": 2}
+    table = data.to_dataframe()
+    assert len(table) == len(run.t) * 8 * 8 * 2
+    assert np.array_equal(
+        table.q.xs((run.t[1], "theta_3", "vx_0"), level=("t", "coordinate", "velocity"))[0:1], run.q[1:2, 5]
+    )
+
+
 @pytest.mark.parametrize(
     ("module", "package", "act"),
     [
+        ("pandas", 'pandas.*ccgen\\[data\\]"', lambda run, folder: run.to_dataframe()),
         ("xarray", 'xarray.*ccgen\\[data\\]"', lambda run, folder: run.to_xarray()),
         ("matplotlib", "matplotlib.*pip install", lambda run, folder: run.plot()),
         ("matplotlib.figure", "matplotlib.*pip install", lambda run, folder: run.animate(folder / "a.gif")),
