@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from ._core import DRIFTS, methods
 from .advance import Advance
+from .dead_point import cut, dead_point
 from .drives import drive_misses, drive_rows, drive_speeds, driven_against
 from .frames import FloatArray
 from .inputs import Given, supply_of
@@ -27,6 +28,8 @@ DRIVEN = 1e-6
 """A start whose driven joints move otherwise than prescribed by more than this part of its speeds is refused."""
 AUDITED = 4
 """Rows of a run, at most, at which the rounding of its accelerations is measured."""
+GOES_ON = ("done", "interrupted", "no_memory")
+"""Ends of a run that say nothing of the motion after it."""
 DEPTH = 1e-8
 """A start deeper inside a ground than this, relative to the mechanism's length, is refused; less is rounding."""
 
@@ -107,6 +110,11 @@ def simulate(
     )
     if found["outcome"] == "interrupted" and not keep_interrupted:
         raise KeyboardInterrupt
+    if model.data["drives"] and found["outcome"] not in GOES_ON:
+        own = max(settings["rtol"], least)
+        exact = Advance(model, name, drift, found["hold_t"], found["held"], (own, own), inputs, supply)
+        if met := dead_point(model, found["t"], found["q"], found["u"], fixed, exact):
+            found = cut(found, met.rows) | {"met": met.text}
     tolerances = (0.0, 0.0) if fixed else (rtol, atol)
     advance = Advance(model, name, drift, found["hold_t"], found["held"], tolerances, inputs, supply)
     return _record(model, advance, until, found)
@@ -272,6 +280,8 @@ def _message(model: Model, until: float, found: dict[str, Any]) -> str:
     t, outcome = found["t_end"], found["outcome"]
     if outcome == "done":
         return f"reached t = {until:g} s"
+    if "met" in found:
+        return f"stopped at t = {t:.12g} s: {found['met']}"
     contact = "a contact"
     if found["contact"] >= 0:
         contact = "{} on {}".format(*model.contacts[found["contact"]])
@@ -280,8 +290,7 @@ def _message(model: Model, until: float, found: dict[str, Any]) -> str:
         "start or the coefficients of restitution a little",
         "not_finite": "an acceleration is not a finite number; check the parameters and the start",
         "step_too_small": "no step is small enough for the tolerance; "
-        + ("can the driven joints go on from here? if so, ask" if model.data["drives"] else "ask")
-        + " for a larger rtol, or, where a loop lies in a line, for another",
+        "ask for a larger rtol, or, where a loop lies in a line, for another",
         "not_closed": "the loops cannot be kept closed; ask for a smaller rtol",
         "repeats": "impacts at one instant do not come to an end; check the coefficients of restitution",
         "budget": f"{STEP_BUDGET} steps are spent; ask for a larger rtol or an earlier end",

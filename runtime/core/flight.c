@@ -19,6 +19,7 @@ static const double DEEP = 1e-12;           /* times extent: an event behind the
 static const double JUMP = 1e-3;            /* of what a watched value was: more is not the rounding of its zero */
 static const double ADRIFT = 1e-11;         /* times extent: the gap of a carried contact that is not closed any more */
 static const double LEAP = 1e-6, FURTHER = 10.0; /* rad, or times length; times the way that velocities carry */
+static const double DRIVEN = CCGEN_LIMIT(1e-8, 1e-3); /* rad and rad/s, or m: more is not the rounding of a driven joint */
 enum {
     SHORTER = 60,  /* shorter steps in search of an early event */
     LANDINGS = 60, /* steps towards an event; three to five are usual */
@@ -76,13 +77,34 @@ int projects(const struct flight *f)
     return holds(f->s) || (f->s->model->rows && f->run->drift == DRIFT_PROJECTED);
 }
 
-/* Put the end of a step back onto the closure and the held contacts. */
+/* Where driven joint d is or, of velocities x, how fast it moves */
+static double driven(const struct ccgen_model *m, int d, const double *x)
+{
+    const int second = m->driven[2 * d + 1];
+    return x[m->driven[2 * d]] - (second < 0 ? 0.0 : x[second]);
+}
+
+/* Put the end of a step back onto the closure and the held contacts. Driven joints stay as prescribed: where the loops close
+ * only without that, as beyond a dead point, they do not close. */
 static enum outcome project_end(struct flight *f)
 {
+    const struct ccgen_model *m = f->s->model;
+    const int n = f->s->n;
     if (!projects(f))
         return OUTCOME_DONE;
-    const enum outcome outcome = project_position(f->s, f->y1);
-    return outcome ? outcome : project_velocity(f->s, f->y1, f->y1 + f->s->n);
+    double *place = f->search, *speed = place + m->drives, fast = 1.0;
+    for (int d = 0; d < m->drives; d++) {
+        place[d] = driven(m, d, f->y1);
+        speed[d] = driven(m, d, f->y1 + n);
+        fast = fmax(fast, fabs(speed[d]));
+    }
+    enum outcome outcome = project_position(f->s, f->y1);
+    outcome = outcome ? outcome : project_velocity(f->s, f->y1, f->y1 + n);
+    for (int d = 0; d < m->drives && !outcome; d++)
+        if (fabs(driven(m, d, f->y1) - place[d]) > DRIVEN * fmax(1.0, f->s->length) ||
+            fabs(driven(m, d, f->y1 + n) - speed[d]) > DRIVEN * fast)
+            outcome = OUTCOME_NOT_CLOSED;
+    return outcome;
 }
 
 enum outcome raw_step(struct flight *f, double h, struct tolerance tolerance)
