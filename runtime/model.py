@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -28,8 +28,6 @@ UNPROJECTED = {
     "not_closed": "it is too far from closed; assemble it first",
     "not_finite": "its closure is not a finite number; check the parameters",
 }
-
-States = tuple[FloatArray, FloatArray]
 
 KNOWN = 1e-9
 """Accelerations and jumps that are known less well than this, relative to the largest, come with a warning."""
@@ -202,43 +200,33 @@ class Model:
         As of ``acceleration``: without what contacts push.
         """
         states, single = self._state(q, u)
-        found = self._at_times(self._reactions, states, t, inputs)[0]
+        times = self._times(t, len(states[0]))
+        u_dot, rows = self._solved(*states, times, inputs)
+        with self.given(inputs):
+            found = self.kernels.reactions(*states, times, u_dot, rows).reshape(len(u_dot), len(self.joints), 3)
         return found[0] if single else found
 
-    def _reactions(self, q: FloatArray, u: FloatArray, t: float, inputs: Values | None) -> tuple[FloatArray]:
-        u_dot, multipliers = self._solved(q, u, t, inputs)
-        rows = np.ascontiguousarray(np.pad(multipliers, ((0, 0), (0, 1))))
-        with self.given(inputs):
-            return (self.kernels.reactions(q, u, t, u_dot, rows).reshape(len(u_dot), len(self.joints), 3),)
-
-    def _at_times(
-        self, solve: Callable[..., tuple[FloatArray, ...]], states: States, t: ArrayLike, inputs: Values | None
-    ) -> tuple[FloatArray, ...]:
-        """What ``solve`` gives for all states at one time, or for each at its own."""
+    def _times(self, t: ArrayLike, count: int) -> float | FloatArray:
+        """One time for all ``count`` states, or each one's own."""
         times = np.asarray(t, dtype=float)
-        if times.shape not in ((), (len(states[0]),)) or not np.isfinite(times).all():
-            raise ValueError(f"t: found {t!r}, expected a finite number, or one for each of {len(states[0])} states")
-        if not times.ndim or not times.size:
-            return solve(*states, float(times) if not times.ndim else 0.0, inputs)
-        found = [
-            solve(states[0][k : k + 1], states[1][k : k + 1], time, inputs) for k, time in enumerate(times.tolist())
-        ]
-        return tuple(np.concatenate(parts) for parts in zip(*found, strict=True))
+        if times.shape not in ((), (count,)) or not np.isfinite(times).all():
+            raise ValueError(f"t: found {t!r}, expected a finite number, or one for each of {count} states")
+        return times if times.ndim else float(times)
 
     def _accelerations(self, q: ArrayLike, u: ArrayLike, t: ArrayLike, inputs: Values | None) -> tuple[FloatArray, ...]:
         states, single = self._state(q, u)
-        u_dot, rows = self._at_times(self._solved, states, t, inputs)
+        u_dot, rows = self._solved(*states, self._times(t, len(states[0])), inputs)
         return (u_dot[0], rows[0]) if single else (u_dot, rows)
 
     def _solved(
-        self, q: FloatArray, u: FloatArray, t: float, inputs: Values | None = None
+        self, q: FloatArray, u: FloatArray, t: float | FloatArray, inputs: Values | None = None
     ) -> tuple[FloatArray, FloatArray]:
         with self.given(inputs):
             u_dot, rows, outcomes = self.kernels.acceleration(q, u, t)
         if outcomes.count("done") != len(outcomes):
             index, outcome = next((index, outcome) for index, outcome in enumerate(outcomes) if outcome != "done")
             raise ValueError(f"{self.name}: state {index} has no accelerations ({outcome.replace('_', ' ')})")
-        self._warn_inexact("accelerations", 5)
+        self._warn_inexact("accelerations", 4)
         return u_dot, rows
 
     def _warn_inexact(self, what: str, depth: int) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import timeit
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -97,10 +99,26 @@ def test_reactions_of_states_at_their_times(workshop: Workshop) -> None:
     q, u = run.at(times)
     for method in (model.reactions, model.acceleration, model.multipliers):
         found = method(q, u, times)
-        assert np.array_equal(found, [method(q[k], u[k], time) for k, time in enumerate(times)])
+        # several at a time are rounded otherwise than one alone
+        single = np.array([method(q[k], u[k], time) for k, time in enumerate(times)])
+        assert np.max(np.abs(found - single), initial=0.0) <= 1e-14 * np.max(np.abs(single), initial=1.0)
+        assert np.array_equal(method(q, u, np.full(7, 0.3)), method(q, u, 0.3))
+        assert np.array_equal(method(q[:1], u[:1], times[:1]), single[:1])
         assert not np.allclose(found[3], method(q, u)[3])
         with pytest.raises(ValueError, match=r"t: found .*, expected a finite number, or one for each of 7 states"):
             method(q, u, times[:3])
+
+
+def test_times_of_states_cost_no_more_than_one_time(workshop: Workshop) -> None:
+    """A batch with a time for each state, beside the same batch at one time: at most twice as long."""
+    model = workshop.model(CRANK + SWING)
+    q, u = (np.tile(x, (1001, 1)) for x in model.start())
+    times = np.linspace(0.0, 1.0, 1001)
+    for method in (model.reactions, model.acceleration, model.multipliers):
+        cost = {}
+        for name, t in (("one", 0.5), ("each", times)):
+            cost[name] = min(timeit.repeat(partial(method, q, u, t), number=3, repeat=20))
+        assert cost["each"] <= 2.0 * cost["one"]
 
 
 def test_a_driven_slider_moves_the_crank(workshop: Workshop) -> None:

@@ -1,5 +1,25 @@
 # A model's kernels on states, one by one or in lanes.
 
+cdef class _Times:
+    """One time for all states of a batch, or each one's own: ``t`` a number, or (b,)."""
+
+    cdef const real[::1] every
+    cdef real one
+    cdef bint same
+
+    def __cinit__(self, t, Py_ssize_t b):
+        self.same = not isinstance(t, np.ndarray) or not t.ndim
+        if self.same:
+            self.one = t
+            return
+        self.every = np.ascontiguousarray(t, dtype=REAL)
+        if self.every.shape[0] != b:
+            raise ValueError(f"found {self.every.shape[0]} times, expected {b}")
+
+    cdef inline real at(self, Py_ssize_t i) noexcept:
+        return self.one if self.same else self.every[i]
+
+
 cdef class Evaluations:
     """A model's kernels with one set of parameter values (``parameters``: (p,), SI units)."""
 
@@ -116,10 +136,11 @@ cdef class Evaluations:
         s.evaluations = s.dependent = 0
         return s
 
-    def acceleration(self, const real[:, ::1] q, const real[:, ::1] u, real t):
-        """Quasi-accelerations (b, n), multipliers (b, rows), and the outcome of each state; where there are as many states
-        as the model has lanes, in lanes."""
+    def acceleration(self, const real[:, ::1] q, const real[:, ::1] u, t):
+        """Quasi-accelerations (b, n), multipliers (b, rows), and the outcome of each state, at one time ``t`` or at times
+        (b,); where there are as many states as the model has lanes, in lanes."""
         cdef Py_ssize_t i, block, first, b = q.shape[0], lanes = self.m.lanes
+        cdef _Times times = _Times(t, b)
         u_dot, multipliers, outcomes = empty((b, self.m.nu)), empty((b, self.m.rows + 1)), [OUTCOMES[0]] * b
         cdef real[:, ::1] out = u_dot, rows = multipliers
         cdef system s = self._system()
@@ -127,7 +148,7 @@ cdef class Evaluations:
         cdef real[::1] room
         if b < lanes or self.refine or self.m.acceleration_lanes is NULL:
             for i in range(b):
-                found = system_acceleration(&s, t, &q[i, 0], &u[i, 0], &out[i, 0], &rows[i, 0])
+                found = system_acceleration(&s, times.at(i), &q[i, 0], &u[i, 0], &out[i, 0], &rows[i, 0])
                 if found:
                     outcomes[i] = OUTCOMES[found]
             self.inexact = s.inexact
@@ -135,17 +156,19 @@ cdef class Evaluations:
         room = empty((1 + self.m.inputs + 3 * self.m.nu + self.m.rows) * lanes)
         for block in range(0, b, lanes):
             first = min(block, b - lanes)
-            lost = self._block(&q[first, 0], &u[first, 0], t, &out[first, 0], &rows[first, 0], &room[0])
+            for i in range(lanes):
+                room[i] = times.at(first + i)
+            lost = self._block(&q[first, 0], &u[first, 0], &out[first, 0], &rows[first, 0], &room[0])
             for i in range(first, first + lanes if lost else first):
                 if lost >> (i - first) & 1:
-                    found = system_acceleration(&s, t, &q[i, 0], &u[i, 0], &out[i, 0], &rows[i, 0])
+                    found = system_acceleration(&s, times.at(i), &q[i, 0], &u[i, 0], &out[i, 0], &rows[i, 0])
                     outcomes[i] = OUTCOMES[found]
         self.inexact = s.inexact
         return u_dot, multipliers[:, : self.m.rows], outcomes
 
-    cdef unsigned _block(self, const real *q, const real *u, real t, real *out, real *rows, real *room) noexcept:
+    cdef unsigned _block(self, const real *q, const real *u, real *out, real *rows, real *room) noexcept:
         """As many states as lanes, from q, u (lanes, n) to out (lanes, n), rows (lanes, rows + 1); the lanes, as bits, that
-        have to be asked for alone. ``room`` holds what the kernel takes and gives, lane beside lane."""
+        have to be asked for alone. ``room`` holds what the kernel takes and gives, lane beside lane; first the times."""
         cdef int n = self.m.nu, lanes = self.m.lanes, m = self.m.rows, i, l
         cdef real *inputs = room + lanes
         cdef real *x = inputs + self.m.inputs * lanes
@@ -153,7 +176,6 @@ cdef class Evaluations:
         cdef real *a = v + n * lanes
         cdef real *forces = a + n * lanes
         for l in range(lanes):
-            room[l] = t
             for i in range(self.m.inputs):
                 inputs[i * lanes + l] = self.inputs[i]
         for i in range(n):
@@ -232,13 +254,15 @@ cdef class Evaluations:
             self.m.inverse_dynamics(&self.k[0], &q[i, 0], &u[i, 0], t, &self.inputs[0], &u_dot[i, 0], &out[i, 0])
         return np.asarray(out)
 
-    def reactions(self, const real[:, ::1] q, const real[:, ::1] u, real t, const real[:, ::1] u_dot,
-                  const real[:, ::1] multipliers):
-        """Joint reactions (b, 3 joints)."""
+    def reactions(self, const real[:, ::1] q, const real[:, ::1] u, t, const real[:, ::1] u_dot,
+                  const real[:, :] multipliers):
+        """Joint reactions (b, 3 joints) at one time ``t`` or at times (b,); numbers of a row of ``multipliers`` lie side by
+        side."""
         cdef Py_ssize_t i, b = q.shape[0]
         cdef real[:, ::1] out = empty((b, 3 * self.m.joints + 1))
+        cdef _Times times = _Times(t, b)
         for i in range(b):
-            self.m.reactions(&self.k[0], &q[i, 0], &u[i, 0], t, &self.inputs[0], &u_dot[i, 0], &multipliers[i, 0],
+            self.m.reactions(&self.k[0], &q[i, 0], &u[i, 0], times.at(i), &self.inputs[0], &u_dot[i, 0], &multipliers[i, 0],
                              &out[i, 0])
         return np.asarray(out)[:, : 3 * self.m.joints]
 
