@@ -17,6 +17,7 @@ include "face/declarations.pxi"
 include "face/arrays.pxi"
 include "face/supply.pxi"
 include "face/evaluations.pxi"
+include "face/forces.pxi"
 include "face/runs.pxi"
 
 

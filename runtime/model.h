@@ -17,7 +17,7 @@
 #ifndef CCGEN_MODEL_H
 #define CCGEN_MODEL_H
 
-#define CCGEN_CONTRACT_VERSION 4
+#define CCGEN_CONTRACT_VERSION 5
 
 /* 1 where x is positive, else 0: formulas with branches */
 static inline double unit_step(double x)
@@ -49,6 +49,15 @@ typedef int ccgen_impulse(const double *k, const double *q, const double *f, con
  * lambda[rows] that belong to them */
 typedef void ccgen_reactions(const double *k, const double *q, const double *u, double t, const double *inputs,
                              const double *u_dot, const double *lambda, double *reaction);
+
+/* reaction[joints][3] that forces P of the contacts add to the above, or impulses to those below, from q[nq] and P: normal
+ * ones [contacts] (N, N m; N s, N m s), and behind them, where there is slip_impulse, tangential ones [contacts] */
+typedef void ccgen_contact_reactions(const double *k, const double *q, const double *P, double *reaction);
+
+/* reaction[joints][3]: impulse x, y (N s) and moment of impulse (N m s) on the joint's outboard link, but for what impulses of
+ * the contacts add, from q[nq] and the jumps du[nu] and impulses Lambda[rows] of an impact */
+typedef void ccgen_impulse_reactions(const double *k, const double *q, const double *du, const double *Lambda,
+                                     double *reaction);
 
 /* f[nu] = M u_dot + h: generalized forces, besides those of the effects, that the open chain needs for a motion */
 typedef void ccgen_inverse_dynamics(const double *k, const double *q, const double *u, double t, const double *inputs,
@@ -107,6 +116,8 @@ struct ccgen_model {
     ccgen_of_state *slip_bias;        /* dT/dt u [contacts], m/s^2 */
     ccgen_contact_impulse *slip_impulse; /* T^T P from tangential impulses P[contacts] */
     ccgen_restitution *friction;      /* mu[contacts] */
+    ccgen_contact_reactions *contact_reactions; /* this and the next NULL without contacts */
+    ccgen_impulse_reactions *impulse_reactions;
     int lanes; /* states that the functions over lanes take side by side: the vector width of the machine compiled for */
     ccgen_acceleration_lanes *acceleration_lanes; /* this and the next are in lanes.c, NULL where it is left out */
     ccgen_stages *stages;

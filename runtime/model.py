@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from .assemble import nearest_closed
 from .drives import drive_rows, put_where_driven
+from .forces import Contacts, motion_of
 from .frames import Disc, FloatArray
 from .inputs import Values, read_values
 from .lines import Lines
@@ -180,30 +181,63 @@ class Model:
 
     # -- dynamics --------------------------------------------------------------------------------------------------
 
-    def acceleration(self, q: ArrayLike, u: ArrayLike, t: ArrayLike = 0.0, inputs: Values | None = None) -> FloatArray:
+    def acceleration(
+        self, q: ArrayLike, u: ArrayLike, t: ArrayLike = 0.0, inputs: Values | None = None, contacts: Contacts = None
+    ) -> FloatArray:
         """Quasi-accelerations u̇ (nu,), loops held shut (theory, section 4), at the time ``t`` (s), or (b,) for a batch.
 
         Where closure rows lose rank (a flattened loop, a change point, redundant joints) the dependent ones are left
         out, and multipliers are those of least norm (theory, section 8). ``inputs`` are values by name or in the order
-        of the model's ``inputs``, the same for all states of a batch; those that are left out are zero. Contacts do not
-        push here: where a run is in contact its motion, which contact forces change, is another.
+        of the model's ``inputs``, the same for all states of a batch; those that are left out are zero.
+
+        Contacts that are closed (a gap of at most 1e-12 times the mechanism's length) push as a run would have them:
+        without pulling, and with friction by Coulomb's law (theory, sections 5.6 and 5.7). ``contacts=()`` leaves them
+        out. A list of contacts, (point, ground) names, holds just these, whether they push or pull, and rough ones by
+        how they slide; a mapping of them says how each is held, in the words of ``Phase.how``. Raises ``ValueError``
+        where an impact comes first, or a contact lies behind its surface.
         """
-        return self._accelerations(q, u, t, inputs)[0]
+        return self._motion(q, u, t, inputs, contacts, "u_dot")
 
-    def multipliers(self, q: ArrayLike, u: ArrayLike, t: ArrayLike = 0.0, inputs: Values | None = None) -> FloatArray:
-        """Closure multipliers (rows,): force on the second side of each cut joint, in the rows' directions, N."""
-        return self._accelerations(q, u, t, inputs)[1]
+    def multipliers(
+        self, q: ArrayLike, u: ArrayLike, t: ArrayLike = 0.0, inputs: Values | None = None, contacts: Contacts = None
+    ) -> FloatArray:
+        """Closure multipliers (rows,): force on the second side of each cut joint, in the rows' directions, N.
 
-    def reactions(self, q: ArrayLike, u: ArrayLike, t: ArrayLike = 0.0, inputs: Values | None = None) -> FloatArray:
+        With what contacts push, as in ``acceleration``.
+        """
+        return self._motion(q, u, t, inputs, contacts, "multipliers")
+
+    def reactions(
+        self, q: ArrayLike, u: ArrayLike, t: ArrayLike = 0.0, inputs: Values | None = None, contacts: Contacts = None
+    ) -> FloatArray:
         """Per joint the force x, y (N) and the moment (N m) on its outboard link ``outboard[joint]``, (joints, 3).
 
-        As of ``acceleration``: without what contacts push.
+        With what contacts push, as in ``acceleration``; those of a run: ``run.reactions``.
         """
+        return self._motion(q, u, t, inputs, contacts, "reactions")
+
+    def contact_forces(
+        self, q: ArrayLike, u: ArrayLike, t: ArrayLike = 0.0, inputs: Values | None = None, contacts: Contacts = None
+    ) -> FloatArray:
+        """Force of each of ``contacts`` along its normal and along the ground, (contacts, 2), in N; zero where apart.
+
+        It acts on the link of the contact's point; a link that this touches has the opposite. Along the ground is the
+        normal turned clockwise: the direction of forward sliding. Of a stop the moment (N m) is in the first. As in
+        ``acceleration``; forces that are not unique, as under a table with four legs, are those of least norm. Those of
+        a run: ``run.contact_forces``.
+        """
+        return self._motion(q, u, t, inputs, contacts, "pushes")
+
+    def _motion(
+        self, q: ArrayLike, u: ArrayLike, t: ArrayLike, inputs: Values | None, contacts: Contacts, what: str
+    ) -> FloatArray:
         states, single = self._state(q, u)
-        times = self._times(t, len(states[0]))
-        u_dot, rows = self._solved(*states, times, inputs)
         with self.given(inputs):
-            found = self.kernels.reactions(*states, times, u_dot, rows).reshape(len(u_dot), len(self.joints), 3)
+            motion, inexact = motion_of(
+                self, *states, self._times(t, len(states[0])), contacts, reactions=what == "reactions"
+            )
+        self._warn_inexact("accelerations", inexact, 4)
+        found: FloatArray = getattr(motion, what)
         return found[0] if single else found
 
     def _times(self, t: ArrayLike, count: int) -> float | FloatArray:
@@ -213,26 +247,10 @@ class Model:
             raise ValueError(f"t: found {t!r}, expected a finite number, or one for each of {count} states")
         return times if times.ndim else float(times)
 
-    def _accelerations(self, q: ArrayLike, u: ArrayLike, t: ArrayLike, inputs: Values | None) -> tuple[FloatArray, ...]:
-        states, single = self._state(q, u)
-        u_dot, rows = self._solved(*states, self._times(t, len(states[0])), inputs)
-        return (u_dot[0], rows[0]) if single else (u_dot, rows)
-
-    def _solved(
-        self, q: FloatArray, u: FloatArray, t: float | FloatArray, inputs: Values | None = None
-    ) -> tuple[FloatArray, FloatArray]:
-        with self.given(inputs):
-            u_dot, rows, outcomes = self.kernels.acceleration(q, u, t)
-        if outcomes.count("done") != len(outcomes):
-            index, outcome = next((index, outcome) for index, outcome in enumerate(outcomes) if outcome != "done")
-            raise ValueError(f"{self.name}: state {index} has no accelerations ({outcome.replace('_', ' ')})")
-        self._warn_inexact("accelerations", 4)
-        return u_dot, rows
-
-    def _warn_inexact(self, what: str, depth: int) -> None:
-        if self.kernels.inexact > KNOWN:
+    def _warn_inexact(self, what: str, inexact: float, depth: int) -> None:
+        if inexact > KNOWN:
             warnings.warn(
-                f"{self.name}: masses differ so much that {what} are known to {self.kernels.inexact:.0e} of the "
+                f"{self.name}: masses differ so much that {what} are known to {inexact:.0e} of the "
                 "largest only; make light links that carry heavy ones heavier, or leave them out",
                 stacklevel=depth,
             )
@@ -270,7 +288,7 @@ class Model:
             u_plus, impulses, outcome = self.kernels.impact(one_q, one_u, np.array(chosen, dtype=np.int32), e)
             if outcome != "done":
                 raise ValueError(f"{self.name}: no impact can be computed here ({outcome.replace('_', ' ')})")
-            self._warn_inexact("jumps", 3)
+            self._warn_inexact("jumps", self.kernels.inexact, 3)
             results.append((u_plus, impulses))
         if single:
             return results[0]

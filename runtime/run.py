@@ -19,6 +19,8 @@ from .precision import finite
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from .forces import Along
+
 Advance = Callable[[float, FloatArray, FloatArray, float], tuple[FloatArray, FloatArray]]
 FORMAT_VERSION = 1
 
@@ -29,8 +31,10 @@ class Impact:
 
     `contacts` are (point, ground) names, `impulses` (k,) theirs along the grounds' normals in N s (of a stop,
     whose names are a joint and `stop_0.lowest` or `.highest`, in N m s), `u_minus` and
-    `u_plus` (nu,) the velocities before and after, `energy_loss` the energy that went, in J. Where a loop comes to lie
-    in a line on the ground it strikes itself: the impulses of the contacts that lie there are zero then.
+    `u_plus` (nu,) the velocities before and after, `energy_loss` the energy that went, in J. `friction` (k,) are the
+    impulses along the grounds (N s), and `reactions` (joints, 3) those of the joints, x, y (N s) and moment (N m s), on
+    their outboard links. Where a loop comes to lie in a line on the ground it strikes itself: the impulses of the
+    contacts that lie there are zero then, and so are the joints', which have no bounds.
     """
 
     t: float
@@ -39,14 +43,21 @@ class Impact:
     u_plus: FloatArray
     impulses: FloatArray
     energy_loss: float
+    friction: FloatArray = field(default_factory=lambda: np.zeros(0))
+    reactions: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
 
     def __post_init__(self) -> None:
-        _freeze(self, "u_minus", "u_plus", "impulses")
+        _freeze(self, "u_minus", "u_plus", "impulses", "friction", "reactions")
         if self.u_minus.ndim != 1 or self.u_plus.shape != self.u_minus.shape:
             shapes = f"{self.u_minus.shape} and {self.u_plus.shape}"
             raise ValueError(f"velocities of an impact have shapes {shapes}, expected (nu,) for both")
         if not self.contacts or self.impulses.shape != (len(self.contacts),):
             raise ValueError(f"impact has {len(self.contacts)} contacts and impulses of shape {self.impulses.shape}")
+        if self.friction.shape not in ((0,), self.impulses.shape) or self.reactions.shape[1:] != (3,):
+            shapes = f"{self.friction.shape} and {self.reactions.shape}"
+            raise ValueError(
+                f"impact has friction and reactions of shapes {shapes}, expected (contacts,) or none, and (joints, 3)"
+            )
         if not (math.isfinite(self.t) and math.isfinite(self.energy_loss)):
             raise ValueError(f"impact has time {self.t} and energy loss {self.energy_loss}, expected finite numbers")
 
@@ -88,7 +99,8 @@ class Run:
     """A simulated motion: rows t (nt,), q (nt, nq), u (nt, nu); an impact is two rows of the same t, before and after.
 
     `model` carries the parameter values that the motion was computed with. `advance(t0, q0, u0, h)` is the state that
-    one projected step of the run's method reaches from a recorded row. `success` says whether the end was reached,
+    one projected step of the run's method reaches from a recorded row; `motion(t, q, u)` the forces along the run.
+    `success` says whether the end was reached,
     `message` why not. Audits: `closure_max`, the largest gap of a cut joint (m), and `energy_drift`, the largest
     unexplained change of energy (J), over all rows; `closure_rate_max`, the largest speed at which one opens (m/s).
     `acceleration_error` is how far accelerations are from right, relative to the largest of a state, as far as the
@@ -108,6 +120,7 @@ class Run:
     closure_max: float
     energy_drift: float
     advance: Advance = field(repr=False)
+    motion: Along | None = field(default=None, repr=False)
     method: str = ""
     drift: str = "projected"
     closure_rate_max: float = 0.0
@@ -165,6 +178,33 @@ class Run:
             q[k], u[k] = self.advance(start, self.q[rows[k]], self.u[rows[k]], wanted[k].item() - start)
         return (q, u) if times.ndim else (q[0], u[0])
 
+    def contact_forces(self, t: ArrayLike) -> FloatArray:
+        """Force of every contact at t along its normal and along the ground, (contacts, 2); of times (b, contacts, 2).
+
+        In N, of ``model.contacts`` in their order; of a stop the moment (N m), in the first. Zero where it is apart. It
+        acts on the link of the contact's point; a link that this touches has the opposite. Along the ground is the
+        normal turned clockwise: the direction of forward sliding. At an impact time as after it: what acts there is an
+        impulse, `Impact.impulses`. From the state, contacts held as the run has held them (theory, section 5.10);
+        forces that are not unique, as under a table with four legs, are those of least norm.
+        """
+        return self._forces(t, "pushes")
+
+    def reactions(self, t: ArrayLike) -> FloatArray:
+        """Per joint the force x, y (N) and the moment (N m) on its outboard link at t, with what contacts push.
+
+        (joints, 3), or (b, joints, 3) for a row of times; at an impact time as after it, where it is impulses that act,
+        `Impact.reactions`. Those of redundant joints are of least norm.
+        """
+        return self._forces(t, "reactions")
+
+    def _forces(self, t: ArrayLike, what: str) -> FloatArray:
+        if self.motion is None:
+            raise ValueError("this run knows no forces: it was not made by simulate")
+        q, u = self.at(t)
+        times = np.atleast_1d(np.asarray(t, dtype=self.t.dtype))
+        found: FloatArray = getattr(self.motion(times, np.atleast_2d(q), np.atleast_2d(u)), what)
+        return found if np.ndim(t) else found[0]
+
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write everything recorded to an .npz file, whole or not at all; `numpy.load` reads it."""
         target = Path(path)
@@ -177,6 +217,11 @@ class Run:
         """The run as named arrays without objects; contacts of impact k are impact_offsets[k]:impact_offsets[k + 1]."""
         impacts, parameters = self.impacts, dict(self.model.parameters)
         contacts = [contact for impact in impacts for contact in impact.contacts]
+        joints = len(self.model.joints)
+
+        def known(found: FloatArray, shape: tuple[int, ...]) -> FloatArray:
+            return found if found.shape == shape else np.zeros(shape)
+
         return {
             "format": np.array("ccgen run"),
             "format_version": np.array(FORMAT_VERSION),
@@ -193,6 +238,12 @@ class Run:
             "impact_points": _texts(point for point, _ in contacts),
             "impact_grounds": _texts(ground for _, ground in contacts),
             "impact_impulses": np.concatenate([np.zeros(0)] + [impact.impulses for impact in impacts]),
+            "impact_friction": np.concatenate(
+                [np.zeros(0)] + [known(impact.friction, impact.impulses.shape) for impact in impacts]
+            ),
+            "impact_reactions": np.reshape(
+                [known(impact.reactions, (joints, 3)) for impact in impacts], (len(impacts), joints, 3)
+            ),
             "impact_u_minus": np.reshape([impact.u_minus for impact in impacts], (-1, self.u.shape[1])),
             "impact_u_plus": np.reshape([impact.u_plus for impact in impacts], (-1, self.u.shape[1])),
             "impact_energy_loss": np.array([impact.energy_loss for impact in impacts], dtype=float),
@@ -236,6 +287,12 @@ class Run:
                 arrays["impact_impulses"],
                 {"units": "N s; stops: N m s" if self.model.stops else "N s"},
             ),
+            "friction_impulse": ("contact", arrays["impact_friction"], {"units": "N s"}),
+            "joint_impulse": (
+                ("impact", "joint", "component"),
+                arrays["impact_reactions"],
+                {"units": "N s; the moment: N m s"},
+            ),
             "parameters": ("parameter", arrays["parameter_values"], {"units": "SI"}),
         }
         coordinates = {
@@ -244,6 +301,8 @@ class Run:
             "q_units": ("coordinate", _texts(_unit(name) for name in self.model.q_names)),
             "velocity": arrays["u_names"],
             "u_units": ("velocity", _texts(f"{_unit(name)}/s" for name in self.model.u_names)),
+            "joint": _texts(self.model.joints),
+            "component": _texts(("x", "y", "moment")),
             "impact_t": ("impact", arrays["impact_t"], {"units": "s"}),
             "contact_impact": ("contact", owners, {"long_name": "number of the impact, from 0"}),
             "contact_point": ("contact", arrays["impact_points"]),
@@ -254,7 +313,8 @@ class Run:
         attributes = {name: arrays[name].item() for name in facts}
         attributes["success"] = int(self.success)  # netCDF has no truth values
         dataset = xarray.Dataset(data, coordinates, attributes)
-        return dataset.drop_dims([name for name, size in dataset.sizes.items() if not size])
+        found = dataset.drop_dims([name for name, size in dataset.sizes.items() if not size])
+        return found if self.impacts else found.drop_vars(["joint", "component"], errors="ignore")
 
     def to_dataframe(self) -> Any:
         """The run's rows as a pandas.DataFrame over `t` (s): coordinates and velocities by name, and the energies.

@@ -13,6 +13,7 @@ from ._core import DRIFTS, methods
 from .advance import Advance
 from .dead_point import cut, dead_point
 from .drives import drive_misses, drive_rows, drive_speeds, driven_against
+from .forces import along, impulses_of_joints
 from .frames import FloatArray
 from .inputs import Given, supply_of
 from .model import Model
@@ -220,6 +221,7 @@ def _record(model: Model, advance: Advance, until: float, found: dict[str, Any])
         closure_max=closure_max,
         energy_drift=energy_drift,
         advance=advance,
+        motion=along(advance, found),
         method=advance.method,
         drift=advance.drift,
         closure_rate_max=closure_rate_max,
@@ -239,6 +241,7 @@ def _acceleration_error(model: Model, found: dict[str, Any]) -> float:
 
 def _impacts(model: Model, found: dict[str, Any]) -> tuple[Impact, ...]:
     records = []
+    reactions = impulses_of_joints(model, found)
     for i, t in enumerate(found["impact_t"]):
         part = slice(found["first"][i], found["first"][i + 1])
         records.append(
@@ -249,6 +252,8 @@ def _impacts(model: Model, found: dict[str, Any]) -> tuple[Impact, ...]:
                 u_plus=found["u_plus"][i],
                 impulses=found["impulses"][part],
                 energy_loss=found["energy_loss"][i].item(),
+                friction=found["friction"][part],
+                reactions=reactions[i],
             )
         )
     return tuple(records)
@@ -257,8 +262,9 @@ def _impacts(model: Model, found: dict[str, Any]) -> tuple[Impact, ...]:
 def _phases(model: Model, found: dict[str, Any], impacts: tuple[Impact, ...]) -> tuple[Phase, ...]:
     """Flights and contacts, and the impacts that end them."""
     end = found["t"][-1].item()
+    changes = zip(found["hold_t"], found["held"], [[], *found["held"]], strict=False)
     marks: list[tuple[float, int, list[tuple[int, str]]]] = [
-        (t.item(), 1, held) for t, held in zip(found["hold_t"], found["held"], strict=True)
+        (t.item(), 1, held) for t, held, before in changes if held != before
     ]
     marks += [(impact.t, 0, []) for impact in impacts]
     phases: list[Phase] = []

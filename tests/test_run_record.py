@@ -212,7 +212,7 @@ def test_dataset_has_dimensions_and_units(run: Run) -> None:
     pytest.importorskip("xarray")
     data = run.to_xarray()
     assert dict(data.sizes) == {
-        "t": 32, "coordinate": 8, "velocity": 8, "impact": 4, "contact": 4, "parameter": 2
+        "t": 32, "coordinate": 8, "velocity": 8, "impact": 4, "contact": 4, "parameter": 2, "joint": 6, "component": 3
     }  # fmt: skip
     assert np.array_equal(data.q.sel(coordinate="theta_3"), run.q[:, 5])
     assert data.t.units == "s" and data.kinetic_energy.units == "J" and data.impulse.units == "N s"
@@ -233,6 +233,7 @@ def test_every_saved_array_is_documented_with_its_shape(run: Run, tmp_path: Path
     )
     sizes = {"nt": run.t.size, "nq": run.q.shape[1], "nu": run.u.shape[1], "parameters": len(run.model.parameters)}
     sizes |= {"ni": len(run.impacts), "nc": len(run.impacts) + 1, "np": len(run.phases), "nh": 3, "3": 3}
+    sizes["joints"] = len(run.model.joints)
     sizes |= {"ni + 1": sizes["ni"] + 1, "np + 1": sizes["np"] + 1}
     documented = {}
     for line in text.partition("\n## ")[0].splitlines():

@@ -101,7 +101,9 @@ def test_a_double_pendulum_locks_as_one_body(workshop: Workshop, limit: str, ang
     assert [phase.kind for phase in run.phases] == ["contact"]
     assert run.q[-1] == pytest.approx([_swing_of_one_body(angle, 0.3)] * 2, abs=1e-9)
     free = np.array([-9 / 7, 3 / 7]) * G * np.cos(angle)  # of two equal rods in line, without the stop
-    assert model.acceleration(*model.start()) == pytest.approx(free, rel=1e-12)
+    assert model.acceleration(*model.start(), contacts=()) == pytest.approx(free, rel=1e-12)
+    locked = -3 / 4 * G * np.cos(angle)  # of one rod twice as long
+    assert model.acceleration(*model.start()) == pytest.approx([locked, locked], rel=1e-12)
 
 
 def test_a_stop_on_the_other_side_does_nothing(workshop: Workshop) -> None:

@@ -221,7 +221,7 @@ class _Derivation:
         ]
 
     def _motion(self) -> list[Kernel]:
-        inverse = Inverse(self.kinematics, self.closure, self.field, self.loads, self.acted, self.drives)
+        self.inverse = inverse = Inverse(self.kinematics, self.closure, self.field, self.loads, self.acted, self.drives)
         return [
             *inverse.kernels(self.velocity),
             *self._power(inverse),
@@ -337,7 +337,16 @@ class _Derivation:
                 "restitution",
             ),
             *self._friction(gaps),
+            *self._joints_in_contact(gaps, pushes),
         ]
+
+    def _joints_in_contact(self, gaps: Contacts, normal: tuple[sp.Symbol, ...]) -> list[Kernel]:
+        """What contacts change in the forces of the joints, and the impulses of the joints in an impact."""
+        rough = any(c.friction for c in self.contacts)
+        tangential = tuple(sp.Symbol(f"S_{index}_t") for index in range(len(self.contacts))) if rough else ()
+        meaning = "normal forces (impulses) of the contacts" + (", then the tangential ones" if rough else "")
+        pushes = Argument("P", (*normal, *tangential), f"{meaning}, N, N m (N s, N m s)")
+        return self.inverse.of_contacts(gaps.wrenches(normal, tangential), pushes, self.velocity)
 
     def _friction(self, gaps: Contacts) -> list[Kernel]:
         """What sliding needs, if any ground is rough."""

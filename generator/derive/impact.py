@@ -59,15 +59,21 @@ class Contacts:
 
     def generalized_impulses(self, impulses: tuple[sp.Symbol, ...], tangential: bool = False) -> tuple[sp.Expr, ...]:
         """Nᵀ P (eq. 17), or Tᵀ P: impulses P become generalized impulses, gathered from tips to root."""
-        wrenches: dict[int, Wrench] = {}
-        for contact, impulse in zip(self.contacts, impulses, strict=True):
-            done = contact.drag(self, impulse) if tangential else contact.push(self, impulse)
-            for link, (push, turn) in done.items():
-                if link != GROUND:
-                    force, moment = wrenches.get(link, NO_LOAD)
-                    wrenches[link] = (add(force, push), moment + turn)
         name = "H" if tangential else "G"
+        wrenches = self.wrenches(() if tangential else impulses, impulses if tangential else ())
         return gather_inwards(self.kinematics, wrenches, name, "generalized impulses of the contacts, inwards")
+
+    def wrenches(self, normal: tuple[sp.Symbol, ...], tangential: tuple[sp.Symbol, ...]) -> dict[int, Wrench]:
+        """What impulses along the normals, and along the tangents, do to each link, about its inboard point."""
+        found: dict[int, Wrench] = {}
+        done = [contact.push(self, p) for contact, p in zip(self.contacts, normal, strict=False)]
+        done += [contact.drag(self, p) for contact, p in zip(self.contacts, tangential, strict=False)]
+        for wrenches in done:
+            for link, (push, turn) in wrenches.items():
+                if link != GROUND:
+                    force, moment = found.get(link, NO_LOAD)
+                    found[link] = (add(force, push), moment + turn)
+        return found
 
     # -- what gaps see ---------------------------------------------------------------------------------------------
 

@@ -9,7 +9,6 @@ from collections.abc import Collection
 
 import sympy as sp
 
-from ..mechanism.links import GROUND
 from .closure import Closure
 from .equations import Argument, Kernel, Output
 from .gather import NO_LOAD, Wrench, gather_inwards
@@ -89,13 +88,17 @@ class Inverse:
             f"J_{link}", symbol(body.inertia) + sp.expand(self.kinematics.mass[link] * dot(rho, rho))
         )
 
-    def _momentum(self, velocity: dict[int, Vector]) -> Kernel:
+    def _momenta(self, velocity: dict[int, Vector]) -> dict[int, Wrench]:
+        """Linear momentum of each link, and angular momentum about its inboard point."""
         wrenches = {}
         for k in range(len(self.kinematics.mechanism.links)):
             mass, mu, rate = self.kinematics.mass[k], self.kinematics.mu[k], self.state.rate(k)
             linear = add(scale(mass, velocity[k]), scale(rate, perp(mu)))
             wrenches[k] = (linear, dot(perp(mu), velocity[k]) + self._moment_of_inertia(k) * rate)
-        momenta = gather_inwards(self.kinematics, wrenches, "L", "momenta, inwards")
+        return wrenches
+
+    def _momentum(self, velocity: dict[int, Vector]) -> Kernel:
+        momenta = gather_inwards(self.kinematics, self._momenta(velocity), "L", "momenta, inwards")
         return Kernel(
             "momentum",
             (self.q, self.u),
@@ -116,39 +119,75 @@ class Inverse:
         )
 
     def _reactions(self, inertia: dict[int, Wrench]) -> Kernel:
-        """Force and moment of each joint on its outboard link, from the tips inwards (eq. 18); a cut joint's force is
-        its multipliers'. A pin has no moment, and a link's moments are written only where its joint holds its angle."""
-        rows = self.topology.rows
-        given = {row: sp.Symbol(f"given_lambda_{row[0]}_{row[1]}") for row in rows}
+        given = self._given()
+        self.pushed, self.held = self._carried(inertia, given, "R", "reactions, inwards")
+        self.multipliers = multipliers = Argument("lambda", tuple(given.values()), "closure multipliers, N")
+        entries = self._per_joint(self.pushed, self.held)
+        output = Output("reaction", entries, "per joint: force x, y (N) and moment (N m) on the outboard link")
+        return Kernel(
+            "reactions", (self.q, self.u, *self.acted, self.u_dot, multipliers), (output,), "forces in the joints"
+        )
+
+    def of_contacts(self, pushed: dict[int, Wrench], pushes: Argument, velocity: dict[int, Vector]) -> list[Kernel]:
+        """What ``pushed``, the wrenches of contacts on links, adds to the reactions; and the impulses of the joints for
+        jumps of the velocities, less those of the contacts: eq. 18 with momenta."""
+        given = self._given()
+        against = {k: (scale(sp.S.NegativeOne, force), -moment) for k, (force, moment) in pushed.items()}
+        forces, moments = self._carried(against, {}, "RC", "reactions to what contacts do, inwards")
+        output = Output("reaction", self._per_joint(forces, moments), "per joint: force x, y and moment, to be added")
+        of_contacts = Kernel("contact_reactions", (self.q, pushes), (output,), "forces in the joints by the contacts")
+        forces, moments = self._carried(self._momenta(velocity), given, "RI", "impulses of the joints, inwards")
+        output = Output(
+            "reaction",
+            self._per_joint(forces, moments),
+            "per joint: impulse x, y (N s), moment (N m s) on the outboard link",
+        )
+        jumps = Argument("u", self.state.u, "jumps of the quasi-velocities")
+        impulses = Argument("lambda", tuple(given.values()), "impulses of the cut joints, N s")
+        return [
+            of_contacts,
+            Kernel("impulse_reactions", (self.q, jumps, impulses), (output,), "impulses of the joints"),
+        ]
+
+    def _given(self) -> dict[tuple[int, str], sp.Symbol]:
+        """Multipliers as arguments."""
+        return {row: sp.Symbol(f"given_lambda_{row[0]}_{row[1]}") for row in self.topology.rows}
+
+    def _per_joint(self, forces: dict[int, Vector], moments: dict[int, sp.Expr]) -> tuple[sp.Expr, ...]:
+        joints = range(len(self.kinematics.mechanism.joints))
+        return tuple(entry for j in joints for entry in (*forces.get(j, ZERO), moments.get(j, sp.S.Zero)))
+
+    def _carried(
+        self, wrenches: dict[int, Wrench], given: dict[tuple[int, str], sp.Symbol], name: str, title: str
+    ) -> tuple[dict[int, Vector], dict[int, sp.Expr]]:
+        """Force and moment of each joint on its outboard link, from the tips inwards (eq. 18), that give the links the
+        ``wrenches``; a cut joint's force is its multipliers', where those are ``given``. A pin has no moment,
+        and a link's moments are written only where its joint holds its angle."""
         result: dict[int, Vector] = {}
-        moment = {k: wrench[1] for k, wrench in inertia.items()} | {GROUND: sp.S.Zero}
+        moment = {k: wrench[1] for k, wrench in wrenches.items()}
         felt: dict[int, Vector] = {}
-        for cut in self.topology.cuts:
+        for cut in self.topology.cuts if given else ():
             for side, factor in ((cut.first, 1), (cut.second, -1)):
                 sides = self.closure.side(cut, side.link, -factor)
                 force = add(*(scale(given[cut.joint, row.name], row.direction) for row in sides))
                 result[cut.joint] = force
                 felt[side.link] = add(felt.get(side.link, ZERO), scale(sp.Integer(factor), force))
-                moment[side.link] += factor * dot(perp(sides[0].arm), force)
+                moment[side.link] = moment.get(side.link, sp.S.Zero) + factor * dot(perp(sides[0].arm), force)
         moments: dict[int, sp.Expr] = {}
         for branch in reversed(self.topology.branches):
             link, parent = branch.link, branch.parent
-            force = add(inertia[link][0], felt.get(link, ZERO))
-            result[branch.joint] = self.ledger.let_vector(f"R_{branch.joint}", force)
+            if link not in wrenches and link not in felt and link not in moment:
+                continue
+            force = add(wrenches.get(link, NO_LOAD)[0], felt.get(link, ZERO))
+            result[branch.joint] = self.ledger.let_vector(f"{name}_{branch.joint}", force)
             felt[parent] = add(felt.get(parent, ZERO), result[branch.joint])
-            moment[parent] += dot(perp(self.kinematics.r[parent, branch.joint]), result[branch.joint])
+            turned = dot(perp(self.kinematics.r[parent, branch.joint]), result[branch.joint])
+            moment[parent] = moment.get(parent, sp.S.Zero) + turned
             if branch.follows or (branch.joint in self.driven and not branch.slides):
-                moments[branch.joint] = self.ledger.let(f"MR_{branch.joint}", moment[link])
+                moments[branch.joint] = self.ledger.let(f"M{name}_{branch.joint}", moment.get(link, sp.S.Zero))
                 moment[parent] += moments[branch.joint]
-        self.ledger.close("reactions, inwards")
-        self.held, self.pushed = moments, result
-        self.multipliers = multipliers = Argument("lambda", tuple(given.values()), "closure multipliers, N")
-        joints = range(len(self.kinematics.mechanism.joints))
-        entries = tuple(entry for joint in joints for entry in (*result[joint], moments.get(joint, sp.S.Zero)))
-        output = Output("reaction", entries, "per joint: force x, y (N) and moment (N m) on the outboard link")
-        return Kernel(
-            "reactions", (self.q, self.u, *self.acted, self.u_dot, multipliers), (output,), "forces in the joints"
-        )
+        self.ledger.close(title)
+        return result, moments
 
     def drive_power(self) -> sp.Expr:
         """What joints with prescribed motion put in (W): moment times relative rate, or force times sliding speed."""

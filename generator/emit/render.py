@@ -23,6 +23,7 @@ SIGNATURES: Mapping[str, tuple[str, ...]] = {
     "inverse_dynamics": ("k", "q", "u", "t", "inputs", "u_dot"),
     "reactions": ("k", "q", "u", "t", "inputs", "u_dot", "lambda"),
     "power": ("k", "q", "u", "t", "inputs", "u_dot", "lambda"),
+    "impulse_reactions": ("k", "q", "u", "lambda"),
 }
 """Kernels whose contract has more arguments than the kernel reads."""
 

@@ -3,6 +3,7 @@
 #define CCGEN_FACE_H
 
 #include "core.h"
+#include "forces.h"
 #include "method.h"
 #include "refine.h"
 #include "run.h"

@@ -4,6 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "contact.h"
+
 /* make room for `count` items of `size` bytes where the pointer in `slot` points; 0, or 1 when memory runs out */
 static int grow(void *slot, size_t count, size_t size)
 {
@@ -44,7 +46,8 @@ int append_impact(struct impacts *r, double t, const double *u_minus, const doub
     }
     if (r->contact_count + count > r->contact_room) {
         const size_t room = 2 * (r->contact_count + count) + 64;
-        if (grow(&r->contact, room, sizeof *r->contact) || grow(&r->impulse, room, sizeof *r->impulse))
+        if (grow(&r->contact, room, sizeof *r->contact) || grow(&r->impulse, room, sizeof *r->impulse) ||
+            grow(&r->friction, room, sizeof *r->friction))
             return 1;
         r->contact_room = room;
     }
@@ -56,28 +59,38 @@ int append_impact(struct impacts *r, double t, const double *u_minus, const doub
     r->first[r->count] = r->contact_count;
     for (int i = 0; i < count; i++) {
         r->contact[r->contact_count] = contact[i];
+        r->friction[r->contact_count] = impulse[count + i];
         r->impulse[r->contact_count++] = impulse[i];
     }
     r->first[++r->count] = r->contact_count;
     return 0;
 }
 
+/* How much the friction of contact c bears where it can be shared: 1 unless it sticks beside another */
+static double weight_of(const struct holding *h, int c)
+{
+    for (int row = h->count; row < h->rows && h->rows > h->count + 1; row++)
+        if (h->set[h->of[row]] == c)
+            return h->weight[row];
+    return 1.0;
+}
+
 /* Whether contacts are held as the last record says, or apart where there is none yet */
-static int held_as_before(const struct holds *r, int contacts, const signed char *how)
+static int held_as_before(const struct holds *r, int contacts, const signed char *how, const struct holding *h)
 {
     size_t next = r->count ? r->first[r->count - 1] : r->contact_count;
     for (int c = 0; c < contacts; c++) {
         const int listed = next < r->contact_count && r->contact[next] == c;
-        if (how[c] != (listed ? r->how[next] : 0))
+        if (how[c] != (listed ? r->how[next] : 0) || (listed && r->weight[next] != weight_of(h, c)))
             return 0;
         next += listed;
     }
     return 1;
 }
 
-int append_hold(struct holds *r, double t, int contacts, const signed char *how)
+int append_hold(struct holds *r, double t, int contacts, const signed char *how, const struct holding *h)
 {
-    if (held_as_before(r, contacts, how))
+    if (held_as_before(r, contacts, how, h))
         return 0;
     if (r->count == r->room) {
         const size_t room = r->room ? 2 * r->room : 64;
@@ -87,7 +100,8 @@ int append_hold(struct holds *r, double t, int contacts, const signed char *how)
     }
     if (r->contact_count + contacts > r->contact_room) {
         const size_t room = 2 * (r->contact_count + contacts) + 64;
-        if (grow(&r->contact, room, sizeof *r->contact) || grow(&r->how, room, sizeof *r->how))
+        if (grow(&r->contact, room, sizeof *r->contact) || grow(&r->how, room, sizeof *r->how) ||
+            grow(&r->weight, room, sizeof *r->weight))
             return 1;
         r->contact_room = room;
     }
@@ -96,6 +110,7 @@ int append_hold(struct holds *r, double t, int contacts, const signed char *how)
     for (int c = 0; c < contacts; c++)
         if (how[c]) {
             r->contact[r->contact_count] = c;
+            r->weight[r->contact_count] = weight_of(h, c);
             r->how[r->contact_count++] = how[c];
         }
     r->first[++r->count] = r->contact_count;
@@ -108,6 +123,7 @@ void free_run(struct run *run)
     free(run->holds.first);
     free(run->holds.contact);
     free(run->holds.how);
+    free(run->holds.weight);
     memset(&run->holds, 0, sizeof run->holds);
     free(run->record.t);
     free(run->record.y);
@@ -119,6 +135,7 @@ void free_run(struct run *run)
     free(run->impacts.after);
     free(run->impacts.contact);
     free(run->impacts.impulse);
+    free(run->impacts.friction);
     memset(&run->record, 0, sizeof run->record);
     memset(&run->impacts, 0, sizeof run->impacts);
 }

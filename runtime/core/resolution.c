@@ -178,7 +178,7 @@ static enum outcome go_on(struct flight *f, int count)
     if (keep(f))
         return OUTCOME_NO_MEMORY;
     if (count && loss > seen) {
-        memset(f->P, 0, count * sizeof *f->P);
+        memset(f->P, 0, 2 * count * sizeof *f->P);
         if (append_impact(&run->impacts, f->t, f->y + n, f->y1 + n, n, count, f->set, f->P, loss, run->record.count))
             return OUTCOME_NO_MEMORY;
     }

@@ -10,23 +10,27 @@ struct record {
     double *t, *y;
 };
 
-/* impacts of a run, one after another; impact i has the contacts and impulses first[i] .. first[i + 1] - 1 */
+/* impacts of a run, one after another; impact i has the contacts, impulses and those of friction first[i] .. first[i + 1] - 1 */
 struct impacts {
     size_t count, room, contact_count, contact_room;
     double *t, *u_minus, *u_plus, *energy_loss;
     size_t *first, *after; /* after: the row of the record right after the impact */
     int *contact;
-    double *impulse;
+    double *impulse, *friction;
 };
 
 /* what was held from when on: change i has the contacts first[i] .. first[i + 1] - 1, held as how[] says: 1 slides backward,
- * 2 smooth, 3 slides forward, 4 sticks, 5 carried, 6 and 7 at the limit of friction, 8 touches without pressing */
+ * 2 smooth, 3 slides forward, 4 sticks, 5 carried, 6 and 7 at the limit of friction, 8 touches without pressing; weight[] is
+ * how much the friction of one that sticks bears */
 struct holds {
     size_t count, room, contact_count, contact_room;
     double *t;
     size_t *first;
     int *contact, *how;
+    double *weight;
 };
+
+struct holding;
 
 struct run {
     /* asked for */
@@ -64,10 +68,11 @@ void free_run(struct run *run);
 enum outcome advance(struct system *s, const struct method *method, struct tolerance tolerance, enum drift drift, double t,
                      double h, int count, const int *set, const signed char *slide, double *y);
 
-/* record.c: append; 0, or 1 when memory runs out. How contacts are held is appended where it is not what it was. */
+/* record.c: append; 0, or 1 when memory runs out. Impulses are normal ones [count], then those of friction [count]. How
+ * contacts are held is appended where it is not what it was. */
 int append_row(struct record *record, double t, const double *y, size_t width);
 int append_impact(struct impacts *impacts, double t, const double *u_minus, const double *u_plus, size_t n, int count,
                   const int *contact, const double *impulse, double energy_loss, size_t after);
-int append_hold(struct holds *holds, double t, int contacts, const signed char *how);
+int append_hold(struct holds *holds, double t, int contacts, const signed char *how, const struct holding *holding);
 
 #endif

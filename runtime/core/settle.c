@@ -19,7 +19,7 @@
 #include "friction.h"
 
 static const double REST_TIME = 1e-11; /* s, relative to max(1, t): bounces over so soon are over */
-static const double SHUT = 1e-12;      /* times extent: a gap so small may be shut without moving anything */
+const double SHUT = 1e-12;
 static const double SLOW = 1e4;        /* times what the largest acceleration reaches in that time: too fast to ask */
 static const double PRESSED = 1e-9;    /* times the largest acceleration: less than that is rounding */
 static const double SHARED = 1e-4;     /* of the accelerations of links: gaps are not known to accelerate by less times that */
@@ -338,7 +338,8 @@ static enum outcome rest(struct flight *f, struct decision *d, int resting)
     return outcome;
 }
 
-static enum outcome decide(struct flight *f, struct decision *d, struct loss loss, int resting)
+/* Which contacts are held from now on, the state being left where it is. */
+static enum outcome choose(struct flight *f, struct decision *d, struct loss loss, int resting)
 {
     d->crowded = resting == ALL_REST;
     d->loss = loss;
@@ -347,9 +348,13 @@ static enum outcome decide(struct flight *f, struct decision *d, struct loss los
         return OUTCOME_JAMMED;
     if (!outcome && d->count)
         outcome = take_out(f, d, resting);
-    if (outcome || !d->count)
-        return outcome;
-    if ((outcome = hold(f, d, loss)) || !f->s->holding->count)
+    return outcome || !d->count ? outcome : hold(f, d, loss);
+}
+
+static enum outcome decide(struct flight *f, struct decision *d, struct loss loss, int resting)
+{
+    enum outcome outcome = choose(f, d, loss, resting);
+    if (outcome || !f->s->holding->count)
         return outcome;
     outcome = project_position(f->s, f->y);
     return outcome ? outcome : rest(f, d, resting);
@@ -365,42 +370,77 @@ static void present(const struct holding *h, int contacts, signed char *out)
         out[h->set[i]] = h->slide[i] == LIMIT ? 6 : h->slide[i] == -LIMIT ? 7 : h->slide[i] == TOUCHES ? 8 : 2 + h->slide[i];
 }
 
+/* Room for a decision, all contacts apart; 0, or 1 when memory runs out. */
+static int make_decision(struct decision *d, struct system *s)
+{
+    const size_t c = s->model->contacts, rows = 2 * c;
+    *d = (struct decision){.mu = s->friction};
+    d->in = calloc(6 * c, 1);
+    d->contact = malloc(3 * c * sizeof *d->contact);
+    d->b = malloc((3 * rows + 2 * rows * rows + 3 * rows + 2 * c + semidefinite_scratch((int)rows)) * sizeof *d->b);
+    if (!d->in || !d->contact || !d->b)
+        return 1;
+    d->row = d->contact + c;
+    d->slide = (signed char *)d->in + c;
+    d->given = d->in + 4 * c;
+    d->touches = d->in + 5 * c;
+    d->P = d->b + rows;
+    d->rest = d->P + rows;
+    d->W = d->rest + rows;
+    d->part = d->W + rows * rows;
+    memset(s->holding->closed, APART, c);
+    s->holding->carried = 0;
+    hold_contacts(s->holding, 0, NULL, NULL);
+    return 0;
+}
+
+static void free_decision(struct decision *d)
+{
+    free(d->in);
+    free(d->contact);
+    free(d->b);
+}
+
 enum outcome settle(struct flight *f, struct loss loss, int resting)
 {
     struct holding *h = f->s->holding;
     struct run *run = f->run;
-    const size_t c = f->s->model->contacts, rows = 2 * c;
-    struct decision d = {.mu = f->s->friction};
-    char *bytes = calloc(6 * c, 1);
+    const size_t c = f->s->model->contacts;
+    struct decision d;
     signed char *how = malloc(c);
-    d.contact = malloc(3 * c * sizeof *d.contact);
-    d.b = malloc((3 * rows + 2 * rows * rows + 3 * rows + 2 * c + semidefinite_scratch((int)rows)) * sizeof *d.b);
     enum outcome outcome = OUTCOME_NO_MEMORY;
-    if (bytes && how && d.contact && d.b) {
-        d.row = d.contact + c;
-        d.in = bytes;
-        d.slide = (signed char *)bytes + c;
-        d.given = bytes + 4 * c;
-        d.touches = bytes + 5 * c;
-        d.P = d.b + rows;
-        d.rest = d.P + rows;
-        d.W = d.rest + rows;
-        d.part = d.W + rows * rows;
-        memset(h->closed, APART, c);
-        h->carried = 0;
-        hold_contacts(h, 0, NULL, NULL);
+    if (!make_decision(&d, f->s) && how) {
         outcome = decide(f, &d, loss, resting);
         present(h, (int)c, how);
-        if (!outcome && append_hold(&run->holds, f->t, (int)c, how))
+        if (!outcome && append_hold(&run->holds, f->t, (int)c, how, h))
             outcome = OUTCOME_NO_MEMORY;
         if (!outcome && keep(f))
             outcome = OUTCOME_NO_MEMORY;
         if (outcome == OUTCOME_JAMMED)
             run->contact = d.count ? d.contact[0] : -1;
     }
-    free(bytes);
     free(how);
-    free(d.contact);
-    free(d.b);
+    free_decision(&d);
+    return outcome;
+}
+
+enum outcome would_hold(struct flight *f, int *strikes)
+{
+    const struct system *s = f->s;
+    const struct loss none = {-1, PULLS};
+    struct decision d;
+    enum outcome outcome = OUTCOME_NO_MEMORY;
+    *strikes = -1;
+    if (!make_decision(&d, f->s)) {
+        outcome = choose(f, &d, none, NONE_RESTS);
+        for (int c = 0, i = 0; c < s->model->contacts && !outcome; c++) {
+            const int asked = i < d.count && d.contact[i] == c;
+            i += asked;
+            if (!asked && f->gaps[c] <= SHUT * s->extent[c] && f->rates[c] < 0.0 &&
+                (*strikes < 0 || f->rates[c] < f->rates[*strikes]))
+                *strikes = c;
+        }
+    }
+    free_decision(&d);
     return outcome;
 }

@@ -13,4 +13,12 @@ enum { NONE_RESTS = -1, ALL_REST = -2 };
  * without time between them. */
 enum outcome settle(struct flight *f, struct loss loss, int resting);
 
+/* Which of the closed contacts are held at the state, which stays as it is: they are then held in f->s->holding. Contact
+ * *strikes approaches so fast that an impact comes first, and does not count; it is -1 if there is none. The flight needs its
+ * y, dy, gaps, rates, set and search alone. */
+enum outcome would_hold(struct flight *f, int *strikes);
+
+/* times extent: a gap so small may be shut without moving anything */
+extern const double SHUT;
+
 #endif

@@ -87,6 +87,20 @@ cdef extern from *:
     int project_velocity(system *s, const real *q, real *u) nogil
     int impact(system *s, const real *q, const real *u_minus, int count, const int *chosen, const real *e,
                real *u_plus, real *P) nogil
+    struct held:
+        int count
+        const int *set
+        const signed char *slide
+        const real *weight
+    struct obstruction:
+        size_t state
+        int contact
+        int why
+        real size
+    int held_forces(system *s, size_t count, size_t every, const real *t, const real *q, const real *u, held chosen,
+                    real *u_dot, real *lambda_, real *push, real *reaction, obstruction *found) nogil
+    int joint_impulses(system *s, const real *q, const real *du, const real *P, real *reaction) nogil
+    int find_closed(const system *s, size_t count, const real *q, char *closed) nogil
     real rounding_of_acceleration(system *s, real t, const real *q, const real *u, real *whole) nogil
 
 cdef extern from *:
@@ -113,12 +127,14 @@ cdef extern from *:
         size_t *after
         int *contact
         real *impulse
+        real *friction
     struct holds:
         size_t count, room, contact_count, contact_room
         real *t
         size_t *first
         int *contact
         int *how
+        real *weight
     struct run:
         real start, until
         tolerance tolerance
@@ -153,6 +169,9 @@ LAWS = ("newton", "poisson", "stronge")
 HOLDS = ("apart", "slides backward", "smooth", "slides forward", "sticks", "carried", "at the limit, forward",
          "at the limit, backward", "touches")
 """How a contact is held, in the order of the core."""
+
+OBSTACLES = ("", "strikes", "behind")
+"""Names of ``enum obstacle``, in its order."""
 
 SLIDES = (0, -1, 0, 1, 2, 0, 3, -3, 4)
 """What the core calls them where a contact pushes."""

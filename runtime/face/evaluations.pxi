@@ -26,7 +26,7 @@ cdef class Evaluations:
     cdef const ccgen_model *m
     cdef object capsule
     cdef readonly dict sizes
-    cdef real[::1] k, restitution, friction, extent, multipliers, rows, bias, jump, u_dot, zero, shut, inputs
+    cdef real[::1] k, restitution, friction_, extent, multipliers, rows, bias, jump, u_dot, zero, shut, inputs
     cdef real length
     cdef int law, refine
     cdef real usual
@@ -56,7 +56,7 @@ cdef class Evaluations:
         self.jump, self.u_dot, self.zero, self.shut = zeros(m.nu), zeros(3 * m.nu), zeros(m.nu), zeros(2 * m.nu)
         self.inputs = zeros(m.inputs + 1)
         self.length, self.law = length, LAWS.index(law)
-        self.friction = zeros(max(m.contacts, 1))
+        self.friction_ = zeros(max(m.contacts, 1))
         self.extent = np.full(max(m.contacts, 1), length, dtype=REAL)
         for contact in angular:
             self.extent[contact] = 1.0
@@ -65,7 +65,7 @@ cdef class Evaluations:
         if self.m.contacts:
             self.m.restitution(&self.k[0], &self.restitution[0])
         if self.m.friction is not NULL:
-            self.m.friction(&self.k[0], &self.friction[0])
+            self.m.friction(&self.k[0], &self.friction_[0])
 
     def rounding(self, const real[:, ::1] q, const real[:, ::1] u, t=0.0):
         """How far the accelerations that the elimination gives are from right, by the size of their first correction from the
@@ -105,6 +105,11 @@ cdef class Evaluations:
         return self.m.hash.decode()
 
     @property
+    def friction(self):
+        """Coefficient of friction of every contact, (contacts,)."""
+        return np.array(self.friction_)[: self.m.contacts]
+
+    @property
     def constants(self):
         """The constants ``k`` that the kernels read."""
         return np.array(self.k)
@@ -114,7 +119,7 @@ cdef class Evaluations:
         s.model = self.m
         s.k = &self.k[0]
         s.restitution = &self.restitution[0]
-        s.friction = &self.friction[0] if self.m.friction is not NULL else NULL
+        s.friction = &self.friction_[0] if self.m.friction is not NULL else NULL
         s.law = self.law
         s.n = self.m.nu
         s.size = 2 * self.m.nu + (self.m.power is not NULL or self.m.friction is not NULL)

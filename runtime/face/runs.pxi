@@ -1,6 +1,6 @@
 # Steps and whole runs.
 
-cdef class Kernels(Evaluations):
+cdef class Kernels(Contacting):
     """A model's kernels, and its runs."""
 
     def advance(self, str name, t, const real[::1] q, const real[::1] u, h, Supply supply=None, str kept="projected",
@@ -84,10 +84,14 @@ cdef class Kernels(Evaluations):
             after=[r.impacts.after[j] for j in range(i)],
             contacts=[r.impacts.contact[j] for j in range(r.impacts.contact_count)],
             impulses=_numbers(r.impacts.impulse, r.impacts.contact_count),
+            friction=_numbers(r.impacts.friction, r.impacts.contact_count),
             hold_t=_numbers(r.holds.t, r.holds.count),
             held=[
                 [(r.holds.contact[k], HOLDS[r.holds.how[k]]) for k in range(r.holds.first[j], r.holds.first[j + 1])]
                 for j in range(r.holds.count)
+            ],
+            shares=[
+                [r.holds.weight[k] for k in range(r.holds.first[j], r.holds.first[j + 1])] for j in range(r.holds.count)
             ],
             outcome=OUTCOMES[r.outcome], t_end=r.t, contact=r.contact, inexact=inexact,
             steps=r.steps, rejected=r.rejected, evaluations=evaluations, dependent=dependent,
@@ -96,9 +100,9 @@ cdef class Kernels(Evaluations):
 
 cdef void _clear(run *r) noexcept:
     r.record.t = r.record.y = NULL
-    r.impacts.t = r.impacts.u_minus = r.impacts.u_plus = r.impacts.energy_loss = r.impacts.impulse = NULL
+    r.impacts.t = r.impacts.u_minus = r.impacts.u_plus = r.impacts.energy_loss = r.impacts.impulse = r.impacts.friction = NULL
     r.impacts.first = r.impacts.after = NULL
     r.impacts.contact = NULL
-    r.holds.t, r.holds.first, r.holds.contact, r.holds.how = NULL, NULL, NULL, NULL
+    r.holds.t, r.holds.first, r.holds.contact, r.holds.how, r.holds.weight = NULL, NULL, NULL, NULL, NULL
     r.holds.count = r.holds.room = r.holds.contact_count = r.holds.contact_room = 0
     r.record.room = r.impacts.room = r.impacts.contact_room = 0

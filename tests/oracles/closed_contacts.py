@@ -35,7 +35,7 @@ def rows(model: Any, q: Array, u: Array) -> tuple[Array, Array]:
     bias = np.append(kernels.of_state("gap_bias", *state), kernels.of_state("slip_bias", *state))
     closure = model.jacobian(q)
     _, values, directions = np.linalg.svd(closure)
-    free = directions[int(np.sum(values > 1e-9 * values[0])) :].T
+    free = directions[int(np.sum(values > 1e-9 * np.max(values, initial=0.0))) :].T
     fixed = -np.linalg.pinv(closure, rcond=1e-9) @ kernels.of_state("closure_bias", *state)[0]
     load = kernels.inverse_dynamics(*state, 0.0, np.zeros((1, n)))[0] + mass @ fixed
     reduced = np.linalg.inv(free.T @ mass @ free)

@@ -156,17 +156,26 @@ def _saddle(system: System, rows: _Rows) -> Array:
     return np.block([[np.diag(inertias), -rows.jacobian.T], [rows.jacobian, none]])
 
 
+def strike(
+    system: System, slots: Sequence[Slot], poses: ArrayLike, impulses: Array, given: Sequence[Given] = ()
+) -> Motion:
+    """Velocity jumps in place of accelerations, impulses in place of forces: under ``impulses`` about the centres of
+    mass (links, 3), no joint opening and no prescribed motion changing."""
+    poses = np.asarray(poses, system.dtype)
+    rows = _rows(system, slots, poses, np.zeros_like(poses), given)
+    count, still = 3 * system.size, np.zeros(len(rows.right), system.dtype)
+    x = maximal.solve(_saddle(system, rows), np.concatenate([np.asarray(impulses, system.dtype).ravel(), still]))
+    frames = maximal.frame_velocities(system, poses, x[:count].reshape(-1, 3))
+    pins = x[count : count + 2 * len(system.pins)].reshape(-1, 2)
+    return Motion(frames, pins, _pushes(system, slots, poses, x), x[len(x) - len(given) :])
+
+
 def jump(
     system: System, slots: Sequence[Slot], poses: ArrayLike, impulses: Array, given: Sequence[Given] = ()
 ) -> tuple[Array, Array]:
-    """Velocity jumps of the frames (links, 3) under ``impulses`` about the centres of mass (links, 3), no joint opening
-    and no prescribed motion changing, and the impulses that prescribed motion takes (given,)."""
-    poses = np.asarray(poses, system.dtype)
-    rows = _rows(system, slots, poses, np.zeros_like(poses), given)
-    still = np.zeros(len(rows.right), system.dtype)
-    x = maximal.solve(_saddle(system, rows), np.concatenate([np.asarray(impulses, system.dtype).ravel(), still]))
-    frames = maximal.frame_velocities(system, poses, x[: 3 * system.size].reshape(-1, 3))
-    return frames, x[len(x) - len(given) :]
+    """The jumps of ``strike`` (links, 3), and the impulses that prescribed motion takes (given,)."""
+    found = strike(system, slots, poses, impulses, given)
+    return found.frames, found.efforts
 
 
 def _pushes(system: System, slots: Sequence[Slot], poses: Array, x: Array) -> Array:

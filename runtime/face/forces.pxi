@@ -1,0 +1,66 @@
+# What contacts do to motions and jumps.
+
+cdef class Contacting(Evaluations):
+    """A model's kernels, and the forces of its contacts."""
+
+    def closed(self, const real[:, ::1] q):
+        """Whether a contact is closed in each configuration (b, n): (b,) of truth values."""
+        cdef system s = self._system()
+        cdef size_t b = q.shape[0]
+        cdef char[::1] out = np.zeros(b + 1, dtype=np.int8)
+        if b and find_closed(&s, b, &q[0, 0], &out[0]):
+            raise MemoryError
+        return np.asarray(out)[:b].astype(bool)
+
+    def motion(self, const real[:, ::1] q, const real[:, ::1] u, t, chosen=None, Supply supply=None):
+        """Quasi-accelerations (b, n), multipliers (b, rows), contact forces (b, 2 contacts), normal ones first, and joint
+        reactions (b, 3 joints) at one time or at times (b,), without the GIL; and, where a state has none, its number, the
+        outcome, and of what prevents it the name, the contact and the size.
+
+        Contacts are held as ``chosen`` says, of each its number, how, and its share of friction; those that a run would hold
+        where it is None."""
+        cdef size_t b = q.shape[0], n = self.m.nu, rows = self.m.rows + 1, pushes = 2 * self.m.contacts, room, every
+        cdef size_t carried = 3 * self.m.joints
+        cdef real[:, ::1] out = empty((b, n)), forces = empty((b, rows)), push = empty((b, max(pushes, 1)))
+        cdef real[:, ::1] reactions = empty((b, max(carried, 1)))
+        cdef real[::1] times = np.ascontiguousarray(np.atleast_1d(t), dtype=REAL), inputs = np.array(self.inputs)
+        cdef list pushing = [one for one in chosen or () if one[1] != "carried"]
+        cdef int[::1] contacts = np.array([*(one[0] for one in pushing), 0], dtype=np.int32)
+        cdef signed char[::1] slide = np.array([*(SLIDES[HOLDS.index(one[1])] for one in pushing), 0], dtype=np.int8)
+        cdef real[::1] weight = np.array([*(one[2] for one in pushing), 1.0], dtype=REAL)
+        cdef real[::1] scratch
+        cdef held given
+        cdef obstruction found
+        cdef int outcome = 0
+        cdef system s = self._system()
+        given.count = -1 if chosen is None else <int>len(pushing)
+        given.set, given.slide, given.weight = &contacts[0], &slide[0], &weight[0]
+        every = 1 if times.shape[0] == <Py_ssize_t>b and b > 1 else 0
+        room = self.m.rows + 2 * self.m.contacts + 1
+        scratch = zeros(3 * room + 6 * n)
+        s.inputs = &inputs[0]
+        s.multipliers, s.rows, s.bias = &scratch[0], &scratch[room], &scratch[2 * room]
+        s.jump, s.u_dot, s.shut = &scratch[3 * room], &scratch[3 * room + n], &scratch[3 * room + 4 * n]
+        if supply is not None:
+            supply.attach(&s)
+        if b:
+            with nogil:
+                outcome = held_forces(&s, b, every, &times[0], &q[0, 0], &u[0, 0], given, &out[0, 0], &forces[0, 0],
+                                      &push[0, 0], &reactions[0, 0], &found)
+        if supply is not None and supply.error is not None:
+            raise supply.error
+        self.inexact = s.inexact
+        trouble = None
+        if b and (outcome or found.why):
+            trouble = (found.state, OUTCOMES[outcome], OBSTACLES[found.why], found.contact, found.size)
+        return np.asarray(out), np.asarray(forces)[:, : self.m.rows], np.asarray(push)[:, :pushes], np.asarray(reactions)[:, :carried], trouble
+
+    def joint_impulses(self, const real[:, ::1] q, const real[:, ::1] du, const real[:, ::1] P):
+        """Impulses of the joints (b, 3 joints) in impacts with jumps (b, n) and impulses P (b, 2 contacts); outcomes."""
+        cdef Py_ssize_t i, b = q.shape[0]
+        cdef real[:, ::1] out = zeros((b, 3 * self.m.joints + 1))
+        cdef system s = self._system()
+        outcomes = []
+        for i in range(b):
+            outcomes.append(OUTCOMES[joint_impulses(&s, &q[i, 0], &du[i, 0], &P[i, 0], &out[i, 0])])
+        return np.asarray(out)[:, : 3 * self.m.joints], outcomes

@@ -1,0 +1,237 @@
+"""What contacts push, at states of a model and along a run, and what joints carry then."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .frames import FloatArray
+
+if TYPE_CHECKING:
+    from ._core import Supply
+    from .advance import Advance
+    from .model import Model
+
+Contacts = Mapping[tuple[str, str], str] | Sequence[tuple[str, str]] | None
+"""Contacts that are held, as (point, ground) names, and how; () for none; None for those that a run would hold."""
+
+RUBS = ("slides backward", "slides forward", "sticks", "at the limit, forward", "at the limit, backward")
+"""Ways to be held that need friction."""
+STILL = 1e-10
+"""Times length per second: a contact that slides so slowly sticks."""
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Of states (b, …): ``u_dot`` (b, nu), the ``multipliers`` (b, rows) and the forces ``pushes`` (b, contacts, 2) of
+    contacts, along the normal and along the ground (N; of stops N m, in the first), that belong together. The joints'
+    ``reactions`` (b, joints, 3) with them, where they are asked for."""
+
+    u_dot: FloatArray
+    multipliers: FloatArray
+    pushes: FloatArray
+    reactions: FloatArray
+
+
+def motion_of(
+    model: Model, q: FloatArray, u: FloatArray, t: float | FloatArray, contacts: Contacts, *, reactions: bool = False
+) -> tuple[Motion, float]:
+    """The motion of states under the inputs that are set, and how exactly it is known (``Kernels.inexact``).
+
+    Raises ``ValueError`` for unknown contacts, where a contact strikes or lies behind its surface, and where a state
+    has no accelerations.
+    """
+    groups: Sequence[tuple[Held | None, Any]]
+    if contacts is None:
+        closed = model.kernels.closed(q) if model.contacts else np.zeros(len(q), dtype=bool)
+        groups = [((), ~closed), (None, closed)]
+    else:
+        groups = _held_as_named(model, q, u, contacts)
+    found = _Parts(model, len(q), reactions)
+    for held, rows in groups:
+        if rows.all():
+            found.fill(slice(None), q, u, t, held)
+        elif rows.any():
+            found.fill(np.flatnonzero(rows), q[rows], u[rows], t[rows] if isinstance(t, np.ndarray) else t, held)
+    return found.motion, found.inexact
+
+
+Held = Sequence[tuple[int, str, float]]
+"""Contacts by number, how each is held, and its share where friction can be shared."""
+
+
+class _Parts:
+    """The motion of a batch, put together from groups of states."""
+
+    def __init__(self, model: Model, count: int, reactions: bool) -> None:
+        kind = model.core.REAL
+        self.model, self.asked, self.inexact = model, reactions, 0.0
+        self.motion = Motion(
+            np.empty((count, len(model.u_names)), dtype=kind),
+            np.empty((count, len(model.rows)), dtype=kind),
+            np.zeros((count, len(model.contacts), 2), dtype=kind),
+            np.empty((count if reactions else 0, len(model.joints), 3), dtype=kind),
+        )
+
+    def fill(self, rows: Any, q: FloatArray, u: FloatArray, t: float | FloatArray, held: Held | None) -> None:
+        """The states ``rows``: in flight where nothing is held, with what a run would hold where that is None."""
+        if held is None or held:
+            self.fill_in_contact(rows, q, u, t, held)
+            return
+        kernels, motion = self.model.kernels, self.motion
+        u_dot, multipliers, outcomes = kernels.acceleration(q, u, t)
+        if outcomes.count("done") != len(outcomes):
+            wrong = next(k for k, outcome in enumerate(outcomes) if outcome != "done")
+            raise _none(self.model, self._number(rows, wrong), outcomes[wrong])
+        self.inexact = max(self.inexact, kernels.inexact)
+        if self.asked:
+            motion.reactions[rows] = kernels.reactions(q, u, t, u_dot, multipliers).reshape(len(q), -1, 3)
+        motion.u_dot[rows], motion.multipliers[rows] = u_dot, multipliers
+
+    def fill_in_contact(
+        self,
+        rows: Any,
+        q: FloatArray,
+        u: FloatArray,
+        t: float | FloatArray,
+        held: Held | None,
+        supply: Supply | None = None,
+    ) -> None:
+        """The same by the solver of a run, under the inputs of a ``supply`` if there is one."""
+        kernels, motion = self.model.kernels, self.motion
+        u_dot, multipliers, pushes, reactions, trouble = kernels.motion(q, u, t, held, supply)
+        if trouble:
+            raise _trouble(self.model, self._number(rows, trouble[0]), *trouble[1:])
+        self.inexact = max(self.inexact, kernels.inexact)
+        motion.u_dot[rows], motion.multipliers[rows] = u_dot, multipliers
+        motion.pushes[rows] = pushes.reshape(len(q), 2, -1).transpose(0, 2, 1)
+        if self.asked:
+            motion.reactions[rows] = reactions.reshape(len(q), -1, 3)
+
+    def _number(self, rows: Any, within: int) -> int:
+        return int(np.arange(len(self.motion.u_dot))[rows][within])
+
+
+def _none(model: Model, state: int, outcome: str) -> ValueError:
+    return ValueError(f"{model.name}: state {state} has no accelerations ({outcome.replace('_', ' ')})")
+
+
+def _trouble(model: Model, state: int, outcome: str, obstacle: str, contact: int, size: float) -> ValueError:
+    """Why a state has no motion with its contacts, and what to do."""
+    if outcome == "jammed":
+        return ValueError(
+            f"{model.name}: friction jams in state {state}: the forces of its contacts have no solution, or more than "
+            "one; say how contacts are held by contacts={(point, ground): how}, or leave them out with contacts=()"
+        )
+    if not obstacle:
+        return _none(model, state, outcome)
+    point, ground = model.contacts[contact]
+    unit = "rad" if ground in model.stops else "m"
+    if obstacle == "strikes":
+        return ValueError(
+            f"{model.name}: state {state} is before an impact: {point} strikes {ground} at {size:.6g} {unit}/s; take "
+            "the velocities after it from model.impact, or leave contacts out with contacts=()"
+        )
+    return ValueError(
+        f"{model.name}: state {state} has {point} behind {ground} by {size:.6g} {unit}; move it out, or leave contacts "
+        "out with contacts=()"
+    )
+
+
+def _held_as_named(
+    model: Model, q: FloatArray, u: FloatArray, contacts: Mapping[tuple[str, str], str] | Sequence[tuple[str, str]]
+) -> list[tuple[Held, Any]]:
+    """What is held, and in which of the states (b,): as said, or as each contact moves along its ground."""
+    numbers = [model._contact(contact) for contact in contacts]
+    if len(set(numbers)) != len(numbers):
+        raise ValueError(f"contacts: found {list(contacts)}, expected each once")
+    every = np.ones(len(q), dtype=bool)
+    rough = model.kernels.friction
+    if isinstance(contacts, Mapping):
+        for number, how in zip(numbers, contacts.values(), strict=True):
+            _check_how(model, number, how, bool(rough[number]))
+        return [([(c, how, 1.0) for c, how in zip(numbers, contacts.values(), strict=True)], every)]
+    if not any(rough[c] for c in numbers):
+        return [([(c, "smooth", 1.0) for c in numbers], every)]
+    slips = model.kernels.of_state("slips", q, u)[:, numbers]
+    ways = np.where(np.abs(slips) <= STILL * model.length, 2.0, np.sign(slips))
+    ways[:, [not rough[c] for c in numbers]] = 0.0
+    names = {0.0: "smooth", 1.0: "slides forward", 2.0: "sticks", -1.0: "slides backward"}
+    return [
+        ([(c, names[way], 1.0) for c, way in zip(numbers, one.tolist(), strict=True)], (ways == one).all(axis=1))
+        for one in np.unique(ways, axis=0)
+    ]
+
+
+def _check_how(model: Model, contact: int, how: str, rough: bool) -> None:
+    known = ("smooth", "touches", "carried", *RUBS)
+    where = "({}, {})".format(*model.contacts[contact])
+    if how not in known:
+        raise ValueError(f"contacts: found {how!r} for {where}, expected one of: {'; '.join(known)}")
+    if how in RUBS and not rough:
+        raise ValueError(f'contacts: found {how!r} for {where}, which has no friction, expected "smooth"')
+
+
+@dataclass(frozen=True, eq=False)
+class Along:
+    """The motion along a run: in which of the ``ways`` contacts were held from each of the times ``since`` on.
+
+    ``advance`` has the model and its inputs. Can be pickled with the run.
+    """
+
+    advance: Advance
+    since: FloatArray
+    which: Sequence[int]
+    ways: Sequence[Held]
+
+    def __call__(self, t: FloatArray, q: FloatArray, u: FloatArray, before: NDArray[np.bool_] | bool = False) -> Motion:
+        """The motion at the times t (b,) and states of the run; ``before`` what changes there, where that is set.
+
+        Raises ``ValueError`` where there is none, and where a controller was lost by pickling.
+        """
+        model, supply = self.advance.model, self.advance.supply
+        if isinstance(self.advance.inputs, str):
+            raise ValueError("no forces: the run was pickled without its controller; ask for them before it is pickled")
+        after = np.searchsorted(self.since, t, side="right") - 1
+        change = np.where(before, np.searchsorted(self.since, t, side="left") - 1, after)
+        which = np.append(np.array(self.which, dtype=int), -1)[change]  # the last is of what is before all changes
+        found = _Parts(model, len(t), reactions=True)
+        for one in np.unique(which).tolist():
+            rows = np.flatnonzero(which == one)
+            held = self.ways[one] if one >= 0 else ()
+            found.fill_in_contact(rows, q[rows], u[rows], t[rows], held, supply)
+        return found.motion
+
+    def __copy__(self) -> Along:
+        return self
+
+    def __deepcopy__(self, memo: object) -> Along:
+        return self
+
+
+def along(advance: Advance, found: Mapping[str, Any]) -> Along:
+    """The motion along the run that the core recorded."""
+    numbers: dict[tuple[tuple[int, str, float], ...], int] = {}
+    which = []
+    for held, shares in zip(found["held"], found["shares"], strict=True):
+        way = tuple((contact, how, share) for (contact, how), share in zip(held, shares, strict=True))
+        which.append(numbers.setdefault(way, len(numbers)))
+    return Along(advance, found["hold_t"], which, list(numbers))
+
+
+def impulses_of_joints(model: Model, found: Mapping[str, Any]) -> FloatArray:
+    """Impulses of the joints (impacts, joints, 3) in the impacts that the core recorded, on the outboard links."""
+    count, contacts, first = len(found["impact_t"]), len(model.contacts), found["first"]
+    P: FloatArray = np.zeros((count, 2 * contacts), dtype=model.core.REAL)
+    for i in range(count):
+        part = slice(first[i], first[i + 1])
+        chosen = np.array(found["contacts"][part])
+        P[i, chosen], P[i, contacts + chosen] = found["impulses"][part], found["friction"][part]
+    q = np.ascontiguousarray(found["q"][found["after"]]) if count else found["q"][:0]
+    impulses = model.kernels.joint_impulses(q, found["u_plus"] - found["u_minus"], P)[0]
+    impulses[~P.any(axis=1)] = 0.0  # a loop that lies in a line strikes itself: impulses of its joints have no bounds
+    return impulses.reshape(count, len(model.joints), 3)
