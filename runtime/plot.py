@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -49,7 +50,7 @@ def draw(run: Run, path: str | os.PathLike[str] | None = None) -> Any:
     rows = below.subplots(len(curves), 1, sharex=True, squeeze=False)[:, 0]
     for axes, curve in zip(rows, curves, strict=True):
         curve(axes, run, frames)
-        _mark_impacts(axes, run)
+        mark_impacts(axes, run)
         axes.grid(True, color="#e6e6e6", linewidth=0.6)
         axes.spines[["top", "right"]].set_visible(False)
     rows[-1].set_xlabel("time [s]")
@@ -126,15 +127,20 @@ def _heights(axes: Any, run: Run, frames: Frames) -> None:
         ("above ground [m]" if grounds else "gap [m]") if heights else "along line [m]" if along else "height [m]"
     )
     heights = heights or along or {joint: frames.joints[:, k, 1] for k, joint in enumerate(model.joints)}
-    shades = needed("matplotlib", "a plot of a run").colormaps["cividis"](np.linspace(0.0, 0.9, max(len(heights), 1)))
-    few = len(heights) <= NAMED
-    for k, (name, height) in enumerate(heights.items()):
+    named_curves(axes, frames.t, heights)
+
+
+def named_curves(axes: Any, t: FloatArray, curves: Mapping[str, FloatArray]) -> None:
+    """Curves over time: a few in colours of their own, with a legend; many shaded by their order."""
+    shades = needed("matplotlib", "a plot of a run").colormaps["cividis"](np.linspace(0.0, 0.9, max(len(curves), 1)))
+    few = len(curves) <= NAMED
+    for k, (name, curve) in enumerate(curves.items()):
         colour = (*COLOURS, INK, SOFT)[k] if few else shades[k]
-        axes.plot(frames.t, height, color=colour, linewidth=2.6 - 1.6 * k / len(heights) if few else 0.9, label=name)
-    if few and heights:
-        _legend(axes, columns=2 if len(heights) > 4 else 1)
-    elif heights:
-        names = list(heights)
+        axes.plot(t, curve, color=colour, linewidth=2.6 - 1.6 * k / len(curves) if few else 0.9, label=name)
+    if few and curves:
+        _legend(axes, columns=2 if len(curves) > 4 else 1)
+    elif curves:
+        names = list(curves)
         words = f"{names[0]} (dark)\nto {names[-1]}\n(light)"
         axes.text(1.01, 0.95, words, transform=axes.transAxes, fontsize=8, va="top")
 
@@ -147,7 +153,7 @@ def _closure(axes: Any, run: Run, frames: Frames) -> None:
     axes.set_ylim(min(low, 0.3e-17), max(high, 1e-13))
 
 
-def _mark_impacts(axes: Any, run: Run) -> None:
+def mark_impacts(axes: Any, run: Run) -> None:
     """Impacts as lines, contact as shade."""
     for phase in run.phases:
         if phase.kind == "contact" and phase.end - phase.start > 1e-4 * (run.t[-1] - run.t[0]):

@@ -72,11 +72,12 @@ def run(
     method: Annotated[str | None, typer.Option(metavar="NAME", help="integration method")] = None,
     out: Annotated[Path | None, typer.Option(metavar="DIR", help="folder of results [results/<name>]")] = None,
     gif: Annotated[bool, typer.Option("--gif", help="write an animation as GIF too")] = False,
+    csv: Annotated[bool, typer.Option("--csv", help="write the forces of contacts and joints as CSV too")] = False,
     fold: Fold = False,
     verbose: Verbose = False,
     quiet: Quiet = False,
 ) -> None:
-    """Simulate a scene; print impacts and audit; write result, plot and player.
+    """Simulate a scene; print impacts, largest forces and audit; write result, plot, forces and player.
 
     With --quiet the results are written only.
     Exit code 0: the end was reached, 2: wrong input, 3: stopped early, by itself or by Ctrl-C, with results written.
@@ -84,7 +85,7 @@ def run(
     from .detail import detail
     from .run import run as work
 
-    work(scene, until, rtol, method, out, gif, fold, detail(verbose, quiet))
+    work(scene, until, rtol, method, out, gif, fold, detail(verbose, quiet), csv)
 
 
 @app.command()

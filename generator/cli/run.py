@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,6 +15,7 @@ from ..pipeline import generate
 from ..program.errors import FoldError
 from .detail import Detail
 from .folders import check_folder, check_results, record_results
+from .forces import force_files, print_forces, ways_to_write
 from .progress import progress
 from .refusal import STOPPED_EARLY, fail, refusing
 from .report import print_audit, print_contacts, print_impacts, print_warnings
@@ -38,6 +40,7 @@ def run(
     gif: bool,
     fold: bool = False,
     detail: Detail = Detail.USUAL,
+    csv: bool = False,
 ) -> None:
     """Simulate the scene into the folder ``out``; exit code 3 when the run stopped early.
 
@@ -46,7 +49,7 @@ def run(
     check_numbers(until, rtol)
     scene = read(scene_file)
     folder = Path("results") / scene.name if out is None else out
-    check_results(folder, (*FILES, *((GIF,) if gif else ())), "--out")
+    check_results(folder, (*FILES, *((GIF,) if gif else ()), *force_files(scene, csv)), "--out")
     check_folder(MODELS, "folder of models")
     check_method(method)
     tell_assembly(scene, detail)
@@ -71,10 +74,11 @@ def run(
             typer.echo(f"{scene.name}: {result.message}", err=True)
         tell.stage("draw")
         with refusing(OSError):
-            files = write(result, folder, gif)
+            files = write(result, folder, gif, csv)
     if detail is not Detail.NOTHING:
         print_impacts(model, result)
         print_contacts(model, result)
+        print_forces(result)
         print_audit(result)
         typer.echo(f"written: {', '.join(str(folder / file) for file in files)}")
     print_warnings(result)
@@ -98,12 +102,14 @@ def check_method(method: str | None) -> None:
         fail(f"--method: found {method!r}, expected one of {', '.join(methods())}; choose one")
 
 
-def write(result: Run, folder: Path, gif: bool) -> list[str]:
-    """Write result, plot, player and, if asked, a GIF into ``folder``; the names of the files written."""
+def write(result: Run, folder: Path, gif: bool, csv: bool) -> list[str]:
+    """Write result, plot, player, forces and, if asked, a GIF and a table into ``folder``; the names of the files."""
     folder.mkdir(parents=True, exist_ok=True)
-    ways = dict(zip(FILES, (result.save, result.plot, result.animate), strict=True)) | (
-        {GIF: result.animate} if gif else {}
-    )
+    ways: dict[str, Callable[[Path], object]] = {
+        **dict(zip(FILES, (result.save, result.plot, result.animate), strict=True)),
+        **({GIF: result.animate} if gif else {}),
+        **ways_to_write(result, csv),
+    }
     for name, way in ways.items():
         way(folder / name)
         record_results(folder, [name])

@@ -1,0 +1,86 @@
+"""What ``ccgen run`` prints and writes of forces: the largest of contacts and joints, their picture, and a table."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import typer
+
+if TYPE_CHECKING:
+    from ccgen.runtime import Run
+    from ccgen.runtime.force_history import History
+
+    from ..scene.scene import Scene
+
+PICTURE, TABLE = "forces.png", "forces.csv"
+LARGEST = 3
+"""Contacts, and joints, whose largest forces are printed."""
+
+
+def print_forces(run: Run) -> None:
+    """The largest forces of contacts and of joints between impacts, and when; nothing where links touch nothing."""
+    if not run.model.contacts:
+        return
+    from ccgen.runtime.force_history import history
+
+    found = history(run)
+    rows = [*_contacts(run, found), *_joints(run, found)]
+    if not rows:
+        return
+    width = max(len(name) for name, _, _, _ in rows)
+    typer.echo("largest forces between impacts:")
+    for name, size, t, more in rows:
+        typer.echo(f"  {name:{width}}  {size:>12}  at t = {t:.6g} s{more}")
+
+
+Row = tuple[str, str, float, str]
+
+
+def _contacts(run: Run, found: History) -> list[Row]:
+    """Those that push hardest, each with the friction of that instant; stops, in other units, after them."""
+    model = run.model
+    peaks = np.argmax(found.pushes[:, :, 0], axis=0)
+    rows: list[Row] = []
+    for stops in (False, True):
+        chosen = [k for k, (_, ground) in enumerate(model.contacts) if (ground in model.stops) == stops]
+        sizes = {k: float(found.pushes[peaks[k], k, 0]) for k in chosen}
+        for k in sorted(chosen, key=lambda k: -sizes[k])[:LARGEST]:
+            if sizes[k] <= 0.0:
+                continue
+            friction = float(found.pushes[peaks[k], k, 1])
+            more = f", friction {friction:z.6g} N" if np.any(found.pushes[:, k, 1]) else ""
+            point, ground = model.contacts[k]
+            unit = "N m" if stops else "N"
+            rows.append((f"{point} on {ground}", f"{sizes[k]:.6g} {unit}", float(found.t[peaks[k]]), more))
+    return rows
+
+
+def _joints(run: Run, found: History) -> list[Row]:
+    """Those whose forces are largest."""
+    sizes = np.hypot(found.reactions[:, :, 0], found.reactions[:, :, 1])
+    peaks = np.argmax(sizes, axis=0)
+    order = sorted(range(len(run.model.joints)), key=lambda j: -sizes[peaks[j], j])
+    return [
+        (run.model.joints[j], f"{sizes[peaks[j], j]:.6g} N", float(found.t[peaks[j]]), "")
+        for j in order[:LARGEST]
+        if sizes[peaks[j], j] > 0.0
+    ]
+
+
+def force_files(scene: Scene, csv: bool) -> list[str]:
+    """Names of the files of forces that a run of the scene writes."""
+    touches = any(effect.gaps(lambda _, expression: expression) for effect in scene.effects)
+    return [PICTURE] * touches + [TABLE] * csv
+
+
+def ways_to_write(run: Run, csv: bool) -> dict[str, Callable[[Path], object]]:
+    """By the name of each of these files what writes it: a picture where links can touch, a table if asked."""
+    from ccgen.runtime.force_history import write_csv
+    from ccgen.runtime.force_plot import draw_forces
+
+    picture: dict[str, Callable[[Path], object]] = {PICTURE: partial(draw_forces, run)} if run.model.contacts else {}
+    return picture | ({TABLE: partial(write_csv, run)} if csv else {})

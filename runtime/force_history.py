@@ -1,0 +1,77 @@
+"""Forces of contacts and joints over a whole run: where they are largest, and as a table for other programs."""
+
+from __future__ import annotations
+
+import csv
+import io
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from .frames import FloatArray
+from .run import Run, write_whole
+
+INSTANTS = 1000
+"""Least number of instants between the start of a run and its end."""
+
+
+@dataclass(frozen=True, eq=False)
+class History:
+    """Forces at times t (n,): ``pushes`` (n, contacts, 2) and ``reactions`` (n, joints, 3), as those of a run.
+
+    Instants at which forces jump are there twice, before and after.
+    """
+
+    t: FloatArray
+    pushes: FloatArray
+    reactions: FloatArray
+
+
+def history(run: Run, instants: int = INSTANTS) -> History:
+    """The forces at every row of a run and at ``instants`` even times, and at changes of contact on both sides.
+
+    The last instant of a run that stopped early is left out: forces may have no solution there.
+    """
+    if run.motion is None:
+        raise ValueError("this run knows no forces: it was not made by simulate")
+    even = np.linspace(run.t[0], run.t[-1], instants + 1, dtype=run.t.dtype)
+    times = np.union1d(even, run.t)
+    if not run.success and len(times) > 1:
+        times = times[:-1]
+    q, u = run.at(times)
+    jumps = np.union1d(run.motion.since, np.array([impact.t for impact in run.impacts], dtype=run.t.dtype))
+    jumps = jumps[(jumps > run.t[0]) & (jumps <= times[-1])]
+    rows = np.searchsorted(run.t, jumps, side="left")
+    t = np.concatenate([jumps, times])
+    before = np.arange(len(t)) < len(jumps)
+    order = np.argsort(t, kind="stable")
+    states = (np.concatenate([run.q[rows], q])[order], np.concatenate([run.u[rows], u])[order])
+    motion = run.motion(t[order], *states, before[order])
+    return History(t[order], motion.pushes, motion.reactions)
+
+
+def columns(run: Run) -> list[str]:
+    """Headings of a table of forces, with units."""
+    found = ["t [s]"]
+    for point, ground in run.model.contacts:
+        unit = "N m" if ground in run.model.stops else "N"
+        found += [f"{point} on {ground}: normal [{unit}]", f"{point} on {ground}: friction [N]"]
+    for joint in run.model.joints:
+        found += [f"{joint}: x [N]", f"{joint}: y [N]", f"{joint}: moment [N m]"]
+    return found
+
+
+def write_csv(run: Run, path: str | os.PathLike[str]) -> Path:
+    """Write the forces of contacts and joints over time as CSV, headings with units first; times as of ``history``."""
+    target = Path(path)
+    found = history(run)
+    count = len(found.t)
+    numbers = np.column_stack([found.t, found.pushes.reshape(count, -1), found.reactions.reshape(count, -1)])
+    text = io.StringIO()
+    table = csv.writer(text, lineterminator="\n")
+    table.writerow(columns(run))
+    table.writerows([[repr(float(x)) for x in row] for row in numbers.tolist()])
+    write_whole(target, lambda part: part.write(text.getvalue().encode()))
+    return target

@@ -1,0 +1,77 @@
+"""What ``ccgen run`` prints, draws and writes of forces."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from ccgen.generator.cli.app import app
+from ccgen.runtime import simulate
+from ccgen.runtime.force_history import history
+from ccgen.runtime.force_plot import draw_forces
+
+from .conftest import Workshop
+from .test_forces import LEANING, G
+
+
+@pytest.fixture
+def scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    file = tmp_path / "leaning.toml"
+    file.write_text(LEANING)
+    return file
+
+
+def test_a_run_tells_its_largest_forces(scene: Path) -> None:
+    done = CliRunner().invoke(app, ["run", str(scene), "--csv"])
+    assert done.exit_code == 0
+    lines = done.stdout.splitlines()
+    at = lines.index("largest forces between impacts:")
+    assert lines[at + 1].split() == ["rod.T", "on", "ground_0", "9.81", "N", "at", "t", "=", "0.268008", "s"]
+    assert lines[at + 2].split()[0] == "hinge"
+    folder = Path("results/leaning")
+    assert (folder / "forces.png").read_bytes()[:4] == b"\x89PNG"
+    with (folder / "forces.csv").open(newline="") as file:
+        head, *rows = csv.reader(file)
+    assert head == [
+        "t [s]", "rod.T on ground_0: normal [N]", "rod.T on ground_0: friction [N]",
+        "hinge: x [N]", "hinge: y [N]", "hinge: moment [N m]",
+    ]  # fmt: skip
+    numbers = np.array(rows, dtype=float)
+    assert numbers[0, 0] == 0.0 and numbers[-1, 0] == 2.0 and np.all(np.diff(numbers[:, 0]) >= 0.0)
+    assert numbers[-1, 1:] == pytest.approx([G, 0.0, 0.0, G, 0.0], rel=1e-12, abs=1e-12)
+    (jump,) = np.flatnonzero(np.diff(numbers[:, 0]) == 0.0)  # on both sides of the impact
+    assert numbers[jump, 1] == 0.0 and numbers[jump + 1, 1] == pytest.approx(G, rel=1e-11)
+
+
+def test_what_ccgen_did_not_write_is_kept(scene: Path) -> None:
+    own = Path("results/leaning/forces.png")
+    own.parent.mkdir(parents=True)
+    own.write_text("mine")
+    done = CliRunner().invoke(app, ["run", str(scene)])
+    assert done.exit_code == 2 and own.read_text() == "mine"
+
+
+def test_forces_on_both_sides_of_a_jump_are_those_of_the_run(workshop: Workshop) -> None:
+    run = simulate(workshop.model(LEANING))
+    found = history(run, 100)
+    (impact,) = run.impacts
+    at = np.flatnonzero(found.t == impact.t)
+    assert len(at) == 2
+    assert found.pushes[at[0], 0, 0] == 0.0 and found.pushes[at[1], 0, 0] == pytest.approx(G, rel=1e-11)
+    assert np.allclose(found.reactions[at[0]], run.reactions(impact.t - 1e-9), atol=1e-5)
+    after = found.t > impact.t
+    assert np.array_equal(found.reactions[after], run.reactions(found.t[after]))
+
+
+def test_the_picture_has_a_panel_for_what_there_is(workshop: Workshop, tmp_path: Path) -> None:
+    run = simulate(workshop.model(LEANING))
+    figure: Any = draw_forces(run, tmp_path / "forces.png")
+    assert [axes.get_ylabel() for axes in figure.axes] == ["normal force [N]", "joint force [N]"]
+    with pytest.raises(ValueError, match=r"saved as .png"):
+        draw_forces(run, tmp_path / "forces.pdf")
