@@ -1,12 +1,43 @@
 """The compiled extension of the runtime, once for every precision; everything else is in pyproject.toml."""
 
+import importlib.util
+import os
+import shutil
+import sys
 from pathlib import Path
 
 from Cython.Build import cythonize
 from setuptools import Extension, setup
+from setuptools.command.build_ext import build_ext
+
+INSTALL = """no C compiler found: looked for $CC, cc, gcc, clang and the ziglang package; install one and try again:
+  Debian, Ubuntu:  apt install gcc libc6-dev
+  Fedora:          dnf install gcc
+  macOS:           xcode-select --install
+  elsewhere:       pip install '.[zig]', which brings the compiler of the ziglang package"""
 
 PRECISIONS = {"_core": "0", "_float": "1", "_wide": "2"}
 """``CCGEN_PRECISION`` of each extension (runtime/core/real.h)."""
+
+
+class BuildExt(build_ext):
+    """Extensions compiled by ``$CC``, by the compiler that Python was, by ``cc``, ``gcc`` or ``clang``, or by zig."""
+
+    def build_extensions(self) -> None:
+        """Compile all; without a compiler say what to install."""
+        usual = getattr(self.compiler, "compiler_so", None)
+        if usual and not shutil.which(usual[0]):
+            found = next(filter(shutil.which, ("cc", "gcc", "clang")), None)
+            if os.environ.get("CC") or not (found or importlib.util.find_spec("ziglang")):
+                raise SystemExit(INSTALL)
+            zig = [sys.executable, "-m", "ziglang", "cc", "-mcpu=baseline"]
+            command = [found] if found else zig
+            shared = ["-bundle", "-undefined", "dynamic_lookup"] if sys.platform == "darwin" else ["-shared"]
+            self.compiler.set_executables(
+                compiler=command, compiler_so=[*command, "-fPIC", "-DNDEBUG"], linker_so=[*command, *shared]
+            )
+        super().build_extensions()
+
 
 cores = [
     Extension(
@@ -24,4 +55,8 @@ cores = [
     )
     for name, precision in PRECISIONS.items()
 ]
-setup(ext_modules=cythonize(cores, build_dir=".cache"), options={"build": {"build_base": ".cache/setuptools"}})
+setup(
+    ext_modules=cythonize(cores, build_dir=".cache"),
+    cmdclass={"build_ext": BuildExt},
+    options={"build": {"build_base": ".cache/setuptools"}},
+)

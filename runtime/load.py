@@ -13,8 +13,9 @@ from typing import Any
 from .model import Model
 from .package import read_package
 
-PATIENCE = 1.0
-"""Seconds for which a package that others replace meanwhile is read anew; a replacement takes some milliseconds."""
+PATIENCE = 10.0
+"""Seconds for which a package that others replace meanwhile is read anew; a replacement takes milliseconds, others may
+follow."""
 
 _loaded: dict[tuple[Path, str], tuple[object, Mapping[str, Any]]] = {}
 """Descriptor and data of every package that this process has loaded, by folder and seal."""

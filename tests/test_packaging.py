@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import ast
+import importlib.util
+import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -83,6 +86,57 @@ def test_importing_the_runtime_is_not_importing_the_generator(tmp_path: Path) ->
 def test_the_command_line_starts_without_sympy(tmp_path: Path) -> None:
     code = "import sys, ccgen.generator.cli.build, ccgen.generator.cli.run; print('sympy' in sys.modules)"
     assert python(code, tmp_path) == "False\n"
+
+
+def tools(folder: Path, *names: str) -> Path:
+    """A folder with links to these programs alone, for a path without compilers."""
+    folder.mkdir()
+    for name in names:
+        found = shutil.which(name)
+        assert found, name
+        (folder / name).symlink_to(found)
+    return folder
+
+
+@pytest.mark.skipif(importlib.util.find_spec("ziglang") is not None, reason="ziglang brings a compiler")
+def test_make_without_a_compiler_says_what_to_install(tmp_path: Path) -> None:
+    path = tools(tmp_path / "tools", "sh", "make", "test", "echo")
+    shutil.copy(ROOT / "Makefile", tmp_path)
+    for file in ("pyproject.toml", "setup.py"):
+        (tmp_path / file).write_text("")
+    environment = {name: value for name, value in os.environ.items() if name != "CC"} | {"PATH": str(path)}
+    command = ["make", "hexagon", f"BIN={Path(sys.executable).parent}"]
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert "make: found no C compiler, expected cc, gcc or clang; install one" in done.stderr
+    for line in ("apt install gcc", "dnf install gcc", "xcode-select --install", "-m pip install ziglang"):
+        assert line in done.stderr
+    assert len(done.stderr.splitlines()) <= 8 and "pip" not in done.stdout
+
+
+def test_building_asks_for_zig_where_there_is_no_compiler(tmp_path: Path) -> None:
+    """With one on the path, or named by $CC, it does not."""
+    code = (
+        f"import sys; sys.path.insert(0, {str(ROOT / 'backend')!r}); from setuptools import build_meta\n"
+        "usual = lambda given: ['usual']\n"
+        "build_meta.get_requires_for_build_wheel = build_meta.get_requires_for_build_editable = usual\n"
+        "import compiled_by_any as backend\n"
+        "print(backend.get_requires_for_build_wheel(), backend.get_requires_for_build_editable())\n"
+        "print(callable(backend.build_wheel), callable(backend.build_editable), callable(backend.build_sdist))\n"
+    )
+    zig, none = "['usual', 'ziglang>=0.12']", "['usual']"
+    (tmp_path / "with").mkdir()
+    (tmp_path / "with" / "clang").write_text("#!/bin/sh\n")
+    (tmp_path / "with" / "clang").chmod(0o755)
+    for environment, needed in (
+        ({"PATH": str(tmp_path)}, zig),
+        ({"PATH": str(tmp_path / "with")}, none),
+        ({"PATH": str(tmp_path), "CC": "tcc"}, none),
+    ):
+        done = subprocess.run(
+            [sys.executable, "-c", code], env=environment, capture_output=True, text=True, timeout=60, check=False
+        )
+        assert done.stdout.splitlines() == [f"{needed} {needed}", "True True True"], done.stderr
 
 
 def imports(file: Path) -> set[str]:
