@@ -37,6 +37,34 @@ class Motion:
     reactions: FloatArray
 
 
+def in_flight(model: Model, q: FloatArray, contacts: Contacts) -> bool:
+    """Whether no contact pushes in any of the configurations (b, nq)."""
+    if contacts is None:
+        return not model.contacts or not model.kernels.closed(q).any()
+    return not contacts
+
+
+def flight_of(model: Model, q: FloatArray, u: FloatArray, t: float | FloatArray, what: str) -> FloatArray:
+    """One field of ``Motion`` of states in which no contact pushes, under the inputs that are set."""
+    u_dot, multipliers = _accelerated(model, q, u, t)
+    if what == "reactions":
+        return model.kernels.reactions(q, u, t, u_dot, multipliers).reshape(len(q), len(model.joints), 3)
+    if what == "pushes":
+        return np.zeros((len(q), len(model.contacts), 2), dtype=model.core.REAL)
+    return u_dot if what == "u_dot" else multipliers
+
+
+def _accelerated(
+    model: Model, q: FloatArray, u: FloatArray, t: float | FloatArray, numbers: Sequence[int] | None = None
+) -> tuple[FloatArray, FloatArray]:
+    """Accelerations and multipliers in flight; ``numbers`` of the states in the batch that was asked for."""
+    u_dot, multipliers, outcomes = model.kernels.acceleration(q, u, t)
+    if outcomes.count("done") != len(outcomes):
+        wrong = next(k for k, outcome in enumerate(outcomes) if outcome != "done")
+        raise _none(model, int(numbers[wrong]) if numbers else wrong, outcomes[wrong])
+    return u_dot, multipliers
+
+
 def motion_of(
     model: Model, q: FloatArray, u: FloatArray, t: float | FloatArray, contacts: Contacts, *, reactions: bool = False
 ) -> tuple[Motion, float]:
@@ -83,10 +111,7 @@ class _Parts:
             self.fill_in_contact(rows, q, u, t, held)
             return
         kernels, motion = self.model.kernels, self.motion
-        u_dot, multipliers, outcomes = kernels.acceleration(q, u, t)
-        if outcomes.count("done") != len(outcomes):
-            wrong = next(k for k, outcome in enumerate(outcomes) if outcome != "done")
-            raise _none(self.model, self._number(rows, wrong), outcomes[wrong])
+        u_dot, multipliers = _accelerated(self.model, q, u, t, self._numbers(rows))
         self.inexact = max(self.inexact, kernels.inexact)
         if self.asked:
             motion.reactions[rows] = kernels.reactions(q, u, t, u_dot, multipliers).reshape(len(q), -1, 3)
@@ -105,15 +130,15 @@ class _Parts:
         kernels, motion = self.model.kernels, self.motion
         u_dot, multipliers, pushes, reactions, trouble = kernels.motion(q, u, t, held, supply)
         if trouble:
-            raise _trouble(self.model, self._number(rows, trouble[0]), *trouble[1:])
+            raise _trouble(self.model, int(self._numbers(rows)[trouble[0]]), *trouble[1:])
         self.inexact = max(self.inexact, kernels.inexact)
         motion.u_dot[rows], motion.multipliers[rows] = u_dot, multipliers
         motion.pushes[rows] = pushes.reshape(len(q), 2, -1).transpose(0, 2, 1)
         if self.asked:
             motion.reactions[rows] = reactions.reshape(len(q), -1, 3)
 
-    def _number(self, rows: Any, within: int) -> int:
-        return int(np.arange(len(self.motion.u_dot))[rows][within])
+    def _numbers(self, rows: Any) -> Sequence[int]:
+        return list(range(len(self.motion.u_dot))) if isinstance(rows, slice) else list(rows)
 
 
 def _none(model: Model, state: int, outcome: str) -> ValueError:

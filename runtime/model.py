@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from .assemble import nearest_closed
 from .drives import drive_rows, put_where_driven
-from .forces import Contacts, motion_of
+from .forces import Contacts, flight_of, in_flight, motion_of
 from .frames import Disc, FloatArray
 from .inputs import Values, read_values
 from .lines import Lines
@@ -232,12 +232,14 @@ class Model:
         self, q: ArrayLike, u: ArrayLike, t: ArrayLike, inputs: Values | None, contacts: Contacts, what: str
     ) -> FloatArray:
         states, single = self._state(q, u)
+        times = self._times(t, len(states[0]))
         with self.given(inputs):
-            motion, inexact = motion_of(
-                self, *states, self._times(t, len(states[0])), contacts, reactions=what == "reactions"
-            )
+            if in_flight(self, states[0], contacts):
+                found, inexact = flight_of(self, *states, times, what), self.kernels.inexact
+            else:
+                motion, inexact = motion_of(self, *states, times, contacts, reactions=what == "reactions")
+                found = getattr(motion, what)
         self._warn_inexact("accelerations", inexact, 4)
-        found: FloatArray = getattr(motion, what)
         return found[0] if single else found
 
     def _times(self, t: ArrayLike, count: int) -> float | FloatArray:
