@@ -50,10 +50,15 @@ def same(one: Run, other: Run) -> bool:
     arrays = [run._arrays() for run in (one, other)]
     between = (one.t[:-1] + one.t[1:]) / 2
     states = zip(one.at(between), other.at(between), strict=True)
+    forces = zip(
+        (one.contact_forces(one.t), one.reactions(between)),
+        (other.contact_forces(other.t), other.reactions(between)),
+        strict=True,
+    )
     return (
         all(np.array_equal(arrays[0][name], arrays[1][name]) for name in arrays[0])
         and (one.method, one.drift, one.phases) == (other.method, other.drift, other.phases)
-        and all(np.array_equal(a, b) for a, b in states)
+        and all(np.array_equal(a, b) for a, b in (*states, *forces))
     )
 
 
