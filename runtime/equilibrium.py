@@ -4,36 +4,55 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import chain, combinations
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .analysis import free_motions
-from .drives import drive_columns, drive_rows
+from .cones import BoolArray
+from .drives import drive_columns
 from .frames import FloatArray
 from .model import Model
 from .precision import need_doubles
+from .static_contacts import DEEPEST, Hold, inside
+from .static_search import rest_from, smallest
+from .statics import Statics
 
 Stability = Literal["stable", "unstable", "indifferent"]
 
-PASSES = 200
-BALANCED = 1e-10
-"""Loads balance when what is left along the free motions is smaller than this part of them."""
-FLAT = 1e-7
-"""Stiffnesses below this part of the largest load or stiffness are taken as zero."""
-FARTHEST = 0.5
-"""Longest step (rad, m)."""
+LOOSE = 8
+"""Contacts closed without force, at most, of which every way to open and stay closed is looked at."""
+OPENING = 1e-9
+"""Rates of gaps above minus this, along motions of length 1, are not into a surface."""
+
+HELD = (
+    "friction holds it here; it rests in a whole range of configurations around this one, and this is the first on "
+    "the way from the start"
+)
+ROUGH = (
+    "it rests without friction; by the friction of its contacts it rests in a range of configurations around this one"
+)
+LIMIT = "friction is at its limit at {}: less of it, or more load, and it slides"
+SHARED = "contact forces are not unique: those of least norm are given, with the range of each"
 
 
 @dataclass(frozen=True)
 class Equilibrium:
     """A configuration ``q`` (nq,) in which the mechanism stays at rest.
 
-    ``stiffness`` (freedoms,): eigenvalues of the reduced Hessian of the potential over orthonormal free motions,
-    rising. All positive: stable. One negative: unstable. Otherwise indifferent, or not to be told from the stiffness.
+    ``stiffness`` (freedoms,): eigenvalues, rising, of the reduced Hessian of the potential over orthonormal motions
+    that keep loops shut, contacts that push closed, and those that friction holds from sliding. All positive: stable.
+    One negative: unstable. Otherwise indifferent, or not to be told from the stiffness: so are rest at the very limit
+    of friction, and contacts closed without force that bar motions of negative stiffness.
     ``reactions`` (joints, 3): force and moment on each joint's outboard link. ``residual``: generalized force left
     over, relative to the loads.
+
+    ``closed`` are the (point, ground) names of the contacts that are closed. ``contact_forces`` (contacts, 2), in the
+    order of the model's ``contacts``, are normal force and friction, the latter along the normal turned clockwise, on
+    the point or the first disc, in N (of stops in N m); 0 where open. ``ranges`` (contacts, 2, 2) are the lowest and
+    highest value that each can have; they differ where forces are not ``unique``, and ``inf`` is one without a bound.
+    ``note`` says in words what a rest on contacts leaves open; it is empty where that is nothing.
     """
 
     q: FloatArray
@@ -41,6 +60,15 @@ class Equilibrium:
     stiffness: FloatArray
     reactions: FloatArray
     residual: float
+    closed: tuple[tuple[str, str], ...]
+    contact_forces: FloatArray
+    ranges: FloatArray
+    note: str
+
+    @property
+    def unique(self) -> bool:
+        """Whether the contact forces are the only ones that balance the loads."""
+        return bool(np.all(self.ranges[..., 0] == self.ranges[..., 1]))
 
 
 def static_equilibrium(
@@ -55,9 +83,11 @@ def static_equilibrium(
     At a joint that slides, the number is a force (N) on its second link along the line. Neither is part of the joint's
     reaction.
     Driven joints are held where they are in ``q``, by the moment (the force along the line) of their reactions.
+    Grounds, stops and touches are kept: no gap is negative, contacts only push, and only those that are closed.
     The search begins at the scene's start unless ``q`` is given, and goes downhill to a stable equilibrium; with
-    ``nearest`` it goes to a near one, stable or not. Raises ``ValueError`` where it finds none, as for a mechanism that
-    falls freely.
+    ``nearest`` it goes to a near one, stable or not. Friction holds a mechanism in a whole range of configurations:
+    the first one that it holds, on a way downhill on which contacts slide or stick, is given. Raises ``ValueError``
+    where it finds none, as for a mechanism that falls freely, and where ``q`` is behind a surface.
     """
     need_doubles(model.precision, model.name, "an equilibrium")
     given = dict(torques or {})
@@ -72,186 +102,66 @@ def static_equilibrium(
     first = model.start()[0] if q is None else model.assemble(q)
     if np.ndim(first) != 1:
         raise ValueError(f"q: found shape {np.shape(first)}, expected one configuration ({len(model.q_names)},)")
-    statics = _Statics(model, held, first, given)
-    found = _search(statics, first, nearest)
-    values: FloatArray = np.asarray(np.linalg.eigvalsh(statics.stiffness(found)), dtype=float)
-    smallest = FLAT * max(float(np.max(np.abs(values), initial=0.0)), statics.scale(found))
-    stability: Stability = "stable" if np.all(values > smallest) else "indifferent"
-    if np.any(values < -smallest):
-        stability = "unstable"
-    return Equilibrium(found, stability, values, statics.reactions(found), statics.residual(found))
-
-
-def _search(statics: _Statics, q: FloatArray, nearest: bool) -> FloatArray:
-    for _ in range(PASSES):
-        motions = free_motions(statics.model, q)
-        left = motions.T @ statics.force(q)
-        balanced = statics.residual(q) <= BALANCED
-        if balanced and nearest:
-            return q
-        stiffness = statics.stiffness(q)
-        values, directions = np.linalg.eigh(stiffness)
-        if balanced:
-            least = FLAT * max(float(np.max(np.abs(values), initial=0.0)), statics.scale(q))
-            if not values.size or values[0] >= -least:
-                return q
-            new = statics.closed(q + 0.1 * motions @ directions[:, 0])  # off a crest, either way
-        elif nearest:
-            new = statics.closed(q - _bounded(motions @ np.linalg.lstsq(stiffness, left, rcond=1e-12)[0]))
-        else:
-            curved = np.maximum(np.abs(values), 1e-6 * float(np.max(np.abs(values), initial=0.0)) + 1e-300)
-            new = _downhill(statics, q, -_bounded(motions @ (directions @ ((directions.T @ left) / curved))))
-        if new is None:
-            break
-        q = new
-    if statics.residual(q) <= 1e3 * BALANCED:
-        return q
-    why = "; a mechanism that falls freely has none" if statics.model.root in statics.model.links else ""
-    raise ValueError(
-        f"{statics.model.name}: no equilibrium found from here, a part {statics.residual(q):.3g} of the loads is "
-        f"left{why}"
+    if depth := inside(model, first, DEEPEST):
+        raise ValueError(f"q: found {depth}, expected a configuration outside all surfaces; begin elsewhere")
+    statics = Statics(model, held, first, given)
+    found, hold = rest_from(statics, first, nearest)
+    stability, values = _judge(statics, found, hold)
+    return Equilibrium(
+        found,
+        stability,
+        values,
+        statics.reactions(found, hold.forces),
+        statics.residual(found, hold),
+        tuple(model.contacts[k] for k in np.flatnonzero(hold.closed)),
+        hold.forces,
+        hold.ranges,
+        _note(statics, found, hold),
     )
 
 
-def _bounded(step: FloatArray) -> FloatArray:
-    return step * min(1.0, FARTHEST / max(float(np.max(np.abs(step), initial=0.0)), 1e-300))
+def _judge(statics: Statics, q: FloatArray, hold: Hold) -> tuple[Stability, FloatArray]:
+    """Whether it stays there, and the stiffnesses (freedoms,)."""
+    form = statics.stiffness(q, hold, hold.forces)
+    values: FloatArray = np.asarray(np.linalg.eigvalsh(form), dtype=float)
+    least = smallest(statics, q, values)
+    stability: Stability = "stable" if np.all(values > least) else "indifferent"
+    loose = hold.closed & ~hold.pushing
+    if np.any(values < -least) and (not np.any(loose) or _falls(statics, q, hold, form, loose, -least)):
+        stability = "unstable"
+    elif np.any(hold.limited):
+        stability = "indifferent"
+    return stability, values
 
 
-def _downhill(statics: _Statics, q: FloatArray, step: FloatArray) -> FloatArray | None:
-    """The longest part of ``step`` that lowers the potential, or the loads left over; ``None`` where none does."""
-    before, left = statics.potential(q), statics.residual(q)
-    for halvings in range(40):
-        new = statics.closed(q + step / 2**halvings)
-        if new is not None and (statics.potential(new) < before or statics.residual(new) < 0.5 * left):
-            return new
-    return None
+def _falls(statics: Statics, q: FloatArray, hold: Hold, form: FloatArray, loose: BoolArray, below: float) -> bool:
+    """Whether some motion on which no ``loose`` contact closes has a stiffness ``below``.
 
-
-@dataclass(frozen=True)
-class _Statics:
-    """Generalized forces at rest, ``held`` (nu,) being those of the torques.
-
-    Driven joints are where they are in ``first`` (nq,).
+    The least stiffness over such motions is an eigenvalue where some of these contacts stay closed and all others open.
     """
+    motions = statics.motions(q, hold)
+    rows = (statics.contacts.normals(q) / statics.contacts.sizes[:, None])[loose] @ motions
+    count = range(len(rows)) if len(rows) <= LOOSE else ()
+    for shut in chain.from_iterable(combinations(count, k) for k in range(len(rows) + 1)):
+        face = np.eye(len(form))
+        if shut:
+            _, sizes, right = np.linalg.svd(rows[list(shut)])
+            face = right[int(np.sum(sizes > OPENING)) :].T
+        values, directions = np.linalg.eigh(face.T @ form @ face)
+        for motion in (face @ directions[:, values < below]).T:
+            if any(np.all(sign * rows @ motion >= -OPENING) for sign in (1.0, -1.0)):
+                return True
+    return False
 
-    model: Model
-    held: FloatArray
-    first: FloatArray
-    torques: Mapping[str, float]
 
-    def force(self, q: FloatArray) -> FloatArray:
-        """Gradient of the potential less the torques: what holding still would take, (nu,)."""
-        return self._open(q) - self.held
-
-    def _open(self, q: FloatArray) -> FloatArray:
-        rest = np.zeros((1, len(q)))
-        return np.asarray(self.model.kernels.inverse_dynamics(q[None], rest, 0.0, rest)[0], dtype=float)
-
-    def scale(self, q: FloatArray) -> float:
-        return float(max(np.max(np.abs(self._open(q))), np.max(np.abs(self.held)), 1e-300))
-
-    def residual(self, q: FloatArray) -> float:
-        """What is left along the free motions, against weights and torques."""
-        left = free_motions(self.model, q).T @ self.force(q)
-        most = float(np.max(np.abs(left), initial=0.0))
-        return most / max(self.scale(q), self._weight(q)) if most else 0.0
-
-    def _weight(self, q: FloatArray) -> float:
-        """Size of the loads where they happen to balance link by link: their change over a radian."""
-        return float(np.max(np.abs(self._change(q)), initial=0.0))
-
-    def _change(self, q: FloatArray) -> FloatArray:
-        """Derivative of the force by q (nu, nq), the multipliers that hold the loops shut kept.
-
-        What holds driven joints has constant rows and drops out.
-        """
-        multipliers = self.multipliers(q)
-        columns = []
-        for k in range(len(q)):
-            sides = []
-            for sign in (1.0, -1.0):
-                moved = q.copy()
-                moved[k] += sign * 1e-6
-                sides.append(self.force(moved) - self.model.jacobian(moved).T @ multipliers)
-            columns.append((sides[0] - sides[1]) / 2e-6)
-        return np.array(columns).T
-
-    def multipliers(self, q: FloatArray) -> FloatArray:
-        """Closure multipliers of least norm that hold the loads beside the drives, (rows,)."""
-        rows, count = self._rows(q), len(self.model.rows)
-        return np.asarray(np.linalg.lstsq(rows.T, self.force(q), rcond=1e-12)[0][:count] if count else np.zeros(0))
-
-    def _rows(self, q: FloatArray) -> FloatArray:
-        """The closure's rows, then those of the driven joints as lengths, (rows + drives, nu)."""
-        return np.vstack([self.model.jacobian(q), drive_rows(self.model) * self.model.length])
-
-    def _miss(self, q: FloatArray) -> FloatArray:
-        """By how much loops are open and driven joints have moved, (rows + drives,) in m."""
-        moved = drive_rows(self.model) @ (q - self.first)
-        return np.append(self.model.closure(q), moved * self.model.length)
-
-    def stiffness(self, q: FloatArray) -> FloatArray:
-        """Reduced Hessian over orthonormal free motions (freedoms, freedoms)."""
-        motions = free_motions(self.model, q)
-        reduced = motions.T @ self._change(q) @ motions
-        return np.asarray((reduced + reduced.T) / 2.0, dtype=float)
-
-    def potential(self, q: FloatArray) -> float:
-        return float(self.model.energy(q, np.zeros(len(q)))[1] - self.held @ q)
-
-    def closed(self, q: FloatArray) -> FloatArray | None:
-        """A closed configuration near ``q``, by smallest steps; ``None`` where there is none."""
-        size = self.model.length
-        for _ in range(60):
-            miss = self._miss(q)
-            if np.max(np.abs(miss), initial=0.0) <= 1e-14 * size * len(q):
-                return q
-            q = q - np.linalg.lstsq(self._rows(q), miss, rcond=1e-12)[0]
-        return q if np.max(np.abs(self._miss(q))) <= 1e-12 * size * len(q) else None
-
-    def reactions(self, q: FloatArray) -> FloatArray:
-        """Force and moment per joint on its outboard link, (joints, 3)."""
-        rest, rows = np.zeros((1, len(q))), np.append(self.multipliers(q), 0.0)[None]
-        found = self.model.kernels.reactions(q[None], rest, 0.0, rest, np.ascontiguousarray(rows))
-        forces = np.array(found, dtype=float).reshape(-1, 3)
-        if self.torques:
-            forces[:, 2] -= self._torques_carried()
-            forces[:, :2] -= self._pushes(self.model.poses(q))
-        return forces
-
-    def _pushes(self, poses: FloatArray) -> FloatArray:
-        """Per joint (joints, 2) what a force along its own line does to its outboard link: that is no reaction."""
-        model, found = self.model, np.zeros((len(self.model.joints), 2))
-        for name, force in self.torques.items():
-            if name in model.data["lines"]:
-                second, joint = model.data["lines"][name]["links"][1], model.joints.index(name)
-                outwards = model.outboard[joint] == (model.links[second] if second >= 0 else "ground")
-                found[joint] = (force if outwards else -force) * model.lines.direction(name, poses)
-        return found
-
-    def _torques_carried(self) -> FloatArray:
-        """Per joint (joints,) the part of its moment that the torques give: they act on links, beside the loads.
-
-        A tree joint whose links do not turn freely against each other carries what acts on its outboard link, and on
-        what such joints hang on that.
-        """
-        data, model = self.model.data, self.model
-        couples = np.zeros(len(model.links) + 1)  # the last one is the ground's
-        for name, torque in self.torques.items():
-            if name not in data["lines"]:
-                first, second = data["between"][model.joints.index(name)]
-                couples[first] -= torque
-                couples[second] += torque
-        driven = [drive["joint"] for drive in data["drives"]]
-        held = [name for name, line in data["lines"].items() if line["angle"] is not None]
-        stiff = {}
-        for index, name in enumerate(model.joints):
-            if name in (*driven, *held) and name not in model.cuts:
-                outboard = model.links.index(model.outboard[index])
-                (inboard,) = (link for link in data["between"][index] if link != outboard)
-                stiff[index] = (inboard, outboard)
-
-        def carried(link: int) -> float:
-            return float(couples[link]) + sum(carried(out) for inward, out in stiff.values() if inward == link)
-
-        return np.array([carried(stiff[k][1]) if k in stiff else 0.0 for k in range(len(model.joints))])
+def _note(statics: Statics, q: FloatArray, hold: Hold) -> str:
+    """What a rest on contacts leaves open."""
+    parts = []
+    if statics.motions(q, hold.slipping()).shape[1] > statics.motions(q, hold).shape[1]:
+        parts.append(ROUGH if statics.rests_smooth(q) else HELD)
+    if np.any(hold.limited):
+        names = [f"{point} on {ground}" for point, ground in statics.model.contacts]
+        parts.append(LIMIT.format(", ".join(names[k] for k in np.flatnonzero(hold.limited))))
+    if np.any(hold.ranges[..., 0] != hold.ranges[..., 1]):
+        parts.append(SHARED)
+    return "; ".join(parts)

@@ -76,6 +76,35 @@ def test_torques_that_cannot_give_the_motion_are_refused(workshop: Workshop) -> 
             inverse_dynamics(model, q, u, np.zeros(3), wrong)
 
 
+STOPPED = HINGED + '[[stop]]\njoint = "joint_0"\nlowest = "-20 deg"\nrestitution = 0\n'
+CLEARED = HINGED + '[[ground]]\nrestitution = 0\npoint = [0, {level}]\ncontacts = ["link_0.B"]\n'
+
+
+def test_states_and_motions_into_surfaces_have_no_torques(workshop: Workshop) -> None:
+    model, lowest = workshop.model(STOPPED), -np.radians(20.0)
+    gravity = 3.0 * 9.81 * np.cos(lowest)
+    with pytest.raises(ValueError, match=r"q: state 1 has joint_0 beyond stop_0\.lowest by 0\.150934 rad"):
+        inverse_dynamics(model, [[0.3], [-0.5]], [[0.0], [0.0]], [[0.0], [0.0]], ["joint_0"])
+    with pytest.raises(ValueError, match=r"u: state 0 drives joint_0 into stop_0\.lowest at 2 rad/s, expected"):
+        inverse_dynamics(model, [lowest], [-2.0], [0.0], ["joint_0"])
+    with pytest.raises(ValueError, match=r"u_dot: state 0 drives joint_0 into stop_0\.lowest at 2 rad/s², expected"):
+        inverse_dynamics(model, [lowest], [0.0], [-2.0], ["joint_0"])
+    with pytest.warns(UserWarning, match=r"joint_0 on stop_0\.lowest\), whose forces the motion does not give"):
+        assert inverse_dynamics(model, [lowest], [0.0], [0.0], ["joint_0"]) == pytest.approx([gravity], rel=1e-13)
+    for push in (0.0, gravity):
+        found = inverse_dynamics(model, [lowest], [0.0], [0.0], ["joint_0"], contact_forces=[[push, 0.0]])
+        assert found == pytest.approx([gravity - push], abs=1e-12)
+    for state, forces, wrong in (
+        ([0.3], [[1.0, 0.0]], "its gap is open"),
+        ([lowest], [[-1.0, 0.0]], "it can only push"),
+        ([lowest], [[1.0, 0.1]], "its friction is at most 0 N"),
+    ):
+        with pytest.raises(ValueError, match=f"contact_forces: state 0 has .* at joint_0 on stop_0.lowest; {wrong}"):
+            inverse_dynamics(model, state, [0.0], [0.0], ["joint_0"], contact_forces=forces)
+    with pytest.raises(ValueError, match=r"contact_forces: found shape \(2,\), expected finite numbers \(1, 2\)"):
+        inverse_dynamics(model, [lowest], [0.0], [0.0], ["joint_0"], contact_forces=[0.0, 0.0])
+
+
 # -- the torque of a crank ---------------------------------------------------------------------------------------------
 
 
@@ -122,6 +151,60 @@ def test_cranks_that_do_not_turn_are_refused(workshop: Workshop) -> None:
             driving_torque(model, "motor", rate)
     with pytest.raises(ValueError, match="expected at least 2"):
         driving_torque(model, "motor", 1.0, 1)
+
+
+def test_a_turn_ends_where_a_contact_would_push(workshop: Workshop) -> None:
+    stopped = workshop.model(STOPPED)
+    with pytest.raises(
+        ValueError, match=r"comes to a stop after 20°, where joint_0 reaches stop_0\.lowest, which would"
+    ):
+        driving_torque(stopped, "joint_0", -1.0, 8)
+    with pytest.raises(ValueError, match=r"q: found joint_0 beyond stop_0\.lowest by"):
+        driving_torque(stopped, "joint_0", 1.0, 8, [-0.5])
+    turn = driving_torque(stopped, "joint_0", 1.0, 8)  # upwards the angle only grows
+    assert turn.torque == pytest.approx(3.0 * 9.81 * np.cos(turn.angle), abs=1e-11) and not turn.closed
+    last = stopped.with_parameters({"stop_0.lowest": -np.radians(359.5)})
+    with pytest.raises(ValueError, match=r"comes to a stop after 359\.5°"):
+        driving_torque(last, "joint_0", -1.0, 8)
+
+
+def test_a_turn_sees_points_that_graze_a_surface(workshop: Workshop) -> None:
+    """The tip's lowest place is between two steps: a floor a millionth of a metre above it bars the way."""
+    model = workshop.model(CLEARED.format(level=-2.0001))
+    for level in (-2.0 - 1e-6, -2.0 + 1e-6):
+        lower = model.with_parameters({"ground_0.point.y": level})
+        if level < -2.0:
+            assert driving_torque(lower, "joint_0", -1.0, 8).mean == pytest.approx(0.0, abs=1e-9)
+            continue
+        stop = np.degrees(np.arcsin(-level / 2.0))
+        with pytest.raises(ValueError, match=f"after {stop:.4g}.*°, where link_0.B reaches the surface of ground_0"):
+            driving_torque(lower, "joint_0", -1.0, 8)
+
+
+def test_contacts_that_stay_closed_over_a_turn_do_no_work(workshop: Workshop) -> None:
+    """A slider's foot on a floor along its guide changes no torque; if it is rough, nothing says how hard it rubs."""
+    free = shown("slider-crank", workshop)
+    text = (SCENES / "slider-crank.toml").read_text()
+    floor = '[[ground]]\nrestitution = 0\nfriction = 0.2\npoint = [0, -0.03]\ncontacts = ["slider.low_front"]\n'
+    model = workshop.model(text + floor)
+    with pytest.raises(ValueError, match=r"motor: slider\.low_front slides on rough ground_0, and the motion does not"):
+        driving_torque(model, "motor", 3.0, 8)
+    smooth = driving_torque(model.with_parameters({"ground_0.friction": 0.0}), "motor", 3.0, 8)
+    assert smooth.closed == (("slider.low_front", "ground_0"),)
+    assert smooth.torque == pytest.approx(driving_torque(free, "motor", 3.0, 8).torque, abs=1e-9)
+
+
+def test_a_contact_that_its_guide_holds_closed_has_any_force(workshop: Workshop) -> None:
+    """Guide and floor share the slider's weight as they like: all of it is the guide's in the least norm."""
+    text = (SCENES / "slider-crank.toml").read_text()
+    model = workshop.model(
+        text + '[[ground]]\nrestitution = 0\nfriction = 0.2\npoint = [0, -0.03]\ncontacts = ["slider.low_front"]\n'
+    )
+    found = static_equilibrium(model.with_parameters({"ground_0.friction": 0.0}))
+    known = static_equilibrium(shown("slider-crank", workshop))
+    assert found.q == pytest.approx(known.q, abs=1e-9) and found.stability == "stable"
+    assert np.all(found.contact_forces == 0.0) and found.ranges[0, 0].tolist() == [0.0, np.inf]
+    assert found.reactions == pytest.approx(known.reactions, abs=1e-8)
 
 
 # -- equilibrium -------------------------------------------------------------------------------------------------------

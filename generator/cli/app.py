@@ -141,7 +141,7 @@ def torque(
     verbose: Verbose = False,
     quiet: Quiet = False,
 ) -> None:
-    """Print the torque that a driven crank needs over one turn at a constant rate."""
+    """Print the torque that a driven crank needs over one turn at a constant rate; contacts bar the way."""
     from .detail import detail
     from .statics import torque as work
 
@@ -155,7 +155,7 @@ def equilibrium(
     verbose: Verbose = False,
     quiet: Quiet = False,
 ) -> None:
-    """Print a static equilibrium, whether it is stable, and the forces at the joints."""
+    """Print a static equilibrium, on closed contacts too: whether it is stable, forces at joints and contacts."""
     from .detail import detail
     from .statics import equilibrium as work
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -20,6 +21,7 @@ from .scene_file import read, tell_assembly
 
 if TYPE_CHECKING:
     from ccgen.runtime import Model
+    from ccgen.runtime.frames import FloatArray
 
 
 def torque(scene_file: Path, joint: str | None, rate: float, plot: Path | None, detail: Detail = Detail.USUAL) -> None:
@@ -37,12 +39,14 @@ def torque(scene_file: Path, joint: str | None, rate: float, plot: Path | None, 
     typer.echo(f"mean     {turn.mean:z16.9g} N m")
     for name, k in (("largest", turn.torque.argmax()), ("smallest", turn.torque.argmin())):
         typer.echo(f"{name:8} {turn.torque[k]:z16.9g} N m at {turn.angle[k]:.6g} rad")
+    if turn.closed:
+        typer.echo(f"closed on the way: {_named(turn.closed)}; what they push does no work here and is not counted")
     if plot is not None:
         typer.echo(f"written: {plot}")
 
 
 def equilibrium(scene_file: Path, nearest: bool, detail: Detail = Detail.USUAL) -> None:
-    """Print an equilibrium: stability, stiffnesses, coordinates and joint forces."""
+    """Print an equilibrium: stability, stiffnesses, coordinates, joint forces and forces of closed contacts."""
     from ccgen.runtime import static_equilibrium
 
     model = _model(read(scene_file), detail)
@@ -55,6 +59,27 @@ def equilibrium(scene_file: Path, nearest: bool, detail: Detail = Detail.USUAL) 
     typer.echo("joint            force x [N]     force y [N]  moment [N m]  on")
     for name, (x, y, moment), link in zip(model.joints, found.reactions, model.outboard, strict=True):
         typer.echo(f"{name:12} {x:z15.9g} {y:z15.9g} {moment:z13.6g}  {link}")
+    if found.closed:
+        typer.echo("contact                         normal        friction")
+    for k, contact in enumerate(model.contacts):
+        if contact in found.closed:
+            _tell_contact(_named([contact]), found.contact_forces[k], found.ranges[k], contact[1] in model.stops)
+    if found.note:
+        typer.echo(f"note: {found.note}")
+
+
+def _named(contacts: Iterable[tuple[str, str]]) -> str:
+    return ", ".join(f"{point} on {ground}" for point, ground in contacts)
+
+
+def _tell_contact(name: str, forces: FloatArray, ranges: FloatArray, stop: bool) -> None:
+    """One line for the ``forces`` (2,) of a contact, and one for each end of ``ranges`` where others are possible."""
+    unit = "N m" if stop else "N"
+    typer.echo(f"{name:22} {forces[0]:z15.9g} {forces[1]:z15.9g}  {unit}")
+    lowest, highest = ranges.T
+    if any(lowest != highest):
+        for word, ends in (("from", lowest), ("to", highest)):
+            typer.echo(f"{word:>22} {ends[0]:z15.9g} {ends[1]:z15.9g}  {unit}")
 
 
 def _driving(scene: Scene, scene_file: Path, joint: str | None) -> str:

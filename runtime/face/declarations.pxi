@@ -31,7 +31,7 @@ cdef extern from *:
                       const real *u_dot, const real *lambda_, real *power) noexcept nogil
         void (*restitution)(const real *k, real *e) noexcept nogil
         void (*friction)(const real *k, real *mu) noexcept nogil
-        of_state slips, slip_bias
+        of_state slips, slip_bias, contact_reactions
 
 cdef extern from *:
     enum outcome:
