@@ -100,7 +100,8 @@ def cut(found: dict[str, Any], rows: int) -> dict[str, Any]:
     contacts = found["first"][impacts]
     lengths = dict.fromkeys(("t", "q", "u", "work"), rows)
     lengths |= dict.fromkeys(("impact_t", "u_minus", "u_plus", "energy_loss", "after"), impacts)
-    lengths |= {"first": impacts + 1, "contacts": contacts, "impulses": contacts, "hold_t": changes, "held": changes}
+    lengths |= dict.fromkeys(("contacts", "impulses", "friction"), contacts) | {"first": impacts + 1}
+    lengths |= dict.fromkeys(("hold_t", "held", "shares"), changes)
     return found | {name: found[name][:length] for name, length in lengths.items()} | {"t_end": end}
 
 

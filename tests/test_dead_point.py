@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
+from copy import deepcopy
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -12,7 +14,7 @@ import pytest
 
 from ccgen.generator.cli.report import energy_moved
 from ccgen.runtime import driving_torque, simulate
-from ccgen.runtime.dead_point import dead_point
+from ccgen.runtime.dead_point import cut, dead_point
 
 from .conftest import Workshop
 from .test_cli import ccgen
@@ -169,6 +171,27 @@ def test_another_end_is_no_dead_point(workshop: Workshop) -> None:
     load = '[[torque]]\nlink = "crank"\ntorque = "1e200*exp(900*t)"\n'
     run = simulate(driven(workshop, f"speed = 0.1\n{load}"))
     assert not run.success and "comes to a stop" not in run.message
+
+
+def test_what_is_cut_is_a_run_of_its_own(workshop: Workshop, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Impacts, held contacts, phases and forces up to the last row that is kept, wherever that is."""
+    module = import_module("ccgen.runtime.simulate")
+    record, seen = module._record, []
+    monkeypatch.setattr(module, "_record", lambda *given: (seen.append(deepcopy(given)), record(*given))[1])
+    ground = "[[ground]]\npoint = [0, -0.8]\nrestitution = 0.4\nfriction = 0.3\n"
+    model = workshop.model(f"name = 'flail'\n[chain]\nlinks = 2\nhinged = true\n[gravity]\n{ground}")
+    whole = simulate(model, [0.0, 0.3], [0.0, 0.0], until=2.0)
+    (_, advance, until, found) = seen[0]
+    assert len(whole.impacts) > 5 and len(found["held"]) > 3
+    changes = [int(np.searchsorted(whole.t, t, side="right")) for t in found["hold_t"]]
+    for rows in sorted({1, 2, *found["after"], *(k + 1 for k in found["after"]), *changes, len(whole.t)}):
+        run = record(model, advance, until, cut(deepcopy(found), rows))
+        assert np.array_equal(run.t, whole.t[:rows]) and np.array_equal(run.q, whole.q[:rows])
+        assert len(run.impacts) == sum(k < rows for k in found["after"])
+        assert all(np.array_equal(a.friction, b.friction) for a, b in zip(run.impacts, whole.impacts, strict=False))
+        assert run.phases[:-1] == whole.phases[: max(len(run.phases) - 1, 0)]
+        inner = run.t[0] + 0.999 * (run.t[-1] - run.t[0])
+        assert np.array_equal(run.contact_forces(inner), whole.contact_forces(inner))
 
 
 def test_the_command_says_it(tmp_path: Any) -> None:
