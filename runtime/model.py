@@ -18,7 +18,7 @@ from .frames import Disc, FloatArray
 from .inputs import Values, read_values
 from .lines import Lines
 from .parameters import Parameters
-from .poses import joint_miss, read_off, read_rates, read_state
+from .poses import check_angles, joint_miss, read_off, read_rates, read_state
 from .precision import core_of
 from .samples import ROUNDING, samples
 
@@ -38,7 +38,8 @@ class Model:
     """A mechanism's equations of motion in flight and impact, compiled.
 
     States are ``q`` (nq,) and ``u`` (nu,), or batches (b, nq) and (b, nu); results then have a leading axis b too. SI
-    units, y up, angles counter-clockwise in radians. Wrong shapes and numbers that are not finite are ``ValueError``s.
+    units, y up, angles counter-clockwise in radians. Wrong shapes, numbers that are not finite, and angles so large
+    that their digits are gone are ``ValueError``s.
     """
 
     def __init__(
@@ -58,6 +59,7 @@ class Model:
         self.q_names = tuple(data["q_names"])
         self.u_names = tuple(data["u_names"])
         self.inputs = tuple(data["inputs"])
+        self.angular = tuple(index for index, (kind, _) in enumerate(data["coordinates"]) if kind == "angle")
         self.cuts = tuple(data["cuts"])
         self.rows = tuple(data["rows"])
         self.outboard = tuple(data["outboard"])
@@ -69,7 +71,9 @@ class Model:
         self._changes = 0
         self._copy: tuple[Model | None, tuple[int, int]] = None, (0, 0)
         folded = self.name if self.folded else ""
-        self._parameters = Parameters(dict(data["parameters"]) | dict(values or {}), self._rebuild, folded)
+        self._parameters = Parameters(
+            dict(data["parameters"]) | dict(values or {}), self._rebuild, folded, data.get("rests_on")
+        )
         self._rebuild()
         if self.kernels.hash != data["hash"]:
             raise ImportError(f"the code and the data of {self.name} are of different scenes; generate the model again")
@@ -442,7 +446,10 @@ class Model:
             raise ValueError(f"{what}: found shape {found.shape}, expected ({width},) or (states, {width})")
         if not self.core.all_finite(found.ravel()):
             raise ValueError(f"{what}: found {found[~np.isfinite(found)][0]}, expected finite numbers")
-        return (found[None], True) if found.ndim == 1 else (found, False)
+        rows, single = (found[None], True) if found.ndim == 1 else (found, False)
+        if what == "q":
+            check_angles(self, rows)
+        return rows, single
 
     def set_inputs(self, inputs: Values | None) -> None:
         """Values of the inputs for calls of the kernels that follow."""

@@ -12,13 +12,21 @@ class Parameters(MutableMapping[str, float]):
     friction and radii of contacts not negative.
 
     Raises ``KeyError`` for an unknown name (with the nearest known ones) and ``ValueError`` for an impossible value.
-    Those of a ``folded`` model (its name) can be read only: its code holds them as numbers.
+    Those of a ``folded`` model (its name) can be read only: its code holds them as numbers. ``rests_on`` are those that
+    must keep their values, each with the joint that the equations leave out because it fits others with them.
     """
 
-    def __init__(self, values: Mapping[str, float], changed: Callable[[], None], folded: str = "") -> None:
+    def __init__(
+        self,
+        values: Mapping[str, float],
+        changed: Callable[[], None],
+        folded: str = "",
+        rests_on: Mapping[str, str] | None = None,
+    ) -> None:
         self._values = dict(values)
         self._changed = changed
         self._folded = folded
+        self._rests_on = dict(rests_on or {})
 
     def __getitem__(self, name: str) -> float:
         self._known(name)
@@ -72,6 +80,11 @@ class Parameters(MutableMapping[str, float]):
         number = float(value)
         if not math.isfinite(number):
             raise ValueError(f"{name}: found {number}, expected a finite number")
+        if name in self._rests_on and number != self._values[name]:
+            raise ValueError(
+                f"{name}: found {number}, expected {self._values[name]}, because only with that {self._rests_on[name]} "
+                "holds what other joints hold; change the scene, or remove the joint there"
+            )
         if name.endswith((".mass", ".inertia", ".length")) and not number > 0.0:
             raise ValueError(f"{name}: found {number}, expected a positive number")
         if name.endswith(".restitution") and not 0.0 <= number <= 1.0:

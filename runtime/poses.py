@@ -16,6 +16,27 @@ JOINT_MISS = 1e-6
 """Poses whose joints miss by more than this (m) are not a state of the mechanism."""
 
 
+ANGLE_KNOWN = 1e-6
+"""Angles are states if they are known to this (rad): points at the mechanism's length are then known to JOINT_MISS."""
+
+
+def check_angles(model: Model, q: FloatArray) -> None:
+    """Coordinates q (b, nq) have no angle so large that no digits are left of where links point, else ``ValueError``.
+
+    Its last place is larger than 1e-6 rad beyond 4.5e9 rad (in floats, which carry 7 digits: than 1e-3, beyond 1e4).
+    """
+    angles = np.abs(q[:, model.angular])
+    last = float(np.finfo(model.core.REAL).eps)
+    largest = max(ANGLE_KNOWN, 1e4 * last) / last
+    if angles.size and angles.max() > largest:
+        row, column = np.unravel_index(int(np.argmax(angles)), angles.shape)
+        name, found = model.q_names[model.angular[column]], float(q[row, model.angular[column]])
+        raise ValueError(
+            f"q: found {name} = {found:.3g} rad, expected at most {largest:.2g} rad, beyond which no digits "
+            "are left of where links point; leave out full turns"
+        )
+
+
 def joint_miss(model: Model) -> float:
     """The same for a model in its own numbers: floats miss by more than that already by rounding."""
     return max(JOINT_MISS, 1e3 * float(np.finfo(model.core.REAL).eps) * model.length)

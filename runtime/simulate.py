@@ -160,6 +160,7 @@ def _start(model: Model, q0: ArrayLike | None, u0: ArrayLike | None) -> tuple[Fl
     if np.ndim(q0) != 1 or np.ndim(u0) != 1:
         n = len(model.q_names)
         raise ValueError(f"q0, u0: found shapes {np.shape(q0)} and {np.shape(u0)}, expected ({n},) for both")
+    _check_energy(model, q0, u0)
     q, u = model.project(q0, u0)
     if model.data["drives"]:
         _check_driven(model, q, u)
@@ -172,6 +173,18 @@ def _start(model: Model, q0: ArrayLike | None, u0: ArrayLike | None) -> tuple[Fl
         advice = "raise or move the start" if ground in model.ground_planes() else "change the start or the radii"
         raise ValueError(f"the start has {point} inside {ground} by {depths.max():.6g} m; {advice}")
     return q, u
+
+
+def _check_energy(model: Model, q0: ArrayLike, u0: ArrayLike) -> None:
+    """The energy of a start is a number: of speeds from about 1e154 m/s on it is not."""
+    energies = dict(zip(("kinetic", "potential"), model.energy(q0, u0), strict=True))
+    for kind, energy in energies.items():
+        if not math.isfinite(energy):
+            what, largest = ("u0", u0) if kind == "kinetic" else ("q0", q0)
+            raise ValueError(
+                f"{what}: found a start with a {kind} energy of {energy} J, expected a finite number; the largest "
+                f"entry is {float(np.abs(largest).max()):.3g}"
+            )
 
 
 def _check_limits(model: Model, limit: str) -> None:

@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from ccgen.generator.emit.discs import disc_lines
+from ccgen.generator.scene import SceneError
 from ccgen.runtime import simulate
 
 from .conftest import Workshop
@@ -208,3 +210,79 @@ def test_faults_name_key_and_advice(case: str, workshop: Workshop) -> None:
         workshop.scene(FEET.replace(old, new))
     assert all(f" {key}: " in f" {fault}" for fault in caught.value.faults)
     assert all(word in str(caught.value.faults[0]) for word in words), caught.value.faults
+
+
+CART = """
+[[link]]
+name = "frame"
+mass = 2.0
+inertia = 0.1
+com = [0, 0.1]
+points = { rear = [-0.3, 0], front = [0.3, 0] }
+[[link]]
+name = "wheel"
+mass = 0.5
+inertia = 0.002
+com = [0, 0]
+points = { hub = [0, 0] }
+[[joint]]
+name = "axle"
+between = ["frame.rear", "wheel.hub"]
+[gravity]
+[start]
+position = [0, 0.1]
+"""
+
+
+@pytest.mark.parametrize("friction", ["", "friction = 0.7\n"])
+def test_a_disc_about_a_pin_of_two_moving_links_needs_its_link(workshop: Workshop, friction: str) -> None:
+    """An axle is on the frame and on the wheel: which one the disc turns with has to be said; a point has no turn."""
+
+    def ground(contact: str, radius: float) -> str:
+        listed = f'contacts = ["frame.front", "{contact}"]\nradius = [0, {radius}]\n'
+        return f"{CART}[[ground]]\nrestitution = 0.2\n{friction}{listed}"
+
+    with pytest.raises(SceneError) as caught:
+        workshop.scene(ground("axle", 0.1))
+    (fault,) = caught.value.faults
+    assert fault.key == "ground[0].contacts[1]"
+    for words in ('a disc about "axle", a pin of frame and wheel', 'write "frame.rear" or "wheel.hub"'):
+        assert words in fault.message
+    workshop.scene(ground("axle", 0.0))
+    scene = workshop.scene(ground("wheel.hub", 0.1))
+    assert list(disc_lines(scene)) == [
+        "wheel.hub on ground_0: a disc of 0.1 m (ground_0.radius.wheel.hub), turns with wheel"
+    ]
+
+
+def test_discs_about_all_joints_need_their_links(workshop: Workshop) -> None:
+    """Where no contacts are listed, pins are meant, and the fault stands at the radius."""
+    with pytest.raises(SceneError) as caught:
+        workshop.scene("[loop]\nlinks = 4\n[start]\nheight = 1\n[[ground]]\nrestitution = 0.5\nradius = 0.1\n")
+    assert {fault.key for fault in caught.value.faults} == {"ground[0].radius"}
+    assert 'write "link_3.B" or "link_0.A" in contacts = [...]' in caught.value.faults[0].message
+
+
+def test_a_disc_about_a_pin_on_the_ground_has_one_link(workshop: Workshop) -> None:
+    """Only one of its links moves, so the disc is that one's, as by the name of the link's own point."""
+    hooks = {"O": "one", "Q": "other"}
+    swings = "".join(
+        f'[[link]]\nname = "{name}"\nmass = 1\ninertia = 0.1\ncom = [0, -0.5]\n'
+        "points = { hook = [0, 0], tip = [0, -1] }\n"
+        f'[[joint]]\nname = "pivot_{name}"\nbetween = ["ground.{point}", "{name}.hook"]\n'
+        for point, name in hooks.items()
+    )
+    touch = '[[touch]]\nbetween = ["pivot_one", "other.tip"]\nradius = [0.1, 0.2]\nrestitution = 0\n'
+    scene = workshop.scene(f"[ground_link]\npoints = {{ O = [0, 0], Q = [3, 1] }}\n{swings}{touch}")
+    assert list(disc_lines(scene)) == [
+        "pivot_one on touch_0: a disc of 0.1 m (touch_0.radius.pivot_one), about one.hook, turns with one",
+        "other.tip on touch_0: a disc of 0.2 m (touch_0.radius.other.tip), turns with other",
+    ]
+
+
+def test_a_touch_about_a_pin_of_two_moving_links_needs_its_link(workshop: Workshop) -> None:
+    touching = '[[touch]]\nbetween = ["axle", "ground.O"]\nradius = 0.1\nrestitution = 0\n'
+    with pytest.raises(
+        SceneError, match=r"touch\[0\].between\[0\]: found a disc about \"axle\", a pin of frame and wheel"
+    ):
+        workshop.scene(f"{CART.replace('[0, 0.1]', '[0, 5]')}[ground_link]\npoints = {{ O = [0, 0] }}\n{touching}")

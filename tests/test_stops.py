@@ -146,6 +146,7 @@ normal = [0.3, 1]
 point = [0, -9]
 restitution = 0.2
 friction = 0.4
+contacts = ["link_4.B", "link_0.B", "joint_2", "link_2.B", "link_3.B"]
 radius = [0.1, 0.2, 0, 0.3, 0.1]
 """
 

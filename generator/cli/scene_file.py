@@ -12,6 +12,8 @@ from .refusal import fail
 
 SEEN = 1e-9
 """Changes (rad, m) and drawn points farther off (m) than this are spoken of."""
+REMARKS = 8
+"""Remarks on values that are told unless all are asked for."""
 
 
 def read(path: Path) -> Scene:
@@ -24,7 +26,8 @@ def read(path: Path) -> Scene:
 
 def tell_assembly(scene: Scene, detail: Detail = Detail.USUAL) -> None:
     """Say on standard error, in one line, how the start was assembled, if its loops had to be closed or a drawing was
-    not exact; in full detail which branch each loop is on too."""
+    not exact; in full detail which branch each loop is on too. Remarks on values come first."""
+    _tell_remarks(scene, detail)
     start = scene.start
     changes = [
         f"angles changed by up to {start.assembled_by:.3g} rad ({start.most})" if start.assembled_by > SEEN else "",
@@ -42,6 +45,17 @@ def tell_assembly(scene: Scene, detail: Detail = Detail.USUAL) -> None:
     tell(scene, told + (hint if detail is Detail.USUAL else ""))
     for line in lines if detail is Detail.ALL else ():
         tell(scene, f"branch {line}")
+
+
+def _tell_remarks(scene: Scene, detail: Detail) -> None:
+    """Say how values are understood that may be meant otherwise; of many some, unless in full detail."""
+    if detail is Detail.NOTHING:
+        return
+    shown = scene.remarks if detail is Detail.ALL else scene.remarks[:REMARKS]
+    for remark in shown:
+        typer.echo(remark, err=True)
+    if len(shown) < len(scene.remarks):
+        tell(scene, f"and {len(scene.remarks) - len(shown)} more values like these; -v for all")
 
 
 def tell_mobility(scene: Scene, detail: Detail = Detail.USUAL) -> None:

@@ -156,21 +156,30 @@ class Eliminator:
         }
 
     def _inverse(self, block: tuple[Variable, ...]) -> tuple[list[list[sp.Expr]], sp.Expr | None]:
-        """H_ee⁻¹: a reciprocal, or the adjugate over the determinant of a 2 × 2 block."""
+        """H_ee⁻¹: a reciprocal, or the adjugate over the determinant of a 2 × 2 block.
+
+        Closure rows that nothing behind them moves have none. Their guard always fails, and the runtime solves for
+        them on the way of section 8.
+        """
         h, let = self.form.h, self.ledger.let
+        closes = block[0].kind == "lambda"
         if len(block) == 1:
             (e,) = block
             pivot = sign(e, e) * h(e, e)
+            if closes and pivot == 0:
+                return [[sp.S.Zero]], sp.S.Zero
             inverse = sign(e, e) * let(f"i{hessian_name(self.link, e, e)}", 1 / pivot)
-            return [[inverse]], pivot if e.kind == "lambda" else None
+            return [[inverse]], pivot if closes else None
         e, f = block
         factor = sign(e, f)
         xx, xy, yy = factor * h(e, e), factor * h(e, f), factor * h(f, f)
         kind, label = hessian_name(self.link, e, f).rsplit("_", 1)[0].split("_", 1)
         determinant = let(f"det{kind}_{label}", xx * yy - xy**2)
+        if closes and determinant == 0:
+            return [[sp.S.Zero] * 2] * 2, sp.S.Zero
         reciprocal = let(f"idet{kind}_{label}", 1 / determinant)
         i_xx = let(f"i{kind}_{label}_xx", yy * reciprocal)
         i_xy = let(f"i{kind}_{label}_xy", xy * reciprocal)
         i_yy = let(f"i{kind}_{label}_yy", xx * reciprocal)
-        guard = determinant if e.kind == "lambda" else None
+        guard = determinant if closes else None
         return [[factor * i_xx, -factor * i_xy], [-factor * i_xy, factor * i_yy]], guard

@@ -106,7 +106,7 @@ class Recursion:
         blocks = [tuple(multiplier(cut.joint, row) for row in cut.rows) for cut in self._loops_closed_at(link, form)]
         gathered = self._gathered_diagonal(link, form, blocks)
         found = [eliminator.eliminate(block) for block in blocks]
-        self.guards += [(s.guard, _scale([gathered[v] for v in s.variables])) for s in found if s.guard]
+        self.guards += [(s.guard, _scale([gathered[v] for v in s.variables])) for s in found if s.guard is not None]
         if link != GROUND:
             found += self._eliminate_own(link, form, eliminator)
         self.solutions[link] = found

@@ -14,6 +14,7 @@ from .equations import Argument, Kernel, Output
 from .gather import NO_LOAD, Wrench, gather_inwards
 from .kinematics import ZERO, Kinematics, Vector, add, dot, perp, scale, symbol
 from .names import place
+from .shares import Shares
 
 
 class Inverse:
@@ -122,7 +123,7 @@ class Inverse:
         given = self._given()
         self.pushed, self.held = self._carried(inertia, given, "R", "reactions, inwards")
         self.multipliers = multipliers = Argument("lambda", tuple(given.values()), "closure multipliers, N")
-        entries = self._per_joint(self.pushed, self.held)
+        entries = self._per_joint(self.pushed, self.held, "R")
         output = Output("reaction", entries, "per joint: force x, y (N) and moment (N m) on the outboard link")
         return Kernel(
             "reactions", (self.q, self.u, *self.acted, self.u_dot, multipliers), (output,), "forces in the joints"
@@ -134,12 +135,14 @@ class Inverse:
         given = self._given()
         against = {k: (scale(sp.S.NegativeOne, force), -moment) for k, (force, moment) in pushed.items()}
         forces, moments = self._carried(against, {}, "RC", "reactions to what contacts do, inwards")
-        output = Output("reaction", self._per_joint(forces, moments), "per joint: force x, y and moment, to be added")
+        output = Output(
+            "reaction", self._per_joint(forces, moments, "RC"), "per joint: force x, y and moment, to be added"
+        )
         of_contacts = Kernel("contact_reactions", (self.q, pushes), (output,), "forces in the joints by the contacts")
         forces, moments = self._carried(self._momenta(velocity), given, "RI", "impulses of the joints, inwards")
         output = Output(
             "reaction",
-            self._per_joint(forces, moments),
+            self._per_joint(forces, moments, "RI"),
             "per joint: impulse x, y (N s), moment (N m s) on the outboard link",
         )
         jumps = Argument("u", self.state.u, "jumps of the quasi-velocities")
@@ -153,9 +156,9 @@ class Inverse:
         """Multipliers as arguments."""
         return {row: sp.Symbol(f"given_lambda_{row[0]}_{row[1]}") for row in self.topology.rows}
 
-    def _per_joint(self, forces: dict[int, Vector], moments: dict[int, sp.Expr]) -> tuple[sp.Expr, ...]:
-        joints = range(len(self.kinematics.mechanism.joints))
-        return tuple(entry for j in joints for entry in (*forces.get(j, ZERO), moments.get(j, sp.S.Zero)))
+    def _per_joint(self, forces: dict[int, Vector], moments: dict[int, sp.Expr], name: str) -> tuple[sp.Expr, ...]:
+        """Those of all joints, of which some bear a share of others'."""
+        return Shares(self.kinematics, forces, moments, name).reactions()
 
     def _carried(
         self, wrenches: dict[int, Wrench], given: dict[tuple[int, str], sp.Symbol], name: str, title: str

@@ -14,7 +14,7 @@ from ..mechanism.joints import Joint, PointRef
 from ..mechanism.links import GROUND, Parameter
 from .closure import Closure
 from .gather import NO_LOAD, Wrench
-from .kinematics import ZERO, Kinematics, Vector, add, dot, perp, scale, symbol
+from .kinematics import ZERO, Kinematics, Vector, add, dot, less, perp, scale, symbol
 from .names import slide_name, sliding_name
 from .way import Way, between
 
@@ -111,6 +111,8 @@ class Motion:
         if index in self.closure.lines:
             line = self.closure.lines[index]
             return dot(line.along, line.distance)
+        if self._is_implied(index):
+            return dot(self.kinematics.line(index), self.distance(joint.first, joint.second))
         return sp.Symbol(slide_name(index))
 
     def joint_speed(self, index: int) -> sp.Expr:
@@ -121,7 +123,14 @@ class Motion:
         if index in self.closure.lines:
             line = self.closure.lines[index]
             return dot(line.along, line.drift)
+        if self._is_implied(index):
+            carried = self.kinematics.swing(joint.first.link, self.distance(joint.first, joint.second))
+            drift = less(self.approach(joint.first, joint.second), carried)
+            return dot(self.kinematics.line(index), drift)
         return sp.Symbol(sliding_name(index))
+
+    def _is_implied(self, index: int) -> bool:
+        return any(idle.joint == index for idle in self.kinematics.topology.implied)
 
     def joint_effort(self, index: int, effort: sp.Expr) -> list[Force | Couple]:
         """A torque (N m) on the joint's second link, or a force (N) along its line; the opposite on its first link."""

@@ -29,6 +29,9 @@ Rim = tuple[PointRef, PointRef | None, Parameter | None]
 """What is drawn of a contact's surface: a disc about a point, or an edge to a second point; its radius (m) or half its
 thickness, ``None`` where that is zero."""
 
+ContactPoint = tuple[str, str, PointRef, Parameter | None]
+"""A point or a disc about it: its name, what it touches, where it sits, its radius (m), ``None`` where that is zero."""
+
 Place = Callable[[PointRef], tuple[float, float]]
 """Where a point of the mechanism is at the start, x and y in m."""
 
@@ -125,9 +128,17 @@ class Effect:
         """Discs and edges to be drawn."""
         return ()
 
+    def contact_points(self) -> tuple[ContactPoint, ...]:
+        """What touches what, in the order of :meth:`gaps`, as far as points or discs do."""
+        return ()
+
     def level(self) -> Level | None:
         """The plane from which a scene's ``height`` is measured, if the effect is one."""
         return None
+
+    def remarks(self) -> tuple[tuple[str, str], ...]:
+        """Keys of its table whose values may be meant otherwise than they are understood, each with a sentence."""
+        return ()
 
     def check_start(self, place: Place) -> tuple[str, ...]:
         """What is wrong with the start as far as this effect is concerned, one sentence each."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import math
+import sys
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -125,6 +126,8 @@ def _check(node: ast.expr, depth: int) -> int:
             raise ExpressionError(f"{name}(...) {wrong}; {_HELP}")
         case ast.BinOp(left=base, op=ast.Pow(), right=exponent):
             return _check(base, depth + 1) * _check_exponent(base, exponent, depth + 1)
+        case ast.BinOp(op=ast.BitXor()):
+            raise ExpressionError(f"{_excerpt(node)} has a ^, which is no power here; write ** for ^")
         case ast.BinOp(left=left, op=op, right=right) if isinstance(op, _OPERATORS):
             powers = _check(left, depth + 1), _check(right, depth + 1)
             return max(powers) if isinstance(op, ast.Add | ast.Sub) else sum(powers)
@@ -280,8 +283,10 @@ def read_law(value: object) -> float | Expression:
             return parse(value)
         except ExpressionError as error:
             raise PydanticCustomError("expression", "{advice}", {"advice": str(error)}) from error
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= sys.float_info.max:
         advice = 'write a finite number or a text such as "2*sin(3*t)"'
+        if isinstance(value, list):
+            advice += "; rows over time are for torques and forces only, table = [[t, value], ...]"
         raise PydanticCustomError("expression", "{advice}", {"advice": advice})
     return float(value)
 

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
-from pydantic import Field
+from pydantic import BeforeValidator, Field
+from pydantic_core import PydanticCustomError
 
 from ..mechanism.links import Parameter, Point
+from .direction import unit
 from .effect import Complain, Effect, Entry, Surroundings
 from .table import Pair, Table
 
@@ -16,10 +18,21 @@ if TYPE_CHECKING:
     from ..derive.kinematics import Vector
 
 
+def _read_g(value: object) -> object:
+    """A number; of a vector the error says how it is written."""
+    if isinstance(value, list) and len(value) == 2 and all(isinstance(x, int | float) for x in value) and any(value):
+        size = math.hypot(*value)
+        advice = f"write g = {size:.12g} and direction = [{value[0]:g}, {value[1]:g}]"
+        raise PydanticCustomError("vector", "{advice}", {"advice": advice})
+    return value
+
+
 class GravityTable(Table):
     """The table ``[gravity]``."""
 
-    g: float = Field(default=9.81, description="the acceleration of gravity in m/s², a finite number")
+    g: Annotated[float, BeforeValidator(_read_g)] = Field(
+        default=9.81, description="the acceleration of gravity in m/s², a finite number"
+    )
     direction: Pair = Field(
         default=[0.0, -1.0], description="the direction in which things fall, [x, y], not both zero"
     )
@@ -38,6 +51,20 @@ class Gravity(Effect):
         from ..derive.kinematics import ZERO, symbol
 
         return (ZERO[0], -symbol(self.g))
+
+    def remarks(self) -> tuple[tuple[str, str], ...]:
+        """Signs that turn gravity round."""
+        if self.g.value >= 0.0:
+            return ()
+        x, y = self.down()
+        upwards = f"along [{0.0 - x:.3g}, {0.0 - y:.3g}], against its direction [{x:.3g}, {y:.3g}]"
+        return (
+            ("g", f"{self.g.value:g} is taken as given, so that things fall {upwards}; write {-self.g.value:g} if not"),
+        )
+
+    def down(self) -> tuple[float, float]:
+        """The direction that a positive g points in."""
+        return (0.0, -1.0)
 
 
 @dataclass(frozen=True)
@@ -59,18 +86,22 @@ class DirectedGravity(Gravity):
         x, y = local(self.direction) if isinstance(self.direction, Point) else self.direction
         return (symbol(self.g) * x, symbol(self.g) * y)
 
+    def down(self) -> tuple[float, float]:
+        x, y = self.direction.values() if isinstance(self.direction, Point) else self.direction
+        return (float(x), float(y))
+
 
 def build(table: GravityTable, index: int, around: Surroundings, complain: Complain) -> Gravity | None:
     """The record of a table, or ``None`` after having complained."""
     x, y = table.direction
-    length = math.hypot(x, y)
-    if not 0.0 < length < math.inf:
+    down = unit(table.direction)
+    if down is None:
         complain(("direction",), f"found [{x:g}, {y:g}], expected a direction, [x, y], not both zero; correct it")
         return None
     g = Parameter("gravity.g", "g", table.g)
-    if x and y:
+    if down[0] and down[1]:
         path = "gravity.direction"
-        direction = Point(Parameter(f"{path}.x", "down_x", x / length), Parameter(f"{path}.y", "down_y", y / length))
+        direction = Point(Parameter(f"{path}.x", "down_x", down[0]), Parameter(f"{path}.y", "down_y", down[1]))
         return DirectedGravity(g, direction)
     if y < 0.0:
         return Gravity(g)

@@ -13,8 +13,9 @@ from pydantic import Discriminator, Field, Tag
 from ..mechanism.joints import PointRef
 from ..mechanism.links import GROUND, Parameter, Point
 from ..mechanism.mechanism import Mechanism
-from .effect import Complain, Contact, Effect, Entry, Level, Place, Plane, Rim, Surroundings
-from .points import find_point
+from .direction import unit
+from .effect import Complain, Contact, ContactPoint, Effect, Entry, Level, Place, Plane, Rim, Surroundings
+from .points import choose_carrier, find_point
 from .table import Name, Pair, Table, number_or_list
 
 if TYPE_CHECKING:
@@ -123,6 +124,9 @@ class Ground(Effect):
         """Contacts and their radii."""
         return list(zip(self.contacts, self.radii or (None,) * len(self.contacts), strict=True))
 
+    def contact_points(self) -> tuple[ContactPoint, ...]:
+        return tuple((name, self.name, ref, radius) for (name, ref), radius in self._rounded())
+
     def impact_law(self) -> str:
         return self.law
 
@@ -144,15 +148,15 @@ class Ground(Effect):
 
 
 def build(table: GroundTable, index: int, surroundings: Surroundings, complain: Complain) -> Ground | None:
-    length = math.hypot(*table.normal)
-    if not length > 0.0 or not math.isfinite(length):
+    normal = unit(table.normal)
+    if normal is None:
         complain(("normal",), f"found {table.normal}, expected a direction, not both zero; write [0, 1] for a floor")
     contacts = _contacts(table, surroundings, complain)
     radii = _radii(table, index, contacts, complain) if contacts is not None else None
-    if contacts is None or radii is None or not length > 0.0 or not math.isfinite(length):
+    fixed = _check_carriers(table, contacts or (), radii or (), surroundings.mechanism, complain)
+    if contacts is None or radii is None or not fixed or normal is None:
         return None
     name = table.name or f"ground_{index}"
-    normal = (table.normal[0] / length, table.normal[1] / length)
     return Ground(
         index=index,
         name=name,
@@ -209,6 +213,23 @@ def _radii(
         Parameter(f"{name}.radius.{point}", f"rd_{index}_{k}", value) if value else None
         for k, ((point, _), value) in enumerate(zip(contacts, table.radius, strict=True))
     )
+
+
+def _check_carriers(
+    table: GroundTable,
+    contacts: tuple[Contact, ...],
+    radii: tuple[Parameter | None, ...],
+    mechanism: Mechanism,
+    complain: Complain,
+) -> bool:
+    """Every disc turns with a link that the scene names: a pin of two links that move could mean either."""
+    fine = True
+    for index, ((name, _), radius) in enumerate(zip(contacts, radii, strict=False)):
+        if radius and (wrong := choose_carrier(name, mechanism)):
+            listed = table.contacts is not None
+            complain(("contacts", index) if listed else ("radius",), wrong + ("" if listed else " in contacts = [...]"))
+            fine = False
+    return fine
 
 
 def _moving_point(name: str, mechanism: Mechanism) -> tuple[PointRef | None, str]:

@@ -11,6 +11,7 @@ from pydantic import Field
 
 from ..mechanism.joints import PointRef
 from ..mechanism.links import Parameter
+from .direction import unit
 from .effect import Complain, Effect, Entry, Surroundings
 from .force import FRAME, Frame, find_loaded
 from .points import find_joint
@@ -181,16 +182,16 @@ def _direction(table: InputTable, complain: Complain) -> tuple[Parameter | int, 
     if table.direction is None:
         complain(("direction",), "missing, expected the direction of the force, [x, y], not both zero; add it")
         return None
-    x, y = table.direction
-    length = math.hypot(x, y)
-    if not 0.0 < length < math.inf:
+    direction = unit(table.direction)
+    if direction is None:
         message = f"found {table.direction}, expected a direction, not both zero; write [1, 0] for one along x"
         complain(("direction",), message)
         return None
+    x, y = direction
     if not x or not y:
         return int(math.copysign(1.0, x)) if x else 0, int(math.copysign(1.0, y)) if y else 0
     path, symbol = f"{table.name}.direction", f"n_input_{table.name}"
-    return Parameter(f"{path}.x", f"{symbol}_x", x / length), Parameter(f"{path}.y", f"{symbol}_y", y / length)
+    return Parameter(f"{path}.x", f"{symbol}_x", x), Parameter(f"{path}.y", f"{symbol}_y", y)
 
 
 ENTRY = Entry("input", True, InputTable, build)

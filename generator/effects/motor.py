@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from pydantic import Field
 
 from ..mechanism.links import Parameter
 from .effect import Complain, Effect, Entry, Surroundings
-from .expressions import Expression, Law, Quantity, own_parameters, quantity, term
+from .expressions import AngleLaw, Expression, Law, Quantity, own_parameters, quantity, term
 from .points import find_joint
 from .table import Name, Pair, Table
 
@@ -21,12 +21,18 @@ if TYPE_CHECKING:
     from ..derive.motion import Couple, Force, Motion
 
 Gain = Annotated[float, Field(ge=0.0)]
+ROWS = 500
+"""Rows of a table, all of which stand in the equations: so many take some seconds to derive."""
 TURNING, SLIDING = ("torque", "table", "angle"), ("force", "table", "position")
 """Keys that say what a motor does: at a joint that turns, and at one that slides."""
 
 
 class MotorTable(Table):
     """One ``[[motor]]``."""
+
+    INSTEAD: ClassVar[Mapping[str, str]] = {
+        "speed": "a speed that is given is a [[drive]]; write [[drive]], or a torque, a table or an angle here"
+    }
 
     name: Name | None = Field(default=None, description="a name of letters, digits and _, beginning with a letter")
     joint: str = Field(description="the name of the joint that it moves")
@@ -37,7 +43,9 @@ class MotorTable(Table):
         min_length=2,
         description="a torque over time, rows [t, torque] in s and N m, at least two",
     )
-    angle: Law | None = Field(default=None, description="the wanted angle in rad, a number or an expression of t")
+    angle: AngleLaw | None = Field(
+        default=None, description='the wanted angle in rad, a number, an expression of t or a text such as "30 deg"'
+    )
     position: Law | None = Field(
         default=None, description="the wanted length along the line in m, a number or an expression of t"
     )
@@ -200,6 +208,11 @@ def _check_kind(table: MotorTable, slides: bool, complain: Complain) -> bool:
         sound = not gains
     else:
         sound = given == [aim] and _check_servo(table, aim, complain)
+    if len(table.table or ()) > ROWS:
+        message = f"found {len(table.table or ())} rows, expected at most {ROWS}, because all stand in the equations"
+        give = f'an [[input]] with joint = "{table.joint}", and simulate(inputs={{"t": [...], its name: [...]}})'
+        complain(("table",), f"{message}; write fewer, or give them at run time: {give}")
+        return False
     for i, (row, after) in enumerate(pairwise(table.table or ()), start=1):
         if not row[0] < after[0]:
             complain(("table", i), f"found t = {after[0]:g} after t = {row[0]:g}, expected times that grow; correct it")

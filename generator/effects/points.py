@@ -30,6 +30,35 @@ def find_point(name: str, mechanism: Mechanism) -> tuple[PointRef | None, str]:
     return PointRef(GROUND if owner == "ground" else links.index(owner), point), ""
 
 
+def carriers(name: str, mechanism: Mechanism) -> tuple[str, ...]:
+    """The points that a disc about the pin called ``name`` could be fixed to, as a scene writes them: those of both its
+    links, if both move; none where there is no choice."""
+    for joint in mechanism.joints:
+        if joint.name == name and not joint.slides and not joint.on_ground:
+            return written(joint.first, mechanism), written(joint.second, mechanism)
+    return ()
+
+
+def choose_carrier(name: str, mechanism: Mechanism) -> str:
+    """What to say of a disc about the pin called ``name``: that its link is not known; nothing where it is."""
+    found = carriers(name, mechanism)
+    if not found:
+        return ""
+    one, other = (point.partition(".")[0] for point in found)
+    return (
+        f'found a disc about "{name}", a pin of {one} and {other}, expected the link that it turns with; '
+        f'write "{found[0]}" or "{found[1]}"'
+    )
+
+
+def written(ref: PointRef, mechanism: Mechanism) -> str:
+    """The point as a scene names it: of welded links under their own names."""
+    own = (name for name, owner in mechanism.welded.items() if owner == ref.link and ref.point.startswith(f"{name}_"))
+    if link := max(own, key=len, default=""):
+        return f"{link}.{ref.point.removeprefix(f'{link}_')}"
+    return f"{mechanism.link_name(ref.link)}.{ref.point}"
+
+
 def find_joint(name: str, mechanism: Mechanism) -> tuple[int | None, str]:
     """The index of the joint called ``name``, or what is wrong with the name."""
     names = [joint.name for joint in mechanism.joints]

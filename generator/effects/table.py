@@ -17,6 +17,11 @@ class Table(BaseModel):
     STAND_INS: ClassVar[Mapping[str, object]] = {}
     """Values to go on with when a key's own value is wrong, for keys that other checks do not hang on."""
 
+    MISPLACED: ClassVar[Mapping[str, str]] = {}
+    """Keys that are often looked for here, each with where it belongs."""
+    INSTEAD: ClassVar[Mapping[str, str]] = {}
+    """Keys that show that another table is meant, each with that: nothing else of such a table is judged."""
+
     model_config = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False, frozen=True)
 
 

@@ -12,10 +12,10 @@ from pydantic import Discriminator, Field, Tag
 from ..mechanism.joints import PointRef
 from ..mechanism.links import GROUND, Parameter, Point
 from ..mechanism.mechanism import Mechanism
-from .effect import Complain, Effect, Entry, Place, Rim, Surroundings
+from .effect import Complain, ContactPoint, Effect, Entry, Place, Rim, Surroundings
 from .ground import DEPTH, Law, Radius
 from .line import NO_DIRECTION, links_at
-from .points import find_point
+from .points import choose_carrier, find_point
 from .table import Name, Table, number_or_list
 
 if TYPE_CHECKING:
@@ -142,6 +142,10 @@ class Touch(Effect):
         bodies = (self.disc, self.other)
         return tuple((body.start, body.end, body.radius) for body in bodies if body.end or body.radius)
 
+    def contact_points(self) -> tuple[ContactPoint, ...]:
+        discs = (self.disc, self.other) if self.other.end is None else (self.disc,)
+        return tuple((body.title, self.name, body.start, body.radius) for body in discs)
+
     def impact_law(self) -> str:
         return self.law
 
@@ -174,6 +178,8 @@ def build(table: TouchTable, index: int, around: Surroundings, complain: Complai
     radii = _radii(table, name, index, other is not None and other[1] is not None, complain)
     if disc is None or other is None or not apart or radii is None:
         return None
+    if not _check_carriers(table, radii, mechanism, complain):
+        return None
     return Touch(
         index=index,
         name=name,
@@ -184,6 +190,18 @@ def build(table: TouchTable, index: int, around: Surroundings, complain: Complai
         friction=None if table.friction is None else Parameter(f"{name}.friction", f"ft_{index}", table.friction),
         law=table.law,
     )
+
+
+def _check_carriers(
+    table: TouchTable, radii: tuple[Parameter | None, Parameter | None], mechanism: Mechanism, complain: Complain
+) -> bool:
+    """Every disc turns with a link that the scene names."""
+    fine = True
+    for index, (side, radius) in enumerate(zip(table.between, radii, strict=True)):
+        if radius and isinstance(side, str) and (wrong := choose_carrier(side, mechanism)):
+            complain(("between", index), wrong)
+            fine = False
+    return fine
 
 
 def _title(side: str | list[str]) -> str:

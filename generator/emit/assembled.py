@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from ..mechanism.branch import branches
+from ..mechanism.implied import implied
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.redundancy import Group, Mobility, mobility
 from ..scene.scene import Scene
@@ -16,7 +17,9 @@ def branch_lines(scene: Scene) -> list[str]:
     from ..mechanism.topology import span
 
     mechanism = scene.mechanism
-    found = branches(mechanism, scene.start.poses, [cut.joint for cut in span(mechanism, scene.driven).cuts])
+    topology = span(mechanism, scene.driven)
+    closing, idle = ([found.joint for found in joints] for joints in (topology.cuts, topology.implied))
+    found = branches(mechanism, scene.start.poses, closing, idle)
     return [branch.text(mechanism) for branch in found]
 
 
@@ -27,9 +30,10 @@ def mobility_of(scene: Scene) -> Mobility | None:
 
 def redundancy_lines(scene: Scene, found: Mobility | None) -> list[str]:
     """What is not as Grübler counts: joints that are redundant, a change point, a structure."""
+    idle = implied_lines(scene)
     if found is None:
-        return [f"more than {EXAMINED} links: not searched for redundant joints"]
-    lines = [f"redundant: {_group(scene.mechanism, group)}" for group in found.groups]
+        return [*idle, f"more than {EXAMINED} links: not searched for redundant joints"]
+    lines = [*(f"redundant: {_group(scene.mechanism, group)}" for group in found.groups), *idle]
     if found.elsewhere < found.freedom:
         lines += [
             f"in line here, not elsewhere (a change point, {found.elsewhere} degrees of freedom nearby): "
@@ -39,6 +43,16 @@ def redundancy_lines(scene: Scene, found: Mobility | None) -> list[str]:
     if found.structure:
         lines.append("a structure: nothing can move, only forces can be asked for")
     return lines
+
+
+def implied_lines(scene: Scene) -> list[str]:
+    """Joints that follow from others, and what becomes of them."""
+    joints = scene.mechanism.joints
+    return [
+        f"{joints[idle.joint].name} holds what {', '.join(joints[part.joint].name for part in idle.way)} hold"
+        f"{'s' * (len(idle.way) == 1)}: it is left out of the equations, and the forces are shared"
+        for idle in implied(scene.mechanism, scene.driven)
+    ]
 
 
 def _group(mechanism: Mechanism, group: Group) -> str:

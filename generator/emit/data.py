@@ -45,6 +45,7 @@ def model_data(scene: Scene, topology: Topology, equations: Equations, hash_: st
         "u_names": [s.name for s in equations.state.u],
         "parameters": [[p.path, p.value] for p in equations.folded or equations.parameters],
         "folded": bool(equations.folded),
+        "rests_on": {p.path: mechanism.joints[idle.joint].name for idle in topology.implied for p in idle.rests_on},
         "drives": [_drive(mechanism, effect) for effect in scene.effects if effect.driven()],
         "inputs": [name for effect in scene.effects for name in effect.inputs()],
         "instants": [p.path for effect in scene.effects for p in effect.instants()],
@@ -141,9 +142,11 @@ def _law(scene: Scene) -> str:
 
 
 def _outboard(mechanism: Mechanism, topology: Topology) -> list[str]:
-    """The link on which each joint's reaction acts: the tree's outboard link, or a cut joint's second side."""
+    """The link on which each joint's reaction acts: the tree's outboard link, or the second side of a joint that
+    is cut or implied."""
     found = {branch.joint: branch.link for branch in topology.branches}
     found |= {cut.joint: cut.second.link for cut in topology.cuts}
+    found |= {idle.joint: mechanism.joints[idle.joint].second.link for idle in topology.implied}
     return [mechanism.link_name(found[joint]) for joint in range(len(mechanism.joints))]
 
 

@@ -18,6 +18,7 @@ from ..program.program import lower
 from ..scene.driven import drive_layout
 from ..scene.scene import Scene
 from .assembled import branch_lines, mobility_of, redundancy_lines
+from .discs import disc_lines
 from .expressions import LISTING, write
 from .latex import Summary, expanded_document, recursive_document
 from .price_table import price_lines
@@ -62,6 +63,7 @@ def summarize(scene: Scene, topology: Topology, equations: Equations) -> Summary
     root = mechanism.link_name(topology.root)
     effects = [f"{effect.title}: {effect.describe(mechanism)}" for effect in scene.effects]
     contacts = ", ".join(f"{c.name} on {c.ground}" for c in equations.contacts)
+    discs = tuple(disc_lines(scene))
     inputs = ", ".join(name for effect in scene.effects for name in effect.inputs())
     counts = [f"{f.kernel.name}: {f.counts()}" for f in lower(equations).functions if f.sections]
     return (
@@ -84,6 +86,7 @@ def summarize(scene: Scene, topology: Topology, equations: Equations) -> Summary
         ("quasi-velocities u", (", ".join(s.name for s in state.u),)),
         ("effects", tuple(effects) or ("none",)),
         *([("contacts", (contacts,))] if contacts else []),
+        *([("discs", discs)] if discs else []),
         *([("inputs", (inputs,))] if inputs else []),
         *([("parameters", ("folded: their values stand in the equations as numbers",))] if equations.folded else []),
         ("operations", tuple(counts)),
@@ -136,7 +139,7 @@ def _freedom(scene: Scene, topology: Topology, count: int) -> str:
             + (f" = {count} quasi-velocities - {_driven(driven)}" if driven else "")
             + ", no closure"
         )
-    layout = lay_out(scene.mechanism)
+    layout = lay_out(scene.mechanism, driven=scene.driven)
     _, speeds = drive_layout(layout, scene.mechanism, scene.effects)
     shut = layout.jacobian(layout.read_off(np.array(scene.start.poses)))
     size, told = shut.shape[1] + 2 * layout.floating, np.vstack([shut, *(speed.row for speed in speeds)])

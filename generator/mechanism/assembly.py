@@ -99,6 +99,7 @@ def follow(layout: Layout, sketch: Real, loose: Sequence[int]) -> Real:
         lengths=tuple(
             one for one, loosened in zip(layout.lengths, others[len(layout.held) :], strict=True) if loosened
         ),
+        ends=tuple(layout.ends[k] for k in gaps),
     )
     return _follow(part, sketch, free)
 
@@ -126,6 +127,7 @@ def alone(layout: Layout, sketch: Real, gap: int) -> float:
         gap_arms=layout.gap_arms[one],
         held=(),
         lengths=(),
+        ends=layout.ends[one],
     )
     try:
         nearest(part, sketch)

@@ -60,9 +60,12 @@ def _sign(turn: float) -> int:
     return 0 if abs(math.sin(turn)) < STRAIGHT else 1 if turn > 0.0 else -1
 
 
-def branches(mechanism: Mechanism, poses: Sequence[Triple], closing: Collection[int]) -> tuple[Branch, ...]:
-    """The branch of each loop that the joints ``closing`` close, at ``poses`` (x, y, angle of each link's frame)."""
-    return tuple(_branch(mechanism, loop, poses) for loop in loops(mechanism, closing))
+def branches(
+    mechanism: Mechanism, poses: Sequence[Triple], closing: Collection[int], implied: Collection[int] = ()
+) -> tuple[Branch, ...]:
+    """The branch of each loop that the joints ``closing`` close, at ``poses`` (x, y, angle of each link's frame);
+    ``implied`` joints close none."""
+    return tuple(_branch(mechanism, loop, poses) for loop in loops(mechanism, closing, implied))
 
 
 def place(mechanism: Mechanism, poses: Sequence[Triple], ref: PointRef) -> complex:

@@ -32,7 +32,7 @@ def idle_links(
         topology = span(mechanism, driven)
     except ValueError:
         return ()  # links that nothing joins are reported elsewhere
-    layout = lay_out(mechanism, frozenset(branch.joint for branch in topology.branches))
+    layout = lay_out(mechanism, frozenset(branch.joint for branch in topology.branches), driven)
     rng = np.random.default_rng(0)
     size = len(mechanism.links) + len(layout.lines)
     best: tuple[float, tuple[int, ...]] = (-1.0, ())

@@ -8,17 +8,23 @@ every joint that a spanning tree leaves open. Only NumPy is needed here.
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .implied import implied
 from .joints import PointRef
 from .links import GROUND
 from .mechanism import Mechanism
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
+
+_ROUNDED = 0.1
+"""Share of the points' distance from their frames' origins that counts as a gap's reach: the difference of two points
+is known to a few units in their last place, and gaps close to 1e-14 of their reach."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +64,8 @@ class Layout:
     times its direction. ``base`` (nl,) and ``arms`` (nl, nl + ns) give the origin of each link's frame, relative to
     that of the first link when the mechanism is ``floating``. ``gap_base`` (nc,) and ``gap_arms`` (nc, nl + ns) give
     the gaps, second point minus first point, of the joints ``gaps`` that close loops; ``held`` are angles that
-    prismatic joints hold. ``apart`` are links that no chain of joints connects.
+    prismatic joints hold. ``apart`` are links that no chain of joints connects. ``ends`` (nc,) say how far (m) the
+    points of each gap's joint are from the frames' origins at most, if that is known.
     """
 
     floating: bool
@@ -72,6 +79,7 @@ class Layout:
     held: tuple[Held, ...] = ()
     unit: float = 1.0
     lengths: tuple[Length, ...] = ()
+    ends: tuple[float, ...] = ()
 
     def closure(self, x: Real) -> Real:
         """Gaps in m, x and y of each, then what misses of the held angles (rad) and lengths (m)."""
@@ -135,10 +143,15 @@ class Layout:
 
     @property
     def reach(self) -> Real:
-        """Length of all arms of each gap (m), then the size of a held angle (rad), shape (nc + nh,)."""
+        """Length of all arms of each gap (m), then the size of a held angle (rad), shape (nc + nh,).
+
+        Arms are differences of points: where those are near each other, what rounding leaves of them counts.
+        """
         count = len(self.base)
         lengths: Real = np.abs(self.gap_arms[:, :count]).sum(axis=1) + np.abs(self.gap_base)
         lengths = lengths + self.unit * np.abs(self.gap_arms[:, count:]).sum(axis=1)
+        if self.ends:
+            lengths = np.maximum(lengths, _ROUNDED * np.array(self.ends, dtype=float))
         held: Real = np.full(len(self.held), 4.0 * np.pi)
         known = np.array([4.0 * max(self.unit, abs(one.length)) for one in self.lengths], dtype=float)
         return np.concatenate([lengths, held, known])
@@ -168,19 +181,22 @@ class Layout:
         return found
 
 
-def lay_out(mechanism: Mechanism, tree: frozenset[int] | None = None) -> Layout:
+def lay_out(mechanism: Mechanism, tree: frozenset[int] | None = None, driven: Collection[int] = ()) -> Layout:
     """The mechanism's places, along a spanning tree grown from the ground, or from the first link if none is fixed.
 
-    ``tree`` holds the joints that it may grow along, all unless given.
+    ``tree`` holds the joints that it may grow along, all unless given. Those that others imply, of
+    which ``driven`` ones come first, add nothing.
     """
-    return _Drawing(mechanism, tree).layout()
+    return _Drawing(mechanism, tree, driven).layout()
 
 
 class _Drawing:
-    def __init__(self, mechanism: Mechanism, tree: frozenset[int] | None) -> None:
+    def __init__(self, mechanism: Mechanism, tree: frozenset[int] | None, driven: Collection[int]) -> None:
         self.mechanism, self.count = mechanism, len(mechanism.links)
-        self.usable = [k for k in range(len(mechanism.joints)) if tree is None or k in tree]
-        sliding = [(index, joint) for index, joint in enumerate(mechanism.joints) if joint.slides]
+        idle = {found.joint for found in implied(mechanism, driven)}
+        self.joints = {index: joint for index, joint in enumerate(mechanism.joints) if index not in idle}
+        self.usable = [index for index in self.joints if tree is None or index in tree]
+        sliding = [(index, joint) for index, joint in self.joints.items() if joint.slides]
         self.lines = tuple(
             Line(index, joint.first.link, joint.axis.value if joint.axis else 0.0) for index, joint in sliding
         )
@@ -191,31 +207,47 @@ class _Drawing:
     def layout(self) -> Layout:
         floating = not any(joint.on_ground for joint in self.mechanism.joints)
         placed, tree = self._place_all({0} if floating else {GROUND})
-        joints = list(enumerate(self.mechanism.joints))
-        gaps = tuple(index for index, joint in joints if index not in tree and joint.first.link in placed)
+        gaps = tuple(k for k, joint in self.joints.items() if k not in tree and joint.first.link in placed)
         found = [self._gap(index) for index in gaps]
         gap_base = np.array([gap[0] for gap in found], dtype=complex)
         gap_arms = np.array([gap[1] for gap in found], dtype=complex).reshape(len(gaps), self.arms.shape[1])
         apart = tuple(index for index in range(self.count) if index not in placed)
         held = tuple(
             Held(index, joint.first.link, joint.second.link, joint.angle.value if joint.angle else 0.0)
-            for index, joint in joints
+            for index, joint in self.joints.items()
             if not joint.turns
         )
-        size = max((abs(arm) for arm in self.arms[:, : self.count].ravel()), default=0.0) or 1.0
-        return Layout(floating, self.base, self.arms, gaps, gap_base, gap_arms, apart, self.lines, held, float(size))
+        size = np.abs(self.arms[:, : self.count]).max(initial=0.0) or 1.0
+        ends = tuple(max(abs(self._local(e)) for e in (self.joints[k].first, self.joints[k].second)) for k in gaps)
+        return Layout(
+            floating,
+            self.base,
+            self.arms,
+            gaps,
+            gap_base,
+            gap_arms,
+            apart,
+            self.lines,
+            held,
+            float(size),
+            ends=ends,
+        )
 
     def _place_all(self, placed: set[int]) -> tuple[set[int], set[int]]:
         """Frames of all links that joints reach, breadth-first; the links, and the joints that were followed."""
         tree: set[int] = set()
         waiting = list(placed)
+        around: dict[int, list[int]] = {}
+        for index in self.usable:
+            for end in (self.mechanism.joints[index].first, self.mechanism.joints[index].second):
+                around.setdefault(end.link, []).append(index)
         while waiting:
             near = waiting.pop(0)
-            for index in self.usable:
+            for index in around.get(near, ()):
                 joint = self.mechanism.joints[index]
                 outwards = joint.first.link == near
                 inner, outer = (joint.first, joint.second) if outwards else (joint.second, joint.first)
-                if inner.link != near or outer.link in placed:
+                if outer.link in placed:
                     continue
                 self.base[outer.link], self.arms[outer.link] = self._point(inner)
                 if joint.slides:

@@ -22,14 +22,15 @@ class Loop:
         return f"{links} (joints {', '.join(mechanism.joints[joint].name for joint in self.joints)})"
 
 
-def loops(mechanism: Mechanism, closing: Collection[int]) -> tuple[Loop, ...]:
-    """One loop for each joint in ``closing``: from its second side to its first through the joints not in ``closing``.
+def loops(mechanism: Mechanism, closing: Collection[int], implied: Collection[int] = ()) -> tuple[Loop, ...]:
+    """One loop for each joint in ``closing``: from its second side to its first through joints that are not in
+    ``closing`` and that others do not imply.
 
     Those must connect the links as a tree.
     """
     roads: dict[int, list[tuple[int, int]]] = {}
     for index, joint in enumerate(mechanism.joints):
-        if index not in closing:
+        if index not in closing and index not in implied:
             roads.setdefault(joint.first.link, []).append((joint.second.link, index))
             roads.setdefault(joint.second.link, []).append((joint.first.link, index))
     return tuple(_around(roads, mechanism.joints[index], index) for index in closing)

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 import networkx as nx
 
+from .implied import Implied, implied
 from .joints import Joint, Kind, PointRef
 from .links import GROUND
 from .mechanism import Mechanism
@@ -70,11 +71,15 @@ class Cut:
 
 @dataclass(frozen=True)
 class Topology:
-    """The virtual open chain. ``root`` is the ground or the floating root link; ``branches`` run from root to tips."""
+    """The virtual open chain. ``root`` is the ground or the floating root link; ``branches`` run from root to tips.
+
+    ``implied`` joints are in neither tree nor cuts: others hold what they hold.
+    """
 
     root: int
     branches: tuple[Branch, ...]
     cuts: tuple[Cut, ...]
+    implied: tuple[Implied, ...] = ()
 
     @property
     def floating(self) -> bool:
@@ -125,12 +130,16 @@ def span(mechanism: Mechanism, driven: Collection[int] = ()) -> Topology:
     Raises ``ValueError`` naming the links that no chain of joints connects with the rest (with the ground, if any joint
     is on it).
     """
+    idle = implied(mechanism, driven)
+    held = {found.joint for found in idle}
+    usable = [index for index in range(len(mechanism.joints)) if index not in held]
     graph = nx.MultiGraph()
     graph.add_nodes_from(range(len(mechanism.links)))
-    for index, joint in enumerate(mechanism.joints):
+    for index in usable:
+        joint = mechanism.joints[index]
         graph.add_edge(joint.first.link, joint.second.link, key=index)
     root = GROUND if GROUND in graph else _centre(graph)
-    kept = _keep(mechanism, _grow(mechanism, root, range(len(mechanism.joints))), driven)
+    kept = _keep(mechanism, usable, _grow(mechanism, root, usable), driven)
     branches = _grow(mechanism, root, sorted(kept))
     reached = {root} | {branch.link for branch in branches}
     missing = [link.name for k, link in enumerate(mechanism.links) if k not in reached]
@@ -142,12 +151,13 @@ def span(mechanism: Mechanism, driven: Collection[int] = ()) -> Topology:
     paths = {link: tree.path(link) for link in reached}
     used = {branch.joint for branch in branches}
     cuts = []
-    for index, joint in enumerate(mechanism.joints):
+    for index in usable:
+        joint = mechanism.joints[index]
         if index not in used:
             inwards = set(paths[joint.first.link])
             meeting = next(link for link in paths[joint.second.link] if link in inwards)
             cuts.append(Cut(index, joint.first, joint.second, meeting, joint.kind))
-    return Topology(root, branches, tuple(cuts))
+    return Topology(root, branches, tuple(cuts), idle)
 
 
 def _grow(mechanism: Mechanism, root: int, usable: Iterable[int]) -> tuple[Branch, ...]:
@@ -168,7 +178,7 @@ def _grow(mechanism: Mechanism, root: int, usable: Iterable[int]) -> tuple[Branc
     return tuple(branches)
 
 
-def _keep(mechanism: Mechanism, grown: tuple[Branch, ...], driven: Collection[int]) -> set[int]:
+def _keep(mechanism: Mechanism, usable: Iterable[int], grown: tuple[Branch, ...], driven: Collection[int]) -> set[int]:
     """Joints of the tree: the preferred ones that form no ring (Kruskal's algorithm), ``grown`` ones before others."""
     order = {branch.joint: place for place, branch in enumerate(grown)}
 
@@ -184,7 +194,7 @@ def _keep(mechanism: Mechanism, grown: tuple[Branch, ...], driven: Collection[in
         return link
 
     kept = set()
-    for index in sorted(range(len(mechanism.joints)), key=preference):
+    for index in sorted(usable, key=preference):
         ends = [find(side.link) for side in (mechanism.joints[index].first, mechanism.joints[index].second)]
         if ends[0] != ends[1]:
             piece[ends[0]] = ends[1]

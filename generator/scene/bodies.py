@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 import re
+from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from ..effects.effect import Contact
 from ..effects.table import NAME
+from ..mechanism.implied import almost_implied, implied
 from ..mechanism.joints import Joint, PointRef
 from ..mechanism.links import GROUND, Link, Parameter, Point
 from ..mechanism.mechanism import Mechanism
@@ -82,7 +84,8 @@ def general(
     points = {name: _points(raw) for name, raw in zip(names, tables["link"], strict=True)}
     points[GROUND_NAME] = _points(tables.get("ground_link"))
     fine = _check_names(names, points, joints, report)
-    ends = [_ends(index, joint, names, points, report) for index, joint in enumerate(joints)]
+    unknown = _unknown_links(names, points, joints)
+    ends = [_ends(index, joint, names, points, unknown, report) for index, joint in enumerate(joints)]
     fine = sum(not _check_keys(index, joint, report) for index, joint in enumerate(joints) if joint) == 0 and fine
     bodies = [_body(name, table) for name, table in zip(names, links, strict=True) if table]
     for index, body in enumerate(bodies):
@@ -127,7 +130,8 @@ def _assemble(
     bodies = Bodies(
         mechanism, (), (0.0,) * len(built), ("joint",) if pairs else ("link",), (), merged.rows, tuple(rows)
     )
-    return bodies if _check_lengths(bodies, report) else None
+    fine = _check_lengths(bodies, report)
+    return bodies if _check_apart(bodies, report) and fine else None
 
 
 def _welds(pairs: Sequence[tuple[int, JointTable, tuple[PointRef, PointRef]]]) -> tuple[str, ...]:
@@ -163,7 +167,7 @@ def _check_keys(index: int, table: JointTable, report: Report) -> bool:
         message = "missing, expected the direction of the line in the first link's frame, [x, y] or an angle; add it"
         report.add(("joint", index, "axis"), message)
         fine = False
-    if isinstance(table.axis, list) and not 0.0 < math.hypot(*table.axis) < math.inf:
+    if isinstance(table.axis, list) and not any(table.axis):
         message = f"found {table.axis}, expected a direction, not both zero; write [1, 0] for one along x"
         report.add(("joint", index, "axis"), message)
         fine = False
@@ -231,10 +235,26 @@ def _check_names(
     return fine
 
 
+def _unknown_links(
+    names: Sequence[str], points: Mapping[str, Collection[str]], joints: Sequence[JointTable | None]
+) -> dict[str, int]:
+    """How often joints name each link that is not there; nothing where links have wrong names, which is told."""
+    wrong = [name for name in names if not re.fullmatch(NAME, name) or name == GROUND_NAME]
+    if wrong or len(set(names)) < len(names):
+        return {}
+    owners = [text.partition(".")[0] for table in joints if table for text in table.between]
+    return dict(Counter(owner for owner in owners if owner not in points))
+
+
 def _ends(
-    index: int, table: JointTable | None, names: Sequence[str], points: Mapping[str, Collection[str]], report: Report
+    index: int,
+    table: JointTable | None,
+    names: Sequence[str],
+    points: Mapping[str, Collection[str]],
+    unknown: dict[str, int],
+    report: Report,
 ) -> tuple[PointRef, PointRef] | None:
-    """Both sides of a joint, or ``None`` after a fault."""
+    """Both sides of a joint, or ``None`` after a fault. Each of the ``unknown`` links is told of once."""
     if table is None:
         return None
     found = []
@@ -244,8 +264,10 @@ def _ends(
         if not dot or not key:
             report.add(path, f'found "{text}", expected "link.point"; name the link and one of its points')
         elif owner not in points:
-            known = ", ".join(dict.fromkeys((*names, GROUND_NAME)))
-            report.add(path, f'found "{text}", expected a point of {known}; there is no link "{owner}"')
+            if times := unknown.pop(owner, 0):
+                known = ", ".join(dict.fromkeys((*names, GROUND_NAME)))
+                often = f", which joints name {times} times" if times > 1 else ""
+                report.add(path, f'found "{text}", expected a point of {known}; there is no link "{owner}"{often}')
         elif key not in points[owner]:
             known = ", ".join(points[owner]) or "none yet"
             report.add(path, f'found "{text}", expected a point of {owner}: {known}; add it or name another')
@@ -263,7 +285,8 @@ def _ends(
 def _check_lengths(bodies: Bodies, report: Report) -> bool:
     """A link between several pins has some length: its jointed points are not all in one place."""
     fine = True
-    pins = [joint for joint in bodies.mechanism.joints if not joint.slides]
+    idle = {found.joint for found in implied(bodies.mechanism)}
+    pins = [joint for k, joint in enumerate(bodies.mechanism.joints) if not joint.slides and k not in idle]
     ends = [end for joint in pins for end in (joint.first, joint.second)]
     for index, link in enumerate(bodies.mechanism.links):
         used = dict.fromkeys(end.point for end in ends if end.link == index)
@@ -272,6 +295,18 @@ def _check_lengths(bodies: Bodies, report: Report) -> bool:
             report.add((*bodies.at_link(index), "points"), message)
             fine = False
     return fine
+
+
+def _check_apart(bodies: Bodies, report: Report) -> bool:
+    """Joints that hold the same links do so at one place, or far enough apart to hold an angle."""
+    joints, found = bodies.mechanism.joints, almost_implied(bodies.mechanism)
+    for idle, apart in found:
+        others = ", ".join(joints[part.joint].name for part in idle.way)
+        message = f"found a joint that all but holds what {others} hold{'s' * (len(idle.way) == 1)} already"
+        message += f", at points {apart:.3g} m apart" if apart else ""
+        advice = "expected it to hold exactly that or something else; name the same points in both, or move it away"
+        report.add(bodies.at_joint(idle.joint), f"{message}, {advice}")
+    return not found
 
 
 def check_masses(

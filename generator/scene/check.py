@@ -10,10 +10,22 @@ from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from ..effects.table import Table
+from .angles import judge_angles
 from .errors import Path, Report
+from .quantities import without_unit
 from .schema import TAGS
 
 T = TypeVar("T", bound=Table)
+
+MEANT = {
+    **dict.fromkeys(("pin", "hinge", "rotational", "rotary", "pivot"), "revolute"),
+    **dict.fromkeys(("slider", "slide", "translational", "linear"), "prismatic"),
+    **dict.fromkeys(("fixed", "rigid", "welded"), "weld"),
+    **dict.fromkeys(("slot", "pin_in_slot", "pin in slot"), "pin-in-slot"),
+}
+"""Other words for kinds of joints."""
+_LONG = 10**40
+"""Whole numbers from here on are told by their length."""
 
 
 def check(model: type[T], raw: object, path: Path, report: Report) -> T | None:
@@ -25,6 +37,7 @@ def check(model: type[T], raw: object, path: Path, report: Report) -> T | None:
     if not isinstance(raw, Mapping):
         report.add(path, f"found {show(raw)}, expected a table; write {_header(path)}")
         return None
+    judge_angles(raw, path, report)
     try:
         return model.model_validate(dict(raw))
     except ValidationError as error:
@@ -33,10 +46,13 @@ def check(model: type[T], raw: object, path: Path, report: Report) -> T | None:
     wrong = {str(fault["loc"][0]) for fault in faults} - unknown
     for fault in faults:
         if fault["type"] == "extra_forbidden":
-            report.add((*path, *map(str, fault["loc"])), unknown_key(str(fault["loc"][0]), model.model_fields))
-        else:
+            key = str(fault["loc"][0])
+            elsewhere = model.INSTEAD.get(key) or model.MISPLACED.get(key)
+            message = f"found {key}, expected it elsewhere: {elsewhere}" if elsewhere else ""
+            report.add((*path, *map(str, fault["loc"])), message or unknown_key(key, model.model_fields))
+        elif not unknown & model.INSTEAD.keys():
             report.add(path + _place(fault["loc"]), _sentence(model, fault))
-    if not wrong <= model.STAND_INS.keys():
+    if not wrong <= model.STAND_INS.keys() or unknown & model.INSTEAD.keys():
         return None
     right = {key: value for key, value in raw.items() if key not in unknown | wrong}
     return model.model_validate(right | {key: model.STAND_INS[key] for key in wrong})
@@ -52,8 +68,8 @@ def unknown_key(key: str, known: Iterable[str]) -> str:
     return f"found an unknown key, expected one of {', '.join(known)}; {advice}"
 
 
-def show(value: object) -> str:
-    """A value as it stands in a scene file, shortened."""
+def show(value: object, deep: bool = False) -> str:
+    """A value as it stands in a scene file, shortened: of lists in lists the outer ones."""
     if isinstance(value, str):
         return f'"{value}"' if len(value) < 40 else f'"{value[:36]}..."'
     if isinstance(value, bool):
@@ -61,8 +77,10 @@ def show(value: object) -> str:
     if isinstance(value, Mapping):
         return "a table"
     if isinstance(value, list):
-        inside = ", ".join(show(v) for v in value[:4])
+        inside = ", ".join("[...]" if isinstance(v, list) and deep else show(v, deep=True) for v in value[:4])
         return f"[{inside}{', ...' if len(value) > 4 else ''}]"
+    if isinstance(value, int) and abs(value) >= _LONG:
+        return f"a number of {int(value.bit_length() * math.log10(2.0)) + 1} digits"
     return f"{value:.12g}" if isinstance(value, float) else str(value)
 
 
@@ -86,7 +104,13 @@ def _advice(fault: ErrorDetails) -> str:
     if "advice" in fault.get("ctx", {}):
         return str(fault["ctx"]["advice"])
     if isinstance(value, str) and kind in ("float_type", "int_type"):
-        return "write a number without quotes"
+        return without_unit(value)
+    if isinstance(value, str) and kind == "literal_error" and (meant := MEANT.get(value.lower())):
+        return f'write "{meant}"'
+    if isinstance(value, str) and kind == "list_type" and "," in value:
+        return "write " + str([part.strip() for part in value.split(",")]).replace("'", '"')
+    if isinstance(value, list) and kind == "float_type" and value and all(map(_is_number, value)):
+        return "write one number"
     if isinstance(value, float) and not math.isfinite(value):
         return "write a finite number"
     if kind == "int_type" and isinstance(value, float):
@@ -96,6 +120,10 @@ def _advice(fault: ErrorDetails) -> str:
         limit: Any = context.get("min_length", context.get("max_length"))
         return f"write {limit} value{'s' * (limit != 1)}"
     return "correct it"
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def _header(path: Path) -> str:

@@ -37,6 +37,10 @@ class Anchor:
         return local, complex(self.x, self.y)
 
 
+Ends = tuple[PointRef, PointRef]
+"""A pin's side on a link, and its other side."""
+
+
 def pins(mechanism: Mechanism) -> list[Joint]:
     """Joints whose two points are in one place."""
     return [joint for joint in mechanism.joints if not joint.slides]
@@ -53,7 +57,7 @@ def anchors(table: StartTable, mechanism: Mechanism, report: Report) -> tuple[An
     for joint in mechanism.joints:
         if table.joints and joint.name in table.joints:
             x, y = table.joints[joint.name]
-            ends = (joint.first, joint.second) if joint in pins(mechanism) else (joint.second,)
+            ends = (joint.second,) if joint.slides else (joint.first, joint.second)
             found += [Anchor(end.link, end.point, x, y) for end in ends if end.link != GROUND]
     return tuple(found)
 
@@ -70,6 +74,7 @@ def spread(mechanism: Mechanism, given: Sequence[float | None], drawn: Sequence[
             if other.link == GROUND and end.link != GROUND:
                 known[end.link].setdefault(_local(mechanism, end), _local(mechanism, other))
     placed: set[int] = set()
+    meets = _pins_of_links(mechanism)
     while True:
         for link, points in enumerate(known):
             angles[link] = _fit(points) if angles[link] is None else angles[link]
@@ -80,7 +85,7 @@ def spread(mechanism: Mechanism, given: Sequence[float | None], drawn: Sequence[
             placed.add(link)
             turn = np.exp(1j * float(angles[link] or 0.0))
             origin = sum(there - local * turn for local, there in known[link].items()) / len(known[link])
-            _pass_on(mechanism, link, origin, turn, known)
+            _pass_on(mechanism, meets[link], origin, turn, known)
 
 
 def drawn_lengths(
@@ -117,14 +122,23 @@ def offset(mechanism: Mechanism, poses: Sequence[Sequence[float]], drawn: Sequen
 
 
 def _pass_on(
-    mechanism: Mechanism, link: int, origin: complex, turn: complex, known: list[dict[complex, complex]]
+    mechanism: Mechanism, ends: Sequence[Ends], origin: complex, turn: complex, known: list[dict[complex, complex]]
 ) -> None:
     """Tell a placed link's neighbours where their common joints are, unless they are drawn."""
+    for end, other in ends:
+        if other.link != GROUND:
+            there = origin + _local(mechanism, end) * turn
+            known[other.link].setdefault(_local(mechanism, other), there)
+
+
+def _pins_of_links(mechanism: Mechanism) -> list[list[Ends]]:
+    """Per link its pins in scene order: its own side and the other one."""
+    found: list[list[Ends]] = [[] for _ in mechanism.links]
     for joint in pins(mechanism):
         for end, other in ((joint.first, joint.second), (joint.second, joint.first)):
-            if end.link == link and other.link != GROUND:
-                there = origin + _local(mechanism, end) * turn
-                known[other.link].setdefault(_local(mechanism, other), there)
+            if end.link != GROUND:
+                found[end.link].append((end, other))
+    return found
 
 
 def _fit(points: Mapping[complex, complex]) -> float | None:
@@ -161,9 +175,10 @@ def _check_forms(table: StartTable, mechanism: Mechanism, report: Report) -> boo
     angles, poses, joints = table.angles, table.poses or {}, table.joints or {}
     angled = set(angles) if isinstance(angles, Mapping) else set(names if angles is not None else ())
     wrong: list[tuple[str, str, str]] = []
+    jointed = _jointed(mechanism)
     for link, name in enumerate(names):
         said = [f"{word} of {name}" for word, there in (("an angle", angled), ("a pose", poses)) if name in there]
-        drawn = [joint for joint in _jointed(mechanism, link) if joint in joints]
+        drawn = [joint for joint in jointed[link] if joint in joints]
         if len(said) > 1:
             wrong.append(("poses", name, f"{' beside '.join(said)}, expected one of them"))
         elif said and len(drawn) > 1:
@@ -178,9 +193,10 @@ def _check_forms(table: StartTable, mechanism: Mechanism, report: Report) -> boo
     return not wrong and not placed
 
 
-def _jointed(mechanism: Mechanism, link: int) -> list[str]:
-    """One joint for each point that pins join to the link."""
-    ends = {
-        end.point: joint.name for joint in pins(mechanism) for end in (joint.first, joint.second) if end.link == link
-    }
-    return list(ends.values())
+def _jointed(mechanism: Mechanism) -> dict[int, list[str]]:
+    """Per link one joint for each point that pins join to it."""
+    ends: dict[int, dict[str, str]] = {link: {} for link in range(GROUND, len(mechanism.links))}
+    for joint in pins(mechanism):
+        for end in (joint.first, joint.second):
+            ends[end.link][end.point] = joint.name
+    return {link: list(names.values()) for link, names in ends.items()}

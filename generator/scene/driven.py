@@ -31,9 +31,10 @@ def check_driven(mechanism: Mechanism, effects: Sequence[tuple[Path, Effect]], r
     from ..mechanism.topology import span  # only scenes with drives need the spanning tree here
 
     try:
-        cut = {cut.joint for cut in span(mechanism, tuple(found)).cuts}
+        topology = span(mechanism, tuple(found))
     except ValueError:
         return fine  # links that nothing joins are reported elsewhere
+    cut = {cut.joint for cut in topology.cuts} | {idle.joint for idle in topology.implied}
     for path, effect in effects:
         for joint in effect.driven():
             if joint in cut:

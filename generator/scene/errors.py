@@ -4,6 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from unicodedata import category
+
+_UNSEEN = ("Cc", "Cf", "Cs", "Zl", "Zp")
+"""Categories of control and format signs, halves of signs, and separators of lines."""
 
 Path = tuple[str | int, ...]
 """Where a value stands in a scene: ``("ground", 0, "restitution")`` is ``restitution`` of the first ``[[ground]]``."""
@@ -20,7 +24,12 @@ class Fault:
 
     def __str__(self) -> str:
         place = self.file if self.line is None else f"{self.file}:{self.line}"
-        return ": ".join(part for part in (place, self.key, self.message) if part)
+        return escaped(": ".join(part for part in (place, self.key, self.message) if part))
+
+
+def escaped(text: str) -> str:
+    """The text on one line, with signs that would move a terminal's cursor or hide written as in Python, ``\\x1b``."""
+    return "".join(repr(sign)[1:-1] if category(sign) in _UNSEEN else sign for sign in text)
 
 
 class SceneError(Exception):
@@ -37,13 +46,21 @@ class Report:
     def __init__(self, file: str, lines: Mapping[Path, int] | None = None) -> None:
         self.file = file
         self._lines = lines or {}
-        self._faults: list[Fault] = []
+        self._faults: dict[Fault, None] = {}
+        self._remarks: list[Fault] = []
 
     def add(self, path: Path, message: str) -> None:
         """Note a fault at ``path``, or at the closest table that the file has."""
-        fault = Fault(self.file, self._line(path), key_text(path), message)
-        if fault not in self._faults:
-            self._faults.append(fault)
+        self._faults[Fault(self.file, self._line(path), key_text(path), message)] = None
+
+    def remark(self, path: Path, message: str) -> None:
+        """Note how the value at ``path`` is understood, where something else may be meant."""
+        self._remarks.append(Fault(self.file, self._line(path), key_text(path), message))
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """All remarks so far, in the order of the file."""
+        return tuple(map(str, sorted(self._remarks, key=lambda remark: remark.line or 0)))
 
     def below(self, path: Path) -> Callable[[Path, str], None]:
         """``add`` for keys inside the table at ``path``."""

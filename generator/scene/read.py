@@ -20,8 +20,10 @@ from .bodies import Bodies, check_masses, general
 from .check import check, show, unknown_key
 from .driven import check_driven
 from .errors import Fault, Path, Report, SceneError
+from .limits import MOST_JOINTS, MOST_LINKS, MOST_TABLES, too_large
 from .locate import locate
 from .module_names import hidden_module
+from .not_toml import not_toml
 from .scene import RunSettings, Scene, Start
 from .schema import (
     ChainTable,
@@ -35,7 +37,7 @@ from .schema import (
     StartTable,
 )
 from .shorthand import shorthand
-from .start import begin, check_effects, lift, sketch
+from .start import begin, check_effects, check_energy, lift, sketch
 
 SHORTHAND: dict[str, type[LoopTable] | type[ChainTable] | type[PinnedTable] | type[FourBarsTable]] = {
     "loop": LoopTable,
@@ -55,15 +57,15 @@ def load_scene(path: str | PathLike[str]) -> Scene:
     file = str(path)
     try:
         text = File(path).read_bytes().decode("utf-8-sig")
+        if large := too_large(text):
+            raise _unreadable(file, *large)
         tables = tomllib.loads(text)
     except OSError as error:
         raise _unreadable(file, None, f"{error.strerror}; expected a scene file (TOML)") from error
     except UnicodeDecodeError as error:
         raise _unreadable(file, None, "found bytes that are not UTF-8, expected a text file (TOML)") from error
     except tomllib.TOMLDecodeError as error:
-        line = re.search(r"at line (\d+)", str(error))
-        number = int(line[1]) if line else text.count("\n") + 1
-        raise _unreadable(file, number, f"found no valid TOML: {error}; correct the line") from error
+        raise SceneError(not_toml(text, file, error)) from error
     return read_tables(tables, file, File(path).stem, locate(text))
 
 
@@ -105,6 +107,7 @@ def read_tables(tables: Tables, file: str, name: str, lines: Mapping[Path, int] 
     for key in tables:
         if key not in KEYS:
             report.add((key,), unknown_key(key, KEYS))
+    tables = _ground_link(tables, report)
     name = _name(tables, name, report)
     bodies = _bodies(tables, report)
     found = _effect_tables(tables, report)
@@ -116,7 +119,24 @@ def read_tables(tables: Tables, file: str, name: str, lines: Mapping[Path, int] 
     if bodies is None or start is None or run is None:
         raise AssertionError("a scene without faults has all its parts")
     settings = RunSettings(run.until, run.rtol, run.atol)
-    return Scene(name, bodies.mechanism, tuple(effect for _, effect in effects), start, settings)
+    for path, effect in effects:
+        for key, sentence in effect.remarks():
+            report.remark((*path, key), sentence)
+    return Scene(name, bodies.mechanism, tuple(effect for _, effect in effects), start, settings, report.remarks)
+
+
+def _ground_link(tables: Tables, report: Report) -> Tables:
+    """The tables with ``[ground]`` read as ``[ground_link]`` where its points show that this is meant; a fault."""
+    ground = tables.get("ground")
+    if not isinstance(ground, Mapping) or "points" not in ground or "ground_link" in tables:
+        return tables
+    message = (
+        "found [ground] with points, expected them in [ground_link], the link that does not move; write [ground_link]"
+    )
+    report.add(("ground",), message)
+    return {key: value for key, value in tables.items() if key != "ground"} | {
+        "ground_link": {"points": ground["points"]}
+    }
 
 
 def _name(tables: Tables, default: str, report: Report) -> str:
@@ -156,6 +176,11 @@ def _bodies(tables: Tables, report: Report) -> Bodies | None:
     if not forms:
         message = "found no links, expected one of [loop], [chain], [pinned], [four_bars] or [[link]]; add one"
         report.add((), message)
+    for key, most in (("link", MOST_LINKS), ("joint", MOST_JOINTS)):
+        if isinstance(tables.get(key), list) and len(tables[key]) > most:
+            message = f"found {len(tables[key])} tables, expected at most {most}; make the mechanism smaller"
+            report.add((key, most), message)
+            return None
     raw = tables.get("link", [])
     links = _tables(LinkTable, tables, "link", report)
     joints = _tables(JointTable, tables, "joint", report)
@@ -181,7 +206,14 @@ def _effect_tables(tables: Tables, report: Report) -> list[tuple[Entry, int, Pat
         if entry.key not in tables:
             continue
         if entry.many:
-            many = enumerate(_tables(entry.table, tables, entry.key, report))
+            given = tables[entry.key]
+            if isinstance(given, list) and len(given) > MOST_TABLES:
+                message = (
+                    f"found {len(given)} tables, expected at most {MOST_TABLES}, because equations are written out"
+                )
+                report.add((entry.key, MOST_TABLES), f"{message} for each; leave out what is not needed")
+                given = given[:MOST_TABLES]
+            many = enumerate(_tables(entry.table, {entry.key: given}, entry.key, report))
             found += [(entry, index, (entry.key, index), table) for index, table in many if table]
         elif table := _table(entry.table, tables, entry.key, report):
             found.append((entry, 0, (entry.key,), table))
@@ -210,12 +242,13 @@ def _start(table: StartTable, bodies: Bodies, effects: list[tuple[Path, Effect]]
     sound = check_driven(bodies.mechanism, effects, report)
     driven = [joint for effect in acting for joint in effect.driven()]
     sound = check_masses(bodies, driven, report) and sound
-    asked = sketch(table, bodies, report)
+    asked = sketch(table, bodies, driven, report)
     start = begin(asked, bodies, effects, report) if asked and sound else None
     if start is None or not check_masses(bodies, driven, report, start.poses):
         return None
     start = lift(start, bodies, acting)
     check_effects(start, bodies, effects, report)
+    check_energy(start, bodies.mechanism, report)
     return start
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from ..effects.effect import Effect
 from ..mechanism.mechanism import Mechanism
@@ -71,6 +71,7 @@ class Scene:
     """A mechanism, what acts on it, where it starts and how it is run.
 
     ``name`` is as written (``falling-hexagon``), ``package`` the name of the generated package (``falling_hexagon``).
+    ``remarks`` say how values are understood that may be meant otherwise, one sentence each; they change nothing.
     """
 
     name: str
@@ -78,6 +79,7 @@ class Scene:
     effects: tuple[Effect, ...]
     start: Start
     run: RunSettings
+    remarks: tuple[str, ...] = field(default=(), compare=False)
 
     @property
     def package(self) -> str:

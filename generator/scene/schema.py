@@ -15,6 +15,7 @@ from ..effects.table import Name, Pair, Positive, Table, number_or_list
 TAGS = ("<number>", "<list>", "<table>", "<text>")
 """Marks that pydantic puts into the place of a fault to say which alternative of a value was meant."""
 
+_NUMBER = re.compile(r"\s*[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 _ANGLE = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(deg|rad)\s*")
 
 
@@ -24,7 +25,9 @@ def read_angle(value: object) -> object:
         return value
     match = _ANGLE.fullmatch(value)
     if match is None:
-        raise PydanticCustomError("angle", "not an angle")
+        found = _NUMBER.match(value)
+        advice = f'write "{found[0].strip()} deg", or a number of rad without quotes' if found else "correct it"
+        raise PydanticCustomError("angle", "{advice}", {"advice": advice})
     number = float(match[1])
     return math.radians(number) if match[2] == "deg" else number
 
@@ -147,6 +150,11 @@ Lengths = dict[str, float]
 class StartTable(Table):
     """``[start]``: where the mechanism begins, and how fast."""
 
+    MISPLACED: ClassVar[Mapping[str, str]] = {
+        "gravity": "gravity is a table of its own; write [gravity]",
+        "until": "the end belongs to [run]",
+    }
+
     position: Pair | None = Field(default=None, description="where the first link's frame begins, [x, y] in m")
     velocity: Pair | None = Field(default=None, description="the velocity of that point, [x, y] in m/s")
     height: float | None = Field(default=None, description="the height of the lowest joint in m, a finite number")
@@ -175,6 +183,11 @@ class StartTable(Table):
 
 class RunTable(Table):
     """``[run]``: what a simulation does unless told otherwise."""
+
+    MISPLACED: ClassVar[Mapping[str, str]] = {
+        "method": "the method is an option; write ccgen run --method NAME, or simulate(method=...)",
+        "step": "a fixed step is an argument; write simulate(step=...)",
+    }
 
     until: Positive = Field(default=10.0, description="the time at which the run ends in s, a positive number")
     rtol: Annotated[float, Field(gt=0.0, lt=1.0)] = Field(

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from ..effects.effect import Effect, Level
-from ..mechanism.assembly import CannotClose, Contradiction, alone, follow, nearest, rates
+from ..mechanism.assembly import CannotClose, Contradiction, Speed, alone, follow, nearest, rates
 from ..mechanism.branch import place as located
+from ..mechanism.implied import implied
 from ..mechanism.joints import PointRef
 from ..mechanism.layout import Layout, Real, lay_out
 from ..mechanism.loops import loops
@@ -25,13 +26,16 @@ SKETCH = 1e-9
 """Angles that leave a joint open by more than this (m) are a sketch, to be assembled."""
 
 
+_RANK = 1e-9
+"""Singular values of the closure's Jacobian (m) below this count as zero."""
 _OPEN = 1e-6
 """Loops that are open by this share of the worst one take part in a contradiction."""
 
 
-def sketch(table: StartTable, bodies: Bodies, report: Report) -> Sketch | None:
+def sketch(table: StartTable, bodies: Bodies, driven: Collection[int], report: Report) -> Sketch | None:
     """What ``[start]`` asks for, defaults filled in; ``None`` after faults."""
     fine = _check_held(table, bodies.mechanism, report)
+    fine = _check_implied(table, bodies.mechanism, driven, report) and fine
     if table.position is not None and table.height is not None:
         message = "found a height beside a position, expected one of them; remove the other"
         report.add(("start", "height"), message)
@@ -68,17 +72,20 @@ def sketch(table: StartTable, bodies: Bodies, report: Report) -> Sketch | None:
 
 def begin(sketch: Sketch, bodies: Bodies, effects: Sequence[tuple[Path, Effect]], report: Report) -> Start | None:
     """The consistent start nearest to ``sketch``, heights not yet applied; ``None`` after faults."""
-    layout = lay_out(bodies.mechanism)
+    layout = lay_out(bodies.mechanism, driven=[joint for _, effect in effects for joint in effect.driven()])
     if layout.apart:
         _report_apart(layout, bodies, report)
         return None
-    wanted = np.array([*sketch.angles, *((slide or 0.0) / layout.unit for slide in sketch.slides)])
+    told = [k for k, joint in enumerate(bodies.mechanism.joints) if joint.slides]
+    along = [told.index(line.joint) for line in layout.lines]
+    slides, sliding = ([of[k] for k in along] for of in (sketch.slides, sketch.sliding))
+    wanted = np.array([*sketch.angles, *((slide or 0.0) / layout.unit for slide in slides)])
     drives = [(path, effect) for path, effect in effects if effect.driven()]
     driven, prescribed = drive_layout(layout, bodies.mechanism, [effect for _, effect in drives])
-    if not _check_slides(sketch, driven, bodies.mechanism, report):
+    if not _check_slides(slides, len(sketch.angles), driven, bodies.mechanism, report):
         return None
     count = len(sketch.angles)
-    loose = [*sketch.loose, *(count + k for k, slide in enumerate(sketch.slides) if slide is None)]
+    loose = [*sketch.loose, *(count + k for k, slide in enumerate(slides) if slide is None)]
     if loose and driven.groups:
         wanted = follow(driven, wanted, loose)
     try:
@@ -89,12 +96,13 @@ def begin(sketch: Sketch, bodies: Bodies, effects: Sequence[tuple[Path, Effect]]
         else:
             _report_open(driven, error, wanted, bodies, report)
         return None
-    asked = [*sketch.rates, *(rate if rate is None else rate / layout.unit for rate in sketch.sliding)]
+    asked = [*sketch.rates, *(rate if rate is None else rate / layout.unit for rate in sliding)]
     given = {index: rate for index, rate in enumerate(asked) if rate is not None}
     try:
         speeds = rates(layout, found, given, speeds=prescribed)
     except Contradiction as error:
-        _report_rates(error, drives, len(sketch.rates), bodies.mechanism, report)
+        if not _report_stuck(layout, found, prescribed, drives, bodies.mechanism, report):
+            _report_rates(error, drives, layout, bodies.mechanism, report)
         return None
     poses = layout.poses(found, sketch.position)
     if sketch.drawn and layout.floating:
@@ -102,14 +110,16 @@ def begin(sketch: Sketch, bodies: Bodies, effects: Sequence[tuple[Path, Effect]]
         poses[:, :2] += (away.real, away.imag)
     velocities = layout.velocities(found, speeds, sketch.velocity)
     start = Start(_triples(poses), _triples(velocities), 0.0, sketch)
-    return _judged(start, driven, wanted, found, bodies.mechanism)
+    return _judged(start, driven, wanted, found, loose, bodies.mechanism)
 
 
-def _check_slides(sketch: Sketch, driven: Layout, mechanism: Mechanism, report: Report) -> bool:
+def _check_slides(
+    slides: Sequence[float | None], links: int, driven: Layout, mechanism: Mechanism, report: Report
+) -> bool:
     """Lengths that the scene gives are those that drives ask for at t = 0."""
     fine = True
     for one in driven.lengths:
-        given = sketch.slides[one.index - len(sketch.angles)]
+        given = slides[one.index - links]
         if given is not None and abs(given - one.length) > SKETCH:
             name = mechanism.joints[one.joint].name
             message = f"found {given:.6g}, expected {one.length:.6g}, where its drive has it at t = 0; remove it"
@@ -134,15 +144,47 @@ def _report_drives(drives: Sequence[tuple[Path, Effect]], what: str, report: Rep
     report.add(drives[-1][0], f"{what} (the drives are {names}), {expected}")
 
 
+def _report_stuck(
+    layout: Layout,
+    x: Real,
+    prescribed: Sequence[Speed],
+    drives: Sequence[tuple[Path, Effect]],
+    mechanism: Mechanism,
+    report: Report,
+) -> bool:
+    """Whether drives ask for more motions than the joints leave; then that is told, and how much they leave."""
+    _, values, motions = np.linalg.svd(layout.jacobian(x))
+    left = motions[int(np.sum(values > _RANK)) :]
+    if not prescribed or int(np.linalg.matrix_rank(moved := np.array([one.row for one in prescribed]) @ left.T)) == len(
+        prescribed
+    ):
+        return False
+    free = len(left) + 2 * layout.floating
+    still = [mechanism.joints[one.joint].name for one, row in zip(prescribed, moved, strict=True) if _still(row)]
+    found = f"found {', '.join(still)} driven, which the other joints hold still, expected a joint that can move"
+    if not still:
+        found = f"found {len(prescribed)} driven joints, expected no more than can be moved apart from each other"
+    message = f"{found}; without drives the mechanism has {free} degree{'s' * (free != 1)} of freedom here"
+    slots = [joint.name for joint in mechanism.joints if joint.kind == "pin-in-slot"]
+    if slots:
+        message += f"; the first point of {', '.join(slots)} has the slot: exchange points if it is in the other link"
+    report.add(drives[-1][0], message)
+    return True
+
+
+def _still(rates: Real) -> bool:
+    return float(np.abs(rates).max(initial=0.0)) <= _RANK
+
+
 def _report_rates(
-    error: Contradiction, drives: Sequence[tuple[Path, Effect]], turning: int, mechanism: Mechanism, report: Report
+    error: Contradiction, drives: Sequence[tuple[Path, Effect]], layout: Layout, mechanism: Mechanism, report: Report
 ) -> None:
-    """Velocities that open a joint, or that miss a drive; the first ``turning`` displacements are angles."""
-    name = mechanism.joints[error.joint].name
+    """Velocities that open a joint, or that miss a drive."""
+    name, turning = mechanism.joints[error.joint].name, len(mechanism.links)
     if not error.links and drives:
         _report_drives(drives, f"found speeds that open {name} at {error.speed:.3g} m/s or rad/s together", report)
         return
-    names = ", ".join(_mover(mechanism, index) for index in error.links)
+    names = ", ".join(_mover(mechanism, layout, index) for index in error.links)
     angular = all(index < turning for index in error.links)
     key, what = ("angular_velocities", "angular velocities") if angular else ("sliding_velocities", "velocities")
     opens = f"that open {name} at {error.speed:.3g} m/s, expected loops to stay closed"
@@ -151,16 +193,18 @@ def _report_rates(
     report.add(("start", key), f"found {what} of {names} {opens}; correct one of them or give fewer")
 
 
-def _judged(start: Start, layout: Layout, wanted: Real, found: Real, mechanism: Mechanism) -> Start:
+def _judged(
+    start: Start, layout: Layout, wanted: Real, found: Real, loose: Sequence[int], mechanism: Mechanism
+) -> Start:
     """The start with how far it is from its sketch: the link that turned most, the joint that slid most, the drawn
     point that is farthest off."""
     off = [offset(mechanism, start.poses, [anchor]) for anchor in start.sketch.drawn]
     start = replace(start, missed_by=max(map(abs, off), default=0.0))
     if float(np.abs(layout.closure(wanted)).max(initial=0.0)) <= SKETCH:
         return start
-    sketch, count = start.sketch, len(start.poses)
+    count = len(start.poses)
     moved = np.abs(found - wanted)
-    moved[[*sketch.loose, *(count + k for k, slide in enumerate(sketch.slides) if slide is None)]] = 0.0
+    moved[[*loose]] = 0.0
     turned, slid = moved[:count], moved[count:] * layout.unit
     if turned.any():
         most = int(np.argmax(turned))
@@ -195,6 +239,20 @@ def check_effects(start: Start, bodies: Bodies, effects: Sequence[tuple[Path, Ef
             report.add(path, sentence)
 
 
+def check_energy(start: Start, mechanism: Mechanism, report: Report) -> None:
+    """The kinetic energy of the start is a number."""
+    total = 0.0
+    for link, (_, _, angle), (vx, vy, spin) in zip(mechanism.links, start.poses, start.velocities, strict=True):
+        arm = complex(*link.com.values()) * np.exp(1j * angle)
+        speed = np.hypot(vx - spin * arm.imag, vy + spin * arm.real)
+        total += 0.5 * (link.mass.value if link.mass else 0.0) * float(speed) * float(speed)
+        total += 0.5 * (link.inertia.value if link.inertia else 0.0) * spin * spin
+    if not np.isfinite(total):
+        fastest = max(max(map(abs, row)) for row in start.velocities)
+        message = f"found velocities of up to {fastest:.3g}, expected a kinetic energy that is a finite number"
+        report.add(("start",), f"{message}; give smaller ones")
+
+
 def place(mechanism: Mechanism, start: Start, ref: PointRef) -> tuple[float, float]:
     """Where the point ``ref`` is at the start (m)."""
     there = located(mechanism, start.poses, ref)
@@ -210,6 +268,21 @@ def _check_held(table: StartTable, mechanism: Mechanism, report: Report) -> bool
     for key in wrong:
         message = f"found a {key}, expected none, because the ground holds the mechanism; remove it or give angles"
         report.add(("start", key), message)
+    return not wrong
+
+
+def _check_implied(table: StartTable, mechanism: Mechanism, driven: Collection[int], report: Report) -> bool:
+    """Lengths and speeds are given of joints that lead, not of those that follow from them."""
+    followers = {mechanism.joints[idle.joint].name: idle for idle in implied(mechanism, driven)}
+    wrong = [
+        (key, name)
+        for key in ("slides", "sliding_velocities")
+        for name in getattr(table, key) or ()
+        if name in followers
+    ]
+    for key, name in wrong:
+        others = ", ".join(mechanism.joints[part.joint].name for part in followers[name].way)
+        report.add(("start", key, name), f"found a joint that follows from {others}, expected none; remove it")
     return not wrong
 
 
@@ -246,12 +319,12 @@ def _by_name(
     return None if unknown else [(given or {}).get(name) for name in names]
 
 
-def _mover(mechanism: Mechanism, index: int) -> str:
+def _mover(mechanism: Mechanism, layout: Layout, index: int) -> str:
     """The link, or the sliding joint, whose displacement has the number ``index``."""
     count = len(mechanism.links)
     if index < count:
         return mechanism.links[index].name
-    return [joint.name for joint in mechanism.joints if joint.slides][index - count]
+    return mechanism.joints[layout.lines[index - count].joint].name
 
 
 def _report_open(layout: Layout, error: CannotClose, wanted: Real, bodies: Bodies, report: Report) -> None:

@@ -67,7 +67,9 @@ def test_a_hexagon_whose_joints_touch_each_other(rough: str, workshop: Workshop,
     """A ring dropped on one corner, discs about all joints that are no neighbours."""
     pairs = ((0, 3), (1, 4), (2, 5), (0, 2), (1, 3), (2, 4), (3, 5), (0, 4), (1, 5))
     touches = "".join(
-        f'[[touch]]\nbetween = ["joint_{a}", "joint_{b}"]\nradius = 0.1\nrestitution = 0.5\n{rough}\n' for a, b in pairs
+        f'[[touch]]\nbetween = ["link_{(a - 1) % 6}.B", "link_{(b - 1) % 6}.B"]\nradius = 0.1\n'
+        f"restitution = 0.5\n{rough}\n"
+        for a, b in pairs
     )
     model = workshop.model(
         '[loop]\nlinks = 6\n[start]\nheight = 1.0\ntilt = "7 deg"\n[gravity]\n[[ground]]\nrestitution = 0.5\n'
@@ -128,7 +130,7 @@ radius = [0.1, 0.03]
 restitution = 0.2
 ROUGH
 [[touch]]
-between = ["joint_1", "link_3"]
+between = ["link_0.B", "link_3"]
 radius = 0.08
 restitution = 0.7
 ROUGH

@@ -1,0 +1,43 @@
+"""A file that is no TOML: what is wrong with it, as far as it can be told without a reader."""
+
+from __future__ import annotations
+
+import re
+from tomllib import TOMLDecodeError
+
+from ..effects import REGISTRY
+from .errors import Fault
+
+MANY = ("link", "joint", *(entry.key for entry in REGISTRY if entry.many))
+"""Tables of which a scene may have several."""
+
+_HEADER = re.compile(r"^[ \t]*\[[ \t]*([A-Za-z_]+)[ \t]*\][ \t]*(?:#.*)?$", re.MULTILINE)
+_QUOTES = "\u201c\u201d\u201e\u2018\u2019"
+
+
+def not_toml(text: str, file: str, error: TOMLDecodeError) -> tuple[Fault, ...]:
+    """All single headers of tables that there are several of, where those are the fault, or else the reader's line."""
+    if "Cannot" in str(error) and (headers := [head for head in _HEADER.finditer(text) if head[1] in MANY]):
+        return tuple(
+            Fault(
+                file,
+                text.count("\n", 0, head.start()) + 1,
+                "",
+                f"found [{head[1]}], expected [[{head[1]}]], of which there are several; write [[{head[1]}]]",
+            )
+            for head in headers
+        )
+    found = re.search(r"at line (\d+)", str(error))
+    number = int(found[1]) if found else text.count("\n") + 1
+    line = text.splitlines()[number - 1] if number <= len(text.splitlines()) else ""
+    return (Fault(file, number, "", f"found no valid TOML: {error}; {_advice(line)}"),)
+
+
+def _advice(line: str) -> str:
+    if any(quote in line for quote in _QUOTES):
+        return 'write straight quotes, ", for curved ones'
+    if re.match(r"[ \t]*[A-Za-z0-9_-]+[ \t]*:", line):
+        return "write = for :"
+    if line.count('"') % 2:
+        return "close the quotes, or correct the line"
+    return "correct the line"
