@@ -456,3 +456,45 @@ def test_a_pickled_run_gives_the_same_forces(leaning: Any) -> None:
     times = np.linspace(0.0, 2.0, 9)
     assert np.array_equal(copied.contact_forces(times), run.contact_forces(times))
     assert np.array_equal(copy.deepcopy(run).reactions(times), run.reactions(times))
+
+
+def test_inputs_that_change_are_part_of_the_forces(workshop: Workshop) -> None:
+    """The leaning rod is pressed down at its tip by a force from a table, and by a controller: all of it goes into the
+    ground."""
+    press = '[[input]]\nname = "press"\npoint = "rod.T"\ndirection = [0, -1]\n'
+    text = LEANING.replace("[run]\nuntil = 2\n", "") + press + '[start]\nangles = { rod = "-30 deg" }\n'
+    model = workshop.model(text)
+    times = np.linspace(0.0, 1.0, 11)
+    for inputs in ({"t": [0.0, 1.0], "press": [0.0, 5.0]}, lambda t, q, u: {"press": 5.0 * t}):
+        run = simulate(model, until=1.0, inputs=inputs)
+        assert run.contact_forces(times)[:, 0, 0] == pytest.approx(G + 5.0 * times, rel=1e-12)
+        assert run.reactions(times)[:, 0, 1] == pytest.approx(np.full(11, G), rel=1e-12)
+    assert model.contact_forces(*model.start(), 0.0, {"press": 2.0})[0, 0] == pytest.approx(G + 2.0, rel=1e-12)
+
+
+def test_forces_of_a_rough_loop_add_up_too(workshop: Workshop) -> None:
+    """A ring of five falls onto a rough slope: momentum, angular momentum and energy over every stretch."""
+    ground = [{"normal": [0.2, 1.0], "restitution": 0.2, "friction": 0.5}]
+    model = workshop.model(loop(5, gravity=True, start={"height": 0.1, "tilt": "20 deg"}, ground=ground))
+    run = simulate(model, until=0.8, rtol=1e-12)
+    assert run.success and any(phase.kind == "contact" for phase in run.phases)
+    normal = np.array([0.2, 1.0]) / math.hypot(0.2, 1.0)
+    along, weight = np.array([normal[1], -normal[0]]), newton.masses(model)[0].sum() * G
+
+    def acting(t: float) -> Array:
+        q, u = run.at(t)
+        pushed = run.contact_forces(t)
+        forces = pushed[:, :1] * normal + pushed[:, 1:] * along
+        places = np.array([model.point(name, q) for name, _ in model.contacts])
+        turning = places[:, 0] * forces[:, 1] - places[:, 1] * forces[:, 0]
+        falling = -G * (newton.masses(model)[0] * newton.centres(model, q)[:, 0]).sum()
+        slips = model.kernels.of_state("slips", q[None], u[None])[0]
+        return np.array([*(forces.sum(axis=0) - [0.0, weight]), turning.sum() + falling, pushed[:, 1] @ slips])
+
+    for a, b in stretches(run):
+        start, end = run.at(a), before(run, b)
+        change = [*(newton.whole(model, *end) - newton.whole(model, *start))]
+        change.append(sum(model.energy(*end)) - sum(model.energy(*start)))
+        total = sum(integral(acting, x, y) for x, y in pieces(run, a, b))
+        assert np.max(np.abs(change[:3] - total[:3])) <= 1e-9 * weight
+        assert abs(change[3] - total[3]) <= 1e-10 * weight
