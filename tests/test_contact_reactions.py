@@ -123,7 +123,7 @@ def test_forces_and_impulses_of_contacts_and_joints(seed: int, workshop: Worksho
     spots = [
         found for k, kind in enumerate(kinds) if (found := spot(sketch, kind, k, rng) or spot(sketch, "disc", k, rng))
     ]
-    text = sketch.toml("random") + "".join(one.table for one in spots)
+    text = sketch.toml("drawn") + "".join(one.table for one in spots)
     model = workshop.model(text)
     held = {one.name: "smooth" if one.kind == "stop" else how for one, how in zip(spots, ways, strict=False)}
     order = [next(one for one in spots if one.name == name) for name in model.contacts]
