@@ -120,6 +120,7 @@ def test_run(tmp_path: Path) -> None:
     assert "t = 1.2 s, impacts: 7, steps: " in done.stdout
     assert written(tmp_path / "results") == [
         "falling-hexagon/.ccgen.json",
+        "falling-hexagon/forces.png",
         "falling-hexagon/player.html",
         "falling-hexagon/plot.png",
         "falling-hexagon/result.npz",
@@ -160,7 +161,8 @@ def test_run_that_stops_early(tmp_path: Path) -> None:
     assert done.stderr.startswith("kane: stopped at t = ")
     assert done.stderr.count("stopped") == 1
     assert "add energy" in done.stderr
-    assert written(tmp_path / "here") == [".ccgen.json", "animation.gif", "player.html", "plot.png", "result.npz"]
+    files = [".ccgen.json", "animation.gif", "forces.png", "player.html", "plot.png", "result.npz"]
+    assert written(tmp_path / "here") == files
     assert "link_1.B" in done.stderr
     with np.load(tmp_path / "here" / "result.npz") as result:
         assert not bool(result["success"])
