@@ -110,3 +110,18 @@ def test_the_falling_hexagon_comes_to_stand_at_every_tolerance(rtol: float, work
     assert contacts(run)[0].contacts == (("joint_0", "ground_0"),)
     assert run.closure_max <= 1e-11
     assert model.gaps(run.q).min() >= -1e-10
+
+
+def test_contact_begins_as_near_to_the_limit_of_bounces_as_said(ball: Any) -> None:
+    """docs/events.md: before the limit, by no more than 1e-11 max(1 s, t) or what a speed of 1e-10 length/s takes."""
+    from ccgen.runtime import simulate
+
+    nearest = 0.0
+    for e in np.linspace(0.3, 0.95, 40):
+        limit = FIRST * (1 + e) / (1 - e)
+        run = simulate(ball, until=limit + 1.0, rtol=1e-12, params={"ground_0.restitution": float(e)})
+        early = limit - contacts(run)[0].start
+        bound = max(1e-11 * max(1.0, limit), 2e-10 * ball.length / (G * (1 - e)))
+        assert -1e-14 * limit * len(run.impacts) <= early <= bound + 1e-14 * limit * len(run.impacts)
+        nearest = max(nearest, early / bound)
+    assert nearest > 0.5

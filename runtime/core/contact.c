@@ -29,7 +29,7 @@ int make_holding(struct holding *h, const struct ccgen_model *m)
         return 0;
     h->set = malloc(3 * c * sizeof *h->set);
     h->closed = calloc(2 * c, 1);
-    h->force = calloc(2 * c * (2 * c + n + 3) + 4 * c + 2 * n + semidefinite_scratch(2 * (int)c), sizeof *h->force);
+    h->force = calloc(2 * c * (2 * c + n + 3) + 5 * c + 2 * n + semidefinite_scratch(2 * (int)c), sizeof *h->force);
     if (!h->set || !h->closed || !h->force)
         return 1;
     h->of = h->set + c;
@@ -44,7 +44,8 @@ int make_holding(struct holding *h, const struct ccgen_model *m)
     h->g = h->f + n;
     h->weight = h->g + n;
     h->least = h->weight + 2 * c;
-    h->solved = h->least + c;
+    h->peak = h->least + c;
+    h->solved = h->peak + c;
     return 0;
 }
 
@@ -236,6 +237,8 @@ enum outcome watch(struct system *s, double t, const double *y, double *dy, doub
     const struct holding *h = s->holding;
     const enum outcome outcome = system_derivative(s, t, y, dy);
     int count = h->count, row = h->count;
+    for (int i = 0; i < h->count && !outcome; i++)
+        h->peak[h->set[i]] = fmax(h->peak[h->set[i]], fabs(h->force[i]));
     for (int i = 0; i < h->count; i++)
         values[i] = h->slide[i] == TOUCHES ? h->least[i] - fabs(h->force[i]) : h->least[i] + h->force[i];
     if (s->friction)

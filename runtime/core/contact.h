@@ -36,9 +36,11 @@ struct holding {
     int *of;            /* [rows] the contact of each row, as a number in `set` */
     double *force;      /* [rows] N, of the last acceleration */
     double *least;      /* [count] N: what the force of one that touches without pressing is known to; 0 of others */
+    double *peak;       /* [contacts] N: the most that each has pushed with since nothing was held */
     double *weight;     /* [rows] how much a row bears where forces can be shared: friction by the square root of its limit */
     char *closed;       /* [contacts] APART, HELD or CARRIED; only those apart are watched for impacts */
     int carried;        /* how many are carried */
+    double window;      /* s: what eight pieces last showed the watched values in; 0 where that is not known */
     double *columns;    /* [2 contacts][n] motion that a unit impulse of each row gives, loops held shut */
     double *W;          /* [2 contacts][2 contacts] rates that it gives */
     double *wanted;     /* [2 contacts] scratch */

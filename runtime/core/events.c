@@ -7,14 +7,26 @@
  */
 #include "events.h"
 
+#include <float.h>
 #include <limits.h>
 #include <math.h>
+#include <string.h>
 
 #include "contact.h"
 
 static const double SHUT = 1e-12; /* times extent: a gap so small, where nothing moves, is closed */
 static const double TURN = 0.25;  /* rad by which links turn against each other in a piece */
-enum { SAMPLES = 8, ITERATIONS = 100, HALVINGS = 40 };
+static const double ROUNDING = 64.0 * DBL_EPSILON; /* times the largest force: what forces are known to */
+static const double CREEPS = 1e-10;  /* times length per second: what sliding is known to */
+static const double COARSE = 0.05;   /* of the change of a watched value in a window: what samples may not foretell */
+static const double SHALLOW = 0.1;   /* of the samples: a parabola that is least above that has not come near zero */
+static const double WIDER = 6.0;     /* how much longer than the last a first window may be: as much as steps grow */
+static const double LEAST = 1.0 / 256.0; /* of the first window of a step: a value that is still not resolved has jumped */
+enum { SAMPLES = 8, ITERATIONS = 100, HALVINGS = 40, DIPS = 12 };
+
+/* 128 times what the samples 1, 3, 5 and 7 are if a polynomial of degree 4 goes through 0, 2, 4, 6 and 8 */
+static const double BETWEEN[4][5] = {
+    {35, 140, -70, 28, -5}, {-5, 60, 90, -20, 3}, {3, -20, 90, 60, -5}, {-5, 28, -70, 140, 35}};
 
 struct search {
     struct system *s;
@@ -154,7 +166,7 @@ static struct event first_closing(struct search *search)
 {
     const struct system *s = search->s;
     const int contacts = s->model->contacts;
-    struct event first = {-1, 2.0, CLOSES};
+    struct event first = {-1, 2.0, CLOSES, 1.0};
     double *gap_a = search->value + 2 * contacts, *rate_a = gap_a + contacts;
     double *gap_b = rate_a + contacts, *rate_b = gap_b + contacts;
     look(search, 0.0, gap_a, rate_a);
@@ -166,7 +178,7 @@ static struct event first_closing(struct search *search)
                 continue;
             const double theta = piece(search, c, a, gap_a[c], rate_a[c], b, gap_b[c], rate_b[c]);
             if (theta < first.theta)
-                first = (struct event){c, theta, CLOSES};
+                first = (struct event){c, theta, CLOSES, 1.0};
         }
         double *swap = gap_a;
         gap_a = gap_b;
@@ -190,33 +202,134 @@ static double watched_piece(struct search *search, int index, double a, double a
     return at_a > 0.0 ? root(search, one_watched, index, from, at_a, b, at_b) : a;
 }
 
-/* First event of the watched values of held contacts */
+/* What watched value `index` is known to */
+static double watched_noise(const struct search *search, int index)
+{
+    const struct system *s = search->s;
+    const struct holding *h = s->holding;
+    const struct loss loss = watcher(s, index);
+    double peak = 0.0;
+    if (loss.how == STOPS)
+        return CREEPS * s->length;
+    for (int i = 0; i < h->count; i++)
+        peak = fmax(peak, h->peak[h->set[i]]);
+    return ROUNDING * peak * (loss.how == PULLS ? 1.0 : 1.0 + s->friction[loss.contact]);
+}
+
+/* Whether the samples of all watched values in a window show what is between them: every other one follows from the rest, to a
+ * small part of how the value changes, and to less than the least value, so that none comes to zero unseen. */
+static int resolved(const struct search *search, const double *samples, int count)
+{
+    for (int w = 0; w < count; w++) {
+        double low = INFINITY, high = -INFINITY, wrong = 0.0;
+        if (watcher(search->s, w).how == STIRS) /* has kinks, and changes by rounding */
+            continue;
+        for (int i = 0; i <= SAMPLES; i++) {
+            low = fmin(low, samples[i * count + w]);
+            high = fmax(high, samples[i * count + w]);
+        }
+        for (int i = 1; i < SAMPLES; i += 2) {
+            double follows = 0.0;
+            for (int j = 0; j <= SAMPLES; j += 2)
+                follows += BETWEEN[i / 2][j / 2] / 128.0 * samples[j * count + w];
+            wrong = fmax(wrong, fabs(samples[i * count + w] - follows));
+        }
+        if (wrong > watched_noise(search, w) && (wrong > COARSE * (high - low) || (low > 0.0 && low <= wrong)))
+            return 0;
+    }
+    return 1;
+}
+
+/* Whether the parabola through three samples at places 0, 1 and 2 has its least value between them; where, and which */
+static int dips(const double *v, double *place, double *least)
+{
+    const double slope = 0.5 * (v[2] - v[0]), bend = v[2] - 2.0 * v[1] + v[0];
+    *place = bend > 0.0 ? 1.0 - slope / bend : -1.0;
+    *least = v[1] - 0.5 * slope * slope / bend;
+    return *place > 0.0 && *place < 2.0;
+}
+
+/* Event of a watched value that is positive at three samples from theta a on, `width` apart, and less than zero between them, or
+ * 2 where there is none: its least value is looked for by parabolas. */
+static double dip(struct search *search, int index, double a, double width, const double *samples, double *behind)
+{
+    const double noise = watched_noise(search, index);
+    double v[3] = {samples[0], samples[1], samples[2]}, from = a, place, least;
+    for (int i = 0; i < DIPS && dips(v, &place, &least) && (i == 0 || least < -noise); i++) {
+        if (least > SHALLOW * fmin(v[0], fmin(v[1], v[2])))
+            return 2.0;
+        const double theta = from + place * width, value = one_watched(search, index, theta);
+        if (value < -noise) {
+            *behind = theta;
+            return root(search, one_watched, index, a, samples[0], theta, value);
+        }
+        width *= 0.25;
+        from = fmin(fmax(theta - width, a), 1.0 - 2.0 * width);
+        for (int j = 0; j < 3; j++)
+            v[j] = one_watched(search, index, from + j * width);
+    }
+    return 2.0;
+}
+
+/* First event of watched value `index` among the samples of a window from theta a on, `width` apart, or 2 */
+static double first_in_window(struct search *search, int index, int count, double a, double width, const double *samples,
+                              double *behind)
+{
+    double v[SAMPLES + 1];
+    for (int i = 0; i <= SAMPLES; i++)
+        v[i] = samples[i * count + index];
+    for (int i = 1; i <= SAMPLES; i++) {
+        const int first = i == 1 ? 0 : i - 2; /* of three samples, the piece that ends at i among them */
+        double place, least, theta = 2.0;
+        *behind = a + i * width;
+        if (v[i] < 0.0)
+            return watched_piece(search, index, a + (i - 1) * width, v[i - 1], *behind, v[i]);
+        const int before = v[first] > 0.0 && v[first + 1] > 0.0 && v[first + 2] > 0.0;
+        if (before && dips(v + first, &place, &least))
+            theta = dip(search, index, a + first * width, width, v + first, behind);
+        if (theta <= 1.0)
+            return theta;
+    }
+    return 2.0;
+}
+
+/* First event of the watched values of held contacts. They are looked at in windows that are halved until the samples in them
+ * show what is between: a body at rest takes long steps whatever its loads do meanwhile. */
 static struct event first_loss(struct search *search)
 {
-    struct event first = {-1, 2.0, CLOSES};
+    struct event first = {-1, 2.0, CLOSES, 1.0};
+    struct holding *h = search->s->holding;
     const int count = watched(search->s);
-    double *before = search->value + 3 * search->s->model->contacts, *after = before + count;
-    watch_at(search, 0.0, before);
-    for (long i = 0; i < search->pieces && first.contact < 0; i++) {
-        const double a = (double)i / search->pieces, b = (i + 1.0) / search->pieces;
-        watch_at(search, b, after);
-        for (int w = 0; w < count; w++) {
-            if (after[w] >= 0.0)
-                continue;
-            const double theta = watched_piece(search, w, a, before[w], b, after[w]);
-            if (theta < first.theta)
-                first = (struct event){watcher(search->s, w).contact, theta, w};
+    double *samples = search->value + 3 * search->s->model->contacts, behind;
+    const double widest = (double)SAMPLES / search->pieces;
+    double window = h->window > 0.0 ? fmin(widest, WIDER * h->window / search->h) : widest;
+    const double least = LEAST * window;
+    watch_at(search, 0.0, samples);
+    for (double a = 0.0; a < 1.0 && first.contact < 0;) {
+        window = a + 1.01 * window >= 1.0 ? 1.0 - a : window;
+        const double width = window / SAMPLES;
+        for (int i = 1; i <= SAMPLES; i++)
+            watch_at(search, i == SAMPLES && a + window >= 1.0 ? 1.0 : a + i * width, samples + i * count);
+        if (window > least && !resolved(search, samples, count)) {
+            window *= 0.5;
+            continue;
         }
-        double *swap = before;
-        before = after;
-        after = swap;
+        for (int w = 0; w < count; w++) {
+            const double theta = first_in_window(search, w, count, a, width, samples, &behind);
+            if (theta < first.theta)
+                first = (struct event){watcher(search->s, w).contact, theta, w, behind};
+        }
+        h->window = window * search->h;
+        a += window;
+        window = fmin(2.0 * window, widest);
+        memcpy(samples, samples + SAMPLES * count, count * sizeof *samples);
     }
     return first;
 }
 
 size_t search_scratch(const struct system *s)
 {
-    return 2 * (size_t)s->size + 9 * (size_t)s->model->contacts + 3 * (size_t)s->model->links;
+    return 2 * (size_t)s->size + (3 + 3 * (SAMPLES + 1)) * (size_t)s->model->contacts + 3 * (size_t)s->model->links;
 }
 
 struct event find_event(struct system *s, const struct method *method, const double *steps, double t, double h, double slow,
@@ -224,7 +337,7 @@ struct event find_event(struct system *s, const struct method *method, const dou
 {
     double *value = scratch + 2 * s->size;
     struct search search = {s, method, steps, t, h, scratch, scratch + s->size, value, slow, SAMPLES};
-    search.pieces = pieces(&search, value + 9 * s->model->contacts);
+    search.pieces = pieces(&search, value + (3 + 3 * (SAMPLES + 1)) * s->model->contacts);
     const struct event closing = first_closing(&search);
     if (!holds(s))
         return closing;

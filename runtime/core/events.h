@@ -11,6 +11,7 @@ struct event {
     double theta; /* part of the step */
     int watch;    /* CLOSES: the contact's gap; LOST: it was carried, and is not; FLAT: it was closed where rows of the closure
                    * are lost; else the watched value that is negative */
+    double behind; /* part of the step at which that value is negative */
 };
 
 /* First event within the step from t to t + h that `method` has prepared. Either the gap of some contact is not positive

@@ -51,6 +51,9 @@ enum outcome plain_step(struct flight *f, double h);
 /* record the present state, unless it is the last row already; 0, or 1 when memory runs out */
 int keep(struct flight *f);
 
+/* the first time after t at which a step has to end */
+double next_stop(const struct run *run, double t);
+
 /* y1 at the time `until`, by as many steps as the tolerance asks for, without events or a record */
 enum outcome reach(struct flight *f, double until);
 

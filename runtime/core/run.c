@@ -115,7 +115,7 @@ static int rattles(struct flight *f, double since)
  * contacts that approach strike, and those that are pressed shut and do not bounce are held from then on. */
 static enum outcome alternate(struct flight *f)
 {
-    struct event event = {-1, 0.0, LOST};
+    struct event event = {-1, 0.0, LOST, 1.0};
     double last[2 * CROWD]; /* instants of the last events */
     long events = 0, still = 0; /* `still`: events in a row between which nothing moved */
     int idle = 0;               /* events in a row that changed nothing */

@@ -9,6 +9,9 @@
  * when its bounces are over within no time: with speed v after the impact, falling back at the acceleration a that it would
  * have if it alone were let go, it is in the air for 2 v / a, and with the restitution e all its bounces to come take
  * 2 v / (a (1 - e)); or, where gaps of some size cannot be known, when they are no higher than that, v^2 / (2 a).
+ *
+ * Where forces vanish together (vanishing.c), P = 0 and z = 0 at their contacts, and the next order decides: the same problem
+ * with a small part of the change that b takes along the motion, in place of what rounding has left of those forces.
  */
 #include "settle.h"
 
@@ -17,6 +20,7 @@
 #include <string.h>
 
 #include "friction.h"
+#include "vanishing.h"
 
 static const double REST_TIME = 1e-11; /* s, relative to max(1, t): bounces over so soon are over */
 const double SHUT = 1e-12;
@@ -25,6 +29,7 @@ static const double PRESSED = 1e-9;    /* times the largest acceleration: less t
 static const double SHARED = 1e-4;     /* of the accelerations of links: gaps are not known to accelerate by less times that */
 /* share of its own compliance that is left of a contact which others carry */
 static const double DEPENDENT = CCGEN_LIMIT(1e-9, 1e-4);
+static const double ONWARD = 1e-6;     /* times the largest acceleration: the part of their change that decides what vanishes */
 static const double STILL = 1e-10;     /* times length per second: a contact that slides so slowly may stick */
 
 struct decision {
@@ -42,6 +47,7 @@ struct decision {
     double scale;        /* the largest acceleration of a gap, or a small part of that of the links */
     int crowded;         /* events follow each other without time */
     struct loss loss;    /* what has just ended */
+    struct vanishing vanishing;
 };
 
 /* Solve for the contacts that take part, but without `except`: P[all]. */
@@ -151,13 +157,46 @@ static int fixed(struct decision *d, int i, const signed char *slide)
     return left <= DEPENDENT * d->W[i * all + i];
 }
 
-/* Accelerations of all contacts without forces between them, of gaps or of sliding, into out[contacts]. */
-static void free_accelerations(struct flight *f, int sliding, double *out, double *more)
+/* Accelerations of all contacts without forces between them, of gaps or of sliding, into out[contacts], with the derivative dy
+ * of the state y. */
+static void free_accelerations(const struct system *s, const double *y, const double *dy, int sliding, double *out, double *more)
 {
-    const struct ccgen_model *m = f->s->model;
-    const double *k = f->s->k, *q = f->y, *u = f->y + f->s->n, *u_dot = f->dy + f->s->n;
-    (sliding ? m->slips : m->gap_rates)(k, q, u_dot, out);
-    (sliding ? m->slip_bias : m->gap_bias)(k, q, u, more);
+    (sliding ? s->model->slips : s->model->gap_rates)(s->k, y, dy + s->n, out);
+    (sliding ? s->model->slip_bias : s->model->gap_bias)(s->k, y, y + s->n, more);
+}
+
+/* Put in place of what is left of the forces that vanish a small part of the change of b, which decides on them. */
+static enum outcome go_ahead(struct flight *f, struct decision *d)
+{
+    struct system *s = f->s;
+    const struct vanishing *v = &d->vanishing;
+    const int n = d->count;
+    double *change = d->part, *free = s->holding->rates, *bias = s->holding->slips, largest = 0.0, base = 0.0;
+    const enum outcome outcome = system_derivative(s, f->t + v->ahead, f->y1, f->dy1);
+    for (int sliding = 0; sliding < d->all / n && !outcome; sliding++) {
+        free_accelerations(s, f->y1, f->dy1, sliding, free, bias);
+        for (int i = 0; i < n; i++)
+            change[sliding * n + i] = free[d->contact[i]] + bias[d->contact[i]] - d->b[sliding * n + i];
+    }
+    for (int i = 0; i < d->all && !outcome; i++)
+        for (int j = 0; j < d->all; j++)
+            if (v->zero[d->contact[j % n]])
+                d->b[i] += d->W[i * d->all + j] * v->force[d->contact[j % n] + (j < n ? 0 : s->model->contacts)];
+    for (int i = 0; i < n; i++) {
+        base = fmax(base, fabs(d->b[i]));
+        largest = fmax(largest, v->zero[d->contact[i]] ? fabs(change[i]) : 0.0);
+    }
+    const double part = base > v->noise && largest > 0.0 ? fmin(1.0, ONWARD * base / largest) : 1.0;
+    for (int i = 0; i < d->all && !outcome; i++)
+        d->b[i] += part * change[i];
+    for (int i = 0; i < n; i++) {
+        d->in[i] = 1;
+        d->given[i] = d->given[i] && !v->zero[d->loss.contact];
+        d->scale = fmax(d->scale, fabs(d->b[i]));
+    }
+    if (v->zero[d->loss.contact])
+        d->loss.contact = -1;
+    return outcome;
 }
 
 /* The closed contacts that are slow enough to ask, and what they need to know. */
@@ -171,7 +210,7 @@ static enum outcome gather(struct flight *f, struct decision *d, struct loss los
     if (outcome)
         return outcome;
     double *free = h->rates, *bias = h->slips, *slips = h->wanted;
-    free_accelerations(f, 0, free, bias);
+    free_accelerations(s, f->y, f->dy, 0, free, bias);
     m->gaps(s->k, q, f->gaps);
     m->gap_rates(s->k, q, u, f->rates);
     d->scale = 0.0;
@@ -189,7 +228,7 @@ static enum outcome gather(struct flight *f, struct decision *d, struct loss los
         }
     d->all = s->friction ? 2 * d->count : d->count;
     if (s->friction && d->count) {
-        free_accelerations(f, 1, free, bias);
+        free_accelerations(s, f->y, f->dy, 1, free, bias);
         m->slips(s->k, q, u, slips);
         for (int i = 0; i < d->count; i++) {
             const int c = d->contact[i];
@@ -200,7 +239,9 @@ static enum outcome gather(struct flight *f, struct decision *d, struct loss los
             d->given[i] = loss.how == GIVES_FORWARD || loss.how == GIVES_BACKWARD;
         }
     }
-    return compliance(s, q, d->count, d->contact, h->columns, d->W, h->pushes, h->rates, h->f);
+    const enum outcome found = compliance(s, q, d->count, d->contact, h->columns, d->W, h->pushes, h->rates, h->f);
+    d->scale = fmax(d->scale, force_noise(s, d->count, d->contact, d->W, d->all + 1) / PRESSED);
+    return !found && d->count && d->vanishing.ahead > 0.0 ? go_ahead(f, d) : found;
 }
 
 /* At which limit the friction of contact i is: 1 where it is against forward sliding, -1 backward, 0 within the limits */
@@ -348,7 +389,7 @@ static enum outcome choose(struct flight *f, struct decision *d, struct loss los
         return OUTCOME_JAMMED;
     if (!outcome && d->count)
         outcome = take_out(f, d, resting);
-    return outcome || !d->count ? outcome : hold(f, d, loss);
+    return outcome || !d->count ? outcome : hold(f, d, d->loss);
 }
 
 static enum outcome decide(struct flight *f, struct decision *d, struct loss loss, int resting)
@@ -370,28 +411,35 @@ static void present(const struct holding *h, int contacts, signed char *out)
         out[h->set[i]] = h->slide[i] == LIMIT ? 6 : h->slide[i] == -LIMIT ? 7 : h->slide[i] == TOUCHES ? 8 : 2 + h->slide[i];
 }
 
-/* Room for a decision, all contacts apart; 0, or 1 when memory runs out. */
+/* Room for a decision; 0, or 1 when memory runs out. */
 static int make_decision(struct decision *d, struct system *s)
 {
     const size_t c = s->model->contacts, rows = 2 * c;
     *d = (struct decision){.mu = s->friction};
-    d->in = calloc(6 * c, 1);
+    d->in = calloc(7 * c, 1);
     d->contact = malloc(3 * c * sizeof *d->contact);
-    d->b = malloc((3 * rows + 2 * rows * rows + 3 * rows + 2 * c + semidefinite_scratch((int)rows)) * sizeof *d->b);
+    d->b = malloc((4 * rows + 2 * rows * rows + 3 * rows + 2 * c + semidefinite_scratch((int)rows)) * sizeof *d->b);
     if (!d->in || !d->contact || !d->b)
         return 1;
     d->row = d->contact + c;
     d->slide = (signed char *)d->in + c;
     d->given = d->in + 4 * c;
     d->touches = d->in + 5 * c;
+    d->vanishing.zero = d->in + 6 * c;
     d->P = d->b + rows;
     d->rest = d->P + rows;
-    d->W = d->rest + rows;
+    d->vanishing.force = d->rest + rows;
+    d->W = d->vanishing.force + rows;
     d->part = d->W + rows * rows;
-    memset(s->holding->closed, APART, c);
-    s->holding->carried = 0;
-    hold_contacts(s->holding, 0, NULL, NULL);
     return 0;
+}
+
+static void let_go(struct holding *h, size_t contacts)
+{
+    memset(h->closed, APART, contacts);
+    h->carried = 0;
+    h->window = 0.0;
+    hold_contacts(h, 0, NULL, NULL);
 }
 
 static void free_decision(struct decision *d)
@@ -410,7 +458,11 @@ enum outcome settle(struct flight *f, struct loss loss, int resting)
     signed char *how = malloc(c);
     enum outcome outcome = OUTCOME_NO_MEMORY;
     if (!make_decision(&d, f->s) && how) {
-        outcome = decide(f, &d, loss, resting);
+        outcome = find_vanishing(f, loss, &d.vanishing, d.W);
+        let_go(h, c);
+        outcome = outcome ? outcome : decide(f, &d, loss, resting);
+        if (!h->count)
+            memset(h->peak, 0, c * sizeof *h->peak);
         present(h, (int)c, how);
         if (!outcome && append_hold(&run->holds, f->t, (int)c, how, h))
             outcome = OUTCOME_NO_MEMORY;
@@ -432,6 +484,7 @@ enum outcome would_hold(struct flight *f, int *strikes)
     enum outcome outcome = OUTCOME_NO_MEMORY;
     *strikes = -1;
     if (!make_decision(&d, f->s)) {
+        let_go(s->holding, s->model->contacts);
         outcome = choose(f, &d, none, NONE_RESTS);
         for (int c = 0, i = 0; c < s->model->contacts && !outcome; c++) {
             const int asked = i < d.count && d.contact[i] == c;
