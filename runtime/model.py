@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from .assemble import nearest_closed
 from .drives import drive_rows, put_where_driven
+from .failed_impact import failed_impact
 from .forces import Contacts, flight_of, in_flight, motion_of
 from .frames import Disc, FloatArray
 from .inputs import Values, read_values
@@ -278,7 +279,8 @@ class Model:
 
         ``contacts`` are (point, ground) names, of stops (joint, stop.lowest or stop.highest), whose impulses are in
         N m s; ``restitution`` is a number or one per contact, else the grounds' own.
-        Raises ``ValueError`` for unknown or repeated contacts.
+        Raises ``ValueError`` for unknown or repeated contacts, and where the model's law has no impulses for them, or
+        would add energy.
         """
         chosen = [self._contact(contact) for contact in contacts]
         if len(set(chosen)) != len(chosen) or not chosen:
@@ -293,9 +295,11 @@ class Model:
         for one_q, one_u in zip(q2, u2, strict=True):
             u_plus, impulses, outcome = self.kernels.impact(one_q, one_u, np.array(chosen, dtype=np.int32), e)
             if outcome != "done":
-                raise ValueError(f"{self.name}: no impact can be computed here ({outcome.replace('_', ' ')})")
+                struck = " and ".join("{} on {}".format(*contact) for contact in contacts)
+                reason = failed_impact(outcome, struck, self.data["law"])
+                raise ValueError(f"{self.name}: no impact can be computed here ({outcome.replace('_', ' ')}): {reason}")
             self._warn_inexact("jumps", self.kernels.inexact, 3)
-            results.append((u_plus, impulses))
+            results.append((u_plus, impulses[: len(chosen)]))
         if single:
             return results[0]
         return np.array([r[0] for r in results]), np.array([r[1] for r in results])

@@ -13,6 +13,7 @@ from ._core import DRIFTS, methods
 from .advance import Advance
 from .dead_point import cut, dead_point
 from .drives import drive_misses, drive_rows, drive_speeds, driven_against
+from .failed_impact import failed_impact
 from .forces import along, impulses_of_joints
 from .frames import FloatArray
 from .inputs import Given, supply_of
@@ -311,14 +312,10 @@ def _message(model: Model, until: float, found: dict[str, Any]) -> str:
         "step_too_small": "no step is small enough for the tolerance; "
         "ask for a larger rtol, or, where a loop lies in a line, for another",
         "not_closed": "the loops cannot be kept closed; ask for a smaller rtol",
-        "repeats": "impacts at one instant do not come to an end; check the coefficients of restitution",
+        **{key: failed_impact(key, contact, model.data["law"]) for key in ("repeats", "jammed", "gained")},
         "budget": f"{STEP_BUDGET} steps are spent; ask for a larger rtol or an earlier end",
         "crowded": f"{SECOND_BUDGET} steps and events within the last simulated second are spent; ask for a larger "
         "rtol, or change the start a little if the mechanism is jammed there",
-        "jammed": f"friction jams: the forces at {contact} have no solution, or more than one, as far as "
-        "could be found (Painleve shows how that can be); take less friction or another start"
-        + (', or if it jams in an impact, law = "poisson" or "stronge"' if model.data["law"] == "newton" else ""),
-        "gained": _gained(contact, model.data["law"]),
         "escaped": f"{contact} gets behind its surface however short the step, as at a change point where the motion "
         "jumps; change the start or the lengths a little",
         "interrupted": "interrupted",
@@ -337,9 +334,3 @@ def _message(model: Model, until: float, found: dict[str, Any]) -> str:
             "clear of there, or move the joint by a [[motor]], which can give way"
         )
     return f"stopped at t = {t:.12g} s: {reason}"
-
-
-def _gained(contact: str, law: str) -> str:
-    if law == "newton":
-        return f'an impact of {contact} by Newton\'s law would add energy; write law = "poisson" or "stronge" there'
-    return f'an impact of {contact} by {law.title()}\'s law would add energy; write law = "stronge" there'
