@@ -24,7 +24,9 @@ static const double SINGULAR = CCGEN_LIMIT(1e-11, 1e-5);
 static const double ROUNDING = 256.0 * DBL_EPSILON;    /* of W and of the rates */
 static const double LESS = CCGEN_LIMIT(1e-9, 1e-5);    /* relative: impulses that are less, not alike */
 static const double ALIKE = CCGEN_LIMIT(1e-8, 1e-4);   /* relative: rates of one motion */
-enum { MOST = 50000 };                                 /* ways: at six contacts all, also in expansion */
+/* Of the rates, or of what least impulses give: impulses whose rounding alone is more cannot be told to meet the law */
+static const double DROWNED = CCGEN_LIMIT(1e-8, 1e-4);
+enum { MOST = 50000, REFINEMENTS = 3 };                /* ways: at six contacts all, also in expansion */
 
 /* What a contact may do, in the order in which ways of equal impulses are preferred: it pushes or keeps its least impulse, and
  * its friction is against the sliding that it had (forward where it had none), holds it, or is the other way. */
@@ -69,6 +71,19 @@ static double rate_of(const struct rough *c, int row, const double *Pn, const do
     return rate;
 }
 
+/* Whether impulses are so large that their rounding drowns what they come from: pivots near a ray lead there. */
+static int drowned(const struct rough *c, const double *Pn, const double *Pt)
+{
+    double load = 0.0, cause = 0.0;
+    for (int i = 0; i < 2 * c->n; i++) {
+        const double compliance = root(c, i), b = i < c->n ? c->bn[i] : c->bt[i - c->n];
+        load = fmax(load, compliance * fabs(i < c->n ? Pn[i] : Pt[i - c->n]));
+        cause = fmax(cause, c->least && i < c->n ? compliance * c->least[i] : 0.0);
+        cause = fmax(cause, compliance > 0.0 ? fabs(b) / compliance : 0.0);
+    }
+    return load * DBL_EPSILON > DROWNED * cause;
+}
+
 /* The largest impulse as it loads its contact, and the largest speed, both in units of the root of an energy */
 static void sizes(const struct rough *c, const double *Pn, const double *Pt, double *load, double *speed)
 {
@@ -109,6 +124,8 @@ static double friction_broken(const struct rough *c, int i, double Pn, double Pt
 double broken(const struct rough *c, const double *Pn, const double *Pt)
 {
     double worst = 0.0, load, speed;
+    if (drowned(c, Pn, Pt))
+        return INFINITY;
     sizes(c, Pn, Pt, &load, &speed);
     for (int i = 0; i < c->n; i++) {
         const double extra = Pn[i] - (c->least ? c->least[i] : 0.0);
@@ -130,12 +147,19 @@ void rates_after(const struct rough *c, const double *Pn, const double *Pt, doub
         rates[row] = fabs(scaled_rate(c, row, Pn, Pt, speed)) <= CONSISTENT ? 0.0 : rate_of(c, row, Pn, Pt, &size);
 }
 
-/* Normal impulses summed as they load their contacts */
-static double loaded(const struct rough *c, const double *Pn)
+double loaded(const struct rough *c, const double *Pn)
 {
     double sum = 0.0;
     for (int i = 0; i < c->n; i++)
         sum += root(c, i) * Pn[i];
+    return sum;
+}
+
+double approaching(const struct rough *c)
+{
+    double sum = 0.0;
+    for (int i = 0; i < c->n; i++)
+        sum += root(c, i) > 0.0 ? fmax(0.0, -c->bn[i]) / root(c, i) : 0.0;
     return sum;
 }
 
@@ -155,40 +179,61 @@ static int holds_fast(int kind)
     return kind == HELD_FAST || kind == LEAST_HELD;
 }
 
+/* The unknown impulses of a way, normals and then tangents, as column[m]; returns m. */
+static int unknowns_of_way(const struct rough *c, const signed char *way, int *column)
+{
+    int m = 0;
+    for (int i = 0; i < c->n; i++)
+        if (way[i] < LEAST_ON)
+            column[m++] = i;
+    for (int i = 0; i < c->n; i++)
+        if (holds_fast(way[i]))
+            column[m++] = c->n + i;
+    return m;
+}
+
+/* Rows of the linear system of a way: by what its unknowns have to change so that the rates of row[rows] become zero from what
+ * they are with Pn and Pt. A[rows][m], x[rows]. */
+static void rows_of_way(const struct rough *c, const signed char *way, int m, const int *column, int rows, const int *row,
+                        const double *Pn, const double *Pt, double *A, double *x)
+{
+    const int n = c->n;
+    for (int i = 0; i < rows; i++) {
+        const double *own = c->W + (size_t)row[i] * 2 * n;
+        double size;
+        x[i] = -rate_of(c, row[i], Pn, Pt, &size);
+        for (int j = 0; j < m; j++) {
+            const int k = column[j], slides = k < n && !holds_fast(way[k]);
+            A[i * m + j] = own[k] + (slides ? at_limit(c, k, way[k]) * own[n + k] : 0.0);
+        }
+    }
+}
+
+/* Impulse number k, normals and then tangents, changes by `by`, and friction at its limit with it. */
+static void change(const struct rough *c, const signed char *way, int k, double by, double *Pn, double *Pt)
+{
+    if (k >= c->n) {
+        Pt[k - c->n] += by;
+        return;
+    }
+    Pn[k] += by;
+    if (!holds_fast(way[k]))
+        Pt[k] = at_limit(c, k, way[k]) * Pn[k];
+}
+
 /* Impulses of one way; 1 where they are not unique. A[2n][2n], x[2n] and column[2n] are scratch. */
 static int of_way(const struct rough *c, const signed char *way, double *A, double *x, int *column, double *Pn, double *Pt)
 {
-    const int n = c->n;
-    int m = 0;
-    for (int i = 0; i < n; i++) {
+    for (int i = 0; i < c->n; i++) {
         Pn[i] = way[i] < LEAST_ON || !c->least ? 0.0 : c->least[i];
         Pt[i] = holds_fast(way[i]) ? 0.0 : at_limit(c, i, way[i]) * Pn[i];
-        if (way[i] < LEAST_ON)
-            column[m++] = i;
     }
-    for (int i = 0; i < n; i++)
-        if (holds_fast(way[i]))
-            column[m++] = n + i;
-    for (int i = 0; i < m; i++) {
-        const double *row = c->W + (size_t)column[i] * 2 * n;
-        double size;
-        x[i] = -rate_of(c, column[i], Pn, Pt, &size);
-        for (int j = 0; j < m; j++) {
-            const int k = column[j], slides = k < n && !holds_fast(way[k]);
-            A[i * m + j] = row[k] + (slides ? at_limit(c, k, way[k]) * row[n + k] : 0.0);
-        }
-    }
+    const int m = unknowns_of_way(c, way, column);
+    rows_of_way(c, way, m, column, m, column, Pn, Pt, A, x);
     if (m && !eliminate(m, A, x, SINGULAR))
         return 1;
-    for (int j = 0; j < m; j++) {
-        const int k = column[j];
-        if (k >= n)
-            Pt[k - n] = x[j];
-        else {
-            Pn[k] = x[j];
-            Pt[k] = holds_fast(way[k]) ? 0.0 : at_limit(c, k, way[k]) * x[j];
-        }
-    }
+    for (int j = 0; j < m; j++)
+        change(c, way, column[j], x[j], Pn, Pt);
     return 0;
 }
 
@@ -240,6 +285,22 @@ static int alike(const struct rough *c, const double *Pn, const double *Pt, cons
     return 1;
 }
 
+/* Whether impulses add energy to the motion that has the rates c->from. */
+static int adds(const struct rough *c, const double *Pn, const double *Pt)
+{
+    const int n = c->n;
+    double gain = 0.0, all = 0.0;
+    for (int i = 0; c->from && i < 2 * n; i++) {
+        double change = 0.0;
+        for (int j = 0; j < 2 * n; j++)
+            change += c->W[(size_t)i * 2 * n + j] * (j < n ? Pn[j] : Pt[j - n]);
+        const double work = (i < n ? Pn[i] : Pt[i - n]) * (c->from[i] + 0.5 * change);
+        gain += work;
+        all += fabs(work);
+    }
+    return gain > ROUNDING * all;
+}
+
 struct search {
     double *A, *x, *Pn, *Pt, *rates;
     int *column, *count, *turn;
@@ -267,7 +328,8 @@ static int try_all(const struct rough *c, struct search *s, int known, int found
         for (int i = 0; i < n; i++)
             s->way[i] = s->kinds[i * KINDS + s->turn[i]];
         if (!of_way(c, s->way, s->A, s->x, s->column, s->Pn, s->Pt) && broken(c, s->Pn, s->Pt) <= CONSISTENT &&
-            (!found || loaded(c, s->Pn) < (1.0 - LESS) * loaded(c, Pn)) && (!known || alike(c, s->Pn, s->Pt, s->rates))) {
+            (!found || loaded(c, s->Pn) < (1.0 - LESS) * loaded(c, Pn)) && !adds(c, s->Pn, s->Pt) &&
+            (!known || alike(c, s->Pn, s->Pt, s->rates))) {
             memcpy(Pn, s->Pn, n * sizeof *Pn);
             memcpy(Pt, s->Pt, n * sizeof *Pt);
             found = 1;
@@ -280,9 +342,10 @@ static int try_all(const struct rough *c, struct search *s, int known, int found
     return found;
 }
 
-int least_impulses(const struct rough *c, int known, double *Pn, double *Pt)
+int least_impulses(const struct rough *c, enum known given, double *Pn, double *Pt)
 {
     const size_t n = c->n;
+    const int known = given == MOTION;
     double *work = malloc((4 * n * n + 6 * n) * sizeof *work + 1), load, speed, size;
     int *places = malloc(4 * n * sizeof *places + 1), result = 2;
     signed char *kinds = calloc((KINDS + 1) * n + 1, 1);
@@ -308,10 +371,67 @@ int least_impulses(const struct rough *c, int known, double *Pn, double *Pt)
     if (known && unique(c, &s))
         result = 0;
     else if (ways <= MOST)
-        result = !try_all(c, &s, known, known, Pn, Pt);
+        result = !try_all(c, &s, known, given != NOTHING, Pn, Pt);
 end:
     free(work);
     free(places);
     free(kinds);
     return result;
+}
+
+/* The way that impulses have taken: they push where they are above their least, and friction that is not at its limit holds. */
+static void way_of(const struct rough *c, const double *Pn, const double *Pt, signed char *way)
+{
+    double load, speed;
+    sizes(c, Pn, Pt, &load, &speed);
+    for (int i = 0; i < c->n; i++) {
+        const double extra = Pn[i] - (c->least ? c->least[i] : 0.0), limit = c->mu[i] * Pn[i];
+        const int pushes = extra > 0.0 && scaled_rate(c, i, Pn, Pt, speed) <= CONSISTENT;
+        const int limited = !(fabs(Pt[i]) < limit * (1.0 - 4.0 * DBL_EPSILON)), on = (Pt[i] <= 0.0) == (c->bt[i] >= 0.0);
+        const int kind = !rough_at(c, i) || sliding(c, i) ? ON : !limited ? HELD_FAST : on ? ON : BACK;
+        way[i] = (signed char)(pushes ? kind : LEAST_ON + kind);
+    }
+}
+
+/* The rows that are at rest, also those of contacts that do not push: others may carry them, and know better what the motion is. */
+static int rows_at_rest(const struct rough *c, const double *Pn, const double *Pt, int *row)
+{
+    double load, speed;
+    int rows = 0;
+    sizes(c, Pn, Pt, &load, &speed);
+    for (int i = 0; i < 2 * c->n; i++)
+        if (root(c, i) > 0.0 && fabs(scaled_rate(c, i, Pn, Pt, speed)) <= CONSISTENT)
+            row[rows++] = i;
+    return rows;
+}
+
+void refine_impulses(const struct rough *c, double *Pn, double *Pt)
+{
+    const size_t n = c->n;
+    double *work = malloc((4 * n * n + 4 * n + 1) * sizeof *work);
+    int *column = malloc((6 * n + 1) * sizeof *column), *order = column + 2 * n, *row = order + 2 * n;
+    signed char *way = malloc(n + 1);
+    double worst = broken(c, Pn, Pt);
+    for (int pass = 0; work && column && way && pass < REFINEMENTS; pass++) {
+        double *x = work + 4 * n * n, *normal = x + 2 * n, *tangent = normal + n;
+        way_of(c, Pn, Pt, way);
+        for (int i = 0; i < c->n; i++) { /* what is not unknown is what its way says */
+            normal[i] = way[i] < LEAST_ON ? Pn[i] : c->least ? c->least[i] : 0.0;
+            tangent[i] = holds_fast(way[i]) ? Pt[i] : at_limit(c, i, way[i]) * normal[i];
+        }
+        const int m = unknowns_of_way(c, way, column), rows = rows_at_rest(c, Pn, Pt, row);
+        rows_of_way(c, way, m, column, rows, row, normal, tangent, work, x);
+        const int rank = eliminate_dependent(rows, m, work, x, order, SINGULAR);
+        for (int j = 0; j < rank; j++)
+            change(c, way, column[order[j]], x[j], normal, tangent);
+        const double left = broken(c, normal, tangent);
+        if (!rank || !(left < worst))
+            break;
+        worst = left;
+        memcpy(Pn, normal, n * sizeof *Pn);
+        memcpy(Pt, tangent, n * sizeof *Pt);
+    }
+    free(work);
+    free(column);
+    free(way);
 }

@@ -61,3 +61,49 @@ int eliminate(int n, double *a, double *x, double least)
     }
     return sign;
 }
+
+int eliminate_dependent(int rows, int n, double *a, double *x, int *order, double least)
+{
+    int rank = 0;
+    for (int i = 0; i < rows; i++) {
+        const double size = largest(n, a + i * n);
+        for (int j = 0; j < n && size > 0.0; j++)
+            a[i * n + j] /= size;
+        x[i] /= size > 0.0 ? size : 1.0;
+    }
+    for (int j = 0; j < n; j++)
+        order[j] = j;
+    for (; rank < n && rank < rows; rank++) {
+        int row = rank, column = rank;
+        for (int i = rank; i < rows; i++)
+            for (int j = rank; j < n; j++)
+                if (fabs(a[i * n + j]) > fabs(a[row * n + column])) {
+                    row = i;
+                    column = j;
+                }
+        if (!(fabs(a[row * n + column]) > least))
+            break;
+        if (row != rank)
+            exchange(n, a + rank * n, a + row * n, x + rank, x + row);
+        const int swap = order[rank];
+        order[rank] = order[column];
+        order[column] = swap;
+        for (int i = 0; i < rows; i++) {
+            const double number = a[i * n + rank];
+            a[i * n + rank] = a[i * n + column];
+            a[i * n + column] = number;
+        }
+        for (int i = rank + 1; i < rows; i++) {
+            const double factor = a[i * n + rank] / a[rank * n + rank];
+            for (int j = rank; j < n; j++)
+                a[i * n + j] -= factor * a[rank * n + j];
+            x[i] -= factor * x[rank];
+        }
+    }
+    for (int k = rank - 1; k >= 0; k--) {
+        for (int j = k + 1; j < rank; j++)
+            x[k] -= a[k * n + j] * x[j];
+        x[k] /= a[k * n + k];
+    }
+    return rank;
+}

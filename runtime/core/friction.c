@@ -27,6 +27,9 @@ static const double SHIFT[SHIFTS] = {CCGEN_LIMIT(1e-10, 1e-4), CCGEN_LIMIT(1e-7,
 /* What an answer may break the law by where none meets it: rates that are rounding beside far larger ones */
 static const double NEARLY = CCGEN_LIMIT(1e-8, 1e-4);
 
+/* Times what ends the approach of each contact alone and smooth, or the least impulses: more is looked at twice */
+static const double LARGE = 2.0;
+
 static double row_rate(const struct rough *c, int row, const double *Pn, const double *Pt)
 {
     const int n = c->n;
@@ -154,7 +157,7 @@ static int search(const struct rough *c, struct pivots *p, double *Pn, double *P
     for (int restart = 1; restart <= RESTARTS; restart++)
         if (!pivots(c, p, restart, Pn, Pt))
             return 0;
-    if (!least_impulses(c, 0, Pn, Pt) || (!sweep(c, Pn, Pt) && meets(c, p, Pn, Pt)))
+    if (!least_impulses(c, NOTHING, Pn, Pt) || (!sweep(c, Pn, Pt) && meets(c, p, Pn, Pt)))
         return 0;
     if (p->worst > NEARLY)
         return first == 2 ? 2 : 1;
@@ -196,4 +199,17 @@ end:
     free(work);
     free(bytes);
     return result;
+}
+
+int solve_friction_least(const struct rough *c, double *Pn, double *Pt)
+{
+    const int wrong = solve_friction(c->n, c->W, c->bn, c->bt, c->mu, c->slide, c->least, Pn, Pt);
+    if (wrong)
+        return wrong;
+    const double bound = c->least ? loaded(c, c->least) : 0.0, usual = LARGE * (approaching(c) + bound);
+    const int large = loaded(c, Pn) > usual;
+    if (large || c->n == 1 || bound == 0.0)
+        least_impulses(c, large ? IMPULSES : MOTION, Pn, Pt);
+    refine_impulses(c, Pn, Pt);
+    return 0;
 }

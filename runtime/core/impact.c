@@ -13,15 +13,17 @@
 #include <string.h>
 
 #include "contact.h"
-#include "coulomb.h"
+#include "elimination.h"
+#include "expansion.h"
 #include "friction.h"
+#include "refine.h"
 #include "stronge.h"
 
-static const double GAIN = CCGEN_LIMIT(1e-9, 1e-4);   /* of the energy of the jump: more than that is no rounding */
-static const double EQUAL = CCGEN_LIMIT(1e-14, 1e-6); /* relative: work that is what it is to be */
-static const double NOISE = CCGEN_LIMIT(1e-12, 1e-5); /* times length per second: speeds that are rounding */
-
-enum { DOUBLINGS = 30, HALVINGS = 60 };
+static const double GAIN = CCGEN_LIMIT(1e-13, 1e-5); /* of the kinetic energy: more than that is no rounding */
+static const double MISS = CCGEN_LIMIT(1e-14, 1e-6); /* of the rates before: rates after that miss more are corrected */
+static const double DEPENDENT = CCGEN_LIMIT(1e-9, 1e-4); /* share of its row: less is left of a contact that others carry */
+static const double ROUNDED = CCGEN_LIMIT(1e-6, 1e-3);   /* of an impulse: a correction that is more is none */
+enum { CORRECTIONS = 2 };
 
 struct strike {
     int count, all;  /* contacts; rows: twice as many where there is friction */
@@ -30,23 +32,21 @@ struct strike {
     double *mu;      /* [count] */
     double *b, *least, *P, *F;
     double *after;    /* [all] rates after a step */
-    double *turned;   /* [all] rates at the end of compression */
-    double *squeezed; /* [2 count] impulses of compression */
-    double *wanted;   /* [count] of expansion */
+    double *wanted;   /* [count] impulses of expansion, in proportion */
+    double *goal;     /* [count] work that they are to give back */
+    const double *from; /* or NULL: rates to whose energy impulses may not add */
     signed char *slide;
 };
 
-/* The impulses of one step at rough contacts, and the rates after it. Where contacts can wedge a mechanism that has come to rest,
- * any impulses large enough would do: those that stop it are the least. */
+/* The impulses of one step at rough contacts, and the rates after it */
 static enum outcome rough_step(struct strike *k, const double *least)
 {
-    const int n = k->count;
-    struct rough rough = {n, k->W, k->b, k->rate + n, k->mu, k->slide, least};
-    const int wrong = solve_friction(n, k->W, k->b, k->rate + n, k->mu, k->slide, least, k->P, k->F);
+    struct rough rough = {k->count, k->W, k->b, k->rate + k->count, k->mu, k->slide, least, k->from};
+    const int wrong = k->from ? least_impulses(&rough, NOTHING, k->P, k->F) : solve_friction_least(&rough, k->P, k->F);
+    if (k->from && !wrong)
+        refine_impulses(&rough, k->P, k->F);
     if (wrong)
         return wrong == 1 ? OUTCOME_JAMMED : OUTCOME_REPEATS;
-    if (n == 1 || !least)
-        least_impulses(&rough, 1, k->P, k->F);
     rough.bn = k->rate;
     rates_after(&rough, k->P, k->F, k->after);
     memcpy(k->rate, k->after, k->all * sizeof *k->rate);
@@ -84,63 +84,38 @@ static enum outcome step(struct strike *k, const double *extra, const double *le
     return outcome;
 }
 
-/* Energy that the impulses add: half their product with the rates before and after. It may not be positive. */
-static int gains(const struct strike *k, double length, const double *before, const double *total)
+/* Whether the impulses add energy: half their product with the rates before and after. What the rates found miss of those that the
+ * velocities have (`after`) is rounding, and so is a part GAIN of the energy that there is. Smooth contacts never add any. */
+static int gains(const struct strike *k, double energy, const double *before, const double *after, const double *total)
 {
-    double gain = 0.0, scale = 0.0;
+    double gain = 0.0, rounding = GAIN * energy;
     for (int i = 0; i < k->all; i++) {
-        gain += 0.5 * total[i] * (before[i] + k->rate[i]);
-        scale += fabs(total[i]) * (GAIN * (fabs(before[i]) + fabs(k->rate[i])) + NOISE * length);
+        gain += 0.5 * total[i] * (before[i] + after[i]);
+        rounding += fabs(total[i] * (after[i] - k->rate[i]));
     }
-    return gain > scale;
+    return k->all > k->count && gain > rounding;
 }
 
-/* Work of the normal impulses P in a step that brings their rates from `before` to k->rate */
-static double normal_work(const struct strike *k, const double *P, const double *before)
-{
-    double work = 0.0;
-    for (int i = 0; i < k->count; i++)
-        work += 0.5 * P[i] * (before[i] + k->rate[i]);
-    return work;
-}
-
-/* Expansion with at least `part` times k->wanted: what its normal impulses give back, or a negative number where it has no
- * solution. The rates are those after it, total[] the impulses of both steps. */
-static double expand(struct strike *k, double part, double *total)
-{
-    memcpy(k->rate, k->turned, k->all * sizeof *k->rate);
-    memcpy(total, k->squeezed, 2 * k->count * sizeof *total);
-    for (int i = 0; i < k->count; i++)
-        k->least[i] = part * k->wanted[i];
-    return step(k, NULL, k->least, total) ? -1.0 : normal_work(k, k->P, k->turned);
-}
-
-/* Stronge's law at several contacts: in expansion at least x e times the impulses of compression, x such that normal impulses
- * give back in all the sum over contacts of e^2 times the work that each has taken, or as much of it as adds no energy. */
-static enum outcome restore(struct strike *k, double length, const double *e, const double *before, double *total)
+/* Stronge's law at several contacts: after compression each gives back e^2 times the work that it has taken, or its part of what
+ * has been lost in all, where friction that turned round within compression has made that less. */
+static enum outcome restore(struct strike *k, const double *e, const double *before, double *total)
 {
     const int n = k->count;
-    double goal = 0.0;
+    double goals = 0.0, lost = 0.0;
     const enum outcome outcome = step(k, NULL, NULL, total);
-    memcpy(k->turned, k->rate, k->all * sizeof *k->turned);
-    memcpy(k->squeezed, total, 2 * n * sizeof *total);
-    for (int i = 0; i < n && !outcome; i++) {
-        goal += e[i] * e[i] * fmax(0.0, -0.5 * k->P[i] * (before[i] + k->rate[i]));
-        k->wanted[i] = e[i] * k->P[i];
-    }
-    if (outcome || !(goal > 0.0))
+    if (outcome)
         return outcome;
-    double low = 0.0, high = 1.0, given = expand(k, high, total);
-    if (fabs(given - goal) <= EQUAL * goal && !gains(k, length, before, total))
-        return OUTCOME_DONE;
-    for (int i = 0; i < DOUBLINGS && given >= 0.0 && given < goal && !gains(k, length, before, total); i++)
-        given = expand(k, high *= 2.0, total);
-    for (int i = 0; i < HALVINGS; i++) {
-        const double middle = 0.5 * (low + high);
-        given = expand(k, middle, total);
-        *(given < 0.0 || given > goal || gains(k, length, before, total) ? &high : &low) = middle;
+    for (int i = 0; i < k->all; i++)
+        lost -= 0.5 * total[i] * (before[i] + k->rate[i]);
+    for (int i = 0; i < n; i++) {
+        k->wanted[i] = e[i] * k->P[i];
+        k->goal[i] = e[i] * e[i] * fmax(0.0, -0.5 * k->P[i] * (before[i] + k->rate[i]));
+        goals += k->goal[i];
     }
-    return expand(k, low, total) < 0.0 ? OUTCOME_JAMMED : OUTCOME_DONE;
+    for (int i = 0; i < n && goals > lost; i++)
+        k->goal[i] *= fmax(lost, 0.0) / goals;
+    struct expansion expansion = {n, k->all, k->W, k->mu, k->wanted, k->goal, k->rate, total, total + n};
+    return expand(&expansion) ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
 }
 
 /* Stronge's law at one contact, where the process of the impact is known. */
@@ -149,25 +124,138 @@ static enum outcome restore_one(struct strike *k, double e, double *total)
     const double smooth[4] = {k->W[0], 0.0, 0.0, 1.0}, rate[2] = {k->rate[0], k->all > 1 ? k->rate[1] : 0.0};
     if (stronge_single(k->all > 1 ? k->W : smooth, k->mu[0], e, rate, total, total + 1))
         return OUTCOME_JAMMED;
-    for (int i = 0; i < k->all; i++)
-        k->rate[i] += k->W[i * k->all] * total[0] + (k->all > 1 ? k->W[i * k->all + 1] * total[1] : 0.0);
+    for (int i = 0; i < k->all; i++) {
+        const double normal = k->W[i * k->all] * total[0], tangent = k->all > 1 ? k->W[i * k->all + 1] * total[1] : 0.0;
+        const double rate = k->rate[i] + normal + tangent;
+        k->rate[i] = fabs(rate) <= CONSISTENT * (fabs(k->rate[i]) + fabs(normal) + fabs(tangent)) ? 0.0 : rate;
+    }
     return OUTCOME_DONE;
 }
 
-static enum outcome solve(struct strike *k, const struct system *s, const double *e, const double *before, double *total)
+/* Newton's law. Friction may leave it several motions: where the first adds energy, one is looked for that does not. */
+static enum outcome rebound(struct strike *k, double energy, const double *before, double *total)
+{
+    double *approach = k->wanted;
+    memcpy(approach, k->rate, k->all * sizeof *approach);
+    const enum outcome outcome = step(k, k->least, NULL, total);
+    if (outcome || !gains(k, energy, before, k->rate, total))
+        return outcome;
+    memcpy(k->rate, approach, k->all * sizeof *approach);
+    memset(total, 0, 2 * k->count * sizeof *total);
+    k->from = approach;
+    return step(k, k->least, NULL, total) ? OUTCOME_GAINED : OUTCOME_DONE;
+}
+
+static enum outcome solve(struct strike *k, const struct system *s, const double *e, double energy, const double *before,
+                          double *total)
 {
     const int n = k->count;
     memset(total, 0, 2 * n * sizeof *total);
     if (s->law == LAW_STRONGE)
-        return n == 1 ? restore_one(k, e[0], total) : restore(k, s->length, e, before, total);
+        return n == 1 ? restore_one(k, e[0], total) : restore(k, e, before, total);
     for (int i = 0; i < n; i++)
         k->least[i] = e[i] * before[i];
     if (s->law == LAW_NEWTON)
-        return step(k, k->least, NULL, total);
+        return rebound(k, energy, before, total);
     const enum outcome outcome = step(k, NULL, NULL, total);
     for (int i = 0; i < n; i++)
         k->least[i] = e[i] * k->P[i];
     return outcome ? outcome : step(k, NULL, k->least, total);
+}
+
+/* Rates of the gaps of the contacts `set`, then of their sliding where there is friction */
+static void rates_of(struct system *s, const double *q, const double *u, int count, const int *set, double *scratch, double *rate)
+{
+    s->model->gap_rates(s->k, q, u, scratch);
+    for (int i = 0; i < count; i++)
+        rate[i] = scratch[set[i]];
+    if (s->friction)
+        s->model->slips(s->k, q, u, scratch);
+    for (int i = 0; s->friction && i < count; i++)
+        rate[count + i] = scratch[set[i]];
+}
+
+/* du[n] that all impulses P[2 count] give together. Where some of them hold each other through the links, rounding is of their
+ * size, not of that of du: so it is not a sum of columns, and corrected for what the unreduced equations still miss.
+ * push[contacts] is zero, and so again afterwards; f[2 n] is scratch. */
+static enum outcome jump(struct system *s, const double *q, int count, const int *set, const double *P, double *push, double *f,
+                         double *du)
+{
+    const struct ccgen_model *m = s->model;
+    double *g = f + s->n;
+    for (int i = 0; i < count; i++)
+        push[set[i]] = P[i];
+    m->contact_impulse(s->k, q, push, f);
+    for (int i = 0; i < count; i++)
+        push[set[i]] = P[count + i];
+    if (s->friction)
+        m->slip_impulse(s->k, q, push, g);
+    for (int i = 0; i < s->n && s->friction; i++)
+        f[i] += g[i];
+    for (int i = 0; i < count; i++)
+        push[set[i]] = 0.0;
+    memset(s->bias, 0, m->rows * sizeof *s->bias);
+    const long dependent = s->dependent;
+    const double inexact = s->inexact;
+    const enum outcome outcome = system_impulse(s, q, f, s->bias, NEAREST, du, s->multipliers);
+    if (outcome || s->refine || s->dependent > dependent)
+        return outcome;
+    memcpy(g, du, s->n * sizeof *g);
+    if (refine_impulse(s, q, f, s->bias, du, s->multipliers))
+        memcpy(du, g, s->n * sizeof *g);
+    s->inexact = inexact;
+    return OUTCOME_DONE;
+}
+
+/* Friction per normal impulse of a contact where that stays what it is; 0 where it sticks */
+static double friction_ratio(const struct strike *k, const double *P, int i)
+{
+    const double F = P[k->count + i];
+    const int sticks = k->all == k->count || (k->rate[k->count + i] == 0.0 && fabs(F) < k->mu[i] * P[i]);
+    return sticks || !(P[i] > 0.0) ? 0.0 : F / P[i];
+}
+
+/* Correct the impulses P[2 count] where the velocities that they give, of the rates k->after, miss the rates that were solved for:
+ * of the contacts that push, and of the sliding of those that stick. W is known to the digits that masses leave, rates
+ * to all. The changes are change[all]; whether there is any */
+static int correct(const struct strike *k, const double *before, double *P, double *change)
+{
+    const size_t n = k->count, all = k->all;
+    double *A = malloc(((all + 1) * all + 1) * sizeof *A), *x = A + all * all, speed = 0.0, miss = 0.0;
+    int *column = malloc((2 * all + 1) * sizeof *column), *order = column + all, m = 0, rank = 0;
+    double largest = 0.0, load = 0.0;
+    memset(change, 0, all * sizeof *change);
+    for (size_t i = 0; A && column && i < all; i++) {
+        if (P[i % n] > 0.0 && (i < n || (P[i] != 0.0 && friction_ratio(k, P, (int)(i % n)) == 0.0)))
+            column[m++] = (int)i;
+        speed = fmax(speed, fabs(before[i]));
+        load = fmax(load, fabs(P[i]));
+    }
+    for (int a = 0; a < m; a++) {
+        x[a] = k->rate[column[a]] - k->after[column[a]];
+        miss = fmax(miss, fabs(x[a]));
+        for (int b = 0; b < m; b++) {
+            const double *row = k->W + column[a] * all, ratio = (size_t)column[b] < n ? friction_ratio(k, P, column[b]) : 0.0;
+            A[a * m + b] = row[column[b]] + (ratio != 0.0 ? ratio * row[n + column[b]] : 0.0);
+        }
+    }
+    if (miss > MISS * speed)
+        rank = eliminate_dependent(m, m, A, x, order, DEPENDENT);
+    for (int b = 0; b < rank; b++)
+        largest = fmax(largest, fabs(x[b]));
+    rank = largest > ROUNDED * load ? 0 : rank;
+    for (int b = 0; b < rank; b++) {
+        const int i = column[order[b]];
+        const double ratio = (size_t)i < n ? friction_ratio(k, P, i) : 0.0, by = (size_t)i < n ? fmax(x[b], -P[i]) : x[b];
+        change[i] += by;
+        if (ratio != 0.0)
+            change[n + i] += ratio * by;
+    }
+    for (size_t i = 0; i < all; i++)
+        P[i] += change[i];
+    free(A);
+    free(column);
+    return rank > 0;
 }
 
 enum outcome impact(struct system *s, const double *q, const double *u_minus, int count, const int *set, const double *e,
@@ -176,7 +264,7 @@ enum outcome impact(struct system *s, const double *q, const double *u_minus, in
     const struct ccgen_model *m = s->model;
     const size_t n = s->n, c = count, all = m->contacts, rows = s->friction ? 2 * c : c;
     enum outcome outcome = OUTCOME_NO_MEMORY;
-    double *work = calloc(rows * rows + rows * n + 4 * rows + 8 * c + 2 * all + n + 1, sizeof *work);
+    double *work = calloc(rows * rows + rows * n + 3 * rows + 7 * c + 2 * all + 3 * n + 1, sizeof *work);
     signed char *slide = calloc(c + 1, 1);
     if (!work || !slide)
         goto end;
@@ -189,35 +277,36 @@ enum outcome impact(struct system *s, const double *q, const double *u_minus, in
     k.P = k.least + c;
     k.F = k.P + c;
     k.after = k.F + c;
-    k.turned = k.after + rows;
-    k.squeezed = k.turned + rows;
-    k.wanted = k.squeezed + 2 * c;
-    double *push = k.wanted + c, *rates = push + all, *f = rates + all;
+    k.wanted = k.after + rows;
+    k.goal = k.wanted + c;
+    double *push = k.goal + c, *rates = push + all, *f = rates + all, *du = f + 2 * n, energy = 0.0;
 
     memcpy(u_plus, u_minus, n * sizeof *u_plus);
     if ((outcome = project_velocity(s, q, u_plus)))
         goto end;
-    for (int side = 0; side < 2; side++) {
-        double *target = side ? k.rate : before;
-        const double *u = side ? u_plus : u_minus;
-        m->gap_rates(s->k, q, u, rates);
-        for (size_t i = 0; i < c; i++)
-            target[i] = rates[set[i]];
-        if (s->friction)
-            m->slips(s->k, q, u, rates);
-        for (size_t i = c; i < rows; i++)
-            target[i] = rates[set[i - c]];
-    }
+    rates_of(s, q, u_minus, count, set, rates, before);
+    rates_of(s, q, u_plus, count, set, rates, k.rate);
+    m->momentum(s->k, q, u_plus, f);
+    for (size_t i = 0; i < n; i++)
+        energy += 0.5 * u_plus[i] * f[i];
     for (size_t i = 0; i < c && s->friction; i++)
         k.mu[i] = s->friction[set[i]];
     if ((outcome = compliance(s, q, count, set, columns, k.W, push, rates, f)) ||
-        (outcome = solve(&k, s, e, before, P)))
+        (outcome = solve(&k, s, e, energy, before, P)))
         goto end;
-    if (gains(&k, s->length, before, P))
+    if ((outcome = jump(s, q, count, set, P, push, f, du)))
+        goto end;
+    for (size_t i = 0; i < n; i++)
+        u_plus[i] += du[i];
+    rates_of(s, q, u_plus, count, set, rates, k.after);
+    for (int pass = 0; pass < CORRECTIONS && correct(&k, before, P, k.wanted); pass++) {
+        for (size_t j = 0; j < rows; j++)
+            for (size_t i = 0; i < n; i++)
+                u_plus[i] += k.wanted[j] * columns[j * n + i];
+        rates_of(s, q, u_plus, count, set, rates, k.after);
+    }
+    if (gains(&k, energy, before, k.after, P))
         outcome = OUTCOME_GAINED;
-    for (size_t j = 0; j < rows; j++)
-        for (size_t i = 0; i < n; i++)
-            u_plus[i] += P[j] * columns[j * n + i];
 end:
     free(work);
     free(slide);

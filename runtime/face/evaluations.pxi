@@ -362,12 +362,13 @@ cdef class Evaluations:
         return found_q, found_u, outcomes
 
     def impact(self, const real[::1] q, const real[::1] u, const int[::1] contacts, const real[::1] e):
-        """One state struck at ``contacts`` with restitution ``e``: u+ (n,), impulses, outcome."""
+        """One state struck at ``contacts`` with restitution ``e``: u+ (n,), impulses (2k,) of normals and then of
+        friction, outcome."""
         cdef system s = self._system()
         cdef real[::1] u_plus = empty(self.m.nu), P = zeros(2 * contacts.shape[0] + 1)
         found = impact(&s, &q[0], &u[0], <int>contacts.shape[0], &contacts[0], &e[0], &u_plus[0], &P[0])
         self.inexact = s.inexact
-        return np.asarray(u_plus), np.asarray(P)[: contacts.shape[0]], OUTCOMES[found]
+        return np.asarray(u_plus), np.asarray(P)[: 2 * contacts.shape[0]], OUTCOMES[found]
 
 
 cdef real _larger(real most, real x) noexcept:
