@@ -87,7 +87,7 @@ def _sliding_acceleration(model: Any, joint: str, poses: Array, velocities: Arra
 def check(sketch: Sketch, workshop: Workshop) -> None:
     """Accelerations, joint forces, inverse dynamics, energy, power and impulses at the drawn pose with random
     velocities."""
-    model = workshop.model(sketch.toml("random"))
+    model = workshop.model(sketch.toml("random-mechanism"))
     system, slots = sketch.system, sketch.slots
     assert len(model.u_names) - len(model.rows) - len(sketch.given) == model.dof
     q, _ = model.state_from_poses(sketch.poses, np.zeros_like(sketch.poses))
