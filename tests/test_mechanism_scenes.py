@@ -48,13 +48,13 @@ class Case:
     system: System
 
     def states(self, count: int = 8) -> Iterator[tuple[Array, Array]]:
-        """Random consistent states away from singular ones."""
+        """Random consistent states away from singular ones, in which nothing touches."""
         rng = np.random.default_rng(5)
         q0, _ = self.model.start()
         wide = 0.35 if self.model.dof > 1 else 3.0
         scale = maximal.conditioning(self.system, self.model.poses(q0))
         found = 0
-        for _ in range(400):
+        for _ in range(4000):
             bent = q0.copy()
             if self.model.dof > 1:
                 bent += rng.uniform(-wide, wide, len(bent))
@@ -63,6 +63,8 @@ class Case:
             try:
                 q, u = self.model.project(self.model.assemble(bent), rng.normal(size=len(bent)))
             except ValueError:
+                continue
+            if not np.all(self.model.kernels.of_q("gaps", q[None]) > 0.0):
                 continue
             if maximal.conditioning(self.system, self.model.poses(q)) < max(SINGULAR, 10.0 * scale):
                 yield q, u
