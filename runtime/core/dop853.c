@@ -81,9 +81,9 @@ static double *dop853_estimates(double *scratch, int size, int *count)
 }
 
 /* Both estimates together (Hairer, Norsett, Wanner 1993, section II.10): as small as the better, as reliable as the other.
- * The better counts as at least `chance` times what the other says. */
-static double both_estimates(const double *scratch, int size, struct tolerance tolerance, const double *y, const double *y1,
-                             double chance)
+ * Against the motion itself they shrink as h^3 and h^5, so the better is about the motion times the other's part of it to 5/3.
+ * One far below that vanishes by chance, as in much too long steps it may, and is not believed. */
+static double dop853_measure(const double *scratch, int size, struct tolerance tolerance, const double *y, const double *y1)
 {
     const double *error3 = scratch + (size_t)(DENSE_STAGES + 1 + DENSE_DEGREE + 1) * size, *error5 = error3 + size;
     double sum3 = 0.0, sum5 = 0.0, motion = 0.0;
@@ -93,19 +93,9 @@ static double both_estimates(const double *scratch, int size, struct tolerance t
         sum5 += (error5[i] / scale) * (error5[i] / scale);
         motion += change * change;
     }
-    if (chance > 0.0 && motion > 0.0)
-        sum5 = fmax(sum5, chance * chance * sum3 * pow(sum3 / motion, 2.0 / 3.0));
+    if (motion > 0.0)
+        sum5 = fmax(sum5, CHANCE * CHANCE * sum3 * pow(sum3 / motion, 2.0 / 3.0));
     return sum5 > 0.0 ? sum5 / sqrt((sum5 + 0.01 * sum3) * size) : 0.0;
-}
-
-static double dop853_measure(const double *scratch, int size, struct tolerance tolerance, const double *y, const double *y1)
-{
-    return both_estimates(scratch, size, tolerance, y, y1, 0.0);
-}
-
-double dop853_measure_long(const double *scratch, int size, struct tolerance tolerance, const double *y, const double *y1)
-{
-    return both_estimates(scratch, size, tolerance, y, y1, CHANCE);
 }
 
 static enum outcome dop853_prepare(struct system *s, double *scratch, double t, double h, const double *y, const double *dy,

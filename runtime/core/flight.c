@@ -9,11 +9,14 @@
 #include "passing.h"
 #include "resolution.h"
 
+extern const struct method gauss; /* by which steps pass singular configurations */
+
 static const double SAFETY = 0.9, LEAST_CHANGE = 0.2, LARGEST_CHANGE = 6.0;
 static const struct tolerance TO_ROUNDING = {0.0, 0.0};
 static const double UNEVEN = 1e-3;          /* of the tolerance: what iterations may leave that do not go to rounding */
 static const double EARLY = 0.05;           /* part of a step: events before it are looked for in a shorter step */
 static const double LONGEST_REBOUND = 10.0; /* times the flight before an impact: the first step tried after it */
+static const double BELIEVED = 0.1; /* part of an error that is there, whatever is left along the closure: a step 10^(1/8) as long */
 static const double CRAWL = CCGEN_LIMIT(1e-8, 1e-4); /* rad, and times length: what is unknown near a line of links */
 static const double REST_SPEED = 1e-10;     /* times extent per second: a contact this slow does not bounce */
 static const double DEEP = 1e-12;           /* times extent: an event behind the surface by more than rounding */
@@ -24,6 +27,7 @@ static const double DRIVEN = CCGEN_LIMIT(1e-8, 1e-3); /* rad and rad/s, or m: mo
 enum {
     SHORTER = 60,  /* shorter steps in search of an early event */
     LANDINGS = 60, /* steps towards an event; three to five are usual */
+    AGAIN = 4,     /* a step is taken for the place of a singular configuration */
     CRAWLS = 20,   /* steps in a row that move nothing, before what they might be stuck at is looked at */
     TICK = 64      /* short steps between two questions whether to go on */
 };
@@ -110,7 +114,15 @@ static enum outcome project_end(struct flight *f)
 
 enum outcome raw_step(struct flight *f, double h, struct tolerance tolerance)
 {
-    return f->run->method->step(f->s, f->scratch, f->t, h, tolerance, f->y, f->dy, f->y1);
+    const int across = f->passage == ACROSS, other = across && f->passing;
+    f->by = other ? &gauss : f->run->method;
+    f->steps = other ? f->passing : f->scratch;
+    if (other)
+        gauss.restart(f->steps, f->s->size);
+    f->s->guided = across;
+    const enum outcome outcome = f->by->step(f->s, f->steps, f->t, h, tolerance, f->y, f->dy, f->y1);
+    f->s->guided = 0;
+    return outcome;
 }
 
 /* Derivative at the end of the step, for methods that want it. */
@@ -121,19 +133,20 @@ static enum outcome derive_end(struct flight *f)
 
 enum outcome measure(struct flight *f, double *error)
 {
-    const struct method *method = f->run->method;
+    const struct method *method = f->by;
     const int n = f->s->n, size = f->s->size;
-    *error = method->measure(f->scratch, size, f->run->tolerance, f->y, f->y1);
+    *error = method->measure(f->steps, size, f->run->tolerance, f->y, f->y1);
     if (!projects(f) || !f->s->model->rows || !(*error > 1.0 && isfinite(*error)))
         return OUTCOME_DONE; /* across contacts alone an error is one: one that is passed may have jumped */
     int count;
-    double *estimates = method->estimates(f->scratch, size, &count);
+    double *estimates = method->estimates(f->steps, size, &count);
     for (int i = 0; i < 2 * count; i++) { /* of the coordinates, then of the velocities */
         const enum outcome outcome = project_velocity(f->s, f->y1, estimates + (size_t)(i / 2) * size + i % 2 * n);
         if (outcome)
             return outcome;
     }
-    *error = method->measure(f->scratch, size, f->run->tolerance, f->y, f->y1);
+    const double left = f->passage == ACROSS ? 0.0 : BELIEVED * *error;
+    *error = fmax(left, method->measure(f->steps, size, f->run->tolerance, f->y, f->y1));
     return OUTCOME_DONE;
 }
 
@@ -170,31 +183,39 @@ static double shortest(const struct flight *f)
     return 16.0 * DBL_EPSILON * fmax(fabs(f->t), 1e-3);
 }
 
-/* Put the end of a step back; where it had left the closure because it passes a singular configuration, the step is taken
- * again. What it had been meanwhile is kept where its derivative will be. */
-static enum outcome put_back(struct flight *f, double *error)
+/* Put the end of a step back. What it had been meanwhile is kept where its derivative will be. Whether the step is to be taken
+ * again, because of the place at which it passes a singular configuration, in *again. */
+static enum outcome put_back(struct flight *f, const double *error, int *again)
 {
     double *end = f->dy1;
     memcpy(end, f->y1, (size_t)f->s->size * sizeof *end);
     const enum outcome back = project_end(f);
-    if (f->run->fixed_step > 0.0 || !passes_singular(f, back, end))
-        return *error <= 1.0 ? back : OUTCOME_DONE;
-    const enum outcome outcome = guided_step(f, error);
-    return !outcome && *error <= 1.0 ? project_end(f) : outcome;
+    *again = f->passage == FREE ? finds_singular(f, back, *error, end) : !back && *error <= 1.0 && misplaced(f, end);
+    return *error <= 1.0 ? back : OUTCOME_DONE;
 }
 
 /* Step until the error test passes; the step's length is in f->h before and after, `next` is the one to try then. */
 static enum outcome accepted_step(struct flight *f, double *next)
 {
     struct run *run = f->run;
-    int refused = 0;
+    int refused = 0, again = 0;
     for (;;) {
         double error = 0.0;
+        const double whole = f->h;
+        place_step(f);
         enum outcome outcome = raw_step(f, f->h, run->fixed_step > 0.0 ? TO_ROUNDING : run->tolerance);
         if (!outcome && run->fixed_step == 0.0)
             outcome = measure(f, &error);
-        if (!outcome && isfinite(error))
-            outcome = put_back(f, &error);
+        if (!outcome && isfinite(error)) {
+            int anew;
+            outcome = put_back(f, &error, &anew);
+            if (anew && again++ < AGAIN) {
+                if (f->passage == FREE)
+                    f->own = whole * (error > 1.0 ? fmax(SAFETY * pow(error, -1.0 / f->by->order), LEAST_CHANGE) : 1.0);
+                f->h = whole;
+                continue;
+            }
+        }
         if (!outcome && error <= 1.0 && leaps(f))
             outcome = OUTCOME_NOT_CLOSED;
         if (!outcome && run->fixed_step > 0.0 && energy_lost(f))
@@ -202,8 +223,12 @@ static enum outcome accepted_step(struct flight *f, double *next)
         if (!outcome && error <= 1.0)
             error = fmax(error, energy_missed(f));
         if (!outcome && error <= 1.0) {
-            const double change = SAFETY * pow(fmax(error, 1e-12), -1.0 / run->method->order);
+            const double change = SAFETY * pow(fmax(error, 1e-12), -1.0 / f->by->order);
             *next = f->h * fmin(fmax(change, LEAST_CHANGE), refused ? 1.0 : LARGEST_CHANGE);
+            if (f->passage == BEFORE)
+                *next = fmax(*next, whole);
+            if (f->by != run->method) /* the length that the run's own method may have */
+                *next = f->own;
             run->steps++;
             return OUTCOME_DONE;
         }
@@ -211,7 +236,7 @@ static enum outcome accepted_step(struct flight *f, double *next)
             return outcome;
         refused = 1;
         run->rejected++;
-        const double change = outcome || !isfinite(error) ? LEAST_CHANGE : SAFETY * pow(error, -1.0 / run->method->order);
+        const double change = outcome || !isfinite(error) ? LEAST_CHANGE : SAFETY * pow(error, -1.0 / f->by->order);
         f->h *= fmax(change, LEAST_CHANGE);
         if (f->h < shortest(f) || run->fixed_step > 0.0)
             return outcome ? outcome : OUTCOME_STEP_TOO_SMALL;
@@ -226,10 +251,10 @@ static enum outcome search_step(struct flight *f, struct event *event)
     for (int i = 0;; i++) {
         enum outcome outcome = derive_end(f);
         if (!outcome)
-            outcome = f->run->method->prepare(f->s, f->scratch, f->t, f->h, f->y, f->dy, f->y1, f->dy1);
+            outcome = f->by->prepare(f->s, f->steps, f->t, f->h, f->y, f->dy, f->y1, f->dy1);
         if (outcome)
             return outcome;
-        *event = find_event(f->s, f->run->method, f->scratch, f->t, f->h, REST_SPEED, f->search);
+        *event = find_event(f->s, f->by, f->steps, f->t, f->h, REST_SPEED, f->search);
         const double shorter = 2.0 * event->theta * f->h;
         if (event->contact < 0 || event->theta > EARLY || f->t + shorter <= f->t || i == SHORTER)
             return OUTCOME_DONE;
@@ -391,10 +416,11 @@ double next_stop(const struct run *run, double t)
 enum outcome reach(struct flight *f, double until)
 {
     double next = until - f->t;
+    f->place = NAN;
     while (f->t < until) {
         const double left = until - f->t;
         f->h = 1.01 * next >= left ? left : next;
-        const int last = f->h == left;
+        const int last = f->bounded = f->h == left;
         enum outcome outcome = accepted_step(f, &next);
         if (outcome || (last && f->h == left))
             return outcome;
@@ -414,6 +440,7 @@ enum outcome fly(struct flight *f, struct event *event)
     enum outcome outcome = f->unresolved > 0.0 ? depart(f) : derive(f);
     event->contact = -1;
     f->energy_known = 0;
+    f->place = NAN;
     if (run->method->restart)
         run->method->restart(f->scratch, f->s->size);
     if (!outcome && f->h <= 0.0)
@@ -433,6 +460,7 @@ enum outcome fly(struct flight *f, struct event *event)
         const int last = f->t + 1.01 * wanted >= stop;
         const double whole = last ? stop - f->t - late : wanted;
         f->h = whole;
+        f->bounded = last;
         if ((outcome = accepted_step(f, &next)))
             break;
         if (last && f->h == whole)

@@ -6,13 +6,20 @@
 #include "events.h"
 #include "run.h"
 
+/* How a step lies to a singular configuration: far from it, so that it ends well before it, or across it, with its stages on the
+ * closure: passing.h */
+enum passage { FREE, BEFORE, ACROSS };
+
 struct flight {
     struct system *s;
     struct run *run;
     double *block; /* all numbers of the flight */
     double t, h;
     double *y, *dy, *y1, *dy1; /* state and derivative at t, and at the end of the step */
-    double *scratch;           /* of the method */
+    double *scratch;           /* of the run's method, */
+    double *passing;           /* and of the one that passes singular configurations for it, or NULL */
+    const struct method *by;   /* that took the last step, */
+    double *steps;             /* and its scratch */
     double *search;            /* of the event search */
     double *gaps, *rates, *e, *P;
     int *set;
@@ -21,7 +28,10 @@ struct flight {
     double energy_h, energy_moved;   /* and the largest energy that has been in motion */
     int energy_known;
     double stretch, stretch_end; /* length and end of a step that was refused for the energy it missed */
-    double singular;        /* part of the step at which a singular configuration is passed */
+    double place;           /* time at which a singular configuration is passed, or NAN: none is known */
+    double own;             /* length of the step there that the run's own method would have taken */
+    enum passage passage;   /* how the step lies to it */
+    int bounded;            /* whether the step may not go on past its end */
     double unresolved;      /* gaps so small, relative to the contact's extent, are not known: resolution.h */
     double flat;            /* when the state was last put where closure rows are lost */
 };

@@ -18,11 +18,6 @@
 
 extern const struct method dop853;
 
-/* What the estimates of a DOP853 step amount to whose length is another method's. Against the motion itself they shrink as h^3
- * and h^5, so the better is about the motion times the other's part of it to 5/3. One far below that vanishes by chance, as in
- * much too long steps it may, and is not believed. */
-double dop853_measure_long(const double *scratch, int size, struct tolerance tolerance, const double *y, const double *y1);
-
 static const double SHORT = 1e-8;   /* times the time, or 1 s: shorter steps, as impacts that accumulate leave, go to DOP853 */
 static const double WANTED = 0.4;   /* contraction that steps aim at */
 static const double MISSED = 0.03;  /* of the last coefficients, times their ratio to the first: the error of a step */
@@ -88,15 +83,7 @@ static enum outcome power(struct gauss *g, struct system *s, double t, double h,
 {
     const int n = g->n;
     for (int j = 0; j < STAGES; j++) {
-        for (int i = 0; i < n; i++) {
-            double once = 0.0, twice = 0.0;
-            for (int k = 0; k < STAGES; k++) {
-                once += ONCE[k][j] * g->f[i * STAGES + k];
-                twice += TWICE[k][j] * g->f[i * STAGES + k];
-            }
-            g->one[i] = y[i] + NODE[j] * g->slope[i] + h * h * twice;
-            g->one[n + i] = y[n + i] + h * once;
-        }
+        gauss_stage(g, j, h, y);
         const enum outcome outcome = system_power(s, t + NODE[j] * h, g->one, g->one + n, g->f + n * STAGES + j);
         if (outcome)
             return outcome;
@@ -160,7 +147,7 @@ static enum outcome gauss_step(struct system *s, double *scratch, double t, doub
     }
     int converged = 0;
     enum outcome outcome = OUTCOME_DONE;
-    if (!holds(s) && !s->guided && h > SHORT * fmax(fabs(t), 1.0))
+    if ((!holds(s) || s->guided) && h > SHORT * fmax(fabs(t), 1.0))
         outcome = gauss_solve(g, s, t, h, tolerance, y, dy, &converged);
     g->known = g->replaced = 0;
     g->tried = 1;
@@ -170,7 +157,7 @@ static enum outcome gauss_step(struct system *s, double *scratch, double t, doub
         return outcome;
     if (outcome || !converged)
         return replace(g, s, t, h, tolerance, y, y1);
-    if (s->size > 2 * s->n && (outcome = power(g, s, t, h, y)))
+    if (s->size > 2 * s->n && !s->guided && (outcome = power(g, s, t, h, y)))
         return outcome;
     finish(g, s, h, tolerance, y, y1);
     g->known = 1;
@@ -191,7 +178,7 @@ static double gauss_measure(const double *scratch, int size, struct tolerance to
 {
     const struct gauss *g = (const struct gauss *)scratch;
     if (g->replaced) /* as the error of a method of this order would be */
-        return pow(CAUTION * dop853_measure_long(g->other, size, tolerance, y, y1), (double)ORDER / dop853.order);
+        return pow(CAUTION * dop853.measure(g->other, size, tolerance, y, y1), (double)ORDER / dop853.order);
     double sum = 0.0;
     for (int i = 0; i < size; i++) {
         const double scale = tolerance.atol + tolerance.rtol * fmax(fabs(y[i]), fabs(y1[i]));

@@ -39,6 +39,9 @@ struct gauss {
 void gauss_pack(const struct gauss *g, const double matrix[STAGES][STAGES], double factor, double *packed);
 void gauss_combine(struct gauss *g, const struct system *s, const double *matrix, const double *x, double *out);
 
+/* g->one = state at stage j along the motion that g->f gives */
+void gauss_stage(struct gauss *g, int j, double h, const double *y);
+
 /* The accelerations g->f of a step from (t, y), whose derivative is dy right after a restart; `converged` is 0 where sweeps
  * contract too slowly. Iterates to a part of the tolerance, or, where that is zero, until rounding is met. */
 enum outcome gauss_solve(struct gauss *g, struct system *s, double t, double h, struct tolerance tolerance, const double *y,

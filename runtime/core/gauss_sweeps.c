@@ -12,6 +12,7 @@ static const double STILL = 0.9;    /* sweeps that contract no better have met r
 static const double STANDING = 0.1; /* part of the tolerance that they may leave then */
 static const double NEAR = 1e4;     /* units of rounding that they may leave */
 static const double UNIT = 4.0 * DBL_EPSILON; /* of rounding */
+static const double AHEAD = 0.1;    /* part of a step: where guided ones first look for accelerations, for the start may be singular */
 enum { SWEEPS = 16, SWEEPS_TO_ROUNDING = 60 };
 
 /* matrix[j][i] times `factor`, in blocks of lanes */
@@ -55,6 +56,17 @@ static enum outcome guess(struct gauss *g, struct system *s, double t, double h,
     const double since = (t - g->t) / g->h, part = h / g->h;
     const int usable = g->known && since > -1e-9 && since < 1.0 + 1e-9 && since + part < 3.0;
     memset(g->f, 0, (size_t)g->rows * STAGES * sizeof *g->f);
+    if (!usable && s->guided) {
+        for (int i = 0; i < g->n; i++) {
+            g->one[i] = y[i] + AHEAD * h * y[g->n + i];
+            g->one[g->n + i] = y[g->n + i];
+        }
+        const enum outcome outcome = system_derivative(s, t + AHEAD * h, g->one, g->dy1);
+        for (int i = 0; i < g->n; i++)
+            for (int j = 0; j < STAGES; j++)
+                g->f[i * STAGES + j] = g->dy1[g->n + i];
+        return outcome;
+    }
     if (!usable) {
         const enum outcome outcome = g->tried ? system_derivative(s, t, y, g->dy) : OUTCOME_DONE;
         if (outcome)
@@ -99,10 +111,41 @@ static void prepare_sweeps(struct gauss *g, int base, double h, struct tolerance
     }
 }
 
+void gauss_stage(struct gauss *g, int j, double h, const double *y)
+{
+    const int n = g->n;
+    for (int i = 0; i < n; i++) {
+        double once = 0.0, twice = 0.0;
+        for (int k = 0; k < STAGES; k++) {
+            once += ONCE[k][j] * g->f[i * STAGES + k];
+            twice += TWICE[k][j] * g->f[i * STAGES + k];
+        }
+        g->one[i] = y[i] + NODE[j] * g->slope[i] + h * h * twice;
+        g->one[n + i] = y[n + i] + h * once;
+    }
+}
+
+/* One sweep stage by stage, each put onto the closure first */
+static enum outcome guided_sweep(struct gauss *g, struct system *s, double t, double h, const double *y)
+{
+    const int n = g->n;
+    for (int j = 0; j < STAGES; j++) {
+        gauss_stage(g, j, h, y);
+        const enum outcome outcome = system_derivative(s, t + NODE[j] * h, g->one, g->dy1);
+        if (outcome)
+            return outcome;
+        for (int i = 0; i < g->rows; i++)
+            g->g[i * STAGES + j] = g->dy1[n + i];
+    }
+    return OUTCOME_DONE;
+}
+
 /* One sweep: g->g = accelerations along the motion that g->f gives */
 static enum outcome sweep(struct gauss *g, struct system *s, double t, double h, const double *y)
 {
     const int n = g->n, lanes = g->lanes;
+    if (s->guided)
+        return guided_sweep(g, s, t, h, y);
     for (int b = 0; b < STAGES; b += lanes) {
         double *block = lanes == STAGES ? g->g : g->du;
         s->model->stages(n, STAGES, y, g->slope, g->node + b, g->twice + b * STAGES, g->f, g->q);
@@ -202,7 +245,7 @@ static enum outcome converge(struct gauss *g, struct system *s, double t, double
             continue;
         if ((outcome = change_along(g, s, h, y, &now)))
             return outcome;
-        *converged = now <= (standing > 1 ? fmax(STANDING, NEAR * g->grain) : REST);
+        *converged = now <= (standing > 1 || s->guided ? fmax(STANDING, NEAR * g->grain) : REST);
         if (k == most || !strict || *converged)
             return OUTCOME_DONE;
     }

@@ -4,10 +4,14 @@
 
 #include "flight.h"
 
-/* whether the step to end[2n] has left the closure because it passes a singular configuration; putting it back to y1 gave `back` */
-int passes_singular(struct flight *f, enum outcome back, const double *end);
+/* whether the step to end[2n], which was put back to y1 with the outcome `back`, passes a singular configuration, or ends
+ * beside one, so that it is to be taken again: f->place is when */
+int finds_singular(struct flight *f, enum outcome back, double error, const double *end);
 
-/* such a step again, guided, and perhaps shorter: f->h; what its error amounts to */
-enum outcome guided_step(struct flight *f, double *error);
+/* the length of a step that may be as long as f->h, and how it is taken, from f->place */
+void place_step(struct flight *f);
+
+/* whether the singular configuration is passed elsewhere in the step to end[2n] than f->place says, which then says it better */
+int misplaced(struct flight *f, const double *end);
 
 #endif

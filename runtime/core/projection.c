@@ -8,6 +8,8 @@
 #include <float.h>
 #include <math.h>
 
+#include "resolution.h"
+
 /* times length: what a row that almost vanishes may miss; more than sums of rounded places do */
 static const double LEFT_OUT = CCGEN_LIMIT(1e-12, 1e-4);
 static const double LEFT_OUT_LATER = 0.01; /* how much nearer a row may be when leaving it out does not do */
@@ -69,6 +71,7 @@ enum outcome project_position(struct system *s, double *q)
         place += 2.0 * DBL_EPSILON * fabs(q[i]);
     const long dependent = s->dependent;
     double before = INFINITY, nearest = NEAREST_PROJECTED;
+    s->moved = 0.0;
     for (int pass = 0; (m->rows || holds(s)) && pass < MAX_PASSES; pass++) {
         m->closure(s->k, q, s->rows);
         const double shut = largest(m->rows, s->rows), closed = held_gaps(s, q);
@@ -86,6 +89,7 @@ enum outcome project_position(struct system *s, double *q)
         const enum outcome outcome = isfinite(miss) ? correct(s, q, 0, nearest, q) : OUTCOME_NOT_FINITE;
         if (outcome)
             return outcome;
+        s->moved += fastest(s, s->jump);
     }
     return m->rows || holds(s) ? OUTCOME_NOT_CLOSED : OUTCOME_DONE;
 }
@@ -99,5 +103,7 @@ enum outcome project_velocity(struct system *s, const double *q, double *u)
     s->missed_rate = largest(m->rows, s->rows);
     if (holds(s))
         held_speeds(s, q, u);
-    return correct(s, q, 1, NEAREST_PROJECTED, u);
+    const enum outcome outcome = correct(s, q, 1, NEAREST_PROJECTED, u);
+    s->moved_rate = outcome ? INFINITY : fastest(s, s->jump);
+    return outcome;
 }

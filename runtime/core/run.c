@@ -10,6 +10,8 @@
 #include "resolution.h"
 #include "settle.h"
 
+extern const struct method gauss;
+
 static const double INSTANT = 1e-10; /* s, relative to max(1, t): the time within which events crowd */
 enum {
     REPEATS = 1000, /* impacts at one instant */
@@ -157,7 +159,9 @@ static enum outcome alternate(struct flight *f)
 static int make_room(struct flight *f)
 {
     const size_t n = f->s->size, c = f->s->model->contacts, scratch = f->run->method->scratch(f->s);
-    f->block = calloc(4 * n + scratch + search_scratch(f->s) + 5 * c + 1, sizeof *f->block); /* a method finds zeros */
+    const int passes = f->s->model->rows && f->run->method != &gauss && f->run->fixed_step == 0.0;
+    const size_t passing = passes ? gauss.scratch(f->s) : 0;
+    f->block = calloc(4 * n + scratch + passing + search_scratch(f->s) + 5 * c + 1, sizeof *f->block); /* a method finds zeros */
     f->set = malloc((c + 1) * sizeof *f->set);
     f->y = f->block;
     if (make_holding(&f->holding, f->s->model) || !f->block || !f->set)
@@ -167,7 +171,8 @@ static int make_room(struct flight *f)
     f->y1 = f->dy + n;
     f->dy1 = f->y1 + n;
     f->scratch = f->dy1 + n;
-    f->search = f->scratch + scratch;
+    f->passing = passes ? f->scratch + scratch : NULL;
+    f->search = f->scratch + scratch + passing;
     f->gaps = f->search + search_scratch(f->s);
     f->rates = f->gaps + c;
     f->e = f->rates + c;
@@ -185,7 +190,7 @@ static void free_room(struct flight *f)
 
 void simulate(struct system *s, struct run *run, double *y)
 {
-    struct flight f = {.s = s, .run = run, .t = run->start};
+    struct flight f = {.s = s, .run = run, .t = run->start, .place = NAN};
     run->contact = -1;
     run->second = run->start;
     run->spent_before = run->events = 0;
@@ -214,7 +219,7 @@ enum outcome advance(struct system *s, const struct method *method, struct toler
                      double h, int count, const int *set, const signed char *slide, double *y)
 {
     struct run run = {.method = method, .tolerance = tolerance, .drift = drift};
-    struct flight f = {.s = s, .run = &run, .t = t};
+    struct flight f = {.s = s, .run = &run, .t = t, .place = NAN};
     enum outcome outcome = OUTCOME_NO_MEMORY;
     if (!make_room(&f)) {
         if (count)
