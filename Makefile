@@ -53,7 +53,7 @@ test: $(VENV)/test
 	@$(BIN)/python -m pytest -n auto --dist loadfile $(ARGS)
 
 hard: $(VENV)/test
-	@CCGEN_LARGE=1 $(BIN)/python -m pytest -q tests/hard --deselect tests/hard/test_fuzz.py $(ARGS)
+	@CCGEN_LARGE=1 CCGEN_ROUNDINGS=1 $(BIN)/python -m pytest -q tests/hard --deselect tests/hard/test_fuzz.py $(ARGS)
 
 fuzz: $(VENV)/test
 	@CCGEN_FUZZ=5000 $(if $(SEED),CCGEN_FUZZ_SEED=$(SEED)) $(BIN)/python -m pytest -q -s tests/hard/test_fuzz.py $(ARGS)

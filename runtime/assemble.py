@@ -25,7 +25,7 @@ def nearest_closed(
     """
     root = np.linalg.cholesky(displacements.T @ displacements)
     q, miss = start.copy(), float(np.max(np.abs(closure(start))))
-    rounding = 64 * float(np.finfo(start.dtype).eps) * max(1.0, float(np.max(np.abs(jacobian(start)))))
+    rounding = _rounding(jacobian(start), start)
     for _ in range(PASSES):
         a = np.asarray(jacobian(q), dtype=float)  # the last digits come from the passes, not from the solution
         scaled = np.linalg.solve(root, a.T).T
@@ -43,3 +43,15 @@ def nearest_closed(
     if miss <= rounding:
         return q
     raise ValueError(f"the loops cannot be closed from here: the cut joints still miss by {miss:.3g} m")
+
+
+def _rounding(jacobian: FloatArray, q: FloatArray) -> float:
+    """What the closure (m) of loops that are shut may miss by rounding.
+
+    A row is a sum of terms no larger than its entries: each term loses some digits where it comes about, and as many as
+    its angle has turns, since an angle's last digit moves the end of its arm; adding them up loses as many as the root
+    of their number, of what all of them are together.
+    """
+    arms = np.abs(jacobian)
+    digits = arms @ (16.0 + np.abs(q)) + np.sqrt(np.count_nonzero(arms, axis=1)) * arms.sum(axis=1)
+    return float(np.finfo(q.dtype).eps) * max(64.0, float(np.max(digits)))

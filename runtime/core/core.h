@@ -74,7 +74,7 @@ struct system {
     double *shut;              /* [2 n] scratch: a state put onto the closure */
     double missed;             /* by how much the last state put onto the closure missed it (m), */
     double missed_rate;        /* and its velocities (m/s) */
-    double moved, moved_rate;  /* how far that moved it (rad, and times length), and its velocities (rad/s) */
+    double moved_rate;         /* and by how much that changed them (rad/s, and times length) */
     int guided;                /* whether derivatives are those of the state put onto the closure */
     double baumgarte;          /* rate (1/s) at which drift is damped by accelerations; 0: not that way */
     struct holding *holding;   /* contacts that stay closed, or NULL: contact.h */

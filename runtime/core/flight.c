@@ -16,7 +16,7 @@ static const struct tolerance TO_ROUNDING = {0.0, 0.0};
 static const double UNEVEN = 1e-3;          /* of the tolerance: what iterations may leave that do not go to rounding */
 static const double EARLY = 0.05;           /* part of a step: events before it are looked for in a shorter step */
 static const double LONGEST_REBOUND = 10.0; /* times the flight before an impact: the first step tried after it */
-static const double BELIEVED = 0.1; /* part of an error that is there, whatever is left along the closure: a step 10^(1/8) as long */
+static const double BELIEVED = 0.1; /* of an error is there, whatever of it lies across the closure: steps are a third longer at most */
 static const double CRAWL = CCGEN_LIMIT(1e-8, 1e-4); /* rad, and times length: what is unknown near a line of links */
 static const double REST_SPEED = 1e-10;     /* times extent per second: a contact this slow does not bounce */
 static const double DEEP = 1e-12;           /* times extent: an event behind the surface by more than rounding */
@@ -27,7 +27,7 @@ static const double DRIVEN = CCGEN_LIMIT(1e-8, 1e-3); /* rad and rad/s, or m: mo
 enum {
     SHORTER = 60,  /* shorter steps in search of an early event */
     LANDINGS = 60, /* steps towards an event; three to five are usual */
-    AGAIN = 4,     /* a step is taken for the place of a singular configuration */
+    AGAIN = 4,     /* times a step is taken anew for where it passes a singular configuration */
     CRAWLS = 20,   /* steps in a row that move nothing, before what they might be stuck at is looked at */
     TICK = 64      /* short steps between two questions whether to go on */
 };
@@ -117,18 +117,21 @@ enum outcome raw_step(struct flight *f, double h, struct tolerance tolerance)
     const int across = f->passage == ACROSS, other = across && f->passing;
     f->by = other ? &gauss : f->run->method;
     f->steps = other ? f->passing : f->scratch;
-    if (other)
-        gauss.restart(f->steps, f->s->size);
+    if (other) {
+        gauss.restart(f->passing, f->s->size);
+        if (f->run->method->restart)
+            f->run->method->restart(f->scratch, f->s->size);
+    }
     f->s->guided = across;
     const enum outcome outcome = f->by->step(f->s, f->steps, f->t, h, tolerance, f->y, f->dy, f->y1);
     f->s->guided = 0;
     return outcome;
 }
 
-/* Derivative at the end of the step, for methods that want it. */
+/* Derivative at the end of the step, for methods that want it, or do after a step by another. */
 static enum outcome derive_end(struct flight *f)
 {
-    return f->run->method->derivatives ? system_derivative(f->s, f->t + f->h, f->y1, f->dy1) : OUTCOME_DONE;
+    return f->run->method->derivatives || f->by != f->run->method ? system_derivative(f->s, f->t + f->h, f->y1, f->dy1) : OUTCOME_DONE;
 }
 
 enum outcome measure(struct flight *f, double *error)

@@ -52,7 +52,8 @@ int projects(const struct flight *f);
 enum outcome raw_step(struct flight *f, double h, struct tolerance tolerance);
 
 /* what the error of the step to y1 amounts to; accepted up to 1. An error that fails is measured again without its part
- * across the closure, which projection removes: near a singular configuration that part is large and means nothing. */
+ * across the closure, which projection removes: across a singular configuration that part is large and means nothing. Elsewhere
+ * what is left may be small by chance, and so some of the whole counts. */
 enum outcome measure(struct flight *f, double *error);
 
 /* step of length h from (t, y) to y1, put back onto the closure whatever its error */

@@ -4,9 +4,9 @@
  * The accelerations of all stages are found together, in the lanes of the machine, by fixed-point sweeps that start from the
  * stage polynomial of the step before, carried on. Coordinates are double integrals of the accelerations. The state is summed
  * with what rounding took from the sums before. Two things steer the step: the last Legendre coefficients of the stage
- * polynomial, which tell what it misses, and how fast the sweeps contract. Where they do not contract, near a singular
- * configuration above all, and while contacts are held, which lanes know nothing of, DOP853 takes the step: it looks at few
- * states, and does not iterate.
+ * polynomial, which tell what it misses, and how fast the sweeps contract. Where they do not contract, and while contacts are held, which lanes know nothing of, DOP853 takes the step: it looks
+ * at few states, and does not iterate. Past a singular configuration stages go one by one, each put onto the closure, for the
+ * other methods too (passing.c): no stage lies at either end.
  */
 #include "gauss.h"
 

@@ -71,7 +71,6 @@ enum outcome project_position(struct system *s, double *q)
         place += 2.0 * DBL_EPSILON * fabs(q[i]);
     const long dependent = s->dependent;
     double before = INFINITY, nearest = NEAREST_PROJECTED;
-    s->moved = 0.0;
     for (int pass = 0; (m->rows || holds(s)) && pass < MAX_PASSES; pass++) {
         m->closure(s->k, q, s->rows);
         const double shut = largest(m->rows, s->rows), closed = held_gaps(s, q);
@@ -89,7 +88,6 @@ enum outcome project_position(struct system *s, double *q)
         const enum outcome outcome = isfinite(miss) ? correct(s, q, 0, nearest, q) : OUTCOME_NOT_FINITE;
         if (outcome)
             return outcome;
-        s->moved += fastest(s, s->jump);
     }
     return m->rows || holds(s) ? OUTCOME_NOT_CLOSED : OUTCOME_DONE;
 }

@@ -10,7 +10,7 @@
 #include "resolution.h"
 #include "settle.h"
 
-extern const struct method gauss;
+extern const struct method gauss; /* by which steps pass singular configurations */
 
 static const double INSTANT = 1e-10; /* s, relative to max(1, t): the time within which events crowd */
 enum {
@@ -159,7 +159,7 @@ static enum outcome alternate(struct flight *f)
 static int make_room(struct flight *f)
 {
     const size_t n = f->s->size, c = f->s->model->contacts, scratch = f->run->method->scratch(f->s);
-    const int passes = f->s->model->rows && f->run->method != &gauss && f->run->fixed_step == 0.0;
+    const int passes = f->s->model->rows && f->s->model->stages && f->run->method != &gauss && f->run->fixed_step == 0.0;
     const size_t passing = passes ? gauss.scratch(f->s) : 0;
     f->block = calloc(4 * n + scratch + passing + search_scratch(f->s) + 5 * c + 1, sizeof *f->block); /* a method finds zeros */
     f->set = malloc((c + 1) * sizeof *f->set);

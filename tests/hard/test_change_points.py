@@ -68,3 +68,67 @@ def test_turn_after_turn_on_its_branch(
     reach(f"{case}: off its branch", branch.off(run.q).max(), 1e-10)
     reach(f"{case}: energy, relative", np.max(np.abs(total / total[0] - 1)), energy)
     reach(f"{case}: angle, rad", abs(theta[-1] - exact), angle)
+
+
+# -- wherever steps end ------------------------------------------------------------------------------------------------
+
+ROW = Branch(
+    inertia=lambda angle: 3.0 + 0.0 * angle,
+    slope=lambda angle: 0.0 * angle,
+    moment=3.5,
+    off=lambda q: np.maximum(np.ptp(q[:, :3], axis=1), np.abs(q[:, 3:]).max(axis=1)),
+)
+LONG_ROW = Branch(
+    inertia=lambda angle: 41.0 / 3.0 + 40.0 + 0.0 * angle,
+    slope=lambda angle: 0.0 * angle,
+    moment=41.0 / 2.0 + 40.0,
+    off=lambda q: np.maximum(np.ptp(q[:, :41], axis=1), np.abs(q[:, 41:]).max(axis=1)),
+)
+SEVERAL = {"n-four-bar": ROW, **BRANCHES, "row of 40": LONG_ROW}
+TOLERANCES = np.geomspace(1e-9, 1e-12, 25)
+LOSS = {"gauss": 10.0, "dop853": 300.0}
+"""Times rtol: what a run of 10 s may lose. The pendulum that each amounts to is off by 100 to 690 rtol when SciPy's
+DOP853 integrates its one angle."""
+END = 10.0
+
+
+def resized(model: Any, heavier: float, longer: float) -> tuple[Any, Any, Any]:
+    """The model with masses and lengths, and g as lengths, times these factors, and its start: the motion is the same,
+    and no number in it has the digits that it had."""
+    values = {}
+    for name, value in model.parameters.items():
+        mass, inertia = name.endswith(".mass"), name.endswith(".inertia")
+        values[name] = value * (heavier if mass else heavier * longer**2 if inertia else longer)
+    q, u = model.start()
+    slides = np.array([name.startswith("slide_") for name in model.q_names])
+    return model.with_parameters(values), np.where(slides, longer * q, q), np.where(slides, longer * u, u)
+
+
+@pytest.mark.parametrize("method", LOSS)
+@pytest.mark.parametrize("name", SEVERAL)
+def test_no_digits_are_lost_wherever_steps_end(name: str, method: str, workshop: Workshop, reach: Reach) -> None:
+    """Under sixteen masses, and as many lengths with them, at 25 tolerances: the same motion with other roundings.
+    Steps end anywhere about the places where it could go on in several ways."""
+    branch, long = SEVERAL[name], name == "row of 40"
+    row = f'name = "long_row"\n[four_bars]\ncount = 40\n[gravity]\ng = {G}\n'
+    model = workshop.model(row if long else load_scene(SCENES / f"{name}.toml"))
+    q, u = model.start()
+
+    def motion(_: float, y: Any) -> list[float]:
+        force = G * branch.moment * np.cos(y[0]) + 0.5 * branch.slope(y[0]) * y[1] ** 2
+        return [y[1], -force / branch.inertia(y[0])]
+
+    exact = solve_ivp(motion, (0.0, END), [q[0], u[0]], method="DOP853", rtol=3e-14, atol=1e-14).y[0, -1]
+    worst, astray = 0.0, 0.0
+    for k in range(1, 16, 7) if long else range(16):
+        for longer in (1.0, 1.0 + 0.37 * (5 * k % 16)):
+            other, q, u = resized(model, 1.0 + 0.37 * k, longer)
+            for rtol in TOLERANCES[::12] if long else TOLERANCES:
+                run = simulate(other, q, u, until=END, rtol=rtol, method=method)
+                assert run.success, (k, longer, rtol, run.message)
+                missed = abs(np.exp(1j * run.q[-1, 0]) - np.exp(1j * exact))
+                worst = max(worst, missed / (LOSS[method] * rtol + 2e-9))
+                slides = [name.startswith("slide_") for name in model.q_names]
+                astray = max(astray, branch.off(np.where(slides, run.q / longer, run.q)).max())
+    reach(f"{name} by {method}, other roundings: angle, over what it may lose", worst, 1.0)
+    reach(f"{name} by {method}, other roundings: off its branch", astray, 1e-8)
