@@ -114,7 +114,7 @@ static enum outcome project_end(struct flight *f)
 
 enum outcome raw_step(struct flight *f, double h, struct tolerance tolerance)
 {
-    const int across = f->passage == ACROSS, other = across && f->passing;
+    const int across = f->passage == ACROSS, other = across && f->passing && !holds(f->s);
     f->by = other ? &gauss : f->run->method;
     f->steps = other ? f->passing : f->scratch;
     if (other) {

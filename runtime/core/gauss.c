@@ -147,7 +147,7 @@ static enum outcome gauss_step(struct system *s, double *scratch, double t, doub
     }
     int converged = 0;
     enum outcome outcome = OUTCOME_DONE;
-    if ((!holds(s) || s->guided) && h > SHORT * fmax(fabs(t), 1.0))
+    if (!holds(s) && h > SHORT * fmax(fabs(t), 1.0))
         outcome = gauss_solve(g, s, t, h, tolerance, y, dy, &converged);
     g->known = g->replaced = 0;
     g->tried = 1;
