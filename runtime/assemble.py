@@ -25,7 +25,7 @@ def nearest_closed(
     """
     root = np.linalg.cholesky(displacements.T @ displacements)
     q, miss = start.copy(), float(np.max(np.abs(closure(start))))
-    rounding = _rounding(jacobian(start), start)
+    rounding = rounding_of(jacobian(start), start)
     for _ in range(PASSES):
         a = np.asarray(jacobian(q), dtype=float)  # the last digits come from the passes, not from the solution
         scaled = np.linalg.solve(root, a.T).T
@@ -45,7 +45,7 @@ def nearest_closed(
     raise ValueError(f"the loops cannot be closed from here: the cut joints still miss by {miss:.3g} m")
 
 
-def _rounding(jacobian: FloatArray, q: FloatArray) -> float:
+def rounding_of(jacobian: FloatArray, q: FloatArray) -> float:
     """What the closure (m) of loops that are shut may miss by rounding.
 
     A row is a sum of terms no larger than its entries: each term loses some digits where it comes about, and as many as
