@@ -21,7 +21,9 @@ static const double CREEPS = 1e-10;  /* times length per second: what sliding is
 static const double COARSE = 0.05;   /* of the change of a watched value in a window: what samples may not foretell */
 static const double SHALLOW = 0.1;   /* of the samples: a parabola that is least above that has not come near zero */
 static const double WIDER = 6.0;     /* how much longer than the last a first window may be: as much as steps grow */
-static const double LEAST = 1.0 / 256.0; /* of the first window of a step: a value that is still not resolved has jumped */
+static const double LEAST = 1.0 / 256.0; /* of a window: a value that is not resolved in so little of it has jumped, or is noise */
+static const double TWICE = 2.0;         /* times what such a value was missed by: less than that is not asked again, */
+static const double FADES = 0.9;         /* and a step later less times that: a jump that lies behind, or less noise */
 enum { SAMPLES = 8, ITERATIONS = 100, HALVINGS = 40, DIPS = 12 };
 
 /* 128 times what the samples 1, 3, 5 and 7 are if a polynomial of degree 4 goes through 0, 2, 4, 6 and 8 */
@@ -216,10 +218,20 @@ static double watched_noise(const struct search *search, int index)
     return ROUNDING * peak * (loss.how == PULLS ? 1.0 : 1.0 + s->friction[loss.contact]);
 }
 
-/* Whether the samples of all watched values in a window show what is between them: every other one follows from the rest, to a
- * small part of how the value changes, and to less than the least value, so that none comes to zero unseen. */
-static int resolved(const struct search *search, const double *samples, int count)
+/* Where it is kept what watched value `index` changes by however short the pieces are */
+static double *unshown(const struct search *search, int index)
 {
+    const struct loss loss = watcher(search->s, index);
+    return search->s->holding->unshown + (loss.how == STOPS ? search->s->model->contacts : 0) + loss.contact;
+}
+
+/* Whether the samples of all watched values in a window show what is between: every other one follows from the rest, to a
+ * small part of how the value changes, and to less than the least value, so that none comes to zero unseen. In the last
+ * window, where no shorter one is asked, what is missed is what the value changes by however short the pieces are: it jumps
+ * there, or it is known no better. */
+static int resolved(const struct search *search, const double *samples, int count, int last)
+{
+    int all = 1;
     for (int w = 0; w < count; w++) {
         double low = INFINITY, high = -INFINITY, wrong = 0.0;
         if (watcher(search->s, w).how == STIRS) /* has kinks, and changes by rounding */
@@ -234,10 +246,15 @@ static int resolved(const struct search *search, const double *samples, int coun
                 follows += BETWEEN[i / 2][j / 2] / 128.0 * samples[j * count + w];
             wrong = fmax(wrong, fabs(samples[i * count + w] - follows));
         }
-        if (wrong > watched_noise(search, w) && (wrong > COARSE * (high - low) || (low > 0.0 && low <= wrong)))
-            return 0;
+        if (wrong > fmax(watched_noise(search, w), *unshown(search, w)) &&
+            (wrong > COARSE * (high - low) || (low > 0.0 && low <= wrong))) {
+            all = 0;
+            if (!last)
+                break;
+            *unshown(search, w) = TWICE * wrong;
+        }
     }
-    return 1;
+    return all;
 }
 
 /* Whether the parabola through three samples at places 0, 1 and 2 has its least value between them; where, and which */
@@ -294,7 +311,8 @@ static double first_in_window(struct search *search, int index, int count, doubl
 }
 
 /* First event of the watched values of held contacts. They are looked at in windows that are halved until the samples in them
- * show what is between: a body at rest takes long steps whatever its loads do meanwhile. */
+ * show what is between: a body at rest takes long steps whatever its loads do meanwhile. What no window shows does not make
+ * those that follow shorter. */
 static struct event first_loss(struct search *search)
 {
     struct event first = {-1, 2.0, CLOSES, 1.0};
@@ -302,16 +320,18 @@ static struct event first_loss(struct search *search)
     const int count = watched(search->s);
     double *samples = search->value + 3 * search->s->model->contacts, behind;
     const double widest = (double)SAMPLES / search->pieces;
-    double window = h->window > 0.0 ? fmin(widest, WIDER * h->window / search->h) : widest;
-    const double least = LEAST * window;
+    double window = h->window > 0.0 ? fmin(widest, WIDER * h->window / search->h) : widest, whole = window;
+    for (int i = 0; i < 2 * search->s->model->contacts; i++)
+        h->unshown[i] *= FADES;
     watch_at(search, 0.0, samples);
     for (double a = 0.0; a < 1.0 && first.contact < 0;) {
         window = a + 1.01 * window >= 1.0 ? 1.0 - a : window;
         const double width = window / SAMPLES;
         for (int i = 1; i <= SAMPLES; i++)
             watch_at(search, i == SAMPLES && a + window >= 1.0 ? 1.0 : a + i * width, samples + i * count);
-        if (window > least && !resolved(search, samples, count)) {
-            window *= 0.5;
+        const int last = window <= LEAST * whole, shown = resolved(search, samples, count, last);
+        if (!shown) {
+            window = last ? whole : 0.5 * window;
             continue;
         }
         for (int w = 0; w < count; w++) {
@@ -321,7 +341,7 @@ static struct event first_loss(struct search *search)
         }
         h->window = window * search->h;
         a += window;
-        window = fmin(2.0 * window, widest);
+        window = whole = fmin(2.0 * window, widest);
         memcpy(samples, samples + SAMPLES * count, count * sizeof *samples);
     }
     return first;

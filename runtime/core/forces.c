@@ -80,6 +80,7 @@ static enum outcome hold_asked(struct room *r, double t, const double *q, const 
     struct flight *f = &r->flight;
     struct system *s = f->s;
     hold_contacts(s->holding, 0, NULL, NULL);
+    memset(s->holding->peak, 0, s->model->contacts * sizeof *s->holding->peak); /* each state stands for itself */
     if (!touches(s, q, r->gaps))
         return OUTCOME_DONE;
     for (int c = 0; c < s->model->contacts; c++)

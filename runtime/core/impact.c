@@ -32,7 +32,7 @@ struct strike {
     double *mu;      /* [count] */
     double *b, *least, *P, *F;
     double *after;    /* [all] rates after a step */
-    double *wanted;   /* [count] impulses of expansion, in proportion */
+    double *wanted;   /* [all] impulses of expansion, in proportion; changes of impulses */
     double *goal;     /* [count] work that they are to give back */
     const double *from; /* or NULL: rates to whose energy impulses may not add */
     signed char *slide;
@@ -264,7 +264,7 @@ enum outcome impact(struct system *s, const double *q, const double *u_minus, in
     const struct ccgen_model *m = s->model;
     const size_t n = s->n, c = count, all = m->contacts, rows = s->friction ? 2 * c : c;
     enum outcome outcome = OUTCOME_NO_MEMORY;
-    double *work = calloc(rows * rows + rows * n + 3 * rows + 7 * c + 2 * all + 3 * n + 1, sizeof *work);
+    double *work = calloc(rows * rows + rows * n + 4 * rows + 6 * c + 2 * all + 3 * n + 1, sizeof *work);
     signed char *slide = calloc(c + 1, 1);
     if (!work || !slide)
         goto end;
@@ -278,7 +278,7 @@ enum outcome impact(struct system *s, const double *q, const double *u_minus, in
     k.F = k.P + c;
     k.after = k.F + c;
     k.wanted = k.after + rows;
-    k.goal = k.wanted + c;
+    k.goal = k.wanted + rows;
     double *push = k.goal + c, *rates = push + all, *f = rates + all, *du = f + 2 * n, energy = 0.0;
 
     memcpy(u_plus, u_minus, n * sizeof *u_plus);

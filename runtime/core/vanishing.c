@@ -94,7 +94,7 @@ static enum outcome look_ahead(struct flight *f, struct vanishing *v, const doub
 {
     const double least = sqrt(2.0 * NOWHERE * f->s->length * ROUNDING / v->noise);
     const double kink = next_stop(f->run, f->t) - f->t, most = fmax(AHEAD * f->h, least);
-    const double last = kink > least ? fmin(most, kink) : most;
+    const double last = fmin(most, kink);
     for (double ahead = fmin(least, last);; ahead = fmin(FURTHER * ahead, last)) {
         const enum outcome outcome = isfinite(ahead) ? follow(f, ahead) : OUTCOME_NOT_FINITE;
         if (outcome)
