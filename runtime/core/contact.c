@@ -29,7 +29,7 @@ int make_holding(struct holding *h, const struct ccgen_model *m)
         return 0;
     h->set = malloc(3 * c * sizeof *h->set);
     h->closed = calloc(2 * c, 1);
-    h->force = calloc(2 * c * (2 * c + n + 3) + 7 * c + 2 * n + semidefinite_scratch(2 * (int)c), sizeof *h->force);
+    h->force = calloc(2 * c * (2 * c + n + 3) + 5 * c + 2 * n + semidefinite_scratch(2 * (int)c), sizeof *h->force);
     if (!h->set || !h->closed || !h->force)
         return 1;
     h->of = h->set + c;
@@ -45,8 +45,7 @@ int make_holding(struct holding *h, const struct ccgen_model *m)
     h->weight = h->g + n;
     h->least = h->weight + 2 * c;
     h->peak = h->least + c;
-    h->unshown = h->peak + c;
-    h->solved = h->unshown + 2 * c;
+    h->solved = h->peak + c;
     return 0;
 }
 

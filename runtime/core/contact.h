@@ -41,7 +41,6 @@ struct holding {
     char *closed;       /* [contacts] APART, HELD or CARRIED; only those apart are watched for impacts */
     int carried;        /* how many are carried */
     double window;      /* s: what eight pieces last showed the watched values in; 0 where that is not known */
-    double *unshown;    /* [2 contacts] N, then m/s: what their forces and slidings change by however short the pieces */
     double *columns;    /* [2 contacts][n] motion that a unit impulse of each row gives, loops held shut */
     double *W;          /* [2 contacts][2 contacts] rates that it gives */
     double *wanted;     /* [2 contacts] scratch */

@@ -18,12 +18,11 @@ static const double SHUT = 1e-12; /* times extent: a gap so small, where nothing
 static const double TURN = 0.25;  /* rad by which links turn against each other in a piece */
 static const double ROUNDING = 64.0 * DBL_EPSILON; /* times the largest force: what forces are known to */
 static const double CREEPS = 1e-10;  /* times length per second: what sliding is known to */
-static const double COARSE = 0.05;   /* of the change of a watched value in a window: what samples may not foretell */
+static const double NEAR = 10.0;     /* times what samples do not foretell of a value: nearer to zero it is looked at more closely */
+static const double UNEVEN = 0.1;    /* of a value: what samples do not foretell may be rounding where loops are all but flat */
 static const double SHALLOW = 0.1;   /* of the samples: a parabola that is least above that has not come near zero */
 static const double WIDER = 6.0;     /* how much longer than the last a first window may be: as much as steps grow */
-static const double LEAST = 1.0 / 256.0; /* of a window: a value that is not resolved in so little of it has jumped, or is noise */
-static const double TWICE = 2.0;         /* times what such a value was missed by: less than that is not asked again, */
-static const double FADES = 0.9;         /* and a step later less times that: a jump that lies behind, or less noise */
+static const double LEAST = 1.0 / 256.0; /* of the first window of a step: a value that is still not resolved has jumped */
 enum { SAMPLES = 8, ITERATIONS = 100, HALVINGS = 40, DIPS = 12 };
 
 /* 128 times what the samples 1, 3, 5 and 7 are if a polynomial of degree 4 goes through 0, 2, 4, 6 and 8 */
@@ -218,43 +217,40 @@ static double watched_noise(const struct search *search, int index)
     return ROUNDING * peak * (loss.how == PULLS ? 1.0 : 1.0 + s->friction[loss.contact]);
 }
 
-/* Where it is kept what watched value `index` changes by however short the pieces are */
-static double *unshown(const struct search *search, int index)
+/* By how much the samples of a watched value in a window, every other one, miss the rest; `low`: the least of its samples, but
+ * of a first one that is zero; `size`: the largest */
+static double unforeseen(const double *samples, int count, double noise, double *low, double *size)
 {
-    const struct loss loss = watcher(search->s, index);
-    return search->s->holding->unshown + (loss.how == STOPS ? search->s->model->contacts : 0) + loss.contact;
+    double wrong = 0.0;
+    *low = INFINITY;
+    *size = 0.0;
+    for (int i = 0; i <= SAMPLES; i++) {
+        *low = i || fabs(samples[0]) > noise ? fmin(*low, samples[i * count]) : *low;
+        *size = fmax(*size, fabs(samples[i * count]));
+    }
+    for (int i = 1; i < SAMPLES; i += 2) {
+        double follows = 0.0;
+        for (int j = 0; j <= SAMPLES; j += 2)
+            follows += BETWEEN[i / 2][j / 2] / 128.0 * samples[j * count];
+        wrong = fmax(wrong, fabs(samples[i * count] - follows));
+    }
+    return wrong;
 }
 
-/* Whether the samples of all watched values in a window show what is between: every other one follows from the rest, to a
- * small part of how the value changes, and to less than the least value, so that none comes to zero unseen. In the last
- * window, where no shorter one is asked, what is missed is what the value changes by however short the pieces are: it jumps
- * there, or it is known no better. */
-static int resolved(const struct search *search, const double *samples, int count, int last)
+/* 0 where the samples of all watched values in a window show what is between them: what every other one misses of the rest is
+ * less than a part of the least, so that none comes to zero unseen. Else the largest miss, as a part of the value. */
+static double unresolved(const struct search *search, const double *samples, int count)
 {
-    int all = 1;
+    double found = 0.0;
     for (int w = 0; w < count; w++) {
-        double low = INFINITY, high = -INFINITY, wrong = 0.0;
+        double low, size;
         if (watcher(search->s, w).how == STIRS) /* has kinks, and changes by rounding */
             continue;
-        for (int i = 0; i <= SAMPLES; i++) {
-            low = fmin(low, samples[i * count + w]);
-            high = fmax(high, samples[i * count + w]);
-        }
-        for (int i = 1; i < SAMPLES; i += 2) {
-            double follows = 0.0;
-            for (int j = 0; j <= SAMPLES; j += 2)
-                follows += BETWEEN[i / 2][j / 2] / 128.0 * samples[j * count + w];
-            wrong = fmax(wrong, fabs(samples[i * count + w] - follows));
-        }
-        if (wrong > fmax(watched_noise(search, w), *unshown(search, w)) &&
-            (wrong > COARSE * (high - low) || (low > 0.0 && low <= wrong))) {
-            all = 0;
-            if (!last)
-                break;
-            *unshown(search, w) = TWICE * wrong;
-        }
+        const double noise = watched_noise(search, w), wrong = unforeseen(samples + w, count, noise, &low, &size);
+        if (wrong > noise && low < NEAR * wrong)
+            found = fmax(found, wrong / size);
     }
-    return all;
+    return found;
 }
 
 /* Whether the parabola through three samples at places 0, 1 and 2 has its least value between them; where, and which */
@@ -311,8 +307,7 @@ static double first_in_window(struct search *search, int index, int count, doubl
 }
 
 /* First event of the watched values of held contacts. They are looked at in windows that are halved until the samples in them
- * show what is between: a body at rest takes long steps whatever its loads do meanwhile. What no window shows does not make
- * those that follow shorter. */
+ * show what is between: a body at rest takes long steps whatever its loads do meanwhile. */
 static struct event first_loss(struct search *search)
 {
     struct event first = {-1, 2.0, CLOSES, 1.0};
@@ -320,20 +315,23 @@ static struct event first_loss(struct search *search)
     const int count = watched(search->s);
     double *samples = search->value + 3 * search->s->model->contacts, behind;
     const double widest = (double)SAMPLES / search->pieces;
-    double window = h->window > 0.0 ? fmin(widest, WIDER * h->window / search->h) : widest, whole = window;
-    for (int i = 0; i < 2 * search->s->model->contacts; i++)
-        h->unshown[i] *= FADES;
+    const double least = LEAST * widest;
+    double window = h->window > 0.0 ? fmin(widest, fmax(least, WIDER * h->window / search->h)) : widest, before = INFINITY;
+    int rounding = 0;
     watch_at(search, 0.0, samples);
     for (double a = 0.0; a < 1.0 && first.contact < 0;) {
         window = a + 1.01 * window >= 1.0 ? 1.0 - a : window;
         const double width = window / SAMPLES;
         for (int i = 1; i <= SAMPLES; i++)
             watch_at(search, i == SAMPLES && a + window >= 1.0 ? 1.0 : a + i * width, samples + i * count);
-        const int last = window <= LEAST * whole, shown = resolved(search, samples, count, last);
-        if (!shown) {
-            window = last ? whole : 0.5 * window;
+        const double wrong = rounding ? 0.0 : unresolved(search, samples, count);
+        rounding |= wrong < UNEVEN && wrong > 0.5 * before; /* it does not become less in a shorter window */
+        if (wrong > 0.0 && !rounding && window > least) {
+            before = wrong;
+            window *= 0.5;
             continue;
         }
+        before = INFINITY;
         for (int w = 0; w < count; w++) {
             const double theta = first_in_window(search, w, count, a, width, samples, &behind);
             if (theta < first.theta)
@@ -341,7 +339,7 @@ static struct event first_loss(struct search *search)
         }
         h->window = window * search->h;
         a += window;
-        window = whole = fmin(2.0 * window, widest);
+        window = fmin(2.0 * window, widest);
         memcpy(samples, samples + SAMPLES * count, count * sizeof *samples);
     }
     return first;
