@@ -46,7 +46,7 @@ def in_flight(model: Model, q: FloatArray, contacts: Contacts) -> bool:
 
 def flight_of(model: Model, q: FloatArray, u: FloatArray, t: float | FloatArray, what: str) -> FloatArray:
     """One field of ``Motion`` of states in which no contact pushes, under the inputs that are set."""
-    u_dot, multipliers = _accelerated(model, q, u, t)
+    u_dot, multipliers = _accelerated(model, q, u, t, reactions=what == "reactions")
     if what == "reactions":
         return model.kernels.reactions(q, u, t, u_dot, multipliers).reshape(len(q), len(model.joints), 3)
     if what == "pushes":
@@ -55,10 +55,20 @@ def flight_of(model: Model, q: FloatArray, u: FloatArray, t: float | FloatArray,
 
 
 def _accelerated(
-    model: Model, q: FloatArray, u: FloatArray, t: float | FloatArray, numbers: Sequence[int] | None = None
+    model: Model,
+    q: FloatArray,
+    u: FloatArray,
+    t: float | FloatArray,
+    numbers: Sequence[int] | None = None,
+    *,
+    reactions: bool = False,
 ) -> tuple[FloatArray, FloatArray]:
-    """Accelerations and multipliers in flight; ``numbers`` of the states in the batch that was asked for."""
-    u_dot, multipliers, outcomes = model.kernels.acceleration(q, u, t)
+    """Accelerations and multipliers in flight; ``numbers`` of the states in the batch that was asked for.
+
+    For ``reactions`` each state is what it is alone. They sum the accelerations of all links outboard, so that what
+    lanes round otherwise would show as many times.
+    """
+    u_dot, multipliers, outcomes = model.kernels.acceleration(q, u, t, side_by_side=not reactions)
     if outcomes.count("done") != len(outcomes):
         wrong = next(k for k, outcome in enumerate(outcomes) if outcome != "done")
         raise _none(model, int(numbers[wrong]) if numbers else wrong, outcomes[wrong])
@@ -111,7 +121,7 @@ class _Parts:
             self.fill_in_contact(rows, q, u, t, held)
             return
         kernels, motion = self.model.kernels, self.motion
-        u_dot, multipliers = _accelerated(self.model, q, u, t, self._numbers(rows))
+        u_dot, multipliers = _accelerated(self.model, q, u, t, self._numbers(rows), reactions=self.asked)
         self.inexact = max(self.inexact, kernels.inexact)
         if self.asked:
             motion.reactions[rows] = kernels.reactions(q, u, t, u_dot, multipliers).reshape(len(q), -1, 3)

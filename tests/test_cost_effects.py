@@ -211,7 +211,7 @@ def test_cost_of_effects(folded: bool, tmp_path: Path) -> None:
     (tmp_path / "swing.toml").write_text(SWING)
     done = ccgen("cost", "swing.toml", "--effects", "--out", "figures", *(["--fold"] if folded else []), at=tmp_path)
     assert (done.returncode, done.stderr) == (0, "")
-    assert written(tmp_path) == ["figures/effects.csv", "swing.toml"]
+    assert written(tmp_path) == ["figures/.ccgen.json", "figures/effects.csv", "swing.toml"]
     with (tmp_path / "figures" / "effects.csv").open(newline="") as file:
         rows = {row["effect"]: row for row in csv.DictReader(file)}
     assert list(rows) == ["gravity", "torsion_0", "push", "folding"]

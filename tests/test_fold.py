@@ -42,7 +42,8 @@ SAME = 1e-14
 """Relative difference of folded results: some tens of roundings."""
 SOLVING, FEW_LOOPS = ("acceleration", "impulse"), 6
 """Kernels that solve for the loops' multipliers. At angles drawn blindly many loops are close to singular somewhere,
-and rounding grows: more loops than these are compared at consistent configurations."""
+and rounding grows: more loops than these are compared at consistent configurations. No two programs agree better on
+these kernels than to what the last digit of their arguments changes."""
 STRIDE = 0.05
 """Largest step of a coordinate (rad, m) from one of these to the next."""
 
@@ -89,8 +90,11 @@ def test_every_kernel_gives_the_same_numbers(scene: Scene, tmp_path: Path) -> No
         arguments |= closed if name in SOLVING else {}
         wanted, found = plain.evaluate(name, arguments), folded.evaluate(name, arguments)
         assert wanted.keys() == found.keys()
+        last = arguments if name not in SOLVING else {a: np.nextafter(x, np.inf) for a, x in arguments.items()}
+        beside = plain.evaluate(name, last)
         for output in wanted:
-            assert _miss(found[output], wanted[output]) <= SAME, f"{name}: {output}"
+            known = _miss(beside[output], wanted[output])
+            assert _miss(found[output], wanted[output]) <= max(SAME, known), f"{name}: {output}"
 
 
 def test_compiled_models_give_the_same_numbers(scene: Scene, tmp_path: Path) -> None:

@@ -13,6 +13,8 @@ UNITS = {
     "rad": 1.0, "deg": math.radians(1.0), "°": math.radians(1.0), "rpm": math.pi / 30.0, "Hz": 1.0, "1": 1.0,
 }  # fmt: skip
 """Units in SI, as factors."""
+ANGLES = ("deg", "°", "rad")
+"""Keys that expect an angle take it with its unit: elsewhere it is a slip."""
 
 _NUMBER = re.compile(r"\s*([-+]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][-+]?\d+)?)\s*(\S.*?)?\s*")
 _PART = re.compile(r"([A-Za-zµ°1]+?)(?:\^?(-?\d)|([²³]))?")
@@ -26,6 +28,8 @@ def without_unit(text: str) -> str:
     value = float(found[1].replace(",", "."))
     if found[2] is None:
         return f"write {value:.12g} without quotes"
+    if found[2] in ANGLES:
+        return "write a number without quotes; an angle is not expected here"
     factor = _factor(found[2])
     if factor is None:
         return f"write a number without quotes and unit; scenes are in SI units: {value:.12g} if that is one"

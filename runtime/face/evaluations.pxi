@@ -141,9 +141,9 @@ cdef class Evaluations:
         s.evaluations = s.dependent = 0
         return s
 
-    def acceleration(self, const real[:, ::1] q, const real[:, ::1] u, t):
+    def acceleration(self, const real[:, ::1] q, const real[:, ::1] u, t, bint side_by_side=True):
         """Quasi-accelerations (b, n), multipliers (b, rows), and the outcome of each state, at one time ``t`` or at times
-        (b,); where there are as many states as the model has lanes, in lanes."""
+        (b,); where there are as many states as the model has lanes, in lanes, unless each is to be what it is alone."""
         cdef Py_ssize_t i, block, first, b = q.shape[0], lanes = self.m.lanes
         cdef _Times times = _Times(t, b)
         u_dot, multipliers, outcomes = empty((b, self.m.nu)), empty((b, self.m.rows + 1)), [OUTCOMES[0]] * b
@@ -151,7 +151,7 @@ cdef class Evaluations:
         cdef system s = self._system()
         cdef unsigned lost
         cdef real[::1] room
-        if b < lanes or self.refine or self.m.acceleration_lanes is NULL:
+        if not side_by_side or b < lanes or self.refine or self.m.acceleration_lanes is NULL:
             for i in range(b):
                 found = system_acceleration(&s, times.at(i), &q[i, 0], &u[i, 0], &out[i, 0], &rows[i, 0])
                 if found:
