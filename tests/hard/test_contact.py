@@ -72,19 +72,21 @@ def test_a_hexagon_tossed_from_half_a_metre(hexagon: Any, reach: Reach) -> None:
 @pytest.mark.parametrize("n", [4, 6])
 def test_landing_flat_on_an_edge(n: int, workshop: Workshop, reach: Reach) -> None:
     """Mirror-symmetric in exact arithmetic. What must keep it so ends where the motion itself makes more of the least
-    asymmetry that a mechanism in doubles can have: six rods fold through a line at 0.63 s, where branches cross."""
+    asymmetry that a mechanism in doubles can have, with rods that are off in the last digits either way: six rods fold
+    through a line at 0.63 s, where branches cross."""
     model = workshop.model(loop(n, gravity=True, start={"height": 1.0}, ground=[{"restitution": 0.5}]))
     poses = polygons.regular(n, tilt=-np.pi / n, height=0.3)
     q, u = model.state_from_poses(poses, 0 * poses)
-    longer = model.with_parameters({"link_3.length": 1.0 + ASKEW})
-    run, askew = simulate(model, q, u, until=0.7), simulate(longer, *longer.project(q, u), until=0.7)
+    run, times = simulate(model, q, u, until=0.7), np.linspace(0.0, 0.7, 701)
     assert run.success, run.message
-    times = np.linspace(0.0, 0.7, 701)
-    found, measured = asymmetry(run, times), asymmetry(askew, times)
+    found, measured = asymmetry(run, times), np.zeros(times.size)
+    for signs in np.random.default_rng(3).choice((-1.0, 1.0), size=(8, n)):
+        longer = model.with_parameters({f"link_{k}.length": 1.0 + sign * ASKEW for k, sign in enumerate(signs)})
+        measured = np.maximum(measured, asymmetry(simulate(longer, *longer.project(q, u), until=0.7), times))
     before = np.cumsum(measured > 1e-12) == 0
     assert sum(impact.t < times[before][-1] for impact in run.impacts) >= 4
     reach(f"{n} rods on an edge: asymmetry, m", found[before].max(), 1e-12)
-    reach(f"{n} rods on an edge: the same by that of one rod, at most", found.max() / measured.max(), 1.0)
+    reach(f"{n} rods on an edge: the same by that of rods off by 1e-15, at most", found.max() / measured.max(), 1.0)
     reach(f"{n} rods on an edge: penetration, m", penetration(run), 1e-10)
 
 
