@@ -119,7 +119,7 @@ def simulate(
             found = cut(found, met.rows) | {"met": met.text}
     tolerances = (0.0, 0.0) if fixed else (rtol, atol)
     advance = Advance(model, name, drift, found["hold_t"], found["held"], tolerances, inputs, supply)
-    return _record(model, advance, until, found)
+    return _record(model, advance, until, found, fixed > 0.0)
 
 
 def default_method(model: Model, *, controlled: bool = False) -> str:
@@ -213,7 +213,7 @@ def _check_driven(model: Model, q: FloatArray, u: FloatArray) -> None:
             )
 
 
-def _record(model: Model, advance: Advance, until: float, found: dict[str, Any]) -> Run:
+def _record(model: Model, advance: Advance, until: float, found: dict[str, Any], fixed: bool) -> Run:
     """The run from what the core recorded, with its audits."""
     impacts = _impacts(model, found)
     t, q, u = found["t"], found["q"], found["u"]
@@ -230,7 +230,7 @@ def _record(model: Model, advance: Advance, until: float, found: dict[str, Any])
         impacts=impacts,
         phases=_phases(model, found, impacts),
         success=found["outcome"] == "done",
-        message=_message(model, until, found),
+        message=_message(model, until, found, fixed),
         nfev=int(found["evaluations"]),
         closure_max=closure_max,
         energy_drift=energy_drift,
@@ -295,8 +295,8 @@ def _phases(model: Model, found: dict[str, Any], impacts: tuple[Impact, ...]) ->
     return tuple(phases)
 
 
-def _message(model: Model, until: float, found: dict[str, Any]) -> str:
-    """One sentence on how the run ended, and what to try when it ended early."""
+def _message(model: Model, until: float, found: dict[str, Any], fixed: bool) -> str:
+    """One sentence on how the run, with steps of ``fixed`` length or not, ended; what to try when it ended early."""
     t, outcome = found["t_end"], found["outcome"]
     if outcome == "done":
         return f"reached t = {until:g} s"
@@ -316,7 +316,10 @@ def _message(model: Model, until: float, found: dict[str, Any]) -> str:
         "budget": f"{STEP_BUDGET} steps are spent; ask for a larger rtol or an earlier end",
         "crowded": f"{SECOND_BUDGET} steps and events within the last simulated second are spent; ask for a larger "
         "rtol, or change the start a little if the mechanism is jammed there",
-        "escaped": f"{contact} gets behind its surface however short the step, as at a change point where the motion "
+        "escaped": f"a step of fixed length takes {contact.replace(' on ', ' behind the surface of ')}; take a smaller "
+        "step, or leave its length to rtol"
+        if fixed
+        else f"{contact} gets behind its surface however short the step, as at a change point where the motion "
         "jumps; change the start or the lengths a little",
         "interrupted": "interrupted",
         "no_convergence": "the stages of a step do not converge; ask for a smaller step or for another method",

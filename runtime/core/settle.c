@@ -9,9 +9,6 @@
  * when its bounces are over within no time: with speed v after the impact, falling back at the acceleration a that it would
  * have if it alone were let go, it is in the air for 2 v / a, and with the restitution e all its bounces to come take
  * 2 v / (a (1 - e)); or, where gaps of some size cannot be known, when they are no higher than that, v^2 / (2 a).
- *
- * Where forces vanish together (vanishing.c), P = 0 and z = 0 at their contacts, and the next order decides: the same problem
- * with a small part of the change that b takes along the motion, in place of what rounding has left of those forces.
  */
 #include "settle.h"
 
@@ -19,36 +16,12 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "decision.h"
 #include "friction.h"
-#include "vanishing.h"
 
-static const double REST_TIME = 1e-11; /* s, relative to max(1, t): bounces over so soon are over */
 const double SHUT = 1e-12;
-static const double SLOW = 1e4;        /* times what the largest acceleration reaches in that time: too fast to ask */
-static const double PRESSED = 1e-9;    /* times the largest acceleration: less than that is rounding */
-static const double SHARED = 1e-4;     /* of the accelerations of links: gaps are not known to accelerate by less times that */
 /* share of its own compliance that is left of a contact which others carry */
 static const double DEPENDENT = CCGEN_LIMIT(1e-9, 1e-4);
-static const double ONWARD = 1e-6;     /* times the largest acceleration: the part of their change that decides what vanishes */
-static const double STILL = 1e-10;     /* times length per second: a contact that slides so slowly may stick */
-
-struct decision {
-    int count, all;      /* closed contacts in question; rows: twice as many where there is friction */
-    int *contact;        /* [count] */
-    char *in;            /* [count] takes part */
-    signed char *slide;  /* [count] 0 where that is to be found */
-    char *given;         /* [count] friction has just reached a limit: what is near it has reached it */
-    char *touches;       /* [count] held although it does not push: nor does it move */
-    double *b;           /* [all] accelerations of the gaps, and of the sliding, without the forces */
-    double *P, *W;       /* [all], [all][all] */
-    int *row;            /* [all] scratch */
-    double *part, *rest; /* scratch: a smaller problem, its forces */
-    const double *mu;    /* of all contacts */
-    double scale;        /* the largest acceleration of a gap, or a small part of that of the links */
-    int crowded;         /* events follow each other without time */
-    struct loss loss;    /* what has just ended */
-    struct vanishing vanishing;
-};
 
 /* Solve for the contacts that take part, but without `except`: P[all]. */
 static enum outcome solve(struct decision *d, int except, double *P)
@@ -120,7 +93,7 @@ static enum outcome take_out(const struct flight *f, struct decision *d, int res
                 continue;
             if ((outcome = solve(d, j, d->rest)))
                 return outcome;
-            const double fall = -gap_acceleration(d, j, d->rest);
+            const double fall = -gap_acceleration(d, j, d->rest) / d->enlarged;
             if (!(2.0 * speed <= REST_TIME * fmax(1.0, fabs(f->t)) * fall * (1.0 - e)) &&
                 !(speed * speed <= 2.0 * fall * f->unresolved * f->s->extent[d->contact[j]]))
                 bouncing = j;
@@ -155,93 +128,6 @@ static int fixed(struct decision *d, int i, const signed char *slide)
     for (int a = 0; a < m; a++)
         left -= r[a] * x[a];
     return left <= DEPENDENT * d->W[i * all + i];
-}
-
-/* Accelerations of all contacts without forces between them, of gaps or of sliding, into out[contacts], with the derivative dy
- * of the state y. */
-static void free_accelerations(const struct system *s, const double *y, const double *dy, int sliding, double *out, double *more)
-{
-    (sliding ? s->model->slips : s->model->gap_rates)(s->k, y, dy + s->n, out);
-    (sliding ? s->model->slip_bias : s->model->gap_bias)(s->k, y, y + s->n, more);
-}
-
-/* Put in place of what is left of the forces that vanish a small part of the change of b, which decides on them. */
-static enum outcome go_ahead(struct flight *f, struct decision *d)
-{
-    struct system *s = f->s;
-    const struct vanishing *v = &d->vanishing;
-    const int n = d->count;
-    double *change = d->part, *free = s->holding->rates, *bias = s->holding->slips, largest = 0.0, base = 0.0;
-    const enum outcome outcome = system_derivative(s, f->t + v->ahead, f->y1, f->dy1);
-    for (int sliding = 0; sliding < d->all / n && !outcome; sliding++) {
-        free_accelerations(s, f->y1, f->dy1, sliding, free, bias);
-        for (int i = 0; i < n; i++)
-            change[sliding * n + i] = free[d->contact[i]] + bias[d->contact[i]] - d->b[sliding * n + i];
-    }
-    for (int i = 0; i < d->all && !outcome; i++)
-        for (int j = 0; j < d->all; j++)
-            if (v->zero[d->contact[j % n]])
-                d->b[i] += d->W[i * d->all + j] * v->force[d->contact[j % n] + (j < n ? 0 : s->model->contacts)];
-    for (int i = 0; i < n; i++) {
-        base = fmax(base, fabs(d->b[i]));
-        largest = fmax(largest, v->zero[d->contact[i]] ? fabs(change[i]) : 0.0);
-    }
-    const double part = base > v->noise && largest > 0.0 ? fmin(1.0, ONWARD * base / largest) : 1.0;
-    for (int i = 0; i < d->all && !outcome; i++)
-        d->b[i] += part * change[i];
-    for (int i = 0; i < n; i++) {
-        d->in[i] = 1;
-        d->given[i] = d->given[i] && !v->zero[d->loss.contact];
-        d->scale = fmax(d->scale, fabs(d->b[i]));
-    }
-    if (v->zero[d->loss.contact])
-        d->loss.contact = -1;
-    return outcome;
-}
-
-/* The closed contacts that are slow enough to ask, and what they need to know. */
-static enum outcome gather(struct flight *f, struct decision *d, struct loss loss)
-{
-    struct system *s = f->s;
-    struct holding *h = s->holding;
-    const struct ccgen_model *m = s->model;
-    const double *q = f->y, *u = f->y + s->n;
-    const enum outcome outcome = derive(f);
-    if (outcome)
-        return outcome;
-    double *free = h->rates, *bias = h->slips, *slips = h->wanted;
-    free_accelerations(s, f->y, f->dy, 0, free, bias);
-    m->gaps(s->k, q, f->gaps);
-    m->gap_rates(s->k, q, u, f->rates);
-    d->scale = 0.0;
-    for (int c = 0; c < m->contacts; c++)
-        d->scale = fmax(d->scale, fabs(free[c]) + fabs(bias[c]));
-    for (int i = 0; i < s->n; i++)
-        d->scale = fmax(d->scale, SHARED * (i < m->base ? fabs(f->dy[s->n + i]) : s->length * (fabs(f->dy[s->n + i]) + u[i] * u[i])));
-    const double soon = SLOW * REST_TIME * fmax(1.0, fabs(f->t)) * d->scale;
-    const double fast = fmax(soon, sqrt(2.0 * f->unresolved * s->length * d->scale));
-    for (int c = 0; c < m->contacts; c++)
-        if (f->gaps[c] <= SHUT * s->extent[c] && fabs(f->rates[c]) <= fmax(fast, slow(f, c))) {
-            d->in[d->count] = !(c == loss.contact && loss.how == PULLS);
-            d->b[d->count] = free[c] + bias[c];
-            d->contact[d->count++] = c;
-        }
-    d->all = s->friction ? 2 * d->count : d->count;
-    if (s->friction && d->count) {
-        free_accelerations(s, f->y, f->dy, 1, free, bias);
-        m->slips(s->k, q, u, slips);
-        for (int i = 0; i < d->count; i++) {
-            const int c = d->contact[i];
-            d->b[d->count + i] = free[c] + bias[c];
-            d->slide[i] = s->friction[c] == 0.0 || fabs(slips[c]) <= STILL * s->length ? 0 : slips[c] > 0.0 ? 1 : -1;
-            if (c == loss.contact && loss.how != PULLS && loss.how != STIRS)
-                d->slide[i] = 0;
-            d->given[i] = loss.how == GIVES_FORWARD || loss.how == GIVES_BACKWARD;
-        }
-    }
-    const enum outcome found = compliance(s, q, d->count, d->contact, h->columns, d->W, h->pushes, h->rates, h->f);
-    d->scale = fmax(d->scale, force_noise(s, d->count, d->contact, d->W, d->all + 1) / PRESSED);
-    return !found && d->count && d->vanishing.ahead > 0.0 ? go_ahead(f, d) : found;
 }
 
 /* At which limit the friction of contact i is: 1 where it is against forward sliding, -1 backward, 0 within the limits */
@@ -384,7 +270,7 @@ static enum outcome choose(struct flight *f, struct decision *d, struct loss los
 {
     d->crowded = resting == ALL_REST;
     d->loss = loss;
-    enum outcome outcome = gather(f, d, loss);
+    enum outcome outcome = gather(f, d);
     if (!outcome && undetermined(d))
         return OUTCOME_JAMMED;
     if (!outcome && d->count)
@@ -411,42 +297,12 @@ static void present(const struct holding *h, int contacts, signed char *out)
         out[h->set[i]] = h->slide[i] == LIMIT ? 6 : h->slide[i] == -LIMIT ? 7 : h->slide[i] == TOUCHES ? 8 : 2 + h->slide[i];
 }
 
-/* Room for a decision; 0, or 1 when memory runs out. */
-static int make_decision(struct decision *d, struct system *s)
-{
-    const size_t c = s->model->contacts, rows = 2 * c;
-    *d = (struct decision){.mu = s->friction};
-    d->in = calloc(7 * c, 1);
-    d->contact = malloc(3 * c * sizeof *d->contact);
-    d->b = malloc((4 * rows + 2 * rows * rows + 3 * rows + 2 * c + semidefinite_scratch((int)rows)) * sizeof *d->b);
-    if (!d->in || !d->contact || !d->b)
-        return 1;
-    d->row = d->contact + c;
-    d->slide = (signed char *)d->in + c;
-    d->given = d->in + 4 * c;
-    d->touches = d->in + 5 * c;
-    d->vanishing.zero = d->in + 6 * c;
-    d->P = d->b + rows;
-    d->rest = d->P + rows;
-    d->vanishing.force = d->rest + rows;
-    d->W = d->vanishing.force + rows;
-    d->part = d->W + rows * rows;
-    return 0;
-}
-
 static void let_go(struct holding *h, size_t contacts)
 {
     memset(h->closed, APART, contacts);
     h->carried = 0;
     h->window = 0.0;
     hold_contacts(h, 0, NULL, NULL);
-}
-
-static void free_decision(struct decision *d)
-{
-    free(d->in);
-    free(d->contact);
-    free(d->b);
 }
 
 enum outcome settle(struct flight *f, struct loss loss, int resting)

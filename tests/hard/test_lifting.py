@@ -4,6 +4,7 @@ says how many random lifts there are (``make hard``: 1,000)."""
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
+from ccgen.generator import loop
 from ccgen.runtime import Model, simulate
 
 from ..conftest import Workshop
@@ -142,6 +144,44 @@ def test_a_load_faster_than_the_steps_of_a_body_at_rest(workshop: Workshop, reac
         assert found.success, found.message
         time = max(time, abs(next(phase.end for phase in found.phases if phase.kind == "contact") - leaves))
     reach("40 loads that swing: first time that they lift, s", time, 1e-10)
+
+
+LOADS: dict[str, tuple[Callable[[float], float], float]] = {
+    "noise of 1e-9 N": (lambda t: 4.0 + 1e-9 * (43758.5453 * np.sin(1e6 * t + 0.1) % 1.0), 1e3),
+    "noise of 1e-3 N": (lambda t: 4.0 + 1e-3 * (43758.5453 * np.sin(1e6 * t + 0.1) % 1.0), 1e3),
+    "held for 1 ms": (lambda t: 4.0 + 1e-3 * (43758.5453 * np.sin(np.floor(t * 1e3) + 0.1) % 1.0), 1e3),
+    "switched at 1 kHz": (lambda t: 8.0 if t * 1e3 % 1.0 < 0.5 else 0.0, 4e4),
+    "switched at 20 kHz": (lambda t: 8.0 if t * 2e4 % 1.0 < 0.5 else 0.0, 4e4),
+}
+"""Forces (N) that lift nothing and that no window shows, and how often a run of 1 s may ask for them."""
+
+
+@pytest.mark.parametrize("name", LOADS)
+def test_loads_that_no_window_shows_cost_little(name: str, workshop: Workshop, reach: Reach) -> None:
+    """A block rests under them: looking for the loss of its forces ends where shorter windows show no more."""
+    force, most = LOADS[name]
+    asked = 0
+
+    def load(t: float, q: Any, u: Any) -> list[float]:
+        nonlocal asked
+        asked += 1
+        return [force(t), 0.0, 0.0]
+
+    found = simulate(workshop.model(scene(rough=True)), until=1.0, params=standing([-0.1, 0.1]), inputs=load)
+    assert found.success and not found.impacts and len(found.phases) == 1, found.message
+    reach(f"block at rest, load {name}: times it is asked for", asked, most)
+
+
+@pytest.mark.parametrize("n", [6, 12])
+@pytest.mark.parametrize("mass", [1e-6, 1.0, 1e3])
+def test_looking_at_forces_costs_few_evaluations(n: int, mass: float, workshop: Workshop, reach: Reach) -> None:
+    """Rings fall and slide along the ground for 20 s, nearly flat, where forces are known to few digits."""
+    model = workshop.model(loop(n, gravity=True, start={"height": 1.0}, ground=[{"restitution": 0.2}]))
+    model = model.with_parameters({"link_3.mass": mass, "link_3.inertia": mass / 12.0})
+    q, u = model.start()
+    run = simulate(model, *model.project(q, u + 3.0 * (np.arange(u.size) == 0)), until=20.0)
+    assert run.success, run.message
+    reach(f"ring of {n}, a link of {mass:g} kg, slides: evaluations per row", run.nfev / len(run.t), 80.0)
 
 
 @pytest.mark.parametrize("law", ["newton", "poisson", "stronge"])
