@@ -291,12 +291,15 @@ static int adds(const struct rough *c, const double *Pn, const double *Pt)
     const int n = c->n;
     double gain = 0.0, all = 0.0;
     for (int i = 0; c->from && i < 2 * n; i++) {
-        double change = 0.0;
-        for (int j = 0; j < 2 * n; j++)
-            change += c->W[(size_t)i * 2 * n + j] * (j < n ? Pn[j] : Pt[j - n]);
-        const double work = (i < n ? Pn[i] : Pt[i - n]) * (c->from[i] + 0.5 * change);
-        gain += work;
-        all += fabs(work);
+        const double P = i < n ? Pn[i] : Pt[i - n];
+        double change = 0.0, size = 0.0;
+        for (int j = 0; j < 2 * n; j++) {
+            const double term = c->W[(size_t)i * 2 * n + j] * (j < n ? Pn[j] : Pt[j - n]);
+            change += term;
+            size += fabs(term);
+        }
+        gain += P * (c->from[i] + 0.5 * change);
+        all += fabs(P) * (fabs(c->from[i]) + 0.5 * size);
     }
     return gain > ROUNDING * all;
 }

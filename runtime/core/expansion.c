@@ -1,11 +1,11 @@
-/* Expansion at several contacts by Stronge's law, followed along the impulses; see expansion.h.
+/* Expansion at several contacts, followed along the impulses; see expansion.h.
  *
- * All contacts that have work to give back push in fixed proportions, p_i = x w_i, with the friction of their present sliding, or
+ * All contacts that have work to give back, or by Poisson's law impulses, push in fixed proportions, p_i = x w_i, with the friction of their present sliding, or
  * what sticking needs; the others as much as keeps them from approaching. That is piecewise linear in x: the forces of a piece,
- * impulses per x, are those of a problem of friction among what is closed or pushes; it ends where a contact has given its
- * work back, sliding ends, or a gap stops opening. No force of a piece does work but for those that give back, and
+ * impulses per x, are those of a problem of friction among what is closed or pushes; it ends where a contact has given back
+ * what it has, sliding ends, or a gap stops opening. No force of a piece does work but for those that give back, and
  * friction only takes: with no more to give back than what was lost, energy is never gained, wherever expansion ends. So it
- * ends where nothing is given back any more, as in a wedge, or too little: see MOST.
+ * ends where no work is given back any more, as in a wedge, or too little: see MOST.
  */
 #include "expansion.h"
 
@@ -23,7 +23,7 @@ static const double FAR = 16.0, FARTHEST = 1e9;     /* times what the largest pu
 /* Where friction leaves the share c of what normal impulses push, to give back e^2 of the work takes e c^(-1/2) times the impulse
  * of compression: without bound near a wedge, where c = 0 and nothing comes back. Expansion ends after MOST times the impulses of
  * compression: the speed that is left out then, e^2 (r - MOST r^2) u for r = c^(1/2) / e < 1 / MOST, is below e^2 u / (4 MOST). */
-static const double MOST = 3.0;
+const double MOST = 3.0;
 
 /* One piece: what its forces are to do, and what they are, impulses and rates per x */
 struct piece {
@@ -31,9 +31,9 @@ struct piece {
     double *b;     /* [2 n] scratch */
     double *P, *F; /* [n] */
     double *rate;  /* [2 n] */
-    double *left;  /* [n] work that is still to be given back */
+    double *left;  /* [n] work, or impulse, that is still to be given back */
     signed char *slide;
-    char *gives; /* [n] still gives work back */
+    char *gives; /* [n] still gives back */
 };
 
 static int make_piece(struct piece *p, int n)
@@ -143,6 +143,13 @@ static double until_work(double v, double a, double work)
     return square < 0.0 || v + sqrt(square) == 0.0 ? INFINITY : 2.0 * work / (v + sqrt(square));
 }
 
+/* Until contact i has given back what it has */
+static double until_given(const struct expansion *s, const struct piece *p, int i)
+{
+    const double left = p->left[i] / p->P[i];
+    return s->goal ? until_work(s->rate[i], p->rate[i], left) : left;
+}
+
 /* How far a piece goes that may load the contacts by `most`; 0 where it gives nothing back */
 static double length_of(const struct expansion *s, const struct piece *p, double most)
 {
@@ -152,8 +159,8 @@ static double length_of(const struct expansion *s, const struct piece *p, double
         longest = fmin(longest, until_zero(s->rate[i], p->rate[i]));
     for (int i = 0; i < s->n; i++)
         if (p->gives[i]) {
-            back |= s->rate[i] > 0.0 || p->rate[i] > 0.0;
-            longest = fmin(longest, until_work(s->rate[i], p->rate[i], p->left[i] / p->P[i]));
+            back |= !s->goal || s->rate[i] > 0.0 || p->rate[i] > 0.0;
+            longest = fmin(longest, until_given(s, p, i));
         }
     return back ? longest : 0.0;
 }
@@ -164,8 +171,8 @@ static int go_on(struct expansion *s, struct piece *p, double dx)
     const double end = dx * (1.0 + ROUNDING);
     int giving = 0;
     for (int i = 0; i < s->n; i++) {
-        const int done = p->gives[i] && until_work(s->rate[i], p->rate[i], p->left[i] / p->P[i]) <= end;
-        p->left[i] -= p->gives[i] ? p->P[i] * (s->rate[i] + 0.5 * p->rate[i] * dx) * dx : 0.0;
+        const int done = p->gives[i] && until_given(s, p, i) <= end;
+        p->left[i] -= p->gives[i] ? p->P[i] * (s->goal ? s->rate[i] + 0.5 * p->rate[i] * dx : 1.0) * dx : 0.0;
         p->gives[i] = p->gives[i] && !done && p->left[i] > 0.0;
         giving |= p->gives[i];
         s->P[i] += p->P[i] * dx;
@@ -183,8 +190,8 @@ int expand(struct expansion *s)
     double most = MOST * load_of(s, s->P);
     int giving = 0;
     for (int i = 0; i < n && !wrong; i++) {
-        p.left[i] = s->goal[i];
-        p.gives[i] = s->wanted[i] > 0.0 && s->goal[i] > 0.0;
+        p.left[i] = s->goal ? s->goal[i] : s->wanted[i];
+        p.gives[i] = s->wanted[i] > 0.0 && p.left[i] > 0.0;
         giving |= p.gives[i];
     }
     for (int piece = 0; giving && most > 0.0 && piece < PIECES * n; piece++) {

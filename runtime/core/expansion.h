@@ -1,4 +1,4 @@
-/* Expansion at several contacts by Stronge's law; see expansion.c. */
+/* Expansion at several contacts, followed along the impulses; see expansion.c. */
 #ifndef CCGEN_EXPANSION_H
 #define CCGEN_EXPANSION_H
 
@@ -12,8 +12,11 @@ struct expansion {
     double *rate, *P, *F;
 };
 
-/* Each contact pushes in proportion to wanted[n] (N s) until it has given back the work goal[n] (J), or nothing gives any back.
- * Returns 0; 1 when memory runs out. */
+/* Each contact pushes in proportion to wanted[n] (N s) until it has given back the work goal[n] (J), or nothing gives any back;
+ * where `goal` is NULL, until it has pushed with wanted[n]. Returns 0; 1 when memory runs out. */
 int expand(struct expansion *s);
+
+/* times the impulses of compression, as they load the contacts: expansion ends there */
+extern const double MOST;
 
 #endif

@@ -34,6 +34,7 @@ struct strike {
     double *after;    /* [all] rates after a step */
     double *wanted;   /* [all] impulses of expansion, in proportion; changes of impulses */
     double *goal;     /* [count] work that they are to give back */
+    double *kept;     /* [2 count + all] impulses of compression, and the rates after it */
     const double *from; /* or NULL: rates to whose energy impulses may not add */
     signed char *slide;
 };
@@ -146,6 +147,37 @@ static enum outcome rebound(struct strike *k, double energy, const double *befor
     return step(k, k->least, NULL, total) ? OUTCOME_GAINED : OUTCOME_DONE;
 }
 
+/* Normal impulses summed as they load their contacts */
+static double load_of(const struct strike *k, const double *P)
+{
+    double load = 0.0;
+    for (int i = 0; i < k->count; i++)
+        load += sqrt(fmax(k->W[(size_t)i * (k->all + 1)], 0.0)) * P[i];
+    return load;
+}
+
+/* Poisson's law: at least e times the impulses of compression. Friction may leave expansion as one step no impulses, only ones
+ * that add energy, or much larger ones: it is then followed along the impulses. */
+static enum outcome give_back(struct strike *k, const double *e, double energy, const double *before, double *total)
+{
+    const int n = k->count;
+    const enum outcome compression = step(k, NULL, NULL, total);
+    if (compression)
+        return compression;
+    double *P = k->kept, *rate = k->kept + 2 * n;
+    memcpy(P, total, 2 * n * sizeof *P);
+    memcpy(rate, k->rate, k->all * sizeof *rate);
+    for (int i = 0; i < n; i++)
+        k->wanted[i] = k->least[i] = e[i] * total[i];
+    const enum outcome outcome = step(k, NULL, k->least, total);
+    if (k->all == n || (!outcome && load_of(k, k->P) <= MOST * load_of(k, P) && !gains(k, energy, before, k->rate, total)))
+        return outcome;
+    memcpy(total, P, 2 * n * sizeof *P);
+    memcpy(k->rate, rate, k->all * sizeof *rate);
+    struct expansion expansion = {n, k->all, k->W, k->mu, k->wanted, NULL, k->rate, total, total + n};
+    return expand(&expansion) ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
+}
+
 static enum outcome solve(struct strike *k, const struct system *s, const double *e, double energy, const double *before,
                           double *total)
 {
@@ -157,10 +189,7 @@ static enum outcome solve(struct strike *k, const struct system *s, const double
         k->least[i] = e[i] * before[i];
     if (s->law == LAW_NEWTON)
         return rebound(k, energy, before, total);
-    const enum outcome outcome = step(k, NULL, NULL, total);
-    for (int i = 0; i < n; i++)
-        k->least[i] = e[i] * k->P[i];
-    return outcome ? outcome : step(k, NULL, k->least, total);
+    return give_back(k, e, energy, before, total);
 }
 
 /* Rates of the gaps of the contacts `set`, then of their sliding where there is friction */
@@ -264,7 +293,7 @@ enum outcome impact(struct system *s, const double *q, const double *u_minus, in
     const struct ccgen_model *m = s->model;
     const size_t n = s->n, c = count, all = m->contacts, rows = s->friction ? 2 * c : c;
     enum outcome outcome = OUTCOME_NO_MEMORY;
-    double *work = calloc(rows * rows + rows * n + 4 * rows + 6 * c + 2 * all + 3 * n + 1, sizeof *work);
+    double *work = calloc(rows * rows + rows * n + 5 * rows + 8 * c + 2 * all + 3 * n + 1, sizeof *work);
     signed char *slide = calloc(c + 1, 1);
     if (!work || !slide)
         goto end;
@@ -279,7 +308,8 @@ enum outcome impact(struct system *s, const double *q, const double *u_minus, in
     k.after = k.F + c;
     k.wanted = k.after + rows;
     k.goal = k.wanted + rows;
-    double *push = k.goal + c, *rates = push + all, *f = rates + all, *du = f + 2 * n, energy = 0.0;
+    k.kept = k.goal + c;
+    double *push = k.kept + 2 * c + rows, *rates = push + all, *f = rates + all, *du = f + 2 * n, energy = 0.0;
 
     memcpy(u_plus, u_minus, n * sizeof *u_plus);
     if ((outcome = project_velocity(s, q, u_plus)))

@@ -243,11 +243,12 @@ def _beyond_the_march(answers: list[Answer], law: str) -> list[Answer]:
 
 
 def _least(one: Set, law: str) -> float:
-    """The least load with which the law's own rows can be met, all ways tried; by Poisson's and Stronge's laws those of
-    compression."""
+    """The least load with which the law's own rows can be met without adding energy, all ways tried; by Poisson's and
+    Stronge's laws those of compression."""
     n = len(one.mu)
     b = np.append(one.v[:n] * (1.0 + (one.e if law == "newton" else 0.0)), one.v[n:])
-    loads = [_load(one.W, P) for P in march.ways(one.W, b, one.mu)]
+    ways = march.ways(one.W, b, one.mu)
+    loads = [_load(one.W, P) for P in ways if P @ (2.0 * one.v + one.W @ P) <= 1e-9 * np.abs(P) @ np.abs(one.v)]
     return min(loads, default=0.0)
 
 
@@ -267,15 +268,17 @@ def test_random_sets_of_contacts(law: str, every: list[Set], reach: Reach) -> No
     found, refused = _answers(every, law)
     name = f"{len(every)} random sets, {law}"
     reach(f"{name}: refused, share", len(refused) / len(every), 0.25 if law == "newton" else 1e-3)
-    reach(f"{name}: energy gained, relative", max(answer.gained for answer in found), 1e-13)
     reach(f"{name}: rate of loops, relative", max(answer.opened for answer in found), 1e-12)
     large = _beyond_the_march(found, law)
-    reach(f"{name}: beyond ten times a march, share", len(large) / len(every), 0.05 if law == "newton" else 1e-3)
+    reach(f"{name}: beyond ten times a march, share", len(large) / len(every), 0.05 if law == "newton" else 0.0)
     for answer in large:
         assert _load(answer.of.W, answer.P) <= 10.0 * _least(answer.of, law), answer.of
-    usual = [answer.recorded for answer in found if not any(answer is other for other in large)]
-    reach(f"{name}: loss recorded less that of energy, relative", max(usual), 1e-12)
-    reach(f"{name}: the same of all, relative", max(answer.recorded for answer in found), 1e-10)
+    usual = [answer for answer in found if not any(answer is other for other in large)]
+    reach(f"{name}: energy gained, relative", max(answer.gained for answer in usual), 1e-13)
+    reach(f"{name}: loss recorded less that of energy, relative", max(answer.recorded for answer in usual), 1e-12)
+    if large:  # impulses have rounding of their size
+        reach(f"{name}: energy gained by those beyond, relative", max(answer.gained for answer in large), 1e-11)
+        reach(f"{name}: loss recorded of those beyond, relative", max(answer.recorded for answer in large), 1e-11)
     for one, outcome in refused:
         n = len(one.mu)
         if law == "newton" and n <= 3:
@@ -291,9 +294,11 @@ def test_laws_agree_without_friction_at_equal_restitution(every: list[Set], reac
     assert len(smooth) > len(every) // 50
     after = {law: _answers(smooth, law)[0] for law in LAWS}
     for law in LAWS[1:]:
-        pairs = zip(after[law], after["newton"], strict=True)
-        worst = max(float(np.max(np.abs(a.u - b.u)) / np.max(np.abs(b.of.u))) for a, b in pairs)
-        reach(f"{len(smooth)} smooth sets, {law} less newton: velocities, relative", worst, 1e-11)
+        worst = 0.0
+        for a, b in zip(after[law], after["newton"], strict=True):
+            alone = np.max(np.abs(b.of.W * b.P)) / np.max(np.abs(b.of.v))  # rates by impulses that others undo
+            worst = max(worst, float(np.max(np.abs(a.u - b.u)) / np.max(np.abs(b.of.u)) / max(1.0, alone)))
+        reach(f"{len(smooth)} smooth sets, {law} less newton: velocities, relative", worst, 1e-12)
 
 
 WEDGE = """
