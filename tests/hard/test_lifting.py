@@ -184,6 +184,29 @@ def test_looking_at_forces_costs_few_evaluations(n: int, mass: float, workshop: 
     reach(f"ring of {n}, a link of {mass:g} kg, slides: evaluations per row", run.nfev / len(run.t), 80.0)
 
 
+@pytest.mark.parametrize("beside", [0.0, 1e-15, -1e-15, 1e-12, -1e-12, 1e-9, -1e-9, 1e-6, -1e-6])
+@pytest.mark.parametrize("after", [-5.0, 0.0, 30.0])
+def test_a_row_of_a_table_beside_the_lift_off(beside: float, after: float, workshop: Workshop) -> None:
+    """The load has a kink there, beyond which it grows at another rate, stays, or falls."""
+    model, steep, leaves = workshop.model(scene(rough=True)), 5.0, 2.0
+    kink = leaves + beside
+    load = G + steep * (kink - leaves)
+    table = {"t": [0.0, kink, 3.0], "lift": [G - steep * leaves, load, load + after * (3.0 - kink)]}
+    rises = beside >= 1e-9 or after > 0.0  # else no force that a double shows lifts it
+    wanted = leaves if beside >= 0.0 else kink + (G - load) / max(after, 1e-300)
+    highest = max(after, 0.0) * 0.5**3 / 6.0 + steep * abs(
+        beside
+    )  # of the load's two parts, each as if for all the time
+    for method in METHODS:
+        found = simulate(model, until=2.5, params=standing([-0.2, 0.1, 0.15]), method=method, inputs=table)
+        assert found.success and (not found.impacts or (beside > 0.0 and after < 0.0)), found.message
+        flights = [phase.start for phase in found.phases if phase.kind == "flight"]
+        assert (flights and abs(flights[0] - wanted) <= 1e-9) or not rises
+        rise = float(np.max(found.q[:, 1])) - 0.1
+        assert -1e-12 <= rise <= highest * (1.0 + 1e-6) + 1e-12
+        assert float(np.max(np.abs(found.q[:, 2]))) <= 1e-12
+
+
 @pytest.mark.parametrize("law", ["newton", "poisson", "stronge"])
 def test_a_slider_with_clearance(law: str, workshop: Workshop, reach: Reach) -> None:
     """Between two rails, sliding on two corners, it is lifted by a force that grows: it leaves with both at once,
