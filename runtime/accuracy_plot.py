@@ -61,5 +61,5 @@ def draw_cost(
     axes.set_title(title, fontsize=11, color=INK)
     axes.text(0.99, 0.01, "grey: what the reference itself does not know", transform=axes.transAxes, ha="right",
               va="bottom", fontsize=8, color=SOFT)  # fmt: skip
-    write_whole(Path(path), lambda part: figure.savefig(part, format="png", metadata={"Software": None}))
+    write_whole(Path(path), lambda part: figure.savefig(part, format="png", metadata={"Software": "ccgen"}))
     return figure

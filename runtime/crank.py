@@ -87,7 +87,7 @@ class DrivingTorque:
         axes.grid(True, color="#e6e6e6", linewidth=0.6)
         axes.spines[["top", "right"]].set_visible(False)
         if target is not None:
-            write_whole(target, lambda part: figure.savefig(part, format="png", metadata={"Software": None}))
+            write_whole(target, lambda part: figure.savefig(part, format="png", metadata={"Software": "ccgen"}))
         return figure
 
 

@@ -41,7 +41,7 @@ def draw_forces(run: Run, path: str | os.PathLike[str] | None = None) -> Any:
         rows[-1].set_xlim(run.t[0], run.t[-1])
     figure.suptitle(f"{run.model.name}: forces", fontsize=13)
     if target is not None:
-        write_whole(target, lambda part: figure.savefig(part, format="png", metadata={"Software": None}))
+        write_whole(target, lambda part: figure.savefig(part, format="png", metadata={"Software": "ccgen"}))
     return figure
 
 

@@ -56,7 +56,7 @@ def _record(folder: Path) -> dict[str, Any]:
             raise _useless(folder, f"its {RECORD} has no hashes of its parts, as from an earlier version")
         if record["seal"] == hashlib.sha256(json.dumps(plain, sort_keys=True).encode()).hexdigest():
             return dict(record)
-    except (OSError, ValueError, AttributeError) as error:
+    except (OSError, ValueError, TypeError, AttributeError, RecursionError) as error:
         raise _useless(folder, f"its {RECORD} cannot be read") from error
     raise _useless(folder, f"its {RECORD} is damaged")
 

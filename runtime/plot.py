@@ -60,7 +60,7 @@ def draw(run: Run, path: str | os.PathLike[str] | None = None) -> Any:
     figure.suptitle(title, fontsize=13, wrap=True)
 
     if target is not None:
-        write_whole(target, lambda part: figure.savefig(part, format="png", metadata={"Software": None}))
+        write_whole(target, lambda part: figure.savefig(part, format="png", metadata={"Software": "ccgen"}))
     return figure
 
 

@@ -334,7 +334,8 @@ class Run:
         return frame
 
     def plot(self, path: str | os.PathLike[str] | None = None) -> Figure:
-        """A figure of poses, energy, heights and closure over time; with a path it is also saved there, as a PNG."""
+        """A figure of poses, energy, heights and closure over time; with a path it is also saved there, as a PNG,
+        in place of what is there."""
         from .plot import draw
 
         figure: Figure = draw(self, path)

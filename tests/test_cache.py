@@ -132,13 +132,26 @@ def contents(folder: Path) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in folder.iterdir()}
 
 
-@pytest.mark.parametrize(("damage", "part"), [*DAMAGES, (flip, "model.c"), (cut, "equations.txt"), (remove, ".key")])
+@pytest.mark.parametrize(
+    ("damage", "part"), [*DAMAGES, (empty, "model.c"), (remove, "equations.txt"), (remove, ".key")]
+)
 def test_a_damaged_package_is_fetched_again(damage: Callable[[Path], None], part: str, copied: Path) -> None:
     package = copied / "build" / "bars"
     before = contents(package)
     damage(next(package.glob(part)))
     assert "derive" not in stages(bars(copied), copied / "build")
     assert contents(package) == before
+
+
+@pytest.mark.parametrize(("damage", "part"), [(flip, "model.c"), (cut, "equations.txt")])
+def test_a_text_that_is_not_as_written_may_be_somebodys_work(
+    damage: Callable[[Path], None], part: str, copied: Path
+) -> None:
+    damage(copied / "build" / "bars" / part)
+    before = contents(copied / "build" / "bars")
+    with pytest.raises(OutputError, match=f"bars: found {part} in the package changed since ccgen wrote it"):
+        generate(bars(copied), copied / "build")
+    assert contents(copied / "build" / "bars") == before
 
 
 @pytest.mark.parametrize(("damage", "part"), [(flip, "_model_*.so"), (cut, "model.json"), (empty, "*")])

@@ -11,6 +11,8 @@ import numpy as np
 import pytest
 
 from ccgen.generator import OutputError, generate, load_scene, loop
+from ccgen.generator.cli.clean import clean
+from ccgen.runtime import load_model
 
 ROOT = Path(__file__).resolve().parent.parent
 CCGEN = str(Path(sys.executable).parent / "ccgen")
@@ -119,6 +121,36 @@ def test_files_added_to_a_package_stay(tmp_path: Path) -> None:
     assert sorted(path.name for path in tmp_path.iterdir()) == ["bars", "bars.toml"]
 
 
+@pytest.mark.parametrize("name", ["equations.txt", "__init__.py", "model.c"])
+def test_a_text_of_a_package_that_was_edited_stays(name: str, tmp_path: Path) -> None:
+    """What is loaded, and what is empty or gone, is damage and made anew."""
+    scene = tmp_path / "bars.toml"
+    scene.write_text(SCENE)
+    package = generate(load_scene(scene), tmp_path)
+    (package / name).write_text((package / name).read_text() + "mine\n")
+    scene.write_text(SCENE + "[gravity]\n")
+    before = content(package)
+    with pytest.raises(OutputError, match=rf"bars: found {name} in the package changed since ccgen wrote it"):
+        generate(load_scene(scene), tmp_path)
+    assert content(package) == before
+    assert clean(tmp_path / "bars") == [package / name]
+    (package / name).unlink()
+    package = generate(load_scene(scene), tmp_path)
+    (package / "model.json").write_text("{")
+    (package / "lanes.c").write_text("")
+    (package / "equations.txt").unlink()
+    generate(load_scene(scene), tmp_path)
+    assert "gravity" in (package / "equations.txt").read_text() and (package / "lanes.c").read_text()
+
+
+def test_a_record_of_nested_lists_is_damage(tmp_path: Path) -> None:
+    package = generate(loop(3), tmp_path)
+    (package / "build.json").write_text("[" * 100_000)
+    with pytest.raises(ImportError, match=r"its build\.json cannot be read"):
+        load_model(package)
+    assert load_model(generate(loop(3), tmp_path)).links
+
+
 def test_files_written_into_a_package_while_it_is_replaced_stay(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -188,10 +220,49 @@ def test_a_link_in_the_place_of_a_result_stays(ran: Path, tmp_path: Path) -> Non
     assert (tmp_path / "plot.png").is_symlink() and (tmp_path / "thesis.png").read_text() == "mine"
 
 
-def test_results_from_before_there_were_records_are_replaced(ran: Path, tmp_path: Path) -> None:
+def test_of_results_without_a_record_runs_alone_are_known(ran: Path, tmp_path: Path) -> None:
+    """As earlier versions left them: a run says that it is one, a picture does not say whose it is."""
     shutil.copytree(ran, tmp_path, dirs_exist_ok=True)
-    (tmp_path / "results" / "bars" / ".ccgen.json").unlink()
+    results = tmp_path / "results" / "bars"
+    (results / ".ccgen.json").unlink()
+    before = content(results)
+    done = ccgen("run", "bars.toml", at=tmp_path)
+    assert done.returncode == 2 and "found the file plot.png, which ccgen did not write" in done.stderr
+    assert content(results) == before
+    for name in before:
+        if name != "result.npz":
+            (results / name).unlink()
     assert ccgen("run", "bars.toml", at=tmp_path).returncode == 0
+
+
+@pytest.mark.parametrize("place", ["build/bars", "build/other", "build/bars/results"])
+def test_results_do_not_take_the_places_of_models(place: str, ran: Path, tmp_path: Path) -> None:
+    shutil.copytree(ran, tmp_path, dirs_exist_ok=True)
+    before = content(tmp_path)
+    done = ccgen("run", "bars.toml", "--out", place, at=tmp_path)
+    assert done.returncode == 2 and f"--out {place}: found a place of a generated model" in done.stderr
+    assert content(tmp_path) == before
+
+
+@pytest.mark.skipif(not Path("/proc/self").is_dir(), reason="no file system here that takes no files")
+def test_a_folder_that_takes_no_files_is_refused_before_anything_is_done(tmp_path: Path) -> None:
+    (tmp_path / "bars.toml").write_text(SCENE)
+    done = ccgen("run", "bars.toml", "--out", "/proc/results", at=tmp_path)
+    assert done.returncode == 2 and "--out /proc/results: found " in done.stderr and "in /proc" in done.stderr
+    assert "Errno" not in done.stderr and list(content(tmp_path)) == ["bars.toml"]
+
+
+def test_a_picture_of_a_torque_replaces_such_pictures_alone(tmp_path: Path) -> None:
+    (tmp_path / "bars.toml").write_text(SCENE.replace("links = 2", "links = 1") + "[gravity]\n")
+    command = ("torque", "bars.toml", "joint_0", "--plot", "torque.png")
+    for _ in range(2):
+        done = ccgen(*command, at=tmp_path)
+        assert done.returncode == 0, done.stderr
+    (tmp_path / "torque.png").write_bytes(b"\x89PNG mine")
+    before = content(tmp_path)
+    done = ccgen(*command, at=tmp_path)
+    assert done.returncode == 2 and "--plot torque.png: found a file that ccgen did not write" in done.stderr
+    assert content(tmp_path) == before
 
 
 @pytest.mark.parametrize("name", ["cost.csv", "cost.png"])

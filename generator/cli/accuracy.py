@@ -14,10 +14,10 @@ from ..emit.compiler import CompileError
 from ..emit.replace import OutputError
 from ..pipeline import generate
 from .detail import Detail
-from .folders import check_folder, check_results, record_results
+from .folders import MODELS, check_folder, check_results, record_results
 from .progress import progress
 from .refusal import fail, refusing
-from .run import MODELS, check_numbers
+from .run import check_numbers
 from .scene_file import read, tell_assembly
 
 if TYPE_CHECKING:

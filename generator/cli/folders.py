@@ -5,12 +5,17 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import tempfile
 import zipfile
 from collections.abc import Iterable
 from pathlib import Path
 
-from ..emit.replace import OutputError, check_length
+from ..emit.package import is_package
+from ..emit.replace import STAGING, OutputError, check_length
 from .refusal import fail
+
+MODELS = Path("build")
+"""Folder of generated models."""
 
 RECORD = ".ccgen.json"
 """File of a folder of results that holds the SHA-256 of each file as ccgen wrote it."""
@@ -29,14 +34,30 @@ def check_folder(folder: Path, option: str) -> None:
         fail(f"{option} {folder}: found a file {nearest}, expected a folder; name another")
     if not os.access(nearest, os.W_OK | os.X_OK):
         fail(f"{option} {folder}: found no permission to write in {nearest}, expected it; name another folder")
+    try:
+        Path(tempfile.mkdtemp(prefix=STAGING, dir=nearest)).rmdir()
+    except OSError as error:  # as in a file system that takes no files, or is full
+        fail(f"{option} {folder}: found no way to write in {nearest} ({error.strerror}); name another folder")
+
+
+def check_picture(file: Path, option: str) -> None:
+    """Stop with exit code 2 unless a picture can be written to ``file``, where nothing is or a picture of ccgen."""
+    if file.suffix != ".png":
+        fail(f"{option} {file}: found {file.name!r}, expected a name that ends in .png; correct it")
+    check_folder(file.parent, option)
+    if os.path.lexists(file) and not _is_picture(file):
+        fail(f"{option} {file}: found a file that ccgen did not write, expected none; move it away or name another")
 
 
 def check_results(folder: Path, names: Iterable[str], option: str) -> None:
     """Stop with exit code 2 unless files of these ``names`` can be written into ``folder``.
 
-    A file that is there already is replaced only if it is as ccgen wrote it.
+    A file that is there already is replaced only if it is as ccgen wrote it. Places of models are for models alone.
     """
     check_folder(folder, option)
+    here = folder.resolve()
+    if MODELS.resolve() in here.parents or any(is_package(place) for place in (here, *here.parents)):
+        fail(f"{option} {folder}: found a place of a generated model, expected a folder for results; name another")
     written = _written(folder)
     for name in names:
         if os.path.lexists(folder / name) and not _is_own(folder / name, written):
@@ -48,37 +69,45 @@ def check_results(folder: Path, names: Iterable[str], option: str) -> None:
 
 def record_results(folder: Path, names: Iterable[str]) -> None:
     """Note that ccgen has just written the files of these ``names`` into ``folder``."""
-    written = (_written(folder) or {}) | {name: _hash(folder / name) for name in names}
+    written = _written(folder) | {name: _hash(folder / name) for name in names}
     (folder / RECORD).write_text(json.dumps(written, indent=1, sort_keys=True) + "\n")
 
 
 def forget_results(folder: Path) -> None:
     """Remove the results in ``folder`` that are as ccgen wrote them, and the record of them."""
     written = _written(folder)
-    if written is None:
-        return
     for name in written:
         if os.path.lexists(folder / name) and _is_own(folder / name, written):
             (folder / name).unlink()
     (folder / RECORD).unlink(missing_ok=True)
 
 
-def _is_own(file: Path, written: dict[str, str] | None) -> bool:
+def _is_own(file: Path, written: dict[str, str]) -> bool:
     """Whether ccgen wrote a file, by the hashes of what it ``written`` there."""
     if file.is_symlink() or not file.is_file():
         return False
-    return written is None or _hash(file) == written.get(file.name)
+    return _hash(file) == written.get(file.name)
 
 
-def _written(folder: Path) -> dict[str, str] | None:
-    """Hashes of what ccgen wrote into a folder; ``None`` of one with results from before there were records."""
+def _written(folder: Path) -> dict[str, str]:
+    """Hashes of what ccgen wrote into a folder. Without a record, as of an earlier version, that is a run alone."""
     try:
         found = json.loads((folder / RECORD).read_text())
         return dict(found) if isinstance(found, dict) else {}
     except FileNotFoundError:
-        return None if _is_run(folder / "result.npz") else {}
-    except (OSError, ValueError):
+        run = folder / "result.npz"
+        return {run.name: _hash(run)} if _is_run(run) else {}
+    except (OSError, ValueError, RecursionError):
         return {}
+
+
+def _is_picture(file: Path) -> bool:
+    """Whether a file is a PNG that says that ccgen made it."""
+    try:
+        with file.open("rb") as opened:
+            return not file.is_symlink() and b"tEXtSoftware\0ccgen" in opened.read(1000)
+    except OSError:
+        return False
 
 
 def _is_run(file: Path) -> bool:

@@ -14,7 +14,7 @@ from ..emit.replace import OutputError
 from ..pipeline import generate
 from ..program.errors import FoldError
 from .detail import Detail
-from .folders import check_folder, check_results, record_results
+from .folders import MODELS, check_folder, check_results, record_results
 from .forces import force_files, print_forces, ways_to_write
 from .progress import progress
 from .refusal import STOPPED_EARLY, fail, refusing
@@ -24,8 +24,6 @@ from .scene_file import read, tell_assembly, tell_mobility
 if TYPE_CHECKING:
     from ccgen.runtime import Run
 
-MODELS = Path("build")
-"""Folder of generated models."""
 FILES = ("result.npz", "plot.png", "player.html")
 """Files of every run."""
 GIF = "animation.gif"

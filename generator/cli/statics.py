@@ -13,10 +13,9 @@ from ..emit.replace import OutputError
 from ..pipeline import generate
 from ..scene import Scene
 from .detail import Detail
-from .folders import check_folder
+from .folders import MODELS, check_folder, check_picture
 from .progress import progress
 from .refusal import fail, refusing
-from .run import MODELS
 from .scene_file import read, tell_assembly
 
 if TYPE_CHECKING:
@@ -30,6 +29,8 @@ def torque(scene_file: Path, joint: str | None, rate: float, plot: Path | None, 
 
     scene = read(scene_file)
     joint = _driving(scene, scene_file, joint)
+    if plot is not None:
+        check_picture(plot, "--plot")
     model = _model(scene, detail)
     with refusing(ValueError, OSError):
         turn = driving_torque(model, joint, rate)

@@ -18,13 +18,16 @@ ONE_LANE_HEADERS = ("model.h", "one_lane.h")
 KEY = ".key"
 """File that holds the key of what the package was made from."""
 
+DATA = "model.json"
+"""File that holds what the runtime knows of the model."""
+
 RECORD = "build.json"
 """File that holds how the package was built, where it runs, and sizes and hashes of its other files but the key."""
 
 BANNERED = ("__init__.py", "_binding.pyx", "model.c", "lanes.c")
 """Files that say at their beginning that ccgen wrote them."""
 
-NAMES = {*HEADERS, *ONE_LANE_HEADERS, *BANNERED, KEY, RECORD, "_binding.c", "equations.txt", "model.json"}
+NAMES = {*HEADERS, *ONE_LANE_HEADERS, *BANNERED, KEY, RECORD, "_binding.c", "equations.txt", DATA}
 EXTENSION = re.compile(r"_model_[0-9a-f]{16}\.([\w-]+\.)*(so|pyd)")
 BYTECODE = "__pycache__"
 SAID = re.compile(rb"(ritten|generated) by ccgen ")
@@ -46,8 +49,9 @@ def is_package(folder: Path) -> bool:
 def discard(folder: Path) -> None:
     """Remove the files of a package, and their folder if nothing else is in it. What ccgen did not write stays."""
     try:
+        mine = edited(folder)
         with os.scandir(folder) as entries:
-            known = [entry for entry in entries if _known(entry)]
+            known = [entry for entry in entries if _known(entry) and entry.name not in mine]
         for entry in known:
             path = Path(entry.path)
             if entry.name == BYTECODE:
@@ -77,21 +81,61 @@ def seal(record: Mapping[str, object]) -> str:
 
 def is_current(folder: Path, key: str) -> bool:
     """Whether ``folder`` holds the package of ``key``, whole and undamaged."""
+    parts = _parts(folder)
     try:
-        if (folder / KEY).read_text() != key:
-            return False
-        record = json.loads((folder / RECORD).read_text())
-        parts = record["parts"]
-        return record["seal"] == seal(record) and all(
-            _part((folder / name).read_bytes()) == part for name, part in parts.items()
+        return (
+            parts is not None
+            and (folder / KEY).read_text() == key
+            and all(_part((folder / name).read_bytes()) == part for name, part in parts.items())
         )
-    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+    except (OSError, ValueError):
         return False
+
+
+def edited(folder: Path) -> list[str]:
+    """Names of the texts in a package that somebody has changed since ccgen wrote them, in order.
+
+    What is loaded is left out, and what is empty: there a change is damage. Nothing is known of a package whose record
+    is damaged or missing.
+    """
+    while True:
+        place, parts = _place(folder), _parts(folder) or {}
+        found = sorted(name for name, part in parts.items() if _is_edited(folder / name, part))
+        if not found or _place(folder) == place:  # else another package has taken its place meanwhile
+            return found
 
 
 def parts_of(folder: Path) -> Iterable[str]:
     """Names of the files of a package that is whole."""
-    return (*json.loads((folder / RECORD).read_text())["parts"], RECORD, KEY)
+    return (*(_parts(folder) or {}), RECORD, KEY)
+
+
+def _place(folder: Path) -> tuple[int, int] | None:
+    """What tells a folder from another that takes its place; ``None`` where there is none."""
+    try:
+        found = folder.stat()
+        return found.st_ino, found.st_ctime_ns
+    except FileNotFoundError:
+        return None
+
+
+def _is_edited(file: Path, part: object) -> bool:
+    if file.name == DATA or EXTENSION.fullmatch(file.name) or file.is_symlink():
+        return False
+    try:
+        content = file.read_bytes()
+    except OSError:
+        return False  # gone
+    return bool(content) and _part(content) != part
+
+
+def _parts(folder: Path) -> dict[str, object] | None:
+    """Sizes and hashes of the files of a package by its record; ``None`` if that is missing or damaged."""
+    try:
+        record = json.loads((folder / RECORD).read_text())
+        return dict(record["parts"]) if record["seal"] == seal(record) else None
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        return None
 
 
 def _part(content: bytes) -> dict[str, object]:

@@ -13,7 +13,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from secrets import token_hex
 
-from .package import discard, is_package, strangers
+from .package import discard, edited, is_package, strangers
 
 STAGING = ".ccgen-"
 """Beginning of the names of folders that are still being filled, or on their way out."""
@@ -35,8 +35,8 @@ class OutputError(Exception):
 def check_place(target: Path) -> None:
     """Raise :class:`OutputError` unless a package may be put at ``target``.
 
-    It may where nothing is yet, in place of an empty folder, and in place of a package that ccgen wrote and in which
-    nothing else lies.
+    It may where nothing is yet, in place of an empty folder, and in place of a package that ccgen wrote, in which
+    nobody has changed a text and nothing else lies.
     """
     check_length(target)
     advice = "move it away, choose another folder for models, or give the scene another name"
@@ -53,6 +53,11 @@ def check_place(target: Path) -> None:
     if others or (any(target.iterdir()) and not is_package(target)):
         names = _listed(others or sorted(path.name for path in target.iterdir()))
         raise OutputError(f"{target}: found a folder that ccgen did not write, with {names}, {expected}; {advice}")
+    if changed := edited(target):
+        raise OutputError(
+            f"{target}: found {_listed(changed)} in the package changed since ccgen wrote it; move what is yours away, "
+            "or remove it, and generate again"
+        )
 
 
 def check_length(target: Path) -> None:
@@ -109,7 +114,11 @@ def put(fresh: Path, target: Path, own: bool = False) -> None:
             _exchange(fresh, target)
         except FileNotFoundError:
             continue  # another process was faster
-        if fresh.exists() and strangers(fresh):  # somebody has just written into it
+        try:
+            late = strangers(fresh) or (not own and edited(fresh))  # somebody has just written into it
+        except FileNotFoundError:
+            return  # swept away by another process
+        if late:
             _exchange(fresh, target)
             check_place(target)
         discard(fresh)
