@@ -15,13 +15,15 @@ from .run import Run, write_whole
 
 INSTANTS = 1000
 """Least number of instants between the start of a run and its end."""
+BEFORE = 1e-9
+"""Part of a phase by which its end is looked at earlier: forces change by as little, places by more than rounding."""
 
 
 @dataclass(frozen=True, eq=False)
 class History:
     """Forces at times t (n,): ``pushes`` (n, contacts, 2) and ``reactions`` (n, joints, 3), as those of a run.
 
-    Instants at which forces jump are there twice, before and after.
+    Instants at which forces jump are there twice, with what they are just before and after.
     """
 
     t: FloatArray
@@ -40,16 +42,24 @@ def history(run: Run, instants: int = INSTANTS) -> History:
     times = np.union1d(even, run.t)
     if not run.success and len(times) > 1:
         times = times[:-1]
-    q, u = run.at(times)
     jumps = np.union1d(run.motion.since, np.array([impact.t for impact in run.impacts], dtype=run.t.dtype))
     jumps = jumps[(jumps > run.t[0]) & (jumps <= times[-1])]
-    rows = np.searchsorted(run.t, jumps, side="left")
     t = np.concatenate([jumps, times])
-    before = np.arange(len(t)) < len(jumps)
+    asked = np.concatenate([_just_before(run, jumps), times])
     order = np.argsort(t, kind="stable")
-    states = (np.concatenate([run.q[rows], q])[order], np.concatenate([run.u[rows], u])[order])
-    motion = run.motion(t[order], *states, before[order])
+    motion = run.motion(asked[order], *run.at(asked[order]))
     return History(t[order], motion.pushes, motion.reactions)
+
+
+def _just_before(run: Run, jumps: FloatArray) -> FloatArray:
+    """Times at which the forces are those before the ``jumps``.
+
+    At a jump itself a contact may be at the end of the edge that it leaves, where its gap is that to what comes next:
+    its force before is a limit. After a phase too short for a time within it they are those at its beginning.
+    """
+    start = np.concatenate([run.t[:1], jumps[:-1]])
+    found: FloatArray = np.maximum(start, jumps - np.maximum(BEFORE * (jumps - start), 4.0 * np.spacing(jumps)))
+    return found
 
 
 def columns(run: Run) -> list[str]:

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .frames import FloatArray
 
@@ -223,16 +222,15 @@ class Along:
     which: Sequence[int]
     ways: Sequence[Held]
 
-    def __call__(self, t: FloatArray, q: FloatArray, u: FloatArray, before: NDArray[np.bool_] | bool = False) -> Motion:
-        """The motion at the times t (b,) and states of the run; ``before`` what changes there, where that is set.
+    def __call__(self, t: FloatArray, q: FloatArray, u: FloatArray) -> Motion:
+        """The motion at the times t (b,) and states of the run; where it changes, what it is from then on.
 
         Raises ``ValueError`` where there is none, and where a controller was lost by pickling.
         """
         model, supply = self.advance.model, self.advance.supply
         if isinstance(self.advance.inputs, str):
             raise ValueError("no forces: the run was pickled without its controller; ask for them before it is pickled")
-        after = np.searchsorted(self.since, t, side="right") - 1
-        change = np.where(before, np.searchsorted(self.since, t, side="left") - 1, after)
+        change = np.searchsorted(self.since, t, side="right") - 1
         which = np.append(np.array(self.which, dtype=int), -1)[change]  # the last is of what is before all changes
         found = _Parts(model, len(t), reactions=True)
         for one in np.unique(which).tolist():
@@ -259,7 +257,10 @@ def along(advance: Advance, found: Mapping[str, Any]) -> Along:
 
 
 def impulses_of_joints(model: Model, found: Mapping[str, Any]) -> FloatArray:
-    """Impulses of the joints (impacts, joints, 3) in the impacts that the core recorded, on the outboard links."""
+    """Impulses of the joints (impacts, joints, 3) in the impacts that the core recorded, on the outboard links.
+
+    Not a number where the equations have no solution.
+    """
     count, contacts, first = len(found["impact_t"]), len(model.contacts), found["first"]
     P: FloatArray = np.zeros((count, 2 * contacts), dtype=model.core.REAL)
     for i in range(count):
@@ -267,6 +268,7 @@ def impulses_of_joints(model: Model, found: Mapping[str, Any]) -> FloatArray:
         chosen = np.array(found["contacts"][part])
         P[i, chosen], P[i, contacts + chosen] = found["impulses"][part], found["friction"][part]
     q = np.ascontiguousarray(found["q"][found["after"]]) if count else found["q"][:0]
-    impulses = model.kernels.joint_impulses(q, found["u_plus"] - found["u_minus"], P)[0]
+    impulses, outcomes = model.kernels.joint_impulses(q, found["u_plus"] - found["u_minus"], P)
+    impulses[[outcome != "done" for outcome in outcomes]] = np.nan
     impulses[~P.any(axis=1)] = 0.0  # a loop that lies in a line strikes itself: impulses of its joints have no bounds
     return impulses.reshape(count, len(model.joints), 3)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import math
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from ccgen.runtime.force_plot import draw_forces
 
 from .conftest import Workshop
 from .test_forces import LEANING, G
+from .touching_scenes import disc_on_plank
 
 
 @pytest.fixture
@@ -67,6 +69,20 @@ def test_forces_on_both_sides_of_a_jump_are_those_of_the_run(workshop: Workshop)
     assert np.allclose(found.reactions[at[0]], run.reactions(impact.t - 1e-9), atol=1e-5)
     after = found.t > impact.t
     assert np.array_equal(found.reactions[after], run.reactions(found.t[after]))
+
+
+@pytest.mark.parametrize("thickness", [0.02, 1e-12])
+@pytest.mark.parametrize("friction", ["", "friction = 0.5"])
+def test_contacts_push_to_the_end_of_their_touch(friction: str, thickness: float, workshop: Workshop) -> None:
+    """A disc runs down a plank and leaves it at its end, where the gap is to what comes next."""
+    model = workshop.model(disc_on_plank(0.3, 0.2, f"restitution = 0.0\n{friction}", thickness=thickness))
+    run = simulate(model, until=1.5)
+    assert [phase.kind for phase in run.phases] == ["contact", "flight"], run.message
+    found = history(run)
+    normal, at = found.pushes[:, 0, 0], int(np.flatnonzero(found.t == run.phases[0].end)[0])
+    weight = G * math.cos(0.3) * float(model.parameters["disc.mass"])
+    assert np.max(np.abs(normal[: at - 20] - weight)) <= 1e-9 * weight
+    assert np.min(normal) >= 0.0 and np.max(normal) <= weight * (1.0 + 1e-9) and normal[at + 1] == 0.0
 
 
 def test_the_picture_has_a_panel_for_what_there_is(workshop: Workshop, tmp_path: Path) -> None:

@@ -16,7 +16,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 SURVEYS = ("test_change_points.py", "test_wedge.py", "test_stronge.py")
-"""Of this folder; those that are there. Loops that collapse are chaotic: what they reach is told in docs/hard-cases.md."""
+"""Of this folder; those that are there. Loops that collapse are chaotic, and not among them."""
 PLAIN = "gcc"
 COMPILED = {
     "for x86-64-v2": (PLAIN, ("-march=x86-64-v2",)),
