@@ -48,6 +48,7 @@ hexagon: $(VENV)/ccgen
 	@echo "  player.html    open it in a browser: plays, pauses, scrubs"
 	@echo "  animation.gif  the same as a picture that moves"
 	@echo "  plot.png       energy, heights and closure over time"
+	@echo "  forces.png     what contacts push and joints carry over time; ccgen run --csv writes them as a table"
 
 test: $(VENV)/test
 	@$(BIN)/python -m pytest -n auto --dist loadfile $(ARGS)

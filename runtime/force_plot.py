@@ -18,6 +18,10 @@ Panel = tuple[str, dict[str, FloatArray]]
 """Label of the axis, and its curves by name."""
 
 
+ROUNDING = 1e-13
+"""Times the largest force of a run: some hundred roundings, as many as sums over links and contacts have at most."""
+
+
 def draw_forces(run: Run, path: str | os.PathLike[str] | None = None) -> Any:
     """The figure of a run's forces between impacts, saved as a PNG where a path is given."""
     target = None if path is None else Path(path)
@@ -46,11 +50,16 @@ def draw_forces(run: Run, path: str | os.PathLike[str] | None = None) -> Any:
 
 
 def panels(run: Run, found: History) -> list[Panel]:
-    """Normal forces, friction, moments of stops, and the sizes of the joints' forces, of these what there is."""
+    """Normal forces, friction, moments of stops, and the sizes of the joints' forces, of these what there is.
+
+    Contacts that never push are left out, and a panel whose curves are all rounding of the largest force.
+    """
     contacts, stops = run.model.contacts, run.model.stops
     single = len({ground for _, ground in contacts if ground not in stops}) == 1
     normal, friction, turning = {}, {}, {}
     for k, (point, ground) in enumerate(contacts):
+        if not np.any(found.pushes[:, k]):
+            continue
         if ground in stops:
             turning[ground] = found.pushes[:, k, 0]
             continue
@@ -63,4 +72,8 @@ def panels(run: Run, found: History) -> list[Panel]:
         ("moment of stops [N m]", turning),
         ("joint force [N]", joints),
     ]
-    return [panel for panel in every if any(np.any(curve) for curve in panel[1].values())] or every[:1]
+    least = ROUNDING * max(
+        (float(np.max(np.abs(curve))) for _, curves in every for curve in curves.values()), default=0.0
+    )
+    shown = [panel for panel in every if any(np.any(np.abs(curve) > least) for curve in panel[1].values())]
+    return shown or [("normal force [N]", {run.model.contacts[0][0]: np.zeros(len(found.t))})]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -37,10 +37,25 @@ class Motion:
 
 
 def in_flight(model: Model, q: FloatArray, contacts: Contacts) -> bool:
-    """Whether no contact pushes in any of the configurations (b, nq)."""
+    """Whether no contact pushes in any of the configurations (b, nq).
+
+    Raises ``ValueError`` unless ``contacts`` is None, a mapping, or a list of pairs.
+    """
     if contacts is None:
         return not model.contacts or not model.kernels.closed(q).any()
+    if not isinstance(contacts, Mapping) and not _pairs(contacts):
+        raise ValueError(
+            f"contacts: found {contacts!r}, expected a list of (point, ground), () for none, {{(point, ground): how}}, "
+            "or None for those that are closed"
+        )
     return not contacts
+
+
+def _pairs(contacts: object) -> bool:
+    """Whether it is a list of pairs of names."""
+    if isinstance(contacts, str) or not isinstance(contacts, Iterable):
+        return False
+    return all(isinstance(pair, Sequence) and not isinstance(pair, str) and len(pair) == 2 for pair in contacts)
 
 
 def flight_of(model: Model, q: FloatArray, u: FloatArray, t: float | FloatArray, what: str) -> FloatArray:

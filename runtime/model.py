@@ -101,7 +101,9 @@ class Model:
         return max(extents, default=0.0) or 1.0
 
     def __repr__(self) -> str:
-        return f"<Model {self.name}: {len(self.links)} links, {len(self.joints)} joints, {self.dof} degrees of freedom>"
+        counts = ((len(self.links), "link"), (len(self.joints), "joint"), (self.dof, "degree"))
+        links, joints, degrees = (f"{count} {word}{'s' * (count != 1)}" for count, word in counts)
+        return f"<Model {self.name}: {links}, {joints}, {degrees} of freedom>"
 
     # -- copies ----------------------------------------------------------------------------------------------------
 

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import os
+import textwrap
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -56,12 +57,16 @@ def draw(run: Run, path: str | os.PathLike[str] | None = None) -> Any:
     rows[-1].set_xlabel("time [s]")
     if duration > 0:
         rows[-1].set_xlim(run.t[0], run.t[-1])
-    title = run.model.name if run.success else f"{run.model.name} — {run.message}"
-    figure.suptitle(title, fontsize=13, wrap=True)
+    figure.suptitle(run.model.name if run.success else f"{run.model.name} — {_short(run.message)}", fontsize=13)
 
     if target is not None:
         write_whole(target, lambda part: figure.savefig(part, format="png", metadata={"Software": "ccgen"}))
     return figure
+
+
+def _short(message: str) -> str:
+    """The beginning of a message, as far as a title is read: why a run stopped, without the advice, in a line."""
+    return textwrap.shorten(message.split(";", maxsplit=1)[0], 100, placeholder=" …")
 
 
 def instants(run: Run, count: int = PANELS) -> list[tuple[float, str]]:

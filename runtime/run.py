@@ -165,7 +165,10 @@ class Run:
         Starts from the last recorded row that is not later than t and goes on from there, with contacts in one step,
         without them by steps as those of the run.
         """
-        times = np.asarray(t, dtype=self.t.dtype)
+        try:
+            times = np.asarray(t, dtype=self.t.dtype)
+        except (TypeError, ValueError):
+            raise ValueError(f"t: found {t!r}, expected a number or a row of them") from None
         if times.ndim > 1:
             raise ValueError(f"times have shape {times.shape}, expected a number or a row of them")
         if not np.all((times >= self.t[0]) & (times <= self.t[-1])):

@@ -91,3 +91,30 @@ def test_the_picture_has_a_panel_for_what_there_is(workshop: Workshop, tmp_path:
     assert [axes.get_ylabel() for axes in figure.axes] == ["normal force [N]", "joint force [N]"]
     with pytest.raises(ValueError, match=r"saved as .png"):
         draw_forces(run, tmp_path / "forces.pdf")
+
+
+def test_what_never_pushes_and_what_is_rounding_is_not_drawn(workshop: Workshop, tmp_path: Path) -> None:
+    """A block rests on level rough ground on two of its four corners: nothing rubs."""
+    run = simulate(workshop.model(BLOCK), until=0.5)
+    figure: Any = draw_forces(run, tmp_path / "forces.png")
+    (axes,) = figure.axes
+    assert axes.get_ylabel() == "normal force [N]"
+    assert {"block.A", "block.B"} <= {line.get_label() for line in axes.lines}
+    assert not {"block.C", "block.D"} & {line.get_label() for line in axes.lines}
+    assert np.max(np.abs(history(run).pushes[:, :, 1])) <= 1e-13 * G
+
+
+BLOCK = """
+name = "block"
+[[link]]
+name = "block"
+mass = 1
+inertia = 0.2
+com = [0.5, 0.5]
+points = { A = [0, 0], B = [1, 0], C = [1, 1], D = [0, 1] }
+[gravity]
+[[ground]]
+restitution = 0
+friction = 0.5
+contacts = ["block.A", "block.B", "block.C", "block.D"]
+"""

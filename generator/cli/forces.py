@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
     from ..scene.scene import Scene
 
+ROUNDING = 1e-13
+"""Times the normal force: friction that is less is rounding."""
 PICTURE, TABLE = "forces.png", "forces.csv"
 LARGEST = 3
 """Contacts, and joints, whose largest forces are printed."""
@@ -52,7 +54,8 @@ def _contacts(run: Run, found: History) -> list[Row]:
             if sizes[k] <= 0.0:
                 continue
             friction = float(found.pushes[peaks[k], k, 1])
-            more = f", friction {friction:z.6g} N" if np.any(found.pushes[:, k, 1]) else ""
+            rubs = np.abs(found.pushes[:, k, 1]) > ROUNDING * sizes[k]
+            more = f", friction {friction if rubs[peaks[k]] else 0.0:z.6g} N" if rubs.any() else ""
             point, ground = model.contacts[k]
             unit = "N m" if stops else "N"
             rows.append((f"{point} on {ground}", f"{sizes[k]:.6g} {unit}", float(found.t[peaks[k]]), more))
