@@ -1,4 +1,4 @@
-/* Flight: steps with their error estimates, the search for events, and landing on them. */
+/* Flight: steps with their error estimates, and the search for events. */
 #include "flight.h"
 
 #include <float.h>
@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "keeping.h"
+#include "landing.h"
 #include "passing.h"
 #include "resolution.h"
 
@@ -19,14 +20,11 @@ static const double LONGEST_REBOUND = 10.0; /* times the flight before an impact
 static const double BELIEVED = 0.1; /* of an error is there, whatever of it lies across the closure: steps are a third longer at most */
 static const double CRAWL = CCGEN_LIMIT(1e-8, 1e-4); /* rad, and times length: what is unknown near a line of links */
 static const double REST_SPEED = 1e-10;     /* times extent per second: a contact this slow does not bounce */
-static const double DEEP = 1e-12;           /* times extent: an event behind the surface by more than rounding */
-static const double JUMP = 1e-3;            /* of what a watched value was: more is not the rounding of its zero */
 static const double ADRIFT = 1e-11;         /* times extent: the gap of a carried contact that is not closed any more */
 static const double LEAP = 1e-6, FURTHER = 10.0; /* rad, or times length; times the way that velocities carry */
 static const double DRIVEN = CCGEN_LIMIT(1e-8, 1e-3); /* rad and rad/s, or m: more is not the rounding of a driven joint */
 enum {
     SHORTER = 60,  /* shorter steps in search of an early event */
-    LANDINGS = 60, /* steps towards an event; three to five are usual */
     AGAIN = 4,     /* times a step is taken anew for where it passes a singular configuration */
     CRAWLS = 20,   /* steps in a row that move nothing, before what they might be stuck at is looked at */
     TICK = 64      /* short steps between two questions whether to go on */
@@ -267,85 +265,6 @@ static enum outcome search_step(struct flight *f, struct event *event)
     }
 }
 
-/* Step again from (t, y) so that the step ends at the event: Newton on the gap, kept inside the bracket of what is known.
- * y1 is then the state at t + h, as accurate as any step's end. */
-static enum outcome land(struct flight *f, struct event event)
-{
-    const struct ccgen_model *m = f->s->model;
-    double h = event.theta * f->h, before = 0.0, behind = f->h;
-    for (int i = 0; f->t + h > f->t; i++) {
-        const enum outcome outcome = plain_step(f, h);
-        if (outcome)
-            return outcome;
-        m->gaps(f->s->k, f->y1, f->gaps);
-        m->gap_rates(f->s->k, f->y1, f->y1 + f->s->n, f->rates);
-        const double g = f->gaps[event.contact], rate = f->rates[event.contact];
-        const double resolution = DBL_EPSILON * fmax(f->t + h, f->h);
-        if (g > 0.0)
-            before = h;
-        else
-            behind = h;
-        double next = rate < 0.0 ? h - g / rate : h;
-        if (fabs(next - h) <= resolution || behind - before <= resolution || i == LANDINGS) {
-            const int deep = g < -DEEP * f->s->extent[event.contact] && before < h; /* the gap may jump: stay outside */
-            f->h = deep ? before : h;
-            return deep ? plain_step(f, f->h) : OUTCOME_DONE;
-        }
-        h = next > before && next < behind ? next : 0.5 * (before + behind);
-    }
-    memcpy(f->y1, f->y, (size_t)f->s->size * sizeof *f->y); /* the event is where the step begins */
-    f->h = 0.0;
-    return OUTCOME_DONE;
-}
-
-/* The same for a watched value of held contacts: false position with the Illinois modification. */
-static enum outcome land_on_loss(struct flight *f, struct event event)
-{
-    double *value = f->search + f->s->size, low = 0.0, high = event.behind * f->h, h = event.theta * f->h;
-    enum outcome outcome = event.behind < 1.0 ? plain_step(f, high) : OUTCOME_DONE; /* it may be positive again at the end */
-    outcome = outcome ? outcome : watch(f->s, f->t + high, f->y1, f->dy1, value);
-    const double end = value[event.watch];
-    outcome = outcome ? outcome : watch(f->s, f->t, f->y, f->dy1, value);
-    double at_low = value[event.watch];
-    for (int i = 0; !outcome && at_low <= 0.0 && event.theta > 0.0 && i < LANDINGS; i++) { /* zero at first, then positive */
-        low = ldexp(h, -i - 1);
-        outcome = plain_step(f, low);
-        outcome = outcome ? outcome : watch(f->s, f->t + low, f->y1, f->dy1, value);
-        at_low = value[event.watch];
-    }
-    if (outcome)
-        return outcome;
-    double at_high = end < 0.0 ? end : -at_low, lost = end;
-    const double jump = JUMP * at_low;
-    for (int i = 0, side = 0; !outcome && at_low > 0.0 && f->t + h > f->t; i++) {
-        if ((outcome = plain_step(f, h)) || (outcome = watch(f->s, f->t + h, f->y1, f->dy1, value)))
-            return outcome;
-        const double now = value[event.watch];
-        if (now > 0.0) {
-            low = h;
-            at_low = now;
-            at_high *= side > 0 ? 0.5 : 1.0;
-            side = 1;
-        } else {
-            high = h;
-            at_high = lost = now;
-            at_low *= side < 0 ? 0.5 : 1.0;
-            side = -1;
-        }
-        if (high - low <= DBL_EPSILON * fmax(f->t + h, f->h) || now == 0.0 || i == LANDINGS) {
-            const int before = now > jump && lost < 0.0; /* past the end of an edge a force jumps: not lost before */
-            f->h = before ? high : h;
-            return before ? plain_step(f, high) : OUTCOME_DONE;
-        }
-        h = (low * at_high - high * at_low) / (at_high - at_low);
-        if (!(h > low && h < high))
-            h = 0.5 * (low + high);
-    }
-    memcpy(f->y1, f->y, (size_t)f->s->size * sizeof *f->y);
-    f->h = 0.0;
-    return outcome;
-}
-
 /* Whether a contact that others carry is not closed any more: what carries it has changed. */
 static int lost(const struct flight *f)
 {
@@ -472,7 +391,7 @@ enum outcome fly(struct flight *f, struct event *event)
         if (!outcome && interrupted(f->s, 0)) /* what was found without accelerations is none */
             outcome = OUTCOME_INTERRUPTED;
         if (!outcome && event->contact >= 0)
-            outcome = event->watch == CLOSES ? land(f, *event) : land_on_loss(f, *event);
+            outcome = land(f, *event);
         if (!outcome && event->contact >= 0 && f->h > shortest(f) && leaps(f))
             outcome = OUTCOME_STEP_TOO_SMALL;
         if (!outcome && f->h != f->energy_h && f->h > shortest(f) && energy_missed(f) > 1.0) /* a shorter one than accepted */
