@@ -248,7 +248,8 @@ class _Turn:
             return f"{where}, expected a crank; name another joint"
         point, ground = self.model.contacts[bar]
         what = "" if ground in self.model.stops else "the surface of "
-        return f"{where}, where {point} reaches {what}{ground}, which would push; leave that out or name another joint"
+        advice = "leave that out, turn it the other way, or name another joint"
+        return f"{where}, where {point} reaches {what}{ground}, which would push; {advice}"
 
     def _corrected(self, q: FloatArray, crank: float) -> FloatArray | None:
         """The configuration near ``q`` with loops shut and the crank at ``crank`` (rad), ``None`` where none is."""
