@@ -91,7 +91,7 @@ static enum outcome go_ahead(struct flight *f, struct decision *d)
         d->enlarged = fmax(1.0, d->scale * fmin(1.0 / found, PRESSED / v->noise));
     for (int i = 0; i < d->all; i++)
         d->b[i] *= d->enlarged;
-    if (v->zero[d->loss.contact])
+    if (v->zero[d->loss.contact] && d->loss.how != STIRS) /* what has stirred does not touch again at once */
         d->loss.contact = -1;
     return outcome;
 }
