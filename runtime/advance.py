@@ -18,6 +18,10 @@ LOST = "lost"
 """In place of a controller that cannot be pickled."""
 
 
+COLLOCATION = "gauss"
+"""Method of steps that end beside a singular configuration, where that of the run may have none."""
+
+
 @dataclass(eq=False)
 class Advance:
     """Called with (t0, q0, u0, h): the state (q, u) that one projected step reaches from a recorded row.
@@ -48,12 +52,13 @@ class Advance:
             )
         change = int(np.searchsorted(self.hold_t, t0, side="right")) - 1
         held = [(contact, how) for contact, how in self.held[change] if how != "carried"] if change >= 0 else []
-        new_q, new_u, outcome = self.model.kernels.advance(
-            self.method, t0, np.array(q0), np.array(u0), h, self.supply, self.drift, held, *self.tolerances
-        )
-        if outcome != "done":
-            raise ValueError(f"no state between the rows at t = {t0} and after ({outcome.replace('_', ' ')})")
-        return new_q, new_u
+        for method in dict.fromkeys((self.method, COLLOCATION)):
+            new_q, new_u, outcome = self.model.kernels.advance(
+                method, t0, np.array(q0), np.array(u0), h, self.supply, self.drift, held, *self.tolerances
+            )
+            if outcome == "done":
+                return new_q, new_u
+        raise ValueError(f"no state between the rows at t = {t0} and after ({outcome.replace('_', ' ')})")
 
     def __copy__(self) -> Advance:
         return self
