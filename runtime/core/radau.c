@@ -283,8 +283,12 @@ static void estimate(struct radau *r, double h, const double *y, const double *d
         by_u[i] = creal(r->x[i]);
         by_q[i] += z * by_u[i];
     }
-    if (r->rows > n) /* nothing is known of the work */
-        r->estimate[2 * n] = 0.0;
+    if (r->rows > n) { /* the work: power does not depend on it */
+        const double *work = r->ends + 2 * n * STAGES;
+        r->estimate[2 * n] = z * dy[2 * n];
+        for (int j = 0; j < STAGES; j++)
+            r->estimate[2 * n] += ESTIMATE[j] * (work[j] - y[2 * n]);
+    }
 }
 
 /* States at the stages, the last of which is the end of the step, and the work. */
