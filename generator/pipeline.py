@@ -82,9 +82,13 @@ def derive_scene(scene: Scene, fold: bool = False) -> tuple[Topology, Equations]
     """The first stages: the virtual open chain, and all equations, with numbers for the parameters if ``fold``."""
     from .derive.derivation import derive
     from .mechanism.topology import span
+    from .planning.choose import choose
+    from .planning.dead_centres import sound_dyads
 
     topology = span(scene.mechanism, scene.driven)
-    equations = derive(scene.mechanism, topology, scene.effects)
+    sound = sound_dyads(scene.mechanism, topology, scene.start.poses)
+    plan = choose(scene.mechanism, topology, scene.driven, sound).plan
+    equations = derive(scene.mechanism, topology, plan, scene.effects)
     if fold:
         from .program.fold import fold as folded
 

@@ -18,6 +18,7 @@ from ..mechanism.joints import PointRef
 from ..mechanism.links import GROUND, Parameter
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.topology import Topology
+from ..planning.plan import Plan
 from .closure import Closure
 from .equations import Argument, Equations, Kernel, Ledger, Output
 from .form import FLIGHT, IMPACT
@@ -29,6 +30,12 @@ from .inverse import Inverse
 from .kinematics import ZERO, Kinematics, Vector, add, dot, symbol
 from .motion import TIME, Couple, Force, Motion, sum_per_link
 from .names import A_X, A_Y, ALPHA, AXES, SLIDE, State, multiplier
+
+AT_DEAD_CENTRES = "_at_dead_centres"
+"""Behind the name of a kernel that solves for the same by the plan to go to where the guards of the first fail."""
+
+MARK = "_v"
+"""Behind the names of that plan's quantities that the first has named otherwise."""
 
 Let = Callable[[str, sp.Expr], sp.Expr]
 
@@ -72,17 +79,17 @@ class Terms(Protocol):
         ...
 
 
-def derive(mechanism: Mechanism, topology: Topology, effects: Sequence[Terms] = ()) -> Equations:
-    """All equations of a mechanism under the given effects.
+def derive(mechanism: Mechanism, topology: Topology, plan: Plan, effects: Sequence[Terms] = ()) -> Equations:
+    """All equations of a mechanism under the given effects, the unknowns eliminated in the order of ``plan``.
 
-    The order of the assignments is that of the derivation; cost and length grow linearly with the number of links.
+    The order of the assignments is that of the derivation.
     """
-    return _Derivation(mechanism, topology, tuple(effects)).equations()
+    return _Derivation(mechanism, topology, plan, tuple(effects)).equations()
 
 
 class _Derivation:
-    def __init__(self, mechanism: Mechanism, topology: Topology, effects: tuple[Terms, ...]) -> None:
-        self.mechanism, self.topology, self.effects = mechanism, topology, effects
+    def __init__(self, mechanism: Mechanism, topology: Topology, plan: Plan, effects: tuple[Terms, ...]) -> None:
+        self.mechanism, self.topology, self.plan, self.effects = mechanism, topology, plan, effects
         self.ledger = Ledger()
         self.state = State.of(mechanism, topology)
         self.kinematics = Kinematics(mechanism, topology, self.state, self.ledger)
@@ -140,11 +147,20 @@ class _Derivation:
         return [Kernel("power", (self.q, self.u, *self.acted, *solved), (output,), "power of the effects")]
 
     def _dynamics(self) -> list[Kernel]:
+        """Accelerations and velocity jumps, by the plan and by the one to go to where its guards fail."""
+        kernels = self._solved(self.plan, "")
+        if self.plan.otherwise:
+            self.ledger.mark = MARK
+            kernels = [*self._solved(self.plan.otherwise, AT_DEAD_CENTRES), *kernels]
+            self.ledger.mark = ""
+        return kernels
+
+    def _solved(self, plan: Plan, behind: str) -> list[Kernel]:
         impulses = tuple(sp.Symbol(f"F_{u}") for u in self.state.u)
         rows = [multiplier(*row) for row in self.topology.rows]
         jumps = {row: sp.Symbol(f"y_{row.joint}_{row.axis}") for row in rows}
         recursion = Recursion(
-            self.kinematics, self.closure, self.ledger, self.field, self.loads, impulses, jumps, self.drives
+            plan, self.kinematics, self.closure, self.ledger, self.field, self.loads, impulses, jumps, self.drives
         )
         recursion.run()
         results = {}
@@ -157,9 +173,12 @@ class _Derivation:
         guards = tuple(recursion.guards)
         f = Argument("f", impulses, "generalized impulses")
         y = Argument("y", tuple(jumps.values()), "closure rates to be produced")
+        solvers = ("acceleration", "impulse")
+        otherwise = {name: f"{name}{AT_DEAD_CENTRES}" if plan.otherwise else None for name in solvers}
+        where = ", where a dyad is near its dead centre" if behind else ""
         return [
             Kernel(
-                "acceleration",
+                f"acceleration{behind}",
                 (self.q, self.u, *self.acted),
                 (
                     Output("u_dot", results[FLIGHT][0], "quasi-accelerations"),
@@ -167,18 +186,20 @@ class _Derivation:
                         "lambda", results[FLIGHT][1], "closure multipliers: force on the second side of each cut, N"
                     ),
                 ),
-                "M u_dot + h = A^T lambda, A u_dot + dA/dt u = 0",
+                f"M u_dot + h = A^T lambda, A u_dot + dA/dt u = 0{where}",
                 guards,
+                otherwise["acceleration"],
             ),
             Kernel(
-                "impulse",
+                f"impulse{behind}",
                 (self.q, f, y),
                 (
                     Output("du", results[IMPACT][0], "jumps of the quasi-velocities"),
                     Output("Lambda", results[IMPACT][1], "impulses of the cut joints, N s"),
                 ),
-                "M du = A^T Lambda + f, A du = y",
+                f"M du = A^T Lambda + f, A du = y{where}",
                 guards,
+                otherwise["impulse"],
             ),
         ]
 

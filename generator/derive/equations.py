@@ -14,6 +14,10 @@ if TYPE_CHECKING:
     from .gaps import Gap
 
 
+GUARD = 1e-6
+"""The fraction of its scale that a guard's pivot must exceed: below, the runtime solves the state on its robust path."""
+
+
 @dataclass(frozen=True)
 class Assignment:
     """``symbol = expression``."""
@@ -58,7 +62,8 @@ class Output:
 class Kernel:
     """A function of the model: what it reads, what it fills, and pivots that must stay away from zero.
 
-    A guard ``(pivot, scale)`` holds while ``pivot > tolerance * scale``; where it fails the closure rows lose rank.
+    A guard ``(pivot, scale)`` holds while ``pivot > GUARD * scale``; where one fails, the kernel called ``otherwise``
+    solves for the same in another order, and where that has failed or there is none, the closure rows lose rank.
     """
 
     name: str
@@ -66,6 +71,7 @@ class Kernel:
     outputs: tuple[Output, ...]
     purpose: str
     guards: tuple[tuple[sp.Expr, sp.Expr], ...] = ()
+    otherwise: str | None = None
 
 
 @dataclass(frozen=True)
@@ -121,11 +127,17 @@ class Ledger:
         self._gibbs: Assignment | None = None
         self._stationary: list[Assignment] = []
         self._written: dict[str, sp.Expr] = {}
+        self.mark = ""
 
     def let(self, name: str, expression: sp.Expr) -> sp.Expr:
-        """A symbol for ``expression``; numbers, symbols and negated symbols stand for themselves."""
+        """A symbol for ``expression``; numbers, symbols and negated symbols stand for themselves.
+
+        While there is a ``mark``, what another plan of elimination has named otherwise gets it behind its name.
+        """
         if expression.is_Number or expression.is_Symbol or (-expression).is_Symbol:
             return expression
+        if self.mark and self._written.get(name, expression) != expression:
+            name += self.mark
         symbol = sp.Symbol(name)
         if name not in self._written:
             self._written[name] = expression
@@ -152,5 +164,6 @@ class Ledger:
     def close(self, title: str) -> None:
         """End the current block under ``title``; an empty one is dropped."""
         if self._open:
+            title = f"at dead centres, {title}" if self.mark else title
             self.blocks.append(Block(title, tuple(self._open), self._gibbs, tuple(self._stationary)))
         self._open, self._gibbs, self._stationary = [], None, []

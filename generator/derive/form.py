@@ -11,7 +11,7 @@ import sympy as sp
 
 from .equations import Ledger
 from .kinematics import Vector, dot, perp
-from .names import A_X, A_Y, ALPHA, SLIDE, Variable, gain_name, hessian_name, linear_name, solution_name
+from .names import A_X, A_Y, ALPHA, SLIDE, Variable, gain_name, hessian_name, linear_name, place, solution_name, turn
 
 FLIGHT, IMPACT = False, True
 
@@ -46,6 +46,14 @@ class Form:
         """Derivatives of V by a and ``v``."""
         return (self.h(A_X, v), self.h(A_Y, v))
 
+    def leave_open(self, link: int) -> None:
+        """Give the link's angular acceleration its number, so that links nearer to the root can tell it from theirs."""
+        name = {ALPHA: turn(link)}
+        self.variables = [name.get(v, v) for v in self.variables]
+        named = {(name.get(v, v), name.get(w, w)): x for (v, w), x in self.hessian.items()}
+        self.hessian = {(v, w) if v <= w else (w, v): x for (v, w), x in named.items()}
+        self.linear = {i: {name.get(v, v): x for v, x in part.items()} for i, part in self.linear.items()}
+
     def slide(self, direction: Vector, lead: Vector) -> None:
         """Put a + s̈ d + α lead⊥ in the place of a (eq. 31): ``SLIDE`` becomes a variable, a what the joint hands on."""
         phi = (self.column(A_X), self.column(A_Y))
@@ -75,13 +83,29 @@ class Form:
 
 @dataclass(frozen=True)
 class Solution:
-    """An eliminated block: v = −(gains · remaining variables + constant), kept for the sweep outwards."""
+    """An eliminated block: v = −(gains · remaining variables + constant), kept for the sweep outwards.
+
+    ``guard`` is what must stay away from zero, and what it is compared with where the block itself says that. A dyad's
+    multipliers have no gains: ``dyad`` gives them once its angular accelerations are known.
+    """
 
     link: int
     variables: tuple[Variable, ...]
     gains: dict[tuple[Variable, Variable], sp.Expr]
     constant: dict[tuple[bool, Variable], sp.Expr]
     guard: sp.Expr | None = None
+    scale: sp.Expr | None = None
+    dyad: Dyad | None = None
+
+
+@dataclass(frozen=True)
+class Dyad:
+    """What gives a dyad's multipliers: ``inverse`` of the rows' derivatives by its two angular accelerations, and the
+    entries of ∂V/∂α for both of them, over all variables but the multipliers themselves."""
+
+    inverse: tuple[Vector, Vector]
+    slopes: dict[tuple[Variable, Variable], sp.Expr]
+    constant: dict[tuple[bool, Variable], sp.Expr]
 
 
 class Eliminator:
@@ -127,6 +151,77 @@ class Eliminator:
         self._substitute(block, touched, gains, constant)
         return Solution(self.link, block, gains, constant, guard)
 
+    def close_dyad(self, block: tuple[Variable, ...], scale: sp.Expr) -> Solution:
+        """Solve two closure rows for two angular accelerations and substitute (theory, eq. 9'' and 10'').
+
+        ``scale`` is the greatest square that the determinant of the rows' derivatives can have.
+        """
+        self.name_entries(only=block)
+        self._show(block)
+        form, let, k = self.form, self.ledger.let, place(self.link)
+        turns, rows = block[:2], block[2:]
+        if any(form.h(row, v) != 0 for row in rows for v in form.variables if v.kind == "lambda"):
+            raise ValueError(f"rows {rows} of a dyad share an eliminated link with other rows")
+        jacobian = [[form.h(row, e) for e in turns] for row in rows]
+        cut = f"{k}_{rows[0].joint}"
+        determinant = let(f"detG_{cut}", jacobian[0][0] * jacobian[1][1] - jacobian[0][1] * jacobian[1][0])
+        reciprocal = let(f"idetG_{cut}", 1 / determinant)
+        inverse = (
+            (let(f"iG_{cut}_xx", jacobian[1][1] * reciprocal), -let(f"iG_{cut}_xy", jacobian[0][1] * reciprocal)),
+            (-let(f"iG_{cut}_yx", jacobian[1][0] * reciprocal), let(f"iG_{cut}_yy", jacobian[0][0] * reciprocal)),
+        )
+        rest = [v for v in form.variables if v not in block]
+        gains, constant = {}, {}
+        for v in rest:
+            column = (form.h(rows[0], v), form.h(rows[1], v))
+            if column != (0, 0):
+                for e, line in zip(turns, inverse, strict=True):
+                    gains[e, v] = let(gain_name(self.link, e, v), dot(line, column))
+        for impact in (FLIGHT, IMPACT):
+            right = (form.l(impact, rows[0]), form.l(impact, rows[1]))
+            for e, line in zip(turns, inverse, strict=True):
+                constant[impact, e] = let(gain_name(self.link, e, None, impact), dot(line, right))
+        slopes = {(e, v): form.h(e, v) for e in turns for v in (*rest, *turns) if form.h(e, v) != 0}
+        at_rest = {(i, e): form.l(i, e) for i in (FLIGHT, IMPACT) for e in turns}
+        self._substitute_dyad(turns, rest, gains, constant)
+        self._forget(block)
+        dyad = Dyad(inverse, slopes, at_rest)
+        return Solution(self.link, block, gains, constant, determinant**2, scale, dyad)
+
+    def _substitute_dyad(
+        self,
+        turns: tuple[Variable, ...],
+        rest: list[Variable],
+        gains: dict[tuple[Variable, Variable], sp.Expr],
+        constant: dict[tuple[bool, Variable], sp.Expr],
+    ) -> None:
+        """With α = −(G z + c): H −= H_zα G + Gᵀ (H_αz − D G) and l −= H_zα c + Gᵀ (l_α − D c)."""
+        form, let = self.form, self.ledger.let
+        moved = {}
+        for e in turns:
+            for v in rest:
+                taken = sp.Add(*(form.h(e, f) * gains[f, v] for f in turns if (f, v) in gains))
+                factor = sign(v)
+                value = factor * let(f"Q{gain_name(self.link, e, v)}", factor * (form.h(e, v) - taken))
+                if value != 0:
+                    moved[e, v] = value
+        for i, v in enumerate(rest):
+            for w in rest[i:]:
+                terms = [form.h(e, v) * gains[e, w] for e in turns if (e, w) in gains]
+                terms += [gains[e, v] * moved[e, w] for e in turns if (e, v) in gains and (e, w) in moved]
+                if terms:
+                    form.add_h(v, w, -sp.Add(*terms))
+        for impact in (FLIGHT, IMPACT):
+            left = {}
+            for e in turns:
+                taken = sp.Add(*(form.h(e, f) * constant[impact, f] for f in turns))
+                left[e] = let(f"Q{gain_name(self.link, e, None, impact)}", form.l(impact, e) - taken)
+            for v in rest:
+                terms = [form.h(e, v) * constant[impact, e] for e in turns]
+                terms += [gains[e, v] * left[e] for e in turns if (e, v) in gains]
+                if any(term != 0 for term in terms):
+                    form.add_l(impact, v, -sp.Add(*terms))
+
     def _show(self, block: tuple[Variable, ...]) -> None:
         """The equations that are being solved, in flight and in impact, for the reader of the listing."""
         for impact in (FLIGHT, IMPACT):
@@ -149,6 +244,11 @@ class Eliminator:
                 form.add_h(v, w, -sp.Add(*(form.h(e, v) * gains[e, w] for e in block)))
             for impact in (FLIGHT, IMPACT):
                 form.add_l(impact, v, -sp.Add(*(form.h(e, v) * constant[impact, e] for e in block)))
+        self._forget(block)
+
+    def _forget(self, block: tuple[Variable, ...]) -> None:
+        """Leave the eliminated variables out of the form, and what has become zero."""
+        form = self.form
         form.variables = [v for v in form.variables if v not in block]
         form.hessian = {key: x for key, x in form.hessian.items() if not set(key) & set(block) and x != 0}
         form.linear = {

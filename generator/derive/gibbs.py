@@ -14,15 +14,18 @@ import sympy as sp
 
 from ..mechanism.links import GROUND
 from ..mechanism.topology import Branch, Cut
+from ..planning.plan import Pivot, Plan, is_closure, is_dyad
 from .closure import Closure
-from .equations import Ledger
-from .form import FLIGHT, IMPACT, Eliminator, Form, Solution
+from .equations import GUARD, Ledger
+from .form import FLIGHT, IMPACT, Dyad, Eliminator, Form, Solution
 from .gather import NO_LOAD, Wrench
 from .kinematics import ZERO, Kinematics, Vector, add, dot, perp, scale, symbol
-from .names import A_X, A_Y, ALPHA, SLIDE, Variable, hessian_name, multiplier, place, solution_name
+from .names import A_X, A_Y, ALPHA, SLIDE, Variable, hessian_name, multiplier, place, solution_name, turn
 
 M, INERTIA, W2 = sp.symbols("m I w2")
 A, ALPHA_ = sp.symbols("a_x a_y"), sp.Symbol("alpha")
+SMALLEST_SINE = 0.05
+"""Sine of the angle between a dyad's arms below which the state is solved on another way: it loses that many digits."""
 RC, RHO, MU = sp.symbols("rc_x rc_y"), sp.symbols("rho_x rho_y"), sp.symbols("mu_x mu_y")
 
 
@@ -60,13 +63,14 @@ def gibbs_derivatives() -> GibbsDerivatives:
 
 @dataclass
 class Recursion:
-    """Runs the recursion for a mechanism.
+    """Runs the recursion for a mechanism; ``plan`` says what goes where.
 
     ``field_`` is a uniform acceleration field (gravity): the root's acceleration alone carries it, so that it costs
     nothing along the chain (eq. 12). ``drives`` are the accelerations of joints whose motion is prescribed, by joint:
     the second link's less the first's (rad/s²), or along the line (m/s², theory, 4.12).
     """
 
+    plan: Plan
     kinematics: Kinematics
     closure: Closure
     ledger: Ledger
@@ -103,39 +107,62 @@ class Recursion:
                 if side.link == link:
                     self._closure_side(link, cut, factor, form)
         eliminator = Eliminator(link, form, self.ledger)
-        blocks = [tuple(multiplier(cut.joint, row) for row in cut.rows) for cut in self._loops_closed_at(link, form)]
-        gathered = self._gathered_diagonal(link, form, blocks)
-        found = [eliminator.eliminate(block) for block in blocks]
-        self.guards += [(s.guard, _scale([gathered[v] for v in s.variables])) for s in found if s.guard is not None]
-        if link != GROUND:
-            found += self._eliminate_own(link, form, eliminator)
-        self.solutions[link] = found
+        self.solutions[link] = found = self._eliminate(link, form, eliminator)
+        if link == self.kinematics.topology.root and link != GROUND:
+            found.append(eliminator.eliminate((A_X, A_Y)))
         eliminator.name_entries()
+        if link != self.kinematics.topology.root and ALPHA in form.variables and self._is_open(link):
+            form.leave_open(link)
         self.forms[link] = form
         self.ledger.close(f"inwards: {self.kinematics.title(link)}")
 
-    def _eliminate_own(self, link: int, form: Form, eliminator: Eliminator) -> list[Solution]:
-        """What belongs to the link and its joint: α unless it follows its parent's, s̈ if it slides, a of the root.
-
-        Where the line is the link's own, α moves the inboard point against the joint, so s̈ goes first (eq. 31).
-        """
-        slide = self.kinematics.slides.get(link) if self._driven_slide(link) is None else None
-        turns = self._turns(link) and self._driven_turn(link) is None
+    def _eliminate(self, link: int, form: Form, eliminator: Eliminator) -> list[Solution]:
+        """What the plan says for the link, in its order. Loops that go one after another are guarded together."""
         found: list[Solution] = []
-        own_line = slide is not None and slide.owner == link
-        if turns and not own_line:
-            found.append(eliminator.eliminate((ALPHA,)))
-        if slide:
-            eliminator.name_entries((A_X, A_Y), "_fixed")
-            form.slide(slide.direction, self.kinematics.lead.get(link, ZERO))
-            force = self.impulses[self.kinematics.state.u.index(slide.speed)]
-            form.add_l(IMPACT, SLIDE, -force)
-            found.append(eliminator.eliminate((SLIDE,)))
-        if turns and own_line:
-            found.append(eliminator.eliminate((ALPHA,)))
-        if link == self.kinematics.topology.root:
-            found.append(eliminator.eliminate((A_X, A_Y)))
+        pivots = [tuple(ALPHA if v == turn(link) else v for v in pivot) for pivot in self.plan.at(link)]
+        start = 0
+        for number, pivot in enumerate(pivots):
+            if is_dyad(pivot):
+                solution = eliminator.close_dyad(pivot, self._reach(pivot))
+                self._guard(solution.guard, solution.scale)
+            elif is_closure(pivot):
+                if number == start or not is_closure(pivots[number - 1]):
+                    stop = next((i for i in range(number, len(pivots)) if not is_closure(pivots[i])), len(pivots))
+                    gathered = self._gathered_diagonal(link, form, pivots[number:stop])
+                solution = eliminator.eliminate(pivot)
+                self._guard(solution.guard, _scale([gathered[v] for v in pivot]))
+            else:
+                if pivot == (SLIDE,):
+                    self._put_slide(link, form, eliminator)
+                solution = eliminator.eliminate(pivot)
+            found.append(solution)
         return found
+
+    def _guard(self, pivot: sp.Expr | None, scale_: sp.Expr | None) -> None:
+        if pivot is not None and scale_ is not None:
+            self.guards.append((pivot, scale_))
+
+    def _put_slide(self, link: int, form: Form, eliminator: Eliminator) -> None:
+        """Make the acceleration along the line of the link's joint a variable of its form."""
+        slide = self.kinematics.slides[link]
+        eliminator.name_entries((A_X, A_Y), "_fixed")
+        form.slide(slide.direction, self.kinematics.lead.get(link, ZERO))
+        force = self.impulses[self.kinematics.state.u.index(slide.speed)]
+        form.add_l(IMPACT, SLIDE, -force)
+
+    def _reach(self, pivot: Pivot) -> sp.Expr:
+        """What a dyad's guard compares the square of its determinant with, from the squares of both arms."""
+        joint = pivot[2].joint
+        squares = [
+            self.ledger.let(f"reach_{v.joint}_{joint}", dot(arm, arm))
+            for v, arm in ((v, self.kinematics.local_arm(v.joint, joint)) for v in pivot[:2])
+        ]
+        least = SMALLEST_SINE**2 / GUARD
+        return self.ledger.let(f"reach_{joint}", least * squares[0] * squares[1])
+
+    def _is_open(self, link: int) -> bool:
+        """Whether what is left of the link's α is handed on as a variable: not where it follows its parent's."""
+        return self._turns(link) and self._driven_turn(link) is None
 
     def _turns(self, link: int) -> bool:
         """Whether the link's angle is a coordinate of its own."""
@@ -208,7 +235,7 @@ class Recursion:
         joint = branch.joint
         r = self.kinematics.r[link, joint]
         name = f"{place(link)}_{joint}"
-        open_ = [v for v in child.variables if v.kind == "lambda"]
+        open_ = [v for v in child.variables if v.kind in ("lambda", "turn")]
         form.variables += [v for v in open_ if v not in form.variables]
         for i, v in enumerate(open_):
             for w in open_[i:]:
@@ -265,7 +292,7 @@ class Recursion:
         form.add_l(FLIGHT, ALPHA, child.l(FLIGHT, ALPHA) + dot(p, bias) + child.h(ALPHA, ALPHA) * spin)
         form.add_l(IMPACT, ALPHA, child.l(IMPACT, ALPHA))
         for v in child.variables:
-            if v.kind == "lambda":
+            if v.kind in ("lambda", "turn"):
                 form.add_h(ALPHA, v, child.h(ALPHA, v))
 
     def _closure_side(self, link: int, cut: Cut, factor: int, form: Form) -> None:
@@ -283,24 +310,6 @@ class Recursion:
                     if row.direction[axis] != 0:
                         form.add_h(w, v, sp.Integer(-factor) * row.direction[axis])
                 form.add_h(ALPHA, v, -factor * dot(row.direction, perp(row.arm)))
-
-    def _loops_closed_at(self, link: int, form: Form) -> list[Cut]:
-        """Cuts whose branches meet at the link, in an order of least fill (minimum degree on shared multipliers)."""
-        waiting = [cut for cut in self.kinematics.topology.cuts if cut.meeting == link]
-        near = {cut.joint: set[int]() for cut in waiting}
-        for v, w in form.hessian:
-            if v.kind == w.kind == "lambda" and v.joint != w.joint and v.joint in near and w.joint in near:
-                near[v.joint].add(w.joint)
-                near[w.joint].add(v.joint)
-        ordered: list[Cut] = []
-        while waiting:
-            cut = min(waiting, key=lambda c: (len(near[c.joint]), c.joint))
-            waiting.remove(cut)
-            ordered.append(cut)
-            shared = near.pop(cut.joint)
-            for joint in shared:
-                near[joint] = (near[joint] | shared) - {joint, cut.joint}
-        return ordered
 
     # -- outwards --------------------------------------------------------------------------------------------------
 
@@ -353,14 +362,34 @@ class Recursion:
             self.known[impact, link, v] = self.ledger.let(solution_name(link, v, impact), value)
 
     def _solve_block(self, link: int, solution: Solution, impact: bool) -> None:
-        for e in solution.variables:
+        for e in solution.variables[:2]:
             terms = [gain * self.value(impact, link, v) for (row, v), gain in solution.gains.items() if row == e]
             value = self.ledger.let(solution_name(link, e, impact), -sp.Add(*terms, solution.constant[impact, e]))
-            self.known[impact, link if e.kind != "lambda" else GROUND, e] = value
+            self.known[_key(impact, link, e)] = value
+        if solution.dyad:
+            self._solve_dyad(link, solution.variables, solution.dyad, impact)
+
+    def _solve_dyad(self, link: int, variables: tuple[Variable, ...], dyad: Dyad, impact: bool) -> None:
+        """The multipliers of a dyad: ∂V/∂α = 0 for both of its links, solved for them."""
+        moments = []
+        for e in variables[:2]:
+            terms = [entry * self.value(impact, link, v) for (row, v), entry in dyad.slopes.items() if row == e]
+            name = f"t{'i' if impact else ''}_{place(link)}_{e.joint}"
+            moments.append(self.ledger.let(name, sp.Add(*terms, dyad.constant[impact, e])))
+        for number, e in enumerate(variables[2:]):
+            value = sp.Add(*(-dyad.inverse[i][number] * moments[i] for i in (0, 1)))
+            self.known[_key(impact, link, e)] = self.ledger.let(solution_name(link, e, impact), value)
 
     def value(self, impact: bool, link: int, v: Variable) -> sp.Expr:
-        """A solved acceleration of ``link``, or a solved multiplier."""
-        return self.known[impact, link if v.kind != "lambda" else GROUND, v]
+        """A solved acceleration of ``link`` or of one further out, or a solved multiplier."""
+        return self.known[_key(impact, link, v)]
+
+
+def _key(impact: bool, link: int, v: Variable) -> tuple[bool, int, Variable]:
+    """Where a solution is kept: by link, but multipliers by themselves."""
+    if v.kind == "turn":
+        return impact, v.joint, ALPHA
+    return impact, GROUND if v.kind == "lambda" else link, v
 
 
 def _scale(diagonal: list[sp.Expr]) -> sp.Expr:

@@ -183,6 +183,11 @@ class Kinematics:
         there, here = local(point), self.inboard[link]
         return self.ledger.let_vector(f"rho_{link}_{name}", (there[0] - here[0], there[1] - here[1]))
 
+    def local_arm(self, link: int, joint: int) -> Vector:
+        """The arm from the inboard point to a joint, in the link's axes."""
+        point = dict(self.joints_of(link))[joint]
+        return self.offset(link, self.mechanism.links[link].points[point], str(joint))
+
     def turn(self, link: int, v: Vector) -> Vector:
         """Link axes to fixed axes (eq. 2)."""
         c, s = self.turning[self.state.angle(link)]

@@ -27,7 +27,8 @@ class Variable:
     """A variable of the quadratic form that is handed from tips to root.
 
     ``kind`` is ``a`` (acceleration of the inboard point), ``alpha`` (angular acceleration), ``slide`` (acceleration
-    along the line of the joint that carries the link) or ``lambda`` (closure multiplier of cut joint ``joint``).
+    along the line of the joint that carries the link), ``lambda`` (closure multiplier of cut joint ``joint``) or ``turn``
+    (angular acceleration of link ``joint``, further out, which is left open).
     """
 
     kind: str
@@ -38,6 +39,8 @@ class Variable:
     def suffix(self) -> str:
         if self.kind == "lambda":
             return f"{self.joint}{self.axis}"
+        if self.kind == "turn":
+            return f"w{self.joint}"
         return {"alpha": "w", "slide": "s"}.get(self.kind, self.axis)
 
 
@@ -48,10 +51,16 @@ def multiplier(joint: int, axis: str) -> Variable:
     return Variable("lambda", joint, axis)
 
 
+def turn(link: int) -> Variable:
+    """The angular acceleration of ``link``, as a variable of the forms of links nearer to the root."""
+    return Variable("turn", link)
+
+
 def hessian_name(link: int, v: Variable, w: Variable) -> str:
     """Name of a second derivative of V_link (eq. 8): Phi, p, D of accelerations; B, g, C with multipliers.
 
-    Those with the acceleration along a sliding joint's line: Psi (with a), psi (with α), gs (with λ), Ds (eq. 31).
+    Those with the acceleration along a sliding joint's line: Psi (with a), psi (with α), gs (with λ), Ds (eq. 31). Those
+    with the angular acceleration of a link further out have that link's number behind ``link``'s.
     """
     k = place(link)
     v, w = sorted((v, w))
@@ -74,6 +83,16 @@ def hessian_name(link: int, v: Variable, w: Variable) -> str:
             return f"gs_{k}_{v.joint}_{v.axis}"
         case "slide", "slide":
             return f"Ds_{k}"
+        case "a", "turn":
+            return f"p_{k}_{w.joint}_{v.axis}"
+        case "alpha", "turn":
+            return f"D_{k}_{w.joint}"
+        case "lambda", "turn":
+            return f"g_{k}_{w.joint}_{v.joint}_{v.axis}"
+        case "slide", "turn":
+            return f"psi_{k}_{w.joint}"
+        case "turn", "turn":
+            return f"D_{k}_{v.joint}_{w.joint}"
     joints = f"{v.joint}" if v.joint == w.joint else f"{v.joint}_{w.joint}"
     return f"C_{k}_{joints}_{v.axis}{w.axis}"
 
@@ -87,20 +106,26 @@ def linear_name(link: int, v: Variable, impact: bool) -> str:
         return f"h{i}_{k}"
     if v.kind == "slide":
         return f"hs{i}_{k}"
+    if v.kind == "turn":
+        return f"h{i}_{k}_{v.joint}"
     return f"d{i}_{k}_{v.joint}_{v.axis}"
 
 
 def gain_name(link: int, eliminated: Variable, v: Variable | None, impact: bool = False) -> str:
     """Name of the factor by which ``v`` (or the constant term, ``None``) enters the solution for ``eliminated``."""
     k, i = place(link), "i" if impact else ""
-    if eliminated.kind == "alpha":
+    if eliminated.kind in ("alpha", "turn"):
+        here = k if eliminated.kind == "alpha" else f"{k}_{eliminated.joint}"
         if v is None:
-            return f"hD{i}_{k}"
-        return f"pD_{k}_{v.axis}" if v.kind == "a" else f"gD_{k}_{v.joint}_{v.axis}"
+            return f"hD{i}_{here}"
+        names = {"a": f"pD_{here}_{v.axis}", "lambda": f"gD_{here}_{v.joint}_{v.axis}", "slide": f"Dpsi_{here}"}
+        whose = {"alpha": k, "turn": str(v.joint)}
+        return names[v.kind] if v.kind in names else f"DD_{here if '_' in here else f'{k}_{k}'}_{whose[v.kind]}"
     if eliminated.kind == "slide":
         if v is None:
             return f"hDs{i}_{k}"
         names = {"a": f"PsiD_{k}_{v.axis}", "alpha": f"psiD_{k}", "lambda": f"gDs_{k}_{v.joint}_{v.axis}"}
+        names["turn"] = f"psiD_{k}_{v.joint}"
         return names[v.kind]
     here = f"{k}_{eliminated.joint}_{eliminated.axis}" if eliminated.kind == "lambda" else f"{k}_{eliminated.axis}"
     return f"e{i}_{here}" if v is None else f"E_{here}_{v.suffix}"
@@ -111,8 +136,8 @@ def solution_name(link: int, v: Variable, impact: bool) -> str:
     k = place(link)
     if v.kind == "a":
         return f"{'dv' if impact else 'a'}_{k}_{v.axis}"
-    if v.kind == "alpha":
-        return f"{'dw' if impact else 'alpha'}_{k}"
+    if v.kind in ("alpha", "turn"):
+        return f"{'dw' if impact else 'alpha'}_{k if v.kind == 'alpha' else v.joint}"
     if v.kind == "slide":
         return f"{'dsliding' if impact else 'slide_acc'}_{k}"
     return f"{'Lambda' if impact else 'lambda'}_{v.joint}_{v.axis}"

@@ -9,14 +9,13 @@ from functools import cache
 import jinja2
 import sympy as sp
 
-from ..derive.equations import Kernel, Output
+from ..derive.derivation import AT_DEAD_CENTRES
+from ..derive.equations import GUARD, Kernel, Output
 from ..program.program import Function, Program
 from .expressions import C, write
 from .lanes import over_lanes
 from .rolling import NAME, Lines, Place, roll
 
-RANK_TOLERANCE = "1e-6"
-"""A pivot of the closure rows below this fraction of its scale sends the evaluation to the runtime's robust path."""
 
 SIGNATURES: Mapping[str, tuple[str, ...]] = {
     "acceleration": ("k", "q", "u", "t", "inputs"),
@@ -25,7 +24,10 @@ SIGNATURES: Mapping[str, tuple[str, ...]] = {
     "power": ("k", "q", "u", "t", "inputs", "u_dot", "lambda"),
     "impulse_reactions": ("k", "q", "u", "lambda"),
 }
-"""Kernels whose contract has more arguments than the kernel reads."""
+"""Kernels whose contract has more arguments than the kernel reads; those for dead centres take the same."""
+
+SOLVERS = ("acceleration", "impulse")
+"""Kernels that say whether they have solved."""
 
 MEMBERS = {"points": "point_positions"}
 """Kernels whose place in the contract has another name."""
@@ -113,7 +115,9 @@ def render_c(
     slots = _slots(program)
     functions = [_constants(program), *(_function(f, slots) for f in program.functions)]
     members = [("derive_constants", "derive_constants")]
-    members += [(MEMBERS.get(f.kernel.name, f.kernel.name), f.kernel.name) for f in program.functions]
+    called = {f.kernel.otherwise for f in program.functions}
+    own = [f.kernel.name for f in program.functions if f.kernel.name not in called]
+    members += [(MEMBERS.get(name, name), name) for name in own]
     members += [(name, f"ccgen_{name}_{banner.package}") for name in ("acceleration_lanes", "stages")]
     return (
         _environment()
@@ -136,7 +140,7 @@ def render_lanes(banner: Banner, program: Program) -> str:
     function = program.function("acceleration")
     slots, spell = _written(function, _slots(program))
     guards = [(spell(write(pivot, C)), spell(write(scale, C))) for pivot, scale in function.kernel.guards]
-    slots = over_lanes(slots, guards, RANK_TOLERANCE)
+    slots = over_lanes(slots, guards, repr(GUARD))
     return _environment().get_template("lanes.c.j2").render(**vars(banner), function=slots)
 
 
@@ -186,7 +190,8 @@ def _function(function: Function, slots: Mapping[sp.Symbol, int]) -> dict[str, o
 def _written(function: Function, slots: Mapping[sp.Symbol, int]) -> tuple[dict[str, object], Callable[[str], str]]:
     """What the template needs of a function, and how names outside of its loops are spelled."""
     kernel = function.kernel
-    arguments = SIGNATURES.get(kernel.name) or ("k", *(a.name for a in kernel.inputs))
+    solver = next((name for name in SOLVERS if kernel.name in (name, name + AT_DEAD_CENTRES)), None)
+    arguments = SIGNATURES.get(solver or kernel.name) or ("k", *(a.name for a in kernel.inputs))
     places = {s.name: ("k", slots[s]) for s in function.constants}
     places |= {s.name: (name, i) for name, i, s in function.inputs_used() if name != "t"}
     outputs, guards = _outputs(kernel), _guards(kernel)
@@ -208,7 +213,8 @@ def _written(function: Function, slots: Mapping[sp.Symbol, int]) -> tuple[dict[s
             [f"double {a}" if a == "t" else f"const double *{a}" for a in arguments]
             + [f"double *{output.name}" for output in kernel.outputs]
         ),
-        "solves": kernel.name in ("acceleration", "impulse"),
+        "solves": solver is not None,
+        "otherwise": kernel.otherwise and f"{kernel.otherwise}({', '.join([*arguments, *(o.name for o in kernel.outputs)])})",
         "arrays": rolled.arrays,
         "angles": angles,
         "loads": [(name, f"{array}[{i}]") for name, (array, i) in places.items() if name in scalars],
@@ -254,7 +260,7 @@ def _angles(function: Function, given: Mapping[str, Place]) -> tuple[Angles, lis
 
 
 def _guards(kernel: Kernel) -> str:
-    return " || ".join(f"!({write(pivot, C)} > {RANK_TOLERANCE}*{write(scale, C)})" for pivot, scale in kernel.guards)
+    return " || ".join(f"!({write(pivot, C)} > {GUARD!r}*{write(scale, C)})" for pivot, scale in kernel.guards)
 
 
 def _meanings(kernel: Kernel) -> list[str]:

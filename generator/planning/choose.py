@@ -1,0 +1,223 @@
+"""The portfolio of plans, and the choice among them (theory, section 4.14).
+
+``tip to root`` eliminates what belongs to a link at that link, and the multipliers of a loop where its branches meet. It
+costs the same per link in chains, rings and ladders. Where many loops pass through one link, as legs on a shaft do, that
+link's angular acceleration couples the multipliers of all of them, and it pays to leave it open: ``dyads`` closes two
+links at a time between links that are known (Assur groups), so that their multipliers vanish, and leaves open what joins
+the dyads.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass, field
+
+from ..derive.names import SLIDE, Variable, multiplier, turn
+from ..mechanism.links import GROUND
+from ..mechanism.mechanism import Mechanism
+from ..mechanism.topology import Cut, Topology
+from .pattern import Pattern, Sweep
+from .plan import Pivot, Plan
+
+@dataclass(frozen=True)
+class Choice:
+    """The plan that is taken, and about how many operations of the recursion each of the portfolio's plans costs."""
+
+    plan: Plan
+    costs: tuple[tuple[str, int], ...]
+
+
+def tip_to_root(mechanism: Mechanism, topology: Topology, driven: Collection[int] = ()) -> Plan:
+    """Everything at its own link, loops where their branches meet."""
+    sweep = Sweep(mechanism, topology, driven)
+    return Plan(TIP_TO_ROOT, sweep.run(_Own(sweep, {}))[0])
+
+
+TIP_TO_ROOT, DYADS = "tip to root", "dyads"
+
+LONGEST = 2500
+"""Operations up to which the plan for dead centres is compiled. Beyond them its code costs more to compile than the
+runtime's robust path costs in the few states that need it."""
+
+
+def choose(mechanism: Mechanism, topology: Topology, driven: Collection[int], sound: Collection[int]) -> Choice:
+    """The cheapest plan; among equal ones the first. ``sound`` are cut joints whose dyads may be closed."""
+    sweep = Sweep(mechanism, topology, driven)
+    found = [(TIP_TO_ROOT, *sweep.run(_Own(sweep, {})))]
+    for name, dyads in _embeddings(sweep, sound):
+        found.append((name, *sweep.run(_Own(sweep, dyads))))
+    name, pivots, _ = min(found, key=lambda one: one[2])
+    safe = found[0]
+    otherwise = Plan(safe[0], safe[1]) if name != safe[0] and safe[2] <= LONGEST else None
+    return Choice(Plan(name, pivots, otherwise), tuple((one[0], round(one[2])) for one in found))
+
+
+def _embeddings(sweep: Sweep, sound: Collection[int]) -> Iterator[tuple[str, dict[int, list[Cut]]]]:
+    dyads = _close_dyads(sweep, [cut for cut in sweep.topology.cuts if cut.joint in sound])
+    if dyads:
+        yield DYADS, _when(sweep, dyads)
+
+
+# -- what is eliminated at a link ----------------------------------------------------------------------------------
+
+
+@dataclass
+class _Own:
+    """Dyads where they are due, other loops where their branches meet, then what belongs to the link or was left open."""
+
+    sweep: Sweep
+    dyads: dict[int, list[Cut]]
+    waiting: set[Variable] = field(default_factory=set)
+
+    def __post_init__(self) -> None:
+        self.closed = {cut.joint for cuts in self.dyads.values() for cut in cuts}
+        self.waiting = {v for cuts in self.dyads.values() for cut in cuts for v in _dyad(cut)}
+
+    def __call__(self, link: int, pattern: Pattern) -> tuple[Pivot, ...]:
+        if not self.dyads:
+            return (*self._loops(link, pattern), *self._belongings(link))
+        return tuple(self._with_dyads(link, pattern))
+
+    def _loops(self, link: int, pattern: Pattern) -> list[Pivot]:
+        cuts = [c for c in self.sweep.topology.cuts if c.meeting == link and c.joint not in self.closed]
+        return [tuple(multiplier(cut.joint, row) for row in cut.rows) for cut in _least_fill(cuts, pattern)]
+
+    def _belongings(self, link: int) -> list[Pivot]:
+        """α of the link unless it follows another's, s̈ if it slides: first where the line is its own (eq. 31)."""
+        if link == GROUND:
+            return []
+        found: list[Pivot] = [(turn(link),)] if self.sweep.has_angle(link) else []
+        if self.sweep.slides(link):
+            found.append((SLIDE,))
+            if self.sweep.branches[link].owner == link:
+                found.reverse()
+        return found
+
+    def _with_dyads(self, link: int, pattern: Pattern) -> Iterator[Pivot]:
+        """Dyads first; then what no dyad waits for any more; then loops that no dyad closes."""
+        left = {v: set(near) for v, near in _outside(link, pattern).items()}
+        for cut in self.dyads.get(link, ()):
+            pivot = _dyad(cut)
+            self.waiting -= set(pivot)
+            _fill(left, pivot)
+            yield pivot
+        if link in self.sweep.branches or link == self.sweep.topology.root:
+            for v in sorted(x for x in left if x.kind == "turn" and x != turn(link) and x not in self.waiting):
+                if not left[v] & self.waiting:
+                    _fill(left, (v,))
+                    yield (v,)
+        for pivot in self._loops(link, pattern):
+            _fill(left, pivot)
+            yield pivot
+        for pivot in self._belongings(link):
+            v = pivot[0]
+            root = link == self.sweep.topology.root
+            if v == SLIDE or root or (v not in self.waiting and not left.get(v, set()) & self.waiting):
+                yield pivot
+
+
+def _outside(link: int, pattern: Pattern) -> dict[Variable, set[Variable]]:
+    """Who shares an entry with whom, the link's own α under its number."""
+    own = lambda v: turn(link) if v.kind == "alpha" else v  # noqa: E731
+    return {own(v): {own(w) for w in near} for v, near in pattern.near.items()}
+
+
+def _fill(near: dict[Variable, set[Variable]], pivot: Pivot) -> None:
+    around = set[Variable]().union(*(near.pop(e, set()) for e in pivot)) - set(pivot)
+    for v in around:
+        near[v] = (near[v] | around) - set(pivot)
+
+
+def _least_fill(cuts: list[Cut], pattern: Pattern) -> list[Cut]:
+    """Loops that meet at a link, in an order of least fill (minimum degree on shared multipliers)."""
+    waiting, joints = list(cuts), {cut.joint for cut in cuts}
+    near = {cut.joint: set[int]() for cut in waiting}
+    for v, w in pattern.entries:
+        if v.kind == w.kind == "lambda" and v.joint != w.joint and {v.joint, w.joint} <= joints:
+            near[v.joint].add(w.joint)
+            near[w.joint].add(v.joint)
+    ordered: list[Cut] = []
+    while waiting:
+        cut = min(waiting, key=lambda c: (len(near[c.joint]), c.joint))
+        waiting.remove(cut)
+        ordered.append(cut)
+        shared = near.pop(cut.joint)
+        for joint in shared:
+            near[joint] = (near[joint] | shared) - {joint, cut.joint}
+    return ordered
+
+
+# -- dyads ---------------------------------------------------------------------------------------------------------
+
+
+def _dyad(cut: Cut) -> Pivot:
+    return (turn(cut.first.link), turn(cut.second.link), *(multiplier(cut.joint, row) for row in cut.rows))
+
+
+def _close_dyads(sweep: Sweep, cuts: list[Cut]) -> list[Cut]:
+    """Dyads in the order in which they close outwards from the root, which is known.
+
+    A dyad closes where both of its links hang from known links. Where none does, the link that makes most others known
+    is taken as known: its angular acceleration stays open.
+    """
+    parents = {branch.link: branch.parent for branch in sweep.topology.branches}
+    pairs = [cut for cut in cuts if _is_pair(sweep, cut)]
+
+    def spread(known: set[int], closed: list[Cut]) -> tuple[set[int], list[Cut]]:
+        known, closed, moved = set(known), list(closed), True
+        while moved:
+            moved = False
+            for link, parent in parents.items():
+                if link not in known and parent in known and not sweep.has_angle(link):
+                    known.add(link)
+                    moved = True
+            for cut in pairs:
+                ends = (cut.first.link, cut.second.link)
+                if not known & set(ends) and all(parents[end] in known for end in ends):
+                    known |= set(ends)
+                    closed.append(cut)
+                    moved = True
+        return known, closed
+
+    known, closed = spread({sweep.topology.root, GROUND}, [])
+    while len(known - {GROUND}) < len(sweep.mechanism.links):
+        next_ = [link for link in sorted(parents) if link not in known and parents[link] in known]
+        tried = [(link, *spread(known | {link}, closed)) for link in next_]
+        _, known, closed = max(tried, key=lambda one: (len(one[1]), -one[0]))
+    return closed
+
+
+def _is_pair(sweep: Sweep, cut: Cut) -> bool:
+    """Whether a cut pin joins two links that turn by themselves on pins."""
+    ends = (cut.first.link, cut.second.link)
+    if cut.kind != "revolute" or ends[0] == ends[1] or cut.meeting in ends:
+        return False
+    return all(end in sweep.branches and not sweep.branches[end].slides and sweep.has_angle(end) for end in ends)
+
+
+def _when(sweep: Sweep, closed: list[Cut]) -> dict[int, list[Cut]]:
+    """At which link each dyad goes, in order: where its branches meet, and not before those that hang from it."""
+    depth = {sweep.topology.root: 0}
+    parents = {}
+    for branch in sweep.topology.branches:
+        depth[branch.link] = depth[branch.parent] + 1
+        parents[branch.link] = branch.parent
+    due: dict[int, int] = {}
+    for cut in reversed(closed):
+        own = {cut.first.link, cut.second.link}
+        after = [c for c in closed if c.joint in due and own & _between(c, parents)]
+        due[cut.joint] = min([cut.meeting, *(due[c.joint] for c in after)], key=lambda link: depth[link])
+    found: dict[int, list[Cut]] = {}
+    for cut in reversed(closed):
+        found.setdefault(due[cut.joint], []).append(cut)
+    return found
+
+
+def _between(cut: Cut, parents: dict[int, int]) -> set[int]:
+    """Links on the way between a loop's cut and where its branches meet: its rows depend on their angles."""
+    found: set[int] = set()
+    for link in (cut.first.link, cut.second.link):
+        while link != cut.meeting:
+            found.add(link)
+            link = parents[link]
+    return found

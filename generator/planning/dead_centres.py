@@ -1,0 +1,32 @@
+"""Which dyads stand away from their dead centres, by numbers: those that may be closed by themselves."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from ..mechanism.mechanism import Mechanism
+from ..mechanism.topology import Cut, Topology
+
+Triple = tuple[float, float, float]
+
+SOUND = 0.1
+"""The least sine of the angle between a dyad's arms at the start, twice that at which the equations give the state up."""
+
+
+def sound_dyads(mechanism: Mechanism, topology: Topology, poses: Sequence[Triple]) -> tuple[int, ...]:
+    """Cut pins whose two links stand across each other where the links are at ``poses`` (x, y, angle of each)."""
+    inboard = {branch.link: branch.inboard for branch in topology.branches}
+
+    def sine(cut: Cut) -> float:
+        arms = []
+        for ref in (cut.first, cut.second):
+            if ref.link not in inboard:
+                return 0.0
+            points = mechanism.links[ref.link].points
+            (x, y), (x0, y0) = points[ref.point].values(), points[inboard[ref.link]].values()
+            arms.append(complex(x - x0, y - y0) * complex(math.cos(poses[ref.link][2]), math.sin(poses[ref.link][2])))
+        area, size = (arms[0].conjugate() * arms[1]).imag, abs(arms[0]) * abs(arms[1])
+        return abs(area) / size if size > 0.0 else 0.0
+
+    return tuple(cut.joint for cut in topology.cuts if cut.kind == "revolute" and sine(cut) > SOUND)
