@@ -83,6 +83,7 @@ class Recursion:
     solutions: dict[int, list[Solution]] = field(default_factory=dict)
     guards: list[tuple[sp.Expr, sp.Expr]] = field(default_factory=list)
     known: dict[tuple[bool, int, Variable], sp.Expr] = field(default_factory=dict)
+    points: dict[int, sp.Expr] = field(default_factory=dict)
 
     # -- inwards ---------------------------------------------------------------------------------------------------
 
@@ -114,7 +115,16 @@ class Recursion:
         if link != self.kinematics.topology.root and ALPHA in form.variables and self._is_open(link):
             form.leave_open(link)
         self.forms[link] = form
+        if self._is_point(link, form):
+            self.points[link] = form.h(A_X, A_X)
         self.ledger.close(f"inwards: {self.kinematics.title(link)}")
+
+    def _is_point(self, link: int, form: Form) -> bool:
+        """Whether V depends on a as that of a mass at a point that is fixed in the link's parent."""
+        topology = self.kinematics.topology
+        if link == topology.root or topology.branch(link).parent == GROUND or topology.branch(link).slides:
+            return False
+        return form.h(A_X, A_Y) == 0 and form.h(A_X, A_X) == form.h(A_Y, A_Y) != 0
 
     def _eliminate(self, link: int, form: Form, eliminator: Eliminator) -> list[Solution]:
         """What the plan says for the link, in its order. Loops that go one after another are guarded together."""
@@ -204,7 +214,9 @@ class Recursion:
         here |= dict(zip(RHO + MU, kinematics.centre[link] + kinematics.mu[link], strict=True))
         self._show_gibbs_function(link, here)
         force, moment = self.loads.get(link, NO_LOAD)
-        form.add_h(ALPHA, ALPHA, self.ledger.let(f"J_{link}", derivatives.inertia.xreplace(here)))
+        inertia = self.ledger.let(f"J_{link}", derivatives.inertia.xreplace(here))
+        inertia = self._load_with_points(link, here, inertia)
+        form.add_h(ALPHA, ALPHA, inertia)
         for axis, v in enumerate((A_X, A_Y)):
             form.add_h(v, v, derivatives.mass.xreplace(here))
             form.add_h(v, ALPHA, derivatives.coupling[axis].xreplace(here))
@@ -213,6 +225,26 @@ class Recursion:
         form.add_l(FLIGHT, ALPHA, derivatives.moment.xreplace(here) - moment)
         for variable, impulse in self._impulses(link).items():
             form.add_l(IMPACT, variable, -impulse)
+
+    def _load_with_points(self, link: int, here: dict[sp.Symbol, sp.Expr], inertia: sp.Expr) -> sp.Expr:
+        """Put the masses that act as points at the link's joints into its mass and first moment; returns its inertia.
+
+        Where no α further out has gone, V of a child depends on a as that of a point mass does. The link with such points
+        is an augmented body (J. Wittenburg, Dynamics of Multibody Systems, section 5.5).
+        """
+        kinematics, let = self.kinematics, self.ledger.let
+        points = [(b.joint, self.points[b.link]) for b in kinematics.topology.outboard(link) if b.link in self.points]
+        if not points:
+            return inertia
+        mass, moment = here[M], scale(here[M], kinematics.centre[link])
+        for joint, point in points:
+            arm = kinematics.local_arm(link, joint)
+            mass, moment, inertia = mass + point, add(moment, scale(point, arm)), inertia + point * dot(arm, arm)
+        moment = self.ledger.let_vector(f"augmented_moment_{link}", moment)
+        here[M] = let(f"augmented_mass_{link}", mass)
+        turned = self.ledger.let_vector(f"augmented_mu_{link}", kinematics.turn(link, moment))
+        here |= dict(zip(MU, turned, strict=True))
+        return let(f"augmented_J_{link}", inertia)
 
     def _show_gibbs_function(self, link: int, here: dict[sp.Symbol, sp.Expr]) -> None:
         names = {s: sp.Symbol(f"{s.name[:-2]}_{link}{s.name[-2:]}") for s in (*A, *RC)}
@@ -247,6 +279,8 @@ class Recursion:
             bias = add(bias, scale(sp.S.NegativeOne, self.field_))
         linear = {i: (child.l(i, A_X), child.l(i, A_Y)) for i in (FLIGHT, IMPACT)}
         phi = [[child.h(v, w) for w in (A_X, A_Y)] for v in (A_X, A_Y)]
+        if branch.link in self.points:  # they are in the link's own terms
+            phi = [[sp.S.Zero] * 2] * 2
         turned = scale(spin, child.column(ALPHA))
         felt = add(linear[FLIGHT], turned, (dot((phi[0][0], phi[0][1]), bias), dot((phi[1][0], phi[1][1]), bias)))
         for v in open_:
