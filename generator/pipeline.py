@@ -2,7 +2,8 @@
 
 stage     module              input → output
 tree      mechanism.topology  Mechanism → Topology (virtual open chain and cut joints)
-derive    derive.derivation   Mechanism, Topology, effects → Equations (named assignments)
+plan      planning.choose     Mechanism, Topology → Plan (which unknown goes when)
+derive    derive.derivation   Mechanism, Topology, Plan, effects → Equations (named assignments)
 fold      program.fold        Equations → Equations with numbers for parameters, where that is asked for
 lower     program.program     Equations → Program (one function per kernel)
 write     emit                Equations, Program → equations.txt, model.c, lanes.c, _binding.pyx, package data
@@ -15,6 +16,7 @@ import hashlib
 import json
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -33,9 +35,25 @@ if TYPE_CHECKING:
     from .derive.equations import Equations
     from .emit.render import Banner
     from .mechanism.topology import Topology
+    from .planning.choose import Choice
     from .program.prices import Price
 
 Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Variant:
+    """How a scene's model is made: with its parameters' values as numbers, in which precision, by which plan."""
+
+    fold: bool = False
+    numbers: Precision = DOUBLE
+    plan: str | None = None
+
+    def __str__(self) -> str:
+        said = ["folded"] if self.fold else []
+        said += [] if self.numbers.double else [self.numbers.name]
+        said += [f"plan: {self.plan}"] if self.plan else []
+        return "".join(f"\n{text}" for text in said)
 
 
 def generate(
@@ -45,12 +63,14 @@ def generate(
     *,
     fold: bool = False,
     precision: str = "double",
+    plan: str | None = None,
 ) -> Path:
     """Derive, write and compile the model of ``scene``, or find it in the cache; returns ``out/<package>``.
 
     With ``fold`` the values of its parameters stand in the code as numbers and cannot be changed later; values that
     leave no finite number then raise ``FoldError``. ``precision`` is that of the numbers it computes with: "double",
-    "float" or "wide", the compiler's long double; the package's name then ends in ``_float`` or ``_wide``.
+    "float" or "wide", the compiler's long double; the package's name then ends in ``_float`` or ``_wide``. ``plan`` is the
+    order of elimination, for study: "tip to root" or "dyads"; unless given, the one of the fewest operations.
     ``progress`` is told each stage's name as it begins. Raises ``CompileError`` (no working compiler) and
     ``OutputError`` (a folder that cannot be written, a name that would hide a module, or something at the place of the
     package that ccgen did not write); nothing is left half written, and nothing of others is removed or replaced.
@@ -64,8 +84,8 @@ def generate(
         raise ValueError(f"precision: found {precision!r} beside fold, expected 'double'; folded numbers are doubles")
     tell = progress or (lambda stage: None)
     compiler = find_compiler()
-    identity = _identity(scene, fold, numbers)
-    key = key_of(identity, compiler.version, *compiler.command, *compiler.flags())
+    variant = Variant(fold, numbers, plan)
+    key = key_of(_identity(scene, variant), compiler.version, *compiler.command, *compiler.flags())
     target = Path(out) / numbers.package(scene.package)
     if module := hidden_module(target.name):
         raise OutputError(
@@ -74,21 +94,30 @@ def generate(
         )
     if not is_current(target, key):
         tell("look in the cache")
-        fetch_or_build(key, target, lambda folder: _build(scene, fold, numbers, compiler, key, folder, tell))
+        fetch_or_build(key, target, lambda folder: _build(scene, variant, compiler, key, folder, tell))
     return target
 
 
-def derive_scene(scene: Scene, fold: bool = False) -> tuple[Topology, Equations]:
-    """The first stages: the virtual open chain, and all equations, with numbers for the parameters if ``fold``."""
-    from .derive.derivation import derive
+def plan_scene(scene: Scene, wanted: str | None = None) -> tuple[Topology, Choice]:
+    """The virtual open chain, and the order in which the unknowns go: the cheapest, or the ``wanted`` one."""
     from .mechanism.topology import span
     from .planning.choose import choose
     from .planning.dead_centres import sound_dyads
 
     topology = span(scene.mechanism, scene.driven)
     sound = sound_dyads(scene.mechanism, topology, scene.start.poses)
-    plan = choose(scene.mechanism, topology, scene.driven, sound).plan
-    equations = derive(scene.mechanism, topology, plan, scene.effects)
+    return topology, choose(scene.mechanism, topology, scene.driven, sound, wanted)
+
+
+def derive_scene(scene: Scene, fold: bool = False, plan: str | None = None) -> tuple[Topology, Equations]:
+    """The first stages: the virtual open chain, and all equations, with numbers for the parameters if ``fold``.
+
+    The unknowns go in the order of the cheapest plan, or of the one called ``plan`` (:data:`~.planning.choose.PLANS`).
+    """
+    from .derive.derivation import derive
+
+    topology, choice = plan_scene(scene, plan)
+    equations = derive(scene.mechanism, topology, choice.plan, scene.effects)
     if fold:
         from .program.fold import fold as folded
 
@@ -96,11 +125,11 @@ def derive_scene(scene: Scene, fold: bool = False) -> tuple[Topology, Equations]
     return topology, equations
 
 
-def listing(scene: Scene, fold: bool = False) -> str:
-    """The text of ``equations.txt``; needs no compiler."""
+def listing(scene: Scene, fold: bool = False, plan: str | None = None) -> str:
+    """The text of ``equations.txt``, by the plan that :func:`derive_scene` takes; needs no compiler."""
     from .emit.listing import name_index, write_listing
 
-    topology, equations = derive_scene(scene, fold)
+    topology, equations = derive_scene(scene, fold, plan)
     return write_listing(scene.name, equations, name_index(scene, topology))
 
 
@@ -128,18 +157,17 @@ def fold_price(scene: Scene) -> Price:
     return Price("folding", (), added(folded, plain))
 
 
-def _identity(scene: Scene, fold: bool, numbers: Precision = DOUBLE) -> str:
+def _identity(scene: Scene, variant: Variant) -> str:
     """What tells one model from all others."""
-    return scene.canonical() + ("\nfolded" if fold else "") + ("" if numbers.double else f"\n{numbers.name}")
+    return f"{scene.canonical()}{variant}"
 
 
-def _build(
-    scene: Scene, fold: bool, numbers: Precision, compiler: Compiler, key: str, folder: Path, tell: Progress
-) -> None:
+def _build(scene: Scene, variant: Variant, compiler: Compiler, key: str, folder: Path, tell: Progress) -> None:
     """Write and compile everything into an empty folder."""
     from .emit.render import Banner, render_binding, render_package
 
-    hash_ = hashlib.sha256(_identity(scene, fold, numbers).encode()).hexdigest()[:16]
+    numbers = variant.numbers
+    hash_ = hashlib.sha256(_identity(scene, variant).encode()).hexdigest()[:16]
     banner = Banner(scene.name, numbers.package(scene.package), VERSION, hash_)
     (folder / "_binding.pyx").write_text(render_binding(banner, numbers.capsule))
     extension = extension_module(hash_)
@@ -148,7 +176,7 @@ def _build(
         (folder / header).write_text(numbers.write((runtime_folder() / header).read_text()))
     with ThreadPoolExecutor(1) as beside:
         binding = beside.submit(cythonize, folder, extension)
-        _write_model(scene, banner, folder, tell, fold, numbers)
+        _write_model(scene, banner, folder, tell, variant)
         tell("compile")
         binding.result()
     compile_model(compiler, folder, extension)
@@ -162,12 +190,11 @@ def _build(
     write_record(folder, key, facts)
 
 
-def _write_model(
-    scene: Scene, banner: Banner, folder: Path, tell: Progress, fold: bool = False, numbers: Precision = DOUBLE
-) -> None:
+def _write_model(scene: Scene, banner: Banner, folder: Path, tell: Progress, variant: Variant) -> None:
     """The stages from the tree to the sources."""
+    numbers = variant.numbers
     tell("derive")
-    topology, equations = derive_scene(scene, fold)
+    topology, equations = derive_scene(scene, variant.fold, variant.plan)
     tell("write")
     from .emit.data import driven_coordinates, model_data, point_names
     from .emit.listing import name_index, write_listing

@@ -12,8 +12,10 @@ import sys
 import sysconfig
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from importlib.metadata import version
 from pathlib import Path
 
+from .kept_steps import fetch_or_make
 from .processor import native
 
 OPTIMISE = ("-O2", "-march=native", "-fno-math-errno")
@@ -88,7 +90,10 @@ def extension_file(module: str) -> str:
 
 def cythonize(folder: Path, module: str) -> None:
     """``_binding.pyx`` to C, in a process of its own so that it can run beside the derivation."""
-    _run((sys.executable, "-m", "cython", "-3", "--module-name", module, "_binding.pyx"), folder, "Cython")
+    arguments = ("-3", "--module-name", module, "_binding.pyx")
+    made_from = (version("cython").encode(), sys.version.encode(), " ".join(arguments).encode(), _text(folder, "_binding.pyx"))
+    command = (sys.executable, "-m", "cython", *arguments)
+    fetch_or_make(folder / "_binding.c", made_from, lambda: _run(command, folder, "Cython"))
 
 
 def compile_model(compiler: Compiler, folder: Path, module: str) -> None:
@@ -101,16 +106,27 @@ def compile_model(compiler: Compiler, folder: Path, module: str) -> None:
     }
     objects = tuple(source.replace(".c", ".o") for source in jobs)
     with ThreadPoolExecutor() as pool:
-        done = [
-            pool.submit(_run, (*compiler.command, *flags, "-c", source), folder, "the C compiler")
-            for source, flags in jobs.items()
-        ]
+        done = [pool.submit(_compile, compiler, flags, source, folder) for source, flags in jobs.items()]
         for job in done:
             job.result()
     shared = ("-bundle", "-undefined", "dynamic_lookup") if sys.platform == "darwin" else ("-shared",)
     _run((*compiler.command, *shared, *objects, "-lm", "-o", extension_file(module)), folder, "the linker")
     for rest in objects:
         (folder / rest).unlink()
+
+
+def _compile(compiler: Compiler, flags: tuple[str, ...], source: str, folder: Path) -> None:
+    """One source to its object file, unless the same bytes have been compiled before with the same flags."""
+    headers = sorted(path.name for path in folder.glob("*.h"))
+    said = (compiler.version, sys.version, *compiler.command, *flags, source, *headers)
+    made_from = (*(text.encode() for text in said), *(_text(folder, name) for name in (source, *headers)))
+    command = (*compiler.command, *flags, "-c", source)
+    result = folder / source.replace(".c", ".o")
+    fetch_or_make(result, made_from, lambda: _run(command, folder, "the C compiler"))
+
+
+def _text(folder: Path, name: str) -> bytes:
+    return (folder / name).read_bytes()
 
 
 def _run(command: tuple[str, ...], folder: Path, what: str) -> None:

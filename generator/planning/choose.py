@@ -27,42 +27,48 @@ class Choice:
     costs: tuple[tuple[str, int], ...]
 
 
-def tip_to_root(mechanism: Mechanism, topology: Topology, driven: Collection[int] = ()) -> Plan:
-    """Everything at its own link, loops where their branches meet."""
-    sweep = Sweep(mechanism, topology, driven)
-    return Plan(TIP_TO_ROOT, sweep.run(_Own(sweep, {}))[0])
-
-
 TIP_TO_ROOT, DYADS = "tip to root", "dyads"
+PLANS = (TIP_TO_ROOT, DYADS)
+"""The portfolio: of plans that cost the same, the first is taken."""
 
 LONGEST = 2500
 """Operations up to which the plan for dead centres is compiled. Beyond them its code costs more to compile than the
 runtime's robust path costs in the few states that need it."""
 
 
-def choose(mechanism: Mechanism, topology: Topology, driven: Collection[int], sound: Collection[int]) -> Choice:
-    """The cheapest plan; among equal ones the first. ``sound`` are cut joints whose dyads may be closed."""
+def choose(
+    mechanism: Mechanism,
+    topology: Topology,
+    driven: Collection[int],
+    sound: Collection[int],
+    wanted: str | None = None,
+) -> Choice:
+    """The plan of the fewest operations, or the ``wanted`` one of :data:`PLANS`.
+
+    ``driven`` joints have a prescribed motion; ``sound`` are the cut pins whose dyads may be closed. Raises ``ValueError``
+    where the wanted plan is not one of the portfolio, or the mechanism has no dyad to close.
+    """
+    if wanted is not None and wanted not in PLANS:
+        raise ValueError(f"plan: found {wanted!r}, expected one of {', '.join(PLANS)}")
     sweep = Sweep(mechanism, topology, driven)
-    found = [(TIP_TO_ROOT, *sweep.run(_Own(sweep, {})))]
-    for name, dyads in _embeddings(sweep, sound):
-        found.append((name, *sweep.run(_Own(sweep, dyads))))
-    name, pivots, _ = min(found, key=lambda one: one[2])
-    safe = found[0]
-    otherwise = Plan(safe[0], safe[1]) if name != safe[0] and safe[2] <= LONGEST else None
-    return Choice(Plan(name, pivots, otherwise), tuple((one[0], round(one[2])) for one in found))
-
-
-def _embeddings(sweep: Sweep, sound: Collection[int]) -> Iterator[tuple[str, dict[int, list[Cut]]]]:
-    dyads = _close_dyads(sweep, [cut for cut in sweep.topology.cuts if cut.joint in sound])
+    found = [(TIP_TO_ROOT, *sweep.run(_Order(sweep, {})))]
+    dyads = _close_dyads(sweep, [cut for cut in topology.cuts if cut.joint in sound])
     if dyads:
-        yield DYADS, _when(sweep, dyads)
+        found.append((DYADS, *sweep.run(_Order(sweep, _when(sweep, dyads)))))
+    named = [one for one in found if wanted in (None, one[0])]
+    if not named:
+        raise ValueError(f"plan: found {wanted!r}, expected {TIP_TO_ROOT!r}: the mechanism has no dyad to close")
+    name, pivots, _ = min(named, key=lambda one: one[2])
+    safe, own, cost = found[0]
+    otherwise = Plan(safe, own) if name != safe and cost <= LONGEST else None
+    return Choice(Plan(name, pivots, otherwise), tuple((one[0], round(one[2])) for one in found))
 
 
 # -- what is eliminated at a link ----------------------------------------------------------------------------------
 
 
 @dataclass
-class _Own:
+class _Order:
     """Dyads where they are due, other loops where their branches meet, then what belongs to the link or was left open."""
 
     sweep: Sweep

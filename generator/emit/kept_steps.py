@@ -1,0 +1,54 @@
+"""Results of compilation steps, kept by the bytes that went into them.
+
+A change of the generator that leaves a model's C as it was makes a new package and compiles nothing.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import secrets
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+from .cache import cache_folder
+
+_DIGEST = hashlib.sha256().digest_size
+
+
+def fetch_or_make(result: Path, made_from: Iterable[bytes], make: Callable[[], None]) -> None:
+    """Put the step's ``result`` in place: the kept one of the same bytes, or what ``make`` writes, which is then kept.
+
+    A kept result that is damaged is made again. Where nothing can be kept, it is made.
+    """
+    digest = hashlib.sha256()
+    for part in made_from:
+        digest.update(len(part).to_bytes(8, "big") + part)
+    kept = cache_folder() / "steps" / digest.hexdigest()[:32]
+    content = _read(kept)
+    if content is not None:
+        result.write_bytes(content)
+        return
+    make()
+    _keep(kept, result.read_bytes())
+
+
+def _read(kept: Path) -> bytes | None:
+    """What is kept there, if it is whole."""
+    try:
+        found = kept.read_bytes()
+    except OSError:
+        return None
+    digest, content = found[:_DIGEST], found[_DIGEST:]
+    return content if hashlib.sha256(content).digest() == digest else None
+
+
+def _keep(kept: Path, content: bytes) -> None:
+    """Write beside and rename, so that a reader finds all of it or nothing."""
+    beside = kept.with_name(f"{kept.name}.{secrets.token_hex(4)}")
+    try:
+        kept.parent.mkdir(mode=0o700, exist_ok=True)
+        beside.write_bytes(hashlib.sha256(content).digest() + content)
+        os.replace(beside, kept)
+    except OSError:
+        beside.unlink(missing_ok=True)

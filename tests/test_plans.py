@@ -1,0 +1,226 @@
+"""Orders of elimination: each gives the dense reference's motion, the cheapest is taken, dead centres keep their digits."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from ccgen.generator import load_scene, loop
+from ccgen.generator.pipeline import derive_scene, listing, plan_scene
+from ccgen.generator.planning.choose import DYADS, PLANS, TIP_TO_ROOT
+from ccgen.generator.planning.plan import is_dyad
+from ccgen.generator.program.program import lower
+from ccgen.generator.program.reading import read_listing
+from ccgen.generator.scene.scene import Scene
+
+from .conftest import Workshop
+from .oracles import graphs, maximal
+from .oracles.graphs import Edges
+from .oracles.maximal import GROUND, Array
+from .oracles.mechanisms import Drawing
+
+
+def walking(legs: int) -> Edges:
+    """A body, a shaft on it, and legs of three dyads each: two on the crank and the body, the third between those."""
+    edges: Edges = [(0, 1)]
+    for leg in range(legs):
+        j, b, k, c, f, g = range(2 + 6 * leg, 8 + 6 * leg)
+        edges += [(1, j), (j, b), (0, b), (1, k), (k, c), (0, c), (b, f), (c, g), (f, g)]
+    return edges
+
+
+def near_chain(links: int, loops: int, seed: int) -> Edges:
+    """A row of links, and joints between random links of it that are at least three apart."""
+    rng = np.random.default_rng(seed)
+    edges = [(k, k + 1) for k in range(links - 1)]
+    while len(edges) < links - 1 + loops:
+        a, b = sorted(int(x) for x in rng.integers(links, size=2))
+        if 3 <= b - a <= 8 and (a, b) not in edges:
+            edges.append((a, b))
+    return edges
+
+
+MECHANISMS: dict[str, Edges] = {
+    "four-bar": [(GROUND, 0), (0, 1), (1, 2), (2, GROUND)],
+    "one leg": walking(1),
+    "four legs": walking(4),
+    "grounded ladder": graphs.ladder(5, grounded=True),
+    "theta": graphs.theta((2, 3, 2)),
+    "grounded theta": graphs.theta((1, 2, 2), grounded=True),
+    "near chain": near_chain(24, 6, 1),
+}
+
+
+def scene_of(drawing: Drawing, tmp_path: Any) -> Scene:
+    path = tmp_path / f"{drawing.name}.toml"
+    path.write_text(drawing.toml())
+    return load_scene(path)
+
+
+def solved(text: str, kernel: str, **given: Array) -> dict[str, Array]:
+    """What a kernel of a listing gives."""
+    read = read_listing(text, "listing")
+    arguments = {name: given.get(name, np.zeros(len(s))) for name, s in read.kernels[kernel].inputs.items()}
+    return read.evaluate(kernel, arguments)
+
+
+def state_of(text: str, poses: Array, velocities: Array) -> tuple[Array, Array, list[str]]:
+    """q and u of the listing for frames at ``poses`` that move with ``velocities``, and the names of u."""
+    state = read_listing(text, "listing").state
+    q_names, u_names = state["q"], state["u"]
+    at = {"x": 0, "y": 1, "theta": 2, "vx": 0, "vy": 1, "w": 2}
+
+    def read(names: Any, frames: Array) -> Array:
+        split = (name.rsplit("_", 1) for name in names)
+        return np.array([frames[int(link), at[kind]] for kind, link in split], dtype=float)
+
+    return read(q_names, poses), read(u_names, velocities), list(u_names)
+
+
+@pytest.mark.parametrize("plan", PLANS)
+@pytest.mark.parametrize("name", MECHANISMS)
+def test_every_plan_gives_the_motion_of_the_dense_reference(name: str, plan: str, tmp_path: Any) -> None:
+    """Accelerations, and the jumps that generalized impulses bring, at the drawn configuration."""
+    drawing = graphs.mechanism("mechanism", MECHANISMS[name], seed=5)
+    scene = scene_of(drawing, tmp_path)
+    if plan not in dict(plan_scene(scene)[1].costs):
+        pytest.skip("no dyad to close")
+    text = listing(scene, plan=plan)
+    rng = np.random.default_rng(2)
+    speeds = maximal.project(drawing.system, drawing.poses, rng.normal(size=drawing.poses.shape))
+    q, u, names = state_of(text, drawing.poses, speeds)
+    motion = maximal.accelerate(drawing.system, drawing.poses, speeds)
+    wanted = state_of(text, drawing.poses, motion.frames)[1]
+    found = solved(text, "acceleration", q=q, u=u)["u_dot"]
+    assert np.abs(found - wanted).max() <= 1e-12 * np.abs(wanted).max()
+    _check_impulses(drawing, text, q, names, rng)
+
+
+def _check_impulses(drawing: Drawing, text: str, q: Array, names: list[str], rng: np.random.Generator) -> None:
+    """A jump du by impulses f keeps every joint closed and is balanced: f is M du along all motions that keep them."""
+    wanted = maximal.project(drawing.system, drawing.poses, rng.normal(size=drawing.poses.shape))
+    momentum = state_of(text, drawing.poses, wanted)[1]
+    f = solved(text, "momentum", q=q, u=momentum)["momentum"]
+    found = solved(text, "impulse", q=q, f=f)["du"]
+    assert np.abs(found - momentum).max() <= 1e-12 * np.abs(momentum).max()
+
+
+def operations(scene: Scene, plan: str | None = None) -> int:
+    return lower(derive_scene(scene, plan=plan)[1]).function("acceleration").counts().total
+
+
+def test_what_walks_costs_the_same_for_every_leg(tmp_path: Any) -> None:
+    """Operations grow by the same number from leg to leg, where the order from tip to root grows faster and faster."""
+    scenes = [scene_of(graphs.mechanism(f"legs{n}", walking(n), seed=3), tmp_path) for n in (1, 2, 3, 4)]
+    found = [operations(scene) for scene in scenes]
+    steps = np.diff(found)
+    assert np.ptp(steps) == 0, found
+    assert operations(scenes[2], TIP_TO_ROOT) > 3 * found[2]
+
+
+@pytest.mark.parametrize("name", ["four-bar", "one leg", "grounded ladder"])
+def test_the_plan_of_the_fewest_operations_is_taken(name: str, tmp_path: Any) -> None:
+    scene = scene_of(graphs.mechanism("mechanism", MECHANISMS[name], seed=5), tmp_path)
+    assert operations(scene) == min(operations(scene, plan) for plan in PLANS)
+
+
+def test_a_ring_keeps_the_order_from_tip_to_root() -> None:
+    choice = plan_scene(loop(12))[1]
+    assert choice.plan.name == TIP_TO_ROOT
+    assert [name for name, _ in choice.costs] == [TIP_TO_ROOT]
+    with pytest.raises(ValueError, match="found 'dyads', expected 'tip to root': the mechanism has no dyad to close"):
+        plan_scene(loop(12), DYADS)
+    with pytest.raises(ValueError, match="found 'best', expected one of tip to root, dyads"):
+        plan_scene(loop(12), "best")
+
+
+def test_a_dyad_that_starts_at_its_dead_centre_stays_open(tmp_path: Any) -> None:
+    """Coupler and rocker in line at the start: nothing is divided by the sine of the angle between them."""
+    scene = load_scene(_four_bar(tmp_path, 0.0))
+    assert [name for name, _ in plan_scene(scene)[1].costs] == [TIP_TO_ROOT]
+    bent = plan_scene(load_scene(_four_bar(tmp_path, 0.5)))[1].plan
+    assert bent.name == DYADS
+    assert [len(pivot) for link in bent.pivots for pivot in bent.at(link) if is_dyad(pivot)] == [4]
+
+
+def _four_bar(tmp_path: Any, bend: float) -> Any:
+    """Ground, crank, coupler and rocker; coupler and rocker ``bend`` (rad) away from being stretched."""
+    rocker, coupler = 0.3, 0.3 + bend
+    knee = np.array([math.cos(rocker), math.sin(rocker)])
+    crank_end = knee + 1.2 * np.array([math.cos(coupler), math.sin(coupler)])
+    path = tmp_path / "bar.toml"
+    path.write_text(
+        f"""
+name = "bar"
+[start]
+angles = [1.5, {coupler + math.pi!r}, {rocker!r}]
+[ground_link]
+points = {{ A = [{crank_end[0] - 0.6 * math.cos(1.5)!r}, {crank_end[1] - 0.6 * math.sin(1.5)!r}], D = [0.0, 0.0] }}
+[[link]]
+name = "crank"
+mass = 1.0
+length = 0.6
+[[link]]
+name = "coupler"
+mass = 1.0
+length = 1.2
+[[link]]
+name = "rocker"
+mass = 1.0
+length = 1.0
+[[joint]]
+between = ["ground.A", "crank.A"]
+[[joint]]
+between = ["crank.B", "coupler.A"]
+[[joint]]
+between = ["coupler.B", "rocker.B"]
+[[joint]]
+between = ["rocker.A", "ground.D"]
+"""
+    )
+    return path
+
+
+@pytest.mark.parametrize("legs", [0, 1, 4])
+def test_dead_centres_keep_their_digits(legs: int, workshop: Workshop) -> None:
+    """A dyad's arms at angles from 0.1 to 0: four-bar and one leg have a plan for it, four legs the robust path."""
+    edges = walking(legs) if legs else MECHANISMS["four-bar"]
+    drawing = graphs.mechanism(f"dead{legs}", edges, seed=5)
+    model = workshop.model(drawing.toml())
+    q0, _ = model.state_from_poses(drawing.poses, np.zeros_like(drawing.poses))
+    rng = np.random.default_rng(4)
+    worst = {}
+    for angle in (1e-1, 1e-2, 1e-3, 1e-5, 1e-7, 1e-10, 0.0):
+        q = _folded(model, drawing, q0, angle)
+        u = rng.normal(size=len(q))
+        poses = model.poses(q)
+        motion = maximal.accelerate(drawing.system, poses, model.velocities(q, u))
+        at = {"vx": 0, "vy": 1, "w": 2}
+        split = (name.rsplit("_", 1) for name in model.u_names)
+        wanted = np.array([motion.frames[int(link), at[kind]] for kind, link in split], dtype=float)
+        worst[angle] = float(np.abs(model.acceleration(q, u) - wanted).max() / np.abs(wanted).max())
+    assert max(worst.values()) <= 1e-13, worst
+
+
+def _folded(model: Any, drawing: Drawing, q: Array, angle: float) -> Array:
+    """The state with the second link of the last cut dyad turned until its arm is ``angle`` from the other's line."""
+    q = q.copy()
+    pins = drawing.system.pins
+    cut = pins[-1] if len(drawing.poses) > 3 else pins[2]
+    ends = []
+    for link, on in ((cut.a, cut.on_a), (cut.b, cut.on_b)):
+        other = next(
+            place
+            for pin in pins
+            for k, place in ((pin.a, pin.on_a), (pin.b, pin.on_b))
+            if k == link and pin is not cut
+        )
+        ends.append((link, complex(on[0] - other[0], on[1] - other[1])))
+    (one, arm), (two, other_arm) = ends
+    at = {name: index for index, name in enumerate(model.q_names)}
+    line = q[at[f"theta_{one}"]] + math.atan2(arm.imag, arm.real)
+    q[at[f"theta_{two}"]] = line + angle - math.atan2(other_arm.imag, other_arm.real)
+    return q
