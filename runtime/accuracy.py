@@ -112,7 +112,7 @@ def growth(model: Model, until: float) -> Growth:
     q, u = model.project(*model.start())
     chance = np.random.default_rng(1).normal(size=u.size)
     own = _run(model, q, u, until)
-    for nudge in (chance, model.acceleration(q, u) + u):
+    for nudge in (chance, model.acceleration(q, u, contacts=()) + u):
         near_q, near_u = model.project(q, u + NUDGE * max(1.0, float(np.max(np.abs(u)))) * nudge)
         near = _run(model, near_q, near_u, until)
         if _contacts(near) == _contacts(own):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import bisect
 import os
 from dataclasses import dataclass
 from pathlib import Path
@@ -154,20 +155,30 @@ class _Turn:
                 f"{self.joint}: its angle does not determine the motion here, expected a mechanism with one degree of "
                 f"freedom (found {self.model.dof}), away from dead and change points; start elsewhere or name another"
             )
-        found, here, angle = [], first, 0.0
-        for wanted in turned:
-            reached = here if wanted == angle else self._walk(here, angle, wanted)
+        found: list[Sample] = []
+        angles, passed = [0.0], [first]  # regular configurations on the way: from each of them the walk can go on
+
+        def reach(wanted: float) -> FloatArray:
+            last = bisect.bisect_right(angles, wanted) - 1
+            if angles[last] == wanted:
+                return passed[last]
+            reached = self._walk(passed[last], angles[last], wanted)
             if self.condition(reached) <= NEAR:
-                here, angle = reached, wanted
-                found.append(self._sample(here))
+                angles.insert(last + 1, wanted)
+                passed.insert(last + 1, reached)
+            return reached
+
+        for wanted in turned:
+            reached = reach(wanted)
+            if self.condition(reached) <= NEAR:
+                found.append(self._sample(reached))
                 continue
-            sides = []
-            for beside in (wanted - 2 * BESIDE, wanted - BESIDE, wanted + BESIDE, wanted + 2 * BESIDE):
-                here, angle = self._walk(here, angle, beside), beside
-                sides.append(self._sample(here))
+            beside, sides = min(BESIDE, wanted / 2.0), []
+            for side in (wanted - 2.0 * beside, wanted - beside, wanted + beside, wanted + 2.0 * beside):
+                sides.append(self._sample(reach(side)))
             found.append(_between(sides))
         if len(self.contacts):
-            self._walk(here, angle, 2.0 * np.pi)  # nothing bars the way from the last sample to the whole turn
+            reach(2.0 * np.pi)  # nothing bars the way from the last sample to the whole turn
         return found
 
     def condition(self, q: FloatArray) -> float:

@@ -138,7 +138,7 @@ class _Parts:
         u_dot, multipliers = _accelerated(self.model, q, u, t, self._numbers(rows), reactions=self.asked)
         self.inexact = max(self.inexact, kernels.inexact)
         if self.asked:
-            motion.reactions[rows] = kernels.reactions(q, u, t, u_dot, multipliers).reshape(len(q), -1, 3)
+            motion.reactions[rows] = kernels.reactions(q, u, t, u_dot, multipliers).reshape(len(q), len(self.model.joints), 3)
         motion.u_dot[rows], motion.multipliers[rows] = u_dot, multipliers
 
     def fill_in_contact(
@@ -157,9 +157,9 @@ class _Parts:
             raise _trouble(self.model, int(self._numbers(rows)[trouble[0]]), *trouble[1:])
         self.inexact = max(self.inexact, kernels.inexact)
         motion.u_dot[rows], motion.multipliers[rows] = u_dot, multipliers
-        motion.pushes[rows] = pushes.reshape(len(q), 2, -1).transpose(0, 2, 1)
+        motion.pushes[rows] = pushes.reshape(len(q), 2, len(self.model.contacts)).transpose(0, 2, 1)
         if self.asked:
-            motion.reactions[rows] = reactions.reshape(len(q), -1, 3)
+            motion.reactions[rows] = reactions.reshape(len(q), len(self.model.joints), 3)
 
     def _numbers(self, rows: Any) -> Sequence[int]:
         return list(range(len(self.motion.u_dot))) if isinstance(rows, slice) else list(rows)

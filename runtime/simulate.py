@@ -330,7 +330,7 @@ def _message(model: Model, until: float, found: dict[str, Any], fixed: bool) -> 
         "no_memory": "memory ran out; record less by ending earlier",
     }
     reason = reasons[outcome]
-    if outcome in ("repeats", "jammed") and (hit := driven_against(model, found["q"][-1], found["u"][-1])):
+    if outcome in ("repeats", "jammed", "gained") and (hit := driven_against(model, found["q"][-1], found["u"][-1])):
         driven = ", ".join(drive["joint"] for drive in model.data["drives"])
         reason = (
             f"{hit[0]} is driven into {hit[1]} by {driven}, whose prescribed motion no impact can change; keep it "

@@ -140,6 +140,14 @@ def test_torque_at_change_points_is_the_limit(workshop: Workshop) -> None:
     assert np.max(np.abs(turn.q[:, 1])) <= 1e-9
 
 
+@pytest.mark.parametrize("samples", [5, 90, 720])
+def test_change_points_move_no_sample(samples: int, workshop: Workshop) -> None:
+    """However close the samples lie to a change point, each is at its own angle and has its own torque."""
+    turn = driving_torque(shown("parallelogram", workshop), "motor", 3.0, samples)
+    assert turn.angle - turn.angle[0] == pytest.approx(2.0 * np.pi * np.arange(samples) / samples, abs=1e-12)
+    assert np.max(np.abs(turn.torque - 9.81 * 2.5 * np.cos(turn.angle))) <= 1e-6
+
+
 def test_cranks_that_do_not_turn_are_refused(workshop: Workshop) -> None:
     with pytest.raises(ValueError, match="pivot cannot be turned right round: it comes to a stop after"):
         driving_torque(shown("four-bar", workshop), "pivot", 1.0)

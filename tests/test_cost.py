@@ -92,6 +92,13 @@ def test_symmetric_motions_keep_their_symmetry(workshop: Workshop) -> None:
     assert not found.cut
 
 
+def test_a_start_that_strikes_has_neighbours(workshop: Workshop) -> None:
+    """A rod that starts on its surface and moves into it: the impact is the first thing that happens."""
+    text = "name = 'cost-strikes'\n[chain]\nlinks = 1\n[gravity]\n[[ground]]\nrestitution = 0.5\n"
+    text += "contacts = ['link_0.A']\n[start]\nposition = [0, 0]\nvelocity = [0, -1]\nangles = [1.0]\n"
+    assert growth(workshop.model(text), 0.1).until == 0.1
+
+
 def test_comparison_covers_methods_and_ways_to_keep_the_closure(workshop: Workshop) -> None:
     model = workshop.model(loop(6, gravity=True))
     reference = refer(model, 0.5)

@@ -332,6 +332,65 @@ def test_a_drive_into_a_ground_is_named(restitution: float, more: str, workshop:
     assert free.success and free.impacts
 
 
+ROCKING = """
+name = "rocking"
+[ground_link]
+points = {{ O = [0, 0], Q = [2, 0] }}
+[[link]]
+name = "crank"
+mass = 1
+inertia = 0.08
+com = [0.5, 0]
+points = {{ A = [0, 0], B = [1, 0] }}
+[[link]]
+name = "coupler"
+mass = 1.5
+inertia = 0.28
+com = [1, 0]
+points = {{ A = [0, 0], B = [2, 0] }}
+[[link]]
+name = "rocker"
+mass = 1
+inertia = 0.08
+com = [0.75, 0]
+points = {{ A = [0, 0], B = [1.5, 0], T = [1.5, 0.3] }}
+[[joint]]
+name = "motor"
+between = ["ground.O", "crank.A"]
+[[joint]]
+name = "knee"
+between = ["crank.B", "coupler.A"]
+[[joint]]
+name = "elbow"
+between = ["coupler.B", "rocker.B"]
+[[joint]]
+name = "pivot"
+between = ["ground.Q", "rocker.A"]
+[[drive]]
+joint = "motor"
+speed = 2
+[[ground]]
+restitution = 0.3
+law = "{law}"
+point = [0, 0.5]
+contacts = ["rocker.T"]
+{more}
+[gravity]
+[start]
+angles = {{ crank = "60 deg" }}
+"""
+"""A driven four-bar whose rocker reaches a floor: its one freedom is prescribed, so no impulse moves anything."""
+
+
+@pytest.mark.parametrize("law", ["newton", "poisson", "stronge"])
+@pytest.mark.parametrize("more", ["", "friction = 0.1", "friction = 0.4", "friction = 1.5"])
+def test_a_driven_linkage_into_a_ground_is_named(law: str, more: str, workshop: Workshop) -> None:
+    """By every law, and no impact is recorded: nothing bounds impulses that move nothing."""
+    run = simulate(workshop.model(ROCKING.format(law=law, more=more)), until=5.0)
+    assert "rocker.T is driven into ground_0 by motor, whose prescribed motion no impact can change" in run.message
+    assert not run.impacts and run.t[-1] == pytest.approx(1.268281868, abs=1e-6)
+
+
 def test_a_drive_into_a_stop_is_named(workshop: Workshop) -> None:
     text = (
         HIT[: HIT.index("[[ground]]")].format(second=60)

@@ -63,6 +63,25 @@ def test_a_rod_that_leans_on_smooth_ground(leaning: Any) -> None:
     assert run.reactions(early)[0] == pytest.approx(np.array([*wanted, 0.0]), rel=1e-12)
 
 
+@pytest.mark.parametrize("friction", [0.05, 0.1, 0.3, 1.0])
+def test_a_rod_that_cannot_move_leans_within_coulombs_law(friction: float, workshop: Workshop) -> None:
+    """One contact that sticks shares its friction with the hinge: never more than it can bear, and in balance."""
+    text = LEANING.replace("restitution = 0", f"restitution = 0\nfriction = {friction}\npoint = [0, 0]")
+    model = workshop.model(text.replace("until = 2", "until = 1") + '[start]\nangles = { rod = "-30 deg" }\n')
+    run = simulate(model)
+    ((push, drag),) = run.contact_forces(0.5)
+    assert push > 0.0 and abs(drag) <= friction * push * (1.0 + 1e-12)
+    level, down = math.cos(math.radians(30.0)), math.sin(math.radians(30.0))
+    assert push * level + drag * down == pytest.approx(2.0 * G * 0.5 * level, rel=1e-9)  # moments about the hinge
+    assert model.contact_forces(*run.at(0.5)) == pytest.approx(np.array([[push, drag]]), rel=1e-9)
+
+
+def test_no_states_have_no_forces(leaning: Any) -> None:
+    none = np.zeros((0, 1))
+    for contacts in (None, (), [TIP], {TIP: "smooth"}):
+        assert leaning.contact_forces(none, none, contacts=contacts).shape == (0, 1, 2)
+
+
 def test_states_in_contact_have_the_forces_of_contact(leaning: Any) -> None:
     q, u = np.array([-math.pi / 6]), np.zeros(1)
     assert leaning.reactions(q, u) == pytest.approx(np.array([[0.0, G, 0.0]]), rel=1e-13, abs=1e-13)

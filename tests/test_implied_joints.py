@@ -334,6 +334,22 @@ def test_what_a_joint_rests_on_cannot_change(workshop: Workshop) -> None:
     model.with_parameters({"a.points.B.x": 1.0, "a.mass": 2.0})
 
 
+def test_points_may_move_along_the_line_they_lie_on(workshop: Workshop) -> None:
+    """A slot along a link's x axis holds a pin of that link wherever on the axis it is."""
+    rod = {"mass": 1.0, "inertia": 0.1, "com": [0.5, 0.0], "points": {"A": [0.0, 0.0], "B": [1.0, 0.0]}}
+    joints = [
+        {"name": "j0", "between": ["ground.O", "a.A"]},
+        {"name": "j1", "between": ["a.B", "b.A"]},
+        {"name": "k", "type": "pin-in-slot", "axis": [1.0, 0.0], "between": ["a.A", "b.A"]},
+    ]
+    tables = {"ground_link": {"points": {"O": [0.0, 0.0]}}, "link": [{"name": "a", **rod}, {"name": "b", **rod}]}
+    scene = read_tables(tables | {"joint": joints, "gravity": {}}, "slot", "slot")
+    assert [found.joint for found in implied(scene.mechanism)] == [2]
+    model = workshop.model(scene).with_parameters({"a.points.B.x": 1.2})
+    q, _ = model.start()
+    assert model.point("b.A", q) == pytest.approx(model.point("a.A", q) + 1.2 * np.array([1.0, 0.0]), abs=1e-12)
+
+
 def test_what_is_left_out_is_told() -> None:
     (line,) = implied_lines(twice(0.0))
     assert line == "j2 holds what j1 holds: it is left out of the equations, and the forces are shared"

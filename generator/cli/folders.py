@@ -56,11 +56,17 @@ def check_results(folder: Path, names: Iterable[str], option: str) -> None:
     """
     check_folder(folder, option)
     here = folder.resolve()
-    if MODELS.resolve() in here.parents or any(is_package(place) for place in (here, *here.parents)):
+    if MODELS.resolve() in (here, *here.parents) or any(is_package(place) for place in (here, *here.parents)):
         fail(f"{option} {folder}: found a place of a generated model, expected a folder for results; name another")
     written = _written(folder)
+    earlier = not os.path.lexists(folder / RECORD) and bool(written)
     for name in names:
         if os.path.lexists(folder / name) and not _is_own(folder / name, written):
+            if earlier:
+                fail(
+                    f"{option} {folder}: found the file {name} beside a run of an earlier version of ccgen, which kept no "
+                    "record of what it wrote; move the folder away, remove it, or name another"
+                )
             fail(
                 f"{option} {folder}: found the file {name}, which ccgen did not write or which has changed since, "
                 "expected none; move it away or name another folder"
@@ -70,7 +76,9 @@ def check_results(folder: Path, names: Iterable[str], option: str) -> None:
 def record_results(folder: Path, names: Iterable[str]) -> None:
     """Note that ccgen has just written the files of these ``names`` into ``folder``."""
     written = _written(folder) | {name: _hash(folder / name) for name in names}
-    (folder / RECORD).write_text(json.dumps(written, indent=1, sort_keys=True) + "\n")
+    beside = folder / f"{RECORD}.new"
+    beside.write_text(json.dumps(written, indent=1, sort_keys=True) + "\n")
+    os.replace(beside, folder / RECORD)  # a record that is cut short would make all results a stranger's
 
 
 def forget_results(folder: Path) -> None:

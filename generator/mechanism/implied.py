@@ -213,8 +213,10 @@ class _Finder:
             one, other = self._end(part, 1), self._end(after, -1)
             if one[0] == other[0] and not (one[1] and other[1]):
                 continue  # a pin, and what else is at its point
-            shared = set(one[2]) & set(other[2])
-            found |= dict.fromkeys(p for p in (*one[2], *other[2]) if p not in shared)
+            free = set(one[2]) & set(other[2])
+            if any(end[1] and self.mechanism.joints[p.joint].axis is None for end, p in ((one, part), (other, after))):
+                free |= {self.mechanism.point(end[0]).x for end in (one, other)}  # along the line, which is the frame's x
+            found |= dict.fromkeys(p for p in (*one[2], *other[2]) if p not in free)
         return tuple(found)
 
     def _end(self, part: Part, side: int) -> tuple[PointRef, bool, tuple[Parameter, ...]]:

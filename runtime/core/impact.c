@@ -23,6 +23,7 @@ static const double GAIN = CCGEN_LIMIT(1e-13, 1e-5); /* of the kinetic energy: m
 static const double MISS = CCGEN_LIMIT(1e-14, 1e-6); /* of the rates before: rates after that miss more are corrected */
 static const double DEPENDENT = CCGEN_LIMIT(1e-9, 1e-4); /* share of its row: less is left of a contact that others carry */
 static const double ROUNDED = CCGEN_LIMIT(1e-6, 1e-3);   /* of an impulse: a correction that is more is none */
+static const double FAILED = 1e-3; /* of the largest rate before: impulses that miss their rates by more are none */
 enum { CORRECTIONS = 2 };
 
 struct strike {
@@ -287,6 +288,18 @@ static int correct(const struct strike *k, const double *before, double *P, doub
     return rank > 0;
 }
 
+/* Whether the impulses do not bring about the rates after that they were solved for, so far as not even their first digits are
+ * known: where nothing lets the contacts give way, as before a joint whose motion is prescribed, W is rounding. */
+static int without_effect(const struct strike *k, const double *before)
+{
+    double speed = 0.0, miss = 0.0;
+    for (int i = 0; i < k->all; i++) {
+        speed = fmax(speed, fabs(before[i]));
+        miss = fmax(miss, fabs(k->after[i] - k->rate[i]));
+    }
+    return !(miss <= FAILED * speed);
+}
+
 enum outcome impact(struct system *s, const double *q, const double *u_minus, int count, const int *set, const double *e,
                     double *u_plus, double *P)
 {
@@ -335,7 +348,9 @@ enum outcome impact(struct system *s, const double *q, const double *u_minus, in
                 u_plus[i] += k.wanted[j] * columns[j * n + i];
         rates_of(s, q, u_plus, count, set, rates, k.after);
     }
-    if (gains(&k, energy, before, k.after, P))
+    if (without_effect(&k, before))
+        outcome = OUTCOME_JAMMED;
+    else if (gains(&k, energy, before, k.after, P))
         outcome = OUTCOME_GAINED;
 end:
     free(work);

@@ -66,10 +66,10 @@ int append_impact(struct impacts *r, double t, const double *u_minus, const doub
     return 0;
 }
 
-/* How much the friction of contact c bears where it can be shared: 1 unless it sticks beside another */
+/* How much the friction of contact c bears where it can be shared: 1 unless it sticks */
 static double weight_of(const struct holding *h, int c)
 {
-    for (int row = h->count; row < h->rows && h->rows > h->count + 1; row++)
+    for (int row = h->count; row < h->rows; row++)
         if (h->set[h->of[row]] == c)
             return h->weight[row];
     return 1.0;

@@ -195,8 +195,9 @@ static void keep_touching(struct flight *f, struct decision *d, struct loss loss
     }
 }
 
-/* Hold the contacts that stay, and note which others they carry. Where several stick, forces of least norm share their
- * friction; if that is more than one of them can bear, they share it as the solution has it. */
+/* Hold the contacts that stay, and note which others they carry. Forces of least norm share the
+ * friction of those that stick, beside each other or with the joints; if that is more than one of them can bear, they share
+ * it as the solution has it. */
 static enum outcome hold(struct flight *f, struct decision *d, struct loss loss)
 {
     struct holding *h = f->s->holding;
@@ -210,7 +211,7 @@ static enum outcome hold(struct flight *f, struct decision *d, struct loss loss)
             h->closed[d->contact[i]] = CARRIED;
             h->carried++;
         }
-    if (h->rows <= h->count + 1)
+    if (h->rows <= h->count)
         return OUTCOME_DONE;
     double *values = f->search;
     const enum outcome outcome = watch(f->s, f->t, f->y, f->dy, values);
