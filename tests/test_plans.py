@@ -55,7 +55,7 @@ MECHANISMS: dict[str, Edges] = {
 
 
 def scene_of(drawing: Drawing, tmp_path: Any) -> Scene:
-    path = tmp_path / f"{drawing.name}.toml"
+    path = tmp_path / "mechanism.toml"
     path.write_text(drawing.toml())
     return load_scene(path)
 
@@ -149,8 +149,8 @@ def test_a_dyad_that_starts_at_its_dead_centre_stays_open(tmp_path: Any) -> None
 def _four_bar(tmp_path: Any, bend: float) -> Any:
     """Ground, crank, coupler and rocker; coupler and rocker ``bend`` (rad) away from being stretched."""
     rocker, coupler = 0.3, 0.3 + bend
-    knee = np.array([math.cos(rocker), math.sin(rocker)])
-    crank_end = knee + 1.2 * np.array([math.cos(coupler), math.sin(coupler)])
+    knee = math.cos(rocker), math.sin(rocker)
+    crank_end = knee[0] + 1.2 * math.cos(coupler), knee[1] + 1.2 * math.sin(coupler)
     path = tmp_path / "bar.toml"
     path.write_text(
         f"""
@@ -162,22 +162,32 @@ points = {{ A = [{crank_end[0] - 0.6 * math.cos(1.5)!r}, {crank_end[1] - 0.6 * m
 [[link]]
 name = "crank"
 mass = 1.0
-length = 0.6
+inertia = 0.1
+com = [0.3, 0.0]
+points = {{ A = [0.0, 0.0], B = [0.6, 0.0] }}
 [[link]]
 name = "coupler"
 mass = 1.0
-length = 1.2
+inertia = 0.1
+com = [0.6, 0.0]
+points = {{ A = [0.0, 0.0], B = [1.2, 0.0] }}
 [[link]]
 name = "rocker"
 mass = 1.0
-length = 1.0
+inertia = 0.1
+com = [0.5, 0.0]
+points = {{ A = [0.0, 0.0], B = [1.0, 0.0] }}
 [[joint]]
+name = "j0"
 between = ["ground.A", "crank.A"]
 [[joint]]
+name = "j1"
 between = ["crank.B", "coupler.A"]
 [[joint]]
+name = "j2"
 between = ["coupler.B", "rocker.B"]
 [[joint]]
+name = "j3"
 between = ["rocker.A", "ground.D"]
 """
     )
