@@ -24,6 +24,7 @@ static const double MISS = CCGEN_LIMIT(1e-14, 1e-6); /* of the rates before: rat
 static const double DEPENDENT = CCGEN_LIMIT(1e-9, 1e-4); /* share of its row: less is left of a contact that others carry */
 static const double ROUNDED = CCGEN_LIMIT(1e-6, 1e-3);   /* of an impulse: a correction that is more is none */
 static const double FAILED = 1e-3; /* of the largest rate before: impulses that miss their rates by more are none */
+static const double ROUNDED_RATE = CCGEN_LIMIT(1e-12, 1e-4); /* of the fastest motion: rates below are rounding */
 enum { CORRECTIONS = 2 };
 
 struct strike {
@@ -290,14 +291,16 @@ static int correct(const struct strike *k, const double *before, double *P, doub
 
 /* Whether the impulses do not bring about the rates after that they were solved for, so far as not even their first digits are
  * known: where nothing lets the contacts give way, as before a joint whose motion is prescribed, W is rounding. */
-static int without_effect(const struct strike *k, const double *before)
+static int without_effect(const struct strike *k, const struct system *s, const double *u, const double *before)
 {
-    double speed = 0.0, miss = 0.0;
+    double speed = 0.0, miss = 0.0, fastest = 0.0;
+    for (int i = 0; i < s->n; i++)
+        fastest = fmax(fastest, fabs(u[i]) * (i < s->model->base ? 1.0 : s->length));
     for (int i = 0; i < k->all; i++) {
         speed = fmax(speed, fabs(before[i]));
         miss = fmax(miss, fabs(k->after[i] - k->rate[i]));
     }
-    return !(miss <= FAILED * speed);
+    return !(miss <= FAILED * speed || miss <= ROUNDED_RATE * fastest);
 }
 
 enum outcome impact(struct system *s, const double *q, const double *u_minus, int count, const int *set, const double *e,
@@ -348,7 +351,7 @@ enum outcome impact(struct system *s, const double *q, const double *u_minus, in
                 u_plus[i] += k.wanted[j] * columns[j * n + i];
         rates_of(s, q, u_plus, count, set, rates, k.after);
     }
-    if (without_effect(&k, before))
+    if (without_effect(&k, s, u_minus, before))
         outcome = OUTCOME_JAMMED;
     else if (gains(&k, energy, before, k.after, P))
         outcome = OUTCOME_GAINED;
