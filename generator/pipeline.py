@@ -69,8 +69,8 @@ def generate(
 
     With ``fold`` the values of its parameters stand in the code as numbers and cannot be changed later; values that
     leave no finite number then raise ``FoldError``. ``precision`` is that of the numbers it computes with: "double",
-    "float" or "wide", the compiler's long double; the package's name then ends in ``_float`` or ``_wide``. ``plan`` is the
-    order of elimination, for study: "tip to root" or "dyads"; unless given, the one of the fewest operations.
+    "float" or "wide", the compiler's long double; the package's name then ends in ``_float`` or ``_wide``. ``plan`` is
+    the order of elimination, for study: "tip to root" or "dyads"; unless given, the one of the fewest operations.
     ``progress`` is told each stage's name as it begins. Raises ``CompileError`` (no working compiler) and
     ``OutputError`` (a folder that cannot be written, a name that would hide a module, or something at the place of the
     package that ccgen did not write); nothing is left half written, and nothing of others is removed or replaced.
@@ -190,7 +190,7 @@ def _build(scene: Scene, variant: Variant, compiler: Compiler, key: str, folder:
     write_record(folder, key, facts)
 
 
-def _write_model(scene: Scene, banner: Banner, folder: Path, tell: Progress, variant: Variant) -> None:
+def _write_model(scene: Scene, banner: Banner, folder: Path, tell: Progress, variant: Variant = Variant()) -> None:
     """The stages from the tree to the sources."""
     numbers = variant.numbers
     tell("derive")

@@ -138,7 +138,9 @@ class _Parts:
         u_dot, multipliers = _accelerated(self.model, q, u, t, self._numbers(rows), reactions=self.asked)
         self.inexact = max(self.inexact, kernels.inexact)
         if self.asked:
-            motion.reactions[rows] = kernels.reactions(q, u, t, u_dot, multipliers).reshape(len(q), len(self.model.joints), 3)
+            motion.reactions[rows] = kernels.reactions(q, u, t, u_dot, multipliers).reshape(
+                len(q), len(self.model.joints), 3
+            )
         motion.u_dot[rows], motion.multipliers[rows] = u_dot, multipliers
 
     def fill_in_contact(

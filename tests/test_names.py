@@ -14,12 +14,14 @@ from .conftest import Workshop
 from .touching_scenes import disc_on_plank
 
 ROOT = Path(__file__).parents[1]
-PLACES = {"k": r"(\d+|g)", "j": r"\d+", "l": r"\d+", "i": r"\d+", "B": r"\w+", "O": r"\w+"}
+PLACES = {"k": r"(\d+|g)", "j": r"\d+", "l": r"\d+", "i": r"\d+", "B": r"\w+", "O": r"\w+", "e": r"\d+", "f": r"\d+"}
 """What stands for a place in the table's names: links, joints, a ground or contact, points."""
-AXES = {"x": "[xyn]", "y": "[xyn]", "n": "[xyn]", "xx": "[xyn]{2}", "xy": "[xyn]{2}", "ly": r"\d+[xyn]"}
+AXES = {"x": "[xyn]", "y": "[xyn]", "n": "[xyn]", "xx": "[xyn]{2}", "xy": "[xyn]{2}", "ly": r"\d+[xyn]", "we": r"w\d+"}
 SCENES = (
     "falling-hexagon",
     "four-bar",
+    "jansen-driven",
+    "strandbeest",
     "flyer",
     "massless-coupler",
     "n-four-bar",
@@ -92,7 +94,7 @@ def names(text: str) -> set[str]:
 
 def unknown(text: str) -> list[str]:
     known = patterns()
-    bare = {re.sub("_fixed$", "", name) for name in names(text)}
+    bare = {re.sub("(_fixed)?(_v)?$", "", name) for name in names(text)}
     return sorted(name for name in bare if not any(pattern.fullmatch(name) for pattern in known))
 
 

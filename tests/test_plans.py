@@ -1,4 +1,5 @@
-"""Orders of elimination: each gives the dense reference's motion, the cheapest is taken, dead centres keep their digits."""
+"""Orders of elimination: each gives the dense reference's motion, the cheapest is taken, dead centres keep their
+digits."""
 
 from __future__ import annotations
 
@@ -9,8 +10,10 @@ import numpy as np
 import pytest
 
 from ccgen.generator import load_scene, loop
+from ccgen.generator.derive.derivation import derive
+from ccgen.generator.mechanism.topology import span
 from ccgen.generator.pipeline import derive_scene, listing, plan_scene
-from ccgen.generator.planning.choose import DYADS, PLANS, TIP_TO_ROOT
+from ccgen.generator.planning.choose import DYADS, PLANS, TIP_TO_ROOT, choose
 from ccgen.generator.planning.plan import is_dyad
 from ccgen.generator.program.program import lower
 from ccgen.generator.program.reading import read_listing
@@ -103,7 +106,7 @@ def _check_impulses(drawing: Drawing, text: str, q: Array, names: list[str], rng
     """A jump du by impulses f keeps every joint closed and is balanced: f is M du along all motions that keep them."""
     wanted = maximal.project(drawing.system, drawing.poses, rng.normal(size=drawing.poses.shape))
     momentum = state_of(text, drawing.poses, wanted)[1]
-    f = solved(text, "momentum", q=q, u=momentum)["momentum"]
+    f = solved(text, "momentum", q=q, u=momentum)["p"]
     found = solved(text, "impulse", q=q, f=f)["du"]
     assert np.abs(found - momentum).max() <= 1e-12 * np.abs(momentum).max()
 
@@ -112,13 +115,20 @@ def operations(scene: Scene, plan: str | None = None) -> int:
     return lower(derive_scene(scene, plan=plan)[1]).function("acceleration").counts().total
 
 
+def with_all_dyads(scene: Scene) -> int:
+    """Operations where every dyad is closed, wherever it stands at the start."""
+    topology = span(scene.mechanism)
+    plan = choose(scene.mechanism, topology, (), [cut.joint for cut in topology.cuts], DYADS).plan
+    return lower(derive(scene.mechanism, topology, plan, scene.effects)).function("acceleration").counts().total
+
+
 def test_what_walks_costs_the_same_for_every_leg(tmp_path: Any) -> None:
     """Operations grow by the same number from leg to leg, where the order from tip to root grows faster and faster."""
     scenes = [scene_of(graphs.mechanism(f"legs{n}", walking(n), seed=3), tmp_path) for n in (1, 2, 3, 4)]
-    found = [operations(scene) for scene in scenes]
+    found = [with_all_dyads(scene) for scene in scenes]
     steps = np.diff(found)
     assert np.ptp(steps) == 0, found
-    assert operations(scenes[2], TIP_TO_ROOT) > 3 * found[2]
+    assert operations(scenes[2], TIP_TO_ROOT) > 2 * found[2]
 
 
 @pytest.mark.parametrize("name", ["four-bar", "one leg", "grounded ladder"])
@@ -212,7 +222,8 @@ def test_dead_centres_keep_their_digits(legs: int, workshop: Workshop) -> None:
         split = (name.rsplit("_", 1) for name in model.u_names)
         wanted = np.array([motion.frames[int(link), at[kind]] for kind, link in split], dtype=float)
         worst[angle] = float(np.abs(model.acceleration(q, u) - wanted).max() / np.abs(wanted).max())
-    assert max(worst.values()) <= 1e-13, worst
+    print(legs, worst)
+    assert max(worst.values()) <= 1e-14, worst
 
 
 def _folded(model: Any, drawing: Drawing, q: Array, angle: float) -> Array:
@@ -223,10 +234,7 @@ def _folded(model: Any, drawing: Drawing, q: Array, angle: float) -> Array:
     ends = []
     for link, on in ((cut.a, cut.on_a), (cut.b, cut.on_b)):
         other = next(
-            place
-            for pin in pins
-            for k, place in ((pin.a, pin.on_a), (pin.b, pin.on_b))
-            if k == link and pin is not cut
+            place for pin in pins for k, place in ((pin.a, pin.on_a), (pin.b, pin.on_b)) if k == link and pin is not cut
         )
         ends.append((link, complex(on[0] - other[0], on[1] - other[1])))
     (one, arm), (two, other_arm) = ends

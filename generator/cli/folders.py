@@ -64,8 +64,8 @@ def check_results(folder: Path, names: Iterable[str], option: str) -> None:
         if os.path.lexists(folder / name) and not _is_own(folder / name, written):
             if earlier:
                 fail(
-                    f"{option} {folder}: found the file {name} beside a run of an earlier version of ccgen, which kept no "
-                    "record of what it wrote; move the folder away, remove it, or name another"
+                    f"{option} {folder}: found the file {name} beside a run of an earlier version of ccgen, which "
+                    "kept no record of what it wrote; move the folder away, remove it, or name another"
                 )
             fail(
                 f"{option} {folder}: found the file {name}, which ccgen did not write or which has changed since, "
@@ -78,7 +78,7 @@ def record_results(folder: Path, names: Iterable[str]) -> None:
     written = _written(folder) | {name: _hash(folder / name) for name in names}
     beside = folder / f"{RECORD}.new"
     beside.write_text(json.dumps(written, indent=1, sort_keys=True) + "\n")
-    os.replace(beside, folder / RECORD)  # a record that is cut short would make all results a stranger's
+    beside.replace(folder / RECORD)  # a record that is cut short would make all results a stranger's
 
 
 def forget_results(folder: Path) -> None:

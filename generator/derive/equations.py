@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 GUARD = 1e-6
-"""The fraction of its scale that a guard's pivot must exceed: below, the runtime solves the state on its robust path."""
+"""The fraction of its scale that a guard's pivot must exceed: below, the state is solved on another way."""
 
 
 @dataclass(frozen=True)

@@ -152,7 +152,7 @@ class Eliminator:
         return Solution(self.link, block, gains, constant, guard)
 
     def close_dyad(self, block: tuple[Variable, ...], scale: sp.Expr) -> Solution:
-        """Solve two closure rows for two angular accelerations and substitute (theory, eq. 9'' and 10'').
+        """Solve two closure rows for two angular accelerations and substitute (theory, eq. 35 and 36).
 
         ``scale`` is the greatest square that the determinant of the rows' derivatives can have.
         """
@@ -195,7 +195,7 @@ class Eliminator:
         gains: dict[tuple[Variable, Variable], sp.Expr],
         constant: dict[tuple[bool, Variable], sp.Expr],
     ) -> None:
-        """With α = −(G z + c): H −= H_zα G + Gᵀ (H_αz − D G) and l −= H_zα c + Gᵀ (l_α − D c)."""
+        """Eq. 36: with α = −(G z + c), H −= H_zα G + Gᵀ (H_αz − D G) and l −= H_zα c + Gᵀ (l_α − D c)."""
         form, let = self.form, self.ledger.let
         moved = {}
         for e in turns:

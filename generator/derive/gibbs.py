@@ -24,8 +24,8 @@ from .names import A_X, A_Y, ALPHA, SLIDE, Variable, hessian_name, multiplier, p
 
 M, INERTIA, W2 = sp.symbols("m I w2")
 A, ALPHA_ = sp.symbols("a_x a_y"), sp.Symbol("alpha")
-SMALLEST_SINE = 0.05
-"""Sine of the angle between a dyad's arms below which the state is solved on another way: it loses that many digits."""
+SMALLEST_SINE = 0.1
+"""Sine of the angle between a dyad's arms below which the state is solved on another way: rounding grows as 1/sine."""
 RC, RHO, MU = sp.symbols("rc_x rc_y"), sp.symbols("rho_x rho_y"), sp.symbols("mu_x mu_y")
 
 
@@ -124,7 +124,7 @@ class Recursion:
         topology = self.kinematics.topology
         if link == topology.root or topology.branch(link).parent == GROUND or topology.branch(link).slides:
             return False
-        return form.h(A_X, A_Y) == 0 and form.h(A_X, A_X) == form.h(A_Y, A_Y) != 0
+        return bool(form.h(A_X, A_Y) == 0 and form.h(A_X, A_X) == form.h(A_Y, A_Y) != 0)
 
     def _eliminate(self, link: int, form: Form, eliminator: Eliminator) -> list[Solution]:
         """What the plan says for the link, in its order. Loops that go one after another are guarded together."""
@@ -229,8 +229,8 @@ class Recursion:
     def _load_with_points(self, link: int, here: dict[sp.Symbol, sp.Expr], inertia: sp.Expr) -> sp.Expr:
         """Put the masses that act as points at the link's joints into its mass and first moment; returns its inertia.
 
-        Where no α further out has gone, V of a child depends on a as that of a point mass does. The link with such points
-        is an augmented body (J. Wittenburg, Dynamics of Multibody Systems, section 5.5).
+        Where no α further out has gone, V of a child depends on a as that of a point mass does. The link with such
+        points is an augmented body (theory, 4.13).
         """
         kinematics, let = self.kinematics, self.ledger.let
         points = [(b.joint, self.points[b.link]) for b in kinematics.topology.outboard(link) if b.link in self.points]
@@ -404,7 +404,7 @@ class Recursion:
             self._solve_dyad(link, solution.variables, solution.dyad, impact)
 
     def _solve_dyad(self, link: int, variables: tuple[Variable, ...], dyad: Dyad, impact: bool) -> None:
-        """The multipliers of a dyad: ∂V/∂α = 0 for both of its links, solved for them."""
+        """The multipliers of a dyad: ∂V/∂α = 0 for both of its links, solved for them (eq. 37)."""
         moments = []
         for e in variables[:2]:
             terms = [entry * self.value(impact, link, v) for (row, v), entry in dyad.slopes.items() if row == e]

@@ -27,8 +27,8 @@ class Variable:
     """A variable of the quadratic form that is handed from tips to root.
 
     ``kind`` is ``a`` (acceleration of the inboard point), ``alpha`` (angular acceleration), ``slide`` (acceleration
-    along the line of the joint that carries the link), ``lambda`` (closure multiplier of cut joint ``joint``) or ``turn``
-    (angular acceleration of link ``joint``, further out, which is left open).
+    along the line of the joint that carries the link), ``lambda`` (closure multiplier of cut joint ``joint``) or
+    ``turn`` (angular acceleration of link ``joint``, further out, which is left open).
     """
 
     kind: str
@@ -59,11 +59,13 @@ def turn(link: int) -> Variable:
 def hessian_name(link: int, v: Variable, w: Variable) -> str:
     """Name of a second derivative of V_link (eq. 8): Phi, p, D of accelerations; B, g, C with multipliers.
 
-    Those with the acceleration along a sliding joint's line: Psi (with a), psi (with α), gs (with λ), Ds (eq. 31). Those
-    with the angular acceleration of a link further out have that link's number behind ``link``'s.
+    Those with the acceleration along a sliding joint's line: Psi (with a), psi (with α), gs (with λ), Ds (eq. 31).
+    Those with the angular acceleration of a link further out have that link's number behind ``link``'s.
     """
     k = place(link)
     v, w = sorted((v, w))
+    if w.kind == "turn":
+        return _open_name(k, v, w)
     match v.kind, w.kind:
         case "a", "a":
             return f"Phi_{k}_{v.axis}{w.axis}"
@@ -83,18 +85,22 @@ def hessian_name(link: int, v: Variable, w: Variable) -> str:
             return f"gs_{k}_{v.joint}_{v.axis}"
         case "slide", "slide":
             return f"Ds_{k}"
-        case "a", "turn":
-            return f"p_{k}_{w.joint}_{v.axis}"
-        case "alpha", "turn":
-            return f"D_{k}_{w.joint}"
-        case "lambda", "turn":
-            return f"g_{k}_{w.joint}_{v.joint}_{v.axis}"
-        case "slide", "turn":
-            return f"psi_{k}_{w.joint}"
-        case "turn", "turn":
-            return f"D_{k}_{v.joint}_{w.joint}"
     joints = f"{v.joint}" if v.joint == w.joint else f"{v.joint}_{w.joint}"
     return f"C_{k}_{joints}_{v.axis}{w.axis}"
+
+
+def _open_name(k: str, v: Variable, w: Variable) -> str:
+    """The same where ``w`` is the angular acceleration of a link further out."""
+    match v.kind:
+        case "a":
+            return f"p_{k}_{w.joint}_{v.axis}"
+        case "alpha":
+            return f"D_{k}_{w.joint}"
+        case "lambda":
+            return f"g_{k}_{w.joint}_{v.joint}_{v.axis}"
+        case "slide":
+            return f"psi_{k}_{w.joint}"
+    return f"D_{k}_{v.joint}_{w.joint}"
 
 
 def linear_name(link: int, v: Variable, impact: bool) -> str:

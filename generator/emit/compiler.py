@@ -91,7 +91,12 @@ def extension_file(module: str) -> str:
 def cythonize(folder: Path, module: str) -> None:
     """``_binding.pyx`` to C, in a process of its own so that it can run beside the derivation."""
     arguments = ("-3", "--module-name", module, "_binding.pyx")
-    made_from = (version("cython").encode(), sys.version.encode(), " ".join(arguments).encode(), _text(folder, "_binding.pyx"))
+    made_from = (
+        version("cython").encode(),
+        sys.version.encode(),
+        " ".join(arguments).encode(),
+        _text(folder, "_binding.pyx"),
+    )
     command = (sys.executable, "-m", "cython", *arguments)
     fetch_or_make(folder / "_binding.c", made_from, lambda: _run(command, folder, "Cython"))
 

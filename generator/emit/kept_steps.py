@@ -6,7 +6,6 @@ A change of the generator that leaves a model's C as it was makes a new package 
 from __future__ import annotations
 
 import hashlib
-import os
 import secrets
 from collections.abc import Callable, Iterable
 from pathlib import Path
@@ -49,6 +48,6 @@ def _keep(kept: Path, content: bytes) -> None:
     try:
         kept.parent.mkdir(mode=0o700, exist_ok=True)
         beside.write_bytes(hashlib.sha256(content).digest() + content)
-        os.replace(beside, kept)
+        beside.replace(kept)
     except OSError:
         beside.unlink(missing_ok=True)

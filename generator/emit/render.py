@@ -16,7 +16,6 @@ from .expressions import C, write
 from .lanes import over_lanes
 from .rolling import NAME, Lines, Place, roll
 
-
 SIGNATURES: Mapping[str, tuple[str, ...]] = {
     "acceleration": ("k", "q", "u", "t", "inputs"),
     "inverse_dynamics": ("k", "q", "u", "t", "inputs", "u_dot"),
@@ -214,7 +213,8 @@ def _written(function: Function, slots: Mapping[sp.Symbol, int]) -> tuple[dict[s
             + [f"double *{output.name}" for output in kernel.outputs]
         ),
         "solves": solver is not None,
-        "otherwise": kernel.otherwise and f"{kernel.otherwise}({', '.join([*arguments, *(o.name for o in kernel.outputs)])})",
+        "otherwise": kernel.otherwise
+        and f"{kernel.otherwise}({', '.join([*arguments, *(o.name for o in kernel.outputs)])})",
         "arrays": rolled.arrays,
         "angles": angles,
         "loads": [(name, f"{array}[{i}]") for name, (array, i) in places.items() if name in scalars],

@@ -13,6 +13,7 @@ from ..mechanism.joints import Joint, PointRef
 from ..mechanism.layout import lay_out
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.topology import Cut, Topology, span
+from ..planning.plan import is_dyad
 from ..program.prices import Price
 from ..program.program import lower
 from ..scene.driven import drive_layout
@@ -74,6 +75,7 @@ def summarize(scene: Scene, topology: Topology, equations: Equations) -> Summary
         ("root", (f"{root}, floating" if topology.floating else root,)),
         ("loops", tuple(_loop(mechanism, topology, cut) for cut in topology.cuts) or ("none",)),
         ("branch", tuple(branch_lines(scene)) or ("no loop",)),
+        *([("order", tuple(_order_lines(scene)))] if topology.cuts else []),
         (
             "degrees of freedom",
             (
@@ -91,6 +93,32 @@ def summarize(scene: Scene, topology: Topology, equations: Equations) -> Summary
         *([("parameters", ("folded: their values stand in the equations as numbers",))] if equations.folded else []),
         ("operations", tuple(counts)),
     )
+
+
+def _order_lines(scene: Scene) -> Iterator[str]:
+    """Which plan of elimination is taken, what each would cost, and what it closes and leaves open."""
+    from ..pipeline import plan_scene
+
+    topology, choice = plan_scene(scene)
+    mechanism, plan, costs = scene.mechanism, choice.plan, dict(choice.costs)
+    others = [f"{name} would cost about {cost}" for name, cost in costs.items() if name != plan.name]
+    yield "; ".join([f"{plan.name}, about {costs[plan.name]} operations", *others])
+    dyads = [pivot for pivots in plan.pivots.values() for pivot in pivots if is_dyad(pivot)]
+    if dyads:
+        closed = [" with ".join(mechanism.link_name(v.joint) for v in pivot[:2]) for pivot in dyads]
+        yield "closed as dyads, the outermost first: " + ", ".join(closed)
+        taken = {v for pivot in dyads for v in pivot}
+        late = [
+            mechanism.link_name(v.joint)
+            for link, pivots in plan.pivots.items()
+            for pivot in pivots
+            for v in pivot
+            if v.kind == "turn" and v not in taken and v.joint not in (link, topology.root)
+        ]
+        if late:
+            yield f"left open until then: {', '.join(late)}"
+        safe = "tip to root" if plan.otherwise else "the runtime's solution of dependent rows"
+        yield f"where a dyad is near its dead centre: {safe}"
 
 
 def _mobility(mechanism: Mechanism, driven: int) -> str:

@@ -215,7 +215,8 @@ class _Finder:
                 continue  # a pin, and what else is at its point
             free = set(one[2]) & set(other[2])
             if any(end[1] and self.mechanism.joints[p.joint].axis is None for end, p in ((one, part), (other, after))):
-                free |= {self.mechanism.point(end[0]).x for end in (one, other)}  # along the line, which is the frame's x
+                along = (self.mechanism.point(end[0]).x for end in (one, other))  # the line is the frame's x axis
+                free |= {p for p in along if p is not None}
             found |= dict.fromkeys(p for p in (*one[2], *other[2]) if p not in free)
         return tuple(found)
 

@@ -1,10 +1,10 @@
-"""The portfolio of plans, and the choice among them (theory, section 4.14).
+"""The portfolio of plans, and the choice among them (theory, section 4.13).
 
-``tip to root`` eliminates what belongs to a link at that link, and the multipliers of a loop where its branches meet. It
-costs the same per link in chains, rings and ladders. Where many loops pass through one link, as legs on a shaft do, that
-link's angular acceleration couples the multipliers of all of them, and it pays to leave it open: ``dyads`` closes two
-links at a time between links that are known (Assur groups), so that their multipliers vanish, and leaves open what joins
-the dyads.
+``tip to root`` eliminates what belongs to a link at that link, and the multipliers of a loop where its branches meet.
+It costs the same per link in chains, rings and ladders. Where many loops pass through one link, as legs on a shaft do,
+that link's angular acceleration couples the multipliers of all of them, and it pays to leave it open: ``dyads`` closes
+two links at a time between links that are known (Assur groups), so that their multipliers vanish, and leaves open what
+joins the dyads.
 """
 
 from __future__ import annotations
@@ -12,12 +12,13 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field
 
-from ..derive.names import SLIDE, Variable, multiplier, turn
+from ..derive.names import ALPHA, SLIDE, Variable, multiplier, turn
 from ..mechanism.links import GROUND
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.topology import Cut, Topology
 from .pattern import Pattern, Sweep
 from .plan import Pivot, Plan
+
 
 @dataclass(frozen=True)
 class Choice:
@@ -45,8 +46,8 @@ def choose(
 ) -> Choice:
     """The plan of the fewest operations, or the ``wanted`` one of :data:`PLANS`.
 
-    ``driven`` joints have a prescribed motion; ``sound`` are the cut pins whose dyads may be closed. Raises ``ValueError``
-    where the wanted plan is not one of the portfolio, or the mechanism has no dyad to close.
+    ``driven`` joints have a prescribed motion; ``sound`` are the cut pins whose dyads may be closed. Raises
+    ``ValueError`` where the wanted plan is not one of the portfolio, or the mechanism has no dyad to close.
     """
     if wanted is not None and wanted not in PLANS:
         raise ValueError(f"plan: found {wanted!r}, expected one of {', '.join(PLANS)}")
@@ -69,7 +70,8 @@ def choose(
 
 @dataclass
 class _Order:
-    """Dyads where they are due, other loops where their branches meet, then what belongs to the link or was left open."""
+    """Dyads where they are due, other loops where their branches meet, then what belongs to the link or was left
+    open."""
 
     sweep: Sweep
     dyads: dict[int, list[Cut]]
@@ -124,8 +126,8 @@ class _Order:
 
 def _outside(link: int, pattern: Pattern) -> dict[Variable, set[Variable]]:
     """Who shares an entry with whom, the link's own α under its number."""
-    own = lambda v: turn(link) if v.kind == "alpha" else v  # noqa: E731
-    return {own(v): {own(w) for w in near} for v, near in pattern.near.items()}
+    own = {ALPHA: turn(link)}
+    return {own.get(v, v): {own.get(w, w) for w in near} for v, near in pattern.near.items()}
 
 
 def _fill(near: dict[Variable, set[Variable]], pivot: Pivot) -> None:
@@ -222,7 +224,8 @@ def _when(sweep: Sweep, closed: list[Cut]) -> dict[int, list[Cut]]:
 def _between(cut: Cut, parents: dict[int, int]) -> set[int]:
     """Links on the way between a loop's cut and where its branches meet: its rows depend on their angles."""
     found: set[int] = set()
-    for link in (cut.first.link, cut.second.link):
+    for end in (cut.first.link, cut.second.link):
+        link = end
         while link != cut.meeting:
             found.add(link)
             link = parents[link]

@@ -10,8 +10,10 @@ from ..mechanism.topology import Cut, Topology
 
 Triple = tuple[float, float, float]
 
-SOUND = 0.1
-"""The least sine of the angle between a dyad's arms at the start, twice that at which the equations give the state up."""
+SOUND = 0.12
+"""The least sine of the angle between a dyad's arms at the start: a little more than that at which the equations of a
+closed dyad give a state up (``SMALLEST_SINE`` of ``derive/gibbs.py``), so that a model does not begin on its second
+way."""
 
 
 def sound_dyads(mechanism: Mechanism, topology: Topology, poses: Sequence[Triple]) -> tuple[int, ...]:

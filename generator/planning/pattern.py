@@ -1,7 +1,7 @@
 """What a plan costs, counted on the pattern of the forms: which entries are there, not what they are.
 
-The same steps as in ``derive/gibbs.py`` are taken on sets of variables. An entry is ``GENERAL``, or a whole number where it
-is that number in every configuration: the +1 and −1 of a joint's two sides, which vanish where both meet.
+The same steps as in ``derive/gibbs.py`` are taken on sets of variables. An entry is ``GENERAL``, or a whole number
+where it is that number in every configuration: the +1 and −1 of a joint's two sides, which vanish where both meet.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class Pattern:
             return
         key = (v, w) if v <= w else (w, v)
         old = self.entries.get(key, 0)
-        total = old + value if value != GENERAL and old != GENERAL else GENERAL
+        total = GENERAL if GENERAL in (value, old) else old + value
         if total == 0:
             del self.entries[key]
             self.near[v].discard(w)
@@ -188,9 +188,9 @@ class Sweep:
         """The form as the parent sees it: an angular acceleration that stays open bears its link's number."""
         if link == self.topology.root or not self.has_angle(link) or ALPHA not in pattern.near:
             return pattern
-        named = Pattern()
+        named, own = Pattern(), {ALPHA: turn(link)}
         for (v, w), value in pattern.entries.items():
-            named.add(*(turn(link) if x == ALPHA else x for x in (v, w)), value)
+            named.add(own.get(v, v), own.get(w, w), value)
         return named
 
     def _same(self, link: int, point: str) -> bool:

@@ -1,4 +1,4 @@
-"""The order of elimination: for every link, what goes from its form, in order (theory, section 4.14)."""
+"""The order of elimination: for every link, what goes from its form, in order (theory, section 4.13)."""
 
 from __future__ import annotations
 
@@ -8,18 +8,19 @@ from dataclasses import dataclass
 from ..derive.names import Variable
 
 Pivot = tuple[Variable, ...]
-"""Variables that go at once: one angular acceleration, the one or two multipliers of a cut joint, the acceleration along
-a line, or a dyad: the angular accelerations of two links and the two multipliers of the pin between them."""
+"""Variables that go at once: one angular acceleration, the one or two multipliers of a cut joint, the acceleration
+along a line, or a dyad: the angular accelerations of two links and the two multipliers of the pin between them."""
 
 
 @dataclass(frozen=True)
 class Plan:
-    """``pivots[link]`` go from the form of ``link`` (of the ground, ``GROUND``) in this order, from the tips to the root.
+    """``pivots[link]`` go from the form of ``link`` (of the ground, ``GROUND``) in this order, from the tips to the
+    root.
 
-    Angular accelerations are those of ``turn(k)``, at link k itself too. What is in no pivot of its own link stays open:
-    it is handed on with the link's form until a link nearer to the root eliminates it. The acceleration of a floating root
-    goes last, and is not listed. ``name`` says which of the portfolio's plans this is. ``otherwise`` is the plan to go to
-    where a guard of this one fails; without one, the runtime solves such a state on its robust path.
+    Angular accelerations are those of ``turn(k)``, at link k itself too. What is in no pivot of its own link stays
+    open: it is handed on with the link's form until a link nearer to the root eliminates it. The acceleration of a
+    floating root goes last, and is not listed. ``name`` says which of the portfolio's plans this is. ``otherwise`` is
+    the plan to go to where a guard of this one fails; without one, the runtime solves such a state on its robust path.
     """
 
     name: str
