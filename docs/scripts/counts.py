@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import math
+import tempfile
+from pathlib import Path
 from typing import Any
 
-from ccgen.generator import Scene, chain, loop, pinned
+import strandbeest
+
+from ccgen.generator import Scene, chain, load_scene, loop, pinned
 from ccgen.generator.pipeline import derive_scene
 from ccgen.generator.program.program import Program, lower
 from ccgen.generator.scene import read_tables
@@ -12,8 +17,22 @@ from ccgen.generator.scene import read_tables
 SIZES = (4, 6, 8, 16, 32, 64)
 
 
-def program(scene: Scene) -> Program:
-    return lower(derive_scene(scene)[1])
+def program(scene: Scene, plan: str | None = None) -> Program:
+    return lower(derive_scene(scene, plan=plan)[1])
+
+
+def acceleration(scene: Scene, plan: str | None = None) -> int:
+    return program(scene, plan).function("acceleration").counts().total
+
+
+def walking(cranks: int) -> Scene:
+    """The Strandbeest of scenes/strandbeest.toml with this many cranks, two legs on each."""
+    phases, strandbeest.PHASES = strandbeest.PHASES, tuple(2.0 * math.pi * k / cranks for k in range(cranks))
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "walking.toml"
+        path.write_text(strandbeest.text())
+        strandbeest.PHASES = phases
+        return load_scene(path)
 
 
 def ladder(cells: int) -> Scene:
@@ -42,12 +61,18 @@ def main() -> None:
     print("links   floating  open  hinged  pinned")
     for n in SIZES:
         scenes = (loop(n), chain(n), chain(n, hinged=True), pinned(n))
-        totals = [program(scene).function("acceleration").counts().total for scene in scenes]
+        totals = [acceleration(scene) for scene in scenes]
         print(f"{n:5} {totals[0]:10} {totals[1]:5} {totals[2]:7} {totals[3]:7}")
-    print("\nrow of N four-bars")
+    print("\nrow of N four-bars, and from tip to root")
     for cells in (1, 2, 4, 8, 16, 32):
-        total = program(ladder(cells)).function("acceleration").counts().total
-        print(f"N = {cells:2}, {2 * cells + 1:2} links: {total}")
+        scene = ladder(cells)
+        print(f"N = {cells:2}, {2 * cells + 1:2} links: {acceleration(scene)}, {acceleration(scene, 'tip to root')}")
+    print("\nwalking machines, and from tip to root (minutes)")
+    for cranks in (1, 2, 3, 4):
+        scene = walking(cranks)
+        links = len(scene.mechanism.links)
+        print(f"{cranks} cranks, {links} links: {acceleration(scene)}", flush=True)
+        print(f"    from tip to root: {acceleration(scene, 'tip to root')}", flush=True)
 
 
 if __name__ == "__main__":
