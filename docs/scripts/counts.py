@@ -27,11 +27,10 @@ def acceleration(scene: Scene, plan: str | None = None) -> int:
 
 def walking(cranks: int) -> Scene:
     """The Strandbeest of scenes/strandbeest.toml with this many cranks, two legs on each."""
-    phases, strandbeest.PHASES = strandbeest.PHASES, tuple(2.0 * math.pi * k / cranks for k in range(cranks))
+    phases = [2.0 * math.pi * k / cranks for k in range(cranks)]
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "walking.toml"
-        path.write_text(strandbeest.text())
-        strandbeest.PHASES = phases
+        path.write_text(strandbeest.text(phases))
         return load_scene(path)
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import cmath
 import math
+from collections.abc import Sequence
 from pathlib import Path
 
 from jansen import BARS, LINKS, body, corners, pair
@@ -76,27 +77,29 @@ def joint(name: str, first: str, second: str, slides: bool = False) -> list[str]
     return ["", "[[joint]]", f'name = "{name}"', f'between = ["{first}", "{second}"]', *kind]
 
 
-def shaft() -> list[str]:
+def shaft(phases: Sequence[float]) -> list[str]:
     """The body's triangle, and the cranks as one link: three bars that meet at the axle."""
     low = BARS["l"]
     lines = link("body", {"P_left": complex(-BARS["a"], -low), "O": 0j, "P_right": complex(BARS["a"], -low)})
-    pins = {f"A{number}": cmath.rect(BARS["m"], phase) for number, phase in enumerate((*PHASES, PUMP))}
+    pins = {f"A{number}": cmath.rect(BARS["m"], phase) for number, phase in enumerate((*phases, PUMP))}
     pins = {key: complex(round(z.real, 9), round(z.imag, 9)) for key, z in pins.items()}
     com = sum(pins.values()) / (2 * len(pins))
     mass = len(pins) * BARS["m"]
     return lines + table("shaft", mass, com, mass * (BARS["m"] ** 2 / 3.0 - abs(com) ** 2), {"O": 0j, **pins})
 
 
-def text() -> str:
+def text(phases: Sequence[float] | None = None, pumps: bool = True) -> str:
+    """The scene, with a pair of legs on a crank at each of ``phases`` (rad), and air pumps or none."""
+    phases = PHASES if phases is None else phases
     lines = [
         "# A beach animal after Theo Jansen, in flight: a body, a shaft of three cranks, four legs in mirrored pairs",
         "# on two of them, two air pumps on the third. Lengths of the legs are his numbers, in metres; every bar has",
         "# one kilogram per metre, and triangles are three bars each. Written by docs/scripts/strandbeest.py.",
         'name = "strandbeest"',
-        *shaft(),
+        *shaft(phases),
     ]
     sketch, joints = {"body": 0.0, "shaft": 0.0}, joint("axle", "body.O", "shaft.O")
-    for crank, phase in enumerate(PHASES):
+    for crank, phase in enumerate(phases):
         for side in ("left", "right"):
             suffix, mirrored = f"{side[0]}{crank}", side == "right"
             for name in LEG:
@@ -106,16 +109,17 @@ def text() -> str:
             for name, ends in JOINTS.items():
                 joints += joint(f"{name}_{suffix}", *(_end(end, suffix, crank, side) for end in ends))
     reach = math.sqrt(ROD**2 - BARS["m"] ** 2)
-    for sign, side in ((-1, "left"), (1, "right")):
+    for sign, side in ((-1, "left"), (1, "right")) if pumps else ():
         lines += link(f"rod_{side}", {"A": 0j, "B": complex(ROD)})
         lines += link(f"piston_{side}", {"B": 0j, "E": complex(sign * PISTON)})
         sketch[f"rod_{side}"] = math.degrees(cmath.phase(complex(sign * reach, -BARS["m"])))
-        joints += joint(f"crank_{side}", f"shaft.A{len(PHASES)}", f"rod_{side}.A")
+        joints += joint(f"crank_{side}", f"shaft.A{len(phases)}", f"rod_{side}.A")
         joints += joint(f"wrist_{side}", f"rod_{side}.B", f"piston_{side}.B")
         joints += joint(f"cylinder_{side}", "body.O", f"piston_{side}.B", slides=True)
     lines += [*joints, "", "[start.angles]   # a sketch: the loops are closed from here"]
     lines += [f'{name} = "{(angle + 180.0) % 360.0 - 180.0:.1f} deg"' for name, angle in sketch.items()]
-    lines += ["", "[start.slides]", f"cylinder_left = {-reach:.1f}", f"cylinder_right = {reach:.1f}"]
+    if pumps:
+        lines += ["", "[start.slides]", f"cylinder_left = {-reach:.1f}", f"cylinder_right = {reach:.1f}"]
     lines += ["", "[start.angular_velocities]", "body = 0.0", f"shaft = {SPEED!r}"]
     lines += ["", "[gravity]", "g = 9.81", "", "[run]", "until = 2.0"]
     return "\n".join(lines) + "\n"
