@@ -10,8 +10,9 @@
  *          constants   numbers that the kernels read: derived from the parameters by `constants` once per parameter set
  *          contacts    (point, ground) pairs; where it is 0 the five contact functions are NULL
  *
- * Functions that solve for accelerations or impulses return 0, or 1 where the closure rows are, or nearly are, dependent
- * (a pivot almost vanishes): their results are then not to be used. The runtime solves such a state on another way, from
+ * Functions that solve for accelerations or impulses return 0, or 1 where a pivot almost vanishes: the closure rows are, or
+ * nearly are, dependent, or in a large mechanism two links that hang from others stand in line. Their results are then not to
+ * be used. The runtime solves such a state on another way, from
  * closure_jacobian, closure_bias, momentum and inverse_dynamics.
  */
 #ifndef CCGEN_MODEL_H

@@ -309,7 +309,7 @@ def test_joints_that_contradict_each_other_are_named() -> None:
         cranks(lengths=(1.0, 1.0, 4.0), angles=(1.0, 1.0, 1.0, 0.0))
     (fault,) = caught.value.faults
     joints = "foot_0, foot_1, foot_2, head_0, head_1, head_2"
-    assert f"found joints that contradict each other ({joints}): each loop closes alone" in fault.message
+    assert f"found joints that do not close together from this start ({joints}): each loop" in fault.message
     assert "expected 0; change lengths" in fault.message
 
 

@@ -143,7 +143,7 @@ def test_a_ring_keeps_the_order_from_tip_to_root() -> None:
     assert [name for name, _ in choice.costs] == [TIP_TO_ROOT]
     with pytest.raises(ValueError, match="found 'dyads', expected 'tip to root': the mechanism has no dyad to close"):
         plan_scene(loop(12), DYADS)
-    with pytest.raises(ValueError, match="found 'best', expected one of tip to root, dyads"):
+    with pytest.raises(ValueError, match="found 'best', expected 'tip to root' or 'dyads'"):
         plan_scene(loop(12), "best")
 
 

@@ -109,6 +109,7 @@ def text(phases: Sequence[float] | None = None, pumps: bool = True) -> str:
             for name, ends in JOINTS.items():
                 joints += joint(f"{name}_{suffix}", *(_end(end, suffix, crank, side) for end in ends))
     reach = math.sqrt(ROD**2 - BARS["m"] ** 2)
+    at = f"cylinder_left = {-reach:.1f}", f"cylinder_right = {reach:.1f}"
     for sign, side in ((-1, "left"), (1, "right")) if pumps else ():
         lines += link(f"rod_{side}", {"A": 0j, "B": complex(ROD)})
         lines += link(f"piston_{side}", {"B": 0j, "E": complex(sign * PISTON)})
@@ -118,8 +119,7 @@ def text(phases: Sequence[float] | None = None, pumps: bool = True) -> str:
         joints += joint(f"cylinder_{side}", "body.O", f"piston_{side}.B", slides=True)
     lines += [*joints, "", "[start.angles]   # a sketch: the loops are closed from here"]
     lines += [f'{name} = "{(angle + 180.0) % 360.0 - 180.0:.1f} deg"' for name, angle in sketch.items()]
-    if pumps:
-        lines += ["", "[start.slides]", f"cylinder_left = {-reach:.1f}", f"cylinder_right = {reach:.1f}"]
+    lines += ["", "[start.slides]", *at] if pumps else []
     lines += ["", "[start.angular_velocities]", "body = 0.0", f"shaft = {SPEED!r}"]
     lines += ["", "[gravity]", "g = 9.81", "", "[run]", "until = 2.0"]
     return "\n".join(lines) + "\n"

@@ -76,9 +76,7 @@ def check_results(folder: Path, names: Iterable[str], option: str) -> None:
 def record_results(folder: Path, names: Iterable[str]) -> None:
     """Note that ccgen has just written the files of these ``names`` into ``folder``."""
     written = _written(folder) | {name: _hash(folder / name) for name in names}
-    beside = folder / f"{RECORD}.new"
-    beside.write_text(json.dumps(written, indent=1, sort_keys=True) + "\n")
-    beside.replace(folder / RECORD)  # a record that is cut short would make all results a stranger's
+    _write_record(folder, written)
 
 
 def forget_results(folder: Path) -> None:
@@ -88,6 +86,23 @@ def forget_results(folder: Path) -> None:
         if os.path.lexists(folder / name) and _is_own(folder / name, written):
             (folder / name).unlink()
     (folder / RECORD).unlink(missing_ok=True)
+
+
+def forget_stale(folder: Path, names: Iterable[str]) -> None:
+    """Remove those of the files ``names`` in ``folder`` that are as ccgen wrote them before: they belong to older
+    results."""
+    written = _written(folder)
+    stale = [name for name in names if name in written and _is_own(folder / name, written)]
+    for name in stale:
+        (folder / name).unlink()
+    if stale:
+        _write_record(folder, {name: hash_ for name, hash_ in written.items() if name not in stale})
+
+
+def _write_record(folder: Path, written: dict[str, str]) -> None:
+    beside = folder / f"{RECORD}.new"
+    beside.write_text(json.dumps(written, indent=1, sort_keys=True) + "\n")
+    beside.replace(folder / RECORD)  # a record that is cut short would make all results a stranger's
 
 
 def _is_own(file: Path, written: dict[str, str]) -> bool:

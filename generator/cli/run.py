@@ -14,8 +14,8 @@ from ..emit.replace import OutputError
 from ..pipeline import generate
 from ..program.errors import FoldError
 from .detail import Detail
-from .folders import MODELS, check_folder, check_results, record_results
-from .forces import force_files, print_forces, ways_to_write
+from .folders import MODELS, check_folder, check_results, forget_stale, record_results
+from .forces import PICTURE, TABLE, force_files, print_forces, ways_to_write
 from .progress import progress
 from .refusal import STOPPED_EARLY, fail, refusing
 from .report import print_audit, print_contacts, print_impacts, print_warnings
@@ -111,4 +111,5 @@ def write(result: Run, folder: Path, gif: bool, csv: bool) -> list[str]:
     for name, way in ways.items():
         way(folder / name)
         record_results(folder, [name])
+    forget_stale(folder, {*FILES, GIF, PICTURE, TABLE} - ways.keys())
     return list(ways)

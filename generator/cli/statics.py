@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
 import typer
 
 from ..emit.compiler import CompileError
@@ -17,6 +18,9 @@ from .folders import MODELS, check_folder, check_picture
 from .progress import progress
 from .refusal import fail, refusing
 from .scene_file import read, tell_assembly
+
+SOME_TIMES = (0.0123, 0.37, 1.0, 7.3)
+"""Times (s) at which loads are compared with those at 0; those of a table or formula differ at one of them at least."""
 
 if TYPE_CHECKING:
     from ccgen.runtime import Model
@@ -40,6 +44,7 @@ def torque(scene_file: Path, joint: str | None, rate: float, plot: Path | None, 
     typer.echo(f"mean     {turn.mean:z16.9g} N m")
     for name, k in (("largest", turn.torque.argmax()), ("smallest", turn.torque.argmin())):
         typer.echo(f"{name:8} {turn.torque[k]:z16.9g} N m at {turn.angle[k]:.6g} rad")
+    _tell_time(model, turn.q[0])
     if turn.closed:
         typer.echo(f"closed on the way: {_named(turn.closed)}; what they push does no work here and is not counted")
     if plot is not None:
@@ -67,6 +72,15 @@ def equilibrium(scene_file: Path, nearest: bool, detail: Detail = Detail.USUAL) 
             _tell_contact(_named([contact]), found.contact_forces[k], found.ranges[k], contact[1] in model.stops)
     if found.note:
         typer.echo(f"note: {found.note}")
+    _tell_time(model, found.q)
+
+
+def _tell_time(model: Model, q: FloatArray) -> None:
+    """Say so where loads depend on time, which stands still here."""
+    rest = np.zeros((1, len(q)))
+    loads = [model.kernels.inverse_dynamics(q[None], rest, t, rest) for t in (0.0, *SOME_TIMES)]
+    if any(np.any(later != loads[0]) for later in loads[1:]):
+        typer.echo("note: loads that depend on time are those at t = 0 throughout")
 
 
 def _named(contacts: Iterable[tuple[str, str]]) -> str:

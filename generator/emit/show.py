@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from ..derive.derivation import AT_DEAD_CENTRES
 from ..derive.equations import Equations
 from ..derive.expanded import ExpandedForm, expand
 from ..mechanism.joints import Joint, PointRef
@@ -66,7 +67,8 @@ def summarize(scene: Scene, topology: Topology, equations: Equations) -> Summary
     contacts = ", ".join(f"{c.name} on {c.ground}" for c in equations.contacts)
     discs = tuple(disc_lines(scene))
     inputs = ", ".join(name for effect in scene.effects for name in effect.inputs())
-    counts = [f"{f.kernel.name}: {f.counts()}" for f in lower(equations).functions if f.sections]
+    functions = sorted(lower(equations).functions, key=lambda f: f.kernel.name.endswith(AT_DEAD_CENTRES))
+    counts = [f"{f.kernel.name}: {f.counts()}" for f in functions if f.sections]
     return (
         ("model", (scene.name,)),
         ("links", (f"{len(links)}: " + ", ".join(link.name for link in links),)),
@@ -101,8 +103,12 @@ def _order_lines(scene: Scene) -> Iterator[str]:
 
     topology, choice = plan_scene(scene)
     mechanism, plan, costs = scene.mechanism, choice.plan, dict(choice.costs)
-    others = [f"{name} would cost about {cost}" for name, cost in costs.items() if name != plan.name]
-    yield "; ".join([f"{plan.name}, about {costs[plan.name]} operations", *others])
+    others = [
+        f"{name} would take {cost / costs[plan.name]:.1f} times the operations"
+        for name, cost in costs.items()
+        if name != plan.name
+    ]
+    yield "; ".join([plan.name, *others])
     dyads = [pivot for pivots in plan.pivots.values() for pivot in pivots if is_dyad(pivot)]
     if dyads:
         closed = [" with ".join(mechanism.link_name(v.joint) for v in pivot[:2]) for pivot in dyads]

@@ -9,7 +9,7 @@ joins the dyads.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field
 
 from ..derive.names import ALPHA, SLIDE, Variable, multiplier, turn
@@ -32,7 +32,7 @@ TIP_TO_ROOT, DYADS = "tip to root", "dyads"
 PLANS = (TIP_TO_ROOT, DYADS)
 """The portfolio: of plans that cost the same, the first is taken."""
 
-LONGEST = 2500
+LONGEST = 6000
 """Operations up to which the plan for dead centres is compiled. Beyond them its code costs more to compile than the
 runtime's robust path costs in the few states that need it."""
 
@@ -50,7 +50,7 @@ def choose(
     ``ValueError`` where the wanted plan is not one of the portfolio, or the mechanism has no dyad to close.
     """
     if wanted is not None and wanted not in PLANS:
-        raise ValueError(f"plan: found {wanted!r}, expected one of {', '.join(PLANS)}")
+        raise ValueError(f"plan: found {wanted!r}, expected {' or '.join(map(repr, PLANS))}; name one of them")
     sweep = Sweep(mechanism, topology, driven)
     found = [(TIP_TO_ROOT, *sweep.run(_Order(sweep, {})))]
     dyads = _close_dyads(sweep, [cut for cut in topology.cuts if cut.joint in sound])
@@ -58,7 +58,10 @@ def choose(
         found.append((DYADS, *sweep.run(_Order(sweep, _when(sweep, dyads)))))
     named = [one for one in found if wanted in (None, one[0])]
     if not named:
-        raise ValueError(f"plan: found {wanted!r}, expected {TIP_TO_ROOT!r}: the mechanism has no dyad to close")
+        raise ValueError(
+            f"plan: found {wanted!r}, expected {TIP_TO_ROOT!r}: the mechanism has no dyad to close that is away from "
+            "its dead centre at the start; leave out the plan, or start elsewhere"
+        )
     name, pivots, _ = min(named, key=lambda one: one[2])
     safe, own, cost = found[0]
     otherwise = Plan(safe, own) if name != safe and cost <= LONGEST else None
@@ -169,30 +172,43 @@ def _close_dyads(sweep: Sweep, cuts: list[Cut]) -> list[Cut]:
     is taken as known: its angular acceleration stays open.
     """
     parents = {branch.link: branch.parent for branch in sweep.topology.branches}
-    pairs = [cut for cut in cuts if _is_pair(sweep, cut)]
+    hanging: dict[int, list[Cut]] = {}
+    for cut in cuts:
+        if _is_pair(sweep, cut):
+            for parent in {parents[end] for end in _ends(cut)}:
+                hanging.setdefault(parent, []).append(cut)
+    known, closed = set[int](), list[Cut]()
 
-    def spread(known: set[int], closed: list[Cut]) -> tuple[set[int], list[Cut]]:
-        known, closed, moved = set(known), list(closed), True
-        while moved:
-            moved = False
-            for link, parent in parents.items():
-                if link not in known and parent in known and not sweep.has_angle(link):
-                    known.add(link)
-                    moved = True
-            for cut in pairs:
-                ends = (cut.first.link, cut.second.link)
-                if not known & set(ends) and all(parents[end] in known for end in ends):
-                    known |= set(ends)
-                    closed.append(cut)
-                    moved = True
-        return known, closed
+    def spread(start: Sequence[int]) -> tuple[set[int], list[Cut]]:
+        """What becomes known with the links ``start``, these included, and the dyads that close then."""
+        found, dyads, waiting = set(start), list[Cut](), list(start)
+        while waiting:
+            link = waiting.pop(0)
+            new = [b.link for b in sweep.outboard.get(link, ()) if not sweep.has_angle(b.link)]
+            for cut in hanging.get(link, ()):
+                ends = _ends(cut)
+                hangs = all(parents[end] in known or parents[end] in found for end in ends)
+                if hangs and not known & ends and not found & ends:
+                    dyads.append(cut)
+                    new += sorted(ends)
+            new = [one for one in dict.fromkeys(new) if one not in known and one not in found]
+            found |= set(new)
+            waiting += new
+        return found, dyads
 
-    known, closed = spread({sweep.topology.root, GROUND}, [])
-    while len(known - {GROUND}) < len(sweep.mechanism.links):
-        next_ = [link for link in sorted(parents) if link not in known and parents[link] in known]
-        tried = [(link, *spread(known | {link}, closed)) for link in next_]
-        _, known, closed = max(tried, key=lambda one: (len(one[1]), -one[0]))
+    opened: Sequence[int] = sorted({GROUND, sweep.topology.root})
+    edge: set[int] = set()
+    while hanging and opened:
+        found, dyads = spread(opened)
+        known |= found
+        closed += dyads
+        edge = (edge | {branch.link for link in found for branch in sweep.outboard.get(link, ())}) - known
+        opened = sorted(edge, key=lambda link: (-len(spread((link,))[0]), link))[:1]
     return closed
+
+
+def _ends(cut: Cut) -> set[int]:
+    return {cut.first.link, cut.second.link}
 
 
 def _is_pair(sweep: Sweep, cut: Cut) -> bool:

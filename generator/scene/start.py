@@ -342,7 +342,8 @@ def _report_open(layout: Layout, error: CannotClose, wanted: Real, bodies: Bodie
         open_ones = np.flatnonzero(np.hypot(gaps[0::2], gaps[1::2]) > _OPEN * miss)
         around = sorted({joint, *(k for ring in open_ones for k in rings[ring].joints)})
         names = ", ".join(mechanism.joints[joint].name for joint in around)
-        found = f"joints that contradict each other ({names}): each loop closes alone, but together they miss by"
+        found = f"joints that do not close together from this start ({names}): each loop closes alone, but together "
+        found += "they miss by"
     report.add(
         bodies.at_joint(joint),
         f"found {found} {miss:.3g} {unit} at {mechanism.joints[joint].name}, expected 0; change lengths or points, or "
