@@ -307,6 +307,17 @@ def test_commands_print_torque_and_equilibrium(tmp_path: Path) -> None:
     assert "a mechanism that falls freely has none" in done.stderr
 
 
+def test_loads_that_depend_on_time_are_told(tmp_path: Path) -> None:
+    """A motor that follows an angle over time pulls as at the start, however far the crank has turned."""
+    text = "[chain]\nlinks = 1\nhinged = true\n[[motor]]\njoint = 'joint_0'\nangle = {angle}\nstiffness = 5.0\n"
+    for angle, told in (("'0.3 + 4*t'", True), ("0.3", False)):
+        (tmp_path / "rod.toml").write_text(text.format(angle=angle))
+        for command in (("torque", "rod.toml", "joint_0"), ("equilibrium", "rod.toml")):
+            done = ccgen(*command, at=tmp_path)
+            assert done.returncode == 0, done.stderr
+            assert ("note: loads that depend on time are those at t = 0 throughout" in done.stdout) == told
+
+
 @pytest.mark.parametrize(
     ("text", "fault"),
     [

@@ -19,6 +19,7 @@ import numpy as np
 import pytest
 
 from ccgen.generator import CompileError, OutputError, Scene, generate, load_scene, loop
+from ccgen.generator.emit import compiler
 from ccgen.runtime import load_model
 
 TEXT = 'name = "bars"\n[chain]\nlinks = 2\nhinged = true\n[gravity]\ng = {g}\n'
@@ -59,6 +60,31 @@ def test_the_second_build_derives_and_compiles_nothing(cache: Path, tmp_path: Pa
         if file.is_file():
             assert (tmp_path / "second" / "bars" / file.name).read_bytes() == file.read_bytes()
     assert load_model(tmp_path / "second" / "bars").links == ("link_0", "link_1")
+
+
+def test_what_is_compiled_is_kept_by_its_bytes(cache: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A package that is made anew of the same C starts no compiler; one of other C does, and so does a damaged step."""
+    started: list[tuple[str, ...]] = []
+    run = compiler._run
+
+    def told(command: tuple[str, ...], folder: Path, what: str) -> None:
+        started.append(command)
+        run(command, folder, what)
+
+    monkeypatch.setattr(compiler, "_run", told)
+    generate(bars(tmp_path), tmp_path / "first")
+    assert len(started) == 5  # Cython, three sources, the linker
+    shutil.rmtree(cache / "models")
+    generate(bars(tmp_path), tmp_path / "second")
+    assert (len(started) == 6 and "-shared" in started[-1]) or "-bundle" in started[-1]
+    (kept, *_) = sorted((cache / "steps").iterdir())
+    kept.write_bytes(kept.read_bytes()[:-1])
+    shutil.rmtree(cache / "models")
+    generate(bars(tmp_path), tmp_path / "third")
+    assert len(started) == 8
+    assert load_model(tmp_path / "third" / "bars").links == ("link_0", "link_1")
+    generate(bars(tmp_path, g=1.0), tmp_path / "third")
+    assert len(started) > 9
 
 
 def test_a_changed_scene_is_built_anew(cache: Path, tmp_path: Path) -> None:

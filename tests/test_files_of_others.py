@@ -204,6 +204,19 @@ def test_results_replace_results_and_nothing_else(ran: Path, tmp_path: Path) -> 
     assert content(results) == before
 
 
+def test_files_of_older_results_go_with_them(ran: Path, tmp_path: Path) -> None:
+    """A table that a run wrote does not stay beside the results of another; one that was changed does."""
+    shutil.copytree(ran, tmp_path, dirs_exist_ok=True)
+    results = tmp_path / "results" / "bars"
+    for edited in (False, True):
+        assert ccgen("run", "bars.toml", "--csv", at=tmp_path).returncode == 0
+        if edited:
+            (results / "forces.csv").write_text("mine")
+        assert ccgen("run", "bars.toml", "--until", "0.2", at=tmp_path).returncode == 0
+        assert (results / "forces.csv").exists() == edited
+    assert ccgen("run", "bars.toml", at=tmp_path).returncode == 0
+
+
 @pytest.mark.parametrize("name", ["result.npz", "plot.png", "player.html", "animation.gif"])
 def test_a_file_of_the_users_with_the_name_of_a_result_stays(name: str, ran: Path, tmp_path: Path) -> None:
     (tmp_path / name).write_text("mine")

@@ -5,6 +5,7 @@ A change of the generator that leaves a model's C as it was makes a new package 
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import secrets
 from collections.abc import Callable, Iterable
@@ -50,4 +51,5 @@ def _keep(kept: Path, content: bytes) -> None:
         beside.write_bytes(hashlib.sha256(content).digest() + content)
         beside.replace(kept)
     except OSError:
-        beside.unlink(missing_ok=True)
+        with contextlib.suppress(OSError):
+            beside.unlink(missing_ok=True)

@@ -14,6 +14,7 @@ from ..mechanism.joints import Joint, PointRef
 from ..mechanism.layout import lay_out
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.topology import Cut, Topology, span
+from ..planning.choose import FAR
 from ..planning.plan import is_dyad
 from ..program.prices import Price
 from ..program.program import lower
@@ -104,7 +105,8 @@ def _order_lines(scene: Scene) -> Iterator[str]:
     topology, choice = plan_scene(scene)
     mechanism, plan, costs = scene.mechanism, choice.plan, dict(choice.costs)
     others = [
-        f"{name} would take {cost / costs[plan.name]:.1f} times the operations"
+        f"{name} would take {'more than ' * (cost > FAR * costs[plan.name])}"
+        f"{min(FAR, cost / costs[plan.name]):.1f} times the operations"
         for name, cost in costs.items()
         if name != plan.name
     ]

@@ -9,13 +9,14 @@ joins the dyads.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+import math
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from ..derive.names import ALPHA, SLIDE, Variable, multiplier, turn
 from ..mechanism.links import GROUND
 from ..mechanism.mechanism import Mechanism
-from ..mechanism.topology import Cut, Topology
+from ..mechanism.topology import Branch, Cut, Topology
 from .pattern import Pattern, Sweep
 from .plan import Pivot, Plan
 
@@ -31,6 +32,9 @@ class Choice:
 TIP_TO_ROOT, DYADS = "tip to root", "dyads"
 PLANS = (TIP_TO_ROOT, DYADS)
 """The portfolio: of plans that cost the same, the first is taken."""
+
+FAR = 10
+"""Times the operations of the other plan at which the count of the order from tip to root is given up."""
 
 LONGEST = 6000
 """Operations up to which the plan for dead centres is compiled. Beyond them its code costs more to compile than the
@@ -52,10 +56,11 @@ def choose(
     if wanted is not None and wanted not in PLANS:
         raise ValueError(f"plan: found {wanted!r}, expected {' or '.join(map(repr, PLANS))}; name one of them")
     sweep = Sweep(mechanism, topology, driven)
-    found = [(TIP_TO_ROOT, *sweep.run(_Order(sweep, {})))]
-    dyads = _close_dyads(sweep, [cut for cut in topology.cuts if cut.joint in sound])
-    if dyads:
-        found.append((DYADS, *sweep.run(_Order(sweep, _when(sweep, dyads)))))
+    embedded = _embedded(sweep, [cut for cut in topology.cuts if cut.joint in sound])
+    limit = FAR * embedded[1] if embedded and wanted != TIP_TO_ROOT else math.inf
+    found = [(TIP_TO_ROOT, *sweep.run(_Order(sweep, {}), limit))]
+    if embedded:
+        found.append((DYADS, *embedded))
     named = [one for one in found if wanted in (None, one[0])]
     if not named:
         raise ValueError(
@@ -66,6 +71,23 @@ def choose(
     safe, own, cost = found[0]
     otherwise = Plan(safe, own) if name != safe and cost <= LONGEST else None
     return Choice(Plan(name, pivots, otherwise), tuple((one[0], round(one[2])) for one in found))
+
+
+def _embedded(sweep: Sweep, cuts: list[Cut]) -> tuple[dict[int, tuple[Pivot, ...]], float] | None:
+    """Pivots and cost where as many of the dyads at ``cuts`` are closed as leave all other loops their links.
+
+    The multipliers of a loop that no dyad closes have a pivot only once the angular accelerations on its way have gone.
+    Dyads that hold one of them back are not closed.
+    """
+    while dyads := _close_dyads(sweep, cuts):
+        order = _Order(sweep, _when(sweep, dyads))
+        found = sweep.run(order)
+        if not order.starved:
+            return found
+        ways = [_between(cut, sweep.branches) for cut in order.starved]
+        barred = [cut for cut in dyads if any(way & _between(cut, sweep.branches) for way in ways)]
+        cuts = [cut for cut in cuts if cut not in barred] if barred else []
+    return None
 
 
 # -- what is eliminated at a link ----------------------------------------------------------------------------------
@@ -79,6 +101,7 @@ class _Order:
     sweep: Sweep
     dyads: dict[int, list[Cut]]
     waiting: set[Variable] = field(default_factory=set)
+    starved: list[Cut] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.closed = {cut.joint for cuts in self.dyads.values() for cut in cuts}
@@ -118,6 +141,9 @@ class _Order:
                     _fill(left, (v,))
                     yield (v,)
         for pivot in self._loops(link, pattern):
+            cut = next(one for one in self.sweep.topology.cuts if one.joint == pivot[0].joint)
+            if any(turn(k) in left for k in _between(cut, self.sweep.branches)):
+                self.starved.append(cut)
             _fill(left, pivot)
             yield pivot
         for pivot in self._belongings(link):
@@ -190,7 +216,8 @@ def _close_dyads(sweep: Sweep, cuts: list[Cut]) -> list[Cut]:
                 hangs = all(parents[end] in known or parents[end] in found for end in ends)
                 if hangs and not known & ends and not found & ends:
                     dyads.append(cut)
-                    new += sorted(ends)
+                    found |= ends
+                    waiting += sorted(ends)
             new = [one for one in dict.fromkeys(new) if one not in known and one not in found]
             found |= set(new)
             waiting += new
@@ -216,20 +243,20 @@ def _is_pair(sweep: Sweep, cut: Cut) -> bool:
     ends = (cut.first.link, cut.second.link)
     if cut.kind != "revolute" or ends[0] == ends[1] or cut.meeting in ends:
         return False
-    return all(end in sweep.branches and not sweep.branches[end].slides and sweep.has_angle(end) for end in ends)
+    if any(sweep.slides(link) for link in _between(cut, sweep.branches)):
+        return False
+    return all(not sweep.branches[end].slides and sweep.has_angle(end) for end in ends)
 
 
 def _when(sweep: Sweep, closed: list[Cut]) -> dict[int, list[Cut]]:
     """At which link each dyad goes, in order: where its branches meet, and not before those that hang from it."""
     depth = {sweep.topology.root: 0}
-    parents = {}
     for branch in sweep.topology.branches:
         depth[branch.link] = depth[branch.parent] + 1
-        parents[branch.link] = branch.parent
     due: dict[int, int] = {}
     for cut in reversed(closed):
         own = {cut.first.link, cut.second.link}
-        after = [c for c in closed if c.joint in due and own & _between(c, parents)]
+        after = [c for c in closed if c.joint in due and own & _between(c, sweep.branches)]
         due[cut.joint] = min([cut.meeting, *(due[c.joint] for c in after)], key=lambda link: depth[link])
     found: dict[int, list[Cut]] = {}
     for cut in reversed(closed):
@@ -237,12 +264,12 @@ def _when(sweep: Sweep, closed: list[Cut]) -> dict[int, list[Cut]]:
     return found
 
 
-def _between(cut: Cut, parents: dict[int, int]) -> set[int]:
+def _between(cut: Cut, branches: Mapping[int, Branch]) -> set[int]:
     """Links on the way between a loop's cut and where its branches meet: its rows depend on their angles."""
     found: set[int] = set()
     for end in (cut.first.link, cut.second.link):
         link = end
         while link != cut.meeting:
             found.add(link)
-            link = parents[link]
+            link = branches[link].parent
     return found

@@ -6,6 +6,7 @@ where it is that number in every configuration: the +1 and −1 of a joint's two
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, field
 
@@ -90,8 +91,11 @@ class Sweep:
         branch = self.branches.get(link)
         return branch is not None and branch.slides and branch.joint not in self.driven
 
-    def run(self, choose: Choose) -> tuple[dict[int, tuple[Pivot, ...]], float]:
-        """The pivots that ``choose`` names, link by link, and about how many operations they cost."""
+    def run(self, choose: Choose, limit: float = math.inf) -> tuple[dict[int, tuple[Pivot, ...]], float]:
+        """The pivots that ``choose`` names, link by link, and about how many operations they cost.
+
+        Where that is more than ``limit``, the pivots are not complete.
+        """
         forms: dict[int, Pattern] = {}
         pivots, cost = {}, 0.0
         for link in [branch.link for branch in reversed(self.topology.branches)] + [self.topology.root]:
@@ -100,6 +104,8 @@ class Sweep:
             cost += gathered
             for pivot in chosen:
                 cost += self._eliminate(link, pattern, pivot)
+            if cost > limit:
+                break
             pivots[link] = chosen
             forms[link] = self._handed_on(link, pattern)
         return pivots, cost
