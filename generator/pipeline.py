@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING
 
 from .emit.cache import contract_version, fetch_or_build, key_of, runtime_folder
 from .emit.compiler import Compiler, compile_model, cythonize, extension_file, extension_module, find_compiler
+from .emit.kept_steps import Steps
 from .emit.package import HEADERS, ONE_LANE_HEADERS, is_current, write_record
 from .emit.precision import DOUBLE, PRECISIONS, Precision
 from .emit.processor import processor
@@ -70,7 +71,8 @@ def generate(
     With ``fold`` the values of its parameters stand in the code as numbers and cannot be changed later; values that
     leave no finite number then raise ``FoldError``. ``precision`` is that of the numbers it computes with: "double",
     "float" or "wide", the compiler's long double; the package's name then ends in ``_float`` or ``_wide``. ``plan`` is
-    the order of elimination, for study: "tip to root" or "dyads"; unless given, the one of the fewest operations.
+    the order of elimination, for study: "tip to root" or "dyads"; unless given, it follows from the
+    mechanism; ``ValueError`` where that has none of the kind.
     ``progress`` is told each stage's name as it begins. Raises ``CompileError`` (no working compiler) and
     ``OutputError`` (a folder that cannot be written, a name that would hide a module, or something at the place of the
     package that ccgen did not write); nothing is left half written, and nothing of others is removed or replaced.
@@ -99,7 +101,7 @@ def generate(
 
 
 def plan_scene(scene: Scene, wanted: str | None = None) -> tuple[Topology, Choice]:
-    """The virtual open chain, and the order in which the unknowns go: the cheapest, or the ``wanted`` one."""
+    """The virtual open chain, and the order in which the unknowns go: the ``wanted`` one, or the one chosen for it."""
     from .mechanism.topology import span
     from .planning.choose import choose
     from .planning.dead_centres import sound_dyads
@@ -112,7 +114,8 @@ def plan_scene(scene: Scene, wanted: str | None = None) -> tuple[Topology, Choic
 def derive_scene(scene: Scene, fold: bool = False, plan: str | None = None) -> tuple[Topology, Equations]:
     """The first stages: the virtual open chain, and all equations, with numbers for the parameters if ``fold``.
 
-    The unknowns go in the order of the cheapest plan, or of the one called ``plan`` (:data:`~.planning.choose.PLANS`).
+    The unknowns go in the order that is chosen for the mechanism, or in that of the plan called ``plan``
+    (:data:`~.planning.choose.PLANS`).
     """
     from .derive.derivation import derive
 
@@ -174,12 +177,14 @@ def _build(scene: Scene, variant: Variant, compiler: Compiler, key: str, folder:
     (folder / "__init__.py").write_text(render_package(banner))
     for header in HEADERS if numbers.double else ONE_LANE_HEADERS:
         (folder / header).write_text(numbers.write((runtime_folder() / header).read_text()))
+    steps = Steps()
     with ThreadPoolExecutor(1) as beside:
-        binding = beside.submit(cythonize, folder, extension)
+        binding = beside.submit(cythonize, folder, extension, steps)
         _write_model(scene, banner, folder, tell, variant)
         tell("compile")
         binding.result()
-    compile_model(compiler, folder, extension)
+    compile_model(compiler, folder, extension, steps)
+    steps.keep()
     facts = {
         "compiler": compiler.version,
         "flags": list(compiler.flags()),

@@ -62,10 +62,10 @@ def main() -> None:
         scenes = (loop(n), chain(n), chain(n, hinged=True), pinned(n))
         totals = [acceleration(scene) for scene in scenes]
         print(f"{n:5} {totals[0]:10} {totals[1]:5} {totals[2]:7} {totals[3]:7}")
-    print("\nrow of N four-bars, and from tip to root")
+    print("\nrow of N four-bars, and by dyads")
     for cells in (1, 2, 4, 8, 16, 32):
         scene = ladder(cells)
-        print(f"N = {cells:2}, {2 * cells + 1:2} links: {acceleration(scene)}, {acceleration(scene, 'tip to root')}")
+        print(f"N = {cells:2}, {2 * cells + 1:2} links: {acceleration(scene)}, {acceleration(scene, 'dyads')}")
     print("\nwalking machines, and from tip to root (minutes)")
     for cranks in (1, 2, 3, 4):
         scene = walking(cranks)

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 
-from .kept_steps import fetch_or_make
+from .kept_steps import Steps
 from .processor import native
 
 OPTIMISE = ("-O2", "-march=native", "-fno-math-errno")
@@ -88,7 +88,7 @@ def extension_file(module: str) -> str:
     return f"{module}{sysconfig.get_config_var('EXT_SUFFIX')}"
 
 
-def cythonize(folder: Path, module: str) -> None:
+def cythonize(folder: Path, module: str, steps: Steps) -> None:
     """``_binding.pyx`` to C, in a process of its own so that it can run beside the derivation."""
     arguments = ("-3", "--module-name", module, "_binding.pyx")
     made_from = (
@@ -98,10 +98,10 @@ def cythonize(folder: Path, module: str) -> None:
         _text(folder, "_binding.pyx"),
     )
     command = (sys.executable, "-m", "cython", *arguments)
-    fetch_or_make(folder / "_binding.c", made_from, lambda: _run(command, folder, "Cython"))
+    steps.fetch_or_make(folder / "_binding.c", made_from, lambda: _run(command, folder, "Cython"))
 
 
-def compile_model(compiler: Compiler, folder: Path, module: str) -> None:
+def compile_model(compiler: Compiler, folder: Path, module: str, steps: Steps) -> None:
     """Compile the binding, the model and its lanes side by side and link them into the extension ``module``."""
     include = f"-I{sysconfig.get_path('include')}"
     jobs = {
@@ -111,7 +111,7 @@ def compile_model(compiler: Compiler, folder: Path, module: str) -> None:
     }
     objects = tuple(source.replace(".c", ".o") for source in jobs)
     with ThreadPoolExecutor() as pool:
-        done = [pool.submit(_compile, compiler, flags, source, folder) for source, flags in jobs.items()]
+        done = [pool.submit(_compile, compiler, flags, source, folder, steps) for source, flags in jobs.items()]
         for job in done:
             job.result()
     shared = ("-bundle", "-undefined", "dynamic_lookup") if sys.platform == "darwin" else ("-shared",)
@@ -120,14 +120,14 @@ def compile_model(compiler: Compiler, folder: Path, module: str) -> None:
         (folder / rest).unlink()
 
 
-def _compile(compiler: Compiler, flags: tuple[str, ...], source: str, folder: Path) -> None:
+def _compile(compiler: Compiler, flags: tuple[str, ...], source: str, folder: Path, steps: Steps) -> None:
     """One source to its object file, unless the same bytes have been compiled before with the same flags."""
     headers = sorted(path.name for path in folder.glob("*.h"))
     said = (compiler.version, sys.version, *compiler.command, *flags, source, *headers)
     made_from = (*(text.encode() for text in said), *(_text(folder, name) for name in (source, *headers)))
     command = (*compiler.command, *flags, "-c", source)
     result = folder / source.replace(".c", ".o")
-    fetch_or_make(result, made_from, lambda: _run(command, folder, "the C compiler"))
+    steps.fetch_or_make(result, made_from, lambda: _run(command, folder, "the C compiler"))
 
 
 def _text(folder: Path, name: str) -> bytes:

@@ -16,21 +16,32 @@ from .cache import cache_folder
 _DIGEST = hashlib.sha256().digest_size
 
 
-def fetch_or_make(result: Path, made_from: Iterable[bytes], make: Callable[[], None]) -> None:
-    """Put the step's ``result`` in place: the kept one of the same bytes, or what ``make`` writes, which is then kept.
+class Steps:
+    """The steps of one build. What they make is kept once the whole build has succeeded."""
 
-    A kept result that is damaged is made again. Where nothing can be kept, it is made.
-    """
-    digest = hashlib.sha256()
-    for part in made_from:
-        digest.update(len(part).to_bytes(8, "big") + part)
-    kept = cache_folder() / "steps" / digest.hexdigest()[:32]
-    content = _read(kept)
-    if content is not None:
-        result.write_bytes(content)
-        return
-    make()
-    _keep(kept, result.read_bytes())
+    def __init__(self) -> None:
+        self._made: list[tuple[Path, bytes]] = []
+
+    def fetch_or_make(self, result: Path, made_from: Iterable[bytes], make: Callable[[], None]) -> None:
+        """Put a step's ``result`` in place: the kept one of the same bytes, or what ``make`` writes.
+
+        A kept result that is damaged is made again.
+        """
+        digest = hashlib.sha256()
+        for part in made_from:
+            digest.update(len(part).to_bytes(8, "big") + part)
+        kept = cache_folder() / "steps" / digest.hexdigest()[:32]
+        content = _read(kept)
+        if content is not None:
+            result.write_bytes(content)
+            return
+        make()
+        self._made.append((kept, result.read_bytes()))
+
+    def keep(self) -> None:
+        """Keep what was made. Where nothing can be kept, the build is none the worse."""
+        for kept, content in self._made:
+            _keep(kept, content)
 
 
 def _read(kept: Path) -> bytes | None:

@@ -33,6 +33,10 @@ TIP_TO_ROOT, DYADS = "tip to root", "dyads"
 PLANS = (TIP_TO_ROOT, DYADS)
 """The portfolio: of plans that cost the same, the first is taken."""
 
+WORTH = 2.0
+"""Times fewer operations that a plan must take than the order from tip to root. Closing a dyad divides by the sine of
+an angle that the motion changes, which costs digits, and wants a second set of functions near dead centres."""
+
 FAR = 10
 """Times the operations of the other plan at which the count of the order from tip to root is given up."""
 
@@ -48,7 +52,7 @@ def choose(
     sound: Collection[int],
     wanted: str | None = None,
 ) -> Choice:
-    """The plan of the fewest operations, or the ``wanted`` one of :data:`PLANS`.
+    """The order from tip to root unless another is :data:`WORTH` it, or the ``wanted`` one of :data:`PLANS`.
 
     ``driven`` joints have a prescribed motion; ``sound`` are the cut pins whose dyads may be closed. Raises
     ``ValueError`` where the wanted plan is not one of the portfolio, or the mechanism has no dyad to close.
@@ -67,8 +71,8 @@ def choose(
             f"plan: found {wanted!r}, expected {TIP_TO_ROOT!r}: the mechanism has no dyad to close that is away from "
             "its dead centre at the start; leave out the plan, or start elsewhere"
         )
-    name, pivots, _ = min(named, key=lambda one: one[2])
     safe, own, cost = found[0]
+    name, pivots, _ = min(named, key=lambda one: one[2] * (1.0 if one[0] == safe else WORTH))
     otherwise = Plan(safe, own) if name != safe and cost <= LONGEST else None
     return Choice(Plan(name, pivots, otherwise), tuple((one[0], round(one[2])) for one in found))
 
