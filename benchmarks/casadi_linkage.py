@@ -32,8 +32,10 @@ def write_source(mechanism: Mechanism, gravity: float, folder: Path, name: str) 
 
 
 def least_fill(near: dict[Unknown, set[Unknown]], ready: set[Unknown]) -> list[Unknown]:
-    """All unknowns; ``near`` says who shares an equation with whom, ``ready`` may go at once. Of equal ones the first goes:
-    links before joints, which keeps digits."""
+    """All unknowns; ``near`` says who shares an equation with whom, ``ready`` may go at once.
+
+    Of equal ones the first goes: links before joints, which keeps digits.
+    """
     order = []
     while near:
 
