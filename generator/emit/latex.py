@@ -40,6 +40,8 @@ HEADS: dict[str, tuple[str, str]] = {
     "pD": (r"\hat p", ""),
     "gD": (r"\hat g", ""),
     "hD": (r"\hat h", ""),
+    "DD": (r"\hat D", ""),
+    "Dpsi": (r"\hat\psi", ""),
     "hDi": (r"\hat h", r"\Delta"),
     "bi": ("b", r"\Delta"),
     "di": ("d", r"\Delta"),
@@ -51,6 +53,9 @@ HEADS: dict[str, tuple[str, str]] = {
     "detC": (r"\det C", ""),
     "detPhi": (r"\det\Phi", ""),
     "idetC": (r"\det C", "-1"),
+    "iG": (r"\bar G", ""),
+    "detG": (r"\det G", ""),
+    "idetG": (r"\det G", "-1"),
     "idetPhi": (r"\det\Phi", "-1"),
     "offset": (r"\delta", ""),
 }
