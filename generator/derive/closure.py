@@ -40,7 +40,7 @@ class Line:
 
 
 class Closure:
-    """Rows of every cut joint (eq. 13): (point on the second side) − (point on the first side) = 0.
+    """Rows of every cut joint (eq. 3.1): (point on the second side) − (point on the first side) = 0.
 
     A pin has rows x and y; a joint that slides has one row n, across its line.
     """
@@ -69,7 +69,7 @@ class Closure:
         """What the side of ``cut`` on ``link`` adds to each row; ``factor`` is 1 for the second side, −1 for the first.
 
         A line turns with the first link: there the row sees the acceleration of that link's point under the pin, less
-        2 ω ṡ n (eq. 33).
+        2 ω ṡ n (eq. 3.3).
         """
         arm, squared = self.kinematics.r[link, cut.joint], self.kinematics.squared_rate[link]
         line, extra = self.lines.get(cut.joint), sp.S.Zero
@@ -88,15 +88,15 @@ class Closure:
         return self._rows(lambda cut: self.ways[cut.joint].vector())
 
     def rate(self) -> tuple[sp.Expr, ...]:
-        """A u (m/s), eq. 14."""
+        """A u (m/s), eq. 3.2."""
         return self._rows(lambda cut: self._line_drift(cut) or self.ways[cut.joint].rate())
 
     def bias(self) -> tuple[sp.Expr, ...]:
-        """Ȧ u (m/s²): what the rows accelerate at with u̇ = 0, eq. 14 differentiated."""
+        """Ȧ u (m/s²): what the rows accelerate at with u̇ = 0, eq. 3.2 differentiated."""
         return self._rows(self._bias)
 
     def jacobian(self) -> tuple[sp.Expr, ...]:
-        """A, row by row (eq. 14)."""
+        """A, row by row (eq. 3.2)."""
         state, entries = self.kinematics.state, []
         for cut in self.topology.cuts:
             columns, line = self.ways[cut.joint].columns(), self.lines.get(cut.joint)

@@ -212,7 +212,7 @@ class _Derivation:
         return [found[u] for u in state.u[state.base :]]
 
     def _base(self, recursion: Recursion, impact: bool) -> list[sp.Expr]:
-        """Acceleration (velocity jump) of a floating root; adds the field that the recursion left out (eq. 12)."""
+        """Acceleration (velocity jump) of a floating root; adds the field that the recursion left out (eq. 4.12)."""
         if not self.topology.floating:
             return []
         a = [recursion.value(impact, self.topology.root, v) for v in (A_X, A_Y)]

@@ -110,7 +110,7 @@ class _Expansion:
         )
 
     def position(self, ref: PointRef) -> Vector:
-        """Where a named point is, as a function of q (eq. 3)."""
+        """Where a named point is, as a function of q (eq. 2.3)."""
         if ref.link == GROUND:
             return local(self.mechanism.ground_points[ref.point])
         return self._offset(ref.link, local(self.mechanism.links[ref.link].points[ref.point]), ref.point)
@@ -146,7 +146,7 @@ class _Expansion:
         return (self.let(f"{name}_x", vector[0]), self.let(f"{name}_y", vector[1]))
 
     def _offset(self, link: int, there: Vector, name: str) -> Vector:
-        """The inboard point's position and an arm in link axes, turned by the link's angle (eq. 1 and 2)."""
+        """The inboard point's position and an arm in link axes, turned by the link's angle (eq. 2.1 and 2.2)."""
         here = local(self.mechanism.point(self.inboard[link])) if link in self.inboard else ZERO
         x, y = (self._arm(f"rho_{link}_{name}_{axis}", t - h) for axis, t, h in zip(AXES, there, here, strict=True))
         c, s = sp.cos(self.state.angle(link)), sp.sin(self.state.angle(link))
@@ -174,7 +174,7 @@ class _Expansion:
         return self._offset(link, local(self.mechanism.links[link].com), "c")
 
     def _gibbs_function(self) -> sp.Expr:
-        """S = Σ ½ m |a_c|² + ½ I α² (eq. 5 of every link)."""
+        """S = Σ ½ m |a_c|² + ½ I α² (eq. 4.1 of every link)."""
         alpha = {sp.S.Zero: sp.S.Zero} | dict(zip(self.state.u, self.u_dot, strict=True))
         total = sp.S.Zero
         for k, link in enumerate(self.mechanism.links):
@@ -190,7 +190,7 @@ class _Expansion:
         return [sp.diff(work, q) for q in self.state.q]
 
     def _closure(self) -> list[sp.Expr]:
-        """Rows of the closure (eq. 13)."""
+        """Rows of the closure (eq. 3.1)."""
         rows: list[sp.Expr] = []
         for cut in self.topology.cuts:
             ends = zip(self.position(cut.second), self.position(cut.first), strict=True)
@@ -199,7 +199,7 @@ class _Expansion:
         return rows
 
     def _line(self, joint: int) -> Vector:
-        """Direction of a sliding joint's line (eq. 29)."""
+        """Direction of a sliding joint's line (eq. 2.5)."""
         record = self.mechanism.joints[joint]
         angle = self.state.angle(record.first.link) + symbol(record.axis)
         return (sp.cos(angle), sp.sin(angle))
@@ -213,7 +213,7 @@ class _Expansion:
         return add(attached, scale(length, self._line(branch.joint)))
 
     def _gaps(self) -> tuple[tuple[tuple[str, str], ...], list[sp.Expr], tuple[Assignment, ...]]:
-        """Names of the contacts, the rates of their gaps (eq. 16), and the names that these use."""
+        """Names of the contacts, the rates of their gaps (eq. 5.2), and the names that these use."""
         found = [gap for effect in self.effects for gap in effect.gaps(self.ledger.let)]
         rates = [gap.closing(self) for gap in found]
         self.ledger.close("contacts")

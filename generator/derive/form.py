@@ -17,7 +17,7 @@ FLIGHT, IMPACT = False, True
 
 
 def sign(*variables: Variable) -> int:
-    """−1 where a multiplier takes part: B, g, C, d carry the sign that theory, eq. 7 gives them."""
+    """−1 where a multiplier takes part: B, g, C, d carry the sign that theory, eq. 4.3 gives them."""
     return -1 if any(v.kind == "lambda" for v in variables) else 1
 
 
@@ -36,7 +36,7 @@ class Form:
         key = (v, w) if v <= w else (w, v)
         self.hessian[key] = self.hessian.get(key, sp.S.Zero) + value
 
-    def l(self, impact: bool, v: Variable) -> sp.Expr:  # noqa: E743 (the symbol of theory, eq. 8)
+    def l(self, impact: bool, v: Variable) -> sp.Expr:  # noqa: E743 (the symbol of theory, eq. 4.4)
         return self.linear[impact].get(v, sp.S.Zero)
 
     def add_l(self, impact: bool, v: Variable, value: sp.Expr) -> None:
@@ -55,7 +55,7 @@ class Form:
         self.linear = {i: {name.get(v, v): x for v, x in part.items()} for i, part in self.linear.items()}
 
     def slide(self, direction: Vector, lead: Vector) -> None:
-        """Put a + s̈ d + α lead⊥ in the place of a (eq. 31): ``SLIDE`` becomes a variable, a what the joint hands on."""
+        """Put a + s̈ d + α lead⊥ in the place of a (eq. 4.5): ``SLIDE`` becomes a variable, a what it hands on."""
         phi = (self.column(A_X), self.column(A_Y))
         others = [v for v in self.variables if v not in (A_X, A_Y)]
         if lead != (0, 0) and ALPHA in others:
@@ -132,7 +132,7 @@ class Eliminator:
                     )
 
     def eliminate(self, block: tuple[Variable, ...]) -> Solution:
-        """Make V stationary in the one or two variables of ``block`` and substitute (theory, eq. 9 and 10)."""
+        """Make V stationary in the one or two variables of ``block`` and substitute (theory, eq. 4.7 and 4.8)."""
         self.name_entries(only=block)
         self._show(block)
         inverse, guard = self._inverse(block)
@@ -152,7 +152,7 @@ class Eliminator:
         return Solution(self.link, block, gains, constant, guard)
 
     def close_dyad(self, block: tuple[Variable, ...], scale: sp.Expr) -> Solution:
-        """Solve two closure rows for two angular accelerations and substitute (theory, eq. 35 and 36).
+        """Solve two closure rows for two angular accelerations and substitute (theory, eq. 4.15 and 4.16).
 
         ``scale`` is the greatest square that the determinant of the rows' derivatives can have.
         """
@@ -195,7 +195,7 @@ class Eliminator:
         gains: dict[tuple[Variable, Variable], sp.Expr],
         constant: dict[tuple[bool, Variable], sp.Expr],
     ) -> None:
-        """Eq. 36: with α = −(G z + c), H −= H_zα G + Gᵀ (H_αz − D G) and l −= H_zα c + Gᵀ (l_α − D c)."""
+        """Eq. 4.16: with α = −(G z + c), H −= H_zα G + Gᵀ (H_αz − D G) and l −= H_zα c + Gᵀ (l_α − D c)."""
         form, let = self.form, self.ledger.let
         moved = {}
         for e in turns:

@@ -17,7 +17,7 @@ NO_LOAD: Wrench = (ZERO, sp.S.Zero)
 def gather_inwards(
     kinematics: Kinematics, wrenches: Mapping[int, Wrench], name: str, title: str
 ) -> tuple[sp.Expr, ...]:
-    """Generalized forces of wrenches on the links, one per quasi-velocity (eq. 17).
+    """Generalized forces of wrenches on the links, one per quasi-velocity (eq. 5.3).
 
     The force handed on by link k is named ``name``_k; ``title`` is the heading of what is written.
     """

@@ -30,7 +30,7 @@ RC, RHO, MU = sp.symbols("rc_x rc_y"), sp.symbols("rho_x rho_y"), sp.symbols("mu
 
 
 def gibbs_function() -> sp.Expr:
-    """S = ½ m |a_c|² + ½ I α² of one link (eq. 5), from the acceleration a of its inboard point and α."""
+    """S = ½ m |a_c|² + ½ I α² of one link (eq. 4.1), from the acceleration a of its inboard point and α."""
     a_c = add(A, scale(ALPHA_, perp(RC)), scale(-W2, RC))
     return M * dot(a_c, a_c) / 2 + INERTIA * ALPHA_**2 / 2
 
@@ -66,7 +66,7 @@ class Recursion:
     """Runs the recursion for a mechanism; ``plan`` says what goes where.
 
     ``field_`` is a uniform acceleration field (gravity): the root's acceleration alone carries it, so that it costs
-    nothing along the chain (eq. 12). ``drives`` are the accelerations of joints whose motion is prescribed, by joint:
+    nothing along the chain (eq. 4.12). ``drives`` are the accelerations of joints whose motion is prescribed, by joint:
     the second link's less the first's (rad/s²), or along the line (m/s², theory, 4.12).
     """
 
@@ -97,7 +97,7 @@ class Recursion:
             self._sweep(impact)
 
     def _collect(self, link: int) -> None:
-        """V_link over its own and all outboard accelerations, made stationary in what belongs to it (eq. 7 to 10)."""
+        """V_link over its own and outboard accelerations, made stationary in what belongs to it (eq. 4.3 to 4.8)."""
         form = Form([] if link == GROUND else [A_X, A_Y, ALPHA])
         if link != GROUND:
             self._own_terms(link, form)
@@ -207,7 +207,7 @@ class Recursion:
         return diagonal
 
     def _own_terms(self, link: int, form: Form) -> None:
-        """Second and first derivatives of S_link, and the loads on the link (eq. 6)."""
+        """Second and first derivatives of S_link, and the loads on the link (eq. 4.2)."""
         kinematics, derivatives = self.kinematics, gibbs_derivatives()
         here = {M: kinematics.mass[link], W2: kinematics.squared_rate[link]}
         here[INERTIA] = symbol(kinematics.mechanism.links[link].inertia)
@@ -260,9 +260,9 @@ class Recursion:
         return found
 
     def _carry(self, link: int, branch: Branch, child: Form, form: Form) -> None:
-        """Add V_child(a + α r⊥ − ω² r): the chain rule with the derivatives of the joint's acceleration (eq. 7).
+        """Add V_child(a + α r⊥ − ω² r): the chain rule with the derivatives of the joint's acceleration (eq. 4.3).
 
-        A child that follows the link's angle hands on its α too, which is the link's own (eq. 32).
+        A child that follows the link's angle hands on its α too, which is the link's own (eq. 4.6).
         """
         joint = branch.joint
         r = self.kinematics.r[link, joint]
@@ -330,7 +330,7 @@ class Recursion:
                 form.add_h(ALPHA, v, child.h(ALPHA, v))
 
     def _closure_side(self, link: int, cut: Cut, factor: int, form: Form) -> None:
-        """−λ·(± acceleration of the cut joint's point on this side) (eq. 7), and the impact's right-hand side once."""
+        """−λ·(± acceleration of the cut joint's point on this side) (eq. 4.3), and the impact's right side once."""
         for row in self.closure.side(cut, link, factor):
             v = multiplier(cut.joint, row.name)
             if v not in form.variables:
@@ -348,7 +348,7 @@ class Recursion:
     # -- outwards --------------------------------------------------------------------------------------------------
 
     def _sweep(self, impact: bool) -> None:
-        """Every acceleration and multiplier from the root outwards (eq. 11); in impact, velocity jumps and impulses."""
+        """Every acceleration and multiplier from the root outwards (eq. 4.11); in impact, jumps and impulses."""
         topology, kinematics = self.kinematics.topology, self.kinematics
         phase = "impact" if impact else "flight"
         self._solve(topology.root, impact)
@@ -379,7 +379,7 @@ class Recursion:
         return (self.known[impact, link, A_X], self.known[impact, link, A_Y])
 
     def _solve(self, link: int, impact: bool) -> None:
-        """What was eliminated at the link, last eliminated first (eq. 11)."""
+        """What was eliminated at the link, last eliminated first (eq. 4.11)."""
         for solution in reversed(self.solutions[link]):
             self._solve_block(link, solution, impact)
             if solution.variables == (SLIDE,):
@@ -404,7 +404,7 @@ class Recursion:
             self._solve_dyad(link, solution.variables, solution.dyad, impact)
 
     def _solve_dyad(self, link: int, variables: tuple[Variable, ...], dyad: Dyad, impact: bool) -> None:
-        """The multipliers of a dyad: ∂V/∂α = 0 for both of its links, solved for them (eq. 37)."""
+        """The multipliers of a dyad: ∂V/∂α = 0 for both of its links, solved for them (eq. 4.17)."""
         moments = []
         for e in variables[:2]:
             terms = [entry * self.value(impact, link, v) for (row, v), entry in dyad.slopes.items() if row == e]

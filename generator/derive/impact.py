@@ -32,11 +32,11 @@ class Contacts:
         kinematics.ledger.close("arms to the contact points")
 
     def values(self) -> tuple[sp.Expr, ...]:
-        """Gaps (m, rad), positive outside (eq. 15)."""
+        """Gaps (m, rad), positive outside (eq. 5.1)."""
         return self._all("places where links touch", lambda gap: gap.value(self))
 
     def rates(self) -> tuple[sp.Expr, ...]:
-        """N u (m/s, rad/s), eq. 16."""
+        """N u (m/s, rad/s), eq. 5.2."""
         return self._all("velocities where links touch", lambda gap: gap.closing(self))
 
     def slips(self) -> tuple[sp.Expr, ...]:
@@ -44,7 +44,7 @@ class Contacts:
         return self._all("sliding where links touch", lambda gap: gap.slip(self))
 
     def bias(self) -> tuple[sp.Expr, ...]:
-        """Ṅ u (m/s², rad/s²): what the gaps accelerate at with u̇ = 0, eq. 16 differentiated."""
+        """Ṅ u (m/s², rad/s²): what the gaps accelerate at with u̇ = 0, eq. 5.2 differentiated."""
         return self._all("turning of the normals where links touch", lambda gap: gap.bias(self))
 
     def slip_bias(self) -> tuple[sp.Expr, ...]:
@@ -58,7 +58,7 @@ class Contacts:
         return found
 
     def generalized_impulses(self, impulses: tuple[sp.Symbol, ...], tangential: bool = False) -> tuple[sp.Expr, ...]:
-        """Nᵀ P (eq. 17), or Tᵀ P: impulses P become generalized impulses, gathered from tips to root."""
+        """Nᵀ P (eq. 5.3), or Tᵀ P: impulses P become generalized impulses, gathered from tips to root."""
         name = "H" if tangential else "G"
         wrenches = self.wrenches(() if tangential else impulses, impulses if tangential else ())
         return gather_inwards(self.kinematics, wrenches, name, "generalized impulses of the contacts, inwards")
@@ -132,7 +132,7 @@ class Contacts:
 
     @cached_property
     def _inward(self) -> dict[int, Vector]:
-        """Accelerations of the inboard points with u̇ = 0, outwards from the root (eq. 4)."""
+        """Accelerations of the inboard points with u̇ = 0, outwards from the root (eq. 2.4)."""
         kinematics, topology = self.kinematics, self.kinematics.topology
         inward: dict[int, Vector] = {GROUND: ZERO, topology.root: ZERO}
         for branch in topology.branches:

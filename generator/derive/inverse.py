@@ -44,7 +44,7 @@ class Inverse:
         return [self._momentum(velocity), self._inverse_dynamics(inertia), self._reactions(inertia)]
 
     def _accelerations(self) -> dict[int, Vector]:
-        """Accelerations of the inboard points less the field, from given quasi-accelerations, outwards (eq. 4)."""
+        """Accelerations of the inboard points less the field, from given quasi-accelerations, outwards (eq. 2.4)."""
         kinematics, topology = self.kinematics, self.topology
         base = (self.u_dot.symbols[0], self.u_dot.symbols[1]) if topology.floating else ZERO
         root = add(base, scale(sp.S.NegativeOne, self.field))
@@ -71,7 +71,7 @@ class Inverse:
         return self.u_dot.symbols[self.state.u.index(velocity)]
 
     def _inertia(self, a: dict[int, Vector]) -> dict[int, Wrench]:
-        """The wrench that gives each link its acceleration, less its loads: derivatives of S by a and α (eq. 6)."""
+        """The wrench that gives each link its acceleration, less its loads: derivatives of S by a and α (eq. 4.2)."""
         result = {}
         for k in range(len(self.kinematics.mechanism.links)):
             mass, mu, alpha = self.kinematics.mass[k], self.kinematics.mu[k], self._spin(k)
@@ -131,7 +131,7 @@ class Inverse:
 
     def of_contacts(self, pushed: dict[int, Wrench], pushes: Argument, velocity: dict[int, Vector]) -> list[Kernel]:
         """What ``pushed``, the wrenches of contacts on links, adds to the reactions; and the impulses of the joints for
-        jumps of the velocities, less those of the contacts: eq. 18 with momenta."""
+        jumps of the velocities, less those of the contacts: eq. 4.13 with momenta."""
         given = self._given()
         against = {k: (scale(sp.S.NegativeOne, force), -moment) for k, (force, moment) in pushed.items()}
         forces, moments = self._carried(against, {}, "RC", "reactions to what contacts do, inwards")
@@ -163,8 +163,8 @@ class Inverse:
     def _carried(
         self, wrenches: dict[int, Wrench], given: dict[tuple[int, str], sp.Symbol], name: str, title: str
     ) -> tuple[dict[int, Vector], dict[int, sp.Expr]]:
-        """Force and moment of each joint on its outboard link, from the tips inwards (eq. 18), that give the links the
-        ``wrenches``; a cut joint's force is its multipliers', where those are ``given``. A pin has no moment,
+        """Force and moment of each joint on its outboard link, from the tips inwards (eq. 4.13), that give the links
+        the ``wrenches``; a cut joint's force is its multipliers', where those are ``given``. A pin has no moment,
         and a link's moments are written only where its joint holds its angle."""
         result: dict[int, Vector] = {}
         moment = {k: wrench[1] for k, wrench in wrenches.items()}

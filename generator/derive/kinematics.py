@@ -65,8 +65,8 @@ class Slide:
 class Kinematics:
     """Named kinematic quantities of every link; building it writes one block per link into the ledger.
 
-    ``r[link, joint]`` is the arm from a link's inboard point to the joint, in fixed axes (eq. 2), ``cr`` the same times
-    ω² (eq. 4); ``centre`` is the centre of mass in link axes and ``mu`` the first moment of mass in fixed axes, both
+    ``r[link, joint]`` is the arm from a link's inboard point to the joint, in fixed axes (eq. 2.2), ``cr`` the same
+    times ω² (eq. 2.4); ``centre`` is the centre of mass in link axes and ``mu`` the first moment of mass in fixed axes, both
     from the inboard point. ``r`` of a joint that slides along a line of the link ends where the joint is now;
     ``lead[link]`` is the rest of the way to the link's inboard point where the line is the link's own (section 2.1).
     """
@@ -136,7 +136,7 @@ class Kinematics:
         return (sp.Symbol(f"{name}_x"), sp.Symbol(f"{name}_y"))
 
     def _write_slide(self, branch: Branch) -> None:
-        """The line of a branch that slides, and the arm along it (eq. 29)."""
+        """The line of a branch that slides, and the arm along it (eq. 2.5)."""
         joint, parent = branch.joint, branch.parent
         length, speed = sp.Symbol(slide_name(joint)), sp.Symbol(sliding_name(joint))
         direction = scale(sp.Integer(1 if branch.outwards else -1), self.line(joint))
@@ -155,7 +155,7 @@ class Kinematics:
         self.ledger.close(f"line of {self.mechanism.joints[joint].name}")
 
     def bias(self, branch: Branch) -> Vector:
-        """Acceleration of the inboard point against the parent's at u̇ = 0: −ω² r, and what sliding adds (eq. 30)."""
+        """Acceleration of the inboard point against the parent's at u̇ = 0: −ω² r, and what sliding adds (eq. 2.6)."""
         total = scale(sp.S.NegativeOne, self.cr[branch.parent, branch.joint])
         if branch.link in self.lead:
             total = add(total, scale(-self.squared_rate[branch.link], self.lead[branch.link]))
@@ -179,7 +179,7 @@ class Kinematics:
         return "ground" if link == GROUND else f"link {link} ({name})"
 
     def offset(self, link: int, point: Point, name: str) -> Vector:
-        """A point's place in the link's frame, measured from the inboard point: ρ of eq. 1."""
+        """A point's place in the link's frame, measured from the inboard point: ρ of eq. 2.1."""
         there, here = local(point), self.inboard[link]
         return self.ledger.let_vector(f"rho_{link}_{name}", (there[0] - here[0], there[1] - here[1]))
 
@@ -189,7 +189,7 @@ class Kinematics:
         return self.offset(link, self.mechanism.links[link].points[point], str(joint))
 
     def turn(self, link: int, v: Vector) -> Vector:
-        """Link axes to fixed axes (eq. 2)."""
+        """Link axes to fixed axes (eq. 2.2)."""
         c, s = self.turning[self.state.angle(link)]
         return (c * v[0] - s * v[1], s * v[0] + c * v[1])
 
@@ -214,7 +214,7 @@ class Kinematics:
         return self.topology.branch(ref.link).inboard == ref.point
 
     def write_positions(self) -> dict[int, Vector]:
-        """Positions of the inboard points, outwards from the root (eq. 3)."""
+        """Positions of the inboard points, outwards from the root (eq. 2.3)."""
         found = {self.topology.root: self._root_vector(self.state.q)}
         for branch in self.topology.branches:
             arm = add(self.r[branch.parent, branch.joint], self.lead.get(branch.link, ZERO))
@@ -223,7 +223,7 @@ class Kinematics:
         return found
 
     def write_velocities(self) -> dict[int, Vector]:
-        """Velocities of the inboard points, outwards from the root (eq. 3 differentiated)."""
+        """Velocities of the inboard points, outwards from the root (eq. 2.3 differentiated)."""
         velocity = {self.topology.root: self._root_vector(self.state.u)}
         for branch in self.topology.branches:
             relative = self.relative_velocity(branch)
@@ -232,7 +232,7 @@ class Kinematics:
         return velocity
 
     def relative_velocity(self, branch: Branch) -> Vector:
-        """Velocity of the branch's inboard point less that of its parent's: ω r⊥, and what sliding adds (eq. 30)."""
+        """Velocity of the branch's inboard point less that of its parent's: ω r⊥, and what sliding adds (eq. 2.6)."""
         total = self.swing(branch.parent, self.r[branch.parent, branch.joint])
         if branch.link in self.lead:
             total = add(total, self.swing(branch.link, self.lead[branch.link]))

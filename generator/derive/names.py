@@ -57,9 +57,9 @@ def turn(link: int) -> Variable:
 
 
 def hessian_name(link: int, v: Variable, w: Variable) -> str:
-    """Name of a second derivative of V_link (eq. 8): Phi, p, D of accelerations; B, g, C with multipliers.
+    """Name of a second derivative of V_link (eq. 4.4): Phi, p, D of accelerations; B, g, C with multipliers.
 
-    Those with the acceleration along a sliding joint's line: Psi (with a), psi (with α), gs (with λ), Ds (eq. 31).
+    Those with the acceleration along a sliding joint's line: Psi (with a), psi (with α), gs (with λ), Ds (eq. 4.5).
     Those with the angular acceleration of a link further out have that link's number behind ``link``'s.
     """
     k = place(link)

@@ -121,7 +121,7 @@ class _Order:
         return [tuple(multiplier(cut.joint, row) for row in cut.rows) for cut in _least_fill(cuts, pattern)]
 
     def _belongings(self, link: int) -> list[Pivot]:
-        """α of the link unless it follows another's, s̈ if it slides: first where the line is its own (eq. 31)."""
+        """α of the link unless it follows another's, s̈ if it slides: first where the line is its own (eq. 4.5)."""
         if link == GROUND:
             return []
         found: list[Pivot] = [(turn(link),)] if self.sweep.has_angle(link) else []
