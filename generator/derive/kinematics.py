@@ -66,8 +66,8 @@ class Kinematics:
     """Named kinematic quantities of every link; building it writes one block per link into the ledger.
 
     ``r[link, joint]`` is the arm from a link's inboard point to the joint, in fixed axes (eq. 2.2), ``cr`` the same
-    times ω² (eq. 2.4); ``centre`` is the centre of mass in link axes and ``mu`` the first moment of mass in fixed axes, both
-    from the inboard point. ``r`` of a joint that slides along a line of the link ends where the joint is now;
+    times ω² (eq. 2.4); ``centre`` is the centre of mass in link axes and ``mu`` the first moment of mass in fixed axes,
+    both from the inboard point. ``r`` of a joint that slides along a line of the link ends where the joint is now;
     ``lead[link]`` is the rest of the way to the link's inboard point where the line is the link's own (section 2.1).
     """
 
