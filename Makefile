@@ -88,6 +88,7 @@ golden: $(VENV)/ccgen
 
 benchmarks: $(VENV)/peers
 	@$(BIN)/python benchmarks/forward_dynamics.py
+	@$(BIN)/python benchmarks/walking.py
 	@$(BIN)/python benchmarks/build_time.py
 	@$(BIN)/python benchmarks/flight.py
 	@$(BIN)/python benchmarks/batch.py
