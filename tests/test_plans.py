@@ -17,6 +17,7 @@ from ccgen.generator.derive.names import turn
 from ccgen.generator.emit.show import show_text
 from ccgen.generator.mechanism.topology import span
 from ccgen.generator.pipeline import derive_scene, listing, plan_scene
+from ccgen.generator.planning import choose as choosing
 from ccgen.generator.planning.choose import DYADS, PLANS, TIP_TO_ROOT, choose
 from ccgen.generator.planning.plan import is_dyad
 from ccgen.generator.program.program import lower
@@ -175,6 +176,16 @@ def test_loops_go_after_what_their_rows_need(name: str, tmp_path: Any) -> None:
                         assert {turn(k) for k in way[: way.index(cut.meeting)]} <= gone
                 gone |= set(pivot)
         assert {turn(k) for k in range(len(scene.mechanism.links))} <= gone
+
+
+def test_the_plan_for_dead_centres_is_whole(tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """However soon the count of the order from tip to root is given up, what is compiled of it has everything."""
+    monkeypatch.setattr(choosing, "FAR", 0.1)
+    scene = scene_of(graphs.mechanism("mechanism", MECHANISMS["one leg"], seed=5), tmp_path)
+    otherwise = plan_scene(scene, DYADS)[1].plan.otherwise
+    assert otherwise is not None
+    gone = {v for pivots in otherwise.pivots.values() for pivot in pivots for v in pivot}
+    assert {turn(k) for k in range(len(scene.mechanism.links))} <= gone
 
 
 def test_what_slides_carries_no_dyad(workshop: Workshop) -> None:

@@ -14,6 +14,7 @@ import sympy as sp
 
 from ..mechanism.links import GROUND
 from ..mechanism.topology import Branch, Cut
+from ..planning.dead_centres import SMALLEST_SINE
 from ..planning.plan import Pivot, Plan, is_closure, is_dyad
 from .closure import Closure
 from .equations import GUARD, Ledger
@@ -24,8 +25,6 @@ from .names import A_X, A_Y, ALPHA, SLIDE, Variable, hessian_name, multiplier, p
 
 M, INERTIA, W2 = sp.symbols("m I w2")
 A, ALPHA_ = sp.symbols("a_x a_y"), sp.Symbol("alpha")
-SMALLEST_SINE = 0.1
-"""Sine of the angle between a dyad's arms below which the state is solved on another way: rounding grows as 1/sine."""
 RC, RHO, MU = sp.symbols("rc_x rc_y"), sp.symbols("rho_x rho_y"), sp.symbols("mu_x mu_y")
 
 
@@ -130,13 +129,12 @@ class Recursion:
         """What the plan says for the link, in its order. Loops that go one after another are guarded together."""
         found: list[Solution] = []
         pivots = [tuple(ALPHA if v == turn(link) else v for v in pivot) for pivot in self.plan.at(link)]
-        start = 0
         for number, pivot in enumerate(pivots):
             if is_dyad(pivot):
                 solution = eliminator.close_dyad(pivot, self._reach(pivot))
                 self._guard(solution.guard, solution.scale)
             elif is_closure(pivot):
-                if number == start or not is_closure(pivots[number - 1]):
+                if number == 0 or not is_closure(pivots[number - 1]):
                     stop = next((i for i in range(number, len(pivots)) if not is_closure(pivots[i])), len(pivots))
                     gathered = self._gathered_diagonal(link, form, pivots[number:stop])
                 solution = eliminator.eliminate(pivot)

@@ -38,7 +38,8 @@ WORTH = 2.0
 an angle that the motion changes, which costs digits, and wants a second set of functions near dead centres."""
 
 FAR = 10
-"""Times the operations of the other plan at which the count of the order from tip to root is given up."""
+"""Times the operations of the other plan at which the count of the order from tip to root is given up, though not below
+:data:`LONGEST`: up to there it is needed whole."""
 
 LONGEST = 6000
 """Operations up to which the plan for dead centres is compiled. Beyond them its code costs more to compile than the
@@ -61,7 +62,7 @@ def choose(
         raise ValueError(f"plan: found {wanted!r}, expected {' or '.join(map(repr, PLANS))}; name one of them")
     sweep = Sweep(mechanism, topology, driven)
     embedded = _embedded(sweep, [cut for cut in topology.cuts if cut.joint in sound])
-    limit = FAR * embedded[1] if embedded and wanted != TIP_TO_ROOT else math.inf
+    limit = max(FAR * embedded[1], LONGEST) if embedded and wanted != TIP_TO_ROOT else math.inf
     found = [(TIP_TO_ROOT, *sweep.run(_Order(sweep, {}), limit))]
     if embedded:
         found.append((DYADS, *embedded))

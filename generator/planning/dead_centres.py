@@ -10,10 +10,11 @@ from ..mechanism.topology import Cut, Topology
 
 Triple = tuple[float, float, float]
 
-SOUND = 0.12
-"""The least sine of the angle between a dyad's arms at the start: a little more than that at which the equations of a
-closed dyad give a state up (``SMALLEST_SINE`` of ``derive/gibbs.py``), so that a model does not begin on its second
-way."""
+SMALLEST_SINE = 0.1
+"""Sine of the angle between a dyad's arms below which the state is solved on another way: rounding grows as 1/sine."""
+
+SOUND = 1.2 * SMALLEST_SINE
+"""The least such sine at the start, so that a model does not begin on its second way."""
 
 
 def sound_dyads(mechanism: Mechanism, topology: Topology, poses: Sequence[Triple]) -> tuple[int, ...]:
