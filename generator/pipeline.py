@@ -176,7 +176,7 @@ def _build(scene: Scene, variant: Variant, compiler: Compiler, key: str, folder:
     extension = extension_module(hash_)
     (folder / "__init__.py").write_text(render_package(banner))
     for header in HEADERS if numbers.double else ONE_LANE_HEADERS:
-        (folder / header).write_text(numbers.write((runtime_folder() / header).read_text()))
+        (folder / header).write_text((runtime_folder() / header).read_text())
     steps = Steps()
     with ThreadPoolExecutor(1) as beside:
         binding = beside.submit(cythonize, folder, extension, steps)
@@ -202,11 +202,14 @@ def _write_model(scene: Scene, banner: Banner, folder: Path, tell: Progress, var
     topology, equations = derive_scene(scene, variant.fold, variant.plan)
     tell("write")
     from .emit.data import driven_coordinates, model_data, point_names
+    from .emit.expressions import C
     from .emit.listing import name_index, write_listing
     from .emit.render import Sizes, render_c, render_lanes, render_one_lane
     from .program.program import lower
+    from .program.routine import Routines
 
     program, mechanism = lower(equations), scene.mechanism
+    routines = Routines(program, C.term, vectors=numbers.double)
     index = name_index(scene, topology)
     driven = driven_coordinates(equations.state, topology, scene.driven)
     sizes = Sizes(
@@ -219,7 +222,7 @@ def _write_model(scene: Scene, banner: Banner, folder: Path, tell: Progress, var
         points=len(point_names(mechanism)),
         contacts=len(equations.contacts),
         parameters=len(program.parameters),
-        constants=len(program.parameters) + len(program.constants),
+        constants=routines.packed_from + len(routines.packed_constants),
         drives=len(driven) // 2,
         inputs=sum(len(effect.inputs()) for effect in scene.effects),
     )
@@ -227,10 +230,9 @@ def _write_model(scene: Scene, banner: Banner, folder: Path, tell: Progress, var
     if not numbers.double:
         data["precision"] = numbers.name
     (folder / "equations.txt").write_text(write_listing(scene.name, equations, index))
-    model = render_c(banner, program, sizes, {"partner": topology.partners, "driven": driven}, topology.root, index)
-    lanes = render_lanes(banner, program) if numbers.double else render_one_lane(banner)
-    if not numbers.double:
-        model = model.replace('"sincos.h"', '"one_lane.h"')
-    (folder / "model.c").write_text(numbers.write(model))
-    (folder / "lanes.c").write_text(numbers.write(lanes))
+    tables = {"partner": topology.partners, "driven": driven}
+    model = render_c(banner, routines, sizes, tables, topology.root, index, numbers)
+    (folder / "model.c").write_text(model)
+    lanes = render_lanes(banner, routines) if numbers.double else render_one_lane(banner, numbers)
+    (folder / "lanes.c").write_text(lanes)
     (folder / "model.json").write_text(json.dumps(data, indent=1) + "\n")

@@ -18,7 +18,7 @@
 #ifndef CCGEN_MODEL_H
 #define CCGEN_MODEL_H
 
-#define CCGEN_CONTRACT_VERSION 5
+#define CCGEN_CONTRACT_VERSION 6
 
 /* 1 where x is positive, else 0: formulas with branches */
 static inline double unit_step(double x)
@@ -81,6 +81,11 @@ typedef void ccgen_of_state(const double *k, const double *q, const double *u, d
 /* f[nu] = N^T P from q[nq] and normal impulses P[contacts] (N s) */
 typedef void ccgen_contact_impulse(const double *k, const double *q, const double *P, double *f);
 
+/* What impulses of the contacts change, loops held shut, for `count` columns of them: du[count][nu] and rates[count][contacts],
+ * N du, from q[nq] and P[count][contacts] (N s, N m s); where there is slip_impulse, the tangential impulses lie behind the
+ * normal ones in each column of P, and T du behind N du in each of rates. What depends on q alone is computed once. */
+typedef int ccgen_contact_response(const double *k, const double *q, int count, const double *P, double *du, double *rates);
+
 /* e[contacts]: coefficient of restitution of each contact */
 typedef void ccgen_restitution(const double *k, double *e);
 
@@ -122,6 +127,7 @@ struct ccgen_model {
     int lanes; /* states that the functions over lanes take side by side: the vector width of the machine compiled for */
     ccgen_acceleration_lanes *acceleration_lanes; /* this and the next are in lanes.c, NULL where it is left out */
     ccgen_stages *stages;
+    ccgen_contact_response *contact_response; /* NULL without contacts */
 };
 
 #endif

@@ -61,26 +61,43 @@ static inline void ccgen_sincos_lanes(const ccgen_lanes *angles, ccgen_lanes *c,
     *c = (ccgen_lanes)((ccgen_mask)CCGEN_SELECT(odd, sine, cosine) ^ sign_c);
 }
 
-/* the first `part` lanes of one block; lanes beyond the limit are noted in `beyond` */
-static inline void ccgen_sincos_block(size_t part, const double *x, double *c, double *s, ccgen_mask *beyond)
+/* lanes where they lie in arrays of doubles */
+typedef double ccgen_unaligned __attribute__((vector_size(8 * CCGEN_LANES), aligned(8), may_alias));
+
+/* one block of lanes; those beyond the limit are noted */
+static inline void ccgen_sincos_block(const double *x, double *c, double *s, ccgen_mask *beyond)
 {
-    ccgen_lanes in = {0.0}, cosine, sine;
-    memcpy(&in, x, part * sizeof *x);
+    const ccgen_lanes in = *(const ccgen_unaligned *)x;
+    ccgen_lanes cosine, sine;
     *beyond |= ~((in <= CCGEN_ANGLE_LIMIT) & (in >= -CCGEN_ANGLE_LIMIT));
     ccgen_sincos_lanes(&in, &cosine, &sine);
-    memcpy(c, &cosine, part * sizeof *c);
-    memcpy(s, &sine, part * sizeof *s);
+    *(ccgen_unaligned *)c = cosine;
+    *(ccgen_unaligned *)s = sine;
 }
 
-/* c[i] = cos(x[i]), s[i] = sin(x[i]) for i < count */
+/* c[i] = cos(x[i]), s[i] = sin(x[i]) for i < count. The last block ends with the last angle, so that it is as whole as the
+ * others: what it shares with the one before is computed twice. */
 static inline void ccgen_sincos(size_t count, const double *x, double *c, double *s)
 {
-    const size_t whole = count / CCGEN_LANES * CCGEN_LANES;
     ccgen_mask beyond = {0};
-    for (size_t i = 0; i < whole; i += CCGEN_LANES)
-        ccgen_sincos_block(CCGEN_LANES, x + i, c + i, s + i, &beyond);
-    if (count > whole)
-        ccgen_sincos_block(count - whole, x + whole, c + whole, s + whole, &beyond);
+    if (count < CCGEN_LANES) {
+        double few[3][CCGEN_LANES] = {{0.0}};
+        for (size_t i = 0; i < count; i++)
+            few[0][i] = x[i];
+        ccgen_sincos_block(few[0], few[1], few[2], &beyond);
+        for (size_t i = 0; i < count; i++) {
+            c[i] = few[1][i];
+            s[i] = few[2][i];
+        }
+    } else {
+        size_t i = 0;
+        for (; i + CCGEN_LANES <= count; i += CCGEN_LANES)
+            ccgen_sincos_block(x + i, c + i, s + i, &beyond);
+        if (i < count) {
+            i = count - CCGEN_LANES;
+            ccgen_sincos_block(x + i, c + i, s + i, &beyond);
+        }
+    }
     long long any = 0;
     for (int j = 0; j < CCGEN_LANES; j++)
         any |= beyond[j];

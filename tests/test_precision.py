@@ -9,11 +9,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+import sympy as sp
 from typer.testing import CliRunner
 
 from ccgen.generator import generate, load_scene, loop
 from ccgen.generator.cli.app import app
+from ccgen.generator.emit.expressions import C
 from ccgen.generator.emit.precision import PRECISIONS
+from ccgen.generator.program.terms import Sum
 from ccgen.runtime import load_model, methods, simulate, static_equilibrium
 from ccgen.runtime.accuracy import compare, errors, refer
 from ccgen.runtime.drives import drive_rows
@@ -73,16 +76,18 @@ def eps(precision: str) -> float:
 # -- the text ------------------------------------------------------------------------------------------------------
 
 
-def test_the_program_is_written_in_the_numbers_asked_for() -> None:
-    text = '/* double 1.0 */ const double x = 2.0*sin(a_2) - (1.0/3.0)*y/1e-06 + tan2(0.1); char n[] = "double 1.0";'
-    assert PRECISIONS["double"].write(text) == text
-    assert PRECISIONS["float"].write(text) == (
-        '/* double 1.0 */ const float x = 2.0f*sinf(a_2) - (1.0f/3.0f)*y/1e-06f + tan2(0.1f); char n[] = "double 1.0";'
-    )
-    assert PRECISIONS["wide"].write(text) == (
-        "/* double 1.0 */ const long double x = 2.0*sinl(a_2) - (1.0L/3.0L)*y/1e-06 + tan2(0.1); "
-        'char n[] = "double 1.0";'
-    )
+@pytest.mark.parametrize(
+    ("precision", "text"),
+    [
+        ("double", "3.5*x - (1.0/3.0)*y + 2.0*sin(a_2) - 0.1*fabs(z)"),
+        ("float", "3.5f*x - (1.0f/3.0f)*y + 2.0f*sinf(a_2) - 0.1f*fabsf(z)"),
+        ("wide", "3.5*x - (1.0L/3.0L)*y + 2.0*sinl(a_2) - 0.1*fabsl(z)"),
+    ],
+)
+def test_the_program_is_written_in_the_numbers_asked_for(precision: str, text: str) -> None:
+    x, y, z, a = sp.symbols("x y z a_2")
+    terms = (sp.Float(3.5) * x, -sp.Rational(1, 3) * y, 2 * sp.sin(a), sp.Float(-0.1) * sp.Abs(z))
+    assert PRECISIONS[precision].dialect().text(Sum(tuple(map(C.term, terms)))) == text
 
 
 @pytest.mark.parametrize("precision", ["float", "wide"])

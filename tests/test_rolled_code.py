@@ -6,7 +6,7 @@ import ctypes
 import shutil
 import subprocess
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -16,14 +16,16 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from ccgen.generator import generate
-from ccgen.generator.emit import rolling
 from ccgen.generator.emit.data import point_names
+from ccgen.generator.emit.expressions import C
 from ccgen.generator.emit.listing import name_index, write_listing
 from ccgen.generator.emit.render import Banner, Sizes, render_c
-from ccgen.generator.emit.rolling import LEAST_ROUNDS
 from ccgen.generator.pipeline import derive_scene
+from ccgen.generator.program import abreast, rolling
 from ccgen.generator.program.program import lower
 from ccgen.generator.program.reading import Listing, read_listing
+from ccgen.generator.program.rolling import LEAST_ROUNDS
+from ccgen.generator.program.routine import Routines
 from ccgen.generator.scene.scene import Scene
 
 from .conftest import Workshop
@@ -165,6 +167,8 @@ KERNELS = [
         "slip_bias",
         "slip_impulse",
         "friction",
+        "contact_reactions",
+        "impulse_reactions",
     ),
 ]
 SIZES = [
@@ -172,6 +176,8 @@ SIZES = [
     "drives",
 ]
 TABLES = ["partner", "driven"]
+COLUMNS = 3
+"""Columns of impulses that contacts are asked to answer at once."""
 Pointer = ctypes.c_void_p
 
 
@@ -186,7 +192,7 @@ class Descriptor(ctypes.Structure):
         *((table, Pointer) for table in TABLES),
         *((kernel, Pointer) for kernel in KERNELS),
         ("lanes", ctypes.c_int),
-        *((kernel, Pointer) for kernel in ("acceleration_lanes", "stages")),
+        *((kernel, Pointer) for kernel in ("acceleration_lanes", "stages", "contact_response")),
     )
 
 
@@ -198,11 +204,12 @@ class Compiled:
     descriptor: Descriptor
     constants: Array
 
-    def call(self, kernel: str, arguments: Sequence[Array | float | None], *outputs: int) -> list[Array]:
+    def call(self, kernel: str, arguments: Sequence[Array | float | int | None], *outputs: int) -> list[Array]:
         """The outputs of a kernel; what it leaves unwritten stays NaN."""
         found = [np.full(size + 1, np.nan) for size in outputs]
         arrays = [self.constants, *arguments, *found]
-        types = [ctypes.c_double if isinstance(a, float) else Pointer for a in arrays]
+        kinds = {float: ctypes.c_double, int: ctypes.c_int}
+        types = [kinds.get(type(a), Pointer) for a in arrays]
         call = ctypes.CFUNCTYPE(ctypes.c_int, *types)(getattr(self.descriptor, kernel))
         call(*(a.ctypes.data if isinstance(a, np.ndarray) else a for a in arrays))
         assert all(np.isnan(out[-1]) for out in found), f"{kernel} writes beyond its output"
@@ -232,6 +239,11 @@ class Compiled:
             found["gap_rates"] = self.call("gap_rates", [q, u], contacts)
             found["gap_bias"] = self.call("gap_bias", [q, u], contacts)
             found["contact_impulse"] = self.call("contact_impulse", [q, pushes], nu)
+            width = contacts * (2 if self.descriptor.slip_impulse else 1)
+            columns = np.resize(pushes, COLUMNS * width)
+            found["contact_response"] = self.call(
+                "contact_response", [q, COLUMNS, columns], COLUMNS * nu, COLUMNS * width
+            )
         return found
 
 
@@ -250,8 +262,11 @@ class Written:
     def listing(self) -> Listing:
         return read_listing(write_listing(self.scene.name, self.equations, self.index))
 
-    def compiled(self, name: str, least: int) -> Compiled:
-        """The model with loops of at least ``least`` rounds."""
+    def compiled(self, name: str, least: int, together: int = 10**9) -> Compiled:
+        """The model with loops of at least ``least`` rounds, and modules of at least ``together`` statements abreast.
+
+        Unless asked for there are none: sums over modules are added up in another order.
+        """
         mechanism, program, state = self.scene.mechanism, self.program, self.equations.state
         sizes = Sizes(
             nq=len(state.q),
@@ -270,7 +285,10 @@ class Written:
         tables = {"partner": self.topology.partners, "driven": []}
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(rolling, "LEAST_ROUNDS", least)
-            source = render_c(Banner(name, name, "0", "0"), program, sizes, tables, self.topology.root, self.index)
+            patch.setattr(abreast, "LEAST", together)
+            routines = Routines(program, C.term)
+            sizes = replace(sizes, constants=routines.packed_from + len(routines.packed_constants))
+            source = render_c(Banner(name, name, "0", "0"), routines, sizes, tables, self.topology.root, self.index)
         (self.folder / f"{name}.c").write_text(source)
         command = ["cc", *WARNINGS, "-O0", "-ffp-contract=off", "-fPIC", "-shared", f"-I{RUNTIME}", f"{name}.c"]
         command += ["-o", f"{name}.so", "-lm"]

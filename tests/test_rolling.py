@@ -7,11 +7,24 @@ from typing import Any
 
 import numpy as np
 import pytest
+import sympy as sp
 
-from ccgen.generator.emit import rolling
-from ccgen.generator.emit.rolling import LEAST_ROUNDS, Lines, Loop, Rolled, roll
+from ccgen.generator.emit.expressions import C
+from ccgen.generator.program import rolling
+from ccgen.generator.program.rolling import LEAST_ROUNDS, Lines, Loop, Rolled, roll
+from ccgen.generator.program.terms import Assign, Name
 
 ROUNDS = 9
+
+
+def block(title: str, *lines: tuple[str, str]) -> Lines:
+    """A block from names and expressions."""
+    return Lines(title, tuple(Assign(Name(name), C.term(sp.sympify(text))) for name, text in lines))
+
+
+def texts(lines: Iterable[Assign]) -> list[tuple[str, str]]:
+    """Targets and values as C writes them."""
+    return [(C.text(line.target), C.text(line.value)) for line in lines]
 
 
 def inputs(array: str, count: int) -> dict[str, rolling.Place]:
@@ -23,7 +36,7 @@ def straight_values(blocks: Sequence[Lines], values: Mapping[str, float]) -> dic
     """All names of blocks, computed as they stand."""
     names = dict(values)
     for block in blocks:
-        for name, text in block.lines:
+        for name, text in texts(block.lines):
             assert name not in names, f"{name} is assigned twice"
             names[name] = eval(text, {}, names)
     return names
@@ -40,9 +53,9 @@ def rolled_values(rolled: Rolled, given_: Mapping[str, rolling.Place], values: M
             scope[name] = values[name]
     scope |= {name: value for name, value in values.items() if name not in given_}
 
-    def assign(lines: Iterable[rolling.Line], names: dict[str, Any]) -> None:
+    def assign(lines: Iterable[Assign], names: dict[str, Any]) -> None:
         assigned = set()
-        for name, text in lines:
+        for name, text in texts(lines):
             assert name not in assigned, f"{name} is declared twice"
             assigned.add(name)
             value = eval(text, {}, names)
@@ -78,8 +91,8 @@ def check(
 
 def chain_blocks(rounds: int = ROUNDS) -> list[Lines]:
     """a_0 = start, a_k = a_(k-1) + b_k."""
-    first = Lines("link 0", (("a_0", "start*b_0"),))
-    return [first, *(Lines(f"link {k}", ((f"a_{k}", f"a_{k - 1}*b_{k} + b_0"),)) for k in range(1, rounds + 1))]
+    first = block("link 0", ("a_0", "start*b_0"))
+    return [first, *(block(f"link {k}", (f"a_{k}", f"a_{k - 1}*b_{k} + b_0")) for k in range(1, rounds + 1))]
 
 
 def loops(rolled: Rolled) -> list[Loop]:
@@ -91,15 +104,15 @@ def test_a_repeated_block_becomes_one_loop() -> None:
     (loop,) = loops(rolled)
     assert loop.rounds == ROUNDS
     assert loop.title == f"link 1 to link {ROUNDS}"
-    assert loop.body[0].lines == (("a[i + 1]", "a[i]*k[i + 1] + b_0"),)
+    assert texts(loop.body[0].lines) == [("a[i + 1]", "b_0 + a[i]*k[i + 1]")]
     assert rolled.arrays == [("a", ROUNDS + 1)]
     assert rolled.places["a_3"] == ("a", 3)
     assert "b_0" in rolled.scalars
 
 
 def test_blocks_that_count_down_become_a_loop() -> None:
-    blocks = [Lines("start", ((f"a_{ROUNDS}", "start*2"),))]
-    blocks += [Lines(f"{k}", ((f"a_{k}", f"a_{k + 1} + b_{k}*b_{2 * k}"),)) for k in range(ROUNDS - 1, -1, -1)]
+    blocks = [block("start", (f"a_{ROUNDS}", "start*2"))]
+    blocks += [block(f"{k}", (f"a_{k}", f"a_{k + 1} + b_{k}*b_{2 * k + 1}")) for k in range(ROUNDS - 1, -1, -1)]
     rolled = check(blocks, inputs("b", 2 * ROUNDS), ["a_0"])
     assert [loop.rounds for loop in loops(rolled)] == [ROUNDS]
 
@@ -107,7 +120,7 @@ def test_blocks_that_count_down_become_a_loop() -> None:
 def test_branches_side_by_side_become_one_loop() -> None:
     blocks = []
     for k in range(ROUNDS):
-        blocks += [Lines(f"{k}", ((f"a_{k}", f"b_{k}*2"),)), Lines(f"{k}", ((f"d_{k}", f"a_{k} + b_{k + 20}*3"),))]
+        blocks += [block(f"{k}", (f"a_{k}", f"b_{k}*2")), block(f"{k}", (f"d_{k}", f"a_{k} + b_{k + 20}*3"))]
     rolled = check(blocks, inputs("b", 50), [f"d_{ROUNDS - 1}", "d_4"])
     (loop,) = loops(rolled)
     assert len(loop.body) == 2
@@ -120,12 +133,12 @@ def test_columns_with_different_standing_numbers_keep_their_names(local: bool, o
     blocks = []
     for k in range(ROUNDS):
         one, two = (f"t_{order.format(k=k, n=n)}" for n in (70, 80))
-        blocks.append(Lines(f"link {k}", ((one, f"b_{k}*2"), (two, f"{one} + b_{k}"), (f"a_{k}", f"{one}*{two}"))))
+        blocks.append(block(f"link {k}", (one, f"b_{k}*2"), (two, f"{one} + b_{k}"), (f"a_{k}", f"{one}*{two}")))
     results = [f"a_{k}" for k in range(ROUNDS)]
     results += [] if local else [f"t_{order.format(k=k, n=n)}" for k in range(ROUNDS) for n in (70, 80)]
     rolled = check(blocks, inputs("b", ROUNDS), results)
     (loop,) = loops(rolled)
-    written = [name.partition("[")[0] for name, _ in loop.body[0].lines]
+    written = [name.partition("[")[0] for name, _ in texts(loop.body[0].lines)]
     assert len(set(written)) == 3
 
 
@@ -133,9 +146,9 @@ def test_two_runs_of_one_name_do_not_share_elements() -> None:
     """Two branches whose names differ in a standing number only: x_1_k and x_2_k."""
     blocks = []
     for branch in (1, 2):
-        blocks.append(Lines("start", ((f"x_{branch}_0", f"start*{branch}"),)))
+        blocks.append(block("start", (f"x_{branch}_0", f"start*{branch}")))
         for k in range(1, ROUNDS):
-            blocks.append(Lines(f"link {k}", ((f"x_{branch}_{k}", f"x_{branch}_{k - 1}*b_{k}"),)))
+            blocks.append(block(f"link {k}", (f"x_{branch}_{k}", f"x_{branch}_{k - 1}*b_{k}")))
     rolled = check(blocks, inputs("b", ROUNDS), [f"x_{branch}_{k}" for branch in (1, 2) for k in range(ROUNDS)])
     assert len(loops(rolled)) == 2
     assert len(set(rolled.places.values())) == len(rolled.places)
@@ -143,9 +156,9 @@ def test_two_runs_of_one_name_do_not_share_elements() -> None:
 
 def test_rows_and_columns_of_one_name_do_not_share_elements() -> None:
     """x_1_k and x_k_1 would both be called x_1[k]: one of them at most may lie there."""
-    rows = [Lines(f"{k}", ((f"x_1_{k}", f"b_{k}*2"),)) for k in range(2, ROUNDS)]
-    columns = [Lines(f"{k}", ((f"x_{k}_1", f"b_{k} + 3"),)) for k in range(2, ROUNDS)]
-    results = [block.lines[0][0] for block in rows + columns]
+    rows = [block(f"{k}", (f"x_1_{k}", f"b_{k}*2")) for k in range(2, ROUNDS)]
+    columns = [block(f"{k}", (f"x_{k}_1", f"b_{k} + 3")) for k in range(2, ROUNDS)]
+    results = [name for part in rows + columns for name, _ in texts(part.lines)]
     rolled = check(rows + columns, inputs("b", ROUNDS), results)
     assert len(set(rolled.places.values())) == len(rolled.places)
 
@@ -155,22 +168,22 @@ def test_names_that_move_together_do_not_share_elements() -> None:
     blocks = []
     for k in range(1, ROUNDS):
         lines = [(f"p_{k}_{k + d}", f"b_{k} + {d + 2}") for d in (-1, 0, 1, 2)]
-        blocks.append(Lines(f"{k}", (*lines, (f"a_{k}", " - ".join(name for name, _ in lines)))))
-    results = [name for block in blocks for name, _ in block.lines]
+        blocks.append(block(f"{k}", *lines, (f"a_{k}", " - ".join(name for name, _ in lines))))
+    results = [name for part in blocks for name, _ in texts(part.lines)]
     rolled = check(blocks, inputs("b", ROUNDS), results)
     assert len(loops(rolled)) == 1
     assert len(set(rolled.places.values())) == len(rolled.places)
 
 
 def test_irregular_strides_stay_straight() -> None:
-    blocks = [Lines(f"{k}", ((f"a_{k}", f"b_{k * k} + start"),)) for k in range(ROUNDS)]
+    blocks = [block(f"{k}", (f"a_{k}", f"b_{k * k} + start")) for k in range(ROUNDS)]
     assert not loops(check(blocks, inputs("b", ROUNDS**2), [f"a_{ROUNDS - 1}"]))
 
 
 def test_inputs_that_lie_unevenly_stay_straight() -> None:
     """Names run evenly, but their places in the array do not."""
     places: dict[str, rolling.Place] = {f"b_{k}": ("k", k * k) for k in range(ROUNDS)}
-    blocks = [Lines(f"{k}", ((f"a_{k}", f"b_{k} + start"),)) for k in range(ROUNDS)]
+    blocks = [block(f"{k}", (f"a_{k}", f"b_{k} + start")) for k in range(ROUNDS)]
     assert not loops(check(blocks, places, [f"a_{ROUNDS - 1}"]))
 
 
@@ -181,7 +194,7 @@ def test_few_rounds_stay_straight(rounds: int) -> None:
 
 
 def test_different_expressions_stay_straight() -> None:
-    blocks = [Lines(f"{k}", ((f"a_{k}", f"b_{k} {'+-'[k % 2]} start*{k}.5"),)) for k in range(ROUNDS)]
+    blocks = [block(f"{k}", (f"a_{k}", f"b_{k} {'+-'[k % 2]} start*{k}.5")) for k in range(ROUNDS)]
     assert not loops(check(blocks, inputs("b", ROUNDS), [f"a_{ROUNDS - 1}"]))
 
 
@@ -193,12 +206,13 @@ def test_reserved_names_are_refused_as_arrays() -> None:
 
 def test_reserved_names_are_refused_inside_of_blocks() -> None:
     """A name that lives inside a block must not hide an argument of the function."""
-    blocks = [Lines(f"{k}", ((f"q_{k}", f"b_{k}*2"), (f"a_{k}", f"q_{k}*q_{k}"))) for k in range(ROUNDS)]
+    blocks = [block(f"{k}", (f"q_{k}", f"b_{k}*2"), (f"a_{k}", f"q_{k}*q_{k}")) for k in range(ROUNDS)]
     rolled = check(blocks, inputs("b", ROUNDS), [f"a_{ROUNDS - 1}"], reserved={"q"})
     (loop,) = loops(rolled)
-    assert "q" not in {name for name, _ in loop.body[0].lines}
+    assert "q" not in {name for name, _ in texts(loop.body[0].lines)}
 
 
 def test_results_can_be_spelled_after_a_loop() -> None:
     rolled = roll(chain_blocks(), inputs("b", 30), [f"a_{ROUNDS}"], [])
-    assert rolled.spell(f"2*a_{ROUNDS} - aa_{ROUNDS}") == f"2*a[{ROUNDS}] - aa_{ROUNDS}"
+    term = C.term(sp.sympify(f"2*a_{ROUNDS} - aa_{ROUNDS}"))
+    assert C.text(rolled.placed(term)) == f"2.0*a[{ROUNDS}] - aa_{ROUNDS}"

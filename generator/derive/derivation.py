@@ -29,7 +29,7 @@ from .impact import Contacts
 from .inverse import Inverse
 from .kinematics import ZERO, Kinematics, Vector, add, dot, symbol
 from .motion import TIME, Couple, Force, Motion, sum_per_link
-from .names import A_X, A_Y, ALPHA, AXES, SLIDE, State, multiplier
+from .names import A_X, A_Y, ALPHA, AXES, SLIDE, State, multiplier, slide_name, sliding_name
 
 AT_DEAD_CENTRES = "_at_dead_centres"
 """Behind the name of a kernel that solves for the same by the plan to go to where the guards of the first fail."""
@@ -108,7 +108,16 @@ class _Derivation:
         self.drives = self._drives()
         kernels = [*self._dynamics(), *self._closure(), *self._motion(), *self._contact()]
         parameters = [*self.mechanism.parameters(), *(p for effect in self.effects for p in effect.parameters())]
-        return Equations(tuple(parameters), self.state, tuple(self.ledger.blocks), tuple(kernels), self.contacts)
+        blocks, modules = tuple(self.ledger.blocks), tuple(map(self._state_of, self.plan.modules))
+        return Equations(tuple(parameters), self.state, blocks, tuple(kernels), self.contacts, modules=modules)
+
+    def _state_of(self, module: tuple[int, ...]) -> tuple[sp.Symbol, ...]:
+        """Coordinates and rates of a module's links."""
+        state, slides = self.state, self.kinematics.slides
+        found = [s for k in module for s in (state.angle(k), state.rate(k)) if s in (*state.q, *state.u)]
+        joints = [branch.joint for branch in self.topology.branches if branch.link in module and branch.link in slides]
+        found += [sp.Symbol(name(joint)) for joint in joints for name in (slide_name, sliding_name)]
+        return tuple(dict.fromkeys(found))
 
     def _loads(self) -> dict[int, Wrench]:
         """What the effects do to each link, named effect by effect."""

@@ -64,6 +64,7 @@ class Kernel:
 
     A guard ``(pivot, scale)`` holds while ``pivot > GUARD * scale``; where one fails, the kernel called ``otherwise``
     solves for the same in another order, and where that has failed or there is none, the closure rows lose rank.
+    Of the inputs and outputs named in ``columns`` there are as many, one behind the other, as the caller asks for.
     """
 
     name: str
@@ -72,13 +73,15 @@ class Kernel:
     purpose: str
     guards: tuple[tuple[sp.Expr, sp.Expr], ...] = ()
     otherwise: str | None = None
+    columns: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
 class Equations:
     """All equations of a model. Checks that each name is defined once and before use, and each output is defined.
 
-    ``folded`` are parameters whose values stand in the equations as numbers.
+    ``folded`` are parameters whose values stand in the equations as numbers; ``modules`` are the coordinates and rates
+    of sets of links that may be equal modules.
     """
 
     parameters: tuple[Parameter, ...]
@@ -87,6 +90,7 @@ class Equations:
     kernels: tuple[Kernel, ...]
     contacts: tuple[Gap, ...] = ()
     folded: tuple[Parameter, ...] = ()
+    modules: tuple[tuple[sp.Symbol, ...], ...] = ()
 
     def __post_init__(self) -> None:
         known = {sp.Symbol(p.symbol) for p in self.parameters}

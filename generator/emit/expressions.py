@@ -1,127 +1,106 @@
-"""Expressions as text, for C and for the listing, with an order of terms that depends on nothing but their names."""
+"""Terms of the program as text: for C, in each type of numbers, and for the listing."""
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
+from fractions import Fraction
 
 import sympy as sp
 
-from ..derive.step import step
+from ..program.terms import ONE, Call, Element, Gathered, Name, Negative, Number, Power, Product, Sum, Term, term
 
 
 @dataclass(frozen=True)
 class Dialect:
-    """How a language writes powers, numbers and functions."""
+    """How a language writes numbers, powers and functions.
 
-    name: str
+    ``suffix`` stands behind the names of the C library's functions, ``decimal`` behind decimal numbers, ``whole``
+    behind those of which quotients are taken; ``vector`` makes a vector of a list of numbers.
+    """
 
-    def number(self, value: sp.Number) -> str:
-        if self.name == "listing":
-            return repr(float(value)) if value.is_Float else str(value)
-        if isinstance(value, sp.Integer):
-            return f"{int(value)}.0"
-        if isinstance(value, sp.Rational):
-            return f"({value.p}.0/{value.q}.0)"
-        return repr(float(value))
+    listing: bool = False
+    suffix: str = ""
+    decimal: str = ""
+    whole: str = ""
+    vector: str = ""
 
-    def power(self, base: str, exponent: int) -> str:
-        return f"{base}**{exponent}" if self.name == "listing" else "*".join([base] * exponent)
+    def text(self, t: Term) -> str:
+        """The term as one line of text."""
+        match t:
+            case Name(name):
+                return name
+            case Element(array, start, stride, lane):
+                return f"{array}[{_affine(start, stride)}]" + ("" if lane is None else f"[{lane}]")
+            case Number(value):
+                return self._number(value)
+            case Negative(inner):
+                return "-" + self._factor(inner)
+            case Sum(terms):
+                first, *rest = map(self.text, terms)
+                return first + "".join(f" - {x[1:]}" if x.startswith("-") else f" + {x}" for x in rest)
+            case Product():
+                return self._product(t)
+            case Power(base, exponent):
+                if self.listing:
+                    return f"{self._factor(base, Product)}**{exponent}"
+                return "*".join([self._factor(base)] * exponent)
+            case Call(function, argument):
+                return f"{self._function(function)}({self.text(argument)})"
+            case Gathered(lanes):
+                return f"({self.vector}){{{', '.join(map(self.text, lanes))}}}"
+
+    def write(self, e: sp.Expr) -> str:
+        """The expression as one line of text. Raises ``TypeError`` for one that the program does not have."""
+        return self.text(self.term(e))
+
+    def term(self, e: sp.Expr) -> Term:
+        """The expression as a term, its summands in the order in which this language reads best."""
+        return term(e, self.text)
+
+    def _number(self, value: Fraction | float) -> str:
+        if isinstance(value, float):
+            return repr(value) + self.decimal
+        if self.listing:
+            return str(value)
+        if value.denominator == 1:
+            return f"{value.numerator}.0{self.decimal}"
+        suffix = self.decimal or self.whole
+        return f"({value.numerator}.0{suffix}/{value.denominator}.0{suffix})"
+
+    def _product(self, product: Product) -> str:
+        text = "*".join(map(self._factor, product.factors))
+        if not product.under:
+            return text
+        below = "*".join(map(self._factor, product.under))
+        first = product.under[0]
+        several = len(product.under) > 1 or isinstance(first, Product)
+        power = isinstance(first, Power) and (not self.listing or product.factors == (ONE,))
+        return f"{text}/({below})" if several or power else f"{text}/{below}"
+
+    def _factor(self, t: Term, *bracketed: type) -> str:
+        text = self.text(t)
+        return f"({text})" if isinstance(t, (Sum, Negative, *bracketed)) else text
+
+    def _function(self, name: str) -> str:
+        if self.listing:
+            return name
+        others = {"step": "unit_step", "abs": "fabs" + self.suffix, "total": "ccgen_total"}
+        return others.get(name, name + self.suffix)
 
 
-FUNCTIONS = {
-    sp.sin: ("sin", "sin"),
-    sp.cos: ("cos", "cos"),
-    sp.tan: ("tan", "tan"),
-    sp.exp: ("exp", "exp"),
-    sp.log: ("log", "log"),
-    sp.tanh: ("tanh", "tanh"),
-    sp.Abs: ("abs", "fabs"),
-    step: ("step", "unit_step"),
-}
-"""Functions of an expression: their names in the listing and in C."""
+def _affine(start: int, stride: int) -> str:
+    if not stride:
+        return str(start)
+    moving = "i" if abs(stride) == 1 else f"{abs(stride)}*i"
+    if stride < 0:
+        return f"{start} - {moving}"
+    return f"{moving} + {start}" if start else moving
 
-C = Dialect("c")
-LISTING = Dialect("listing")
+
+C = Dialect()
+LISTING = Dialect(listing=True)
 
 
 def write(e: sp.Expr, dialect: Dialect) -> str:
-    """The expression as one line of text.
-
-    Raises ``TypeError`` for a kind of expression that the program form does not have.
-    """
-    if e.is_Symbol:
-        return str(e.name)
-    if e.is_Number:
-        return ("-" if e < 0 else "") + dialect.number(abs(e))
-    if e.is_Add:
-        terms = sorted((write(a, dialect) for a in e.args), key=_reading_order)
-        text = terms[0]
-        for term in terms[1:]:
-            text += f" - {term[1:]}" if term.startswith("-") else f" + {term}"
-        return text
-    if e.is_Mul:
-        return _product(e, dialect)
-    if e.is_Pow:
-        return _power(e, dialect)
-    if e.func in FUNCTIONS:
-        name = FUNCTIONS[e.func][dialect is C]
-        return f"{name}({', '.join(write(a, dialect) for a in e.args)})"
-    raise TypeError(f"no way to write {type(e).__name__}: {e}")
-
-
-_NUMBER = re.compile(r"\d+")
-
-
-def _reading_order(term: str) -> tuple[bool, bool, int, str, list[int]]:
-    """Positive terms first, short before long; numbers in names decide last, so that links are written alike."""
-    bare = term.removeprefix("-")
-    return (term.startswith("-"), "*" in bare or "/" in bare, bare.count("*"), *_blurred(bare))
-
-
-def _blurred(text: str) -> tuple[str, list[int]]:
-    return _NUMBER.sub("#", text), [int(number) for number in _NUMBER.findall(text)]
-
-
-def _product(e: sp.Mul, dialect: Dialect) -> str:
-    coefficient, factors = e.as_coeff_mul(rational=False)
-    over = sorted((a for a in factors if not _is_divisor(a)), key=lambda a: (not a.is_Symbol, _blurred(str(a))))
-    under = sorted((1 / a for a in factors if _is_divisor(a)), key=lambda a: _blurred(str(a)))
-    sign, coefficient = ("-" if coefficient < 0 else ""), abs(coefficient)
-    texts = [_factor(a, dialect) for a in over]
-    if coefficient != 1 or not texts:
-        texts.insert(0, dialect.number(coefficient))
-    text = sign + "*".join(texts)
-    if under:
-        below = "*".join(_factor(a, dialect) for a in under)
-        several = len(under) > 1 or (dialect is C and under[0].is_Pow and under[0].exp.is_Integer)
-        text += f"/({below})" if several else f"/{below}"
-    return text
-
-
-def _is_divisor(a: sp.Expr) -> bool:
-    return bool(a.is_Pow and a.exp.is_negative)
-
-
-def _factor(a: sp.Expr, dialect: Dialect) -> str:
-    text = write(a, dialect)
-    return f"({text})" if a.is_Add or (a.is_Number and a < 0) else text
-
-
-def _power(e: sp.Pow, dialect: Dialect) -> str:
-    base = _factor(e.base, dialect)
-    if e.exp.is_Integer:
-        exponent = int(e.exp)
-        if exponent > 0:
-            return dialect.power(base, exponent)
-        return (
-            f"1/{base}"
-            if dialect is LISTING and exponent == -1
-            else f"{dialect.number(sp.Integer(1))}/"
-            + (base if exponent == -1 else f"({dialect.power(base, -exponent)})")
-        )
-    if e.exp == sp.Rational(1, 2):
-        return f"sqrt({write(e.base, dialect)})"
-    if e.exp == -sp.Rational(1, 2):
-        return f"{dialect.number(sp.Integer(1))}/sqrt({write(e.base, dialect)})"
-    raise TypeError(f"no way to write the power {e}")
+    """The expression as one line of text (:meth:`Dialect.write`)."""
+    return dialect.write(e)

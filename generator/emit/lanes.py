@@ -1,4 +1,4 @@
-"""A kernel over lanes: the same assignments as for one state, with the type that each quantity has.
+"""A routine over lanes: the same assignments as for one state, with the type that each quantity has.
 
 What depends on the state, on time or on inputs is a vector, one number per lane; what depends on parameters alone is a
 number, the same in all lanes. C mixes the two in sums and products, so no expression changes.
@@ -6,12 +6,17 @@ number, the same in all lanes. C mixes the two in sums and products, so no expre
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import replace
+from collections.abc import Iterable
 
-from .rolling import NAME, Line, Lines, Loop
+from ..program.rolling import Lines, Loop
+from ..program.routine import Routine
+from ..program.terms import ZERO, Assign, Name, Term, leaves
+from .c import Slots, clears, declared, meanings
+from .expressions import C
 
-VECTOR, NUMBER = "const ccgen_lanes ", "const double "
+VECTOR, NUMBER = "ccgen_lanes", "double"
+GIVEN = ("q", "u", "t", "inputs")
+FILLED = ("u_dot", "lambda")
 
 
 class Lanes:
@@ -20,54 +25,57 @@ class Lanes:
     def __init__(self, vectors: Iterable[str]) -> None:
         self.vectors = set(vectors)
 
-    def is_vector(self, text: str) -> bool:
-        """Whether the value of an expression is a vector."""
-        return any(name in self.vectors for name in NAME.findall(text))
+    def is_vector(self, term: Term) -> bool:
+        """Whether the value of a term is a vector."""
+        return any((leaf.name if isinstance(leaf, Name) else leaf.array) in self.vectors for leaf in leaves(term))
 
-    def line(self, line: Line) -> Line:
+    def line(self, line: Assign) -> tuple[str, str]:
         """The assignment with its type in front; what lies in an array is a vector in any case."""
-        name, text = line
-        if "[" in name:
-            return name, self.vector(text)
-        if self.is_vector(text):
-            self.vectors.add(name)
-            return VECTOR + name, text
-        self.vectors.discard(name)
-        return NUMBER + name, text
+        if not isinstance(line.target, Name):
+            return C.text(line.target), self.vector(line.value)
+        vector = self.is_vector(line.value)
+        if vector:
+            self.vectors.add(line.target.name)
+        else:
+            self.vectors.discard(line.target.name)
+        return declared(line, VECTOR if vector else NUMBER, C)
 
-    def vector(self, text: str) -> str:
-        """The expression as a vector."""
-        return text if self.is_vector(text) else f"CCGEN_ALL({text})"
+    def vector(self, term: Term) -> str:
+        """The term as a vector."""
+        return C.text(term) if self.is_vector(term) else f"CCGEN_ALL({C.text(term)})"
 
-    def section(self, section: Lines | Loop) -> Lines | Loop:
+    def part(self, part: Lines | Loop) -> Slots:
         """A block or a loop of blocks."""
-        if isinstance(section, Loop):
-            body = tuple(replace(block, lines=tuple(map(self.line, block.lines))) for block in section.body)
-            return replace(section, body=body)
-        return replace(section, lines=tuple(map(self.line, section.lines)))
+        if isinstance(part, Lines):
+            return {"title": part.title, "rounds": 0, "lines": [self.line(line) for line in part.lines]}
+        blocks = [self.part(block) for block in part.body]
+        return {"title": part.title, "rounds": part.rounds, "modules": part.modules, "body": blocks}
 
 
-def over_lanes(function: Mapping[str, object], guards: Iterable[tuple[str, str]], tolerance: str) -> dict[str, object]:
-    """The slots of ``lanes.c.j2`` from those of a function of ``model.c.j2`` and its guards (pivot, scale)."""
-    slots: dict[str, object] = dict(function)
-    arrays: list[tuple[str, int]] = function["arrays"]  # type: ignore[assignment]
-    given = ("q", "u", "t", "inputs")
-    lanes = Lanes({*given, "c", "s", *(name for name, _ in arrays)})
-    loads: list[Line] = function["loads"]  # type: ignore[assignment]
-    sections: list[Lines | Loop] = function["sections"]  # type: ignore[assignment]
-    outputs: list[Line] = function["outputs"]  # type: ignore[assignment]
-    unused: list[str] = function["unused"]  # type: ignore[assignment]
-    filled = ("u_dot", "lambda")
-    slots["signature"] = "const double *k, " + ", ".join(
-        [f"const double *{name}_lanes" for name in given] + [f"double *{name}_lanes" for name in filled]
-    )
-    slots["loads"] = [lanes.line(line) for line in loads]
-    slots["timed"] = "t" not in unused
-    slots["sections"] = [lanes.section(section) for section in sections]
-    slots["outputs"] = [(target, lanes.vector(text)) for target, text in outputs]
-    slots["unused"] = [name if name == "k" else f"{name}_lanes" for name in unused]
-    slots["stored"] = [name for name in given if name not in (*unused, "t")]
-    slots["filled"] = [name for name in filled if name not in unused]
-    kept = " & ".join(f"({lanes.vector(pivot)} > {tolerance}*{lanes.vector(scale)})" for pivot, scale in guards)
-    slots["lost_rank"] = f"ccgen_bits(~({kept}))" if kept else "0"
-    return slots
+def over_lanes(routine: Routine, packed_from: int) -> Slots:
+    """What ``lanes.c.j2`` prints of a routine over states side by side."""
+    lanes = Lanes({*GIVEN, "c", "s", *(name for name, _ in routine.arrays)})
+    angles = routine.angles
+    start = f" + {angles.first}" if angles.first else ""
+    loads = [lanes.line(line) for line in routine.loads]
+    sections = [lanes.part(part) for part in routine.statements]
+    kept = [f"({lanes.vector(guard.pivot)} > {lanes.vector(guard.least or ZERO)})" for guard in routine.guards]
+    return {
+        "purpose": routine.function.kernel.purpose,
+        "counts": str(routine.function.counts()),
+        "meanings": meanings(routine),
+        "signature": "const double *k, "
+        + ", ".join([f"const double *{name}_lanes" for name in GIVEN] + [f"double *{name}_lanes" for name in FILLED]),
+        "stored": [name for name in GIVEN if name not in (*routine.unused, "t")],
+        "filled": [name for name in FILLED if name not in routine.unused],
+        "timed": "t" not in routine.unused,
+        "packed": packed_from if routine.reads("k_abreast") else None,
+        "arrays": routine.arrays,
+        "angles": {"count": len(angles.order), "read": angles.array + start} if angles.order else None,
+        "loads": loads,
+        "sections": sections,
+        "clears": clears(routine),
+        "outputs": [(C.text(line.target), lanes.vector(line.value)) for line in routine.outputs],
+        "unused": [name if name == "k" else f"{name}_lanes" for name in routine.unused],
+        "lost_rank": f"ccgen_bits(~({' & '.join(kept)}))" if kept else "0",
+    }

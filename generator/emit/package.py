@@ -9,7 +9,7 @@ import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-HEADERS = ("model.h", "sincos.h", "lanes.h")
+HEADERS = ("model.h", "sincos.h", "lanes.h", "abreast.h")
 """Headers of the runtime that a generated model is compiled with; a copy lies in its package."""
 
 ONE_LANE_HEADERS = ("model.h", "one_lane.h")

@@ -1,14 +1,19 @@
-"""The generated C in another type of numbers: the same program, with another word for ``double``."""
+"""Types of numbers that models compute with, and how C writes them."""
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
+
+from .expressions import Dialect
 
 
 @dataclass(frozen=True)
 class Precision:
-    """A type of numbers: its name for people, its C type, and what the C library adds to the names of its functions."""
+    """A type of numbers: its name for people, its C type, and what the C library adds to the names of its functions.
+
+    Quotients of whole numbers are taken in them. Decimal numbers keep the value that they have as doubles, so that a
+    model in wider numbers is a model of the same mechanism.
+    """
 
     name: str
     type: str
@@ -16,7 +21,7 @@ class Precision:
 
     @property
     def double(self) -> bool:
-        """Whether it is the type that sources are written in."""
+        """Whether it is the type that the runtime's headers are written in."""
         return self.name == "double"
 
     def package(self, package: str) -> str:
@@ -28,28 +33,18 @@ class Precision:
         """Name of the capsule that hands the model over: a runtime over other numbers does not take it."""
         return "ccgen.model" if self.double else f"ccgen.model.{self.name}"
 
-    def write(self, source: str) -> str:
-        """C written over doubles, in these numbers.
-
-        Quotients of whole numbers are taken in them. Decimal numbers keep the value that they have as doubles, so that
-        a model in wider numbers is a model of the same mechanism.
-        """
-        if self.double:
-            return source
-        return "".join(
-            part if part.startswith(("/*", '"')) else self._code(part) for part in NO_CODE.split(source) if part
+    @property
+    def preamble(self) -> tuple[str, ...]:
+        """Lines before and after the runtime's headers, which are written over ``double``."""
+        return (
+            () if self.double else (f"#define CCGEN_OF_TYPE(name) name##{self.suffix}", f"#define double {self.type}")
         )
 
-    def _code(self, code: str) -> str:
-        code = FUNCTION.sub(lambda found: found[0] + self.suffix, code)
-        code = re.sub(r"\bdouble\b", self.type, code)
-        return NUMBER.sub(r"\g<0>f", code) if self.name == "float" else QUOTIENT.sub(r"(\1L/\2L)", code)
+    def dialect(self, vector: str = "") -> Dialect:
+        """C in these numbers; ``vector`` is the type of vectors."""
+        decimal, whole = ("f", "f") if self.name == "float" else ("", self.suffix.upper())
+        return Dialect(suffix=self.suffix, decimal=decimal, whole=whole, vector=vector)
 
-
-NO_CODE = re.compile(r'(/\*.*?\*/|"[^"\n]*")', re.DOTALL)
-FUNCTION = re.compile(r"\b(?:sin|cos|tan|exp|log|tanh|fabs|sqrt)\b(?=\()")
-NUMBER = re.compile(r"(?<![\w.])(?:\d+\.\d*(?:e[-+]?\d+)?|\d+e[-+]?\d+)(?![\w.])")
-QUOTIENT = re.compile(r"\((\d+\.0)/(\d+\.0)\)")
 
 PRECISIONS = {
     precision.name: precision

@@ -16,6 +16,7 @@ from dataclasses import dataclass, field
 from ..derive.names import ALPHA, SLIDE, Variable, multiplier, turn
 from ..mechanism.links import GROUND
 from ..mechanism.mechanism import Mechanism
+from ..mechanism.modules import alike
 from ..mechanism.topology import Branch, Cut, Topology
 from .pattern import Pattern, Sweep
 from .plan import Pivot, Plan
@@ -75,7 +76,7 @@ def choose(
     safe, own, cost = found[0]
     name, pivots, _ = min(named, key=lambda one: one[2] * (1.0 if one[0] == safe else WORTH))
     otherwise = Plan(safe, own) if name != safe and cost <= LONGEST else None
-    return Choice(Plan(name, pivots, otherwise), tuple((one[0], round(one[2])) for one in found))
+    return Choice(Plan(name, pivots, otherwise, alike(mechanism)), tuple((one[0], round(one[2])) for one in found))
 
 
 def _embedded(sweep: Sweep, cuts: list[Cut]) -> tuple[dict[int, tuple[Pivot, ...]], float] | None:

@@ -13,6 +13,8 @@ import sympy as sp
 
 from ..derive.equations import Assignment, Equations, Kernel
 from ..mechanism.links import Parameter
+from .response import responses
+from .slices import Slicer
 
 
 @dataclass(frozen=True)
@@ -112,11 +114,15 @@ class Function:
 
 @dataclass(frozen=True)
 class Program:
-    """Parameters, constants derived from them, and one function per kernel."""
+    """Parameters, constants derived from them, and one function per kernel.
+
+    ``modules`` are sets of coordinates and rates, those of modules of the mechanism that may be equal.
+    """
 
     parameters: tuple[Parameter, ...]
     constants: tuple[Assignment, ...]
     functions: tuple[Function, ...]
+    modules: tuple[tuple[sp.Symbol, ...], ...] = ()
 
     def __post_init__(self) -> None:
         known = {sp.Symbol(p.symbol) for p in self.parameters}
@@ -136,47 +142,26 @@ class Program:
 
 
 def lower(equations: Equations) -> Program:
-    """Slice the equations into one function per kernel."""
-    constant = {sp.Symbol(p.symbol) for p in equations.parameters}
-    definitions: dict[sp.Symbol, Assignment] = {}
-    constants: list[Assignment] = []
-    for assignment in equations.assignments():
-        if assignment.expression.free_symbols <= constant:
-            constant.add(assignment.symbol)
-            constants.append(assignment)
-        definitions[assignment.symbol] = assignment
-    needed_constants: set[sp.Symbol] = set()
-    functions = []
-    for kernel in equations.kernels:
-        roots = [entry for output in kernel.outputs for entry in output.entries]
-        roots += [entry for guard in kernel.guards for entry in guard]
-        needed = _needed(roots, definitions)
-        used = {s for s in needed if s in constant}
-        sections = []
-        for block in equations.blocks:
-            kept = tuple(a for a in block.assignments if a.symbol in needed and a.symbol not in constant)
-            if kept:
-                sections.append(Section(block.title, kept))
-        direct = {s for a in sections for b in a.assignments for s in b.expression.free_symbols}
-        direct |= {s for entry in roots for s in entry.free_symbols}
-        ordered = [sp.Symbol(p.symbol) for p in equations.parameters] + [a.symbol for a in constants]
-        functions.append(Function(kernel, tuple(sections), tuple(s for s in ordered if s in direct & used)))
-        needed_constants |= used
-    kept_constants = tuple(a for a in constants if a.symbol in needed_constants)
-    return Program(equations.parameters, kept_constants, tuple(functions))
+    """Slice the equations into one function per kernel, and join those that answer impulses of contacts."""
+    slicer = Slicer(equations)
+    wanted = [(kernel, tuple(slicer.blocks(_roots(kernel)))) for kernel in equations.kernels]
+    wanted += responses(equations).values()
+    ordered = [sp.Symbol(p.symbol) for p in equations.parameters] + [a.symbol for a in slicer.constants]
+    functions, used = [], set[sp.Symbol]()
+    for kernel, blocks in wanted:
+        direct = {s for block in blocks for a in block.assignments for s in a.expression.free_symbols}
+        direct |= {s for entry in _roots(kernel) for s in entry.free_symbols}
+        sections = tuple(Section(block.title, block.assignments) for block in blocks)
+        functions.append(Function(kernel, sections, tuple(s for s in ordered if s in direct)))
+        used |= direct & slicer.constant
+    needed = slicer.needed(used)
+    constants = tuple(a for a in slicer.constants if a.symbol in needed)
+    return Program(equations.parameters, constants, tuple(functions), equations.modules)
 
 
-def _needed(roots: Iterable[sp.Expr], definitions: dict[sp.Symbol, Assignment]) -> set[sp.Symbol]:
-    """Every symbol that the roots depend on."""
-    found: set[sp.Symbol] = set()
-    waiting = [s for entry in roots for s in entry.free_symbols]
-    while waiting:
-        s = waiting.pop()
-        if s not in found:
-            found.add(s)
-            if s in definitions:
-                waiting.extend(definitions[s].expression.free_symbols)
-    return found
+def _roots(kernel: Kernel) -> list[sp.Expr]:
+    """What a kernel must compute."""
+    return [entry for output in kernel.outputs for entry in output.entries] + [e for g in kernel.guards for e in g]
 
 
 def count(expressions: Iterable[sp.Expr]) -> Counts:

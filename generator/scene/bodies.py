@@ -6,7 +6,7 @@ import math
 import re
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from ..effects.effect import Contact
@@ -15,6 +15,7 @@ from ..mechanism.implied import almost_implied, implied
 from ..mechanism.joints import Joint, PointRef
 from ..mechanism.links import GROUND, Link, Parameter, Point
 from ..mechanism.mechanism import Mechanism
+from ..mechanism.modules import varied
 from .errors import Path, Report
 from .schema import GroundLinkTable, JointTable, LinkTable
 from .weld import Body, Weld, Welded, merge
@@ -127,6 +128,9 @@ def _assemble(
     if len(records) < sum(table.type != "weld" for _, table, _ in pairs):
         return None
     mechanism = Mechanism(built, places, tuple(records), merged.names, _welds(pairs))
+    if kept := varied(mechanism):
+        built = tuple(_link(index, body, kept) for index, body in enumerate(merged.bodies))
+        mechanism = replace(mechanism, links=built)
     bodies = Bodies(
         mechanism, (), (0.0,) * len(built), ("joint",) if pairs else ("link",), (), merged.rows, tuple(rows)
     )
@@ -190,14 +194,24 @@ def _body(name: str, table: LinkTable) -> Body:
     return Body(name, table.mass, table.inertia, complex(*table.com), points)
 
 
-def _link(index: int, body: Body) -> Link:
+def _link(index: int, body: Body, kept: Collection[tuple[int, str, str]] = ()) -> Link:
+    """The record of a body; coordinates ``kept`` are parameters, zero or not."""
     name = body.name
+
+    def place(key: str, path: str, symbol: str, z: complex) -> Point:
+        found = _place(path, symbol, z)
+        x, y = (
+            Parameter(f"{path}.{axis}", f"{symbol}_{axis}", 0.0) if (index, key, axis) in kept else value
+            for axis, value in (("x", found.x), ("y", found.y))
+        )
+        return Point(x, y)
+
     return Link(
         name=name,
         mass=coordinate(f"{name}.mass", f"m_{index}", body.mass),
         inertia=coordinate(f"{name}.inertia", f"I_{index}", body.inertia),
-        com=_place(f"{name}.com", f"c_{index}", body.com),
-        points={key: _place(f"{name}.points.{key}", f"l_{index}_{key}", z) for key, z in body.points.items()},
+        com=place("com", f"{name}.com", f"c_{index}", body.com),
+        points={key: place(key, f"{name}.points.{key}", f"l_{index}_{key}", z) for key, z in body.points.items()},
     )
 
 

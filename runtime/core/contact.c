@@ -29,14 +29,16 @@ int make_holding(struct holding *h, const struct ccgen_model *m)
         return 0;
     h->set = malloc(3 * c * sizeof *h->set);
     h->closed = calloc(2 * c, 1);
-    h->force = calloc(2 * c * (2 * c + n + 3) + 5 * c + 2 * n + semidefinite_scratch(2 * (int)c), sizeof *h->force);
+    h->force = calloc(2 * c * (6 * c + n + 3) + 5 * c + 2 * n + semidefinite_scratch(2 * (int)c), sizeof *h->force);
     if (!h->set || !h->closed || !h->force)
         return 1;
     h->of = h->set + c;
     h->slide = (signed char *)h->closed + c;
     h->columns = h->force + 2 * c;
     h->W = h->columns + 2 * c * n;
-    h->wanted = h->W + 4 * c * c;
+    h->units = h->W + 4 * c * c;
+    h->answers = h->units + 4 * c * c;
+    h->wanted = h->answers + 4 * c * c;
     h->rates = h->wanted + 2 * c;
     h->slips = h->rates + c;
     h->pushes = h->slips + c;
@@ -71,8 +73,9 @@ void hold_contacts(struct holding *h, int count, const int *set, const signed ch
         h->weight[i] = 1.0;
 }
 
-enum outcome compliance(struct system *s, const double *q, int count, const int *set, double *columns, double *W,
-                        double *pushes, double *rates, double *f)
+/* The same column by column, where the joined function has not solved or digits are refined */
+static enum outcome compliance_by_columns(struct system *s, const double *q, int count, const int *set, double *columns,
+                                          double *W, double *pushes, double *rates, double *f)
 {
     const struct ccgen_model *m = s->model;
     const int all = s->friction ? 2 * count : count;
@@ -93,10 +96,31 @@ enum outcome compliance(struct system *s, const double *q, int count, const int 
             W[i * all + j] = rates[set[i % count]];
         }
     }
-    for (int i = 0; i < all; i++)
+    return OUTCOME_DONE;
+}
+
+enum outcome compliance(struct system *s, const double *q, int count, const int *set, double *columns, double *W,
+                        double *units, double *answers, double *pushes, double *rates, double *f)
+{
+    const struct ccgen_model *m = s->model;
+    const int all = s->friction ? 2 * count : count, width = width_of(s);
+    int wrong = s->refine;
+    if (!wrong) {
+        memset(units, 0, (size_t)all * width * sizeof *units);
+        for (int j = 0; j < all; j++)
+            units[(size_t)j * width + set[j % count] + (j < count ? 0 : m->contacts)] = 1.0;
+        wrong = m->contact_response(s->k, q, all, units, columns, answers);
+        memset(units, 0, (size_t)all * width * sizeof *units);
+    }
+    for (int j = 0; j < all && !wrong; j++)
+        for (int i = 0; i < all; i++)
+            W[i * all + j] = answers[(size_t)j * width + set[i % count] + (i < count ? 0 : m->contacts)];
+    const enum outcome outcome =
+        wrong ? compliance_by_columns(s, q, count, set, columns, W, pushes, rates, f) : OUTCOME_DONE;
+    for (int i = 0; i < all && !outcome; i++)
         for (int j = 0; j < i; j++)
             W[i * all + j] = W[j * all + i] = 0.5 * (W[i * all + j] + W[j * all + i]);
-    return OUTCOME_DONE;
+    return outcome;
 }
 
 void held_row(struct system *s, const double *q, int row, int friction, double *f)
@@ -136,20 +160,23 @@ static int push(struct system *s, const double *q, int rows, int friction, doubl
 {
     struct holding *h = s->holding;
     const struct ccgen_model *m = s->model;
+    const int width = width_of(s), c = m->contacts;
     int sliding = 0;
-    memset(s->bias, 0, m->rows * sizeof *s->bias);
     for (int j = 0; j < rows; j++) {
-        double *column = h->columns + (size_t)j * s->n;
-        held_row(s, q, j, friction, h->f);
-        sliding |= friction && against(h->slide[h->of[j]]);
-        if (m->impulse(s->k, q, h->f, s->bias, column, s->multipliers))
-            return 1;
-        m->gap_rates(s->k, q, column, h->rates);
-        if (rows > h->count)
-            m->slips(s->k, q, column, h->slips);
-        for (int i = 0; i < rows; i++)
-            h->W[i * rows + j] = (i < h->count ? h->rates : h->slips)[h->set[h->of[i]]];
+        const int i = h->of[j], contact = h->set[i], slides = friction ? against(h->slide[i]) : 0;
+        double *unit = h->units + (size_t)j * width;
+        unit[j < h->count ? contact : c + contact] = 1.0;
+        if (slides)
+            unit[c + contact] = -slides * s->friction[contact];
+        sliding |= slides;
     }
+    const int lost = m->contact_response(s->k, q, rows, h->units, h->columns, h->answers);
+    memset(h->units, 0, (size_t)rows * width * sizeof *h->units);
+    if (lost)
+        return 1;
+    for (int j = 0; j < rows; j++)
+        for (int i = 0; i < rows; i++)
+            h->W[i * rows + j] = h->answers[(size_t)j * width + h->set[h->of[i]] + (i < h->count ? 0 : c)];
     const int wrong = sliding ? solve_sliding(rows, h->W, h->wanted) : solve_definite_well(rows, h->W, h->wanted, h->solved);
     if (wrong)
         return wrong;

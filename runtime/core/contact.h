@@ -43,6 +43,8 @@ struct holding {
     double window;      /* s: what eight pieces last showed the watched values in; 0 where that is not known */
     double *columns;    /* [2 contacts][n] motion that a unit impulse of each row gives, loops held shut */
     double *W;          /* [2 contacts][2 contacts] rates that it gives */
+    double *units;      /* [2 contacts][2 contacts] impulses, a column for each row; zero between calls */
+    double *answers;    /* [2 contacts][2 contacts] rates of all contacts that each column gives */
     double *wanted;     /* [2 contacts] scratch */
     double *rates;      /* [contacts] scratch */
     double *slips;      /* [contacts] scratch */
@@ -59,9 +61,16 @@ void free_holding(struct holding *h);
 void hold_contacts(struct holding *h, int count, const int *set, const signed char *slide);
 
 /* Rates of the contacts `set` that unit impulses along their normals give, and if the model is rough, along their tangents
- * below them: columns[k][n], W[k][k] with k = count or 2 count, symmetric; pushes[contacts], rates[contacts], f[n] scratch */
+ * below them: columns[k][n], W[k][k] with k = count or 2 count, symmetric; units[k][entries of a column of contacts'
+ * impulses], answers the same, pushes[contacts], rates[contacts], f[n] scratch */
 enum outcome compliance(struct system *s, const double *q, int count, const int *set, double *columns, double *W,
-                        double *pushes, double *rates, double *f);
+                        double *units, double *answers, double *pushes, double *rates, double *f);
+
+/* Entries of a column of contacts' impulses: the normal ones of all contacts, then with friction the tangential ones */
+static inline int width_of(const struct system *s)
+{
+    return s->friction ? 2 * s->model->contacts : s->model->contacts;
+}
 
 /* Add to the accelerations of the free system what the held contacts do, each as much as its gap needs. Nonzero where they
  * nearly depend on each other or on the closure, 2 where friction jams: the result is then not to be used. */

@@ -136,7 +136,8 @@ enum outcome gather(struct flight *f, struct decision *d)
             d->given[i] = loss.how == GIVES_FORWARD || loss.how == GIVES_BACKWARD;
         }
     }
-    const enum outcome found = compliance(s, q, d->count, d->contact, h->columns, d->W, h->pushes, h->rates, h->f);
+    const enum outcome found =
+        compliance(s, q, d->count, d->contact, h->columns, d->W, h->units, h->answers, h->pushes, h->rates, h->f);
     d->scale = fmax(d->scale, force_noise(s, d->count, d->contact, d->W, d->all + 1) / PRESSED);
     return !found && d->count && d->vanishing.ahead > 0.0 ? go_ahead(f, d) : found;
 }

@@ -309,7 +309,8 @@ enum outcome impact(struct system *s, const double *q, const double *u_minus, in
     const struct ccgen_model *m = s->model;
     const size_t n = s->n, c = count, all = m->contacts, rows = s->friction ? 2 * c : c;
     enum outcome outcome = OUTCOME_NO_MEMORY;
-    double *work = calloc(rows * rows + rows * n + 5 * rows + 8 * c + 2 * all + 3 * n + 1, sizeof *work);
+    const size_t width = width_of(s);
+    double *work = calloc(rows * rows + rows * n + 5 * rows + 8 * c + 2 * all + 3 * n + 2 * rows * width + 1, sizeof *work);
     signed char *slide = calloc(c + 1, 1);
     if (!work || !slide)
         goto end;
@@ -325,7 +326,7 @@ enum outcome impact(struct system *s, const double *q, const double *u_minus, in
     k.wanted = k.after + rows;
     k.goal = k.wanted + rows;
     k.kept = k.goal + c;
-    double *push = k.kept + 2 * c + rows, *rates = push + all, *f = rates + all, *du = f + 2 * n, energy = 0.0;
+    double *push = k.kept + 2 * c + rows, *rates = push + all, *f = rates + all, *du = f + 2 * n, *units = du + n, energy = 0.0;
 
     memcpy(u_plus, u_minus, n * sizeof *u_plus);
     if ((outcome = project_velocity(s, q, u_plus)))
@@ -337,7 +338,7 @@ enum outcome impact(struct system *s, const double *q, const double *u_minus, in
         energy += 0.5 * u_plus[i] * f[i];
     for (size_t i = 0; i < c && s->friction; i++)
         k.mu[i] = s->friction[set[i]];
-    if ((outcome = compliance(s, q, count, set, columns, k.W, push, rates, f)) ||
+    if ((outcome = compliance(s, q, count, set, columns, k.W, units, units + rows * width, push, rates, f)) ||
         (outcome = solve(&k, s, e, energy, before, P)))
         goto end;
     if ((outcome = jump(s, q, count, set, P, push, f, du)))

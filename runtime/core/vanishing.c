@@ -118,7 +118,7 @@ enum outcome find_vanishing(struct flight *f, struct loss loss, struct vanishing
     if (outcome || !several(h, loss))
         return outcome == OUTCOME_INTERRUPTED ? outcome : OUTCOME_DONE;
     note_forces(s, v->force);
-    if (compliance(s, f->y, h->count, h->set, h->columns, W, h->pushes, h->rates, h->f))
+    if (compliance(s, f->y, h->count, h->set, h->columns, W, h->units, h->answers, h->pushes, h->rates, h->f))
         return OUTCOME_DONE;
     v->noise = force_noise(s, h->count, h->set, W, rows + 1);
     int others = 0;

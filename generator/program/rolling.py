@@ -1,21 +1,19 @@
 """Recognises blocks that repeat from link to link and turns them into loops.
 
 Long chains give the same block again and again with shifted numbers in the names. Written out they outgrow the
-processor's instruction cache and the compiler's patience; as loops over arrays they do neither. Only names are looked
-at: blocks whose texts are equal but for numbers, and whose numbers grow by fixed strides from round to round, become
-one loop. The arithmetic and its order stay the same.
+processor's instruction cache and the compiler's patience; as loops over arrays they do neither. Blocks whose terms are
+equal but for numbers in names, and whose numbers grow by fixed strides from round to round, become one loop. The
+arithmetic and its order stay the same.
 """
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
 
-Line = tuple[str, str]
-"""A name and the expression assigned to it."""
+from .terms import Assign, Element, Leaf, Name, Term, exchanged, leaves
 
 Place = tuple[str, int]
 """An array and an index into it."""
@@ -26,26 +24,35 @@ LEAST_ROUNDS = 6
 LONGEST_PERIOD = 4
 """Blocks looked at as one round: branches that run side by side."""
 
-NAME = re.compile(r"(?<![\w.])[A-Za-z]\w*")
 OFFSETS = {0: "own", 1: "next", -1: "last"}
 
 
 @dataclass(frozen=True)
 class Lines:
-    """A block of assignments under a title."""
+    """A block of assignments under a title. Those ``each`` time belong to every column that a kernel is given."""
 
     title: str
-    lines: tuple[Line, ...]
-    rounds: int = 0
+    lines: tuple[Assign, ...]
+    each: bool = False
 
 
 @dataclass(frozen=True)
 class Loop:
-    """``rounds`` repetitions of ``body``, whose texts hold the loop counter ``i``."""
+    """``rounds`` repetitions of ``body``, whose elements move with the loop's counter, on vectors of ``lanes``.
+
+    Names that a block declares are its own; in a loop over ``modules`` they are known to later blocks of the round.
+    """
 
     rounds: int
     body: tuple[Lines, ...]
     title: str
+    lanes: int = 1
+    modules: bool = False
+
+    @property
+    def each(self) -> bool:
+        """Whether the loop belongs to every column that a kernel is given."""
+        return self.body[0].each
 
 
 @dataclass
@@ -57,16 +64,15 @@ class Rolled:
     places: dict[str, Place] = field(default_factory=dict)
     scalars: set[str] = field(default_factory=set)
 
-    def spell(self, text: str) -> str:
-        """``text`` with every name that lies in an array written as its element."""
-        return NAME.sub(lambda m: "{}[{}]".format(*self.places[m[0]]) if m[0] in self.places else m[0], text)
+    def placed(self, term: Term) -> Term:
+        """The term with every name that lies in an array as its element."""
+        return exchanged(term, lambda leaf: _placed(leaf, self.places))
 
-    def read(self, given: Mapping[str, Place]) -> set[str]:
-        """Arrays of ``given`` that loops read by index."""
-        arrays = {array for array, _ in given.values()}
+    def read(self) -> set[str]:
+        """Arrays that loops read by index."""
         loops = [s for s in self.statements if isinstance(s, Loop)]
-        texts = (text for loop in loops for lines in loop.body for _, text in lines.lines)
-        return arrays & {name for text in texts for name in NAME.findall(text)}
+        terms = [line.value for loop in loops for lines in loop.body for line in lines.lines]
+        return {leaf.array for term in terms for leaf in leaves(term) if isinstance(leaf, Element)}
 
 
 @dataclass(frozen=True)
@@ -98,7 +104,7 @@ class _Roller:
         self, blocks: Sequence[Lines], given: Mapping[str, Place], results: set[str], reserved: set[str]
     ) -> None:
         self.blocks, self.given, self.results, self.reserved = blocks, given, results, reserved
-        self.home = {name: i for i, block in enumerate(blocks) for name, _ in block.lines}
+        self.home = {_target(line): i for i, block in enumerate(blocks) for line in block.lines}
         self.names = [[_names(line) for line in block.lines] for block in blocks]
         self.places: dict[str, Place] = {}
 
@@ -204,12 +210,12 @@ class _Roller:
         """Whether every name of the body is local, the same in all rounds, or moves evenly through one array."""
         return all(self._moves(run, p, names) is not None for p, names in self._sequences(run))
 
-    def _moves(self, run: _Run, p: int, names: tuple[str, ...]) -> str | None:
-        """How a name is written in the body, or ``None`` if it cannot be."""
+    def _moves(self, run: _Run, p: int, names: tuple[str, ...]) -> Leaf | None:
+        """What stands for a name in the body, or ``None`` if nothing can."""
         if self._local(run, p, names) and names[0] not in self.places:
-            return self._local_name(names)
+            return Name(self._local_name(names))
         if len(set(names)) == 1:
-            return self._spelled(names[0])
+            return _placed(Name(names[0]), self.places)
         places = [self.given.get(name) or self.places.get(name) for name in names]
         if None in places or len({place[0] for place in places if place}) != 1:
             return None
@@ -218,7 +224,7 @@ class _Roller:
         if any(b - a != stride for a, b in pairwise(index)):
             return None
         array = places[0][0] if places[0] else ""
-        return f"{array}[{_affine(index[0], stride)}]"
+        return Element(array, index[0], stride)
 
     def _local_name(self, names: tuple[str, ...]) -> str:
         """A name for what lives inside one block of one round; numbers that stand still stay in it."""
@@ -227,47 +233,60 @@ class _Roller:
         taken = {array for array, _ in self.places.values()} | self.reserved
         return f"{label}_here" if label in taken else label
 
-    def _spelled(self, name: str) -> str:
-        """A name outside of loops: an element of an array, or itself."""
-        return "{}[{}]".format(*self.places[name]) if name in self.places else name
-
     # -- writing ---------------------------------------------------------------------------------------------------
 
     def _straight(self, block: Lines, scalars: set[str]) -> Lines:
         scalars.update(n for line in block.lines for n in _names(line) if n not in self.places)
-        return Lines(block.title, tuple((self._spelled(n), NAME.sub(self._respell, text)) for n, text in block.lines))
-
-    def _respell(self, match: re.Match[str]) -> str:
-        return self._spelled(match[0])
+        lines = (_exchanged(line, lambda leaf: _placed(leaf, self.places)) for line in block.lines)
+        return replace(block, lines=tuple(lines))
 
     def _loop(self, run: _Run, scalars: set[str]) -> Loop:
         first = self.blocks[run.start : run.start + run.period]
         last = self.blocks[run.stop - run.period : run.stop]
-        texts = iter([self._moves(run, p, names) or "" for p, names in self._sequences(run)])
+        moving = iter([self._moves(run, p, names) for p, names in self._sequences(run)])
         for _, names in self._sequences(run):
             if len(set(names)) == 1 and names[0] not in self.places:
                 scalars.add(names[0])
-        body = []
-        for block in first:
-            lines = [(next(texts), NAME.sub(lambda match: next(texts), text)) for _, text in block.lines]
-            body.append(Lines(block.title, tuple(lines)))
+        body = [
+            replace(block, lines=tuple(_exchanged(line, lambda leaf: next(moving) or leaf) for line in block.lines))
+            for block in first
+        ]
         title = "; ".join(f"{a.title} to {b.title}" for a, b in zip(first, last, strict=True))
         return Loop(run.rounds, tuple(body), title)
 
 
-def _names(line: Line) -> list[str]:
-    """The assigned name, then the names of the expression in the order they are written."""
-    return [line[0], *NAME.findall(line[1])]
+def _exchanged(line: Assign, new: Callable[[Leaf], Leaf]) -> Assign:
+    """The line with other leaves: its target first, then what it reads."""
+    return Assign(new(line.target), exchanged(line.value, new))
+
+
+def _placed(leaf: Leaf, places: Mapping[str, Place]) -> Leaf:
+    """An element where a name lies in an array, or the leaf itself."""
+    return Element(*places[leaf.name]) if isinstance(leaf, Name) and leaf.name in places else leaf
+
+
+def _target(line: Assign) -> str:
+    return line.target.name if isinstance(line.target, Name) else line.target.array
+
+
+def _names(line: Assign) -> list[str]:
+    """The assigned name, then the names of the value in the order in which it is written."""
+    return [_target(line), *(leaf.name for leaf in leaves(line.value) if isinstance(leaf, Name))]
 
 
 def _numbers(name: str) -> list[int]:
     return [int(token) for token in name.split("_") if token.isdigit()]
 
 
-def _shape(block: Lines) -> tuple[str, ...]:
-    """The block's text with a mark in place of every number in a name."""
-    blur = lambda match: "_".join("#" if t.isdigit() else t for t in match[0].split("_"))  # noqa: E731
-    return tuple(NAME.sub(blur, f"{name} = {text}") for name, text in block.lines)
+def _shape(block: Lines) -> tuple[object, ...]:
+    """The block with a mark in place of every number in a name."""
+    return (block.each, *(_exchanged(line, _blurred) for line in block.lines))
+
+
+def _blurred(leaf: Leaf) -> Leaf:
+    if isinstance(leaf, Element):
+        return leaf
+    return Name("_".join("#" if token.isdigit() else token for token in leaf.name.split("_")))
 
 
 def _places(names: Sequence[str]) -> list[Place] | None:
@@ -292,10 +311,3 @@ def _places(names: Sequence[str]) -> list[Place] | None:
     parts = [next(tokens) if part.isdigit() else part for part in names[0].split("_")]
     array = "_".join(part for part in parts if part)
     return [(array, row[lead]) for row in numbers]
-
-
-def _affine(start: int, stride: int) -> str:
-    moving = "i" if abs(stride) == 1 else f"{abs(stride)}*i"
-    if stride < 0:
-        return f"{start} - {moving}"
-    return f"{moving} + {start}" if start else moving

@@ -1,0 +1,235 @@
+"""A kernel as typed statements, ready for a language: loops found, places of quantities settled.
+
+Function (named assignments) → terms → loops over links or modules → Routine. Languages print routines as they are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+
+from ..derive.derivation import AT_DEAD_CENTRES
+from ..derive.equations import GUARD
+from .abreast import Packed, abreast, padded
+from .program import Function, Program
+from .response import NAME as RESPONSE
+from .rolling import Lines, Loop, Place, roll
+from .terms import Assign, Call, Element, Guard, Name, Number, Ordering, Product, Term, leaves
+
+SIGNATURES: Mapping[str, tuple[str, ...]] = {
+    "acceleration": ("k", "q", "u", "t", "inputs"),
+    "inverse_dynamics": ("k", "q", "u", "t", "inputs", "u_dot"),
+    "reactions": ("k", "q", "u", "t", "inputs", "u_dot", "lambda"),
+    "power": ("k", "q", "u", "t", "inputs", "u_dot", "lambda"),
+    "impulse_reactions": ("k", "q", "u", "lambda"),
+}
+"""Kernels whose contract has more arguments than the kernel reads; those for dead centres take the same."""
+
+SOLVERS = ("acceleration", "impulse", RESPONSE)
+"""Kernels that say whether they have solved."""
+
+LANES = 4
+"""Modules in one vector, where there are more than two. Compilers make two vectors of one that the machine has not."""
+
+LOOP = "i"
+"""The counter of loops."""
+
+
+@dataclass(frozen=True)
+class Angles:
+    """Coordinates whose sines and cosines a routine needs, by index into ``array``, in the order of those in c and s."""
+
+    array: str = ""
+    order: tuple[int, ...] = ()
+
+    @property
+    def first(self) -> int | None:
+        """The first, where they follow one another in the array; else ``None``."""
+        start = self.order[0] if self.order else 0
+        return start if self.order == tuple(range(start, start + len(self.order))) else None
+
+
+@dataclass(frozen=True)
+class Routine:
+    """One kernel. ``arrays`` are (name, size); with ``lanes`` over 1 they hold vectors of that many modules.
+
+    ``loads`` give names to entries of arguments; ``outputs`` are assigned after the statements; where a guard does not hold,
+    a solver has not solved.
+    """
+
+    function: Function
+    solver: bool
+    arguments: tuple[str, ...]
+    angles: Angles
+    arrays: tuple[tuple[str, int], ...]
+    loads: tuple[Assign, ...]
+    statements: tuple[Lines | Loop, ...]
+    outputs: tuple[Assign, ...]
+    guards: tuple[Guard, ...]
+    unused: tuple[str, ...]
+    lanes: int = 1
+
+    def reads(self, array: str) -> bool:
+        """Whether a loop reads an array by index."""
+        loops = [part for part in self.statements if isinstance(part, Loop)]
+        values = (line.value for loop in loops for block in loop.body for line in block.lines)
+        return any(isinstance(leaf, Element) and leaf.array == array for value in values for leaf in leaves(value))
+
+
+class Routines:
+    """Makes routines of a program's functions. Constants of equal modules are laid side by side for all of them."""
+
+    def __init__(self, program: Program, order: Ordering, vectors: bool = True) -> None:
+        self.program, self.order = program, cache(order)
+        self.slots = {p.symbol: i for i, p in enumerate(program.parameters)}
+        self.slots |= {a.symbol.name: len(program.parameters) + i for i, a in enumerate(program.constants)}
+        self.owner = {s.name: number for number, module in enumerate(program.modules) for s in module}
+        self.lanes = (LANES if len(program.modules) > 2 else 2) if vectors else 1
+        self.packed: Packed[str] = Packed(self.lanes)
+        self.packed_from = len(self.slots)
+        self.made = tuple(self._routine(function, self.lanes) for function in program.functions)
+
+    @property
+    def packed_constants(self) -> tuple[str, ...]:
+        """Names of the constants of modules side by side, which lie behind all others, from ``packed_from`` on."""
+        return tuple(self.packed.entries)
+
+    def one_by_one(self, name: str) -> Routine:
+        """The routine of a kernel with modules one at a time: vectors are free for states side by side."""
+        return self._routine(self.program.function(name), 1)
+
+    def _routine(self, function: Function, lanes: int) -> Routine:
+        kernel = function.kernel
+        solver = next((name for name in SOLVERS if kernel.name in (name, name + AT_DEAD_CENTRES)), None)
+        arguments = SIGNATURES.get(solver or kernel.name) or ("k", *(a.name for a in kernel.inputs))
+        places: dict[str, Place] = {s.name: ("k", self.slots[s.name]) for s in function.constants}
+        places |= {s.name: (name, i) for name, i, s in function.inputs_used() if name != "t"}
+        sparse = {output.name for output in kernel.outputs if is_sparse(output.entries)}
+        outputs = [
+            Assign(Element(output.name, i), self.order(entry))
+            for output in kernel.outputs
+            for i, entry in enumerate(output.entries)
+            if entry != 0 or output.name not in sparse
+        ]
+        guards = [
+            Guard(self.order(pivot), Product((Number(GUARD), self.order(scale)))) for pivot, scale in kernel.guards
+        ]
+        blocks, turned = self._blocks(function, places)
+        given = {s.name for a in kernel.inputs if a.name in kernel.columns for s in a.symbols}
+        blocks = _each_last(blocks, given)
+        owner = self.owner | {name: self.owner[x] for name, (_, _, x) in turned.items() if x in self.owner}
+        start = min((index for _, index, _ in turned.values()), default=0)
+        places |= {name: (letter, index - start) for name, (letter, index, _) in turned.items()}
+        results = _named([line.value for line in outputs])
+        side = abreast(blocks, owner, places, results, guards, self.packed, lanes)
+        if side is None:
+            results |= _named(_entries(guards))
+            reserved = {*arguments, LOOP, "c", "s", *(o.name for o in kernel.outputs)}
+            rolled = roll(blocks, places, results, reserved)
+            placed, statements, arrays = rolled.placed, rolled.statements, rolled.arrays
+            guards = [Guard(placed(g.pivot), g.least and placed(g.least)) for g in guards]
+        else:
+            placed, statements, arrays, guards = side.placed, side.statements, side.arrays, side.guards
+        angles = self._angles(turned, places, [start + i for i in side.angles.entries] if side else [], lanes)
+        outputs = [Assign(line.target, placed(line.value)) for line in outputs]
+        read = self._read(statements, [*(line.value for line in outputs), *_entries(guards)])
+        loads = [Assign(Name(name), Element(*place)) for name, place in places.items() if name in read]
+        used = read | {place[0] for name, place in places.items() if name in read} | {angles.array}
+        used |= {"k"} if "k_abreast" in used else set()
+        filled = {output.name for output in kernel.outputs if output.entries}
+        unused = [a for a in arguments if a not in used] + [o.name for o in kernel.outputs if o.name not in filled]
+        return Routine(
+            function,
+            solver is not None,
+            tuple(arguments),
+            angles,
+            tuple(arrays),
+            tuple(loads),
+            tuple(statements),
+            tuple(outputs),
+            tuple(guards),
+            tuple(unused),
+            lanes if side else 1,
+        )
+
+    def _read(self, statements: Sequence[Lines | Loop], ends: Sequence[Term]) -> set[str]:
+        """Names and arrays that are read, and arrays that are written, anywhere."""
+        blocks = [b for part in statements for b in (part.body if isinstance(part, Loop) else (part,))]
+        terms = [line.value for block in blocks for line in block.lines] + list(ends)
+        return {leaf.name if isinstance(leaf, Name) else leaf.array for term in terms for leaf in leaves(term)}
+
+    def _blocks(
+        self, function: Function, given: Mapping[str, Place]
+    ) -> tuple[list[Lines], dict[str, tuple[str, int, str]]]:
+        """Blocks without sines and cosines of coordinates; those by name: letter, index and name of the coordinate."""
+        turned: dict[str, tuple[str, int, str]] = {}
+        blocks = []
+        for section in function.sections:
+            lines = []
+            for a in section.assignments:
+                value = self.order(a.expression)
+                match value:
+                    case Call("sin" | "cos" as letter, Name(angle)) if given.get(angle, ("",))[0] == "q":
+                        turned[str(a.symbol.name)] = (letter[0], given[angle][1], angle)
+                    case _:
+                        lines.append(Assign(Name(str(a.symbol.name)), value))
+            if lines:
+                blocks.append(Lines(section.title, tuple(lines)))
+        return blocks, turned
+
+    def _angles(
+        self,
+        turned: Mapping[str, tuple[str, int, str]],
+        places: dict[str, Place],
+        first: Sequence[int],
+        lanes: int,
+    ) -> Angles:
+        """Settles where sines and cosines lie: those of modules side by side, then the others, else as in q."""
+        if not turned:
+            return Angles()
+        indices = sorted({index for _, index, _ in turned.values()})
+        if first:
+            order = [*first, *(index for index in indices if index not in first)]
+            order = padded(order, lanes)
+        else:
+            order = list(range(indices[0], indices[-1] + 1))
+        at = {index: number for number, index in reversed(list(enumerate(order)))}
+        for name, (letter, index, _) in turned.items():
+            places[name] = (letter, at[index])
+        return Angles("q", tuple(order))
+
+
+def _each_last(blocks: list[Lines], given: set[str]) -> list[Lines]:
+    """What depends on the columns ``given`` behind what does not, so that this is computed once for all of them."""
+    if not given:
+        return blocks
+    moving = set(given)
+    once: list[Lines] = []
+    each: list[Lines] = []
+    for block in blocks:
+        kept: list[Assign] = []
+        moved: list[Assign] = []
+        for line in block.lines:
+            reads = {leaf.name for leaf in leaves(line.value) if isinstance(leaf, Name)}
+            if reads & moving and isinstance(line.target, Name):
+                moving.add(line.target.name)
+            (moved if reads & moving else kept).append(line)
+        once += [Lines(block.title, tuple(kept))] if kept else []
+        each += [Lines(block.title, tuple(moved), each=True)] if moved else []
+    return once + each
+
+
+def _entries(guards: Sequence[Guard]) -> list[Term]:
+    """What guards compare."""
+    return [entry for guard in guards for entry in (guard.pivot, guard.least) if entry is not None]
+
+
+def _named(terms: Sequence[Term]) -> set[str]:
+    """Quantities that terms read by name."""
+    return {leaf.name for term in terms for leaf in leaves(term) if isinstance(leaf, Name)}
+
+
+def is_sparse(entries: Sequence[object]) -> bool:
+    """Whether an output is cleared as a whole, because many of its entries are zero."""
+    return sum(1 for entry in entries if entry == 0) > 8
