@@ -38,7 +38,7 @@ LOOP = "i"
 
 @dataclass(frozen=True)
 class Angles:
-    """Coordinates whose sines and cosines a routine needs, by index into ``array``, in the order of those in c and s."""
+    """Coordinates whose sines and cosines a routine needs, by index into ``array``, in the order of c and s."""
 
     array: str = ""
     order: tuple[int, ...] = ()
@@ -54,8 +54,8 @@ class Angles:
 class Routine:
     """One kernel. ``arrays`` are (name, size); with ``lanes`` over 1 they hold vectors of that many modules.
 
-    ``loads`` give names to entries of arguments; ``outputs`` are assigned after the statements; where a guard does not hold,
-    a solver has not solved.
+    ``loads`` give names to entries of arguments; ``outputs`` are assigned after the statements; where a guard does not
+    hold, a solver has not solved.
     """
 
     function: Function
