@@ -5,13 +5,14 @@ V = ½ zᵀHz + zᵀl over accelerations and closure multipliers z. Flight and i
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import sympy as sp
 
 from .equations import Ledger
 from .kinematics import Vector, dot, perp
-from .names import A_X, A_Y, ALPHA, SLIDE, Variable, gain_name, hessian_name, linear_name, place, solution_name, turn
+from .names import A_X, A_Y, ALPHA, Variable, gain_name, hessian_name, linear_name, place, solution_name, turn
 
 FLIGHT, IMPACT = False, True
 
@@ -54,31 +55,81 @@ class Form:
         self.hessian = {(v, w) if v <= w else (w, v): x for (v, w), x in named.items()}
         self.linear = {i: {name.get(v, v): x for v, x in part.items()} for i, part in self.linear.items()}
 
-    def slide(self, direction: Vector, lead: Vector) -> None:
-        """Put a + s̈ d + α lead⊥ in the place of a (eq. 4.5): ``SLIDE`` becomes a variable, a what it hands on."""
-        phi = (self.column(A_X), self.column(A_Y))
-        others = [v for v in self.variables if v not in (A_X, A_Y)]
-        if lead != (0, 0) and ALPHA in others:
-            arm = perp(lead)
-            moved = (dot(phi[0], arm), dot(phi[1], arm))
-            self.add_h(ALPHA, ALPHA, 2 * dot(self.column(ALPHA), arm) + dot(arm, moved))
-            for v in others:
-                if v != ALPHA:
-                    self.add_h(ALPHA, v, dot(arm, self.column(v)))
-            for axis, v in enumerate((A_X, A_Y)):
-                self.add_h(v, ALPHA, moved[axis])
-            for impact in (FLIGHT, IMPACT):
-                self.add_l(impact, ALPHA, dot(arm, (self.l(impact, A_X), self.l(impact, A_Y))))
-        along = (dot(phi[0], direction), dot(phi[1], direction))
-        self.variables.append(SLIDE)
-        even = phi[0][1] == 0 and phi[0][0] == phi[1][1]  # then the direction's length, 1, is all that counts
-        self.add_h(SLIDE, SLIDE, phi[0][0] if even else dot(direction, along))
-        for axis, v in enumerate((A_X, A_Y)):
-            self.add_h(v, SLIDE, along[axis])
-        for v in others:
-            self.add_h(v, SLIDE, dot(direction, self.column(v)))
-        for impact in (FLIGHT, IMPACT):
-            self.add_l(impact, SLIDE, dot(direction, (self.l(impact, A_X), self.l(impact, A_Y))))
+    def substitute(self, by: Substitution, let: Naming | None = None) -> Form:
+        """V of the new variables, with z = T z' + t in the place of z: TᵀHT and Tᵀ(l + H t) (theory, eq. 4.3 and 4.5).
+
+        ``let`` names rows of H T and of l + H t where they enter more than one entry.
+        """
+        let = let or (lambda new, v, value: value)
+        open_ = [v for v in self.variables if v not in by.rows]
+        rows = {v: {v: sp.S.One} for v in open_} | {v: by.rows[v] for v in self.variables if v in by.rows}
+        new = sorted({w for row in rows.values() for w in row})
+        result = Form(list(dict.fromkeys([w for v in by.rows for w in rows.get(v, ())] + open_)))
+        still = {v: self.l(FLIGHT, v) + sp.Add(*(self.h(v, w) * x for w, x in by.constant.items())) for v in rows}
+        felt = {v: let(None, v, x) if v in by.rows and rows[v] else x for v, x in still.items()}
+        linear = {FLIGHT: felt, IMPACT: {v: self.l(IMPACT, v) for v in rows}}
+        for impact, part in linear.items():
+            for v, value in part.items():
+                for w, x in rows[v].items():
+                    result.add_l(impact, w, x * value)
+        moved: dict[tuple[Variable, Variable], sp.Expr] = {}
+        for w in new:
+            for v in rows:
+                value = sp.Add(*(self.h(v, u) * row[w] for u, row in rows.items() if w in row))
+                moved[v, w] = let(w, v, value) if v in by.rows else value
+        for i, w in enumerate(new):
+            for other in new[i:]:
+                value = sp.Add(*(row[w] * moved[v, other] for v, row in rows.items() if w in row))
+                result.add_h(w, other, self._along(w, by, value) if w == other else value)
+        return result
+
+    def _along(self, w: Variable, by: Substitution, value: sp.Expr) -> sp.Expr:
+        """The diagonal entry of ``w``; where V is that of a point's mass, only the direction's length counts."""
+        xx, even = self.h(A_X, A_X), self.h(A_X, A_Y) == 0 and self.h(A_X, A_X) == self.h(A_Y, A_Y)
+        return xx if even and w in by.directions else value
+
+    def without_mass(self) -> Form:
+        """The form without its second derivatives by a."""
+        kept = {key: x for key, x in self.hessian.items() if not {*key} <= {A_X, A_Y}}
+        return Form(list(self.variables), kept, self.linear)
+
+    def add(self, other: Form) -> None:
+        """Add another form, over its variables too."""
+        self.variables += [v for v in other.variables if v not in self.variables]
+        for (v, w), value in other.hessian.items():
+            if value != 0:
+                self.add_h(v, w, value)
+        for impact, part in other.linear.items():
+            for v, value in part.items():
+                if value != 0:
+                    self.add_l(impact, v, value)
+
+
+Naming = Callable[[Variable | None, Variable, sp.Expr], sp.Expr]
+"""Names an entry of H T, by its new and its old variable, or of l + H t, with ``None`` for the new one."""
+
+
+@dataclass(frozen=True)
+class Substitution:
+    """z = T z' + t: ``rows`` of T by the old variables that change, and t in flight; ``constant`` is zero in impact.
+
+    ``directions`` are new variables whose column of T is a unit vector.
+    """
+
+    rows: Mapping[Variable, Mapping[Variable, sp.Expr]]
+    constant: Mapping[Variable, sp.Expr] = field(default_factory=dict)
+    directions: tuple[Variable, ...] = ()
+
+
+def carried(arm: Vector, further: Mapping[Variable, Vector] | None = None) -> dict[Variable, dict[Variable, sp.Expr]]:
+    """Rows of T where the acceleration of a point is a + α arm⊥, and ``further`` variables along their directions."""
+    swing = perp(arm)
+    rows: dict[Variable, dict[Variable, sp.Expr]] = {A_X: {A_X: sp.S.One}, A_Y: {A_Y: sp.S.One}}
+    for axis, v in enumerate((A_X, A_Y)):
+        for w, direction in {ALPHA: swing, **(further or {})}.items():
+            if direction[axis] != 0:
+                rows[v][w] = direction[axis]
+    return rows
 
 
 @dataclass(frozen=True)

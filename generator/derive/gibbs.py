@@ -18,7 +18,7 @@ from ..planning.dead_centres import SMALLEST_SINE
 from ..planning.plan import Pivot, Plan, is_closure, is_dyad
 from .closure import Closure
 from .equations import GUARD, Ledger
-from .form import FLIGHT, IMPACT, Dyad, Eliminator, Form, Solution
+from .form import FLIGHT, IMPACT, Dyad, Eliminator, Form, Solution, Substitution, carried
 from .gather import NO_LOAD, Wrench
 from .kinematics import ZERO, Kinematics, Vector, add, dot, perp, scale, symbol
 from .names import A_X, A_Y, ALPHA, SLIDE, Variable, hessian_name, multiplier, place, solution_name, turn
@@ -154,7 +154,10 @@ class Recursion:
         """Make the acceleration along the line of the link's joint a variable of its form."""
         slide = self.kinematics.slides[link]
         eliminator.name_entries((A_X, A_Y), "_fixed")
-        form.slide(slide.direction, self.kinematics.lead.get(link, ZERO))
+        rows = carried(self.kinematics.lead.get(link, ZERO), {SLIDE: slide.direction})
+        moved = form.substitute(Substitution(rows | {ALPHA: {ALPHA: sp.S.One}}, directions=(SLIDE,)))
+        form.variables = [*form.variables, SLIDE]
+        form.hessian, form.linear = moved.hessian, moved.linear
         force = self.impulses[self.kinematics.state.u.index(slide.speed)]
         form.add_l(IMPACT, SLIDE, -force)
 
@@ -260,52 +263,27 @@ class Recursion:
     def _carry(self, link: int, branch: Branch, child: Form, form: Form) -> None:
         """Add V_child(a + α r⊥ − ω² r): the chain rule with the derivatives of the joint's acceleration (eq. 4.3).
 
-        A child that follows the link's angle hands on its α too, which is the link's own (eq. 4.6).
+        A child that follows the link's angle, or turns faster by what is prescribed, hands on its α too (eq. 4.6).
         """
-        joint = branch.joint
-        r = self.kinematics.r[link, joint]
-        name = f"{place(link)}_{joint}"
-        open_ = [v for v in child.variables if v.kind in ("lambda", "turn")]
-        form.variables += [v for v in open_ if v not in form.variables]
-        for i, v in enumerate(open_):
-            for w in open_[i:]:
-                form.add_h(v, w, child.h(v, w))
-        bias = self._bias(branch)
+        r = self.kinematics.r[link, branch.joint]
+        name = f"{place(link)}_{branch.joint}"
         driven = self._driven_turn(branch.link)
-        spin = sp.S.Zero if driven is None else driven
+        bias = self._bias(branch)
+        rows: dict[Variable, dict[Variable, sp.Expr]] = carried(r)
         if link == GROUND:
-            bias = add(bias, scale(sp.S.NegativeOne, self.field_))
-        linear = {i: (child.l(i, A_X), child.l(i, A_Y)) for i in (FLIGHT, IMPACT)}
-        phi = [[child.h(v, w) for w in (A_X, A_Y)] for v in (A_X, A_Y)]
-        if branch.link in self.points:  # they are in the link's own terms
-            phi = [[sp.S.Zero] * 2] * 2
-        turned = scale(spin, child.column(ALPHA))
-        felt = add(linear[FLIGHT], turned, (dot((phi[0][0], phi[0][1]), bias), dot((phi[1][0], phi[1][1]), bias)))
-        for v in open_:
-            column = (child.h(A_X, v), child.h(A_Y, v))
-            form.add_l(FLIGHT, v, child.l(FLIGHT, v) + dot(column, bias) + child.h(ALPHA, v) * spin)
-            form.add_l(IMPACT, v, child.l(IMPACT, v))
-        if link == GROUND:
-            return
-        felt = self.ledger.let_vector(f"beta_{name}", felt)
-        arm = perp(r)
-        x = self.ledger.let_vector(f"X_{name}", (dot((phi[0][0], phi[0][1]), arm), dot((phi[1][0], phi[1][1]), arm)))
-        for axis, v in enumerate((A_X, A_Y)):
-            for other, w in tuple(enumerate((A_X, A_Y)))[axis:]:
-                form.add_h(v, w, phi[axis][other])
-            form.add_h(v, ALPHA, x[axis])
-            form.add_l(FLIGHT, v, felt[axis])
-            form.add_l(IMPACT, v, linear[IMPACT][axis])
-        form.add_h(ALPHA, ALPHA, dot(arm, x))
-        form.add_l(FLIGHT, ALPHA, dot(arm, felt))
-        form.add_l(IMPACT, ALPHA, dot(arm, linear[IMPACT]))
-        for v in open_:
-            column = (child.h(A_X, v), child.h(A_Y, v))
-            form.add_h(A_X, v, column[0])
-            form.add_h(A_Y, v, column[1])
-            form.add_h(ALPHA, v, dot(arm, column))
+            bias, rows = add(bias, scale(sp.S.NegativeOne, self.field_)), {A_X: {}, A_Y: {}}
         if branch.follows or driven is not None:
-            self._carry_turning(child, form, arm, bias, spin)
+            rows[ALPHA] = {} if link == GROUND else {ALPHA: sp.S.One}
+        constant = {A_X: bias[0], A_Y: bias[1], ALPHA: sp.S.Zero if driven is None else driven}
+        if branch.link in self.points:  # they are in the link's own terms
+            child = child.without_mass()
+
+        def let(new: Variable | None, v: Variable, value: sp.Expr) -> sp.Expr:
+            if v.kind != "a" or new not in (None, ALPHA):
+                return value
+            return self.ledger.let(f"{'X' if new else 'beta'}_{name}_{v.axis}", value)
+
+        form.add(child.substitute(Substitution(rows, constant), let))
 
     def _bias(self, branch: Branch) -> Vector:
         """What the inboard point accelerates at besides its parent's motion; a prescribed s̈ is part of it."""
@@ -314,34 +292,20 @@ class Recursion:
             return bias
         return add(bias, scale(driven, self.kinematics.slides[branch.link].direction))
 
-    def _carry_turning(self, child: Form, form: Form, arm: Vector, bias: Vector, spin: sp.Expr) -> None:
-        """The part of V_child that depends on α itself: p, D, h and g of a child that turns as the link does, or that
-        much faster (``spin``, rad/s²)."""
-        p = child.column(ALPHA)
-        form.add_h(A_X, ALPHA, p[0])
-        form.add_h(A_Y, ALPHA, p[1])
-        form.add_h(ALPHA, ALPHA, child.h(ALPHA, ALPHA) + 2 * dot(p, arm))
-        form.add_l(FLIGHT, ALPHA, child.l(FLIGHT, ALPHA) + dot(p, bias) + child.h(ALPHA, ALPHA) * spin)
-        form.add_l(IMPACT, ALPHA, child.l(IMPACT, ALPHA))
-        for v in child.variables:
-            if v.kind in ("lambda", "turn"):
-                form.add_h(ALPHA, v, child.h(ALPHA, v))
-
     def _closure_side(self, link: int, cut: Cut, factor: int, form: Form) -> None:
         """−λ·(± acceleration of the cut joint's point on this side) (eq. 4.3), and the impact's right side once."""
         for row in self.closure.side(cut, link, factor):
             v = multiplier(cut.joint, row.name)
-            if v not in form.variables:
-                form.variables.append(v)
+            side = Form([A_X, A_Y, v])
+            for axis, w in enumerate((A_X, A_Y)):
+                if row.direction[axis] != 0:
+                    side.add_h(w, v, sp.Integer(-factor) * row.direction[axis])
             bias = scale(sp.Integer(-factor), self.field_) if link == GROUND else ZERO
-            form.add_l(FLIGHT, v, -(row.bias + dot(row.direction, bias)))
+            side.add_l(FLIGHT, v, -(row.bias + dot(row.direction, bias)))
             if factor > 0:
-                form.add_l(IMPACT, v, self.jumps[v])
-            if link != GROUND:
-                for axis, w in enumerate((A_X, A_Y)):
-                    if row.direction[axis] != 0:
-                        form.add_h(w, v, sp.Integer(-factor) * row.direction[axis])
-                form.add_h(ALPHA, v, -factor * dot(row.direction, perp(row.arm)))
+                side.add_l(IMPACT, v, self.jumps[v])
+            rows: dict[Variable, dict[Variable, sp.Expr]] = carried(row.arm)
+            form.add(side.substitute(Substitution({A_X: {}, A_Y: {}} if link == GROUND else rows)))
 
     # -- outwards --------------------------------------------------------------------------------------------------
 
