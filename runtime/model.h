@@ -23,13 +23,14 @@
 /* 1 where x is positive, else 0: formulas with branches */
 static inline double unit_step(double x)
 {
-    return x > 0.0 ? 1.0 : 0.0;
+    return x > 0 ? 1 : 0;
 }
 
 /* k[constants] from parameters p[parameters] */
 typedef void ccgen_constants(const double *p, double *k);
 
-/* u_dot[nu], lambda[rows] (N, force on the second side of each cut) from q[nq], u[nu], time t (s), inputs[inputs] */
+/* u_dot[nu], lambda[rows] (N, force on the second side of each cut) from q[nq], u[nu], time t (s), inputs[inputs]. Where lambda
+ * is NULL, multipliers that nothing else needs are not computed; so it is with Lambda of `impulse`. */
 typedef int ccgen_acceleration(const double *k, const double *q, const double *u, double t, const double *inputs,
                                double *u_dot, double *lambda);
 

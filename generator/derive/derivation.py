@@ -198,6 +198,7 @@ class _Derivation:
                 f"M u_dot + h = A^T lambda, A u_dot + dA/dt u = 0{where}",
                 guards,
                 otherwise["acceleration"],
+                asked="lambda",
             ),
             Kernel(
                 f"impulse{behind}",
@@ -209,6 +210,7 @@ class _Derivation:
                 f"M du = A^T Lambda + f, A du = y{where}",
                 guards,
                 otherwise["impulse"],
+                asked="Lambda",
             ),
         ]
 

@@ -65,6 +65,7 @@ class Kernel:
     A guard ``(pivot, scale)`` holds while ``pivot > GUARD * scale``; where one fails, the kernel called ``otherwise``
     solves for the same in another order, and where that has failed or there is none, the closure rows lose rank.
     Of the inputs and outputs named in ``columns`` there are as many, one behind the other, as the caller asks for.
+    The output named in ``asked`` is computed only where the caller has room for it.
     """
 
     name: str
@@ -74,6 +75,7 @@ class Kernel:
     guards: tuple[tuple[sp.Expr, sp.Expr], ...] = ()
     otherwise: str | None = None
     columns: tuple[str, ...] = ()
+    asked: str | None = None
 
 
 @dataclass(frozen=True)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from ..program.rolling import Lines, Loop
 from ..program.routine import Angles, Routine, Routines, is_sparse
-from ..program.terms import Assign, Element, Gathered, Guard, Leaf, Name, exchanged
-from .expressions import Dialect
+from ..program.terms import Assign, Element, Gathered, Guard, Leaf, Name, Term, exchanged
+from .expressions import C, Dialect
 from .precision import Precision
 
 Slots = dict[str, object]
@@ -83,11 +85,13 @@ class Writer:
             "views": self._views(routine, packed_from),
             "loads": [self._declared(line) for line in routine.loads if not moves(line)],
             "each_loads": [self._declared(line) for line in routine.loads if moves(line)],
-            "sections": [self._part(part) for part in routine.statements if not part.each],
-            "each": [self._part(part) for part in routine.statements if part.each],
+            "sections": [self._part(part) for part in routine.statements if not part.late],
+            "late": [self._part(part) for part in routine.statements if part.late],
             "strides": [(name, sizes[name]) for name in kernel.columns],
             "clears": clears(routine),
-            "outputs": [(self.c.text(line.target), self.c.text(line.value)) for line in routine.outputs],
+            "outputs": outputs(routine, self.c.text, asked=False),
+            "asked": kernel.asked if kernel.asked not in routine.unused else None,
+            "asked_outputs": outputs(routine, self.c.text, asked=True),
             "unused": routine.unused,
             "lost_rank": " || ".join(lost) or "0",
         }
@@ -141,6 +145,13 @@ def meanings(routine: Routine) -> list[str]:
     kernel = routine.function.kernel
     lines = [f"{a.name}[{len(a.symbols)}]: {a.meaning}" for a in kernel.inputs]
     return lines + [f"{o.name}[{len(o.entries)}]: {o.meaning}" for o in kernel.outputs]
+
+
+def outputs(routine: Routine, text: Callable[[Term], str], asked: bool) -> list[tuple[str, str]]:
+    """Entries of outputs and their values: of the one that is computed where it is ``asked`` for, or of all others."""
+    name = routine.function.kernel.asked
+    lines = [x for x in routine.outputs if isinstance(x.target, Element) and (x.target.array == name) == asked]
+    return [(C.text(line.target), text(line.value)) for line in lines]
 
 
 def clears(routine: Routine) -> list[tuple[str, int]]:

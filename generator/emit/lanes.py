@@ -11,7 +11,7 @@ from collections.abc import Iterable
 from ..program.rolling import Lines, Loop
 from ..program.routine import Routine
 from ..program.terms import ZERO, Assign, Name, Term, leaves
-from .c import Slots, clears, declared, meanings
+from .c import Slots, clears, declared, meanings, outputs
 from .expressions import C
 
 VECTOR, NUMBER = "ccgen_lanes", "double"
@@ -58,7 +58,8 @@ def over_lanes(routine: Routine, packed_from: int) -> Slots:
     angles = routine.angles
     start = f" + {angles.first}" if angles.first else ""
     loads = [lanes.line(line) for line in routine.loads]
-    sections = [lanes.part(part) for part in routine.statements]
+    sections = [lanes.part(part) for part in routine.statements if not part.late]
+    late = [lanes.part(part) for part in routine.statements if part.late]
     kept = [f"({lanes.vector(guard.pivot)} > {lanes.vector(guard.least or ZERO)})" for guard in routine.guards]
     return {
         "purpose": routine.function.kernel.purpose,
@@ -74,8 +75,11 @@ def over_lanes(routine: Routine, packed_from: int) -> Slots:
         "angles": {"count": len(angles.order), "read": angles.array + start} if angles.order else None,
         "loads": loads,
         "sections": sections,
+        "late": late,
+        "asked": "lambda" if "lambda" not in routine.unused else None,
+        "asked_outputs": outputs(routine, lanes.vector, asked=True),
         "clears": clears(routine),
-        "outputs": [(C.text(line.target), lanes.vector(line.value)) for line in routine.outputs],
+        "outputs": outputs(routine, lanes.vector, asked=False),
         "unused": [name if name == "k" else f"{name}_lanes" for name in routine.unused],
         "lost_rank": f"ccgen_bits(~({' & '.join(kept)}))" if kept else "0",
     }

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-from .expressions import Dialect
+if TYPE_CHECKING:
+    from .expressions import Dialect
 
 
 @dataclass(frozen=True)
@@ -42,6 +44,8 @@ class Precision:
 
     def dialect(self, vector: str = "") -> Dialect:
         """C in these numbers; ``vector`` is the type of vectors."""
+        from .expressions import Dialect  # here, since reading scenes must not wait for SymPy
+
         decimal, whole = ("f", "f") if self.name == "float" else ("", self.suffix.upper())
         return Dialect(suffix=self.suffix, decimal=decimal, whole=whole, vector=vector)
 

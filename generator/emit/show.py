@@ -17,12 +17,13 @@ from ..mechanism.topology import Cut, Topology, span
 from ..planning.choose import FAR
 from ..planning.plan import is_dyad
 from ..program.prices import Price
-from ..program.program import lower
+from ..program.program import Program, lower
+from ..program.routine import Routines
 from ..scene.driven import drive_layout
 from ..scene.scene import Scene
 from .assembled import branch_lines, mobility_of, redundancy_lines
 from .discs import disc_lines
-from .expressions import LISTING, write
+from .expressions import LISTING, C, write
 from .latex import Summary, expanded_document, recursive_document
 from .price_table import price_lines
 
@@ -68,7 +69,8 @@ def summarize(scene: Scene, topology: Topology, equations: Equations) -> Summary
     contacts = ", ".join(f"{c.name} on {c.ground}" for c in equations.contacts)
     discs = tuple(disc_lines(scene))
     inputs = ", ".join(name for effect in scene.effects for name in effect.inputs())
-    functions = sorted(lower(equations).functions, key=lambda f: f.kernel.name.endswith(AT_DEAD_CENTRES))
+    program = lower(equations)
+    functions = sorted(program.functions, key=lambda f: f.kernel.name.endswith(AT_DEAD_CENTRES))
     counts = [f"{f.kernel.name}: {f.counts()}" for f in functions if f.sections]
     return (
         ("model", (scene.name,)),
@@ -79,6 +81,7 @@ def summarize(scene: Scene, topology: Topology, equations: Equations) -> Summary
         ("loops", tuple(_loop(mechanism, topology, cut) for cut in topology.cuts) or ("none",)),
         ("branch", tuple(branch_lines(scene)) or ("no loop",)),
         *([("order", tuple(_order_lines(scene)))] if topology.cuts else []),
+        *([("modules", modules)] if (modules := tuple(_module_lines(mechanism, program))) else []),
         (
             "degrees of freedom",
             (
@@ -127,6 +130,18 @@ def _order_lines(scene: Scene) -> Iterator[str]:
             yield f"left open until then: {', '.join(late)}"
         safe = "tip to root" if plan.otherwise else "the runtime's solution of dependent rows"
         yield f"where a dyad is near its dead centre: {safe}"
+
+
+def _module_lines(mechanism: Mechanism, program: Program) -> Iterator[str]:
+    """Modules whose accelerations are computed side by side, group by group."""
+    links = [
+        ", ".join(
+            mechanism.link_name(int(s.name.removeprefix("theta_"))) for s in module if s.name.startswith("theta_")
+        )
+        for module in program.modules
+    ]
+    for members in Routines(program, C.term).one_by_one("acceleration").modules:
+        yield f"{len(members)} side by side: " + "; ".join(links[m] for m in members)
 
 
 def _mobility(mechanism: Mechanism, driven: int) -> str:

@@ -59,6 +59,7 @@ class Abreast:
     arrays: list[tuple[str, int]] = field(default_factory=list)
     places: dict[str, Element] = field(default_factory=dict)
     guards: list[Guard] = field(default_factory=list)
+    groups: list[Group] = field(default_factory=list)
     angles: Packed[int] = field(init=False)
 
     def __post_init__(self) -> None:
@@ -80,7 +81,7 @@ class _Line:
 
 
 @dataclass
-class _Group:
+class Group:
     """Equal modules: their statements, position by position."""
 
     members: tuple[int, ...]
@@ -183,7 +184,7 @@ class _Writer:
 
     # -- finding ---------------------------------------------------------------------------------------------------
 
-    def _groups(self) -> list[_Group]:
+    def _groups(self) -> list[Group]:
         """Modules whose statements are equal one by one."""
         modules: dict[int, list[_Line]] = defaultdict(list)
         for line in self.lines:
@@ -194,7 +195,7 @@ class _Writer:
             if len(modules[module]) >= LEAST:
                 alike[self._shape(modules[module])].append(module)
         return [
-            _Group(tuple(members), list(zip(*(modules[m] for m in members), strict=True)))
+            Group(tuple(members), list(zip(*(modules[m] for m in members), strict=True)))
             for members in alike.values()
             if len(members) > 1
         ]
@@ -220,11 +221,11 @@ class _Writer:
     def _phases(self) -> dict[str, int]:
         """When each statement can go: shared ones of a phase before its modules', those before the next phase.
 
-        What belongs to every column comes after what does not.
+        Late blocks come behind all others.
         """
         phase: dict[str, int] = {}
-        for each in (False, True):
-            lines = [line for line in self.lines if self.blocks[line.block].each == each]
+        for late in (False, True):
+            lines = [line for line in self.lines if self.blocks[line.block].late == late]
             start = max(phase.values(), default=-1) + 1
             phase |= {line.name: start for line in lines}
             self._settle(lines, phase)
@@ -254,7 +255,7 @@ class _Writer:
     def written(self) -> Abreast:
         phase = self._phases()
         read_late = self._read_late(phase)
-        result = Abreast(self.lanes)
+        result = Abreast(self.lanes, groups=self.groups)
         for name, (number, position, member) in self.home.items():
             array = self._array(number, position)
             if array in read_late:
@@ -272,7 +273,7 @@ class _Writer:
                 body = [(c[0].block, self._moving(c, number, result, gathers, sizes)) for c in columns]
                 blocks = tuple(self._blocks(body))
                 if gathers:
-                    result.statements.append(Lines("what the modules read", tuple(gathers), blocks[0].each))
+                    result.statements.append(Lines("what the modules read", tuple(gathers), blocks[0].late))
                 rounds = self._rounds(group)
                 others = len(group.members) - 1
                 title = f"{blocks[0].title} to {blocks[-1].title}, and {others} module{'s' * (others > 1)} like them"
@@ -281,7 +282,7 @@ class _Writer:
         result.guards = [kept for guard in self.guards for kept in self._kept(guard, result)]
         return result
 
-    def _rounds(self, group: _Group) -> int:
+    def _rounds(self, group: Group) -> int:
         return -(-len(group.members) // self.lanes)
 
     def _entry(self, array: str, member: int) -> Element:

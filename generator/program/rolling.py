@@ -29,11 +29,15 @@ OFFSETS = {0: "own", 1: "next", -1: "last"}
 
 @dataclass(frozen=True)
 class Lines:
-    """A block of assignments under a title. Those ``each`` time belong to every column that a kernel is given."""
+    """A block of assignments under a title.
+
+    ``late`` ones come behind all others: they belong to every column that a kernel is given, or to what it is asked
+    for.
+    """
 
     title: str
     lines: tuple[Assign, ...]
-    each: bool = False
+    late: bool = False
 
 
 @dataclass(frozen=True)
@@ -50,9 +54,9 @@ class Loop:
     modules: bool = False
 
     @property
-    def each(self) -> bool:
-        """Whether the loop belongs to every column that a kernel is given."""
-        return self.body[0].each
+    def late(self) -> bool:
+        """Whether the loop comes behind all others."""
+        return self.body[0].late
 
 
 @dataclass
@@ -280,7 +284,7 @@ def _numbers(name: str) -> list[int]:
 
 def _shape(block: Lines) -> tuple[object, ...]:
     """The block with a mark in place of every number in a name."""
-    return (block.each, *(_exchanged(line, _blurred) for line in block.lines))
+    return (block.late, *(_exchanged(line, _blurred) for line in block.lines))
 
 
 def _blurred(leaf: Leaf) -> Leaf:

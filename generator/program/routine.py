@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 
 from ..derive.derivation import AT_DEAD_CENTRES
 from ..derive.equations import GUARD
@@ -55,7 +55,7 @@ class Routine:
     """One kernel. ``arrays`` are (name, size); with ``lanes`` over 1 they hold vectors of that many modules.
 
     ``loads`` give names to entries of arguments; ``outputs`` are assigned after the statements; where a guard does not
-    hold, a solver has not solved.
+    hold, a solver has not solved. ``modules`` are those of the program that go side by side, group by group.
     """
 
     function: Function
@@ -69,6 +69,7 @@ class Routine:
     guards: tuple[Guard, ...]
     unused: tuple[str, ...]
     lanes: int = 1
+    modules: tuple[tuple[int, ...], ...] = ()
 
     def reads(self, array: str) -> bool:
         """Whether a loop reads an array by index."""
@@ -88,12 +89,16 @@ class Routines:
         self.lanes = (LANES if len(program.modules) > 2 else 2) if vectors else 1
         self.packed: Packed[str] = Packed(self.lanes)
         self.packed_from = len(self.slots)
-        self.made = tuple(self._routine(function, self.lanes) for function in program.functions)
+
+    @cached_property
+    def made(self) -> tuple[Routine, ...]:
+        """A routine for each function of the program, in its order."""
+        return tuple(self._routine(function, self.lanes) for function in self.program.functions)
 
     @property
     def packed_constants(self) -> tuple[str, ...]:
         """Names of the constants of modules side by side, which lie behind all others, from ``packed_from`` on."""
-        return tuple(self.packed.entries)
+        return tuple(self.packed.entries) if self.made else ()
 
     def one_by_one(self, name: str) -> Routine:
         """The routine of a kernel with modules one at a time: vectors are free for states side by side."""
@@ -116,8 +121,12 @@ class Routines:
             Guard(self.order(pivot), Product((Number(GUARD), self.order(scale)))) for pivot, scale in kernel.guards
         ]
         blocks, turned = self._blocks(function, places)
-        given = {s.name for a in kernel.inputs if a.name in kernel.columns for s in a.symbols}
-        blocks = _each_last(blocks, given)
+        if kernel.columns:
+            given = {s.name for a in kernel.inputs if a.name in kernel.columns for s in a.symbols}
+            blocks = _behind(blocks, _moving(blocks, given))
+        elif kernel.asked:
+            own = [line.value for line in outputs if _array(line) != kernel.asked]
+            blocks = _behind(blocks, _spare(blocks, _named([*own, *_entries(guards)])))
         owner = self.owner | {name: self.owner[x] for name, (_, _, x) in turned.items() if x in self.owner}
         start = min((index for _, index, _ in turned.values()), default=0)
         places |= {name: (letter, index - start) for name, (letter, index, _) in turned.items()}
@@ -151,6 +160,7 @@ class Routines:
             tuple(guards),
             tuple(unused),
             lanes if side else 1,
+            tuple(group.members for group in side.groups) if side else (),
         )
 
     def _read(self, statements: Sequence[Lines | Loop], ends: Sequence[Term]) -> set[str]:
@@ -200,24 +210,44 @@ class Routines:
         return Angles("q", tuple(order))
 
 
-def _each_last(blocks: list[Lines], given: set[str]) -> list[Lines]:
-    """What depends on the columns ``given`` behind what does not, so that this is computed once for all of them."""
-    if not given:
-        return blocks
+def _array(line: Assign) -> str:
+    return line.target.array if isinstance(line.target, Element) else ""
+
+
+def _moving(blocks: Sequence[Lines], given: set[str]) -> set[str]:
+    """Names of what depends on the inputs ``given``."""
     moving = set(given)
-    once: list[Lines] = []
-    each: list[Lines] = []
     for block in blocks:
-        kept: list[Assign] = []
-        moved: list[Assign] = []
         for line in block.lines:
-            reads = {leaf.name for leaf in leaves(line.value) if isinstance(leaf, Name)}
-            if reads & moving and isinstance(line.target, Name):
+            if isinstance(line.target, Name) and _named([line.value]) & moving:
                 moving.add(line.target.name)
-            (moved if reads & moving else kept).append(line)
-        once += [Lines(block.title, tuple(kept))] if kept else []
-        each += [Lines(block.title, tuple(moved), each=True)] if moved else []
-    return once + each
+    return moving
+
+
+def _spare(blocks: Sequence[Lines], results: set[str]) -> set[str]:
+    """Names of what the ``results`` do not depend on."""
+    needed, every = set(results), set[str]()
+    for block in reversed(blocks):
+        for line in reversed(block.lines):
+            if isinstance(line.target, Name):
+                every.add(line.target.name)
+                if line.target.name in needed:
+                    needed |= _named([line.value])
+    return every - needed
+
+
+def _behind(blocks: Sequence[Lines], late: set[str]) -> list[Lines]:
+    """The blocks with what is ``late`` behind all the rest."""
+    now: list[Lines] = []
+    then: list[Lines] = []
+    for block in blocks:
+        for found, lines in (
+            (now, tuple(line for line in block.lines if not _named([line.target]) & late)),
+            (then, tuple(line for line in block.lines if _named([line.target]) & late)),
+        ):
+            if lines:
+                found.append(Lines(block.title, lines, late=found is then))
+    return now + then
 
 
 def _entries(guards: Sequence[Guard]) -> list[Term]:

@@ -3,11 +3,11 @@
 
 #include "contact.h"
 
-/* scratch: inputs and multipliers of the lanes, then one state, its acceleration and its multipliers */
+/* scratch: inputs of the lanes, then one state and its acceleration */
 size_t lanes_scratch(const struct system *s)
 {
     const size_t lanes = s->model->lanes;
-    return lanes * (s->model->inputs + s->model->rows) + 3 * (size_t)s->n;
+    return lanes * s->model->inputs + 3 * (size_t)s->n;
 }
 
 /* Whether the kernel over lanes has all that acts. Where it has not, states go one by one. */
@@ -48,7 +48,7 @@ enum outcome system_acceleration_lanes(struct system *s, const double *t, const 
 {
     const struct ccgen_model *m = s->model;
     const int lanes = m->lanes, n = s->n;
-    double *inputs = scratch, *lambda = inputs + (size_t)lanes * m->inputs, *one = lambda + (size_t)lanes * m->rows;
+    double *inputs = scratch, *one = inputs + (size_t)lanes * m->inputs;
     if (interrupted(s, (long)lanes * n))
         return OUTCOME_INTERRUPTED;
     if (m->inputs) {
@@ -58,7 +58,7 @@ enum outcome system_acceleration_lanes(struct system *s, const double *t, const 
     }
     unsigned lost = ~0u;
     if (lanes_apply(s))
-        lost = m->acceleration_lanes(s->k, q, u, t, inputs, u_dot, lambda);
+        lost = m->acceleration_lanes(s->k, q, u, t, inputs, u_dot, NULL);
     s->evaluations += lanes;
     for (int l = 0; lost && l < lanes; l++) {
         if (!(lost >> l & 1))

@@ -152,15 +152,16 @@ static enum outcome accelerate_dependent(struct system *s, double t, const doubl
     return outcome;
 }
 
-/* with the inputs as they are */
-static enum outcome accelerate(struct system *s, double t, const double *q, const double *u, double *u_dot, double *lambda)
+/* with the inputs as they are; lambda is scratch unless it is asked for */
+static enum outcome accelerate(struct system *s, double t, const double *q, const double *u, int asked, double *u_dot,
+                               double *lambda)
 {
     const struct ccgen_model *m = s->model;
     enum outcome outcome = OUTCOME_DONE;
     if (interrupted(s, s->n))
         return OUTCOME_INTERRUPTED;
     s->evaluations++;
-    int dependent = m->acceleration(s->k, q, u, t, s->inputs, u_dot, lambda);
+    int dependent = m->acceleration(s->k, q, u, t, s->inputs, u_dot, asked || s->refine ? lambda : NULL);
     if (!dependent && holds(s)) /* columns of the contacts would each lose digits: both together on the robust path */
         dependent = s->refine ? 1 : hold_acceleration(s, q, u, u_dot);
     if (dependent > 1)
@@ -181,7 +182,7 @@ enum outcome system_acceleration(struct system *s, double t, const double *q, co
                                  double *lambda)
 {
     const enum outcome outcome = supply(s, t, q, u);
-    return outcome ? outcome : accelerate(s, t, q, u, u_dot, lambda);
+    return outcome ? outcome : accelerate(s, t, q, u, 1, u_dot, lambda);
 }
 
 enum outcome system_impulse(struct system *s, const double *q, const double *f, const double *y, double nearest,
@@ -195,7 +196,7 @@ enum outcome system_impulse(struct system *s, const double *q, const double *f, 
 enum outcome system_correction(struct system *s, const double *q, int speed, double *rows, double nearest, double *du)
 {
     const struct ccgen_model *m = s->model;
-    int dependent = m->impulse(s->k, q, s->zero, rows, du, s->multipliers);
+    int dependent = m->impulse(s->k, q, s->zero, rows, du, NULL);
     if (!dependent && holds(s))
         dependent = s->refine || hold_jump(s, q, speed, rows + m->rows, du);
     if (!dependent)
@@ -227,7 +228,7 @@ static enum outcome driven_power(struct system *s, double t, const double *q, co
     double *apart = s->u_dot + s->n, *pushed = apart + s->n;
     const int count = h->count, rows = h->rows;
     h->count = h->rows = 0;
-    const enum outcome outcome = accelerate(s, t, q, u, apart, s->multipliers);
+    const enum outcome outcome = accelerate(s, t, q, u, 1, apart, s->multipliers);
     h->count = count;
     h->rows = rows;
     if (outcome)
@@ -260,7 +261,7 @@ enum outcome system_power(struct system *s, double t, const double *q, const dou
 {
     enum outcome outcome = supply(s, t, q, u);
     if (!outcome && (s->model->drives || (s->friction && holds(s))))
-        outcome = accelerate(s, t, q, u, s->u_dot, s->multipliers);
+        outcome = accelerate(s, t, q, u, 1, s->u_dot, s->multipliers);
     return outcome ? outcome : power_with(s, t, q, u, s->u_dot, s->multipliers, power);
 }
 
@@ -277,8 +278,9 @@ enum outcome system_derivative(struct system *s, double t, const double *y, doub
     if (outcome)
         return outcome;
     memcpy(dy, y + s->n, s->n * sizeof *dy);
-    const enum outcome found = accelerate(s, t, y, y + s->n, dy + s->n, s->multipliers);
-    if (found || s->size == 2 * s->n)
+    const int powered = s->size > 2 * s->n; /* effects take or give work that is integrated too */
+    const enum outcome found = accelerate(s, t, y, y + s->n, powered, dy + s->n, s->multipliers);
+    if (found || !powered)
         return found;
     return power_with(s, t, y, y + s->n, dy + s->n, s->multipliers, dy + 2 * s->n);
 }
