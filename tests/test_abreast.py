@@ -19,6 +19,7 @@ from ccgen.generator.program import abreast as pass_
 from ccgen.generator.program.abreast import Abreast, Packed, abreast
 from ccgen.generator.program.program import lower
 from ccgen.generator.program.rolling import Lines, Loop, Place
+from ccgen.generator.program.routine import Routines
 from ccgen.generator.program.terms import (
     Assign,
     Call,
@@ -324,6 +325,17 @@ def test_responses_are_symmetric(workshop: Workshop, tmp_path: Path) -> None:
     operator = rates.reshape(width, width)
     assert same(operator, operator.T, 1e-12)
     assert np.all(np.linalg.eigvalsh(0.5 * (operator + operator.T)) > -1e-12)
+
+
+def test_modules_stay_as_they_are_where_most_is_shared(workshop: Workshop) -> None:
+    """From tip to root the legs' multipliers are coupled: most statements belong to none of them."""
+    scene = load_scene(SCENES / "strandbeest.toml")
+    sides = [
+        Routines(lower(derive_scene(scene, plan=plan)[1]), C.term).one_by_one("acceleration").modules
+        for plan in ("dyads", "tip to root")
+    ]
+    assert [len(members) for members in sides[0]] == [4]
+    assert sides[1] == ()
 
 
 # -- what is looked for ----------------------------------------------------------------------------------------------
