@@ -8,7 +8,7 @@
  *          base        coordinates of the floating root's place, which come first; link angles and slides follow
  *          rows        closure rows, two per cut pin and one per cut joint that slides
  *          constants   numbers that the kernels read: derived from the parameters by `constants` once per parameter set
- *          contacts    (point, ground) pairs; where it is 0 the five contact functions are NULL
+ *          contacts    (point, ground) pairs; where it is 0 the functions of contacts are NULL
  *
  * Functions that solve for accelerations or impulses return 0, or 1 where a pivot almost vanishes: the closure rows are, or
  * nearly are, dependent, or in a large mechanism two links that hang from others stand in line. Their results are then not to

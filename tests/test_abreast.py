@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import shutil
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -315,6 +316,7 @@ def test_responses_are_impulses_one_by_one(arms: int, workshop: Workshop, tmp_pa
             assert same(changed, np.concatenate([gaps, slips]), 1e-12)
 
 
+@pytest.mark.skipif(shutil.which("cc") is None, reason="there is no cc")
 def test_responses_are_symmetric(workshop: Workshop, tmp_path: Path) -> None:
     """The rates that unit impulses give are the Delassus operator, loops held shut."""
     written = Written(workshop.scene(star(3, ROUGH)), tmp_path)
@@ -336,6 +338,96 @@ def test_modules_stay_as_they_are_where_most_is_shared(workshop: Workshop) -> No
     ]
     assert [len(members) for members in sides[0]] == [4]
     assert sides[1] == ()
+
+
+def graph(name: str, links: Mapping[str, Sequence[str]], pins: Sequence[tuple[str, str]], extra: str = "") -> str:
+    """A scene from links with their points, and pins between points."""
+    lines = [f'name = "{name}"']
+    for link, points in links.items():
+        lines += _link(link, 0.5, [f"{p} = [{0.3 * i:.2f}, {0.05 + 0.11 * i * i:.4f}]" for i, p in enumerate(points)])
+    for index, (one, other) in enumerate(pins):
+        lines += ["[[joint]]", f'name = "pin_{index}"', f'between = ["{one}", "{other}"]']
+    angles = ", ".join(f"{link} = {0.3 + 0.7 * i}" for i, link in enumerate(links))
+    return "\n".join([*lines, "[gravity]", "[start]", f"angles = {{ {angles} }}", extra])
+
+
+def hubs_in_a_row() -> str:
+    """Three hubs; on each two legs of three links and a tail of four: two kinds of modules that read the same hubs."""
+    links = {f"hub{h}": ["W", "P", "Q", "R", "E"] for h in range(3)}
+    pins = [("hub0.E", "hub1.W"), ("hub1.E", "hub2.W")]
+    for h in range(3):
+        for at, length in (("P", 3), ("Q", 3), ("R", 4)):
+            names = [f"l{h}{at}{j}" for j in range(length)]
+            links |= {name: ["A", "B"] for name in names}
+            pins += [(f"hub{h}.{at}", f"{names[0]}.A")]
+            pins += [(f"{a}.B", f"{b}.A") for a, b in pairwise(names)]
+    damped = "".join(f'[[torsion]]\njoint = "pin_{k}"\nstiffness = 3.0\ndamping = 0.4\n' for k in range(len(pins)))
+    return graph("centipede", links, pins, damped)
+
+
+def platforms() -> str:
+    """Four platforms one above the other, each on three legs of two links: modules that wait for each other."""
+    links = {f"plat{h}": [f"{side}{k}" for side in "BT" for k in range(3)] for h in range(4)}
+    pins = []
+    for h in range(4):
+        for k in range(3):
+            links |= {f"l{h}{k}0": ["A", "B"], f"l{h}{k}1": ["A", "B"]}
+            below = f"plat{h - 1}.T{k}" if h else f"ground.G{k}"
+            pins += [(below, f"l{h}{k}0.A"), (f"l{h}{k}0.B", f"l{h}{k}1.A"), (f"l{h}{k}1.B", f"plat{h}.B{k}")]
+    return graph("stack", links, pins, "[ground_link]\npoints = { G0 = [0, 0], G1 = [0.4, 0.1], G2 = [0.8, 0] }")
+
+
+@pytest.mark.skipif(shutil.which("cc") is None, reason="there is no cc")
+def test_two_kinds_of_modules_may_read_the_same_hubs(workshop: Workshop, tmp_path: Path) -> None:
+    written = Written(workshop.scene(hubs_in_a_row()), tmp_path)
+    groups = Routines(written.program, C.term).one_by_one("acceleration").modules
+    assert sorted(map(len, groups)) == [3, 6]
+    together, apart = written.compiled("together", 10**9, pass_.LEAST), written.compiled("apart", 10**9)
+    compare(written, together, apart)
+
+
+def test_modules_that_wait_for_each_other_are_left_alone(workshop: Workshop) -> None:
+    """A walk through their statements would never settle."""
+    scene = workshop.scene(platforms())
+    Routines(lower(derive_scene(scene)[1]), C.term).one_by_one("acceleration")
+    row = [block("first", *[(f"x{j}_0", f"q_0*a_0 + {j}") for j in range(pass_.LEAST)])]
+    row += [block("between", ("bridge", f"x{pass_.LEAST - 1}_0 + q_1"))]
+    row += [block("second", *[(f"x{j}_1", f"q_1*a_1 + {'bridge' if j == 0 else j}") for j in range(pass_.LEAST)])]
+    first = block("first", ("x0_0", "q_0*a_0 + start"), *[(f"x{j}_0", f"q_0*a_0 + {j}") for j in range(1, pass_.LEAST)])
+    side, done, plain = run_both([block("hub", ("start", "2*q_99")), first, *row[1:]], 2, ["x0_1"], 4)
+    assert side is None
+    assert done.names["x0_1"] == plain.names["x0_1"]
+
+
+@pytest.mark.skipif(shutil.which("cc") is None, reason="there is no cc")
+def test_responses_fill_every_entry(workshop: Workshop, tmp_path: Path) -> None:
+    """Eleven driven cranks do not answer; one free link does."""
+    links = {f"l{k}": ["A", "B"] for k in range(12)}
+    pins = [(f"ground.G{k}", f"l{k}.A") for k in range(12)]
+    points = ", ".join(f"G{k} = [{2 * k}, 0]" for k in range(12))
+    drives = "".join(f'[[drive]]\njoint = "pin_{k}"\nspeed = 1.0\n' for k in range(11))
+    ground = '[[ground]]\npoint = [0, -9]\nrestitution = 0.5\ncontacts = ["l11.B"]\n'
+    text = graph("cranks", links, pins, f"[ground_link]\npoints = {{ {points} }}\n{drives}{ground}")
+    model = Written(workshop.scene(text), tmp_path).compiled("model", 6)
+    count = 3
+    du, rates = model.call("contact_response", [np.full(12, 0.3), count, np.ones(count)], count * 12, count)
+    assert np.all(du.reshape(count, 12)[:, :11] == 0.0)
+    assert np.all(np.isfinite(rates))
+    assert np.all(du.reshape(count, 12)[:, 11] != 0.0)
+
+
+@pytest.mark.skipif(shutil.which("cc") is None, reason="there is no cc")
+def test_multipliers_are_left_out_where_there_is_no_room(tmp_path: Path) -> None:
+    written = Written(load_scene(SCENES / "strandbeest.toml"), tmp_path)
+    model = written.compiled("model", 6, pass_.LEAST)
+    rng = np.random.default_rng(13)
+    _, u, f, y, _ = written.arguments(rng)
+    q = rng.uniform(-0.1, 0.1, len(u)) + 0.4 * np.arange(len(u))
+    for kernel, given in (("acceleration", [q, u, 0.0, None]), ("impulse", [q, f, y])):
+        whole, multipliers = model.call(kernel, given, len(u), y.size)
+        assert np.all(np.isfinite(multipliers))
+        none = model.call_without(kernel, given, len(u))
+        assert none.tobytes() == whole.tobytes()
 
 
 # -- what is looked for ----------------------------------------------------------------------------------------------

@@ -215,6 +215,15 @@ class Compiled:
         assert all(np.isnan(out[-1]) for out in found), f"{kernel} writes beyond its output"
         return [out[:-1] for out in found]
 
+    def call_without(self, kernel: str, arguments: Sequence[Array | float | None], size: int) -> Array:
+        """The first output of a kernel whose second has no room."""
+        found = np.full(size, np.nan)
+        arrays = [self.constants, *arguments, found, None]
+        types = [ctypes.c_double if isinstance(a, float) else Pointer for a in arrays]
+        call = ctypes.CFUNCTYPE(ctypes.c_int, *types)(getattr(self.descriptor, kernel))
+        call(*(a.ctypes.data if isinstance(a, np.ndarray) else a for a in arrays))
+        return found
+
     def everything(self, q: Array, u: Array, f: Array, y: Array, pushes: Array) -> dict[str, list[Array]]:
         """Outputs of all kernels."""
         size = {name: getattr(self.descriptor, name) for name in SIZES}

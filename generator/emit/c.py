@@ -156,4 +156,5 @@ def outputs(routine: Routine, text: Callable[[Term], str], asked: bool) -> list[
 
 def clears(routine: Routine) -> list[tuple[str, int]]:
     """Outputs that are cleared before their entries are assigned."""
-    return [(o.name, len(o.entries)) for o in routine.function.kernel.outputs if is_sparse(o.entries)]
+    kernel = routine.function.kernel
+    return [(o.name, len(o.entries)) for o in kernel.outputs if is_sparse(o.entries) and o.name != kernel.asked]

@@ -17,6 +17,10 @@ MOST_HUBS = 4
 LEAST_LINKS = 3
 """Links of a module for whose sake coordinates that are zero become parameters: the equations of fewer are short."""
 
+ROUNDED = 1e-9
+"""Of a link's size: what a coordinate that is zero in another link may have been made by rounding. Drawings are written
+with nine digits or more, and no part is made to a thousandth of that."""
+
 Module = tuple[int, ...]
 
 
@@ -49,10 +53,10 @@ def kinds(mechanism: Mechanism) -> tuple[tuple[Module, ...], ...]:
 
 
 def varied(mechanism: Mechanism) -> frozenset[tuple[int, str, str]]:
-    """Coordinates that are zero in one module and not in another like it: link, point (``com``) and axis.
+    """Coordinates that are zero in one module and rounding in another like it: link, point and axis.
 
-    With a parameter for each of them, the modules have equal equations. Only links with the same named points, in the
-    same places of their modules, are compared.
+    The point is "" for the centre of mass. With a parameter for each of them, the modules have equal equations. Only
+    links with the same named points, in the same places of their modules, are compared.
     """
     found = set()
     for kind in (kind for kind in kinds(mechanism) if len(kind[0]) >= LEAST_LINKS):
@@ -61,15 +65,18 @@ def varied(mechanism: Mechanism) -> frozenset[tuple[int, str, str]]:
             first, *others = twins.values()
             if any(other.keys() != first.keys() for other in others):
                 continue
-            mixed = [key for key in first if len({twin[key] for twin in twins.values()}) > 1]
-            found |= {(k, *key) for k in links for key in mixed if not twins[k][key]}
+            size = max((abs(value) for twin in twins.values() for value in twin.values()), default=0.0)
+            for key in first:
+                values = [abs(twin[key]) for twin in twins.values()]
+                if 0.0 < max(values) <= ROUNDED * size:
+                    found |= {(k, *key) for k in links if not twins[k][key]}
     return frozenset(found)
 
 
-def _coordinates(link: Link) -> dict[tuple[str, str], bool]:
-    """Which coordinates of a link's points are parameters."""
-    points = dict(link.points) if link.massless else {"com": link.com, **link.points}
-    return {(name, axis): value is not None for name, p in points.items() for axis, value in (("x", p.x), ("y", p.y))}
+def _coordinates(link: Link) -> dict[tuple[str, str], float]:
+    """Coordinates of a link's points (m), zero where they are no parameters."""
+    points = dict(link.points) if link.massless else {"": link.com, **link.points}
+    return {(name, axis): value for name, p in points.items() for axis, value in zip("xy", p.values(), strict=True)}
 
 
 def _repeated(near: dict[int, list[int]], out: Collection[int]) -> tuple[tuple[Module, ...], ...]:

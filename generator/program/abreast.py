@@ -109,7 +109,10 @@ def abreast(
     what is shared and of parts of modules becomes a sum of the modules' parts, each a statement of its module.
     """
     writer = _Writer(blocks, owner, given, set(results), guards, packed, lanes)
-    return writer.written() if writer.share() >= SHARE else None
+    if writer.share() < SHARE:
+        return None
+    phases = writer.phases()
+    return writer.written(phases) if phases else None
 
 
 class _Writer:
@@ -125,6 +128,7 @@ class _Writer:
     ) -> None:
         self.owner, self.given, self.packed, self.lanes = owner, given, packed, lanes
         self.results = results
+        self.kept: set[str] = set()
         self.blocks = [*blocks, Lines("guards", ())]
         self.label: dict[str, int] = dict(owner)
         self.count = len(set(owner.values()))
@@ -179,11 +183,13 @@ class _Writer:
             return guard
         modules = self._modules(guard.pivot) | self._modules(guard.least)
         if len(modules) != 1:
+            self.results |= {_named(leaf) for entry in (guard.pivot, guard.least) for leaf in leaves(entry)}
             return guard
         kept = Name(f"kept_{number}")
         self.label[kept.name] = modules.pop()
         self.lines.append(_Line(len(self.blocks) - 1, Assign(kept, Sum((guard.pivot, Negative(guard.least))))))
         self.results.add(kept.name)
+        self.kept.add(kept.name)
         return Guard(kept, ZERO)
 
     # -- finding ---------------------------------------------------------------------------------------------------
@@ -218,7 +224,7 @@ class _Writer:
                 return Name(array if array == "k" else seen.setdefault(name, f"{array}{len(seen)}"))
             return Name("shared")
 
-        return tuple(exchanged(line.line.value, kind) for line in lines)
+        return tuple((self.blocks[line.block].late, exchanged(line.line.value, kind)) for line in lines)
 
     def share(self) -> float:
         """The statements that belong to groups of equal modules, as a part of all."""
@@ -227,21 +233,22 @@ class _Writer:
 
     # -- ordering --------------------------------------------------------------------------------------------------
 
-    def _phases(self) -> dict[str, int]:
+    def phases(self) -> dict[str, int] | None:
         """When each statement can go: shared ones of a phase before its modules', those before the next phase.
 
-        Late blocks come behind all others.
+        Late blocks come behind all others. ``None`` where members of a group wait for each other, as modules in a row.
         """
         phase: dict[str, int] = {}
         for late in (False, True):
             lines = [line for line in self.lines if self.blocks[line.block].late == late]
             start = max(phase.values(), default=-1) + 1
             phase |= {line.name: start for line in lines}
-            self._settle(lines, phase)
+            if not self._settle(lines, phase):
+                return None
         return phase
 
-    def _settle(self, lines: Sequence[_Line], phase: dict[str, int]) -> None:
-        """Move the lines to the phases that they can go in."""
+    def _settle(self, lines: Sequence[_Line], phase: dict[str, int]) -> bool:
+        """Move the lines to the phases that they can go in; false if there are none."""
         changed = True
         while changed:
             changed = False
@@ -256,13 +263,16 @@ class _Writer:
                     number, position, _ = self.home[line.name]
                     after += [phase[other.name] for other in self.groups[number].columns[position]]
                 wanted = max(after, default=0)
+                if wanted > len(self.lines):
+                    return False
                 if wanted > phase[line.name]:
                     phase[line.name], changed = wanted, True
+        return True
 
     # -- writing ---------------------------------------------------------------------------------------------------
 
-    def written(self) -> Abreast:
-        phase = self._phases()
+    def written(self, phase: Mapping[str, int]) -> Abreast:
+        """The statements in the order of their phases."""
         read_late = self._read_late(phase)
         result = Abreast(self.lanes, groups=self.groups)
         for name, (number, position, member) in self.home.items():
@@ -354,7 +364,7 @@ class _Writer:
 
     def _kept(self, guard: Guard, result: Abreast) -> list[Guard]:
         """What is to be checked of a guard; for one of a group, the vectors that its first member is in."""
-        if not isinstance(guard.pivot, Name) or guard.pivot.name not in self.home:
+        if not isinstance(guard.pivot, Name) or guard.pivot.name not in self.kept & self.home.keys():
             return [Guard(result.placed(guard.pivot), guard.least and result.placed(guard.least))]
         number, position, member = self.home[guard.pivot.name]
         if self.lanes == 1:
@@ -404,7 +414,11 @@ class _Writer:
             angles = tuple(self.given[name][1] for name in names)
             return Element(f"{arrays.pop()}_abreast", result.angles.place(angles) // self.lanes, 1)
         if names not in self.shared:
-            self.shared[names] = array = f"{first}_abreast"
+            array, again = f"{first}_abreast", 1
+            while array in sizes:  # other modules read it beside other names
+                again += 1
+                array = f"{first}_abreast_{again}"
+            self.shared[names] = array
             sizes[array] = self._rounds(self.groups[number])
             filled = padded(names, self.lanes)
             for start in range(0, len(filled), self.lanes):

@@ -110,7 +110,7 @@ class Routines:
         arguments = SIGNATURES.get(solver or kernel.name) or ("k", *(a.name for a in kernel.inputs))
         places: dict[str, Place] = {s.name: ("k", self.slots[s.name]) for s in function.constants}
         places |= {s.name: (name, i) for name, i, s in function.inputs_used() if name != "t"}
-        sparse = {output.name for output in kernel.outputs if is_sparse(output.entries)}
+        sparse = {o.name for o in kernel.outputs if is_sparse(o.entries) and o.name != kernel.asked}
         outputs = [
             Assign(Element(output.name, i), self.order(entry))
             for output in kernel.outputs
@@ -132,10 +132,11 @@ class Routines:
         places |= {name: (letter, index - start) for name, (letter, index, _) in turned.items()}
         results = _named([line.value for line in outputs])
         side = abreast(blocks, owner, places, results, guards, self.packed, lanes)
+        reserved = {*arguments, LOOP, "c", "s", *(o.name for o in kernel.outputs)}
+        rolled = roll(blocks, places, results | _named(_entries(guards)), reserved)
+        if side and _written(rolled.statements) < _written(side.statements):
+            side = None  # few long modules: loops over their links are shorter
         if side is None:
-            results |= _named(_entries(guards))
-            reserved = {*arguments, LOOP, "c", "s", *(o.name for o in kernel.outputs)}
-            rolled = roll(blocks, places, results, reserved)
             placed, statements, arrays = rolled.placed, rolled.statements, rolled.arrays
             guards = [Guard(placed(g.pivot), g.least and placed(g.least)) for g in guards]
         else:
@@ -248,6 +249,12 @@ def _behind(blocks: Sequence[Lines], late: set[str]) -> list[Lines]:
             if lines:
                 found.append(Lines(block.title, lines, late=found is then))
     return now + then
+
+
+def _written(statements: Sequence[Lines | Loop]) -> int:
+    """How many assignments are written out."""
+    blocks = (b for part in statements for b in (part.body if isinstance(part, Loop) else (part,)))
+    return sum(len(block.lines) for block in blocks)
 
 
 def _entries(guards: Sequence[Guard]) -> list[Term]:

@@ -210,7 +210,7 @@ def _link(index: int, body: Body, kept: Collection[tuple[int, str, str]] = ()) -
         name=name,
         mass=coordinate(f"{name}.mass", f"m_{index}", body.mass),
         inertia=coordinate(f"{name}.inertia", f"I_{index}", body.inertia),
-        com=place("com", f"{name}.com", f"c_{index}", body.com),
+        com=place("", f"{name}.com", f"c_{index}", body.com),
         points={key: place(key, f"{name}.points.{key}", f"l_{index}_{key}", z) for key, z in body.points.items()},
     )
 
