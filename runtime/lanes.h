@@ -10,9 +10,6 @@
 #include "model.h"
 #include "sincos.h"
 
-/* lanes where they lie in arrays of doubles, value i of lane l at [i * CCGEN_LANES + l] */
-typedef double ccgen_stored __attribute__((vector_size(8 * CCGEN_LANES), aligned(8), may_alias));
-
 /* a number, or a vector, as a vector */
 #define CCGEN_ALL(x) ((ccgen_lanes){0.0} + (x))
 

@@ -61,18 +61,18 @@ static inline void ccgen_sincos_lanes(const ccgen_lanes *angles, ccgen_lanes *c,
     *c = (ccgen_lanes)((ccgen_mask)CCGEN_SELECT(odd, sine, cosine) ^ sign_c);
 }
 
-/* lanes where they lie in arrays of doubles */
-typedef double ccgen_unaligned __attribute__((vector_size(8 * CCGEN_LANES), aligned(8), may_alias));
+/* lanes where they lie in arrays of doubles, value i of lane l at [i * CCGEN_LANES + l] */
+typedef double ccgen_stored __attribute__((vector_size(8 * CCGEN_LANES), aligned(8), may_alias));
 
 /* one block of lanes; those beyond the limit are noted */
 static inline void ccgen_sincos_block(const double *x, double *c, double *s, ccgen_mask *beyond)
 {
-    const ccgen_lanes in = *(const ccgen_unaligned *)x;
+    const ccgen_lanes in = *(const ccgen_stored *)x;
     ccgen_lanes cosine, sine;
     *beyond |= ~((in <= CCGEN_ANGLE_LIMIT) & (in >= -CCGEN_ANGLE_LIMIT));
     ccgen_sincos_lanes(&in, &cosine, &sine);
-    *(ccgen_unaligned *)c = cosine;
-    *(ccgen_unaligned *)s = sine;
+    *(ccgen_stored *)c = cosine;
+    *(ccgen_stored *)s = sine;
 }
 
 /* c[i] = cos(x[i]), s[i] = sin(x[i]) for i < count. The last block ends with the last angle, so that it is as whole as the

@@ -90,7 +90,6 @@ class Group:
 
     members: tuple[int, ...]
     columns: list[tuple[_Line, ...]]
-    phases: list[int] = field(default_factory=list)
 
 
 def abreast(
@@ -129,6 +128,7 @@ class _Writer:
         self.owner, self.given, self.packed, self.lanes = owner, given, packed, lanes
         self.results = results
         self.kept: set[str] = set()
+        self.shared: dict[tuple[str, ...], str] = {}
         self.blocks = [*blocks, Lines("guards", ())]
         self.label: dict[str, int] = dict(owner)
         self.count = len(set(owner.values()))
@@ -280,7 +280,6 @@ class _Writer:
             if array in read_late:
                 result.places[name] = self._entry(array, member)
         sizes = {array: self._rounds(self.groups[self.home[array][0]]) for array in read_late}
-        self.shared: dict[tuple[str, ...], str] = {}
         for now in sorted(set(phase.values())):
             rest = [line for line in self.lines if phase[line.name] == now and line.name not in self.home]
             result.statements += self._blocks([(x.block, self._placed(x.line, result)) for x in rest])
