@@ -108,7 +108,8 @@ def plan_scene(scene: Scene, wanted: str | None = None) -> tuple[Topology, Choic
 
     topology = span(scene.mechanism, scene.driven)
     sound = sound_dyads(scene.mechanism, topology, scene.start.poses)
-    return topology, choose(scene.mechanism, topology, scene.driven, sound, wanted)
+    choice = choose(scene.mechanism, topology, scene.driven, sound, wanted)
+    return choice.topology, choice
 
 
 def derive_scene(scene: Scene, fold: bool = False, plan: str | None = None) -> tuple[Topology, Equations]:

@@ -9,7 +9,7 @@ import sympy as sp
 
 from ..mechanism.links import GROUND
 from ..mechanism.topology import Cut
-from .kinematics import Kinematics, Vector, add, dot, perp, scale
+from .kinematics import ZERO, Kinematics, Vector, add, dot, perp, scale
 from .way import Way, between
 
 FIXED: dict[str, Vector] = {"x": (sp.S.One, sp.S.Zero), "y": (sp.S.Zero, sp.S.One)}
@@ -71,6 +71,8 @@ class Closure:
         A line turns with the first link: there the row sees the acceleration of that link's point under the pin, less
         2 ω ṡ n (eq. 3.3).
         """
+        if self.kinematics.is_carried_by(link, cut.joint):  # the point is the link's inboard point
+            return tuple(Row(name, FIXED[name], ZERO, sp.S.Zero) for name in cut.rows)
         arm, squared = self.kinematics.r[link, cut.joint], self.kinematics.squared_rate[link]
         line, extra = self.lines.get(cut.joint), sp.S.Zero
         directions = {"n": line.normal} if line else FIXED

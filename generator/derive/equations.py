@@ -31,13 +31,15 @@ class Block:
     """Assignments that belong together, under the heading that a reader sees.
 
     ``gibbs`` is the Gibbs function of the link the block is about, ``stationary`` the equations ∂V/∂v = 0 that the
-    block solves, as (unknown v, ∂V/∂v). Both are for the reader; no kernel evaluates them.
+    block solves, as (unknown v, ∂V/∂v). Both are for the reader; no kernel evaluates them. ``shared`` assignments belong
+    to what modules meet at, even those that read one module alone.
     """
 
     title: str
     assignments: tuple[Assignment, ...]
     gibbs: Assignment | None = None
     stationary: tuple[Assignment, ...] = ()
+    shared: bool = False
 
 
 @dataclass(frozen=True)
@@ -167,9 +169,9 @@ class Ledger:
         """An equation ``0 = equation`` that the current block solves for ``unknown``."""
         self._stationary.append(Assignment(unknown, equation))
 
-    def close(self, title: str) -> None:
+    def close(self, title: str, shared: bool = False) -> None:
         """End the current block under ``title``; an empty one is dropped."""
         if self._open:
             title = f"at dead centres, {title}" if self.mark else title
-            self.blocks.append(Block(title, tuple(self._open), self._gibbs, tuple(self._stationary)))
+            self.blocks.append(Block(title, tuple(self._open), self._gibbs, tuple(self._stationary), shared))
         self._open, self._gibbs, self._stationary = [], None, []

@@ -100,9 +100,14 @@ class Recursion:
         form = Form([] if link == GROUND else [A_X, A_Y, ALPHA])
         if link != GROUND:
             self._own_terms(link, form)
-        for branch in self.kinematics.topology.outboard(link):
-            self._carry(link, branch, self.forms[branch.link], form)
-        for cut in self.kinematics.topology.cuts:
+        topology = self.kinematics.topology
+        for branch in topology.outboard(link):
+            if branch.link not in self.plan.severed:
+                self._carry(link, branch, self.forms[branch.link], form)
+        if link == topology.root:
+            for begin in self.plan.severed:
+                form.add(self.forms[begin])
+        for cut in (*topology.cuts, *map(topology.severed, self.plan.severed)):
             for side, factor in ((cut.first, -1), (cut.second, 1)):
                 if side.link == link:
                     self._closure_side(link, cut, factor, form)
@@ -116,7 +121,11 @@ class Recursion:
         self.forms[link] = form
         if self._is_point(link, form):
             self.points[link] = form.h(A_X, A_X)
-        self.ledger.close(f"inwards: {self.kinematics.title(link)}")
+        self.ledger.close(f"inwards: {self.kinematics.title(link)}", self._is_shared(link))
+
+    def _is_shared(self, link: int) -> bool:
+        """Whether the segments of the plan meet at the link."""
+        return bool(self.plan.severed) and link == self.kinematics.topology.root
 
     def _is_point(self, link: int, form: Form) -> bool:
         """Whether V depends on a as that of a mass at a point that is fixed in the link's parent."""
@@ -295,14 +304,14 @@ class Recursion:
     def _closure_side(self, link: int, cut: Cut, factor: int, form: Form) -> None:
         """−λ·(± acceleration of the cut joint's point on this side) (eq. 4.3), and the impact's right side once."""
         for row in self.closure.side(cut, link, factor):
-            v = multiplier(cut.joint, row.name)
+            v = multiplier(cut.joint, row.name, cut.rank)
             side = Form([A_X, A_Y, v])
             for axis, w in enumerate((A_X, A_Y)):
                 if row.direction[axis] != 0:
                     side.add_h(w, v, sp.Integer(-factor) * row.direction[axis])
             bias = scale(sp.Integer(-factor), self.field_) if link == GROUND else ZERO
             side.add_l(FLIGHT, v, -(row.bias + dot(row.direction, bias)))
-            if factor > 0:
+            if factor > 0 and v in self.jumps:
                 side.add_l(IMPACT, v, self.jumps[v])
             rows: dict[Variable, dict[Variable, sp.Expr]] = carried(row.arm)
             form.add(side.substitute(Substitution({A_X: {}, A_Y: {}} if link == GROUND else rows)))
@@ -314,8 +323,12 @@ class Recursion:
         topology, kinematics = self.kinematics.topology, self.kinematics
         phase = "impact" if impact else "flight"
         self._solve(topology.root, impact)
-        self.ledger.close(f"outwards in {phase}: {kinematics.title(topology.root)}")
+        self.ledger.close(f"outwards in {phase}: {kinematics.title(topology.root)}", self._is_shared(topology.root))
         for branch in topology.branches:
+            if branch.link in self.plan.severed:
+                self._solve(branch.link, impact)
+                self.ledger.close(f"outwards in {phase}: {kinematics.title(branch.link)}")
+                continue
             turning = sp.S.Zero if branch.parent == GROUND else self.known[impact, branch.parent, ALPHA]
             swing = scale(turning, perp(kinematics.r[branch.parent, branch.joint]))
             value = add(self._acceleration(branch.parent, impact), swing, ZERO if impact else self._bias(branch))

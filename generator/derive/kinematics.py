@@ -208,6 +208,10 @@ class Kinematics:
             return ZERO
         return self.arm(ref.link, self.mechanism.links[ref.link].points[ref.point], f"at_{ref.point}")
 
+    def is_carried_by(self, link: int, joint: int) -> bool:
+        """Whether the joint is the one in which the link hangs in the tree."""
+        return link not in (GROUND, self.topology.root) and self.topology.branch(link).joint == joint
+
     def is_inboard(self, ref: PointRef) -> bool:
         if ref.link == self.topology.root:
             return local(self.mechanism.links[ref.link].points[ref.point]) == ZERO

@@ -28,10 +28,12 @@ class Variable:
 
     ``kind`` is ``a`` (acceleration of the inboard point), ``alpha`` (angular acceleration), ``slide`` (acceleration
     along the line of the joint that carries the link), ``lambda`` (closure multiplier of cut joint ``joint``) or
-    ``turn`` (angular acceleration of link ``joint``, further out, which is left open).
+    ``turn`` (angular acceleration of link ``joint``, further out, which is left open). ``rank`` comes first in the order
+    of multipliers.
     """
 
     kind: str
+    rank: int = 0
     joint: int = -1
     axis: str = ""
 
@@ -47,13 +49,14 @@ class Variable:
 A_X, A_Y, ALPHA, SLIDE = Variable("a", axis="x"), Variable("a", axis="y"), Variable("alpha"), Variable("slide")
 
 
-def multiplier(joint: int, axis: str) -> Variable:
-    return Variable("lambda", joint, axis)
+def multiplier(joint: int, axis: str, rank: int = 0) -> Variable:
+    """One of the multipliers of a cut joint."""
+    return Variable("lambda", rank, joint, axis)
 
 
 def turn(link: int) -> Variable:
     """The angular acceleration of ``link``, as a variable of the forms of links nearer to the root."""
-    return Variable("turn", link)
+    return Variable("turn", joint=link)
 
 
 def hessian_name(link: int, v: Variable, w: Variable) -> str:

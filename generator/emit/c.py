@@ -118,11 +118,11 @@ class Writer:
 
     def _part(self, part: Lines | Loop) -> Slots:
         if isinstance(part, Lines):
-            return self._block(part)
+            return self._block(part, part.lanes)
         blocks = [self._block(block, part.lanes) for block in part.body]
         return {"title": part.title, "rounds": part.rounds, "modules": part.modules, "body": blocks}
 
-    def _block(self, block: Lines, lanes: int = 1) -> Slots:
+    def _block(self, block: Lines, lanes: int) -> Slots:
         return {"title": block.title, "rounds": 0, "lines": [self._declared(line, lanes) for line in block.lines]}
 
     def _holds(self, guard: Guard) -> str:

@@ -53,13 +53,17 @@ class Branch:
 
 @dataclass(frozen=True)
 class Cut:
-    """A joint left out of the tree: its two sides, and the link ``meeting`` where their branches meet."""
+    """A joint left out of the tree: its two sides, and the link ``meeting`` where their branches meet.
+
+    ``rank`` comes first in the order of multipliers, so that those of segments have the same order in each.
+    """
 
     joint: int
     first: PointRef
     second: PointRef
     meeting: int
     kind: Kind = "revolute"
+    rank: int = 0
 
     @property
     def rows(self) -> tuple[str, ...]:
@@ -105,6 +109,15 @@ class Topology:
                 return branch
         raise KeyError(link)
 
+    def severed(self, link: int) -> Cut:
+        """The joint that carries ``link``, cut open as well; its branches meet at the root.
+
+        Its rank is below those of joints further out, and of all others.
+        """
+        branch, rank = self.branch(link), len(self.path(link)) - len(self.branches) - 2
+        first, second = PointRef(branch.parent, branch.attach), PointRef(link, branch.inboard)
+        return Cut(branch.joint, first, second, self.root, branch.kind, rank)
+
     def leader(self, link: int) -> int:
         """The link whose angle ``link`` follows: itself, unless a prismatic joint carries it (the ground: none)."""
         while link != self.root and (branch := self.branch(link)).follows:
@@ -147,9 +160,20 @@ def span(mechanism: Mechanism, driven: Collection[int] = ()) -> Topology:
         raise ValueError(
             f"not connected with {mechanism.link_name(root)}: {', '.join(missing)}; add the missing joints"
         )
-    tree = Topology(root, branches, ())
-    paths = {link: tree.path(link) for link in reached}
-    used = {branch.joint for branch in branches}
+    return _cut_open(mechanism, Topology(root, branches, (), idle), usable)
+
+
+def recut(mechanism: Mechanism, topology: Topology, opened: int, closed: int) -> Topology:
+    """The topology with the joint ``opened`` of a loop cut in the place of the loop's cut joint ``closed``."""
+    used = sorted(({branch.joint for branch in topology.branches} | {closed}) - {opened})
+    tree = Topology(topology.root, _grow(mechanism, topology.root, used), (), topology.implied)
+    return _cut_open(mechanism, tree, sorted({*used, opened, *(cut.joint for cut in topology.cuts)}))
+
+
+def _cut_open(mechanism: Mechanism, tree: Topology, usable: Iterable[int]) -> Topology:
+    """The tree with a cut at each of the ``usable`` joints that it does not have."""
+    paths = {link: tree.path(link) for link in (tree.root, *(branch.link for branch in tree.branches))}
+    used = {branch.joint for branch in tree.branches}
     cuts = []
     for index in usable:
         joint = mechanism.joints[index]
@@ -157,7 +181,7 @@ def span(mechanism: Mechanism, driven: Collection[int] = ()) -> Topology:
             inwards = set(paths[joint.first.link])
             meeting = next(link for link in paths[joint.second.link] if link in inwards)
             cuts.append(Cut(index, joint.first, joint.second, meeting, joint.kind))
-    return Topology(root, branches, tuple(cuts), idle)
+    return Topology(tree.root, tree.branches, tuple(cuts), tree.implied)
 
 
 def _grow(mechanism: Mechanism, root: int, usable: Iterable[int]) -> tuple[Branch, ...]:

@@ -13,25 +13,27 @@ import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from ..derive.names import ALPHA, SLIDE, Variable, multiplier, turn
+from ..derive.names import A_X, A_Y, ALPHA, SLIDE, Variable, multiplier, turn
 from ..mechanism.links import GROUND
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.modules import alike
 from ..mechanism.topology import Branch, Cut, Topology
 from .pattern import Pattern, Sweep
 from .plan import Pivot, Plan
+from .segments import in_segments
 
 
 @dataclass(frozen=True)
 class Choice:
     """The plan that is taken, and about how many operations of the recursion each of the portfolio's plans costs."""
 
+    topology: Topology
     plan: Plan
     costs: tuple[tuple[str, int], ...]
 
 
-TIP_TO_ROOT, DYADS = "tip to root", "dyads"
-PLANS = (TIP_TO_ROOT, DYADS)
+TIP_TO_ROOT, DYADS, IN_SEGMENTS = "tip to root", "dyads", "segments"
+PLANS = (TIP_TO_ROOT, DYADS, IN_SEGMENTS)
 """The portfolio: of plans that cost the same, the first is taken."""
 
 WORTH = 2.0
@@ -67,6 +69,13 @@ def choose(
     found = [(TIP_TO_ROOT, *sweep.run(_Order(sweep, {}), limit))]
     if embedded:
         found.append((DYADS, *embedded))
+    runs = in_segments(mechanism, topology, driven)
+    if runs and wanted in (None, IN_SEGMENTS):
+        topology, modules = runs
+        severed = tuple(module[0] for module in modules)
+        cut = Sweep(mechanism, topology, driven, severed)
+        plan = Plan(IN_SEGMENTS, cut.run(_Order(cut, {}))[0], None, modules, severed)
+        return Choice(topology, plan, ((IN_SEGMENTS, round(cut.run(_Order(cut, {}))[1])), (found[0][0], round(found[0][2]))))
     named = [one for one in found if wanted in (None, one[0])]
     if not named:
         raise ValueError(
@@ -76,7 +85,7 @@ def choose(
     safe, own, cost = found[0]
     name, pivots, _ = min(named, key=lambda one: one[2] * (1.0 if one[0] == safe else WORTH))
     otherwise = Plan(safe, own) if name != safe and cost <= LONGEST else None
-    return Choice(Plan(name, pivots, otherwise, alike(mechanism)), tuple((one[0], round(one[2])) for one in found))
+    return Choice(topology, Plan(name, pivots, otherwise, alike(mechanism)), tuple((one[0], round(one[2])) for one in found))
 
 
 def _embedded(sweep: Sweep, cuts: list[Cut]) -> tuple[dict[int, tuple[Pivot, ...]], float] | None:
@@ -119,8 +128,13 @@ class _Order:
         return tuple(self._with_dyads(link, pattern))
 
     def _loops(self, link: int, pattern: Pattern) -> list[Pivot]:
-        cuts = [c for c in self.sweep.topology.cuts if c.meeting == link and c.joint not in self.closed]
-        return [tuple(multiplier(cut.joint, row) for row in cut.rows) for cut in _least_fill(cuts, pattern)]
+        cuts = [c for c in self.sweep.cuts if self._goes_at(c) == link and c.joint not in self.closed]
+        return [tuple(multiplier(cut.joint, row, cut.rank) for row in cut.rows) for cut in _least_fill(cuts, pattern)]
+
+    def _goes_at(self, cut: Cut) -> int:
+        """Where the branches of a loop meet; at the root if a segment begins on its way."""
+        way = _between(cut, self.sweep.branches)
+        return self.sweep.topology.root if way & set(self.sweep.severed) else cut.meeting
 
     def _belongings(self, link: int) -> list[Pivot]:
         """α of the link unless it follows another's, s̈ if it slides: first where the line is its own (eq. 4.5)."""
@@ -131,6 +145,8 @@ class _Order:
             found.append((SLIDE,))
             if self.sweep.branches[link].owner == link:
                 found.reverse()
+        if link in self.sweep.severed:
+            found.append((A_X, A_Y))
         return found
 
     def _with_dyads(self, link: int, pattern: Pattern) -> Iterator[Pivot]:

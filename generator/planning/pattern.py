@@ -68,16 +68,23 @@ Choose = Callable[[int, Pattern], tuple[Pivot, ...]]
 
 
 class Sweep:
-    """Takes the steps of the recursion for a mechanism on patterns; ``driven`` joints have a prescribed motion."""
+    """Takes the steps of the recursion for a mechanism on patterns; ``driven`` joints have a prescribed motion.
 
-    def __init__(self, mechanism: Mechanism, topology: Topology, driven: Collection[int]) -> None:
-        self.mechanism, self.topology, self.driven = mechanism, topology, driven
+    ``severed`` links begin segments.
+    """
+
+    def __init__(
+        self, mechanism: Mechanism, topology: Topology, driven: Collection[int], severed: Collection[int] = ()
+    ) -> None:
+        self.mechanism, self.topology, self.driven, self.severed = mechanism, topology, driven, severed
+        self.cuts = (*topology.cuts, *map(topology.severed, severed))
         self.branches = {branch.link: branch for branch in topology.branches}
         self.outboard: dict[int, list[Branch]] = {}
         for branch in topology.branches:
-            self.outboard.setdefault(branch.parent, []).append(branch)
+            if branch.link not in severed:
+                self.outboard.setdefault(branch.parent, []).append(branch)
         self.sides: dict[int, list[tuple[int, PointRef, int]]] = {}
-        for index, cut in enumerate(topology.cuts):
+        for index, cut in enumerate(self.cuts):
             for ref, sign in ((cut.first, 1), (cut.second, -1)):
                 self.sides.setdefault(ref.link, []).append((index, ref, sign))
 
@@ -122,6 +129,10 @@ class Sweep:
             cost += 12
         for branch in self.outboard.get(link, ()):
             cost += self._carry(link, branch, forms.pop(branch.link), pattern)
+        if link == self.topology.root:
+            for begin in self.severed:
+                for (v, w), value in forms.pop(begin).entries.items():
+                    pattern.add(v, w, value)
         for index, ref, sign in self.sides.get(link, ()):
             self._close(link, index, ref, sign, pattern)
         return pattern, cost
@@ -156,9 +167,9 @@ class Sweep:
         return cost
 
     def _close(self, link: int, index: int, ref: PointRef, sign: int, pattern: Pattern) -> None:
-        cut = self.topology.cuts[index]
+        cut = self.cuts[index]
         for row in cut.rows:
-            v = multiplier(cut.joint, row)
+            v = multiplier(cut.joint, row, cut.rank)
             pattern.near.setdefault(v, set())
             if link == GROUND:
                 continue

@@ -21,13 +21,16 @@ class Plan:
     open: it is handed on with the link's form until a link nearer to the root eliminates it. The acceleration of a
     floating root goes last, and is not listed. ``name`` says which of the portfolio's plans this is. ``otherwise`` is
     the plan to go to where a guard of this one fails; without one, the runtime solves such a state on its robust path.
-    ``modules`` are sets of links whose equations run side by side as far as they are equal.
+    ``modules`` are sets of links whose equations run side by side as far as they are equal. ``severed`` links begin
+    segments: the joint to their parent is cut open as well, so that their inboard points accelerate by themselves. What
+    is left of a segment's form goes to the root, and the joint's multipliers with it.
     """
 
     name: str
     pivots: Mapping[int, tuple[Pivot, ...]]
     otherwise: Plan | None = None
     modules: tuple[tuple[int, ...], ...] = ()
+    severed: tuple[int, ...] = ()
 
     def at(self, link: int) -> tuple[Pivot, ...]:
         """What goes from the form of ``link``."""

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from graphlib import CycleError, TopologicalSorter
 from itertools import pairwise
 from typing import Generic, TypeVar
 
@@ -157,7 +158,7 @@ class _Writer:
         """The line with its label; where it sums parts of several modules, these as lines before it."""
         value, name = line.line.value, line.name
         modules = self._modules(value)
-        if not modules:
+        if not modules or self.blocks[line.block].shared:
             return [line]
         if len(modules) == 1:
             self.label[name] = modules.pop()
@@ -181,8 +182,9 @@ class _Writer:
         """The guard; where it belongs to one module, as what must be positive, a line of the module."""
         if guard.least is None:
             return guard
-        modules = self._modules(guard.pivot) | self._modules(guard.least)
-        if len(modules) != 1:
+        pivot = self._modules(guard.pivot)
+        modules = pivot | self._modules(guard.least)
+        if len(modules) != 1 or not pivot:
             self.results |= {_named(leaf) for entry in (guard.pivot, guard.least) for leaf in leaves(entry)}
             return guard
         kept = Name(f"kept_{number}")
@@ -242,32 +244,34 @@ class _Writer:
         for late in (False, True):
             lines = [line for line in self.lines if self.blocks[line.block].late == late]
             start = max(phase.values(), default=-1) + 1
-            phase |= {line.name: start for line in lines}
-            if not self._settle(lines, phase):
+            if not self._settle(lines, phase, start):
                 return None
         return phase
 
-    def _settle(self, lines: Sequence[_Line], phase: dict[str, int]) -> bool:
-        """Move the lines to the phases that they can go in; false if there are none."""
-        changed = True
-        while changed:
-            changed = False
-            for line in lines:
-                here = line.name in self.home
-                after = [
-                    phase[name] + (name in self.home and not here)
-                    for name in map(_named, leaves(line.line.value))
-                    if name in phase
-                ]
-                if here:
-                    number, position, _ = self.home[line.name]
-                    after += [phase[other.name] for other in self.groups[number].columns[position]]
-                wanted = max(after, default=0)
-                if wanted > len(self.lines):
-                    return False
-                if wanted > phase[line.name]:
-                    phase[line.name], changed = wanted, True
+    def _settle(self, lines: Sequence[_Line], phase: dict[str, int], start: int) -> bool:
+        """Find the first phase, from ``start`` on, that each line can go in; false if some wait for each other."""
+        together: dict[object, list[_Line]] = defaultdict(list)  # a column of a group goes as a whole
+        for line in lines:
+            together[self._column(line.name)].append(line)
+        before = {
+            one: [name for line in found for name in map(_named, leaves(line.line.value))]
+            for one, found in together.items()
+        }
+        order = TopologicalSorter(
+            {one: {self._column(name) for name in names} & together.keys() for one, names in before.items()}
+        )
+        try:
+            for one in order.static_order():
+                here = isinstance(one, tuple)
+                after = [phase[name] + (name in self.home and not here) for name in before[one] if name in phase]
+                phase |= dict.fromkeys((line.name for line in together[one]), max([start, *after]))
+        except CycleError:
+            return False
         return True
+
+    def _column(self, name: str) -> object:
+        """What goes at once with a statement: its group and position, or itself."""
+        return self.home[name][:2] if name in self.home else name
 
     # -- writing ---------------------------------------------------------------------------------------------------
 

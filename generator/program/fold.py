@@ -62,7 +62,7 @@ class _Folding:
         kept = [a for a in map(self._assignment, block.assignments) if a is not None]
         gibbs = replace(block.gibbs, expression=self._value(block.gibbs.expression, "S")) if block.gibbs else None
         stationary = tuple(replace(a, expression=self._value(a.expression, a.symbol)) for a in block.stationary)
-        return Block(block.title, tuple(kept), gibbs, stationary)
+        return replace(block, assignments=tuple(kept), gibbs=gibbs, stationary=stationary)
 
     def _assignment(self, assignment: Assignment) -> Assignment | None:
         """The assignment that remains, or ``None`` when its symbol has become something that is known already."""

@@ -19,10 +19,11 @@ from .slices import Slicer
 
 @dataclass(frozen=True)
 class Section:
-    """Assignments under one heading."""
+    """Assignments under one heading; ``shared`` ones belong to no module."""
 
     title: str
     assignments: tuple[Assignment, ...]
+    shared: bool = False
 
 
 @dataclass(frozen=True)
@@ -151,7 +152,7 @@ def lower(equations: Equations) -> Program:
     for kernel, blocks in wanted:
         direct = {s for block in blocks for a in block.assignments for s in a.expression.free_symbols}
         direct |= {s for entry in _roots(kernel) for s in entry.free_symbols}
-        sections = tuple(Section(block.title, block.assignments) for block in blocks)
+        sections = tuple(Section(block.title, block.assignments, block.shared) for block in blocks)
         functions.append(Function(kernel, sections, tuple(s for s in ordered if s in direct)))
         used |= direct & slicer.constant
     needed = slicer.needed(used)

@@ -32,12 +32,15 @@ class Lines:
     """A block of assignments under a title.
 
     ``late`` ones come behind all others: they belong to every column that a kernel is given, or to what it is asked
-    for.
+    for. ``shared`` ones belong to no module, whatever they read. Those on vectors of more than one of ``lanes`` are of
+    modules side by side.
     """
 
     title: str
     lines: tuple[Assign, ...]
     late: bool = False
+    shared: bool = False
+    lanes: int = 1
 
 
 @dataclass(frozen=True)

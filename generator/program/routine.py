@@ -6,12 +6,13 @@ Function (named assignments) → terms → loops over links or modules → Routi
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, cached_property
 
 from ..derive.derivation import AT_DEAD_CENTRES
 from ..derive.equations import GUARD
 from .abreast import Packed, abreast, padded
+from .long_modules import rolled_modules
 from .program import Function, Program
 from .response import NAME as RESPONSE
 from .rolling import Lines, Loop, Place, roll
@@ -72,9 +73,9 @@ class Routine:
     modules: tuple[tuple[int, ...], ...] = ()
 
     def reads(self, array: str) -> bool:
-        """Whether a loop reads an array by index."""
-        loops = [part for part in self.statements if isinstance(part, Loop)]
-        values = (line.value for loop in loops for block in loop.body for line in block.lines)
+        """Whether statements read an array by index."""
+        blocks = (b for part in self.statements for b in (part.body if isinstance(part, Loop) else (part,)))
+        values = (line.value for block in blocks for line in block.lines)
         return any(isinstance(leaf, Element) and leaf.array == array for value in values for leaf in leaves(value))
 
 
@@ -134,8 +135,10 @@ class Routines:
         side = abreast(blocks, owner, places, results, guards, self.packed, lanes)
         reserved = {*arguments, LOOP, "c", "s", *(o.name for o in kernel.outputs)}
         rolled = roll(blocks, places, results | _named(_entries(guards)), reserved)
-        if side and _written(rolled.statements) < _written(side.statements):
-            side = None  # few long modules: loops over their links are shorter
+        if side:
+            side = rolled_modules(side, [side.placed(line.value) for line in outputs], reserved)
+            if _written(rolled.statements) < _written(side.statements):
+                side = None  # few long modules: loops over their links are shorter
         if side is None:
             placed, statements, arrays = rolled.placed, rolled.statements, rolled.arrays
             guards = [Guard(placed(g.pivot), g.least and placed(g.least)) for g in guards]
@@ -186,7 +189,7 @@ class Routines:
                     case _:
                         lines.append(Assign(Name(str(a.symbol.name)), value))
             if lines:
-                blocks.append(Lines(section.title, tuple(lines)))
+                blocks.append(Lines(section.title, tuple(lines), shared=section.shared))
         return blocks, turned
 
     def _angles(
@@ -247,7 +250,7 @@ def _behind(blocks: Sequence[Lines], late: set[str]) -> list[Lines]:
             (then, tuple(line for line in block.lines if _named([line.target]) & late)),
         ):
             if lines:
-                found.append(Lines(block.title, lines, late=found is then))
+                found.append(replace(block, lines=lines, late=found is then))
     return now + then
 
 

@@ -1,0 +1,101 @@
+"""Rows of links inside of modules that go side by side become loops, as in one long chain (:mod:`.rolling`).
+
+A vector holds the same link of each module; the loop goes from link to link.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import replace
+
+from .abreast import Abreast
+from .rolling import Lines, Loop, Place, Rolled, roll
+from .terms import ZERO, Assign, Element, Leaf, Name, Term, exchanged, leaves
+
+PACKED = ("k_abreast", "c_abreast", "s_abreast")
+"""Arrays of vectors that are there before the statements."""
+
+END = "end of a phase"
+
+
+def rolled_modules(side: Abreast, results: Collection[Term], reserved: Collection[str]) -> Abreast:
+    """The statements with loops over the links of modules where these repeat.
+
+    Only where one vector holds all modules of each group: else there is a loop over vectors already. ``results`` are
+    read behind the last statement; ``reserved`` are names that no array may take.
+    """
+    loops = [part for part in side.statements if isinstance(part, Loop)]
+    if side.lanes == 1 or any(loop.rounds > 1 for loop in loops):
+        return side
+    vectors = {array for array, _ in side.arrays}
+    given: dict[str, Place] = {}
+
+    def named(leaf: Leaf) -> Leaf:
+        """A vector by a name of its own, as :func:`roll` reads it."""
+        if isinstance(leaf, Name) or leaf.lane is not None:
+            return leaf
+        if leaf.array in vectors:
+            return Name(leaf.array)
+        if leaf.array in PACKED:
+            name = f"{leaf.array}_{leaf.start}"
+            given[name] = (leaf.array, leaf.start)
+            return Name(name)
+        return leaf
+
+    blocks: list[Lines] = []
+    for phase, loop in enumerate(loops):
+        for block in loop.body:
+            lines = (Assign(named(line.target), exchanged(line.value, named)) for line in block.lines)
+            blocks.append(replace(block, lines=tuple(lines)))
+        blocks.append(Lines(END, (Assign(Name(END + "x" * phase), ZERO),)))  # no two alike: no loop goes across them
+    outside = [line.value for part in side.statements if isinstance(part, Lines) for line in part.lines]
+    outside += [*results, *(entry for guard in side.guards for entry in (guard.pivot, guard.least) if entry)]
+    read = {leaf.array for term in outside for leaf in leaves(term) if isinstance(leaf, Element)}
+    rolled = roll(blocks, given, read & vectors, {*reserved, *PACKED})
+    if not any(isinstance(part, Loop) for part in rolled.statements):
+        return side
+    return _joined(side, rolled, vectors, given)
+
+
+def _joined(side: Abreast, rolled: Rolled, vectors: set[str], given: Mapping[str, Place]) -> Abreast:
+    """The statements outside of modules as they were, the modules' in loops, all with the places of both."""
+
+    def placed(leaf: Leaf) -> Leaf:
+        if isinstance(leaf, Element) and leaf.array in rolled.places:
+            return Element(*rolled.places[leaf.array], 0, leaf.lane)
+        return leaf
+
+    def back(leaf: Leaf) -> Leaf:
+        if isinstance(leaf, Name) and leaf.name in given:
+            return Element(*given[leaf.name])
+        if isinstance(leaf, Name) and leaf.name in vectors:
+            return Element(leaf.name, 0)
+        return leaf
+
+    def vector(block: Lines) -> Lines:
+        return replace(block, lines=tuple(Assign(back(x.target), exchanged(x.value, back)) for x in block.lines))
+
+    phases: list[list[Lines | Loop]] = [[]]
+    for part in rolled.statements:
+        if isinstance(part, Lines) and part.title == END:
+            phases.append([])
+        elif isinstance(part, Lines):
+            phases[-1].append(replace(vector(part), lanes=side.lanes))
+        else:
+            phases[-1].append(replace(part, body=tuple(map(vector, part.body)), lanes=side.lanes))
+    result = replace(side, statements=[])
+    result.angles = side.angles
+    each = iter(phases)
+    for part in side.statements:
+        if isinstance(part, Loop):
+            result.statements += next(each)
+        else:
+            lines = tuple(Assign(placed(line.target), exchanged(line.value, placed)) for line in part.lines)
+            result.statements.append(replace(part, lines=lines))
+    result.places = {name: placed(element) for name, element in side.places.items()}
+    result.guards = [
+        replace(g, pivot=exchanged(g.pivot, placed), least=g.least and exchanged(g.least, placed)) for g in side.guards
+    ]
+    kept = [(array, size) for array, size in side.arrays if array not in rolled.places]
+    result.arrays = sorted([*kept, *rolled.arrays])
+    return result
