@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from ccgen.generator import load_scene
+from ccgen.generator import load_scene, loop
 from ccgen.generator.emit.expressions import C
 from ccgen.generator.mechanism.modules import LEAST_LINKS, alike, varied
 from ccgen.generator.pipeline import derive_scene
@@ -272,6 +272,21 @@ def test_a_walking_machine_abreast_is_that_written_out(tmp_path: Path) -> None:
     together, apart = written.compiled("together", 10**9, pass_.LEAST), written.compiled("apart", 10**9)
     assert "ccgen_total(" in together.source
     compare(written, together, apart)
+
+
+@pytest.mark.skipif(shutil.which("cc") is None, reason="there is no cc")
+@pytest.mark.parametrize("links", [40, 53])
+def test_segments_of_a_ring_abreast_are_those_written_out(links: int, tmp_path: Path) -> None:
+    """A vector holds one link of each segment, and a loop goes from link to link where the segments are long."""
+    ground = [{"restitution": 0.3, "friction": 0.4}]
+    written = Written(loop(links, gravity=True, start={"height": 9.0}, ground=ground), tmp_path)
+    together, apart = written.compiled("together", 6, pass_.LEAST), written.compiled("apart", 10**9)
+    assert "ccgen_abreast" in together.source
+    compare(written, together, apart)
+    acceleration = Routines(written.program, C.term).made[0]
+    assert acceleration.function.kernel.name == "acceleration"
+    rounds = [part.rounds for part in acceleration.statements if isinstance(part, Loop) and part.lanes == 4]
+    assert min(rounds) >= 6, rounds
 
 
 def compare(written: Written, together: Compiled, apart: Compiled) -> None:

@@ -18,10 +18,11 @@ from ccgen.generator.emit.show import show_text
 from ccgen.generator.mechanism.topology import span
 from ccgen.generator.pipeline import derive_scene, listing, plan_scene
 from ccgen.generator.planning import choose as choosing
-from ccgen.generator.planning.choose import DYADS, PLANS, TIP_TO_ROOT, choose
+from ccgen.generator.planning.choose import DYADS, IN_SEGMENTS, PLANS, TIP_TO_ROOT, choose
 from ccgen.generator.planning.plan import is_dyad
 from ccgen.generator.program.program import lower
 from ccgen.generator.program.reading import read_listing
+from ccgen.generator.scene import read_tables
 from ccgen.generator.scene.scene import Scene
 from ccgen.runtime import load_model
 
@@ -70,6 +71,15 @@ MECHANISMS: dict[str, Edges] = {
     ],
     "loops in a ring": [(0, 1), (1, 2), (0, 3), (3, 4), (4, 5), (3, 6), (0, 5), (4, 6)],
 }
+ROWS: dict[str, Edges] = {
+    "ring": graphs.ring(25),
+    "hinged ring": graphs.ring(23, grounded=True),
+    "pinned at both ends": [*((k - 1, k) for k in range(20)), (19, GROUND)],
+    "ring with a handle": graphs.nested(28, 2, 0, 2),
+    "two rings": [*graphs.ring(24), (3, 24), (24, 25), (25, 26), (26, 3)],
+    "ring that is drawn the other way": [(b, a) for a, b in graphs.ring(25)],
+}
+"""Mechanisms with a row of links in a loop that is long enough for segments."""
 SLIDER_CRANK = """
 name = "guide-first"
 [ground_link]
@@ -140,13 +150,13 @@ def state_of(text: str, poses: Array, velocities: Array) -> tuple[Array, Array, 
 
 
 @pytest.mark.parametrize("plan", PLANS)
-@pytest.mark.parametrize("name", MECHANISMS)
+@pytest.mark.parametrize("name", MECHANISMS | ROWS)
 def test_every_plan_gives_the_motion_of_the_dense_reference(name: str, plan: str, tmp_path: Any) -> None:
     """Accelerations, and the jumps that generalized impulses bring, at the drawn configuration."""
-    drawing = graphs.mechanism("mechanism", MECHANISMS[name], seed=5)
+    drawing = graphs.mechanism("mechanism", (MECHANISMS | ROWS)[name], seed=5)
     scene = scene_of(drawing, tmp_path)
     if plan not in dict(plan_scene(scene)[1].costs):
-        pytest.skip("no dyad to close")
+        pytest.skip("it has no such plan")
     text = listing(scene, plan=plan)
     rng = np.random.default_rng(2)
     speeds = maximal.project(drawing.system, drawing.poses, rng.normal(size=drawing.poses.shape))
@@ -158,19 +168,21 @@ def test_every_plan_gives_the_motion_of_the_dense_reference(name: str, plan: str
     _check_impulses(drawing, text, q, names, rng)
 
 
-@pytest.mark.parametrize("name", MECHANISMS)
+@pytest.mark.parametrize("name", MECHANISMS | ROWS)
 def test_loops_go_after_what_their_rows_need(name: str, tmp_path: Any) -> None:
     """No multipliers are eliminated while an angular acceleration on the way round their loop is open."""
-    scene = scene_of(graphs.mechanism("mechanism", MECHANISMS[name], seed=5), tmp_path)
-    topology = span(scene.mechanism)
-    sound = [c.joint for c in topology.cuts]
-    for wanted, _ in choose(scene.mechanism, topology, (), sound).costs:
-        plan = choose(scene.mechanism, topology, (), sound, wanted).plan
+    scene = scene_of(graphs.mechanism("mechanism", (MECHANISMS | ROWS)[name], seed=5), tmp_path)
+    tree = span(scene.mechanism)
+    sound = [c.joint for c in tree.cuts]
+    for wanted, _ in choose(scene.mechanism, tree, (), sound).costs:
+        choice = choose(scene.mechanism, tree, (), sound, wanted)
+        plan, topology = choice.plan, choice.topology
         gone: set[Any] = set()
         for link in [branch.link for branch in reversed(topology.branches)] + [topology.root]:
             for pivot in plan.at(link):
                 if pivot[0].kind == "lambda":
-                    (cut,) = (c for c in topology.cuts if c.joint == pivot[0].joint)
+                    cuts = [*topology.cuts, *map(topology.severed, plan.severed)]
+                    (cut,) = (c for c in cuts if c.joint == pivot[0].joint)
                     for side in (cut.first.link, cut.second.link):
                         way = topology.path(side)
                         assert {turn(k) for k in way[: way.index(cut.meeting)]} <= gone
@@ -247,7 +259,7 @@ def test_a_ring_keeps_the_order_from_tip_to_root() -> None:
     assert [name for name, _ in choice.costs] == [TIP_TO_ROOT]
     with pytest.raises(ValueError, match="found 'dyads', expected 'tip to root': the mechanism has no dyad to close"):
         plan_scene(loop(12), DYADS)
-    with pytest.raises(ValueError, match="found 'best', expected 'tip to root' or 'dyads'"):
+    with pytest.raises(ValueError, match="found 'best', expected 'tip to root', 'dyads' or 'segments'"):
         plan_scene(loop(12), "best")
 
 
@@ -306,6 +318,33 @@ between = ["rocker.A", "ground.D"]
 """
     )
     return path
+
+
+def test_long_rings_go_in_segments() -> None:
+    """Four segments of a ring as long as they can be; what is left over stays with the root."""
+    topology, choice = plan_scene(loop(50))
+    assert choice.plan.name == IN_SEGMENTS
+    assert [len(segment) for segment in choice.plan.modules] == [12] * 4
+    assert sum(choice.plan.modules, ()) == tuple(range(2, 50))
+    assert choice.plan.severed == (2, 14, 26, 38)
+    assert [cut.joint for cut in topology.cuts] == [
+        next(j for j in (0, 49) if j not in {b.joint for b in topology.branches})
+    ]
+    assert plan_scene(loop(50), TIP_TO_ROOT)[1].plan.severed == ()
+    with pytest.raises(ValueError, match="found 'segments', expected 'tip to root': no loop has a row of"):
+        plan_scene(loop(12), IN_SEGMENTS)
+
+
+def test_rows_of_unlike_links_have_no_segments() -> None:
+    """Where a link's centre of mass is off its line and its neighbours' are not, their equations differ."""
+
+    def plans(odd: float) -> list[str]:
+        coms = [[0.5, 0.0] if k != 24 else [0.5, odd] for k in range(49)]
+        scene = read_tables({"loop": {"links": 49, "com": coms}}, "ring", "ring")
+        return [name for name, _ in plan_scene(scene)[1].costs]
+
+    assert IN_SEGMENTS in plans(0.0)
+    assert IN_SEGMENTS not in plans(0.1)
 
 
 @pytest.mark.parametrize("legs", [0, 1, 4])

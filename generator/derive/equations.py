@@ -31,8 +31,8 @@ class Block:
     """Assignments that belong together, under the heading that a reader sees.
 
     ``gibbs`` is the Gibbs function of the link the block is about, ``stationary`` the equations ∂V/∂v = 0 that the
-    block solves, as (unknown v, ∂V/∂v). Both are for the reader; no kernel evaluates them. ``shared`` assignments belong
-    to what modules meet at, even those that read one module alone.
+    block solves, as (unknown v, ∂V/∂v). Both are for the reader; no kernel evaluates them. ``shared`` assignments
+    belong to what modules meet at, even those that read one module alone.
     """
 
     title: str

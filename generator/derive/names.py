@@ -28,8 +28,8 @@ class Variable:
 
     ``kind`` is ``a`` (acceleration of the inboard point), ``alpha`` (angular acceleration), ``slide`` (acceleration
     along the line of the joint that carries the link), ``lambda`` (closure multiplier of cut joint ``joint``) or
-    ``turn`` (angular acceleration of link ``joint``, further out, which is left open). ``rank`` comes first in the order
-    of multipliers.
+    ``turn`` (angular acceleration of link ``joint``, further out, which is left open). ``rank`` comes first in the
+    order of multipliers.
     """
 
     kind: str

@@ -13,7 +13,7 @@ from ..derive.expanded import ExpandedForm, expand
 from ..mechanism.joints import Joint, PointRef
 from ..mechanism.layout import lay_out
 from ..mechanism.mechanism import Mechanism
-from ..mechanism.topology import Cut, Topology, span
+from ..mechanism.topology import Cut, Topology
 from ..planning.choose import FAR
 from ..planning.plan import is_dyad
 from ..program.prices import Price
@@ -48,7 +48,7 @@ def show_text(scene: Scene, latex: bool, expanded: bool, fold: bool = False, *, 
             f"--expand: found {', '.join(e.title for e in scene.effects if e.driven())}, expected no [[drive]]: the "
             "expanded form knows no prescribed motion; leave out --expand"
         )
-    form = expand(scene.mechanism, span(scene.mechanism, scene.driven), scene.effects) if expanded else None
+    form = expand(scene.mechanism, plan_scene(scene)[0], scene.effects) if expanded else None
     topology, derived = derive_scene(scene, fold)
     summary, added = summarize(scene, topology, derived), prices(scene, fold, derived)
     if latex:
@@ -114,6 +114,11 @@ def _order_lines(scene: Scene) -> Iterator[str]:
         if name != plan.name
     ]
     yield "; ".join([plan.name, *others])
+    if plan.severed:
+        ends = [f"{mechanism.link_name(s[0])} to {mechanism.link_name(s[-1])}" for s in plan.modules]
+        yield f"{len(ends)} segments of {len(plan.modules[0])} links: {', '.join(ends)}"
+        open_ = [mechanism.joints[topology.branch(link).joint].name for link in plan.severed]
+        yield f"cut open between them as well: {', '.join(open_)}"
     dyads = [pivot for pivots in plan.pivots.values() for pivot in pivots if is_dyad(pivot)]
     if dyads:
         closed = [" with ".join(mechanism.link_name(v.joint) for v in pivot[:2]) for pivot in dyads]

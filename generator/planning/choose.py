@@ -4,7 +4,7 @@
 It costs the same per link in chains, rings and ladders. Where many loops pass through one link, as legs on a shaft do,
 that link's angular acceleration couples the multipliers of all of them, and it pays to leave it open: ``dyads`` closes
 two links at a time between links that are known (Assur groups), so that their multipliers vanish, and leaves open what
-joins the dyads.
+joins the dyads. ``segments`` cuts a long loop into pieces that go side by side.
 """
 
 from __future__ import annotations
@@ -20,12 +20,13 @@ from ..mechanism.modules import alike
 from ..mechanism.topology import Branch, Cut, Topology
 from .pattern import Pattern, Sweep
 from .plan import Pivot, Plan
-from .segments import in_segments
+from .segments import LEAST_LINKS, SEGMENTS, in_segments
 
 
 @dataclass(frozen=True)
 class Choice:
-    """The plan that is taken, and about how many operations of the recursion each of the portfolio's plans costs."""
+    """The plan that is taken, the virtual open chain that it is for, and about how many operations of the recursion
+    each of the portfolio's plans costs."""
 
     topology: Topology
     plan: Plan
@@ -39,6 +40,17 @@ PLANS = (TIP_TO_ROOT, DYADS, IN_SEGMENTS)
 WORTH = 2.0
 """Times fewer operations that a plan must take than the order from tip to root. Closing a dyad divides by the sine of
 an angle that the motion changes, which costs digits, and wants a second set of functions near dead centres."""
+
+GATHERING = 1.3
+"""Times that segments take longer than their operations, side by side, would: states are gathered and results are laid
+out again."""
+
+LACKING = {
+    DYADS: "the mechanism has no dyad to close that is away from its dead centre at the start; leave out the plan, or "
+    "start elsewhere",
+    IN_SEGMENTS: f"no loop has a row of {SEGMENTS * LEAST_LINKS} links that are alike; leave out the plan",
+}
+"""Why there is no plan of a name."""
 
 FAR = 10
 """Times the operations of the other plan at which the count of the order from tip to root is given up, though not below
@@ -56,39 +68,61 @@ def choose(
     sound: Collection[int],
     wanted: str | None = None,
 ) -> Choice:
-    """The order from tip to root unless another is :data:`WORTH` it, or the ``wanted`` one of :data:`PLANS`.
+    """The order from tip to root unless another is worth it, or the ``wanted`` one of :data:`PLANS`.
 
     ``driven`` joints have a prescribed motion; ``sound`` are the cut pins whose dyads may be closed. Raises
-    ``ValueError`` where the wanted plan is not one of the portfolio, or the mechanism has no dyad to close.
+    ``ValueError`` where the wanted plan is not one of the portfolio, or the mechanism has none of its kind.
     """
     if wanted is not None and wanted not in PLANS:
-        raise ValueError(f"plan: found {wanted!r}, expected {' or '.join(map(repr, PLANS))}; name one of them")
-    sweep = Sweep(mechanism, topology, driven)
-    embedded = _embedded(sweep, [cut for cut in topology.cuts if cut.joint in sound])
-    limit = max(FAR * embedded[1], LONGEST) if embedded and wanted != TIP_TO_ROOT else math.inf
-    found = [(TIP_TO_ROOT, *sweep.run(_Order(sweep, {}), limit))]
-    if embedded:
-        found.append((DYADS, *embedded))
-    runs = in_segments(mechanism, topology, driven)
-    if runs and wanted in (None, IN_SEGMENTS):
-        topology, modules = runs
-        severed = tuple(module[0] for module in modules)
-        cut = Sweep(mechanism, topology, driven, severed)
-        plan = Plan(IN_SEGMENTS, cut.run(_Order(cut, {}))[0], None, modules, severed)
-        return Choice(topology, plan, ((IN_SEGMENTS, round(cut.run(_Order(cut, {}))[1])), (found[0][0], round(found[0][2]))))
-    named = [one for one in found if wanted in (None, one[0])]
-    if not named:
         raise ValueError(
-            f"plan: found {wanted!r}, expected {TIP_TO_ROOT!r}: the mechanism has no dyad to close that is away from "
-            "its dead centre at the start; leave out the plan, or start elsewhere"
+            f"plan: found {wanted!r}, expected {', '.join(map(repr, PLANS[:-1]))} or {PLANS[-1]!r}; name one of them"
         )
-    safe, own, cost = found[0]
-    name, pivots, _ = min(named, key=lambda one: one[2] * (1.0 if one[0] == safe else WORTH))
-    otherwise = Plan(safe, own) if name != safe and cost <= LONGEST else None
-    return Choice(topology, Plan(name, pivots, otherwise, alike(mechanism)), tuple((one[0], round(one[2])) for one in found))
+    sweep = Sweep(mechanism, topology, driven)
+    modules = alike(mechanism)
+    dyads = _with_dyads(sweep, [cut for cut in topology.cuts if cut.joint in sound])
+    limit = max(FAR * dyads[1], LONGEST) if dyads and wanted != TIP_TO_ROOT else math.inf
+    own, cost = _summed(sweep.run(_Order(sweep, {}), limit))
+    found = [_Candidate(topology, Plan(TIP_TO_ROOT, own, None, modules), cost, cost)]
+    if dyads:
+        otherwise = Plan(TIP_TO_ROOT, own) if cost <= LONGEST else None
+        plan = Plan(DYADS, dyads[0], otherwise, modules)
+        found.append(_Candidate(topology, plan, dyads[1], WORTH * dyads[1]))
+    found += _in_segments(mechanism, topology, driven)
+    named = [one for one in found if wanted in (None, one.plan.name)]
+    if not named:
+        raise ValueError(f"plan: found {wanted!r}, expected {TIP_TO_ROOT!r}: {LACKING[str(wanted)]}")
+    best = min(named, key=lambda one: one.price)
+    return Choice(best.topology, best.plan, tuple((one.plan.name, round(one.cost)) for one in found))
 
 
-def _embedded(sweep: Sweep, cuts: list[Cut]) -> tuple[dict[int, tuple[Pivot, ...]], float] | None:
+@dataclass(frozen=True)
+class _Candidate:
+    """A plan, about how many operations it costs, and what it is compared by."""
+
+    topology: Topology
+    plan: Plan
+    cost: float
+    price: float
+
+
+def _summed(found: tuple[dict[int, tuple[Pivot, ...]], dict[int, float]]) -> tuple[dict[int, tuple[Pivot, ...]], float]:
+    return found[0], sum(found[1].values())
+
+
+def _in_segments(mechanism: Mechanism, topology: Topology, driven: Collection[int]) -> list[_Candidate]:
+    """The longest loop's row of links in segments, if it has one that is long enough."""
+    row = in_segments(mechanism, topology, driven)
+    if row is None:
+        return []
+    severed = tuple(segment[0] for segment in row[1])
+    sweep = Sweep(mechanism, row[0], driven, severed)
+    pivots, costs = sweep.run(_Order(sweep, {}))
+    cost, side_by_side = sum(costs.values()), sum(costs[link] for segment in row[1] for link in segment)
+    price = GATHERING * (cost - side_by_side + side_by_side / len(row[1]))
+    return [_Candidate(row[0], Plan(IN_SEGMENTS, pivots, None, row[1], severed), cost, price)]
+
+
+def _with_dyads(sweep: Sweep, cuts: list[Cut]) -> tuple[dict[int, tuple[Pivot, ...]], float] | None:
     """Pivots and cost where as many of the dyads at ``cuts`` are closed as leave all other loops their links.
 
     The multipliers of a loop that no dyad closes have a pivot only once the angular accelerations on its way have gone.
@@ -96,7 +130,7 @@ def _embedded(sweep: Sweep, cuts: list[Cut]) -> tuple[dict[int, tuple[Pivot, ...
     """
     while dyads := _close_dyads(sweep, cuts):
         order = _Order(sweep, _when(sweep, dyads))
-        found = sweep.run(order)
+        found = _summed(sweep.run(order))
         if not order.starved:
             return found
         ways = [_between(cut, sweep.branches) for cut in order.starved]
@@ -110,8 +144,8 @@ def _embedded(sweep: Sweep, cuts: list[Cut]) -> tuple[dict[int, tuple[Pivot, ...
 
 @dataclass
 class _Order:
-    """Dyads where they are due, other loops where their branches meet, then what belongs to the link or was left
-    open."""
+    """Dyads where they are due, other loops where their branches meet (at the root if a segment begins on their way),
+    then what belongs to the link or was left open."""
 
     sweep: Sweep
     dyads: dict[int, list[Cut]]
@@ -121,6 +155,11 @@ class _Order:
     def __post_init__(self) -> None:
         self.closed = {cut.joint for cuts in self.dyads.values() for cut in cuts}
         self.waiting = {v for cuts in self.dyads.values() for cut in cuts for v in _dyad(cut)}
+        root, severed, branches = self.sweep.topology.root, set(self.sweep.severed), self.sweep.branches
+        self.loops: dict[int, list[Cut]] = {}
+        for cut in (cut for cut in self.sweep.cuts if cut.joint not in self.closed):
+            link = root if severed & _between(cut, branches) else cut.meeting
+            self.loops.setdefault(link, []).append(cut)
 
     def __call__(self, link: int, pattern: Pattern) -> tuple[Pivot, ...]:
         if not self.dyads:
@@ -128,13 +167,8 @@ class _Order:
         return tuple(self._with_dyads(link, pattern))
 
     def _loops(self, link: int, pattern: Pattern) -> list[Pivot]:
-        cuts = [c for c in self.sweep.cuts if self._goes_at(c) == link and c.joint not in self.closed]
+        cuts = self.loops.get(link, [])
         return [tuple(multiplier(cut.joint, row, cut.rank) for row in cut.rows) for cut in _least_fill(cuts, pattern)]
-
-    def _goes_at(self, cut: Cut) -> int:
-        """Where the branches of a loop meet; at the root if a segment begins on its way."""
-        way = _between(cut, self.sweep.branches)
-        return self.sweep.topology.root if way & set(self.sweep.severed) else cut.meeting
 
     def _belongings(self, link: int) -> list[Pivot]:
         """α of the link unless it follows another's, s̈ if it slides: first where the line is its own (eq. 4.5)."""

@@ -98,24 +98,22 @@ class Sweep:
         branch = self.branches.get(link)
         return branch is not None and branch.slides and branch.joint not in self.driven
 
-    def run(self, choose: Choose, limit: float = math.inf) -> tuple[dict[int, tuple[Pivot, ...]], float]:
-        """The pivots that ``choose`` names, link by link, and about how many operations they cost.
+    def run(self, choose: Choose, limit: float = math.inf) -> tuple[dict[int, tuple[Pivot, ...]], dict[int, float]]:
+        """The pivots that ``choose`` names, and about how many operations they cost, link by link.
 
-        Where that is more than ``limit``, the pivots are not complete.
+        Where that is more than ``limit`` in all, the pivots are not complete.
         """
         forms: dict[int, Pattern] = {}
-        pivots, cost = {}, 0.0
+        pivots, costs = {}, dict[int, float]()
         for link in [branch.link for branch in reversed(self.topology.branches)] + [self.topology.root]:
             pattern, gathered = self._gather(link, forms)
             chosen = choose(link, pattern)
-            cost += gathered
-            for pivot in chosen:
-                cost += self._eliminate(link, pattern, pivot)
-            if cost > limit:
+            costs[link] = gathered + sum(self._eliminate(link, pattern, pivot) for pivot in chosen)
+            if sum(costs.values()) > limit:
                 break
             pivots[link] = chosen
             forms[link] = self._handed_on(link, pattern)
-        return pivots, cost
+        return pivots, costs
 
     # -- one link --------------------------------------------------------------------------------------------------
 

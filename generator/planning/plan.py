@@ -23,7 +23,7 @@ class Plan:
     the plan to go to where a guard of this one fails; without one, the runtime solves such a state on its robust path.
     ``modules`` are sets of links whose equations run side by side as far as they are equal. ``severed`` links begin
     segments: the joint to their parent is cut open as well, so that their inboard points accelerate by themselves. What
-    is left of a segment's form goes to the root, and the joint's multipliers with it.
+    is left of a segment's form, over the multipliers at its ends (theory, eq. 4.18), goes to the root.
     """
 
     name: str

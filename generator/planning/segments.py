@@ -37,9 +37,7 @@ def in_segments(
     return recut(mechanism, topology, opened, cut.joint), segments
 
 
-def _rows(
-    mechanism: Mechanism, topology: Topology, cut: Cut, driven: Collection[int]
-) -> Iterator[tuple[Segment, int]]:
+def _rows(mechanism: Mechanism, topology: Topology, cut: Cut, driven: Collection[int]) -> Iterator[tuple[Segment, int]]:
     """The row of links through a cut pin, and the joint at its end, where it is to be cut instead.
 
     Equal segments need that joint's first side to be theirs, as it is at joints between segments.

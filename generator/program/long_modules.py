@@ -60,10 +60,13 @@ def rolled_modules(side: Abreast, results: Collection[Term], reserved: Collectio
 def _joined(side: Abreast, rolled: Rolled, vectors: set[str], given: Mapping[str, Place]) -> Abreast:
     """The statements outside of modules as they were, the modules' in loops, all with the places of both."""
 
+    def moved(element: Element) -> Element:
+        if element.array in rolled.places:
+            return Element(*rolled.places[element.array], 0, element.lane)
+        return element
+
     def placed(leaf: Leaf) -> Leaf:
-        if isinstance(leaf, Element) and leaf.array in rolled.places:
-            return Element(*rolled.places[leaf.array], 0, leaf.lane)
-        return leaf
+        return moved(leaf) if isinstance(leaf, Element) else leaf
 
     def back(leaf: Leaf) -> Leaf:
         if isinstance(leaf, Name) and leaf.name in given:
@@ -92,7 +95,7 @@ def _joined(side: Abreast, rolled: Rolled, vectors: set[str], given: Mapping[str
         else:
             lines = tuple(Assign(placed(line.target), exchanged(line.value, placed)) for line in part.lines)
             result.statements.append(replace(part, lines=lines))
-    result.places = {name: placed(element) for name, element in side.places.items()}
+    result.places = {name: moved(element) for name, element in side.places.items()}
     result.guards = [
         replace(g, pivot=exchanged(g.pivot, placed), least=g.least and exchanged(g.least, placed)) for g in side.guards
     ]
