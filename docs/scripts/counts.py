@@ -50,6 +50,35 @@ def ladder(cells: int) -> Scene:
     return read_tables(tables, "ladder", f"ladder{cells}")
 
 
+def tree(depth: int) -> Scene:
+    """Four-bars that hang from each other: the coupler of each carries two further ones, so many levels of them."""
+    angles = {"crank": 1.2, "coupler": 0.0, "rocker": 1.2}
+    links: list[dict[str, Any]] = []
+    joints: list[dict[str, Any]] = []
+    carriers = [("ground.C", "ground.D")]
+    for level in range(1, depth + 1):
+        hanging = carriers
+        carriers = []
+        for i, (left, right) in enumerate(hanging):
+            crank, coupler, rocker = names = [f"{kind}{level}_{i}" for kind in angles]
+            rod = {"mass": 1.0, "inertia": 1.0 / 12.0, "com": [0.5, 0.0]}
+            for name in names:
+                points = {"A": [0.0, 0.0], "B": [1.0, 0.0]}
+                if name == coupler and level < depth:
+                    points |= {"C": [0.0, 0.2], "D": [1.0, 0.2], "E": [0.0, -0.2], "F": [1.0, -0.2]}
+                links.append({"name": name, **rod, "points": points})
+            pairs = [(left, f"{crank}.A"), (f"{crank}.B", f"{coupler}.A"), (f"{coupler}.B", f"{rocker}.B")]
+            joints += [{"between": list(pair)} for pair in [*pairs, (right, f"{rocker}.A")]]
+            carriers += [(f"{coupler}.C", f"{coupler}.D"), (f"{coupler}.E", f"{coupler}.F")]
+    tables = {
+        "ground_link": {"points": {"C": [0.0, 0.0], "D": [1.0, 0.0]}},
+        "link": links,
+        "joint": joints,
+        "start": {"angles": [*angles.values()] * (len(links) // 3)},
+    }
+    return read_tables(tables, "tree", f"tree{depth}")
+
+
 def main() -> None:
     print("functions of the falling hexagon, six links (sums + products + quotients = operations; sines with cosines)")
     hexagon = loop(6, gravity=True, start={"height": 1.0}, ground=[{"restitution": 0.5}])
@@ -66,6 +95,11 @@ def main() -> None:
     for cells in (1, 2, 4, 8, 16, 32):
         scene = ladder(cells)
         print(f"N = {cells:2}, {2 * cells + 1:2} links: {acceleration(scene)}, {acceleration(scene, 'dyads')}")
+    print("\ntrees of four-bars by the chosen plan, from tip to root, and by dyads")
+    for depth in (1, 2, 3, 4, 5):
+        scene = tree(depth)
+        totals = [acceleration(scene, plan) for plan in (None, "tip to root", "dyads")]
+        print(f"depth {depth}, {len(scene.mechanism.links):2} links: {totals[0]}, {totals[1]}, {totals[2]}", flush=True)
     print("\nwalking machines, and from tip to root (minutes)")
     for cranks in (1, 2, 3, 4):
         scene = walking(cranks)

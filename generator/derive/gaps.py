@@ -130,7 +130,7 @@ class Gap(Protocol):
 
 @dataclass(frozen=True)
 class PlaneGap:
-    """A disc of ``radius`` about a point, above a half-plane: gap = normal·x − offset − radius (eq. 5.1 and 5.11)."""
+    """A disc of ``radius`` about a point, above a half-plane: gap = normal·x − offset − radius (eq. 5.1 and 5.10)."""
 
     name: str
     point: PointRef
@@ -160,7 +160,7 @@ class PlaneGap:
         return dot(self.normal, at.centripetal(self.point))
 
     def slip(self, at: Sight) -> sp.Expr:
-        """Of the material point that touches, eq. 5.12."""
+        """Of the material point that touches, eq. 5.11."""
         return dot(self.tangent, at.velocity(self.point)) + self.radius * at.rate(self.point.link)
 
     def slip_bias(self, at: Sight) -> sp.Expr:
@@ -179,7 +179,7 @@ class PlaneGap:
 
 @dataclass(frozen=True)
 class AngleGap:
-    """A joint's angle, of link ``second`` against link ``first``, before a stop at ``limit`` (rad), eq. 5.13.
+    """A joint's angle, of link ``second`` against link ``first``, before a stop at ``limit`` (rad), eq. 5.12.
 
     The gap is sign (angle − limit): sign is 1 for a lowest angle and −1 for a highest one.
     """

@@ -69,25 +69,25 @@ class TouchGap:
         return (self.disc, self.other, *((self.edge.end,) if self.edge else ()))
 
     def value(self, at: Place) -> sp.Expr:
-        """Eq. 5.14."""
+        """Eq. 5.13."""
         return self._meet(at).distance - self.radius - self.thickness
 
     def closing(self, at: Pace) -> sp.Expr:
         return at.let(f"closing_{self.label}", dot(self._meet(at).normal, self._drift(at)))
 
     def bias(self, at: Sight) -> sp.Expr:
-        """Eq. 5.17: ν·a − Ω (2 τ·w + Ω D)."""
+        """Eq. 5.16: ν·a_cp − Ω (2 τ·w + Ω D)."""
         meeting, turn = self._meet(at), self._turn(at)
         curved = turn * (2 * self._sideways(at) + turn * meeting.distance)
         return dot(meeting.normal, self._bend(at)) - curved
 
     def slip(self, at: Sight) -> sp.Expr:
-        """Of the material points that touch, eq. 5.15."""
+        """Of the material points that touch, eq. 5.14."""
         rolling = self.radius * at.rate(self.disc.link) + self.thickness * at.rate(self.other.link)
         return self._sideways(at) + rolling
 
     def slip_bias(self, at: Sight) -> sp.Expr:
-        """Eq. 5.17: τ·a + Ω ν·w."""
+        """Eq. 5.16: τ·a_cp + Ω ν·w."""
         return dot(self._meet(at).tangent, self._bend(at)) + self._turn(at) * self.closing(at)
 
     def push(self, at: Sight, impulse: sp.Expr) -> dict[int, Wrench]:
@@ -131,7 +131,7 @@ class TouchGap:
         return at.let_vector(f"drift_{self.label}", add(at.approach(self.other, self.disc), swing))
 
     def _bend(self, at: Sight) -> Vector:
-        """a: acceleration of the centre against that point with u̇ = 0 (m/s²)."""
+        """a_cp: acceleration of the centre against that point with u̇ = 0 (m/s²)."""
         inwards = scale(at.rate(self.other.link) ** 2, self._meet(at).foot)
         return at.let_vector(f"bend_{self.label}", add(at.bend(self.other, self.disc), inwards))
 
@@ -140,7 +140,7 @@ class TouchGap:
         return at.let(f"sideways_{self.label}", dot(self._meet(at).tangent, self._drift(at)))
 
     def _turn(self, at: Sight) -> sp.Expr:
-        """Ω (rad/s), eq. 5.16: the normal turns with the edge where the disc is beside it, else with the line."""
+        """Ω (rad/s), eq. 5.15: the normal turns with the edge where the disc is beside it, else with the line."""
         meeting = self._meet(at)
         line = -self._sideways(at) / meeting.distance
         rate = meeting.inside * at.rate(self.other.link) + (1 - meeting.inside) * line

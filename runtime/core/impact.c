@@ -2,10 +2,10 @@
  *
  *     M (u+ - u-) = A^T Lambda + N^T P + T^T F,   A u+ = 0,
  *
- * by Newton's law, 0 <= P, 0 <= N u+ + e N u-, complementary; or by Poisson's, in two such steps: compression to the end of
- * all approach, then expansion with at least e times the impulses of compression; or by Stronge's, see `restore`. Friction:
- * |F| <= mu P, against the sliding at the end of each step. One solve of the impulsive equations per row gives a column of
- * M^-1 (N, T)^T, from which W = (N, T) M^-1 (N, T)^T follows.
+ * by Newton's law, 0 <= P, 0 <= N u+ + e N u-, complementary (eq. 5.4); or by Poisson's, in two such steps: compression to the
+ * end of all approach, then expansion with at least e times the impulses of compression; or by Stronge's, see `restore`.
+ * Friction: |F| <= mu P, against the sliding at the end of each step. One solve of the impulsive equations per row gives a
+ * column of M^-1 (N, T)^T, from which W = (N, T) M^-1 (N, T)^T follows.
  */
 #include <float.h>
 #include <math.h>

@@ -53,7 +53,7 @@ static double size(const struct system *s, const double *x)
     return found;
 }
 
-/* The correction dx, dlambda to x, lambda; nonzero where the kernel has none. */
+/* The correction dx, dlambda to x, lambda, from what these miss (eq. 4.14); nonzero where the kernel has none. */
 static int correction(struct system *s, const double *q, const struct equations *of, const double *x, const double *lambda,
                       struct scratch *w)
 {

@@ -30,7 +30,7 @@ static const double STRAIGHT = CCGEN_LIMIT(1e-12, 1e-5); /* times speed^2: what 
 static const double ASIDE = CCGEN_LIMIT(1e-4, 1e-2);     /* rad: a difference quotient's step */
 enum { PASSES = 20 };
 
-/* What is unknown, times length, at the distance sigma of a closure that misses by `miss` times length */
+/* What is unknown, times length, at the distance sigma of a closure that misses by `miss` times length (eq. 8.3) */
 static double unknown(double sigma, double miss)
 {
     return MARGIN * 2.0 * miss / (sigma + sqrt(sigma * sigma + 4.0 * miss));
@@ -118,7 +118,7 @@ static double falling(struct flight *f)
     return found;
 }
 
-/* What velocities u open the closure by to second order, along the combination lambda of rows that is lost */
+/* What velocities u open the closure by to second order, along the combination lambda of rows that is lost (eq. 8.4) */
 static double bend(struct system *s, const double *q, const double *u, const double *lambda)
 {
     double found = 0.0;
@@ -209,7 +209,8 @@ static int straighten(struct flight *f)
     return done;
 }
 
-/* The accelerations f->dy, brought to what they are in the limit along the velocities: bend(u) stays 0 along the motion. */
+/* The accelerations f->dy, brought to what they are in the limit along the velocities: bend(u) stays 0 along the motion
+ * (eq. 8.5). */
 static enum outcome limit(struct flight *f)
 {
     struct system *s = f->s;

@@ -2,8 +2,8 @@
  *
  * Null-space method on the unreduced equations: an orthogonal factorisation with pivoting of A^T finds the rows that count;
  * the part of the motion that they fix follows from them, the rest from the equations of motion projected onto their null
- * space. A is never squared, so a row that almost depends on others costs digits in proportion to its distance from them,
- * not to the square. Multipliers are those of least norm. (P. Businger, G. H. Golub, Numerische Mathematik 7, 1965;
+ * space (eq. 8.2). A is never squared, so a row that almost depends on others costs digits in proportion to its distance from
+ * them, not to the square. Multipliers are those of least norm. (P. Businger, G. H. Golub, Numerische Mathematik 7, 1965;
  * E. Bayo, J. Garcia de Jalon, Kinematic and Dynamic Simulation of Multibody Systems, 1994, section 5.2.)
  */
 #include "robust.h"

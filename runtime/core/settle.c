@@ -8,7 +8,8 @@
  * between bodies that move side by side: let go, rounding would open and close them without end. One that still bounces is held only
  * when its bounces are over within no time: with speed v after the impact, falling back at the acceleration a that it would
  * have if it alone were let go, it is in the air for 2 v / a, and with the restitution e all its bounces to come take
- * 2 v / (a (1 - e)); or, where gaps of some size cannot be known, when they are no higher than that, v^2 / (2 a).
+ * 2 v / (a (1 - e)), eq. 5.7 with kappa = e; or, where gaps of some size cannot be known, when they are no higher than that,
+ * v^2 / (2 a).
  */
 #include "settle.h"
 
