@@ -79,7 +79,7 @@ def summarize(scene: Scene, topology: Topology, equations: Equations) -> Summary
         ("joints", (f"{len(joints)}: " + (", ".join(_joint(mechanism, j) for j in joints) or "none"),)),
         ("root", (f"{root}, floating" if topology.floating else root,)),
         ("loops", tuple(_loop(mechanism, topology, cut) for cut in topology.cuts) or ("none",)),
-        ("branch", tuple(branch_lines(scene)) or ("no loop",)),
+        ("branch", tuple(branch_lines(scene, topology)) or ("no loop",)),
         *([("order", tuple(_order_lines(scene)))] if topology.cuts else []),
         *([("modules", modules)] if (modules := tuple(_module_lines(mechanism, program))) else []),
         (

@@ -140,20 +140,26 @@ def span(mechanism: Mechanism, driven: Collection[int] = ()) -> Topology:
         graph.add_edge(joint.first.link, joint.second.link, key=index)
     root = GROUND if GROUND in graph else _centre(graph)
     kept = _keep(mechanism, usable, _grow(mechanism, root, usable), driven)
-    branches = _grow(mechanism, root, sorted(kept))
-    reached = {root} | {branch.link for branch in branches}
+    tree = hang(mechanism, root, kept, idle)
+    reached = {root} | {branch.link for branch in tree.branches}
     missing = [link.name for k, link in enumerate(mechanism.links) if k not in reached]
     if missing:
         raise ValueError(
             f"not connected with {mechanism.link_name(root)}: {', '.join(missing)}; add the missing joints"
         )
-    tree = Topology(root, branches, ())
+    return tree
+
+
+def hang(mechanism: Mechanism, root: int, kept: Collection[int], idle: tuple[Implied, ...]) -> Topology:
+    """The tree of the joints ``kept`` as it hangs from ``root``; other joints are cut, but those that are ``idle``."""
+    branches = _grow(mechanism, root, sorted(kept))
+    tree = Topology(root, branches, (), idle)
+    reached = {root} | {branch.link for branch in branches}
     paths = {link: tree.path(link) for link in reached}
-    used = {branch.joint for branch in branches}
+    out = {branch.joint for branch in branches} | {found.joint for found in idle}
     cuts = []
-    for index in usable:
-        joint = mechanism.joints[index]
-        if index not in used:
+    for index, joint in enumerate(mechanism.joints):
+        if index not in out and joint.first.link in reached and joint.second.link in reached:
             inwards = set(paths[joint.first.link])
             meeting = next(link for link in paths[joint.second.link] if link in inwards)
             cuts.append(Cut(index, joint.first, joint.second, meeting, joint.kind))
