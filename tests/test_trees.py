@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import os
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -86,3 +89,24 @@ def test_links_without_inertia_keep_the_tree(tmp_path: Any) -> None:
     mechanism = dataclasses.replace(mechanism, links=links)
     short = span(mechanism)
     assert other_tree(mechanism, short, ()) is short
+
+
+def test_the_same_tree_under_other_hash_seeds(tmp_path: Any) -> None:
+    path = tmp_path / "mechanism.toml"
+    path.write_text(graphs.mechanism("mechanism", NEAR_CHAINS["afloat"], seed=5).toml())
+    program = (
+        "from ccgen.generator import load_scene; from ccgen.generator.pipeline import plan_scene; "
+        f"found = plan_scene(load_scene({str(path)!r}))[0]; print(found.root, found.branches, found.cuts)"
+    )
+    printed = {
+        subprocess.run(
+            [sys.executable, "-c", program],
+            env=os.environ | {"PYTHONHASHSEED": str(seed)},
+            check=True,
+            capture_output=True,
+            text=True,
+            timeout=300,
+        ).stdout
+        for seed in (0, 1, 2)
+    }
+    assert len(printed) == 1
