@@ -3,6 +3,7 @@
 stage     module              input → output
 tree      mechanism.topology  Mechanism → Topology (virtual open chain and cut joints)
 plan      planning.choose     Mechanism, Topology → Plan (which unknown goes when)
+          planning.trees      Mechanism, Topology → Topology with fewer operations, for large mechanisms
 derive    derive.derivation   Mechanism, Topology, Plan, effects → Equations (named assignments)
 fold      program.fold        Equations → Equations with numbers for parameters, where that is asked for
 lower     program.program     Equations → Program (one function per kernel)
@@ -101,14 +102,30 @@ def generate(
 
 
 def plan_scene(scene: Scene, wanted: str | None = None) -> tuple[Topology, Choice]:
-    """The virtual open chain, and the order in which the unknowns go: the ``wanted`` one, or the one chosen for it."""
-    from .mechanism.topology import span
-    from .planning.choose import choose
-    from .planning.dead_centres import sound_dyads
+    """The virtual open chain, and the order in which the unknowns go: the ``wanted`` one, or the one chosen for it.
 
-    topology = span(scene.mechanism, scene.driven)
-    sound = sound_dyads(scene.mechanism, topology, scene.start.poses)
-    choice = choose(scene.mechanism, topology, scene.driven, sound, wanted)
+    Where a large mechanism is solved from tip to root, the chain is the one on which that takes fewest operations.
+    """
+    from .mechanism.topology import span
+    from .planning.choose import TIP_TO_ROOT, choose
+    from .planning.dead_centres import sound_dyads
+    from .planning.trees import GAIN, LARGE, other_tree
+
+    mechanism, driven, poses = scene.mechanism, scene.driven, scene.start.poses
+
+    def chosen(topology: Topology, plan: str | None) -> Choice:
+        return choose(mechanism, topology, driven, sound_dyads(mechanism, topology, poses), plan)
+
+    topology = short = span(mechanism, driven)
+    choice = chosen(short, None)
+    cost = dict(choice.costs)[TIP_TO_ROOT]
+    if choice.plan.name == TIP_TO_ROOT and cost > LARGE:
+        other = other_tree(mechanism, short, driven)
+        found = chosen(other, None)
+        if GAIN * dict(found.costs)[found.plan.name] < cost:
+            topology, choice = other, found
+    if wanted is not None:
+        choice = chosen(topology if wanted in dict(choice.costs) else short, wanted)
     return choice.topology, choice
 
 

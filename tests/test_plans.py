@@ -63,6 +63,7 @@ MECHANISMS: dict[str, Edges] = {
     "theta": graphs.theta((2, 3, 2)),
     "grounded theta": graphs.theta((1, 2, 2), grounded=True),
     "near chain": near_chain(24, 6, 1),
+    "grounded near chain": [(GROUND, 0), *near_chain(20, 5, 2)],
     "a link with two cut pins": [(GROUND, 0), (GROUND, 1), (0, 2), (1, 3), (1, 4), (2, 3), (2, 4)],
     "a triangle under a rocker": [(GROUND, 0), (0, 1), (0, 3), (3, 1), (1, 2), (2, 4), (4, GROUND)],
     "a loop beside dyads": [

@@ -37,13 +37,16 @@ def tell_assembly(scene: Scene, detail: Detail = Detail.USUAL) -> None:
     if detail is Detail.NOTHING or not (any(changes) or missed):
         return
     from ..emit.assembled import branch_lines
+    from ..mechanism.topology import span
+    from ..pipeline import plan_scene
 
-    lines = branch_lines(scene)
+    everything = detail is Detail.ALL
+    lines = branch_lines(scene, plan_scene(scene)[0] if everything else span(scene.mechanism, scene.driven))
     closed = f"{len(lines)} loop{'s' * (len(lines) != 1)} closed" if lines else "joints fitted"
     told = ", ".join(filter(None, [closed if any(changes) else "", *changes, missed]))
     hint = f"; -v for {'its branch' if len(lines) == 1 else 'their branches'}" if lines else ""
     tell(scene, told + (hint if detail is Detail.USUAL else ""))
-    for line in lines if detail is Detail.ALL else ():
+    for line in lines if everything else ():
         tell(scene, f"branch {line}")
 
 

@@ -6,18 +6,16 @@ from ..mechanism.branch import branches
 from ..mechanism.implied import implied
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.redundancy import Group, Mobility, mobility
+from ..mechanism.topology import Topology
 from ..scene.scene import Scene
 
 EXAMINED = 300
 """Links up to which redundant joints are looked for."""
 
 
-def branch_lines(scene: Scene) -> list[str]:
+def branch_lines(scene: Scene, topology: Topology) -> list[str]:
     """The branch of each loop at the start."""
-    from ..mechanism.topology import span
-
     mechanism = scene.mechanism
-    topology = span(mechanism, scene.driven)
     closing, idle = ([found.joint for found in joints] for joints in (topology.cuts, topology.implied))
     found = branches(mechanism, scene.start.poses, closing, idle)
     return [branch.text(mechanism) for branch in found]

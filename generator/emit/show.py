@@ -13,7 +13,7 @@ from ..derive.expanded import ExpandedForm, expand
 from ..mechanism.joints import Joint, PointRef
 from ..mechanism.layout import lay_out
 from ..mechanism.mechanism import Mechanism
-from ..mechanism.topology import Cut, Topology
+from ..mechanism.topology import Cut, Topology, span
 from ..planning.choose import FAR
 from ..planning.plan import is_dyad
 from ..program.prices import Price
@@ -48,7 +48,7 @@ def show_text(scene: Scene, latex: bool, expanded: bool, fold: bool = False, *, 
             f"--expand: found {', '.join(e.title for e in scene.effects if e.driven())}, expected no [[drive]]: the "
             "expanded form knows no prescribed motion; leave out --expand"
         )
-    form = expand(scene.mechanism, plan_scene(scene)[0], scene.effects) if expanded else None
+    form = expand(scene.mechanism, span(scene.mechanism, scene.driven), scene.effects) if expanded else None
     topology, derived = derive_scene(scene, fold)
     summary, added = summarize(scene, topology, derived), prices(scene, fold, derived)
     if latex:
@@ -79,7 +79,7 @@ def summarize(scene: Scene, topology: Topology, equations: Equations) -> Summary
         ("joints", (f"{len(joints)}: " + (", ".join(_joint(mechanism, j) for j in joints) or "none"),)),
         ("root", (f"{root}, floating" if topology.floating else root,)),
         ("loops", tuple(_loop(mechanism, topology, cut) for cut in topology.cuts) or ("none",)),
-        ("branch", tuple(branch_lines(scene)) or ("no loop",)),
+        ("branch", tuple(branch_lines(scene, topology)) or ("no loop",)),
         *([("order", tuple(_order_lines(scene)))] if topology.cuts else []),
         *([("modules", modules)] if (modules := tuple(_module_lines(mechanism, program))) else []),
         (

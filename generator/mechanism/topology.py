@@ -153,31 +153,32 @@ def span(mechanism: Mechanism, driven: Collection[int] = ()) -> Topology:
         graph.add_edge(joint.first.link, joint.second.link, key=index)
     root = GROUND if GROUND in graph else _centre(graph)
     kept = _keep(mechanism, usable, _grow(mechanism, root, usable), driven)
-    branches = _grow(mechanism, root, sorted(kept))
-    reached = {root} | {branch.link for branch in branches}
+    tree = hang(mechanism, root, kept, idle)
+    reached = {root} | {branch.link for branch in tree.branches}
     missing = [link.name for k, link in enumerate(mechanism.links) if k not in reached]
     if missing:
         raise ValueError(
             f"not connected with {mechanism.link_name(root)}: {', '.join(missing)}; add the missing joints"
         )
-    return _cut_open(mechanism, Topology(root, branches, (), idle), usable)
+    return tree
 
 
 def recut(mechanism: Mechanism, topology: Topology, opened: int, closed: int) -> Topology:
     """The topology with the joint ``opened`` of a loop cut in the place of the loop's cut joint ``closed``."""
-    used = sorted(({branch.joint for branch in topology.branches} | {closed}) - {opened})
-    tree = Topology(topology.root, _grow(mechanism, topology.root, used), (), topology.implied)
-    return _cut_open(mechanism, tree, sorted({*used, opened, *(cut.joint for cut in topology.cuts)}))
+    kept = ({branch.joint for branch in topology.branches} | {closed}) - {opened}
+    return hang(mechanism, topology.root, kept, topology.implied)
 
 
-def _cut_open(mechanism: Mechanism, tree: Topology, usable: Iterable[int]) -> Topology:
-    """The tree with a cut at each of the ``usable`` joints that it does not have."""
-    paths = {link: tree.path(link) for link in (tree.root, *(branch.link for branch in tree.branches))}
-    used = {branch.joint for branch in tree.branches}
+def hang(mechanism: Mechanism, root: int, kept: Collection[int], idle: tuple[Implied, ...]) -> Topology:
+    """The tree of the joints ``kept`` as it hangs from ``root``; other joints are cut, but those that are ``idle``."""
+    branches = _grow(mechanism, root, sorted(kept))
+    tree = Topology(root, branches, (), idle)
+    reached = {root} | {branch.link for branch in branches}
+    paths = {link: tree.path(link) for link in reached}
+    out = {branch.joint for branch in branches} | {found.joint for found in idle}
     cuts = []
-    for index in usable:
-        joint = mechanism.joints[index]
-        if index not in used:
+    for index, joint in enumerate(mechanism.joints):
+        if index not in out and joint.first.link in reached and joint.second.link in reached:
             inwards = set(paths[joint.first.link])
             meeting = next(link for link in paths[joint.second.link] if link in inwards)
             cuts.append(Cut(index, joint.first, joint.second, meeting, joint.kind))

@@ -188,7 +188,7 @@ class Sweep:
                     pattern.add(SLIDE, v, GENERAL)
             pattern.add(SLIDE, SLIDE, GENERAL)
         touched = pattern.touched(here)
-        cost = _dyad_cost(pattern, here, touched) if is_dyad(here) else _pivot_cost(len(here), len(touched))
+        cost = _dyad_cost(pattern, here, touched) if is_dyad(here) else pivot_cost(len(here), len(touched))
         if is_dyad(here):
             rows = pattern.touched(here[2:]) - set(here)
             pairs = [(v, w) for v in touched for w in rows if v not in rows or v <= w]
@@ -217,7 +217,7 @@ class Sweep:
         return there == (self.mechanism.links[link].points[branch.inboard] if branch else Point())
 
 
-def _pivot_cost(size: int, touched: int) -> float:
+def pivot_cost(size: int, touched: int) -> float:
     """Operations of eliminating one or two variables: gains, what they take from the rest, and the way outwards."""
     pairs = touched * (touched + 1) / 2
     gains = touched * (1 if size == 1 else 6)
