@@ -83,6 +83,8 @@ cdef extern from *:
     int system_impulse(system *s, const real *q, const real *f, const real *y, real nearest, real *du,
                        real *Lambda) nogil
     const real NEAREST
+    bint numbers_within "all_within"(size_t n, const real *x, real limit) nogil
+    bint numbers_finite "all_finite"(size_t n, const real *x) nogil
     int project_position(system *s, real *q) nogil
     int project_velocity(system *s, const real *q, real *u) nogil
     int impact(system *s, const real *q, const real *u_minus, int count, const int *chosen, const real *e,
