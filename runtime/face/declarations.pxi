@@ -19,6 +19,8 @@ cdef extern from *:
                             real *u_dot, real *lambda_) noexcept nogil
         unsigned (*acceleration_lanes)(const real *k, const real *q, const real *u, const real *t,
                                        const real *inputs, real *u_dot, real *lambda_) noexcept nogil
+        unsigned (*acceleration_states)(const real *k, const real *q, const real *u, const real *t,
+                                        const real *inputs, real *u_dot, real *lambda_) noexcept nogil
         int (*impulse)(const real *k, const real *q, const real *f, const real *y, real *du,
                        real *Lambda) noexcept nogil
         void (*reactions)(const real *k, const real *q, const real *u, real t, const real *inputs,
