@@ -14,20 +14,23 @@ typedef double stored __attribute__((vector_size(16), aligned(sizeof(double)), m
 #endif
 
 /* Sums of zeros, unless a number is not finite or is infinite when it is scaled: compilers have vectors for these products,
- * for comparisons not all of them. Two sums do not wait for each other. */
+ * for comparisons not all of them. Four sums do not wait for each other. */
 int all_within(size_t n, const double *x, double limit)
 {
-    const size_t whole = n - n % (2 * PACK);
+    const size_t whole = n - n % (4 * PACK);
     const double scale = DBL_MAX / limit;
-    pack even = {0.0}, odd = {0.0};
-    for (size_t i = 0; i < whole; i += 2 * PACK) {
-        even += 0.0 * (scale * *(const stored *)(x + i));
-        odd += 0.0 * (scale * *(const stored *)(x + i + PACK));
+    pack a = {0.0}, b = a, c = a, d = a;
+    for (const double *next = x; next < x + whole; next += 4 * PACK) {
+        const stored *four = (const stored *)next;
+        a += 0.0 * (scale * four[0]);
+        b += 0.0 * (scale * four[1]);
+        c += 0.0 * (scale * four[2]);
+        d += 0.0 * (scale * four[3]);
     }
-    const pack both = even + odd;
+    const pack all = (a + b) + (c + d);
     double sum = 0.0;
     for (size_t i = 0; i < PACK; i++)
-        sum += ENTRY(both, i);
+        sum += ENTRY(all, i);
     for (size_t i = whole; i < n; i++)
         sum += 0.0 * (scale * x[i]);
     return sum == 0.0;
