@@ -5,6 +5,7 @@ Arrays are C-contiguous, of the type ``REAL``, with a leading batch axis; :mod:`
 them. This file is compiled for doubles, and as ``_float`` and ``_wide`` for floats and long doubles.
 """
 
+cimport cython
 from cpython.exc cimport PyErr_CheckSignals
 from cpython.pycapsule cimport PyCapsule_GetPointer, PyCapsule_IsValid
 from libc.string cimport memcpy

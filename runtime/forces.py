@@ -60,7 +60,8 @@ def _pairs(contacts: object) -> bool:
 
 def flight_of(model: Model, q: FloatArray, u: FloatArray, t: float | FloatArray, what: str) -> FloatArray:
     """One field of ``Motion`` of states in which no contact pushes, under the inputs that are set."""
-    u_dot, multipliers = _accelerated(model, q, u, t, reactions=what == "reactions")
+    forces = what in ("multipliers", "reactions")
+    u_dot, multipliers = _accelerated(model, q, u, t, reactions=what == "reactions", forces=forces)
     if what == "reactions":
         return model.kernels.reactions(q, u, t, u_dot, multipliers).reshape(len(q), len(model.joints), 3)
     if what == "pushes":
@@ -76,16 +77,17 @@ def _accelerated(
     numbers: Sequence[int] | None = None,
     *,
     reactions: bool = False,
+    forces: bool = True,
 ) -> tuple[FloatArray, FloatArray]:
-    """Accelerations and multipliers in flight; ``numbers`` of the states in the batch that was asked for.
+    """Accelerations in flight, and multipliers where ``forces`` are asked for; ``numbers`` of the states in the batch.
 
     For ``reactions`` each state is what it is alone. They sum the accelerations of all links outboard, so that what
     lanes round otherwise would show as many times.
     """
-    u_dot, multipliers, outcomes = model.kernels.acceleration(q, u, t, side_by_side=not reactions)
-    if outcomes.count("done") != len(outcomes):
-        wrong = next(k for k, outcome in enumerate(outcomes) if outcome != "done")
-        raise _none(model, int(numbers[wrong]) if numbers else wrong, outcomes[wrong])
+    u_dot, multipliers, without = model.kernels.acceleration(q, u, t, side_by_side=not reactions, forces=forces)
+    if without:
+        wrong = min(without)
+        raise _none(model, int(numbers[wrong]) if numbers else wrong, without[wrong])
     return u_dot, multipliers
 
 

@@ -18,7 +18,7 @@
 #ifndef CCGEN_MODEL_H
 #define CCGEN_MODEL_H
 
-#define CCGEN_CONTRACT_VERSION 6
+#define CCGEN_CONTRACT_VERSION 7
 
 /* 1 where x is positive, else 0: formulas with branches */
 static inline double unit_step(double x)
@@ -38,6 +38,12 @@ typedef int ccgen_acceleration(const double *k, const double *q, const double *u
  * the lanes in which a pivot almost vanishes as bits, lane l as bit l: their results are not to be used. */
 typedef unsigned ccgen_acceleration_lanes(const double *k, const double *q, const double *u, const double *t,
                                           const double *inputs, double *u_dot, double *lambda);
+
+/* The same for `lanes` states that lie one after the other: q[lanes][nq], u[lanes][nu], u_dot[lanes][nu] and
+ * lambda[lanes][rows], at times t[lanes], all with the same inputs[inputs]. States whose accelerations are not finite numbers
+ * are among those it returns. */
+typedef unsigned ccgen_acceleration_states(const double *k, const double *q, const double *u, const double *t,
+                                           const double *inputs, double *u_dot, double *lambda);
 
 /* Sums over the stages of a method, for `lanes` of its stages side by side, `stages` even:
  * out[i * lanes + l] = base[i] + slope[i] node[l] + sum over j of x[i * stages + j] matrix[j * lanes + l], i < n */
@@ -126,7 +132,8 @@ struct ccgen_model {
     ccgen_contact_reactions *contact_reactions; /* this and the next NULL without contacts */
     ccgen_impulse_reactions *impulse_reactions;
     int lanes; /* states that the functions over lanes take side by side: the vector width of the machine compiled for */
-    ccgen_acceleration_lanes *acceleration_lanes; /* this and the next are in lanes.c, NULL where it is left out */
+    ccgen_acceleration_lanes *acceleration_lanes; /* this and the next two are in lanes.c, NULL where it is left out */
+    ccgen_acceleration_states *acceleration_states;
     ccgen_stages *stages;
     ccgen_contact_response *contact_response; /* NULL without contacts */
 };

@@ -19,8 +19,8 @@ from .frames import Disc, FloatArray
 from .inputs import Values, read_values
 from .lines import Lines
 from .parameters import Parameters
-from .poses import check_angles, joint_miss, read_off, read_rates, read_state
-from .precision import core_of
+from .poses import check_angles, joint_miss, largest_angle, read_off, read_rates, read_state
+from .precision import core_of, finite
 from .samples import ROUNDING, samples
 
 if TYPE_CHECKING:
@@ -252,7 +252,7 @@ class Model:
     def _times(self, t: ArrayLike, count: int) -> float | FloatArray:
         """One time for all ``count`` states, or each one's own."""
         times = np.asarray(t, dtype=float)
-        if times.shape not in ((), (count,)) or not np.isfinite(times).all():
+        if times.shape not in ((), (count,)) or not finite(times):
             raise ValueError(f"t: found {t!r}, expected a finite number, or one for each of {count} states")
         return times if times.ndim else float(times)
 
@@ -450,16 +450,18 @@ class Model:
         found = np.ascontiguousarray(x, dtype=kind) if np.ndim(x) else np.array(x, dtype=kind)
         if found.ndim not in (1, 2) or found.shape[-1] != width:
             raise ValueError(f"{what}: found shape {found.shape}, expected ({width},) or (states, {width})")
-        if not self.core.all_finite(found.ravel()):
-            raise ValueError(f"{what}: found {found[~np.isfinite(found)][0]}, expected finite numbers")
         rows, single = (found[None], True) if found.ndim == 1 else (found, False)
-        if what == "q":
-            check_angles(self, rows)
+        if not self.core.all_within(found.ravel(), largest_angle(kind)):  # seldom: then what it is
+            if not self.core.all_finite(found.ravel()):
+                raise ValueError(f"{what}: found {found[~np.isfinite(found)][0]}, expected finite numbers")
+            if what == "q":
+                check_angles(self, rows)
         return rows, single
 
     def set_inputs(self, inputs: Values | None) -> None:
         """Values of the inputs for calls of the kernels that follow."""
-        self.kernels.set_inputs(read_values(self.inputs, inputs))
+        if self.inputs or inputs is not None:
+            self.kernels.set_inputs(read_values(self.inputs, inputs))
 
     @contextmanager
     def given(self, inputs: Values | None) -> Iterator[None]:

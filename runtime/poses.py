@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from functools import cache
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,14 +21,20 @@ ANGLE_KNOWN = 1e-6
 """Angles are states if they are known to this (rad): points at the mechanism's length are then known to JOINT_MISS."""
 
 
-def check_angles(model: Model, q: FloatArray) -> None:
-    """Coordinates q (b, nq) have no angle so large that no digits are left of where links point, else ``ValueError``.
+@cache
+def largest_angle(kind: np.dtype[Any]) -> float:
+    """Size (rad) beyond which no digits are left of where links point, in numbers of that type.
 
-    Its last place is larger than 1e-6 rad beyond 4.5e9 rad (in floats, which carry 7 digits: than 1e-3, beyond 1e4).
+    The last place is larger than 1e-6 rad beyond 4.5e9 rad (in floats, which carry 7 digits: than 1e-3, beyond 1e4).
     """
+    last = float(np.finfo(kind).eps)
+    return max(ANGLE_KNOWN, 1e4 * last) / last
+
+
+def check_angles(model: Model, q: FloatArray) -> None:
+    """Coordinates q (b, nq) have no larger angle than that, else ``ValueError``."""
     angles = np.abs(q[:, model.angular])
-    last = float(np.finfo(model.core.REAL).eps)
-    largest = max(ANGLE_KNOWN, 1e4 * last) / last
+    largest = largest_angle(model.core.REAL)
     if angles.size and angles.max() > largest:
         row, column = np.unravel_index(int(np.argmax(angles)), angles.shape)
         name, found = model.q_names[model.angular[column]], float(q[row, model.angular[column]])

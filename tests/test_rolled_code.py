@@ -112,9 +112,10 @@ def test_compiled_kernels_are_the_listing(pair: tuple[Any, Drawing, Scene], tmp_
     for q, u in closed_states(model, drawing):
         rows = 2 * len(model.cuts)
         values = {"q": q, "u": u, "f": rng.normal(size=u.size), "y": rng.normal(size=rows)}
-        (u_dot,), (multipliers,), (outcome,) = model.kernels.acceleration(q[None], u[None], 0.0)
-        (du,), (impulses,), (outcome_too,) = model.kernels.impulse(q[None], values["f"][None], values["y"][None])
-        assert outcome == outcome_too == "done"
+        (u_dot,), (multipliers,), without = model.kernels.acceleration(q[None], u[None], 0.0)
+        (du,), (impulses,), (outcome,) = model.kernels.impulse(q[None], values["f"][None], values["y"][None])
+        assert not without
+        assert outcome == "done"
         wanted = read.evaluate("acceleration", values)
         assert same(u_dot, wanted["u_dot"])
         assert not rows or same(multipliers[:rows], wanted["lambda"])
@@ -192,7 +193,7 @@ class Descriptor(ctypes.Structure):
         *((table, Pointer) for table in TABLES),
         *((kernel, Pointer) for kernel in KERNELS),
         ("lanes", ctypes.c_int),
-        *((kernel, Pointer) for kernel in ("acceleration_lanes", "stages", "contact_response")),
+        *((kernel, Pointer) for kernel in ("acceleration_lanes", "acceleration_states", "stages", "contact_response")),
     )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from ..derive.equations import Kernel
 from ..program.rolling import Lines, Loop
 from ..program.routine import Angles, Routine, Routines, is_sparse
 from ..program.terms import Assign, Element, Gathered, Guard, Leaf, Name, Term, exchanged
@@ -63,7 +64,7 @@ class Writer:
         if kernel.columns:
             arguments.insert(min(arguments.index(a) for a in arguments if a in kernel.columns), "count")
         call = ", ".join([*arguments, *(o.name for o in kernel.outputs)])
-        sizes = {a.name: len(a.symbols) for a in kernel.inputs} | {o.name: len(o.entries) for o in kernel.outputs}
+        sizes = lengths(kernel)
 
         def moves(line: Assign) -> bool:
             return isinstance(line.value, Element) and line.value.array in kernel.columns
@@ -132,6 +133,11 @@ class Writer:
 
     def _declared(self, line: Assign, lanes: int = 1) -> tuple[str, str]:
         return declared(line, self.numbers.type if lanes == 1 else VECTOR, self.c)
+
+
+def lengths(kernel: Kernel) -> dict[str, int]:
+    """How many numbers each argument and output of a kernel has."""
+    return {a.name: len(a.symbols) for a in kernel.inputs} | {o.name: len(o.entries) for o in kernel.outputs}
 
 
 def declared(line: Assign, kind: str, dialect: Dialect) -> tuple[str, str]:

@@ -11,12 +11,14 @@ from collections.abc import Iterable
 from ..program.rolling import Lines, Loop
 from ..program.routine import Routine
 from ..program.terms import ZERO, Assign, Name, Term, leaves
-from .c import Slots, clears, declared, meanings, outputs
+from .c import Slots, clears, declared, lengths, meanings, outputs
 from .expressions import C
 
 VECTOR, NUMBER = "ccgen_lanes", "double"
 GIVEN = ("q", "u", "t", "inputs")
+STATE = ("q", "u")
 FILLED = ("u_dot", "lambda")
+ASKED = "lambda"
 
 
 class Lanes:
@@ -52,6 +54,37 @@ class Lanes:
         return {"title": part.title, "rounds": part.rounds, "modules": part.modules, "body": blocks}
 
 
+def over_states(routine: Routine) -> Slots:
+    """What ``lanes.c.j2`` prints of a routine over states that lie one after the other.
+
+    They are turned into lanes and back. Times are lanes already, and inputs the same in all.
+    """
+    arrays = {name: size for name, size in lengths(routine.function.kernel).items() if size and name != "t"}
+
+    def passed(name: str, kind: str) -> str:
+        if name == "t":
+            return name
+        lanes = f"({kind}){name}_lanes" if name in arrays else "NULL"
+        return f"{name} ? {lanes} : NULL" if name == ASKED and name in arrays else lanes
+
+    given = [passed(name, "const double *") for name in GIVEN]
+    return {
+        "signature": signature(""),
+        "arrays": arrays,
+        "turned": [name for name in STATE if name in arrays],
+        "same": [name for name in GIVEN if name not in (*STATE, "t") and name in arrays],
+        "call": ", ".join(["k", *given, *(passed(name, "double *") for name in FILLED)]),
+        "asked": ASKED if ASKED in arrays else None,
+        "unused": [name for name in (*GIVEN, *FILLED) if name not in arrays and name != "t"],
+    }
+
+
+def signature(ending: str) -> str:
+    """Arguments of the functions over lanes; names of arrays have an ending."""
+    arguments = [*(f"const double *{name}{ending}" for name in GIVEN), *(f"double *{name}{ending}" for name in FILLED)]
+    return ", ".join(["const double *k", *arguments])
+
+
 def over_lanes(routine: Routine, packed_from: int) -> Slots:
     """What ``lanes.c.j2`` prints of a routine over states side by side."""
     lanes = Lanes({*GIVEN, "c", "s", *(name for name, _ in routine.arrays)})
@@ -65,8 +98,7 @@ def over_lanes(routine: Routine, packed_from: int) -> Slots:
         "purpose": routine.function.kernel.purpose,
         "counts": str(routine.function.counts()),
         "meanings": meanings(routine),
-        "signature": "const double *k, "
-        + ", ".join([f"const double *{name}_lanes" for name in GIVEN] + [f"double *{name}_lanes" for name in FILLED]),
+        "signature": signature("_lanes"),
         "stored": [name for name in GIVEN if name not in (*routine.unused, "t")],
         "filled": [name for name in FILLED if name not in routine.unused],
         "timed": "t" not in routine.unused,
@@ -76,7 +108,7 @@ def over_lanes(routine: Routine, packed_from: int) -> Slots:
         "loads": loads,
         "sections": sections,
         "late": late,
-        "asked": "lambda" if "lambda" not in routine.unused else None,
+        "asked": ASKED if ASKED not in routine.unused else None,
         "asked_outputs": outputs(routine, lanes.vector, asked=True),
         "clears": clears(routine),
         "outputs": outputs(routine, lanes.vector, asked=False),

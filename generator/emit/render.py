@@ -10,11 +10,14 @@ import jinja2
 
 from ..program.routine import Routines
 from .c import Writer
-from .lanes import over_lanes
+from .lanes import over_lanes, over_states
 from .precision import DOUBLE, Precision
 
 MEMBERS = {"points": "point_positions"}
 """Kernels whose place in the contract has another name."""
+
+IN_LANES = ("acceleration_lanes", "acceleration_states", "stages")
+"""Members of the contract that are in a file of their own."""
 
 METHODS = (
     "start",
@@ -104,7 +107,7 @@ def render_c(
     called = {f.kernel.otherwise for f in program.functions}
     own = [f.kernel.name for f in program.functions if f.kernel.name not in called]
     members += [(MEMBERS.get(name, name), name) for name in own]
-    members += [(name, f"ccgen_{name}_{banner.package}") for name in ("acceleration_lanes", "stages")]
+    members += [(name, f"ccgen_{name}_{banner.package}") for name in IN_LANES]
     return (
         _environment()
         .get_template("model.c.j2")
@@ -128,8 +131,9 @@ def render_c(
 
 def render_lanes(banner: Banner, routines: Routines) -> str:
     """The acceleration over lanes in C11 with vectors."""
-    slots = over_lanes(routines.one_by_one("acceleration"), routines.packed_from)
-    return _environment().get_template("lanes.c.j2").render(**vars(banner), function=slots)
+    routine = routines.one_by_one("acceleration")
+    slots = {"function": over_lanes(routine, routines.packed_from), "states": over_states(routine)}
+    return _environment().get_template("lanes.c.j2").render(**vars(banner), **slots)
 
 
 def render_one_lane(banner: Banner, numbers: Precision) -> str:

@@ -97,6 +97,10 @@ struct table {
 };
 int supply_from_table(void *table, double t, const double *q, const double *u, double *inputs);
 
+/* within.c: whether n numbers are all smaller than `limit` in size, or finite; what is not a number is neither */
+int all_within(size_t n, const double *x, double limit);
+int all_finite(size_t n, const double *x);
+
 /* Whether the run is to end; asked every hundredth of a second or two of computing, if this is called with the number of
  * freedoms wherever accelerations are worked out, and with 0 where more is done than that. */
 int interrupted(struct system *s, long work);

@@ -41,6 +41,8 @@
 #define CCGEN_OF_TYPE(name) name##f
 #undef DBL_EPSILON
 #define DBL_EPSILON FLT_EPSILON
+#undef DBL_MAX
+#define DBL_MAX FLT_MAX
 #undef DBL_MIN
 #define DBL_MIN FLT_MIN
 #define double float
@@ -48,6 +50,8 @@
 #define CCGEN_OF_TYPE(name) name##l
 #undef DBL_EPSILON
 #define DBL_EPSILON LDBL_EPSILON
+#undef DBL_MAX
+#define DBL_MAX LDBL_MAX
 #undef DBL_MIN
 #define DBL_MIN LDBL_MIN
 #define double long double

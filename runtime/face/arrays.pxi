@@ -2,16 +2,12 @@
 
 def all_finite(const real[::1] x):
     """Whether all numbers are finite."""
-    cdef Py_ssize_t i, n = x.shape[0], whole = n - n % 4
-    cdef real a = 0.0, b = 0.0, c = 0.0, d = 0.0  # side by side: they do not wait for each other
-    for i in range(0, whole, 4):
-        a += 0.0 * x[i]
-        b += 0.0 * x[i + 1]
-        c += 0.0 * x[i + 2]
-        d += 0.0 * x[i + 3]
-    for i in range(whole, n):
-        a += 0.0 * x[i]
-    return a + b + c + d == 0.0
+    return numbers_finite(x.shape[0], &x[0])
+
+
+def all_within(const real[::1] x, real limit):
+    """Whether all numbers are smaller than ``limit`` in size."""
+    return numbers_within(x.shape[0], &x[0], limit)
 
 
 cdef object _columns(const real *x, size_t rows, size_t stride, size_t width):

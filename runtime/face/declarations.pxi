@@ -19,6 +19,8 @@ cdef extern from *:
                             real *u_dot, real *lambda_) noexcept nogil
         unsigned (*acceleration_lanes)(const real *k, const real *q, const real *u, const real *t,
                                        const real *inputs, real *u_dot, real *lambda_) noexcept nogil
+        unsigned (*acceleration_states)(const real *k, const real *q, const real *u, const real *t,
+                                        const real *inputs, real *u_dot, real *lambda_) noexcept nogil
         int (*impulse)(const real *k, const real *q, const real *f, const real *y, real *du,
                        real *Lambda) noexcept nogil
         void (*reactions)(const real *k, const real *q, const real *u, real t, const real *inputs,
@@ -83,6 +85,8 @@ cdef extern from *:
     int system_impulse(system *s, const real *q, const real *f, const real *y, real nearest, real *du,
                        real *Lambda) nogil
     const real NEAREST
+    bint numbers_within "all_within"(size_t n, const real *x, real limit) nogil
+    bint numbers_finite "all_finite"(size_t n, const real *x) nogil
     int project_position(system *s, real *q) nogil
     int project_velocity(system *s, const real *q, real *u) nogil
     int impact(system *s, const real *q, const real *u_minus, int count, const int *chosen, const real *e,

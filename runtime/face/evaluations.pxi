@@ -1,16 +1,22 @@
 # A model's kernels on states, one by one or in lanes.
 
+@cython.final
 cdef class _Times:
-    """One time for all states of a batch, or each one's own: ``t`` a number, or (b,)."""
+    """One time for all states of a batch, or each one's own: ``t`` a number, or (b,). ``lanes`` are taken at once."""
 
     cdef const real[::1] every
+    cdef real[::1] alike
     cdef real one
     cdef bint same
 
-    def __cinit__(self, t, Py_ssize_t b):
+    def __cinit__(self, t, Py_ssize_t b, Py_ssize_t lanes=1):
+        cdef Py_ssize_t l
         self.same = not isinstance(t, np.ndarray) or not t.ndim
         if self.same:
             self.one = t
+            self.alike = empty(lanes)
+            for l in range(lanes):
+                self.alike[l] = self.one
             return
         self.every = np.ascontiguousarray(t, dtype=REAL)
         if self.every.shape[0] != b:
@@ -18,6 +24,10 @@ cdef class _Times:
 
     cdef inline real at(self, Py_ssize_t i) noexcept:
         return self.one if self.same else self.every[i]
+
+    cdef inline const real *from_(self, Py_ssize_t first) noexcept:
+        """Those of the lanes that begin with a state."""
+        return &self.alike[0] if self.same else &self.every[first]
 
 
 cdef class Evaluations:
@@ -141,65 +151,35 @@ cdef class Evaluations:
         s.evaluations = s.dependent = 0
         return s
 
-    def acceleration(self, const real[:, ::1] q, const real[:, ::1] u, t, bint side_by_side=True):
-        """Quasi-accelerations (b, n), multipliers (b, rows), and the outcome of each state, at one time ``t`` or at times
-        (b,); where there are as many states as the model has lanes, in lanes, unless each is to be what it is alone."""
+    def acceleration(self, const real[:, ::1] q, const real[:, ::1] u, t, bint side_by_side=True, bint forces=True):
+        """Quasi-accelerations (b, n), multipliers (b, rows), of no state unless ``forces``, and the outcome of each state
+        that has none, by number, at one time ``t`` or at times (b,); where there are as many states as the model has lanes,
+        in lanes, unless each is to be what it is alone."""
         cdef Py_ssize_t i, block, first, b = q.shape[0], lanes = self.m.lanes
-        cdef _Times times = _Times(t, b)
-        u_dot, multipliers, outcomes = empty((b, self.m.nu)), empty((b, self.m.rows + 1)), [OUTCOMES[0]] * b
+        cdef bint in_lanes = side_by_side and b >= lanes and not self.refine and self.m.acceleration_states is not NULL
+        if not in_lanes:
+            lanes = 1
+        cdef _Times times = _Times(t, b, lanes)
+        u_dot, multipliers = empty((b, self.m.nu)), empty((b if forces else 0, self.m.rows))
         cdef real[:, ::1] out = u_dot, rows = multipliers
+        cdef real *row
+        cdef dict without = {}
         cdef system s = self._system()
-        cdef unsigned lost
-        cdef real[::1] room
-        if not side_by_side or b < lanes or self.refine or self.m.acceleration_lanes is NULL:
-            for i in range(b):
-                found = system_acceleration(&s, times.at(i), &q[i, 0], &u[i, 0], &out[i, 0], &rows[i, 0])
-                if found:
-                    outcomes[i] = OUTCOMES[found]
-            self.inexact = s.inexact
-            return u_dot, multipliers[:, : self.m.rows], outcomes
-        room = empty((1 + self.m.inputs + 3 * self.m.nu + self.m.rows) * lanes)
+        cdef unsigned lost = 1
         for block in range(0, b, lanes):
             first = min(block, b - lanes)
-            for i in range(lanes):
-                room[i] = times.at(first + i)
-            lost = self._block(&q[first, 0], &u[first, 0], &out[first, 0], &rows[first, 0], &room[0])
+            if in_lanes:
+                row = &rows[first, 0] if forces else NULL
+                lost = self.m.acceleration_states(&self.k[0], &q[first, 0], &u[first, 0], times.from_(first),
+                                                  &self.inputs[0], &out[first, 0], row)
             for i in range(first, first + lanes if lost else first):
                 if lost >> (i - first) & 1:
-                    found = system_acceleration(&s, times.at(i), &q[i, 0], &u[i, 0], &out[i, 0], &rows[i, 0])
-                    outcomes[i] = OUTCOMES[found]
+                    row = &rows[i, 0] if forces else &self.multipliers[0]
+                    found = system_acceleration(&s, times.at(i), &q[i, 0], &u[i, 0], &out[i, 0], row)
+                    if found:
+                        without[i] = OUTCOMES[found]
         self.inexact = s.inexact
-        return u_dot, multipliers[:, : self.m.rows], outcomes
-
-    cdef unsigned _block(self, const real *q, const real *u, real *out, real *rows, real *room) noexcept:
-        """As many states as lanes, from q, u (lanes, n) to out (lanes, n), rows (lanes, rows + 1); the lanes, as bits, that
-        have to be asked for alone. ``room`` holds what the kernel takes and gives, lane beside lane; first the times."""
-        cdef int n = self.m.nu, lanes = self.m.lanes, m = self.m.rows, i, l
-        cdef real *inputs = room + lanes
-        cdef real *x = inputs + self.m.inputs * lanes
-        cdef real *v = x + n * lanes
-        cdef real *a = v + n * lanes
-        cdef real *forces = a + n * lanes
-        for l in range(lanes):
-            for i in range(self.m.inputs):
-                inputs[i * lanes + l] = self.inputs[i]
-        for i in range(n):
-            for l in range(lanes):
-                x[i * lanes + l] = q[l * n + i]
-                v[i * lanes + l] = u[l * n + i]
-        cdef unsigned lost = self.m.acceleration_lanes(&self.k[0], x, v, room, inputs, a, forces)
-        for l in range(lanes):
-            room[l] = 0.0
-        for i in range(n):
-            for l in range(lanes):
-                out[l * n + i] = a[i * lanes + l]
-                room[l] += 0.0 * a[i * lanes + l]
-        for l in range(lanes):
-            for i in range(m):
-                rows[l * (m + 1) + i] = forces[i * lanes + l]
-            if room[l] != 0.0:  # not a number: one of them is not finite
-                lost |= <unsigned>1 << l
-        return lost & ((<unsigned>1 << lanes) - 1)
+        return u_dot, multipliers, without
 
     def repeat_acceleration(self, const real[::1] t, const real[:, ::1] q, const real[:, ::1] u, long calls):
         """Evaluate the acceleration ``calls`` times, cycling through the states, without the GIL: for timing."""
