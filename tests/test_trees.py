@@ -70,8 +70,8 @@ def test_scenes_keep_the_tree_of_short_branches(path: Path) -> None:
 
 def test_rings_rows_and_what_walks_keep_it(tmp_path: Any) -> None:
     legs = scene_of(graphs.mechanism("legs", walking(3), seed=5), tmp_path)
-    for scene in (loop(32), pinned(32), legs):
-        assert plan_scene(scene)[0] == span(scene.mechanism)
+    for scene, plan in ((loop(32), TIP_TO_ROOT), (pinned(32), TIP_TO_ROOT), (legs, None)):
+        assert plan_scene(scene, plan)[0] == span(scene.mechanism)
 
 
 def test_driven_joints_stay_in_the_tree(tmp_path: Any) -> None:
