@@ -175,7 +175,7 @@ def test_counts_of_expressions(expression: sp.Expr, expected: tuple[int, int, in
 
 @cache
 def _acceleration(links: int) -> Counts:
-    return _program(loop(links, gravity=True)).function("acceleration").counts()
+    return _program(loop(links, gravity=True), "tip to root").function("acceleration").counts()
 
 
 def test_the_operations_of_the_acceleration_grow_linearly() -> None:
@@ -193,8 +193,8 @@ def test_the_operations_of_the_hexagon() -> None:
     assert counts.angles == 6
 
 
-def _program(scene: Scene) -> Program:
-    return lower(derive_scene(scene)[1])
+def _program(scene: Scene, plan: str | None = None) -> Program:
+    return lower(derive_scene(scene, plan=plan)[1])
 
 
 # -- what a scene does not name ------------------------------------------------------------------------------------

@@ -86,11 +86,14 @@ def main() -> None:
         c = function.counts()
         print(f"{function.kernel.name:17} {c.sums:4} + {c.products:4} + {c.quotients:2} = {c.total:4};  {c.angles}")
     print("\noperations of the acceleration")
-    print("links   floating  open  hinged  pinned")
+    print("links   floating  open  hinged  pinned, from tip to root")
     for n in SIZES:
         scenes = (loop(n), chain(n), chain(n, hinged=True), pinned(n))
-        totals = [acceleration(scene) for scene in scenes]
+        totals = [acceleration(scene, "tip to root") for scene in scenes]
         print(f"{n:5} {totals[0]:10} {totals[1]:5} {totals[2]:7} {totals[3]:7}")
+    print("\nfloating loops in four segments, and from tip to root")
+    for n in (25, 49, 97, 193):
+        print(f"{n:5} {acceleration(loop(n), 'segments'):10} {acceleration(loop(n), 'tip to root'):10}", flush=True)
     print("\nrow of N four-bars, and by dyads")
     for cells in (1, 2, 4, 8, 16, 32):
         scene = ladder(cells)
