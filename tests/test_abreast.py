@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import shutil
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import pairwise
@@ -17,6 +18,7 @@ from ccgen.generator.emit.expressions import C
 from ccgen.generator.mechanism.modules import LEAST_LINKS, alike, varied
 from ccgen.generator.pipeline import derive_scene
 from ccgen.generator.program import abreast as pass_
+from ccgen.generator.program import routine
 from ccgen.generator.program.abreast import Abreast, Packed, abreast
 from ccgen.generator.program.program import lower
 from ccgen.generator.program.rolling import Lines, Loop, Place
@@ -287,6 +289,22 @@ def test_segments_of_a_ring_abreast_are_those_written_out(links: int, tmp_path: 
     assert acceleration.function.kernel.name == "acceleration"
     rounds = [part.rounds for part in acceleration.statements if isinstance(part, Loop) and part.lanes == 4]
     assert min(rounds) >= 6, rounds
+
+
+@pytest.mark.skipif(shutil.which("cc") is None, reason="there is no cc")
+@pytest.mark.parametrize("name", ["ring", "walking machine"])
+def test_loops_over_outputs_give_what_is_written_out(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where a function is long, what repeats within blocks becomes loops, and so do its outputs."""
+    scene = loop(30, gravity=True) if name == "ring" else load_scene(SCENES / "strandbeest.toml")
+    written = Written(scene, tmp_path)
+    apart = written.compiled("apart", 10**9)
+    monkeypatch.setattr(routine, "LONG", 0)
+    together = written.compiled("together", 3)
+    assert re.search(r"^ +pose\[3\*i", together.source, re.MULTILINE) or name != "ring"
+    assert "pose[3*i" not in apart.source
+    compare(written, together, apart)
 
 
 def compare(written: Written, together: Compiled, apart: Compiled) -> None:

@@ -3,15 +3,16 @@
 Long chains give the same block again and again with shifted numbers in the names. Written out they outgrow the
 processor's instruction cache and the compiler's patience; as loops over arrays they do neither. Blocks whose terms are
 equal but for numbers in names, and whose numbers grow by fixed strides from round to round, become one loop. The
-arithmetic and its order stay the same.
+arithmetic and its order stay the same. In long functions (:func:`roll_finely`) the same is sought within blocks, link by
+link, and among outputs.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import pairwise
+from itertools import groupby, pairwise
 
 from .terms import Assign, Element, Leaf, Name, Term, exchanged, leaves
 
@@ -23,6 +24,9 @@ LEAST_ROUNDS = 6
 
 LONGEST_PERIOD = 4
 """Blocks looked at as one round: branches that run side by side."""
+
+END = "outputs"
+"""Title of outputs, each a block of its own."""
 
 OFFSETS = {0: "own", 1: "next", -1: "last"}
 
@@ -106,6 +110,42 @@ def roll(
     return _Roller(blocks, given, set(results), set(reserved)).rolled()
 
 
+def roll_finely(
+    blocks: Sequence[Lines],
+    outputs: Sequence[Assign],
+    given: Mapping[str, Place],
+    results: Collection[str],
+    reserved: Collection[str],
+) -> tuple[Rolled, list[Assign]]:
+    """Turn what repeats within ``blocks``, link by link, and among ``outputs`` into loops; the outputs left over.
+
+    Outputs are elements of arrays; loops over them come behind all other statements.
+    """
+    entries = {f"{END} {o.target.array}_{o.target.start}": o for o in outputs if isinstance(o.target, Element)}
+    places = {name: (o.target.array, o.target.start) for name, o in entries.items() if isinstance(o.target, Element)}
+    ends = [Lines(END, (Assign(Name(name), o.value),)) for name, o in entries.items()]
+    fine = [replace(block, lines=lines) for block in blocks for lines in _link_by_link(block.lines)]
+    rolled = roll([*fine, *ends], {**given, **places}, results, reserved)
+    left, statements = list[Assign](), list[Lines | Loop]()
+    for part in rolled.statements:
+        last = statements[-1] if statements else None
+        if isinstance(part, Loop):
+            statements.append(part)
+        elif part.title == END:
+            left += [entries[_target(line)] for line in part.lines]
+        elif isinstance(last, Lines) and last.title == part.title:
+            statements[-1] = replace(last, lines=last.lines + part.lines)
+        else:
+            statements.append(part)
+    rolled.statements = statements
+    return rolled, left
+
+
+def _link_by_link(lines: Sequence[Assign]) -> list[tuple[Assign, ...]]:
+    """Runs of lines whose targets have the same first number."""
+    return [tuple(run) for _, run in groupby(lines, key=lambda line: _numbers(_target(line))[:1])]
+
+
 class _Roller:
     def __init__(
         self, blocks: Sequence[Lines], given: Mapping[str, Place], results: set[str], reserved: set[str]
@@ -180,9 +220,10 @@ class _Roller:
                     yield p, tuple(names[line][o] for names in rounds)
 
     def _local(self, run: _Run, p: int, names: tuple[str, ...]) -> bool:
-        """Whether each name is defined in the very block that holds it and is read nowhere else."""
+        """Whether each name is defined in the very block that holds it, and neither read nor given anywhere else."""
         blocks = [run.start + r * run.period + p for r in range(run.rounds)]
-        return all(self.home.get(n) == b and n not in self._abroad for n, b in zip(names, blocks, strict=True))
+        elsewhere = self._abroad | self.given.keys()
+        return all(self.home.get(n) == b and n not in elsewhere for n, b in zip(names, blocks, strict=True))
 
     @cached_property
     def _abroad(self) -> set[str]:

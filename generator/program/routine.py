@@ -15,7 +15,7 @@ from .abreast import Packed, abreast, padded
 from .long_modules import rolled_modules
 from .program import Function, Program
 from .response import NAME as RESPONSE
-from .rolling import Lines, Loop, Place, roll
+from .rolling import Lines, Loop, Place, roll, roll_finely
 from .terms import Assign, Call, Element, Guard, Name, Number, Ordering, Product, Term, leaves
 
 SIGNATURES: Mapping[str, tuple[str, ...]] = {
@@ -32,6 +32,9 @@ SOLVERS = ("acceleration", "impulse", RESPONSE)
 
 LANES = 4
 """Modules in one vector, where there are more than two. Compilers make two vectors of one that the machine has not."""
+
+LONG = 400
+"""Assignments of a function, outputs included, from which on loops are sought within blocks and among outputs too."""
 
 LOOP = "i"
 """The counter of loops."""
@@ -134,13 +137,17 @@ class Routines:
         results = _named([line.value for line in outputs])
         side = abreast(blocks, owner, places, results, guards, self.packed, lanes)
         reserved = {*arguments, LOOP, "c", "s", *(o.name for o in kernel.outputs)}
-        rolled = roll(blocks, places, results | _named(_entries(guards)), reserved)
+        whole = not (solver or kernel.asked or sparse)  # else outputs wait for guards, for a caller's room, for zeros
+        if whole and _written(blocks) + len(outputs) > LONG:
+            rolled, left = roll_finely(blocks, outputs, places, results, reserved)
+        else:
+            rolled, left = roll(blocks, places, results | _named(_entries(guards)), reserved), outputs
         if side:
             side = rolled_modules(side, [side.placed(line.value) for line in outputs], reserved)
             if _written(rolled.statements) < _written(side.statements):
                 side = None  # few long modules: loops over their links are shorter
         if side is None:
-            placed, statements, arrays = rolled.placed, rolled.statements, rolled.arrays
+            placed, statements, arrays, outputs = rolled.placed, rolled.statements, rolled.arrays, left
             guards = [Guard(placed(g.pivot), g.least and placed(g.least)) for g in guards]
         else:
             placed, statements, arrays, guards = side.placed, side.statements, side.arrays, side.guards
