@@ -3,8 +3,8 @@
 Long chains give the same block again and again with shifted numbers in the names. Written out they outgrow the
 processor's instruction cache and the compiler's patience; as loops over arrays they do neither. Blocks whose terms are
 equal but for numbers in names, and whose numbers grow by fixed strides from round to round, become one loop. The
-arithmetic and its order stay the same. In long functions (:func:`roll_finely`) the same is sought within blocks, link by
-link, and among outputs.
+arithmetic and its order stay the same. In long functions (:func:`roll_finely`) the same is sought within blocks, link
+by link, and among outputs.
 """
 
 from __future__ import annotations
