@@ -72,7 +72,7 @@ def generate(
     With ``fold`` the values of its parameters stand in the code as numbers and cannot be changed later; values that
     leave no finite number then raise ``FoldError``. ``precision`` is that of the numbers it computes with: "double",
     "float" or "wide", the compiler's long double; the package's name then ends in ``_float`` or ``_wide``. ``plan`` is
-    the order of elimination, for study: "tip to root" or "dyads"; unless given, it follows from the
+    the order of elimination, for study: "tip to root", "dyads" or "segments"; unless given, it follows from the
     mechanism; ``ValueError`` where that has none of the kind.
     ``progress`` is told each stage's name as it begins. Raises ``CompileError`` (no working compiler) and
     ``OutputError`` (a folder that cannot be written, a name that would hide a module, or something at the place of the
@@ -112,9 +112,10 @@ def plan_scene(scene: Scene, wanted: str | None = None) -> tuple[Topology, Choic
     from .planning.trees import GAIN, LARGE, other_tree
 
     mechanism, driven, poses = scene.mechanism, scene.driven, scene.start.poses
+    loaded = any(effect.has_loads() for effect in scene.effects)
 
     def chosen(topology: Topology, plan: str | None) -> Choice:
-        return choose(mechanism, topology, driven, sound_dyads(mechanism, topology, poses), plan)
+        return choose(mechanism, topology, driven, sound_dyads(mechanism, topology, poses), plan, loaded=loaded)
 
     topology = short = span(mechanism, driven)
     choice = chosen(short, None)

@@ -40,8 +40,8 @@ typedef unsigned ccgen_acceleration_lanes(const double *k, const double *q, cons
                                           const double *inputs, double *u_dot, double *lambda);
 
 /* The same for `lanes` states that lie one after the other: q[lanes][nq], u[lanes][nu], u_dot[lanes][nu] and
- * lambda[lanes][rows], at times t[lanes], all with the same inputs[inputs]. States whose accelerations are not finite numbers
- * are among those it returns. */
+ * lambda[lanes][rows], at times t[lanes], all with the same inputs[inputs]; lambda may be NULL. It returns the bits of the
+ * states that it has not solved, the first state's the lowest; states whose accelerations are not finite are among them. */
 typedef unsigned ccgen_acceleration_states(const double *k, const double *q, const double *u, const double *t,
                                            const double *inputs, double *u_dot, double *lambda);
 

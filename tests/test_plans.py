@@ -20,8 +20,10 @@ from ccgen.generator.pipeline import derive_scene, listing, plan_scene
 from ccgen.generator.planning import choose as choosing
 from ccgen.generator.planning.choose import DYADS, IN_SEGMENTS, PLANS, TIP_TO_ROOT, choose
 from ccgen.generator.planning.plan import is_dyad
+from ccgen.generator.planning.segments import SEGMENTS
 from ccgen.generator.program.program import lower
 from ccgen.generator.program.reading import read_listing
+from ccgen.generator.program.routine import LANES
 from ccgen.generator.scene import read_tables
 from ccgen.generator.scene.scene import Scene
 from ccgen.runtime import load_model
@@ -332,20 +334,60 @@ def test_long_rings_go_in_segments() -> None:
         next(j for j in (0, 49) if j not in {b.joint for b in topology.branches})
     ]
     assert plan_scene(loop(50), TIP_TO_ROOT)[1].plan.severed == ()
-    with pytest.raises(ValueError, match="found 'segments', expected 'tip to root': no loop has a row of"):
+    with pytest.raises(
+        ValueError, match="found 'segments', expected 'tip to root': no loop has a row of 20 links alike"
+    ):
         plan_scene(loop(12), IN_SEGMENTS)
 
 
-def test_rows_of_unlike_links_have_no_segments() -> None:
+def ring_of(links: int, **table: Any) -> Scene:
+    return read_tables({"loop": {"links": links, **table}, "gravity": {}}, "ring", "ring")
+
+
+def test_rows_end_at_unlike_links() -> None:
     """Where a link's centre of mass is off its line and its neighbours' are not, their equations differ."""
 
-    def plans(odd: float) -> list[str]:
-        coms = [[0.5, 0.0] if k != 24 else [0.5, odd] for k in range(49)]
-        scene = read_tables({"loop": {"links": 49, "com": coms}}, "ring", "ring")
-        return [name for name, _ in plan_scene(scene)[1].costs]
+    def longest(odd: int) -> int:
+        coms = [[0.5, 0.1 * (k == odd)] for k in range(49)]
+        plan = plan_scene(ring_of(49, com=coms))[1].plan
+        return len(plan.modules[0]) if plan.name == IN_SEGMENTS else 0
 
-    assert IN_SEGMENTS in plans(0.0)
-    assert IN_SEGMENTS not in plans(0.1)
+    assert [longest(odd) for odd in (-1, 0, 1, 24, 36, 48)] == [12, 12, 11, 6, 0, 0]
+
+
+def test_links_that_do_not_resist_a_motion_are_in_no_segment(workshop: Workshop) -> None:
+    """Point masses on their inner or outer pin, or between: the ends of a segment would have no inertia."""
+    points = {"A": [0.0, 0.0], "B": [1.0, 0.0]}
+    joints = [{"between": [f"link{k}.B", f"link{(k + 1) % 44}.A"]} for k in range(44)]
+    start = {"angles": [2.0 * math.pi * k / 44 for k in range(44)]}
+    for com in (0.0, 0.5, 1.0):
+        own = [(0.0, com) if 9 < k < 15 else (0.1, 0.5) for k in range(44)]
+        links = [
+            {"name": f"link{k}", "mass": 1.0, "inertia": inertia, "com": [x, 0.0], "points": points}
+            for k, (inertia, x) in enumerate(own)
+        ]
+        name = f"points{10 * com:.0f}"
+        scene = read_tables({"link": links, "joint": joints, "start": start}, name, name)
+        choice = plan_scene(scene)[1]
+        assert choice.plan.name == IN_SEGMENTS
+        assert min(link for segment in choice.plan.modules for link in segment) >= 15
+        model = workshop.model(scene)
+        assert np.all(np.isfinite(model.acceleration(*model.start())))
+
+
+def test_light_links_and_forces_keep_the_order_from_tip_to_root(tmp_path: Any) -> None:
+    """They cost digits at the ends of segments, or make segments unequal."""
+    masses = [1.0] * 44
+    assert plan_scene(ring_of(44, mass=masses))[1].plan.name == IN_SEGMENTS
+    masses[30] = 1e-3
+    assert plan_scene(ring_of(44, mass=masses))[1].plan.name == TIP_TO_ROOT
+    pulled = loop(44, spring=[{"between": ["link_3.A", "link_9.A"], "stiffness": 10.0, "length": 1.0}])
+    assert plan_scene(pulled)[1].plan.name == TIP_TO_ROOT
+    assert plan_scene(pulled, IN_SEGMENTS)[1].plan.name == IN_SEGMENTS
+
+
+def test_there_are_as_many_segments_as_lanes() -> None:
+    assert SEGMENTS == LANES
 
 
 @pytest.mark.parametrize("legs", [0, 1, 4])

@@ -311,7 +311,7 @@ class Recursion:
                     side.add_h(w, v, sp.Integer(-factor) * row.direction[axis])
             bias = scale(sp.Integer(-factor), self.field_) if link == GROUND else ZERO
             side.add_l(FLIGHT, v, -(row.bias + dot(row.direction, bias)))
-            if factor > 0 and v in self.jumps:
+            if factor > 0 and cut.rank == 0:  # joints between segments are never open
                 side.add_l(IMPACT, v, self.jumps[v])
             rows: dict[Variable, dict[Variable, sp.Expr]] = carried(row.arm)
             form.add(side.substitute(Substitution({A_X: {}, A_Y: {}} if link == GROUND else rows)))

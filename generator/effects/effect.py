@@ -88,6 +88,11 @@ class Effect:
         """Forces and moments on links."""
         return ()
 
+    @classmethod
+    def has_loads(cls) -> bool:
+        """Whether effects of this kind put forces or moments on links."""
+        return cls.loads is not Effect.loads
+
     def driven(self) -> tuple[int, ...]:
         """Joints (indices) whose motion the effect prescribes."""
         return ()

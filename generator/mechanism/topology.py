@@ -55,7 +55,8 @@ class Branch:
 class Cut:
     """A joint left out of the tree: its two sides, and the link ``meeting`` where their branches meet.
 
-    ``rank`` comes first in the order of multipliers, so that those of segments have the same order in each.
+    ``rank`` enters the order of multipliers alone, so that those of segments have the same order in each; it is 0 for
+    all but joints between segments.
     """
 
     joint: int

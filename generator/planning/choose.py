@@ -48,7 +48,8 @@ out again."""
 LACKING = {
     DYADS: "the mechanism has no dyad to close that is away from its dead centre at the start; leave out the plan, or "
     "start elsewhere",
-    IN_SEGMENTS: f"no loop has a row of {SEGMENTS * LEAST_LINKS} links that are alike; leave out the plan",
+    IN_SEGMENTS: f"no loop has a row of {SEGMENTS * LEAST_LINKS} links alike, with inertia, on pins that nothing "
+    "drives, through its cut pin; leave out the plan",
 }
 """Why there is no plan of a name."""
 
@@ -67,10 +68,13 @@ def choose(
     driven: Collection[int],
     sound: Collection[int],
     wanted: str | None = None,
+    *,
+    loaded: bool = False,
 ) -> Choice:
     """The order from tip to root unless another is worth it, or the ``wanted`` one of :data:`PLANS`.
 
-    ``driven`` joints have a prescribed motion; ``sound`` are the cut pins whose dyads may be closed. Raises
+    ``driven`` joints have a prescribed motion; ``sound`` are the cut pins whose dyads may be closed; ``loaded`` says
+    that forces act on links, so that segments may not be equal, and are cut only where they are wanted. Raises
     ``ValueError`` where the wanted plan is not one of the portfolio, or the mechanism has none of its kind.
     """
     if wanted is not None and wanted not in PLANS:
@@ -87,7 +91,7 @@ def choose(
         otherwise = Plan(TIP_TO_ROOT, own) if cost <= LONGEST else None
         plan = Plan(DYADS, dyads[0], otherwise, modules)
         found.append(_Candidate(topology, plan, dyads[1], WORTH * dyads[1]))
-    found += _in_segments(mechanism, topology, driven)
+    found += _in_segments(mechanism, topology, driven, loaded)
     named = [one for one in found if wanted in (None, one.plan.name)]
     if not named:
         raise ValueError(f"plan: found {wanted!r}, expected {TIP_TO_ROOT!r}: {LACKING[str(wanted)]}")
@@ -109,7 +113,7 @@ def _summed(found: tuple[dict[int, tuple[Pivot, ...]], dict[int, float]]) -> tup
     return found[0], sum(found[1].values())
 
 
-def _in_segments(mechanism: Mechanism, topology: Topology, driven: Collection[int]) -> list[_Candidate]:
+def _in_segments(mechanism: Mechanism, topology: Topology, driven: Collection[int], loaded: bool) -> list[_Candidate]:
     """The longest loop's row of links in segments, if it has one that is long enough."""
     row = in_segments(mechanism, topology, driven)
     if row is None:
@@ -119,7 +123,8 @@ def _in_segments(mechanism: Mechanism, topology: Topology, driven: Collection[in
     pivots, costs = sweep.run(_Order(sweep, {}))
     cost, side_by_side = sum(costs.values()), sum(costs[link] for segment in row[1] for link in segment)
     price = GATHERING * (cost - side_by_side + side_by_side / len(row[1]))
-    return [_Candidate(row[0], Plan(IN_SEGMENTS, pivots, None, row[1], severed), cost, price)]
+    plan = Plan(IN_SEGMENTS, pivots, None, row[1], severed)
+    return [_Candidate(row[0], plan, cost, math.inf if loaded else price)]
 
 
 def _with_dyads(sweep: Sweep, cuts: list[Cut]) -> tuple[dict[int, tuple[Pivot, ...]], float] | None:

@@ -104,12 +104,13 @@ class Sweep:
         Where that is more than ``limit`` in all, the pivots are not complete.
         """
         forms: dict[int, Pattern] = {}
-        pivots, costs = {}, dict[int, float]()
+        pivots, costs, total = {}, dict[int, float](), 0.0
         for link in [branch.link for branch in reversed(self.topology.branches)] + [self.topology.root]:
             pattern, gathered = self._gather(link, forms)
             chosen = choose(link, pattern)
             costs[link] = gathered + sum(self._eliminate(link, pattern, pivot) for pivot in chosen)
-            if sum(costs.values()) > limit:
+            total += costs[link]
+            if total > limit:
                 break
             pivots[link] = chosen
             forms[link] = self._handed_on(link, pattern)

@@ -9,7 +9,8 @@ from ..derive.names import Variable
 
 Pivot = tuple[Variable, ...]
 """Variables that go at once: one angular acceleration, the one or two multipliers of a cut joint, the acceleration
-along a line, or a dyad: the angular accelerations of two links and the two multipliers of the pin between them."""
+along a line, the acceleration of a segment's inboard point, or a dyad: the angular accelerations of two links and the
+two multipliers of the pin between them."""
 
 
 @dataclass(frozen=True)

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections import Counter
+from collections.abc import Collection, Iterator
+from itertools import pairwise
 
 from ..mechanism.links import Point
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.topology import Cut, Topology, recut
 
 SEGMENTS = 4
-"""As many as there are lanes in a vector of modules."""
+"""As many as there are lanes in a vector of modules (``program/routine.py``)."""
 
 LEAST_LINKS = 5
-"""Links of a segment, at least: what its ends cost is what two or three links do."""
+"""Links of a segment, at least: with fewer, states side by side take longer than from tip to root."""
+
+APART = 100.0
+"""Times that masses, or inertias, of the links may differ. A light link at the end of a segment that is alone with its
+acceleration costs digits as they do: 1e-14 at 100, 1e-13 at 1000, where the order from tip to root keeps 1e-15."""
 
 Segment = tuple[int, ...]
 
@@ -20,68 +26,76 @@ Segment = tuple[int, ...]
 def in_segments(
     mechanism: Mechanism, topology: Topology, driven: Collection[int]
 ) -> tuple[Topology, tuple[Segment, ...]] | None:
-    """The longest row of equal links in a loop, cut into segments, each from its inner end outwards.
+    """The longest row of links alike in a loop, cut into segments, each from its inner end outwards.
 
     The loop is cut where the row ends instead of in its middle, so that all segments run the same way. ``None`` where
-    no loop has a row that is long enough.
+    no loop has a row that is long enough on both sides of its cut pin.
     """
-    found = [(row, cut, opened) for cut in topology.cuts for row, opened in _rows(mechanism, topology, cut, driven)]
+    search = _Search(mechanism, topology, driven)
+    found = [one for cut in topology.cuts for one in search.rows(cut)]
     if not found:
         return None
-    row, cut, opened = max(found, key=lambda one: (len(one[0]), -one[1].joint))
+    row, recut_ = max(found, key=lambda one: len(one[0]))
     length = len(row) // SEGMENTS
-    if length < LEAST_LINKS:
-        return None
     outer = row[len(row) - SEGMENTS * length :]
-    segments = tuple(outer[i : i + length] for i in range(0, len(outer), length))
-    return recut(mechanism, topology, opened, cut.joint), segments
+    return recut_, tuple(outer[i : i + length] for i in range(0, len(outer), length))
 
 
-def _rows(mechanism: Mechanism, topology: Topology, cut: Cut, driven: Collection[int]) -> Iterator[tuple[Segment, int]]:
-    """The row of links through a cut pin, and the joint at its end, where it is to be cut instead.
+class _Search:
+    def __init__(self, mechanism: Mechanism, topology: Topology, driven: Collection[int]) -> None:
+        self.mechanism, self.topology, self.driven = mechanism, topology, driven
+        self.branches = {branch.link: branch for branch in topology.branches}
+        self.degree = Counter(ref.link for joint in mechanism.joints for ref in (joint.first, joint.second))
 
-    Equal segments need that joint's first side to be theirs, as it is at joints between segments.
-    """
-    sides = [_inwards(mechanism, topology, ref.link, driven) for ref in (cut.first, cut.second)]
-    if cut.kind != "revolute" or not all(sides):
-        return
-    for near, far in (sides, sides[::-1]):
-        joint = topology.branch(far[-1]).joint
-        if mechanism.joints[joint].first.link == far[-1]:
-            row = (*reversed(near), *far)
-            turned = recut(mechanism, topology, joint, cut.joint)
-            if _are_equal(mechanism, turned, row):
-                yield row, joint
+    def rows(self, cut: Cut) -> Iterator[tuple[Segment, Topology]]:
+        """Rows of links alike through a cut pin, long enough for segments, each with the loop cut at its end instead.
 
+        Equal segments need that joint's first side to be theirs, as it is at joints between segments.
+        """
+        if cut.kind != "revolute":
+            return
+        sides = [self._inwards(ref.link) for ref in (cut.first, cut.second)]
+        if not all(sides) or sum(map(len, sides)) < SEGMENTS * LEAST_LINKS:
+            return
+        for near, far in (sides, sides[::-1]):
+            joint = self.branches[far[-1]].joint
+            if self.mechanism.joints[joint].first.link == far[-1]:
+                turned = recut(self.mechanism, self.topology, joint, cut.joint)
+                row = self._alike(turned, (*reversed(near), *far))
+                if len(row) >= SEGMENTS * LEAST_LINKS:
+                    yield row, turned
 
-def _inwards(mechanism: Mechanism, topology: Topology, tip: int, driven: Collection[int]) -> list[int]:
-    """Links from a tip inwards that hang from pins which turn as they will, and are joined once more."""
-    degree: dict[int, int] = {}
-    for joint in mechanism.joints:
-        for ref in (joint.first, joint.second):
-            degree[ref.link] = degree.get(ref.link, 0) + 1
-    parents = {branch.link: branch for branch in topology.branches}
-    row = []
-    while tip in parents and degree[tip] == 2 and not mechanism.links[tip].massless:
-        branch = parents[tip]
-        if branch.kind != "revolute" or branch.joint in driven:
-            break
-        row.append(tip)
-        tip = branch.parent
-    return row
+    def _inwards(self, tip: int) -> list[int]:
+        """Links from a tip inwards that hang from pins which turn as they will, and are joined once more.
 
+        Each resists every motion of its own: the ends of segments have no others that would do it for them.
+        """
+        row = []
+        while tip in self.branches and self.degree[tip] == 2 and self.mechanism.links[tip].inertia is not None:
+            branch = self.branches[tip]
+            if branch.kind != "revolute" or branch.joint in self.driven:
+                break
+            row.append(tip)
+            tip = branch.parent
+        return row
 
-def _are_equal(mechanism: Mechanism, topology: Topology, row: Sequence[int]) -> bool:
-    """Whether the equations of all links of the row read the same: whether the same coordinates are zero in each."""
-    seen = set()
-    for link, following in zip(row, (*row[1:], None), strict=True):
-        points, branch = mechanism.links[link].points, topology.branch(link)
-        if following is None:
-            outer = next(cut.first.point for cut in topology.cuts if cut.first.link == link)
-        else:
-            outer = topology.branch(following).attach
-        seen.add(tuple(map(_zeros, (points[branch.inboard], points[outer], mechanism.links[link].com))))
-    return len(seen) == 1
+    def _alike(self, topology: Topology, row: Segment) -> Segment:
+        """The outer links of a row as far as the same coordinates are zero in each, and masses are not far apart."""
+        branches = {branch.link: branch for branch in topology.branches}
+        cut = next(cut for cut in topology.cuts if cut.first.link == row[-1])
+        outer = {a: branches[b].attach for a, b in pairwise(row)} | {row[-1]: cut.first.point}
+        found: list[int] = []
+        shape, masses, inertias = None, list[float](), list[float]()
+        for k in reversed(row):
+            link = self.mechanism.links[k]
+            own = tuple(_zeros(p) for p in (link.points[branches[k].inboard], link.points[outer[k]], link.com))
+            masses.append(link.mass.value if link.mass else 0.0)
+            inertias.append(link.inertia.value if link.inertia else 0.0)
+            if own != (shape or own) or any(max(x) > APART * min(x) for x in (masses, inertias)):
+                break
+            shape = own
+            found.append(k)
+        return tuple(reversed(found))
 
 
 def _zeros(point: Point) -> tuple[bool, bool]:

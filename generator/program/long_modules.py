@@ -16,6 +16,7 @@ PACKED = ("k_abreast", "c_abreast", "s_abreast")
 """Arrays of vectors that are there before the statements."""
 
 END = "end of a phase"
+"""Title of what stands between phases, and is not printed."""
 
 
 def rolled_modules(side: Abreast, results: Collection[Term], reserved: Collection[str]) -> Abreast:
@@ -51,10 +52,16 @@ def rolled_modules(side: Abreast, results: Collection[Term], reserved: Collectio
     outside = [line.value for part in side.statements if isinstance(part, Lines) for line in part.lines]
     outside += [*results, *(entry for guard in side.guards for entry in (guard.pivot, guard.least) if entry)]
     read = {leaf.array for term in outside for leaf in leaves(term) if isinstance(leaf, Element)}
-    rolled = roll(blocks, given, read & vectors, {*reserved, *PACKED})
+    rolled = roll(blocks, given, read & vectors, {*reserved, *PACKED, *vectors, *_shared(side)})
     if not any(isinstance(part, Loop) for part in rolled.statements):
         return side
     return _joined(side, rolled, vectors, given)
+
+
+def _shared(side: Abreast) -> set[str]:
+    """Names of what belongs to no module."""
+    lines = (line for part in side.statements if isinstance(part, Lines) for line in part.lines)
+    return {line.target.name for line in lines if isinstance(line.target, Name)}
 
 
 def _joined(side: Abreast, rolled: Rolled, vectors: set[str], given: Mapping[str, Place]) -> Abreast:

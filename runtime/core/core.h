@@ -97,7 +97,7 @@ struct table {
 };
 int supply_from_table(void *table, double t, const double *q, const double *u, double *inputs);
 
-/* within.c: whether n numbers are all smaller than `limit` in size, or finite; what is not a number is neither */
+/* within.c: whether n numbers are all no larger than `limit` in size, to rounding, or finite; what is not a number is neither */
 int all_within(size_t n, const double *x, double limit);
 int all_finite(size_t n, const double *x);
 
