@@ -14,7 +14,7 @@ from ccgen.generator.derive.equations import Argument, Assignment, Block, Equati
 from ccgen.generator.derive.names import State
 from ccgen.generator.mechanism.links import Parameter
 from ccgen.generator.pipeline import derive_scene
-from ccgen.generator.program.program import Counts, Function, Program, Section, count, lower
+from ccgen.generator.program.program import Counts, Function, Program, Section, _chain, count, lower
 from ccgen.generator.scene.scene import Scene
 
 M, Q, A, B, X = sp.symbols("m_0 theta_0 a b x")
@@ -191,6 +191,25 @@ def test_the_operations_of_the_hexagon() -> None:
     counts = _acceleration(6)
     assert counts.total <= 600
     assert counts.angles == 6
+
+
+def test_the_longest_chain_of_expressions() -> None:
+    """Two at a time, what is ready first: (a + b) + (c + d) takes two, one that is late takes one more."""
+    *x, late = sp.symbols("a b c d late")
+    assert _chain(sp.Add(*x), {}) == 2
+    assert _chain(sp.Add(*x, late), {late: 5}) == 6
+    assert _chain(sp.Mul(*x) / (x[0] + x[1]), {}) == 3
+    assert _chain(1 / x[0] - x[1] * x[2], {}) == 2
+    assert _chain(x[0] ** 4 + 1, {}) == 3
+
+
+def test_the_longest_chain_of_a_ring_grows_with_half_of_it_and_less_in_segments() -> None:
+    chain = {
+        (n, plan): _program(loop(n), plan).function("acceleration").longest_chain()
+        for n, plan in ((25, "tip to root"), (49, "tip to root"), (25, "segments"), (49, "segments"))
+    }
+    assert chain[49, "tip to root"] - chain[25, "tip to root"] == 7 * 24
+    assert chain[49, "segments"] - chain[25, "segments"] <= 3.5 * 24
 
 
 def _program(scene: Scene, plan: str | None = None) -> Program:

@@ -93,7 +93,9 @@ def main() -> None:
         print(f"{n:5} {totals[0]:10} {totals[1]:5} {totals[2]:7} {totals[3]:7}")
     print("\nfloating loops in four segments, and from tip to root")
     for n in (25, 49, 97, 193):
-        print(f"{n:5} {acceleration(loop(n), 'segments'):10} {acceleration(loop(n), 'tip to root'):10}", flush=True)
+        for plan in ("segments", "tip to root"):
+            function = program(loop(n), plan).function("acceleration")
+            print(f"{n:5} {plan:12} {function.counts().total:6}, longest chain {function.longest_chain()}", flush=True)
     print("\nrow of N four-bars, and by dyads")
     for cells in (1, 2, 4, 8, 16, 32):
         scene = ladder(cells)

@@ -80,7 +80,7 @@ def summarize(scene: Scene, topology: Topology, equations: Equations) -> Summary
         ("root", (f"{root}, floating" if topology.floating else root,)),
         ("loops", tuple(_loop(mechanism, topology, cut) for cut in topology.cuts) or ("none",)),
         ("branch", tuple(branch_lines(scene, topology)) or ("no loop",)),
-        *([("order", tuple(_order_lines(scene)))] if topology.cuts else []),
+        *([("order", tuple(_order_lines(scene, program)))] if topology.cuts else []),
         *([("modules", modules)] if (modules := tuple(_module_lines(mechanism, program))) else []),
         (
             "degrees of freedom",
@@ -101,7 +101,7 @@ def summarize(scene: Scene, topology: Topology, equations: Equations) -> Summary
     )
 
 
-def _order_lines(scene: Scene) -> Iterator[str]:
+def _order_lines(scene: Scene, program: Program) -> Iterator[str]:
     """Which plan of elimination is taken, what each would cost, and what it closes and leaves open."""
     from ..pipeline import plan_scene
 
@@ -135,6 +135,9 @@ def _order_lines(scene: Scene) -> Iterator[str]:
             yield f"left open until then: {', '.join(late)}"
         safe = "tip to root" if plan.otherwise else "the runtime's solution of dependent rows"
         yield f"where a dyad is near its dead centre: {safe}"
+    acceleration = program.function("acceleration")
+    chain, total = acceleration.longest_chain(), acceleration.counts().total
+    yield f"longest chain: {chain} of {total} operations of the acceleration, each of which waits for the one before"
 
 
 def _module_lines(mechanism: Mechanism, program: Program) -> Iterator[str]:

@@ -5,8 +5,10 @@ What depends on parameters alone is computed once per parameter set, in the prog
 
 from __future__ import annotations
 
+import heapq
+import math
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import astuple, dataclass
 
 import sympy as sp
@@ -106,6 +108,16 @@ class Function:
         used = {s for output in self.kernel.outputs for entry in output.entries for s in entry.free_symbols}
         return used.union(*(a.expression.free_symbols for a in self.assignments()))
 
+    def longest_chain(self) -> int:
+        """Operations on the longest chain in which each waits for the one before: what is left with units without end.
+
+        Sums and products take what is ready first, two at a time; sines and cosines are there at the start.
+        """
+        ready: dict[sp.Symbol, int] = {}
+        for a in self.assignments():
+            ready[a.symbol] = _chain(a.expression, ready)
+        return max((_chain(e, ready) for output in self.kernel.outputs for e in output.entries), default=0)
+
     def counts(self) -> Counts:
         """Operations of one evaluation."""
         expressions = [a.expression for a in self.assignments()]
@@ -174,6 +186,36 @@ def count(expressions: Iterable[sp.Expr]) -> Counts:
         tally["function"] += sum(e.func in (sp.tan, sp.exp, sp.log, sp.tanh) for e in sp.preorder_traversal(expression))
         _count(expression, tally)
     return Counts(tally["sum"], tally["product"], tally["quotient"], len(angles), tally["function"])
+
+
+def _chain(e: sp.Expr, ready: Mapping[sp.Symbol, int]) -> int:
+    """Operations before the value of ``e`` is there, those before its symbols included."""
+    if e.is_Symbol:
+        return ready.get(e, 0)
+    if e.is_Add:
+        return _two_at_a_time(_chain(a, ready) for a in e.args)
+    if e.is_Mul:
+        factors = [a for a in e.args if a not in (1, -1)]
+        under = [a for a in factors if a.is_Pow and a.exp.is_negative]
+        above = _two_at_a_time(_chain(a, ready) for a in factors if a not in under)
+        if not under:
+            return above
+        below = _two_at_a_time(_chain(sp.Pow(a.base, -a.exp), ready) for a in under)
+        return max(above, below) + 1
+    if e.is_Pow:
+        steps = math.ceil(math.log2(abs(e.exp))) if e.exp.is_Integer else 1
+        return _chain(e.base, ready) + steps + int(bool(e.exp.is_negative))
+    return max((_chain(a, ready) for a in e.args), default=0)
+
+
+def _two_at_a_time(waits: Iterable[int]) -> int:
+    """When a sum or a product is there, whose entries are there after ``waits``."""
+    heap = list(waits)
+    heapq.heapify(heap)
+    while len(heap) > 1:
+        heapq.heappop(heap)
+        heapq.heapreplace(heap, heap[0] + 1)
+    return heap[0] if heap else 0
 
 
 def _count(e: sp.Expr, tally: Counter[str]) -> None:
