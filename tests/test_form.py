@@ -1,4 +1,4 @@
-"""The quadratic form V: new variables in the place of others, against TᵀHT and Tᵀ(l + Ht) in numbers."""
+"""The quadratic form V: new variables in the place of others, against SᵀHS and Sᵀ(l + H z₀) in numbers."""
 
 from __future__ import annotations
 

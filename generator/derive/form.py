@@ -18,7 +18,7 @@ FLIGHT, IMPACT = False, True
 
 
 def sign(*variables: Variable) -> int:
-    """−1 where a multiplier takes part: B, g, C, d carry the sign that theory, eq. 4.3 gives them."""
+    """−1 where a multiplier takes part: B, γ, C, d carry the sign that theory, eq. 4.3 gives them."""
     return -1 if any(v.kind == "lambda" for v in variables) else 1
 
 
@@ -56,9 +56,9 @@ class Form:
         self.linear = {i: {name.get(v, v): x for v, x in part.items()} for i, part in self.linear.items()}
 
     def substitute(self, by: Substitution, let: Naming | None = None) -> Form:
-        """V of the new variables, with z = T z' + t in the place of z: TᵀHT and Tᵀ(l + H t) (theory, eq. 4.3 and 4.5).
+        """V of the new variables, with S z' + z₀ in the place of z: SᵀHS and Sᵀ(l + H z₀) (theory, eq. 4.3 and 4.5).
 
-        ``let`` names rows of H T and of l + H t where they enter more than one entry.
+        ``let`` names rows of H S and of l + H z₀ where they enter more than one entry.
         """
         let = let or (lambda new, v, value: value)
         open_ = [v for v in self.variables if v not in by.rows]
@@ -106,14 +106,14 @@ class Form:
 
 
 Naming = Callable[[Variable | None, Variable, sp.Expr], sp.Expr]
-"""Names an entry of H T, by its new and its old variable, or of l + H t, with ``None`` for the new one."""
+"""Names an entry of H S, by its new and its old variable, or of l + H z₀, with ``None`` for the new one."""
 
 
 @dataclass(frozen=True)
 class Substitution:
-    """z = T z' + t: ``rows`` of T by the old variables that change, and t in flight; ``constant`` is zero in impact.
+    """z = S z' + z₀: ``rows`` of S by the old variables that change, and z₀ in flight; ``constant`` is zero in impact.
 
-    ``directions`` are new variables whose column of T is a unit vector.
+    ``directions`` are new variables whose column of S is a unit vector.
     """
 
     rows: Mapping[Variable, Mapping[Variable, sp.Expr]]
@@ -122,7 +122,7 @@ class Substitution:
 
 
 def carried(arm: Vector, further: Mapping[Variable, Vector] | None = None) -> dict[Variable, dict[Variable, sp.Expr]]:
-    """Rows of T where the acceleration of a point is a + α arm⊥, and ``further`` variables along their directions."""
+    """Rows of S where the acceleration of a point is a + α arm⊥, and ``further`` variables along their directions."""
     swing = perp(arm)
     rows: dict[Variable, dict[Variable, sp.Expr]] = {A_X: {A_X: sp.S.One}, A_Y: {A_Y: sp.S.One}}
     for axis, v in enumerate((A_X, A_Y)):
@@ -246,7 +246,7 @@ class Eliminator:
         gains: dict[tuple[Variable, Variable], sp.Expr],
         constant: dict[tuple[bool, Variable], sp.Expr],
     ) -> None:
-        """Eq. 4.16: with α = −(G z + c), H −= H_zα G + Gᵀ (H_αz − D G) and l −= H_zα c + Gᵀ (l_α − D c)."""
+        """Eq. 4.16: with α = −(Â z + d̂), H −= H_zα Â + Âᵀ (H_αz − D Â) and l −= H_zα d̂ + Âᵀ (l_α − D d̂)."""
         form, let = self.form, self.ledger.let
         moved = {}
         for e in turns:

@@ -99,7 +99,7 @@ class Inverse:
         return wrenches
 
     def _momentum(self, velocity: dict[int, Vector]) -> Kernel:
-        """M u, gathered inwards (eq. 7.2)."""
+        """L = M u, gathered inwards (eq. 7.2)."""
         momenta = gather_inwards(self.kinematics, self._momenta(velocity), "L", "momenta, inwards")
         return Kernel(
             "momentum",
@@ -109,7 +109,7 @@ class Inverse:
         )
 
     def _inverse_dynamics(self, inertia: dict[int, Wrench]) -> Kernel:
-        """M u̇ + h, gathered inwards (eq. 7.1)."""
+        """M u̇ + h̄, gathered inwards (eq. 7.1)."""
         forces = gather_inwards(self.kinematics, inertia, "Q", "forces for a given motion, inwards")
         output = Output(
             "f", forces, "generalized forces M u_dot + h that the motion needs besides those of the effects"

@@ -76,7 +76,7 @@ class TouchGap:
         return at.let(f"closing_{self.label}", dot(self._meet(at).normal, self._drift(at)))
 
     def bias(self, at: Sight) -> sp.Expr:
-        """Eq. 5.16: ν·a_cp − Ω (2 τ·w + Ω D)."""
+        """Eq. 5.16: ν·a_cf − Ω (2 τ·v_cf + Ω D)."""
         meeting, turn = self._meet(at), self._turn(at)
         curved = turn * (2 * self._sideways(at) + turn * meeting.distance)
         return dot(meeting.normal, self._bend(at)) - curved
@@ -87,7 +87,7 @@ class TouchGap:
         return self._sideways(at) + rolling
 
     def slip_bias(self, at: Sight) -> sp.Expr:
-        """Eq. 5.16: τ·a_cp + Ω ν·w."""
+        """Eq. 5.16: τ·a_cf + Ω ν·v_cf."""
         return dot(self._meet(at).tangent, self._bend(at)) + self._turn(at) * self.closing(at)
 
     def push(self, at: Sight, impulse: sp.Expr) -> dict[int, Wrench]:
@@ -126,17 +126,17 @@ class TouchGap:
         return Meeting(foot, distance, at.let_vector(f"normal_{name}", scale(1 / distance, reach)), inside)
 
     def _drift(self, at: Pace) -> Vector:
-        """w: velocity of the centre against the material point of the other body that is nearest (m/s)."""
+        """v_cf: velocity of the centre against the material point of the other body that is nearest (m/s)."""
         swing = scale(-at.rate(self.other.link), perp(self._meet(at).foot))
         return at.let_vector(f"drift_{self.label}", add(at.approach(self.other, self.disc), swing))
 
     def _bend(self, at: Sight) -> Vector:
-        """a_cp: acceleration of the centre against that point with u̇ = 0 (m/s²)."""
+        """a_cf: acceleration of the centre against that point with u̇ = 0 (m/s²)."""
         inwards = scale(at.rate(self.other.link) ** 2, self._meet(at).foot)
         return at.let_vector(f"bend_{self.label}", add(at.bend(self.other, self.disc), inwards))
 
     def _sideways(self, at: Sight) -> sp.Expr:
-        """τ·w (m/s)."""
+        """τ·v_cf (m/s)."""
         return at.let(f"sideways_{self.label}", dot(self._meet(at).tangent, self._drift(at)))
 
     def _turn(self, at: Sight) -> sp.Expr:

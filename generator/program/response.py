@@ -1,6 +1,6 @@
 """What impulses of contacts do, in one function: from impulses to the motion they give and the rates they change.
 
-The derivation has the three parts (theory, 5.2): f = NᵀP + TᵀS, M Δu = AᵀΛ + f with A Δu = 0, and the rates N Δu, T Δu.
+The derivation has the three parts (theory, 5.2): 𝓕 = NᵀP + TᵀF, M Δu = AᵀΛ + 𝓕 with A Δu = 0, and the rates N Δu, T Δu.
 Here they are joined, so that what depends on the configuration alone, the factors of the elimination first of all, is
 computed once for however many columns of impulses.
 """

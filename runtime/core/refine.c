@@ -1,10 +1,10 @@
 /* Where masses differ by many orders, eliminating one acceleration after another loses digits (docs/theory, section 4.11).
  * The unreduced equations do not: what they miss by,
  *
- *     r = M x + h - A^T lambda,   c = A x - y,
+ *     Z1 = M x + h - A^T lambda,   Z2 = A x - y,
  *
  * costs one sweep outwards and one inwards, and is known to its own rounding. The kernel `impulse` answers it with a
- * correction, M dx - A^T dlambda = -r, A dx = -c, whose error relative to the correction is that of the kernel. So the size
+ * correction, M dx - A^T dlambda = -Z1, A dx = -Z2, whose error relative to the correction is that of the kernel. So the size
  * of the correction tells how many digits were lost, and adding it brings them back (iterative refinement with residuals in
  * working precision: R. D. Skeel, Mathematics of Computation 35, 1980).
  */

@@ -1,12 +1,12 @@
 /* Gaps that rounding leaves unknown, near configurations where closure rows become dependent (docs/theory, section 8).
  *
- * Links that all but lie in a line shut their loop to second order only. Moved by x (times length) across the row that all but
- * depends on others, at the distance sigma from dependence, the closure opens by sigma x + x^2. What it misses by rounding, c,
- * is known; so x is known to
+ * Links that all but lie in a line shut their loop to second order only. Moved by dx (times length) across the row that all but
+ * depends on others, at the distance sigma from dependence, the closure opens by sigma dx + dx^2. What it misses by rounding,
+ * Gamma, is known; so dx is known to
  *
- *     x = 2 c / (sigma + sqrt(sigma^2 + 4 c)),
+ *     dx = 2 Gamma / (sigma + sqrt(sigma^2 + 4 Gamma)),
  *
- * c / sigma at a distance, sqrt(c) where the rows depend: 5e-8 in doubles. Gaps as small as that, and impacts and forces that
+ * Gamma / sigma at a distance, sqrt(Gamma) where the rows depend: 5e-8 in doubles. Gaps as small as that, and impacts and forces that
  * follow from them, are rounding; their events would go on for ever.
  */
 #include "resolution.h"
@@ -19,11 +19,11 @@
 #include "contact.h"
 #include "robust.h"
 
-static const double MARGIN = 4.0;                 /* a gap is the sum of several such x */
+static const double MARGIN = 4.0;                 /* a gap is the sum of several such dx */
 static const double ROUNDING = 2.0 * DBL_EPSILON; /* times length and links: what sums of their places are known to */
 static const double SHUT = 1e-12;                 /* times extent: a gap so small is closed */
 static const double WIDER = 4.0;                  /* times what is unknown: what is closed where steps get no further */
-static const double TURNS = 4.0;                  /* times x and links: sigma where links turned by x make rows depend */
+static const double TURNS = 4.0;                  /* times dx and links: sigma where links turned by dx make rows depend */
 static const double ADDED = 1e-13;                /* times the energy: more than that would not be rounding */
 static const double ASTRAY = 1e-4;                /* of the energy in motion: more than that would be an impact */
 static const double STRAIGHT = CCGEN_LIMIT(1e-12, 1e-5); /* times speed^2: what is left of the closure's second derivative */
@@ -118,7 +118,7 @@ static double falling(struct flight *f)
     return found;
 }
 
-/* What velocities u open the closure by to second order, along the combination lambda of rows that is lost (eq. 8.4) */
+/* What velocities u open the closure by to second order, along the combination lambda of rows that is lost (eq. 8.4: with a hat) */
 static double bend(struct system *s, const double *q, const double *u, const double *lambda)
 {
     double found = 0.0;

@@ -2,8 +2,8 @@
  *
  * A body that rests on several points and is lifted evenly loses all their forces at one instant. Found one by one, the events
  * lie within rounding of each other, and at the first of them the other forces are rounding: their signs say nothing. There
- * P = 0 and z = 0, and what follows is decided by the next order (docs/theory, section 5.6): by how b changes along the
- * motion, on which all ways to go on agree to that order, so that the contacts may be held a little longer to see it.
+ * P = 0 and gaps do not accelerate, and what follows is decided by the next order (docs/theory, section 5.6): by how zeta, which is
+ * b here, changes along the motion, on which all ways to go on agree to that order, so that the contacts may be held a little longer to see it.
  *
  * Whether a force P has vanished: it will have, at its rate P', within P / |P'|. Let go now, its gap gets a speed of
  * W P (P / |P'|) / 2 meanwhile. Where that is a small part of the tolerance, and where gaps are not known to what it moves in
