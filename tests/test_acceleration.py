@@ -111,7 +111,8 @@ def test_joint_forces_are_those_of_the_dense_solve(pair: tuple[Any, Drawing]) ->
     model, drawing = pair
     for state in states(model, drawing, 4):
         motion = maximal.accelerate(drawing.system, state.poses, state.velocities)
-        signs = [1.0 if model.outboard[k] == f"body_{pin.b}" else -1.0 for k, pin in enumerate(drawing.system.pins)]
+        ends = ["ground" if pin.b == maximal.GROUND else f"body_{pin.b}" for pin in drawing.system.pins]
+        signs = [1.0 if outboard == end else -1.0 for outboard, end in zip(model.outboard, ends, strict=True)]
         forces = np.array(signs)[:, None] * motion.forces
         reactions = model.reactions(state.q, state.u)
         assert reactions.shape == (len(drawing.system.pins), 3)
