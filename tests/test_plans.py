@@ -20,7 +20,7 @@ from ccgen.generator.pipeline import derive_scene, listing, plan_scene
 from ccgen.generator.planning import choose as choosing
 from ccgen.generator.planning.choose import DYADS, IN_SEGMENTS, PLANS, TIP_TO_ROOT, choose
 from ccgen.generator.planning.plan import is_dyad
-from ccgen.generator.planning.segments import SEGMENTS
+from ccgen.generator.planning.segments import APART, SEGMENTS
 from ccgen.generator.program.program import lower
 from ccgen.generator.program.reading import read_listing
 from ccgen.generator.program.routine import LANES
@@ -384,6 +384,20 @@ def test_light_links_and_forces_keep_the_order_from_tip_to_root(tmp_path: Any) -
     pulled = loop(44, spring=[{"between": ["link_3.A", "link_9.A"], "stiffness": 10.0, "length": 1.0}])
     assert plan_scene(pulled)[1].plan.name == TIP_TO_ROOT
     assert plan_scene(pulled, IN_SEGMENTS)[1].plan.name == IN_SEGMENTS
+
+
+def test_segments_keep_their_digits_as_far_as_masses_may_differ(tmp_path: Any) -> None:
+    """Light links at the ends of all segments, beside the same in wide numbers from tip to root."""
+    masses = [1.0 if k not in (8, 13, 18, 23) else 1.0 / APART for k in range(24)]
+    scene = ring_of(24, mass=masses)
+    own = load_model(generate(scene, out=tmp_path, plan=IN_SEGMENTS))
+    wide = load_model(generate(scene, out=tmp_path, plan=TIP_TO_ROOT, precision="wide"))
+    rng = np.random.default_rng(1)
+    for _ in range(3):
+        start = own.start()[0] + 0.05 * rng.normal(size=26)
+        q, u = own.project(start, rng.normal(size=26))
+        wanted = wide.acceleration(q.astype(np.longdouble), u.astype(np.longdouble))
+        assert np.abs(own.acceleration(q, u) - wanted).max() <= 1e-14 * np.abs(wanted).max()
 
 
 def test_there_are_as_many_segments_as_lanes() -> None:

@@ -5,11 +5,11 @@ A vector holds the same link of each module; the loop goes from link to link.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
 
 from .abreast import Abreast
-from .rolling import Lines, Loop, Place, Rolled, roll
+from .rolling import Lines, Loop, Place, Rolled, exchanged_line, roll
 from .terms import ZERO, Assign, Element, Leaf, Name, Term, exchanged, leaves
 
 PACKED = ("k_abreast", "c_abreast", "s_abreast")
@@ -46,8 +46,7 @@ def rolled_modules(side: Abreast, results: Collection[Term], reserved: Collectio
     blocks: list[Lines] = []
     for phase, loop in enumerate(loops):
         for block in loop.body:
-            lines = (Assign(named(line.target), exchanged(line.value, named)) for line in block.lines)
-            blocks.append(replace(block, lines=tuple(lines)))
+            blocks.append(_with(block, named))
         blocks.append(Lines(END, (Assign(Name(END + "x" * phase), ZERO),)))  # no two alike: no loop goes across them
     outside = [line.value for part in side.statements if isinstance(part, Lines) for line in part.lines]
     outside += [*results, *(entry for guard in side.guards for entry in (guard.pivot, guard.least) if entry)]
@@ -56,6 +55,11 @@ def rolled_modules(side: Abreast, results: Collection[Term], reserved: Collectio
     if not any(isinstance(part, Loop) for part in rolled.statements):
         return side
     return _joined(side, rolled, vectors, given)
+
+
+def _with(block: Lines, new: Callable[[Leaf], Leaf]) -> Lines:
+    """The block with other leaves."""
+    return replace(block, lines=tuple(exchanged_line(line, new) for line in block.lines))
 
 
 def _shared(side: Abreast) -> set[str]:
@@ -82,17 +86,14 @@ def _joined(side: Abreast, rolled: Rolled, vectors: set[str], given: Mapping[str
             return Element(leaf.name, 0)
         return leaf
 
-    def vector(block: Lines) -> Lines:
-        return replace(block, lines=tuple(Assign(back(x.target), exchanged(x.value, back)) for x in block.lines))
-
     phases: list[list[Lines | Loop]] = [[]]
     for part in rolled.statements:
         if isinstance(part, Lines) and part.title == END:
             phases.append([])
         elif isinstance(part, Lines):
-            phases[-1].append(replace(vector(part), lanes=side.lanes))
+            phases[-1].append(replace(_with(part, back), lanes=side.lanes))
         else:
-            phases[-1].append(replace(part, body=tuple(map(vector, part.body)), lanes=side.lanes))
+            phases[-1].append(replace(part, body=tuple(_with(block, back) for block in part.body), lanes=side.lanes))
     result = replace(side, statements=[])
     result.angles = side.angles
     each = iter(phases)
@@ -100,8 +101,7 @@ def _joined(side: Abreast, rolled: Rolled, vectors: set[str], given: Mapping[str
         if isinstance(part, Loop):
             result.statements += next(each)
         else:
-            lines = tuple(Assign(placed(line.target), exchanged(line.value, placed)) for line in part.lines)
-            result.statements.append(replace(part, lines=lines))
+            result.statements.append(_with(part, placed))
     result.places = {name: moved(element) for name, element in side.places.items()}
     result.guards = [
         replace(g, pivot=exchanged(g.pivot, placed), least=g.least and exchanged(g.least, placed)) for g in side.guards

@@ -285,7 +285,7 @@ class _Roller:
 
     def _straight(self, block: Lines, scalars: set[str]) -> Lines:
         scalars.update(n for line in block.lines for n in _names(line) if n not in self.places)
-        lines = (_exchanged(line, lambda leaf: _placed(leaf, self.places)) for line in block.lines)
+        lines = (exchanged_line(line, lambda leaf: _placed(leaf, self.places)) for line in block.lines)
         return replace(block, lines=tuple(lines))
 
     def _loop(self, run: _Run, scalars: set[str]) -> Loop:
@@ -296,14 +296,14 @@ class _Roller:
             if len(set(names)) == 1 and names[0] not in self.places:
                 scalars.add(names[0])
         body = [
-            replace(block, lines=tuple(_exchanged(line, lambda leaf: next(moving) or leaf) for line in block.lines))
+            replace(block, lines=tuple(exchanged_line(line, lambda leaf: next(moving) or leaf) for line in block.lines))
             for block in first
         ]
         title = "; ".join(f"{a.title} to {b.title}" for a, b in zip(first, last, strict=True))
         return Loop(run.rounds, tuple(body), title)
 
 
-def _exchanged(line: Assign, new: Callable[[Leaf], Leaf]) -> Assign:
+def exchanged_line(line: Assign, new: Callable[[Leaf], Leaf]) -> Assign:
     """The line with other leaves: its target first, then what it reads."""
     return Assign(new(line.target), exchanged(line.value, new))
 
@@ -328,7 +328,7 @@ def _numbers(name: str) -> list[int]:
 
 def _shape(block: Lines) -> tuple[object, ...]:
     """The block with a mark in place of every number in a name."""
-    return (block.late, *(_exchanged(line, _blurred) for line in block.lines))
+    return (block.late, *(exchanged_line(line, _blurred) for line in block.lines))
 
 
 def _blurred(leaf: Leaf) -> Leaf:
