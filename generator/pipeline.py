@@ -107,15 +107,22 @@ def plan_scene(scene: Scene, wanted: str | None = None) -> tuple[Topology, Choic
     Where a large mechanism is solved from tip to root, the chain is the one on which that takes fewest operations.
     """
     from .mechanism.topology import span
-    from .planning.choose import TIP_TO_ROOT, choose
-    from .planning.dead_centres import sound_dyads
+    from .planning.choose import DYADS, TIP_TO_ROOT, choose
+    from .planning.dead_centres import lasting_dyads, sound_dyads
+    from .planning.samples import sample_poses
     from .planning.trees import GAIN, LARGE, other_tree
 
     mechanism, driven, poses = scene.mechanism, scene.driven, scene.start.poses
     loaded = any(effect.has_loads() for effect in scene.effects)
 
     def chosen(topology: Topology, plan: str | None) -> Choice:
-        return choose(mechanism, topology, driven, sound_dyads(mechanism, topology, poses), plan, loaded=loaded)
+        sound = sound_dyads(mechanism, topology, poses)
+        choice = choose(mechanism, topology, driven, sound, plan, loaded=loaded)
+        if plan is None and choice.plan.name == DYADS:
+            lasting = lasting_dyads(mechanism, topology, sample_poses(mechanism, poses))
+            if lasting != sound:
+                choice = choose(mechanism, topology, driven, lasting, loaded=loaded)
+        return choice
 
     topology = short = span(mechanism, driven)
     choice = chosen(short, None)

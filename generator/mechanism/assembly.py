@@ -169,6 +169,14 @@ def rates(
     return found
 
 
+def tangent(layout: Layout, x: Real, direction: Real) -> Real:
+    """The part (nl + ns,) of a ``direction`` at ``x`` that opens no loop; where nothing is fixed, nor turns link 0."""
+    jacobian = layout.jacobian(x)
+    if layout.floating:
+        jacobian = np.vstack([jacobian, np.eye(1, len(x))])
+    return direction - _smallest(jacobian, jacobian @ direction)
+
+
 def _descend(layout: Layout, sketch: Real, start: Real, weights: Real) -> Real:
     """Stationary point of ½ Σ w (x - sketch)² on the closed configurations, by damped Newton steps from ``start``.
 

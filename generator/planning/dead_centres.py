@@ -14,7 +14,8 @@ SMALLEST_SINE = 0.1
 """Sine of the angle between a dyad's arms below which the state is solved on another way: rounding grows as 1/sine."""
 
 SOUND = 1.2 * SMALLEST_SINE
-"""The least such sine at the start, so that a model does not begin on its second way."""
+"""The least such sine at the start and on the motion through it, so that a model does not begin on its second way, and
+seldom takes it."""
 
 
 def sound_dyads(mechanism: Mechanism, topology: Topology, poses: Sequence[Triple]) -> tuple[int, ...]:
@@ -33,3 +34,9 @@ def sound_dyads(mechanism: Mechanism, topology: Topology, poses: Sequence[Triple
         return abs(area) / size if size > 0.0 else 0.0
 
     return tuple(cut.joint for cut in topology.cuts if cut.kind == "revolute" and sine(cut) > SOUND)
+
+
+def lasting_dyads(mechanism: Mechanism, topology: Topology, samples: Sequence[Sequence[Triple]]) -> tuple[int, ...]:
+    """Cut pins whose dyads are sound at every one of the ``samples``, at least one, of the motion."""
+    found = [sound_dyads(mechanism, topology, poses) for poses in samples]
+    return tuple(joint for joint in found[0] if all(joint in others for others in found[1:]))
