@@ -254,6 +254,8 @@ def _acceleration_error(model: Model, found: dict[str, Any]) -> float:
 
 
 def _impacts(model: Model, found: dict[str, Any]) -> tuple[Impact, ...]:
+    if not found["impact_t"].size:
+        return ()  # most runs: they need not pay for the arrays
     records = []
     reactions = impulses_of_joints(model, found)
     for i, t in enumerate(found["impact_t"]):
@@ -275,14 +277,16 @@ def _impacts(model: Model, found: dict[str, Any]) -> tuple[Impact, ...]:
 
 def _phases(model: Model, found: dict[str, Any], impacts: tuple[Impact, ...]) -> tuple[Phase, ...]:
     """Flights and contacts, and the impacts that end them."""
-    end = found["t"][-1].item()
+    start, end = found["t"][0].item(), found["t"][-1].item()
+    if not impacts and not found["held"]:
+        return (Phase("flight", start, end),) if end > start else ()
     changes = zip(found["hold_t"], found["held"], [[], *found["held"]], strict=False)
     marks: list[tuple[float, int, list[tuple[int, str]]]] = [
         (t.item(), 1, held) for t, held, before in changes if held != before
     ]
     marks += [(impact.t, 0, []) for impact in impacts]
     phases: list[Phase] = []
-    now, held = found["t"][0].item(), list[tuple[int, str]]()
+    now, held = start, list[tuple[int, str]]()
     for t, change, new in [*sorted(marks, key=lambda mark: mark[:2]), (end, 0, [])]:
         if t > now:
             contacts = tuple(model.contacts[contact] for contact, _ in held)
