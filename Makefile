@@ -7,7 +7,7 @@ COUNT ?= 1000
 VENV := .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check install --quiet
-COMPILED := $(wildcard runtime/*.pyx runtime/face/*.pxi runtime/*.h runtime/core/*.c runtime/core/*.h)
+COMPILED := $(wildcard runtime/*.pyx runtime/face/*.pxi runtime/*.h runtime/core/*/*.c runtime/core/*/*.h)
 
 # golden listings: tests/golden/<name>/equations.txt of scenes/<name>.toml, and two without a scene file
 SCENES := falling-hexagon four-bar open-chain

@@ -17,7 +17,7 @@ INSTALL = """no C compiler found: looked for $CC, cc, gcc, clang and the ziglang
   elsewhere:       pip install '.[zig]', which brings the compiler of the ziglang package"""
 
 PRECISIONS = {"_core": "0", "_float": "1", "_wide": "2"}
-"""``CCGEN_PRECISION`` of each extension (runtime/core/real.h)."""
+"""``CCGEN_PRECISION`` of each extension (runtime/core/base/real.h)."""
 
 
 class BuildExt(build_ext):
@@ -42,14 +42,14 @@ class BuildExt(build_ext):
 cores = [
     Extension(
         f"ccgen.runtime.{name}",
-        [f"runtime/{name}.pyx", *sorted(map(str, Path("runtime/core").glob("*.c")))],
-        include_dirs=["runtime"],
+        [f"runtime/{name}.pyx", *sorted(map(str, Path("runtime/core").rglob("*.c")))],
+        include_dirs=["runtime", "runtime/core"],
         define_macros=[("CCGEN_PRECISION", precision)],
         depends=[
             "runtime/_core.pyx",
             "runtime/model.h",
             *map(str, Path("runtime/face").glob("*.pxi")),
-            *map(str, Path("runtime/core").glob("*.h")),
+            *map(str, Path("runtime/core").rglob("*.h")),
         ],
         extra_compile_args=["-O2", "-g0", "-std=c11", "-fvisibility=hidden"],  # glibc has an advance() too
     )

@@ -19,7 +19,7 @@ from .oracles import polygons
 from .oracles.maximal import Array
 
 ROOT = Path(__file__).parents[1]
-CORE = ROOT / "runtime" / "core"
+METHOD_FILES = ROOT / "runtime" / "core" / "methods"
 METHODS = ("dop853", "gauss", "dopri5", "radau")
 
 PENDULUM = """
@@ -44,7 +44,7 @@ MODULUS = 0.5
 
 def table(file: str, name: str) -> Array:
     """A table of numbers as a C source has it."""
-    text = (CORE / file).read_text()
+    text = (METHOD_FILES / file).read_text()
     found = re.search(rf"double {name}(?:\[\w+\])+ = \{{(.*?)\}};", text, re.S)
     assert found, name
     rows = re.findall(r"\{([^{}]*)\}", found[1]) or [found[1]]
@@ -60,7 +60,7 @@ def quotient(text: str) -> np.longdouble:
 
 
 def scalar(file: str, name: str) -> float:
-    found = re.search(rf"\b{name} = ([-0-9.e]+)", (CORE / file).read_text())
+    found = re.search(rf"\b{name} = ([-0-9.e]+)", (METHOD_FILES / file).read_text())
     assert found
     return float(found[1])
 

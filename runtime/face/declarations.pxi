@@ -1,6 +1,6 @@
 # What the compiled core declares, and names for its enumerations.
 
-cdef extern from "core/face.h":
+cdef extern from "core/interface/face.h":
     ctypedef double real "ccgen_real"  # whatever the compiled core computes with
     const char *CCGEN_CAPSULE
 

@@ -19,7 +19,8 @@ from ..oracles.coulomb import Rough, broken
 Solver = Callable[[Rough], tuple[int, Any]]
 
 CORE = Path(__file__).parents[2] / "runtime" / "core"
-SOURCES = [str(CORE / f"{name}.c") for name in ("friction", "coulomb", "lemke", "elimination")]
+SOURCES = [str(CORE / "complementarity" / f"{name}.c") for name in ("friction", "coulomb", "lemke")]
+SOURCES.append(str(CORE / "algebra" / "elimination.c"))
 TOLERANCE = 2e-10
 KINDS = ("regular", "two alike", "two nearly alike", "masses far apart", "one that hardly moves along", "slow normals")
 LAWS = ("compression", "expansion", "newton")

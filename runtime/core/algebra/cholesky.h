@@ -1,0 +1,14 @@
+/* Cholesky's factorisation of symmetric positive definite matrices. */
+#ifndef CCGEN_CHOLESKY_H
+#define CCGEN_CHOLESKY_H
+
+#include "base/real.h"
+
+/* Factor of W[n][n] over the indices set[m] (the first m where it is NULL), in the lower triangle of a[m][m], which may be W itself
+ * where all indices are meant. 0, or 1 where an index is nearer to those before it than the share `dependent` of its own entry. */
+int cholesky(int n, const double *W, int m, const int *set, double dependent, double *a);
+
+/* x[m] <- (a a^T)^-1 x for the factor a[m][m] */
+void cholesky_solve(int m, const double *a, double *x);
+
+#endif

@@ -1,0 +1,75 @@
+/* Orthogonal factorisation; see orthogonal.h. */
+#include "algebra/orthogonal.h"
+
+#include <math.h>
+
+int reduce_columns(int n, int columns, double *g, double nearest, double *diagonal, double *beta, int *order)
+{
+    const int most = n < columns ? n : columns;
+    double first = 0.0;
+    for (int k = 0; k < most; k++) {
+        int best = k;
+        double length = -1.0;
+        for (int j = k; j < (order ? columns : k + 1); j++) {
+            double sum = 0.0;
+            for (int i = k; i < n; i++)
+                sum += g[(size_t)j * n + i] * g[(size_t)j * n + i];
+            if (sum > length) {
+                length = sum;
+                best = j;
+            }
+        }
+        length = sqrt(length);
+        if (k == 0)
+            first = length;
+        if (!(length > nearest * first) || length == 0.0)
+            return k;
+        if (best != k) {
+            for (int i = 0; i < n; i++) {
+                const double swap = g[(size_t)k * n + i];
+                g[(size_t)k * n + i] = g[(size_t)best * n + i];
+                g[(size_t)best * n + i] = swap;
+            }
+            const int swap = order[k];
+            order[k] = order[best];
+            order[best] = swap;
+        }
+        double *v = g + (size_t)k * n;
+        diagonal[k] = v[k] > 0.0 ? -length : length;
+        v[k] -= diagonal[k];
+        double norm = 0.0;
+        for (int i = k; i < n; i++)
+            norm += v[i] * v[i];
+        beta[k] = 2.0 / norm;
+        for (int j = k + 1; j < columns; j++) {
+            double *w = g + (size_t)j * n, sum = 0.0;
+            for (int i = k; i < n; i++)
+                sum += v[i] * w[i];
+            for (int i = k; i < n; i++)
+                w[i] -= beta[k] * sum * v[i];
+        }
+    }
+    return most;
+}
+
+void reflect(int n, int rank, const double *g, const double *beta, int transposed, double *x)
+{
+    for (int step = 0; step < rank; step++) {
+        const int k = transposed ? step : rank - 1 - step;
+        const double *v = g + (size_t)k * n;
+        double sum = 0.0;
+        for (int i = k; i < n; i++)
+            sum += v[i] * x[i];
+        for (int i = k; i < n; i++)
+            x[i] -= beta[k] * sum * v[i];
+    }
+}
+
+void solve_transposed_triangle(int n, int rank, const double *g, const double *diagonal, double *x)
+{
+    for (int k = 0; k < rank; k++) {
+        for (int i = 0; i < k; i++)
+            x[k] -= g[(size_t)k * n + i] * x[i];
+        x[k] /= diagonal[k];
+    }
+}

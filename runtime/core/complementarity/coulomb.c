@@ -1,0 +1,440 @@
+/* Coulomb's law at rough contacts: what must hold of impulses, and all ways in which it can.
+ *
+ * At a contact, either the impulse is above its least or the gap opens; friction is within the limits mu Pn, and at the one
+ * against the sliding where it slides. What is rounding is told by the sizes of the terms of each row, and by those of all
+ * rows, which one solution for all of them mixes; units cancel with the square roots of the diagonal of W.
+ *
+ * A way says of every contact whether it pushes or keeps its least impulse, and whether its friction is at one limit, at the
+ * other, or holds it. Its impulses follow from one linear system. Ways whose systems are singular are left out: where impulses
+ * are not unique, those without superfluous ones remain, as the corners of a linear program. Of consistent ways that of least
+ * normal impulses is taken: at a mechanism of one freedom, where sliding and approach end together and any larger impulse
+ * could be held by friction, it is where the process of the impact ends.
+ */
+#include "complementarity/coulomb.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "algebra/elimination.h"
+
+const double CONSISTENT = CCGEN_LIMIT(1e-10, 1e-5);
+static const double MIXED = CCGEN_LIMIT(1e-4, 1e-1);   /* share of the largest terms of all rows that a row's rounding may have */
+static const double SINGULAR = CCGEN_LIMIT(1e-11, 1e-5);
+static const double ROUNDING = 256.0 * DBL_EPSILON;    /* of W and of the rates */
+static const double LESS = CCGEN_LIMIT(1e-9, 1e-5);    /* relative: impulses that are less, not alike */
+static const double ALIKE = CCGEN_LIMIT(1e-8, 1e-4);   /* relative: rates of one motion */
+/* Of the rates, or of what least impulses give: impulses whose rounding alone is more cannot be told to meet the law */
+static const double DROWNED = CCGEN_LIMIT(1e-8, 1e-4);
+enum { MOST = 50000, REFINEMENTS = 3 };                /* ways: at six contacts all, also in expansion */
+
+/* What a contact may do, in the order in which ways of equal impulses are preferred: it pushes or keeps its least impulse, and
+ * its friction is against the sliding that it had (forward where it had none), holds it, or is the other way. */
+enum { ON, HELD_FAST, BACK, LEAST_ON, LEAST_HELD, LEAST_BACK, KINDS };
+
+static double root(const struct rough *c, int row)
+{
+    return sqrt(fmax(c->W[(size_t)row * (2 * c->n + 1)], 0.0));
+}
+
+/* Whether no impulse moves contact i along its ground. */
+static int guided(const struct rough *c, int i)
+{
+    const double *tangent = c->W + (size_t)(c->n + i) * 2 * c->n;
+    const double own = c->W[(size_t)i * (2 * c->n + 1)];
+    return tangent[c->n + i] <= DBL_EPSILON * own && fabs(tangent[i]) <= ROUNDING * own;
+}
+
+int sliding(const struct rough *c, int i)
+{
+    if (c->slide[i] || !guided(c, i) || fabs(c->bt[i]) <= ROUNDING * fabs(c->bn[i]))
+        return c->slide[i];
+    return c->bt[i] > 0.0 ? 1 : -1;
+}
+
+int rough_at(const struct rough *c, int i)
+{
+    return c->mu[i] > 0.0 && (sliding(c, i) || !guided(c, i));
+}
+
+/* Rate of a row, normals then tangents, and the size of its terms */
+static double rate_of(const struct rough *c, int row, const double *Pn, const double *Pt, double *size)
+{
+    const int n = c->n;
+    double rate = row < n ? c->bn[row] : c->bt[row - n];
+    *size = fabs(rate);
+    for (int j = 0; j < 2 * n; j++) {
+        const double term = c->W[(size_t)row * 2 * n + j] * (j < n ? Pn[j] : Pt[j - n]);
+        rate += term;
+        *size += fabs(term);
+    }
+    return rate;
+}
+
+/* Whether impulses are so large that their rounding drowns what they come from: pivots near a ray lead there. */
+static int drowned(const struct rough *c, const double *Pn, const double *Pt)
+{
+    double load = 0.0, cause = 0.0;
+    for (int i = 0; i < 2 * c->n; i++) {
+        const double compliance = root(c, i), b = i < c->n ? c->bn[i] : c->bt[i - c->n];
+        load = fmax(load, compliance * fabs(i < c->n ? Pn[i] : Pt[i - c->n]));
+        cause = fmax(cause, c->least && i < c->n ? compliance * c->least[i] : 0.0);
+        cause = fmax(cause, compliance > 0.0 ? fabs(b) / compliance : 0.0);
+    }
+    return load * DBL_EPSILON > DROWNED * cause;
+}
+
+/* The largest impulse as it loads its contact, and the largest speed, both in units of the root of an energy */
+static void sizes(const struct rough *c, const double *Pn, const double *Pt, double *load, double *speed)
+{
+    *load = *speed = 0.0;
+    for (int i = 0; i < 2 * c->n; i++) {
+        const double compliance = root(c, i), b = i < c->n ? c->bn[i] : c->bt[i - c->n];
+        *load = fmax(*load, compliance * fabs(i < c->n ? Pn[i] : Pt[i - c->n]));
+        *load = fmax(*load, c->least && i < c->n ? compliance * c->least[i] : 0.0);
+        if (compliance > 0.0)
+            *speed = fmax(*speed, fabs(b) / compliance);
+    }
+    *speed = fmax(*speed, *load);
+}
+
+/* Rate of a row in parts of what its rounding is in parts of */
+static double scaled_rate(const struct rough *c, int row, const double *Pn, const double *Pt, double speed)
+{
+    double size;
+    const double rate = rate_of(c, row, Pn, Pt, &size);
+    size += MIXED * speed * root(c, row);
+    return size > 0.0 ? rate / size : 0.0;
+}
+
+/* As `broken`, of the friction at contact i that slides with the scaled rate vt */
+static double friction_broken(const struct rough *c, int i, double Pn, double Pt, double vt, double load)
+{
+    const double compliance = root(c, c->n + i), limit = c->mu[i] * Pn;
+    const double size = compliance * limit + MIXED * load;
+    if (!(size > 0.0) || !rough_at(c, i))
+        return 0.0;
+    if (sliding(c, i))
+        return compliance * fabs(Pt + sliding(c, i) * limit) / size;
+    const double beyond = compliance * (fabs(Pt) - limit) / size;
+    const double within = compliance * (limit + copysign(Pt, vt * Pt)) / size;
+    return fmax(beyond, fmin(fabs(vt), within));
+}
+
+double broken(const struct rough *c, const double *Pn, const double *Pt)
+{
+    double worst = 0.0, load, speed;
+    if (drowned(c, Pn, Pt))
+        return INFINITY;
+    sizes(c, Pn, Pt, &load, &speed);
+    for (int i = 0; i < c->n; i++) {
+        const double extra = Pn[i] - (c->least ? c->least[i] : 0.0);
+        const double push = load > 0.0 ? root(c, i) * extra / load : 0.0, vn = scaled_rate(c, i, Pn, Pt, speed);
+        const double vt = scaled_rate(c, c->n + i, Pn, Pt, speed);
+        worst = fmax(worst, fmax(fmax(-vn, -push), fmin(vn, push)));
+        worst = fmax(worst, friction_broken(c, i, Pn[i], Pt[i], vt, load));
+        if (!isfinite(Pn[i]) || !isfinite(Pt[i]))
+            return INFINITY;
+    }
+    return worst;
+}
+
+void rates_after(const struct rough *c, const double *Pn, const double *Pt, double *rates)
+{
+    double load, speed, size;
+    sizes(c, Pn, Pt, &load, &speed);
+    for (int row = 0; row < 2 * c->n; row++)
+        rates[row] = fabs(scaled_rate(c, row, Pn, Pt, speed)) <= CONSISTENT ? 0.0 : rate_of(c, row, Pn, Pt, &size);
+}
+
+double loaded(const struct rough *c, const double *Pn)
+{
+    double sum = 0.0;
+    for (int i = 0; i < c->n; i++)
+        sum += root(c, i) * Pn[i];
+    return sum;
+}
+
+double approaching(const struct rough *c)
+{
+    double sum = 0.0;
+    for (int i = 0; i < c->n; i++)
+        sum += root(c, i) > 0.0 ? fmax(0.0, -c->bn[i]) / root(c, i) : 0.0;
+    return sum;
+}
+
+/* Friction per normal impulse of contact i whose friction is at a limit */
+static double at_limit(const struct rough *c, int i, int kind)
+{
+    if (!rough_at(c, i))
+        return 0.0;
+    if (sliding(c, i))
+        return -sliding(c, i) * c->mu[i];
+    const double against = c->bt[i] < 0.0 ? c->mu[i] : -c->mu[i];
+    return kind == ON || kind == LEAST_ON ? against : -against;
+}
+
+static int holds_fast(int kind)
+{
+    return kind == HELD_FAST || kind == LEAST_HELD;
+}
+
+/* The unknown impulses of a way, normals and then tangents, as column[m]; returns m. */
+static int unknowns_of_way(const struct rough *c, const signed char *way, int *column)
+{
+    int m = 0;
+    for (int i = 0; i < c->n; i++)
+        if (way[i] < LEAST_ON)
+            column[m++] = i;
+    for (int i = 0; i < c->n; i++)
+        if (holds_fast(way[i]))
+            column[m++] = c->n + i;
+    return m;
+}
+
+/* Rows of the linear system of a way: by what its unknowns have to change so that the rates of row[rows] become zero from what
+ * they are with Pn and Pt. A[rows][m], x[rows]. */
+static void rows_of_way(const struct rough *c, const signed char *way, int m, const int *column, int rows, const int *row,
+                        const double *Pn, const double *Pt, double *A, double *x)
+{
+    const int n = c->n;
+    for (int i = 0; i < rows; i++) {
+        const double *own = c->W + (size_t)row[i] * 2 * n;
+        double size;
+        x[i] = -rate_of(c, row[i], Pn, Pt, &size);
+        for (int j = 0; j < m; j++) {
+            const int k = column[j], slides = k < n && !holds_fast(way[k]);
+            A[i * m + j] = own[k] + (slides ? at_limit(c, k, way[k]) * own[n + k] : 0.0);
+        }
+    }
+}
+
+/* Impulse number k, normals and then tangents, changes by `by`, and friction at its limit with it. */
+static void change(const struct rough *c, const signed char *way, int k, double by, double *Pn, double *Pt)
+{
+    if (k >= c->n) {
+        Pt[k - c->n] += by;
+        return;
+    }
+    Pn[k] += by;
+    if (!holds_fast(way[k]))
+        Pt[k] = at_limit(c, k, way[k]) * Pn[k];
+}
+
+/* Impulses of one way; 1 where they are not unique. A[2n][2n], x[2n] and column[2n] are scratch. */
+static int of_way(const struct rough *c, const signed char *way, double *A, double *x, int *column, double *Pn, double *Pt)
+{
+    for (int i = 0; i < c->n; i++) {
+        Pn[i] = way[i] < LEAST_ON || !c->least ? 0.0 : c->least[i];
+        Pt[i] = holds_fast(way[i]) ? 0.0 : at_limit(c, i, way[i]) * Pn[i];
+    }
+    const int m = unknowns_of_way(c, way, column);
+    rows_of_way(c, way, m, column, m, column, Pn, Pt, A, x);
+    if (m && !eliminate(m, A, x, SINGULAR))
+        return 1;
+    for (int j = 0; j < m; j++)
+        change(c, way, column[j], x[j], Pn, Pt);
+    return 0;
+}
+
+int impulses_of(const struct rough *c, const char *push, const signed char *limit, double *Pn, double *Pt)
+{
+    const size_t n = c->n;
+    double *work = malloc((4 * n * n + 2 * n + 1) * sizeof *work);
+    int *column = malloc((2 * n + 1) * sizeof *column), wrong = 1;
+    signed char *way = malloc(n + 1);
+    if (work && column && way) {
+        for (int i = 0; i < c->n; i++) {
+            const int on = (limit[i] < 0) == (c->bt[i] >= 0.0);
+            const int kind = !rough_at(c, i) || sliding(c, i) ? ON : limit[i] == 0 ? HELD_FAST : on ? ON : BACK;
+            way[i] = (signed char)(push[i] ? kind : LEAST_ON + kind);
+        }
+        wrong = of_way(c, way, work, work + 4 * n * n, column, Pn, Pt);
+    }
+    free(work);
+    free(column);
+    free(way);
+    return wrong;
+}
+
+/* Which kinds contact i may be of, in a motion with the scaled rates vn and vt where `known`: their number */
+static int kinds_of(const struct rough *c, int i, int known, double vn, double vt, signed char *kinds)
+{
+    const int bound = c->least && c->least[i] > 0.0, free = rough_at(c, i) && !sliding(c, i);
+    const int slides = known && fabs(vt) > CONSISTENT, against = (vt < 0.0) == (c->bt[i] < 0.0);
+    int count = 0;
+    for (int kind = 0; kind < KINDS; kind++) {
+        const int stays = kind < LEAST_ON, on = kind == ON || kind == LEAST_ON;
+        if ((known && stays && vn > CONSISTENT) || (!free && !on) || (!stays && !bound && !on))
+            continue;
+        if (free && slides && (stays || bound) && (holds_fast(kind) || on != against))
+            continue;
+        kinds[count++] = (signed char)kind;
+    }
+    return count;
+}
+
+/* Whether impulses move as the rates do: 0 where not. */
+static int alike(const struct rough *c, const double *Pn, const double *Pt, const double *rates)
+{
+    double load, speed, size;
+    sizes(c, Pn, Pt, &load, &speed);
+    for (int row = 0; row < 2 * c->n; row++)
+        if (fabs(rate_of(c, row, Pn, Pt, &size) - rates[row]) > ALIKE * (size + speed * root(c, row)))
+            return 0;
+    return 1;
+}
+
+/* Whether impulses add energy to the motion that has the rates c->from. */
+static int adds(const struct rough *c, const double *Pn, const double *Pt)
+{
+    const int n = c->n;
+    double gain = 0.0, all = 0.0;
+    for (int i = 0; c->from && i < 2 * n; i++) {
+        const double P = i < n ? Pn[i] : Pt[i - n];
+        double change = 0.0, size = 0.0;
+        for (int j = 0; j < 2 * n; j++) {
+            const double term = c->W[(size_t)i * 2 * n + j] * (j < n ? Pn[j] : Pt[j - n]);
+            change += term;
+            size += fabs(term);
+        }
+        gain += P * (c->from[i] + 0.5 * change);
+        all += fabs(P) * (fabs(c->from[i]) + 0.5 * size);
+    }
+    return gain > ROUNDING * all;
+}
+
+struct search {
+    double *A, *x, *Pn, *Pt, *rates;
+    int *column, *count, *turn;
+    signed char *kinds, *way;
+};
+
+/* Whether what rests in a known motion could push and be held in one way only: then so do the impulses. */
+static int unique(const struct rough *c, struct search *s)
+{
+    for (int i = 0; i < c->n; i++) {
+        const signed char *kinds = s->kinds + i * KINDS;
+        s->way[i] = kinds[0];
+        for (int k = 0; k < s->count[i]; k++)
+            s->way[i] = kinds[k] == HELD_FAST ? HELD_FAST : s->way[i];
+    }
+    return !of_way(c, s->way, s->A, s->x, s->column, s->Pn, s->Pt);
+}
+
+/* All ways, the last contact's changing fastest; the best so far is in Pn and Pt, where `found`. */
+static int try_all(const struct rough *c, struct search *s, int known, int found, double *Pn, double *Pt)
+{
+    const int n = c->n;
+    memset(s->turn, 0, n * sizeof *s->turn);
+    for (int done = 0; !done;) {
+        for (int i = 0; i < n; i++)
+            s->way[i] = s->kinds[i * KINDS + s->turn[i]];
+        if (!of_way(c, s->way, s->A, s->x, s->column, s->Pn, s->Pt) && broken(c, s->Pn, s->Pt) <= CONSISTENT &&
+            (!found || loaded(c, s->Pn) < (1.0 - LESS) * loaded(c, Pn)) && !adds(c, s->Pn, s->Pt) &&
+            (!known || alike(c, s->Pn, s->Pt, s->rates))) {
+            memcpy(Pn, s->Pn, n * sizeof *Pn);
+            memcpy(Pt, s->Pt, n * sizeof *Pt);
+            found = 1;
+        }
+        int i = n - 1;
+        while (i >= 0 && ++s->turn[i] == s->count[i])
+            s->turn[i--] = 0;
+        done = i < 0;
+    }
+    return found;
+}
+
+int least_impulses(const struct rough *c, enum known given, double *Pn, double *Pt)
+{
+    const size_t n = c->n;
+    const int known = given == MOTION;
+    double *work = malloc((4 * n * n + 6 * n) * sizeof *work + 1), load, speed, size;
+    int *places = malloc(4 * n * sizeof *places + 1), result = 2;
+    signed char *kinds = calloc((KINDS + 1) * n + 1, 1);
+    if (!work || !places || !kinds)
+        goto end;
+    struct search s = {.A = work, .column = places, .count = places + 2 * n, .turn = places + 3 * n, .kinds = kinds};
+    s.x = s.A + 4 * n * n;
+    s.Pn = s.x + 2 * n;
+    s.Pt = s.Pn + n;
+    s.rates = s.Pt + n;
+    s.way = kinds + KINDS * n;
+    long ways = 1;
+    if (known)
+        sizes(c, Pn, Pt, &load, &speed);
+    for (int i = 0; i < c->n; i++) {
+        const double vn = known ? scaled_rate(c, i, Pn, Pt, speed) : 0.0;
+        const double vt = known ? scaled_rate(c, c->n + i, Pn, Pt, speed) : 0.0;
+        s.count[i] = kinds_of(c, i, known, vn, vt, kinds + i * KINDS);
+        ways *= ways <= MOST ? s.count[i] : 1;
+    }
+    for (int row = 0; known && row < 2 * c->n; row++)
+        s.rates[row] = rate_of(c, row, Pn, Pt, &size);
+    if (known && unique(c, &s))
+        result = 0;
+    else if (ways <= MOST)
+        result = !try_all(c, &s, known, given != NOTHING, Pn, Pt);
+end:
+    free(work);
+    free(places);
+    free(kinds);
+    return result;
+}
+
+/* The way that impulses have taken: they push where they are above their least, and friction that is not at its limit holds. */
+static void way_of(const struct rough *c, const double *Pn, const double *Pt, signed char *way)
+{
+    double load, speed;
+    sizes(c, Pn, Pt, &load, &speed);
+    for (int i = 0; i < c->n; i++) {
+        const double extra = Pn[i] - (c->least ? c->least[i] : 0.0), limit = c->mu[i] * Pn[i];
+        const int pushes = extra > 0.0 && scaled_rate(c, i, Pn, Pt, speed) <= CONSISTENT;
+        const int limited = !(fabs(Pt[i]) < limit * (1.0 - 4.0 * DBL_EPSILON)), on = (Pt[i] <= 0.0) == (c->bt[i] >= 0.0);
+        const int kind = !rough_at(c, i) || sliding(c, i) ? ON : !limited ? HELD_FAST : on ? ON : BACK;
+        way[i] = (signed char)(pushes ? kind : LEAST_ON + kind);
+    }
+}
+
+/* The rows that are at rest, also those of contacts that do not push: others may carry them, and know better what the motion is. */
+static int rows_at_rest(const struct rough *c, const double *Pn, const double *Pt, int *row)
+{
+    double load, speed;
+    int rows = 0;
+    sizes(c, Pn, Pt, &load, &speed);
+    for (int i = 0; i < 2 * c->n; i++)
+        if (root(c, i) > 0.0 && fabs(scaled_rate(c, i, Pn, Pt, speed)) <= CONSISTENT)
+            row[rows++] = i;
+    return rows;
+}
+
+void refine_impulses(const struct rough *c, double *Pn, double *Pt)
+{
+    const size_t n = c->n;
+    double *work = malloc((4 * n * n + 4 * n + 1) * sizeof *work);
+    int *column = malloc((6 * n + 1) * sizeof *column), *order = column + 2 * n, *row = order + 2 * n;
+    signed char *way = malloc(n + 1);
+    double worst = broken(c, Pn, Pt);
+    for (int pass = 0; work && column && way && pass < REFINEMENTS; pass++) {
+        double *x = work + 4 * n * n, *normal = x + 2 * n, *tangent = normal + n;
+        way_of(c, Pn, Pt, way);
+        for (int i = 0; i < c->n; i++) { /* what is not unknown is what its way says */
+            normal[i] = way[i] < LEAST_ON ? Pn[i] : c->least ? c->least[i] : 0.0;
+            tangent[i] = holds_fast(way[i]) ? Pt[i] : at_limit(c, i, way[i]) * normal[i];
+        }
+        const int m = unknowns_of_way(c, way, column), rows = rows_at_rest(c, Pn, Pt, row);
+        rows_of_way(c, way, m, column, rows, row, normal, tangent, work, x);
+        const int rank = eliminate_dependent(rows, m, work, x, order, SINGULAR);
+        for (int j = 0; j < rank; j++)
+            change(c, way, column[order[j]], x[j], normal, tangent);
+        const double left = broken(c, normal, tangent);
+        if (!rank || !(left < worst))
+            break;
+        worst = left;
+        memcpy(Pn, normal, n * sizeof *Pn);
+        memcpy(Pt, tangent, n * sizeof *Pt);
+    }
+    free(work);
+    free(column);
+    free(way);
+}

@@ -1,0 +1,215 @@
+/* Coulomb friction at contacts in the plane as one complementarity problem.
+ *
+ * With r = mu Pn + Pt and l = mu Pn - Pt, the two distances of a tangential impulse from its limits, and the sliding split
+ * into its forward and backward part, vt = vr - vl,
+ *
+ *     vn = Gnn Pn + Gnt Pt + bn,   vt = Gtn Pn + Gtt Pt + bt,   l = 2 mu Pn - r,
+ *     0 <= (Pn, r, vl)  complementary to  (vn, vr, l) >= 0 ,
+ *
+ * which is linear in (Pn, r, vl) (F. Pfeiffer, C. Glocker, Multibody Dynamics with Unilateral Contacts, 1996, section 8).
+ * A contact known to slide needs its normal row alone, with Pt = -mu Pn forward. It is solved by pivoting; where that ends on
+ * a ray there is no solution: friction jams (Painleve). That holds in exact arithmetic. So every answer is put back into
+ * Coulomb's law, and where it does not meet it, or there is none, others are looked for: by other pivots, contact by contact,
+ * and where contacts are few by trying every way in which they can push, stick, slide and leave.
+ */
+#include "complementarity/friction.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "complementarity/coulomb.h"
+#include "complementarity/lemke.h"
+
+enum { SWEEPS = 20000, RESTARTS = 12, SHIFTS = 3 };
+/* times the largest rate: breaks ties */
+static const double SHIFT[SHIFTS] = {CCGEN_LIMIT(1e-10, 1e-4), CCGEN_LIMIT(1e-7, 1e-3), CCGEN_LIMIT(1e-12, 1e-5)};
+/* What an answer may break the law by where none meets it: rates that are rounding beside far larger ones */
+static const double NEARLY = CCGEN_LIMIT(1e-8, 1e-4);
+
+/* Times what ends the approach of each contact alone and smooth, or the least impulses: more is looked at twice */
+static const double LARGE = 2.0;
+
+static double row_rate(const struct rough *c, int row, const double *Pn, const double *Pt)
+{
+    const int n = c->n;
+    double rate = row < n ? c->bn[row] : c->bt[row - n];
+    for (int j = 0; j < n; j++)
+        rate += c->W[(size_t)row * 2 * n + j] * Pn[j] + c->W[(size_t)row * 2 * n + n + j] * Pt[j];
+    return rate;
+}
+
+/* Contact by contact, again and again, for more contacts than there are ways to try: 0 where it settles. */
+static int sweep(const struct rough *c, double *Pn, double *Pt)
+{
+    const int n = c->n;
+    memset(Pn, 0, n * sizeof *Pn);
+    memset(Pt, 0, n * sizeof *Pt);
+    for (int pass = 0; pass < SWEEPS; pass++) {
+        double change = 0.0, largest = 0.0;
+        for (int i = 0; i < n; i++) {
+            const double *normal = c->W + (size_t)i * 2 * n, *tangent = normal + (size_t)n * 2 * n;
+            const int slides = sliding(c, i);
+            const double own = normal[i] - slides * c->mu[i] * normal[n + i], was = Pn[i], pulled = Pt[i];
+            if (!(own > 0.0))
+                return 1;
+            Pn[i] = fmax(c->least ? c->least[i] : 0.0, was - row_rate(c, i, Pn, Pt) / own);
+            const double limit = rough_at(c, i) ? c->mu[i] * Pn[i] : 0.0;
+            Pt[i] = slides ? -slides * limit : fmin(fmax(pulled, -limit), limit);
+            if (!slides && limit > 0.0)
+                Pt[i] = fmin(fmax(Pt[i] - row_rate(c, n + i, Pn, Pt) / tangent[n + i], -limit), limit);
+            change = fmax(change, fmax(fabs(Pn[i] - was), fabs(Pt[i] - pulled)));
+            largest = fmax(largest, Pn[i]);
+        }
+        if (change <= CCGEN_LIMIT(1e-15, 1e-6) * largest)
+            return 0;
+    }
+    return 1;
+}
+
+/* The complementarity problem of the contacts in the unknowns of the head of this file. */
+struct pivots {
+    int m;
+    int *place;                               /* [n] where r of a contact stands, vl behind it; -1 where it has none */
+    double *k;                                /* [n] Pt = -k Pn + r */
+    double *M, *q, *cover, *shift, *z, *unit; /* [m][m], [m] and so on; unit: of a row, the root of its compliance */
+    char *in;                                 /* [m] of the basis */
+    signed char *limit;                       /* [n] at which friction is, as in impulses_of */
+    double *best, worst;                      /* [2n] the answer that breaks the law least, and by how much */
+};
+
+static void assemble(const struct rough *c, struct pivots *p)
+{
+    const int n = c->n, m = p->m;
+    for (int i = 0; i < n; i++)
+        for (int t = 0; t < (p->place[i] < 0 ? 1 : 2); t++) {
+            const double *row = c->W + (size_t)(i + t * n) * 2 * n, own = sqrt(fmax(row[i + t * n], 0.0));
+            const int r = t ? p->place[i] : i;
+            p->q[r] = t ? c->bt[i] : c->bn[i];
+            p->unit[r] = own > 0.0 ? own : 1.0;
+            for (int j = 0; j < n; j++) {
+                p->M[r * m + j] = row[j] - row[n + j] * p->k[j];
+                if (c->least)
+                    p->q[r] += p->M[r * m + j] * c->least[j];
+                if (p->place[j] >= 0)
+                    p->M[r * m + p->place[j]] = row[n + j];
+            }
+            if (t) {
+                p->M[r * m + r + 1] = 1.0;
+                p->M[(r + 1) * m + i] = 2.0 * c->mu[i];
+                p->M[(r + 1) * m + r] = -1.0;
+                p->q[r + 1] = c->least ? 2.0 * c->mu[i] * c->least[i] : 0.0;
+                p->unit[r + 1] = 1.0 / p->unit[r];
+            }
+        }
+}
+
+/* A cover and a shift of their own for every restart, in no order that could be that of the problem */
+static void vary(struct pivots *p, int restart)
+{
+    double speed = 0.0;
+    for (int i = 0; i < p->m; i++)
+        speed = fmax(speed, fabs(p->q[i]) / p->unit[i]);
+    for (int i = 0; i < p->m; i++) {
+        const double place = 0.6180339887498949 * (restart * p->m + i), part = place - (double)(long)place;
+        p->cover[i] = p->unit[i] * (1.0 + part);
+        p->shift[i] = SHIFT[restart % SHIFTS] * speed * p->unit[i] * (2.0 - part);
+    }
+}
+
+/* Whether an answer meets the law; if none does, the best one is remembered. */
+static int meets(const struct rough *c, struct pivots *p, const double *Pn, const double *Pt)
+{
+    const double worst = broken(c, Pn, Pt);
+    if (worst < p->worst) {
+        p->worst = worst;
+        memcpy(p->best, Pn, c->n * sizeof *Pn);
+        memcpy(p->best + c->n, Pt, c->n * sizeof *Pt);
+    }
+    return worst <= CONSISTENT;
+}
+
+/* By pivots, and where those have lost too many digits, once more from which contacts they let push, slide and stick: 0 where
+ * the law is met. */
+static int pivots(const struct rough *c, struct pivots *p, int restart, double *Pn, double *Pt)
+{
+    if (restart)
+        vary(p, restart);
+    const int wrong = lemke(p->m, p->M, p->q, restart ? p->cover : NULL, restart ? p->shift : NULL, p->z, p->in);
+    if (wrong)
+        return wrong;
+    for (int i = 0; i < c->n; i++) {
+        const int r = p->place[i];
+        Pn[i] = p->z[i] + (c->least ? c->least[i] : 0.0);
+        Pt[i] = r < 0 ? -p->k[i] * Pn[i] : p->z[r] - c->mu[i] * Pn[i];
+        p->limit[i] = r < 0 || !p->in[r] ? -1 : p->in[r + 1];
+    }
+    if (meets(c, p, Pn, Pt))
+        return 0;
+    return impulses_of(c, p->in, p->limit, Pn, Pt) || !meets(c, p, Pn, Pt) ? 3 : 0;
+}
+
+static int search(const struct rough *c, struct pivots *p, double *Pn, double *Pt)
+{
+    const int first = pivots(c, p, 0, Pn, Pt);
+    if (!first)
+        return 0;
+    for (int restart = 1; restart <= RESTARTS; restart++)
+        if (!pivots(c, p, restart, Pn, Pt))
+            return 0;
+    if (!least_impulses(c, NOTHING, Pn, Pt) || (!sweep(c, Pn, Pt) && meets(c, p, Pn, Pt)))
+        return 0;
+    if (p->worst > NEARLY)
+        return first == 2 ? 2 : 1;
+    memcpy(Pn, p->best, c->n * sizeof *Pn);
+    memcpy(Pt, p->best + c->n, c->n * sizeof *Pt);
+    return 0;
+}
+
+int solve_friction(int n, const double *W, const double *bn, const double *bt, const double *mu, const signed char *slide,
+                   const double *least, double *Pn, double *Pt)
+{
+    const struct rough c = {.n = n, .W = W, .bn = bn, .bt = bt, .mu = mu, .slide = slide, .least = least};
+    struct pivots p = {.m = n, .worst = INFINITY};
+    int result = 2;
+    double *work = calloc((size_t)9 * n * n + 18 * n + 1, sizeof *work);
+    char *bytes = calloc((size_t)4 * n + 1, 1);
+    if (!(p.place = malloc((n + 1) * sizeof *p.place)) || !work || !bytes)
+        goto end;
+    p.in = bytes;
+    p.limit = (signed char *)bytes + 3 * n;
+    p.k = work;
+    for (int i = 0; i < n; i++) {
+        const int slides = sliding(&c, i), free = rough_at(&c, i) && !slides;
+        p.place[i] = free ? p.m : -1;
+        p.m += free ? 2 : 0;
+        p.k[i] = slides ? slides * mu[i] : free ? mu[i] : 0.0;
+    }
+    p.M = p.k + n;
+    p.q = p.M + (size_t)p.m * p.m;
+    p.cover = p.q + p.m;
+    p.shift = p.cover + p.m;
+    p.z = p.shift + p.m;
+    p.unit = p.z + p.m;
+    p.best = p.unit + p.m;
+    assemble(&c, &p);
+    result = search(&c, &p, Pn, Pt);
+end:
+    free(p.place);
+    free(work);
+    free(bytes);
+    return result;
+}
+
+int solve_friction_least(const struct rough *c, double *Pn, double *Pt)
+{
+    const int wrong = solve_friction(c->n, c->W, c->bn, c->bt, c->mu, c->slide, c->least, Pn, Pt);
+    if (wrong)
+        return wrong;
+    const double bound = c->least ? loaded(c, c->least) : 0.0, usual = LARGE * (approaching(c) + bound);
+    const int large = loaded(c, Pn) > usual;
+    if (large || c->n == 1 || bound == 0.0)
+        least_impulses(c, large ? IMPULSES : MOTION, Pn, Pt);
+    refine_impulses(c, Pn, Pt);
+    return 0;
+}

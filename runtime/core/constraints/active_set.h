@@ -1,0 +1,83 @@
+/* The active set: the contacts that stay closed, how each moves along its ground, and its rows (docs/events.md). */
+#ifndef CCGEN_ACTIVE_SET_H
+#define CCGEN_ACTIVE_SET_H
+
+#include "model/system.h"
+
+/* how a contact is held */
+enum { APART, HELD, CARRIED };
+
+/* how a held contact moves along its ground: it is smooth; it slides forward (1) or backward (-1); it sticks; or its friction
+ * is at the limit, against forward (3) or backward (-3) sliding, while other contacts that stick keep it where it is; or
+ * it touches without pressing, and so without the friction that it may have, as between bodies that move side by side */
+enum { SMOOTH = 0, STICKS = 2, LIMIT = 3, TOUCHES = 4 };
+
+/* the sign of the sliding that friction is against at its limit; 0 where it is not at the limit */
+static inline int against(int slide)
+{
+    return slide == STICKS || slide == TOUCHES ? 0 : (slide > 0) - (slide < 0);
+}
+
+/* The contacts that are held closed. Those of `set` push, each as hard as it must for its gap to stay what it is, or touch;
+ * others are closed because these carry them. With no contact in `set` the motion is flight. Each is a row of a problem in
+ * the forces; those that stick have a second, tangential row, below all others. */
+struct holding {
+    int count;          /* contacts that push, or touch */
+    int *set;           /* [count] which */
+    signed char *slide; /* [count] how they move along their grounds */
+    int rows;           /* count, and how many of them stick */
+    int *of;            /* [rows] the contact of each row, as a number in `set` */
+    double *force;      /* [rows] N, of the last acceleration */
+    double *least;      /* [count] N: what the force of one that touches without pressing is known to; 0 of others */
+    double *peak;       /* [contacts] N: the most that each has pushed with since nothing was held */
+    double *weight;     /* [rows] how much a row bears where forces can be shared: friction by the square root of its limit */
+    char *closed;       /* [contacts] APART, HELD or CARRIED; only those apart are watched for impacts */
+    int carried;        /* how many are carried */
+    double window;      /* s: what eight pieces last showed the watched values in; 0 where that is not known */
+    double *columns;    /* [2 contacts][n] motion that a unit impulse of each row gives, loops held shut */
+    double *W;          /* [2 contacts][2 contacts] rates that it gives */
+    double *units;      /* [2 contacts][2 contacts] impulses, a column for each row; zero between calls */
+    double *answers;    /* [2 contacts][2 contacts] rates of all contacts that each column gives */
+    double *wanted;     /* [2 contacts] scratch */
+    double *rates;      /* [contacts] scratch */
+    double *slips;      /* [contacts] scratch */
+    double *pushes;     /* [contacts] scratch, zero between calls */
+    double *f, *g;      /* [n] scratch */
+    double *solved;     /* scratch of the solution */
+};
+
+/* 0, or 1 when memory runs out */
+int make_holding(struct holding *h, const struct ccgen_model *m);
+void free_holding(struct holding *h);
+
+/* Hold `count` contacts `set`, `slide` as above: what follows from it. */
+void hold_contacts(struct holding *h, int count, const int *set, const signed char *slide);
+
+/* Entries of a column of contacts' impulses: the normal ones of all contacts, then with friction the tangential ones */
+static inline int width_of(const struct system *s)
+{
+    return s->friction ? 2 * s->model->contacts : s->model->contacts;
+}
+
+/* bias[rows] (m/s^2) of the held contacts; returns how many rows they have. */
+int held_bias(struct system *s, const double *q, const double *u, double *bias);
+
+/* Generalized forces f[n] of row number `row`; `friction`: with the friction of a contact that slides. */
+void held_row(struct system *s, const double *q, int row, int friction, double *f);
+
+/* How many contacts are held */
+static inline int holds(const struct system *s)
+{
+    return s->holding ? s->holding->count : 0;
+}
+
+/* How many rows they have; in a projection of the position all contacts have one */
+static inline int held_rows(const struct system *s, int speed)
+{
+    return s->holding ? speed ? s->holding->rows : s->holding->count : 0;
+}
+
+/* times extent: a gap so small is closed: it may be shut without moving anything */
+extern const double SHUT;
+
+#endif

@@ -1,0 +1,33 @@
+/* Jumps of the velocities: the generated kernels, or the null-space path where they lose rank. */
+#include "constraints/impulse.h"
+
+#include "constraints/contact_forces.h"
+#include "constraints/nullspace.h"
+#include "constraints/refinement.h"
+
+void momentum_residual(const struct system *s, const double *q, const void *context, const double *x, double *out)
+{
+    const double *f = context;
+    s->model->momentum(s->k, q, x, out);
+    for (int i = 0; i < s->n; i++)
+        out[i] -= f[i];
+}
+
+enum outcome system_impulse(struct system *s, const double *q, const double *f, const double *y, double nearest,
+                            double *du, double *Lambda)
+{
+    if (!s->model->impulse(s->k, q, f, y, du, Lambda))
+        return s->refine ? refine_impulse(s, q, f, y, du, Lambda) : OUTCOME_DONE;
+    return solve_dependent(s, q, 0, y, NULL, nearest, momentum_residual, f, du, Lambda);
+}
+
+enum outcome system_correction(struct system *s, const double *q, int speed, double *rows, double nearest, double *du)
+{
+    const struct ccgen_model *m = s->model;
+    int dependent = m->impulse(s->k, q, s->zero, rows, du, NULL);
+    if (!dependent && holds(s))
+        dependent = s->refine || hold_jump(s, q, speed, rows + m->rows, du);
+    if (!dependent)
+        return OUTCOME_DONE;
+    return solve_dependent(s, q, held_rows(s, speed), rows, NULL, nearest, momentum_residual, s->zero, du, s->multipliers);
+}

@@ -1,0 +1,111 @@
+/* Where masses differ by many orders, eliminating one acceleration after another loses digits (docs/theory, section 4.11).
+ * The unreduced equations do not: what they miss by,
+ *
+ *     Z1 = M x + h - A^T lambda,   Z2 = A x - y,
+ *
+ * costs one sweep outwards and one inwards, and is known to its own rounding. The kernel `impulse` answers it with a
+ * correction, M dx - A^T dlambda = -Z1, A dx = -Z2, whose error relative to the correction is that of the kernel. So the size
+ * of the correction tells how many digits were lost, and adding it brings them back (iterative refinement with residuals in
+ * working precision: R. D. Skeel, Mathematics of Computation 35, 1980).
+ */
+#include "constraints/refinement.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+
+enum { PASSES = 4 };
+static const double ENOUGH = 4096.0 * DBL_EPSILON; /* a correction smaller than this leaves an error smaller than rounding */
+static const double HOPELESS = 1e-3;  /* a last correction larger than this, and nothing is known */
+
+int make_correction(const struct system *s, struct correction *w)
+{
+    const size_t n = s->n, rows = s->model->rows;
+    w->rows = malloc((rows * n + 2 * n + 3 * rows + 1) * sizeof *w->rows);
+    if (!w->rows)
+        return 1;
+    w->f = w->rows + rows * n;
+    w->dx = w->f + n;
+    w->miss = w->dx + n;
+    w->dlambda = w->miss + rows;
+    return 0;
+}
+
+int correct_by_kernel(struct system *s, const double *q, const struct unreduced *of, const double *x, const double *lambda,
+                      struct correction *w)
+{
+    const struct ccgen_model *m = s->model;
+    const size_t n = s->n;
+    if (of->u)
+        m->inverse_dynamics(s->k, q, of->u, of->t, s->inputs, x, w->f);
+    else
+        m->momentum(s->k, q, x, w->f);
+    for (size_t i = 0; i < n; i++)
+        w->f[i] = of->u ? -w->f[i] : of->f[i] - w->f[i];
+    if (m->rows)
+        m->closure_jacobian(s->k, q, w->rows);
+    for (int j = 0; j < m->rows; j++) {
+        w->miss[j] = of->y[j];
+        for (size_t i = 0; i < n; i++) {
+            w->miss[j] -= w->rows[j * n + i] * x[i];
+            w->f[i] += w->rows[j * n + i] * lambda[j];
+        }
+    }
+    return m->impulse(s->k, q, w->f, w->miss, w->dx, w->dlambda);
+}
+
+void free_correction(struct correction *w)
+{
+    free(w->rows);
+}
+
+static enum outcome refine(struct system *s, const double *q, const struct unreduced *of, double *x, double *lambda)
+{
+    struct correction w;
+    double left = INFINITY;
+    if (!(fastest(s, x) < INFINITY)) /* no number at all: nothing to refine */
+        return OUTCOME_DONE;
+    if (make_correction(s, &w))
+        return OUTCOME_NO_MEMORY;
+    for (int pass = 0; pass < PASSES && left > ENOUGH; pass++) {
+        if (correct_by_kernel(s, q, of, x, lambda, &w))
+            break;
+        const double whole = of->u ? fmax(fastest(s, x), s->usual) : fastest(s, x);
+        left = fastest(s, w.dx) / (whole > 0.0 ? whole : 1.0);
+        for (int i = 0; i < s->n; i++)
+            x[i] += w.dx[i];
+        for (int j = 0; j < s->model->rows; j++)
+            lambda[j] += w.dlambda[j];
+    }
+    free_correction(&w);
+    if (left > ENOUGH)
+        s->inexact = fmax(s->inexact, left);
+    return left <= HOPELESS ? OUTCOME_DONE : OUTCOME_INEXACT;
+}
+
+double *wanted_accelerations(const struct system *s, const double *q, const double *u)
+{
+    double *y = malloc((s->model->rows + 1) * sizeof *y);
+    if (y && s->model->rows)
+        s->model->closure_bias(s->k, q, u, y);
+    for (int j = 0; y && j < s->model->rows; j++)
+        y[j] = -y[j];
+    return y;
+}
+
+enum outcome refine_acceleration(struct system *s, double t, const double *q, const double *u, double *u_dot,
+                                 double *lambda)
+{
+    double *y = wanted_accelerations(s, q, u);
+    const struct unreduced of = {.u = u, .t = t, .y = y};
+    const enum outcome outcome = y ? refine(s, q, &of, u_dot, lambda) : OUTCOME_NO_MEMORY;
+    free(y);
+    return outcome;
+}
+
+enum outcome refine_impulse(struct system *s, const double *q, const double *f, const double *y, double *du,
+                            double *Lambda)
+{
+    const struct unreduced of = {.f = f, .y = y};
+    return refine(s, q, &of, du, Lambda);
+}

@@ -1,0 +1,40 @@
+/* The core as the compiled face of the runtime sees it: its types and functions, and `double` a double again. */
+#ifndef CCGEN_FACE_H
+#define CCGEN_FACE_H
+
+#include "base/within.h"
+#include "constraints/impulse.h"
+#include "constraints/nullspace.h"
+#include "impact/impact.h"
+#include "interface/forces.h"
+#include "interface/simulate.h"
+#include "methods/method.h"
+#include "model/inputs.h"
+#include "motion/acceleration.h"
+#include "motion/lanes.h"
+#include "motion/projection.h"
+#include "motion/rounding.h"
+
+typedef double ccgen_real;
+
+#if CCGEN_PRECISION == 1
+#define CCGEN_CAPSULE "ccgen.model.float"
+#elif CCGEN_PRECISION == 2
+#define CCGEN_CAPSULE "ccgen.model.wide"
+#else
+#define CCGEN_CAPSULE "ccgen.model"
+#endif
+
+#undef double
+#undef cabs
+#undef cimag
+#undef copysign
+#undef creal
+#undef fabs
+#undef fmax
+#undef fmin
+#undef ldexp
+#undef pow
+#undef sqrt
+
+#endif

@@ -1,0 +1,40 @@
+/* What contacts do to a motion: the accelerations with them, the multipliers, and how hard they push and rub. */
+#ifndef CCGEN_FORCES_H
+#define CCGEN_FORCES_H
+
+#include "model/system.h"
+
+/* Contacts `set` that are held, `slide` as in constraints/active_set.h, and `weight` how much the friction of each that sticks bears where
+ * friction can be shared. With a negative count, those that the runtime would hold at the state. */
+struct held {
+    int count;
+    const int *set;
+    const signed char *slide;
+    const double *weight;
+};
+
+/* Why a state has no such forces, besides outcomes: a contact strikes, or lies behind its surface. */
+enum obstacle { OBSTACLE_NONE, OBSTACLE_STRIKES, OBSTACLE_BEHIND };
+
+struct obstruction {
+    size_t state;
+    int contact;
+    enum obstacle why;
+    double size; /* m/s or rad/s, or m or rad */
+};
+
+/* Of `count` states, at t[i * every] (every is 0 or 1), q[count][n], u[count][n]: u_dot[count][n], lambda[count][rows + 1],
+ * push[count][2 contacts], normal forces (N, N m) and then those of friction, zero of contacts that are not held, and
+ * reaction[count][joints][3] with them. They belong together; where they are not unique they are those of least norm. Stops
+ * at the first state that has none, which `found` then tells. */
+enum outcome held_forces(struct system *s, size_t count, size_t every, const double *t, const double *q, const double *u,
+                         struct held held, double *u_dot, double *lambda, double *push, double *reaction,
+                         struct obstruction *found);
+
+/* Of an impact at q with the jumps du[n] and impulses P[2 contacts]: reaction[joints][3] (N s, N m s) */
+enum outcome joint_impulses(struct system *s, const double *q, const double *du, const double *P, double *reaction);
+
+/* closed[count]: whether a contact is closed at q[count][n], its gap being zero but for rounding */
+enum outcome find_closed(const struct system *s, size_t count, const double *q, char *closed);
+
+#endif

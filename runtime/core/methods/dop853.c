@@ -1,0 +1,142 @@
+/* DOP853: explicit Runge-Kutta of order 8 with error estimates of order 5 and 3 and dense output of order 7
+ * (E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 1993, section II.5 and II.6). */
+#include "methods/method.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "methods/dop853_tableau.h"
+#include "motion/derivative.h"
+
+/* scratch: DENSE_STAGES derivatives and a state, DENSE_DEGREE coefficients and the start of the interpolant, ESTIMATES */
+enum { ESTIMATES = 2 }; /* of order 3 and of order 5 */
+static const double CHANCE = 0.01; /* how far below what the other says the estimate of order 5 is believed */
+
+static double *stage(double *scratch, int size, int i)
+{
+    return scratch + (size_t)i * size;
+}
+
+static double *coefficient(double *scratch, int size, int i)
+{
+    return scratch + (size_t)(DENSE_STAGES + 1 + i) * size;
+}
+
+static double *estimate(double *scratch, int size, int i)
+{
+    return scratch + (size_t)(DENSE_STAGES + 1 + DENSE_DEGREE + 1 + i) * size;
+}
+
+static size_t dop853_scratch(const struct system *s)
+{
+    return (size_t)(DENSE_STAGES + 1 + DENSE_DEGREE + 1 + ESTIMATES) * s->size;
+}
+
+/* out = y + h sum_j a[j] k_j over the first `count` stages */
+static void combine(double *scratch, int size, const double *a, int count, double h, const double *y, double *out)
+{
+    for (int i = 0; i < size; i++)
+        out[i] = 0.0;
+    for (int j = 0; j < count; j++) {
+        const double w = a[j], *k = stage(scratch, size, j);
+        if (w != 0.0)
+            for (int i = 0; i < size; i++)
+                out[i] += w * k[i];
+    }
+    for (int i = 0; i < size; i++)
+        out[i] = y[i] + h * out[i];
+}
+
+static enum outcome dop853_step(struct system *s, double *scratch, double t, double h, struct tolerance tolerance,
+                                const double *y, const double *dy, double *y1)
+{
+    (void)tolerance;
+    const int size = s->size;
+    double *at = stage(scratch, size, DENSE_STAGES);
+    memcpy(stage(scratch, size, 0), dy, size * sizeof *dy);
+    for (int i = 1; i < STAGES; i++) {
+        combine(scratch, size, A[i], i, h, y, at);
+        const enum outcome outcome = system_derivative(s, t + C[i] * h, at, stage(scratch, size, i));
+        if (outcome)
+            return outcome;
+    }
+    combine(scratch, size, B, STAGES, h, y, y1);
+    double *error3 = estimate(scratch, size, 0), *error5 = estimate(scratch, size, 1);
+    for (int i = 0; i < size; i++) {
+        double e3 = 0.0, e5 = 0.0;
+        for (int j = 0; j < STAGES; j++) {
+            const double k = scratch[(size_t)j * size + i];
+            e3 += E3[j] * k;
+            e5 += E5[j] * k;
+        }
+        error3[i] = h * e3;
+        error5[i] = h * e5;
+    }
+    return OUTCOME_DONE;
+}
+
+static double *dop853_estimates(double *scratch, int size, int *count)
+{
+    *count = ESTIMATES;
+    return estimate(scratch, size, 0);
+}
+
+/* Both estimates together (Hairer, Norsett, Wanner 1993, section II.10): as small as the better, as reliable as the other.
+ * Against the motion itself they shrink as h^3 and h^5, so the better is about the motion times the other's part of it to 5/3.
+ * One far below that vanishes by chance, as in much too long steps it may, and is not believed. */
+static double dop853_measure(const double *scratch, int size, struct tolerance tolerance, const double *y, const double *y1)
+{
+    const double *error3 = scratch + (size_t)(DENSE_STAGES + 1 + DENSE_DEGREE + 1) * size, *error5 = error3 + size;
+    double sum3 = 0.0, sum5 = 0.0, motion = 0.0;
+    for (int i = 0; i < size; i++) {
+        const double scale = tolerance.atol + tolerance.rtol * fmax(fabs(y[i]), fabs(y1[i])), change = (y1[i] - y[i]) / scale;
+        sum3 += (error3[i] / scale) * (error3[i] / scale);
+        sum5 += (error5[i] / scale) * (error5[i] / scale);
+        motion += change * change;
+    }
+    if (motion > 0.0)
+        sum5 = fmax(sum5, CHANCE * CHANCE * sum3 * pow(sum3 / motion, 2.0 / 3.0));
+    return sum5 > 0.0 ? sum5 / sqrt((sum5 + 0.01 * sum3) * size) : 0.0;
+}
+
+static enum outcome dop853_prepare(struct system *s, double *scratch, double t, double h, const double *y, const double *dy,
+                                   const double *y1, const double *dy1)
+{
+    const int size = s->size;
+    double *at = coefficient(scratch, size, DENSE_DEGREE);
+    memcpy(stage(scratch, size, STAGES), dy1, size * sizeof *dy1);
+    for (int i = STAGES + 1; i < DENSE_STAGES; i++) {
+        combine(scratch, size, A[i], i, h, y, at);
+        const enum outcome outcome = system_derivative(s, t + C[i] * h, at, stage(scratch, size, i));
+        if (outcome)
+            return outcome;
+    }
+    for (int i = 0; i < size; i++) {
+        const double difference = y1[i] - y[i];
+        coefficient(scratch, size, 0)[i] = difference;
+        coefficient(scratch, size, 1)[i] = h * dy[i] - difference;
+        coefficient(scratch, size, 2)[i] = 2.0 * difference - h * (dy1[i] + dy[i]);
+        for (int d = 0; d < DENSE_DEGREE - 3; d++) {
+            double sum = 0.0;
+            for (int j = 0; j < DENSE_STAGES; j++)
+                sum += D[d][j] * scratch[(size_t)j * size + i];
+            coefficient(scratch, size, 3 + d)[i] = h * sum;
+        }
+    }
+    memcpy(at, y, size * sizeof *y);
+    return OUTCOME_DONE;
+}
+
+static void dop853_interpolate(const double *scratch, int size, double theta, double *y)
+{
+    const double *f = scratch + (size_t)(DENSE_STAGES + 1) * size;
+    for (int i = 0; i < size; i++) {
+        double sum = 0.0;
+        for (int d = DENSE_DEGREE - 1; d >= 0; d--)
+            sum = (sum + f[(size_t)d * size + i]) * (d % 2 ? 1.0 - theta : theta);
+        y[i] = f[(size_t)DENSE_DEGREE * size + i] + sum;
+    }
+}
+
+const struct method dop853 = {"dop853", 8, 1, dop853_scratch, NULL, dop853_step, dop853_estimates, dop853_measure,
+                              dop853_prepare, dop853_interpolate};

@@ -1,0 +1,247 @@
+/* Gauss-Legendre collocation: implicit Runge-Kutta with eight stages, order 16, symmetric, at fixed step symplectic
+ * (E. Hairer, C. Lubich, G. Wanner, Geometric Numerical Integration, 2006, sections II.1.3, VIII.6).
+ *
+ * The accelerations of all stages are found together, in the lanes of the machine, by fixed-point sweeps that start from the
+ * stage polynomial of the step before, carried on. Coordinates are double integrals of the accelerations. The state is summed
+ * with what rounding took from the sums before. Two things steer the step: the last Legendre coefficients of the stage
+ * polynomial, which tell what it misses, and how fast the sweeps contract. Where they do not contract, and while contacts are held, which lanes know nothing of, DOP853 takes the step: it looks
+ * at few states, and does not iterate. Past a singular configuration stages go one by one, each put onto the closure, for the
+ * other methods too (singular_step.c): no stage lies at either end.
+ */
+#include "methods/gauss.h"
+
+#include <math.h>
+#include <stdint.h>
+#include <string.h>
+
+#include "constraints/active_set.h"
+#include "motion/derivative.h"
+#include "motion/lanes.h"
+#include "motion/power.h"
+
+static const double SHORT = 1e-8;   /* times the time, or 1 s: shorter steps, as impacts that accumulate leave, go to DOP853 */
+static const double WANTED = 0.4;   /* contraction that steps aim at */
+static const double MISSED = 0.03;  /* of the last coefficients, times their ratio to the first: the error of a step */
+static const double CAUTION = 18.0; /* times the error: what the next step is chosen by, for the motion may get quicker */
+static const double EARLIER = 0.2;  /* the last coefficient but one counts by this part */
+enum { ORDER = 16, ESTIMATES = 2, LINE = 8 /* numbers to a line of the cache */ };
+
+/* Lays the arrays out from `at` on, unless it is NULL; returns how many numbers they take. */
+static size_t lay_out(struct gauss *g, const struct system *s, double *at)
+{
+    const size_t n = s->n, size = s->size, rows = size - n, square = STAGES * STAGES;
+    const struct {
+        double **array;
+        size_t count;
+    } parts[] = {{&g->f, rows * STAGES}, {&g->g, rows * STAGES}, {&g->legendre, rows * STAGES}, {&g->q, n * STAGES},
+                 {&g->u, n * STAGES}, {&g->du, rows * STAGES}, {&g->time, STAGES}, {&g->node, STAGES}, {&g->once, square},
+                 {&g->twice, square}, {&g->matrix, square}, {&g->slope, rows}, {&g->none, rows}, {&g->weight, n},
+                 {&g->lost, size}, {&g->lost_next, size}, {&g->estimate, ESTIMATES * size}, {&g->start, size},
+                 {&g->miss, size}, {&g->one, 3 * n}, {&g->dy, size}, {&g->dy1, size},
+                 {&g->other, dop853.scratch(s)}, {&g->side, lanes_scratch(s)}};
+    size_t total = 0;
+    for (size_t i = 0; i < sizeof parts / sizeof *parts; i++) {
+        if (at)
+            *parts[i].array = at + total;
+        total += (parts[i].count + LINE - 1) / LINE * LINE;
+    }
+    return total;
+}
+
+static const size_t HEAD = (sizeof(struct gauss) + sizeof(double) - 1) / sizeof(double);
+
+static size_t gauss_scratch(const struct system *s)
+{
+    struct gauss g;
+    return HEAD + LINE + lay_out(&g, s, NULL);
+}
+
+/* The scratch, laid out at its first use. */
+static struct gauss *gauss_of(const struct system *s, double *scratch)
+{
+    struct gauss *g = (struct gauss *)scratch;
+    if (!g->f) {
+        double *at = scratch + HEAD;
+        const size_t odd = (uintptr_t)at / sizeof *at % LINE;
+        lay_out(g, s, at + (LINE - odd) % LINE);
+        g->n = s->n;
+        g->rows = s->size - s->n;
+        g->lanes = s->model->lanes;
+    }
+    return g;
+}
+
+static void gauss_restart(double *scratch, int size)
+{
+    struct gauss *g = (struct gauss *)scratch;
+    g->known = g->tried = 0;
+    if (g->f)
+        memset(g->lost, 0, size * sizeof *g->lost);
+}
+
+/* The power of what does work but has no potential, at all stages. */
+static enum outcome power(struct gauss *g, struct system *s, double t, double h, const double *y)
+{
+    const int n = g->n;
+    for (int j = 0; j < STAGES; j++) {
+        gauss_stage(g, j, h, y);
+        const enum outcome outcome = system_power(s, t + NODE[j] * h, g->one, g->one + n, g->f + n * STAGES + j);
+        if (outcome)
+            return outcome;
+    }
+    return OUTCOME_DONE;
+}
+
+/* sum[0] + sum[1] = y + lost + increment, the first as near as a number can be */
+static void add(double y, double lost, double increment, double *sum, double *lost_next)
+{
+    const double small = increment + lost, whole = y + small, back = whole - y;
+    *lost_next = (y - (whole - back)) + (small - back);
+    *sum = whole;
+}
+
+/* End of the step, and what the estimates are made of */
+static void finish(struct gauss *g, const struct system *s, double h, struct tolerance tolerance, const double *y,
+                   double *y1)
+{
+    const int n = g->n, size = s->size;
+    double *last = g->estimate, *earlier = last + size;
+    double first = 0.0;
+    gauss_pack(g, LEGENDRE, 1.0, g->matrix);
+    gauss_combine(g, s, g->matrix, g->f, g->legendre);
+    for (int i = 0; i < g->rows; i++) {
+        const double *f = g->f + i * STAGES, *c = g->legendre + i * STAGES;
+        const int of_u = n + i;
+        if (i < n) {
+            add(y[i], g->lost[i], g->slope[i] + h * (g->lost[of_u] + h * weighed(WEIGHT2, f)), &y1[i], &g->lost_next[i]);
+            last[i] = h * h * c[STAGES - 1] * (0.5 / (2 * STAGES - 1));
+            earlier[i] = EARLIER * h * h * c[STAGES - 2] * (0.5 / (2 * STAGES - 3));
+        }
+        add(y[of_u], g->lost[of_u], h * weighed(WEIGHT, f), &y1[of_u], &g->lost_next[of_u]);
+        last[of_u] = h * c[STAGES - 1];
+        earlier[of_u] = EARLIER * h * c[STAGES - 2];
+        const double scale = tolerance.atol + tolerance.rtol * fmax(fabs(y[of_u]), fabs(y1[of_u]));
+        const double size_of = h * (fabs(c[1]) + fabs(c[2]) + fabs(c[3]));
+        first += scale > 0.0 ? (size_of / scale) * (size_of / scale) : 0.0;
+    }
+    g->first = sqrt(first / size);
+}
+
+/* The step by DOP853. */
+static enum outcome replace(struct gauss *g, struct system *s, double t, double h, struct tolerance tolerance,
+                            const double *y, double *y1)
+{
+    g->replaced = 1;
+    memset(g->lost_next, 0, s->size * sizeof *g->lost_next);
+    const enum outcome outcome = system_derivative(s, t, y, g->dy);
+    return outcome ? outcome : dop853.step(s, g->other, t, h, tolerance, y, g->dy, y1);
+}
+
+static enum outcome gauss_step(struct system *s, double *scratch, double t, double h, struct tolerance tolerance,
+                               const double *y, const double *dy, double *y1)
+{
+    struct gauss *g = gauss_of(s, scratch);
+    if (g->tried && t != g->t) { /* the last step was accepted */
+        double *swap = g->lost;
+        g->lost = g->lost_next;
+        g->lost_next = swap;
+    }
+    int converged = 0;
+    enum outcome outcome = OUTCOME_DONE;
+    if (!holds(s) && h > SHORT * fmax(fabs(t), 1.0))
+        outcome = gauss_solve(g, s, t, h, tolerance, y, dy, &converged);
+    g->known = g->replaced = 0;
+    g->tried = 1;
+    g->t = t;
+    g->h = h;
+    if (outcome == OUTCOME_INTERRUPTED)
+        return outcome;
+    if (outcome || !converged)
+        return replace(g, s, t, h, tolerance, y, y1);
+    if (s->size > 2 * s->n && !s->guided && (outcome = power(g, s, t, h, y)))
+        return outcome;
+    finish(g, s, h, tolerance, y, y1);
+    g->known = 1;
+    return OUTCOME_DONE;
+}
+
+static double *gauss_estimates(double *scratch, int size, int *count)
+{
+    struct gauss *g = (struct gauss *)scratch;
+    *count = ESTIMATES;
+    return g->replaced ? dop853.estimates(g->other, size, count) : g->estimate;
+}
+
+/* What the stage polynomial misses shrinks as its last coefficients do, and the end of the step sees it only against the
+ * motion's own coefficients of that degree, which shrink likewise: the product of the two. Sweeps that contract slowly
+ * make the next step shorter. */
+static double gauss_measure(const double *scratch, int size, struct tolerance tolerance, const double *y, const double *y1)
+{
+    const struct gauss *g = (const struct gauss *)scratch;
+    if (g->replaced) /* as the error of a method of this order would be */
+        return pow(CAUTION * dop853.measure(g->other, size, tolerance, y, y1), (double)ORDER / dop853.order);
+    double sum = 0.0;
+    for (int i = 0; i < size; i++) {
+        const double scale = tolerance.atol + tolerance.rtol * fmax(fabs(y[i]), fabs(y1[i]));
+        const double last = g->estimate[i] / scale, earlier = g->estimate[size + i] / scale;
+        sum += last * last + earlier * earlier;
+    }
+    const double size_of = sqrt(sum / size), ratio = size_of / g->first;
+    const double error = size_of > 0.0 ? MISSED * size_of * fmin(1.0, ratio) : 0.0;
+    const double cautious = CAUTION * error, slow = 0.9 * g->contraction / WANTED;
+    return fmax(error > 1.0 ? cautious : fmin(1.0, cautious), slow > 0.3 ? fmin(1.0, pow(slow, ORDER)) : 0.0);
+}
+
+/* state at theta on the stage polynomial that starts at `start` */
+static void follow(const struct gauss *g, double theta, double *y)
+{
+    const int n = g->n;
+    const double x = 2.0 * theta - 1.0, h = g->h;
+    double p[STAGES + 2] = {1.0, x}, once[STAGES + 1], twice[STAGES];
+    for (int k = 1; k < STAGES + 1; k++)
+        p[k + 1] = ((2 * k + 1) * x * p[k] - k * p[k - 1]) / (k + 1);
+    once[0] = theta;
+    for (int k = 1; k <= STAGES; k++) /* integral of P_k(2 s - 1) over s from 0 to theta */
+        once[k] = (p[k + 1] - p[k - 1]) / (2.0 * (2 * k + 1));
+    twice[0] = 0.5 * theta * theta;
+    for (int k = 1; k < STAGES; k++)
+        twice[k] = (once[k + 1] - once[k - 1]) / (2.0 * (2 * k + 1));
+    for (int i = 0; i < g->rows; i++) {
+        const double *c = g->legendre + i * STAGES;
+        y[n + i] = g->start[n + i] + h * weighed(once, c);
+        if (i < n)
+            y[i] = g->start[i] + h * (theta * g->start[n + i] + h * weighed(twice, c));
+    }
+}
+
+static enum outcome gauss_prepare(struct system *s, double *scratch, double t, double h, const double *y, const double *dy,
+                                  const double *y1, const double *dy1)
+{
+    struct gauss *g = (struct gauss *)scratch;
+    (void)dy, (void)dy1;
+    if (g->replaced) {
+        const enum outcome outcome = system_derivative(s, t + h, y1, g->dy1);
+        return outcome ? outcome : dop853.prepare(s, g->other, t, h, y, g->dy, y1, g->dy1);
+    }
+    memcpy(g->start, y, s->size * sizeof *y);
+    memset(g->miss, 0, s->size * sizeof *y);
+    follow(g, 1.0, g->miss);
+    for (int i = 0; i < s->size; i++)
+        g->miss[i] = y1[i] - g->miss[i];
+    return OUTCOME_DONE;
+}
+
+static void gauss_interpolate(const double *scratch, int size, double theta, double *y)
+{
+    const struct gauss *g = (const struct gauss *)scratch;
+    if (g->replaced) {
+        dop853.interpolate(g->other, size, theta, y);
+        return;
+    }
+    follow(g, theta, y);
+    for (int i = 0; i < size; i++)
+        y[i] += theta * g->miss[i];
+}
+
+const struct method gauss = {"gauss", ORDER, 0, gauss_scratch, gauss_restart, gauss_step, gauss_estimates, gauss_measure,
+                             gauss_prepare, gauss_interpolate};

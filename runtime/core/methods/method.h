@@ -1,0 +1,46 @@
+/* The protocol behind which every integration method stands. One file per method; `all_methods.h` lists them. */
+#ifndef CCGEN_METHOD_H
+#define CCGEN_METHOD_H
+
+#include "methods/all_methods.h"
+#include "model/system.h"
+
+struct tolerance {
+    double rtol, atol;
+};
+
+struct method {
+    const char *name;
+    int order;       /* of the solution that is carried on */
+    int derivatives; /* whether every step, and not only the first after a restart, needs dy at its start */
+    /* numbers of scratch that a method needs, zeros at first; the same scratch goes to all its calls */
+    size_t (*scratch)(const struct system *s);
+    /* the next step does not go on where the last one ended; NULL where that makes no difference */
+    void (*restart)(double *scratch, int size);
+    /* one step of length h from (t, y) with dy = derivative there: y1, and estimates of its error left in the scratch. A
+     * method that iterates does so to a small part of the tolerance, or, where it is zero, until rounding ends it. */
+    enum outcome (*step)(struct system *s, double *scratch, double t, double h, struct tolerance tolerance, const double *y,
+                         const double *dy, double *y1);
+    /* the step's estimates, `count` arrays one after another; who knows better may change them before they are measured */
+    double *(*estimates)(double *scratch, int size, int *count);
+    /* what the estimates amount to; accepted up to 1 */
+    double (*measure)(const double *scratch, int size, struct tolerance tolerance, const double *y, const double *y1);
+    /* prepare interpolation over the step just taken, whose end has become (y1, dy1) */
+    enum outcome (*prepare)(struct system *s, double *scratch, double t, double h, const double *y, const double *dy,
+                            const double *y1, const double *dy1);
+    /* the state at t + theta h, 0 <= theta <= 1, into y */
+    void (*interpolate)(const double *scratch, int size, double theta, double *y);
+};
+
+/* the method called `name`, or NULL */
+const struct method *find_method(const char *name);
+
+/* the methods themselves, for those that hand steps over to another */
+#define DECLARED(method) extern const struct method method;
+ALL_METHODS(DECLARED)
+#undef DECLARED
+
+/* all methods, NULL at the end */
+extern const struct method *const all_methods[];
+
+#endif

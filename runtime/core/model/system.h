@@ -1,0 +1,56 @@
+/* A model with one set of parameters, as the core computes with it: the system that is integrated, its counters, and scratch. */
+#ifndef CCGEN_SYSTEM_H
+#define CCGEN_SYSTEM_H
+
+#include "base/interruption.h"
+#include "base/outcome.h"
+#include "base/real.h"
+
+#include "../../model.h"
+
+/* What restitution is a ratio of: speeds (Newton), impulses after and before the greatest compression (Poisson), or, squared,
+ * the work that they do (Stronge) */
+enum law { LAW_NEWTON, LAW_POISSON, LAW_STRONGE };
+
+/* A model with one set of parameters. y = [q; u] has 2 n entries, and one more, the work done by the effects that have no
+ * potential and by friction in contacts, if the model has any. */
+struct system {
+    const struct ccgen_model *model;
+    const double *k;           /* constants of the model */
+    const double *restitution; /* per contact */
+    const double *friction;    /* per contact, or NULL where all are smooth */
+    int law;                   /* of impact: enum law */
+    int n;                     /* nq = nu */
+    int size;                  /* entries of y */
+    double *inputs;            /* of the model, constant unless there is a supply */
+    /* gives the inputs at a state, if set; a nonzero answer stops the run */
+    int (*supply)(void *context, double t, const double *q, const double *u, double *inputs);
+    void *context;             /* of the supply */
+    struct interruption *interruption; /* of the run, or NULL */
+    double *multipliers;       /* [rows + 2 contacts] scratch: of the last acceleration, or impulses */
+    double *rows;              /* [rows + 2 contacts] scratch */
+    double *bias;              /* [rows + 2 contacts] scratch of the robust path */
+    double *jump;              /* [n] scratch */
+    double *u_dot;             /* [3 n] scratch of system_power and system_derivative */
+    double *zero;              /* [n] zeros: no generalized impulse */
+    double *shut;              /* [2 n] scratch: a state put onto the closure */
+    double missed;             /* by how much the last state put onto the closure missed it (m), */
+    double missed_rate;        /* and its velocities (m/s) */
+    double moved_rate;         /* and by how much that changed them (rad/s, and times length) */
+    int guided;                /* whether derivatives are those of the state put onto the closure */
+    double baumgarte;          /* rate (1/s) at which drift is damped by accelerations; 0: not that way */
+    struct holding *holding;   /* contacts that stay closed, or NULL: constraints/active_set.h */
+    double length;             /* a length of the mechanism (m), the scale of closure */
+    const double *extent;      /* per contact: the scale of its gap, `length` or, of an angle, 1 (rad) */
+    int refine;                /* whether the elimination loses digits that are to be recovered: constraints/refinement.h */
+    double usual;              /* size of accelerations that are usual for it: less counts as that much in `inexact` */
+    double inexact;            /* largest relative correction that did not become small, 0 if all did */
+    long evaluations;
+    long dependent; /* solutions that took the robust path */
+};
+
+/* The largest entry of a motion x[n]: velocities in rad/s, or lengths of the mechanism per second, or accelerations likewise;
+ * infinite where one is not a number. */
+double fastest(const struct system *s, const double *x);
+
+#endif

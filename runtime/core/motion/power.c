@@ -1,0 +1,65 @@
+/* Power of effects that have no potential, of driven joints and of friction in contacts. */
+#include "motion/power.h"
+
+#include "model/inputs.h"
+#include "motion/acceleration.h"
+
+/* Power (W) of the friction of held contacts that slide */
+static double friction_power(struct system *s, const double *q, const double *u)
+{
+    struct holding *h = s->holding;
+    double power = 0.0;
+    if (holds(s))
+        s->model->slips(s->k, q, u, h->slips);
+    for (int i = 0; i < holds(s); i++)
+        if (against(h->slide[i]))
+            power -= against(h->slide[i]) * s->friction[h->set[i]] * h->force[i] * h->slips[h->set[i]];
+    return power;
+}
+
+/* Power (W) of the effects that have no potential while contacts are held and joints are driven, with the accelerations
+ * u_dot of the state. The kernel knows what drives take where no contact pushes; what contacts change, all of it by work of
+ * the drives and of friction, changes the accelerations: u . M (u_dot - u_dot without contacts). */
+static enum outcome driven_power(struct system *s, double t, const double *q, const double *u, const double *u_dot,
+                                 double *power)
+{
+    const struct ccgen_model *m = s->model;
+    struct holding *h = s->holding;
+    double *apart = s->u_dot + s->n, *pushed = apart + s->n;
+    const int count = h->count, rows = h->rows;
+    h->count = h->rows = 0;
+    const enum outcome outcome = accelerate(s, t, q, u, 1, apart, s->multipliers);
+    h->count = count;
+    h->rows = rows;
+    if (outcome)
+        return outcome;
+    m->power(s->k, q, u, t, s->inputs, apart, s->multipliers, power);
+    for (int i = 0; i < s->n; i++)
+        apart[i] = u_dot[i] - apart[i];
+    m->momentum(s->k, q, apart, pushed);
+    for (int i = 0; i < s->n; i++)
+        *power += u[i] * pushed[i];
+    return OUTCOME_DONE;
+}
+
+enum outcome power_with(struct system *s, double t, const double *q, const double *u, const double *u_dot,
+                               const double *lambda, double *power)
+{
+    const struct ccgen_model *m = s->model;
+    *power = 0.0;
+    if (m->drives && holds(s))
+        return driven_power(s, t, q, u, u_dot, power);
+    if (m->power)
+        m->power(s->k, q, u, t, s->inputs, u_dot, lambda, power);
+    if (s->friction)
+        *power += friction_power(s, q, u);
+    return OUTCOME_DONE;
+}
+
+enum outcome system_power(struct system *s, double t, const double *q, const double *u, double *power)
+{
+    enum outcome outcome = supply_inputs(s, t, q, u);
+    if (!outcome && (s->model->drives || (s->friction && holds(s))))
+        outcome = accelerate(s, t, q, u, 1, s->u_dot, s->multipliers);
+    return outcome ? outcome : power_with(s, t, q, u, s->u_dot, s->multipliers, power);
+}

@@ -1,0 +1,116 @@
+/* Growing records of a run. */
+#include "record/record.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* make room for `count` items of `size` bytes where the pointer in `slot` points; 0, or 1 when memory runs out */
+static int grow(void *slot, size_t count, size_t size)
+{
+    void *items;
+    memcpy(&items, slot, sizeof items);
+    items = realloc(items, count * size);
+    if (!items)
+        return 1;
+    memcpy(slot, &items, sizeof items);
+    return 0;
+}
+
+int append_row(struct record *r, double t, const double *y, size_t width)
+{
+    if (r->count == r->room) {
+        const size_t room = r->room ? 2 * r->room : 256;
+        if (grow(&r->t, room, sizeof *r->t) || grow(&r->y, room * width, sizeof *r->y))
+            return 1;
+        r->room = room;
+    }
+    r->t[r->count] = t;
+    memcpy(r->y + r->count * width, y, width * sizeof *y);
+    r->count++;
+    return 0;
+}
+
+int append_impact(struct impacts *r, double t, const double *u_minus, const double *u_plus, size_t n, int count,
+                  const int *contact, const double *impulse, double energy_loss, size_t after)
+{
+    if (r->count == r->room) {
+        const size_t room = r->room ? 2 * r->room : 64;
+        if (grow(&r->t, room, sizeof *r->t) || grow(&r->energy_loss, room, sizeof *r->energy_loss) ||
+            grow(&r->first, room + 1, sizeof *r->first) || grow(&r->after, room, sizeof *r->after) ||
+            grow(&r->u_minus, room * n, sizeof *r->u_minus) ||
+            grow(&r->u_plus, room * n, sizeof *r->u_plus))
+            return 1;
+        r->room = room;
+    }
+    if (r->contact_count + count > r->contact_room) {
+        const size_t room = 2 * (r->contact_count + count) + 64;
+        if (grow(&r->contact, room, sizeof *r->contact) || grow(&r->impulse, room, sizeof *r->impulse) ||
+            grow(&r->friction, room, sizeof *r->friction))
+            return 1;
+        r->contact_room = room;
+    }
+    r->t[r->count] = t;
+    r->energy_loss[r->count] = energy_loss;
+    r->after[r->count] = after;
+    memcpy(r->u_minus + r->count * n, u_minus, n * sizeof *u_minus);
+    memcpy(r->u_plus + r->count * n, u_plus, n * sizeof *u_plus);
+    r->first[r->count] = r->contact_count;
+    for (int i = 0; i < count; i++) {
+        r->contact[r->contact_count] = contact[i];
+        r->friction[r->contact_count] = impulse[count + i];
+        r->impulse[r->contact_count++] = impulse[i];
+    }
+    r->first[++r->count] = r->contact_count;
+    return 0;
+}
+
+/* How much the friction of contact c bears where it can be shared: 1 unless it sticks */
+static double weight_of(const struct holding *h, int c)
+{
+    for (int row = h->count; row < h->rows; row++)
+        if (h->set[h->of[row]] == c)
+            return h->weight[row];
+    return 1.0;
+}
+
+/* Whether contacts are held as the last record says, or apart where there is none yet */
+static int held_as_before(const struct holds *r, int contacts, const signed char *how, const struct holding *h)
+{
+    size_t next = r->count ? r->first[r->count - 1] : r->contact_count;
+    for (int c = 0; c < contacts; c++) {
+        const int listed = next < r->contact_count && r->contact[next] == c;
+        if (how[c] != (listed ? r->how[next] : 0) || (listed && r->weight[next] != weight_of(h, c)))
+            return 0;
+        next += listed;
+    }
+    return 1;
+}
+
+int append_hold(struct holds *r, double t, int contacts, const signed char *how, const struct holding *h)
+{
+    if (held_as_before(r, contacts, how, h))
+        return 0;
+    if (r->count == r->room) {
+        const size_t room = r->room ? 2 * r->room : 64;
+        if (grow(&r->t, room, sizeof *r->t) || grow(&r->first, room + 1, sizeof *r->first))
+            return 1;
+        r->room = room;
+    }
+    if (r->contact_count + contacts > r->contact_room) {
+        const size_t room = 2 * (r->contact_count + contacts) + 64;
+        if (grow(&r->contact, room, sizeof *r->contact) || grow(&r->how, room, sizeof *r->how) ||
+            grow(&r->weight, room, sizeof *r->weight))
+            return 1;
+        r->contact_room = room;
+    }
+    r->t[r->count] = t;
+    r->first[r->count] = r->contact_count;
+    for (int c = 0; c < contacts; c++)
+        if (how[c]) {
+            r->contact[r->contact_count] = c;
+            r->weight[r->contact_count] = weight_of(h, c);
+            r->how[r->contact_count++] = how[c];
+        }
+    r->first[++r->count] = r->contact_count;
+    return 0;
+}

@@ -1,0 +1,28 @@
+/* What a run has found, given back. */
+#include "record/run.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+void free_run(struct run *run)
+{
+    free(run->holds.t);
+    free(run->holds.first);
+    free(run->holds.contact);
+    free(run->holds.how);
+    free(run->holds.weight);
+    memset(&run->holds, 0, sizeof run->holds);
+    free(run->record.t);
+    free(run->record.y);
+    free(run->impacts.t);
+    free(run->impacts.u_minus);
+    free(run->impacts.u_plus);
+    free(run->impacts.energy_loss);
+    free(run->impacts.first);
+    free(run->impacts.after);
+    free(run->impacts.contact);
+    free(run->impacts.impulse);
+    free(run->impacts.friction);
+    memset(&run->record, 0, sizeof run->record);
+    memset(&run->impacts, 0, sizeof run->impacts);
+}

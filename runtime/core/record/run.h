@@ -1,0 +1,40 @@
+/* What a run is asked for and what it has found. */
+#ifndef CCGEN_RUN_H
+#define CCGEN_RUN_H
+
+#include "base/interruption.h"
+#include "methods/method.h"
+#include "record/record.h"
+
+/* How a run keeps the loops shut in flight. Projection is the way; the others are there for comparison. While contacts are
+ * held, loops and contacts are projected in any case. */
+enum drift { DRIFT_PROJECTED = 0, DRIFT_LEFT, DRIFT_DAMPED };
+
+struct run {
+    /* asked for */
+    double start, until;
+    struct tolerance tolerance;
+    const double *stops; /* [stop_count] times that grow, at which steps end: the right side has kinks there */
+    size_t stop_count;
+    double fixed_step; /* 0: steps chosen by the error estimate */
+    long step_budget;   /* of the run */
+    long second_budget; /* steps and events of one simulated second */
+    const struct method *method;
+    enum drift drift;
+    struct interruption interruption; /* its `tick` and `context` */
+    /* found */
+    struct record record;
+    struct impacts impacts;
+    struct holds holds;
+    enum outcome outcome;
+    double t;            /* where it ended */
+    int contact;         /* contact at fault, or -1 */
+    long steps, rejected;
+    double second;       /* when the present second began */
+    long spent_before;   /* steps and events before that */
+    long events;
+};
+
+void free_run(struct run *run);
+
+#endif

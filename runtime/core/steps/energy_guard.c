@@ -1,0 +1,80 @@
+/* Steps that do not keep the energy are refused.
+ *
+ * Error estimates compare states, and projection puts states back onto the closure. Near a singular configuration both are blind
+ * to one direction (docs/theory, section 8): a step may come out with wrong velocities along it, and nothing of that shows but
+ * in the energy. Loops that fall on grounds come as near to such configurations as it pleases them, so there each step's
+ * energy is an error like others. What a refused step would have covered may not miss more in pieces than it may in one, or short
+ * steps would let through bit by bit what they are there to stop.
+ */
+#include "steps/energy_guard.h"
+
+#include <float.h>
+#include <math.h>
+
+#include "constraints/nullspace.h"
+
+static const double KEPT = 1.0;       /* times the tolerance: what a step may miss of the energy that moves */
+static const double ROUNDING = 256.0; /* times DBL_EPSILON and the energy: sums of its parts */
+static const double FAR = 0.1;        /* of the energy that moves: a step of fixed length that misses as much is wrong */
+static const double TANGENT = 16.0;   /* times DBL_EPSILON / sigma^2: what the direction of the motion is known to */
+static const double OFTEN = 0.1;      /* of what a step may miss: less than that is not looked into */
+
+/* Share that is not known of the work of friction, and of whatever else takes energy: at the distance sigma from dependence,
+ * where contacts are pressed as hard as 1 / sigma, velocities are known to rounding / sigma^2 only. It is lost whatever it is. */
+static double unknown_work(const struct flight *f)
+{
+    const double sigma = fmin(nearest_row(f->s, f->y), nearest_row(f->s, f->y1));
+    return fmin(0.5, TANGENT * DBL_EPSILON / (sigma * sigma));
+}
+
+/* Energies at both ends of the step: what it gains (J) beyond the work that is done, and what has been in motion */
+static double gained(struct flight *f, double *done, double *moves)
+{
+    const struct system *s = f->s;
+    const int work = 2 * s->n;
+    if (!f->energy_known)
+        s->model->energy(s->k, f->y, f->y + s->n, f->energy);
+    f->energy_known = 1;
+    s->model->energy(s->k, f->y1, f->y1 + s->n, f->energy_end);
+    f->energy_h = f->h;
+    const double *e0 = f->energy, *e1 = f->energy_end;
+    *done = s->size > work ? f->y1[work] - f->y[work] : 0.0;
+    *moves = fmax(f->energy_moved, e0[0] + fabs(e1[1] - e0[1]) + fabs(*done));
+    return (e1[0] - e0[0]) + (e1[1] - e0[1]) - *done;
+}
+
+double energy_missed(struct flight *f)
+{
+    const struct system *s = f->s;
+    double done, moves;
+    if (!s->model->rows || !s->model->contacts || f->run->fixed_step > 0.0)
+        return 0.0;
+    const double gain = gained(f, &done, &moves), *e0 = f->energy;
+    const double rounding = ROUNDING * DBL_EPSILON * (e0[0] + fabs(e0[1]) + moves);
+    const double part = f->t < f->stretch_end ? fmin(1.0, f->h / f->stretch) : 1.0;
+    const double may = KEPT * part * f->run->tolerance.rtol * moves + rounding;
+    double missed = fabs(gain) / may;
+    if (missed > OFTEN && done < 0.0 && holds(s) && s->friction)
+        missed = fmax(0.0, missed + unknown_work(f) * done / may);
+    if (missed > 1.0 && !(f->t < f->stretch_end)) {
+        f->stretch = f->h;
+        f->stretch_end = f->t + f->h;
+    }
+    return missed;
+}
+
+int energy_lost(struct flight *f)
+{
+    double done, moves;
+    if (!f->s->model->rows || !f->s->model->contacts)
+        return 0;
+    return fabs(gained(f, &done, &moves)) > FAR * moves;
+}
+
+void energy_taken(struct flight *f)
+{
+    f->energy_moved = fmax(f->energy_moved, f->energy[0] + fabs(f->energy_end[1] - f->energy[1]));
+    f->energy_known = f->energy_known && f->energy_h == f->h;
+    f->energy[0] = f->energy_end[0];
+    f->energy[1] = f->energy_end[1];
+}

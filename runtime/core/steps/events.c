@@ -1,0 +1,363 @@
+/* One-sided event search on the dense output of a step.
+ *
+ * The step is looked at through SAMPLES pieces, or more where links turn far in it, as in a steady rotation. Within a piece
+ * the gap of a contact and its rate at both ends tell what can happen: it crosses zero, or falls and rises again with its
+ * least value inside, or is closed at first, opens, and closes. Extrema are roots of the rate, so a dip is found however
+ * short it is against the piece.
+ */
+#include "steps/events.h"
+
+#include <float.h>
+#include <limits.h>
+#include <math.h>
+#include <string.h>
+
+#include "motion/mode_changes.h"
+
+static const double TURN = 0.25;  /* rad by which links turn against each other in a piece */
+static const double ROUNDING = 64.0 * DBL_EPSILON; /* times the largest force: what forces are known to */
+static const double CREEPS = 1e-10;  /* times length per second: what sliding is known to */
+static const double NEAR = 10.0;     /* times what samples do not foretell of a value: nearer to zero it is looked at more closely */
+static const double UNEVEN = 0.1;    /* of a value: what samples do not foretell may be rounding where loops are all but flat */
+static const double SHALLOW = 0.1;   /* of the samples: a parabola that is least above that has not come near zero */
+static const double WIDER = 6.0;     /* how much longer than the last a first window may be: as much as steps grow */
+static const double LEAST = 1.0 / 256.0; /* of the first window of a step: a value that is still not resolved has jumped */
+enum { SAMPLES = 8, ITERATIONS = 100, HALVINGS = 40, DIPS = 12 };
+
+/* 128 times what the samples 1, 3, 5 and 7 are if a polynomial of degree 4 goes through 0, 2, 4, 6 and 8 */
+static const double BETWEEN[4][5] = {
+    {35, 140, -70, 28, -5}, {-5, 60, 90, -20, 3}, {3, -20, 90, 60, -5}, {-5, 28, -70, 140, 35}};
+
+struct search {
+    struct system *s;
+    const struct method *method;
+    const double *steps;
+    double t, h;
+    double *y, *dy, *value;
+    double slow; /* times extent: a closed contact is not falling before its rate is beyond this */
+    long pieces;
+};
+
+/* all gaps (or their rates) at theta */
+static void look(struct search *search, double theta, double *gaps, double *rates)
+{
+    const struct ccgen_model *m = search->s->model;
+    search->method->interpolate(search->steps, search->s->size, theta, search->y);
+    if (gaps)
+        m->gaps(search->s->k, search->y, gaps);
+    if (rates)
+        m->gap_rates(search->s->k, search->y, search->y + search->s->n, rates);
+}
+
+static double gap(struct search *search, int contact, double theta)
+{
+    look(search, theta, search->value, NULL);
+    return search->value[contact];
+}
+
+static double rate(struct search *search, int contact, double theta)
+{
+    look(search, theta, NULL, search->value);
+    return search->value[contact];
+}
+
+/* Pieces in which to look at the step: gaps come and go with every turn of a link, however long the step */
+static long pieces(struct search *search, double *velocities)
+{
+    const struct ccgen_model *m = search->s->model;
+    double low = 0.0, high = 0.0;
+    for (int end = 0; end < 2; end++) {
+        search->method->interpolate(search->steps, search->s->size, end, search->y);
+        m->velocities(search->s->k, search->y, search->y + search->s->n, velocities);
+        for (int i = 0; i < m->links; i++) {
+            low = fmin(low, velocities[3 * i + 2]);
+            high = fmax(high, velocities[3 * i + 2]);
+        }
+    }
+    const double wanted = (high - low) * search->h / TURN;
+    return wanted > SAMPLES && wanted < LONG_MAX / 2 ? (long)wanted + 1 : SAMPLES;
+}
+
+/* the watched values at theta; what cannot be computed counts as lost */
+static void watch_at(struct search *search, double theta, double *values)
+{
+    struct system *s = search->s;
+    search->method->interpolate(search->steps, s->size, theta, search->y);
+    if (watch(s, search->t + theta * search->h, search->y, search->dy, values))
+        for (int i = 0; i < watched(s); i++)
+            values[i] = -1.0;
+}
+
+static double one_watched(struct search *search, int index, double theta)
+{
+    watch_at(search, theta, search->value);
+    return search->value[index];
+}
+
+/* Root of f between a and b, where it has the signs of fa and fb: false position with the Illinois modification, and
+ * bisection whenever a step shrinks the bracket by less than half in three. The returned end is the one with fb's sign. */
+static double root(struct search *search, double (*f)(struct search *, int, double), int contact, double a, double fa,
+                   double b, double fb)
+{
+    double width = fabs(b - a);
+    for (int i = 0; i < ITERATIONS && fabs(b - a) > 1e-15; i++) {
+        double c = b - fb * (b - a) / (fb - fa);
+        if (i % 3 == 2) {
+            if (fabs(b - a) > 0.5 * width)
+                c = 0.5 * (a + b);
+            width = fabs(b - a);
+        }
+        if (!((c > a && c < b) || (c > b && c < a)))
+            c = 0.5 * (a + b);
+        if (c == a || c == b)
+            break;
+        const double fc = f(search, contact, c);
+        if ((fc < 0.0) == (fb < 0.0)) {
+            b = c;
+            fb = fc;
+            fa *= 0.5;
+        } else {
+            a = c;
+            fa = fc;
+            fb *= 0.5;
+        }
+    }
+    return b;
+}
+
+/* First event of one contact between theta a and b, or 2 when there is none. */
+static double piece(struct search *search, int contact, double a, double ga, double ra, double b, double gb, double rb)
+{
+    const double extent = search->s->extent[contact], slow = search->slow * extent;
+    if (ga <= 0.0 || (ga <= SHUT * extent && fabs(ra) <= slow)) {
+        if (ra < -slow)
+            return a;
+        if (gb > 0.0 || rb >= 0.0) /* it opens, or is closed throughout and falls at neither end */
+            return 2.0;
+        const double start = a;
+        for (int i = 0; i < HALVINGS && ra <= 0.0; i++) { /* at rest at first: does it open before it falls? */
+            a = start + ldexp(b - start, -i - 1);
+            ra = rate(search, contact, a);
+        }
+        if (ra <= 0.0)
+            return start;
+        const double top = root(search, rate, contact, a, ra, b, rb);
+        const double highest = gap(search, contact, top);
+        return highest > 0.0 ? root(search, gap, contact, top, highest, b, gb) : top;
+    }
+    if (gb <= 0.0 && ra > 0.0 && rb < 0.0) { /* it rises first: past the top there is one entry, and no rounding near a */
+        const double top = root(search, rate, contact, a, ra, b, rb);
+        const double highest = gap(search, contact, top);
+        return highest > 0.0 ? root(search, gap, contact, top, highest, b, gb < 0.0 ? gb : -1e-300) : top;
+    }
+    if (gb <= 0.0)
+        return root(search, gap, contact, a, ga, b, gb < 0.0 ? gb : -1e-300);
+    if (ra < 0.0 && rb > 0.0) {
+        const double bottom = root(search, rate, contact, a, ra, b, rb);
+        const double lowest = gap(search, contact, bottom);
+        if (lowest <= 0.0)
+            return root(search, gap, contact, a, ga, bottom, lowest < 0.0 ? lowest : -1e-300);
+    }
+    return 2.0;
+}
+
+/* First event of the gaps of contacts that are not held */
+static struct event first_closing(struct search *search)
+{
+    const struct system *s = search->s;
+    const int contacts = s->model->contacts;
+    struct event first = {-1, 2.0, CLOSES, 1.0};
+    double *gap_a = search->value + 2 * contacts, *rate_a = gap_a + contacts;
+    double *gap_b = rate_a + contacts, *rate_b = gap_b + contacts;
+    look(search, 0.0, gap_a, rate_a);
+    for (long i = 0; i < search->pieces && first.contact < 0 && !interrupted(search->s->interruption, contacts); i++) {
+        const double a = (double)i / search->pieces, b = (i + 1.0) / search->pieces;
+        look(search, b, gap_b, rate_b);
+        for (int c = 0; c < contacts; c++) {
+            if (s->holding && s->holding->closed[c])
+                continue;
+            const double theta = piece(search, c, a, gap_a[c], rate_a[c], b, gap_b[c], rate_b[c]);
+            if (theta < first.theta)
+                first = (struct event){c, theta, CLOSES, 1.0};
+        }
+        double *swap = gap_a;
+        gap_a = gap_b;
+        gap_b = swap;
+        swap = rate_a;
+        rate_a = rate_b;
+        rate_b = swap;
+    }
+    return first;
+}
+
+/* Event of a watched value that is lost at theta b. A value that is zero at a, as the sliding of what begins to slide, may
+ * become positive before it is lost. */
+static double watched_piece(struct search *search, int index, double a, double at_a, double b, double at_b)
+{
+    double from = a;
+    for (int i = 0; i < HALVINGS && at_a <= 0.0; i++) {
+        from = a + ldexp(b - a, -i - 1);
+        at_a = one_watched(search, index, from);
+    }
+    return at_a > 0.0 ? root(search, one_watched, index, from, at_a, b, at_b) : a;
+}
+
+/* What watched value `index` is known to */
+static double watched_noise(const struct search *search, int index)
+{
+    const struct system *s = search->s;
+    const struct holding *h = s->holding;
+    const struct loss loss = watcher(s, index);
+    double peak = 0.0;
+    if (loss.how == STOPS)
+        return CREEPS * s->length;
+    for (int i = 0; i < h->count; i++)
+        peak = fmax(peak, h->peak[h->set[i]]);
+    return ROUNDING * peak * (loss.how == PULLS ? 1.0 : 1.0 + s->friction[loss.contact]);
+}
+
+/* By how much the samples of a watched value in a window, every other one, miss the rest; `low`: the least of its samples, but
+ * of a first one that is zero; `size`: the largest */
+static double unforeseen(const double *samples, int count, double noise, double *low, double *size)
+{
+    double wrong = 0.0;
+    *low = INFINITY;
+    *size = 0.0;
+    for (int i = 0; i <= SAMPLES; i++) {
+        *low = i || fabs(samples[0]) > noise ? fmin(*low, samples[i * count]) : *low;
+        *size = fmax(*size, fabs(samples[i * count]));
+    }
+    for (int i = 1; i < SAMPLES; i += 2) {
+        double follows = 0.0;
+        for (int j = 0; j <= SAMPLES; j += 2)
+            follows += BETWEEN[i / 2][j / 2] / 128.0 * samples[j * count];
+        wrong = fmax(wrong, fabs(samples[i * count] - follows));
+    }
+    return wrong;
+}
+
+/* 0 where the samples of all watched values in a window show what is between them: what every other one misses of the rest is
+ * less than a part of the least, so that none comes to zero unseen. Else the largest miss, as a part of the value. */
+static double unresolved(const struct search *search, const double *samples, int count)
+{
+    double found = 0.0;
+    for (int w = 0; w < count; w++) {
+        double low, size;
+        if (watcher(search->s, w).how == STIRS) /* has kinks, and changes by rounding */
+            continue;
+        const double noise = watched_noise(search, w), wrong = unforeseen(samples + w, count, noise, &low, &size);
+        if (wrong > noise && low < NEAR * wrong)
+            found = fmax(found, wrong / size);
+    }
+    return found;
+}
+
+/* Whether the parabola through three samples at places 0, 1 and 2 has its least value between them; where, and which */
+static int dips(const double *v, double *place, double *least)
+{
+    const double slope = 0.5 * (v[2] - v[0]), bend = v[2] - 2.0 * v[1] + v[0];
+    *place = bend > 0.0 ? 1.0 - slope / bend : -1.0;
+    *least = v[1] - 0.5 * slope * slope / bend;
+    return *place > 0.0 && *place < 2.0;
+}
+
+/* Event of a watched value that is positive at three samples from theta a on, `width` apart, and less than zero between them, or
+ * 2 where there is none: its least value is looked for by parabolas. */
+static double dip(struct search *search, int index, double a, double width, const double *samples, double *behind)
+{
+    const double noise = watched_noise(search, index);
+    double v[3] = {samples[0], samples[1], samples[2]}, from = a, place, least;
+    for (int i = 0; i < DIPS && dips(v, &place, &least) && (i == 0 || least < -noise); i++) {
+        if (least > SHALLOW * fmin(v[0], fmin(v[1], v[2])))
+            return 2.0;
+        const double theta = from + place * width, value = one_watched(search, index, theta);
+        if (value < -noise) {
+            *behind = theta;
+            return root(search, one_watched, index, a, samples[0], theta, value);
+        }
+        width *= 0.25;
+        from = fmin(fmax(theta - width, a), 1.0 - 2.0 * width);
+        for (int j = 0; j < 3; j++)
+            v[j] = one_watched(search, index, from + j * width);
+    }
+    return 2.0;
+}
+
+/* First event of watched value `index` among the samples of a window from theta a on, `width` apart, or 2 */
+static double first_in_window(struct search *search, int index, int count, double a, double width, const double *samples,
+                              double *behind)
+{
+    double v[SAMPLES + 1];
+    for (int i = 0; i <= SAMPLES; i++)
+        v[i] = samples[i * count + index];
+    for (int i = 1; i <= SAMPLES; i++) {
+        const int first = i == 1 ? 0 : i - 2; /* of three samples, the piece that ends at i among them */
+        double place, least, theta = 2.0;
+        *behind = a + i * width;
+        if (v[i] < 0.0)
+            return watched_piece(search, index, a + (i - 1) * width, v[i - 1], *behind, v[i]);
+        const int before = v[first] > 0.0 && v[first + 1] > 0.0 && v[first + 2] > 0.0;
+        if (before && dips(v + first, &place, &least))
+            theta = dip(search, index, a + first * width, width, v + first, behind);
+        if (theta <= 1.0)
+            return theta;
+    }
+    return 2.0;
+}
+
+/* First event of the watched values of held contacts. They are looked at in windows that are halved until the samples in them
+ * show what is between: a body at rest takes long steps whatever its loads do meanwhile. */
+static struct event first_loss(struct search *search)
+{
+    struct event first = {-1, 2.0, CLOSES, 1.0};
+    struct holding *h = search->s->holding;
+    const int count = watched(search->s);
+    double *samples = search->value + 3 * search->s->model->contacts, behind;
+    const double widest = (double)SAMPLES / search->pieces;
+    const double least = LEAST * widest;
+    double window = h->window > 0.0 ? fmin(widest, fmax(least, WIDER * h->window / search->h)) : widest, before = INFINITY;
+    int rounding = 0;
+    watch_at(search, 0.0, samples);
+    for (double a = 0.0; a < 1.0 && first.contact < 0;) {
+        window = a + 1.01 * window >= 1.0 ? 1.0 - a : window;
+        const double width = window / SAMPLES;
+        for (int i = 1; i <= SAMPLES; i++)
+            watch_at(search, i == SAMPLES && a + window >= 1.0 ? 1.0 : a + i * width, samples + i * count);
+        const double wrong = rounding ? 0.0 : unresolved(search, samples, count);
+        rounding |= wrong < UNEVEN && wrong > 0.5 * before; /* it does not become less in a shorter window */
+        if (wrong > 0.0 && !rounding && window > least) {
+            before = wrong;
+            window *= 0.5;
+            continue;
+        }
+        before = INFINITY;
+        for (int w = 0; w < count; w++) {
+            const double theta = first_in_window(search, w, count, a, width, samples, &behind);
+            if (theta < first.theta)
+                first = (struct event){watcher(search->s, w).contact, theta, w, behind};
+        }
+        h->window = window * search->h;
+        a += window;
+        window = fmin(2.0 * window, widest);
+        memcpy(samples, samples + SAMPLES * count, count * sizeof *samples);
+    }
+    return first;
+}
+
+size_t search_scratch(const struct system *s)
+{
+    return 2 * (size_t)s->size + (3 + 3 * (SAMPLES + 1)) * (size_t)s->model->contacts + 3 * (size_t)s->model->links;
+}
+
+struct event find_event(struct system *s, const struct method *method, const double *steps, double t, double h, double slow,
+                        double *scratch)
+{
+    double *value = scratch + 2 * s->size;
+    struct search search = {s, method, steps, t, h, scratch, scratch + s->size, value, slow, SAMPLES};
+    search.pieces = pieces(&search, value + (3 + 3 * (SAMPLES + 1)) * s->model->contacts);
+    const struct event closing = first_closing(&search);
+    if (!holds(s))
+        return closing;
+    const struct event loss = first_loss(&search);
+    return loss.theta < closing.theta ? loss : closing;
+}

@@ -1,0 +1,363 @@
+/* Gaps that rounding leaves unknown, near configurations where closure rows become dependent (docs/theory, section 8).
+ *
+ * Links that all but lie in a line shut their loop to second order only. Moved by dx (times length) across the row that all but
+ * depends on others, at the distance sigma from dependence, the closure opens by sigma dx + dx^2. What it misses by rounding,
+ * Gamma, is known; so dx is known to
+ *
+ *     dx = 2 Gamma / (sigma + sqrt(sigma^2 + 4 Gamma)),
+ *
+ * Gamma / sigma at a distance, sqrt(Gamma) where the rows depend: 5e-8 in doubles. Gaps as small as that, and impacts and forces that
+ * follow from them, are rounding; their events would go on for ever.
+ */
+#include "steps/flat_loop.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "constraints/impulse.h"
+#include "constraints/nullspace.h"
+#include "motion/derivative.h"
+#include "motion/projection.h"
+
+static const double MARGIN = 4.0;                 /* a gap is the sum of several such dx */
+static const double ROUNDING = 2.0 * DBL_EPSILON; /* times length and links: what sums of their places are known to */
+static const double WIDER = 4.0;                  /* times what is unknown: what is closed where steps get no further */
+static const double TURNS = 4.0;                  /* times dx and links: sigma where links turned by dx make rows depend */
+static const double ADDED = 1e-13;                /* times the energy: more than that would not be rounding */
+static const double ASTRAY = 1e-4;                /* of the energy in motion: more than that would be an impact */
+static const double STRAIGHT = CCGEN_LIMIT(1e-12, 1e-5); /* times speed^2: what is left of the closure's second derivative */
+static const double ASIDE = CCGEN_LIMIT(1e-4, 1e-2);     /* rad: a difference quotient's step */
+enum { PASSES = 20 };
+
+/* What is unknown, times length, at the distance sigma of a closure that misses by `miss` times length (eq. 8.3) */
+static double unknown(double sigma, double miss)
+{
+    return MARGIN * 2.0 * miss / (sigma + sqrt(sigma * sigma + 4.0 * miss));
+}
+
+/* What the closure misses, or may miss by rounding, times length */
+static double missed(struct flight *f)
+{
+    struct system *s = f->s;
+    double found = ROUNDING * s->model->links;
+    s->model->closure(s->k, f->y, s->rows);
+    for (int i = 0; i < s->model->rows; i++)
+        found = fmax(found, fabs(s->rows[i]) / s->length);
+    return found;
+}
+
+/* The contacts with gaps below `unresolved` into f->set: their number, or 0 where they are closed to rounding already. */
+static int unresolved_ones(struct flight *f, double unresolved)
+{
+    const struct system *s = f->s;
+    int count = 0, open = 0;
+    s->model->gaps(s->k, f->y, f->gaps);
+    for (int c = 0; c < s->model->contacts; c++)
+        if (f->gaps[c] <= unresolved * s->extent[c]) {
+            open |= fabs(f->gaps[c]) > ROUNDING * s->model->links * s->extent[c];
+            f->set[count++] = c;
+        }
+    return open ? count : 0;
+}
+
+static double energy(const struct flight *f, const double *y)
+{
+    double parts[2];
+    f->s->model->energy(f->s->k, y, y + f->s->n, parts);
+    return parts[0] + parts[1];
+}
+
+/* Whether y1 has the energy of y but for a small part of what is in motion: velocities that do not lead to a place where rows are
+ * lost are not to be lost without an impact. */
+static int leads_there(const struct flight *f)
+{
+    double parts[2];
+    f->s->model->energy(f->s->k, f->y, f->y + f->s->n, parts);
+    return energy(f, f->y1) >= parts[0] + parts[1] - ASTRAY * fmax(f->energy_moved, parts[0]);
+}
+
+/* Put y1, a copy of the state, where the contacts f->set are closed; whether there is such a place, with rows of the closure
+ * lost, nothing behind its surface, and no energy added but by lifting what is behind its surface. */
+static int closes(struct flight *f, int count, double miss, int rank)
+{
+    struct system *s = f->s;
+    double nearest;
+    memcpy(f->y1, f->y, (size_t)s->size * sizeof *f->y);
+    if (project_position(s, f->y1) || independent_rows(s, f->y1, &nearest) >= rank)
+        return 0;
+    s->model->closure(s->k, f->y1, s->rows);
+    for (int i = 0; i < s->model->rows; i++)
+        if (!(fabs(s->rows[i]) <= miss * s->length))
+            return 0;
+    int behind = 0;
+    for (int i = 0; i < count; i++)
+        behind |= f->gaps[f->set[i]] < -ROUNDING * s->model->links * s->extent[f->set[i]];
+    s->model->gaps(s->k, f->y1, f->gaps);
+    for (int c = 0; c < s->model->contacts; c++)
+        if (!(f->gaps[c] >= -SHUT * s->extent[c]))
+            return 0;
+    for (int i = 0; i < count; i++)
+        if (f->gaps[f->set[i]] > SHUT * s->extent[f->set[i]])
+            return 0;
+    const double before = energy(f, f->y);
+    return behind || energy(f, f->y1) <= before + ADDED * fabs(before);
+}
+
+/* The largest acceleration of a gap at y1 without forces between contacts; negative where there is none */
+static double falling(struct flight *f)
+{
+    struct system *s = f->s;
+    double found = 0.0, *free = s->holding->rates, *bias = s->holding->slips;
+    if (system_derivative(s, f->t, f->y1, f->dy1))
+        return -1.0;
+    s->model->gap_rates(s->k, f->y1, f->dy1 + s->n, free);
+    s->model->gap_bias(s->k, f->y1, f->y1 + s->n, bias);
+    for (int c = 0; c < s->model->contacts; c++)
+        found = fmax(found, fabs(free[c]) + fabs(bias[c]));
+    return found;
+}
+
+/* What velocities u open the closure by to second order, along the combination lambda of rows that is lost (eq. 8.4: with a hat) */
+static double bend(struct system *s, const double *q, const double *u, const double *lambda)
+{
+    double found = 0.0;
+    s->model->closure_bias(s->k, q, u, s->rows);
+    for (int j = 0; j < s->model->rows; j++)
+        found += lambda[j] * s->rows[j];
+    return found;
+}
+
+/* work[2 n]: the gradient of bend(u), and M^-1 times it with loops shut and held contacts at rest. Their product, or 0. */
+static double steepest(struct system *s, const double *q, const double *lambda, double speed, double *u, double *work)
+{
+    const int n = s->n, rows = held_rows(s, 1);
+    double *gradient = work, *du = work + n, product = 0.0;
+    for (int i = 0; i < n; i++) {
+        const double here = u[i], step = speed * (i < s->model->base ? s->length : 1.0);
+        u[i] = here + step;
+        const double more = bend(s, q, u, lambda);
+        u[i] = here - step;
+        gradient[i] = (more - bend(s, q, u, lambda)) / (2.0 * step);
+        u[i] = here;
+    }
+    memset(s->bias, 0, (s->model->rows + rows) * sizeof *s->bias);
+    if (!(speed > 0.0) || solve_dependent(s, q, rows, s->bias, NULL, NEAREST, momentum_residual, gradient, du, s->multipliers))
+        return 0.0;
+    for (int i = 0; i < n; i++)
+        product += gradient[i] * du[i];
+    return fmax(product, 0.0);
+}
+
+/* Go on from y1, where the closure lets the loop be, or go. The energy that this takes is lost as in an impact of the loop with
+ * itself, in which the contacts f->set do not push; not where it is less than steps may miss. */
+static enum outcome go_on(struct flight *f, int count)
+{
+    struct run *run = f->run;
+    double parts[2];
+    f->s->model->energy(f->s->k, f->y, f->y + f->s->n, parts);
+    const double loss = parts[0] + parts[1] - energy(f, f->y1);
+    const double seen = fmax(run->tolerance.rtol * fmax(f->energy_moved, parts[0]), ADDED * fabs(parts[0] + parts[1]));
+    const size_t n = f->s->n;
+    if (keep(f))
+        return OUTCOME_NO_MEMORY;
+    if (count && loss > seen) {
+        memset(f->P, 0, 2 * count * sizeof *f->P);
+        if (append_impact(&run->impacts, f->t, f->y + n, f->y1 + n, n, count, f->set, f->P, loss, run->record.count))
+            return OUTCOME_NO_MEMORY;
+    }
+    memcpy(f->y, f->y1, (size_t)f->s->size * sizeof *f->y);
+    return keep(f) ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
+}
+
+/* Bring the velocities of y1 to the nearest ones that the closure allows to second order: where rows are lost, those along which
+ * the loop can go on. Whether there are such. */
+static int straighten(struct flight *f)
+{
+    struct system *s = f->s;
+    const int rows = s->model->rows + s->model->drives;
+    double *u = f->y1 + s->n, *lambda = malloc((rows + 2 * s->n) * sizeof *lambda), *work = lambda ? lambda + rows : NULL;
+    int done = lambda != NULL;
+    for (int number = 0; done && lost_row(s, f->y1, number, lambda); number++) {
+        const double speed = fastest(s, u);
+        double bent = bend(s, f->y1, u, lambda);
+        for (int pass = 0; pass < PASSES && fabs(bent) > STRAIGHT * speed * speed; pass++) {
+            const double product = steepest(s, f->y1, lambda, speed, u, work);
+            for (int i = 0; i < s->n && product > 0.0; i++)
+                u[i] -= bent / product * work[s->n + i];
+            bent = bend(s, f->y1, u, lambda);
+        }
+        done = fabs(bent) <= STRAIGHT * speed * speed;
+    }
+    free(lambda);
+    return done;
+}
+
+/* The accelerations f->dy, brought to what they are in the limit along the velocities: bend(u) stays 0 along the motion
+ * (eq. 8.5). */
+static enum outcome limit(struct flight *f)
+{
+    struct system *s = f->s;
+    const int rows = s->model->rows + s->model->drives, n = s->n;
+    double *u = f->y + n, *u_dot = f->dy + n, *lambda = malloc((rows + 3 * n) * sizeof *lambda);
+    if (!lambda)
+        return OUTCOME_NO_MEMORY;
+    double *work = lambda + rows, *q = work + 2 * n;
+    const double speed = fastest(s, u), time = ASIDE / speed;
+    for (int number = 0; lost_row(s, f->y, number, lambda); number++) {
+        const double product = steepest(s, f->y, lambda, speed, u, work);
+        double wrong = 0.0;
+        for (int side = -1; side <= 1; side += 2) {
+            for (int i = 0; i < n; i++)
+                q[i] = f->y[i] + side * time * u[i];
+            wrong += side * bend(s, q, u, lambda) / (2.0 * time);
+        }
+        for (int i = 0; i < n; i++)
+            wrong += work[i] * u_dot[i];
+        for (int i = 0; i < n && product > 0.0; i++)
+            u_dot[i] -= wrong / product * work[n + i];
+    }
+    free(lambda);
+    return OUTCOME_DONE;
+}
+
+enum outcome depart(struct flight *f)
+{
+    struct system *s = f->s;
+    const size_t n = s->n;
+    int leaves = 0;
+    s->model->gap_rates(s->k, f->y, f->y + n, f->rates);
+    for (int c = 0; c < s->model->contacts; c++)
+        leaves |= f->rates[c] > slow(f, c);
+    if (!leaves || f->t != f->flat)
+        return derive(f);
+    memcpy(f->y1, f->y, (size_t)s->size * sizeof *f->y);
+    enum outcome outcome = OUTCOME_DONE;
+    if (straighten(f) && energy(f, f->y1) <= energy(f, f->y)) { /* once more: contacts have come to rest */
+        int count = 0;
+        s->model->gaps(s->k, f->y, f->gaps);
+        for (int c = 0; c < s->model->contacts; c++)
+            if (f->gaps[c] <= SHUT * s->extent[c])
+                f->set[count++] = c;
+        outcome = go_on(f, count);
+    }
+    outcome = outcome ? outcome : derive(f);
+    return outcome ? outcome : limit(f);
+}
+
+/* Hold those of the contacts f->set that are at rest. */
+static void hold_resting(struct flight *f, int count)
+{
+    struct holding *h = f->s->holding;
+    int held = 0;
+    f->s->model->gap_rates(f->s->k, f->y1, f->y1 + f->s->n, f->rates);
+    for (int i = 0; i < count; i++)
+        if (fabs(f->rates[f->set[i]]) <= slow(f, f->set[i])) {
+            h->slide[held] = SMOOTH;
+            h->set[held++] = f->set[i];
+        }
+    hold_contacts(h, held, h->set, h->slide);
+}
+
+/* How many of the contacts f->set move too fast to stay within what is unknown, falling or not */
+static int fast(struct flight *f, int count, double unresolved, double fall, int *down)
+{
+    const struct system *s = f->s;
+    int found = 0;
+    *down = 0;
+    s->model->gap_rates(s->k, f->y1, f->y1 + s->n, f->rates);
+    for (int i = 0; i < count; i++) {
+        const double rate = f->rates[f->set[i]];
+        const int quick = rate * rate > 2.0 * fall * unresolved * s->extent[f->set[i]];
+        found += quick;
+        *down += quick && rate < 0.0;
+    }
+    return found;
+}
+
+/* Give y1 velocities with which it may be gone on from: whether there are such. The contacts f->set move as contacts at the end
+ * of their bounces do, too slowly to leave what is unknown; or all others fall into their grounds, along velocities that lead
+ * there. Where that would take more than an impact may that no contact has, some fall as they are, and what does not lead
+ * there is lost in the impact that follows. */
+static int arrives(struct flight *f, int count, double unresolved)
+{
+    struct system *s = f->s;
+    int down;
+    hold_contacts(s->holding, 0, NULL, NULL);
+    if (project_velocity(s, f->y1, f->y1 + s->n))
+        return 0;
+    const double fall = falling(f);
+    if (!fast(f, count, unresolved, fall, &down))
+        return leads_there(f);
+    hold_resting(f, count);
+    const int straight = straighten(f);
+    hold_contacts(s->holding, 0, NULL, NULL);
+    if (straight && fast(f, count, unresolved, fall, &down) == down && leads_there(f))
+        return 1;
+    memcpy(f->y1 + s->n, f->y + s->n, s->n * sizeof *f->y);
+    if (project_velocity(s, f->y1, f->y1 + s->n))
+        return 0;
+    return fast(f, count, unresolved, fall, &down) && down && leads_there(f);
+}
+
+/* Close the contacts with gaps below `unresolved` if that makes closure rows fewer than `rank`; whether it was done. */
+static int close_below(struct flight *f, double unresolved, double miss, int rank, enum outcome *outcome)
+{
+    struct system *s = f->s;
+    struct holding *h = s->holding;
+    const size_t all = s->model->contacts;
+    const int count = unresolved_ones(f, unresolved), held = h->count, rows = h->rows;
+    if (!count)
+        return 0;
+    int *set = malloc(all * sizeof *set), done = 0;
+    signed char *slide = calloc(2 * all, 1);
+    double *weight = malloc(2 * all * sizeof *weight);
+    *outcome = OUTCOME_NO_MEMORY;
+    if (set && slide && weight) {
+        memcpy(set, h->set, held * sizeof *set);
+        memcpy(slide + all, h->slide, held);
+        memcpy(weight, h->weight, rows * sizeof *weight);
+        hold_contacts(h, count, f->set, slide);
+        done = closes(f, count, miss, rank) && arrives(f, count, unresolved);
+        hold_contacts(h, held, set, slide + all);
+        memcpy(h->weight, weight, rows * sizeof *weight);
+        *outcome = done ? go_on(f, count) : OUTCOME_DONE;
+    }
+    if (done) {
+        f->unresolved = unresolved;
+        f->flat = f->t;
+    }
+    free(set);
+    free(slide);
+    free(weight);
+    return done;
+}
+
+enum outcome close_unresolved(struct flight *f, int stuck, int *closed)
+{
+    struct system *s = f->s;
+    const int rows = s->model->rows + s->model->drives;
+    const double before = f->unresolved;
+    enum outcome outcome = OUTCOME_DONE;
+    double sigma;
+    *closed = 0;
+    f->unresolved = 0.0;
+    if (!s->model->rows)
+        return outcome;
+    const double miss = missed(f);
+    if (!unresolved_ones(f, unknown(0.0, miss))) {
+        if (before > 0.0 && independent_rows(s, f->y, &sigma) < rows) { /* where it was put, it still is */
+            f->unresolved = before;
+            f->flat = f->t;
+        }
+        return outcome;
+    }
+    const int rank = independent_rows(s, f->y, &sigma);
+    const double unresolved = unknown(sigma, miss);
+    for (int wider = 0; sigma <= TURNS * s->model->links * unresolved && wider <= stuck && !*closed && !outcome; wider++)
+        *closed = close_below(f, (wider ? WIDER : 1.0) * unresolved, miss, rank, &outcome);
+    if (!*closed && rank < rows && !outcome) /* a row that is left out already: how near, is not known either */
+        *closed = close_below(f, MARGIN * NEAREST, miss, rank + 1, &outcome);
+    return outcome;
+}

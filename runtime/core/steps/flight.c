@@ -1,0 +1,211 @@
+/* Flight: steps in turn, and the search for events. */
+#include "steps/flight.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "steps/energy_guard.h"
+#include "steps/flat_loop.h"
+#include "steps/landing.h"
+#include "steps/step_control.h"
+
+static const double EARLY = 0.05;           /* part of a step: events before it are looked for in a shorter step */
+static const double LONGEST_REBOUND = 10.0; /* times the flight before an impact: the first step tried after it */
+static const double CRAWL = CCGEN_LIMIT(1e-8, 1e-4); /* rad, and times length: what is unknown near a line of links */
+static const double ADRIFT = 1e-11;         /* times extent: the gap of a carried contact that is not closed any more */
+enum {
+    SHORTER = 60, /* shorter steps in search of an early event */
+    CRAWLS = 20,  /* steps in a row that move nothing, before what they might be stuck at is looked at */
+    TICK = 64     /* short steps between two questions whether to go on */
+};
+
+int make_flight(struct flight *f)
+{
+    const size_t n = f->s->size, c = f->s->model->contacts, scratch = f->run->method->scratch(f->s);
+    const int passes = f->s->model->rows && f->s->model->stages && f->run->method != &gauss && f->run->fixed_step == 0.0;
+    const size_t passing = passes ? gauss.scratch(f->s) : 0;
+    f->block = calloc(4 * n + scratch + passing + search_scratch(f->s) + 5 * c + 1, sizeof *f->block); /* a method finds zeros */
+    f->set = malloc((c + 1) * sizeof *f->set);
+    f->y = f->block;
+    if (make_holding(&f->holding, f->s->model) || !f->block || !f->set)
+        return 1;
+    f->s->holding = c ? &f->holding : NULL;
+    f->dy = f->y + n;
+    f->y1 = f->dy + n;
+    f->dy1 = f->y1 + n;
+    f->scratch = f->dy1 + n;
+    f->passing = passes ? f->scratch + scratch : NULL;
+    f->search = f->scratch + scratch + passing;
+    f->gaps = f->search + search_scratch(f->s);
+    f->rates = f->gaps + c;
+    f->e = f->rates + c;
+    f->P = f->e + c;
+    return 0;
+}
+
+void free_flight(struct flight *f)
+{
+    free(f->block);
+    free(f->set);
+    free_holding(&f->holding);
+    f->s->holding = NULL;
+}
+
+/* Prepare the dense output of the step just taken and look for its first event. An event early in a long step is looked for
+ * again in a shorter one, until it lies well inside: the dense output of a long step is too coarse for a short bounce. If a
+ * shorter step turns out to have no event, it stands as the step taken. */
+static enum outcome search_step(struct flight *f, struct event *event)
+{
+    for (int i = 0;; i++) {
+        enum outcome outcome = derive_end(f);
+        if (!outcome)
+            outcome = f->by->prepare(f->s, f->steps, f->t, f->h, f->y, f->dy, f->y1, f->dy1);
+        if (outcome)
+            return outcome;
+        *event = find_event(f->s, f->by, f->steps, f->t, f->h, REST_SPEED, f->search);
+        const double shorter = 2.0 * event->theta * f->h;
+        if (event->contact < 0 || event->theta > EARLY || f->t + shorter <= f->t || i == SHORTER)
+            return OUTCOME_DONE;
+        f->h = shorter;
+        if ((outcome = plain_step(f, f->h)))
+            return outcome;
+    }
+}
+
+/* Whether a contact that others carry is not closed any more: what carries it has changed. */
+static int lost(const struct flight *f)
+{
+    const struct ccgen_model *m = f->s->model;
+    if (!f->s->holding || !f->s->holding->carried)
+        return -1;
+    m->gaps(f->s->k, f->y, f->gaps);
+    for (int c = 0; c < m->contacts; c++)
+        if (f->s->holding->closed[c] == CARRIED && fabs(f->gaps[c]) > ADRIFT * f->s->extent[c])
+            return c;
+    return -1;
+}
+
+/* A contact that is not held and has come to lie behind its surface, or deeper, at the end of the step, or -1: an event has
+ * escaped */
+static int inside(const struct flight *f)
+{
+    const struct ccgen_model *m = f->s->model;
+    double *before = f->rates;
+    if (!m->contacts)
+        return -1;
+    m->gaps(f->s->k, f->y, before);
+    m->gaps(f->s->k, f->y1, f->gaps);
+    for (int c = 0; c < m->contacts; c++)
+        if (f->s->holding->closed[c] != HELD &&
+            f->gaps[c] < fmin(-ADRIFT * f->s->extent[c], before[c] - DEEP * f->s->extent[c]))
+            return c;
+    return -1;
+}
+
+/* Whether the run has taken more steps and events than a simulated second may have */
+static int crowded(struct run *run, double t)
+{
+    const long spent = run->steps + run->rejected + run->events;
+    if (t >= run->second + 1.0) {
+        run->second = t;
+        run->spent_before = spent;
+    }
+    return run->fixed_step == 0.0 && spent - run->spent_before > run->second_budget;
+}
+
+/* Whether links have gone no further in the step than their places are known to near a line */
+static int crawls(const struct flight *f)
+{
+    return f->s->model->contacts && f->s->model->rows && f->h * fastest(f->s, f->y + f->s->n) < CRAWL;
+}
+
+enum outcome fly(struct flight *f, struct event *event)
+{
+    struct run *run = f->run;
+    const double since = f->t;
+    enum outcome outcome = f->unresolved > 0.0 ? depart(f) : derive(f);
+    event->contact = -1;
+    f->energy_known = 0;
+    f->place = NAN;
+    if (run->method->restart)
+        run->method->restart(f->scratch, f->s->size);
+    if (!outcome && f->h <= 0.0)
+        f->h = run->fixed_step > 0.0 ? run->fixed_step : first_step(f);
+    int crawled = 0;
+    double next = f->h, late = 0.0; /* what rounding took from the time: many equal steps are as long as they say */
+    while (!outcome && f->t < run->until) {
+        run->interruption.t = f->t;
+        if ((run->steps % TICK == 0 && ask(&run->interruption)) || interrupted(f->s->interruption, 0))
+            return OUTCOME_INTERRUPTED;
+        if (run->steps + run->rejected >= run->step_budget)
+            return OUTCOME_BUDGET;
+        if (crowded(run, f->t))
+            return OUTCOME_CROWDED;
+        const double wanted = run->fixed_step > 0.0 ? run->fixed_step : next;
+        const double stop = next_stop(run, f->t);
+        const int last = f->t + 1.01 * wanted >= stop;
+        const double whole = last ? stop - f->t - late : wanted;
+        f->h = whole;
+        f->bounded = last;
+        if ((outcome = accepted_step(f, &next)))
+            break;
+        if (last && f->h == whole)
+            next = fmax(next, wanted);
+        outcome = f->s->model->contacts ? search_step(f, event) : derive_end(f);
+        if (!outcome && interrupted(f->s->interruption, 0)) /* what was found without accelerations is none */
+            outcome = OUTCOME_INTERRUPTED;
+        if (!outcome && event->contact >= 0)
+            outcome = land(f, *event);
+        if (!outcome && event->contact >= 0 && f->h > shortest(f) && leaps(f))
+            outcome = OUTCOME_STEP_TOO_SMALL;
+        if (!outcome && f->h != f->energy_h && f->h > shortest(f) && energy_missed(f) > 1.0) /* a shorter one than accepted */
+            outcome = OUTCOME_STEP_TOO_SMALL;
+        const int behind = outcome ? -1 : inside(f);
+        if (behind >= 0 && (f->s->holding->closed[behind] == APART || f->h > shortest(f))) {
+            run->contact = behind;
+            outcome = OUTCOME_ESCAPED;
+        }
+        if (outcome && outcome != OUTCOME_INTERRUPTED && run->fixed_step == 0.0 && f->h > shortest(f)) {
+            next = LEAST_CHANGE * f->h; /* no step ends there, or it ends too late: come nearer first */
+            event->contact = -1;
+            run->rejected++;
+            outcome = OUTCOME_DONE;
+            continue;
+        }
+        if (!outcome && event->contact >= 0) {
+            f->t += f->h;
+            memcpy(f->y, f->y1, (size_t)f->s->size * sizeof *f->y);
+            f->h = fmin(next, LONGEST_REBOUND * (f->t - since));
+            return OUTCOME_DONE;
+        }
+        if (outcome)
+            break;
+        energy_taken(f);
+        const double step = f->h + late, then = last && f->h == whole ? stop : f->t + step;
+        late = then == stop ? 0.0 : step - (then - f->t);
+        f->t = then;
+        double *swap = f->y;
+        f->y = f->y1;
+        f->y1 = swap;
+        swap = f->dy;
+        f->dy = f->dy1;
+        f->dy1 = swap;
+        if (keep(f))
+            return OUTCOME_NO_MEMORY;
+        if ((event->contact = lost(f)) >= 0) {
+            event->watch = LOST;
+            break;
+        }
+        int closed = 0;
+        crawled = crawls(f) ? crawled + 1 : 0;
+        if (crawled && crawled % CRAWLS == 0)
+            outcome = close_unresolved(f, 1, &closed);
+        if (closed) {
+            *event = (struct event){f->set[0], 1.0, FLAT, 1.0};
+            break;
+        }
+    }
+    f->h = next;
+    return outcome;
+}

@@ -1,0 +1,134 @@
+/* Steps past singular configurations (docs/theory, section 8).
+ *
+ * At a distance sigma from a configuration where closure rows become dependent, the closure fixes one direction of the motion
+ * to rounding / sigma only, velocities there to rounding / sigma^2, accelerations to rounding / sigma^3. What a stage of a
+ * step near sigma = 0 gets wrong, the next stages make larger, until forces along the motion change too, which no estimate
+ * shows; what the end of a step gets wrong, the next step makes larger. Steps near such a configuration are therefore placed:
+ * one that would end beside it ends well before it, and the next passes it between two of its stages, with every stage put
+ * onto the closure first, by a method that looks at neither of its ends: collocation (gauss.c). A state that an event or the
+ * end of a run has left beside the configuration is passed over likewise. The solution of the equations is the same, and so
+ * is the order of the method.
+ */
+#include "steps/singular_step.h"
+
+#include <float.h>
+#include <math.h>
+
+#include "constraints/nullspace.h"
+
+static const double BESIDE = 1.0;    /* times the tolerance: what the end of a step may miss the closure by */
+static const double WILD = 1e6;      /* error of a step: one that is merely too long has less */
+static const double KNOWN = 64.0;    /* units of rounding / sigma^2: what velocities across are known to */
+static const double THROWN = 0.1;    /* times what velocities may be wrong by: what projection may add to them */
+static const double MAGNIFIED = 4.0; /* times what it missed, the way back of a state that is far from singular ones */
+static const double DEEP = 0.05;     /* how much nearer to dependence than elsewhere in the step rows come in passing */
+static const double SHALLOW = 0.3;   /* the same at a first look */
+static const double LAST = 1.5;      /* parts of the step: so far ahead a configuration is looked for */
+static const double ASIDE = 0.05;    /* part of the step: a configuration as far from where it was taken to be is placed anew */
+static const double NEARLY = 1e-6;   /* relative: what the length of a step need not be changed by */
+enum { LOOKS = 8, ROUNDS = 4 };      /* each round looks at a quarter of the last one's part of the step */
+
+/* Parts of a step at which a configuration is farthest from the stages of collocation: before the first one, and halfway between
+ * two. One that lies later than the last is approached by a step of its own. */
+static const double CLEAR[] = {0.005, 0.0608, 0.1695, 0.3228, 0.5, 0.6772, 0.8305};
+enum { CLEARS = sizeof CLEAR / sizeof *CLEAR };
+static const double MIDDLE = 0.5, LATE = 0.9;
+
+/* What velocities may be wrong by (1/s) at the end of a step */
+static double rate_allowed(const struct flight *f)
+{
+    return f->run->tolerance.atol + f->run->tolerance.rtol * fastest(f->s, f->y1 + f->s->n);
+}
+
+/* Whether the end of the step lay beside the closure by more than its error may be, before it was put back to y1 */
+static int beside(const struct flight *f)
+{
+    const struct system *s = f->s;
+    return s->missed_rate > BESIDE * rate_allowed(f) * s->length
+           || s->missed > BESIDE * (f->run->tolerance.atol + f->run->tolerance.rtol) * s->length;
+}
+
+/* Whether putting it back has changed its velocities by a good part of what their error may be and by much more than they missed, where
+ * rows are so near to dependence that velocities are not known to the tolerance */
+static int thrown(const struct flight *f)
+{
+    const struct system *s = f->s;
+    const double allowed = rate_allowed(f);
+    if (!(s->moved_rate > THROWN * allowed && s->moved_rate * s->length > MAGNIFIED * s->missed_rate))
+        return 0;
+    const double sigma = nearest_row(f->s, f->y1);
+    return sigma * sigma * allowed < KNOWN * DBL_EPSILON * fastest(s, f->y1 + s->n);
+}
+
+/* Coordinates at part x of the step, on the cubic through its beginning and `end` */
+static void between_ends(const struct flight *f, const double *end, double x, double *q)
+{
+    const int n = f->s->n;
+    for (int i = 0; i < n; i++) {
+        const double change = end[i] - f->y[i], a = f->h * f->y[n + i] - change, b = change - f->h * end[n + i];
+        q[i] = f->y[i] + x * (change + (1.0 - x) * ((1.0 - x) * a + x * b));
+    }
+}
+
+/* The part of the step, up to `last`, at which the cubic comes nearest to dependence; whether rows depend there */
+static int nearest_part(struct flight *f, const double *end, double last, double *part)
+{
+    double least = INFINITY, most = 0.0, width = last, low = 0.0;
+    for (int round = 0; round < ROUNDS; round++) {
+        for (int j = 0; j <= LOOKS; j++) {
+            const double x = fmin(fmax(low + width * j / LOOKS, 0.0), last);
+            between_ends(f, end, x, f->search);
+            const double here = nearest_row(f->s, f->search);
+            most = fmax(most, here);
+            if (here < least) {
+                least = here;
+                *part = x;
+            }
+        }
+        if (!(least < SHALLOW * most))
+            return 0;
+        low = *part - width / LOOKS;
+        width *= 2.0 / LOOKS;
+    }
+    return least < DEEP * most;
+}
+
+int finds_singular(struct flight *f, enum outcome back, double error, const double *end)
+{
+    double part;
+    if (!projects(f) || !f->s->model->rows || f->run->fixed_step > 0.0)
+        return 0;
+    if (!(back || error > WILD || beside(f) || (error <= 1.0 && thrown(f))) || !nearest_part(f, end, LAST, &part))
+        return 0;
+    f->place = f->t + part * f->h;
+    return 1;
+}
+
+int misplaced(struct flight *f, const double *end)
+{
+    double part;
+    if (f->passage != ACROSS || !nearest_part(f, end, 1.0, &part) || fabs(f->t + part * f->h - f->place) < ASIDE * f->h)
+        return 0;
+    f->place = f->t + part * f->h;
+    return 1;
+}
+
+void place_step(struct flight *f)
+{
+    const double part = (f->place - f->t) / f->h;
+    f->passage = FREE;
+    if (!(part > -CLEAR[0] && part < LAST)) /* not where no place is known */
+        return;
+    f->passage = ACROSS;
+    if (part < CLEAR[0])
+        return;
+    for (int i = 1; i < CLEARS; i++)
+        if (part <= CLEAR[i] * (1.0 + NEARLY)) {
+            f->h *= part / CLEAR[i];
+            return;
+        }
+    if (f->bounded && part > LATE) /* it has to end there */
+        return;
+    f->passage = BEFORE; /* so that it lies in the middle of the next, which is as long as this might have been */
+    f->h *= f->bounded ? (part - MIDDLE) / MIDDLE : part - MIDDLE;
+}

@@ -1,0 +1,140 @@
+/* One step of a smooth phase; see step.h. */
+#include "steps/step.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "motion/derivative.h"
+#include "motion/projection.h"
+
+static const struct tolerance TO_ROUNDING = {0.0, 0.0};
+static const double UNEVEN = 1e-3;   /* of the tolerance: what iterations may leave that do not go to rounding */
+static const double BELIEVED = 0.1;  /* of an error is there, whatever of it lies across the closure: steps are a third longer at most */
+static const double DRIVEN = CCGEN_LIMIT(1e-8, 1e-3); /* rad and rad/s, or m: more is not the rounding of a driven joint */
+const double REST_SPEED = 1e-10;
+
+double slow(const struct flight *f, int contact)
+{
+    return REST_SPEED * f->s->extent[contact];
+}
+
+double near(const struct flight *f, int contact)
+{
+    return fmin(fmax(f->run->tolerance.rtol, 1e-12), 1e-8) * f->s->extent[contact];
+}
+
+enum outcome derive(struct flight *f)
+{
+    return system_derivative(f->s, f->t, f->y, f->dy);
+}
+
+int projects(const struct flight *f)
+{
+    return holds(f->s) || (f->s->model->rows && f->run->drift == DRIFT_PROJECTED);
+}
+
+/* Where driven joint d is or, of velocities x, how fast it moves */
+static double driven(const struct ccgen_model *m, int d, const double *x)
+{
+    const int second = m->driven[2 * d + 1];
+    return x[m->driven[2 * d]] - (second < 0 ? 0.0 : x[second]);
+}
+
+enum outcome project_end(struct flight *f)
+{
+    const struct ccgen_model *m = f->s->model;
+    const int n = f->s->n;
+    if (!projects(f))
+        return OUTCOME_DONE;
+    double *place = f->search, *speed = place + m->drives, fast = 1.0;
+    for (int d = 0; d < m->drives; d++) {
+        place[d] = driven(m, d, f->y1);
+        speed[d] = driven(m, d, f->y1 + n);
+        fast = fmax(fast, fabs(speed[d]));
+    }
+    enum outcome outcome = project_position(f->s, f->y1);
+    outcome = outcome ? outcome : project_velocity(f->s, f->y1, f->y1 + n);
+    for (int d = 0; d < m->drives && !outcome; d++)
+        if (fabs(driven(m, d, f->y1) - place[d]) > DRIVEN * fmax(1.0, f->s->length) ||
+            fabs(driven(m, d, f->y1 + n) - speed[d]) > DRIVEN * fast)
+            outcome = OUTCOME_NOT_CLOSED;
+    return outcome;
+}
+
+enum outcome raw_step(struct flight *f, double h, struct tolerance tolerance)
+{
+    const int across = f->passage == ACROSS, other = across && f->passing && !holds(f->s);
+    f->by = other ? &gauss : f->run->method;
+    f->steps = other ? f->passing : f->scratch;
+    if (other) {
+        gauss.restart(f->passing, f->s->size);
+        if (f->run->method->restart)
+            f->run->method->restart(f->scratch, f->s->size);
+    }
+    f->s->guided = across;
+    const enum outcome outcome = f->by->step(f->s, f->steps, f->t, h, tolerance, f->y, f->dy, f->y1);
+    f->s->guided = 0;
+    return outcome;
+}
+
+enum outcome derive_end(struct flight *f)
+{
+    return f->run->method->derivatives || f->by != f->run->method ? system_derivative(f->s, f->t + f->h, f->y1, f->dy1) : OUTCOME_DONE;
+}
+
+enum outcome measure(struct flight *f, double *error)
+{
+    const struct method *method = f->by;
+    const int n = f->s->n, size = f->s->size;
+    *error = method->measure(f->steps, size, f->run->tolerance, f->y, f->y1);
+    if (!projects(f) || !f->s->model->rows || !(*error > 1.0 && isfinite(*error)))
+        return OUTCOME_DONE; /* across contacts alone an error is one: one that is passed may have jumped */
+    int count;
+    double *estimates = method->estimates(f->steps, size, &count);
+    for (int i = 0; i < 2 * count; i++) { /* of the coordinates, then of the velocities */
+        const enum outcome outcome = project_velocity(f->s, f->y1, estimates + (size_t)(i / 2) * size + i % 2 * n);
+        if (outcome)
+            return outcome;
+    }
+    const double left = f->passage == ACROSS ? 0.0 : BELIEVED * *error;
+    *error = fmax(left, method->measure(f->steps, size, f->run->tolerance, f->y, f->y1));
+    return OUTCOME_DONE;
+}
+
+/* Step of length h, put back onto the closure whatever its error. What a method iterates goes to rounding, so that y1 is a smooth
+ * function of h: landing on an event needs that. */
+enum outcome plain_step(struct flight *f, double h)
+{
+    const struct tolerance tolerance = f->run->tolerance, little = {UNEVEN * tolerance.atol, UNEVEN * tolerance.rtol};
+    enum outcome outcome = raw_step(f, h, TO_ROUNDING);
+    if (outcome == OUTCOME_NO_CONVERGENCE && little.rtol > 0.0) { /* loads that all but cancel have a rounding of their own */
+        double error = INFINITY;
+        outcome = raw_step(f, h, little);
+        outcome = outcome ? outcome : measure(f, &error);
+        outcome = outcome || error <= 1.0 ? outcome : OUTCOME_NO_CONVERGENCE;
+    }
+    return outcome ? outcome : project_end(f);
+}
+
+int keep(struct flight *f)
+{
+    const struct record *r = &f->run->record;
+    const size_t width = f->s->size;
+    if (r->count && r->t[r->count - 1] == f->t && !memcmp(r->y + (r->count - 1) * width, f->y, width * sizeof *f->y))
+        return 0;
+    return append_row(&f->run->record, f->t, f->y, width);
+}
+
+double next_stop(const struct run *run, double t)
+{
+    size_t low = 0, high = run->stop_count; /* stops before low are not after t, those from high on are */
+    while (low < high) {
+        const size_t middle = low + (high - low) / 2;
+        if (run->stops[middle] <= t)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low < run->stop_count ? fmin(run->stops[low], run->until) : run->until;
+}

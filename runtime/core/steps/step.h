@@ -1,0 +1,78 @@
+/* One step of a smooth phase: by which method, how large its error is, and its end put back onto the closure. */
+#ifndef CCGEN_STEP_H
+#define CCGEN_STEP_H
+
+#include "constraints/active_set.h"
+#include "record/run.h"
+#include "steps/events.h"
+
+/* How a step lies to a singular configuration: far from it, so that it ends well before it, or across it, with its stages on the
+ * closure: singular_step.h */
+enum passage { FREE, BEFORE, ACROSS };
+
+struct flight {
+    struct system *s;
+    struct run *run;
+    double *block; /* all numbers of the flight */
+    double t, h;
+    double *y, *dy, *y1, *dy1; /* state and derivative at t, and at the end of the step */
+    double *scratch;           /* of the run's method, */
+    double *passing;           /* and of the one that passes singular configurations for it, or NULL */
+    const struct method *by;   /* that took the last step, */
+    double *steps;             /* and its scratch */
+    double *search;            /* of the event search */
+    double *gaps, *rates, *e, *P;
+    int *set;
+    struct holding holding; /* of the system */
+    double energy[2], energy_end[2]; /* kinetic and potential, at y if it is known, and at the end of a step of length energy_h */
+    double energy_h, energy_moved;   /* and the largest energy that has been in motion */
+    int energy_known;
+    double stretch, stretch_end; /* length and end of a step that was refused for the energy it missed */
+    double place;           /* time at which a singular configuration is passed, or NAN: none is known */
+    double own;             /* length of the step there that the run's own method would have taken */
+    enum passage passage;   /* how the step lies to it */
+    int bounded;            /* whether the step may not go on past its end */
+    double unresolved;      /* gaps so small, relative to the contact's extent, are not known: flat_loop.h */
+    double flat;            /* when the state was last put where closure rows are lost */
+};
+
+/* speed (times extent per second) below which a contact does not bounce */
+extern const double REST_SPEED;
+
+/* speed (m/s, rad/s) below which a closed contact neither opens nor closes */
+double slow(const struct flight *f, int contact);
+
+/* gap (m, rad) below which a contact is closed */
+double near(const struct flight *f, int contact);
+
+/* dy at (t, y) */
+enum outcome derive(struct flight *f);
+
+/* whether the ends of steps are put back: onto the closure unless the run leaves that out, onto held contacts always */
+int projects(const struct flight *f);
+
+/* step of length h from (t, y) to y1, not put back yet */
+enum outcome raw_step(struct flight *f, double h, struct tolerance tolerance);
+
+/* what the error of the step to y1 amounts to; accepted up to 1. An error that fails is measured again without its part
+ * across the closure, which projection removes: across a singular configuration that part is large and means nothing. Elsewhere
+ * what is left may be small by chance, and so some of the whole counts. */
+enum outcome measure(struct flight *f, double *error);
+
+/* step of length h from (t, y) to y1, put back onto the closure whatever its error */
+enum outcome plain_step(struct flight *f, double h);
+
+/* record the present state, unless it is the last row already; 0, or 1 when memory runs out */
+int keep(struct flight *f);
+
+/* the first time after t at which a step has to end */
+double next_stop(const struct run *run, double t);
+
+/* put the end of a step back onto the closure and the held contacts; driven joints stay as prescribed: where the loops close only
+ * without that, as beyond a dead point, they do not close */
+enum outcome project_end(struct flight *f);
+
+/* derivative at the end of the step, for methods that want it, or do after a step by another */
+enum outcome derive_end(struct flight *f);
+
+#endif

@@ -1,0 +1,138 @@
+/* Step control; see step_control.h. */
+#include "steps/step_control.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "motion/derivative.h"
+#include "steps/energy_guard.h"
+#include "steps/singular_step.h"
+
+const double LEAST_CHANGE = 0.2;
+static const double SAFETY = 0.9, LARGEST_CHANGE = 6.0;
+static const struct tolerance TO_ROUNDING = {0.0, 0.0};
+static const double LEAP = 1e-6, FURTHER = 10.0; /* rad, or times length; times the way that velocities carry */
+enum { AGAIN = 4 /* times a step is taken anew for where it passes a singular configuration */ };
+
+double first_step(struct flight *f)
+{
+    const int n = f->s->size;
+    const struct tolerance tol = f->run->tolerance;
+    double d0 = 0.0, d1 = 0.0, d2 = 0.0;
+    for (int i = 0; i < n; i++) {
+        const double scale = tol.atol + tol.rtol * fabs(f->y[i]);
+        d0 += (f->y[i] / scale) * (f->y[i] / scale);
+        d1 += (f->dy[i] / scale) * (f->dy[i] / scale);
+    }
+    d0 = sqrt(d0 / n);
+    d1 = sqrt(d1 / n);
+    const double least = 1e-12 * fmax(fabs(f->t), 1e-3);
+    const double h0 = fmin(d0 < 1e-5 || d1 < 1e-5 ? 1e-6 : fmax(0.01 * d0 / d1, least), f->run->until - f->t);
+    for (int i = 0; i < n; i++)
+        f->y1[i] = f->y[i] + h0 * f->dy[i];
+    if (system_derivative(f->s, f->t + h0, f->y1, f->dy1))
+        return h0;
+    for (int i = 0; i < n; i++) {
+        const double scale = tol.atol + tol.rtol * fabs(f->y[i]);
+        d2 += ((f->dy1[i] - f->dy[i]) / scale) * ((f->dy1[i] - f->dy[i]) / scale);
+    }
+    d2 = sqrt(d2 / n) / h0;
+    const double largest = fmax(d1, d2);
+    const double h1 = largest <= 1e-15 ? fmax(1e-6, 1e-3 * h0) : pow(0.01 / largest, 1.0 / f->run->method->order);
+    return h1 > least ? fmin(100.0 * h0, h1) : least;
+}
+
+int leaps(const struct flight *f)
+{
+    double way = 0.0, speed = 0.0;
+    for (int i = 0; i < f->s->n; i++) {
+        way = fmax(way, fabs(f->y1[i] - f->y[i]));
+        speed = fmax(speed, fmax(fabs(f->y[f->s->n + i]), fabs(f->y1[f->s->n + i])));
+    }
+    return f->run->fixed_step == 0.0 && way > FURTHER * f->h * speed + LEAP * fmax(1.0, f->s->length);
+}
+
+double shortest(const struct flight *f)
+{
+    return 16.0 * DBL_EPSILON * fmax(fabs(f->t), 1e-3);
+}
+
+/* Put the end of a step back. What it had been meanwhile is kept where its derivative will be. Whether the step is to be taken
+ * again, because of the place at which it passes a singular configuration, in *again. */
+static enum outcome put_back(struct flight *f, const double *error, int *again)
+{
+    double *end = f->dy1;
+    memcpy(end, f->y1, (size_t)f->s->size * sizeof *end);
+    const enum outcome back = project_end(f);
+    *again = f->passage == FREE ? finds_singular(f, back, *error, end) : !back && *error <= 1.0 && misplaced(f, end);
+    return *error <= 1.0 ? back : OUTCOME_DONE;
+}
+
+enum outcome accepted_step(struct flight *f, double *next)
+{
+    struct run *run = f->run;
+    int refused = 0, again = 0;
+    for (;;) {
+        double error = 0.0;
+        const double whole = f->h;
+        place_step(f);
+        enum outcome outcome = raw_step(f, f->h, run->fixed_step > 0.0 ? TO_ROUNDING : run->tolerance);
+        if (!outcome && run->fixed_step == 0.0)
+            outcome = measure(f, &error);
+        if (!outcome && isfinite(error)) {
+            int anew;
+            outcome = put_back(f, &error, &anew);
+            if (anew && again++ < AGAIN) {
+                if (f->passage == FREE)
+                    f->own = whole * (error > 1.0 ? fmax(SAFETY * pow(error, -1.0 / f->by->order), LEAST_CHANGE) : 1.0);
+                f->h = whole;
+                continue;
+            }
+        }
+        if (!outcome && error <= 1.0 && leaps(f))
+            outcome = OUTCOME_NOT_CLOSED;
+        if (!outcome && run->fixed_step > 0.0 && energy_lost(f))
+            outcome = OUTCOME_NOT_KEPT;
+        if (!outcome && error <= 1.0)
+            error = fmax(error, energy_missed(f));
+        if (!outcome && error <= 1.0) {
+            const double change = SAFETY * pow(fmax(error, 1e-12), -1.0 / f->by->order);
+            *next = f->h * fmin(fmax(change, LEAST_CHANGE), refused ? 1.0 : LARGEST_CHANGE);
+            if (f->passage == BEFORE)
+                *next = fmax(*next, whole);
+            if (f->by != run->method) /* the length that the run's own method may have */
+                *next = f->own;
+            run->steps++;
+            return OUTCOME_DONE;
+        }
+        if (outcome == OUTCOME_INTERRUPTED)
+            return outcome;
+        refused = 1;
+        run->rejected++;
+        const double change = outcome || !isfinite(error) ? LEAST_CHANGE : SAFETY * pow(error, -1.0 / f->by->order);
+        f->h *= fmax(change, LEAST_CHANGE);
+        if (f->h < shortest(f) || run->fixed_step > 0.0)
+            return outcome ? outcome : OUTCOME_STEP_TOO_SMALL;
+    }
+}
+
+enum outcome reach(struct flight *f, double until)
+{
+    double next = until - f->t;
+    f->place = NAN;
+    while (f->t < until) {
+        const double left = until - f->t;
+        f->h = 1.01 * next >= left ? left : next;
+        const int last = f->bounded = f->h == left;
+        enum outcome outcome = accepted_step(f, &next);
+        if (outcome || (last && f->h == left))
+            return outcome;
+        if ((outcome = derive_end(f)))
+            return outcome;
+        f->t += f->h;
+        memcpy(f->y, f->y1, (size_t)f->s->size * sizeof *f->y);
+        memcpy(f->dy, f->dy1, (size_t)f->s->size * sizeof *f->dy);
+    }
+    return OUTCOME_DONE;
+}
