@@ -9,7 +9,7 @@ Array = NDArray[np.float64]
 OUTCOMES: tuple[str, ...]
 DRIFTS: tuple[str, ...]
 BAUMGARTE: float
-HOLDS: tuple[str, ...]
+MODES: dict[int, str]
 
 def methods() -> tuple[str, ...]: ...
 def all_finite(x: Array) -> bool: ...

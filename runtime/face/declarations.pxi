@@ -51,7 +51,7 @@ cdef extern from *:
         int law
         int n, size
         real *inputs
-        int (*supply)(void *context, real t, const real *q, const real *u, real *inputs) noexcept nogil
+        int (*input_source)(void *context, real t, const real *q, const real *u, real *inputs) noexcept nogil
         void *context
         interruption *interruption
         real *multipliers
@@ -60,31 +60,31 @@ cdef extern from *:
         real *jump
         real *u_dot
         real *zero
-        real *shut
-        int guided
+        real *projected
+        int projects_stages
         real baumgarte
-        void *holding
+        void *active
         real length
         const real *extent
         int refine
-        real usual
-        real inexact
+        real acceleration_scale
+        real refinement_residual
         long evaluations
-        long dependent
-    struct table:
+        long rank_deficient
+    struct input_table:
         size_t count
         int width
         const real *t
         const real *values
         size_t row
-    int supply_from_table(void *table, real t, const real *q, const real *u, real *inputs) noexcept nogil
+    int input_from_table(void *table, real t, const real *q, const real *u, real *inputs) noexcept nogil
     int system_acceleration(system *s, real t, const real *q, const real *u, real *u_dot, real *lambda_) nogil
     int system_acceleration_lanes(system *s, const real *t, const real *q, const real *u, real *u_dot,
                                   real *scratch) nogil
     size_t lanes_scratch(const system *s) nogil
     int system_impulse(system *s, const real *q, const real *f, const real *y, real nearest, real *du,
                        real *Lambda) nogil
-    const real NEAREST
+    const real RANK_TOLERANCE
     bint numbers_within "all_within"(size_t n, const real *x, real limit) nogil
     bint numbers_finite "all_finite"(size_t n, const real *x) nogil
     int project_position(system *s, real *q) nogil
@@ -94,7 +94,7 @@ cdef extern from *:
     struct held:
         int count
         const int *set
-        const signed char *slide
+        const signed char *mode
         const real *weight
     struct obstruction:
         size_t state
@@ -108,6 +108,8 @@ cdef extern from *:
     real rounding_of_acceleration(system *s, real t, const real *q, const real *u, real *whole) nogil
 
 cdef extern from *:
+    enum contact_mode:
+        SLIP_BACKWARD, FRICTIONLESS, SLIP_FORWARD, STICK, AT_LIMIT_FORWARD, AT_LIMIT_BACKWARD, GRAZING, IMPLIED, OPEN
     struct tolerance:
         real rtol, atol
     struct method:
@@ -132,12 +134,12 @@ cdef extern from *:
         int *contact
         real *impulse
         real *friction
-    struct holds:
+    struct mode_history:
         size_t count, room, contact_count, contact_room
         real *t
         size_t *first
         int *contact
-        int *how
+        signed char *mode
         real *weight
     struct run:
         real start, until
@@ -151,14 +153,14 @@ cdef extern from *:
         interruption interruption
         record record
         impacts impacts
-        holds holds
+        mode_history modes
         int outcome
         real t
         int contact
         long steps, rejected
     void run_simulation "simulate"(system *s, run *r, real *y) nogil
     int run_advance "advance"(system *s, const method *m, tolerance bound, drift kept, real t, real h, int count, const int *held,
-                              const signed char *slide, real *y) nogil
+                              const signed char *mode, real *y) nogil
     void free_run(run *r)
 
 OUTCOMES = (
@@ -170,15 +172,18 @@ OUTCOMES = (
 LAWS = ("newton", "poisson", "stronge")
 """Names of ``enum law``, in its order."""
 
-HOLDS = ("apart", "slides backward", "smooth", "slides forward", "sticks", "carried", "at the limit, forward",
-         "at the limit, backward", "touches")
-"""How a contact is held, in the order of the core."""
+MODES = {
+    SLIP_BACKWARD: "slides backward", FRICTIONLESS: "smooth", SLIP_FORWARD: "slides forward", STICK: "sticks",
+    AT_LIMIT_FORWARD: "at the limit, forward", AT_LIMIT_BACKWARD: "at the limit, backward", GRAZING: "touches",
+    IMPLIED: "carried", OPEN: "apart",
+}
+"""How contacts stay closed, by ``enum contact_mode``."""
+
+MODE_NUMBERS = {name: mode for mode, name in MODES.items()} | {"carried": FRICTIONLESS}
+"""The mode of a contact that pushes; one that others carry pushes as a smooth one does where it is asked to."""
 
 OBSTACLES = ("", "strikes", "behind")
 """Names of ``enum obstacle``, in its order."""
-
-SLIDES = (0, -1, 0, 1, 2, 0, 3, -3, 4)
-"""What the core calls them where a contact pushes."""
 
 
 REAL = np.dtype(f"f{sizeof(real)}")

@@ -36,7 +36,7 @@ cdef class Evaluations:
     cdef const ccgen_model *m
     cdef object capsule
     cdef readonly dict sizes
-    cdef real[::1] k, restitution, friction_, extent, multipliers, rows, bias, jump, u_dot, zero, shut, inputs
+    cdef real[::1] k, restitution, friction_, extent, multipliers, rows, bias, jump, u_dot, zero, projected, inputs
     cdef real length
     cdef int law, refine
     cdef real usual
@@ -63,7 +63,7 @@ cdef class Evaluations:
         self.restitution = zeros(max(m.contacts, 1))
         room = m.rows + 2 * m.contacts + 1
         self.multipliers, self.rows, self.bias = zeros(room), zeros(room), zeros(room)
-        self.jump, self.u_dot, self.zero, self.shut = zeros(m.nu), zeros(3 * m.nu), zeros(m.nu), zeros(2 * m.nu)
+        self.jump, self.u_dot, self.zero, self.projected = zeros(m.nu), zeros(3 * m.nu), zeros(m.nu), zeros(2 * m.nu)
         self.inputs = zeros(m.inputs + 1)
         self.length, self.law = length, LAWS.index(law)
         self.friction_ = zeros(max(m.contacts, 1))
@@ -134,21 +134,21 @@ cdef class Evaluations:
         s.n = self.m.nu
         s.size = 2 * self.m.nu + (self.m.power is not NULL or self.m.friction is not NULL)
         s.inputs = &self.inputs[0]
-        s.supply, s.context, s.interruption = NULL, NULL, NULL
+        s.input_source, s.context, s.interruption = NULL, NULL, NULL
         s.multipliers = &self.multipliers[0]
         s.rows = &self.rows[0]
         s.bias = &self.bias[0]
         s.jump = &self.jump[0]
         s.u_dot = &self.u_dot[0]
-        s.shut = &self.shut[0]
-        s.guided = 0
+        s.projected = &self.projected[0]
+        s.projects_stages = 0
         s.zero = &self.zero[0]
-        s.holding = NULL
+        s.active = NULL
         s.length = self.length
         s.baumgarte = 0.0
         s.extent = &self.extent[0]
-        s.refine, s.usual, s.inexact = self.refine, self.usual, 0.0
-        s.evaluations = s.dependent = 0
+        s.refine, s.acceleration_scale, s.refinement_residual = self.refine, self.usual, 0.0
+        s.evaluations = s.rank_deficient = 0
         return s
 
     def acceleration(self, const real[:, ::1] q, const real[:, ::1] u, t, bint side_by_side=True, bint forces=True):
@@ -178,7 +178,7 @@ cdef class Evaluations:
                     found = system_acceleration(&s, times.at(i), &q[i, 0], &u[i, 0], &out[i, 0], row)
                     if found:
                         without[i] = OUTCOMES[found]
-        self.inexact = s.inexact
+        self.inexact = s.refinement_residual
         return u_dot, multipliers, without
 
     def repeat_acceleration(self, const real[::1] t, const real[:, ::1] q, const real[:, ::1] u, long calls):
@@ -223,7 +223,7 @@ cdef class Evaluations:
         cdef system s = self._system()
         outcomes = []
         for i in range(b):
-            outcomes.append(OUTCOMES[system_impulse(&s, &q[i, 0], &f[i, 0], &y[i, 0], NEAREST, &out[i, 0], &rows[i, 0])])
+            outcomes.append(OUTCOMES[system_impulse(&s, &q[i, 0], &f[i, 0], &y[i, 0], RANK_TOLERANCE, &out[i, 0], &rows[i, 0])])
         return np.asarray(out), np.asarray(rows)[:, : self.m.rows], outcomes
 
     def set_inputs(self, inputs):
@@ -347,7 +347,7 @@ cdef class Evaluations:
         cdef system s = self._system()
         cdef real[::1] u_plus = empty(self.m.nu), P = zeros(2 * contacts.shape[0] + 1)
         found = impact(&s, &q[0], &u[0], <int>contacts.shape[0], &contacts[0], &e[0], &u_plus[0], &P[0])
-        self.inexact = s.inexact
+        self.inexact = s.refinement_residual
         return np.asarray(u_plus), np.asarray(P)[: 2 * contacts.shape[0]], OUTCOMES[found]
 
 

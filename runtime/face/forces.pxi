@@ -26,7 +26,7 @@ cdef class Contacting(Evaluations):
         cdef real[::1] times = np.ascontiguousarray(np.atleast_1d(t), dtype=REAL), inputs = np.array(self.inputs)
         cdef list pushing = [one for one in chosen or () if one[1] != "carried"]
         cdef int[::1] contacts = np.array([*(one[0] for one in pushing), 0], dtype=np.int32)
-        cdef signed char[::1] slide = np.array([*(SLIDES[HOLDS.index(one[1])] for one in pushing), 0], dtype=np.int8)
+        cdef signed char[::1] mode = np.array([*(MODE_NUMBERS[one[1]] for one in pushing), 0], dtype=np.int8)
         cdef real[::1] weight = np.array([*(one[2] for one in pushing), 1.0], dtype=REAL)
         cdef real[::1] scratch
         cdef held given
@@ -34,13 +34,13 @@ cdef class Contacting(Evaluations):
         cdef int outcome = 0
         cdef system s = self._system()
         given.count = -1 if chosen is None else <int>len(pushing)
-        given.set, given.slide, given.weight = &contacts[0], &slide[0], &weight[0]
+        given.set, given.mode, given.weight = &contacts[0], &mode[0], &weight[0]
         every = 1 if times.shape[0] == <Py_ssize_t>b and b > 1 else 0
         room = self.m.rows + 2 * self.m.contacts + 1
         scratch = zeros(3 * room + 6 * n)
         s.inputs = &inputs[0]
         s.multipliers, s.rows, s.bias = &scratch[0], &scratch[room], &scratch[2 * room]
-        s.jump, s.u_dot, s.shut = &scratch[3 * room], &scratch[3 * room + n], &scratch[3 * room + 4 * n]
+        s.jump, s.u_dot, s.projected = &scratch[3 * room], &scratch[3 * room + n], &scratch[3 * room + 4 * n]
         if supply is not None:
             supply.attach(&s)
         if b:
@@ -49,7 +49,7 @@ cdef class Contacting(Evaluations):
                                       &push[0, 0], &reactions[0, 0], &found)
         if supply is not None and supply.error is not None:
             raise supply.error
-        self.inexact = s.inexact
+        self.inexact = s.refinement_residual
         trouble = None
         if b and (outcome or found.why):
             trouble = (found.state, OUTCOMES[outcome], OBSTACLES[found.why], found.contact, found.size)

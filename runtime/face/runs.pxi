@@ -18,9 +18,9 @@ cdef class Kernels(Contacting):
         cdef real[::1] y = np.concatenate([q, u, zeros(1)])
         s.baumgarte = BAUMGARTE if kept == "damped" else 0.0
         cdef int[::1] chosen = np.array([*(contact for contact, _ in held), 0], dtype=np.int32)
-        cdef signed char[::1] slide = np.array([*(SLIDES[HOLDS.index(how)] for _, how in held), 0], dtype=np.int8)
+        cdef signed char[::1] mode = np.array([*(MODE_NUMBERS[how] for _, how in held), 0], dtype=np.int8)
         found = run_advance(&s, find_method(name.encode()), bound, <drift><int>DRIFTS.index(kept), times[0], times[1],
-                            <int>len(held), &chosen[0], &slide[0], &y[0])
+                            <int>len(held), &chosen[0], &mode[0], &y[0])
         if supply is not None and supply.error is not None:
             raise supply.error
         n = self.m.nu
@@ -43,7 +43,7 @@ cdef class Kernels(Contacting):
         cdef system s = self._system()
         s.inputs = &inputs[0]
         s.multipliers, s.rows, s.bias = &scratch[0], &scratch[room], &scratch[2 * room]
-        s.jump, s.u_dot, s.shut = &scratch[3 * room], &scratch[3 * room + n], &scratch[3 * room + 4 * n]
+        s.jump, s.u_dot, s.projected = &scratch[3 * room], &scratch[3 * room + n], &scratch[3 * room + 4 * n]
         cdef run r
         cdef _Ticker ticker = _Ticker(progress)
         r.start, r.until = 0.0, until
@@ -66,7 +66,7 @@ cdef class Kernels(Contacting):
                 raise ticker.error
             if supply is not None and supply.error is not None and not isinstance(supply.error, KeyboardInterrupt):
                 raise supply.error
-            return self._found(&r, s.size, s.evaluations, s.dependent, s.inexact)
+            return self._found(&r, s.size, s.evaluations, s.rank_deficient, s.refinement_residual)
         finally:
             free_run(&r)
 
@@ -85,13 +85,13 @@ cdef class Kernels(Contacting):
             contacts=[r.impacts.contact[j] for j in range(r.impacts.contact_count)],
             impulses=_numbers(r.impacts.impulse, r.impacts.contact_count),
             friction=_numbers(r.impacts.friction, r.impacts.contact_count),
-            hold_t=_numbers(r.holds.t, r.holds.count),
+            hold_t=_numbers(r.modes.t, r.modes.count),
             held=[
-                [(r.holds.contact[k], HOLDS[r.holds.how[k]]) for k in range(r.holds.first[j], r.holds.first[j + 1])]
-                for j in range(r.holds.count)
+                [(r.modes.contact[k], MODES[r.modes.mode[k]]) for k in range(r.modes.first[j], r.modes.first[j + 1])]
+                for j in range(r.modes.count)
             ],
             shares=[
-                [r.holds.weight[k] for k in range(r.holds.first[j], r.holds.first[j + 1])] for j in range(r.holds.count)
+                [r.modes.weight[k] for k in range(r.modes.first[j], r.modes.first[j + 1])] for j in range(r.modes.count)
             ],
             outcome=OUTCOMES[r.outcome], t_end=r.t, contact=r.contact, inexact=inexact,
             steps=r.steps, rejected=r.rejected, evaluations=evaluations, dependent=dependent,
@@ -103,6 +103,6 @@ cdef void _clear(run *r) noexcept:
     r.impacts.t = r.impacts.u_minus = r.impacts.u_plus = r.impacts.energy_loss = r.impacts.impulse = r.impacts.friction = NULL
     r.impacts.first = r.impacts.after = NULL
     r.impacts.contact = NULL
-    r.holds.t, r.holds.first, r.holds.contact, r.holds.how, r.holds.weight = NULL, NULL, NULL, NULL, NULL
-    r.holds.count = r.holds.room = r.holds.contact_count = r.holds.contact_room = 0
+    r.modes.t, r.modes.first, r.modes.contact, r.modes.mode, r.modes.weight = NULL, NULL, NULL, NULL, NULL
+    r.modes.count = r.modes.room = r.modes.contact_count = r.modes.contact_room = 0
     r.record.room = r.impacts.room = r.impacts.contact_room = 0

@@ -31,7 +31,7 @@ cdef class Supply:
     cdef Py_ssize_t n, width
     cdef real[::1] t
     cdef real[:, ::1] values
-    cdef table rows
+    cdef input_table rows
 
     def __init__(self, function=None, t=None, values=None):
         self.function, self.error = function, None
@@ -43,13 +43,13 @@ cdef class Supply:
     cdef void attach(self, system *s) except *:
         self.n, self.width, self.error = s.n, s.model.inputs, None
         if self.function is not None:
-            s.supply, s.context = _supply, <void *>self
+            s.input_source, s.context = _supply, <void *>self
             return
         if self.values.shape[1] != self.width or not self.width:
             raise ValueError(f"found {self.values.shape[1]} inputs, expected {self.width}")
         self.rows.count, self.rows.width, self.rows.row = self.t.shape[0], <int>self.width, 0
         self.rows.t, self.rows.values = &self.t[0], &self.values[0, 0]
-        s.supply, s.context = supply_from_table, &self.rows
+        s.input_source, s.context = input_from_table, &self.rows
 
 
 cdef int _supply(void *context, real t, const real *q, const real *u, real *inputs) noexcept with gil:

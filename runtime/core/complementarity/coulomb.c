@@ -32,33 +32,33 @@ enum { MOST = 50000, REFINEMENTS = 3 };                /* ways: at six contacts 
  * its friction is against the sliding that it had (forward where it had none), holds it, or is the other way. */
 enum { ON, HELD_FAST, BACK, LEAST_ON, LEAST_HELD, LEAST_BACK, KINDS };
 
-static double root(const struct rough *c, int row)
+static double root(const struct friction_problem *c, int row)
 {
     return sqrt(fmax(c->W[(size_t)row * (2 * c->n + 1)], 0.0));
 }
 
 /* Whether no impulse moves contact i along its ground. */
-static int guided(const struct rough *c, int i)
+static int constrained_tangentially(const struct friction_problem *c, int i)
 {
     const double *tangent = c->W + (size_t)(c->n + i) * 2 * c->n;
     const double own = c->W[(size_t)i * (2 * c->n + 1)];
     return tangent[c->n + i] <= DBL_EPSILON * own && fabs(tangent[i]) <= ROUNDING * own;
 }
 
-int sliding(const struct rough *c, int i)
+int sliding(const struct friction_problem *c, int i)
 {
-    if (c->slide[i] || !guided(c, i) || fabs(c->bt[i]) <= ROUNDING * fabs(c->bn[i]))
-        return c->slide[i];
+    if (c->mode[i] || !constrained_tangentially(c, i) || fabs(c->bt[i]) <= ROUNDING * fabs(c->bn[i]))
+        return c->mode[i];
     return c->bt[i] > 0.0 ? 1 : -1;
 }
 
-int rough_at(const struct rough *c, int i)
+int rough_at(const struct friction_problem *c, int i)
 {
-    return c->mu[i] > 0.0 && (sliding(c, i) || !guided(c, i));
+    return c->mu[i] > 0.0 && (sliding(c, i) || !constrained_tangentially(c, i));
 }
 
 /* Rate of a row, normals then tangents, and the size of its terms */
-static double rate_of(const struct rough *c, int row, const double *Pn, const double *Pt, double *size)
+static double rate_of(const struct friction_problem *c, int row, const double *Pn, const double *Pt, double *size)
 {
     const int n = c->n;
     double rate = row < n ? c->bn[row] : c->bt[row - n];
@@ -72,34 +72,34 @@ static double rate_of(const struct rough *c, int row, const double *Pn, const do
 }
 
 /* Whether impulses are so large that their rounding drowns what they come from: pivots near a ray lead there. */
-static int drowned(const struct rough *c, const double *Pn, const double *Pt)
+static int drowned(const struct friction_problem *c, const double *Pn, const double *Pt)
 {
     double load = 0.0, cause = 0.0;
     for (int i = 0; i < 2 * c->n; i++) {
-        const double compliance = root(c, i), b = i < c->n ? c->bn[i] : c->bt[i - c->n];
-        load = fmax(load, compliance * fabs(i < c->n ? Pn[i] : Pt[i - c->n]));
-        cause = fmax(cause, c->least && i < c->n ? compliance * c->least[i] : 0.0);
-        cause = fmax(cause, compliance > 0.0 ? fabs(b) / compliance : 0.0);
+        const double root_W = root(c, i), b = i < c->n ? c->bn[i] : c->bt[i - c->n];
+        load = fmax(load, root_W * fabs(i < c->n ? Pn[i] : Pt[i - c->n]));
+        cause = fmax(cause, c->least && i < c->n ? root_W * c->least[i] : 0.0);
+        cause = fmax(cause, root_W > 0.0 ? fabs(b) / root_W : 0.0);
     }
     return load * DBL_EPSILON > DROWNED * cause;
 }
 
 /* The largest impulse as it loads its contact, and the largest speed, both in units of the root of an energy */
-static void sizes(const struct rough *c, const double *Pn, const double *Pt, double *load, double *speed)
+static void sizes(const struct friction_problem *c, const double *Pn, const double *Pt, double *load, double *speed)
 {
     *load = *speed = 0.0;
     for (int i = 0; i < 2 * c->n; i++) {
-        const double compliance = root(c, i), b = i < c->n ? c->bn[i] : c->bt[i - c->n];
-        *load = fmax(*load, compliance * fabs(i < c->n ? Pn[i] : Pt[i - c->n]));
-        *load = fmax(*load, c->least && i < c->n ? compliance * c->least[i] : 0.0);
-        if (compliance > 0.0)
-            *speed = fmax(*speed, fabs(b) / compliance);
+        const double root_W = root(c, i), b = i < c->n ? c->bn[i] : c->bt[i - c->n];
+        *load = fmax(*load, root_W * fabs(i < c->n ? Pn[i] : Pt[i - c->n]));
+        *load = fmax(*load, c->least && i < c->n ? root_W * c->least[i] : 0.0);
+        if (root_W > 0.0)
+            *speed = fmax(*speed, fabs(b) / root_W);
     }
     *speed = fmax(*speed, *load);
 }
 
 /* Rate of a row in parts of what its rounding is in parts of */
-static double scaled_rate(const struct rough *c, int row, const double *Pn, const double *Pt, double speed)
+static double scaled_rate(const struct friction_problem *c, int row, const double *Pn, const double *Pt, double speed)
 {
     double size;
     const double rate = rate_of(c, row, Pn, Pt, &size);
@@ -107,21 +107,21 @@ static double scaled_rate(const struct rough *c, int row, const double *Pn, cons
     return size > 0.0 ? rate / size : 0.0;
 }
 
-/* As `broken`, of the friction at contact i that slides with the scaled rate vt */
-static double friction_broken(const struct rough *c, int i, double Pn, double Pt, double vt, double load)
+/* As `coulomb_residual`, of the friction at contact i that slides with the scaled rate vt */
+static double friction_broken(const struct friction_problem *c, int i, double Pn, double Pt, double vt, double load)
 {
-    const double compliance = root(c, c->n + i), limit = c->mu[i] * Pn;
-    const double size = compliance * limit + MIXED * load;
+    const double root_W = root(c, c->n + i), limit = c->mu[i] * Pn;
+    const double size = root_W * limit + MIXED * load;
     if (!(size > 0.0) || !rough_at(c, i))
         return 0.0;
     if (sliding(c, i))
-        return compliance * fabs(Pt + sliding(c, i) * limit) / size;
-    const double beyond = compliance * (fabs(Pt) - limit) / size;
-    const double within = compliance * (limit + copysign(Pt, vt * Pt)) / size;
+        return root_W * fabs(Pt + sliding(c, i) * limit) / size;
+    const double beyond = root_W * (fabs(Pt) - limit) / size;
+    const double within = root_W * (limit + copysign(Pt, vt * Pt)) / size;
     return fmax(beyond, fmin(fabs(vt), within));
 }
 
-double broken(const struct rough *c, const double *Pn, const double *Pt)
+double coulomb_residual(const struct friction_problem *c, const double *Pn, const double *Pt)
 {
     double worst = 0.0, load, speed;
     if (drowned(c, Pn, Pt))
@@ -139,7 +139,7 @@ double broken(const struct rough *c, const double *Pn, const double *Pt)
     return worst;
 }
 
-void rates_after(const struct rough *c, const double *Pn, const double *Pt, double *rates)
+void rates_after(const struct friction_problem *c, const double *Pn, const double *Pt, double *rates)
 {
     double load, speed, size;
     sizes(c, Pn, Pt, &load, &speed);
@@ -147,7 +147,7 @@ void rates_after(const struct rough *c, const double *Pn, const double *Pt, doub
         rates[row] = fabs(scaled_rate(c, row, Pn, Pt, speed)) <= CONSISTENT ? 0.0 : rate_of(c, row, Pn, Pt, &size);
 }
 
-double loaded(const struct rough *c, const double *Pn)
+double loaded(const struct friction_problem *c, const double *Pn)
 {
     double sum = 0.0;
     for (int i = 0; i < c->n; i++)
@@ -155,7 +155,7 @@ double loaded(const struct rough *c, const double *Pn)
     return sum;
 }
 
-double approaching(const struct rough *c)
+double approaching(const struct friction_problem *c)
 {
     double sum = 0.0;
     for (int i = 0; i < c->n; i++)
@@ -164,7 +164,7 @@ double approaching(const struct rough *c)
 }
 
 /* Friction per normal impulse of contact i whose friction is at a limit */
-static double at_limit(const struct rough *c, int i, int kind)
+static double at_limit(const struct friction_problem *c, int i, int kind)
 {
     if (!rough_at(c, i))
         return 0.0;
@@ -180,7 +180,7 @@ static int holds_fast(int kind)
 }
 
 /* The unknown impulses of a way, normals and then tangents, as column[m]; returns m. */
-static int unknowns_of_way(const struct rough *c, const signed char *way, int *column)
+static int unknowns_of_way(const struct friction_problem *c, const signed char *way, int *column)
 {
     int m = 0;
     for (int i = 0; i < c->n; i++)
@@ -194,7 +194,7 @@ static int unknowns_of_way(const struct rough *c, const signed char *way, int *c
 
 /* Rows of the linear system of a way: by what its unknowns have to change so that the rates of row[rows] become zero from what
  * they are with Pn and Pt. A[rows][m], x[rows]. */
-static void rows_of_way(const struct rough *c, const signed char *way, int m, const int *column, int rows, const int *row,
+static void rows_of_way(const struct friction_problem *c, const signed char *way, int m, const int *column, int rows, const int *row,
                         const double *Pn, const double *Pt, double *A, double *x)
 {
     const int n = c->n;
@@ -210,7 +210,7 @@ static void rows_of_way(const struct rough *c, const signed char *way, int m, co
 }
 
 /* Impulse number k, normals and then tangents, changes by `by`, and friction at its limit with it. */
-static void change(const struct rough *c, const signed char *way, int k, double by, double *Pn, double *Pt)
+static void change(const struct friction_problem *c, const signed char *way, int k, double by, double *Pn, double *Pt)
 {
     if (k >= c->n) {
         Pt[k - c->n] += by;
@@ -222,7 +222,7 @@ static void change(const struct rough *c, const signed char *way, int k, double 
 }
 
 /* Impulses of one way; 1 where they are not unique. A[2n][2n], x[2n] and column[2n] are scratch. */
-static int of_way(const struct rough *c, const signed char *way, double *A, double *x, int *column, double *Pn, double *Pt)
+static int of_way(const struct friction_problem *c, const signed char *way, double *A, double *x, int *column, double *Pn, double *Pt)
 {
     for (int i = 0; i < c->n; i++) {
         Pn[i] = way[i] < LEAST_ON || !c->least ? 0.0 : c->least[i];
@@ -237,7 +237,7 @@ static int of_way(const struct rough *c, const signed char *way, double *A, doub
     return 0;
 }
 
-int impulses_of(const struct rough *c, const char *push, const signed char *limit, double *Pn, double *Pt)
+int impulses_of(const struct friction_problem *c, const char *push, const signed char *limit, double *Pn, double *Pt)
 {
     const size_t n = c->n;
     double *work = malloc((4 * n * n + 2 * n + 1) * sizeof *work);
@@ -258,7 +258,7 @@ int impulses_of(const struct rough *c, const char *push, const signed char *limi
 }
 
 /* Which kinds contact i may be of, in a motion with the scaled rates vn and vt where `known`: their number */
-static int kinds_of(const struct rough *c, int i, int known, double vn, double vt, signed char *kinds)
+static int kinds_of(const struct friction_problem *c, int i, int known, double vn, double vt, signed char *kinds)
 {
     const int bound = c->least && c->least[i] > 0.0, free = rough_at(c, i) && !sliding(c, i);
     const int slides = known && fabs(vt) > CONSISTENT, against = (vt < 0.0) == (c->bt[i] < 0.0);
@@ -275,7 +275,7 @@ static int kinds_of(const struct rough *c, int i, int known, double vn, double v
 }
 
 /* Whether impulses move as the rates do: 0 where not. */
-static int alike(const struct rough *c, const double *Pn, const double *Pt, const double *rates)
+static int same_motion(const struct friction_problem *c, const double *Pn, const double *Pt, const double *rates)
 {
     double load, speed, size;
     sizes(c, Pn, Pt, &load, &speed);
@@ -286,7 +286,7 @@ static int alike(const struct rough *c, const double *Pn, const double *Pt, cons
 }
 
 /* Whether impulses add energy to the motion that has the rates c->from. */
-static int adds(const struct rough *c, const double *Pn, const double *Pt)
+static int adds(const struct friction_problem *c, const double *Pn, const double *Pt)
 {
     const int n = c->n;
     double gain = 0.0, all = 0.0;
@@ -311,7 +311,7 @@ struct search {
 };
 
 /* Whether what rests in a known motion could push and be held in one way only: then so do the impulses. */
-static int unique(const struct rough *c, struct search *s)
+static int unique(const struct friction_problem *c, struct search *s)
 {
     for (int i = 0; i < c->n; i++) {
         const signed char *kinds = s->kinds + i * KINDS;
@@ -323,16 +323,16 @@ static int unique(const struct rough *c, struct search *s)
 }
 
 /* All ways, the last contact's changing fastest; the best so far is in Pn and Pt, where `found`. */
-static int try_all(const struct rough *c, struct search *s, int known, int found, double *Pn, double *Pt)
+static int try_all(const struct friction_problem *c, struct search *s, int known, int found, double *Pn, double *Pt)
 {
     const int n = c->n;
     memset(s->turn, 0, n * sizeof *s->turn);
     for (int done = 0; !done;) {
         for (int i = 0; i < n; i++)
             s->way[i] = s->kinds[i * KINDS + s->turn[i]];
-        if (!of_way(c, s->way, s->A, s->x, s->column, s->Pn, s->Pt) && broken(c, s->Pn, s->Pt) <= CONSISTENT &&
+        if (!of_way(c, s->way, s->A, s->x, s->column, s->Pn, s->Pt) && coulomb_residual(c, s->Pn, s->Pt) <= CONSISTENT &&
             (!found || loaded(c, s->Pn) < (1.0 - LESS) * loaded(c, Pn)) && !adds(c, s->Pn, s->Pt) &&
-            (!known || alike(c, s->Pn, s->Pt, s->rates))) {
+            (!known || same_motion(c, s->Pn, s->Pt, s->rates))) {
             memcpy(Pn, s->Pn, n * sizeof *Pn);
             memcpy(Pt, s->Pt, n * sizeof *Pt);
             found = 1;
@@ -345,7 +345,7 @@ static int try_all(const struct rough *c, struct search *s, int known, int found
     return found;
 }
 
-int least_impulses(const struct rough *c, enum known given, double *Pn, double *Pt)
+int least_impulses(const struct friction_problem *c, enum known given, double *Pn, double *Pt)
 {
     const size_t n = c->n;
     const int known = given == MOTION;
@@ -383,7 +383,7 @@ end:
 }
 
 /* The way that impulses have taken: they push where they are above their least, and friction that is not at its limit holds. */
-static void way_of(const struct rough *c, const double *Pn, const double *Pt, signed char *way)
+static void way_of(const struct friction_problem *c, const double *Pn, const double *Pt, signed char *way)
 {
     double load, speed;
     sizes(c, Pn, Pt, &load, &speed);
@@ -397,7 +397,7 @@ static void way_of(const struct rough *c, const double *Pn, const double *Pt, si
 }
 
 /* The rows that are at rest, also those of contacts that do not push: others may carry them, and know better what the motion is. */
-static int rows_at_rest(const struct rough *c, const double *Pn, const double *Pt, int *row)
+static int rows_at_rest(const struct friction_problem *c, const double *Pn, const double *Pt, int *row)
 {
     double load, speed;
     int rows = 0;
@@ -408,13 +408,13 @@ static int rows_at_rest(const struct rough *c, const double *Pn, const double *P
     return rows;
 }
 
-void refine_impulses(const struct rough *c, double *Pn, double *Pt)
+void refine_impulses(const struct friction_problem *c, double *Pn, double *Pt)
 {
     const size_t n = c->n;
     double *work = malloc((4 * n * n + 4 * n + 1) * sizeof *work);
     int *column = malloc((6 * n + 1) * sizeof *column), *order = column + 2 * n, *row = order + 2 * n;
     signed char *way = malloc(n + 1);
-    double worst = broken(c, Pn, Pt);
+    double worst = coulomb_residual(c, Pn, Pt);
     for (int pass = 0; work && column && way && pass < REFINEMENTS; pass++) {
         double *x = work + 4 * n * n, *normal = x + 2 * n, *tangent = normal + n;
         way_of(c, Pn, Pt, way);
@@ -427,7 +427,7 @@ void refine_impulses(const struct rough *c, double *Pn, double *Pt)
         const int rank = eliminate_dependent(rows, m, work, x, order, SINGULAR);
         for (int j = 0; j < rank; j++)
             change(c, way, column[order[j]], x[j], normal, tangent);
-        const double left = broken(c, normal, tangent);
+        const double left = coulomb_residual(c, normal, tangent);
         if (!rank || !(left < worst))
             break;
         worst = left;

@@ -30,7 +30,7 @@ static const double NEARLY = CCGEN_LIMIT(1e-8, 1e-4);
 /* Times what ends the approach of each contact alone and smooth, or the least impulses: more is looked at twice */
 static const double LARGE = 2.0;
 
-static double row_rate(const struct rough *c, int row, const double *Pn, const double *Pt)
+static double row_rate(const struct friction_problem *c, int row, const double *Pn, const double *Pt)
 {
     const int n = c->n;
     double rate = row < n ? c->bn[row] : c->bt[row - n];
@@ -40,7 +40,7 @@ static double row_rate(const struct rough *c, int row, const double *Pn, const d
 }
 
 /* Contact by contact, again and again, for more contacts than there are ways to try: 0 where it settles. */
-static int sweep(const struct rough *c, double *Pn, double *Pt)
+static int sweep(const struct friction_problem *c, double *Pn, double *Pt)
 {
     const int n = c->n;
     memset(Pn, 0, n * sizeof *Pn);
@@ -78,7 +78,7 @@ struct pivots {
     double *best, worst;                      /* [2n] the answer that breaks the law least, and by how much */
 };
 
-static void assemble(const struct rough *c, struct pivots *p)
+static void assemble(const struct friction_problem *c, struct pivots *p)
 {
     const int n = c->n, m = p->m;
     for (int i = 0; i < n; i++)
@@ -118,9 +118,9 @@ static void vary(struct pivots *p, int restart)
 }
 
 /* Whether an answer meets the law; if none does, the best one is remembered. */
-static int meets(const struct rough *c, struct pivots *p, const double *Pn, const double *Pt)
+static int meets(const struct friction_problem *c, struct pivots *p, const double *Pn, const double *Pt)
 {
-    const double worst = broken(c, Pn, Pt);
+    const double worst = coulomb_residual(c, Pn, Pt);
     if (worst < p->worst) {
         p->worst = worst;
         memcpy(p->best, Pn, c->n * sizeof *Pn);
@@ -131,7 +131,7 @@ static int meets(const struct rough *c, struct pivots *p, const double *Pn, cons
 
 /* By pivots, and where those have lost too many digits, once more from which contacts they let push, slide and stick: 0 where
  * the law is met. */
-static int pivots(const struct rough *c, struct pivots *p, int restart, double *Pn, double *Pt)
+static int pivots(const struct friction_problem *c, struct pivots *p, int restart, double *Pn, double *Pt)
 {
     if (restart)
         vary(p, restart);
@@ -149,7 +149,7 @@ static int pivots(const struct rough *c, struct pivots *p, int restart, double *
     return impulses_of(c, p->in, p->limit, Pn, Pt) || !meets(c, p, Pn, Pt) ? 3 : 0;
 }
 
-static int search(const struct rough *c, struct pivots *p, double *Pn, double *Pt)
+static int search(const struct friction_problem *c, struct pivots *p, double *Pn, double *Pt)
 {
     const int first = pivots(c, p, 0, Pn, Pt);
     if (!first)
@@ -166,10 +166,10 @@ static int search(const struct rough *c, struct pivots *p, double *Pn, double *P
     return 0;
 }
 
-int solve_friction(int n, const double *W, const double *bn, const double *bt, const double *mu, const signed char *slide,
+int solve_friction(int n, const double *W, const double *bn, const double *bt, const double *mu, const signed char *mode,
                    const double *least, double *Pn, double *Pt)
 {
-    const struct rough c = {.n = n, .W = W, .bn = bn, .bt = bt, .mu = mu, .slide = slide, .least = least};
+    const struct friction_problem c = {.n = n, .W = W, .bn = bn, .bt = bt, .mu = mu, .mode = mode, .least = least};
     struct pivots p = {.m = n, .worst = INFINITY};
     int result = 2;
     double *work = calloc((size_t)9 * n * n + 18 * n + 1, sizeof *work);
@@ -201,9 +201,9 @@ end:
     return result;
 }
 
-int solve_friction_least(const struct rough *c, double *Pn, double *Pt)
+int solve_friction_least(const struct friction_problem *c, double *Pn, double *Pt)
 {
-    const int wrong = solve_friction(c->n, c->W, c->bn, c->bt, c->mu, c->slide, c->least, Pn, Pt);
+    const int wrong = solve_friction(c->n, c->W, c->bn, c->bt, c->mu, c->mode, c->least, Pn, Pt);
     if (wrong)
         return wrong;
     const double bound = c->least ? loaded(c, c->least) : 0.0, usual = LARGE * (approaching(c) + bound);

@@ -8,7 +8,7 @@
 
 const double SHUT = 1e-12;
 
-int make_holding(struct holding *h, const struct ccgen_model *m)
+int make_active_set(struct active_set *h, const struct ccgen_model *m)
 {
     const size_t c = m->contacts, n = m->nu;
     memset(h, 0, sizeof *h);
@@ -20,7 +20,7 @@ int make_holding(struct holding *h, const struct ccgen_model *m)
     if (!h->set || !h->closed || !h->force)
         return 1;
     h->of = h->set + c;
-    h->slide = (signed char *)h->closed + c;
+    h->mode = (signed char *)h->closed + c;
     h->columns = h->force + 2 * c;
     h->W = h->columns + 2 * c * n;
     h->units = h->W + 4 * c * c;
@@ -38,33 +38,33 @@ int make_holding(struct holding *h, const struct ccgen_model *m)
     return 0;
 }
 
-void free_holding(struct holding *h)
+void free_active_set(struct active_set *h)
 {
     free(h->set);
     free(h->closed);
     free(h->force);
 }
 
-void hold_contacts(struct holding *h, int count, const int *set, const signed char *slide)
+void activate(struct active_set *h, int count, const int *set, const signed char *mode)
 {
     h->count = h->rows = count;
     for (int i = 0; i < count; i++) {
         h->set[i] = set[i];
-        h->slide[i] = slide[i];
+        h->mode[i] = mode[i];
         h->of[i] = i;
     }
     for (int i = 0; i < count; i++)
-        if (slide[i] == STICKS)
+        if (mode[i] == STICK)
             h->of[h->rows++] = i;
     for (int i = 0; i < h->rows; i++)
         h->weight[i] = 1.0;
 }
 
-void held_row(struct system *s, const double *q, int row, int friction, double *f)
+void active_row(struct system *s, const double *q, int row, int friction, double *f)
 {
-    struct holding *h = s->holding;
+    struct active_set *h = s->active;
     const struct ccgen_model *m = s->model;
-    const int i = h->of[row], contact = h->set[i], slides = friction ? against(h->slide[i]) : 0;
+    const int i = h->of[row], contact = h->set[i], slides = friction ? against(h->mode[i]) : 0;
     h->pushes[contact] = 1.0;
     (row < h->count ? m->contact_impulse : m->slip_impulse)(s->k, q, h->pushes, f);
     if (slides) {
@@ -77,16 +77,16 @@ void held_row(struct system *s, const double *q, int row, int friction, double *
 }
 
 /* values[rows] of the normals and, for those that stick, of the tangents, from those of all contacts */
-static void rows_of(const struct holding *h, int rows, const double *normal, const double *tangent, double *values)
+static void rows_of(const struct active_set *h, int rows, const double *normal, const double *tangent, double *values)
 {
     for (int i = 0; i < rows; i++)
         values[i] = (i < h->count ? normal : tangent)[h->set[h->of[i]]];
 }
 
-int held_bias(struct system *s, const double *q, const double *u, double *bias)
+int active_bias(struct system *s, const double *q, const double *u, double *bias)
 {
-    struct holding *h = s->holding;
-    if (!holds(s))
+    struct active_set *h = s->active;
+    if (!active_count(s))
         return 0;
     s->model->gap_bias(s->k, q, u, h->rates);
     if (h->rows > h->count)

@@ -4,35 +4,46 @@
 
 #include "model/system.h"
 
-/* how a contact is held */
-enum { APART, HELD, CARRIED };
+/* How a contact stays closed, or that it does not. IMPLIED: others keep it closed. GRAZING: it touches without pressing, and so
+ * without the friction that it may have, as between bodies that move side by side. AT_LIMIT: its friction is at the limit, against
+ * forward or backward sliding, while other contacts that stick keep it where it is. What slides has the sign of its sliding, what is
+ * at the limit that of the sliding that friction is against. */
+enum contact_mode {
+    SLIP_BACKWARD = -1,
+    FRICTIONLESS = 0,
+    SLIP_FORWARD = 1,
+    STICK = 2,
+    AT_LIMIT_FORWARD = 3,
+    AT_LIMIT_BACKWARD = -AT_LIMIT_FORWARD,
+    GRAZING = 4,
+    IMPLIED = 5,
+    OPEN = 6
+};
 
-/* how a held contact moves along its ground: it is smooth; it slides forward (1) or backward (-1); it sticks; or its friction
- * is at the limit, against forward (3) or backward (-3) sliding, while other contacts that stick keep it where it is; or
- * it touches without pressing, and so without the friction that it may have, as between bodies that move side by side */
-enum { SMOOTH = 0, STICKS = 2, LIMIT = 3, TOUCHES = 4 };
+/* whether a contact is watched for impacts (0), or closed: by a force of its own, or implied by others */
+enum { WATCHED, PUSHING, CARRIED };
 
 /* the sign of the sliding that friction is against at its limit; 0 where it is not at the limit */
-static inline int against(int slide)
+static inline int against(int mode)
 {
-    return slide == STICKS || slide == TOUCHES ? 0 : (slide > 0) - (slide < 0);
+    return mode == STICK || mode == GRAZING ? 0 : (mode > 0) - (mode < 0);
 }
 
 /* The contacts that are held closed. Those of `set` push, each as hard as it must for its gap to stay what it is, or touch;
  * others are closed because these carry them. With no contact in `set` the motion is flight. Each is a row of a problem in
  * the forces; those that stick have a second, tangential row, below all others. */
-struct holding {
+struct active_set {
     int count;          /* contacts that push, or touch */
     int *set;           /* [count] which */
-    signed char *slide; /* [count] how they move along their grounds */
+    signed char *mode;  /* [count] enum contact_mode */
     int rows;           /* count, and how many of them stick */
     int *of;            /* [rows] the contact of each row, as a number in `set` */
     double *force;      /* [rows] N, of the last acceleration */
     double *least;      /* [count] N: what the force of one that touches without pressing is known to; 0 of others */
     double *peak;       /* [contacts] N: the most that each has pushed with since nothing was held */
     double *weight;     /* [rows] how much a row bears where forces can be shared: friction by the square root of its limit */
-    char *closed;       /* [contacts] APART, HELD or CARRIED; only those apart are watched for impacts */
-    int carried;        /* how many are carried */
+    char *closed;       /* [contacts] WATCHED for impacts, or closed: PUSHING, or CARRIED by others */
+    int implied;        /* how many are carried */
     double window;      /* s: what eight pieces last showed the watched values in; 0 where that is not known */
     double *columns;    /* [2 contacts][n] motion that a unit impulse of each row gives, loops held shut */
     double *W;          /* [2 contacts][2 contacts] rates that it gives */
@@ -47,11 +58,11 @@ struct holding {
 };
 
 /* 0, or 1 when memory runs out */
-int make_holding(struct holding *h, const struct ccgen_model *m);
-void free_holding(struct holding *h);
+int make_active_set(struct active_set *h, const struct ccgen_model *m);
+void free_active_set(struct active_set *h);
 
-/* Hold `count` contacts `set`, `slide` as above: what follows from it. */
-void hold_contacts(struct holding *h, int count, const int *set, const signed char *slide);
+/* Hold `count` contacts `set`, with their modes: what follows from it. */
+void activate(struct active_set *h, int count, const int *set, const signed char *mode);
 
 /* Entries of a column of contacts' impulses: the normal ones of all contacts, then with friction the tangential ones */
 static inline int width_of(const struct system *s)
@@ -60,21 +71,21 @@ static inline int width_of(const struct system *s)
 }
 
 /* bias[rows] (m/s^2) of the held contacts; returns how many rows they have. */
-int held_bias(struct system *s, const double *q, const double *u, double *bias);
+int active_bias(struct system *s, const double *q, const double *u, double *bias);
 
 /* Generalized forces f[n] of row number `row`; `friction`: with the friction of a contact that slides. */
-void held_row(struct system *s, const double *q, int row, int friction, double *f);
+void active_row(struct system *s, const double *q, int row, int friction, double *f);
 
 /* How many contacts are held */
-static inline int holds(const struct system *s)
+static inline int active_count(const struct system *s)
 {
-    return s->holding ? s->holding->count : 0;
+    return s->active ? s->active->count : 0;
 }
 
 /* How many rows they have; in a projection of the position all contacts have one */
-static inline int held_rows(const struct system *s, int speed)
+static inline int active_rows(const struct system *s, int speed)
 {
-    return s->holding ? speed ? s->holding->rows : s->holding->count : 0;
+    return s->active ? speed ? s->active->rows : s->active->count : 0;
 }
 
 /* times extent: a gap so small is closed: it may be shut without moving anything */

@@ -30,12 +30,12 @@ static int solve_sliding(int n, double *W, double *x)
  * closure, are nearly dependent, or friction jams. */
 static int push(struct system *s, const double *q, int rows, int friction, double *force, double *motion)
 {
-    struct holding *h = s->holding;
+    struct active_set *h = s->active;
     const struct ccgen_model *m = s->model;
     const int width = width_of(s), c = m->contacts;
     int sliding = 0;
     for (int j = 0; j < rows; j++) {
-        const int i = h->of[j], contact = h->set[i], slides = friction ? against(h->slide[i]) : 0;
+        const int i = h->of[j], contact = h->set[i], slides = friction ? against(h->mode[i]) : 0;
         double *unit = h->units + (size_t)j * width;
         unit[j < h->count ? contact : c + contact] = 1.0;
         if (slides)
@@ -62,7 +62,7 @@ static int push(struct system *s, const double *q, int rows, int friction, doubl
 /* rates of the rows of a motion, less than which `wanted` has to be brought */
 static void less_rates(struct system *s, const double *q, int rows, const double *motion)
 {
-    struct holding *h = s->holding;
+    struct active_set *h = s->active;
     s->model->gap_rates(s->k, q, motion, h->rates);
     if (rows > h->count)
         s->model->slips(s->k, q, motion, h->slips);
@@ -70,20 +70,20 @@ static void less_rates(struct system *s, const double *q, int rows, const double
         h->wanted[i] -= (i < h->count ? h->rates : h->slips)[h->set[h->of[i]]];
 }
 
-int hold_acceleration(struct system *s, const double *q, const double *u, double *u_dot)
+int add_contact_accelerations(struct system *s, const double *q, const double *u, double *u_dot)
 {
-    struct holding *h = s->holding;
-    held_bias(s, q, u, h->wanted);
+    struct active_set *h = s->active;
+    active_bias(s, q, u, h->wanted);
     for (int i = 0; i < h->rows; i++)
         h->wanted[i] = -h->wanted[i];
     less_rates(s, q, h->rows, u_dot);
     return push(s, q, h->rows, 1, h->force, u_dot);
 }
 
-int hold_jump(struct system *s, const double *q, int speed, const double *wanted, double *du)
+int add_contact_jump(struct system *s, const double *q, int speed, const double *wanted, double *du)
 {
-    struct holding *h = s->holding;
-    const int rows = held_rows(s, speed);
+    struct active_set *h = s->active;
+    const int rows = active_rows(s, speed);
     memmove(h->wanted, wanted, rows * sizeof *wanted);
     less_rates(s, q, rows, du);
     return push(s, q, rows, 0, h->force, du);

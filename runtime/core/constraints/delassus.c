@@ -8,7 +8,7 @@
 #include "constraints/nullspace.h"
 
 /* The same column by column, where the joined function has not solved or digits are refined */
-static enum outcome compliance_by_columns(struct system *s, const double *q, int count, const int *set, double *columns,
+static enum outcome delassus_by_columns(struct system *s, const double *q, int count, const int *set, double *columns,
                                           double *W, double *pushes, double *rates, double *f)
 {
     const struct ccgen_model *m = s->model;
@@ -21,7 +21,7 @@ static enum outcome compliance_by_columns(struct system *s, const double *q, int
         pushes[contact] = 1.0;
         (j < count ? m->contact_impulse : m->slip_impulse)(s->k, q, pushes, f);
         pushes[contact] = 0.0;
-        const enum outcome outcome = system_impulse(s, q, f, s->bias, NEAREST, column, s->multipliers);
+        const enum outcome outcome = system_impulse(s, q, f, s->bias, RANK_TOLERANCE, column, s->multipliers);
         if (outcome)
             return outcome;
         for (int i = 0; i < all; i++) {
@@ -33,7 +33,7 @@ static enum outcome compliance_by_columns(struct system *s, const double *q, int
     return OUTCOME_DONE;
 }
 
-enum outcome compliance(struct system *s, const double *q, int count, const int *set, double *columns, double *W,
+enum outcome delassus(struct system *s, const double *q, int count, const int *set, double *columns, double *W,
                         double *units, double *answers, double *pushes, double *rates, double *f)
 {
     const struct ccgen_model *m = s->model;
@@ -50,7 +50,7 @@ enum outcome compliance(struct system *s, const double *q, int count, const int 
         for (int i = 0; i < all; i++)
             W[i * all + j] = answers[(size_t)j * width + set[i % count] + (i < count ? 0 : m->contacts)];
     const enum outcome outcome =
-        wrong ? compliance_by_columns(s, q, count, set, columns, W, pushes, rates, f) : OUTCOME_DONE;
+        wrong ? delassus_by_columns(s, q, count, set, columns, W, pushes, rates, f) : OUTCOME_DONE;
     for (int i = 0; i < all && !outcome; i++)
         for (int j = 0; j < i; j++)
             W[i * all + j] = W[j * all + i] = 0.5 * (W[i * all + j] + W[j * all + i]);

@@ -18,16 +18,16 @@ enum outcome system_impulse(struct system *s, const double *q, const double *f, 
 {
     if (!s->model->impulse(s->k, q, f, y, du, Lambda))
         return s->refine ? refine_impulse(s, q, f, y, du, Lambda) : OUTCOME_DONE;
-    return solve_dependent(s, q, 0, y, NULL, nearest, momentum_residual, f, du, Lambda);
+    return solve_in_nullspace(s, q, 0, y, NULL, nearest, momentum_residual, f, du, Lambda);
 }
 
 enum outcome system_correction(struct system *s, const double *q, int speed, double *rows, double nearest, double *du)
 {
     const struct ccgen_model *m = s->model;
     int dependent = m->impulse(s->k, q, s->zero, rows, du, NULL);
-    if (!dependent && holds(s))
-        dependent = s->refine || hold_jump(s, q, speed, rows + m->rows, du);
+    if (!dependent && active_count(s))
+        dependent = s->refine || add_contact_jump(s, q, speed, rows + m->rows, du);
     if (!dependent)
         return OUTCOME_DONE;
-    return solve_dependent(s, q, held_rows(s, speed), rows, NULL, nearest, momentum_residual, s->zero, du, s->multipliers);
+    return solve_in_nullspace(s, q, active_rows(s, speed), rows, NULL, nearest, momentum_residual, s->zero, du, s->multipliers);
 }

@@ -18,8 +18,8 @@
 #include "constraints/active_set.h"
 
 enum { PASSES = 3 };                                      /* of refinement */
-const double NEAREST = CCGEN_LIMIT(1e-10, 4e-5), NEAREST_PROJECTED = CCGEN_LIMIT(1e-5, 6e-3);
-static const double RECOVERED = CCGEN_LIMIT(1e-12, 5e-6); /* a last correction smaller than this is rounding */
+const double RANK_TOLERANCE = CCGEN_LIMIT(1e-10, 4e-5), RANK_TOLERANCE_PROJECTED = CCGEN_LIMIT(1e-5, 6e-3);
+static const double REFINED_ENOUGH = CCGEN_LIMIT(1e-12, 5e-6); /* a last correction smaller than this is rounding */
 
 /* Least-norm multipliers with A^T lambda = force: a second factorisation, of the triangle's rows. */
 static void least_norm(int n, int rows, int rank, const double *g, const double *diagonal, const int *order,
@@ -63,7 +63,7 @@ static void write_rows(struct system *s, const double *q, int held, const double
     if (m->drives && t)
         m->prescribed(s->k, *t, right + closed);
     for (int j = 0; j < held; j++)
-        held_row(s, q, j, 0, g + (fixed + j) * n);
+        active_row(s, q, j, 0, g + (fixed + j) * n);
     memcpy(right + fixed, y + closed, held * sizeof *right);
     for (size_t j = 0; j < rows; j++) {
         double sum = 0.0;
@@ -107,10 +107,10 @@ static int factorise_rows(struct system *s, const double *q, struct factors *f)
     write_rows(s, q, 0, s->bias, NULL, f->g, f->right, f->length);
     for (size_t j = 0; j < rows; j++)
         f->order[j] = (int)j;
-    return reduce_columns((int)n, (int)rows, f->g, NEAREST, f->diagonal, f->beta, f->order);
+    return reduce_columns((int)n, (int)rows, f->g, RANK_TOLERANCE, f->diagonal, f->beta, f->order);
 }
 
-int independent_rows(struct system *s, const double *q, double *nearest)
+int row_rank(struct system *s, const double *q, double *nearest)
 {
     struct factors f;
     const int rank = factorise_rows(s, q, &f);
@@ -122,7 +122,7 @@ int independent_rows(struct system *s, const double *q, double *nearest)
     return rank;
 }
 
-int lost_row(struct system *s, const double *q, int number, double *lambda)
+int left_null_vector(struct system *s, const double *q, int number, double *lambda)
 {
     const int n = s->n, rows = s->model->rows + s->model->drives;
     struct factors f;
@@ -143,10 +143,10 @@ int lost_row(struct system *s, const double *q, int number, double *lambda)
     return lost;
 }
 
-double nearest_row(struct system *s, const double *q)
+double rank_margin(struct system *s, const double *q)
 {
     double nearest;
-    independent_rows(s, q, &nearest);
+    row_rank(s, q, &nearest);
     return nearest;
 }
 
@@ -158,11 +158,11 @@ static void note_inexact(struct system *s, int n, const double *x, int count, co
         whole = fmax(whole, fabs(x[i]));
     for (int j = 0; j < count; j++)
         last = fmax(last, fabs(more[j]));
-    if (whole > 0.0 && last > RECOVERED * whole)
-        s->inexact = fmax(s->inexact, last / whole);
+    if (whole > 0.0 && last > REFINED_ENOUGH * whole)
+        s->refinement_residual = fmax(s->refinement_residual, last / whole);
 }
 
-enum outcome solve_dependent(struct system *s, const double *q, int held, const double *y, const double *t, double nearest,
+enum outcome solve_in_nullspace(struct system *s, const double *q, int held, const double *y, const double *t, double nearest,
                              affine *residual, const void *context, double *x, double *lambda)
 {
     const struct ccgen_model *m = s->model;
@@ -170,7 +170,7 @@ enum outcome solve_dependent(struct system *s, const double *q, int held, const 
     double *work = malloc((rows * n + rows * rows + 9 * rows + 2 * n * n + 3 * n) * sizeof *work);
     int *order = malloc((rows + 1) * sizeof *order);
     enum outcome outcome = OUTCOME_NO_MEMORY;
-    s->dependent++;
+    s->rank_deficient++;
     if (!work || !order)
         goto end;
     outcome = OUTCOME_INTERRUPTED;
@@ -185,7 +185,7 @@ enum outcome solve_dependent(struct system *s, const double *q, int held, const 
     const int rank = reduce_columns((int)n, (int)rows, g, nearest, diagonal, beta, order);
     const size_t free_ = n - rank;
     for (size_t j = 0; j < rows; j++)
-        weight[j] = j < fixed ? 1.0 : s->holding->weight[j - fixed];
+        weight[j] = j < fixed ? 1.0 : s->active->weight[j - fixed];
     memset(x, 0, n * sizeof *x);
     for (int k = 0; k < rank; k++)
         x[k] = right[order[k]] / length[order[k]];
@@ -221,7 +221,7 @@ enum outcome solve_dependent(struct system *s, const double *q, int held, const 
         residual(s, q, context, x, b);
     }
     if (s->refine && free_)
-        note_inexact(s, (int)n, x, (int)free_, more, t ? s->usual : 0.0);
+        note_inexact(s, (int)n, x, (int)free_, more, t ? s->acceleration_scale : 0.0);
     least_norm((int)n, (int)rows, rank, g, diagonal, order, length, weight, beta, b, more + n, every);
     memcpy(lambda, every, m->rows * sizeof *lambda);
     memcpy(lambda + m->rows, every + fixed, held * sizeof *lambda);

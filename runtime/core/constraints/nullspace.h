@@ -11,21 +11,21 @@ typedef void affine(const struct system *s, const double *q, const void *context
  * of A are those of the closure, and of the first `held` rows of the held contacts below them. A row nearer to the span of
  * the others than `nearest`, relative to its joint's rows, does not count. Driven joints have the prescribed accelerations
  * at time *t, or do not move against each other where `t` is NULL. */
-enum outcome solve_dependent(struct system *s, const double *q, int held, const double *y, const double *t, double nearest,
+enum outcome solve_in_nullspace(struct system *s, const double *q, int held, const double *y, const double *t, double nearest,
                              affine *residual, const void *context, double *x, double *lambda);
 
 /* How near the nearest row of the closure and of driven joints comes to the span of the others, of those that count;
  * 1 where rows are at right angles */
-double nearest_row(struct system *s, const double *q);
+double rank_margin(struct system *s, const double *q);
 
 /* How many of these rows count, and how near the nearest of them comes */
-int independent_rows(struct system *s, const double *q, double *nearest);
+int row_rank(struct system *s, const double *q, double *nearest);
 
 /* lambda[rows + drives] with lambda . A = 0 for row number 0, 1, ... of those that do not count; whether there is one */
-int lost_row(struct system *s, const double *q, int number, double *lambda);
+int left_null_vector(struct system *s, const double *q, int number, double *lambda);
 
 /* How near closure rows come to dependence before one is left out: of the equations of motion, and of projection, where
  * a correction along a row that almost vanishes would be rounding made large */
-extern const double NEAREST, NEAREST_PROJECTED;
+extern const double RANK_TOLERANCE, RANK_TOLERANCE_PROJECTED;
 
 #endif

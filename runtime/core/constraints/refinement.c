@@ -70,7 +70,7 @@ static enum outcome refine(struct system *s, const double *q, const struct unred
     for (int pass = 0; pass < PASSES && left > ENOUGH; pass++) {
         if (correct_by_kernel(s, q, of, x, lambda, &w))
             break;
-        const double whole = of->u ? fmax(fastest(s, x), s->usual) : fastest(s, x);
+        const double whole = of->u ? fmax(fastest(s, x), s->acceleration_scale) : fastest(s, x);
         left = fastest(s, w.dx) / (whole > 0.0 ? whole : 1.0);
         for (int i = 0; i < s->n; i++)
             x[i] += w.dx[i];
@@ -79,7 +79,7 @@ static enum outcome refine(struct system *s, const double *q, const struct unred
     }
     free_correction(&w);
     if (left > ENOUGH)
-        s->inexact = fmax(s->inexact, left);
+        s->refinement_residual = fmax(s->refinement_residual, left);
     return left <= HOPELESS ? OUTCOME_DONE : OUTCOME_INEXACT;
 }
 

@@ -6,6 +6,6 @@
 
 /* The hybrid automaton. Motion is smooth, with some contacts held or with none (flight), until an event; then closed
  * contacts that approach strike, and those that are pressed shut and do not bounce are held from then on. */
-enum outcome alternate(struct flight *f);
+enum outcome run_automaton(struct phase *f);
 
 #endif

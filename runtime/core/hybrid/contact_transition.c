@@ -31,7 +31,7 @@ static enum outcome solve(struct decision *d, int except, double *P)
 {
     const int n = d->count, rough = d->all > n;
     double *W = d->part, *b = W + d->all * d->all, *mu = b + d->all, *x = mu + n;
-    signed char *slide = d->slide + n;
+    signed char *mode = d->mode + n;
     int m = 0;
     for (int i = 0; i < n; i++)
         m += d->in[i] && i != except;
@@ -46,12 +46,12 @@ static enum outcome solve(struct decision *d, int except, double *P)
                 W[k * width + l++] = d->W[i * d->all + j];
         if (rough && k < m) {
             mu[k] = d->mu[d->contact[i]];
-            slide[k] = d->slide[i];
+            mode[k] = d->mode[i];
         }
         b[k++] = d->b[i];
     }
     memset(P, 0, d->all * sizeof *P);
-    const int wrong = rough ? solve_friction(m, W, b, b + m, mu, slide, NULL, x, x + m) : solve_complementarity(m, W, b, x);
+    const int wrong = rough ? solve_friction(m, W, b, b + m, mu, mode, NULL, x, x + m) : solve_complementarity(m, W, b, x);
     if (wrong)
         return rough && wrong == 1 ? OUTCOME_JAMMED : OUTCOME_REPEATS;
     k = 0;
@@ -81,7 +81,7 @@ static int stays(const struct decision *d, int i)
 }
 
 /* Take out contacts that still bounce, until all that push have come to rest. */
-static enum outcome take_out(const struct flight *f, struct decision *d, int resting)
+static enum outcome release_bouncing(const struct phase *f, struct decision *d, int resting)
 {
     for (int i = 0; i <= d->count; i++) {
         if (interrupted(f->s->interruption, 0))
@@ -92,13 +92,13 @@ static enum outcome take_out(const struct flight *f, struct decision *d, int res
         int bouncing = -1;
         for (int j = 0; j < d->count && bouncing < 0; j++) {
             const double speed = f->rates[d->contact[j]], e = f->s->restitution[d->contact[j]];
-            if (!pushes(d, j) || speed <= slow(f, d->contact[j]) || resting == ALL_REST || resting == d->contact[j])
+            if (!pushes(d, j) || speed <= rest_velocity(f, d->contact[j]) || resting == ALL_REST || resting == d->contact[j])
                 continue;
-            if ((outcome = solve(d, j, d->rest)))
+            if ((outcome = solve(d, j, d->trial)))
                 return outcome;
-            const double fall = -gap_acceleration(d, j, d->rest) / d->enlarged;
+            const double fall = -gap_acceleration(d, j, d->trial) / d->enlarged;
             if (!(2.0 * speed <= REST_TIME * fmax(1.0, fabs(f->t)) * fall * (1.0 - e)) &&
-                !(speed * speed <= 2.0 * fall * f->unresolved * f->s->extent[d->contact[j]]))
+                !(speed * speed <= 2.0 * fall * f->gap_uncertainty * f->s->extent[d->contact[j]]))
                 bouncing = j;
         }
         if (bouncing < 0)
@@ -109,8 +109,8 @@ static enum outcome take_out(const struct flight *f, struct decision *d, int res
 }
 
 /* Whether the motion of row i (a gap, or beyond `count` a sliding) is fixed by what is held: the gaps of all that stay, and
- * the sliding of those that stick. `slide` is that of the contacts that stay, in their order. */
-static int fixed(struct decision *d, int i, const signed char *slide)
+ * the sliding of those that stick. `mode` is that of the contacts that stay, in their order. */
+static int fixed(struct decision *d, int i, const signed char *mode)
 {
     const int n = d->count, all = d->all;
     double *W = d->part, *r = W + all * all, *x = r + all, left = d->W[i * all + i];
@@ -119,7 +119,7 @@ static int fixed(struct decision *d, int i, const signed char *slide)
         if (!stays(d, a))
             continue;
         row[m++] = a;
-        if (slide[k++] == STICKS && n + a != i)
+        if (mode[k++] == STICK && n + a != i)
             row[m++] = n + a;
     }
     for (int a = 0; a < m; a++) {
@@ -144,85 +144,85 @@ static int at_limit(const struct decision *d, int i)
 /* How a contact that pushes moves along its ground: it sticks where its sliding does not accelerate, else it slides against
  * friction at its limit. Where events follow each other without time, one that gives and yet does not accelerate, or has just
  * given or stopped, stays at its limit: what it slides is rounding, and would send it back and forth. */
-static signed char slide_of(const struct decision *d, int i)
+static signed char mode_of(const struct decision *d, int i)
 {
     if (d->all == d->count || d->mu[d->contact[i]] == 0.0)
-        return SMOOTH;
+        return FRICTIONLESS;
     if (d->touches[i])
-        return TOUCHES;
-    if (d->slide[i])
-        return d->slide[i];
-    const int how = d->crowded && d->contact[i] == d->loss.contact ? d->loss.how : PULLS;
-    const int sign = how == GIVES_FORWARD ? 1 : how == GIVES_BACKWARD ? -1 : at_limit(d, i);
+        return GRAZING;
+    if (d->mode[i])
+        return d->mode[i];
+    const int how = d->events_crowd && d->contact[i] == d->loss.contact ? d->loss.how : DETACHES;
+    const int sign = how == SLIPS_FORWARD ? 1 : how == SLIPS_BACKWARD ? -1 : at_limit(d, i);
     const int moves = sign && fabs(gap_acceleration(d, d->count + i, d->P)) > PRESSED * d->scale;
-    if (d->crowded && sign && ((!moves && d->given[i]) || how == STOPS || how == GIVES_FORWARD || how == GIVES_BACKWARD))
-        return (signed char)(sign * LIMIT);
-    return moves || (sign && d->given[i]) ? sign : STICKS;
+    if (d->events_crowd && sign && ((!moves && d->given[i]) || how == SLIP_ENDS || how == SLIPS_FORWARD || how == SLIPS_BACKWARD))
+        return (signed char)(sign * AT_LIMIT_FORWARD);
+    return moves || (sign && d->given[i]) ? sign : STICK;
 }
 
 /* Hold the contacts that stay. With `limits`, friction that is at its limit stays there although the contact does not move,
  * because others that stick do not let it. */
-static void hold_pushing(struct flight *f, struct decision *d, int limits)
+static void activate_staying(struct phase *f, struct decision *d, int limits)
 {
-    signed char *slide = d->slide + d->count;
+    signed char *mode = d->mode + d->count;
     int count = 0;
     for (int i = 0; i < d->count; i++)
         if (stays(d, i)) {
-            slide[count] = slide_of(d, i);
-            f->s->holding->least[count] = d->touches[i] ? 2.0 * PRESSED * d->scale / d->W[i * d->all + i] : 0.0;
+            mode[count] = mode_of(d, i);
+            f->s->active->least[count] = d->touches[i] ? 2.0 * PRESSED * d->scale / d->W[i * d->all + i] : 0.0;
             f->set[count++] = d->contact[i];
         }
     for (int i = 0, k = 0; limits && i < d->count; i++) {
         if (!stays(d, i))
             continue;
-        if (slide[k] != TOUCHES && (slide[k] == STICKS || d->given[i]) && at_limit(d, i) && fixed(d, d->count + i, slide))
-            slide[k] = (signed char)(at_limit(d, i) * LIMIT);
+        if (mode[k] != GRAZING && (mode[k] == STICK || d->given[i]) && at_limit(d, i) && fixed(d, d->count + i, mode))
+            mode[k] = (signed char)(at_limit(d, i) * AT_LIMIT_FORWARD);
         k++;
     }
-    hold_contacts(f->s->holding, count, f->set, slide);
+    activate(f->s->active, count, f->set, mode);
     for (int i = 0, k = 0, row = count; i < d->count; i++)
-        if (stays(d, i) && slide[k++] == STICKS)
-            f->s->holding->weight[row++] = sqrt(d->mu[d->contact[i]] * d->P[i] / d->scale);
+        if (stays(d, i) && mode[k++] == STICK)
+            f->s->active->weight[row++] = sqrt(d->mu[d->contact[i]] * d->P[i] / d->scale);
 }
 
 /* Hold those too that neither push nor open; what has just stirred is not asked again. */
-static void keep_touching(struct flight *f, struct decision *d, struct loss loss, int limits)
+static void activate_grazing(struct phase *f, struct decision *d, struct mode_change loss, int limits)
 {
     for (int i = 0; i < d->count; i++) {
         const int c = d->contact[i];
-        if (stays(d, i) || !d->in[i] || c == loss.contact || fabs(f->rates[c]) > slow(f, c) ||
-            fabs(gap_acceleration(d, i, d->P)) > PRESSED * d->scale || fixed(d, i, f->s->holding->slide))
+        if (stays(d, i) || !d->in[i] || c == loss.contact || fabs(f->rates[c]) > rest_velocity(f, c) ||
+            fabs(gap_acceleration(d, i, d->P)) > PRESSED * d->scale || fixed(d, i, f->s->active->mode))
             continue;
         d->touches[i] = 1;
-        hold_pushing(f, d, limits);
+        activate_staying(f, d, limits);
     }
 }
 
 /* Hold the contacts that stay, and note which others they carry. Forces of least norm share the
  * friction of those that stick, beside each other or with the joints; if that is more than one of them can bear, they share
  * it as the solution has it. */
-static enum outcome hold(struct flight *f, struct decision *d, struct loss loss)
+static enum outcome activate_selected(struct phase *f, struct decision *d, struct mode_change loss)
 {
-    struct holding *h = f->s->holding;
-    const int gives = loss.how == GIVES_FORWARD || loss.how == GIVES_BACKWARD;
-    hold_pushing(f, d, gives);
-    keep_touching(f, d, loss, gives);
+    struct active_set *h = f->s->active;
+    const int gives = loss.how == SLIPS_FORWARD || loss.how == SLIPS_BACKWARD;
+    activate_staying(f, d, gives);
+    activate_grazing(f, d, loss, gives);
     for (int i = 0; i < h->count; i++)
-        h->closed[h->set[i]] = HELD;
+        h->closed[h->set[i]] = PUSHING;
     for (int i = 0; i < d->count && h->count; i++)
-        if (!stays(d, i) && fixed(d, i, h->slide)) {
+        if (!stays(d, i) && fixed(d, i, h->mode)) {
             h->closed[d->contact[i]] = CARRIED;
-            h->carried++;
+            h->implied++;
         }
     if (h->rows <= h->count)
         return OUTCOME_DONE;
     double *values = f->search;
-    const enum outcome outcome = watch(f->s, f->t, f->y, f->dy, values);
+    const enum outcome outcome = switching_functions(f->s, f->t, f->y, f->dy, values);
     int over = 0;
-    for (int w = h->count; w < watched(f->s); w++)
-        over |= watcher(f->s, w).how != STOPS && values[w] < 0.0;
+    for (int w = h->count; w < switching_count(f->s); w++)
+        over |= mode_change_of(f->s, w).how != SLIP_ENDS && values[w] < 0.0;
     if (over)
-        hold_pushing(f, d, 1);
+        activate_staying(f, d, 1);
     return outcome;
 }
 
@@ -230,8 +230,8 @@ static enum outcome hold(struct flight *f, struct decision *d, struct loss loss)
 static int undetermined(const struct decision *d)
 {
     for (int i = 0; d->all > d->count && i < d->count; i++) {
-        const double *row = d->W + i * d->all, own = row[i] - d->slide[i] * d->mu[d->contact[i]] * row[d->count + i];
-        if (d->in[i] && d->slide[i] && own < 0.0 && d->b[i] > PRESSED * d->scale)
+        const double *row = d->W + i * d->all, own = row[i] - d->mode[i] * d->mu[d->contact[i]] * row[d->count + i];
+        if (d->in[i] && d->mode[i] && own < 0.0 && d->b[i] > PRESSED * d->scale)
             return 1;
     }
     return 0;
@@ -240,78 +240,77 @@ static int undetermined(const struct decision *d)
 /* Bring the gaps of what is held to rest, and the sliding of what was asked whether it slides: that is rounding, and may be
  * against the direction in which it will slide. Other closed contacts that this drives into their grounds come to rest with
  * them: they would strike and undo it. */
-static enum outcome rest(struct flight *f, struct decision *d, int resting)
+static enum outcome project_contact_velocities(struct phase *f, struct decision *d, int resting)
 {
-    struct holding *h = f->s->holding;
-    signed char *slide = d->slide + d->count;
+    struct active_set *h = f->s->active;
+    signed char *mode = d->mode + d->count;
     const int count = h->count, rows = h->rows;
-    memcpy(slide, h->slide, count);
-    memcpy(d->rest, h->weight, rows * sizeof *d->rest);
+    memcpy(mode, h->mode, count);
+    memcpy(d->trial, h->weight, rows * sizeof *d->trial);
     for (int i = 0, k = 0; f->s->friction && i < d->count; i++)
         if (stays(d, i)) {
-            h->slide[k] = d->slide[i] || d->touches[i] || d->mu[d->contact[i]] == 0.0 ? slide[k] : STICKS;
+            h->mode[k] = d->mode[i] || d->touches[i] || d->mu[d->contact[i]] == 0.0 ? mode[k] : STICK;
             k++;
         }
-    hold_contacts(h, count, h->set, h->slide);
+    activate(h, count, h->set, h->mode);
     enum outcome outcome = project_velocity(f->s, f->y, f->y + f->s->n);
     f->s->model->gap_rates(f->s->k, f->y, f->y + f->s->n, f->rates);
     for (int i = 0; resting == ALL_REST && i < d->count; i++)
         if (!stays(d, i) && f->rates[d->contact[i]] < 0.0) {
-            h->slide[h->count] = SMOOTH;
+            h->mode[h->count] = FRICTIONLESS;
             h->set[h->count++] = d->contact[i];
         }
     if (!outcome && h->count > count) {
-        hold_contacts(h, h->count, h->set, h->slide);
+        activate(h, h->count, h->set, h->mode);
         outcome = project_velocity(f->s, f->y, f->y + f->s->n);
     }
-    hold_contacts(h, count, h->set, slide);
-    memcpy(h->weight, d->rest, rows * sizeof *d->rest);
+    activate(h, count, h->set, mode);
+    memcpy(h->weight, d->trial, rows * sizeof *d->trial);
     return outcome;
 }
 
 /* Which contacts are held from now on, the state being left where it is. */
-static enum outcome choose(struct flight *f, struct decision *d, struct loss loss, int resting)
+static enum outcome select_contacts(struct phase *f, struct decision *d, struct mode_change loss, int resting)
 {
-    d->crowded = resting == ALL_REST;
+    d->events_crowd = resting == ALL_REST;
     d->loss = loss;
-    enum outcome outcome = gather(f, d);
+    enum outcome outcome = gather_candidates(f, d);
     if (!outcome && undetermined(d))
         return OUTCOME_JAMMED;
     if (!outcome && d->count)
-        outcome = take_out(f, d, resting);
-    return outcome || !d->count ? outcome : hold(f, d, d->loss);
+        outcome = release_bouncing(f, d, resting);
+    return outcome || !d->count ? outcome : activate_selected(f, d, d->loss);
 }
 
-static enum outcome decide(struct flight *f, struct decision *d, struct loss loss, int resting)
+static enum outcome select_and_project(struct phase *f, struct decision *d, struct mode_change loss, int resting)
 {
-    enum outcome outcome = choose(f, d, loss, resting);
-    if (outcome || !f->s->holding->count)
+    enum outcome outcome = select_contacts(f, d, loss, resting);
+    if (outcome || !f->s->active->count)
         return outcome;
     outcome = project_position(f->s, f->y);
-    return outcome ? outcome : rest(f, d, resting);
+    return outcome ? outcome : project_contact_velocities(f, d, resting);
 }
 
-/* How every contact is held, for the record: 0 apart, 1 slides backward, 2 smooth, 3 forward,
- * 4 sticks, 5 carried, 6 and 7 at the limit of friction, 8 touches */
-static void present(const struct holding *h, int contacts, signed char *out)
+/* The mode of every contact, for the record */
+static void modes_of(const struct active_set *h, int contacts, signed char *out)
 {
     for (int c = 0; c < contacts; c++)
-        out[c] = h->closed[c] == CARRIED ? 5 : 0;
+        out[c] = h->closed[c] == CARRIED ? IMPLIED : OPEN;
     for (int i = 0; i < h->count; i++)
-        out[h->set[i]] = h->slide[i] == LIMIT ? 6 : h->slide[i] == -LIMIT ? 7 : h->slide[i] == TOUCHES ? 8 : 2 + h->slide[i];
+        out[h->set[i]] = h->mode[i];
 }
 
-static void let_go(struct holding *h, size_t contacts)
+static void deactivate_all(struct active_set *h, size_t contacts)
 {
-    memset(h->closed, APART, contacts);
-    h->carried = 0;
+    memset(h->closed, WATCHED, contacts);
+    h->implied = 0;
     h->window = 0.0;
-    hold_contacts(h, 0, NULL, NULL);
+    activate(h, 0, NULL, NULL);
 }
 
-enum outcome settle(struct flight *f, struct loss loss, int resting)
+enum outcome select_active_set(struct phase *f, struct mode_change loss, int resting)
 {
-    struct holding *h = f->s->holding;
+    struct active_set *h = f->s->active;
     struct run *run = f->run;
     const size_t c = f->s->model->contacts;
     struct decision d;
@@ -319,14 +318,14 @@ enum outcome settle(struct flight *f, struct loss loss, int resting)
     enum outcome outcome = OUTCOME_NO_MEMORY;
     if (!make_decision(&d, f->s) && how) {
         outcome = find_vanishing(f, loss, &d.vanishing, d.W);
-        let_go(h, c);
-        outcome = outcome ? outcome : decide(f, &d, loss, resting);
+        deactivate_all(h, c);
+        outcome = outcome ? outcome : select_and_project(f, &d, loss, resting);
         if (!h->count)
             memset(h->peak, 0, c * sizeof *h->peak);
-        present(h, (int)c, how);
-        if (!outcome && append_hold(&run->holds, f->t, (int)c, how, h))
+        modes_of(h, (int)c, how);
+        if (!outcome && append_modes(&run->modes, f->t, (int)c, how, h))
             outcome = OUTCOME_NO_MEMORY;
-        if (!outcome && keep(f))
+        if (!outcome && record_state(f))
             outcome = OUTCOME_NO_MEMORY;
         if (outcome == OUTCOME_JAMMED)
             run->contact = d.count ? d.contact[0] : -1;
@@ -336,16 +335,16 @@ enum outcome settle(struct flight *f, struct loss loss, int resting)
     return outcome;
 }
 
-enum outcome would_hold(struct flight *f, int *strikes)
+enum outcome would_activate(struct phase *f, int *strikes)
 {
     const struct system *s = f->s;
-    const struct loss none = {-1, PULLS};
+    const struct mode_change none = {-1, DETACHES};
     struct decision d;
     enum outcome outcome = OUTCOME_NO_MEMORY;
     *strikes = -1;
     if (!make_decision(&d, f->s)) {
-        let_go(s->holding, s->model->contacts);
-        outcome = choose(f, &d, none, NONE_RESTS);
+        deactivate_all(s->active, s->model->contacts);
+        outcome = select_contacts(f, &d, none, NONE_RESTS);
         for (int c = 0, i = 0; c < s->model->contacts && !outcome; c++) {
             const int asked = i < d.count && d.contact[i] == c;
             i += asked;

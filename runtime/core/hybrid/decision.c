@@ -31,13 +31,13 @@ int make_decision(struct decision *d, struct system *s)
     if (!d->in || !d->contact || !d->b)
         return 1;
     d->row = d->contact + c;
-    d->slide = (signed char *)d->in + c;
+    d->mode = (signed char *)d->in + c;
     d->given = d->in + 4 * c;
     d->touches = d->in + 5 * c;
     d->vanishing.zero = d->in + 6 * c;
     d->P = d->b + rows;
-    d->rest = d->P + rows;
-    d->vanishing.force = d->rest + rows;
+    d->trial = d->P + rows;
+    d->vanishing.force = d->trial + rows;
     d->W = d->vanishing.force + rows;
     d->part = d->W + rows * rows;
     return 0;
@@ -59,12 +59,12 @@ static void free_accelerations(const struct system *s, const double *y, const do
 }
 
 /* Put in place of what is left of the forces that vanish a small part of the change of b, which decides on them. */
-static enum outcome go_ahead(struct flight *f, struct decision *d)
+static enum outcome go_ahead(struct phase *f, struct decision *d)
 {
     struct system *s = f->s;
     const struct vanishing *v = &d->vanishing;
     const int n = d->count;
-    double *change = d->part, *free = s->holding->rates, *bias = s->holding->slips, largest = 0.0, base = 0.0;
+    double *change = d->part, *free = s->active->rates, *bias = s->active->slips, largest = 0.0, base = 0.0;
     const enum outcome outcome = system_derivative(s, f->t + v->ahead, f->y1, f->dy1);
     for (int sliding = 0; sliding < d->all / n && !outcome; sliding++) {
         free_accelerations(s, f->y1, f->dy1, sliding, free, bias);
@@ -93,19 +93,19 @@ static enum outcome go_ahead(struct flight *f, struct decision *d)
         d->enlarged = fmax(1.0, d->scale * fmin(1.0 / found, PRESSED / v->noise));
     for (int i = 0; i < d->all; i++)
         d->b[i] *= d->enlarged;
-    if (v->zero[d->loss.contact] && d->loss.how != STIRS) /* what has stirred does not touch again at once */
+    if (v->zero[d->loss.contact] && d->loss.how != LOADS) /* what has stirred does not touch again at once */
         d->loss.contact = -1;
     return outcome;
 }
 
-enum outcome gather(struct flight *f, struct decision *d)
+enum outcome gather_candidates(struct phase *f, struct decision *d)
 {
     struct system *s = f->s;
-    struct holding *h = s->holding;
+    struct active_set *h = s->active;
     const struct ccgen_model *m = s->model;
     const double *q = f->y, *u = f->y + s->n;
-    const struct loss loss = d->loss;
-    const enum outcome outcome = derive(f);
+    const struct mode_change loss = d->loss;
+    const enum outcome outcome = evaluate_derivative(f);
     if (outcome)
         return outcome;
     double *free = h->rates, *bias = h->slips, *slips = h->wanted;
@@ -118,10 +118,10 @@ enum outcome gather(struct flight *f, struct decision *d)
     for (int i = 0; i < s->n; i++)
         d->scale = fmax(d->scale, SHARED * (i < m->base ? fabs(f->dy[s->n + i]) : s->length * (fabs(f->dy[s->n + i]) + u[i] * u[i])));
     const double soon = SLOW * REST_TIME * fmax(1.0, fabs(f->t)) * d->scale;
-    const double fast = fmax(soon, sqrt(2.0 * f->unresolved * s->length * d->scale));
+    const double fast = fmax(soon, sqrt(2.0 * f->gap_uncertainty * s->length * d->scale));
     for (int c = 0; c < m->contacts; c++)
-        if (f->gaps[c] <= SHUT * s->extent[c] && fabs(f->rates[c]) <= fmax(fast, slow(f, c))) {
-            d->in[d->count] = !(c == loss.contact && loss.how == PULLS);
+        if (f->gaps[c] <= SHUT * s->extent[c] && fabs(f->rates[c]) <= fmax(fast, rest_velocity(f, c))) {
+            d->in[d->count] = !(c == loss.contact && loss.how == DETACHES);
             d->b[d->count] = free[c] + bias[c];
             d->contact[d->count++] = c;
         }
@@ -132,14 +132,14 @@ enum outcome gather(struct flight *f, struct decision *d)
         for (int i = 0; i < d->count; i++) {
             const int c = d->contact[i];
             d->b[d->count + i] = free[c] + bias[c];
-            d->slide[i] = s->friction[c] == 0.0 || fabs(slips[c]) <= STILL * s->length ? 0 : slips[c] > 0.0 ? 1 : -1;
-            if (c == loss.contact && loss.how != PULLS && loss.how != STIRS)
-                d->slide[i] = 0;
-            d->given[i] = loss.how == GIVES_FORWARD || loss.how == GIVES_BACKWARD;
+            d->mode[i] = s->friction[c] == 0.0 || fabs(slips[c]) <= STILL * s->length ? 0 : slips[c] > 0.0 ? 1 : -1;
+            if (c == loss.contact && loss.how != DETACHES && loss.how != LOADS)
+                d->mode[i] = 0;
+            d->given[i] = loss.how == SLIPS_FORWARD || loss.how == SLIPS_BACKWARD;
         }
     }
     const enum outcome found =
-        compliance(s, q, d->count, d->contact, h->columns, d->W, h->units, h->answers, h->pushes, h->rates, h->f);
+        delassus(s, q, d->count, d->contact, h->columns, d->W, h->units, h->answers, h->pushes, h->rates, h->f);
     d->scale = fmax(d->scale, force_noise(s, d->count, d->contact, d->W, d->all + 1) / PRESSED);
     return !found && d->count && d->vanishing.ahead > 0.0 ? go_ahead(f, d) : found;
 }

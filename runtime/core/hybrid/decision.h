@@ -8,18 +8,18 @@ struct decision {
     int count, all;      /* closed contacts in question; rows: twice as many where there is friction */
     int *contact;        /* [count] */
     char *in;            /* [count] takes part */
-    signed char *slide;  /* [count] 0 where that is to be found */
+    signed char *mode;  /* [count] 0 where that is to be found */
     char *given;         /* [count] friction has just reached a limit: what is near it has reached it */
     char *touches;       /* [count] held although it does not push: nor does it move */
     double *b;           /* [all] accelerations of the gaps, and of the sliding, without the forces */
     double *P, *W;       /* [all], [all][all] */
     int *row;            /* [all] scratch */
-    double *part, *rest; /* scratch: a smaller problem, its forces */
+    double *part, *trial; /* scratch: a smaller problem, its forces */
     const double *mu;    /* of all contacts */
     double scale;        /* the largest acceleration of a gap, or a small part of that of the links */
     double enlarged;     /* by what b is enlarged, where all that presses has vanished and what decides is small against `scale` */
-    int crowded;         /* events follow each other without time */
-    struct loss loss;    /* what has just ended */
+    int events_crowd;         /* events follow each other without time */
+    struct mode_change loss;    /* what has just ended */
     struct vanishing vanishing;
 };
 
@@ -28,7 +28,7 @@ int make_decision(struct decision *d, struct system *s);
 void free_decision(struct decision *d);
 
 /* The closed contacts that are slow enough to ask, and what they need to know; d->loss and d->vanishing are given. */
-enum outcome gather(struct flight *f, struct decision *d);
+enum outcome gather_candidates(struct phase *f, struct decision *d);
 
 extern const double REST_TIME; /* s, relative to max(1, t): bounces over so soon are over */
 extern const double PRESSED;   /* times d->scale: an acceleration less than that is rounding */

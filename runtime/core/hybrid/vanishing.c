@@ -31,30 +31,30 @@ double force_noise(const struct system *s, int count, const int *set, const doub
 {
     double found = 0.0;
     for (int i = 0; i < count; i++)
-        found = fmax(found, W[(size_t)i * step] * s->holding->peak[set[i]]);
+        found = fmax(found, W[(size_t)i * step] * s->active->peak[set[i]]);
     return ROUNDING * found;
 }
 
 /* Whether the force of held contact i may be among those that vanish. What touches without pressing does so until it stirs. */
-static int may_vanish(const struct holding *h, int i, struct loss loss)
+static int may_vanish(const struct active_set *h, int i, struct mode_change loss)
 {
     double largest = 0.0;
     for (int j = 0; j < h->count; j++)
         largest = fmax(largest, h->peak[h->set[j]]);
-    return (h->slide[i] != TOUCHES || loss.how == STIRS) && fabs(h->force[i]) <= SMALL * largest;
+    return (h->mode[i] != GRAZING || loss.how == LOADS) && fabs(h->force[i]) <= SMALL * largest;
 }
 
 /* Whether others than the one that is lost may have vanished: else there is nothing to find out. */
-static int several(const struct holding *h, struct loss loss)
+static int several(const struct active_set *h, struct mode_change loss)
 {
     int count = 0;
     for (int i = 0; i < h->count; i++)
-        count += may_vanish(h, i, loss) && !(h->set[i] == loss.contact && loss.how == PULLS);
+        count += may_vanish(h, i, loss) && !(h->set[i] == loss.contact && loss.how == DETACHES);
     return count > 0;
 }
 
 /* Whether it makes no difference that contact c is let go although it is pressed by a, an acceleration that vanishes at `rate` */
-static int gone(const struct flight *f, int c, double a, double rate)
+static int gone(const struct phase *f, int c, double a, double rate)
 {
     const double extent = f->s->extent[c];
     return a * a <= 2.0 * LITTLE * f->run->tolerance.atol * extent * rate && a * a * a <= 2.0 * NOWHERE * extent * rate * rate;
@@ -63,27 +63,27 @@ static int gone(const struct flight *f, int c, double a, double rate)
 /* The forces h->force by contact, those of friction too */
 static void note_forces(const struct system *s, double *force)
 {
-    const struct holding *h = s->holding;
+    const struct active_set *h = s->active;
     const int contacts = s->model->contacts;
     memset(force, 0, 2 * (size_t)contacts * sizeof *force);
     for (int i = 0; i < h->count; i++) {
         force[h->set[i]] = h->force[i];
-        if (against(h->slide[i]))
-            force[contacts + h->set[i]] = -against(h->slide[i]) * s->friction[h->set[i]] * h->force[i];
+        if (against(h->mode[i]))
+            force[contacts + h->set[i]] = -against(h->mode[i]) * s->friction[h->set[i]] * h->force[i];
     }
     for (int row = h->count; row < h->rows; row++)
         force[contacts + h->set[h->of[row]]] = h->force[row];
 }
 
 /* Follow the held motion by h to f->y1: h->force is then what it has come to. */
-static enum outcome follow(struct flight *f, double h)
+static enum outcome follow(struct phase *f, double h)
 {
-    const enum outcome outcome = plain_step(f, h);
+    const enum outcome outcome = projected_step(f, h);
     return outcome ? outcome : system_derivative(f->s, f->t + h, f->y1, f->dy1);
 }
 
 /* The largest change of a force since `force`, as an acceleration */
-static double largest_change(const struct holding *h, const double *force, const double *W, int step)
+static double largest_change(const struct active_set *h, const double *force, const double *W, int step)
 {
     double found = 0.0;
     for (int i = 0; i < h->count; i++)
@@ -93,7 +93,7 @@ static double largest_change(const struct holding *h, const double *force, const
 
 /* Follow the held motion until forces have changed by more than rounding, not for longer than they are known to be smooth. The
  * first order that is more than rounding decides: one further ahead may have turned already. */
-static enum outcome look_ahead(struct flight *f, struct vanishing *v, const double *W, int step)
+static enum outcome look_ahead(struct phase *f, struct vanishing *v, const double *W, int step)
 {
     const double least = sqrt(2.0 * NOWHERE * f->s->length * ROUNDING / v->noise);
     const double kink = next_stop(f->run, f->t) - f->t, most = fmax(AHEAD * f->h, least);
@@ -103,25 +103,25 @@ static enum outcome look_ahead(struct flight *f, struct vanishing *v, const doub
         if (outcome)
             return outcome;
         v->ahead = ahead;
-        if (ahead >= last || largest_change(f->s->holding, v->force, W, step) > DECISIVE * v->noise)
+        if (ahead >= last || largest_change(f->s->active, v->force, W, step) > DECISIVE * v->noise)
             return OUTCOME_DONE;
     }
 }
 
-enum outcome find_vanishing(struct flight *f, struct loss loss, struct vanishing *v, double *W)
+enum outcome find_vanishing(struct phase *f, struct mode_change loss, struct vanishing *v, double *W)
 {
     struct system *s = f->s;
-    struct holding *h = s->holding;
+    struct active_set *h = s->active;
     const int rows = s->friction ? 2 * h->count : h->count;
     v->ahead = 0.0;
     memset(v->zero, 0, s->model->contacts);
     if (loss.contact < 0 || !h->count)
         return OUTCOME_DONE;
-    enum outcome outcome = derive(f);
+    enum outcome outcome = evaluate_derivative(f);
     if (outcome || !several(h, loss))
         return outcome == OUTCOME_INTERRUPTED ? outcome : OUTCOME_DONE;
     note_forces(s, v->force);
-    if (compliance(s, f->y, h->count, h->set, h->columns, W, h->units, h->answers, h->pushes, h->rates, h->f))
+    if (delassus(s, f->y, h->count, h->set, h->columns, W, h->units, h->answers, h->pushes, h->rates, h->f))
         return OUTCOME_DONE;
     v->noise = force_noise(s, h->count, h->set, W, rows + 1);
     int others = 0;
@@ -129,10 +129,10 @@ enum outcome find_vanishing(struct flight *f, struct loss loss, struct vanishing
     for (int i = 0; i < h->count && !outcome; i++) {
         const int c = h->set[i];
         const double own = W[(size_t)i * (rows + 1)], p = fabs(v->force[c]), rate = (h->force[i] - v->force[c]) / v->ahead;
-        if ((h->slide[i] == TOUCHES && loss.how != STIRS) || p * own > SMALL * v->noise / ROUNDING)
+        if ((h->mode[i] == GRAZING && loss.how != LOADS) || p * own > SMALL * v->noise / ROUNDING)
             continue;
         v->zero[c] = p * own <= v->noise || gone(f, c, own * p, own * fabs(rate));
-        others += v->zero[c] && !(c == loss.contact && loss.how == PULLS);
+        others += v->zero[c] && !(c == loss.contact && loss.how == DETACHES);
     }
     v->ahead = others ? v->ahead : 0.0;
     return outcome == OUTCOME_INTERRUPTED ? outcome : OUTCOME_DONE;

@@ -32,7 +32,7 @@ struct piece {
     double *P, *F; /* [n] */
     double *rate;  /* [2 n] */
     double *left;  /* [n] work, or impulse, that is still to be given back */
-    signed char *slide;
+    signed char *mode;
     char *gives; /* [n] still gives back */
 };
 
@@ -45,7 +45,7 @@ static int make_piece(struct piece *p, int n)
     p->F = p->P + n;
     p->rate = p->F + n;
     p->left = p->rate + 2 * n;
-    p->slide = (signed char *)p->gives + n;
+    p->mode = (signed char *)p->gives + n;
     return !p->least || !p->gives;
 }
 
@@ -88,7 +88,7 @@ static int solve_forces(const struct expansion *s, struct piece *p)
 {
     const int n = s->n;
     if (s->all > n) {
-        const struct rough rough = {n, s->W, p->b, p->b + n, s->mu, p->slide, p->least, NULL};
+        const struct friction_problem rough = {n, s->W, p->b, p->b + n, s->mu, p->mode, p->least, NULL};
         return solve_friction_least(&rough, p->P, p->F);
     }
     for (int i = 0; i < n; i++)
@@ -109,7 +109,7 @@ static int solve_piece(const struct expansion *s, struct piece *p)
     memset(p->F, 0, n * sizeof *p->F);
     for (int i = 0; i < n; i++) {
         const double slides = s->all == n ? 0.0 : s->rate[n + i];
-        p->slide[i] = (signed char)((slides > 0.0) - (slides < 0.0));
+        p->mode[i] = (signed char)((slides > 0.0) - (slides < 0.0));
         largest = fmax(largest, root(s, i) * p->least[i]);
     }
     for (double far = FAR; far <= FARTHEST; far *= FAR) {
@@ -166,7 +166,7 @@ static double length_of(const struct expansion *s, const struct piece *p, double
 }
 
 /* Go on by dx: what ends then, or so soon after it that rounding decides, is at its end. Whether any has work left to give back */
-static int go_on(struct expansion *s, struct piece *p, double dx)
+static int advance_expansion(struct expansion *s, struct piece *p, double dx)
 {
     const double end = dx * (1.0 + ROUNDING);
     int giving = 0;
@@ -200,7 +200,7 @@ int expand(struct expansion *s)
         const double dx = solve_piece(s, &p) ? 0.0 : length_of(s, &p, most);
         if (!(dx > 0.0))
             break;
-        giving = go_on(s, &p, dx);
+        giving = advance_expansion(s, &p, dx);
         most -= load_of(s, p.P) * dx;
     }
     free_piece(&p);

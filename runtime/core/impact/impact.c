@@ -33,7 +33,7 @@ static const double FAILED = 1e-3; /* of the largest rate before: impulses that 
 static const double ROUNDED_RATE = CCGEN_LIMIT(1e-12, 1e-4); /* of the fastest motion: rates below are rounding */
 enum { CORRECTIONS = 2 };
 
-struct strike {
+struct impact_problem {
     int count, all;  /* contacts; rows: twice as many where there is friction */
     double *W;       /* [all][all] */
     double *rate;    /* [all] of the gaps, then sliding */
@@ -44,13 +44,13 @@ struct strike {
     double *goal;     /* [count] work that they are to give back */
     double *kept;     /* [2 count + all] impulses of compression, and the rates after it */
     const double *from; /* or NULL: rates to whose energy impulses may not add */
-    signed char *slide;
+    signed char *mode;
 };
 
 /* The impulses of one step at rough contacts, and the rates after it */
-static enum outcome rough_step(struct strike *k, const double *least)
+static enum outcome rough_step(struct impact_problem *k, const double *least)
 {
-    struct rough rough = {k->count, k->W, k->b, k->rate + k->count, k->mu, k->slide, least, k->from};
+    struct friction_problem rough = {k->count, k->W, k->b, k->rate + k->count, k->mu, k->mode, least, k->from};
     const int wrong = k->from ? least_impulses(&rough, NOTHING, k->P, k->F) : solve_friction_least(&rough, k->P, k->F);
     if (k->from && !wrong)
         refine_impulses(&rough, k->P, k->F);
@@ -62,7 +62,7 @@ static enum outcome rough_step(struct strike *k, const double *least)
     return OUTCOME_DONE;
 }
 
-static enum outcome smooth_step(struct strike *k, const double *least)
+static enum outcome smooth_step(struct impact_problem *k, const double *least)
 {
     const int n = k->count;
     for (int i = 0; least && i < n; i++)
@@ -79,7 +79,7 @@ static enum outcome smooth_step(struct strike *k, const double *least)
 }
 
 /* Impulses of one step, with the normal rates offset by extra[count]; they change the rates. */
-static enum outcome step(struct strike *k, const double *extra, const double *least, double *total)
+static enum outcome step(struct impact_problem *k, const double *extra, const double *least, double *total)
 {
     const int n = k->count;
     for (int i = 0; i < n; i++)
@@ -95,7 +95,7 @@ static enum outcome step(struct strike *k, const double *extra, const double *le
 
 /* Whether the impulses add energy: half their product with the rates before and after. What the rates found miss of those that the
  * velocities have (`after`) is rounding, and so is a part GAIN of the energy that there is. Smooth contacts never add any. */
-static int gains(const struct strike *k, double energy, const double *before, const double *after, const double *total)
+static int gains(const struct impact_problem *k, double energy, const double *before, const double *after, const double *total)
 {
     double gain = 0.0, rounding = GAIN * energy;
     for (int i = 0; i < k->all; i++) {
@@ -107,7 +107,7 @@ static int gains(const struct strike *k, double energy, const double *before, co
 
 /* Stronge's law at several contacts: after compression each gives back e^2 times the work that it has taken, or its part of what
  * has been lost in all, where friction that turned round within compression has made that less. */
-static enum outcome restore(struct strike *k, const double *e, const double *before, double *total)
+static enum outcome restore(struct impact_problem *k, const double *e, const double *before, double *total)
 {
     const int n = k->count;
     double goals = 0.0, lost = 0.0;
@@ -128,7 +128,7 @@ static enum outcome restore(struct strike *k, const double *e, const double *bef
 }
 
 /* Stronge's law at one contact, where the process of the impact is known. */
-static enum outcome restore_one(struct strike *k, double e, double *total)
+static enum outcome restore_one(struct impact_problem *k, double e, double *total)
 {
     const double smooth[4] = {k->W[0], 0.0, 0.0, 1.0}, rate[2] = {k->rate[0], k->all > 1 ? k->rate[1] : 0.0};
     if (stronge_single(k->all > 1 ? k->W : smooth, k->mu[0], e, rate, total, total + 1))
@@ -142,7 +142,7 @@ static enum outcome restore_one(struct strike *k, double e, double *total)
 }
 
 /* Newton's law. Friction may leave it several motions: where the first adds energy, one is looked for that does not. */
-static enum outcome rebound(struct strike *k, double energy, const double *before, double *total)
+static enum outcome rebound(struct impact_problem *k, double energy, const double *before, double *total)
 {
     double *approach = k->wanted;
     memcpy(approach, k->rate, k->all * sizeof *approach);
@@ -156,7 +156,7 @@ static enum outcome rebound(struct strike *k, double energy, const double *befor
 }
 
 /* Normal impulses summed as they load their contacts */
-static double load_of(const struct strike *k, const double *P)
+static double load_of(const struct impact_problem *k, const double *P)
 {
     double load = 0.0;
     for (int i = 0; i < k->count; i++)
@@ -166,7 +166,7 @@ static double load_of(const struct strike *k, const double *P)
 
 /* Poisson's law: at least e times the impulses of compression. Friction may leave expansion as one step no impulses, only ones
  * that add energy, or much larger ones: it is then followed along the impulses. */
-static enum outcome give_back(struct strike *k, const double *e, double energy, const double *before, double *total)
+static enum outcome give_back(struct impact_problem *k, const double *e, double energy, const double *before, double *total)
 {
     const int n = k->count;
     const enum outcome compression = step(k, NULL, NULL, total);
@@ -186,7 +186,7 @@ static enum outcome give_back(struct strike *k, const double *e, double energy, 
     return expand(&expansion) ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
 }
 
-static enum outcome solve(struct strike *k, const struct system *s, const double *e, double energy, const double *before,
+static enum outcome solve(struct impact_problem *k, const struct system *s, const double *e, double energy, const double *before,
                           double *total)
 {
     const int n = k->count;
@@ -232,20 +232,20 @@ static enum outcome jump(struct system *s, const double *q, int count, const int
     for (int i = 0; i < count; i++)
         push[set[i]] = 0.0;
     memset(s->bias, 0, m->rows * sizeof *s->bias);
-    const long dependent = s->dependent;
-    const double inexact = s->inexact;
-    const enum outcome outcome = system_impulse(s, q, f, s->bias, NEAREST, du, s->multipliers);
-    if (outcome || s->refine || s->dependent > dependent)
+    const long dependent = s->rank_deficient;
+    const double inexact = s->refinement_residual;
+    const enum outcome outcome = system_impulse(s, q, f, s->bias, RANK_TOLERANCE, du, s->multipliers);
+    if (outcome || s->refine || s->rank_deficient > dependent)
         return outcome;
     memcpy(g, du, s->n * sizeof *g);
     if (refine_impulse(s, q, f, s->bias, du, s->multipliers))
         memcpy(du, g, s->n * sizeof *g);
-    s->inexact = inexact;
+    s->refinement_residual = inexact;
     return OUTCOME_DONE;
 }
 
 /* Friction per normal impulse of a contact where that stays what it is; 0 where it sticks */
-static double friction_ratio(const struct strike *k, const double *P, int i)
+static double friction_ratio(const struct impact_problem *k, const double *P, int i)
 {
     const double F = P[k->count + i];
     const int sticks = k->all == k->count || (k->rate[k->count + i] == 0.0 && fabs(F) < k->mu[i] * P[i]);
@@ -255,7 +255,7 @@ static double friction_ratio(const struct strike *k, const double *P, int i)
 /* Correct the impulses P[2 count] where the velocities that they give, of the rates k->after, miss the rates that were solved for:
  * of the contacts that push, and of the sliding of those that stick. W is known to the digits that masses leave, rates
  * to all. The changes are change[all]; whether there is any */
-static int correct(const struct strike *k, const double *before, double *P, double *change)
+static int correct(const struct impact_problem *k, const double *before, double *P, double *change)
 {
     const size_t n = k->count, all = k->all;
     double *A = malloc(((all + 1) * all + 1) * sizeof *A), *x = A + all * all, speed = 0.0, miss = 0.0;
@@ -297,7 +297,7 @@ static int correct(const struct strike *k, const double *before, double *P, doub
 
 /* Whether the impulses do not bring about the rates after that they were solved for, so far as not even their first digits are
  * known: where nothing lets the contacts give way, as before a joint whose motion is prescribed, W is rounding. */
-static int without_effect(const struct strike *k, const struct system *s, const double *u, const double *before)
+static int without_effect(const struct impact_problem *k, const struct system *s, const double *u, const double *before)
 {
     double speed = 0.0, miss = 0.0, fastest = 0.0;
     for (int i = 0; i < s->n; i++)
@@ -317,10 +317,10 @@ enum outcome impact(struct system *s, const double *q, const double *u_minus, in
     enum outcome outcome = OUTCOME_NO_MEMORY;
     const size_t width = width_of(s);
     double *work = calloc(rows * rows + rows * n + 5 * rows + 8 * c + 2 * all + 3 * n + 2 * rows * width + 1, sizeof *work);
-    signed char *slide = calloc(c + 1, 1);
-    if (!work || !slide)
+    signed char *mode = calloc(c + 1, 1);
+    if (!work || !mode)
         goto end;
-    struct strike k = {.count = count, .all = (int)rows, .W = work, .slide = slide};
+    struct impact_problem k = {.count = count, .all = (int)rows, .W = work, .mode = mode};
     double *columns = work + rows * rows, *before = columns + rows * n;
     k.rate = before + rows;
     k.mu = k.rate + rows;
@@ -344,7 +344,7 @@ enum outcome impact(struct system *s, const double *q, const double *u_minus, in
         energy += 0.5 * u_plus[i] * f[i];
     for (size_t i = 0; i < c && s->friction; i++)
         k.mu[i] = s->friction[set[i]];
-    if ((outcome = compliance(s, q, count, set, columns, k.W, units, units + rows * width, push, rates, f)) ||
+    if ((outcome = delassus(s, q, count, set, columns, k.W, units, units + rows * width, push, rates, f)) ||
         (outcome = solve(&k, s, e, energy, before, P)))
         goto end;
     if ((outcome = jump(s, q, count, set, P, push, f, du)))
@@ -364,6 +364,6 @@ enum outcome impact(struct system *s, const double *q, const double *u_minus, in
         outcome = OUTCOME_GAINED;
 end:
     free(work);
-    free(slide);
+    free(mode);
     return outcome;
 }

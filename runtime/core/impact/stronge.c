@@ -21,7 +21,7 @@ enum { PIECES = 32 };
 static const double ROUNDING = 256.0 * DBL_EPSILON; /* of W and of the rates, relative to their largest */
 
 /* Whether no impulse moves the point along the ground. */
-static int guided(const double *W)
+static int constrained_tangentially(const double *W)
 {
     return W[3] <= DBL_EPSILON * W[0] && fabs(W[2]) <= ROUNDING * W[0];
 }
@@ -34,7 +34,7 @@ static double friction_of(const double *W, double mu, double vt)
         return 0.0;
     if (vt != 0.0)
         return vt > 0.0 ? -mu : mu;
-    if (guided(W))
+    if (constrained_tangentially(W))
         return 0.0;
     return fabs(W[2]) <= mu * W[3] ? -W[2] / W[3] : copysign(mu, -W[2]);
 }
@@ -51,7 +51,7 @@ int stronge_single(const double *W, double mu, double e, const double *rate, dou
     const double size = fmax(W[0], W[3]);
     double vn = rate[0], vt = mu > 0.0 ? rate[1] : 0.0, taken = 0.0, given = 0.0;
     *P = *F = 0.0;
-    if (guided(W) && fabs(vt) <= ROUNDING * fabs(vn))
+    if (constrained_tangentially(W) && fabs(vt) <= ROUNDING * fabs(vn))
         vt = 0.0;
     for (int piece = 0; piece < PIECES; piece++) {
         const double f = friction_of(W, mu, vt), speeds = W[0] + W[1] * f;

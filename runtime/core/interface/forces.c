@@ -18,8 +18,8 @@
 static const double BEHIND = 1e-8; /* times extent: a gap further behind the surface is no rounding */
 
 struct room {
-    struct holding holding;
-    struct flight flight;
+    struct active_set active;
+    struct phase phase;
     double *numbers;      /* all of the room */
     double *jump, *gaps;  /* [n], [contacts] scratch */
     double *lambda;       /* [rows + 2 contacts] */
@@ -29,31 +29,31 @@ struct room {
 
 static void free_room(struct system *s, struct room *r)
 {
-    free_holding(&r->holding);
+    free_active_set(&r->active);
     free(r->numbers);
     free(r->set);
-    s->holding = NULL;
+    s->active = NULL;
 }
 
 static int make_room(struct system *s, struct room *r)
 {
     const size_t c = s->model->contacts, size = s->size, search = search_scratch(s);
     memset(r, 0, sizeof *r);
-    r->flight.s = s;
+    r->phase.s = s;
     r->numbers = calloc(2 * size + 4 * c + search + s->n + s->model->rows + 3 * s->model->joints + 1, sizeof *r->numbers);
     r->set = malloc((c + 1) * sizeof *r->set);
-    if (make_holding(&r->holding, s->model) || !r->numbers || !r->set)
+    if (make_active_set(&r->active, s->model) || !r->numbers || !r->set)
         return 1;
-    s->holding = c ? &r->holding : NULL;
-    r->flight.y = r->numbers;
-    r->flight.dy = r->flight.y + size;
-    r->flight.rates = r->flight.dy + size;
-    r->flight.gaps = r->gaps = r->flight.rates + c;
-    r->flight.search = r->gaps + c;
-    r->jump = r->flight.search + search;
+    s->active = c ? &r->active : NULL;
+    r->phase.y = r->numbers;
+    r->phase.dy = r->phase.y + size;
+    r->phase.rates = r->phase.dy + size;
+    r->phase.gaps = r->gaps = r->phase.rates + c;
+    r->phase.search = r->gaps + c;
+    r->jump = r->phase.search + search;
     r->lambda = r->jump + s->n;
     r->more = r->lambda + s->model->rows + 2 * c;
-    r->flight.set = r->set;
+    r->phase.set = r->set;
     return 0;
 }
 
@@ -79,10 +79,10 @@ enum outcome find_closed(const struct system *s, size_t count, const double *q, 
 /* Hold what the runtime would hold at the state, which is not moved. */
 static enum outcome hold_asked(struct room *r, double t, const double *q, const double *u, struct obstruction *found)
 {
-    struct flight *f = &r->flight;
+    struct phase *f = &r->phase;
     struct system *s = f->s;
-    hold_contacts(s->holding, 0, NULL, NULL);
-    memset(s->holding->peak, 0, s->model->contacts * sizeof *s->holding->peak); /* each state stands for itself */
+    activate(s->active, 0, NULL, NULL);
+    memset(s->active->peak, 0, s->model->contacts * sizeof *s->active->peak); /* each state stands for itself */
     if (!touches(s, q, r->gaps))
         return OUTCOME_DONE;
     for (int c = 0; c < s->model->contacts; c++)
@@ -96,7 +96,7 @@ static enum outcome hold_asked(struct room *r, double t, const double *q, const 
     f->t = t;
     memcpy(f->y, q, s->n * sizeof *q);
     memcpy(f->y + s->n, u, s->n * sizeof *u);
-    const enum outcome outcome = would_hold(f, &found->contact);
+    const enum outcome outcome = would_activate(f, &found->contact);
     if (!outcome && found->contact >= 0) {
         found->why = OBSTACLE_STRIKES;
         found->size = -f->rates[found->contact];
@@ -104,9 +104,9 @@ static enum outcome hold_asked(struct room *r, double t, const double *q, const 
     return outcome;
 }
 
-static void hold_given(struct holding *h, struct held held)
+static void hold_given(struct active_set *h, struct held held)
 {
-    hold_contacts(h, held.count, held.set, held.slide);
+    activate(h, held.count, held.set, held.mode);
     for (int row = h->count; row < h->rows; row++)
         h->weight[row] = held.weight[h->of[row]];
 }
@@ -114,15 +114,15 @@ static void hold_given(struct holding *h, struct held held)
 /* push[2 contacts] from the forces of the rows */
 static void pushes_of(const struct system *s, double *push)
 {
-    const struct holding *h = s->holding;
+    const struct active_set *h = s->active;
     double *friction = push + s->model->contacts;
     for (int i = 0, row = h->count; i < h->count; i++) {
         const int contact = h->set[i];
         push[contact] = h->force[i];
-        if (h->slide[i] == STICKS)
+        if (h->mode[i] == STICK)
             friction[contact] = h->force[row++];
-        else if (against(h->slide[i]))
-            friction[contact] = -against(h->slide[i]) * s->friction[contact] * h->force[i];
+        else if (against(h->mode[i]))
+            friction[contact] = -against(h->mode[i]) * s->friction[contact] * h->force[i];
     }
 }
 
@@ -141,19 +141,19 @@ static void generalized(struct system *s, const double *q, const double *push, d
 /* The motion with the contacts that are held */
 static enum outcome motion(struct room *r, double t, const double *q, const double *u, double *u_dot, double *push)
 {
-    struct system *s = r->flight.s;
+    struct system *s = r->phase.s;
     const struct ccgen_model *m = s->model;
-    const long dependent = s->dependent;
+    const long dependent = s->rank_deficient;
     memset(push, 0, 2 * m->contacts * sizeof *push);
     const enum outcome outcome = system_acceleration(s, t, q, u, u_dot, r->lambda);
-    if (outcome || !holds(s))
+    if (outcome || !active_count(s))
         return outcome;
     pushes_of(s, push);
-    if (s->dependent > dependent) /* solved for together */
+    if (s->rank_deficient > dependent) /* solved for together */
         return OUTCOME_DONE;
-    generalized(s, q, push, s->holding->f);
+    generalized(s, q, push, s->active->f);
     memset(s->bias, 0, m->rows * sizeof *s->bias);
-    if (m->impulse(s->k, q, s->holding->f, s->bias, r->jump, s->multipliers))
+    if (m->impulse(s->k, q, s->active->f, s->bias, r->jump, s->multipliers))
         return OUTCOME_NOT_FINITE;
     for (int i = 0; i < m->rows; i++)
         r->lambda[i] += s->multipliers[i];
@@ -164,10 +164,10 @@ static enum outcome motion(struct room *r, double t, const double *q, const doub
 static void react(struct room *r, double t, const double *q, const double *u, const double *u_dot, const double *push,
                   double *reaction)
 {
-    const struct system *s = r->flight.s;
+    const struct system *s = r->phase.s;
     const struct ccgen_model *m = s->model;
     m->reactions(s->k, q, u, t, s->inputs, u_dot, r->lambda, reaction);
-    if (!holds(s))
+    if (!active_count(s))
         return;
     m->contact_reactions(s->k, q, push, r->more);
     for (int i = 0; i < 3 * m->joints; i++)
@@ -186,7 +186,7 @@ enum outcome held_forces(struct system *s, size_t count, size_t every, const dou
         goto end;
     outcome = OUTCOME_DONE;
     if (held.count >= 0 && c)
-        hold_given(&r.holding, held);
+        hold_given(&r.active, held);
     for (size_t i = 0; i < count && !outcome && !found->why; i++) {
         const double *at = q + i * n, *moving = u + i * n, now = t[i * every];
         found->state = i;
@@ -212,7 +212,7 @@ enum outcome joint_impulses(struct system *s, const double *q, const double *du,
     double *jump = f + s->n, *rates = jump + s->n, *more = rates + m->rows;
     generalized(s, q, P, f);
     m->closure_rate(s->k, q, du, rates);
-    const enum outcome outcome = system_impulse(s, q, f, rates, NEAREST, jump, s->multipliers);
+    const enum outcome outcome = system_impulse(s, q, f, rates, RANK_TOLERANCE, jump, s->multipliers);
     if (!outcome) {
         m->impulse_reactions(s->k, q, du, s->multipliers, reaction);
         m->contact_reactions(s->k, q, P, more);

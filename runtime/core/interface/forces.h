@@ -4,12 +4,12 @@
 
 #include "model/system.h"
 
-/* Contacts `set` that are held, `slide` as in constraints/active_set.h, and `weight` how much the friction of each that sticks bears where
+/* Contacts `set` that are held, `mode` as in constraints/active_set.h, and `weight` how much the friction of each that sticks bears where
  * friction can be shared. With a negative count, those that the runtime would hold at the state. */
 struct held {
     int count;
     const int *set;
-    const signed char *slide;
+    const signed char *mode;
     const double *weight;
 };
 

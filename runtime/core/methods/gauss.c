@@ -148,7 +148,7 @@ static enum outcome gauss_step(struct system *s, double *scratch, double t, doub
     }
     int converged = 0;
     enum outcome outcome = OUTCOME_DONE;
-    if (!holds(s) && h > SHORT * fmax(fabs(t), 1.0))
+    if (!active_count(s) && h > SHORT * fmax(fabs(t), 1.0))
         outcome = gauss_solve(g, s, t, h, tolerance, y, dy, &converged);
     g->known = g->replaced = 0;
     g->tried = 1;
@@ -158,7 +158,7 @@ static enum outcome gauss_step(struct system *s, double *scratch, double t, doub
         return outcome;
     if (outcome || !converged)
         return replace(g, s, t, h, tolerance, y, y1);
-    if (s->size > 2 * s->n && !s->guided && (outcome = power(g, s, t, h, y)))
+    if (s->size > 2 * s->n && !s->projects_stages && (outcome = power(g, s, t, h, y)))
         return outcome;
     finish(g, s, h, tolerance, y, y1);
     g->known = 1;

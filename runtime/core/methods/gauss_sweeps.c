@@ -60,7 +60,7 @@ static enum outcome guess(struct gauss *g, struct system *s, double t, double h,
     const double since = (t - g->t) / g->h, part = h / g->h;
     const int usable = g->known && since > -1e-9 && since < 1.0 + 1e-9 && since + part < 3.0;
     memset(g->f, 0, (size_t)g->rows * STAGES * sizeof *g->f);
-    if (!usable && s->guided) {
+    if (!usable && s->projects_stages) {
         for (int i = 0; i < g->n; i++) {
             g->one[i] = y[i] + AHEAD * h * y[g->n + i];
             g->one[g->n + i] = y[g->n + i];
@@ -148,7 +148,7 @@ static enum outcome guided_sweep(struct gauss *g, struct system *s, double t, do
 static enum outcome sweep(struct gauss *g, struct system *s, double t, double h, const double *y)
 {
     const int n = g->n, lanes = g->lanes;
-    if (s->guided)
+    if (s->projects_stages)
         return guided_sweep(g, s, t, h, y);
     for (int b = 0; b < STAGES; b += lanes) {
         double *block = lanes == STAGES ? g->g : g->du;
@@ -249,7 +249,7 @@ static enum outcome converge(struct gauss *g, struct system *s, double t, double
             continue;
         if ((outcome = change_along(g, s, h, y, &now)))
             return outcome;
-        *converged = now <= (standing > 1 || s->guided ? fmax(STANDING, NEAR * g->grain) : REST);
+        *converged = now <= (standing > 1 || s->projects_stages ? fmax(STANDING, NEAR * g->grain) : REST);
         if (k == most || !strict || *converged)
             return OUTCOME_DONE;
     }

@@ -36,7 +36,7 @@ struct method {
 const struct method *find_method(const char *name);
 
 /* the methods themselves, for those that hand steps over to another */
-#define DECLARED(method) extern const struct method method;
+#define DECLARED(name) extern const struct method name;
 ALL_METHODS(DECLARED)
 #undef DECLARED
 

@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-#define LISTED(method) &method,
+#define LISTED(name) &name,
 const struct method *const all_methods[] = {ALL_METHODS(LISTED) NULL};
 
 const struct method *find_method(const char *name)

@@ -3,16 +3,16 @@
 
 enum outcome supply_inputs(struct system *s, double t, const double *q, const double *u)
 {
-    if (!s->supply || !s->supply(s->context, t, q, u, s->inputs))
+    if (!s->input_source || !s->input_source(s->context, t, q, u, s->inputs))
         return OUTCOME_DONE;
     if (s->interruption)
         s->interruption->ended = 1;
     return OUTCOME_INTERRUPTED;
 }
 
-int supply_from_table(void *context, double t, const double *q, const double *u, double *inputs)
+int input_from_table(void *context, double t, const double *q, const double *u, double *inputs)
 {
-    struct table *table = context;
+    struct input_table *table = context;
     const size_t last = table->count - 1;
     size_t low = table->row;
     (void)q;

@@ -8,13 +8,13 @@
 enum outcome supply_inputs(struct system *s, double t, const double *q, const double *u);
 
 /* Values over time, interpolated linearly, constant before the first row and after the last */
-struct table {
+struct input_table {
     size_t count;
     int width;
     const double *t;      /* [count] times that grow */
     const double *values; /* [count][width] */
     size_t row;           /* where it was last looked at */
 };
-int supply_from_table(void *table, double t, const double *q, const double *u, double *inputs);
+int input_from_table(void *table, double t, const double *q, const double *u, double *inputs);
 
 #endif

@@ -24,7 +24,7 @@ struct system {
     int size;                  /* entries of y */
     double *inputs;            /* of the model, constant unless there is a supply */
     /* gives the inputs at a state, if set; a nonzero answer stops the run */
-    int (*supply)(void *context, double t, const double *q, const double *u, double *inputs);
+    int (*input_source)(void *context, double t, const double *q, const double *u, double *inputs);
     void *context;             /* of the supply */
     struct interruption *interruption; /* of the run, or NULL */
     double *multipliers;       /* [rows + 2 contacts] scratch: of the last acceleration, or impulses */
@@ -33,20 +33,20 @@ struct system {
     double *jump;              /* [n] scratch */
     double *u_dot;             /* [3 n] scratch of system_power and system_derivative */
     double *zero;              /* [n] zeros: no generalized impulse */
-    double *shut;              /* [2 n] scratch: a state put onto the closure */
+    double *projected;              /* [2 n] scratch: a state put onto the closure */
     double missed;             /* by how much the last state put onto the closure missed it (m), */
     double missed_rate;        /* and its velocities (m/s) */
     double moved_rate;         /* and by how much that changed them (rad/s, and times length) */
-    int guided;                /* whether derivatives are those of the state put onto the closure */
+    int projects_stages;                /* whether derivatives are those of the state put onto the closure */
     double baumgarte;          /* rate (1/s) at which drift is damped by accelerations; 0: not that way */
-    struct holding *holding;   /* contacts that stay closed, or NULL: constraints/active_set.h */
+    struct active_set *active;   /* contacts that stay closed, or NULL: constraints/active_set.h */
     double length;             /* a length of the mechanism (m), the scale of closure */
     const double *extent;      /* per contact: the scale of its gap, `length` or, of an angle, 1 (rad) */
     int refine;                /* whether the elimination loses digits that are to be recovered: constraints/refinement.h */
-    double usual;              /* size of accelerations that are usual for it: less counts as that much in `inexact` */
-    double inexact;            /* largest relative correction that did not become small, 0 if all did */
+    double acceleration_scale;              /* size of accelerations that are usual for it: less counts as that much in `inexact` */
+    double refinement_residual;            /* largest relative correction that did not become small, 0 if all did */
     long evaluations;
-    long dependent; /* solutions that took the robust path */
+    long rank_deficient; /* solutions that took the robust path */
 };
 
 /* The largest entry of a motion x[n]: velocities in rad/s, or lengths of the mechanism per second, or accelerations likewise;

@@ -40,7 +40,7 @@ static enum outcome damp_drift(struct system *s, const double *q, const double *
     m->closure(s->k, q, s->bias);
     for (int i = 0; i < m->rows; i++)
         s->rows[i] = -2.0 * r * s->rows[i] - r * r * s->bias[i];
-    const enum outcome outcome = system_impulse(s, q, s->zero, s->rows, NEAREST_PROJECTED, s->jump, s->bias);
+    const enum outcome outcome = system_impulse(s, q, s->zero, s->rows, RANK_TOLERANCE_PROJECTED, s->jump, s->bias);
     for (int i = 0; i < s->n && !outcome; i++)
         u_dot[i] += s->jump[i];
     return outcome;
@@ -49,16 +49,16 @@ static enum outcome damp_drift(struct system *s, const double *q, const double *
 /* Generalized forces f[n] of friction where held contacts slide, from their normal forces; returns whether any does. */
 static int sliding_friction(struct system *s, const double *q, double *f)
 {
-    struct holding *h = s->holding;
+    struct active_set *h = s->active;
     int any = 0;
-    for (int i = 0; i < holds(s); i++)
-        if (against(h->slide[i])) {
-            h->pushes[h->set[i]] = -against(h->slide[i]) * s->friction[h->set[i]] * h->force[i];
+    for (int i = 0; i < active_count(s); i++)
+        if (against(h->mode[i])) {
+            h->pushes[h->set[i]] = -against(h->mode[i]) * s->friction[h->set[i]] * h->force[i];
             any = 1;
         }
     if (any)
         s->model->slip_impulse(s->k, q, h->pushes, f);
-    for (int i = 0; i < holds(s); i++)
+    for (int i = 0; i < active_count(s); i++)
         h->pushes[h->set[i]] = 0.0;
     return any;
 }
@@ -70,27 +70,27 @@ static enum outcome accelerate_with(struct system *s, double t, const double *q,
 {
     const struct ccgen_model *m = s->model;
     struct motion motion = {u, t, NULL};
-    const int held = held_bias(s, q, u, s->bias + m->rows);
+    const int held = active_bias(s, q, u, s->bias + m->rows);
     m->closure_bias(s->k, q, u, s->bias);
     for (int i = 0; i < m->rows + held; i++)
         s->bias[i] = -s->bias[i];
     if (sliding_friction(s, q, s->jump))
         motion.friction = s->jump;
-    const enum outcome outcome = solve_dependent(s, q, held, s->bias, &t, NEAREST, flight_residual, &motion, u_dot, lambda);
+    const enum outcome outcome = solve_in_nullspace(s, q, held, s->bias, &t, RANK_TOLERANCE, flight_residual, &motion, u_dot, lambda);
     *sliding = 0;
     for (int i = 0; i < held && !outcome; i++) {
-        s->holding->force[i] = lambda[m->rows + i];
-        if (i < s->holding->count && against(s->holding->slide[i]))
-            slid[(*sliding)++] = s->holding->force[i];
+        s->active->force[i] = lambda[m->rows + i];
+        if (i < s->active->count && against(s->active->mode[i]))
+            slid[(*sliding)++] = s->active->force[i];
     }
     return outcome;
 }
 
 /* Set the forces of the contacts that slide, all scaled by `scale`, or but number `one` zero where `all` is not given. */
-static void suppose(struct holding *h, const double *all, int one, double scale)
+static void set_trial_forces(struct active_set *h, const double *all, int one, double scale)
 {
     for (int i = 0, k = 0; i < h->count; i++)
-        if (against(h->slide[i])) {
+        if (against(h->mode[i])) {
             h->force[i] = all ? all[k] : k == one ? scale : 0.0;
             k++;
         }
@@ -99,14 +99,14 @@ static void suppose(struct holding *h, const double *all, int one, double scale)
 /* On the robust path. The friction of contacts that slide follows from forces that it changes, p -> g + J p: J column by
  * column, then p = (1 - J)^-1 g, then once more for what rounding has lost. Where 1 - J has lost rank or its
  * determinant is negative, friction jams. */
-static enum outcome accelerate_dependent(struct system *s, double t, const double *q, const double *u, double *u_dot,
+static enum outcome accelerate_in_nullspace(struct system *s, double t, const double *q, const double *u, double *u_dot,
                                          double *lambda)
 {
-    struct holding *h = s->holding;
+    struct active_set *h = s->active;
     int sliding = 0, unused;
-    if (holds(s))
-        suppose(h, NULL, -1, 0.0);
-    double *g = holds(s) ? h->wanted : s->zero, *J = holds(s) ? h->W : NULL, *p = holds(s) ? h->solved : NULL;
+    if (active_count(s))
+        set_trial_forces(h, NULL, -1, 0.0);
+    double *g = active_count(s) ? h->wanted : s->zero, *J = active_count(s) ? h->W : NULL, *p = active_count(s) ? h->solved : NULL;
     enum outcome outcome = accelerate_with(s, t, q, u, u_dot, lambda, g, &sliding);
     if (outcome || !sliding)
         return outcome;
@@ -115,7 +115,7 @@ static enum outcome accelerate_dependent(struct system *s, double t, const doubl
     for (int i = 0; i < k; i++)
         scale = fmax(scale, fabs(g[i]));
     for (int j = 0; j < k && !outcome; j++) {
-        suppose(h, NULL, j, scale);
+        set_trial_forces(h, NULL, j, scale);
         outcome = accelerate_with(s, t, q, u, u_dot, lambda, found, &unused);
         for (int i = 0; i < k; i++)
             J[i * k + j] = (i == j) - (found[i] - g[i]) / scale;
@@ -127,7 +127,7 @@ static enum outcome accelerate_dependent(struct system *s, double t, const doubl
             return OUTCOME_JAMMED;
         for (int i = 0; i < k; i++)
             p[i] += g[i];
-        suppose(h, p, -1, 1.0);
+        set_trial_forces(h, p, -1, 1.0);
         outcome = accelerate_with(s, t, q, u, u_dot, lambda, g, &unused);
         for (int i = 0; i < k; i++)
             g[i] -= p[i];
@@ -144,15 +144,15 @@ enum outcome accelerate(struct system *s, double t, const double *q, const doubl
         return OUTCOME_INTERRUPTED;
     s->evaluations++;
     int dependent = m->acceleration(s->k, q, u, t, s->inputs, u_dot, asked || s->refine ? lambda : NULL);
-    if (!dependent && holds(s)) /* columns of the contacts would each lose digits: both together on the robust path */
-        dependent = s->refine ? 1 : hold_acceleration(s, q, u, u_dot);
+    if (!dependent && active_count(s)) /* columns of the contacts would each lose digits: both together on the robust path */
+        dependent = s->refine ? 1 : add_contact_accelerations(s, q, u, u_dot);
     if (dependent > 1)
         return OUTCOME_JAMMED;
     if (dependent)
-        outcome = accelerate_dependent(s, t, q, u, u_dot, lambda);
+        outcome = accelerate_in_nullspace(s, t, q, u, u_dot, lambda);
     else if (s->refine)
         outcome = refine_acceleration(s, t, q, u, u_dot, lambda);
-    if (!outcome && s->baumgarte > 0.0 && m->rows && !holds(s)) /* held contacts are projected, and the loops with them */
+    if (!outcome && s->baumgarte > 0.0 && m->rows && !active_count(s)) /* held contacts are projected, and the loops with them */
         outcome = damp_drift(s, q, u, u_dot);
     for (int i = 0; i < s->n && !outcome; i++)
         if (!isfinite(u_dot[i]))

@@ -11,11 +11,11 @@
 enum outcome system_derivative(struct system *s, double t, const double *y, double *dy)
 {
     enum outcome outcome = OUTCOME_DONE;
-    if (s->guided) {
-        memcpy(s->shut, y, 2 * s->n * sizeof *y);
-        y = s->shut;
-        outcome = project_position(s, s->shut);
-        outcome = outcome ? outcome : project_velocity(s, s->shut, s->shut + s->n);
+    if (s->projects_stages) {
+        memcpy(s->projected, y, 2 * s->n * sizeof *y);
+        y = s->projected;
+        outcome = project_position(s, s->projected);
+        outcome = outcome ? outcome : project_velocity(s, s->projected, s->projected + s->n);
     }
     outcome = outcome ? outcome : supply_inputs(s, t, y, y + s->n);
     if (outcome)

@@ -14,7 +14,7 @@ size_t lanes_scratch(const struct system *s)
 /* Whether the kernel over lanes has all that acts. Where it has not, states go one by one. */
 int lanes_apply(const struct system *s)
 {
-    return s->baumgarte == 0.0 && !holds(s) && !s->refine;
+    return s->baumgarte == 0.0 && !active_count(s) && !s->refine;
 }
 
 static void take(int n, int lanes, int lane, const double *from, double *to)
@@ -29,7 +29,7 @@ static enum outcome supply_lanes(struct system *s, const double *t, const double
 {
     const int lanes = s->model->lanes, count = s->model->inputs;
     for (int l = 0; l < lanes; l++) {
-        if (s->supply) {
+        if (s->input_source) {
             take(s->n, lanes, l, q, one);
             take(s->n, lanes, l, u, one + s->n);
             const enum outcome outcome = supply_inputs(s, t[l], one, one + s->n);

@@ -7,13 +7,13 @@
 /* Power (W) of the friction of held contacts that slide */
 static double friction_power(struct system *s, const double *q, const double *u)
 {
-    struct holding *h = s->holding;
+    struct active_set *h = s->active;
     double power = 0.0;
-    if (holds(s))
+    if (active_count(s))
         s->model->slips(s->k, q, u, h->slips);
-    for (int i = 0; i < holds(s); i++)
-        if (against(h->slide[i]))
-            power -= against(h->slide[i]) * s->friction[h->set[i]] * h->force[i] * h->slips[h->set[i]];
+    for (int i = 0; i < active_count(s); i++)
+        if (against(h->mode[i]))
+            power -= against(h->mode[i]) * s->friction[h->set[i]] * h->force[i] * h->slips[h->set[i]];
     return power;
 }
 
@@ -24,7 +24,7 @@ static enum outcome driven_power(struct system *s, double t, const double *q, co
                                  double *power)
 {
     const struct ccgen_model *m = s->model;
-    struct holding *h = s->holding;
+    struct active_set *h = s->active;
     double *apart = s->u_dot + s->n, *pushed = apart + s->n;
     const int count = h->count, rows = h->rows;
     h->count = h->rows = 0;
@@ -47,7 +47,7 @@ enum outcome power_with(struct system *s, double t, const double *q, const doubl
 {
     const struct ccgen_model *m = s->model;
     *power = 0.0;
-    if (m->drives && holds(s))
+    if (m->drives && active_count(s))
         return driven_power(s, t, q, u, u_dot, power);
     if (m->power)
         m->power(s->k, q, u, t, s->inputs, u_dot, lambda, power);
@@ -59,7 +59,7 @@ enum outcome power_with(struct system *s, double t, const double *q, const doubl
 enum outcome system_power(struct system *s, double t, const double *q, const double *u, double *power)
 {
     enum outcome outcome = supply_inputs(s, t, q, u);
-    if (!outcome && (s->model->drives || (s->friction && holds(s))))
+    if (!outcome && (s->model->drives || (s->friction && active_count(s))))
         outcome = accelerate(s, t, q, u, 1, s->u_dot, s->multipliers);
     return outcome ? outcome : power_with(s, t, q, u, s->u_dot, s->multipliers, power);
 }

@@ -27,8 +27,8 @@ static double largest(int n, const double *x)
 /* gaps of the held contacts below the closure rows; the largest, angles as lengths */
 static double held_gaps(struct system *s, const double *q)
 {
-    struct holding *h = s->holding;
-    if (!holds(s))
+    struct active_set *h = s->active;
+    if (!active_count(s))
         return 0.0;
     s->model->gaps(s->k, q, h->rates);
     double found = 0.0;
@@ -43,7 +43,7 @@ static double held_gaps(struct system *s, const double *q)
 /* rates of the held contacts, and sliding of those that stick, below the closure rows */
 static void held_speeds(struct system *s, const double *q, const double *u)
 {
-    struct holding *h = s->holding;
+    struct active_set *h = s->active;
     s->model->gap_rates(s->k, q, u, h->rates);
     if (h->rows > h->count)
         s->model->slips(s->k, q, u, h->slips);
@@ -53,7 +53,7 @@ static void held_speeds(struct system *s, const double *q, const double *u)
 
 static enum outcome correct(struct system *s, const double *q, int speed, double nearest, double *x)
 {
-    for (int i = 0; i < s->model->rows + held_rows(s, speed); i++)
+    for (int i = 0; i < s->model->rows + active_rows(s, speed); i++)
         s->rows[i] = -s->rows[i];
     const enum outcome outcome = system_correction(s, q, speed, s->rows, nearest, s->jump);
     for (int i = 0; i < s->n && !outcome; i++)
@@ -70,19 +70,19 @@ enum outcome project_position(struct system *s, double *q)
         angles += fabs(q[i]);
     for (int i = 0; i < m->base; i++)
         place += 2.0 * DBL_EPSILON * fabs(q[i]);
-    const long dependent = s->dependent;
-    double before = INFINITY, nearest = NEAREST_PROJECTED;
-    for (int pass = 0; (m->rows || holds(s)) && pass < MAX_PASSES; pass++) {
+    const long dependent = s->rank_deficient;
+    double before = INFINITY, nearest = RANK_TOLERANCE_PROJECTED;
+    for (int pass = 0; (m->rows || active_count(s)) && pass < MAX_PASSES; pass++) {
         m->closure(s->k, q, s->rows);
         const double shut = largest(m->rows, s->rows), closed = held_gaps(s, q);
         const double miss = fmax(shut, closed);
         s->missed = pass ? s->missed : shut;
-        const double enough = s->dependent > dependent ? LEFT_OUT * s->length : 16.0 * (unit * angles + place);
+        const double enough = s->rank_deficient > dependent ? LEFT_OUT * s->length : 16.0 * (unit * angles + place);
         const int stagnant = miss <= enough && miss > 0.5 * before;
         if ((shut <= unit * m->links && closed <= unit * m->links + place) || stagnant)
             return OUTCOME_DONE;
         if (miss > 0.5 * before) /* a row that was left out has to be kept after all */
-            nearest = fmax(LEFT_OUT_LATER * nearest, NEAREST);
+            nearest = fmax(LEFT_OUT_LATER * nearest, RANK_TOLERANCE);
         before = miss;
         if (interrupted(s->interruption, s->n))
             return OUTCOME_INTERRUPTED;
@@ -90,19 +90,19 @@ enum outcome project_position(struct system *s, double *q)
         if (outcome)
             return outcome;
     }
-    return m->rows || holds(s) ? OUTCOME_NOT_CLOSED : OUTCOME_DONE;
+    return m->rows || active_count(s) ? OUTCOME_NOT_CLOSED : OUTCOME_DONE;
 }
 
 enum outcome project_velocity(struct system *s, const double *q, double *u)
 {
     const struct ccgen_model *m = s->model;
-    if (!m->rows && !holds(s))
+    if (!m->rows && !active_count(s))
         return OUTCOME_DONE;
     m->closure_rate(s->k, q, u, s->rows);
     s->missed_rate = largest(m->rows, s->rows);
-    if (holds(s))
+    if (active_count(s))
         held_speeds(s, q, u);
-    const enum outcome outcome = correct(s, q, 1, NEAREST_PROJECTED, u);
+    const enum outcome outcome = correct(s, q, 1, RANK_TOLERANCE_PROJECTED, u);
     s->moved_rate = outcome ? INFINITY : fastest(s, s->jump);
     return outcome;
 }

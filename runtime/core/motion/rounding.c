@@ -12,14 +12,14 @@ static double change_by_refinement(struct system *s, double t, const double *q, 
                                    double *refined)
 {
     const int refine = s->refine;
-    const double inexact = s->inexact;
+    const double inexact = s->refinement_residual;
     s->refine = 0;
     enum outcome outcome = system_acceleration(s, t, q, u, x, lambda);
     s->refine = 1;
     if (!outcome)
         outcome = system_acceleration(s, t, q, u, refined, lambda);
     s->refine = refine;
-    s->inexact = inexact;
+    s->refinement_residual = inexact;
     if (outcome)
         return 0.0;
     for (int i = 0; i < s->n; i++)

@@ -65,7 +65,7 @@ int append_impact(struct impacts *r, double t, const double *u_minus, const doub
 }
 
 /* How much the friction of contact c bears where it can be shared: 1 unless it sticks */
-static double weight_of(const struct holding *h, int c)
+static double weight_of(const struct active_set *h, int c)
 {
     for (int row = h->count; row < h->rows; row++)
         if (h->set[h->of[row]] == c)
@@ -74,21 +74,21 @@ static double weight_of(const struct holding *h, int c)
 }
 
 /* Whether contacts are held as the last record says, or apart where there is none yet */
-static int held_as_before(const struct holds *r, int contacts, const signed char *how, const struct holding *h)
+static int held_as_before(const struct mode_history *r, int contacts, const signed char *mode, const struct active_set *h)
 {
     size_t next = r->count ? r->first[r->count - 1] : r->contact_count;
     for (int c = 0; c < contacts; c++) {
         const int listed = next < r->contact_count && r->contact[next] == c;
-        if (how[c] != (listed ? r->how[next] : 0) || (listed && r->weight[next] != weight_of(h, c)))
+        if (mode[c] != (listed ? r->mode[next] : OPEN) || (listed && r->weight[next] != weight_of(h, c)))
             return 0;
         next += listed;
     }
     return 1;
 }
 
-int append_hold(struct holds *r, double t, int contacts, const signed char *how, const struct holding *h)
+int append_modes(struct mode_history *r, double t, int contacts, const signed char *mode, const struct active_set *h)
 {
-    if (held_as_before(r, contacts, how, h))
+    if (held_as_before(r, contacts, mode, h))
         return 0;
     if (r->count == r->room) {
         const size_t room = r->room ? 2 * r->room : 64;
@@ -98,7 +98,7 @@ int append_hold(struct holds *r, double t, int contacts, const signed char *how,
     }
     if (r->contact_count + contacts > r->contact_room) {
         const size_t room = 2 * (r->contact_count + contacts) + 64;
-        if (grow(&r->contact, room, sizeof *r->contact) || grow(&r->how, room, sizeof *r->how) ||
+        if (grow(&r->contact, room, sizeof *r->contact) || grow(&r->mode, room, sizeof *r->mode) ||
             grow(&r->weight, room, sizeof *r->weight))
             return 1;
         r->contact_room = room;
@@ -106,10 +106,10 @@ int append_hold(struct holds *r, double t, int contacts, const signed char *how,
     r->t[r->count] = t;
     r->first[r->count] = r->contact_count;
     for (int c = 0; c < contacts; c++)
-        if (how[c]) {
+        if (mode[c] != OPEN) {
             r->contact[r->contact_count] = c;
             r->weight[r->contact_count] = weight_of(h, c);
-            r->how[r->contact_count++] = how[c];
+            r->mode[r->contact_count++] = mode[c];
         }
     r->first[++r->count] = r->contact_count;
     return 0;

@@ -19,14 +19,14 @@ struct impacts {
     double *impulse, *friction;
 };
 
-/* what was held from when on: change i has the contacts first[i] .. first[i + 1] - 1, held as how[] says: 1 slides backward,
- * 2 smooth, 3 slides forward, 4 sticks, 5 carried, 6 and 7 at the limit of friction, 8 touches without pressing; weight[] is
- * how much the friction of one that sticks bears */
-struct holds {
+/* the modes of closed contacts from when on: change i has the contacts first[i] .. first[i + 1] - 1, each with its enum
+ * contact_mode; weight[] is how much the friction of one that sticks bears */
+struct mode_history {
     size_t count, room, contact_count, contact_room;
     double *t;
     size_t *first;
-    int *contact, *how;
+    int *contact;
+    signed char *mode;
     double *weight;
 };
 
@@ -35,6 +35,6 @@ struct holds {
 int append_row(struct record *record, double t, const double *y, size_t width);
 int append_impact(struct impacts *impacts, double t, const double *u_minus, const double *u_plus, size_t n, int count,
                   const int *contact, const double *impulse, double energy_loss, size_t after);
-int append_hold(struct holds *holds, double t, int contacts, const signed char *how, const struct holding *holding);
+int append_modes(struct mode_history *modes, double t, int contacts, const signed char *mode, const struct active_set *active);
 
 #endif

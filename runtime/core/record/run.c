@@ -6,12 +6,12 @@
 
 void free_run(struct run *run)
 {
-    free(run->holds.t);
-    free(run->holds.first);
-    free(run->holds.contact);
-    free(run->holds.how);
-    free(run->holds.weight);
-    memset(&run->holds, 0, sizeof run->holds);
+    free(run->modes.t);
+    free(run->modes.first);
+    free(run->modes.contact);
+    free(run->modes.mode);
+    free(run->modes.weight);
+    memset(&run->modes, 0, sizeof run->modes);
     free(run->record.t);
     free(run->record.y);
     free(run->impacts.t);

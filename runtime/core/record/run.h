@@ -25,7 +25,7 @@ struct run {
     /* found */
     struct record record;
     struct impacts impacts;
-    struct holds holds;
+    struct mode_history modes;
     enum outcome outcome;
     double t;            /* where it ended */
     int contact;         /* contact at fault, or -1 */

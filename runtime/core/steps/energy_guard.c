@@ -21,14 +21,14 @@ static const double OFTEN = 0.1;      /* of what a step may miss: less than that
 
 /* Share that is not known of the work of friction, and of whatever else takes energy: at the distance sigma from dependence,
  * where contacts are pressed as hard as 1 / sigma, velocities are known to rounding / sigma^2 only. It is lost whatever it is. */
-static double unknown_work(const struct flight *f)
+static double unknown_work(const struct phase *f)
 {
-    const double sigma = fmin(nearest_row(f->s, f->y), nearest_row(f->s, f->y1));
+    const double sigma = fmin(rank_margin(f->s, f->y), rank_margin(f->s, f->y1));
     return fmin(0.5, TANGENT * DBL_EPSILON / (sigma * sigma));
 }
 
 /* Energies at both ends of the step: what it gains (J) beyond the work that is done, and what has been in motion */
-static double gained(struct flight *f, double *done, double *moves)
+static double gained(struct phase *f, double *done, double *moves)
 {
     const struct system *s = f->s;
     const int work = 2 * s->n;
@@ -39,11 +39,11 @@ static double gained(struct flight *f, double *done, double *moves)
     f->energy_h = f->h;
     const double *e0 = f->energy, *e1 = f->energy_end;
     *done = s->size > work ? f->y1[work] - f->y[work] : 0.0;
-    *moves = fmax(f->energy_moved, e0[0] + fabs(e1[1] - e0[1]) + fabs(*done));
+    *moves = fmax(f->energy_in_motion, e0[0] + fabs(e1[1] - e0[1]) + fabs(*done));
     return (e1[0] - e0[0]) + (e1[1] - e0[1]) - *done;
 }
 
-double energy_missed(struct flight *f)
+double energy_residual(struct phase *f)
 {
     const struct system *s = f->s;
     double done, moves;
@@ -54,7 +54,7 @@ double energy_missed(struct flight *f)
     const double part = f->t < f->stretch_end ? fmin(1.0, f->h / f->stretch) : 1.0;
     const double may = KEPT * part * f->run->tolerance.rtol * moves + rounding;
     double missed = fabs(gain) / may;
-    if (missed > OFTEN && done < 0.0 && holds(s) && s->friction)
+    if (missed > OFTEN && done < 0.0 && active_count(s) && s->friction)
         missed = fmax(0.0, missed + unknown_work(f) * done / may);
     if (missed > 1.0 && !(f->t < f->stretch_end)) {
         f->stretch = f->h;
@@ -63,7 +63,7 @@ double energy_missed(struct flight *f)
     return missed;
 }
 
-int energy_lost(struct flight *f)
+int breaks_energy(struct phase *f)
 {
     double done, moves;
     if (!f->s->model->rows || !f->s->model->contacts)
@@ -71,9 +71,9 @@ int energy_lost(struct flight *f)
     return fabs(gained(f, &done, &moves)) > FAR * moves;
 }
 
-void energy_taken(struct flight *f)
+void commit_energy(struct phase *f)
 {
-    f->energy_moved = fmax(f->energy_moved, f->energy[0] + fabs(f->energy_end[1] - f->energy[1]));
+    f->energy_in_motion = fmax(f->energy_in_motion, f->energy[0] + fabs(f->energy_end[1] - f->energy[1]));
     f->energy_known = f->energy_known && f->energy_h == f->h;
     f->energy[0] = f->energy_end[0];
     f->energy[1] = f->energy_end[1];

@@ -5,12 +5,12 @@
 #include "steps/step.h"
 
 /* what the step to y1 gains or loses, other than by the work of effects, in units of what may be: more than 1 is refused */
-double energy_missed(struct flight *f);
+double energy_residual(struct phase *f);
 
 /* whether a step of fixed length gains or loses so much that it is no step of the motion */
-int energy_lost(struct flight *f);
+int breaks_energy(struct phase *f);
 
 /* the step to y1 is taken, f->t and f->y not changed yet */
-void energy_taken(struct flight *f);
+void commit_energy(struct phase *f);
 
 #endif

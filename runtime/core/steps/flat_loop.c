@@ -38,7 +38,7 @@ static double unknown(double sigma, double miss)
 }
 
 /* What the closure misses, or may miss by rounding, times length */
-static double missed(struct flight *f)
+static double closure_miss(struct phase *f)
 {
     struct system *s = f->s;
     double found = ROUNDING * s->model->links;
@@ -48,21 +48,21 @@ static double missed(struct flight *f)
     return found;
 }
 
-/* The contacts with gaps below `unresolved` into f->set: their number, or 0 where they are closed to rounding already. */
-static int unresolved_ones(struct flight *f, double unresolved)
+/* The contacts with gaps below `gap_uncertainty` into f->set: their number, or 0 where they are closed to rounding already. */
+static int uncertain_contacts(struct phase *f, double gap_uncertainty)
 {
     const struct system *s = f->s;
     int count = 0, open = 0;
     s->model->gaps(s->k, f->y, f->gaps);
     for (int c = 0; c < s->model->contacts; c++)
-        if (f->gaps[c] <= unresolved * s->extent[c]) {
+        if (f->gaps[c] <= gap_uncertainty * s->extent[c]) {
             open |= fabs(f->gaps[c]) > ROUNDING * s->model->links * s->extent[c];
             f->set[count++] = c;
         }
     return open ? count : 0;
 }
 
-static double energy(const struct flight *f, const double *y)
+static double energy(const struct phase *f, const double *y)
 {
     double parts[2];
     f->s->model->energy(f->s->k, y, y + f->s->n, parts);
@@ -71,21 +71,21 @@ static double energy(const struct flight *f, const double *y)
 
 /* Whether y1 has the energy of y but for a small part of what is in motion: velocities that do not lead to a place where rows are
  * lost are not to be lost without an impact. */
-static int leads_there(const struct flight *f)
+static int keeps_energy(const struct phase *f)
 {
     double parts[2];
     f->s->model->energy(f->s->k, f->y, f->y + f->s->n, parts);
-    return energy(f, f->y1) >= parts[0] + parts[1] - ASTRAY * fmax(f->energy_moved, parts[0]);
+    return energy(f, f->y1) >= parts[0] + parts[1] - ASTRAY * fmax(f->energy_in_motion, parts[0]);
 }
 
 /* Put y1, a copy of the state, where the contacts f->set are closed; whether there is such a place, with rows of the closure
  * lost, nothing behind its surface, and no energy added but by lifting what is behind its surface. */
-static int closes(struct flight *f, int count, double miss, int rank)
+static int closes_contacts(struct phase *f, int count, double miss, int rank)
 {
     struct system *s = f->s;
     double nearest;
     memcpy(f->y1, f->y, (size_t)s->size * sizeof *f->y);
-    if (project_position(s, f->y1) || independent_rows(s, f->y1, &nearest) >= rank)
+    if (project_position(s, f->y1) || row_rank(s, f->y1, &nearest) >= rank)
         return 0;
     s->model->closure(s->k, f->y1, s->rows);
     for (int i = 0; i < s->model->rows; i++)
@@ -106,10 +106,10 @@ static int closes(struct flight *f, int count, double miss, int rank)
 }
 
 /* The largest acceleration of a gap at y1 without forces between contacts; negative where there is none */
-static double falling(struct flight *f)
+static double falling(struct phase *f)
 {
     struct system *s = f->s;
-    double found = 0.0, *free = s->holding->rates, *bias = s->holding->slips;
+    double found = 0.0, *free = s->active->rates, *bias = s->active->slips;
     if (system_derivative(s, f->t, f->y1, f->dy1))
         return -1.0;
     s->model->gap_rates(s->k, f->y1, f->dy1 + s->n, free);
@@ -130,9 +130,9 @@ static double bend(struct system *s, const double *q, const double *u, const dou
 }
 
 /* work[2 n]: the gradient of bend(u), and M^-1 times it with loops shut and held contacts at rest. Their product, or 0. */
-static double steepest(struct system *s, const double *q, const double *lambda, double speed, double *u, double *work)
+static double second_order_gradient(struct system *s, const double *q, const double *lambda, double speed, double *u, double *work)
 {
-    const int n = s->n, rows = held_rows(s, 1);
+    const int n = s->n, rows = active_rows(s, 1);
     double *gradient = work, *du = work + n, product = 0.0;
     for (int i = 0; i < n; i++) {
         const double here = u[i], step = speed * (i < s->model->base ? s->length : 1.0);
@@ -143,7 +143,7 @@ static double steepest(struct system *s, const double *q, const double *lambda, 
         u[i] = here;
     }
     memset(s->bias, 0, (s->model->rows + rows) * sizeof *s->bias);
-    if (!(speed > 0.0) || solve_dependent(s, q, rows, s->bias, NULL, NEAREST, momentum_residual, gradient, du, s->multipliers))
+    if (!(speed > 0.0) || solve_in_nullspace(s, q, rows, s->bias, NULL, RANK_TOLERANCE, momentum_residual, gradient, du, s->multipliers))
         return 0.0;
     for (int i = 0; i < n; i++)
         product += gradient[i] * du[i];
@@ -152,15 +152,15 @@ static double steepest(struct system *s, const double *q, const double *lambda, 
 
 /* Go on from y1, where the closure lets the loop be, or go. The energy that this takes is lost as in an impact of the loop with
  * itself, in which the contacts f->set do not push; not where it is less than steps may miss. */
-static enum outcome go_on(struct flight *f, int count)
+static enum outcome commit_snap(struct phase *f, int count)
 {
     struct run *run = f->run;
     double parts[2];
     f->s->model->energy(f->s->k, f->y, f->y + f->s->n, parts);
     const double loss = parts[0] + parts[1] - energy(f, f->y1);
-    const double seen = fmax(run->tolerance.rtol * fmax(f->energy_moved, parts[0]), ADDED * fabs(parts[0] + parts[1]));
+    const double seen = fmax(run->tolerance.rtol * fmax(f->energy_in_motion, parts[0]), ADDED * fabs(parts[0] + parts[1]));
     const size_t n = f->s->n;
-    if (keep(f))
+    if (record_state(f))
         return OUTCOME_NO_MEMORY;
     if (count && loss > seen) {
         memset(f->P, 0, 2 * count * sizeof *f->P);
@@ -168,22 +168,22 @@ static enum outcome go_on(struct flight *f, int count)
             return OUTCOME_NO_MEMORY;
     }
     memcpy(f->y, f->y1, (size_t)f->s->size * sizeof *f->y);
-    return keep(f) ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
+    return record_state(f) ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
 }
 
 /* Bring the velocities of y1 to the nearest ones that the closure allows to second order: where rows are lost, those along which
  * the loop can go on. Whether there are such. */
-static int straighten(struct flight *f)
+static int project_to_tangent_cone(struct phase *f)
 {
     struct system *s = f->s;
     const int rows = s->model->rows + s->model->drives;
     double *u = f->y1 + s->n, *lambda = malloc((rows + 2 * s->n) * sizeof *lambda), *work = lambda ? lambda + rows : NULL;
     int done = lambda != NULL;
-    for (int number = 0; done && lost_row(s, f->y1, number, lambda); number++) {
+    for (int number = 0; done && left_null_vector(s, f->y1, number, lambda); number++) {
         const double speed = fastest(s, u);
         double bent = bend(s, f->y1, u, lambda);
         for (int pass = 0; pass < PASSES && fabs(bent) > STRAIGHT * speed * speed; pass++) {
-            const double product = steepest(s, f->y1, lambda, speed, u, work);
+            const double product = second_order_gradient(s, f->y1, lambda, speed, u, work);
             for (int i = 0; i < s->n && product > 0.0; i++)
                 u[i] -= bent / product * work[s->n + i];
             bent = bend(s, f->y1, u, lambda);
@@ -196,7 +196,7 @@ static int straighten(struct flight *f)
 
 /* The accelerations f->dy, brought to what they are in the limit along the velocities: bend(u) stays 0 along the motion
  * (eq. 8.5). */
-static enum outcome limit(struct flight *f)
+static enum outcome limit_along_branch(struct phase *f)
 {
     struct system *s = f->s;
     const int rows = s->model->rows + s->model->drives, n = s->n;
@@ -205,8 +205,8 @@ static enum outcome limit(struct flight *f)
         return OUTCOME_NO_MEMORY;
     double *work = lambda + rows, *q = work + 2 * n;
     const double speed = fastest(s, u), time = ASIDE / speed;
-    for (int number = 0; lost_row(s, f->y, number, lambda); number++) {
-        const double product = steepest(s, f->y, lambda, speed, u, work);
+    for (int number = 0; left_null_vector(s, f->y, number, lambda); number++) {
+        const double product = second_order_gradient(s, f->y, lambda, speed, u, work);
         double wrong = 0.0;
         for (int side = -1; side <= 1; side += 2) {
             for (int i = 0; i < n; i++)
@@ -222,46 +222,46 @@ static enum outcome limit(struct flight *f)
     return OUTCOME_DONE;
 }
 
-enum outcome depart(struct flight *f)
+enum outcome leave_singularity(struct phase *f)
 {
     struct system *s = f->s;
     const size_t n = s->n;
     int leaves = 0;
     s->model->gap_rates(s->k, f->y, f->y + n, f->rates);
     for (int c = 0; c < s->model->contacts; c++)
-        leaves |= f->rates[c] > slow(f, c);
+        leaves |= f->rates[c] > rest_velocity(f, c);
     if (!leaves || f->t != f->flat)
-        return derive(f);
+        return evaluate_derivative(f);
     memcpy(f->y1, f->y, (size_t)s->size * sizeof *f->y);
     enum outcome outcome = OUTCOME_DONE;
-    if (straighten(f) && energy(f, f->y1) <= energy(f, f->y)) { /* once more: contacts have come to rest */
+    if (project_to_tangent_cone(f) && energy(f, f->y1) <= energy(f, f->y)) { /* once more: contacts have come to rest */
         int count = 0;
         s->model->gaps(s->k, f->y, f->gaps);
         for (int c = 0; c < s->model->contacts; c++)
             if (f->gaps[c] <= SHUT * s->extent[c])
                 f->set[count++] = c;
-        outcome = go_on(f, count);
+        outcome = commit_snap(f, count);
     }
-    outcome = outcome ? outcome : derive(f);
-    return outcome ? outcome : limit(f);
+    outcome = outcome ? outcome : evaluate_derivative(f);
+    return outcome ? outcome : limit_along_branch(f);
 }
 
 /* Hold those of the contacts f->set that are at rest. */
-static void hold_resting(struct flight *f, int count)
+static void hold_resting(struct phase *f, int count)
 {
-    struct holding *h = f->s->holding;
+    struct active_set *h = f->s->active;
     int held = 0;
     f->s->model->gap_rates(f->s->k, f->y1, f->y1 + f->s->n, f->rates);
     for (int i = 0; i < count; i++)
-        if (fabs(f->rates[f->set[i]]) <= slow(f, f->set[i])) {
-            h->slide[held] = SMOOTH;
+        if (fabs(f->rates[f->set[i]]) <= rest_velocity(f, f->set[i])) {
+            h->mode[held] = FRICTIONLESS;
             h->set[held++] = f->set[i];
         }
-    hold_contacts(h, held, h->set, h->slide);
+    activate(h, held, h->set, h->mode);
 }
 
 /* How many of the contacts f->set move too fast to stay within what is unknown, falling or not */
-static int fast(struct flight *f, int count, double unresolved, double fall, int *down)
+static int too_fast(struct phase *f, int count, double gap_uncertainty, double fall, int *down)
 {
     const struct system *s = f->s;
     int found = 0;
@@ -269,7 +269,7 @@ static int fast(struct flight *f, int count, double unresolved, double fall, int
     s->model->gap_rates(s->k, f->y1, f->y1 + s->n, f->rates);
     for (int i = 0; i < count; i++) {
         const double rate = f->rates[f->set[i]];
-        const int quick = rate * rate > 2.0 * fall * unresolved * s->extent[f->set[i]];
+        const int quick = rate * rate > 2.0 * fall * gap_uncertainty * s->extent[f->set[i]];
         found += quick;
         *down += quick && rate < 0.0;
     }
@@ -280,84 +280,84 @@ static int fast(struct flight *f, int count, double unresolved, double fall, int
  * of their bounces do, too slowly to leave what is unknown; or all others fall into their grounds, along velocities that lead
  * there. Where that would take more than an impact may that no contact has, some fall as they are, and what does not lead
  * there is lost in the impact that follows. */
-static int arrives(struct flight *f, int count, double unresolved)
+static int finds_way_on(struct phase *f, int count, double gap_uncertainty)
 {
     struct system *s = f->s;
     int down;
-    hold_contacts(s->holding, 0, NULL, NULL);
+    activate(s->active, 0, NULL, NULL);
     if (project_velocity(s, f->y1, f->y1 + s->n))
         return 0;
     const double fall = falling(f);
-    if (!fast(f, count, unresolved, fall, &down))
-        return leads_there(f);
+    if (!too_fast(f, count, gap_uncertainty, fall, &down))
+        return keeps_energy(f);
     hold_resting(f, count);
-    const int straight = straighten(f);
-    hold_contacts(s->holding, 0, NULL, NULL);
-    if (straight && fast(f, count, unresolved, fall, &down) == down && leads_there(f))
+    const int straight = project_to_tangent_cone(f);
+    activate(s->active, 0, NULL, NULL);
+    if (straight && too_fast(f, count, gap_uncertainty, fall, &down) == down && keeps_energy(f))
         return 1;
     memcpy(f->y1 + s->n, f->y + s->n, s->n * sizeof *f->y);
     if (project_velocity(s, f->y1, f->y1 + s->n))
         return 0;
-    return fast(f, count, unresolved, fall, &down) && down && leads_there(f);
+    return too_fast(f, count, gap_uncertainty, fall, &down) && down && keeps_energy(f);
 }
 
-/* Close the contacts with gaps below `unresolved` if that makes closure rows fewer than `rank`; whether it was done. */
-static int close_below(struct flight *f, double unresolved, double miss, int rank, enum outcome *outcome)
+/* Close the contacts with gaps below `gap_uncertainty` if that makes closure rows fewer than `rank`; whether it was done. */
+static int snap_below(struct phase *f, double gap_uncertainty, double miss, int rank, enum outcome *outcome)
 {
     struct system *s = f->s;
-    struct holding *h = s->holding;
+    struct active_set *h = s->active;
     const size_t all = s->model->contacts;
-    const int count = unresolved_ones(f, unresolved), held = h->count, rows = h->rows;
+    const int count = uncertain_contacts(f, gap_uncertainty), held = h->count, rows = h->rows;
     if (!count)
         return 0;
     int *set = malloc(all * sizeof *set), done = 0;
-    signed char *slide = calloc(2 * all, 1);
+    signed char *mode = calloc(2 * all, 1);
     double *weight = malloc(2 * all * sizeof *weight);
     *outcome = OUTCOME_NO_MEMORY;
-    if (set && slide && weight) {
+    if (set && mode && weight) {
         memcpy(set, h->set, held * sizeof *set);
-        memcpy(slide + all, h->slide, held);
+        memcpy(mode + all, h->mode, held);
         memcpy(weight, h->weight, rows * sizeof *weight);
-        hold_contacts(h, count, f->set, slide);
-        done = closes(f, count, miss, rank) && arrives(f, count, unresolved);
-        hold_contacts(h, held, set, slide + all);
+        activate(h, count, f->set, mode);
+        done = closes_contacts(f, count, miss, rank) && finds_way_on(f, count, gap_uncertainty);
+        activate(h, held, set, mode + all);
         memcpy(h->weight, weight, rows * sizeof *weight);
-        *outcome = done ? go_on(f, count) : OUTCOME_DONE;
+        *outcome = done ? commit_snap(f, count) : OUTCOME_DONE;
     }
     if (done) {
-        f->unresolved = unresolved;
+        f->gap_uncertainty = gap_uncertainty;
         f->flat = f->t;
     }
     free(set);
-    free(slide);
+    free(mode);
     free(weight);
     return done;
 }
 
-enum outcome close_unresolved(struct flight *f, int stuck, int *closed)
+enum outcome snap_to_singularity(struct phase *f, int stuck, int *closed)
 {
     struct system *s = f->s;
     const int rows = s->model->rows + s->model->drives;
-    const double before = f->unresolved;
+    const double before = f->gap_uncertainty;
     enum outcome outcome = OUTCOME_DONE;
     double sigma;
     *closed = 0;
-    f->unresolved = 0.0;
+    f->gap_uncertainty = 0.0;
     if (!s->model->rows)
         return outcome;
-    const double miss = missed(f);
-    if (!unresolved_ones(f, unknown(0.0, miss))) {
-        if (before > 0.0 && independent_rows(s, f->y, &sigma) < rows) { /* where it was put, it still is */
-            f->unresolved = before;
+    const double miss = closure_miss(f);
+    if (!uncertain_contacts(f, unknown(0.0, miss))) {
+        if (before > 0.0 && row_rank(s, f->y, &sigma) < rows) { /* where it was put, it still is */
+            f->gap_uncertainty = before;
             f->flat = f->t;
         }
         return outcome;
     }
-    const int rank = independent_rows(s, f->y, &sigma);
-    const double unresolved = unknown(sigma, miss);
-    for (int wider = 0; sigma <= TURNS * s->model->links * unresolved && wider <= stuck && !*closed && !outcome; wider++)
-        *closed = close_below(f, (wider ? WIDER : 1.0) * unresolved, miss, rank, &outcome);
+    const int rank = row_rank(s, f->y, &sigma);
+    const double gap_uncertainty = unknown(sigma, miss);
+    for (int wider = 0; sigma <= TURNS * s->model->links * gap_uncertainty && wider <= stuck && !*closed && !outcome; wider++)
+        *closed = snap_below(f, (wider ? WIDER : 1.0) * gap_uncertainty, miss, rank, &outcome);
     if (!*closed && rank < rows && !outcome) /* a row that is left out already: how near, is not known either */
-        *closed = close_below(f, MARGIN * NEAREST, miss, rank + 1, &outcome);
+        *closed = snap_below(f, MARGIN * RANK_TOLERANCE, miss, rank + 1, &outcome);
     return outcome;
 }

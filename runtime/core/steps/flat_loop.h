@@ -9,10 +9,10 @@
  * brought to the nearest ones that lead there, or left for the impact that follows. Where steps are `stuck`, gaps somewhat
  * larger are closed too. Afterwards f->unresolved is the size of gaps, relative to the contact's extent, that are not known,
  * and f->flat the time; f->unresolved is 0 where gaps are known as ever. */
-enum outcome close_unresolved(struct flight *f, int stuck, int *closed);
+enum outcome snap_to_singularity(struct phase *f, int stuck, int *closed);
 
-/* f->dy, as `derive` has it, of a state put where rows are lost. What leaves such a place goes along it to second order of the
+/* f->dy, as `evaluate_derivative` has it, of a state put where rows are lost. What leaves such a place goes along it to second order of the
  * closure, and its accelerations, which rows that are lost leave free, are those of the limit along its motion. */
-enum outcome depart(struct flight *f);
+enum outcome leave_singularity(struct phase *f);
 
 #endif

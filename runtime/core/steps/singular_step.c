@@ -35,13 +35,13 @@ enum { CLEARS = sizeof CLEAR / sizeof *CLEAR };
 static const double MIDDLE = 0.5, LATE = 0.9;
 
 /* What velocities may be wrong by (1/s) at the end of a step */
-static double rate_allowed(const struct flight *f)
+static double rate_allowed(const struct phase *f)
 {
     return f->run->tolerance.atol + f->run->tolerance.rtol * fastest(f->s, f->y1 + f->s->n);
 }
 
 /* Whether the end of the step lay beside the closure by more than its error may be, before it was put back to y1 */
-static int beside(const struct flight *f)
+static int off_the_closure(const struct phase *f)
 {
     const struct system *s = f->s;
     return s->missed_rate > BESIDE * rate_allowed(f) * s->length
@@ -50,18 +50,18 @@ static int beside(const struct flight *f)
 
 /* Whether putting it back has changed its velocities by a good part of what their error may be and by much more than they missed, where
  * rows are so near to dependence that velocities are not known to the tolerance */
-static int thrown(const struct flight *f)
+static int thrown(const struct phase *f)
 {
     const struct system *s = f->s;
     const double allowed = rate_allowed(f);
     if (!(s->moved_rate > THROWN * allowed && s->moved_rate * s->length > MAGNIFIED * s->missed_rate))
         return 0;
-    const double sigma = nearest_row(f->s, f->y1);
+    const double sigma = rank_margin(f->s, f->y1);
     return sigma * sigma * allowed < KNOWN * DBL_EPSILON * fastest(s, f->y1 + s->n);
 }
 
 /* Coordinates at part x of the step, on the cubic through its beginning and `end` */
-static void between_ends(const struct flight *f, const double *end, double x, double *q)
+static void between_ends(const struct phase *f, const double *end, double x, double *q)
 {
     const int n = f->s->n;
     for (int i = 0; i < n; i++) {
@@ -71,14 +71,14 @@ static void between_ends(const struct flight *f, const double *end, double x, do
 }
 
 /* The part of the step, up to `last`, at which the cubic comes nearest to dependence; whether rows depend there */
-static int nearest_part(struct flight *f, const double *end, double last, double *part)
+static int nearest_part(struct phase *f, const double *end, double last, double *part)
 {
     double least = INFINITY, most = 0.0, width = last, low = 0.0;
     for (int round = 0; round < ROUNDS; round++) {
         for (int j = 0; j <= LOOKS; j++) {
             const double x = fmin(fmax(low + width * j / LOOKS, 0.0), last);
             between_ends(f, end, x, f->search);
-            const double here = nearest_row(f->s, f->search);
+            const double here = rank_margin(f->s, f->search);
             most = fmax(most, here);
             if (here < least) {
                 least = here;
@@ -93,18 +93,18 @@ static int nearest_part(struct flight *f, const double *end, double last, double
     return least < DEEP * most;
 }
 
-int finds_singular(struct flight *f, enum outcome back, double error, const double *end)
+int crosses_singularity(struct phase *f, enum outcome back, double error, const double *end)
 {
     double part;
     if (!projects(f) || !f->s->model->rows || f->run->fixed_step > 0.0)
         return 0;
-    if (!(back || error > WILD || beside(f) || (error <= 1.0 && thrown(f))) || !nearest_part(f, end, LAST, &part))
+    if (!(back || error > WILD || off_the_closure(f) || (error <= 1.0 && thrown(f))) || !nearest_part(f, end, LAST, &part))
         return 0;
     f->place = f->t + part * f->h;
     return 1;
 }
 
-int misplaced(struct flight *f, const double *end)
+int misplaced(struct phase *f, const double *end)
 {
     double part;
     if (f->passage != ACROSS || !nearest_part(f, end, 1.0, &part) || fabs(f->t + part * f->h - f->place) < ASIDE * f->h)
@@ -113,7 +113,7 @@ int misplaced(struct flight *f, const double *end)
     return 1;
 }
 
-void place_step(struct flight *f)
+void place_about_singularity(struct phase *f)
 {
     const double part = (f->place - f->t) / f->h;
     f->passage = FREE;

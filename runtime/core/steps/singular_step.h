@@ -6,12 +6,12 @@
 
 /* whether the step to end[2n], which was put back to y1 with the outcome `back`, passes a singular configuration, or ends
  * beside one, so that it is to be taken again: f->place is when */
-int finds_singular(struct flight *f, enum outcome back, double error, const double *end);
+int crosses_singularity(struct phase *f, enum outcome back, double error, const double *end);
 
 /* the length of a step that may be as long as f->h, and how it is taken, from f->place */
-void place_step(struct flight *f);
+void place_about_singularity(struct phase *f);
 
 /* whether the singular configuration is passed elsewhere in the step to end[2n] than f->place says, which then says it better */
-int misplaced(struct flight *f, const double *end);
+int misplaced(struct phase *f, const double *end);
 
 #endif

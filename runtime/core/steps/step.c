@@ -14,24 +14,24 @@ static const double BELIEVED = 0.1;  /* of an error is there, whatever of it lie
 static const double DRIVEN = CCGEN_LIMIT(1e-8, 1e-3); /* rad and rad/s, or m: more is not the rounding of a driven joint */
 const double REST_SPEED = 1e-10;
 
-double slow(const struct flight *f, int contact)
+double rest_velocity(const struct phase *f, int contact)
 {
     return REST_SPEED * f->s->extent[contact];
 }
 
-double near(const struct flight *f, int contact)
+double gap_tolerance(const struct phase *f, int contact)
 {
     return fmin(fmax(f->run->tolerance.rtol, 1e-12), 1e-8) * f->s->extent[contact];
 }
 
-enum outcome derive(struct flight *f)
+enum outcome evaluate_derivative(struct phase *f)
 {
     return system_derivative(f->s, f->t, f->y, f->dy);
 }
 
-int projects(const struct flight *f)
+int projects(const struct phase *f)
 {
-    return holds(f->s) || (f->s->model->rows && f->run->drift == DRIFT_PROJECTED);
+    return active_count(f->s) || (f->s->model->rows && f->run->drift == DRIFT_PROJECTED);
 }
 
 /* Where driven joint d is or, of velocities x, how fast it moves */
@@ -41,7 +41,7 @@ static double driven(const struct ccgen_model *m, int d, const double *x)
     return x[m->driven[2 * d]] - (second < 0 ? 0.0 : x[second]);
 }
 
-enum outcome project_end(struct flight *f)
+enum outcome project_step_end(struct phase *f)
 {
     const struct ccgen_model *m = f->s->model;
     const int n = f->s->n;
@@ -62,9 +62,9 @@ enum outcome project_end(struct flight *f)
     return outcome;
 }
 
-enum outcome raw_step(struct flight *f, double h, struct tolerance tolerance)
+enum outcome unprojected_step(struct phase *f, double h, struct tolerance tolerance)
 {
-    const int across = f->passage == ACROSS, other = across && f->passing && !holds(f->s);
+    const int across = f->passage == ACROSS, other = across && f->passing && !active_count(f->s);
     f->by = other ? &gauss : f->run->method;
     f->steps = other ? f->passing : f->scratch;
     if (other) {
@@ -72,18 +72,18 @@ enum outcome raw_step(struct flight *f, double h, struct tolerance tolerance)
         if (f->run->method->restart)
             f->run->method->restart(f->scratch, f->s->size);
     }
-    f->s->guided = across;
+    f->s->projects_stages = across;
     const enum outcome outcome = f->by->step(f->s, f->steps, f->t, h, tolerance, f->y, f->dy, f->y1);
-    f->s->guided = 0;
+    f->s->projects_stages = 0;
     return outcome;
 }
 
-enum outcome derive_end(struct flight *f)
+enum outcome evaluate_end_derivative(struct phase *f)
 {
     return f->run->method->derivatives || f->by != f->run->method ? system_derivative(f->s, f->t + f->h, f->y1, f->dy1) : OUTCOME_DONE;
 }
 
-enum outcome measure(struct flight *f, double *error)
+enum outcome step_error(struct phase *f, double *error)
 {
     const struct method *method = f->by;
     const int n = f->s->n, size = f->s->size;
@@ -104,20 +104,20 @@ enum outcome measure(struct flight *f, double *error)
 
 /* Step of length h, put back onto the closure whatever its error. What a method iterates goes to rounding, so that y1 is a smooth
  * function of h: landing on an event needs that. */
-enum outcome plain_step(struct flight *f, double h)
+enum outcome projected_step(struct phase *f, double h)
 {
     const struct tolerance tolerance = f->run->tolerance, little = {UNEVEN * tolerance.atol, UNEVEN * tolerance.rtol};
-    enum outcome outcome = raw_step(f, h, TO_ROUNDING);
+    enum outcome outcome = unprojected_step(f, h, TO_ROUNDING);
     if (outcome == OUTCOME_NO_CONVERGENCE && little.rtol > 0.0) { /* loads that all but cancel have a rounding of their own */
         double error = INFINITY;
-        outcome = raw_step(f, h, little);
-        outcome = outcome ? outcome : measure(f, &error);
+        outcome = unprojected_step(f, h, little);
+        outcome = outcome ? outcome : step_error(f, &error);
         outcome = outcome || error <= 1.0 ? outcome : OUTCOME_NO_CONVERGENCE;
     }
-    return outcome ? outcome : project_end(f);
+    return outcome ? outcome : project_step_end(f);
 }
 
-int keep(struct flight *f)
+int record_state(struct phase *f)
 {
     const struct record *r = &f->run->record;
     const size_t width = f->s->size;

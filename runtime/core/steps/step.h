@@ -4,13 +4,13 @@
 
 #include "constraints/active_set.h"
 #include "record/run.h"
-#include "steps/events.h"
+#include "steps/event_search.h"
 
 /* How a step lies to a singular configuration: far from it, so that it ends well before it, or across it, with its stages on the
  * closure: singular_step.h */
 enum passage { FREE, BEFORE, ACROSS };
 
-struct flight {
+struct phase {
     struct system *s;
     struct run *run;
     double *block; /* all numbers of the flight */
@@ -23,16 +23,16 @@ struct flight {
     double *search;            /* of the event search */
     double *gaps, *rates, *e, *P;
     int *set;
-    struct holding holding; /* of the system */
+    struct active_set active; /* of the system */
     double energy[2], energy_end[2]; /* kinetic and potential, at y if it is known, and at the end of a step of length energy_h */
-    double energy_h, energy_moved;   /* and the largest energy that has been in motion */
+    double energy_h, energy_in_motion;   /* and the largest energy that has been in motion */
     int energy_known;
     double stretch, stretch_end; /* length and end of a step that was refused for the energy it missed */
     double place;           /* time at which a singular configuration is passed, or NAN: none is known */
     double own;             /* length of the step there that the run's own method would have taken */
     enum passage passage;   /* how the step lies to it */
     int bounded;            /* whether the step may not go on past its end */
-    double unresolved;      /* gaps so small, relative to the contact's extent, are not known: flat_loop.h */
+    double gap_uncertainty;      /* gaps so small, relative to the contact's extent, are not known: flat_loop.h */
     double flat;            /* when the state was last put where closure rows are lost */
 };
 
@@ -40,39 +40,39 @@ struct flight {
 extern const double REST_SPEED;
 
 /* speed (m/s, rad/s) below which a closed contact neither opens nor closes */
-double slow(const struct flight *f, int contact);
+double rest_velocity(const struct phase *f, int contact);
 
 /* gap (m, rad) below which a contact is closed */
-double near(const struct flight *f, int contact);
+double gap_tolerance(const struct phase *f, int contact);
 
 /* dy at (t, y) */
-enum outcome derive(struct flight *f);
+enum outcome evaluate_derivative(struct phase *f);
 
 /* whether the ends of steps are put back: onto the closure unless the run leaves that out, onto held contacts always */
-int projects(const struct flight *f);
+int projects(const struct phase *f);
 
 /* step of length h from (t, y) to y1, not put back yet */
-enum outcome raw_step(struct flight *f, double h, struct tolerance tolerance);
+enum outcome unprojected_step(struct phase *f, double h, struct tolerance tolerance);
 
 /* what the error of the step to y1 amounts to; accepted up to 1. An error that fails is measured again without its part
  * across the closure, which projection removes: across a singular configuration that part is large and means nothing. Elsewhere
  * what is left may be small by chance, and so some of the whole counts. */
-enum outcome measure(struct flight *f, double *error);
+enum outcome step_error(struct phase *f, double *error);
 
 /* step of length h from (t, y) to y1, put back onto the closure whatever its error */
-enum outcome plain_step(struct flight *f, double h);
+enum outcome projected_step(struct phase *f, double h);
 
 /* record the present state, unless it is the last row already; 0, or 1 when memory runs out */
-int keep(struct flight *f);
+int record_state(struct phase *f);
 
 /* the first time after t at which a step has to end */
 double next_stop(const struct run *run, double t);
 
 /* put the end of a step back onto the closure and the held contacts; driven joints stay as prescribed: where the loops close only
  * without that, as beyond a dead point, they do not close */
-enum outcome project_end(struct flight *f);
+enum outcome project_step_end(struct phase *f);
 
 /* derivative at the end of the step, for methods that want it, or do after a step by another */
-enum outcome derive_end(struct flight *f);
+enum outcome evaluate_end_derivative(struct phase *f);
 
 #endif

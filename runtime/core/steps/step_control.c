@@ -15,7 +15,7 @@ static const struct tolerance TO_ROUNDING = {0.0, 0.0};
 static const double LEAP = 1e-6, FURTHER = 10.0; /* rad, or times length; times the way that velocities carry */
 enum { AGAIN = 4 /* times a step is taken anew for where it passes a singular configuration */ };
 
-double first_step(struct flight *f)
+double first_step(struct phase *f)
 {
     const int n = f->s->size;
     const struct tolerance tol = f->run->tolerance;
@@ -43,7 +43,7 @@ double first_step(struct flight *f)
     return h1 > least ? fmin(100.0 * h0, h1) : least;
 }
 
-int leaps(const struct flight *f)
+int outruns_velocity(const struct phase *f)
 {
     double way = 0.0, speed = 0.0;
     for (int i = 0; i < f->s->n; i++) {
@@ -53,36 +53,36 @@ int leaps(const struct flight *f)
     return f->run->fixed_step == 0.0 && way > FURTHER * f->h * speed + LEAP * fmax(1.0, f->s->length);
 }
 
-double shortest(const struct flight *f)
+double shortest(const struct phase *f)
 {
     return 16.0 * DBL_EPSILON * fmax(fabs(f->t), 1e-3);
 }
 
 /* Put the end of a step back. What it had been meanwhile is kept where its derivative will be. Whether the step is to be taken
  * again, because of the place at which it passes a singular configuration, in *again. */
-static enum outcome put_back(struct flight *f, const double *error, int *again)
+static enum outcome project_and_place(struct phase *f, const double *error, int *again)
 {
     double *end = f->dy1;
     memcpy(end, f->y1, (size_t)f->s->size * sizeof *end);
-    const enum outcome back = project_end(f);
-    *again = f->passage == FREE ? finds_singular(f, back, *error, end) : !back && *error <= 1.0 && misplaced(f, end);
+    const enum outcome back = project_step_end(f);
+    *again = f->passage == FREE ? crosses_singularity(f, back, *error, end) : !back && *error <= 1.0 && misplaced(f, end);
     return *error <= 1.0 ? back : OUTCOME_DONE;
 }
 
-enum outcome accepted_step(struct flight *f, double *next)
+enum outcome accepted_step(struct phase *f, double *next)
 {
     struct run *run = f->run;
     int refused = 0, again = 0;
     for (;;) {
         double error = 0.0;
         const double whole = f->h;
-        place_step(f);
-        enum outcome outcome = raw_step(f, f->h, run->fixed_step > 0.0 ? TO_ROUNDING : run->tolerance);
+        place_about_singularity(f);
+        enum outcome outcome = unprojected_step(f, f->h, run->fixed_step > 0.0 ? TO_ROUNDING : run->tolerance);
         if (!outcome && run->fixed_step == 0.0)
-            outcome = measure(f, &error);
+            outcome = step_error(f, &error);
         if (!outcome && isfinite(error)) {
             int anew;
-            outcome = put_back(f, &error, &anew);
+            outcome = project_and_place(f, &error, &anew);
             if (anew && again++ < AGAIN) {
                 if (f->passage == FREE)
                     f->own = whole * (error > 1.0 ? fmax(SAFETY * pow(error, -1.0 / f->by->order), LEAST_CHANGE) : 1.0);
@@ -90,12 +90,12 @@ enum outcome accepted_step(struct flight *f, double *next)
                 continue;
             }
         }
-        if (!outcome && error <= 1.0 && leaps(f))
+        if (!outcome && error <= 1.0 && outruns_velocity(f))
             outcome = OUTCOME_NOT_CLOSED;
-        if (!outcome && run->fixed_step > 0.0 && energy_lost(f))
+        if (!outcome && run->fixed_step > 0.0 && breaks_energy(f))
             outcome = OUTCOME_NOT_KEPT;
         if (!outcome && error <= 1.0)
-            error = fmax(error, energy_missed(f));
+            error = fmax(error, energy_residual(f));
         if (!outcome && error <= 1.0) {
             const double change = SAFETY * pow(fmax(error, 1e-12), -1.0 / f->by->order);
             *next = f->h * fmin(fmax(change, LEAST_CHANGE), refused ? 1.0 : LARGEST_CHANGE);
@@ -117,7 +117,7 @@ enum outcome accepted_step(struct flight *f, double *next)
     }
 }
 
-enum outcome reach(struct flight *f, double until)
+enum outcome integrate_to(struct phase *f, double until)
 {
     double next = until - f->t;
     f->place = NAN;
@@ -128,7 +128,7 @@ enum outcome reach(struct flight *f, double until)
         enum outcome outcome = accepted_step(f, &next);
         if (outcome || (last && f->h == left))
             return outcome;
-        if ((outcome = derive_end(f)))
+        if ((outcome = evaluate_end_derivative(f)))
             return outcome;
         f->t += f->h;
         memcpy(f->y, f->y1, (size_t)f->s->size * sizeof *f->y);

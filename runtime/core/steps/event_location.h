@@ -1,11 +1,11 @@
 /* Landing on events: the step that found one is taken again so that it ends there. */
-#ifndef CCGEN_LANDING_H
-#define CCGEN_LANDING_H
+#ifndef CCGEN_EVENT_LOCATION_H
+#define CCGEN_EVENT_LOCATION_H
 
 #include "steps/step.h"
 
 /* Step from (t, y) to y1 at the event, of length f->h, as accurate as any step's end; 0 where the event is at t. */
-enum outcome land(struct flight *f, struct event event);
+enum outcome locate_event(struct phase *f, struct event event);
 
 /* times extent: an event behind the surface by more than rounding */
 extern const double DEEP;

@@ -1,13 +1,13 @@
 /* Flight: steps in turn, and the search for events. */
-#include "steps/flight.h"
+#include "steps/phase.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "steps/energy_guard.h"
+#include "steps/event_location.h"
 #include "steps/flat_loop.h"
-#include "steps/landing.h"
 #include "steps/step_control.h"
 
 static const double EARLY = 0.05;           /* part of a step: events before it are looked for in a shorter step */
@@ -20,7 +20,7 @@ enum {
     TICK = 64     /* short steps between two questions whether to go on */
 };
 
-int make_flight(struct flight *f)
+int make_phase(struct phase *f)
 {
     const size_t n = f->s->size, c = f->s->model->contacts, scratch = f->run->method->scratch(f->s);
     const int passes = f->s->model->rows && f->s->model->stages && f->run->method != &gauss && f->run->fixed_step == 0.0;
@@ -28,9 +28,9 @@ int make_flight(struct flight *f)
     f->block = calloc(4 * n + scratch + passing + search_scratch(f->s) + 5 * c + 1, sizeof *f->block); /* a method finds zeros */
     f->set = malloc((c + 1) * sizeof *f->set);
     f->y = f->block;
-    if (make_holding(&f->holding, f->s->model) || !f->block || !f->set)
+    if (make_active_set(&f->active, f->s->model) || !f->block || !f->set)
         return 1;
-    f->s->holding = c ? &f->holding : NULL;
+    f->s->active = c ? &f->active : NULL;
     f->dy = f->y + n;
     f->y1 = f->dy + n;
     f->dy1 = f->y1 + n;
@@ -44,21 +44,21 @@ int make_flight(struct flight *f)
     return 0;
 }
 
-void free_flight(struct flight *f)
+void free_phase(struct phase *f)
 {
     free(f->block);
     free(f->set);
-    free_holding(&f->holding);
-    f->s->holding = NULL;
+    free_active_set(&f->active);
+    f->s->active = NULL;
 }
 
 /* Prepare the dense output of the step just taken and look for its first event. An event early in a long step is looked for
  * again in a shorter one, until it lies well inside: the dense output of a long step is too coarse for a short bounce. If a
  * shorter step turns out to have no event, it stands as the step taken. */
-static enum outcome search_step(struct flight *f, struct event *event)
+static enum outcome search_step(struct phase *f, struct event *event)
 {
     for (int i = 0;; i++) {
-        enum outcome outcome = derive_end(f);
+        enum outcome outcome = evaluate_end_derivative(f);
         if (!outcome)
             outcome = f->by->prepare(f->s, f->steps, f->t, f->h, f->y, f->dy, f->y1, f->dy1);
         if (outcome)
@@ -68,27 +68,27 @@ static enum outcome search_step(struct flight *f, struct event *event)
         if (event->contact < 0 || event->theta > EARLY || f->t + shorter <= f->t || i == SHORTER)
             return OUTCOME_DONE;
         f->h = shorter;
-        if ((outcome = plain_step(f, f->h)))
+        if ((outcome = projected_step(f, f->h)))
             return outcome;
     }
 }
 
 /* Whether a contact that others carry is not closed any more: what carries it has changed. */
-static int lost(const struct flight *f)
+static int opened_implied_contact(const struct phase *f)
 {
     const struct ccgen_model *m = f->s->model;
-    if (!f->s->holding || !f->s->holding->carried)
+    if (!f->s->active || !f->s->active->implied)
         return -1;
     m->gaps(f->s->k, f->y, f->gaps);
     for (int c = 0; c < m->contacts; c++)
-        if (f->s->holding->closed[c] == CARRIED && fabs(f->gaps[c]) > ADRIFT * f->s->extent[c])
+        if (f->s->active->closed[c] == CARRIED && fabs(f->gaps[c]) > ADRIFT * f->s->extent[c])
             return c;
     return -1;
 }
 
 /* A contact that is not held and has come to lie behind its surface, or deeper, at the end of the step, or -1: an event has
  * escaped */
-static int inside(const struct flight *f)
+static int penetrating_contact(const struct phase *f)
 {
     const struct ccgen_model *m = f->s->model;
     double *before = f->rates;
@@ -97,14 +97,14 @@ static int inside(const struct flight *f)
     m->gaps(f->s->k, f->y, before);
     m->gaps(f->s->k, f->y1, f->gaps);
     for (int c = 0; c < m->contacts; c++)
-        if (f->s->holding->closed[c] != HELD &&
+        if (f->s->active->closed[c] != PUSHING &&
             f->gaps[c] < fmin(-ADRIFT * f->s->extent[c], before[c] - DEEP * f->s->extent[c]))
             return c;
     return -1;
 }
 
 /* Whether the run has taken more steps and events than a simulated second may have */
-static int crowded(struct run *run, double t)
+static int exceeds_step_rate(struct run *run, double t)
 {
     const long spent = run->steps + run->rejected + run->events;
     if (t >= run->second + 1.0) {
@@ -115,16 +115,16 @@ static int crowded(struct run *run, double t)
 }
 
 /* Whether links have gone no further in the step than their places are known to near a line */
-static int crawls(const struct flight *f)
+static int stalls(const struct phase *f)
 {
     return f->s->model->contacts && f->s->model->rows && f->h * fastest(f->s, f->y + f->s->n) < CRAWL;
 }
 
-enum outcome fly(struct flight *f, struct event *event)
+enum outcome integrate_to_event(struct phase *f, struct event *event)
 {
     struct run *run = f->run;
     const double since = f->t;
-    enum outcome outcome = f->unresolved > 0.0 ? depart(f) : derive(f);
+    enum outcome outcome = f->gap_uncertainty > 0.0 ? leave_singularity(f) : evaluate_derivative(f);
     event->contact = -1;
     f->energy_known = 0;
     f->place = NAN;
@@ -140,7 +140,7 @@ enum outcome fly(struct flight *f, struct event *event)
             return OUTCOME_INTERRUPTED;
         if (run->steps + run->rejected >= run->step_budget)
             return OUTCOME_BUDGET;
-        if (crowded(run, f->t))
+        if (exceeds_step_rate(run, f->t))
             return OUTCOME_CROWDED;
         const double wanted = run->fixed_step > 0.0 ? run->fixed_step : next;
         const double stop = next_stop(run, f->t);
@@ -152,17 +152,17 @@ enum outcome fly(struct flight *f, struct event *event)
             break;
         if (last && f->h == whole)
             next = fmax(next, wanted);
-        outcome = f->s->model->contacts ? search_step(f, event) : derive_end(f);
+        outcome = f->s->model->contacts ? search_step(f, event) : evaluate_end_derivative(f);
         if (!outcome && interrupted(f->s->interruption, 0)) /* what was found without accelerations is none */
             outcome = OUTCOME_INTERRUPTED;
         if (!outcome && event->contact >= 0)
-            outcome = land(f, *event);
-        if (!outcome && event->contact >= 0 && f->h > shortest(f) && leaps(f))
+            outcome = locate_event(f, *event);
+        if (!outcome && event->contact >= 0 && f->h > shortest(f) && outruns_velocity(f))
             outcome = OUTCOME_STEP_TOO_SMALL;
-        if (!outcome && f->h != f->energy_h && f->h > shortest(f) && energy_missed(f) > 1.0) /* a shorter one than accepted */
+        if (!outcome && f->h != f->energy_h && f->h > shortest(f) && energy_residual(f) > 1.0) /* a shorter one than accepted */
             outcome = OUTCOME_STEP_TOO_SMALL;
-        const int behind = outcome ? -1 : inside(f);
-        if (behind >= 0 && (f->s->holding->closed[behind] == APART || f->h > shortest(f))) {
+        const int behind = outcome ? -1 : penetrating_contact(f);
+        if (behind >= 0 && (f->s->active->closed[behind] == WATCHED || f->h > shortest(f))) {
             run->contact = behind;
             outcome = OUTCOME_ESCAPED;
         }
@@ -181,7 +181,7 @@ enum outcome fly(struct flight *f, struct event *event)
         }
         if (outcome)
             break;
-        energy_taken(f);
+        commit_energy(f);
         const double step = f->h + late, then = last && f->h == whole ? stop : f->t + step;
         late = then == stop ? 0.0 : step - (then - f->t);
         f->t = then;
@@ -191,16 +191,16 @@ enum outcome fly(struct flight *f, struct event *event)
         swap = f->dy;
         f->dy = f->dy1;
         f->dy1 = swap;
-        if (keep(f))
+        if (record_state(f))
             return OUTCOME_NO_MEMORY;
-        if ((event->contact = lost(f)) >= 0) {
+        if ((event->contact = opened_implied_contact(f)) >= 0) {
             event->watch = LOST;
             break;
         }
         int closed = 0;
-        crawled = crawls(f) ? crawled + 1 : 0;
+        crawled = stalls(f) ? crawled + 1 : 0;
         if (crawled && crawled % CRAWLS == 0)
-            outcome = close_unresolved(f, 1, &closed);
+            outcome = snap_to_singularity(f, 1, &closed);
         if (closed) {
             *event = (struct event){f->set[0], 1.0, FLAT, 1.0};
             break;

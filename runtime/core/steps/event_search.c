@@ -5,14 +5,14 @@
  * least value inside, or is closed at first, opens, and closes. Extrema are roots of the rate, so a dip is found however
  * short it is against the piece.
  */
-#include "steps/events.h"
+#include "steps/event_search.h"
 
 #include <float.h>
 #include <limits.h>
 #include <math.h>
 #include <string.h>
 
-#include "motion/mode_changes.h"
+#include "motion/switching.h"
 
 static const double TURN = 0.25;  /* rad by which links turn against each other in a piece */
 static const double ROUNDING = 64.0 * DBL_EPSILON; /* times the largest force: what forces are known to */
@@ -35,11 +35,11 @@ struct search {
     double t, h;
     double *y, *dy, *value;
     double slow; /* times extent: a closed contact is not falling before its rate is beyond this */
-    long pieces;
+    long interval_count;
 };
 
 /* all gaps (or their rates) at theta */
-static void look(struct search *search, double theta, double *gaps, double *rates)
+static void sample(struct search *search, double theta, double *gaps, double *rates)
 {
     const struct ccgen_model *m = search->s->model;
     search->method->interpolate(search->steps, search->s->size, theta, search->y);
@@ -51,18 +51,18 @@ static void look(struct search *search, double theta, double *gaps, double *rate
 
 static double gap(struct search *search, int contact, double theta)
 {
-    look(search, theta, search->value, NULL);
+    sample(search, theta, search->value, NULL);
     return search->value[contact];
 }
 
 static double rate(struct search *search, int contact, double theta)
 {
-    look(search, theta, NULL, search->value);
+    sample(search, theta, NULL, search->value);
     return search->value[contact];
 }
 
 /* Pieces in which to look at the step: gaps come and go with every turn of a link, however long the step */
-static long pieces(struct search *search, double *velocities)
+static long interval_count(struct search *search, double *velocities)
 {
     const struct ccgen_model *m = search->s->model;
     double low = 0.0, high = 0.0;
@@ -83,8 +83,8 @@ static void watch_at(struct search *search, double theta, double *values)
 {
     struct system *s = search->s;
     search->method->interpolate(search->steps, s->size, theta, search->y);
-    if (watch(s, search->t + theta * search->h, search->y, search->dy, values))
-        for (int i = 0; i < watched(s); i++)
+    if (switching_functions(s, search->t + theta * search->h, search->y, search->dy, values))
+        for (int i = 0; i < switching_count(s); i++)
             values[i] = -1.0;
 }
 
@@ -126,7 +126,7 @@ static double root(struct search *search, double (*f)(struct search *, int, doub
 }
 
 /* First event of one contact between theta a and b, or 2 when there is none. */
-static double piece(struct search *search, int contact, double a, double ga, double ra, double b, double gb, double rb)
+static double first_event_in_interval(struct search *search, int contact, double a, double ga, double ra, double b, double gb, double rb)
 {
     const double extent = search->s->extent[contact], slow = search->slow * extent;
     if (ga <= 0.0 || (ga <= SHUT * extent && fabs(ra) <= slow)) {
@@ -169,14 +169,14 @@ static struct event first_closing(struct search *search)
     struct event first = {-1, 2.0, CLOSES, 1.0};
     double *gap_a = search->value + 2 * contacts, *rate_a = gap_a + contacts;
     double *gap_b = rate_a + contacts, *rate_b = gap_b + contacts;
-    look(search, 0.0, gap_a, rate_a);
-    for (long i = 0; i < search->pieces && first.contact < 0 && !interrupted(search->s->interruption, contacts); i++) {
-        const double a = (double)i / search->pieces, b = (i + 1.0) / search->pieces;
-        look(search, b, gap_b, rate_b);
+    sample(search, 0.0, gap_a, rate_a);
+    for (long i = 0; i < search->interval_count && first.contact < 0 && !interrupted(search->s->interruption, contacts); i++) {
+        const double a = (double)i / search->interval_count, b = (i + 1.0) / search->interval_count;
+        sample(search, b, gap_b, rate_b);
         for (int c = 0; c < contacts; c++) {
-            if (s->holding && s->holding->closed[c])
+            if (s->active && s->active->closed[c])
                 continue;
-            const double theta = piece(search, c, a, gap_a[c], rate_a[c], b, gap_b[c], rate_b[c]);
+            const double theta = first_event_in_interval(search, c, a, gap_a[c], rate_a[c], b, gap_b[c], rate_b[c]);
             if (theta < first.theta)
                 first = (struct event){c, theta, CLOSES, 1.0};
         }
@@ -206,14 +206,14 @@ static double watched_piece(struct search *search, int index, double a, double a
 static double watched_noise(const struct search *search, int index)
 {
     const struct system *s = search->s;
-    const struct holding *h = s->holding;
-    const struct loss loss = watcher(s, index);
+    const struct active_set *h = s->active;
+    const struct mode_change loss = mode_change_of(s, index);
     double peak = 0.0;
-    if (loss.how == STOPS)
+    if (loss.how == SLIP_ENDS)
         return CREEPS * s->length;
     for (int i = 0; i < h->count; i++)
         peak = fmax(peak, h->peak[h->set[i]]);
-    return ROUNDING * peak * (loss.how == PULLS ? 1.0 : 1.0 + s->friction[loss.contact]);
+    return ROUNDING * peak * (loss.how == DETACHES ? 1.0 : 1.0 + s->friction[loss.contact]);
 }
 
 /* By how much the samples of a watched value in a window, every other one, miss the rest; `low`: the least of its samples, but
@@ -243,7 +243,7 @@ static double unresolved(const struct search *search, const double *samples, int
     double found = 0.0;
     for (int w = 0; w < count; w++) {
         double low, size;
-        if (watcher(search->s, w).how == STIRS) /* has kinks, and changes by rounding */
+        if (mode_change_of(search->s, w).how == LOADS) /* has kinks, and changes by rounding */
             continue;
         const double noise = watched_noise(search, w), wrong = unforeseen(samples + w, count, noise, &low, &size);
         if (wrong > noise && low < NEAR * wrong)
@@ -310,10 +310,10 @@ static double first_in_window(struct search *search, int index, int count, doubl
 static struct event first_loss(struct search *search)
 {
     struct event first = {-1, 2.0, CLOSES, 1.0};
-    struct holding *h = search->s->holding;
-    const int count = watched(search->s);
+    struct active_set *h = search->s->active;
+    const int count = switching_count(search->s);
     double *samples = search->value + 3 * search->s->model->contacts, behind;
-    const double widest = (double)SAMPLES / search->pieces;
+    const double widest = (double)SAMPLES / search->interval_count;
     const double least = LEAST * widest;
     double window = h->window > 0.0 ? fmin(widest, fmax(least, WIDER * h->window / search->h)) : widest, before = INFINITY;
     int rounding = 0;
@@ -334,7 +334,7 @@ static struct event first_loss(struct search *search)
         for (int w = 0; w < count; w++) {
             const double theta = first_in_window(search, w, count, a, width, samples, &behind);
             if (theta < first.theta)
-                first = (struct event){watcher(search->s, w).contact, theta, w, behind};
+                first = (struct event){mode_change_of(search->s, w).contact, theta, w, behind};
         }
         h->window = window * search->h;
         a += window;
@@ -354,9 +354,9 @@ struct event find_event(struct system *s, const struct method *method, const dou
 {
     double *value = scratch + 2 * s->size;
     struct search search = {s, method, steps, t, h, scratch, scratch + s->size, value, slow, SAMPLES};
-    search.pieces = pieces(&search, value + (3 + 3 * (SAMPLES + 1)) * s->model->contacts);
+    search.interval_count = interval_count(&search, value + (3 + 3 * (SAMPLES + 1)) * s->model->contacts);
     const struct event closing = first_closing(&search);
-    if (!holds(s))
+    if (!active_count(s))
         return closing;
     const struct event loss = first_loss(&search);
     return loss.theta < closing.theta ? loss : closing;

@@ -1,16 +1,16 @@
 /* Flight, and motion with held contacts: smooth, step by step, to the end of a run or to the first event. */
-#ifndef CCGEN_FLIGHT_H
-#define CCGEN_FLIGHT_H
+#ifndef CCGEN_PHASE_H
+#define CCGEN_PHASE_H
 
 #include "steps/step.h"
 
 /* smooth motion, in flight or with held contacts, to the end of the run or to the first event: that of event->contact,
  * which is -1 when there is none */
-enum outcome fly(struct flight *f, struct event *event);
+enum outcome integrate_to_event(struct phase *f, struct event *event);
 
 /* Room of a flight, whose system and run are set, in two blocks, and its active set, which becomes the system's; 0, or 1 when memory
  * runs out: free it in either case. */
-int make_flight(struct flight *f);
-void free_flight(struct flight *f);
+int make_phase(struct phase *f);
+void free_phase(struct phase *f);
 
 #endif

@@ -1,11 +1,11 @@
-/* Landing on events; see landing.h. */
-#include "steps/landing.h"
+/* Landing on events; see event_location.h. */
+#include "steps/event_location.h"
 
 #include <float.h>
 #include <math.h>
 #include <string.h>
 
-#include "motion/mode_changes.h"
+#include "motion/switching.h"
 
 const double DEEP = 1e-12;
 static const double JUMP = 1e-3; /* of what a watched value was: more is not the rounding of its zero */
@@ -13,12 +13,12 @@ enum { LANDINGS = 60 }; /* steps towards an event; three to five are usual */
 
 /* Step again from (t, y) so that the step ends at the event: Newton on the gap, kept inside the bracket of what is known.
  * y1 is then the state at t + h, as accurate as any step's end. */
-static enum outcome land_on_closing(struct flight *f, struct event event)
+static enum outcome locate_gap_event(struct phase *f, struct event event)
 {
     const struct ccgen_model *m = f->s->model;
     double h = event.theta * f->h, before = 0.0, behind = f->h;
     for (int i = 0; f->t + h > f->t; i++) {
-        const enum outcome outcome = plain_step(f, h);
+        const enum outcome outcome = projected_step(f, h);
         if (outcome)
             return outcome;
         m->gaps(f->s->k, f->y1, f->gaps);
@@ -33,7 +33,7 @@ static enum outcome land_on_closing(struct flight *f, struct event event)
         if (fabs(next - h) <= resolution || behind - before <= resolution || i == LANDINGS) {
             const int deep = g < -DEEP * f->s->extent[event.contact] && before < h; /* the gap may jump: stay outside */
             f->h = deep ? before : h;
-            return deep ? plain_step(f, f->h) : OUTCOME_DONE;
+            return deep ? projected_step(f, f->h) : OUTCOME_DONE;
         }
         h = next > before && next < behind ? next : 0.5 * (before + behind);
     }
@@ -43,18 +43,18 @@ static enum outcome land_on_closing(struct flight *f, struct event event)
 }
 
 /* The same for a watched value of held contacts: false position with the Illinois modification. */
-static enum outcome land_on_loss(struct flight *f, struct event event)
+static enum outcome locate_mode_event(struct phase *f, struct event event)
 {
     double *value = f->search + f->s->size, low = 0.0, high = event.behind * f->h, h = event.theta * f->h;
-    enum outcome outcome = event.behind < 1.0 ? plain_step(f, high) : OUTCOME_DONE; /* it may be positive again at the end */
-    outcome = outcome ? outcome : watch(f->s, f->t + high, f->y1, f->dy1, value);
+    enum outcome outcome = event.behind < 1.0 ? projected_step(f, high) : OUTCOME_DONE; /* it may be positive again at the end */
+    outcome = outcome ? outcome : switching_functions(f->s, f->t + high, f->y1, f->dy1, value);
     const double end = value[event.watch];
-    outcome = outcome ? outcome : watch(f->s, f->t, f->y, f->dy1, value);
+    outcome = outcome ? outcome : switching_functions(f->s, f->t, f->y, f->dy1, value);
     double at_low = value[event.watch];
     for (int i = 0; !outcome && at_low <= 0.0 && event.theta > 0.0 && i < LANDINGS; i++) { /* zero at first, then positive */
         low = ldexp(h, -i - 1);
-        outcome = plain_step(f, low);
-        outcome = outcome ? outcome : watch(f->s, f->t + low, f->y1, f->dy1, value);
+        outcome = projected_step(f, low);
+        outcome = outcome ? outcome : switching_functions(f->s, f->t + low, f->y1, f->dy1, value);
         at_low = value[event.watch];
     }
     if (outcome)
@@ -62,7 +62,7 @@ static enum outcome land_on_loss(struct flight *f, struct event event)
     double at_high = end < 0.0 ? end : -at_low, lost = end;
     const double jump = JUMP * at_low;
     for (int i = 0, side = 0; !outcome && at_low > 0.0 && f->t + h > f->t; i++) {
-        if ((outcome = plain_step(f, h)) || (outcome = watch(f->s, f->t + h, f->y1, f->dy1, value)))
+        if ((outcome = projected_step(f, h)) || (outcome = switching_functions(f->s, f->t + h, f->y1, f->dy1, value)))
             return outcome;
         const double now = value[event.watch];
         if (now > 0.0) {
@@ -79,7 +79,7 @@ static enum outcome land_on_loss(struct flight *f, struct event event)
         if (high - low <= DBL_EPSILON * fmax(f->t + h, f->h) || now == 0.0 || i == LANDINGS) {
             const int before = now > jump && lost < 0.0; /* past the end of an edge a force jumps: not lost before */
             f->h = before ? high : h;
-            return before ? plain_step(f, high) : OUTCOME_DONE;
+            return before ? projected_step(f, high) : OUTCOME_DONE;
         }
         h = (low * at_high - high * at_low) / (at_high - at_low);
         if (!(h > low && h < high))
@@ -90,7 +90,7 @@ static enum outcome land_on_loss(struct flight *f, struct event event)
     return outcome;
 }
 
-enum outcome land(struct flight *f, struct event event)
+enum outcome locate_event(struct phase *f, struct event event)
 {
-    return event.watch == CLOSES ? land_on_closing(f, event) : land_on_loss(f, event);
+    return event.watch == CLOSES ? locate_gap_event(f, event) : locate_mode_event(f, event);
 }

@@ -1,6 +1,6 @@
 /* Search for the first instant in a step at which a point begins to enter a ground, or a held contact would pull. */
-#ifndef CCGEN_EVENTS_H
-#define CCGEN_EVENTS_H
+#ifndef CCGEN_EVENT_SEARCH_H
+#define CCGEN_EVENT_SEARCH_H
 
 #include "methods/method.h"
 

@@ -1,0 +1,64 @@
+/* The switching functions of held contacts; see switching.h. */
+#include "motion/switching.h"
+
+#include <math.h>
+
+#include "motion/derivative.h"
+
+/* times length per second: what moves along its friction is not at its limit; more than what a decision takes as still */
+static const double CREEP = 1e-9;
+
+/* watched values of a contact besides its force */
+static int tangential(int mode)
+{
+    return mode == STICK ? 2 : mode != FRICTIONLESS && mode != GRAZING;
+}
+
+int switching_count(const struct system *s)
+{
+    const struct active_set *h = s->active;
+    int count = h ? h->count : 0;
+    for (int i = 0; i < active_count(s); i++)
+        count += tangential(h->mode[i]);
+    return count;
+}
+
+struct mode_change mode_change_of(const struct system *s, int index)
+{
+    const struct active_set *h = s->active;
+    if (index < h->count)
+        return (struct mode_change){h->set[index], h->mode[index] == GRAZING ? LOADS : DETACHES};
+    index -= h->count;
+    for (int i = 0; i < h->count; i++) {
+        const int values = tangential(h->mode[i]);
+        if (index < values)
+            return (struct mode_change){h->set[i], values == 1 ? SLIP_ENDS : index ? SLIPS_FORWARD : SLIPS_BACKWARD};
+        index -= values;
+    }
+    return (struct mode_change){-1, DETACHES};
+}
+
+enum outcome switching_functions(struct system *s, double t, const double *y, double *dy, double *values)
+{
+    const struct active_set *h = s->active;
+    const enum outcome outcome = system_derivative(s, t, y, dy);
+    int count = h->count, row = h->count;
+    for (int i = 0; i < h->count && !outcome; i++)
+        h->peak[h->set[i]] = fmax(h->peak[h->set[i]], fabs(h->force[i]));
+    for (int i = 0; i < h->count; i++)
+        values[i] = h->mode[i] == GRAZING ? h->least[i] - fabs(h->force[i]) : h->least[i] + h->force[i];
+    if (s->friction)
+        s->model->slips(s->k, y, y + s->n, h->slips);
+    for (int i = 0; i < h->count; i++) {
+        const int contact = h->set[i];
+        if (h->mode[i] == STICK) {
+            const double limit = s->friction[contact] * h->force[i], held = h->force[row++];
+            values[count++] = limit - held; /* pulled forward no harder than that: it gives backward */
+            values[count++] = limit + held;
+        } else if (tangential(h->mode[i])) { /* at the limit it is at rest, or creeps against its friction */
+            const double creeps = h->mode[i] == AT_LIMIT_FORWARD || h->mode[i] == AT_LIMIT_BACKWARD ? CREEP * s->length : 0.0;
+            values[count++] = against(h->mode[i]) * h->slips[contact] + creeps;
+        }
+    }
+    return outcome;
+}
