@@ -15,6 +15,9 @@ LOOP := --links 6
 PINNED := --links 3 --pinned
 FRESH := build/listings
 
+CORE := runtime/core
+STRICT := -std=c11 -Wall -Wextra -Wshadow -Werror -I$(CORE)
+
 define NO_COMPILER
 make: found no C compiler, expected cc, gcc or clang; install one and run make again:
   Debian, Ubuntu:  apt install gcc libc6-dev
@@ -24,7 +27,7 @@ make: found no C compiler, expected cc, gcc or clang; install one and run make a
 endef
 export NO_COMPILER
 
-.PHONY: help hexagon test hard fuzz fuzz-mechanisms lint types diff golden benchmarks formulations clean
+.PHONY: help hexagon test hard fuzz fuzz-mechanisms lint warnings types diff golden benchmarks formulations clean
 
 help:
 	@echo "make hexagon     simulate the falling hexagon and draw it"
@@ -32,7 +35,8 @@ help:
 	@echo "make hard        the hard cases and the figures they reach"
 	@echo "make fuzz        5,000 random loops on random grounds, others with SEED=1"
 	@echo "make fuzz-mechanisms  random mechanisms against the dense reference, COUNT=1000"
-	@echo "make lint        ruff"
+	@echo "make lint        ruff, and clang-format for the core"
+	@echo "make warnings    compile the core with every warning an error"
 	@echo "make types       mypy --strict"
 	@echo "make diff        compare the equations derived now with tests/golden"
 	@echo "make golden      write tests/golden anew"
@@ -65,6 +69,16 @@ fuzz-mechanisms: $(VENV)/test
 lint: $(VENV)/dev
 	@$(BIN)/ruff check --output-format concise .
 	@$(BIN)/ruff format --check --quiet . || { echo "not formatted; run: .venv/bin/ruff format ." >&2; exit 1; }
+	@$(BIN)/clang-format --dry-run -Werror $(CORE)/*/*.[ch] || \
+		{ echo "not formatted; run: .venv/bin/clang-format -i $(CORE)/*/*.[ch]" >&2; exit 1; }
+
+# The core's C, without a warning over each of its types of numbers. Counts are small numbers that are never negative: what the
+# compiler says of their signs is left out; of floats and long doubles, that literals are doubles.
+warnings:
+	@failed=0; for file in $(CORE)/*/*.c; do \
+		$(CC) $(STRICT) -O1 -Wconversion -Wno-sign-conversion -c -o /dev/null $$file || failed=1; \
+		for precision in 1 2; do $(CC) $(STRICT) -fsyntax-only -DCCGEN_PRECISION=$$precision $$file || failed=1; done; \
+	done; exit $$failed
 
 types: $(VENV)/dev
 	@$(BIN)/mypy --strict generator runtime

@@ -115,7 +115,7 @@ def test_radau_collocates_and_falls_apart_into_modes() -> None:
 
 
 def test_dopri5_meets_its_conditions() -> None:
-    a, c, e = (table("dopri5.c", name) for name in ("A", "C", "E"))
+    a, c, e = (table("dopri5_tableau.h", name) for name in ("A", "C", "E"))
     a = np.pad(a, ((0, 0), (0, 7 - a.shape[1])))
     assert np.max(np.abs(a.sum(axis=1) - c)) <= 1e-15
     b = a[6]

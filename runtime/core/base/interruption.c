@@ -2,7 +2,7 @@
 #include "base/interruption.h"
 
 static const int64_t BETWEEN = 20000000; /* ns between two questions: a person sees no delay, a run none either */
-enum { UNSEEN = 1000 };                  /* accelerations of freedoms worked out between two looks at the clock: microseconds */
+enum { UNSEEN = 1000 }; /* accelerations of freedoms worked out between two looks at the clock: microseconds */
 
 static int64_t now(void)
 {

@@ -15,7 +15,7 @@
 #include "algebra/cholesky.h"
 #include "algebra/semidefinite.h"
 
-enum { STEPS = 10 };                   /* per contact; far more than ever needed */
+enum { STEPS = 10 }; /* per contact; far more than ever needed */
 
 static double residual(int n, const double *W, const double *b, const double *P, int i)
 {

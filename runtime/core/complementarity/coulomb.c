@@ -19,14 +19,15 @@
 #include "algebra/elimination.h"
 
 const double CONSISTENT = CCGEN_LIMIT(1e-10, 1e-5);
-static const double MIXED = CCGEN_LIMIT(1e-4, 1e-1);   /* share of the largest terms of all rows that a row's rounding may have */
+static const double MIXED =
+    CCGEN_LIMIT(1e-4, 1e-1); /* share of the largest terms of all rows that a row's rounding may have */
 static const double SINGULAR = CCGEN_LIMIT(1e-11, 1e-5);
-static const double ROUNDING = 256.0 * DBL_EPSILON;    /* of W and of the rates */
-static const double LESS = CCGEN_LIMIT(1e-9, 1e-5);    /* relative: impulses that are less, not alike */
-static const double ALIKE = CCGEN_LIMIT(1e-8, 1e-4);   /* relative: rates of one motion */
+static const double ROUNDING = 256.0 * DBL_EPSILON;  /* of W and of the rates */
+static const double LESS = CCGEN_LIMIT(1e-9, 1e-5);  /* relative: impulses that are less, not alike */
+static const double ALIKE = CCGEN_LIMIT(1e-8, 1e-4); /* relative: rates of one motion */
 /* Of the rates, or of what least impulses give: impulses whose rounding alone is more cannot be told to meet the law */
 static const double DROWNED = CCGEN_LIMIT(1e-8, 1e-4);
-enum { MOST = 50000, REFINEMENTS = 3 };                /* ways: at six contacts all, also in expansion */
+enum { MOST = 50000, REFINEMENTS = 3 }; /* ways: at six contacts all, also in expansion */
 
 /* What a contact may do, in the order in which ways of equal impulses are preferred: it pushes or keeps its least impulse, and
  * its friction is against the sliding that it had (forward where it had none), holds it, or is the other way. */
@@ -194,8 +195,8 @@ static int unknowns_of_way(const struct friction_problem *c, const signed char *
 
 /* Rows of the linear system of a way: by what its unknowns have to change so that the rates of row[rows] become zero from what
  * they are with Pn and Pt. A[rows][m], x[rows]. */
-static void rows_of_way(const struct friction_problem *c, const signed char *way, int m, const int *column, int rows, const int *row,
-                        const double *Pn, const double *Pt, double *A, double *x)
+static void rows_of_way(const struct friction_problem *c, const signed char *way, int m, const int *column, int rows,
+                        const int *row, const double *Pn, const double *Pt, double *A, double *x)
 {
     const int n = c->n;
     for (int i = 0; i < rows; i++) {
@@ -222,7 +223,8 @@ static void change(const struct friction_problem *c, const signed char *way, int
 }
 
 /* Impulses of one way; 1 where they are not unique. A[2n][2n], x[2n] and column[2n] are scratch. */
-static int of_way(const struct friction_problem *c, const signed char *way, double *A, double *x, int *column, double *Pn, double *Pt)
+static int of_way(const struct friction_problem *c, const signed char *way, double *A, double *x, int *column,
+                  double *Pn, double *Pt)
 {
     for (int i = 0; i < c->n; i++) {
         Pn[i] = way[i] < LEAST_ON || !c->least ? 0.0 : c->least[i];
@@ -330,7 +332,8 @@ static int try_all(const struct friction_problem *c, struct search *s, int known
     for (int done = 0; !done;) {
         for (int i = 0; i < n; i++)
             s->way[i] = s->kinds[i * KINDS + s->turn[i]];
-        if (!of_way(c, s->way, s->A, s->x, s->column, s->Pn, s->Pt) && coulomb_residual(c, s->Pn, s->Pt) <= CONSISTENT &&
+        if (!of_way(c, s->way, s->A, s->x, s->column, s->Pn, s->Pt) &&
+            coulomb_residual(c, s->Pn, s->Pt) <= CONSISTENT &&
             (!found || loaded(c, s->Pn) < (1.0 - LESS) * loaded(c, Pn)) && !adds(c, s->Pn, s->Pt) &&
             (!known || same_motion(c, s->Pn, s->Pt, s->rates))) {
             memcpy(Pn, s->Pn, n * sizeof *Pn);
@@ -390,7 +393,8 @@ static void way_of(const struct friction_problem *c, const double *Pn, const dou
     for (int i = 0; i < c->n; i++) {
         const double extra = Pn[i] - (c->least ? c->least[i] : 0.0), limit = c->mu[i] * Pn[i];
         const int pushes = extra > 0.0 && scaled_rate(c, i, Pn, Pt, speed) <= CONSISTENT;
-        const int limited = !(fabs(Pt[i]) < limit * (1.0 - 4.0 * DBL_EPSILON)), on = (Pt[i] <= 0.0) == (c->bt[i] >= 0.0);
+        const int limited = !(fabs(Pt[i]) < limit * (1.0 - 4.0 * DBL_EPSILON)),
+                  on = (Pt[i] <= 0.0) == (c->bt[i] >= 0.0);
         const int kind = !rough_at(c, i) || sliding(c, i) ? ON : !limited ? HELD_FAST : on ? ON : BACK;
         way[i] = (signed char)(pushes ? kind : LEAST_ON + kind);
     }

@@ -10,7 +10,8 @@ struct friction_problem {
     const double *W, *bn, *bt, *mu;
     const signed char *mode;
     const double *least; /* or NULL */
-    const double *from;  /* [2n] rates before, or NULL: where given, no impulses are looked for that add energy to them */
+    const double
+        *from; /* [2n] rates before, or NULL: where given, no impulses are looked for that add energy to them */
 };
 
 /* By how much impulses break the law, in parts of the sizes from which what is broken has been summed. */

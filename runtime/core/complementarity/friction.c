@@ -166,8 +166,8 @@ static int search(const struct friction_problem *c, struct pivots *p, double *Pn
     return 0;
 }
 
-int solve_friction(int n, const double *W, const double *bn, const double *bt, const double *mu, const signed char *mode,
-                   const double *least, double *Pn, double *Pt)
+int solve_friction(int n, const double *W, const double *bn, const double *bt, const double *mu,
+                   const signed char *mode, const double *least, double *Pn, double *Pt)
 {
     const struct friction_problem c = {.n = n, .W = W, .bn = bn, .bt = bt, .mu = mu, .mode = mode, .least = least};
     struct pivots p = {.m = n, .worst = INFINITY};

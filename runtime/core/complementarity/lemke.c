@@ -44,8 +44,8 @@ static int leaving_row(int m, int width, const double *T, const int *basis, int 
         const double ratio = fmax(T[(size_t)i * width + width - 1], 0.0) / d;
         const double tie = TIE * (scale + ratio);
         if (ratio < best - tie ||
-            (ratio <= best + tie && (basis[i] == 2 * m || (row >= 0 && basis[row] != 2 * m &&
-                                                          d > T[(size_t)row * width + entering])))) {
+            (ratio <= best + tie &&
+             (basis[i] == 2 * m || (row >= 0 && basis[row] != 2 * m && d > T[(size_t)row * width + entering])))) {
             best = ratio < best ? ratio : best;
             row = i;
         }
@@ -54,8 +54,8 @@ static int leaving_row(int m, int width, const double *T, const int *basis, int 
 }
 
 /* The tableau of w, z, the cover, q and the shifted q; returns the row that the cover enters, or -1 where q >= 0. */
-static int start(int m, const double *M, const double *q, const double *cover, const double *shift, double *T, int *basis,
-                 double *scale)
+static int start(int m, const double *M, const double *q, const double *cover, const double *shift, double *T,
+                 int *basis, double *scale)
 {
     const int width = 2 * m + 3;
     int row = -1;

@@ -33,28 +33,29 @@ static inline int against(int mode)
  * others are closed because these carry them. With no contact in `set` the motion is flight. Each is a row of a problem in
  * the forces; those that stick have a second, tangential row, below all others. */
 struct active_set {
-    int count;          /* contacts that push, or touch */
-    int *set;           /* [count] which */
-    signed char *mode;  /* [count] enum contact_mode */
-    int rows;           /* count, and how many of them stick */
-    int *of;            /* [rows] the contact of each row, as a number in `set` */
-    double *force;      /* [rows] N, of the last acceleration */
-    double *least;      /* [count] N: what the force of one that touches without pressing is known to; 0 of others */
-    double *peak;       /* [contacts] N: the most that each has pushed with since nothing was held */
-    double *weight;     /* [rows] how much a row bears where forces can be shared: friction by the square root of its limit */
-    char *closed;       /* [contacts] WATCHED for impacts, or closed: PUSHING, or CARRIED by others */
-    int implied;        /* how many are carried */
-    double window;      /* s: what eight pieces last showed the watched values in; 0 where that is not known */
-    double *columns;    /* [2 contacts][n] motion that a unit impulse of each row gives, loops held shut */
-    double *W;          /* [2 contacts][2 contacts] rates that it gives */
-    double *units;      /* [2 contacts][2 contacts] impulses, a column for each row; zero between calls */
-    double *answers;    /* [2 contacts][2 contacts] rates of all contacts that each column gives */
-    double *wanted;     /* [2 contacts] scratch */
-    double *rates;      /* [contacts] scratch */
-    double *slips;      /* [contacts] scratch */
-    double *pushes;     /* [contacts] scratch, zero between calls */
-    double *f, *g;      /* [n] scratch */
-    double *solved;     /* scratch of the solution */
+    int count;         /* contacts that push, or touch */
+    int *set;          /* [count] which */
+    signed char *mode; /* [count] enum contact_mode */
+    int rows;          /* count, and how many of them stick */
+    int *of;           /* [rows] the contact of each row, as a number in `set` */
+    double *force;     /* [rows] N, of the last acceleration */
+    double *least;     /* [count] N: what the force of one that touches without pressing is known to; 0 of others */
+    double *peak;      /* [contacts] N: the most that each has pushed with since nothing was held */
+    double
+        *weight;  /* [rows] how much a row bears where forces can be shared: friction by the square root of its limit */
+    char *closed; /* [contacts] WATCHED for impacts, or closed: PUSHING, or CARRIED by others */
+    int implied;  /* how many are carried */
+    double window;   /* s: what eight pieces last showed the watched values in; 0 where that is not known */
+    double *columns; /* [2 contacts][n] motion that a unit impulse of each row gives, loops held shut */
+    double *W;       /* [2 contacts][2 contacts] rates that it gives */
+    double *units;   /* [2 contacts][2 contacts] impulses, a column for each row; zero between calls */
+    double *answers; /* [2 contacts][2 contacts] rates of all contacts that each column gives */
+    double *wanted;  /* [2 contacts] scratch */
+    double *rates;   /* [contacts] scratch */
+    double *slips;   /* [contacts] scratch */
+    double *pushes;  /* [contacts] scratch, zero between calls */
+    double *f, *g;   /* [n] scratch */
+    double *solved;  /* scratch of the solution */
 };
 
 /* 0, or 1 when memory runs out */

@@ -49,7 +49,8 @@ static int push(struct system *s, const double *q, int rows, int friction, doubl
     for (int j = 0; j < rows; j++)
         for (int i = 0; i < rows; i++)
             h->W[i * rows + j] = h->answers[(size_t)j * width + h->set[h->of[i]] + (i < h->count ? 0 : c)];
-    const int wrong = sliding ? solve_sliding(rows, h->W, h->wanted) : solve_definite_well(rows, h->W, h->wanted, h->solved);
+    const int wrong =
+        sliding ? solve_sliding(rows, h->W, h->wanted) : solve_definite_well(rows, h->W, h->wanted, h->solved);
     if (wrong)
         return wrong;
     memcpy(force, h->wanted, rows * sizeof *force);

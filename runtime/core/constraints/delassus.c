@@ -9,7 +9,7 @@
 
 /* The same column by column, where the joined function has not solved or digits are refined */
 static enum outcome delassus_by_columns(struct system *s, const double *q, int count, const int *set, double *columns,
-                                          double *W, double *pushes, double *rates, double *f)
+                                        double *W, double *pushes, double *rates, double *f)
 {
     const struct ccgen_model *m = s->model;
     const int all = s->friction ? 2 * count : count;
@@ -34,7 +34,7 @@ static enum outcome delassus_by_columns(struct system *s, const double *q, int c
 }
 
 enum outcome delassus(struct system *s, const double *q, int count, const int *set, double *columns, double *W,
-                        double *units, double *answers, double *pushes, double *rates, double *f)
+                      double *units, double *answers, double *pushes, double *rates, double *f)
 {
     const struct ccgen_model *m = s->model;
     const int all = s->friction ? 2 * count : count, width = width_of(s);

@@ -29,5 +29,6 @@ enum outcome system_correction(struct system *s, const double *q, int speed, dou
         dependent = s->refine || add_contact_jump(s, q, speed, rows + m->rows, du);
     if (!dependent)
         return OUTCOME_DONE;
-    return solve_in_nullspace(s, q, active_rows(s, speed), rows, NULL, nearest, momentum_residual, s->zero, du, s->multipliers);
+    return solve_in_nullspace(s, q, active_rows(s, speed), rows, NULL, nearest, momentum_residual, s->zero, du,
+                              s->multipliers);
 }

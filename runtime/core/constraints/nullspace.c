@@ -17,7 +17,7 @@
 #include "algebra/orthogonal.h"
 #include "constraints/active_set.h"
 
-enum { PASSES = 3 };                                      /* of refinement */
+enum { PASSES = 3 }; /* of refinement */
 const double RANK_TOLERANCE = CCGEN_LIMIT(1e-10, 4e-5), RANK_TOLERANCE_PROJECTED = CCGEN_LIMIT(1e-5, 6e-3);
 static const double REFINED_ENOUGH = CCGEN_LIMIT(1e-12, 5e-6); /* a last correction smaller than this is rounding */
 
@@ -162,8 +162,8 @@ static void note_inexact(struct system *s, int n, const double *x, int count, co
         s->refinement_residual = fmax(s->refinement_residual, last / whole);
 }
 
-enum outcome solve_in_nullspace(struct system *s, const double *q, int held, const double *y, const double *t, double nearest,
-                             affine *residual, const void *context, double *x, double *lambda)
+enum outcome solve_in_nullspace(struct system *s, const double *q, int held, const double *y, const double *t,
+                                double nearest, affine *residual, const void *context, double *x, double *lambda)
 {
     const struct ccgen_model *m = s->model;
     const size_t n = s->n, fixed = m->rows + m->drives, rows = fixed + held;
@@ -177,7 +177,8 @@ enum outcome solve_in_nullspace(struct system *s, const double *q, int held, con
     if (interrupted(s->interruption, 0))
         goto end;
     double *right = work, *every = right + rows, *g = every + rows, *diagonal = g + rows * n, *beta = diagonal + rows;
-    double *length = beta + rows, *weight = length + rows, *null = weight + rows, *mass = null + n * n, *b = mass + n * n;
+    double *length = beta + rows, *weight = length + rows, *null = weight + rows, *mass = null + n * n,
+           *b = mass + n * n;
     double *p = b + n, *more = p + n;
     write_rows(s, q, held, y, t, g, right, length);
     for (size_t j = 0; j < rows; j++)

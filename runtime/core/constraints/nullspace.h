@@ -11,8 +11,8 @@ typedef void affine(const struct system *s, const double *q, const void *context
  * of A are those of the closure, and of the first `held` rows of the held contacts below them. A row nearer to the span of
  * the others than `nearest`, relative to its joint's rows, does not count. Driven joints have the prescribed accelerations
  * at time *t, or do not move against each other where `t` is NULL. */
-enum outcome solve_in_nullspace(struct system *s, const double *q, int held, const double *y, const double *t, double nearest,
-                             affine *residual, const void *context, double *x, double *lambda);
+enum outcome solve_in_nullspace(struct system *s, const double *q, int held, const double *y, const double *t,
+                                double nearest, affine *residual, const void *context, double *x, double *lambda);
 
 /* How near the nearest row of the closure and of driven joints comes to the span of the others, of those that count;
  * 1 where rows are at right angles */

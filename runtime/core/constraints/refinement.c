@@ -15,8 +15,9 @@
 #include <stdlib.h>
 
 enum { PASSES = 4 };
-static const double ENOUGH = 4096.0 * DBL_EPSILON; /* a correction smaller than this leaves an error smaller than rounding */
-static const double HOPELESS = 1e-3;  /* a last correction larger than this, and nothing is known */
+static const double ENOUGH =
+    4096.0 * DBL_EPSILON;            /* a correction smaller than this leaves an error smaller than rounding */
+static const double HOPELESS = 1e-3; /* a last correction larger than this, and nothing is known */
 
 int make_correction(const struct system *s, struct correction *w)
 {
@@ -31,8 +32,8 @@ int make_correction(const struct system *s, struct correction *w)
     return 0;
 }
 
-int correct_by_kernel(struct system *s, const double *q, const struct unreduced *of, const double *x, const double *lambda,
-                      struct correction *w)
+int correct_by_kernel(struct system *s, const double *q, const struct unreduced *of, const double *x,
+                      const double *lambda, struct correction *w)
 {
     const struct ccgen_model *m = s->model;
     const size_t n = s->n;

@@ -30,8 +30,8 @@ int make_correction(const struct system *s, struct correction *w);
 void free_correction(struct correction *w);
 
 /* The correction w->dx, w->dlambda from what x, lambda miss (eq. 4.14); nonzero where the kernel has none. */
-int correct_by_kernel(struct system *s, const double *q, const struct unreduced *of, const double *x, const double *lambda,
-                      struct correction *w);
+int correct_by_kernel(struct system *s, const double *q, const struct unreduced *of, const double *x,
+                      const double *lambda, struct correction *w);
 
 /* y[rows] of the accelerations: A x = -dA/dt u; to be freed, NULL when memory runs out. */
 double *wanted_accelerations(const struct system *s, const double *q, const double *u);

@@ -14,8 +14,9 @@ static const double INSTANT = 1e-10; /* s, relative to max(1, t): the time withi
 enum {
     REPEATS = 1000, /* impacts at one instant */
     CROWD = 200,    /* events within an instant before what bounces is said to be at rest */
-    RATTLE = 1000, /* the same of events between which no closed contact moves */
-    IDLE = 10      /* events of a gap that neither take time nor lead to an impact, before its contact is said to be at rest */
+    RATTLE = 1000,  /* the same of events between which no closed contact moves */
+    IDLE =
+        10 /* events of a gap that neither take time nor lead to an impact, before its contact is said to be at rest */
 };
 static const double UNSEEN = 16.0; /* units of rounding: a gap that changes less between two events has not moved */
 
@@ -90,7 +91,8 @@ static enum outcome resolve_impacts(struct phase *f, int trigger)
             return outcome;
         }
         const double loss = m->drives ? jump_loss(f, u_plus) : contact_loss(f, count, u_plus);
-        if (record_state(f) || append_impact(&run->impacts, f->t, f->y + n, u_plus, n, count, f->set, f->P, loss, run->record.count))
+        if (record_state(f) ||
+            append_impact(&run->impacts, f->t, f->y + n, u_plus, n, count, f->set, f->P, loss, run->record.count))
             return OUTCOME_NO_MEMORY;
         memcpy(f->y + n, u_plus, n * sizeof *u_plus);
         if (record_state(f))
@@ -114,7 +116,7 @@ static int chatters(struct phase *f, double since)
 enum outcome run_automaton(struct phase *f)
 {
     struct event event = {-1, 0.0, LOST, 1.0};
-    double last[2 * CROWD]; /* instants of the last events */
+    double last[2 * CROWD];     /* instants of the last events */
     long events = 0, still = 0; /* `still`: events in a row between which nothing moved */
     int idle = 0;               /* events in a row that changed nothing */
     if (!f->s->model->contacts)
@@ -136,7 +138,8 @@ enum outcome run_automaton(struct phase *f)
         }
         last[events++ % (2 * CROWD)] = f->t;
         f->run->events++;
-        const struct mode_change none = {-1, DETACHES}, loss = event.watch >= 0 ? mode_change_of(f->s, event.watch) : none;
+        const struct mode_change none = {-1, DETACHES},
+                                 loss = event.watch >= 0 ? mode_change_of(f->s, event.watch) : none;
         const size_t impacts = f->run->impacts.count;
         int closed;
         if (event.watch != FLAT)
@@ -146,7 +149,10 @@ enum outcome run_automaton(struct phase *f)
         const int struck = f->run->impacts.count > impacts;
         idle = !struck && event.watch == CLOSES && f->t == before ? idle + 1 : 0;
         if (!outcome) /* what was lost is asked anew where an impact has changed it */
-            outcome = select_active_set(f, struck ? none : loss, events_crowd ? ALL_REST : idle >= IDLE ? event.contact : NONE_RESTS);
+            outcome = select_active_set(f, struck ? none : loss,
+                                        events_crowd   ? ALL_REST
+                                        : idle >= IDLE ? event.contact
+                                                       : NONE_RESTS);
     }
     return outcome;
 }

@@ -51,7 +51,8 @@ static enum outcome solve(struct decision *d, int except, double *P)
         b[k++] = d->b[i];
     }
     memset(P, 0, d->all * sizeof *P);
-    const int wrong = rough ? solve_friction(m, W, b, b + m, mu, mode, NULL, x, x + m) : solve_complementarity(m, W, b, x);
+    const int wrong =
+        rough ? solve_friction(m, W, b, b + m, mu, mode, NULL, x, x + m) : solve_complementarity(m, W, b, x);
     if (wrong)
         return rough && wrong == 1 ? OUTCOME_JAMMED : OUTCOME_REPEATS;
     k = 0;
@@ -92,7 +93,8 @@ static enum outcome release_bouncing(const struct phase *f, struct decision *d, 
         int bouncing = -1;
         for (int j = 0; j < d->count && bouncing < 0; j++) {
             const double speed = f->rates[d->contact[j]], e = f->s->restitution[d->contact[j]];
-            if (!pushes(d, j) || speed <= rest_velocity(f, d->contact[j]) || resting == ALL_REST || resting == d->contact[j])
+            if (!pushes(d, j) || speed <= rest_velocity(f, d->contact[j]) || resting == ALL_REST ||
+                resting == d->contact[j])
                 continue;
             if ((outcome = solve(d, j, d->trial)))
                 return outcome;
@@ -155,9 +157,10 @@ static signed char mode_of(const struct decision *d, int i)
     const int how = d->events_crowd && d->contact[i] == d->loss.contact ? d->loss.how : DETACHES;
     const int sign = how == SLIPS_FORWARD ? 1 : how == SLIPS_BACKWARD ? -1 : at_limit(d, i);
     const int moves = sign && fabs(gap_acceleration(d, d->count + i, d->P)) > PRESSED * d->scale;
-    if (d->events_crowd && sign && ((!moves && d->given[i]) || how == SLIP_ENDS || how == SLIPS_FORWARD || how == SLIPS_BACKWARD))
+    if (d->events_crowd && sign &&
+        ((!moves && d->given[i]) || how == SLIP_ENDS || how == SLIPS_FORWARD || how == SLIPS_BACKWARD))
         return (signed char)(sign * AT_LIMIT_FORWARD);
-    return moves || (sign && d->given[i]) ? sign : STICK;
+    return (signed char)(moves || (sign && d->given[i]) ? sign : STICK);
 }
 
 /* Hold the contacts that stay. With `limits`, friction that is at its limit stays there although the contact does not move,

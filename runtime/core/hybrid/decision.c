@@ -16,9 +16,11 @@
 
 const double REST_TIME = 1e-11;
 const double PRESSED = 1e-9;
-static const double SLOW = 1e4;    /* times what the largest acceleration reaches in REST_TIME: too fast to ask */
-static const double SHARED = 1e-4; /* of the accelerations of links: gaps are not known to accelerate by less times that */
-static const double ONWARD = 1e-6; /* times the largest acceleration: the part of their change that decides what vanishes */
+static const double SLOW = 1e4; /* times what the largest acceleration reaches in REST_TIME: too fast to ask */
+static const double SHARED =
+    1e-4; /* of the accelerations of links: gaps are not known to accelerate by less times that */
+static const double ONWARD =
+    1e-6; /* times the largest acceleration: the part of their change that decides what vanishes */
 static const double STILL = 1e-10; /* times length per second: a contact that slides so slowly may stick */
 
 int make_decision(struct decision *d, struct system *s)
@@ -52,7 +54,8 @@ void free_decision(struct decision *d)
 
 /* Accelerations of all contacts without forces between them, of gaps or of sliding, into out[contacts], with the derivative dy
  * of the state y. */
-static void free_accelerations(const struct system *s, const double *y, const double *dy, int sliding, double *out, double *more)
+static void free_accelerations(const struct system *s, const double *y, const double *dy, int sliding, double *out,
+                               double *more)
 {
     (sliding ? s->model->slips : s->model->gap_rates)(s->k, y, dy + s->n, out);
     (sliding ? s->model->slip_bias : s->model->gap_bias)(s->k, y, y + s->n, more);
@@ -116,7 +119,8 @@ enum outcome gather_candidates(struct phase *f, struct decision *d)
     for (int c = 0; c < m->contacts; c++)
         d->scale = fmax(d->scale, fabs(free[c]) + fabs(bias[c]));
     for (int i = 0; i < s->n; i++)
-        d->scale = fmax(d->scale, SHARED * (i < m->base ? fabs(f->dy[s->n + i]) : s->length * (fabs(f->dy[s->n + i]) + u[i] * u[i])));
+        d->scale = fmax(d->scale, SHARED * (i < m->base ? fabs(f->dy[s->n + i])
+                                                        : s->length * (fabs(f->dy[s->n + i]) + u[i] * u[i])));
     const double soon = SLOW * REST_TIME * fmax(1.0, fabs(f->t)) * d->scale;
     const double fast = fmax(soon, sqrt(2.0 * f->gap_uncertainty * s->length * d->scale));
     for (int c = 0; c < m->contacts; c++)

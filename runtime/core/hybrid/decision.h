@@ -5,21 +5,22 @@
 #include "hybrid/vanishing.h"
 
 struct decision {
-    int count, all;      /* closed contacts in question; rows: twice as many where there is friction */
-    int *contact;        /* [count] */
-    char *in;            /* [count] takes part */
-    signed char *mode;  /* [count] 0 where that is to be found */
-    char *given;         /* [count] friction has just reached a limit: what is near it has reached it */
-    char *touches;       /* [count] held although it does not push: nor does it move */
-    double *b;           /* [all] accelerations of the gaps, and of the sliding, without the forces */
-    double *P, *W;       /* [all], [all][all] */
-    int *row;            /* [all] scratch */
+    int count, all;       /* closed contacts in question; rows: twice as many where there is friction */
+    int *contact;         /* [count] */
+    char *in;             /* [count] takes part */
+    signed char *mode;    /* [count] 0 where that is to be found */
+    char *given;          /* [count] friction has just reached a limit: what is near it has reached it */
+    char *touches;        /* [count] held although it does not push: nor does it move */
+    double *b;            /* [all] accelerations of the gaps, and of the sliding, without the forces */
+    double *P, *W;        /* [all], [all][all] */
+    int *row;             /* [all] scratch */
     double *part, *trial; /* scratch: a smaller problem, its forces */
-    const double *mu;    /* of all contacts */
-    double scale;        /* the largest acceleration of a gap, or a small part of that of the links */
-    double enlarged;     /* by what b is enlarged, where all that presses has vanished and what decides is small against `scale` */
-    int events_crowd;         /* events follow each other without time */
-    struct mode_change loss;    /* what has just ended */
+    const double *mu;     /* of all contacts */
+    double scale;         /* the largest acceleration of a gap, or a small part of that of the links */
+    double
+        enlarged; /* by what b is enlarged, where all that presses has vanished and what decides is small against `scale` */
+    int events_crowd;        /* events follow each other without time */
+    struct mode_change loss; /* what has just ended */
     struct vanishing vanishing;
 };
 

@@ -24,8 +24,9 @@ static const double ROUNDING = 64.0 * DBL_EPSILON; /* times the largest force: w
 static const double SMALL = 1e-3;                  /* times the largest force: more has not vanished */
 static const double AHEAD = 1e-3;                  /* times a step: so far ahead forces are smooth */
 static const double LITTLE = 1e-3;                 /* of the tolerance of speeds, times extent per second */
-static const double FURTHER = 8.0, DECISIVE = 64.0; /* steps ahead; times rounding: a change of forces that shows where they go */
-static const double NOWHERE = 2.0 * DBL_EPSILON;   /* times extent: gaps are not known to that */
+static const double FURTHER = 8.0,
+                    DECISIVE = 64.0; /* steps ahead; times rounding: a change of forces that shows where they go */
+static const double NOWHERE = 2.0 * DBL_EPSILON; /* times extent: gaps are not known to that */
 
 double force_noise(const struct system *s, int count, const int *set, const double *W, int step)
 {
@@ -57,7 +58,8 @@ static int several(const struct active_set *h, struct mode_change loss)
 static int gone(const struct phase *f, int c, double a, double rate)
 {
     const double extent = f->s->extent[c];
-    return a * a <= 2.0 * LITTLE * f->run->tolerance.atol * extent * rate && a * a * a <= 2.0 * NOWHERE * extent * rate * rate;
+    return a * a <= 2.0 * LITTLE * f->run->tolerance.atol * extent * rate &&
+           a * a * a <= 2.0 * NOWHERE * extent * rate * rate;
 }
 
 /* The forces h->force by contact, those of friction too */
@@ -128,7 +130,8 @@ enum outcome find_vanishing(struct phase *f, struct mode_change loss, struct van
     outcome = look_ahead(f, v, W, rows + 1);
     for (int i = 0; i < h->count && !outcome; i++) {
         const int c = h->set[i];
-        const double own = W[(size_t)i * (rows + 1)], p = fabs(v->force[c]), rate = (h->force[i] - v->force[c]) / v->ahead;
+        const double own = W[(size_t)i * (rows + 1)], p = fabs(v->force[c]),
+                     rate = (h->force[i] - v->force[c]) / v->ahead;
         if ((h->mode[i] == GRAZING && loss.how != LOADS) || p * own > SMALL * v->noise / ROUNDING)
             continue;
         v->zero[c] = p * own <= v->noise || gone(f, c, own * p, own * fabs(rate));

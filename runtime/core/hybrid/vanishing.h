@@ -6,7 +6,8 @@
 #include "steps/step.h"
 
 struct vanishing {
-    double ahead;  /* s: how far the held motion has been followed, to f->y1; 0: at most the force that is lost vanishes */
+    double
+        ahead; /* s: how far the held motion has been followed, to f->y1; 0: at most the force that is lost vanishes */
     double noise;  /* m/s^2: what accelerations of gaps by contact forces are known to */
     char *zero;    /* [contacts] whose force vanishes */
     double *force; /* [2 contacts] N, at the event: normal forces, and tangential ones below them */

@@ -27,22 +27,23 @@
 
 static const double GAIN = CCGEN_LIMIT(1e-13, 1e-5); /* of the kinetic energy: more than that is no rounding */
 static const double MISS = CCGEN_LIMIT(1e-14, 1e-6); /* of the rates before: rates after that miss more are corrected */
-static const double DEPENDENT = CCGEN_LIMIT(1e-9, 1e-4); /* share of its row: less is left of a contact that others carry */
-static const double ROUNDED = CCGEN_LIMIT(1e-6, 1e-3);   /* of an impulse: a correction that is more is none */
+static const double DEPENDENT =
+    CCGEN_LIMIT(1e-9, 1e-4); /* share of its row: less is left of a contact that others carry */
+static const double ROUNDED = CCGEN_LIMIT(1e-6, 1e-3); /* of an impulse: a correction that is more is none */
 static const double FAILED = 1e-3; /* of the largest rate before: impulses that miss their rates by more are none */
 static const double ROUNDED_RATE = CCGEN_LIMIT(1e-12, 1e-4); /* of the fastest motion: rates below are rounding */
 enum { CORRECTIONS = 2 };
 
 struct impact_problem {
-    int count, all;  /* contacts; rows: twice as many where there is friction */
-    double *W;       /* [all][all] */
-    double *rate;    /* [all] of the gaps, then sliding */
-    double *mu;      /* [count] */
+    int count, all; /* contacts; rows: twice as many where there is friction */
+    double *W;      /* [all][all] */
+    double *rate;   /* [all] of the gaps, then sliding */
+    double *mu;     /* [count] */
     double *b, *least, *P, *F;
-    double *after;    /* [all] rates after a step */
-    double *wanted;   /* [all] impulses of expansion, in proportion; changes of impulses */
-    double *goal;     /* [count] work that they are to give back */
-    double *kept;     /* [2 count + all] impulses of compression, and the rates after it */
+    double *after;      /* [all] rates after a step */
+    double *wanted;     /* [all] impulses of expansion, in proportion; changes of impulses */
+    double *goal;       /* [count] work that they are to give back */
+    double *kept;       /* [2 count + all] impulses of compression, and the rates after it */
     const double *from; /* or NULL: rates to whose energy impulses may not add */
     signed char *mode;
 };
@@ -95,7 +96,8 @@ static enum outcome step(struct impact_problem *k, const double *extra, const do
 
 /* Whether the impulses add energy: half their product with the rates before and after. What the rates found miss of those that the
  * velocities have (`after`) is rounding, and so is a part GAIN of the energy that there is. Smooth contacts never add any. */
-static int gains(const struct impact_problem *k, double energy, const double *before, const double *after, const double *total)
+static int gains(const struct impact_problem *k, double energy, const double *before, const double *after,
+                 const double *total)
 {
     double gain = 0.0, rounding = GAIN * energy;
     for (int i = 0; i < k->all; i++) {
@@ -135,8 +137,8 @@ static enum outcome restore_one(struct impact_problem *k, double e, double *tota
         return OUTCOME_JAMMED;
     for (int i = 0; i < k->all; i++) {
         const double normal = k->W[i * k->all] * total[0], tangent = k->all > 1 ? k->W[i * k->all + 1] * total[1] : 0.0;
-        const double rate = k->rate[i] + normal + tangent;
-        k->rate[i] = fabs(rate) <= CONSISTENT * (fabs(k->rate[i]) + fabs(normal) + fabs(tangent)) ? 0.0 : rate;
+        const double after = k->rate[i] + normal + tangent;
+        k->rate[i] = fabs(after) <= CONSISTENT * (fabs(k->rate[i]) + fabs(normal) + fabs(tangent)) ? 0.0 : after;
     }
     return OUTCOME_DONE;
 }
@@ -166,7 +168,8 @@ static double load_of(const struct impact_problem *k, const double *P)
 
 /* Poisson's law: at least e times the impulses of compression. Friction may leave expansion as one step no impulses, only ones
  * that add energy, or much larger ones: it is then followed along the impulses. */
-static enum outcome give_back(struct impact_problem *k, const double *e, double energy, const double *before, double *total)
+static enum outcome give_back(struct impact_problem *k, const double *e, double energy, const double *before,
+                              double *total)
 {
     const int n = k->count;
     const enum outcome compression = step(k, NULL, NULL, total);
@@ -178,7 +181,8 @@ static enum outcome give_back(struct impact_problem *k, const double *e, double 
     for (int i = 0; i < n; i++)
         k->wanted[i] = k->least[i] = e[i] * total[i];
     const enum outcome outcome = step(k, NULL, k->least, total);
-    if (k->all == n || (!outcome && load_of(k, k->P) <= MOST * load_of(k, P) && !gains(k, energy, before, k->rate, total)))
+    if (k->all == n ||
+        (!outcome && load_of(k, k->P) <= MOST * load_of(k, P) && !gains(k, energy, before, k->rate, total)))
         return outcome;
     memcpy(total, P, 2 * n * sizeof *P);
     memcpy(k->rate, rate, k->all * sizeof *rate);
@@ -186,8 +190,8 @@ static enum outcome give_back(struct impact_problem *k, const double *e, double 
     return expand(&expansion) ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
 }
 
-static enum outcome solve(struct impact_problem *k, const struct system *s, const double *e, double energy, const double *before,
-                          double *total)
+static enum outcome solve(struct impact_problem *k, const struct system *s, const double *e, double energy,
+                          const double *before, double *total)
 {
     const int n = k->count;
     memset(total, 0, 2 * n * sizeof *total);
@@ -201,7 +205,8 @@ static enum outcome solve(struct impact_problem *k, const struct system *s, cons
 }
 
 /* Rates of the gaps of the contacts `set`, then of their sliding where there is friction */
-static void rates_of(struct system *s, const double *q, const double *u, int count, const int *set, double *scratch, double *rate)
+static void rates_of(struct system *s, const double *q, const double *u, int count, const int *set, double *scratch,
+                     double *rate)
 {
     s->model->gap_rates(s->k, q, u, scratch);
     for (int i = 0; i < count; i++)
@@ -215,8 +220,8 @@ static void rates_of(struct system *s, const double *q, const double *u, int cou
 /* du[n] that all impulses P[2 count] give together. Where some of them hold each other through the links, rounding is of their
  * size, not of that of du: so it is not a sum of columns, and corrected for what the unreduced equations still miss.
  * push[contacts] is zero, and so again afterwards; f[2 n] is scratch. */
-static enum outcome jump(struct system *s, const double *q, int count, const int *set, const double *P, double *push, double *f,
-                         double *du)
+static enum outcome jump(struct system *s, const double *q, int count, const int *set, const double *P, double *push,
+                         double *f, double *du)
 {
     const struct ccgen_model *m = s->model;
     double *g = f + s->n;
@@ -272,7 +277,8 @@ static int correct(const struct impact_problem *k, const double *before, double 
         x[a] = k->rate[column[a]] - k->after[column[a]];
         miss = fmax(miss, fabs(x[a]));
         for (int b = 0; b < m; b++) {
-            const double *row = k->W + column[a] * all, ratio = (size_t)column[b] < n ? friction_ratio(k, P, column[b]) : 0.0;
+            const double *row = k->W + column[a] * all,
+                         ratio = (size_t)column[b] < n ? friction_ratio(k, P, column[b]) : 0.0;
             A[a * m + b] = row[column[b]] + (ratio != 0.0 ? ratio * row[n + column[b]] : 0.0);
         }
     }
@@ -283,7 +289,8 @@ static int correct(const struct impact_problem *k, const double *before, double 
     rank = largest > ROUNDED * load ? 0 : rank;
     for (int b = 0; b < rank; b++) {
         const int i = column[order[b]];
-        const double ratio = (size_t)i < n ? friction_ratio(k, P, i) : 0.0, by = (size_t)i < n ? fmax(x[b], -P[i]) : x[b];
+        const double ratio = (size_t)i < n ? friction_ratio(k, P, i) : 0.0,
+                     by = (size_t)i < n ? fmax(x[b], -P[i]) : x[b];
         change[i] += by;
         if (ratio != 0.0)
             change[n + i] += ratio * by;
@@ -309,14 +316,15 @@ static int without_effect(const struct impact_problem *k, const struct system *s
     return !(miss <= FAILED * speed || miss <= ROUNDED_RATE * fastest);
 }
 
-enum outcome impact(struct system *s, const double *q, const double *u_minus, int count, const int *set, const double *e,
-                    double *u_plus, double *P)
+enum outcome impact(struct system *s, const double *q, const double *u_minus, int count, const int *set,
+                    const double *e, double *u_plus, double *P)
 {
     const struct ccgen_model *m = s->model;
     const size_t n = s->n, c = count, all = m->contacts, rows = s->friction ? 2 * c : c;
     enum outcome outcome = OUTCOME_NO_MEMORY;
     const size_t width = width_of(s);
-    double *work = calloc(rows * rows + rows * n + 5 * rows + 8 * c + 2 * all + 3 * n + 2 * rows * width + 1, sizeof *work);
+    double *work =
+        calloc(rows * rows + rows * n + 5 * rows + 8 * c + 2 * all + 3 * n + 2 * rows * width + 1, sizeof *work);
     signed char *mode = calloc(c + 1, 1);
     if (!work || !mode)
         goto end;
@@ -332,7 +340,8 @@ enum outcome impact(struct system *s, const double *q, const double *u_minus, in
     k.wanted = k.after + rows;
     k.goal = k.wanted + rows;
     k.kept = k.goal + c;
-    double *push = k.kept + 2 * c + rows, *rates = push + all, *f = rates + all, *du = f + 2 * n, *units = du + n, energy = 0.0;
+    double *push = k.kept + 2 * c + rows, *rates = push + all, *f = rates + all, *du = f + 2 * n, *units = du + n,
+           energy = 0.0;
 
     memcpy(u_plus, u_minus, n * sizeof *u_plus);
     if ((outcome = project_velocity(s, q, u_plus)))

@@ -6,7 +6,7 @@
 
 /* u_plus[n], P[2 count], normal impulses and then those of friction, for the contacts `set` struck together with
  * restitution e[count] by the system's law */
-enum outcome impact(struct system *s, const double *q, const double *u_minus, int count, const int *set, const double *e,
-                    double *u_plus, double *P);
+enum outcome impact(struct system *s, const double *q, const double *u_minus, int count, const int *set,
+                    const double *e, double *u_plus, double *P);
 
 #endif

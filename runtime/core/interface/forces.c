@@ -20,10 +20,10 @@ static const double BEHIND = 1e-8; /* times extent: a gap further behind the sur
 struct room {
     struct active_set active;
     struct phase phase;
-    double *numbers;      /* all of the room */
-    double *jump, *gaps;  /* [n], [contacts] scratch */
-    double *lambda;       /* [rows + 2 contacts] */
-    double *more;         /* [joints][3] scratch */
+    double *numbers;     /* all of the room */
+    double *jump, *gaps; /* [n], [contacts] scratch */
+    double *lambda;      /* [rows + 2 contacts] */
+    double *more;        /* [joints][3] scratch */
     int *set;
 };
 
@@ -40,7 +40,8 @@ static int make_room(struct system *s, struct room *r)
     const size_t c = s->model->contacts, size = s->size, search = search_scratch(s);
     memset(r, 0, sizeof *r);
     r->phase.s = s;
-    r->numbers = calloc(2 * size + 4 * c + search + s->n + s->model->rows + 3 * s->model->joints + 1, sizeof *r->numbers);
+    r->numbers =
+        calloc(2 * size + 4 * c + search + s->n + s->model->rows + 3 * s->model->joints + 1, sizeof *r->numbers);
     r->set = malloc((c + 1) * sizeof *r->set);
     if (make_active_set(&r->active, s->model) || !r->numbers || !r->set)
         return 1;
@@ -174,9 +175,9 @@ static void react(struct room *r, double t, const double *q, const double *u, co
         reaction[i] += r->more[i];
 }
 
-enum outcome held_forces(struct system *s, size_t count, size_t every, const double *t, const double *q, const double *u,
-                         struct held held, double *u_dot, double *lambda, double *push, double *reaction,
-                         struct obstruction *found)
+enum outcome held_forces(struct system *s, size_t count, size_t every, const double *t, const double *q,
+                         const double *u, struct held held, double *u_dot, double *lambda, double *push,
+                         double *reaction, struct obstruction *found)
 {
     const size_t n = s->n, rows = s->model->rows, c = s->model->contacts, entries = 3 * s->model->joints;
     struct room r;

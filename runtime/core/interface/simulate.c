@@ -36,8 +36,8 @@ void simulate(struct system *s, struct run *run, double *y)
     free_phase(&f);
 }
 
-enum outcome advance(struct system *s, const struct method *method, struct tolerance tolerance, enum drift drift, double t,
-                     double h, int count, const int *set, const signed char *mode, double *y)
+enum outcome advance(struct system *s, const struct method *method, struct tolerance tolerance, enum drift drift,
+                     double t, double h, int count, const int *set, const signed char *mode, double *y)
 {
     struct run run = {.method = method, .tolerance = tolerance, .drift = drift};
     struct phase f = {.s = s, .run = &run, .t = t, .place = NAN};

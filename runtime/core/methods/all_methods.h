@@ -2,10 +2,10 @@
 #ifndef CCGEN_ALL_METHODS_H
 #define CCGEN_ALL_METHODS_H
 
-#define ALL_METHODS(METHOD)                                                                                                      \
-    METHOD(dop853)                                                                                                               \
-    METHOD(gauss)                                                                                                                \
-    METHOD(dopri5)                                                                                                               \
+#define ALL_METHODS(METHOD) \
+    METHOD(dop853)          \
+    METHOD(gauss)           \
+    METHOD(dopri5)          \
     METHOD(radau)
 
 #endif

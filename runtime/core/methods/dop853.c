@@ -9,7 +9,7 @@
 #include "motion/derivative.h"
 
 /* scratch: DENSE_STAGES derivatives and a state, DENSE_DEGREE coefficients and the start of the interpolant, ESTIMATES */
-enum { ESTIMATES = 2 }; /* of order 3 and of order 5 */
+enum { ESTIMATES = 2 };            /* of order 3 and of order 5 */
 static const double CHANCE = 0.01; /* how far below what the other says the estimate of order 5 is believed */
 
 static double *stage(double *scratch, int size, int i)
@@ -84,12 +84,14 @@ static double *dop853_estimates(double *scratch, int size, int *count)
 /* Both estimates together (Hairer, Norsett, Wanner 1993, section II.10): as small as the better, as reliable as the other.
  * Against the motion itself they shrink as h^3 and h^5, so the better is about the motion times the other's part of it to 5/3.
  * One far below that vanishes by chance, as in much too long steps it may, and is not believed. */
-static double dop853_measure(const double *scratch, int size, struct tolerance tolerance, const double *y, const double *y1)
+static double dop853_measure(const double *scratch, int size, struct tolerance tolerance, const double *y,
+                             const double *y1)
 {
     const double *error3 = scratch + (size_t)(DENSE_STAGES + 1 + DENSE_DEGREE + 1) * size, *error5 = error3 + size;
     double sum3 = 0.0, sum5 = 0.0, motion = 0.0;
     for (int i = 0; i < size; i++) {
-        const double scale = tolerance.atol + tolerance.rtol * fmax(fabs(y[i]), fabs(y1[i])), change = (y1[i] - y[i]) / scale;
+        const double scale = tolerance.atol + tolerance.rtol * fmax(fabs(y[i]), fabs(y1[i])),
+                     change = (y1[i] - y[i]) / scale;
         sum3 += (error3[i] / scale) * (error3[i] / scale);
         sum5 += (error5[i] / scale) * (error5[i] / scale);
         motion += change * change;
@@ -99,8 +101,8 @@ static double dop853_measure(const double *scratch, int size, struct tolerance t
     return sum5 > 0.0 ? sum5 / sqrt((sum5 + 0.01 * sum3) * size) : 0.0;
 }
 
-static enum outcome dop853_prepare(struct system *s, double *scratch, double t, double h, const double *y, const double *dy,
-                                   const double *y1, const double *dy1)
+static enum outcome dop853_prepare(struct system *s, double *scratch, double t, double h, const double *y,
+                                   const double *dy, const double *y1, const double *dy1)
 {
     const int size = s->size;
     double *at = coefficient(scratch, size, DENSE_DEGREE);
@@ -138,5 +140,6 @@ static void dop853_interpolate(const double *scratch, int size, double theta, do
     }
 }
 
-const struct method dop853 = {"dop853", 8, 1, dop853_scratch, NULL, dop853_step, dop853_estimates, dop853_measure,
-                              dop853_prepare, dop853_interpolate};
+const struct method dop853 = {
+    "dop853",          8, 1, dop853_scratch, NULL, dop853_step, dop853_estimates, dop853_measure, dop853_prepare,
+    dop853_interpolate};

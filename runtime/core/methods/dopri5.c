@@ -6,31 +6,10 @@
 #include <math.h>
 #include <string.h>
 
+#include "methods/dopri5_tableau.h"
 #include "motion/derivative.h"
 
-enum { STAGES = 7, DEGREE = 4 };
-
-static const double C[STAGES] = {0.0, 0.2L, 0.3L, 0.8L, 8.0L / 9.0L, 1.0, 1.0};
-
-/* The last row is the solution of order 5, too. */
-static const double A[STAGES][STAGES] = {
-    {0.0},
-    {0.2L},
-    {3.0L / 40.0L, 9.0L / 40.0L},
-    {44.0L / 45.0L, -56.0L / 15.0L, 32.0L / 9.0L},
-    {19372.0L / 6561.0L, -25360.0L / 2187.0L, 64448.0L / 6561.0L, -212.0L / 729.0L},
-    {9017.0L / 3168.0L, -355.0L / 33.0L, 46732.0L / 5247.0L, 49.0L / 176.0L, -5103.0L / 18656.0L},
-    {35.0L / 384.0L, 0.0, 500.0L / 1113.0L, 125.0L / 192.0L, -2187.0L / 6784.0L, 11.0L / 84.0L}};
-
-/* solution of order 5 less that of order 4 */
-static const double E[STAGES] = {71.0L / 57600.0L,      0.0,          -71.0L / 16695.0L, 71.0L / 1920.0L,
-                                 -17253.0L / 339200.0L, 22.0L / 525.0L, -1.0L / 40.0L};
-
-/* last coefficient of the interpolant */
-static const double D[STAGES] = {-12715105075.0L / 11282082432.0L,  0.0,
-                                 87487479700.0L / 32700410799.0L,   -10690763975.0L / 1880347072.0L,
-                                 701980252875.0L / 199316789632.0L, -1453857185.0L / 822651844.0L,
-                                 69997945.0L / 29380423.0L};
+enum { DEGREE = 4 };
 
 /* scratch: STAGES derivatives, a state, the estimate, the start and DEGREE coefficients of the interpolant */
 static double *part(double *scratch, int size, int i)
@@ -79,7 +58,8 @@ static double *dopri5_estimates(double *scratch, int size, int *count)
     return part(scratch, size, ESTIMATE);
 }
 
-static double dopri5_measure(const double *scratch, int size, struct tolerance tolerance, const double *y, const double *y1)
+static double dopri5_measure(const double *scratch, int size, struct tolerance tolerance, const double *y,
+                             const double *y1)
 {
     const double *estimate = scratch + (size_t)ESTIMATE * size;
     double sum = 0.0;
@@ -90,8 +70,8 @@ static double dopri5_measure(const double *scratch, int size, struct tolerance t
     return sqrt(sum / size);
 }
 
-static enum outcome dopri5_prepare(struct system *s, double *scratch, double t, double h, const double *y, const double *dy,
-                                   const double *y1, const double *dy1)
+static enum outcome dopri5_prepare(struct system *s, double *scratch, double t, double h, const double *y,
+                                   const double *dy, const double *y1, const double *dy1)
 {
     const int size = s->size;
     double *c = part(scratch, size, COEFFICIENTS);
@@ -115,9 +95,9 @@ static void dopri5_interpolate(const double *scratch, int size, double theta, do
     const double *start = scratch + (size_t)START * size, *c = scratch + (size_t)COEFFICIENTS * size;
     const double rest = 1.0 - theta;
     for (int k = 0; k < size; k++)
-        y[k] = start[k] +
-               theta * (c[k] + rest * (c[size + k] + theta * (c[2 * size + k] + rest * c[3 * size + k])));
+        y[k] = start[k] + theta * (c[k] + rest * (c[size + k] + theta * (c[2 * size + k] + rest * c[3 * size + k])));
 }
 
-const struct method dopri5 = {"dopri5", 5, 1, dopri5_scratch, NULL, dopri5_step, dopri5_estimates, dopri5_measure,
-                              dopri5_prepare, dopri5_interpolate};
+const struct method dopri5 = {
+    "dopri5",          5, 1, dopri5_scratch, NULL, dopri5_step, dopri5_estimates, dopri5_measure, dopri5_prepare,
+    dopri5_interpolate};

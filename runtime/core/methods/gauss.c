@@ -19,11 +19,13 @@
 #include "motion/lanes.h"
 #include "motion/power.h"
 
-static const double SHORT = 1e-8;   /* times the time, or 1 s: shorter steps, as impacts that accumulate leave, go to DOP853 */
-static const double WANTED = 0.4;   /* contraction that steps aim at */
-static const double MISSED = 0.03;  /* of the last coefficients, times their ratio to the first: the error of a step */
-static const double CAUTION = 18.0; /* times the error: what the next step is chosen by, for the motion may get quicker */
-static const double EARLIER = 0.2;  /* the last coefficient but one counts by this part */
+static const double SHORT =
+    1e-8; /* times the time, or 1 s: shorter steps, as impacts that accumulate leave, go to DOP853 */
+static const double WANTED = 0.4;  /* contraction that steps aim at */
+static const double MISSED = 0.03; /* of the last coefficients, times their ratio to the first: the error of a step */
+static const double CAUTION =
+    18.0; /* times the error: what the next step is chosen by, for the motion may get quicker */
+static const double EARLIER = 0.2; /* the last coefficient but one counts by this part */
 enum { ORDER = 16, ESTIMATES = 2, LINE = 8 /* numbers to a line of the cache */ };
 
 /* Lays the arrays out from `at` on, unless it is NULL; returns how many numbers they take. */
@@ -33,12 +35,30 @@ static size_t lay_out(struct gauss *g, const struct system *s, double *at)
     const struct {
         double **array;
         size_t count;
-    } parts[] = {{&g->f, rows * STAGES}, {&g->g, rows * STAGES}, {&g->legendre, rows * STAGES}, {&g->q, n * STAGES},
-                 {&g->u, n * STAGES}, {&g->du, rows * STAGES}, {&g->time, STAGES}, {&g->node, STAGES}, {&g->once, square},
-                 {&g->twice, square}, {&g->matrix, square}, {&g->slope, rows}, {&g->none, rows}, {&g->weight, n},
-                 {&g->lost, size}, {&g->lost_next, size}, {&g->estimate, ESTIMATES * size}, {&g->start, size},
-                 {&g->miss, size}, {&g->one, 3 * n}, {&g->dy, size}, {&g->dy1, size},
-                 {&g->other, dop853.scratch(s)}, {&g->side, lanes_scratch(s)}};
+    } parts[] = {{&g->f, rows * STAGES},
+                 {&g->g, rows * STAGES},
+                 {&g->legendre, rows * STAGES},
+                 {&g->q, n * STAGES},
+                 {&g->u, n * STAGES},
+                 {&g->du, rows * STAGES},
+                 {&g->time, STAGES},
+                 {&g->node, STAGES},
+                 {&g->once, square},
+                 {&g->twice, square},
+                 {&g->matrix, square},
+                 {&g->slope, rows},
+                 {&g->none, rows},
+                 {&g->weight, n},
+                 {&g->lost, size},
+                 {&g->lost_next, size},
+                 {&g->estimate, ESTIMATES * size},
+                 {&g->start, size},
+                 {&g->miss, size},
+                 {&g->one, 3 * n},
+                 {&g->dy, size},
+                 {&g->dy1, size},
+                 {&g->other, dop853.scratch(s)},
+                 {&g->side, lanes_scratch(s)}};
     size_t total = 0;
     for (size_t i = 0; i < sizeof parts / sizeof *parts; i++) {
         if (at)
@@ -113,7 +133,8 @@ static void finish(struct gauss *g, const struct system *s, double h, struct tol
         const double *f = g->f + i * STAGES, *c = g->legendre + i * STAGES;
         const int of_u = n + i;
         if (i < n) {
-            add(y[i], g->lost[i], g->slope[i] + h * (g->lost[of_u] + h * weighed(WEIGHT2, f)), &y1[i], &g->lost_next[i]);
+            add(y[i], g->lost[i], g->slope[i] + h * (g->lost[of_u] + h * weighed(WEIGHT2, f)), &y1[i],
+                &g->lost_next[i]);
             last[i] = h * h * c[STAGES - 1] * (0.5 / (2 * STAGES - 1));
             earlier[i] = EARLIER * h * h * c[STAGES - 2] * (0.5 / (2 * STAGES - 3));
         }
@@ -175,7 +196,8 @@ static double *gauss_estimates(double *scratch, int size, int *count)
 /* What the stage polynomial misses shrinks as its last coefficients do, and the end of the step sees it only against the
  * motion's own coefficients of that degree, which shrink likewise: the product of the two. Sweeps that contract slowly
  * make the next step shorter. */
-static double gauss_measure(const double *scratch, int size, struct tolerance tolerance, const double *y, const double *y1)
+static double gauss_measure(const double *scratch, int size, struct tolerance tolerance, const double *y,
+                            const double *y1)
 {
     const struct gauss *g = (const struct gauss *)scratch;
     if (g->replaced) /* as the error of a method of this order would be */
@@ -214,8 +236,8 @@ static void follow(const struct gauss *g, double theta, double *y)
     }
 }
 
-static enum outcome gauss_prepare(struct system *s, double *scratch, double t, double h, const double *y, const double *dy,
-                                  const double *y1, const double *dy1)
+static enum outcome gauss_prepare(struct system *s, double *scratch, double t, double h, const double *y,
+                                  const double *dy, const double *y1, const double *dy1)
 {
     struct gauss *g = (struct gauss *)scratch;
     (void)dy, (void)dy1;
@@ -243,5 +265,6 @@ static void gauss_interpolate(const double *scratch, int size, double theta, dou
         y[i] += theta * g->miss[i];
 }
 
-const struct method gauss = {"gauss", ORDER, 0, gauss_scratch, gauss_restart, gauss_step, gauss_estimates, gauss_measure,
-                             gauss_prepare, gauss_interpolate};
+const struct method gauss = {
+    "gauss",          ORDER, 0, gauss_scratch, gauss_restart, gauss_step, gauss_estimates, gauss_measure, gauss_prepare,
+    gauss_interpolate};

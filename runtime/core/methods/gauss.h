@@ -9,13 +9,13 @@
 /* What the scratch holds. Stages lie side by side, x[i][STAGES], or in blocks of as many as there are lanes. A row stands for
  * each acceleration, and one more for the power if the system has it. */
 struct gauss {
-    double t, h;          /* where the last step began, and its length */
-    int tried;            /* whether there was one since the last restart */
-    int known;            /* whether `legendre` holds its stage polynomial */
-    int replaced;         /* whether DOP853 took the step */
-    double first;         /* size of the first coefficients but the constant, in tolerances */
-    double contraction;   /* of the last sweep */
-    double grain;         /* rounding, in tolerances */
+    double t, h;        /* where the last step began, and its length */
+    int tried;          /* whether there was one since the last restart */
+    int known;          /* whether `legendre` holds its stage polynomial */
+    int replaced;       /* whether DOP853 took the step */
+    double first;       /* size of the first coefficients but the constant, in tolerances */
+    double contraction; /* of the last sweep */
+    double grain;       /* rounding, in tolerances */
     int n, rows, lanes;
     double *f, *g;            /* [rows][STAGES] accelerations, and those of the next sweep */
     double *legendre;         /* [rows][STAGES] coefficients of the stage polynomial */
@@ -44,8 +44,8 @@ void gauss_stage(struct gauss *g, int j, double h, const double *y);
 
 /* The accelerations g->f of a step from (t, y), whose derivative is dy right after a restart; `converged` is 0 where sweeps
  * contract too slowly. Iterates to a part of the tolerance, or, where that is zero, until rounding is met. */
-enum outcome gauss_solve(struct gauss *g, struct system *s, double t, double h, struct tolerance tolerance, const double *y,
-                         const double *dy, int *converged);
+enum outcome gauss_solve(struct gauss *g, struct system *s, double t, double h, struct tolerance tolerance,
+                         const double *y, const double *dy, int *converged);
 
 /* weighted sum over the stages */
 static inline double weighed(const double *weight, const double *x)

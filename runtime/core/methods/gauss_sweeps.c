@@ -9,14 +9,16 @@
 #include "motion/lanes.h"
 #include "motion/projection.h"
 
-static const double REST = 0.01;   /* part of the tolerance that sweeps leave */
-static const double DOUBT = 0.2;    /* sweeps are not believed to contract faster: a part that does not feed back hides others */
-static const double SLOWEST = 0.7;  /* contraction beyond which a step is given up */
-static const double STILL = 0.9;    /* sweeps that contract no better have met rounding, if it is near */
-static const double STANDING = 0.1; /* part of the tolerance that they may leave then */
-static const double NEAR = 1e4;     /* units of rounding that they may leave */
+static const double REST = 0.01; /* part of the tolerance that sweeps leave */
+static const double DOUBT =
+    0.2; /* sweeps are not believed to contract faster: a part that does not feed back hides others */
+static const double SLOWEST = 0.7;            /* contraction beyond which a step is given up */
+static const double STILL = 0.9;              /* sweeps that contract no better have met rounding, if it is near */
+static const double STANDING = 0.1;           /* part of the tolerance that they may leave then */
+static const double NEAR = 1e4;               /* units of rounding that they may leave */
 static const double UNIT = 4.0 * DBL_EPSILON; /* of rounding */
-static const double AHEAD = 0.1;    /* part of a step: where guided ones first look for accelerations, for the start may be singular */
+static const double AHEAD =
+    0.1; /* part of a step: where guided ones first look for accelerations, for the start may be singular */
 enum { SWEEPS = 16, SWEEPS_TO_ROUNDING = 60 };
 
 /* matrix[j][i] times `factor`, in blocks of lanes */
@@ -85,7 +87,7 @@ static enum outcome guess(struct gauss *g, struct system *s, double t, double h,
     double at[STAGES][STAGES];
     for (int j = 0; j < STAGES; j++)
         legendre(2.0 * (since + part * NODE[j]) - 1.0, &at[0][j], STAGES);
-    gauss_pack(g, (const double(*)[STAGES])at, 1.0, g->matrix);
+    gauss_pack(g, (const double (*)[STAGES])at, 1.0, g->matrix);
     gauss_combine(g, s, g->matrix, g->legendre, g->f);
     return OUTCOME_DONE;
 }
@@ -255,8 +257,8 @@ static enum outcome converge(struct gauss *g, struct system *s, double t, double
     }
 }
 
-enum outcome gauss_solve(struct gauss *g, struct system *s, double t, double h, struct tolerance tolerance, const double *y,
-                         const double *dy, int *converged)
+enum outcome gauss_solve(struct gauss *g, struct system *s, double t, double h, struct tolerance tolerance,
+                         const double *y, const double *dy, int *converged)
 {
     *converged = 0;
     const enum outcome outcome = guess(g, s, t, h, y, dy);

@@ -19,8 +19,8 @@ struct method {
     void (*restart)(double *scratch, int size);
     /* one step of length h from (t, y) with dy = derivative there: y1, and estimates of its error left in the scratch. A
      * method that iterates does so to a small part of the tolerance, or, where it is zero, until rounding ends it. */
-    enum outcome (*step)(struct system *s, double *scratch, double t, double h, struct tolerance tolerance, const double *y,
-                         const double *dy, double *y1);
+    enum outcome (*step)(struct system *s, double *scratch, double t, double h, struct tolerance tolerance,
+                         const double *y, const double *dy, double *y1);
     /* the step's estimates, `count` arrays one after another; who knows better may change them before they are measured */
     double *(*estimates)(double *scratch, int size, int *count);
     /* what the estimates amount to; accepted up to 1 */

@@ -16,9 +16,9 @@
 #include "motion/lanes.h"
 #include "motion/power.h"
 
-static const double REST = 0.003;       /* part of the tolerance that iterations leave */
-static const double SLOWEST = 0.7;      /* contraction beyond which a step is given up */
-static const double DOUBT = 0.05;       /* iterations are not believed to contract faster */
+static const double REST = 0.003;  /* part of the tolerance that iterations leave */
+static const double SLOWEST = 0.7; /* contraction beyond which a step is given up */
+static const double DOUBT = 0.05;  /* iterations are not believed to contract faster */
 /* of a number by which it is changed to see what follows, and at least of 1 */
 static const double DIFFERENCE = CCGEN_ROOT_EPSILON;
 static const double UNIT = 4.0 * DBL_EPSILON;
@@ -28,19 +28,19 @@ typedef double complex number;
 
 struct radau {
     double h;
-    int failed;                 /* the iterations of the last step did not converge */
+    int failed;                  /* the iterations of the last step did not converge */
     int n, rows, lanes, *pivots; /* [2 n]: of the real and of the complex system */
-    double *f;                  /* [rows][STAGES] accelerations, and power */
-    double *miss;               /* [n][STAGES] */
-    double *q, *u, *out, *time; /* [n][lanes], [lanes] */
-    double *by_q, *by_u;        /* [n][n] derivatives of the accelerations */
-    double *scale;              /* [n] of a change of acceleration, in tolerances */
-    double *estimate;           /* [size] */
-    double *start, *ends;       /* [size], [size][STAGES]: state at the start and at the stages, for interpolation */
-    double *one;                /* [2 n] */
-    number *real, *complex_;    /* [n][n] factors of the two systems */
-    number *x;                  /* [n] */
-    double *side;               /* of system_acceleration_lanes */
+    double *f;                   /* [rows][STAGES] accelerations, and power */
+    double *miss;                /* [n][STAGES] */
+    double *q, *u, *out, *time;  /* [n][lanes], [lanes] */
+    double *by_q, *by_u;         /* [n][n] derivatives of the accelerations */
+    double *scale;               /* [n] of a change of acceleration, in tolerances */
+    double *estimate;            /* [size] */
+    double *start, *ends;        /* [size], [size][STAGES]: state at the start and at the stages, for interpolation */
+    double *one;                 /* [2 n] */
+    number *real, *complex_;     /* [n][n] factors of the two systems */
+    number *x;                   /* [n] */
+    double *side;                /* of system_acceleration_lanes */
 };
 
 static const size_t HEAD = (sizeof(struct radau) + sizeof(double) - 1) / sizeof(double);
@@ -53,10 +53,24 @@ static size_t lay_out(struct radau *r, const struct system *s, double *at)
     const struct {
         double **array;
         size_t count;
-    } parts[] = {{&real, 2 * n * n}, {&complex_, 2 * n * n}, {&x, 2 * n}, {&pivots, 2 * n}, {&r->f, (size - n) * STAGES},
-                 {&r->miss, n * STAGES}, {&r->q, n * lanes}, {&r->u, n * lanes}, {&r->out, n * lanes}, {&r->time, lanes},
-                 {&r->by_q, n * n}, {&r->by_u, n * n}, {&r->scale, n}, {&r->estimate, size}, {&r->start, size},
-                 {&r->ends, size * STAGES}, {&r->one, 2 * n}, {&r->side, lanes_scratch(s)}};
+    } parts[] = {{&real, 2 * n * n},
+                 {&complex_, 2 * n * n},
+                 {&x, 2 * n},
+                 {&pivots, 2 * n},
+                 {&r->f, (size - n) * STAGES},
+                 {&r->miss, n * STAGES},
+                 {&r->q, n * lanes},
+                 {&r->u, n * lanes},
+                 {&r->out, n * lanes},
+                 {&r->time, lanes},
+                 {&r->by_q, n * n},
+                 {&r->by_u, n * n},
+                 {&r->scale, n},
+                 {&r->estimate, size},
+                 {&r->start, size},
+                 {&r->ends, size * STAGES},
+                 {&r->one, 2 * n},
+                 {&r->side, lanes_scratch(s)}};
     size_t total = 0;
     for (size_t i = 0; i < sizeof parts / sizeof *parts; i++) {
         if (at)
@@ -173,7 +187,8 @@ static void stage(const struct radau *r, int j, double h, const double *y, doubl
     for (int i = 0; i < r->n; i++) {
         const double *f = r->f + i * STAGES;
         u[i * stride] = y[r->n + i] + h * (ONCE[j][0] * f[0] + ONCE[j][1] * f[1] + ONCE[j][2] * f[2]);
-        q[i * stride] = y[i] + h * (NODE[j] * y[r->n + i] + h * (TWICE[j][0] * f[0] + TWICE[j][1] * f[1] + TWICE[j][2] * f[2]));
+        q[i * stride] =
+            y[i] + h * (NODE[j] * y[r->n + i] + h * (TWICE[j][0] * f[0] + TWICE[j][1] * f[1] + TWICE[j][2] * f[2]));
     }
 }
 
@@ -350,7 +365,8 @@ static double *radau_estimates(double *scratch, int size, int *count)
     return ((struct radau *)scratch)->estimate;
 }
 
-static double radau_measure(const double *scratch, int size, struct tolerance tolerance, const double *y, const double *y1)
+static double radau_measure(const double *scratch, int size, struct tolerance tolerance, const double *y,
+                            const double *y1)
 {
     const struct radau *r = (const struct radau *)scratch;
     double sum = 0.0;
@@ -363,8 +379,8 @@ static double radau_measure(const double *scratch, int size, struct tolerance to
     return pow(sum / size, 0.5 * ORDER / (ORDER_OF_ESTIMATE + 1)); /* as the error of a method of this order would be */
 }
 
-static enum outcome radau_prepare(struct system *s, double *scratch, double t, double h, const double *y, const double *dy,
-                                  const double *y1, const double *dy1)
+static enum outcome radau_prepare(struct system *s, double *scratch, double t, double h, const double *y,
+                                  const double *dy, const double *y1, const double *dy1)
 {
     struct radau *r = (struct radau *)scratch;
     (void)t, (void)h, (void)dy, (void)dy1;
@@ -392,5 +408,6 @@ static void radau_interpolate(const double *scratch, int size, double theta, dou
     }
 }
 
-const struct method radau = {"radau", ORDER, 1, radau_scratch, NULL, radau_step, radau_estimates, radau_measure,
-                             radau_prepare, radau_interpolate};
+const struct method radau = {
+    "radau",          ORDER, 1, radau_scratch, NULL, radau_step, radau_estimates, radau_measure, radau_prepare,
+    radau_interpolate};

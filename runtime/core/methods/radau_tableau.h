@@ -3,10 +3,12 @@
 #ifndef CCGEN_RADAU_TABLEAU_H
 #define CCGEN_RADAU_TABLEAU_H
 
+#pragma GCC system_header /* numbers have the digits of long doubles, and are rounded to the core's type without a warning */
+
 enum { STAGES = 3 };
 
-static const double NODE[STAGES] = {
-    0.1550510257216821901802716L, 0.6449489742783178098197284L, 1.000000000000000000000000L};
+static const double NODE[STAGES] = {0.1550510257216821901802716L, 0.6449489742783178098197284L,
+                                    1.000000000000000000000000L};
 
 /* a_ij; the last row is that of the weights */
 static const double ONCE[STAGES][STAGES] = {
@@ -37,7 +39,7 @@ static const double REAL = 0.2748888295956773677478286L;
 static const double COMPLEX_REAL = 0.1625555852021613161260857L, COMPLEX_IMAGINARY = 0.1849493244071407842750912L;
 
 /* estimate of order 3: what the stages less the start give, beside REAL h f at the start */
-static const double ESTIMATE[STAGES] = {
-    -2.762305454748599398349929L, 0.3799355982527288778687474L, -0.09162960986522578924927620L};
+static const double ESTIMATE[STAGES] = {-2.762305454748599398349929L, 0.3799355982527288778687474L,
+                                        -0.09162960986522578924927620L};
 
 #endif

@@ -25,26 +25,26 @@ struct system {
     double *inputs;            /* of the model, constant unless there is a supply */
     /* gives the inputs at a state, if set; a nonzero answer stops the run */
     int (*input_source)(void *context, double t, const double *q, const double *u, double *inputs);
-    void *context;             /* of the supply */
+    void *context;                     /* of the supply */
     struct interruption *interruption; /* of the run, or NULL */
-    double *multipliers;       /* [rows + 2 contacts] scratch: of the last acceleration, or impulses */
-    double *rows;              /* [rows + 2 contacts] scratch */
-    double *bias;              /* [rows + 2 contacts] scratch of the robust path */
-    double *jump;              /* [n] scratch */
-    double *u_dot;             /* [3 n] scratch of system_power and system_derivative */
-    double *zero;              /* [n] zeros: no generalized impulse */
-    double *projected;              /* [2 n] scratch: a state put onto the closure */
-    double missed;             /* by how much the last state put onto the closure missed it (m), */
-    double missed_rate;        /* and its velocities (m/s) */
-    double moved_rate;         /* and by how much that changed them (rad/s, and times length) */
-    int projects_stages;                /* whether derivatives are those of the state put onto the closure */
-    double baumgarte;          /* rate (1/s) at which drift is damped by accelerations; 0: not that way */
-    struct active_set *active;   /* contacts that stay closed, or NULL: constraints/active_set.h */
-    double length;             /* a length of the mechanism (m), the scale of closure */
-    const double *extent;      /* per contact: the scale of its gap, `length` or, of an angle, 1 (rad) */
-    int refine;                /* whether the elimination loses digits that are to be recovered: constraints/refinement.h */
-    double acceleration_scale;              /* size of accelerations that are usual for it: less counts as that much in `inexact` */
-    double refinement_residual;            /* largest relative correction that did not become small, 0 if all did */
+    double *multipliers;               /* [rows + 2 contacts] scratch: of the last acceleration, or impulses */
+    double *rows;                      /* [rows + 2 contacts] scratch */
+    double *bias;                      /* [rows + 2 contacts] scratch of the robust path */
+    double *jump;                      /* [n] scratch */
+    double *u_dot;                     /* [3 n] scratch of system_power and system_derivative */
+    double *zero;                      /* [n] zeros: no generalized impulse */
+    double *projected;                 /* [2 n] scratch: a state put onto the closure */
+    double missed;                     /* by how much the last state put onto the closure missed it (m), */
+    double missed_rate;                /* and its velocities (m/s) */
+    double moved_rate;                 /* and by how much that changed them (rad/s, and times length) */
+    int projects_stages;               /* whether derivatives are those of the state put onto the closure */
+    double baumgarte;                  /* rate (1/s) at which drift is damped by accelerations; 0: not that way */
+    struct active_set *active;         /* contacts that stay closed, or NULL: constraints/active_set.h */
+    double length;                     /* a length of the mechanism (m), the scale of closure */
+    const double *extent;              /* per contact: the scale of its gap, `length` or, of an angle, 1 (rad) */
+    int refine; /* whether the elimination loses digits that are to be recovered: constraints/refinement.h */
+    double acceleration_scale;  /* size of accelerations that are usual for it: less counts as that much in `inexact` */
+    double refinement_residual; /* largest relative correction that did not become small, 0 if all did */
     long evaluations;
     long rank_deficient; /* solutions that took the robust path */
 };

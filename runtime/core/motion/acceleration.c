@@ -76,7 +76,8 @@ static enum outcome accelerate_with(struct system *s, double t, const double *q,
         s->bias[i] = -s->bias[i];
     if (sliding_friction(s, q, s->jump))
         motion.friction = s->jump;
-    const enum outcome outcome = solve_in_nullspace(s, q, held, s->bias, &t, RANK_TOLERANCE, flight_residual, &motion, u_dot, lambda);
+    const enum outcome outcome =
+        solve_in_nullspace(s, q, held, s->bias, &t, RANK_TOLERANCE, flight_residual, &motion, u_dot, lambda);
     *sliding = 0;
     for (int i = 0; i < held && !outcome; i++) {
         s->active->force[i] = lambda[m->rows + i];
@@ -100,13 +101,14 @@ static void set_trial_forces(struct active_set *h, const double *all, int one, d
  * column, then p = (1 - J)^-1 g, then once more for what rounding has lost. Where 1 - J has lost rank or its
  * determinant is negative, friction jams. */
 static enum outcome accelerate_in_nullspace(struct system *s, double t, const double *q, const double *u, double *u_dot,
-                                         double *lambda)
+                                            double *lambda)
 {
     struct active_set *h = s->active;
     int sliding = 0, unused;
     if (active_count(s))
         set_trial_forces(h, NULL, -1, 0.0);
-    double *g = active_count(s) ? h->wanted : s->zero, *J = active_count(s) ? h->W : NULL, *p = active_count(s) ? h->solved : NULL;
+    double *g = active_count(s) ? h->wanted : s->zero, *J = active_count(s) ? h->W : NULL,
+           *p = active_count(s) ? h->solved : NULL;
     enum outcome outcome = accelerate_with(s, t, q, u, u_dot, lambda, g, &sliding);
     if (outcome || !sliding)
         return outcome;
@@ -136,7 +138,7 @@ static enum outcome accelerate_in_nullspace(struct system *s, double t, const do
 }
 
 enum outcome accelerate(struct system *s, double t, const double *q, const double *u, int asked, double *u_dot,
-                               double *lambda)
+                        double *lambda)
 {
     const struct ccgen_model *m = s->model;
     enum outcome outcome = OUTCOME_DONE;
@@ -144,7 +146,8 @@ enum outcome accelerate(struct system *s, double t, const double *q, const doubl
         return OUTCOME_INTERRUPTED;
     s->evaluations++;
     int dependent = m->acceleration(s->k, q, u, t, s->inputs, u_dot, asked || s->refine ? lambda : NULL);
-    if (!dependent && active_count(s)) /* columns of the contacts would each lose digits: both together on the robust path */
+    if (!dependent &&
+        active_count(s)) /* columns of the contacts would each lose digits: both together on the robust path */
         dependent = s->refine ? 1 : add_contact_accelerations(s, q, u, u_dot);
     if (dependent > 1)
         return OUTCOME_JAMMED;
@@ -152,7 +155,8 @@ enum outcome accelerate(struct system *s, double t, const double *q, const doubl
         outcome = accelerate_in_nullspace(s, t, q, u, u_dot, lambda);
     else if (s->refine)
         outcome = refine_acceleration(s, t, q, u, u_dot, lambda);
-    if (!outcome && s->baumgarte > 0.0 && m->rows && !active_count(s)) /* held contacts are projected, and the loops with them */
+    if (!outcome && s->baumgarte > 0.0 && m->rows &&
+        !active_count(s)) /* held contacts are projected, and the loops with them */
         outcome = damp_drift(s, q, u, u_dot);
     for (int i = 0; i < s->n && !outcome; i++)
         if (!isfinite(u_dot[i]))

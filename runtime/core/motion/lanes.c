@@ -42,8 +42,8 @@ static enum outcome supply_lanes(struct system *s, const double *t, const double
     return OUTCOME_DONE;
 }
 
-enum outcome system_acceleration_lanes(struct system *s, const double *t, const double *q, const double *u, double *u_dot,
-                                       double *scratch)
+enum outcome system_acceleration_lanes(struct system *s, const double *t, const double *q, const double *u,
+                                       double *u_dot, double *scratch)
 {
     const struct ccgen_model *m = s->model;
     const int lanes = m->lanes, n = s->n;

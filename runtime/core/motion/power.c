@@ -43,7 +43,7 @@ static enum outcome driven_power(struct system *s, double t, const double *q, co
 }
 
 enum outcome power_with(struct system *s, double t, const double *q, const double *u, const double *u_dot,
-                               const double *lambda, double *power)
+                        const double *lambda, double *power)
 {
     const struct ccgen_model *m = s->model;
     *power = 0.0;

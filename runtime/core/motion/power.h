@@ -9,7 +9,7 @@
 enum outcome system_power(struct system *s, double t, const double *q, const double *u, double *power);
 
 /* The same with the u_dot[n], lambda[rows] and forces of the state, where they are known */
-enum outcome power_with(struct system *s, double t, const double *q, const double *u, const double *u_dot, const double *lambda,
-                        double *power);
+enum outcome power_with(struct system *s, double t, const double *q, const double *u, const double *u_dot,
+                        const double *lambda, double *power);
 
 #endif

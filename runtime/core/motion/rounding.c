@@ -8,8 +8,8 @@
 #include "motion/acceleration.h"
 
 /* What refinement changes in x[n], the accelerations on the robust path; no contacts may be held */
-static double change_by_refinement(struct system *s, double t, const double *q, const double *u, double *x, double *lambda,
-                                   double *refined)
+static double change_by_refinement(struct system *s, double t, const double *q, const double *u, double *x,
+                                   double *lambda, double *refined)
 {
     const int refine = s->refine;
     const double inexact = s->refinement_residual;

@@ -56,7 +56,8 @@ enum outcome switching_functions(struct system *s, double t, const double *y, do
             values[count++] = limit - held; /* pulled forward no harder than that: it gives backward */
             values[count++] = limit + held;
         } else if (tangential(h->mode[i])) { /* at the limit it is at rest, or creeps against its friction */
-            const double creeps = h->mode[i] == AT_LIMIT_FORWARD || h->mode[i] == AT_LIMIT_BACKWARD ? CREEP * s->length : 0.0;
+            const double creeps =
+                h->mode[i] == AT_LIMIT_FORWARD || h->mode[i] == AT_LIMIT_BACKWARD ? CREEP * s->length : 0.0;
             values[count++] = against(h->mode[i]) * h->slips[contact] + creeps;
         }
     }

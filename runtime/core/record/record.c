@@ -37,8 +37,7 @@ int append_impact(struct impacts *r, double t, const double *u_minus, const doub
         const size_t room = r->room ? 2 * r->room : 64;
         if (grow(&r->t, room, sizeof *r->t) || grow(&r->energy_loss, room, sizeof *r->energy_loss) ||
             grow(&r->first, room + 1, sizeof *r->first) || grow(&r->after, room, sizeof *r->after) ||
-            grow(&r->u_minus, room * n, sizeof *r->u_minus) ||
-            grow(&r->u_plus, room * n, sizeof *r->u_plus))
+            grow(&r->u_minus, room * n, sizeof *r->u_minus) || grow(&r->u_plus, room * n, sizeof *r->u_plus))
             return 1;
         r->room = room;
     }
@@ -74,7 +73,8 @@ static double weight_of(const struct active_set *h, int c)
 }
 
 /* Whether contacts are held as the last record says, or apart where there is none yet */
-static int held_as_before(const struct mode_history *r, int contacts, const signed char *mode, const struct active_set *h)
+static int held_as_before(const struct mode_history *r, int contacts, const signed char *mode,
+                          const struct active_set *h)
 {
     size_t next = r->count ? r->first[r->count - 1] : r->contact_count;
     for (int c = 0; c < contacts; c++) {

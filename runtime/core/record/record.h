@@ -35,6 +35,7 @@ struct mode_history {
 int append_row(struct record *record, double t, const double *y, size_t width);
 int append_impact(struct impacts *impacts, double t, const double *u_minus, const double *u_plus, size_t n, int count,
                   const int *contact, const double *impulse, double energy_loss, size_t after);
-int append_modes(struct mode_history *modes, double t, int contacts, const signed char *mode, const struct active_set *active);
+int append_modes(struct mode_history *modes, double t, int contacts, const signed char *mode,
+                 const struct active_set *active);
 
 #endif

@@ -16,7 +16,7 @@ struct run {
     struct tolerance tolerance;
     const double *stops; /* [stop_count] times that grow, at which steps end: the right side has kinks there */
     size_t stop_count;
-    double fixed_step; /* 0: steps chosen by the error estimate */
+    double fixed_step;  /* 0: steps chosen by the error estimate */
     long step_budget;   /* of the run */
     long second_budget; /* steps and events of one simulated second */
     const struct method *method;
@@ -27,11 +27,11 @@ struct run {
     struct impacts impacts;
     struct mode_history modes;
     enum outcome outcome;
-    double t;            /* where it ended */
-    int contact;         /* contact at fault, or -1 */
+    double t;    /* where it ended */
+    int contact; /* contact at fault, or -1 */
     long steps, rejected;
-    double second;       /* when the present second began */
-    long spent_before;   /* steps and events before that */
+    double second;     /* when the present second began */
+    long spent_before; /* steps and events before that */
     long events;
 };
 

@@ -15,9 +15,9 @@
 
 static const double KEPT = 1.0;       /* times the tolerance: what a step may miss of the energy that moves */
 static const double ROUNDING = 256.0; /* times DBL_EPSILON and the energy: sums of its parts */
-static const double FAR = 0.1;        /* of the energy that moves: a step of fixed length that misses as much is wrong */
-static const double TANGENT = 16.0;   /* times DBL_EPSILON / sigma^2: what the direction of the motion is known to */
-static const double OFTEN = 0.1;      /* of what a step may miss: less than that is not looked into */
+static const double FAR = 0.1;      /* of the energy that moves: a step of fixed length that misses as much is wrong */
+static const double TANGENT = 16.0; /* times DBL_EPSILON / sigma^2: what the direction of the motion is known to */
+static const double OFTEN = 0.1;    /* of what a step may miss: less than that is not looked into */
 
 /* Share that is not known of the work of friction, and of whatever else takes energy: at the distance sigma from dependence,
  * where contacts are pressed as hard as 1 / sigma, velocities are known to rounding / sigma^2 only. It is lost whatever it is. */

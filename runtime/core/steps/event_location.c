@@ -9,7 +9,7 @@
 
 const double DEEP = 1e-12;
 static const double JUMP = 1e-3; /* of what a watched value was: more is not the rounding of its zero */
-enum { LANDINGS = 60 }; /* steps towards an event; three to five are usual */
+enum { LANDINGS = 60 };          /* steps towards an event; three to five are usual */
 
 /* Step again from (t, y) so that the step ends at the event: Newton on the gap, kept inside the bracket of what is known.
  * y1 is then the state at t + h, as accurate as any step's end. */
@@ -46,12 +46,14 @@ static enum outcome locate_gap_event(struct phase *f, struct event event)
 static enum outcome locate_mode_event(struct phase *f, struct event event)
 {
     double *value = f->search + f->s->size, low = 0.0, high = event.behind * f->h, h = event.theta * f->h;
-    enum outcome outcome = event.behind < 1.0 ? projected_step(f, high) : OUTCOME_DONE; /* it may be positive again at the end */
+    enum outcome outcome =
+        event.behind < 1.0 ? projected_step(f, high) : OUTCOME_DONE; /* it may be positive again at the end */
     outcome = outcome ? outcome : switching_functions(f->s, f->t + high, f->y1, f->dy1, value);
     const double end = value[event.watch];
     outcome = outcome ? outcome : switching_functions(f->s, f->t, f->y, f->dy1, value);
     double at_low = value[event.watch];
-    for (int i = 0; !outcome && at_low <= 0.0 && event.theta > 0.0 && i < LANDINGS; i++) { /* zero at first, then positive */
+    for (int i = 0; !outcome && at_low <= 0.0 && event.theta > 0.0 && i < LANDINGS;
+         i++) { /* zero at first, then positive */
         low = ldexp(h, -i - 1);
         outcome = projected_step(f, low);
         outcome = outcome ? outcome : switching_functions(f->s, f->t + low, f->y1, f->dy1, value);

@@ -14,14 +14,17 @@
 
 #include "motion/switching.h"
 
-static const double TURN = 0.25;  /* rad by which links turn against each other in a piece */
+static const double TURN = 0.25;                   /* rad by which links turn against each other in a piece */
 static const double ROUNDING = 64.0 * DBL_EPSILON; /* times the largest force: what forces are known to */
-static const double CREEPS = 1e-10;  /* times length per second: what sliding is known to */
-static const double NEAR = 10.0;     /* times what samples do not foretell of a value: nearer to zero it is looked at more closely */
-static const double UNEVEN = 0.1;    /* of a value: what samples do not foretell may be rounding where loops are all but flat */
-static const double SHALLOW = 0.1;   /* of the samples: a parabola that is least above that has not come near zero */
-static const double WIDER = 6.0;     /* how much longer than the last a first window may be: as much as steps grow */
-static const double LEAST = 1.0 / 256.0; /* of the first window of a step: a value that is still not resolved has jumped */
+static const double CREEPS = 1e-10;                /* times length per second: what sliding is known to */
+static const double NEAR =
+    10.0; /* times what samples do not foretell of a value: nearer to zero it is looked at more closely */
+static const double UNEVEN =
+    0.1; /* of a value: what samples do not foretell may be rounding where loops are all but flat */
+static const double SHALLOW = 0.1; /* of the samples: a parabola that is least above that has not come near zero */
+static const double WIDER = 6.0;   /* how much longer than the last a first window may be: as much as steps grow */
+static const double LEAST =
+    1.0 / 256.0; /* of the first window of a step: a value that is still not resolved has jumped */
 enum { SAMPLES = 8, ITERATIONS = 100, HALVINGS = 40, DIPS = 12 };
 
 /* 128 times what the samples 1, 3, 5 and 7 are if a polynomial of degree 4 goes through 0, 2, 4, 6 and 8 */
@@ -126,7 +129,8 @@ static double root(struct search *search, double (*f)(struct search *, int, doub
 }
 
 /* First event of one contact between theta a and b, or 2 when there is none. */
-static double first_event_in_interval(struct search *search, int contact, double a, double ga, double ra, double b, double gb, double rb)
+static double first_event_in_interval(struct search *search, int contact, double a, double ga, double ra, double b,
+                                      double gb, double rb)
 {
     const double extent = search->s->extent[contact], slow = search->slow * extent;
     if (ga <= 0.0 || (ga <= SHUT * extent && fabs(ra) <= slow)) {
@@ -145,7 +149,8 @@ static double first_event_in_interval(struct search *search, int contact, double
         const double highest = gap(search, contact, top);
         return highest > 0.0 ? root(search, gap, contact, top, highest, b, gb) : top;
     }
-    if (gb <= 0.0 && ra > 0.0 && rb < 0.0) { /* it rises first: past the top there is one entry, and no rounding near a */
+    if (gb <= 0.0 && ra > 0.0 &&
+        rb < 0.0) { /* it rises first: past the top there is one entry, and no rounding near a */
         const double top = root(search, rate, contact, a, ra, b, rb);
         const double highest = gap(search, contact, top);
         return highest > 0.0 ? root(search, gap, contact, top, highest, b, gb < 0.0 ? gb : -1e-300) : top;
@@ -170,8 +175,9 @@ static struct event first_closing(struct search *search)
     double *gap_a = search->value + 2 * contacts, *rate_a = gap_a + contacts;
     double *gap_b = rate_a + contacts, *rate_b = gap_b + contacts;
     sample(search, 0.0, gap_a, rate_a);
-    for (long i = 0; i < search->interval_count && first.contact < 0 && !interrupted(search->s->interruption, contacts); i++) {
-        const double a = (double)i / search->interval_count, b = (i + 1.0) / search->interval_count;
+    for (long i = 0; i < search->interval_count && first.contact < 0 && !interrupted(search->s->interruption, contacts);
+         i++) {
+        const double whole = (double)search->interval_count, a = (double)i / whole, b = ((double)i + 1.0) / whole;
         sample(search, b, gap_b, rate_b);
         for (int c = 0; c < contacts; c++) {
             if (s->active && s->active->closed[c])
@@ -284,8 +290,8 @@ static double dip(struct search *search, int index, double a, double width, cons
 }
 
 /* First event of watched value `index` among the samples of a window from theta a on, `width` apart, or 2 */
-static double first_in_window(struct search *search, int index, int count, double a, double width, const double *samples,
-                              double *behind)
+static double first_in_window(struct search *search, int index, int count, double a, double width,
+                              const double *samples, double *behind)
 {
     double v[SAMPLES + 1];
     for (int i = 0; i <= SAMPLES; i++)
@@ -313,9 +319,10 @@ static struct event first_loss(struct search *search)
     struct active_set *h = search->s->active;
     const int count = switching_count(search->s);
     double *samples = search->value + 3 * search->s->model->contacts, behind;
-    const double widest = (double)SAMPLES / search->interval_count;
+    const double widest = (double)SAMPLES / (double)search->interval_count;
     const double least = LEAST * widest;
-    double window = h->window > 0.0 ? fmin(widest, fmax(least, WIDER * h->window / search->h)) : widest, before = INFINITY;
+    double window = h->window > 0.0 ? fmin(widest, fmax(least, WIDER * h->window / search->h)) : widest,
+           before = INFINITY;
     int rounding = 0;
     watch_at(search, 0.0, samples);
     for (double a = 0.0; a < 1.0 && first.contact < 0;) {
@@ -349,8 +356,8 @@ size_t search_scratch(const struct system *s)
     return 2 * (size_t)s->size + (3 + 3 * (SAMPLES + 1)) * (size_t)s->model->contacts + 3 * (size_t)s->model->links;
 }
 
-struct event find_event(struct system *s, const struct method *method, const double *steps, double t, double h, double slow,
-                        double *scratch)
+struct event find_event(struct system *s, const struct method *method, const double *steps, double t, double h,
+                        double slow, double *scratch)
 {
     double *value = scratch + 2 * s->size;
     struct search search = {s, method, steps, t, h, scratch, scratch + s->size, value, slow, SAMPLES};

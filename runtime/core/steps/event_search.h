@@ -9,7 +9,7 @@ enum { CLOSES = -1, LOST = -2, FLAT = -3 };
 struct event {
     int contact;  /* -1: none */
     double theta; /* part of the step */
-    int watch;    /* CLOSES: the contact's gap; LOST: it was carried, and is not; FLAT: it was closed where rows of the closure
+    int watch; /* CLOSES: the contact's gap; LOST: it was carried, and is not; FLAT: it was closed where rows of the closure
                    * are lost; else the watched value that is negative */
     double behind; /* part of the step at which that value is negative */
 };
@@ -19,8 +19,8 @@ struct event {
  * within the step is one. A contact that is closed at the start of the step falls only if its rate is below -slow times
  * its extent, or if it never opens. Held contacts do not fall; with them an event is that a watched value becomes negative.
  * `scratch` has search_scratch numbers. */
-struct event find_event(struct system *s, const struct method *method, const double *steps, double t, double h, double slow,
-                        double *scratch);
+struct event find_event(struct system *s, const struct method *method, const double *steps, double t, double h,
+                        double slow, double *scratch);
 size_t search_scratch(const struct system *s);
 
 #endif

@@ -24,11 +24,12 @@
 static const double MARGIN = 4.0;                 /* a gap is the sum of several such dx */
 static const double ROUNDING = 2.0 * DBL_EPSILON; /* times length and links: what sums of their places are known to */
 static const double WIDER = 4.0;                  /* times what is unknown: what is closed where steps get no further */
-static const double TURNS = 4.0;                  /* times dx and links: sigma where links turned by dx make rows depend */
-static const double ADDED = 1e-13;                /* times the energy: more than that would not be rounding */
-static const double ASTRAY = 1e-4;                /* of the energy in motion: more than that would be an impact */
-static const double STRAIGHT = CCGEN_LIMIT(1e-12, 1e-5); /* times speed^2: what is left of the closure's second derivative */
-static const double ASIDE = CCGEN_LIMIT(1e-4, 1e-2);     /* rad: a difference quotient's step */
+static const double TURNS = 4.0;   /* times dx and links: sigma where links turned by dx make rows depend */
+static const double ADDED = 1e-13; /* times the energy: more than that would not be rounding */
+static const double ASTRAY = 1e-4; /* of the energy in motion: more than that would be an impact */
+static const double STRAIGHT =
+    CCGEN_LIMIT(1e-12, 1e-5); /* times speed^2: what is left of the closure's second derivative */
+static const double ASIDE = CCGEN_LIMIT(1e-4, 1e-2); /* rad: a difference quotient's step */
 enum { PASSES = 20 };
 
 /* What is unknown, times length, at the distance sigma of a closure that misses by `miss` times length (eq. 8.3) */
@@ -130,7 +131,8 @@ static double bend(struct system *s, const double *q, const double *u, const dou
 }
 
 /* work[2 n]: the gradient of bend(u), and M^-1 times it with loops shut and held contacts at rest. Their product, or 0. */
-static double second_order_gradient(struct system *s, const double *q, const double *lambda, double speed, double *u, double *work)
+static double second_order_gradient(struct system *s, const double *q, const double *lambda, double speed, double *u,
+                                    double *work)
 {
     const int n = s->n, rows = active_rows(s, 1);
     double *gradient = work, *du = work + n, product = 0.0;
@@ -143,7 +145,8 @@ static double second_order_gradient(struct system *s, const double *q, const dou
         u[i] = here;
     }
     memset(s->bias, 0, (s->model->rows + rows) * sizeof *s->bias);
-    if (!(speed > 0.0) || solve_in_nullspace(s, q, rows, s->bias, NULL, RANK_TOLERANCE, momentum_residual, gradient, du, s->multipliers))
+    if (!(speed > 0.0) ||
+        solve_in_nullspace(s, q, rows, s->bias, NULL, RANK_TOLERANCE, momentum_residual, gradient, du, s->multipliers))
         return 0.0;
     for (int i = 0; i < n; i++)
         product += gradient[i] * du[i];
@@ -158,7 +161,8 @@ static enum outcome commit_snap(struct phase *f, int count)
     double parts[2];
     f->s->model->energy(f->s->k, f->y, f->y + f->s->n, parts);
     const double loss = parts[0] + parts[1] - energy(f, f->y1);
-    const double seen = fmax(run->tolerance.rtol * fmax(f->energy_in_motion, parts[0]), ADDED * fabs(parts[0] + parts[1]));
+    const double seen =
+        fmax(run->tolerance.rtol * fmax(f->energy_in_motion, parts[0]), ADDED * fabs(parts[0] + parts[1]));
     const size_t n = f->s->n;
     if (record_state(f))
         return OUTCOME_NO_MEMORY;
@@ -177,7 +181,8 @@ static int project_to_tangent_cone(struct phase *f)
 {
     struct system *s = f->s;
     const int rows = s->model->rows + s->model->drives;
-    double *u = f->y1 + s->n, *lambda = malloc((rows + 2 * s->n) * sizeof *lambda), *work = lambda ? lambda + rows : NULL;
+    double *u = f->y1 + s->n, *lambda = malloc((rows + 2 * s->n) * sizeof *lambda),
+           *work = lambda ? lambda + rows : NULL;
     int done = lambda != NULL;
     for (int number = 0; done && left_null_vector(s, f->y1, number, lambda); number++) {
         const double speed = fastest(s, u);
@@ -355,7 +360,8 @@ enum outcome snap_to_singularity(struct phase *f, int stuck, int *closed)
     }
     const int rank = row_rank(s, f->y, &sigma);
     const double gap_uncertainty = unknown(sigma, miss);
-    for (int wider = 0; sigma <= TURNS * s->model->links * gap_uncertainty && wider <= stuck && !*closed && !outcome; wider++)
+    for (int wider = 0; sigma <= TURNS * s->model->links * gap_uncertainty && wider <= stuck && !*closed && !outcome;
+         wider++)
         *closed = snap_below(f, (wider ? WIDER : 1.0) * gap_uncertainty, miss, rank, &outcome);
     if (!*closed && rank < rows && !outcome) /* a row that is left out already: how near, is not known either */
         *closed = snap_below(f, MARGIN * RANK_TOLERANCE, miss, rank + 1, &outcome);

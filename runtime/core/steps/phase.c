@@ -13,7 +13,7 @@
 static const double EARLY = 0.05;           /* part of a step: events before it are looked for in a shorter step */
 static const double LONGEST_REBOUND = 10.0; /* times the flight before an impact: the first step tried after it */
 static const double CRAWL = CCGEN_LIMIT(1e-8, 1e-4); /* rad, and times length: what is unknown near a line of links */
-static const double ADRIFT = 1e-11;         /* times extent: the gap of a carried contact that is not closed any more */
+static const double ADRIFT = 1e-11; /* times extent: the gap of a carried contact that is not closed any more */
 enum {
     SHORTER = 60, /* shorter steps in search of an early event */
     CRAWLS = 20,  /* steps in a row that move nothing, before what they might be stuck at is looked at */
@@ -23,9 +23,11 @@ enum {
 int make_phase(struct phase *f)
 {
     const size_t n = f->s->size, c = f->s->model->contacts, scratch = f->run->method->scratch(f->s);
-    const int passes = f->s->model->rows && f->s->model->stages && f->run->method != &gauss && f->run->fixed_step == 0.0;
+    const int passes =
+        f->s->model->rows && f->s->model->stages && f->run->method != &gauss && f->run->fixed_step == 0.0;
     const size_t passing = passes ? gauss.scratch(f->s) : 0;
-    f->block = calloc(4 * n + scratch + passing + search_scratch(f->s) + 5 * c + 1, sizeof *f->block); /* a method finds zeros */
+    f->block = calloc(4 * n + scratch + passing + search_scratch(f->s) + 5 * c + 1,
+                      sizeof *f->block); /* a method finds zeros */
     f->set = malloc((c + 1) * sizeof *f->set);
     f->y = f->block;
     if (make_active_set(&f->active, f->s->model) || !f->block || !f->set)
@@ -159,7 +161,8 @@ enum outcome integrate_to_event(struct phase *f, struct event *event)
             outcome = locate_event(f, *event);
         if (!outcome && event->contact >= 0 && f->h > shortest(f) && outruns_velocity(f))
             outcome = OUTCOME_STEP_TOO_SMALL;
-        if (!outcome && f->h != f->energy_h && f->h > shortest(f) && energy_residual(f) > 1.0) /* a shorter one than accepted */
+        if (!outcome && f->h != f->energy_h && f->h > shortest(f) &&
+            energy_residual(f) > 1.0) /* a shorter one than accepted */
             outcome = OUTCOME_STEP_TOO_SMALL;
         const int behind = outcome ? -1 : penetrating_contact(f);
         if (behind >= 0 && (f->s->active->closed[behind] == WATCHED || f->h > shortest(f))) {

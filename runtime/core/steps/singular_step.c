@@ -24,9 +24,10 @@ static const double MAGNIFIED = 4.0; /* times what it missed, the way back of a 
 static const double DEEP = 0.05;     /* how much nearer to dependence than elsewhere in the step rows come in passing */
 static const double SHALLOW = 0.3;   /* the same at a first look */
 static const double LAST = 1.5;      /* parts of the step: so far ahead a configuration is looked for */
-static const double ASIDE = 0.05;    /* part of the step: a configuration as far from where it was taken to be is placed anew */
-static const double NEARLY = 1e-6;   /* relative: what the length of a step need not be changed by */
-enum { LOOKS = 8, ROUNDS = 4 };      /* each round looks at a quarter of the last one's part of the step */
+static const double ASIDE =
+    0.05; /* part of the step: a configuration as far from where it was taken to be is placed anew */
+static const double NEARLY = 1e-6; /* relative: what the length of a step need not be changed by */
+enum { LOOKS = 8, ROUNDS = 4 };    /* each round looks at a quarter of the last one's part of the step */
 
 /* Parts of a step at which a configuration is farthest from the stages of collocation: before the first one, and halfway between
  * two. One that lies later than the last is approached by a step of its own. */
@@ -44,8 +45,8 @@ static double rate_allowed(const struct phase *f)
 static int off_the_closure(const struct phase *f)
 {
     const struct system *s = f->s;
-    return s->missed_rate > BESIDE * rate_allowed(f) * s->length
-           || s->missed > BESIDE * (f->run->tolerance.atol + f->run->tolerance.rtol) * s->length;
+    return s->missed_rate > BESIDE * rate_allowed(f) * s->length ||
+           s->missed > BESIDE * (f->run->tolerance.atol + f->run->tolerance.rtol) * s->length;
 }
 
 /* Whether putting it back has changed its velocities by a good part of what their error may be and by much more than they missed, where
@@ -98,7 +99,8 @@ int crosses_singularity(struct phase *f, enum outcome back, double error, const 
     double part;
     if (!projects(f) || !f->s->model->rows || f->run->fixed_step > 0.0)
         return 0;
-    if (!(back || error > WILD || off_the_closure(f) || (error <= 1.0 && thrown(f))) || !nearest_part(f, end, LAST, &part))
+    if (!(back || error > WILD || off_the_closure(f) || (error <= 1.0 && thrown(f))) ||
+        !nearest_part(f, end, LAST, &part))
         return 0;
     f->place = f->t + part * f->h;
     return 1;

@@ -9,9 +9,11 @@
 #include "motion/projection.h"
 
 static const struct tolerance TO_ROUNDING = {0.0, 0.0};
-static const double UNEVEN = 1e-3;   /* of the tolerance: what iterations may leave that do not go to rounding */
-static const double BELIEVED = 0.1;  /* of an error is there, whatever of it lies across the closure: steps are a third longer at most */
-static const double DRIVEN = CCGEN_LIMIT(1e-8, 1e-3); /* rad and rad/s, or m: more is not the rounding of a driven joint */
+static const double UNEVEN = 1e-3; /* of the tolerance: what iterations may leave that do not go to rounding */
+static const double BELIEVED =
+    0.1; /* of an error is there, whatever of it lies across the closure: steps are a third longer at most */
+static const double DRIVEN =
+    CCGEN_LIMIT(1e-8, 1e-3); /* rad and rad/s, or m: more is not the rounding of a driven joint */
 const double REST_SPEED = 1e-10;
 
 double rest_velocity(const struct phase *f, int contact)
@@ -80,7 +82,8 @@ enum outcome unprojected_step(struct phase *f, double h, struct tolerance tolera
 
 enum outcome evaluate_end_derivative(struct phase *f)
 {
-    return f->run->method->derivatives || f->by != f->run->method ? system_derivative(f->s, f->t + f->h, f->y1, f->dy1) : OUTCOME_DONE;
+    return f->run->method->derivatives || f->by != f->run->method ? system_derivative(f->s, f->t + f->h, f->y1, f->dy1)
+                                                                  : OUTCOME_DONE;
 }
 
 enum outcome step_error(struct phase *f, double *error)
@@ -108,7 +111,8 @@ enum outcome projected_step(struct phase *f, double h)
 {
     const struct tolerance tolerance = f->run->tolerance, little = {UNEVEN * tolerance.atol, UNEVEN * tolerance.rtol};
     enum outcome outcome = unprojected_step(f, h, TO_ROUNDING);
-    if (outcome == OUTCOME_NO_CONVERGENCE && little.rtol > 0.0) { /* loads that all but cancel have a rounding of their own */
+    if (outcome == OUTCOME_NO_CONVERGENCE &&
+        little.rtol > 0.0) { /* loads that all but cancel have a rounding of their own */
         double error = INFINITY;
         outcome = unprojected_step(f, h, little);
         outcome = outcome ? outcome : step_error(f, &error);

@@ -24,16 +24,17 @@ struct phase {
     double *gaps, *rates, *e, *P;
     int *set;
     struct active_set active; /* of the system */
-    double energy[2], energy_end[2]; /* kinetic and potential, at y if it is known, and at the end of a step of length energy_h */
-    double energy_h, energy_in_motion;   /* and the largest energy that has been in motion */
+    double energy[2],
+        energy_end[2]; /* kinetic and potential, at y if it is known, and at the end of a step of length energy_h */
+    double energy_h, energy_in_motion; /* and the largest energy that has been in motion */
     int energy_known;
     double stretch, stretch_end; /* length and end of a step that was refused for the energy it missed */
-    double place;           /* time at which a singular configuration is passed, or NAN: none is known */
-    double own;             /* length of the step there that the run's own method would have taken */
-    enum passage passage;   /* how the step lies to it */
-    int bounded;            /* whether the step may not go on past its end */
+    double place;                /* time at which a singular configuration is passed, or NAN: none is known */
+    double own;                  /* length of the step there that the run's own method would have taken */
+    enum passage passage;        /* how the step lies to it */
+    int bounded;                 /* whether the step may not go on past its end */
     double gap_uncertainty;      /* gaps so small, relative to the contact's extent, are not known: flat_loop.h */
-    double flat;            /* when the state was last put where closure rows are lost */
+    double flat;                 /* when the state was last put where closure rows are lost */
 };
 
 /* speed (times extent per second) below which a contact does not bounce */

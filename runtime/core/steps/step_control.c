@@ -65,7 +65,8 @@ static enum outcome project_and_place(struct phase *f, const double *error, int 
     double *end = f->dy1;
     memcpy(end, f->y1, (size_t)f->s->size * sizeof *end);
     const enum outcome back = project_step_end(f);
-    *again = f->passage == FREE ? crosses_singularity(f, back, *error, end) : !back && *error <= 1.0 && misplaced(f, end);
+    *again =
+        f->passage == FREE ? crosses_singularity(f, back, *error, end) : !back && *error <= 1.0 && misplaced(f, end);
     return *error <= 1.0 ? back : OUTCOME_DONE;
 }
 
