@@ -27,12 +27,13 @@ make: found no C compiler, expected cc, gcc or clang; install one and run make a
 endef
 export NO_COMPILER
 
-.PHONY: help hexagon test hard fuzz fuzz-mechanisms lint warnings types diff golden benchmarks formulations clean
+.PHONY: help hexagon test hard fuzz fuzz-mechanisms lint warnings sanitize types diff golden benchmarks formulations clean
 
 help:
 	@echo "make hexagon     simulate the falling hexagon and draw it"
 	@echo "make test        run the tests; ARGS=\"-k impact\" goes to pytest"
 	@echo "make hard        the hard cases and the figures they reach"
+	@echo "make sanitize    the hard cases and 100 random tosses under the sanitizers, with gcc on Linux"
 	@echo "make fuzz        5,000 random loops on random grounds, others with SEED=1"
 	@echo "make fuzz-mechanisms  random mechanisms against the dense reference, COUNT=1000"
 	@echo "make lint        ruff, and clang-format for the core"
@@ -59,6 +60,23 @@ test: $(VENV)/test
 
 hard: $(VENV)/test
 	@CCGEN_LARGE=1 CCGEN_ROUNDINGS=1 $(BIN)/python -m pytest -q tests/hard --deselect tests/hard/test_fuzz.py $(ARGS)
+
+# The core and all models with the address and the undefined-behaviour sanitizer, in an environment of their own: what reads
+# or writes beside its arrays, or overflows, ends the run there. Python itself keeps memory to its end: leaks are not asked for.
+SANITIZED := .cache/sanitized
+SANITIZERS := -fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer
+SANITIZED_TESTS ?= tests/hard
+
+sanitize: $(SANITIZED)/installed
+	@LD_PRELOAD=$$($(CC) -print-file-name=libasan.so) ASAN_OPTIONS=detect_leaks=0:allocator_may_return_null=1 \
+		CC="$(CC) $(SANITIZERS)" CCGEN_CACHE_DIR=$(SANITIZED)/cache CCGEN_FUZZ=100 \
+		$(SANITIZED)/bin/python -m pytest -q -p no:cacheprovider $(SANITIZED_TESTS) $(ARGS)
+
+$(SANITIZED)/installed: $(COMPILED) pyproject.toml setup.py $(wildcard generator/*/*.py runtime/*.py runtime/*/*.py)
+	$(PYTHON) -m venv --clear $(SANITIZED)
+	CFLAGS="$(SANITIZERS) -g -O1" LDFLAGS="$(SANITIZERS)" $(SANITIZED)/bin/python -m pip --disable-pip-version-check install --quiet \
+		'.[test]'
+	@touch $@
 
 fuzz: $(VENV)/test
 	@CCGEN_FUZZ=5000 $(if $(SEED),CCGEN_FUZZ_SEED=$(SEED)) $(BIN)/python -m pytest -q -s tests/hard/test_fuzz.py $(ARGS)
