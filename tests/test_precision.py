@@ -14,9 +14,9 @@ from typer.testing import CliRunner
 
 from ccgen.generator import generate, load_scene, loop
 from ccgen.generator.cli.app import app
-from ccgen.generator.emit.expressions import C
-from ccgen.generator.emit.precision import PRECISIONS
+from ccgen.generator.program.dialects import C
 from ccgen.generator.program.terms import Sum
+from ccgen.generator.write_c.precision import PRECISIONS
 from ccgen.runtime import load_model, methods, simulate, static_equilibrium
 from ccgen.runtime.accuracy import compare, errors, refer
 from ccgen.runtime.drives import drive_rows

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from ..emit.compiler import CompileError
-from ..emit.replace import OutputError
+from ..compile.compiler import CompileError
+from ..package.replace import OutputError
 from ..pipeline import generate
 from .detail import Detail
 from .folders import MODELS, check_folder, check_results, record_results

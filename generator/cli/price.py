@@ -12,11 +12,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 import typer
 
-from ..emit.compiler import CompileError
-from ..emit.replace import OutputError
-from ..pipeline import fold_price, generate, prices
+from ..compile.compiler import CompileError
+from ..package.replace import OutputError
+from ..pipeline import generate
 from ..program.errors import FoldError
 from ..scene import Scene
+from ..stages import fold_price, prices
 from .detail import Detail
 from .folders import record_results
 from .progress import Silence, progress

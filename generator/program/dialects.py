@@ -7,7 +7,7 @@ from fractions import Fraction
 
 import sympy as sp
 
-from ..program.terms import ONE, Call, Element, Gathered, Name, Negative, Number, Power, Product, Sum, Term, term
+from .terms import ONE, Call, Element, Gathered, Name, Negative, Number, Power, Product, Sum, Term, term
 
 
 @dataclass(frozen=True)

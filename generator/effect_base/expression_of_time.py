@@ -14,12 +14,13 @@ from pydantic import PlainValidator
 from pydantic_core import PydanticCustomError
 
 from ..mechanism.links import Parameter
+from .angle import read_angle
 
 if TYPE_CHECKING:
     from sympy import Expr
 
-    from ..derive.derivation import Let
     from ..derive.motion import Motion
+    from ..derive.terms_of_effects import Let
 
 FUNCTIONS: dict[str, Callable[[float], float]] = {
     "sin": math.sin,
@@ -267,8 +268,6 @@ def _number(value: float) -> Expr:
 
 def read_angle_law(value: object) -> float | Expression:
     """As :func:`read_law`; an angle may also be written ``"30 deg"``."""
-    from ..scene.schema import read_angle
-
     try:
         angle = read_angle(value)
     except PydanticCustomError:

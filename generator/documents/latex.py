@@ -8,11 +8,11 @@ from collections.abc import Iterable, Iterator, Sequence
 import sympy as sp
 from sympy.printing.latex import LatexPrinter
 
-from ..derive.equations import Assignment, Block, Equations, Kernel, Output
 from ..derive.expanded import ExpandedForm
-from ..derive.names import State
+from ..equations.equations import Assignment, Block, Equations, Kernel, Output
+from ..equations.names import State
+from ..program.dialects import LISTING, write
 from ..program.prices import Price
-from .expressions import LISTING, write
 from .price_table import HEADINGS, price_rows
 
 Summary = tuple[tuple[str, tuple[str, ...]], ...]

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from ..derive.equations import Block, Equations
+from ..equations.equations import Block, Equations
 from ..mechanism.topology import Topology
+from ..program.dialects import LISTING, write
 from ..scene.scene import Scene
-from .expressions import LISTING, write
 
 HEAD = "ccgen equations, format 1"
 

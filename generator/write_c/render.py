@@ -9,9 +9,9 @@ from functools import cache
 import jinja2
 
 from ..program.routine import Routines
-from .c import Writer
 from .lanes import over_lanes, over_states
 from .precision import DOUBLE, Precision
+from .routines import Writer
 
 MEMBERS = {"points": "point_positions"}
 """Kernels whose place in the contract has another name."""

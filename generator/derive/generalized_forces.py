@@ -7,11 +7,8 @@ from collections.abc import Mapping
 import sympy as sp
 
 from ..mechanism.links import GROUND
-from .kinematics import ZERO, Kinematics, Vector, add, dot, perp
-
-Wrench = tuple[Vector, sp.Expr]
-"""A force, and a moment about the inboard point of the link it acts on."""
-NO_LOAD: Wrench = (ZERO, sp.S.Zero)
+from .kinematics import Kinematics
+from .vectors import ZERO, Wrench, add, dot, perp
 
 
 def gather_inwards(

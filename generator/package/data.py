@@ -6,9 +6,9 @@ from collections.abc import Collection
 
 import sympy as sp
 
-from ..derive.equations import Equations
-from ..derive.names import State, sliding_name
-from ..effects.effect import Effect
+from ..effect_base.effect import Effect
+from ..equations.equations import Equations
+from ..equations.names import State, sliding_name
 from ..mechanism.links import GROUND, Parameter, Point
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.topology import Topology
@@ -49,7 +49,7 @@ def model_data(scene: Scene, topology: Topology, equations: Equations, hash_: st
         "drives": [_drive(mechanism, effect) for effect in scene.effects if effect.driven()],
         "inputs": [name for effect in scene.effects for name in effect.inputs()],
         "instants": [p.path for effect in scene.effects for p in effect.instants()],
-        "contacts": [[contact.name, contact.ground] for contact in equations.contacts],
+        "contacts": [[contact.point, contact.ground] for contact in equations.contacts],
         "stops": [contact.ground for contact in equations.contacts if contact.angular],
         "grounds": [plane for effect in scene.effects for plane in _planes(effect)],
         "law": _law(scene),

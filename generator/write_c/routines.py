@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from ..derive.equations import Kernel
+from ..equations.equations import Kernel
+from ..program.dialects import C, Dialect
 from ..program.rolling import Lines, Loop
 from ..program.routine import Angles, Routine, Routines, is_sparse
 from ..program.terms import Assign, Element, Gathered, Guard, Leaf, Name, Term, exchanged
-from .expressions import C, Dialect
 from .precision import Precision
 
 Slots = dict[str, object]

@@ -10,8 +10,9 @@ import sympy as sp
 from ..mechanism.joints import PointRef
 from ..mechanism.links import GROUND
 from .gaps import Gap
-from .gather import NO_LOAD, Wrench, gather_inwards
-from .kinematics import ZERO, Kinematics, Vector, add, less, scale
+from .generalized_forces import gather_inwards
+from .kinematics import Kinematics
+from .vectors import NO_LOAD, ZERO, Vector, Wrench, add, less, scale
 from .way import Way, between
 
 

@@ -14,10 +14,10 @@ from .table import Table
 if TYPE_CHECKING:
     from sympy import Expr
 
-    from ..derive.derivation import Let
     from ..derive.gaps import Gap
-    from ..derive.kinematics import Vector
     from ..derive.motion import Couple, Force, Motion
+    from ..derive.terms_of_effects import Let
+    from ..derive.vectors import Vector
 
 Contact = tuple[str, PointRef]
 """A point that can touch something: its name in the scene (``joint_3``, ``link_0.A``) and where it sits."""
@@ -72,7 +72,7 @@ class Effect:
 
     def field(self) -> Vector:
         """Uniform acceleration field (m/s²) as expressions in the parameters' symbols."""
-        from ..derive.kinematics import ZERO
+        from ..derive.vectors import ZERO
 
         return ZERO
 

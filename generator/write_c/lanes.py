@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from ..program.dialects import C
 from ..program.rolling import Lines, Loop
 from ..program.routine import Routine
 from ..program.terms import ZERO, Assign, Name, Term, leaves
-from .c import Slots, clears, declared, lengths, meanings, outputs
-from .expressions import C
+from .routines import Slots, clears, declared, lengths, meanings, outputs
 
 VECTOR, NUMBER = "ccgen_lanes", "double"
 GIVEN = ("q", "u", "t", "inputs")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from ..effects.points import written
+from ..effect_base.points import written
 from ..scene.scene import Scene
 
 

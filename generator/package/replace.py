@@ -13,7 +13,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from secrets import token_hex
 
-from .package import discard, edited, is_package, strangers
+from .parts import discard, edited, is_package, strangers
 
 STAGING = ".ccgen-"
 """Beginning of the names of folders that are still being filled, or on their way out."""

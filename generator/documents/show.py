@@ -7,24 +7,25 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from ..derive.derivation import AT_DEAD_CENTRES
-from ..derive.equations import Equations
 from ..derive.expanded import ExpandedForm, expand
+from ..equations.equations import AT_DEAD_CENTRES, Equations
 from ..mechanism.joints import Joint, PointRef
 from ..mechanism.layout import lay_out
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.topology import Cut, Topology, span
 from ..planning.choose import FAR
 from ..planning.plan import is_dyad
+from ..program.dialects import LISTING, C, write
 from ..program.prices import Price
 from ..program.program import Program, lower
 from ..program.routine import Routines
 from ..scene.driven import drive_layout
 from ..scene.scene import Scene
+from ..stages import derive_scene, plan_scene, prices
 from .assembled import branch_lines, mobility_of, redundancy_lines
 from .discs import disc_lines
-from .expressions import LISTING, C, write
 from .latex import Summary, expanded_document, recursive_document
+from .listing import name_index, write_listing
 from .price_table import price_lines
 
 WIDTH = 120
@@ -38,9 +39,6 @@ def show_text(scene: Scene, latex: bool, expanded: bool, fold: bool = False, *, 
 
     Raises ``ValueError`` for an expanded form of too many links or of driven joints, and for one that is to be folded.
     """
-    from ..pipeline import derive_scene, prices
-    from .listing import name_index, write_listing
-
     if expanded and fold:
         raise ValueError("--fold: found beside --expand, whose closed form keeps its symbols; leave out one of them")
     if expanded and scene.driven:
@@ -66,7 +64,7 @@ def summarize(scene: Scene, topology: Topology, equations: Equations) -> Summary
     links, joints = mechanism.links, mechanism.joints
     root = mechanism.link_name(topology.root)
     effects = [f"{effect.title}: {effect.describe(mechanism)}" for effect in scene.effects]
-    contacts = ", ".join(f"{c.name} on {c.ground}" for c in equations.contacts)
+    contacts = ", ".join(f"{c.point} on {c.ground}" for c in equations.contacts)
     discs = tuple(disc_lines(scene))
     inputs = ", ".join(name for effect in scene.effects for name in effect.inputs())
     program = lower(equations)
@@ -103,8 +101,6 @@ def summarize(scene: Scene, topology: Topology, equations: Equations) -> Summary
 
 def _order_lines(scene: Scene, program: Program) -> Iterator[str]:
     """Which plan of elimination is taken, what each would cost, and what it closes and leaves open."""
-    from ..pipeline import plan_scene
-
     topology, choice = plan_scene(scene)
     mechanism, plan, costs = scene.mechanism, choice.plan, dict(choice.costs)
     others = [

@@ -13,8 +13,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from .package import HEADERS, ONE_LANE_HEADERS, is_current, parts_of
-from .replace import OutputError, check_place, put, staging
+from ..package.parts import HEADERS, ONE_LANE_HEADERS, is_current, parts_of
+from ..package.replace import OutputError, check_place, put, staging
 
 
 def cache_folder() -> Path:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .expressions import Dialect
+    from ..program.dialects import Dialect
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class Precision:
 
     def dialect(self, vector: str = "") -> Dialect:
         """C in these numbers; ``vector`` is the type of vectors."""
-        from .expressions import Dialect  # here, since reading scenes must not wait for SymPy
+        from ..program.dialects import Dialect  # here, since reading scenes must not wait for SymPy
 
         decimal, whole = ("f", "f") if self.name == "float" else ("", self.suffix.upper())
         return Dialect(suffix=self.suffix, decimal=decimal, whole=whole, vector=vector)

@@ -15,8 +15,8 @@ from .points import find_point
 if TYPE_CHECKING:
     from sympy import Expr
 
-    from ..derive.kinematics import Vector
     from ..derive.motion import Force, Motion
+    from ..derive.vectors import Vector
 
 NO_DIRECTION = 1e-9
 """Points closer than this (m) have no line between them."""
@@ -35,7 +35,7 @@ class Line:
 
     def square(self, motion: Motion) -> Expr:
         """The squared length (m²)."""
-        from ..derive.kinematics import dot
+        from ..derive.vectors import dot
 
         reach = self.reach(motion)
         return motion.let(f"square_{self.label}", dot(reach, reach))
@@ -48,7 +48,7 @@ class Line:
 
     def stretching(self, motion: Motion) -> Expr:
         """Half the rate of the squared length (m²/s)."""
-        from ..derive.kinematics import dot
+        from ..derive.vectors import dot
 
         approach = motion.let_vector(f"approach_{self.label}", motion.approach(*self.points))
         return motion.let(f"stretching_{self.label}", dot(self.reach(motion), approach))
@@ -57,8 +57,8 @@ class Line:
         """The forces of a ``tension`` per length (N/m) that draws the points together."""
         from sympy import S
 
-        from ..derive.kinematics import scale
         from ..derive.motion import Force
+        from ..derive.vectors import scale
 
         force = motion.let_vector(f"pull_{self.label}", scale(tension, self.reach(motion)))
         return Force(self.points[0], force), Force(self.points[1], scale(S.NegativeOne, force))
