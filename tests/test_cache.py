@@ -263,7 +263,7 @@ def test_a_package_says_what_the_compiler_may_use(copied: Path) -> None:
     """What -march=native gives is here; what is asked for beyond that is told, by the names of the kernel."""
     from ccgen.generator.compile.compiler import find_compiler
     from ccgen.generator.compile.processor import processor
-    from ccgen.runtime.processor import unfit
+    from ccgen.runtime.loading.processor import unfit
 
     record = json.loads((copied / "build" / "bars" / "build.json").read_text())
     assert unfit(record["processor"]) == ""
@@ -280,7 +280,7 @@ def test_a_package_says_what_the_compiler_may_use(copied: Path) -> None:
 
 
 def test_checking_a_package_costs_less_than_a_millisecond(copied: Path) -> None:
-    from ccgen.runtime.package import read_package
+    from ccgen.runtime.loading.package import read_package
 
     def once() -> float:
         begin = time.perf_counter()

@@ -12,7 +12,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ccgen.runtime.run import Impact, Phase, Run
+from ccgen.runtime.record.impact import Impact
+from ccgen.runtime.record.phase import Phase
+from ccgen.runtime.run import Run
 
 from .rigid_polygon import G, PolygonModel, bouncing
 
