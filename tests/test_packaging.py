@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import importlib.util
 import os
 import shutil
@@ -137,26 +136,3 @@ def test_building_asks_for_zig_where_there_is_no_compiler(tmp_path: Path) -> Non
             [sys.executable, "-c", code], env=environment, capture_output=True, text=True, timeout=60, check=False
         )
         assert done.stdout.splitlines() == [f"{needed} {needed}", "True True True"], done.stderr
-
-
-def imports(file: Path) -> set[str]:
-    """Names of all modules that a source imports."""
-    found: set[str] = set()
-    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.Import):
-            found.update(alias.name for alias in node.names)
-        elif isinstance(node, ast.ImportFrom):
-            found.add("." * node.level + (node.module or ""))
-            found.update(f"{'.' * node.level}{node.module or ''}.{alias.name}" for alias in node.names)
-    return found
-
-
-def test_the_generator_uses_the_runtime_in_its_command_line_only() -> None:
-    for file in (ROOT / "generator").rglob("*.py"):
-        used = [name for name in imports(file) if name.startswith("ccgen")]
-        assert used == [] or file.parent.name == "cli", file
-
-
-def test_the_runtime_never_uses_the_generator() -> None:
-    for file in (ROOT / "runtime").rglob("*.py"):
-        assert not any(name.startswith(("ccgen", "sympy")) for name in imports(file)), file
