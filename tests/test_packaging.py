@@ -7,6 +7,7 @@ import os
 import shutil
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -136,3 +137,15 @@ def test_building_asks_for_zig_where_there_is_no_compiler(tmp_path: Path) -> Non
             [sys.executable, "-c", code], env=environment, capture_output=True, text=True, timeout=60, check=False
         )
         assert done.stdout.splitlines() == [f"{needed} {needed}", "True True True"], done.stderr
+
+
+def test_every_folder_of_code_is_installed() -> None:
+    """pyproject.toml lists them by hand; a file that Python does not import must be named as data of its folder."""
+    settings = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]
+    packages = {f"ccgen.{'.'.join(file.parent.relative_to(ROOT).parts)}" for file in ROOT.glob("*/**/__init__.py")}
+    ours = {name for name in packages if name.split(".")[1] in ("generator", "runtime", "templates")}
+    assert ours <= set(settings["packages"])
+    for file in (*ROOT.glob("generator/**/*.*"), *ROOT.glob("runtime/**/*.html")):
+        if file.suffix not in (".py", ".pyc"):
+            folder = f"ccgen.{'.'.join(file.parent.relative_to(ROOT).parts)}"
+            assert any(file.match(pattern) for pattern in settings["package-data"].get(folder, [])), file

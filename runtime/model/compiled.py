@@ -23,7 +23,10 @@ if TYPE_CHECKING:
 
 
 class Compiled:
-    """What the other modules here compute with: a model's data, parameters and kernels, and the checks of states."""
+    """What the other modules here compute with: a model's data, parameters and kernels, and the checks of states.
+
+    Names that begin with an underscore are for the modules of the runtime, not for users of a model.
+    """
 
     def __init__(
         self,
