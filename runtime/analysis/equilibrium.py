@@ -15,7 +15,7 @@ from ..model.drives import drive_columns
 from ..model.model import Model
 from ..precision import need_doubles
 from .contacts import DEEPEST, Hold, inside
-from .search import rest_from, smallest
+from .static_search import rest_from, smallest
 from .statics import Statics
 
 Stability = Literal["stable", "unstable", "indifferent"]

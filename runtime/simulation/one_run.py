@@ -12,7 +12,7 @@ from ..run import Run
 from .advance import Advance
 from .arguments import SECOND_BUDGET, STEP_BUDGET, checked_start, settings_of, stops_of
 from .dead_point import cut, dead_point
-from .outcome import run_of
+from .result import run_of
 
 GOES_ON = ("done", "interrupted", "no_memory")
 """Ends of a run that say nothing of the motion after it."""

@@ -11,8 +11,8 @@ from ..record.impact import Impact
 from ..record.phase import Phase
 from ..run import Run
 from .advance import Advance
-from .along import along, impulses_of_joints
 from .ending import message_of
+from .forces_along import along, impulses_of_joints
 
 AUDITED = 4
 """Rows of a run, at most, at which the rounding of its accelerations is measured."""
