@@ -1,4 +1,4 @@
-"""What contacts push, at states of a model and along a run, and what joints carry then."""
+"""What contacts push at states of a model, and what joints carry then."""
 
 from __future__ import annotations
 
