@@ -1,7 +1,7 @@
 """From a scene to a compiled model: ``generate(load_scene("scene.toml"))``."""
 
-from .emit.compiler import CompileError
-from .emit.replace import OutputError
+from .compile.compiler import CompileError
+from .package.replace import OutputError
 from .pipeline import generate
 from .program.errors import FoldError
 from .scene import Scene, SceneError, chain, load_scene, loop, pinned

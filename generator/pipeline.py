@@ -7,8 +7,12 @@ plan      planning.choose     Mechanism, Topology → Plan (which unknown goes w
 derive    derive.derivation   Mechanism, Topology, Plan, effects → Equations (named assignments)
 fold      program.fold        Equations → Equations with numbers for parameters, where that is asked for
 lower     program.program     Equations → Program (one function per kernel)
-write     emit                Equations, Program → equations.txt, model.c, lanes.c, _binding.pyx, package data
-compile   emit.compiler       sources → extension module
+write     documents.listing   Equations → equations.txt
+          write_c.render      Program → model.c, lanes.c, _binding.pyx
+          package.data        Scene, Equations → model.json
+compile   compile.compiler    sources → extension module
+
+Up to the equations the stages stand in ``stages``, since documents begin with these alone.
 """
 
 from __future__ import annotations
@@ -22,23 +26,22 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from .emit.cache import contract_version, fetch_or_build, key_of, runtime_folder
-from .emit.compiler import Compiler, compile_model, cythonize, extension_file, extension_module, find_compiler
-from .emit.kept_steps import Steps
-from .emit.package import HEADERS, ONE_LANE_HEADERS, is_current, write_record
-from .emit.precision import DOUBLE, PRECISIONS, Precision
-from .emit.processor import processor
-from .emit.replace import OutputError
+from .compile.cache import contract_version, fetch_or_build, key_of, runtime_folder
+from .compile.compiler import Compiler, compile_model, cythonize, extension_file, extension_module, find_compiler
+from .compile.kept_steps import Steps
+from .compile.processor import processor
+from .package.parts import HEADERS, ONE_LANE_HEADERS, is_current, write_record
+from .package.replace import OutputError
 from .scene.module_names import hidden_module
 from .scene.scene import Scene
+from .stages import derive_scene, fold_price, plan_scene, prices
 from .version import VERSION
+from .write_c.precision import DOUBLE, PRECISIONS, Precision
 
 if TYPE_CHECKING:
-    from .derive.equations import Equations
-    from .emit.render import Banner
-    from .mechanism.topology import Topology
-    from .planning.choose import Choice
-    from .program.prices import Price
+    from .write_c.render import Banner
+
+__all__ = ["Progress", "Variant", "derive_scene", "fold_price", "generate", "listing", "plan_scene", "prices"]
 
 Progress = Callable[[str], None]
 
@@ -101,89 +104,12 @@ def generate(
     return target
 
 
-def plan_scene(scene: Scene, wanted: str | None = None) -> tuple[Topology, Choice]:
-    """The virtual open chain, and the order in which the unknowns go: the ``wanted`` one, or the one chosen for it.
-
-    Where a large mechanism is solved from tip to root, the chain is the one on which that takes fewest operations.
-    """
-    from .mechanism.topology import span
-    from .planning.choose import DYADS, TIP_TO_ROOT, choose
-    from .planning.dead_centres import lasting_dyads, sound_dyads
-    from .planning.samples import sample_poses
-    from .planning.trees import GAIN, LARGE, other_tree
-
-    mechanism, driven, poses = scene.mechanism, scene.driven, scene.start.poses
-    loaded = any(effect.has_loads() for effect in scene.effects)
-
-    def chosen(topology: Topology, plan: str | None) -> Choice:
-        sound = sound_dyads(mechanism, topology, poses)
-        choice = choose(mechanism, topology, driven, sound, plan, loaded=loaded)
-        if plan is None and choice.plan.name == DYADS:
-            lasting = lasting_dyads(mechanism, topology, sample_poses(mechanism, poses))
-            if lasting != sound:
-                choice = choose(mechanism, topology, driven, lasting, loaded=loaded)
-        return choice
-
-    topology = short = span(mechanism, driven)
-    choice = chosen(short, None)
-    cost = dict(choice.costs)[TIP_TO_ROOT]
-    if choice.plan.name == TIP_TO_ROOT and cost > LARGE:
-        other = other_tree(mechanism, short, driven)
-        found = chosen(other, None)
-        if GAIN * dict(found.costs)[found.plan.name] < cost:
-            topology, choice = other, found
-    if wanted is not None:
-        choice = chosen(topology if wanted in dict(choice.costs) else short, wanted)
-    return choice.topology, choice
-
-
-def derive_scene(scene: Scene, fold: bool = False, plan: str | None = None) -> tuple[Topology, Equations]:
-    """The first stages: the virtual open chain, and all equations, with numbers for the parameters if ``fold``.
-
-    The unknowns go in the order that is chosen for the mechanism, or in that of the plan called ``plan``
-    (:data:`~.planning.choose.PLANS`).
-    """
-    from .derive.derivation import derive
-
-    topology, choice = plan_scene(scene, plan)
-    equations = derive(scene.mechanism, topology, choice.plan, scene.effects)
-    if fold:
-        from .program.fold import fold as folded
-
-        equations = folded(equations)
-    return topology, equations
-
-
 def listing(scene: Scene, fold: bool = False, plan: str | None = None) -> str:
     """The text of ``equations.txt``, by the plan that :func:`derive_scene` takes; needs no compiler."""
-    from .emit.listing import name_index, write_listing
+    from .documents.listing import name_index, write_listing
 
     topology, equations = derive_scene(scene, fold, plan)
     return write_listing(scene.name, equations, name_index(scene, topology))
-
-
-def prices(scene: Scene, fold: bool = False, equations: Equations | None = None) -> tuple[Price, ...]:
-    """What each effect of ``scene`` adds in operations, found by deriving the scene without it; needs no compiler.
-
-    ``equations`` are those of the scene itself, where they are at hand.
-    """
-    from .program.prices import Price, added
-    from .program.program import lower
-
-    program = lower(equations or derive_scene(scene, fold)[1])
-    return tuple(
-        Price(effect.title, effect.parameters(), added(program, lower(derive_scene(scene.without(index), fold)[1])))
-        for index, effect in enumerate(scene.effects)
-    )
-
-
-def fold_price(scene: Scene) -> Price:
-    """What folding adds in operations: what it saves is negative."""
-    from .program.prices import Price, added
-    from .program.program import lower
-
-    folded, plain = (lower(derive_scene(scene, fold)[1]) for fold in (True, False))
-    return Price("folding", (), added(folded, plain))
 
 
 def _identity(scene: Scene, variant: Variant) -> str:
@@ -193,7 +119,7 @@ def _identity(scene: Scene, variant: Variant) -> str:
 
 def _build(scene: Scene, variant: Variant, compiler: Compiler, key: str, folder: Path, tell: Progress) -> None:
     """Write and compile everything into an empty folder."""
-    from .emit.render import Banner, render_binding, render_package
+    from .write_c.render import Banner, render_binding, render_package
 
     numbers = variant.numbers
     hash_ = hashlib.sha256(_identity(scene, variant).encode()).hexdigest()[:16]
@@ -227,12 +153,12 @@ def _write_model(scene: Scene, banner: Banner, folder: Path, tell: Progress, var
     tell("derive")
     topology, equations = derive_scene(scene, variant.fold, variant.plan)
     tell("write")
-    from .emit.data import driven_coordinates, model_data, point_names
-    from .emit.expressions import C
-    from .emit.listing import name_index, write_listing
-    from .emit.render import Sizes, render_c, render_lanes, render_one_lane
+    from .documents.listing import name_index, write_listing
+    from .package.data import driven_coordinates, model_data, point_names
+    from .program.dialects import C
     from .program.program import lower
     from .program.routine import Routines
+    from .write_c.render import Sizes, render_c, render_lanes, render_one_lane
 
     program, mechanism = lower(equations), scene.mechanism
     routines = Routines(program, C.term, vectors=numbers.double)

@@ -1,12 +1,14 @@
 """Loads generated models and simulates them: ``simulate(load_model("build/loop6"))``. Needs NumPy alone."""
 
 from ._core import methods
-from .analysis import inverse_dynamics, momentum
-from .crank import DrivingTorque, driving_torque
-from .equilibrium import Equilibrium, static_equilibrium
-from .load import load_model
-from .model import Model
-from .run import Impact, Phase, Run
+from .analysis.crank import DrivingTorque, driving_torque
+from .analysis.equilibrium import Equilibrium, static_equilibrium
+from .analysis.inverse_dynamics import inverse_dynamics, momentum
+from .loading.load import load_model
+from .model.model import Model
+from .record.impact import Impact
+from .record.phase import Phase
+from .run import Run
 from .simulate import simulate
 
 __all__ = [

@@ -10,8 +10,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from ccgen.runtime.frames import Disc
-from ccgen.runtime.run import Impact, Phase, Run
+from ccgen.runtime.model.disc import Disc
+from ccgen.runtime.record.impact import Impact
+from ccgen.runtime.record.phase import Phase
+from ccgen.runtime.run import Run
 
 Array = NDArray[np.float64]
 G = 9.81

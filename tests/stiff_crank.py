@@ -7,8 +7,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from ccgen.runtime.frames import Disc
-from ccgen.runtime.run import Phase, Run
+from ccgen.runtime.model.disc import Disc
+from ccgen.runtime.record.phase import Phase
+from ccgen.runtime.run import Run
 
 Array = NDArray[np.float64]
 CRANK, COUPLER, ROCKER, SPAN = 0.3, 1.0, 0.8, 1.0

@@ -14,12 +14,12 @@ import pytest
 import sympy as sp
 
 from ccgen.generator import load_scene, loop
-from ccgen.generator.emit.expressions import C
 from ccgen.generator.mechanism.modules import LEAST_LINKS, alike, varied
 from ccgen.generator.pipeline import derive_scene
 from ccgen.generator.program import abreast as pass_
 from ccgen.generator.program import routine
 from ccgen.generator.program.abreast import Abreast, Packed, abreast
+from ccgen.generator.program.dialects import C
 from ccgen.generator.program.program import lower
 from ccgen.generator.program.rolling import Lines, Loop, Place
 from ccgen.generator.program.routine import Routines

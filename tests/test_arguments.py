@@ -217,7 +217,7 @@ def test_the_shortest_step_that_is_not_refused_reaches_the_end(workshop: Worksho
     """Ten million steps and no more: a pendulum is at the end after the last of them."""
     from ccgen.generator import chain
     from ccgen.runtime import simulate
-    from ccgen.runtime.simulate import STEP_BUDGET
+    from ccgen.runtime.simulation.arguments import STEP_BUDGET
 
     pendulum = workshop.model(chain(1, hinged=True))
     with pytest.raises(ValueError, match="expected at least 1e-12 s"):

@@ -19,7 +19,7 @@ import numpy as np
 import pytest
 
 from ccgen.generator import CompileError, OutputError, Scene, generate, load_scene, loop
-from ccgen.generator.emit import compiler
+from ccgen.generator.compile import compiler
 from ccgen.runtime import load_model
 
 TEXT = 'name = "bars"\n[chain]\nlinks = 2\nhinged = true\n[gravity]\ng = {g}\n'
@@ -205,7 +205,7 @@ def test_a_damaged_package_is_not_loaded(damage: Callable[[Path], None], part: s
 
 def rewritten(package: Path, change: Callable[[dict[str, Any]], None]) -> None:
     """The record of a package as another machine would have written it."""
-    from ccgen.generator.emit.package import seal
+    from ccgen.generator.package.parts import seal
 
     record = json.loads((package / "build.json").read_text())
     change(record)
@@ -261,9 +261,9 @@ def test_a_package_without_hashes_is_not_loaded(copied: Path) -> None:
 
 def test_a_package_says_what_the_compiler_may_use(copied: Path) -> None:
     """What -march=native gives is here; what is asked for beyond that is told, by the names of the kernel."""
-    from ccgen.generator.emit.compiler import find_compiler
-    from ccgen.generator.emit.processor import processor
-    from ccgen.runtime.processor import unfit
+    from ccgen.generator.compile.compiler import find_compiler
+    from ccgen.generator.compile.processor import processor
+    from ccgen.runtime.loading.processor import unfit
 
     record = json.loads((copied / "build" / "bars" / "build.json").read_text())
     assert unfit(record["processor"]) == ""
@@ -280,7 +280,7 @@ def test_a_package_says_what_the_compiler_may_use(copied: Path) -> None:
 
 
 def test_checking_a_package_costs_less_than_a_millisecond(copied: Path) -> None:
-    from ccgen.runtime.package import read_package
+    from ccgen.runtime.loading.package import read_package
 
     def once() -> float:
         begin = time.perf_counter()
@@ -329,7 +329,7 @@ def test_a_reader_never_fails_while_others_replace_the_package(copied: Path) -> 
 
 
 def test_folders_change_places_without_the_system_s_help(copied: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from ccgen.generator.emit import replace
+    from ccgen.generator.package import replace
 
     monkeypatch.setattr(replace, "_swapped", lambda one, other: False)
     before = contents(copied / "build" / "bars")
@@ -342,7 +342,7 @@ def test_folders_change_places_without_the_system_s_help(copied: Path, monkeypat
 
 def test_what_killed_builds_leave_is_cleaned_away(copied: Path) -> None:
     """Of a build that goes on nothing is."""
-    from ccgen.generator.emit.replace import staging
+    from ccgen.generator.package.replace import staging
 
     code = (
         "import os, signal; from ccgen.generator import generate, load_scene\n"

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog, nnls  # type: ignore[import-untyped]
 
-from ccgen.runtime.cones import farthest, least_distance, nonnegative
+from ccgen.runtime.analysis.cones import farthest, least_distance, nonnegative
 
 RNG = np.random.default_rng(7)
 SIZES = [(m, n) for m in (1, 2, 4, 6) for n in (1, 3, 7, 11)]

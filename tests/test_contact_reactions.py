@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ccgen.runtime.drives import drive_rows
+from ccgen.runtime.model.drives import drive_rows
 
 from .conftest import Workshop
 from .oracles import maximal, random_mechanisms, sliding

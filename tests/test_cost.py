@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 from ccgen.generator import load_scene, loop
 from ccgen.generator.cli.app import app
 from ccgen.runtime import methods, simulate
-from ccgen.runtime.accuracy import Measured, compare, errors, growth, measure, recommend, refer
+from ccgen.runtime.cost.accuracy import Measured, compare, errors, growth, measure, recommend, refer
 from ccgen.runtime.precision import wider
 
 from .conftest import Workshop

@@ -18,7 +18,7 @@ from ccgen.generator.pipeline import derive_scene, fold_price, prices
 from ccgen.generator.program.prices import GROUPS, added, spent
 from ccgen.generator.program.program import Counts, Program, lower
 from ccgen.runtime import load_model, simulate
-from ccgen.runtime.timing import evaluation_times, price, run_times, sample
+from ccgen.runtime.cost.timing import evaluation_times, price, run_times, sample
 
 from .conftest import Workshop
 from .test_cli import ccgen, written

@@ -14,7 +14,7 @@ import pytest
 
 from ccgen.generator.cli.report import energy_moved
 from ccgen.runtime import driving_torque, simulate
-from ccgen.runtime.dead_point import cut, dead_point
+from ccgen.runtime.simulation.dead_point import cut, dead_point
 
 from .conftest import Workshop
 from .test_cli import ccgen
@@ -175,9 +175,9 @@ def test_another_end_is_no_dead_point(workshop: Workshop) -> None:
 
 def test_what_is_cut_is_a_run_of_its_own(workshop: Workshop, monkeypatch: pytest.MonkeyPatch) -> None:
     """Impacts, held contacts, phases and forces up to the last row that is kept, wherever that is."""
-    module = import_module("ccgen.runtime.simulate")
-    record, seen = module._record, []
-    monkeypatch.setattr(module, "_record", lambda *given: (seen.append(deepcopy(given)), record(*given))[1])
+    module = import_module("ccgen.runtime.simulation.one_run")
+    record, seen = module.run_of, []
+    monkeypatch.setattr(module, "run_of", lambda *given: (seen.append(deepcopy(given)), record(*given))[1])
     ground = "[[ground]]\npoint = [0, -0.8]\nrestitution = 0.4\nfriction = 0.3\n"
     model = workshop.model(f"name = 'flail'\n[chain]\nlinks = 2\nhinged = true\n[gravity]\n{ground}")
     whole = simulate(model, [0.0, 0.3], [0.0, 0.0], until=2.0)

@@ -10,8 +10,8 @@ import pytest
 
 from ccgen.generator import pipeline
 from ccgen.generator.effects import REGISTRY, Entry
-from ccgen.generator.emit.render import Banner
 from ccgen.generator.scene import Scene, read
+from ccgen.generator.write_c.render import Banner
 
 SCENE = """
 name = "plain"

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from ccgen.generator.emit.show import show_text
+from ccgen.generator.documents.show import show_text
 from ccgen.generator.pipeline import listing
 from ccgen.generator.program.reading import Listing, read_listing
 

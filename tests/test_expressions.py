@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ccgen.generator.effects import expressions
-from ccgen.generator.effects.expressions import Expression, ExpressionError
+from ccgen.generator.effect_base import expression_of_time as expressions
+from ccgen.generator.effect_base.expression_of_time import Expression, ExpressionError
 
 from .active import ROD
 from .conftest import Workshop
@@ -131,7 +131,7 @@ def test_reading_an_expression_needs_no_algebra() -> None:
     import sys
 
     code = (
-        "import sys; from ccgen.generator.effects import expressions;"
+        "import sys; from ccgen.generator.effect_base import expression_of_time as expressions;"
         "expressions.parse('sin(t)**2'); assert 'sympy' not in sys.modules"
     )
     subprocess.run([sys.executable, "-c", code], check=True)

@@ -154,7 +154,7 @@ def test_a_record_of_nested_lists_is_damage(tmp_path: Path) -> None:
 def test_files_written_into_a_package_while_it_is_replaced_stay(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from ccgen.generator.emit import replace
+    from ccgen.generator.package import replace
 
     scene = tmp_path / "bars.toml"
     scene.write_text(SCENE)

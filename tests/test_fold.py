@@ -15,12 +15,12 @@ import pytest
 import sympy as sp
 
 from ccgen.generator import FoldError, Scene, chain, generate, load_scene, loop, pinned
-from ccgen.generator.derive.equations import Argument, Assignment, Block, Equations, Kernel, Output
-from ccgen.generator.derive.names import State
-from ccgen.generator.emit.expressions import LISTING, write
+from ccgen.generator.equations.equations import Argument, Assignment, Block, Equations, Kernel, Output
+from ccgen.generator.equations.names import State
 from ccgen.generator.mechanism.links import Parameter
 from ccgen.generator.mechanism.topology import span
 from ccgen.generator.pipeline import derive_scene, listing
+from ccgen.generator.program.dialects import LISTING, write
 from ccgen.generator.program.fold import fold
 from ccgen.generator.program.program import Counts, lower
 from ccgen.generator.program.reading import read_listing

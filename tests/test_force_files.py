@@ -13,8 +13,8 @@ from typer.testing import CliRunner
 
 from ccgen.generator.cli.app import app
 from ccgen.runtime import simulate
-from ccgen.runtime.force_history import history
-from ccgen.runtime.force_plot import draw_forces
+from ccgen.runtime.pictures.force_plot import draw_forces
+from ccgen.runtime.record.force_history import history
 
 from .conftest import Workshop
 from .test_forces import LEANING, G

@@ -7,7 +7,7 @@ import pytest
 import sympy as sp
 
 from ccgen.generator.derive.form import FLIGHT, IMPACT, Form, Substitution, carried
-from ccgen.generator.derive.names import A_X, A_Y, ALPHA, SLIDE, Variable, multiplier, turn
+from ccgen.generator.equations.names import A_X, A_Y, ALPHA, SLIDE, Variable, multiplier, turn
 
 OPEN = [multiplier(3, "x"), multiplier(3, "y"), turn(7)]
 

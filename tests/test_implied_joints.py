@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ccgen.generator.emit.assembled import implied_lines
+from ccgen.generator.documents.assembled import implied_lines
 from ccgen.generator.mechanism.implied import SAME, implied
 from ccgen.generator.scene import Scene, SceneError, read_tables
 from ccgen.runtime import Model, simulate

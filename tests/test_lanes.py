@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from ccgen.generator import chain, generate, load_scene, loop
-from ccgen.generator.emit.compiler import CompileError
+from ccgen.generator.compile.compiler import CompileError
 from ccgen.runtime import load_model, simulate
 
 from .conftest import Workshop

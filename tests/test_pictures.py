@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ccgen.runtime.frames import frame_times, placed, sample, shown_impacts, view_of
-from ccgen.runtime.plot import draw, instants
+from ccgen.runtime.pictures.frames import frame_times, placed, sample, shown_impacts, view_of
+from ccgen.runtime.pictures.plot import draw, instants
 from ccgen.runtime.run import Run
 
 from .rigid_polygon import G, bouncing
@@ -179,7 +179,7 @@ def test_moving_view_has_a_centre_for_every_frame(tmp_path: Path, page: str) -> 
 
 
 def test_long_runs_get_fewer_frames(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("ccgen.runtime.player.MOST_NUMBERS", 34 * 20)
+    monkeypatch.setattr("ccgen.runtime.pictures.player.MOST_NUMBERS", 34 * 20)
     data = data_of(run.animate(tmp_path / "a.html").read_text(encoding="utf-8"))
     assert 20 <= len(data["t"]) <= 20 + 2 + len(run.impacts)
 

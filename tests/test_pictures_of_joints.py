@@ -12,8 +12,8 @@ import pytest
 
 from ccgen.generator import load_scene
 from ccgen.runtime import Model, Run, simulate
-from ccgen.runtime.frames import sample, view_of
-from ccgen.runtime.plot import draw
+from ccgen.runtime.pictures.frames import sample, view_of
+from ccgen.runtime.pictures.plot import draw
 
 from .conftest import Workshop
 from .test_round_feet import RADIUS, wheel

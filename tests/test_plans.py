@@ -13,8 +13,8 @@ import pytest
 
 from ccgen.generator import generate, load_scene, loop
 from ccgen.generator.derive.derivation import derive
-from ccgen.generator.derive.names import turn
-from ccgen.generator.emit.show import show_text
+from ccgen.generator.documents.show import show_text
+from ccgen.generator.equations.names import turn
 from ccgen.generator.mechanism.topology import span
 from ccgen.generator.pipeline import derive_scene, listing, plan_scene
 from ccgen.generator.planning import choose as choosing

@@ -14,15 +14,15 @@ from typer.testing import CliRunner
 
 from ccgen.generator import generate, load_scene, loop
 from ccgen.generator.cli.app import app
-from ccgen.generator.emit.expressions import C
-from ccgen.generator.emit.precision import PRECISIONS
+from ccgen.generator.program.dialects import C
 from ccgen.generator.program.terms import Sum
+from ccgen.generator.write_c.precision import PRECISIONS
 from ccgen.runtime import load_model, methods, simulate, static_equilibrium
-from ccgen.runtime.accuracy import compare, errors, refer
-from ccgen.runtime.drives import drive_rows
-from ccgen.runtime.plot import instants
+from ccgen.runtime.cost.accuracy import compare, errors, refer
+from ccgen.runtime.model.drives import drive_rows
+from ccgen.runtime.pictures.plot import instants
 from ccgen.runtime.precision import core_of, wider
-from ccgen.runtime.simulate import LEAST
+from ccgen.runtime.simulation.arguments import LEAST
 
 from .conftest import Workshop
 from .oracles.maximal import Array

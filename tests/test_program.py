@@ -10,8 +10,8 @@ import pytest
 import sympy as sp
 
 from ccgen.generator import chain, loop, pinned
-from ccgen.generator.derive.equations import Argument, Assignment, Block, Equations, Kernel, Output
-from ccgen.generator.derive.names import State
+from ccgen.generator.equations.equations import Argument, Assignment, Block, Equations, Kernel, Output
+from ccgen.generator.equations.names import State
 from ccgen.generator.mechanism.links import Parameter
 from ccgen.generator.pipeline import derive_scene
 from ccgen.generator.program.program import Counts, Function, Program, Section, _chain, count, lower

@@ -13,7 +13,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from ccgen.runtime.drives import drive_rows
+from ccgen.runtime.model.drives import drive_rows
 
 from .conftest import Workshop
 from .oracles import maximal, random_mechanisms, sliding

@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 from ccgen.generator import Scene, chain, load_scene, loop, pinned
 from ccgen.generator.cli.app import app
-from ccgen.generator.emit.assembled import redundancy_lines
+from ccgen.generator.documents.assembled import redundancy_lines
 from ccgen.generator.mechanism.redundancy import JointEquations, mobility
 from ccgen.generator.scene import read_tables
 

@@ -15,7 +15,8 @@ from ccgen.generator.effects import REGISTRY
 from ccgen.generator.scene import SceneError, chain, read_tables
 from ccgen.generator.scene import angles as written
 from ccgen.generator.scene.schema import FourBarsTable, JointTable, LinkTable, LoopTable, StartTable
-from ccgen.runtime import Model, poses, simulate
+from ccgen.runtime import Model, simulate
+from ccgen.runtime.model import tolerances
 
 from .conftest import Workshop
 
@@ -135,7 +136,7 @@ def arm(workshop: Workshop) -> Model:
 
 def test_one_limit_for_scenes_and_states() -> None:
     """Beyond it the last place of an angle is larger than joints of a state may miss at a length of a metre."""
-    assert written.KNOWN == poses.ANGLE_KNOWN == poses.JOINT_MISS
+    assert written.KNOWN == tolerances.ANGLE_KNOWN == tolerances.JOINT_MISS
     assert np.spacing(2.0 * written.LARGEST) > written.KNOWN >= 0.5 * np.spacing(0.5 * written.LARGEST)
 
 

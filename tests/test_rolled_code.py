@@ -16,17 +16,17 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from ccgen.generator import generate
-from ccgen.generator.emit.data import point_names
-from ccgen.generator.emit.expressions import C
-from ccgen.generator.emit.listing import name_index, write_listing
-from ccgen.generator.emit.render import Banner, Sizes, render_c
+from ccgen.generator.documents.listing import name_index, write_listing
+from ccgen.generator.package.data import point_names
 from ccgen.generator.pipeline import derive_scene
 from ccgen.generator.program import abreast, rolling
+from ccgen.generator.program.dialects import C
 from ccgen.generator.program.program import lower
 from ccgen.generator.program.reading import Listing, read_listing
 from ccgen.generator.program.rolling import LEAST_ROUNDS
 from ccgen.generator.program.routine import Routines
 from ccgen.generator.scene.scene import Scene
+from ccgen.generator.write_c.render import Banner, Sizes, render_c
 
 from .conftest import Workshop
 from .oracles import graphs, maximal

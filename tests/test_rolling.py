@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from ccgen.generator.emit.expressions import C
 from ccgen.generator.program import rolling
+from ccgen.generator.program.dialects import C
 from ccgen.generator.program.rolling import LEAST_ROUNDS, Lines, Loop, Rolled, roll
 from ccgen.generator.program.terms import Assign, Name
 

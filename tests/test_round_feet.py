@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ccgen.generator.emit.discs import disc_lines
+from ccgen.generator.documents.discs import disc_lines
 from ccgen.generator.scene import SceneError
 from ccgen.runtime import simulate
 

@@ -12,7 +12,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ccgen.runtime.run import Impact, Phase, Run
+from ccgen.runtime.record.impact import Impact
+from ccgen.runtime.record.phase import Phase
+from ccgen.runtime.run import Run
 
 from .rigid_polygon import G, PolygonModel, bouncing
 
@@ -308,3 +310,7 @@ def test_stand_in_model_is_consistent() -> None:
     kinetic, potential = model.energy(run.q, run.u)
     assert kinetic + potential == pytest.approx(np.full(len(run.t), kinetic[0] + potential[0]), abs=1e-11)
     assert np.abs(model.closure(run.q)).max() < 1e-14
+
+
+def test_a_run_says_in_one_line_what_it_is(run: Run) -> None:
+    assert repr(run) == f"<Run of {run.model.name} to t = 1.25 s: {run.t.size} rows, 4 impacts>"

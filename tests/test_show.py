@@ -15,9 +15,9 @@ import sympy as sp
 
 from ccgen.generator import Scene, chain, generate, load_scene, loop, pinned
 from ccgen.generator.derive.expanded import LIMIT, ExpandedForm, expand
-from ccgen.generator.derive.names import State
-from ccgen.generator.emit.latex import symbol_tex
-from ccgen.generator.emit.show import show_text
+from ccgen.generator.documents.latex import symbol_tex
+from ccgen.generator.documents.show import show_text
+from ccgen.generator.equations.names import State
 from ccgen.generator.mechanism.topology import span
 from ccgen.generator.pipeline import listing
 from ccgen.generator.program.reading import read_listing

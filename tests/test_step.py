@@ -11,11 +11,11 @@ import pytest
 import sympy as sp
 
 from ccgen.generator.derive.motion import Couple, Motion
-from ccgen.generator.derive.step import step
-from ccgen.generator.effects.effect import Effect
-from ccgen.generator.emit.expressions import LISTING, C, write
-from ccgen.generator.emit.latex import expression_tex
+from ccgen.generator.documents.latex import expression_tex
+from ccgen.generator.effect_base.effect import Effect
+from ccgen.generator.equations.step import step
 from ccgen.generator.pipeline import listing
+from ccgen.generator.program.dialects import LISTING, C, write
 from ccgen.generator.program.reading import read_listing
 
 from .conftest import Workshop

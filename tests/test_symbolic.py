@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 import sympy as sp
 
-from ccgen.generator.derive.equations import Equations
+from ccgen.generator.equations.equations import Equations
 from ccgen.generator.mechanism.joints import PointRef
 from ccgen.generator.mechanism.links import GROUND, Point
 from ccgen.generator.mechanism.mechanism import Mechanism

@@ -252,7 +252,7 @@ def test_the_closed_form_has_the_same_rows(workshop: Workshop) -> None:
     """N of the expanded form, its names put in, against the compiled rates of the gaps."""
     import sympy as sp
 
-    from ccgen.generator.derive.step import step
+    from ccgen.generator.equations.step import step
 
     scene = workshop.scene(FLOATING + TOUCHES)
     form, model = closed_form(scene), workshop.model(scene)
@@ -277,7 +277,7 @@ def test_the_closed_form_has_the_same_rows(workshop: Workshop) -> None:
 def test_what_is_said_of_touches(workshop: Workshop, capsys: pytest.CaptureFixture[str]) -> None:
     """Show describes the pair and counts what it costs; impacts and phases name the disc and the table."""
     from ccgen.generator.cli.report import print_contacts, print_impacts
-    from ccgen.generator.emit.show import show_text
+    from ccgen.generator.documents.show import show_text
 
     scene = workshop.scene(cradle(3, 0.0))
     shown = show_text(scene, False, False)

@@ -11,7 +11,7 @@ from ccgen.generator import Scene, generate, load_scene, loop
 from ccgen.generator.pipeline import derive_scene
 from ccgen.generator.program.program import lower
 from ccgen.runtime import load_model, simulate
-from ccgen.runtime.timing import evaluation_times, price
+from ccgen.runtime.cost.timing import evaluation_times, price
 
 SCENES = Path(__file__).resolve().parents[2] / "scenes"
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from ccgen.generator import generate, load_scene
 from ccgen.runtime import Model, driving_torque, load_model, simulate
-from ccgen.runtime.frames import placed
+from ccgen.runtime.pictures.frames import placed
 
 ROOT = Path(__file__).parents[2]
 IMAGES = ROOT / "docs" / "images"

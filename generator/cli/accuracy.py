@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from ..emit.compiler import CompileError
-from ..emit.replace import OutputError
+from ..compile.compiler import CompileError
+from ..package.replace import OutputError
 from ..pipeline import generate
 from .detail import Detail
 from .folders import MODELS, check_folder, check_results, record_results
@@ -21,7 +21,7 @@ from .run import check_numbers
 from .scene_file import read, tell_assembly
 
 if TYPE_CHECKING:
-    from ccgen.runtime.accuracy import Growth, Measured, Reference
+    from ccgen.runtime.cost.accuracy import Growth, Measured, Reference
 
 LEVELS = (1e-4, 1e-6)
 """Errors for which a method is named besides the one asked for."""
@@ -60,8 +60,8 @@ def price_accuracy(
     tell_assembly(scene, detail)
     from ccgen.runtime import load_model
     from ccgen.runtime._core import DRIFTS
-    from ccgen.runtime.accuracy import compare, growth, refer
-    from ccgen.runtime.accuracy_plot import draw_cost
+    from ccgen.runtime.cost.accuracy import compare, growth, refer
+    from ccgen.runtime.cost.accuracy_plot import draw_cost
     from ccgen.runtime.precision import wider
     from ccgen.runtime.simulate import default_method
 
@@ -140,7 +140,7 @@ def _number(error: float) -> str:
 
 def print_grounds(parting: Growth, reference: Reference) -> None:
     """What the errors are measured against, and how fast errors grow by themselves."""
-    from ccgen.runtime.accuracy import ROUNDING, WORTH
+    from ccgen.runtime.cost.accuracy import ROUNDING, WORTH
 
     first, second = reference.run.method, reference.second.method
     numbers = "in wide numbers" if reference.wide else "in doubles too"
@@ -158,7 +158,7 @@ def print_grounds(parting: Growth, reference: Reference) -> None:
 
 def advice(measured: Sequence[Measured], error: float, seconds: float) -> str:
     """The sentence that says what to choose."""
-    from ccgen.runtime.accuracy import recommend
+    from ccgen.runtime.cost.accuracy import recommend
 
     best = recommend(measured, error)
     if best is None:

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import typer
 
-from ..emit.compiler import CompileError
-from ..emit.precision import PRECISIONS
-from ..emit.replace import OutputError
+from ..compile.compiler import CompileError
+from ..package.replace import OutputError
 from ..pipeline import generate
 from ..program.errors import FoldError
 from ..scene import Scene, SceneError, chain, loop, pinned
 from ..version import VERSION
+from ..write_c.precision import PRECISIONS
 from .detail import Detail
 from .folders import check_folder
 from .progress import progress

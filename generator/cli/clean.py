@@ -6,7 +6,7 @@ import os
 import sys
 from pathlib import Path
 
-from ..emit.package import discard, is_package
+from ..package.parts import discard, is_package
 from .folders import forget_results
 
 

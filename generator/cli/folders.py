@@ -10,8 +10,8 @@ import zipfile
 from collections.abc import Iterable
 from pathlib import Path
 
-from ..emit.package import is_package
-from ..emit.replace import STAGING, OutputError, check_length
+from ..package.parts import is_package
+from ..package.replace import STAGING, OutputError, check_length
 from .refusal import fail
 
 MODELS = Path("build")

@@ -12,7 +12,7 @@ import typer
 
 if TYPE_CHECKING:
     from ccgen.runtime import Run
-    from ccgen.runtime.force_history import History
+    from ccgen.runtime.record.force_history import History
 
     from ..scene.scene import Scene
 
@@ -27,7 +27,7 @@ def print_forces(run: Run) -> None:
     """The largest forces of contacts and of joints between impacts, and when; nothing where links touch nothing."""
     if not run.model.contacts:
         return
-    from ccgen.runtime.force_history import history
+    from ccgen.runtime.record.force_history import history
 
     found = history(run)
     rows = [*_contacts(run, found), *_joints(run, found)]
@@ -82,8 +82,8 @@ def force_files(scene: Scene, csv: bool) -> list[str]:
 
 def ways_to_write(run: Run, csv: bool) -> dict[str, Callable[[Path], object]]:
     """By the name of each of these files what writes it: a picture where links can touch, a table if asked."""
-    from ccgen.runtime.force_history import write_csv
-    from ccgen.runtime.force_plot import draw_forces
+    from ccgen.runtime.pictures.force_plot import draw_forces
+    from ccgen.runtime.record.force_history import write_csv
 
     picture: dict[str, Callable[[Path], object]] = {PICTURE: partial(draw_forces, run)} if run.model.contacts else {}
     return picture | ({TABLE: partial(write_csv, run)} if csv else {})

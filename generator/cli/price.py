@@ -12,11 +12,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 import typer
 
-from ..emit.compiler import CompileError
-from ..emit.replace import OutputError
-from ..pipeline import fold_price, generate, prices
+from ..compile.compiler import CompileError
+from ..package.replace import OutputError
+from ..pipeline import generate
 from ..program.errors import FoldError
 from ..scene import Scene
+from ..stages import fold_price, prices
 from .detail import Detail
 from .folders import record_results
 from .progress import Silence, progress
@@ -24,7 +25,7 @@ from .refusal import refusing
 
 if TYPE_CHECKING:
     from ccgen.runtime import Model, Run
-    from ccgen.runtime.timing import Price as Measured
+    from ccgen.runtime.cost.timing import Price as Measured
 
     from ..program.prices import Price as Counted
     from ..program.program import Counts
@@ -65,7 +66,7 @@ def price_effects(scene: Scene, fold: bool, out: Path | None, detail: Detail = D
 
 def measure(scene: Scene, fold: bool, tell: Silence) -> list[Priced]:
     """One row per effect, in the order of the scene, and one for folding."""
-    from ccgen.runtime.timing import evaluation_times, price, run_times
+    from ccgen.runtime.cost.timing import evaluation_times, price, run_times
 
     tell.stage("counting operations")
     counted = [*prices(scene, fold), fold_price(scene)]

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from ..emit.compiler import CompileError
-from ..emit.replace import OutputError
+from ..compile.compiler import CompileError
+from ..package.replace import OutputError
 from ..pipeline import generate
 from ..program.errors import FoldError
 from .detail import Detail

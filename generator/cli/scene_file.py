@@ -36,9 +36,9 @@ def tell_assembly(scene: Scene, detail: Detail = Detail.USUAL) -> None:
     missed = f"drawn points lie up to {start.missed_by:.3g} m off" if start.missed_by > SEEN else ""
     if detail is Detail.NOTHING or not (any(changes) or missed):
         return
-    from ..emit.assembled import branch_lines
+    from ..documents.assembled import branch_lines
     from ..mechanism.topology import span
-    from ..pipeline import plan_scene
+    from ..stages import plan_scene
 
     everything = detail is Detail.ALL
     lines = branch_lines(scene, plan_scene(scene)[0] if everything else span(scene.mechanism, scene.driven))
@@ -65,7 +65,7 @@ def tell_mobility(scene: Scene, detail: Detail = Detail.USUAL) -> None:
     """Say on standard error which joints are redundant, and whether anything can move."""
     if detail is Detail.NOTHING:
         return
-    from ..emit.assembled import mobility_of, redundancy_lines
+    from ..documents.assembled import mobility_of, redundancy_lines
 
     for line in redundancy_lines(scene, mobility_of(scene)):
         tell(scene, line)

@@ -18,7 +18,7 @@ def show(
     """Print the scene's summary, and its equations if asked for: as text or LaTeX, as derived, expanded or folded."""
     scene = read(scene_file)
     tell_assembly(scene, detail)
-    from ..emit.show import show_text
+    from ..documents.show import show_text
 
     with (
         refusing(ValueError),

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import typer
 
-from ..emit.compiler import CompileError
-from ..emit.replace import OutputError
+from ..compile.compiler import CompileError
+from ..package.replace import OutputError
 from ..pipeline import generate
 from ..scene import Scene
 from .detail import Detail
@@ -24,7 +24,7 @@ SOME_TIMES = (0.0123, 0.37, 1.0, 7.3)
 
 if TYPE_CHECKING:
     from ccgen.runtime import Model
-    from ccgen.runtime.frames import FloatArray
+    from ccgen.runtime.arrays import FloatArray
 
 
 def torque(scene_file: Path, joint: str | None, rate: float, plot: Path | None, detail: Detail = Detail.USUAL) -> None:

@@ -1,1 +1,1 @@
-"""The derivation: kinematics, Gibbs function, recursion, closure, impact."""
+"""The derivation: kinematics, Gibbs function, recursion, closure, contacts."""

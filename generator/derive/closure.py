@@ -9,7 +9,8 @@ import sympy as sp
 
 from ..mechanism.links import GROUND
 from ..mechanism.topology import Cut
-from .kinematics import ZERO, Kinematics, Vector, add, dot, perp, scale
+from .kinematics import Kinematics
+from .vectors import ZERO, Vector, add, dot, perp, scale
 from .way import Way, between
 
 FIXED: dict[str, Vector] = {"x": (sp.S.One, sp.S.Zero), "y": (sp.S.Zero, sp.S.One)}

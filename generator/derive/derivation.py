@@ -4,79 +4,35 @@ stage          input                        output
 kinematics     mechanism, spanning tree     arms, first moments, positions, velocities
 gibbs          kinematics, field, loads     accelerations and multipliers; velocity jumps and impulses
 closure        kinematics                   residual, rate and Jacobian of the cut joints
-impact         kinematics, contacts         gaps, their rates, generalized impulses
+contacts       kinematics, gaps             gaps, their rates, generalized impulses
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import Protocol
+from collections.abc import Sequence
 
 import sympy as sp
 
+from ..equations.equations import AT_DEAD_CENTRES, Argument, ContactName, Equations, Kernel, Output
+from ..equations.ledger import Ledger
+from ..equations.names import A_X, A_Y, ALPHA, AXES, SLIDE, State, multiplier, slide_name, sliding_name
 from ..mechanism.joints import PointRef
-from ..mechanism.links import GROUND, Parameter
+from ..mechanism.links import GROUND
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.topology import Topology
 from ..planning.plan import Plan
 from .closure import Closure
-from .equations import Argument, Equations, Kernel, Ledger, Output
+from .contact_kinematics import Contacts
 from .form import FLIGHT, IMPACT
-from .gaps import Gap
-from .gather import Wrench
 from .gibbs import Recursion
-from .impact import Contacts
 from .inverse import Inverse
-from .kinematics import ZERO, Kinematics, Vector, add, dot, symbol
+from .kinematics import Kinematics
 from .motion import TIME, Couple, Force, Motion, sum_per_link
-from .names import A_X, A_Y, ALPHA, AXES, SLIDE, State, multiplier, slide_name, sliding_name
-
-AT_DEAD_CENTRES = "_at_dead_centres"
-"""Behind the name of a kernel that solves for the same by the plan to go to where the guards of the first fail."""
+from .terms_of_effects import Terms
+from .vectors import ZERO, Vector, Wrench, add, dot, symbol
 
 MARK = "_v"
 """Behind the names of that plan's quantities that the first has named otherwise."""
-
-Let = Callable[[str, sp.Expr], sp.Expr]
-
-
-class Terms(Protocol):
-    """What the derivation asks of an effect. An effect that has nothing to say returns zero or nothing."""
-
-    @property
-    def title(self) -> str:
-        """What the effect is called in a listing."""
-        ...
-
-    def parameters(self) -> tuple[Parameter, ...]: ...
-
-    def field(self) -> Vector:
-        """Uniform acceleration field (m/s²)."""
-        ...
-
-    def inputs(self) -> tuple[str, ...]:
-        """Names of inputs that are given at run time."""
-        ...
-
-    def loads(self, motion: Motion) -> Sequence[Force | Couple]:
-        """Forces and moments on links; inputs and time are expressions of ``motion``."""
-        ...
-
-    def potential(self, motion: Motion) -> sp.Expr:
-        """Potential energy (J) of those loads that have one; zero for the rest."""
-        ...
-
-    def drives(self, motion: Motion) -> Sequence[tuple[int, sp.Expr]]:
-        """Joints whose motion is prescribed, each with its acceleration (rad/s², or m/s² along its line)."""
-        ...
-
-    def power(self, motion: Motion) -> sp.Expr:
-        """Power (W) of those loads that have no potential."""
-        ...
-
-    def gaps(self, let: Let) -> tuple[Gap, ...]:
-        """What may touch what; ``let`` names what depends on parameters alone."""
-        ...
 
 
 def derive(mechanism: Mechanism, topology: Topology, plan: Plan, effects: Sequence[Terms] = ()) -> Equations:
@@ -109,7 +65,8 @@ class _Derivation:
         kernels = [*self._dynamics(), *self._closure(), *self._motion(), *self._contact()]
         parameters = [*self.mechanism.parameters(), *(p for effect in self.effects for p in effect.parameters())]
         blocks, modules = tuple(self.ledger.blocks), tuple(map(self._state_of, self.plan.modules))
-        return Equations(tuple(parameters), self.state, blocks, tuple(kernels), self.contacts, modules=modules)
+        names = tuple(ContactName(gap.name, gap.ground, gap.angular) for gap in self.contacts)
+        return Equations(tuple(parameters), self.state, blocks, tuple(kernels), names, modules=modules)
 
     def _state_of(self, module: tuple[int, ...]) -> tuple[sp.Symbol, ...]:
         """Coordinates and rates of a module's links."""

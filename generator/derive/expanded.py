@@ -12,15 +12,16 @@ from dataclasses import dataclass
 
 import sympy as sp
 
+from ..equations.equations import Assignment
+from ..equations.ledger import Ledger
+from ..equations.names import AXES, State, multiplier, slide_name, solution_name
 from ..mechanism.joints import PointRef
 from ..mechanism.links import GROUND
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.topology import Branch, Topology
-from .derivation import Terms
-from .equations import Assignment, Ledger
 from .expanded_forces import expanded_forces
-from .kinematics import ZERO, Vector, add, dot, less, local, perp, scale, symbol
-from .names import AXES, State, multiplier, slide_name, solution_name
+from .terms_of_effects import Terms
+from .vectors import ZERO, Vector, add, dot, less, local, perp, scale, symbol
 
 LIMIT = 4
 """Links up to which the closed form is written: its length grows with the square of their number."""

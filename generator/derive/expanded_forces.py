@@ -11,18 +11,20 @@ from typing import TYPE_CHECKING
 
 import sympy as sp
 
+from ..equations.equations import Assignment
+from ..equations.ledger import Ledger
+from ..equations.names import State
 from ..mechanism.joints import PointRef
 from ..mechanism.links import GROUND
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.topology import Topology
 from .closure import Closure
-from .equations import Assignment, Ledger
-from .kinematics import Kinematics, Vector, dot
+from .kinematics import Kinematics
 from .motion import Couple, Force, Motion
-from .names import State
+from .vectors import Vector, dot
 
 if TYPE_CHECKING:
-    from .derivation import Terms
+    from .terms_of_effects import Terms
 
 Position = Callable[[PointRef], Vector]
 """Where a named point is, as a function of q."""

@@ -10,9 +10,20 @@ from dataclasses import dataclass, field
 
 import sympy as sp
 
-from .equations import Ledger
-from .kinematics import Vector, dot, perp
-from .names import A_X, A_Y, ALPHA, Variable, gain_name, hessian_name, linear_name, place, solution_name, turn
+from ..equations.ledger import Ledger
+from ..equations.names import (
+    A_X,
+    A_Y,
+    ALPHA,
+    Variable,
+    gain_name,
+    hessian_name,
+    linear_name,
+    place,
+    solution_name,
+    turn,
+)
+from .vectors import Vector, dot, perp
 
 FLIGHT, IMPACT = False, True
 

@@ -13,8 +13,7 @@ from typing import Protocol
 import sympy as sp
 
 from ..mechanism.joints import PointRef
-from .gather import Wrench
-from .kinematics import ZERO, Vector, dot, perp, scale
+from .vectors import ZERO, Vector, Wrench, dot, perp, scale
 
 
 class Place(Protocol):

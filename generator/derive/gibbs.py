@@ -12,16 +12,17 @@ from functools import cache
 
 import sympy as sp
 
+from ..equations.equations import GUARD
+from ..equations.ledger import Ledger
+from ..equations.names import A_X, A_Y, ALPHA, SLIDE, Variable, hessian_name, multiplier, place, solution_name, turn
 from ..mechanism.links import GROUND
 from ..mechanism.topology import Branch, Cut
 from ..planning.dead_centres import SMALLEST_SINE
 from ..planning.plan import Pivot, Plan, is_closure, is_dyad
 from .closure import Closure
-from .equations import GUARD, Ledger
 from .form import FLIGHT, IMPACT, Dyad, Eliminator, Form, Solution, Substitution, carried
-from .gather import NO_LOAD, Wrench
-from .kinematics import ZERO, Kinematics, Vector, add, dot, perp, scale, symbol
-from .names import A_X, A_Y, ALPHA, SLIDE, Variable, hessian_name, multiplier, place, solution_name, turn
+from .kinematics import Kinematics
+from .vectors import NO_LOAD, ZERO, Vector, Wrench, add, dot, perp, scale, symbol
 
 M, INERTIA, W2 = sp.symbols("m I w2")
 A, ALPHA_ = sp.symbols("a_x a_y"), sp.Symbol("alpha")

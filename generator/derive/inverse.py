@@ -9,12 +9,13 @@ from collections.abc import Collection
 
 import sympy as sp
 
+from ..equations.equations import Argument, Kernel, Output
+from ..equations.names import place
 from .closure import Closure
-from .equations import Argument, Kernel, Output
-from .gather import NO_LOAD, Wrench, gather_inwards
-from .kinematics import ZERO, Kinematics, Vector, add, dot, perp, scale, symbol
-from .names import place
+from .generalized_forces import gather_inwards
+from .kinematics import Kinematics
 from .shares import Shares
+from .vectors import NO_LOAD, ZERO, Vector, Wrench, add, dot, perp, scale, symbol
 
 
 class Inverse:

@@ -6,47 +6,13 @@ from dataclasses import dataclass
 
 import sympy as sp
 
+from ..equations.ledger import Ledger
+from ..equations.names import State, place, slide_name, sliding_name
 from ..mechanism.joints import PointRef
-from ..mechanism.links import GROUND, Parameter, Point
+from ..mechanism.links import GROUND, Point
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.topology import Branch, Topology
-from .equations import Ledger
-from .names import State, place, slide_name, sliding_name
-
-Vector = tuple[sp.Expr, sp.Expr]
-ZERO: Vector = (sp.S.Zero, sp.S.Zero)
-
-
-def perp(v: Vector) -> Vector:
-    """The vector turned by a right angle, counter-clockwise: r⊥ = (−r_y, r_x)."""
-    return (-v[1], v[0])
-
-
-def dot(v: Vector, w: Vector) -> sp.Expr:
-    return v[0] * w[0] + v[1] * w[1]
-
-
-def add(*vectors: Vector) -> Vector:
-    return (sp.Add(*(v[0] for v in vectors)), sp.Add(*(v[1] for v in vectors)))
-
-
-def less(v: Vector, w: Vector) -> Vector:
-    """v − w."""
-    return (v[0] - w[0], v[1] - w[1])
-
-
-def scale(factor: sp.Expr, v: Vector) -> Vector:
-    return (factor * v[0], factor * v[1])
-
-
-def symbol(parameter: Parameter | None) -> sp.Expr:
-    """The parameter's symbol, or zero for a structural zero."""
-    return sp.Symbol(parameter.symbol) if parameter else sp.S.Zero
-
-
-def local(point: Point) -> Vector:
-    """Coordinates of a point in its link's frame."""
-    return (symbol(point.x), symbol(point.y))
+from .vectors import ZERO, Vector, add, local, perp, scale, symbol
 
 
 @dataclass(frozen=True)

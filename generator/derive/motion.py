@@ -10,12 +10,12 @@ from dataclasses import dataclass
 
 import sympy as sp
 
+from ..equations.names import slide_name, sliding_name
 from ..mechanism.joints import Joint, PointRef
 from ..mechanism.links import GROUND, Parameter
 from .closure import Closure
-from .gather import NO_LOAD, Wrench
-from .kinematics import ZERO, Kinematics, Vector, add, dot, less, perp, scale, symbol
-from .names import slide_name, sliding_name
+from .kinematics import Kinematics
+from .vectors import NO_LOAD, ZERO, Vector, Wrench, add, dot, less, perp, scale, symbol
 from .way import Way, between
 
 TIME = sp.Symbol("t")

@@ -10,7 +10,8 @@ from __future__ import annotations
 import sympy as sp
 
 from ..mechanism.implied import Implied, Part
-from .kinematics import ZERO, Kinematics, Vector, dot, perp, scale
+from .kinematics import Kinematics
+from .vectors import ZERO, Vector, dot, perp, scale
 from .way import between
 
 Entry = tuple[int, int]

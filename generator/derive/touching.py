@@ -11,11 +11,10 @@ from dataclasses import dataclass
 
 import sympy as sp
 
+from ..equations.step import step
 from ..mechanism.joints import PointRef
 from .gaps import Pace, Place, Sight
-from .gather import Wrench
-from .kinematics import ZERO, Vector, add, dot, less, perp, scale
-from .step import step
+from .vectors import ZERO, Vector, Wrench, add, dot, less, perp, scale
 
 
 @dataclass(frozen=True)

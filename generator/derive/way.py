@@ -10,7 +10,8 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from .kinematics import ZERO, Kinematics, Vector, add, perp, scale
+from .kinematics import Kinematics
+from .vectors import ZERO, Vector, add, perp, scale
 
 End = tuple[int, Vector]
 """A point: the link that carries it, and the arm to it from the link's inboard point."""

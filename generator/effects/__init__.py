@@ -1,5 +1,6 @@
 """Effects that a scene can name, one module each. To add one, write its module and add its entry below."""
 
+from ..effect_base.effect import Contact, Effect, Entry, Level, Surroundings
 from . import (
     damper,
     drag,
@@ -16,7 +17,6 @@ from . import (
     torsion,
     touch,
 )
-from .effect import Contact, Effect, Entry, Level, Surroundings
 
 REGISTRY: tuple[Entry, ...] = (
     gravity.ENTRY,

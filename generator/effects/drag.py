@@ -8,18 +8,18 @@ from typing import TYPE_CHECKING
 
 from pydantic import Field
 
+from ..effect_base.effect import Complain, Effect, Entry, Surroundings
+from ..effect_base.line import links_at
+from ..effect_base.points import find_point
+from ..effect_base.table import Name, Positive, Table
 from ..mechanism.joints import PointRef
 from ..mechanism.links import GROUND, Parameter
-from .effect import Complain, Effect, Entry, Surroundings
-from .line import links_at
-from .points import find_point
-from .table import Name, Positive, Table
 
 if TYPE_CHECKING:
     from sympy import Expr
 
-    from ..derive.kinematics import Vector
     from ..derive.motion import Force, Motion
+    from ..derive.vectors import Vector
 
 SPEED = 1e-3
 """Default of the speed (m/s) below which quadratic drag is linear."""
@@ -57,8 +57,8 @@ class Drag(Effect):
         return tuple(p for p in (self.linear, self.quadratic, self.speed) if p is not None)
 
     def loads(self, motion: Motion) -> Sequence[Force]:
-        from ..derive.kinematics import scale
         from ..derive.motion import Force
+        from ..derive.vectors import scale
 
         force = scale(-self._resistance(motion), self._velocity(motion))
         return (Force(self.point, motion.let_vector(f"force_{self.label}", force)),)
@@ -77,7 +77,7 @@ class Drag(Effect):
         return motion.let(f"resistance_{self.label}", resistance)
 
     def _square(self, motion: Motion) -> Expr:
-        from ..derive.kinematics import dot
+        from ..derive.vectors import dot
 
         velocity = self._velocity(motion)
         return motion.let(f"square_{self.label}", dot(velocity, velocity))

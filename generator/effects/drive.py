@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Literal
 
 from pydantic import Field
 
+from ..effect_base.effect import Complain, Effect, Entry, Surroundings
+from ..effect_base.expression_of_time import AngleLaw, Expression, Law, Quantity, own_parameters, quantity
+from ..effect_base.points import find_joint
+from ..effect_base.table import Name, Table
 from ..mechanism.links import Parameter
 from ..mechanism.mechanism import Mechanism
-from .effect import Complain, Effect, Entry, Surroundings
-from .expressions import AngleLaw, Expression, Law, Quantity, own_parameters, quantity
-from .points import find_joint
-from .table import Name, Table
 
 if TYPE_CHECKING:
     from sympy import Expr

@@ -8,20 +8,20 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field
 
+from ..effect_base.effect import Complain, Effect, Entry, Surroundings
+from ..effect_base.expression_of_time import Law, Quantity, own_parameters, quantity, term
+from ..effect_base.points import find_point
+from ..effect_base.table import Name, Table
 from ..mechanism.joints import PointRef
 from ..mechanism.links import GROUND, Parameter
 from ..mechanism.mechanism import Mechanism
-from .effect import Complain, Effect, Entry, Surroundings
-from .expressions import Law, Quantity, own_parameters, quantity, term
-from .points import find_point
-from .table import Name, Table
 
 if TYPE_CHECKING:
     from sympy import Expr
 
-    from ..derive.kinematics import Vector
     from ..derive.motion import Force as Load
     from ..derive.motion import Motion
+    from ..derive.vectors import Vector
 
 Frame = Literal["fixed", "link"]
 FRAME = '"fixed" for fixed axes or "link" for axes that turn with the link'
@@ -58,7 +58,7 @@ class Force(Effect):
 
     def power(self, motion: Motion) -> Expr:
         """The force times the point's velocity."""
-        from ..derive.kinematics import dot
+        from ..derive.vectors import dot
 
         return dot(self._force(motion), motion.velocity(self.point))
 

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Annotated
 from pydantic import BeforeValidator, Field
 from pydantic_core import PydanticCustomError
 
+from ..effect_base.direction import unit
+from ..effect_base.effect import Complain, Effect, Entry, Surroundings
+from ..effect_base.table import Pair, Table
 from ..mechanism.links import Parameter, Point
-from .direction import unit
-from .effect import Complain, Effect, Entry, Surroundings
-from .table import Pair, Table
 
 if TYPE_CHECKING:
-    from ..derive.kinematics import Vector
+    from ..derive.vectors import Vector
 
 
 def _read_g(value: object) -> object:
@@ -48,7 +48,7 @@ class Gravity(Effect):
         return (self.g,)
 
     def field(self) -> Vector:
-        from ..derive.kinematics import ZERO, symbol
+        from ..derive.vectors import ZERO, symbol
 
         return (ZERO[0], -symbol(self.g))
 
@@ -81,7 +81,7 @@ class DirectedGravity(Gravity):
         return (self.g, *(self.direction.parameters() if isinstance(self.direction, Point) else ()))
 
     def field(self) -> Vector:
-        from ..derive.kinematics import local, symbol
+        from ..derive.vectors import local, symbol
 
         x, y = local(self.direction) if isinstance(self.direction, Point) else self.direction
         return (symbol(self.g) * x, symbol(self.g) * y)

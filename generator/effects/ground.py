@@ -6,29 +6,22 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from pydantic import Discriminator, Field, Tag
 
+from ..effect_base.contact import DEPTH, Law, Radius
+from ..effect_base.direction import unit
+from ..effect_base.effect import Complain, Contact, ContactPoint, Effect, Entry, Level, Place, Plane, Rim, Surroundings
+from ..effect_base.points import choose_carrier, find_point
+from ..effect_base.table import Name, Pair, Table, number_or_list
 from ..mechanism.joints import PointRef
 from ..mechanism.links import GROUND, Parameter, Point
 from ..mechanism.mechanism import Mechanism
-from .direction import unit
-from .effect import Complain, Contact, ContactPoint, Effect, Entry, Level, Place, Plane, Rim, Surroundings
-from .points import choose_carrier, find_point
-from .table import Name, Pair, Table, number_or_list
 
 if TYPE_CHECKING:
-    from ..derive.derivation import Let
     from ..derive.gaps import Gap
-
-Law = Literal["newton", "poisson", "stronge"]
-"""What restitution means: a ratio of speeds, of impulses, or, squared, of work."""
-
-Radius = Annotated[float, Field(ge=0.0)]
-
-DEPTH = 1e-9
-"""A start deeper than this (m) is inside the ground; less is rounding."""
+    from ..derive.terms_of_effects import Let
 
 
 class GroundTable(Table):
@@ -105,7 +98,7 @@ class Ground(Effect):
     def gaps(self, let: Let) -> tuple[Gap, ...]:
         """The unit normal and the offset of the plane, named once, and one gap per contact point."""
         from ..derive.gaps import PlaneGap
-        from ..derive.kinematics import dot, local, symbol
+        from ..derive.vectors import dot, local, symbol
 
         given, at = local(self.normal), local(self.point)
         length = let(f"length_n_{self.index}", dot(given, given) ** Fraction(1, 2))

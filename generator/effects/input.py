@@ -9,20 +9,20 @@ from typing import TYPE_CHECKING
 
 from pydantic import Field
 
+from ..effect_base.direction import unit
+from ..effect_base.effect import Complain, Effect, Entry, Surroundings
+from ..effect_base.points import find_joint
+from ..effect_base.table import Name, Pair, Table
 from ..mechanism.joints import PointRef
 from ..mechanism.links import Parameter
-from .direction import unit
-from .effect import Complain, Effect, Entry, Surroundings
 from .force import FRAME, Frame, find_loaded
-from .points import find_joint
-from .table import Name, Pair, Table
 from .torque import find_link
 
 if TYPE_CHECKING:
     from sympy import Expr
 
-    from ..derive.kinematics import Vector
     from ..derive.motion import Couple, Force, Motion
+    from ..derive.vectors import Vector
 
 KINDS = ("point", "joint", "link")
 
@@ -58,12 +58,12 @@ class OnPoint:
         return (Force(self.point, self._force(motion, given)),)
 
     def rate(self, motion: Motion, given: Input) -> Expr:
-        from ..derive.kinematics import dot
+        from ..derive.vectors import dot
 
         return dot(self._axis(motion, given), motion.velocity(self.point))
 
     def _force(self, motion: Motion, given: Input) -> Vector:
-        from ..derive.kinematics import scale
+        from ..derive.vectors import scale
 
         return scale(motion.input(given.name), self._axis(motion, given))
 

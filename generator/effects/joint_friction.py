@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 from pydantic import Field
 
+from ..effect_base.effect import Complain, Effect, Entry, Surroundings
+from ..effect_base.points import find_joint
+from ..effect_base.table import Name, Positive, Table
 from ..mechanism.links import Parameter
-from .effect import Complain, Effect, Entry, Surroundings
-from .points import find_joint
-from .table import Name, Positive, Table
 
 if TYPE_CHECKING:
     from sympy import Expr

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from pydantic import Field
 
+from ..effect_base.effect import Complain, Effect, Entry, Surroundings
+from ..effect_base.expression_of_time import AngleLaw, Expression, Law, Quantity, own_parameters, quantity, term
+from ..effect_base.points import find_joint
+from ..effect_base.table import Name, Pair, Table
 from ..mechanism.links import Parameter
-from .effect import Complain, Effect, Entry, Surroundings
-from .expressions import AngleLaw, Expression, Law, Quantity, own_parameters, quantity, term
-from .points import find_joint
-from .table import Name, Pair, Table
 
 if TYPE_CHECKING:
     from sympy import Expr

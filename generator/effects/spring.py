@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 from pydantic import Field
 
+from ..effect_base.effect import Complain, Effect, Entry, Place, Surroundings
+from ..effect_base.line import Line, find_line
+from ..effect_base.table import Name, Positive, Table
 from ..mechanism.links import Parameter
-from .effect import Complain, Effect, Entry, Place, Surroundings
-from .line import Line, find_line
-from .table import Name, Positive, Table
 
 if TYPE_CHECKING:
     from sympy import Expr

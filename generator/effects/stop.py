@@ -4,31 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
-from pydantic import BeforeValidator, Field
+from pydantic import Field
 
+from ..effect_base.angle import Angle
+from ..effect_base.effect import Complain, Effect, Entry, Surroundings, Turned
+from ..effect_base.points import find_joint
+from ..effect_base.table import Name, Table
 from ..mechanism.joints import Joint
 from ..mechanism.links import Parameter
-from .effect import Complain, Effect, Entry, Surroundings, Turned
-from .points import find_joint
-from .table import Name, Table
 
 if TYPE_CHECKING:
-    from ..derive.derivation import Let
     from ..derive.gaps import Gap
+    from ..derive.terms_of_effects import Let
 
 DEPTH = 1e-9
 """A start further beyond a stop than this (rad) is wrong; less is rounding."""
-
-
-def _read_angle(value: object) -> object:
-    from ..scene.schema import read_angle
-
-    return read_angle(value)
-
-
-Angle = Annotated[float, BeforeValidator(_read_angle)]
 
 
 class StopTable(Table):
@@ -84,7 +76,7 @@ class Stop(Effect):
     def gaps(self, let: Let) -> tuple[Gap, ...]:
         """One gap per limit, called ``stop.lowest`` and ``stop.highest``."""
         from ..derive.gaps import AngleGap
-        from ..derive.kinematics import symbol
+        from ..derive.vectors import symbol
 
         first, second, e = self.joint.first.link, self.joint.second.link, symbol(self.restitution)
         return tuple(

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 
 from pydantic import Field
 
+from ..effect_base.effect import Complain, Effect, Entry, Surroundings
+from ..effect_base.expression_of_time import Law, Quantity, own_parameters, quantity, term
+from ..effect_base.table import Name, Table
 from ..mechanism.links import Parameter
 from ..mechanism.mechanism import Mechanism
-from .effect import Complain, Effect, Entry, Surroundings
-from .expressions import Law, Quantity, own_parameters, quantity, term
-from .table import Name, Table
 
 if TYPE_CHECKING:
     from sympy import Expr

@@ -4,25 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
-from pydantic import BeforeValidator, Field
+from pydantic import Field
 
+from ..effect_base.angle import Angle
+from ..effect_base.effect import Complain, Effect, Entry, Surroundings
+from ..effect_base.points import find_joint
+from ..effect_base.table import Name, Positive, Table
 from ..mechanism.links import Parameter
-from .effect import Complain, Effect, Entry, Surroundings
-from .points import find_joint
-from .table import Name, Positive, Table
 
 if TYPE_CHECKING:
     from sympy import Expr
 
     from ..derive.motion import Couple, Motion
-
-
-def _read_angle(value: object) -> object:
-    from ..scene.schema import read_angle
-
-    return read_angle(value)
 
 
 class TorsionTable(Table):
@@ -31,9 +26,7 @@ class TorsionTable(Table):
     name: Name | None = Field(default=None, description="a name of letters, digits and _, beginning with a letter")
     joint: str = Field(description='the joint at which it acts, such as "joint_1"')
     stiffness: Positive | None = Field(default=None, description="the stiffness in N m/rad, a positive number")
-    angle: Annotated[float, BeforeValidator(_read_angle)] = Field(
-        default=0.0, description='the joint\'s angle at rest in rad, or a text such as "30 deg"'
-    )
+    angle: Angle = Field(default=0.0, description='the joint\'s angle at rest in rad, or a text such as "30 deg"')
     damping: Positive | None = Field(default=None, description="the damping in N m s/rad, a positive number")
 
 

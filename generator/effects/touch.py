@@ -9,18 +9,18 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from pydantic import Discriminator, Field, Tag
 
+from ..effect_base.contact import DEPTH, Law, Radius
+from ..effect_base.effect import Complain, ContactPoint, Effect, Entry, Place, Rim, Surroundings
+from ..effect_base.line import NO_DIRECTION, links_at
+from ..effect_base.points import choose_carrier, find_point
+from ..effect_base.table import Name, Table, number_or_list
 from ..mechanism.joints import PointRef
 from ..mechanism.links import GROUND, Parameter, Point
 from ..mechanism.mechanism import Mechanism
-from .effect import Complain, ContactPoint, Effect, Entry, Place, Rim, Surroundings
-from .ground import DEPTH, Law, Radius
-from .line import NO_DIRECTION, links_at
-from .points import choose_carrier, find_point
-from .table import Name, Table, number_or_list
 
 if TYPE_CHECKING:
-    from ..derive.derivation import Let
     from ..derive.gaps import Gap
+    from ..derive.terms_of_effects import Let
     from ..derive.touching import Edge
 
 Ends = Annotated[list[str], Field(min_length=2, max_length=2)]
@@ -107,8 +107,8 @@ class Touch(Effect):
 
     def gaps(self, let: Let) -> tuple[Gap, ...]:
         """One gap, called after the disc's centre and the touch."""
-        from ..derive.kinematics import symbol
         from ..derive.touching import TouchGap
+        from ..derive.vectors import symbol
 
         disc, other = self.disc, self.other
         return (
@@ -130,8 +130,8 @@ class Touch(Effect):
         """The edge and its length, which depends on parameters alone."""
         from sympy import sqrt
 
-        from ..derive.kinematics import dot, less, local
         from ..derive.touching import Edge
+        from ..derive.vectors import dot, less, local
 
         if self.ends is None or self.other.end is None:
             return None

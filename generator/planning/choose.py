@@ -13,7 +13,7 @@ import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from ..derive.names import A_X, A_Y, ALPHA, SLIDE, Variable, multiplier, turn
+from ..equations.names import A_X, A_Y, ALPHA, SLIDE, Variable, multiplier, turn
 from ..mechanism.links import GROUND
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.modules import alike

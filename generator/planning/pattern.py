@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, field
 
-from ..derive.names import A_X, A_Y, ALPHA, SLIDE, Variable, multiplier, turn
+from ..equations.names import A_X, A_Y, ALPHA, SLIDE, Variable, multiplier, turn
 from ..mechanism.joints import PointRef
 from ..mechanism.links import GROUND, Point
 from ..mechanism.mechanism import Mechanism

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from ..derive.names import Variable
+from ..equations.names import Variable
 
 Pivot = tuple[Variable, ...]
 """Variables that go at once: one angular acceleration, the one or two multipliers of a cut joint, the acceleration

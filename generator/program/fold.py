@@ -14,8 +14,8 @@ from dataclasses import replace
 import sympy as sp
 from sympy.core.parameters import distribute
 
-from ..derive.equations import Assignment, Block, Equations, Kernel
-from ..derive.step import step
+from ..equations.equations import Assignment, Block, Equations, Kernel
+from ..equations.step import step
 from .errors import FoldError
 
 EXACT = 2.0**53

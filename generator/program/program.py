@@ -13,7 +13,7 @@ from dataclasses import astuple, dataclass
 
 import sympy as sp
 
-from ..derive.equations import Assignment, Equations, Kernel
+from ..equations.equations import Assignment, Equations, Kernel
 from ..mechanism.links import Parameter
 from .response import responses
 from .slices import Slicer

@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import sympy as sp
 
-from ..derive.equations import Argument, Assignment, Block, Equations, Kernel, Output
+from ..equations.equations import Argument, Assignment, Block, Equations, Kernel, Output
 from .slices import Slicer
 
 NAME = "contact_response"

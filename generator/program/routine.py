@@ -9,8 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 
-from ..derive.derivation import AT_DEAD_CENTRES
-from ..derive.equations import GUARD
+from ..equations.equations import AT_DEAD_CENTRES, GUARD
 from .abreast import Packed, abreast, padded
 from .long_modules import rolled_modules
 from .program import Function, Program

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import sympy as sp
 
-from ..derive.equations import Assignment, Block, Equations
+from ..equations.equations import Assignment, Block, Equations
 
 
 class Slicer:

@@ -14,7 +14,7 @@ from fractions import Fraction
 
 import sympy as sp
 
-from ..derive.step import step
+from ..equations.step import step
 
 FUNCTIONS = {
     sp.sin: "sin",

@@ -8,8 +8,8 @@ from collections.abc import Iterator, Mapping
 
 from pydantic_core import PydanticCustomError
 
+from ..effect_base.angle import read_angle
 from .errors import Path, Report
-from .schema import read_angle
 
 ANGLES = ("tilt", "angles", "angle", "axis", "lowest", "highest", "poses")
 """Keys of all tables whose values are angles, or hold some."""

@@ -9,8 +9,8 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from ..effects.effect import Contact
-from ..effects.table import NAME
+from ..effect_base.effect import Contact
+from ..effect_base.table import NAME
 from ..mechanism.implied import almost_implied, implied
 from ..mechanism.joints import Joint, PointRef
 from ..mechanism.links import GROUND, Link, Parameter, Point

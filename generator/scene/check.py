@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
-from ..effects.table import Table
+from ..effect_base.table import Table
 from .angles import judge_angles
 from .errors import Path, Report
 from .quantities import without_unit

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..effects.effect import Effect
+from ..effect_base.effect import Effect
 from ..mechanism.assembly import Speed
 from ..mechanism.layout import Held, Layout, Length
 from ..mechanism.links import GROUND

@@ -13,9 +13,9 @@ from os import PathLike
 from pathlib import Path as File
 from typing import Any, TypeVar
 
+from ..effect_base.effect import Effect, Entry, Surroundings
+from ..effect_base.table import Table
 from ..effects import REGISTRY
-from ..effects.effect import Effect, Entry, Surroundings
-from ..effects.table import Table
 from .bodies import Bodies, check_masses, general
 from .check import check, show, unknown_key
 from .driven import check_driven

@@ -7,7 +7,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from ..effects.effect import Effect
+from ..effect_base.effect import Effect
 from ..mechanism.mechanism import Mechanism
 from .drawn import Anchor
 

@@ -2,34 +2,16 @@
 
 from __future__ import annotations
 
-import math
-import re
 from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag
-from pydantic_core import PydanticCustomError
 
-from ..effects.table import Name, Pair, Positive, Table, number_or_list
+from ..effect_base.angle import Angle, read_angle
+from ..effect_base.table import Name, Pair, Positive, Table, number_or_list
 
 TAGS = ("<number>", "<list>", "<table>", "<text>")
 """Marks that pydantic puts into the place of a fault to say which alternative of a value was meant."""
-
-_NUMBER = re.compile(r"\s*[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
-_ANGLE = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(deg|rad)\s*")
-
-
-def read_angle(value: object) -> object:
-    """``"10 deg"`` or ``"0.2 rad"`` as radians; anything but text as it is."""
-    if not isinstance(value, str):
-        return value
-    match = _ANGLE.fullmatch(value)
-    if match is None:
-        found = _NUMBER.match(value)
-        advice = f'write "{found[0].strip()} deg", or a number of rad without quotes' if found else "correct it"
-        raise PydanticCustomError("angle", "{advice}", {"advice": advice})
-    number = float(match[1])
-    return math.radians(number) if match[2] == "deg" else number
 
 
 def read_pose(value: object) -> object:
@@ -41,7 +23,6 @@ def _list_or_table(value: Any) -> str:
     return "<table>" if isinstance(value, dict) else "<list>"
 
 
-Angle = Annotated[float, BeforeValidator(read_angle)]
 PerLink = Annotated[
     Annotated[Positive, Tag("<number>")] | Annotated[list[Positive], Tag("<list>")], Discriminator(number_or_list)
 ]

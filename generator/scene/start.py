@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..effects.effect import Effect, Level
+from ..effect_base.effect import Effect, Level
 from ..mechanism.assembly import CannotClose, Contradiction, Speed, alone, follow, nearest, rates
 from ..mechanism.branch import place as located
 from ..mechanism.implied import implied

@@ -36,7 +36,7 @@ tosses = st.builds(
 
 def test_random_tosses(workshop: Workshop, monkeypatch: pytest.MonkeyPatch) -> None:
     """Twenty models serve all tosses, and a toss that crowds its steps ends soon: else a few take most of the time."""
-    monkeypatch.setattr(importlib.import_module("ccgen.runtime.simulate"), "SECOND_BUDGET", SECOND_BUDGET)
+    monkeypatch.setattr(importlib.import_module("ccgen.runtime.simulation.one_run"), "SECOND_BUDGET", SECOND_BUDGET)
     ended = {"done": 0, "stopped": 0}
     wrong: list[str] = []
 

@@ -13,8 +13,8 @@ import pytest
 
 from ccgen.generator import chain, loop
 from ccgen.runtime import simulate
-from ccgen.runtime.assemble import rounding_of
-from ccgen.runtime.samples import samples
+from ccgen.runtime.model.assembly import rounding_of
+from ccgen.runtime.model.samples import samples
 
 from ..conftest import Workshop
 from ..oracles import maximal, mechanisms, polygons

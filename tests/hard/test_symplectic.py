@@ -8,7 +8,7 @@ import numpy as np
 
 from ccgen.generator import loop
 from ccgen.runtime import simulate
-from ccgen.runtime.analysis import momentum
+from ccgen.runtime.analysis.inverse_dynamics import momentum
 
 from ..conftest import Workshop
 from ..oracles import polygons

@@ -1,0 +1,54 @@
+"""What the derivation asks of an effect."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Protocol
+
+import sympy as sp
+
+from ..mechanism.links import Parameter
+from .gaps import Gap
+from .motion import Couple, Force, Motion
+from .vectors import Vector
+
+Let = Callable[[str, sp.Expr], sp.Expr]
+
+
+class Terms(Protocol):
+    """What the derivation asks of an effect. An effect that has nothing to say returns zero or nothing."""
+
+    @property
+    def title(self) -> str:
+        """What the effect is called in a listing."""
+        ...
+
+    def parameters(self) -> tuple[Parameter, ...]: ...
+
+    def field(self) -> Vector:
+        """Uniform acceleration field (m/s²)."""
+        ...
+
+    def inputs(self) -> tuple[str, ...]:
+        """Names of inputs that are given at run time."""
+        ...
+
+    def loads(self, motion: Motion) -> Sequence[Force | Couple]:
+        """Forces and moments on links; inputs and time are expressions of ``motion``."""
+        ...
+
+    def potential(self, motion: Motion) -> sp.Expr:
+        """Potential energy (J) of those loads that have one; zero for the rest."""
+        ...
+
+    def drives(self, motion: Motion) -> Sequence[tuple[int, sp.Expr]]:
+        """Joints whose motion is prescribed, each with its acceleration (rad/s², or m/s² along its line)."""
+        ...
+
+    def power(self, motion: Motion) -> sp.Expr:
+        """Power (W) of those loads that have no potential."""
+        ...
+
+    def gaps(self, let: Let) -> tuple[Gap, ...]:
+        """What may touch what; ``let`` names what depends on parameters alone."""
+        ...

@@ -1,0 +1,266 @@
+"""A scene for a person: a summary, then the listing or the expanded closed form where asked for, as text or LaTeX."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from ..derive.expanded import ExpandedForm, expand
+from ..equations.equations import AT_DEAD_CENTRES, Equations
+from ..mechanism.joints import Joint, PointRef
+from ..mechanism.layout import lay_out
+from ..mechanism.mechanism import Mechanism
+from ..mechanism.topology import Cut, Topology, span
+from ..planning.choose import FAR
+from ..planning.plan import is_dyad
+from ..program.dialects import LISTING, C, write
+from ..program.prices import Price
+from ..program.program import Program, lower
+from ..program.routine import Routines
+from ..scene.driven import drive_layout
+from ..scene.scene import Scene
+from ..stages import derive_scene, plan_scene, prices
+from .assembled import branch_lines, mobility_of, redundancy_lines
+from .discs import disc_lines
+from .latex import Summary, expanded_document, recursive_document
+from .listing import name_index, write_listing
+from .price_table import price_lines
+
+WIDTH = 120
+RANK_TOLERANCE = 1e-9
+"""Singular values of the closure's Jacobian (m) below this count as zero."""
+
+
+def show_text(scene: Scene, latex: bool, expanded: bool, fold: bool = False, *, equations: bool = True) -> str:
+    """The text that ``ccgen show`` prints: the summary, and unless left out the listing; LaTeX and the expanded form,
+    where these are asked for, are whole in any case.
+
+    Raises ``ValueError`` for an expanded form of too many links or of driven joints, and for one that is to be folded.
+    """
+    if expanded and fold:
+        raise ValueError("--fold: found beside --expand, whose closed form keeps its symbols; leave out one of them")
+    if expanded and scene.driven:
+        raise ValueError(
+            f"--expand: found {', '.join(e.title for e in scene.effects if e.driven())}, expected no [[drive]]: the "
+            "expanded form knows no prescribed motion; leave out --expand"
+        )
+    form = expand(scene.mechanism, span(scene.mechanism, scene.driven), scene.effects) if expanded else None
+    topology, derived = derive_scene(scene, fold)
+    summary, added = summarize(scene, topology, derived), prices(scene, fold, derived)
+    if latex:
+        return expanded_document(summary, form, added) if form else recursive_document(summary, derived, added)
+    if form:
+        return _text(summary, added, "\n".join(_expanded_lines(form)))
+    if not equations:
+        return _text(summary, added)
+    return _text(summary, added, write_listing(scene.name, derived, name_index(scene, topology)).rstrip("\n"))
+
+
+def summarize(scene: Scene, topology: Topology, equations: Equations) -> Summary:
+    """Links, joints, loops, degrees of freedom, coordinates, effects, and operation counts, as headings with lines."""
+    mechanism, state = scene.mechanism, equations.state
+    links, joints = mechanism.links, mechanism.joints
+    root = mechanism.link_name(topology.root)
+    effects = [f"{effect.title}: {effect.describe(mechanism)}" for effect in scene.effects]
+    contacts = ", ".join(f"{c.point} on {c.ground}" for c in equations.contacts)
+    discs = tuple(disc_lines(scene))
+    inputs = ", ".join(name for effect in scene.effects for name in effect.inputs())
+    program = lower(equations)
+    functions = sorted(program.functions, key=lambda f: f.kernel.name.endswith(AT_DEAD_CENTRES))
+    counts = [f"{f.kernel.name}: {f.counts()}" for f in functions if f.sections]
+    return (
+        ("model", (scene.name,)),
+        ("links", (f"{len(links)}: " + ", ".join(link.name for link in links),)),
+        *([("welded", (_welded(mechanism),))] if mechanism.welded else []),
+        ("joints", (f"{len(joints)}: " + (", ".join(_joint(mechanism, j) for j in joints) or "none"),)),
+        ("root", (f"{root}, floating" if topology.floating else root,)),
+        ("loops", tuple(_loop(mechanism, topology, cut) for cut in topology.cuts) or ("none",)),
+        ("branch", tuple(branch_lines(scene, topology)) or ("no loop",)),
+        *([("order", tuple(_order_lines(scene, program)))] if topology.cuts else []),
+        *([("modules", modules)] if (modules := tuple(_module_lines(mechanism, program))) else []),
+        (
+            "degrees of freedom",
+            (
+                _freedom(scene, topology, len(state.u)),
+                _mobility(mechanism, len(scene.driven)),
+                *redundancy_lines(scene, mobility_of(scene)),
+            ),
+        ),
+        ("coordinates q", (", ".join(s.name for s in state.q),)),
+        ("quasi-velocities u", (", ".join(s.name for s in state.u),)),
+        ("effects", tuple(effects) or ("none",)),
+        *([("contacts", (contacts,))] if contacts else []),
+        *([("discs", discs)] if discs else []),
+        *([("inputs", (inputs,))] if inputs else []),
+        *([("parameters", ("folded: their values stand in the equations as numbers",))] if equations.folded else []),
+        ("operations", tuple(counts)),
+    )
+
+
+def _order_lines(scene: Scene, program: Program) -> Iterator[str]:
+    """Which plan of elimination is taken, what each would cost, and what it closes and leaves open."""
+    topology, choice = plan_scene(scene)
+    mechanism, plan, costs = scene.mechanism, choice.plan, dict(choice.costs)
+    others = [
+        f"{name} would take {'more than ' * (cost > FAR * costs[plan.name])}"
+        f"{min(FAR, cost / costs[plan.name]):.1f} times the operations"
+        for name, cost in costs.items()
+        if name != plan.name
+    ]
+    yield "; ".join([plan.name, *others])
+    if plan.severed:
+        ends = [f"{mechanism.link_name(s[0])} to {mechanism.link_name(s[-1])}" for s in plan.modules]
+        yield f"{len(ends)} segments of {len(plan.modules[0])} links: {', '.join(ends)}"
+        open_ = [mechanism.joints[topology.branch(link).joint].name for link in plan.severed]
+        yield f"cut open between them as well: {', '.join(open_)}"
+    dyads = [pivot for pivots in plan.pivots.values() for pivot in pivots if is_dyad(pivot)]
+    if dyads:
+        closed = [" with ".join(mechanism.link_name(v.joint) for v in pivot[:2]) for pivot in dyads]
+        yield "closed as dyads, the outermost first: " + ", ".join(closed)
+        taken = {v for pivot in dyads for v in pivot}
+        late = [
+            mechanism.link_name(v.joint)
+            for link, pivots in plan.pivots.items()
+            for pivot in pivots
+            for v in pivot
+            if v.kind == "turn" and v not in taken and v.joint not in (link, topology.root)
+        ]
+        if late:
+            yield f"left open until then: {', '.join(late)}"
+        safe = "tip to root" if plan.otherwise else "the runtime's solution of dependent rows"
+        yield f"where a dyad is near its dead centre: {safe}"
+    acceleration = program.function("acceleration")
+    chain, total = acceleration.longest_chain(), acceleration.counts().total
+    yield f"longest chain: {chain} of {total} operations of the acceleration, each of which waits for the one before"
+
+
+def _module_lines(mechanism: Mechanism, program: Program) -> Iterator[str]:
+    """Modules whose accelerations are computed side by side, group by group."""
+    links = [
+        ", ".join(
+            mechanism.link_name(int(s.name.removeprefix("theta_"))) for s in module if s.name.startswith("theta_")
+        )
+        for module in program.modules
+    ]
+    for members in Routines(program, C.term).one_by_one("acceleration").modules:
+        yield f"{len(members)} side by side: " + "; ".join(links[m] for m in members)
+
+
+def _mobility(mechanism: Mechanism, driven: int) -> str:
+    """Grübler's count, which knows nothing of lengths: joints that lose rank make the true number larger."""
+    links = len(mechanism.links)
+    slots = sum(joint.kind == "pin-in-slot" for joint in mechanism.joints)
+    others = len(mechanism.joints) - slots
+    count = f"3 x {links} links - 2 x {others} joints"
+    count += f" - {slots} pin{'s in slots' if slots > 1 else ' in a slot'}" if slots else ""
+    count += f" - {_driven(driven)}" if driven else ""
+    return f"{3 * links - 2 * others - slots - driven} by Grübler's count: {count}"
+
+
+def _driven(count: int) -> str:
+    return f"{count} driven joint{'s' * (count != 1)}"
+
+
+def _joint(mechanism: Mechanism, joint: Joint) -> str:
+    first, second = _point(mechanism, joint.first), _point(mechanism, joint.second)
+    if joint.slides:
+        return f"{joint.name} ({joint.kind}: {second} on a line of {first})"
+    return f"{joint.name} ({first} = {second})"
+
+
+def _welded(mechanism: Mechanism) -> str:
+    return ", ".join(f"{name} to {mechanism.link_name(owner)}" for name, owner in mechanism.welded.items())
+
+
+def _point(mechanism: Mechanism, ref: PointRef) -> str:
+    return f"{mechanism.link_name(ref.link)}.{ref.point}"
+
+
+def _loop(mechanism: Mechanism, topology: Topology, cut: Cut) -> str:
+    """The links around the loop that a cut joint closes, from its first side to its second."""
+    there, back = topology.path(cut.first.link), topology.path(cut.second.link)
+    links = [*there[: there.index(cut.meeting) + 1], *reversed(back[: back.index(cut.meeting)])]
+    return f"cut at {mechanism.joints[cut.joint].name}: " + " - ".join(mechanism.link_name(k) for k in links)
+
+
+def _freedom(scene: Scene, topology: Topology, count: int) -> str:
+    """Number of quasi-velocities less the rank of the closure at the start, and less what drives prescribe."""
+    rows, driven = len(topology.rows), len(scene.driven)
+    if not rows:
+        return (
+            f"{count - driven}"
+            + (f" = {count} quasi-velocities - {_driven(driven)}" if driven else "")
+            + ", no closure"
+        )
+    layout = lay_out(scene.mechanism, driven=scene.driven)
+    _, speeds = drive_layout(layout, scene.mechanism, scene.effects)
+    shut = layout.jacobian(layout.read_off(np.array(scene.start.poses)))
+    size, told = shut.shape[1] + 2 * layout.floating, np.vstack([shut, *(speed.row for speed in speeds)])
+    closed, left = (size - int(np.linalg.matrix_rank(a, tol=RANK_TOLERANCE)) for a in (shut, told))
+    text = f"{left} = {count} quasi-velocities - rank {count - closed} of the {rows} closure rows at the start"
+    if closed - left == driven:
+        return text + (f" - {_driven(driven)}" if driven else "")
+    return f"{text} - {closed - left} of {_driven(driven)}, the others held by the closure here"
+
+
+def _text(summary: Summary, added: Sequence[Price], equations: str = "") -> str:
+    """The summary in two columns, what effects add as its last entry, and the equations, if any, below it."""
+    if added:
+        summary = (*summary, ("added by effects", price_lines(added)))
+    indent = max(len(heading) for heading, _ in summary) + 2
+    lines = []
+    for heading, entries in summary:
+        for number, entry in enumerate(entries):
+            first = (heading if number == 0 else "").ljust(indent)
+            lines += textwrap.wrap(
+                entry, WIDTH, initial_indent=first, subsequent_indent=" " * (indent + 2), break_long_words=False
+            )
+    return "\n".join([*lines, "", equations] if equations else lines)
+
+
+def _expanded_lines(form: ExpandedForm) -> Iterator[str]:
+    """The closed form, one entry a line."""
+    u = [s.name for s in form.state.u]
+    rows = [s.name for s in form.multipliers]
+    right = " + ".join([*(["Q"] if form.Q is not None else []), *(["A^T lambda"] if rows else [])])
+    yield f"[flight: M u_dot + h = {right or '0'}" + (", A u_dot + dA/dt u = 0]" if rows else "]")
+    yield "# M is symmetric; entries that are not listed are 0"
+    yield "u: " + ", ".join(u)
+    if rows:
+        yield "lambda: " + ", ".join(rows)
+    for i, row in enumerate(u):
+        for j, column in enumerate(u[i:], start=i):
+            yield from _entry(f"M[{row}, {column}]", form.M[i, j])
+    for i, row in enumerate(u):
+        yield from _entry(f"h[{row}]", form.h[i])
+    for a in form.forces:
+        yield f"{a.symbol.name} = {write(a.expression, LISTING)}"
+    if form.Q is not None:
+        for i, row in enumerate(u):
+            yield from _entry(f"Q[{row}]", form.Q[i])
+    for i, row in enumerate(rows):
+        for j, column in enumerate(u):
+            yield from _entry(f"A[{row}, {column}]", form.A[i, j])
+    for i, row in enumerate(rows):
+        yield from _entry(f"(dA/dt u)[{row}]", form.A_rate[i])
+    yield from _expanded_impact(form, u)
+
+
+def _expanded_impact(form: ExpandedForm, u: list[str]) -> Iterator[str]:
+    if not form.contacts:
+        return
+    loops = ("A^T Lambda + ", ", A u_plus = 0") if form.multipliers else ("", "")
+    law = f"M (u_plus - u_minus) = {loops[0]}N^T P{loops[1]}"
+    yield f"\n[impact: {law}, 0 <= P, 0 <= N u_plus + e N u_minus, their product 0]"
+    for a in form.definitions:
+        yield f"{a.symbol.name} = {write(a.expression, LISTING)}"
+    for i, (point, ground) in enumerate(form.contacts):
+        for j, column in enumerate(u):
+            yield from _entry(f"N[{point} on {ground}, {column}]", form.N[i, j])
+
+
+def _entry(name: str, value: object) -> Iterator[str]:
+    if value != 0:
+        yield f"{name} = {write(value, LISTING)}"

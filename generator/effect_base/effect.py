@@ -1,0 +1,175 @@
+"""What an effect answers. An effect that a scene does not name is absent from everything that is generated."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from ..mechanism.joints import PointRef
+from ..mechanism.links import Parameter, Point
+from ..mechanism.mechanism import Mechanism
+from .table import Table
+
+if TYPE_CHECKING:
+    from sympy import Expr
+
+    from ..derive.gaps import Gap
+    from ..derive.motion import Couple, Force, Motion
+    from ..derive.terms_of_effects import Let
+    from ..derive.vectors import Vector
+
+Contact = tuple[str, PointRef]
+"""A point that can touch something: its name in the scene (``joint_3``, ``link_0.A``) and where it sits."""
+
+Plane = tuple[str, Point, Point]
+"""A half-plane: its name, a point of its surface, its outward normal."""
+
+Rim = tuple[PointRef, PointRef | None, Parameter | None]
+"""What is drawn of a contact's surface: a disc about a point, or an edge to a second point; its radius (m) or half its
+thickness, ``None`` where that is zero."""
+
+ContactPoint = tuple[str, str, PointRef, Parameter | None]
+"""A point or a disc about it: its name, what it touches, where it sits, its radius (m), ``None`` where that is zero."""
+
+Place = Callable[[PointRef], tuple[float, float]]
+"""Where a point of the mechanism is at the start, x and y in m."""
+
+Turned = Callable[[int], float]
+"""The angle of a link at the start, in rad; of the ground, zero."""
+
+Complain = Callable[[tuple[str | int, ...], str], None]
+"""Notes a fault of an effect's own table: the key inside the table, and the sentence."""
+
+
+@dataclass(frozen=True)
+class Level:
+    """A plane from which heights are measured: a point on it (m) and its unit normal."""
+
+    point: tuple[float, float] = (0.0, 0.0)
+    normal: tuple[float, float] = (0.0, 1.0)
+
+    def height(self, x: float, y: float) -> float:
+        """Distance of (x, y) from the plane, along its normal (m)."""
+        return (x - self.point[0]) * self.normal[0] + (y - self.point[1]) * self.normal[1]
+
+
+class Effect:
+    """Something that acts on the mechanism. Records of effects are frozen dataclasses derived from this one."""
+
+    @property
+    def title(self) -> str:
+        """What it is called where the model is described: its name in the scene, or its kind."""
+        return str(getattr(self, "name", "")) or type(self).__name__.lower()
+
+    def parameters(self) -> tuple[Parameter, ...]:
+        """The effect's own parameters, each once."""
+        return ()
+
+    def describe(self, mechanism: Mechanism) -> str:
+        """What ``ccgen show`` says of it behind its title: its parameters, unless it has something better to say."""
+        return ", ".join(f"{p.path} = {p.value!r}" for p in self.parameters()) or "no parameters"
+
+    def field(self) -> Vector:
+        """Uniform acceleration field (m/s²) as expressions in the parameters' symbols."""
+        from ..derive.vectors import ZERO
+
+        return ZERO
+
+    def inputs(self) -> tuple[str, ...]:
+        """Names of inputs that are given at run time."""
+        return ()
+
+    def instants(self) -> tuple[Parameter, ...]:
+        """Parameters that are times (s) at which a load has a kink: steps of a run end there."""
+        return ()
+
+    def loads(self, motion: Motion) -> Sequence[Force | Couple]:
+        """Forces and moments on links."""
+        return ()
+
+    @classmethod
+    def has_loads(cls) -> bool:
+        """Whether effects of this kind put forces or moments on links."""
+        return cls.loads is not Effect.loads
+
+    def driven(self) -> tuple[int, ...]:
+        """Joints (indices) whose motion the effect prescribes."""
+        return ()
+
+    def begins(self) -> tuple[float | None, float]:
+        """Position and speed at t = 0 of the joint that the effect drives; a position of ``None`` is left open."""
+        return None, 0.0
+
+    def drives(self, motion: Motion) -> Sequence[tuple[int, Expr]]:
+        """The driven joints' accelerations (rad/s², or m/s² along their lines)."""
+        return ()
+
+    def potential(self, motion: Motion) -> Expr:
+        """Potential energy (J) of the loads that have one."""
+        import sympy as sp
+
+        return sp.S.Zero
+
+    def power(self, motion: Motion) -> Expr:
+        """Power (W) of the loads that have no potential."""
+        import sympy as sp
+
+        return sp.S.Zero
+
+    def gaps(self, let: Let) -> tuple[Gap, ...]:
+        """What may touch what; ``let`` names what depends on parameters alone."""
+        return ()
+
+    def impact_law(self) -> str:
+        """The law of impact of its gaps."""
+        return "newton"
+
+    def planes(self) -> tuple[Plane, ...]:
+        """Half-planes to be drawn: name, a point of the surface, outward normal."""
+        return ()
+
+    def rims(self) -> tuple[Rim, ...]:
+        """Discs and edges to be drawn."""
+        return ()
+
+    def contact_points(self) -> tuple[ContactPoint, ...]:
+        """What touches what, in the order of :meth:`gaps`, as far as points or discs do."""
+        return ()
+
+    def level(self) -> Level | None:
+        """The plane from which a scene's ``height`` is measured, if the effect is one."""
+        return None
+
+    def remarks(self) -> tuple[tuple[str, str], ...]:
+        """Keys of its table whose values may be meant otherwise than they are understood, each with a sentence."""
+        return ()
+
+    def check_start(self, place: Place) -> tuple[str, ...]:
+        """What is wrong with the start as far as this effect is concerned, one sentence each."""
+        return ()
+
+    def check_angles(self, angle: Turned) -> tuple[str, ...]:
+        """What is wrong with the angles of the start, likewise."""
+        return ()
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """What an effect may know of its scene: the mechanism, and the points that touch things unless told otherwise."""
+
+    mechanism: Mechanism
+    contacts: tuple[Contact, ...]
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A kind of effect: the key of its table, whether it is a ``[[key]]``, its schema, and how its record is made.
+
+    ``build(table, index, surroundings, complain)`` gives the record, or ``None`` after having complained.
+    """
+
+    key: str
+    many: bool
+    table: type[Table]
+    build: Callable[[Any, int, Surroundings, Complain], Effect | None]

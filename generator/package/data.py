@@ -1,0 +1,163 @@
+"""The data that a generated package carries beside its code: names, parameter values, start and run settings."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+import sympy as sp
+
+from ..effect_base.effect import Effect
+from ..equations.equations import Equations
+from ..equations.names import State, sliding_name
+from ..mechanism.links import GROUND, Parameter, Point
+from ..mechanism.mechanism import Mechanism
+from ..mechanism.topology import Topology
+from ..scene.scene import Scene
+
+Json = dict[str, object]
+
+
+def point_names(mechanism: Mechanism) -> list[str]:
+    """Names of the positions that the kernel ``points`` gives, in its order: joints, then each link's named points."""
+    names = [joint.name for joint in mechanism.joints]
+    return names + [f"{link.name}.{name}" for link in mechanism.links for name in link.points]
+
+
+def model_data(scene: Scene, topology: Topology, equations: Equations, hash_: str) -> Json:
+    """Everything the runtime knows of the model besides the compiled kernels, ready for JSON."""
+    mechanism = scene.mechanism
+    return {
+        "name": scene.name,
+        "hash": hash_,
+        "links": [link.name for link in mechanism.links],
+        "joints": [joint.name for joint in mechanism.joints],
+        "between": [[joint.first.link, joint.second.link] for joint in mechanism.joints],
+        "outboard": _outboard(mechanism, topology),
+        "cuts": [mechanism.joints[cut.joint].name for cut in topology.cuts],
+        "rows": [f"{mechanism.joints[joint].name}.{row}" for joint, row in topology.rows],
+        "lines": _lines(mechanism),
+        "coordinates": _coordinates(mechanism, topology),
+        "leaders": [topology.leader(k) for k in range(len(mechanism.links))],
+        "root": mechanism.link_name(topology.root),
+        "points": point_names(mechanism),
+        "welded_points": _welded_points(mechanism),
+        "q_names": [s.name for s in equations.state.q],
+        "u_names": [s.name for s in equations.state.u],
+        "parameters": [[p.path, p.value] for p in equations.folded or equations.parameters],
+        "folded": bool(equations.folded),
+        "rests_on": {p.path: mechanism.joints[idle.joint].name for idle in topology.implied for p in idle.rests_on},
+        "drives": [_drive(mechanism, effect) for effect in scene.effects if effect.driven()],
+        "inputs": [name for effect in scene.effects for name in effect.inputs()],
+        "instants": [p.path for effect in scene.effects for p in effect.instants()],
+        "contacts": [[contact.point, contact.ground] for contact in equations.contacts],
+        "stops": [contact.ground for contact in equations.contacts if contact.angular],
+        "grounds": [plane for effect in scene.effects for plane in _planes(effect)],
+        "law": _law(scene),
+        "outlines": [[_point(point) for point in link.points.values()] for link in mechanism.links],
+        "discs": _discs(scene),
+        "ground_names": list(mechanism.ground_points),
+        "ground_points": [_point(point) for point in mechanism.ground_points.values()],
+        "start": {
+            "poses": [list(pose) for pose in scene.start.poses],
+            "velocities": [list(velocity) for velocity in scene.start.velocities],
+        },
+        "run": {"until": scene.run.until, "rtol": scene.run.rtol, "atol": scene.run.atol},
+    }
+
+
+def _discs(scene: Scene) -> list[Json]:
+    """Each disc once: the link (the ground: -1), the centre in its frame, and the radius, a parameter's path or 0;
+    of an edge its end, too."""
+    found = dict.fromkeys(rim for effect in scene.effects for rim in effect.rims())
+    point = scene.mechanism.point
+    return [
+        {"link": ref.link, "point": _point(point(ref)), "radius": _coordinate(radius)}
+        | ({"end": _point(point(end))} if end else {})
+        for ref, end, radius in found
+    ]
+
+
+def _welded_points(mechanism: Mechanism) -> dict[str, str]:
+    """Points of welded links as a scene names them, and as points of the bodies that they have become."""
+    return {
+        f"{name}.{point.removeprefix(name + '_')}": f"{mechanism.link_name(owner)}.{point}"
+        for name, owner in mechanism.welded.items()
+        for point in (mechanism.ground_points if owner == GROUND else mechanism.links[owner].points)
+        if point.startswith(f"{name}_")
+    }
+
+
+def driven_coordinates(state: State, topology: Topology, driven: Collection[int]) -> list[int]:
+    """Per driven joint, in the order of the branches: its coordinate, and the one that it is measured from or −1."""
+    found = []
+    for branch in topology.branches:
+        if branch.joint not in driven:
+            continue
+        if branch.slides:
+            found += [state.u.index(sp.Symbol(sliding_name(branch.joint))), -1]
+        else:
+            below = state.rate(branch.parent)
+            found += [state.u.index(state.rate(branch.link)), state.u.index(below) if below != 0 else -1]
+    return found
+
+
+def _drive(mechanism: Mechanism, effect: Effect) -> Json:
+    """A driven joint, its position at t = 0 if that is given, and its speed, a parameter's path where it is one."""
+    (joint,) = effect.driven()
+    paths, (position, speed) = [p.path for p in effect.parameters()], effect.begins()
+    return {
+        "joint": mechanism.joints[joint].name,
+        "position": position,
+        "speed": paths[0] if paths else speed,
+        "slides": mechanism.joints[joint].slides,
+    }
+
+
+def _lines(mechanism: Mechanism) -> dict[str, Json]:
+    """Per sliding joint its two links and points, and its line's direction in the first link's frame."""
+    return {
+        joint.name: {
+            "links": [joint.first.link, joint.second.link],
+            "points": [_point(mechanism.point(joint.first)), _point(mechanism.point(joint.second))],
+            "axis": _coordinate(joint.axis),
+            "angle": None if joint.turns else _coordinate(joint.angle),
+        }
+        for joint in mechanism.joints
+        if joint.slides
+    }
+
+
+def _coordinates(mechanism: Mechanism, topology: Topology) -> list[tuple[str, str | int]]:
+    """What each coordinate is: x or y of a link's frame, the angle of a link, or the length along a joint's line."""
+    root = [("x", topology.root), ("y", topology.root)] if topology.floating else []
+    angles = [("angle", k) for k in range(len(mechanism.links)) if topology.leader(k) == k]
+    slides = sorted(branch.joint for branch in topology.branches if branch.slides)
+    return [*root, *angles, *(("slide", mechanism.joints[joint].name) for joint in slides)]
+
+
+def _law(scene: Scene) -> str:
+    """The law of impact: Stronge's if any ground has it, else Poisson's if any has that."""
+    laws = {effect.impact_law() for effect in scene.effects}
+    return next((law for law in ("stronge", "poisson") if law in laws), "newton")
+
+
+def _outboard(mechanism: Mechanism, topology: Topology) -> list[str]:
+    """The link on which each joint's reaction acts: the tree's outboard link, or the second side of a joint that
+    is cut or implied."""
+    found = {branch.joint: branch.link for branch in topology.branches}
+    found |= {cut.joint: cut.second.link for cut in topology.cuts}
+    found |= {idle.joint: mechanism.joints[idle.joint].second.link for idle in topology.implied}
+    return [mechanism.link_name(found[joint]) for joint in range(len(mechanism.joints))]
+
+
+def _point(point: Point) -> list[str | float]:
+    """Coordinates as parameter paths, or 0 where they are structurally zero."""
+    return [_coordinate(point.x), _coordinate(point.y)]
+
+
+def _coordinate(parameter: Parameter | None) -> str | float:
+    return parameter.path if parameter else 0.0
+
+
+def _planes(effect: Effect) -> list[Json]:
+    return [{"name": name, "point": _point(point), "normal": _point(normal)} for name, point, normal in effect.planes()]

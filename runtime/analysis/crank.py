@@ -1,0 +1,288 @@
+"""The torque that a driven crank needs over one turn, found along the branch on which the mechanism starts."""
+
+from __future__ import annotations
+
+import bisect
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..arrays import BoolArray, FloatArray
+from ..extras import needed
+from ..model.drives import drive_columns
+from ..model.model import Model
+from ..precision import need_doubles
+from ..record.whole_file import write_whole
+from .contacts import CLOSED, DEEPEST, Contacts, inside
+
+NEAR = 1e4
+"""A position whose rows have a larger condition number is at a change point; its neighbours stand in for it."""
+BESIDE = 1e-2
+"""How far apart these neighbours are, rad of the crank."""
+STRIDE, SHORTEST = 5e-3, 1e-7
+"""Steps along the turn, rad of the crank."""
+MISS = 0.05
+"""A step that is corrected by more than this part of its length is halved."""
+SLIDING = 1e-9
+"""A contact that slides slower than this part of the fastest motion rolls or sticks."""
+
+Sample = tuple[FloatArray, FloatArray, FloatArray, float]
+"""q, u, u̇ and the torque."""
+
+
+@dataclass(frozen=True)
+class DrivingTorque:
+    """The torque (samples,) in N m at ``joint`` that turns it at the constant ``rate`` (rad/s), over one turn.
+
+    ``angle`` (samples,) is that of the joint (rad): its second link's less its first's. Positive torque acts on the
+    second link counter-clockwise. ``q``, ``u`` and ``u_dot`` are the motion.
+
+    ``closed`` are the (point, ground) names of contacts that are closed at some sample. What they push does no work in
+    this motion and is not in the torque.
+    """
+
+    model: Model
+    joint: str
+    rate: float
+    angle: FloatArray
+    torque: FloatArray
+    q: FloatArray
+    u: FloatArray
+    u_dot: FloatArray
+    closed: tuple[tuple[str, str], ...]
+
+    @property
+    def mean(self) -> float:
+        """Mean torque over the turn: zero unless something takes work."""
+        return float(np.mean(self.torque))
+
+    @property
+    def peak(self) -> float:
+        """The torque of largest magnitude, with its sign."""
+        return float(self.torque[np.argmax(np.abs(self.torque))])
+
+    def plot(self, path: str | os.PathLike[str] | None = None) -> Any:
+        """The figure of torque over angle, saved as a PNG where a path is given."""
+        target = None if path is None else Path(path)
+        if target is not None and target.suffix != ".png":
+            raise ValueError(f"a plot is saved as .png, found {target.name!r}; use another name")
+        figure_module = needed("matplotlib.figure", "a plot of a torque")
+        backend = needed("matplotlib.backends.backend_agg", "a plot of a torque")
+        figure = figure_module.Figure(figsize=(7, 3.6), dpi=100, layout="constrained")
+        backend.FigureCanvasAgg(figure)
+        axes = figure.subplots()
+        turned = np.degrees(self.angle - self.angle[0])
+        axes.plot(
+            np.append(turned, np.sign(self.rate) * 360.0), np.append(self.torque, self.torque[0]), color="#4477aa"
+        )
+        axes.axhline(0.0, color="#888888", linewidth=0.6)
+        axes.set_xlim(*sorted((0.0, float(np.sign(self.rate)) * 360.0)))
+        axes.set_xlabel(f"{self.joint}: turned from {np.degrees(self.angle[0]):.4g}° [°]")
+        axes.set_ylabel("torque [N m]")
+        axes.set_title(f"{self.model.name}: torque at {self.joint} for {self.rate:.4g} rad/s", fontsize=11)
+        axes.grid(True, color="#e6e6e6", linewidth=0.6)
+        axes.spines[["top", "right"]].set_visible(False)
+        if target is not None:
+            write_whole(target, lambda part: figure.savefig(part, format="png", metadata={"Software": "ccgen"}))
+        return figure
+
+
+def driving_torque(
+    model: Model, joint: str, rate: float, samples: int = 360, q: ArrayLike | None = None
+) -> DrivingTorque:
+    """The torque that turns ``joint`` of a mechanism with one degree of freedom once, at the constant ``rate`` (rad/s).
+
+    The turn begins at ``q``, the scene's start unless given, and keeps to its branch. At change points, where the
+    torque is a limit, the mean of two near neighbours stands. Loads are those at t = 0.
+
+    Contacts bar the way and do not push: those that the motion closes for a moment, or keeps closed, do no work in it.
+    Friction of a contact that slides would, by a force that the motion does not give.
+    Raises ``ValueError`` where the joint does not determine the motion; where it cannot be turned right round, because
+    of a dead point, or of a contact whose gap would become negative; and where a rough contact slides.
+    """
+    need_doubles(model.precision, model.name, "a driving torque")
+    if joint in model.data["lines"]:
+        raise ValueError(f"joint: found {joint}, which slides along a line, expected a joint that turns; name another")
+    drive = drive_columns(model, [joint])[:, 0]
+    others = [one["joint"] for one in model.data["drives"] if one["joint"] != joint]
+    if others:
+        raise ValueError(
+            f"joint: found {joint} beside driven {', '.join(others)}, expected no other joint whose motion is given; "
+            f"name {others[0]}, or leave out its [[drive]]"
+        )
+    if not np.isfinite(rate) or rate == 0.0:
+        raise ValueError(f"rate: found {rate}, expected a finite number other than zero")
+    if samples < 2:
+        raise ValueError(f"samples: found {samples}, expected at least 2")
+    first = model.start()[0] if q is None else model.assemble(q)
+    if np.ndim(first) != 1:
+        raise ValueError(f"q: found shape {np.shape(first)}, expected one configuration ({len(model.q_names)},)")
+    if depth := inside(model, first, DEEPEST):
+        raise ValueError(f"q: found {depth}, expected a configuration outside all surfaces; begin elsewhere")
+    turn = _Turn(model, drive, joint, float(rate), Contacts(model))
+    turned = 2.0 * np.pi * np.arange(samples) / samples
+    rows = turn.samples(first, turned)
+    qs, us, dots = (np.array([row[k] for row in rows]) for k in range(3))
+    torque, closed = np.array([row[3] for row in rows]), turn.closed(qs)
+    return DrivingTorque(model, joint, float(rate), qs @ drive, torque, qs, us, dots, closed)
+
+
+@dataclass(frozen=True)
+class _Turn:
+    """A turn of the crank: the closure's rows and the crank's own angle determine the configuration."""
+
+    model: Model
+    drive: FloatArray
+    joint: str
+    rate: float
+    contacts: Contacts
+
+    def closed(self, qs: FloatArray) -> tuple[tuple[str, str], ...]:
+        """Contacts that are closed in some of ``qs`` (samples, nq)."""
+        ever = np.any([self.contacts.depths(q) >= -CLOSED for q in qs], axis=0)
+        return tuple(contact for contact, touched in zip(self.model.contacts, ever, strict=True) if touched)
+
+    def samples(self, first: FloatArray, turned: FloatArray) -> list[Sample]:
+        """The motion after the crank has turned by each of ``turned`` (rad, rising, in the direction of the rate)."""
+        values = np.linalg.svd(self._rows(first), compute_uv=False)
+        if len(values) < len(first) or self.condition(first) > NEAR:
+            raise ValueError(
+                f"{self.joint}: its angle does not determine the motion here, expected a mechanism with one degree of "
+                f"freedom (found {self.model.dof}), away from dead and change points; start elsewhere or name another"
+            )
+        found: list[Sample] = []
+        angles, passed = [0.0], [first]  # regular configurations on the way: from each of them the walk can go on
+
+        def reach(wanted: float) -> FloatArray:
+            last = bisect.bisect_right(angles, wanted) - 1
+            if angles[last] == wanted:
+                return passed[last]
+            reached = self._walk(passed[last], angles[last], wanted)
+            if self.condition(reached) <= NEAR:
+                angles.insert(last + 1, wanted)
+                passed.insert(last + 1, reached)
+            return reached
+
+        for wanted in turned:
+            reached = reach(wanted)
+            if self.condition(reached) <= NEAR:
+                found.append(self._sample(reached))
+                continue
+            beside, sides = min(BESIDE, wanted / 2.0), []
+            for side in (wanted - 2.0 * beside, wanted - beside, wanted + beside, wanted + 2.0 * beside):
+                sides.append(self._sample(reach(side)))
+            found.append(_between(sides))
+        if len(self.contacts):
+            reach(2.0 * np.pi)  # nothing bars the way from the last sample to the whole turn
+        return found
+
+    def condition(self, q: FloatArray) -> float:
+        """Condition number of the rows at ``q``."""
+        values = np.linalg.svd(self._rows(q), compute_uv=False)
+        return float(values[0] / max(values[min(len(values), len(q)) - 1], 1e-300))
+
+    def _rows(self, q: FloatArray) -> FloatArray:
+        return np.vstack([self.model.jacobian(q) / self.model.length, self.drive])
+
+    def _motion(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Velocities and accelerations at the constant rate."""
+        rows, u = self._rows(q), self._velocity(q)
+        bias = self.model.kernels.of_state("closure_bias", q[None], u[None])[0] / self.model.length
+        return u, np.linalg.lstsq(rows, np.append(-bias, 0.0), rcond=1e-12)[0]
+
+    def _velocity(self, q: FloatArray) -> FloatArray:
+        rows = self._rows(q)
+        wanted = np.append(np.zeros(len(rows) - 1), self.rate)
+        return np.asarray(np.linalg.lstsq(rows, wanted, rcond=1e-12)[0], dtype=float)
+
+    def _sample(self, q: FloatArray) -> Sample:
+        """The torque does the work that the motion takes: no other force does any."""
+        u, u_dot = self._motion(q)
+        self._check_sliding(q, u)
+        force = self.model.kernels.inverse_dynamics(q[None], u[None], 0.0, u_dot[None])[0]
+        return q, u, u_dot, float(force @ u / self.rate)
+
+    def _check_sliding(self, q: FloatArray, u: FloatArray) -> None:
+        """No rough contact slides: by its friction it would take work, and nothing says how hard it pushes."""
+        closed = (self.contacts.depths(q) >= -CLOSED) & (self.contacts.friction > 0.0)
+        rows = self.contacts.tangents(q)
+        slides = closed & (np.abs(rows @ u) > SLIDING * np.linalg.norm(rows, axis=1) * np.linalg.norm(u))
+        slides &= np.abs(self.contacts.normals(q) @ u) <= SLIDING * np.linalg.norm(rows, axis=1) * np.linalg.norm(u)
+        if np.any(slides):
+            point, ground = self.model.contacts[int(np.argmax(slides))]
+            raise ValueError(
+                f"{self.joint}: {point} slides on rough {ground}, and the motion does not give its friction; leave "
+                "out the contact, or simulate the motion"
+            )
+
+    def _walk(self, q: FloatArray, angle: float, wanted: float) -> FloatArray:
+        """From ``q`` at ``angle`` to ``wanted`` (rad), on the branch that continues the motion smoothly."""
+        step, over, bar = STRIDE, False, -1
+        while wanted - angle > 1e-12:
+            h = min(step, wanted - angle)
+            u, u_dot = self._motion(q)
+            time = h / abs(self.rate)
+            change = time * u + time * time / 2.0 * u_dot
+            found = self._corrected(q + change, float(self.drive @ q) + np.sign(self.rate) * h)
+            bar = -1 if found is None else self._bar(q, u, found, time)
+            if found is None or bar >= 0 or np.linalg.norm(found - q - change) > MISS * np.linalg.norm(change):
+                step = h / 2.0
+                if over or step < SHORTEST:
+                    raise ValueError(self._stuck(angle, bar))
+            elif self.condition(found) > NEAR and h < wanted - angle:
+                step, over = 1.3 * h, True  # over the change point rather than onto it
+            else:
+                q, angle, step, over = found, angle + h, min(STRIDE, 2.0 * h), False
+        return q
+
+    def _bar(self, q: FloatArray, u: FloatArray, found: FloatArray, time: float) -> int:
+        """A contact whose gap is negative at ``found``, or, by its rates, on the way there from ``q``; −1 for none."""
+        if not len(self.contacts):
+            return -1
+        gaps, ends = -self.contacts.depths(q), -self.contacts.depths(found)
+        states = np.array([q, found]), np.array([u, self._velocity(found)])
+        rate, last = self.model.kernels.of_state("gap_rates", *states) / self.contacts.sizes
+        dips = (rate < 0.0) & (last > 0.0)
+        least = np.where(dips, np.minimum(gaps + rate * _meeting(gaps, ends, rate, last, dips, time), ends), ends)
+        worst = int(np.argmin(least))
+        return worst if least[worst] < -DEEPEST else -1
+
+    def _stuck(self, angle: float, bar: int) -> str:
+        """Why the crank goes no further than to ``angle`` (rad): contact ``bar``, or a dead point where that is −1."""
+        where = f"{self.joint} cannot be turned right round: it comes to a stop after {np.degrees(angle):.6g}°"
+        if bar < 0:
+            return f"{where}, expected a crank; name another joint"
+        point, ground = self.model.contacts[bar]
+        what = "" if ground in self.model.stops else "the surface of "
+        advice = "leave that out, turn it the other way, or name another joint"
+        return f"{where}, where {point} reaches {what}{ground}, which would push; {advice}"
+
+    def _corrected(self, q: FloatArray, crank: float) -> FloatArray | None:
+        """The configuration near ``q`` with loops shut and the crank at ``crank`` (rad), ``None`` where none is."""
+        for _ in range(12):
+            miss = np.append(self.model.closure(q) / self.model.length, self.drive @ q - crank)
+            step = np.linalg.lstsq(self._rows(q), miss, rcond=1e-9)[0]
+            q = q - step
+            if np.max(np.abs(step)) <= 1e-13 * (1.0 + np.max(np.abs(q))):
+                return q
+        return q if np.max(np.abs(miss)) < 1e-12 else None
+
+
+def _meeting(
+    gaps: FloatArray, ends: FloatArray, rate: FloatArray, last: FloatArray, dips: BoolArray, time: float
+) -> FloatArray:
+    """When the tangents at both ends of a step of ``time`` (s) meet: a gap that bends upwards is nowhere below."""
+    return np.asarray((ends - gaps - last * time) / np.where(dips, rate - last, -1.0))
+
+
+def _between(sides: list[Sample]) -> Sample:
+    """The middle of four samples at equal distances around it, by cubic interpolation."""
+    q, u, u_dot, torque = (
+        sum(weight * side[k] for weight, side in zip((-1 / 6, 2 / 3, 2 / 3, -1 / 6), sides, strict=True))
+        for k in range(4)
+    )
+    return q, u, u_dot, float(torque)  # type: ignore[return-value]

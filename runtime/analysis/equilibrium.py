@@ -1,0 +1,166 @@
+"""Static equilibrium: where the loads of a mechanism balance, and whether it stays there."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import chain, combinations
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..arrays import BoolArray, FloatArray
+from ..model.drives import drive_columns
+from ..model.model import Model
+from ..precision import need_doubles
+from .contacts import DEEPEST, Hold, inside
+from .static_search import rest_from, smallest
+from .statics import Statics
+
+Stability = Literal["stable", "unstable", "indifferent"]
+
+LOOSE = 8
+"""Contacts closed without force, at most, of which every way to open and stay closed is looked at."""
+OPENING = 1e-9
+"""Rates of gaps above minus this, along motions of length 1, are not into a surface."""
+
+HELD = (
+    "friction holds it here; it rests in a whole range of configurations around this one, and this is the first on "
+    "the way from the start"
+)
+ROUGH = (
+    "it rests without friction; by the friction of its contacts it rests in a range of configurations around this one"
+)
+LIMIT = "friction is at its limit at {}: less of it, or more load, and it slides"
+SHARED = "contact forces are not unique: those of least norm are given, with the range of each"
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """A configuration ``q`` (nq,) in which the mechanism stays at rest.
+
+    ``stiffness`` (freedoms,): eigenvalues, rising, of the reduced Hessian of the potential over orthonormal motions
+    that keep loops shut, contacts that push closed, and those that friction holds from sliding. All positive: stable.
+    One negative: unstable. Otherwise indifferent, or not to be told from the stiffness: so are rest at the very limit
+    of friction, and contacts closed without force that bar motions of negative stiffness.
+    ``reactions`` (joints, 3): force and moment on each joint's outboard link. ``residual``: generalized force left
+    over, relative to the loads.
+
+    ``closed`` are the (point, ground) names of the contacts that are closed. ``contact_forces`` (contacts, 2), in the
+    order of the model's ``contacts``, are normal force and friction, the latter along the normal turned clockwise, on
+    the point or the first disc, in N (of stops in N m); 0 where open. ``ranges`` (contacts, 2, 2) are the lowest and
+    highest value that each can have; they differ where forces are not ``unique``, and ``inf`` is one without a bound.
+    ``note`` says in words what a rest on contacts leaves open; it is empty where that is nothing.
+    """
+
+    q: FloatArray
+    stability: Stability
+    stiffness: FloatArray
+    reactions: FloatArray
+    residual: float
+    closed: tuple[tuple[str, str], ...]
+    contact_forces: FloatArray
+    ranges: FloatArray
+    note: str
+
+    @property
+    def unique(self) -> bool:
+        """Whether the contact forces are the only ones that balance the loads."""
+        return bool(np.all(self.ranges[..., 0] == self.ranges[..., 1]))
+
+
+def static_equilibrium(
+    model: Model,
+    q: ArrayLike | None = None,
+    torques: Mapping[str, float] | None = None,
+    *,
+    nearest: bool = False,
+) -> Equilibrium:
+    """An equilibrium under the loads of ``model`` at t = 0 and constant ``torques`` (N m) at joints, from ``q``.
+
+    At a joint that slides, the number is a force (N) on its second link along the line. Neither is part of the joint's
+    reaction.
+    Driven joints are held where they are in ``q``, by the moment (the force along the line) of their reactions.
+    Grounds, stops and touches are kept: no gap is negative, contacts only push, and only those that are closed.
+    The search begins at the scene's start unless ``q`` is given, and goes downhill to a stable equilibrium; with
+    ``nearest`` it goes to a near one, stable or not. Friction holds a mechanism in a whole range of configurations:
+    the first one that it holds, on a way downhill on which contacts slide or stick, is given. Raises ``ValueError``
+    where it finds none, as for a mechanism that falls freely, and where ``q`` is behind a surface.
+    """
+    need_doubles(model.precision, model.name, "an equilibrium")
+    given = dict(torques or {})
+    for drive in model.data["drives"]:
+        if drive["joint"] in given:
+            raise ValueError(f"torques: found {drive['joint']}, which a drive holds, expected joints that are free")
+    held = np.zeros(len(model.u_names))
+    if given:
+        held = drive_columns(model, list(given)) @ np.array(list(given.values()), dtype=float)
+    if not np.all(np.isfinite(held)):
+        raise ValueError(f"torques: found {given}, expected finite numbers")
+    first = model.start()[0] if q is None else model.assemble(q)
+    if np.ndim(first) != 1:
+        raise ValueError(f"q: found shape {np.shape(first)}, expected one configuration ({len(model.q_names)},)")
+    if depth := inside(model, first, DEEPEST):
+        raise ValueError(f"q: found {depth}, expected a configuration outside all surfaces; begin elsewhere")
+    statics = Statics(model, held, first, given)
+    found, hold = rest_from(statics, first, nearest)
+    stability, values = _judge(statics, found, hold)
+    return Equilibrium(
+        found,
+        stability,
+        values,
+        statics.reactions(found, hold.forces),
+        statics.residual(found, hold),
+        tuple(model.contacts[k] for k in np.flatnonzero(hold.closed)),
+        hold.forces,
+        hold.ranges,
+        _note(statics, found, hold),
+    )
+
+
+def _judge(statics: Statics, q: FloatArray, hold: Hold) -> tuple[Stability, FloatArray]:
+    """Whether it stays there, and the stiffnesses (freedoms,)."""
+    form = statics.stiffness(q, hold, hold.forces)
+    values: FloatArray = np.asarray(np.linalg.eigvalsh(form), dtype=float)
+    least = smallest(statics, q, values)
+    stability: Stability = "stable" if np.all(values > least) else "indifferent"
+    loose = hold.closed & ~hold.pushing
+    if np.any(values < -least) and (not np.any(loose) or _falls(statics, q, hold, form, loose, -least)):
+        stability = "unstable"
+    elif np.any(hold.limited):
+        stability = "indifferent"
+    return stability, values
+
+
+def _falls(statics: Statics, q: FloatArray, hold: Hold, form: FloatArray, loose: BoolArray, below: float) -> bool:
+    """Whether some motion on which no ``loose`` contact closes has a stiffness ``below``.
+
+    The least stiffness over such motions is an eigenvalue where some of these contacts stay closed and all others open.
+    """
+    motions = statics.motions(q, hold)
+    rows = (statics.contacts.normals(q) / statics.contacts.sizes[:, None])[loose] @ motions
+    count = range(len(rows)) if len(rows) <= LOOSE else ()
+    for shut in chain.from_iterable(combinations(count, k) for k in range(len(rows) + 1)):
+        face = np.eye(len(form))
+        if shut:
+            _, sizes, right = np.linalg.svd(rows[list(shut)])
+            face = right[int(np.sum(sizes > OPENING)) :].T
+        values, directions = np.linalg.eigh(face.T @ form @ face)
+        for motion in (face @ directions[:, values < below]).T:
+            if any(np.all(sign * rows @ motion >= -OPENING) for sign in (1.0, -1.0)):
+                return True
+    return False
+
+
+def _note(statics: Statics, q: FloatArray, hold: Hold) -> str:
+    """What a rest on contacts leaves open."""
+    parts = []
+    if statics.motions(q, hold.slipping()).shape[1] > statics.motions(q, hold).shape[1]:
+        parts.append(ROUGH if statics.rests_smooth(q) else HELD)
+    if np.any(hold.limited):
+        names = [f"{point} on {ground}" for point, ground in statics.model.contacts]
+        parts.append(LIMIT.format(", ".join(names[k] for k in np.flatnonzero(hold.limited))))
+    if np.any(hold.ranges[..., 0] != hold.ranges[..., 1]):
+        parts.append(SHARED)
+    return "; ".join(parts)

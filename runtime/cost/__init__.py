@@ -1,0 +1,1 @@
+"""What accuracy costs in time, and what parts of a model do."""

@@ -1,0 +1,168 @@
+"""A generated model's compiled code with values of its parameters, and what it may be asked: names, sizes, kernels."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..arrays import FloatArray
+from ..precision import core_of
+from .disc import Disc
+from .inputs import Values, read_values
+from .parameters import Parameters
+from .samples import ROUNDING, samples
+from .tolerances import check_angles, largest_angle
+
+if TYPE_CHECKING:
+    from .._core import Kernels
+
+
+class Compiled:
+    """What the other modules here compute with: a model's data, parameters and kernels, and the checks of states.
+
+    Names that begin with an underscore are for the modules of the runtime, not for users of a model.
+    """
+
+    def __init__(
+        self,
+        descriptor: object,
+        data: Mapping[str, Any],
+        values: Mapping[str, float] | None = None,
+        folder: Path | None = None,
+    ) -> None:
+        self._descriptor, self.data, self.folder = descriptor, data, folder
+        self.name: str = data["name"]
+        self.links = tuple(data["links"])
+        self.joints = tuple(data["joints"])
+        self.grounds = tuple(plane["name"] for plane in data["grounds"])
+        self.stops = frozenset(data["stops"])
+        self.points = tuple(data["points"])
+        self.q_names = tuple(data["q_names"])
+        self.u_names = tuple(data["u_names"])
+        self.inputs = tuple(data["inputs"])
+        self.angular = tuple(index for index, (kind, _) in enumerate(data["coordinates"]) if kind == "angle")
+        self.cuts = tuple(data["cuts"])
+        self.rows = tuple(data["rows"])
+        self.outboard = tuple(data["outboard"])
+        self.root: str = data["root"]
+        self.folded: bool = data.get("folded", False)
+        self.precision: str = data.get("precision", "double")
+        self.core = core_of(self.precision)
+        self.contacts: tuple[tuple[str, str], ...] = tuple((point, ground) for point, ground in data["contacts"])
+        self._changes = 0
+        folded = self.name if self.folded else ""
+        self._parameters = Parameters(
+            dict(data["parameters"]) | dict(values or {}), self._rebuild, folded, data.get("rests_on")
+        )
+        self._rebuild()
+        if self.kernels.hash != data["hash"]:
+            raise ImportError(f"the code and the data of {self.name} are of different scenes; generate the model again")
+
+    def _rebuild(self) -> None:
+        values = np.array([] if self.folded else list(self._parameters.values()), dtype=float)
+        angular = [index for index, (_, ground) in enumerate(self.contacts) if ground in self.stops]
+        kernels = self.core.Kernels(self._descriptor, values, self.length, self.data["law"], angular)
+        if not np.all(np.isfinite(kernels.constants)):
+            raise ValueError(
+                f"{self.name}: the equations have no finite constants with these values (a normal of no length?)"
+            )
+        lost, usual = kernels.rounding(*samples(self.q_names, self.length, self.core.REAL)).max(axis=0).tolist()
+        if lost > ROUNDING * float(np.finfo(self.core.REAL).eps) * usual:
+            kernels.refine_from_now(usual)
+        self.usual = usual
+        self.kernels: Kernels = kernels
+        self._changes += 1
+
+    @property
+    def length(self) -> float:
+        """A length of the mechanism (m): the largest extent of a link."""
+        extents = [float(np.ptp(outline, axis=0).max()) for outline in self.outlines if len(outline) > 1]
+        return max(extents, default=0.0) or 1.0
+
+    @property
+    def parameters(self) -> Parameters:
+        """Values by scene path (``link_0.mass``); set one and it takes effect at once."""
+        return self._parameters
+
+    @property
+    def outlines(self) -> tuple[FloatArray, ...]:
+        """Per link its named points in the link's frame, (m, 2) in m."""
+        return tuple(self._coordinates(points) for points in self.data["outlines"])
+
+    @property
+    def discs(self) -> tuple[Disc, ...]:
+        """Discs and edges of links and of the ground, by which they touch."""
+        return tuple(
+            Disc(disc["link"], ends[0], self._coordinates([[disc["radius"], 0.0]])[0, 0].item(), *ends[1:])
+            for disc in self.data["discs"]
+            for ends in [self._coordinates([disc[end] for end in ("point", "end") if end in disc])]
+        )
+
+    @property
+    def ground_points(self) -> FloatArray:
+        """Named points of the ground, (k, 2) in m."""
+        return self._coordinates(self.data["ground_points"])
+
+    def ground_planes(self) -> dict[str, tuple[FloatArray, FloatArray]]:
+        """Per ground a point of its surface (2,) in m and its outward unit normal (2,)."""
+        planes = {}
+        for plane in self.data["grounds"]:
+            point, normal = self._coordinates([plane["point"], plane["normal"]])
+            planes[plane["name"]] = (point, normal / np.linalg.norm(normal))
+        return planes
+
+    def _coordinates(self, points: Sequence[Sequence[str | float]]) -> FloatArray:
+        values = [[self._parameters[c] if isinstance(c, str) else c for c in point] for point in points]
+        return np.array(values, dtype=float).reshape(-1, 2)
+
+    def _contact(self, contact: tuple[str, str]) -> int:
+        if isinstance(contact, str) or tuple(contact) not in self.contacts:
+            known = ", ".join(f"({point}, {ground})" for point, ground in self.contacts) or "none"
+            raise ValueError(f"found contact {contact!r}, expected one of: {known}")
+        return self.contacts.index((contact[0], contact[1]))
+
+    # -- calls of the kernels -----------------------------------------------------------------------------------------
+
+    def _of_q(self, kernel: str, q: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
+        states, single = self._batch(q, "q", len(self.q_names))
+        found = self.kernels.of_q(kernel, states).reshape(len(states), *shape)
+        return found[0].copy() if single else found.copy()
+
+    def _state(self, q: ArrayLike, u: ArrayLike) -> tuple[tuple[FloatArray, FloatArray], bool]:
+        qs, single = self._batch(q, "q", len(self.q_names))
+        us, single_u = self._batch(u, "u", len(self.u_names))
+        if qs.shape[0] != us.shape[0] or single != single_u:
+            raise ValueError(f"q and u must hold equally many states, found shapes {np.shape(q)} and {np.shape(u)}")
+        return (qs, us), single
+
+    def _batch(self, x: ArrayLike, what: str, width: int) -> tuple[FloatArray, bool]:
+        kind = self.core.REAL
+        found = np.ascontiguousarray(x, dtype=kind) if np.ndim(x) else np.array(x, dtype=kind)
+        if found.ndim not in (1, 2) or found.shape[-1] != width:
+            raise ValueError(f"{what}: found shape {found.shape}, expected ({width},) or (states, {width})")
+        rows, single = (found[None], True) if found.ndim == 1 else (found, False)
+        if not self.core.all_within(found.ravel(), largest_angle(kind)):  # seldom: then what it is
+            if not self.core.all_finite(found.ravel()):
+                raise ValueError(f"{what}: found {found[~np.isfinite(found)][0]}, expected finite numbers")
+            if what == "q":
+                check_angles(rows[:, self.angular], [self.q_names[k] for k in self.angular], kind)
+        return rows, single
+
+    def set_inputs(self, inputs: Values | None) -> None:
+        """Values of the inputs for calls of the kernels that follow."""
+        if self.inputs or inputs is not None:
+            self.kernels.set_inputs(read_values(self.inputs, inputs))
+
+    @contextmanager
+    def given(self, inputs: Values | None) -> Iterator[None]:
+        """Values of the inputs for calls of the kernels inside; outside they are zero."""
+        self.set_inputs(inputs)
+        try:
+            yield
+        finally:
+            self.set_inputs(None)

@@ -1,0 +1,164 @@
+"""A generated model as its user has it in hand: what it can be asked, each in one line."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from numpy.typing import ArrayLike
+
+from ..arrays import FloatArray
+from .assembly import assemble, project
+from .dynamics import at_states, impact
+from .forces import Contacts
+from .geometry import Geometry
+from .inputs import Values
+from .poses import read_states
+from .start import degrees_of_freedom, start
+
+
+class Model(Geometry):
+    """A mechanism's equations of motion in flight and impact, compiled.
+
+    States are ``q`` (nq,) and ``u`` (nu,), or batches (b, nq) and (b, nu); results then have a leading axis b too. SI
+    units, y up, angles counter-clockwise in radians. Wrong shapes, numbers that are not finite, and angles so large
+    that their digits are gone are ``ValueError``s.
+    """
+
+    def __init__(
+        self,
+        descriptor: object,
+        data: Mapping[str, Any],
+        values: Mapping[str, float] | None = None,
+        folder: Path | None = None,
+    ) -> None:
+        self._copy: tuple[Model | None, tuple[int, int]] = None, (0, 0)
+        super().__init__(descriptor, data, values, folder)
+
+    def __repr__(self) -> str:
+        counts = ((len(self.links), "link"), (len(self.joints), "joint"), (self.dof, "degree"))
+        links, joints, degrees = (f"{count} {word}{'s' * (count != 1)}" for count, word in counts)
+        return f"<Model {self.name}: {links}, {joints}, {degrees} of freedom>"
+
+    # -- copies ----------------------------------------------------------------------------------------------------
+
+    def __copy__(self) -> Model:
+        return self.with_parameters(None)
+
+    def __deepcopy__(self, memo: object) -> Model:
+        return self.with_parameters(None)
+
+    def as_it_is(self) -> Model:
+        """A model with the values of now, which stays as it is when this one's change; the same one until they do."""
+        copy, changes = self._copy
+        if copy is None or changes != (self._changes, copy._changes):
+            copy = self.with_parameters(None)
+            self._copy = copy, (self._changes, copy._changes)
+        return copy
+
+    def with_parameters(self, values: Mapping[str, float] | None) -> Model:
+        """A model of its own with other parameter values; this one stays as it is."""
+        other = Model(self._descriptor, self.data, self._parameters, self.folder)
+        if values:
+            other.parameters.update(values)
+        return other
+
+    @property
+    def dof(self) -> int:
+        """Degrees of freedom at the scene's start: quasi-velocities less the rank of the closure and driven joints."""
+        return degrees_of_freedom(self)
+
+    # -- dynamics --------------------------------------------------------------------------------------------------
+
+    def acceleration(
+        self, q: ArrayLike, u: ArrayLike, t: ArrayLike = 0.0, inputs: Values | None = None, contacts: Contacts = None
+    ) -> FloatArray:
+        """Quasi-accelerations u̇ (nu,), loops held shut (theory, section 4), at the time ``t`` (s), or (b,) for a batch.
+
+        Where closure rows lose rank (a flattened loop, a change point, redundant joints) the dependent ones are left
+        out, and multipliers are those of least norm (theory, section 8). ``inputs`` are values by name or in the order
+        of the model's ``inputs``, the same for all states of a batch; those that are left out are zero.
+
+        Contacts that are closed (a gap of at most 1e-12 times the mechanism's length) push as a run would have them:
+        without pulling, and with friction by Coulomb's law (theory, sections 5.6 and 5.7). ``contacts=()`` leaves them
+        out. A list of contacts, (point, ground) names, holds just these, whether they push or pull, and rough ones by
+        how they slide; a mapping of them says how each is held, in the words of ``Phase.how``. Raises ``ValueError``
+        where an impact comes first, or a contact lies behind its surface.
+        """
+        return at_states(self, q, u, t, inputs, contacts, "u_dot")
+
+    def multipliers(
+        self, q: ArrayLike, u: ArrayLike, t: ArrayLike = 0.0, inputs: Values | None = None, contacts: Contacts = None
+    ) -> FloatArray:
+        """Closure multipliers (rows,): force on the second side of each cut joint, in the rows' directions, N.
+
+        With what contacts push, as in ``acceleration``.
+        """
+        return at_states(self, q, u, t, inputs, contacts, "multipliers")
+
+    def reactions(
+        self, q: ArrayLike, u: ArrayLike, t: ArrayLike = 0.0, inputs: Values | None = None, contacts: Contacts = None
+    ) -> FloatArray:
+        """Per joint the force x, y (N) and the moment (N m) on its outboard link ``outboard[joint]``, (joints, 3).
+
+        With what contacts push, as in ``acceleration``; those of a run: ``run.reactions``.
+        """
+        return at_states(self, q, u, t, inputs, contacts, "reactions")
+
+    def contact_forces(
+        self, q: ArrayLike, u: ArrayLike, t: ArrayLike = 0.0, inputs: Values | None = None, contacts: Contacts = None
+    ) -> FloatArray:
+        """Force of each of ``contacts`` along its normal and along the ground, (contacts, 2), in N; zero where apart.
+
+        It acts on the link of the contact's point; a link that this touches has the opposite. Along the ground is the
+        normal turned clockwise: the direction of forward sliding. Of a stop the moment (N m) is in the first. As in
+        ``acceleration``; forces that are not unique, as under a table with four legs, are those of least norm. Those of
+        a run: ``run.contact_forces``.
+        """
+        return at_states(self, q, u, t, inputs, contacts, "pushes")
+
+    def impact(
+        self,
+        q: ArrayLike,
+        u: ArrayLike,
+        contacts: Sequence[tuple[str, str]],
+        restitution: ArrayLike | None = None,
+    ) -> tuple[FloatArray, FloatArray]:
+        """Velocities u⁺ (nu,) and normal impulses (k,) in N s when ``contacts`` strike together (theory, section 5).
+
+        ``contacts`` are (point, ground) names, of stops (joint, stop.lowest or stop.highest), whose impulses are in
+        N m s; ``restitution`` is a number or one per contact, else the grounds' own.
+        Raises ``ValueError`` for unknown or repeated contacts, and where the model's law has no impulses for them, or
+        would add energy.
+        """
+        return impact(self, q, u, contacts, restitution)
+
+    # -- states ----------------------------------------------------------------------------------------------------
+
+    def start(self) -> tuple[FloatArray, FloatArray]:
+        """The scene's start (q, u); where parameters have changed since, the nearest that is closed and driven."""
+        return start(self)
+
+    def state_from_poses(self, poses: ArrayLike, velocities: ArrayLike) -> tuple[FloatArray, FloatArray]:
+        """State (q, u) of links at ``poses`` (links, 3) moving with ``velocities`` (links, 3), or of a batch of them.
+
+        Nothing is projected.
+
+        Raises ``ValueError`` when joints miss by more than 1e-6 m, or their velocities by more than 1e-6 m/s.
+        """
+        return read_states(self, poses, velocities)
+
+    def assemble(self, q: ArrayLike) -> FloatArray:
+        """The consistent configuration nearest to ``q`` in joint displacements (least squares), loops shut to rounding.
+
+        Raises ``ValueError`` when the loops cannot be closed from there, with the miss that remains.
+        """
+        return assemble(self, q)
+
+    def project(self, q: ArrayLike, u: ArrayLike) -> tuple[FloatArray, FloatArray]:
+        """The state nearest to (q, u) on the closure, in the metric of the mass matrix (theory, section 6).
+
+        Raises ``ValueError`` when it does not converge: assemble a configuration that is far from closed first.
+        """
+        return project(self, q, u)

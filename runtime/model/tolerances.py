@@ -1,0 +1,45 @@
+"""How large angles may be, and how far joints may miss."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from ..arrays import FloatArray
+
+JOINT_MISS = 1e-6
+"""Poses whose joints miss by more than this (m) are not a state of the mechanism."""
+
+ANGLE_KNOWN = 1e-6
+"""Angles are states if they are known to this (rad): points at the mechanism's length are then known to JOINT_MISS."""
+
+
+@cache
+def largest_angle(kind: np.dtype[Any]) -> float:
+    """Size (rad) beyond which no digits are left of where links point, in numbers of that type.
+
+    The last place is larger than 1e-6 rad beyond 4.5e9 rad (in floats, which carry 7 digits: than 1e-3, beyond 1e4).
+    """
+    last = float(np.finfo(kind).eps)
+    return max(ANGLE_KNOWN, 1e4 * last) / last
+
+
+def check_angles(angles: FloatArray, names: Sequence[str], kind: np.dtype[Any]) -> None:
+    """None of the ``angles`` (b, n) of these ``names``, in numbers of that type, is larger, else ``ValueError``."""
+    sizes, largest = np.abs(angles), largest_angle(kind)
+    if sizes.size and sizes.max() > largest:
+        row, column = np.unravel_index(int(np.argmax(sizes)), sizes.shape)
+        name, found = names[int(column)], float(angles[row, column])
+        raise ValueError(
+            f"q: found {name} = {found:.3g} rad, expected at most {largest:.2g} rad, "
+            "beyond which no digits are left of where links point; leave out full turns"
+        )
+
+
+def joint_miss(kind: np.dtype[Any], length: float) -> float:
+    """How far joints of a mechanism of this ``length`` (m) may miss in numbers of that type: floats miss by more than
+    JOINT_MISS already by rounding."""
+    return max(JOINT_MISS, 1e3 * float(np.finfo(kind).eps) * length)

@@ -1,0 +1,80 @@
+"""The figure of a run's forces: what contacts push, how they rub, and what joints carry, over time."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..arrays import FloatArray
+from ..extras import needed
+from ..record.force_history import History, history
+from ..record.record import Record
+from ..record.whole_file import write_whole
+from .plot import mark_impacts, named_curves
+
+Panel = tuple[str, dict[str, FloatArray]]
+"""Label of the axis, and its curves by name."""
+
+
+ROUNDING = 1e-13
+"""Times the largest force of a run: some hundred roundings, as many as sums over links and contacts have at most."""
+
+
+def draw_forces(run: Record, path: str | os.PathLike[str] | None = None) -> Any:
+    """The figure of a run's forces between impacts, saved as a PNG where a path is given."""
+    target = None if path is None else Path(path)
+    if target is not None and target.suffix != ".png":
+        raise ValueError(f"a plot is saved as .png, found {target.name!r}; use another name")
+    figure_module = needed("matplotlib.figure", "a plot of forces")
+    backend = needed("matplotlib.backends.backend_agg", "a plot of forces")
+    found = history(run)
+    shown = panels(run, found)
+    figure = figure_module.Figure(figsize=(11, 0.8 + 2.2 * len(shown)), dpi=120, layout="constrained")
+    backend.FigureCanvasAgg(figure)
+    rows = figure.subplots(len(shown), 1, sharex=True, squeeze=False)[:, 0]
+    for axes, (label, curves) in zip(rows, shown, strict=True):
+        named_curves(axes, found.t, curves)
+        mark_impacts(axes, run)
+        axes.set_ylabel(label)
+        axes.grid(True, color="#e6e6e6", linewidth=0.6)
+        axes.spines[["top", "right"]].set_visible(False)
+    rows[-1].set_xlabel("time [s]")
+    if run.t[-1] > run.t[0]:
+        rows[-1].set_xlim(run.t[0], run.t[-1])
+    figure.suptitle(f"{run.model.name}: forces", fontsize=13)
+    if target is not None:
+        write_whole(target, lambda part: figure.savefig(part, format="png", metadata={"Software": "ccgen"}))
+    return figure
+
+
+def panels(run: Record, found: History) -> list[Panel]:
+    """Normal forces, friction, moments of stops, and the sizes of the joints' forces, of these what there is.
+
+    Contacts that never push are left out, and a panel whose curves are all rounding of the largest force.
+    """
+    contacts, stops = run.model.contacts, run.model.stops
+    single = len({ground for _, ground in contacts if ground not in stops}) == 1
+    normal, friction, turning = {}, {}, {}
+    for k, (point, ground) in enumerate(contacts):
+        if not np.any(found.pushes[:, k]):
+            continue
+        if ground in stops:
+            turning[ground] = found.pushes[:, k, 0]
+            continue
+        name = point if single else f"{point} on {ground}"
+        normal[name], friction[name] = found.pushes[:, k, 0], found.pushes[:, k, 1]
+    joints = {name: np.hypot(*found.reactions[:, k, :2].T) for k, name in enumerate(run.model.joints)}
+    every: list[Panel] = [
+        ("normal force [N]", normal),
+        ("friction [N]", friction),
+        ("moment of stops [N m]", turning),
+        ("joint force [N]", joints),
+    ]
+    least = ROUNDING * max(
+        (float(np.max(np.abs(curve))) for _, curves in every for curve in curves.values()), default=0.0
+    )
+    shown = [panel for panel in every if any(np.any(np.abs(curve) > least) for curve in panel[1].values())]
+    return shown or [("normal force [N]", {run.model.contacts[0][0]: np.zeros(len(found.t))})]

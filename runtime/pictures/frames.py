@@ -1,0 +1,109 @@
+"""What every picture of a run is made from: sampled frames of the motion, and the part of the plane to show."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..arrays import FloatArray
+from ..record.drawable import Drawable
+from ..record.impact import Impact
+from ..record.record import Record
+
+FOLLOW_BEYOND = 4.0  # the view follows along an axis when the motion is longer than this many sizes of the mechanism
+MARGIN = 1.12  # room around what is shown
+MOST_IMPACTS = 1000  # more than that no picture shows apart
+
+
+@dataclass(frozen=True)
+class Frames:
+    """The motion at n instants t: poses (n, links, 3), joints (n, joints, 2), energies (n,)."""
+
+    t: FloatArray
+    q: FloatArray
+    u: FloatArray
+    poses: FloatArray
+    joints: FloatArray
+    kinetic: FloatArray
+    potential: FloatArray
+
+
+@dataclass(frozen=True)
+class View:
+    """The rectangle to show: for each frame its centre (n, 2), for all frames half of its sides (2,).
+
+    `follow` says for which axes the centre moves with the mechanism; `size` is the largest extent of the mechanism.
+    """
+
+    centre: FloatArray
+    half: FloatArray
+    follow: tuple[bool, bool]
+    size: float
+
+
+def shown_impacts(run: Record) -> list[tuple[int, Impact]]:
+    """Impacts worth a place in a picture, with their numbers from 1 on: all of them, or where there are more than
+    ``MOST_IMPACTS``, of each such part of the run the one that takes most energy."""
+    numbered = list(enumerate(run.impacts, start=1))
+    if len(numbered) <= MOST_IMPACTS:
+        return numbered
+    part = max(float(run.t[-1] - run.t[0]) / MOST_IMPACTS, np.finfo(float).tiny)
+    largest: dict[int, tuple[int, Impact]] = {}
+    for number, impact in numbered:
+        place = int((float(impact.t) - float(run.t[0])) / part)
+        if place not in largest or impact.energy_loss > largest[place][1].energy_loss:
+            largest[place] = (number, impact)
+    return sorted(largest.values(), key=lambda shown: shown[0])
+
+
+def frame_times(run: Record, rate: float, *, with_impacts: bool = True) -> FloatArray:
+    """Instants 1/rate apart from the start of the run, its end and, if asked, those of the impacts that are shown.
+
+    A regular instant closer than a thousandth of a frame to an exact one gives way to it.
+    """
+    start, end = float(run.t[0]), float(run.t[-1])
+    count = int(np.floor((end - start) * rate))
+    regular = start + np.arange(count + 1) / rate
+    exact = np.array([start, end] + [impact.t for _, impact in shown_impacts(run) if with_impacts])
+    distance = np.min(np.abs(regular[:, None] - np.unique(exact)), axis=1)
+    times: FloatArray = np.unique(np.concatenate([regular[distance > 1e-3 / rate], exact]))
+    return times
+
+
+def sample(run: Record, times: FloatArray) -> Frames:
+    """The motion of a run at the given instants; at an impact its velocities are those after it."""
+    model = run.model
+    times = np.clip(times, run.t[0], run.t[-1])  # the end of a wide run, rounded to a double, may lie beyond it
+    q, u = run.at(times)
+    joints = np.zeros((len(times), len(model.joints), 2))
+    for k, joint in enumerate(model.joints):
+        joints[:, k] = model.point(joint, q)
+    kinetic, potential = model.energy(q, u)
+    return Frames(times, q, u, np.asarray(model.poses(q)), joints, np.asarray(kinetic), np.asarray(potential))
+
+
+def placed(outline: FloatArray, pose: FloatArray) -> FloatArray:
+    """Points (m, 2) of a link's frame in the plane, for poses (..., 3): (..., m, 2)."""
+    x, y, angle = (pose[..., i, None] for i in range(3))
+    cos, sin = np.cos(angle), np.sin(angle)
+    local_x, local_y = outline[:, 0], outline[:, 1]
+    return np.stack([x + cos * local_x - sin * local_y, y + sin * local_x + cos * local_y], axis=-1)
+
+
+def view_of(model: Drawable, frames: Frames) -> View:
+    """The view that shows the whole motion, or follows the mechanism along the axes where the motion is long."""
+    parts = [placed(np.asarray(outline), frames.poses[:, k]) for k, outline in enumerate(model.outlines)]
+    parts += [placed(disc.outline, frames.poses[:, disc.link]) for disc in model.discs if not disc.fixed]
+    points = np.concatenate([*parts, frames.joints], axis=1)
+    fixed = np.asarray(model.ground_points, dtype=float).reshape(-1, 2)
+    size = float(np.max(np.ptp(points, axis=1))) or 1.0
+    corners = np.concatenate([points.reshape(-1, 2), fixed, *(disc.outline for disc in model.discs if disc.fixed)])
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    middle = points.mean(axis=1)
+    reach = np.abs(points - middle[:, None]).max(axis=(0, 1))
+
+    follow = (high - low) > FOLLOW_BEYOND * size
+    centre = np.where(follow, middle, 0.5 * (low + high))
+    half = MARGIN * np.maximum(np.where(follow, reach, 0.5 * (high - low)), 0.25 * size)
+    return View(centre, half, (bool(follow[0]), bool(follow[1])), size)

@@ -1,0 +1,66 @@
+"""What a model must offer to be recorded and drawn; nothing else of it is used there."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Protocol
+
+from ..arrays import FloatArray
+from ..model.disc import Disc
+
+
+class Drawable(Protocol):
+    """A model as the record and the pictures see it; states may be single or a batch with a leading axis."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def links(self) -> Sequence[str]: ...
+    @property
+    def joints(self) -> Sequence[str]: ...
+    @property
+    def q_names(self) -> Sequence[str]: ...
+    @property
+    def u_names(self) -> Sequence[str]: ...
+    @property
+    def parameters(self) -> Mapping[str, float]: ...
+    @property
+    def contacts(self) -> Sequence[tuple[str, str]]:
+        """(point, ground) names of every contact that is watched."""
+
+    @property
+    def stops(self) -> frozenset[str]:
+        """Second names of those contacts that are stops: their gaps are angles."""
+
+    @property
+    def outlines(self) -> Sequence[FloatArray]:
+        """For each link its drawn points (m, 2) in the link's frame."""
+
+    @property
+    def discs(self) -> Sequence[Disc]:
+        """Discs and edges of links, and of the ground, that touch something."""
+
+    @property
+    def ground_points(self) -> FloatArray:
+        """The points (k, 2) of the ground link."""
+
+    def ground_planes(self) -> Mapping[str, tuple[FloatArray, FloatArray]]:
+        """For each ground a point of its surface and the unit normal, both (2,)."""
+
+    def poses(self, q: FloatArray, /) -> FloatArray:
+        """(..., links, 3): x, y of each link's frame and its angle."""
+
+    def point(self, name: str, q: FloatArray, /) -> FloatArray:
+        """(..., 2): where a joint or a link's point is."""
+
+    def gaps(self, q: FloatArray, /) -> FloatArray:
+        """(..., contacts): gap of every contact, m; of a stop, rad."""
+
+    def slides(self, q: FloatArray, /) -> Mapping[str, FloatArray]:
+        """For each sliding joint (...): how far it is along its line, m."""
+
+    def energy(self, q: FloatArray, u: FloatArray, /) -> tuple[FloatArray, FloatArray]:
+        """(kinetic, potential), each (...)."""
+
+    def closure(self, q: FloatArray, /) -> FloatArray:
+        """(..., rows): the gaps of the cut joints."""

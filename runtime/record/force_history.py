@@ -1,0 +1,88 @@
+"""Forces of contacts and joints over a whole run: where they are largest, and as a table for other programs."""
+
+from __future__ import annotations
+
+import csv
+import io
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ..arrays import FloatArray
+from .record import Record
+from .whole_file import write_whole
+
+INSTANTS = 1000
+"""Least number of instants between the start of a run and its end."""
+BEFORE = 1e-9
+"""Part of a phase by which its end is looked at earlier: forces change by as little, places by more than rounding."""
+
+
+@dataclass(frozen=True, eq=False)
+class History:
+    """Forces at times t (n,): ``pushes`` (n, contacts, 2) and ``reactions`` (n, joints, 3), as those of a run.
+
+    Instants at which forces jump are there twice, with what they are just before and after.
+    """
+
+    t: FloatArray
+    pushes: FloatArray
+    reactions: FloatArray
+
+
+def history(run: Record, instants: int = INSTANTS) -> History:
+    """The forces at every row of a run and at ``instants`` even times, and at changes of contact on both sides.
+
+    The last instant of a run that stopped early is left out: forces may have no solution there.
+    """
+    if run.motion is None:
+        raise ValueError("this run knows no forces: it was not made by simulate")
+    even = np.linspace(run.t[0], run.t[-1], instants + 1, dtype=run.t.dtype)
+    times = np.union1d(even, run.t)
+    if not run.success and len(times) > 1:
+        times = times[:-1]
+    jumps = np.union1d(run.motion.since, np.array([impact.t for impact in run.impacts], dtype=run.t.dtype))
+    jumps = jumps[(jumps > run.t[0]) & (jumps <= times[-1])]
+    t = np.concatenate([jumps, times])
+    asked = np.concatenate([_just_before(run, jumps), times])
+    order = np.argsort(t, kind="stable")
+    motion = run.motion(asked[order], *run.at(asked[order]))
+    return History(t[order], motion.pushes, motion.reactions)
+
+
+def _just_before(run: Record, jumps: FloatArray) -> FloatArray:
+    """Times at which the forces are those before the ``jumps``.
+
+    At a jump itself a contact may be at the end of the edge that it leaves, where its gap is that to what comes next:
+    its force before is a limit. After a phase too short for a time within it they are those at its beginning.
+    """
+    start = np.concatenate([run.t[:1], jumps[:-1]])
+    found: FloatArray = np.maximum(start, jumps - np.maximum(BEFORE * (jumps - start), 4.0 * np.spacing(jumps)))
+    return found
+
+
+def columns(run: Record) -> list[str]:
+    """Headings of a table of forces, with units."""
+    found = ["t [s]"]
+    for point, ground in run.model.contacts:
+        unit = "N m" if ground in run.model.stops else "N"
+        found += [f"{point} on {ground}: normal [{unit}]", f"{point} on {ground}: friction [N]"]
+    for joint in run.model.joints:
+        found += [f"{joint}: x [N]", f"{joint}: y [N]", f"{joint}: moment [N m]"]
+    return found
+
+
+def write_csv(run: Record, path: str | os.PathLike[str]) -> Path:
+    """Write the forces of contacts and joints over time as CSV, headings with units first; times as of ``history``."""
+    target = Path(path)
+    found = history(run)
+    count = len(found.t)
+    numbers = np.column_stack([found.t, found.pushes.reshape(count, -1), found.reactions.reshape(count, -1)])
+    text = io.StringIO()
+    table = csv.writer(text, lineterminator="\n")
+    table.writerow(columns(run))
+    table.writerows([[repr(float(x)) for x in row] for row in numbers.tolist()])
+    write_whole(target, lambda part: part.write(text.getvalue().encode()))
+    return target

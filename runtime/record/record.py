@@ -1,0 +1,139 @@
+"""The record of one simulated motion: what happened, how exactly, and the states between its rows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..arrays import FloatArray
+from ..model.forces import Motion
+from .drawable import Drawable
+from .frozen import freeze, restore
+from .impact import Impact
+from .phase import Phase
+
+Step = Callable[[float, FloatArray, FloatArray, float], tuple[FloatArray, FloatArray]]
+"""From (t0, q0, u0), a recorded row, the state (q, u) a time h later."""
+
+
+class Forces(Protocol):
+    """Accelerations and forces along a run, which may jump at the times ``since`` (n,)."""
+
+    @property
+    def since(self) -> FloatArray: ...
+
+    def __call__(self, t: FloatArray, q: FloatArray, u: FloatArray, /) -> Motion:
+        """Those at times t (b,) and states q, u (b, n) of the run."""
+
+
+@dataclass(frozen=True, eq=False)
+class Record:
+    """The rows t (nt,), q (nt, nq), u (nt, nu) of a run, its impacts and phases, its end and its audits.
+
+    Checks itself; the states between the rows are what ``advance`` reaches from them. :class:`~..run.Run` says what
+    each of its fields is.
+    """
+
+    model: Drawable
+    t: FloatArray
+    q: FloatArray
+    u: FloatArray
+    impacts: tuple[Impact, ...]
+    phases: tuple[Phase, ...]
+    success: bool
+    message: str
+    nfev: int
+    closure_max: float
+    energy_drift: float
+    advance: Step = field(repr=False)
+    motion: Forces | None = field(default=None, repr=False)
+    method: str = ""
+    drift: str = "projected"
+    closure_rate_max: float = 0.0
+    acceleration_error: float = 0.0
+
+    def __post_init__(self) -> None:
+        freeze(self, "t", "q", "u")
+        if self.t.ndim != 1 or not self.t.size or (self.t[1:] < self.t[:-1]).any():
+            raise ValueError("times of a run must be a row of at least one number that never decreases")
+        for name, names in (("q", self.model.q_names), ("u", self.model.u_names)):
+            shape = getattr(self, name).shape
+            if shape != (self.t.size, len(names)):
+                raise ValueError(
+                    f"{name} of a run has shape {shape}, expected {(self.t.size, len(names))}: (times, names)"
+                )
+        recorded = set(self.t.tolist()) if self.impacts else set()
+        for impact in self.impacts:
+            if impact.u_minus.shape != self.u.shape[1:]:
+                found, wanted = impact.u_minus.shape, self.u.shape[1:]
+                raise ValueError(f"velocities of the impact at t = {impact.t} have shape {found}, expected {wanted}")
+            if impact.t not in recorded:
+                raise ValueError(f"impact at t = {impact.t} is at none of the recorded times")
+        times = [impact.t for impact in self.impacts]
+        if times != sorted(times):
+            raise ValueError("impacts of a run must be in the order of time")
+        if any(after.start != before.end for before, after in zip(self.phases, self.phases[1:], strict=False)):
+            raise ValueError("each phase of a run must start where the one before it ends")
+        if not (self.closure_max >= 0 and self.energy_drift >= 0):
+            raise ValueError(f"audits of a run are {self.closure_max} and {self.energy_drift}, expected numbers >= 0")
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        restore(self, state)
+
+    def __repr__(self) -> str:
+        end = "" if self.success else f", stopped early: {self.message}"
+        found = f"{self.t.size} rows, {len(self.impacts)} impacts{end}"
+        return f"<Run of {self.model.name} to t = {self.t[-1]:.6g} s: {found}>"
+
+    def at(self, t: ArrayLike) -> tuple[FloatArray, FloatArray]:
+        """The state (q, u) at t, a number or a row of them, as accurate as the run; after-impact at an impact time.
+
+        Starts from the last recorded row that is not later than t and goes on from there, with contacts in one step,
+        without them by steps as those of the run.
+        """
+        try:
+            times = np.asarray(t, dtype=self.t.dtype)
+        except (TypeError, ValueError):
+            raise ValueError(f"t: found {t!r}, expected a number or a row of them") from None
+        if times.ndim > 1:
+            raise ValueError(f"times have shape {times.shape}, expected a number or a row of them")
+        if not np.all((times >= self.t[0]) & (times <= self.t[-1])):
+            raise ValueError(f"the run goes from t = {self.t[0]} to {self.t[-1]}; asked for {times}")
+        wanted = np.atleast_1d(times)
+        rows = np.searchsorted(self.t, wanted, side="right") - 1
+        q, u = self.q[rows], self.u[rows]
+        for k in np.flatnonzero(wanted > self.t[rows]):
+            start = self.t[rows[k]].item()
+            q[k], u[k] = self.advance(start, self.q[rows[k]], self.u[rows[k]], wanted[k].item() - start)
+        return (q, u) if times.ndim else (q[0], u[0])
+
+    def contact_forces(self, t: ArrayLike) -> FloatArray:
+        """Force of every contact at t along its normal and along the ground, (contacts, 2); of times (b, contacts, 2).
+
+        In N, of ``model.contacts`` in their order; of a stop the moment (N m), in the first. Zero where it is apart. It
+        acts on the link of the contact's point; a link that this touches has the opposite. Along the ground is the
+        normal turned clockwise: the direction of forward sliding. At an impact time as after it: what acts there is an
+        impulse, `Impact.impulses`. From the state, contacts held as the run has held them (theory, section 5.10);
+        forces that are not unique, as under a table with four legs, are those of least norm.
+        """
+        return self._forces(t, "pushes")
+
+    def reactions(self, t: ArrayLike) -> FloatArray:
+        """Per joint the force x, y (N) and the moment (N m) on its outboard link at t, with what contacts push.
+
+        (joints, 3), or (b, joints, 3) for a row of times; at an impact time as after it, where it is impulses that act,
+        `Impact.reactions`. Those of redundant joints are of least norm.
+        """
+        return self._forces(t, "reactions")
+
+    def _forces(self, t: ArrayLike, what: str) -> FloatArray:
+        if self.motion is None:
+            raise ValueError("this run knows no forces: it was not made by simulate")
+        q, u = self.at(t)
+        times = np.atleast_1d(np.asarray(t, dtype=self.t.dtype))
+        found: FloatArray = getattr(self.motion(times, np.atleast_2d(q), np.atleast_2d(u)), what)
+        return found if np.ndim(t) else found[0]

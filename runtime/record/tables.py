@@ -1,0 +1,143 @@
+"""A run as named arrays, as an xarray.Dataset, and as a pandas.DataFrame."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..arrays import FloatArray
+from ..extras import needed
+from .record import Record
+
+FORMAT_VERSION = 1
+
+
+def arrays(run: Record) -> dict[str, Any]:
+    """The run as named arrays without objects; contacts of impact k are impact_offsets[k]:impact_offsets[k + 1]."""
+    impacts, parameters = run.impacts, dict(run.model.parameters)
+    contacts = [contact for impact in impacts for contact in impact.contacts]
+    joints = len(run.model.joints)
+
+    def known(found: FloatArray, shape: tuple[int, ...]) -> FloatArray:
+        return found if found.shape == shape else np.zeros(shape)
+
+    return {
+        "format": np.array("ccgen run"),
+        "format_version": np.array(FORMAT_VERSION),
+        "model": np.array(run.model.name),
+        "q_names": _texts(run.model.q_names),
+        "u_names": _texts(run.model.u_names),
+        "parameter_names": _texts(parameters),
+        "parameter_values": np.array(list(parameters.values()), dtype=float),
+        "t": run.t,
+        "q": run.q,
+        "u": run.u,
+        "impact_t": np.array([impact.t for impact in impacts], dtype=float),
+        "impact_offsets": np.cumsum([0] + [len(impact.contacts) for impact in impacts]),
+        "impact_points": _texts(point for point, _ in contacts),
+        "impact_grounds": _texts(ground for _, ground in contacts),
+        "impact_impulses": np.concatenate([np.zeros(0)] + [impact.impulses for impact in impacts]),
+        "impact_friction": np.concatenate(
+            [np.zeros(0)] + [known(impact.friction, impact.impulses.shape) for impact in impacts]
+        ),
+        "impact_reactions": np.reshape(
+            [known(impact.reactions, (joints, 3)) for impact in impacts], (len(impacts), joints, 3)
+        ),
+        "impact_u_minus": np.reshape([impact.u_minus for impact in impacts], (-1, run.u.shape[1])),
+        "impact_u_plus": np.reshape([impact.u_plus for impact in impacts], (-1, run.u.shape[1])),
+        "impact_energy_loss": np.array([impact.energy_loss for impact in impacts], dtype=float),
+        "phase_kinds": _texts(phase.kind for phase in run.phases),
+        "phase_starts": np.array([phase.start for phase in run.phases], dtype=float),
+        "phase_ends": np.array([phase.end for phase in run.phases], dtype=float),
+        "phase_offsets": np.cumsum([0] + [len(phase.contacts) for phase in run.phases]),
+        "phase_points": _texts(point for phase in run.phases for point, _ in phase.contacts),
+        "phase_how": _texts(how for phase in run.phases for how in phase.how),
+        "phase_grounds": _texts(ground for phase in run.phases for _, ground in phase.contacts),
+        "success": np.array(run.success),
+        "message": np.array(run.message),
+        "nfev": np.array(run.nfev),
+        "method": np.array(run.method),
+        "drift": np.array(run.drift),
+        "closure_max": np.array(run.closure_max),
+        "closure_rate_max": np.array(run.closure_rate_max),
+        "energy_drift": np.array(run.energy_drift),
+        "acceleration_error": np.array(run.acceleration_error),
+    }
+
+
+def dataset(run: Record) -> Any:
+    """The run as an xarray.Dataset: rows over `t`, impacts over `impact`, their contacts over `contact`.
+
+    What a run has none of, as impacts, is left out with its dimension. As a table: :meth:`to_dataframe`.
+    """
+    xarray = needed("xarray", "a run as a Dataset")
+    named = arrays(run)
+    kinetic, potential = run.model.energy(run.q, run.u)
+    owners = np.repeat(np.arange(len(run.impacts)), np.diff(named["impact_offsets"]))
+    data = {
+        "q": (("t", "coordinate"), run.q, {"long_name": "coordinates", "units": "see q_units"}),
+        "u": (("t", "velocity"), run.u, {"long_name": "velocities", "units": "see u_units"}),
+        "kinetic_energy": ("t", kinetic, {"units": "J"}),
+        "potential_energy": ("t", potential, {"units": "J"}),
+        "u_minus": (("impact", "velocity"), named["impact_u_minus"], {"units": "see u_units"}),
+        "u_plus": (("impact", "velocity"), named["impact_u_plus"], {"units": "see u_units"}),
+        "energy_loss": ("impact", named["impact_energy_loss"], {"units": "J"}),
+        "impulse": (
+            "contact",
+            named["impact_impulses"],
+            {"units": "N s; stops: N m s" if run.model.stops else "N s"},
+        ),
+        "friction_impulse": ("contact", named["impact_friction"], {"units": "N s"}),
+        "joint_impulse": (
+            ("impact", "joint", "component"),
+            named["impact_reactions"],
+            {"units": "N s; the moment: N m s"},
+        ),
+        "parameters": ("parameter", named["parameter_values"], {"units": "SI"}),
+    }
+    coordinates = {
+        "t": ("t", run.t, {"long_name": "time", "units": "s"}),
+        "coordinate": named["q_names"],
+        "q_units": ("coordinate", _texts(_unit(name) for name in run.model.q_names)),
+        "velocity": named["u_names"],
+        "u_units": ("velocity", _texts(f"{_unit(name)}/s" for name in run.model.u_names)),
+        "joint": _texts(run.model.joints),
+        "component": _texts(("x", "y", "moment")),
+        "impact_t": ("impact", named["impact_t"], {"units": "s"}),
+        "contact_impact": ("contact", owners, {"long_name": "number of the impact, from 0"}),
+        "contact_point": ("contact", named["impact_points"]),
+        "contact_ground": ("contact", named["impact_grounds"]),
+        "parameter": named["parameter_names"],
+    }
+    facts = ("model", "success", "message", "nfev", "closure_max", "energy_drift")
+    attributes = {name: named[name].item() for name in facts}
+    attributes["success"] = int(run.success)  # netCDF has no truth values
+    dataset = xarray.Dataset(data, coordinates, attributes)
+    found = dataset.drop_dims([name for name, size in dataset.sizes.items() if not size])
+    return found if run.impacts else found.drop_vars(["joint", "component"], errors="ignore")
+
+
+def dataframe(run: Record) -> Any:
+    """The run's rows as a pandas.DataFrame over `t` (s): coordinates and velocities by name, and the energies.
+
+    An impact is two rows of the same t, before and after. `attrs["units"]` has the unit of every column.
+    """
+    pandas = needed("pandas", "a run as a DataFrame")
+    kinetic, potential = run.model.energy(run.q, run.u)
+    columns = dict(zip(run.model.q_names, run.q.T, strict=True)) | dict(zip(run.model.u_names, run.u.T, strict=True))
+    units = {name: _unit(name) for name in run.model.q_names}
+    units |= {name: f"{_unit(name)}/s" for name in run.model.u_names}
+    columns |= {"kinetic_energy": kinetic, "potential_energy": potential}
+    frame = pandas.DataFrame(columns, index=pandas.Index(run.t, name="t"))
+    frame.attrs["units"] = units | {"kinetic_energy": "J", "potential_energy": "J"}
+    return frame
+
+
+def _texts(texts: Any) -> Any:
+    return np.array(list(texts), dtype=np.str_)
+
+
+def _unit(name: str) -> str:
+    """The unit of a coordinate, and per second of a velocity, from its name: angles are theta_* and w_*."""
+    return "rad" if name.startswith(("theta_", "w_")) else "m"

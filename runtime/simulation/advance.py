@@ -1,0 +1,82 @@
+"""States of a run between its rows, by a step of its method; can be pickled with the run."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .._core import Supply
+from ..arrays import FloatArray
+from ..model.inputs import Given, supply_of
+from ..model.model import Model
+
+LOST = "lost"
+"""In place of a controller that cannot be pickled."""
+
+
+COLLOCATION = "gauss"
+"""Method of steps that end beside a singular configuration, where that of the run may have none."""
+
+
+@dataclass(eq=False)
+class Advance:
+    """Called with (t0, q0, u0, h): the state (q, u) that one projected step reaches from a recorded row.
+
+    ``method``, ``drift`` and the two ``tolerances`` are the run's, ``inputs`` as they were given to it and ``supply``
+    what became of them; ``held`` are the contacts, and how each is held, from the times ``hold_t`` on.
+    Raises ``ValueError`` where no step can be made.
+    """
+
+    model: Model
+    method: str
+    drift: str
+    hold_t: FloatArray
+    held: list[list[tuple[int, str]]]
+    tolerances: tuple[float, float]
+    inputs: Given
+    supply: Supply | None
+
+    def __post_init__(self) -> None:
+        if not callable(self.inputs):
+            self.inputs = copy.deepcopy(self.inputs)  # the caller may change his
+
+    def __call__(self, t0: float, q0: FloatArray, u0: FloatArray, h: float) -> tuple[FloatArray, FloatArray]:
+        if isinstance(self.inputs, str):
+            raise ValueError(
+                f"no state between the rows at t = {t0} and after: the run was pickled without its controller, which "
+                "cannot be; define it at the top of a module, or ask for states before the run is pickled"
+            )
+        change = int(np.searchsorted(self.hold_t, t0, side="right")) - 1
+        held = [(contact, how) for contact, how in self.held[change] if how != "carried"] if change >= 0 else []
+        for method in dict.fromkeys((self.method, COLLOCATION)):
+            new_q, new_u, outcome = self.model.kernels.advance(
+                method, t0, np.array(q0), np.array(u0), h, self.supply, self.drift, held, *self.tolerances
+            )
+            if outcome == "done":
+                return new_q, new_u
+        raise ValueError(f"no state between the rows at t = {t0} and after ({outcome.replace('_', ' ')})")
+
+    def __copy__(self) -> Advance:
+        return self
+
+    def __deepcopy__(self, memo: object) -> Advance:
+        return self
+
+    def __getstate__(self) -> dict[str, Any]:
+        """All but the supply, which is in memory of its own, and a controller that has no name to be found by."""
+        state = vars(self) | {"supply": None}
+        if callable(self.inputs):
+            try:
+                pickle.dumps(self.inputs)
+            except (pickle.PicklingError, AttributeError, TypeError):
+                state["inputs"] = LOST
+        return state
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        vars(self).update(state)
+        if not isinstance(self.inputs, str):
+            self.supply = supply_of(self.model.inputs, self.inputs, self.model.core.Supply)[0]

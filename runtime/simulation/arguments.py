@@ -1,0 +1,158 @@
+"""What a run is asked for: defaults, limits, and the refusal of what cannot be simulated."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .._core import DRIFTS, methods
+from ..arrays import FloatArray
+from ..model.drives import drive_misses, drive_rows, drive_speeds
+from ..model.model import Model
+
+STEP_BUDGET = 10_000_000
+"""Steps of a run, refused ones included."""
+SECOND_BUDGET = 200_000
+"""Steps, refused ones and events included, of one simulated second."""
+LEAST = {"float": 1e-6, "double": 1e-15, "wide": 1e-18}
+"""Least tolerance by the precision of a model's numbers."""
+DRIVEN = 1e-6
+"""A start whose driven joints move otherwise than prescribed by more than this part of its speeds is refused."""
+DEPTH = 1e-8
+"""A start deeper inside a ground than this, relative to the mechanism's length, is refused; less is rounding."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How a run goes: ``step`` is that of steps of fixed length, else zero; ``own_rtol`` the scene's tolerance."""
+
+    until: float
+    rtol: float
+    atol: float
+    step: float
+    method: str
+    drift: str
+    own_rtol: float
+
+
+def settings_of(
+    model: Model,
+    until: float | None,
+    rtol: float | None,
+    atol: float | None,
+    step: float | None,
+    method: str | None,
+    drift: str,
+    *,
+    controlled: bool,
+) -> Settings:
+    """What is asked for, and for the rest what the scene says. Raises ``ValueError`` for what cannot be simulated."""
+    scene, least = model.data["run"], LEAST[model.precision]
+    own = max(scene["rtol"], least)
+    until = _positive("until", scene["until"] if until is None else until)
+    rtol = _positive("rtol", own if rtol is None else rtol)
+    atol = _positive("atol", (scene["atol"] or rtol) if atol is None else atol)
+    fixed = 0.0 if step is None else _fixed_step(step, until)
+    name = default_method(model, controlled=controlled) if method is None else method
+    if name not in methods():
+        raise ValueError(f"method: found {name!r}, expected one of {', '.join(methods())}")
+    if drift not in DRIFTS:
+        raise ValueError(f"drift: found {drift!r}, expected one of {', '.join(DRIFTS)}")
+    if not least <= rtol < 1.0:
+        raise ValueError(f"rtol: found {rtol}, expected a number from {least:g} to 1")
+    return Settings(until, rtol, atol, fixed, name, drift, own)
+
+
+def default_method(model: Model, *, controlled: bool = False) -> str:
+    """The fastest where motions are smooth, "gauss"; for a model with contacts, whose flights impacts cut short, and
+    where a controller is asked for every state (``controlled``), "dop853"."""
+    return "dop853" if model.contacts or controlled else "gauss"
+
+
+def stops_of(model: Model, kinks: FloatArray) -> FloatArray:
+    """Times at which steps end: kinks of the inputs and of the effects."""
+    own = [model.parameters[path] for path in model.data["instants"]]
+    if not own and not kinks.size:
+        return kinks
+    return np.unique(np.concatenate([kinks, own]))
+
+
+def _positive(name: str, value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float | np.number) or not 0.0 < value < math.inf:
+        raise ValueError(f"{name}: found {value!r}, expected a positive number")
+    return float(value)
+
+
+def _fixed_step(step: float, until: float) -> float:
+    """A step size by which a run gets to its end within its budget, which any that is lost in the last digit of time
+    does not."""
+    fixed = _positive("step", step)
+    if until / fixed >= STEP_BUDGET + 1:
+        raise ValueError(
+            f"step: found {fixed:g} s for a run to t = {until:g} s, expected at least {until / STEP_BUDGET:g} s, with "
+            f"which {STEP_BUDGET} steps reach it; take a longer step or an earlier end"
+        )
+    return fixed
+
+
+def checked_start(model: Model, q0: ArrayLike | None, u0: ArrayLike | None) -> tuple[FloatArray, FloatArray]:
+    if q0 is None or u0 is None:
+        own_q, own_u = model.start()
+        q0, u0 = own_q if q0 is None else q0, own_u if u0 is None else u0
+    if np.ndim(q0) != 1 or np.ndim(u0) != 1:
+        n = len(model.q_names)
+        raise ValueError(f"q0, u0: found shapes {np.shape(q0)} and {np.shape(u0)}, expected ({n},) for both")
+    _check_energy(model, q0, u0)
+    q, u = model.project(q0, u0)
+    if model.data["drives"]:
+        _check_driven(model, q, u)
+    depths = -model.gaps(q) if model.contacts else np.zeros(0)
+    if depths.size and depths.max() > 0.0 and depths.max() > DEPTH * model.length:
+        point, ground = model.contacts[int(np.argmax(depths))]
+        if ground in model.stops:
+            _check_limits(model, ground)
+            raise ValueError(f"the start has {point} beyond {ground} by {depths.max():.6g} rad; turn the start")
+        advice = "raise or move the start" if ground in model.ground_planes() else "change the start or the radii"
+        raise ValueError(f"the start has {point} inside {ground} by {depths.max():.6g} m; {advice}")
+    return q, u
+
+
+def _check_energy(model: Model, q0: ArrayLike, u0: ArrayLike) -> None:
+    """The energy of a start is a number: of speeds from about 1e154 m/s on it is not."""
+    energies = dict(zip(("kinetic", "potential"), model.energy(q0, u0), strict=True))
+    for kind, energy in energies.items():
+        if not math.isfinite(energy):
+            what, largest = ("u0", u0) if kind == "kinetic" else ("q0", q0)
+            raise ValueError(
+                f"{what}: found a start with a {kind} energy of {energy} J, expected a finite number; the largest "
+                f"entry is {float(np.abs(largest).max()):.3g}"
+            )
+
+
+def _check_limits(model: Model, limit: str) -> None:
+    """The limits of the stop that has ``limit`` leave room between them, as parameters set them."""
+    lowest, highest = (f"{limit.rpartition('.')[0]}.{end}" for end in ("lowest", "highest"))
+    low, high = (model.parameters.get(name) for name in (lowest, highest))
+    if low is not None and high is not None and low >= high:
+        raise ValueError(f"{lowest}: found {low:.6g}, expected less than {highest}, which is {high:.6g}; set both")
+
+
+def _check_driven(model: Model, q: FloatArray, u: FloatArray) -> None:
+    """A start has driven joints where they are to be, and as fast."""
+    places, speeds = drive_misses(model, q), drive_rows(model) @ u - drive_speeds(model)
+    for drive, place, speed in zip(model.data["drives"], places, speeds, strict=True):
+        unit = "m" if drive["slides"] else "rad"
+        if abs(place) > DRIVEN * max(1.0, model.length):
+            raise ValueError(
+                f"q0: the driven joint {drive['joint']} is {abs(place):.3g} {unit} from where it is to be at t = 0; "
+                "take q0 from model.start()"
+            )
+        if abs(speed) > DRIVEN * max(1.0, float(np.abs(u).max())):
+            raise ValueError(
+                f"u0: the driven joint {drive['joint']} misses the speed that is prescribed at t = 0 by "
+                f"{abs(speed):.3g} {unit}/s; take u0 from model.start()"
+            )

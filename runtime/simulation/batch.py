@@ -1,0 +1,80 @@
+"""Many runs of one model, from many starts, side by side on the machine's processors."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor, wait
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..model.model import Model
+from ..run import Run
+from .one_run import simulate_one
+
+PAUSE = 0.05
+"""Seconds that the calling thread waits before it lets signals in, where waiting does not."""
+
+
+def simulate_batch(
+    model: Model, q0: ArrayLike, u0: ArrayLike | None, *, progress: Callable[[float], object] | None, **options: Any
+) -> list[Run]:
+    """A run from every start: ``q0`` (b, nq), ``u0`` (b, nu) or (nu,), the scene's velocities where it is ``None``.
+
+    Runs work without the GIL, each on its own, so each is what :func:`simulate_one` gives for its start alone.
+    ``options`` are those of it; ``progress`` is called with the time that a run has reached. When a run raises, the
+    others stop. So they do at Ctrl-C; with ``keep_interrupted`` the runs that were begun are given then, of the first
+    starts, those in progress as far as they came.
+    Raises ``ValueError`` for shapes that do not fit and for starts that cannot be simulated.
+    """
+    qs = np.array(q0, dtype=model.core.REAL)
+    us = np.array(model.start()[1] if u0 is None else u0, dtype=model.core.REAL)
+    if us.ndim == 1:
+        us = np.tile(us, (len(qs), 1))
+    n = len(model.q_names)
+    if not len(qs) or qs.shape[1:] != (n,) or us.shape != (len(qs), n):
+        raise ValueError(
+            f"q0, u0: found shapes {qs.shape} and {us.shape}, expected (starts, {n}) for q0, and that or ({n},) for u0"
+        )
+    model = model.with_parameters(options.pop("params")).as_it_is()  # all runs have the values of now
+    ended_by: list[BaseException] = []  # the first is what the runs in progress end with
+
+    def reached(t: float) -> None:
+        if ended_by:
+            raise ended_by[0]
+        if progress is not None:
+            try:
+                progress(t)
+            except KeyboardInterrupt as error:
+                ended_by.append(error)
+                raise
+
+    runs: list[Run | None] = [None] * len(qs)
+    waiting = iter(range(len(qs)))  # each thread takes the next start that is left
+
+    def work() -> None:
+        try:
+            while not ended_by and (index := next(waiting, None)) is not None:
+                runs[index] = simulate_one(model, qs[index], us[index], progress=reached, **options)
+        except BaseException:
+            ended_by.append(InterruptedError("another run of the batch has failed"))
+            raise
+
+    workers = min(os.cpu_count() or 1, len(qs))
+    tasks: list[Future[None]] = []
+    with ThreadPoolExecutor(workers) as pool:
+        try:
+            for _ in range(workers):
+                tasks.append(pool.submit(work))
+            while wait(tasks, PAUSE).not_done:
+                pass
+        except KeyboardInterrupt as pressed:  # it comes to this thread alone
+            ended_by.insert(0, pressed)
+            if not options["keep_interrupted"]:
+                raise
+    errors = [error for error in (task.exception() for task in tasks) if error is not None]
+    for error in sorted(errors, key=lambda error: isinstance(error, InterruptedError)):
+        raise error
+    return [run for run in runs if run is not None]

@@ -1,0 +1,168 @@
+"""Where driven joints come to a stop: a dead point, beyond which loops do not close with them where they are to be.
+
+There the rows of the closure and of the drives become dependent while their right-hand side does not follow: with the
+least singular value s, velocities grow as 1/s, and s as the root of the time that is left (docs/mechanisms.md).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..arrays import FloatArray
+from ..model.drives import drive_rows
+from ..model.model import Model
+
+BoolArray = np.ndarray[Any, np.dtype[np.bool_]]
+
+BEFORE = 1e-2
+"""How much nearer to dependence than elsewhere rows come in what is recorded: from there on velocities are a hundred
+times as large as elsewhere, energies ten thousand times, in the last ten-thousandth of the time."""
+DEEP = 1e-4
+"""The same where the stop is found from: by a straight line, which misses it by this part of what is left."""
+PUSHED = 1e-6
+"""Part of what dependent rows exclude: drives with less than that have no part in it."""
+DEPENDENT = 1e-9
+"""Rows whose least singular value is below that part of the largest depend on each other."""
+LOOKS = 32
+"""Rows of a record that say how near is usual."""
+WALK = 200
+"""Steps from the end of a record of fixed steps towards a dead point."""
+MOVES = 1e-2
+"""Links that move less than this part of those that move most stand still; so far from the stop they do nearly."""
+
+State = tuple[float, FloatArray, FloatArray]
+Step = Callable[[float, FloatArray, FloatArray, float], tuple[FloatArray, FloatArray]]
+
+
+@dataclass(frozen=True)
+class DeadPoint:
+    """A stop at the time ``t`` (s), which ``text`` describes; the first ``rows`` rows of the record lie before it."""
+
+    t: float
+    rows: int
+    text: str
+
+
+def dead_point(model: Model, t: FloatArray, q: FloatArray, u: FloatArray, ahead: float, step: Step) -> DeadPoint | None:
+    """The dead point at which a run could not go on, from its rows ``t`` (nt,), ``q`` and ``u`` (nt, n); ``None`` where
+    it was none. A record of fixed steps may end well before: it is gone on from by steps ``ahead`` (s) at first, where
+    ``step`` is the state a while after one, or a ``ValueError``; 0 where the rows lead to the place themselves."""
+    looked = np.unique(np.linspace(0, len(t) - 1, min(LOOKS, len(t))).astype(int))
+    rank = max(_Rows(model, q[k]).rank for k in looked)
+    usual = max(_Rows(model, q[k], rank).nearest for k in looked)
+    kept = _last(lambda k: _Rows(model, q[k], rank).nearest >= BEFORE * usual, len(t))
+    deep = _last(lambda k: k <= kept + 1 or _Rows(model, q[k], rank).nearest >= DEEP * usual, len(t))
+    states = [(float(t[k]), q[k], u[k]) for k in range(kept, deep + 1)]
+    if kept == len(t) - 1:
+        states = _walk(model, rank, states[-1], ahead, step, DEEP * usual)
+    if len(states) < 2:
+        return None
+    (t0, q0, _), (t1, q1, u1) = states[-2:]
+    before, rows = _Rows(model, q0, rank), _Rows(model, q1, rank)
+    speeds = np.asarray(drive_rows(model) @ u1, dtype=float)
+    pushes = rows.left[len(model.rows) :] * speeds
+    if not rows.least < before.least or rows.nearest >= BEFORE * usual:
+        return None
+    nearer = _Rows(model, states[0][1], rank).nearest / rows.nearest
+    if np.abs(u1).max() < np.sqrt(nearer) * np.abs(states[0][2]).max():  # it can be passed: velocities do not grow
+        return None
+    left = (t1 - t0) * rows.least**2 / (before.least**2 - rows.least**2)
+    turned = drive_rows(model) @ (q1 - q[0]) + speeds * left
+    stopped = np.abs(pushes) > PUSHED * np.abs(pushes).max()
+    text = (
+        f"{_said(model, turned, stopped)}, at t = {t1 + left:.10g} s: {_lined_up(model, q1, rows.motion)}no motion "
+        "closes the loops beyond; let what is prescribed end before, or use a [[motor]], which can give way"
+    )
+    return DeadPoint(t1 + left, kept + 1, text)
+
+
+def _said(model: Model, turned: FloatArray, stopped: BoolArray) -> str:
+    """Which drives come to a stop, and how far they have gone since the start (rad, m)."""
+    ways = [
+        (drive["joint"], f"after {f'{way:.6g} m' if drive['slides'] else f'{np.degrees(way):.6g}°'}")
+        for drive, way, stops in zip(model.data["drives"], turned, stopped, strict=True)
+        if stops
+    ]
+    if len(ways) == 1:
+        return f"{ways[0][0]} comes to a stop {ways[0][1]}"
+    return f"{' and '.join(name for name, _ in ways)} come to a stop together ({', '.join(way for _, way in ways)})"
+
+
+def cut(found: dict[str, Any], rows: int) -> dict[str, Any]:
+    """What the core has found, up to and with its first ``rows`` rows."""
+    end = found["t"][rows - 1]
+    impacts = int(np.searchsorted(found["after"], rows))
+    changes = int(np.searchsorted(found["hold_t"], end, side="right"))
+    contacts = found["first"][impacts]
+    lengths = dict.fromkeys(("t", "q", "u", "work"), rows)
+    lengths |= dict.fromkeys(("impact_t", "u_minus", "u_plus", "energy_loss", "after"), impacts)
+    lengths |= dict.fromkeys(("contacts", "impulses", "friction"), contacts) | {"first": impacts + 1}
+    lengths |= dict.fromkeys(("hold_t", "held", "shares"), changes)
+    return found | {name: found[name][:length] for name, length in lengths.items()} | {"t_end": end}
+
+
+class _Rows:
+    """The closure's rows over the mechanism's length, and below them the drives', at a configuration. ``rank`` of them
+    are independent elsewhere: redundant joints make that less than there are."""
+
+    def __init__(self, model: Model, q: FloatArray, rank: int | None = None) -> None:
+        rows = np.asarray(np.vstack([model.jacobian(q) / model.length, drive_rows(model)]), dtype=float)
+        left, values, right = np.linalg.svd(rows)
+        self.rank = rank or int(np.count_nonzero(values > DEPENDENT * values[0]))
+        last = self.rank - 1
+        self.least = float(values[last])
+        self.nearest = self.least / float(values[0])
+        self.left = left[:, last]
+        """The combination of rows that comes to vanish."""
+        self.motion = right[last]
+        """The motion that they come to leave open."""
+
+
+def _last(holds: Callable[[int], bool], count: int) -> int:
+    """The last of ``count`` numbers from 0 on for which something holds that holds for 0 and, in the end, does so no
+    more, or still does."""
+    low, high, width = count - 1, count, 1
+    while low > 0 and not holds(low):
+        high, low, width = low, max(0, low - width), 2 * width
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (middle, high) if holds(middle) else (low, middle)
+    return low
+
+
+def _walk(model: Model, rank: int, start: State, h: float, step: Step, near: float) -> list[State]:
+    """States on the way from ``start``, by ``h`` (s) at first, to where rows are as ``near`` to dependence as that."""
+    states = [start]
+    for _ in range(WALK):
+        t, q, u = states[-1]
+        if _Rows(model, q, rank).nearest < near or not t + h > t:
+            break
+        try:
+            states.append((t + h, *step(t, q, u, h)))
+        except ValueError:
+            h /= 2.0
+    return states
+
+
+def _lined_up(model: Model, q: FloatArray, motion: FloatArray) -> str:
+    """Two links on one pin, each on one more pin that stands still, that can move: they are in line. Else nothing."""
+    speeds = np.abs(np.asarray(model.velocities(q, motion), dtype=float) / [model.length, model.length, 1.0]).max(
+        axis=1
+    )
+    moving = np.flatnonzero(speeds > MOVES * speeds.max())
+    pins = [
+        links
+        for joint, links in zip(model.joints, model.data["between"], strict=True)
+        if joint not in model.data["lines"]
+    ]
+    on = [[links for links in model.data["between"] if link in links] for link in moving]
+    if len(moving) != 2 or sorted(moving) not in map(sorted, pins) or any(len(own) != 2 for own in on):
+        return ""
+    if any(links not in pins for own in on for links in own):
+        return ""
+    first, second = (model.links[link] for link in moving)
+    return f"{first} and {second} are in line there, and "

@@ -1,0 +1,54 @@
+"""How a run ended, in a sentence."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..model.drives import driven_against
+from ..model.failed_impact import failed_impact
+from ..model.model import Model
+from .arguments import SECOND_BUDGET, STEP_BUDGET
+
+
+def message_of(model: Model, until: float, found: dict[str, Any], fixed: bool) -> str:
+    """One sentence on how the run, with steps of ``fixed`` length or not, ended; what to try when it ended early."""
+    t, outcome = found["t_end"], found["outcome"]
+    if outcome == "done":
+        return f"reached t = {until:g} s"
+    if "met" in found:
+        return f"stopped at t = {t:.12g} s: {found['met']}"
+    contact = "a contact"
+    if found["contact"] >= 0:
+        contact = "{} on {}".format(*model.contacts[found["contact"]])
+    reasons = {
+        "accumulation": f"events of {contact} and others follow each other without time between them; change the "
+        "start or the coefficients of restitution a little",
+        "not_finite": "an acceleration is not a finite number; check the parameters and the start",
+        "step_too_small": "no step is small enough for the tolerance; "
+        "ask for a larger rtol, or, where a loop lies in a line, for another",
+        "not_closed": "the loops cannot be kept closed; ask for a smaller rtol",
+        **{key: failed_impact(key, contact, model.data["law"]) for key in ("repeats", "jammed", "gained")},
+        "budget": f"{STEP_BUDGET} steps are spent; ask for a larger rtol or an earlier end",
+        "crowded": f"{SECOND_BUDGET} steps and events within the last simulated second are spent; ask for a larger "
+        "rtol, or change the start a little if the mechanism is jammed there",
+        "escaped": f"a step of fixed length takes {contact.replace(' on ', ' behind the surface of ')}; take a smaller "
+        "step, or leave its length to rtol"
+        if fixed
+        else f"{contact} gets behind its surface however short the step, as at a change point where the motion "
+        "jumps; change the start or the lengths a little",
+        "interrupted": "interrupted",
+        "no_convergence": "the stages of a step do not converge; ask for a smaller step or for another method",
+        "not_kept": "the next step would gain or lose more than a tenth of the energy in motion; take a smaller "
+        "step, or leave its length to rtol",
+        "inexact": "masses differ so much that no digit of the accelerations is sure; make light links that carry "
+        "heavy ones heavier, or leave them out",
+        "no_memory": "memory ran out; record less by ending earlier",
+    }
+    reason = reasons[outcome]
+    if outcome in ("repeats", "jammed", "gained") and (hit := driven_against(model, found["q"][-1], found["u"][-1])):
+        driven = ", ".join(drive["joint"] for drive in model.data["drives"])
+        reason = (
+            f"{hit[0]} is driven into {hit[1]} by {driven}, whose prescribed motion no impact can change; keep it "
+            "clear of there, or move the joint by a [[motor]], which can give way"
+        )
+    return f"stopped at t = {t:.12g} s: {reason}"

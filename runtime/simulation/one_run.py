@@ -1,0 +1,71 @@
+"""One run: arguments that are checked, the compiled run, and what stopped it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from numpy.typing import ArrayLike
+
+from ..model.inputs import Given, supply_of
+from ..model.model import Model
+from ..run import Run
+from .advance import Advance
+from .arguments import SECOND_BUDGET, STEP_BUDGET, checked_start, settings_of, stops_of
+from .dead_point import cut, dead_point
+from .result import run_of
+
+GOES_ON = ("done", "interrupted", "no_memory")
+"""Ends of a run that say nothing of the motion after it."""
+
+
+def simulate_one(
+    model: Model,
+    q0: ArrayLike | None,
+    u0: ArrayLike | None,
+    *,
+    until: float | None,
+    rtol: float | None,
+    atol: float | None,
+    method: str | None,
+    inputs: Given,
+    step: float | None,
+    drift: str,
+    progress: Callable[[float], object] | None,
+    keep_interrupted: bool,
+    params: Mapping[str, float] | None = None,
+) -> Run:
+    """The run from one start, with the arguments of :func:`~..simulate.simulate`."""
+    model = model.with_parameters(params) if params else model.as_it_is()
+    if model.precision == "float" and model.contacts:
+        raise ValueError(
+            f"{model.name}: found a model in floats with contacts, expected none: floats are too coarse to find "
+            'impacts; generate it with precision="double"'
+        )
+    supply, kinks = supply_of(model.inputs, inputs, model.core.Supply)
+    asked = settings_of(model, until, rtol, atol, step, method, drift, controlled=callable(inputs))
+    q, u = checked_start(model, q0, u0)
+    found = model.kernels.simulate(
+        q,
+        u,
+        asked.method,
+        asked.until,
+        asked.rtol,
+        asked.atol,
+        asked.step,
+        STEP_BUDGET,
+        SECOND_BUDGET,
+        progress,
+        supply,
+        stops_of(model, kinks),
+        asked.drift,
+    )
+    if found["outcome"] == "interrupted" and not keep_interrupted:
+        raise KeyboardInterrupt
+    if model.data["drives"] and found["outcome"] not in GOES_ON:
+        own = (asked.own_rtol, asked.own_rtol)
+        exact = Advance(model, asked.method, asked.drift, found["hold_t"], found["held"], own, inputs, supply)
+        if met := dead_point(model, found["t"], found["q"], found["u"], asked.step, exact):
+            found = cut(found, met.rows) | {"met": met.text}
+    tolerances = (0.0, 0.0) if asked.step else (asked.rtol, asked.atol)
+    advance = Advance(model, asked.method, asked.drift, found["hold_t"], found["held"], tolerances, inputs, supply)
+    return run_of(model, advance, asked.until, found, asked.step > 0.0)

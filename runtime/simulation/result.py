@@ -1,0 +1,104 @@
+"""The run from what the core found: its impacts and phases, and its audits."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..model.model import Model
+from ..record.impact import Impact
+from ..record.phase import Phase
+from ..run import Run
+from .advance import Advance
+from .ending import message_of
+from .forces_along import along, impulses_of_joints
+
+AUDITED = 4
+"""Rows of a run, at most, at which the rounding of its accelerations is measured."""
+
+
+def run_of(model: Model, advance: Advance, until: float, found: dict[str, Any], fixed: bool) -> Run:
+    """The run from what the core recorded, with its audits."""
+    impacts = _impacts(model, found)
+    t, q, u = found["t"], found["q"], found["u"]
+    spent = found["work"]
+    for impact, row in zip(impacts, found["after"], strict=True):
+        spent[row:] -= impact.energy_loss
+    closure_max, closure_rate_max, energy_drift = model.kernels.audit(q, u, spent)
+
+    return Run(
+        model=model,
+        t=t,
+        q=q,
+        u=u,
+        impacts=impacts,
+        phases=_phases(model, found, impacts),
+        success=found["outcome"] == "done",
+        message=message_of(model, until, found, fixed),
+        nfev=int(found["evaluations"]),
+        closure_max=closure_max,
+        energy_drift=energy_drift,
+        advance=advance,
+        motion=along(advance, found),
+        method=advance.method,
+        drift=advance.drift,
+        closure_rate_max=closure_rate_max,
+        acceleration_error=_acceleration_error(model, found),
+    )
+
+
+def _acceleration_error(model: Model, found: dict[str, Any]) -> float:
+    """What refinement has left; without it, the rounding at a few rows."""
+    if model.kernels.refined:
+        return float(found["inexact"])
+    every = found["t"].size // AUDITED + 1
+    q, u = np.ascontiguousarray(found["q"][::every]), np.ascontiguousarray(found["u"][::every])
+    lost, whole = model.kernels.rounding(q, u).max(axis=0).tolist()
+    return lost / max(whole, model.usual) if lost else 0.0
+
+
+def _impacts(model: Model, found: dict[str, Any]) -> tuple[Impact, ...]:
+    if not found["impact_t"].size:
+        return ()  # most runs: they need not pay for the arrays
+    records = []
+    reactions = impulses_of_joints(model, found)
+    for i, t in enumerate(found["impact_t"]):
+        part = slice(found["first"][i], found["first"][i + 1])
+        records.append(
+            Impact(
+                t=t.item(),
+                contacts=tuple(model.contacts[c] for c in found["contacts"][part]),
+                u_minus=found["u_minus"][i],
+                u_plus=found["u_plus"][i],
+                impulses=found["impulses"][part],
+                energy_loss=found["energy_loss"][i].item(),
+                friction=found["friction"][part],
+                reactions=reactions[i],
+            )
+        )
+    return tuple(records)
+
+
+def _phases(model: Model, found: dict[str, Any], impacts: tuple[Impact, ...]) -> tuple[Phase, ...]:
+    """Flights and contacts, and the impacts that end them."""
+    start, end = found["t"][0].item(), found["t"][-1].item()
+    if not impacts and not found["held"]:
+        return (Phase("flight", start, end),) if end > start else ()
+    changes = zip(found["hold_t"], found["held"], [[], *found["held"]], strict=False)
+    marks: list[tuple[float, int, list[tuple[int, str]]]] = [
+        (t.item(), 1, held) for t, held, before in changes if held != before
+    ]
+    marks += [(impact.t, 0, []) for impact in impacts]
+    phases: list[Phase] = []
+    now, held = start, list[tuple[int, str]]()
+    for t, change, new in [*sorted(marks, key=lambda mark: mark[:2]), (end, 0, [])]:
+        if t > now:
+            contacts = tuple(model.contacts[contact] for contact, _ in held)
+            phases.append(Phase("contact" if held else "flight", now, t, contacts, tuple(how for _, how in held)))
+            now = t
+        if change:
+            held = new
+        elif t < end or any(impact.t == t for impact in impacts):
+            phases.append(Phase("impact", t, t))
+    return tuple(phases)
