@@ -39,11 +39,11 @@ from ccgen.generator.program.terms import (
     Term,
 )
 
-from .conftest import Workshop
 from .oracles.maximal import Array
-from .test_rolled_code import Compiled, Written, same
+from .support.folders import SCENES
+from .support.workshop import Workshop
+from .support.written_models import Compiled, Written, same
 
-SCENES = Path(__file__).parents[1] / "scenes"
 Value = float | Array
 
 

@@ -11,11 +11,11 @@ import pytest
 from ccgen.generator import SceneError, load_scene
 from ccgen.runtime import driving_torque, inverse_dynamics, momentum, simulate, static_equilibrium
 
-from .conftest import Workshop
 from .oracles import maximal, scenes
-from .test_cli import ccgen
+from .support.command_line import ccgen
+from .support.folders import SCENES
+from .support.workshop import Workshop
 
-SCENES = Path(__file__).parents[1] / "scenes"
 HINGED = 'name = "hinged"\n[chain]\nlinks = 1\nhinged = true\nlength = 2.0\nmass = 3.0\n[gravity]\ng = 9.81\n'
 
 

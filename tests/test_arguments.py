@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from .conftest import Workshop
+from .support.workshop import Workshop
 
 BAD_NUMBERS = [np.nan, np.inf, -np.inf]
 STATE_METHODS = ["acceleration", "multipliers", "reactions", "energy", "velocities", "gap_rates", "project"]

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Mapping, Sequence
-from pathlib import Path
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -17,8 +16,8 @@ from ccgen.generator.mechanism.layout import lay_out
 from ccgen.generator.mechanism.topology import span
 from ccgen.generator.scene import Scene, SceneError, chain, load_scene, loop, read_tables
 
-SCENES = Path(__file__).parents[1] / "scenes"
-CRANK, COUPLER, ROCKER, BASE = 0.2, 0.5, 0.45, 0.6
+from .support.drawn_linkages import BASE, COUPLER, CRANK, ROCKER, cranks, four_bar, rod
+from .support.folders import SCENES
 
 
 def circles(first: complex, r: float, second: complex, s: float) -> tuple[complex, complex]:
@@ -28,26 +27,6 @@ def circles(first: complex, r: float, second: complex, s: float) -> tuple[comple
     across = math.sqrt(r * r - along * along)
     unit = (second - first) / d
     return first + unit * complex(along, across), first + unit * complex(along, -across)
-
-
-def rod(name: str, length: float) -> dict[str, Any]:
-    points = {"A": [0.0, 0.0], "B": [length, 0.0]}
-    return {"name": name, "mass": 1.0, "inertia": 0.1, "com": [length / 2, 0.0], "points": points}
-
-
-def four_bar(start: Mapping[str, Any], crank: float = CRANK) -> Scene:
-    tables = {
-        "ground_link": {"points": {"O": [0.0, 0.0], "Q": [BASE, 0.0]}},
-        "link": [rod("crank", crank), rod("coupler", COUPLER), rod("rocker", ROCKER)],
-        "joint": [
-            {"name": "motor", "between": ["ground.O", "crank.A"]},
-            {"name": "knee", "between": ["crank.B", "coupler.A"]},
-            {"name": "elbow", "between": ["coupler.B", "rocker.B"]},
-            {"name": "pivot", "between": ["ground.Q", "rocker.A"]},
-        ],
-        "start": dict(start),
-    }
-    return read_tables(tables, "four-bar", "four-bar")
 
 
 def five_bar(start: Mapping[str, Any]) -> Scene:
@@ -65,21 +44,6 @@ def five_bar(start: Mapping[str, Any]) -> Scene:
         "start": dict(start),
     }
     return read_tables(tables, "five-bar", "five-bar")
-
-
-def cranks(lengths: Sequence[float], angles: Sequence[float]) -> Scene:
-    """Cranks one metre apart on the ground that share a bar."""
-    count = len(lengths)
-    bar = rod("bar", 1.0) | {"points": {f"P{k}": [float(k), 0.0] for k in range(count)}}
-    joints = [{"name": f"foot_{k}", "between": [f"ground.O{k}", f"crank_{k}.A"]} for k in range(count)]
-    joints += [{"name": f"head_{k}", "between": [f"crank_{k}.B", f"bar.P{k}"]} for k in range(count)]
-    tables = {
-        "ground_link": {"points": {f"O{k}": [float(k), 0.0] for k in range(count)}},
-        "link": [*(rod(f"crank_{k}", length) for k, length in enumerate(lengths)), bar],
-        "joint": joints,
-        "start": {"angles": list(angles)},
-    }
-    return read_tables(tables, "cranks", "cranks")
 
 
 def at(scene: Scene, joint: str) -> complex:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,9 +10,8 @@ import pytest
 from ccgen.generator import load_scene, loop
 from ccgen.runtime import simulate
 
-from .conftest import Workshop
-
-SCENES = Path(__file__).parents[1] / "scenes"
+from .support.folders import SCENES
+from .support.workshop import Workshop
 
 
 @pytest.fixture(scope="module")

@@ -6,16 +6,15 @@ import os
 import re
 import signal
 import subprocess
-import sysconfig
 import time
-from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-CCGEN = str(Path(sysconfig.get_path("scripts")) / "ccgen")
-SCENES = Path(__file__).resolve().parent.parent / "scenes"
+from .support.command_line import CCGEN, PENDULUM, Done, ccgen, written
+from .support.folders import SCENES
+
 HEXAGON = str(SCENES / "falling-hexagon.toml")
 
 IMPACTS = """
@@ -27,37 +26,6 @@ IMPACTS = """
 0.9512380368467 joint_0  1.2059028786  3.1062090704  45.139719014
 """
 """Time, contact, speed before, impulse and energy after of the first impacts, from two independent programs."""
-
-PENDULUM = """\
-name = "pendulum"
-[chain]
-links = 1
-hinged = true
-[gravity]
-g = 9.81
-[run]
-until = 0.5
-"""
-
-Done = subprocess.CompletedProcess[str]
-
-
-def ccgen(*options: str, at: Path, environment: Mapping[str, str] | None = None) -> Done:
-    """``ccgen`` in the folder ``at``, its output in pipes."""
-    return subprocess.run(
-        [CCGEN, *options],
-        cwd=at,
-        capture_output=True,
-        text=True,
-        env={**os.environ, **(environment or {})},
-        timeout=120,
-        check=False,
-    )
-
-
-def written(folder: Path) -> list[str]:
-    """All files below ``folder``, lock files aside."""
-    return sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file())
 
 
 # Generating

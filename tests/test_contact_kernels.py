@@ -10,7 +10,7 @@ import pytest
 from ccgen.generator import loop
 from ccgen.runtime import simulate
 
-from .conftest import Workshop
+from .support.workshop import Workshop
 
 
 @pytest.fixture(scope="module")

@@ -16,11 +16,11 @@ import pytest
 
 from ccgen.runtime.drives import drive_rows
 
-from .conftest import Workshop
 from .oracles import maximal, random_mechanisms, sliding
 from .oracles.maximal import GROUND, Array, turned
 from .oracles.random_mechanisms import KINDS, LOADS, Sketch
-from .test_random_mechanisms import BOUND, EXAMPLES, _check_forces, quasi_accelerations
+from .support.random_mechanism_checks import BOUND, EXAMPLES, check_forces, quasi_accelerations
+from .support.workshop import Workshop
 
 HOW = ("sticks", "smooth", "slides forward", "slides backward")
 CONTACTS = ("ground", "disc", "touch", "stop")
@@ -146,7 +146,7 @@ def test_forces_and_impulses_of_contacts_and_joints(seed: int, workshop: Worksho
     scale = max(float(np.max(np.abs(x), initial=1.0)) for x in (motion.frames, forces))
     assert np.max(np.abs(u_dot - wanted)) <= BOUND * scale * 10.0
     _check_held(model, q, u, u_dot, held, forces, scale)
-    _check_forces(_With(model, held), sketch, q, u, motion)
+    check_forces(_With(model, held), sketch, q, u, motion)
 
 
 class _With:
@@ -210,7 +210,7 @@ def _check_impulses(model: Any, sketch: Sketch, order: list[Spot], q: Array, rng
     du = quasi_accelerations(model, poses, still, jump.frames)
     found, outcomes = model.kernels.joint_impulses(q[None], du[None], impulses.T.reshape(1, -1))
     assert outcomes == ["done"]
-    _check_forces(_Fixed(model, found.reshape(-1, 3)), sketch, q, du, jump)
+    check_forces(_Fixed(model, found.reshape(-1, 3)), sketch, q, du, jump)
 
 
 class _Fixed:

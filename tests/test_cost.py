@@ -17,10 +17,9 @@ from ccgen.runtime import methods, simulate
 from ccgen.runtime.accuracy import Measured, compare, errors, growth, measure, recommend, refer
 from ccgen.runtime.precision import wider
 
-from .conftest import Workshop
-from .test_methods import PENDULUM, exact_pendulum
-
-SCENES = Path(__file__).parents[1] / "scenes"
+from .support.folders import SCENES
+from .support.pendulum import PENDULUM, exact_pendulum
+from .support.workshop import Workshop
 
 
 @pytest.fixture(scope="module")

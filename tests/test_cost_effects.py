@@ -20,11 +20,12 @@ from ccgen.generator.program.program import Counts, Program, lower
 from ccgen.runtime import load_model, simulate
 from ccgen.runtime.timing import evaluation_times, price, run_times, sample
 
-from .conftest import Workshop
-from .test_cli import ccgen, written
-from .test_effects_absent import EXAMPLES, SCENE
+from .support.command_line import ccgen, written
+from .support.effect_examples import EXAMPLES, SCENE
+from .support.folders import ROOT
+from .support.workshop import Workshop
 
-HEXAGON = Path(__file__).parents[1] / "scenes" / "falling-hexagon.toml"
+HEXAGON = ROOT / "scenes" / "falling-hexagon.toml"
 SWING = """\
 name = "swing"
 [chain]

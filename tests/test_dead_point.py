@@ -16,9 +16,9 @@ from ccgen.generator.cli.report import energy_moved
 from ccgen.runtime import driving_torque, simulate
 from ccgen.runtime.dead_point import cut, dead_point
 
-from .conftest import Workshop
-from .test_cli import ccgen
-from .test_drive import CRANK, L, R
+from .support.command_line import ccgen
+from .support.driven_crank import CRANK, L, R
+from .support.workshop import Workshop
 
 A, B, C, D = 0.2, 0.5, 0.5, 0.6
 """Crank, coupler, rocker and frame."""

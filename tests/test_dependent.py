@@ -7,22 +7,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from .conftest import Workshop
-from .oracles import maximal
+from .oracles.least_squares import least_squares
 from .oracles.maximal import GROUND
 from .oracles.mechanisms import Drawing, draw
-from .test_acceleration import close
+from .support.dense_comparison import close
+from .support.parallel_cranks import parallel_cranks
+from .support.workshop import Workshop
 
 Array = np.ndarray[Any, Any]
-
-
-def parallel_cranks(angle: float, cranks: int = 3) -> Drawing:
-    """Parallel cranks that share a coupler: all but two are redundant."""
-    feet = [[float(k), 0.0] for k in range(cranks)]
-    tops = [[k + np.cos(angle), np.sin(angle)] for k in range(cranks)]
-    bodies = [(k, cranks + k) for k in range(cranks)] + [tuple(range(cranks, 2 * cranks))]
-    joints = [(k, GROUND, k) for k in range(cranks)] + [(cranks + k, k, cranks) for k in range(cranks)]
-    return draw(f"cranks_{cranks}", np.array(feet + tops), bodies, joints, np.random.default_rng(4))
 
 
 def flat_chain(turn: float) -> Drawing:
@@ -31,25 +23,6 @@ def flat_chain(turn: float) -> Drawing:
     places = along @ np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
     joints = [(0, GROUND, 0), (1, 0, 1), (2, 1, 2), (3, 2, GROUND)]
     return draw("flat_chain", places, [(0, 1), (1, 2), (2, 3)], joints, np.random.default_rng(5))
-
-
-def least_squares(drawing: Drawing, poses: Array, velocities: Array) -> tuple[Array, Array]:
-    """Angular accelerations and the forces of least norm on each pin's link ``b``, by a dense decomposition."""
-    system = drawing.system
-    angles, spins = poses[:, 2], velocities[:, 2]
-    rows = maximal.jacobian(system, angles).astype(float)
-    inertias = np.stack([system.mass, system.mass, system.inertia], axis=1).ravel().astype(float)
-    force = np.zeros((system.size, 3))
-    force[:, 1] = -system.mass * system.gravity
-    bias = maximal._centripetal(system, angles.astype(np.longdouble), spins.astype(np.longdouble)).astype(float)
-    root = 1 / np.sqrt(inertias)  # Gauss's principle: least constraint in the metric of the mass matrix
-    free = force.ravel() / inertias
-    left, values, right = np.linalg.svd(rows * root, full_matrices=False)
-    rank = int(np.sum(values > 1e-9 * values[0]))
-    needed = (left.T @ (bias - rows @ free))[:rank] / values[:rank]
-    a = free + root * (right[:rank].T @ needed)
-    multipliers = left[:, :rank] @ (needed / values[:rank])
-    return a.reshape(-1, 3)[:, 2], multipliers.reshape(-1, 2)
 
 
 @pytest.mark.parametrize("angle", [0.4, 1.1, 2.0])

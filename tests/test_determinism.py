@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from .conftest import Workshop
 from .oracles import mechanisms
+from .support.workshop import Workshop
 
 SEEDS = ("0", "1", "4242")
 TEXTS = (".txt", ".c", ".h", ".pyx", ".py", ".json")

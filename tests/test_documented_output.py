@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from .test_cli import ccgen
+from .support.command_line import ccgen
+from .support.folders import ROOT
 
-ROOT = Path(__file__).parents[1]
 SAMPLE = re.compile(r"```console\n\$ (ccgen show \S+)\n(.*?)```", re.DOTALL)
 SCENE = re.compile(r"```toml\n(name = .*?)```", re.DOTALL)
 

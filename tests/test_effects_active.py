@@ -14,12 +14,12 @@ from ccgen.generator.program.reading import read_listing
 from ccgen.generator.scene import SceneError
 from ccgen.runtime import simulate
 
-from .active import ROD
-from .conftest import Workshop
 from .oracles import loads, maximal, mechanisms
 from .oracles.loads import Acting
 from .oracles.maximal import Array
-from .test_acceleration import allowed, close, quasi_accelerations, states
+from .support.active import ROD
+from .support.dense_comparison import allowed, close, quasi_accelerations, states
+from .support.workshop import Workshop
 
 T = 0.37
 """A time at which accelerations are compared."""

@@ -14,12 +14,12 @@ from ccgen.generator.program.reading import read_listing
 from ccgen.generator.scene import SceneError
 from ccgen.runtime import simulate
 
-from .conftest import Workshop
 from .oracles import loads, maximal, mechanisms
 from .oracles.loads import Acting, Place
 from .oracles.maximal import GROUND, Array
 from .oracles.mechanisms import Drawing
-from .test_acceleration import allowed, close, quasi_accelerations, states
+from .support.dense_comparison import allowed, close, quasi_accelerations, states
+from .support.workshop import Workshop
 
 KINDS = ("spring", "damper", "torsion", "joint_friction", "drag", "gravity")
 DIRECTION = (0.6, -0.8)

@@ -6,7 +6,8 @@ import re
 from itertools import chain
 from pathlib import Path
 
-ROOT = Path(__file__).parents[1]
+from .support.folders import ROOT
+
 NUMBER = r"\d+(?:\.\d+)?[a-z]?['′]*"
 CITED = re.compile(rf"\b[Ee]q\.\s+({NUMBER}(?:(?:,\s*| and\s+| to\s+){NUMBER})*)")
 SOURCES = ("generator/**/*.py", "runtime/**/*.py", "runtime/**/*.[ch]", "tests/**/*.py", "templates/*", "docs/*.md")

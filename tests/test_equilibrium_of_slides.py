@@ -7,7 +7,7 @@ import pytest
 
 from ccgen.runtime import static_equilibrium
 
-from .conftest import Workshop
+from .support.workshop import Workshop
 
 MASS, STIFFNESS, G = 2.0, 80.0, 9.81
 SLOPE = np.radians(25)

@@ -14,9 +14,9 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from .conftest import Workshop
 from .oracles import maximal, polygons
 from .oracles.maximal import Array
+from .support.workshop import Workshop
 
 G = 9.81
 Height = Callable[[Any], Any]

@@ -10,9 +10,9 @@ from ccgen.generator.emit.show import show_text
 from ccgen.generator.pipeline import listing
 from ccgen.generator.program.reading import Listing, read_listing
 
-from .conftest import Workshop
-from .test_effects_absent import EXAMPLES
-from .test_show import LINKS, closed_form
+from .support.closed_forms import LINKS, closed_form
+from .support.effect_examples import EXAMPLES
+from .support.workshop import Workshop
 
 
 def _acting(form: str) -> str:

@@ -12,8 +12,8 @@ import pytest
 from ccgen.generator.effects import expressions
 from ccgen.generator.effects.expressions import Expression, ExpressionError
 
-from .active import ROD
-from .conftest import Workshop
+from .support.active import ROD
+from .support.workshop import Workshop
 
 EXPRESSIONS: dict[str, Callable[[float], float]] = {
     "2*sin(3*t) + 0.5": lambda t: 2 * math.sin(3 * t) + 0.5,

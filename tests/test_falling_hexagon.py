@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from .conftest import Workshop
 from .oracles import maximal, polygons
+from .support.folders import ROOT
+from .support.workshop import Workshop
 
 IMPACTS = (
     (0.4515236409857, (0,), -4.4294469181, 7.3085874148, 109.626750000),
@@ -126,12 +127,11 @@ def test_event_times_follow_the_tolerance(model: Any, rtol: float) -> None:
 
 def test_the_scene_of_the_repository(workshop: Workshop) -> None:
     """``scenes/falling-hexagon.toml`` is this motion, to its own end and tolerance."""
-    from pathlib import Path
 
     from ccgen.generator import load_scene
     from ccgen.runtime import simulate
 
-    scene = Path(__file__).parent.parent / "scenes" / "falling-hexagon.toml"
+    scene = ROOT / "scenes" / "falling-hexagon.toml"
     run = simulate(workshop.model(load_scene(scene)))
     assert run.success
     assert run.t[-1] == 1.2

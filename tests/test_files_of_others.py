@@ -14,7 +14,8 @@ from ccgen.generator import OutputError, generate, load_scene, loop
 from ccgen.generator.cli.clean import clean
 from ccgen.runtime import load_model
 
-ROOT = Path(__file__).resolve().parent.parent
+from .support.folders import ROOT
+
 CCGEN = str(Path(sys.executable).parent / "ccgen")
 SCENE = "[chain]\nlinks = 2\nhinged = true\n[run]\nuntil = 0.1\n"
 

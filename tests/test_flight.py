@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from .conftest import Workshop
 from .oracles import flight, maximal, mechanisms, polygons
 from .oracles.maximal import Array
+from .support.workshop import Workshop
 
 G = 9.81
 END = 10.0

@@ -26,11 +26,12 @@ from ccgen.generator.program.program import Counts, lower
 from ccgen.generator.program.reading import read_listing
 from ccgen.runtime import Model, load_model, simulate
 
-from .conftest import Workshop
-from .test_cli import ccgen
-from .test_effects_absent import EXAMPLES, SCENE
+from .support.command_line import ccgen
+from .support.effect_examples import EXAMPLES, SCENE
+from .support.folders import ROOT
+from .support.workshop import Workshop
 
-FILES = sorted((Path(__file__).parents[1] / "scenes").glob("*.toml"))
+FILES = sorted((ROOT / "scenes").glob("*.toml"))
 SCENES: dict[str, Callable[[Workshop], Scene]] = {
     **{file.stem: lambda workshop, file=file: load_scene(file) for file in FILES},  # type: ignore[misc]
     "every effect": lambda workshop: workshop.scene(SCENE + "".join(EXAMPLES.values())),

@@ -16,9 +16,9 @@ from ccgen.runtime import simulate
 from ccgen.runtime.force_history import history
 from ccgen.runtime.force_plot import draw_forces
 
-from .conftest import Workshop
-from .test_forces import LEANING, G
-from .touching_scenes import disc_on_plank
+from .support.leaning_rod import LEANING, G
+from .support.touching_scenes import disc_on_plank
+from .support.workshop import Workshop
 
 
 @pytest.fixture

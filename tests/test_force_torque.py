@@ -7,8 +7,8 @@ import pytest
 
 from ccgen.runtime import simulate
 
-from .active import ROD, SINGLE, SWING, Wrong, check_refusal
-from .conftest import Workshop
+from .support.active import ROD, SINGLE, SWING, Wrong, check_refusal
+from .support.workshop import Workshop
 
 
 @pytest.mark.parametrize(

@@ -11,31 +11,11 @@ import pytest
 from ccgen.generator import load_scene, loop
 from ccgen.runtime import simulate
 
-from .conftest import Workshop
-from .hard.bodies import block
-from .test_mechanism_scenes import SCENES
+from .support.bodies import block
+from .support.folders import SCENES
+from .support.leaning_rod import LEANING, G
+from .support.workshop import Workshop
 
-G = 9.81
-LEANING = """
-name = "leaning"
-[ground_link]
-points = { O = [0, 0.5] }
-[[link]]
-name = "rod"
-mass = 2
-inertia = 0.1667
-com = [0.5, 0]
-points = { A = [0, 0], T = [1, 0] }
-[[joint]]
-name = "hinge"
-between = ["ground.O", "rod.A"]
-[gravity]
-[[ground]]
-restitution = 0
-contacts = ["rod.T"]
-[run]
-until = 2
-"""
 TIP = ("rod.T", "ground_0")
 
 

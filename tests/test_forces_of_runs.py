@@ -14,11 +14,11 @@ import pytest
 from ccgen.generator import loop
 from ccgen.runtime import simulate
 
-from .conftest import Workshop
-from .hard.bodies import rod
 from .oracles import closed_contacts, newton
 from .oracles.maximal import Array
-from .test_forces import LEANING, G
+from .support.bodies import rod
+from .support.leaning_rod import LEANING, G
+from .support.workshop import Workshop
 
 WALKER = """
 name = "crawler"

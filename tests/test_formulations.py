@@ -5,11 +5,12 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
-SCRIPT = Path(__file__).parents[1] / "benchmarks" / "derivations.py"
+from .support.folders import ROOT
+
+SCRIPT = ROOT / "benchmarks" / "derivations.py"
 RECURSIVE = {"chain": 60 * 3 - 73 + 6, "loop": 98 * 4 - 46 + 1}
 """Operations of the acceleration (docs/counts.md), and those that gravity adds."""
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Callable
-from pathlib import Path
 
 import pytest
 
@@ -12,7 +11,8 @@ from ccgen.generator import Scene, load_scene, loop, pinned
 from ccgen.generator.pipeline import listing
 from ccgen.generator.program.reading import read_listing
 
-ROOT = Path(__file__).resolve().parent.parent
+from .support.folders import ROOT
+
 GOLDEN = ROOT / "tests" / "golden"
 
 SCENES: dict[str, Callable[[], Scene]] = {

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from .conftest import Workshop
 from .oracles import maximal, mechanisms, polygons
 from .oracles.maximal import Array, Contact, Jump
 from .oracles.mechanisms import Drawing
 from .oracles.polygons import LANDINGS, Landing
+from .support.workshop import Workshop
 
 MATERIALS = [(1.0, 1.0, 0.5), (0.7, 1.3, 0.3), (1.0, 1.0, 1.0), (1.0, 1.0, 0.0)]
 SPEED = 1.7

@@ -16,11 +16,11 @@ from ccgen.generator.mechanism.implied import SAME, implied
 from ccgen.generator.scene import Scene, SceneError, read_tables
 from ccgen.runtime import Model, simulate
 
-from .conftest import Workshop
+from .oracles.least_squares import least_squares
 from .oracles.maximal import GROUND
 from .oracles.mechanisms import Drawing, draw
-from .test_acceleration import close
-from .test_dependent import least_squares
+from .support.dense_comparison import close
+from .support.workshop import Workshop
 
 Array = np.ndarray[Any, Any]
 PLACES = np.array([[0.0, 0.0], [0.9, 0.3], [1.7, -0.2], [1.2, 1.1], [2.4, 0.5], [0.1, 1.4]])

@@ -12,9 +12,9 @@ import pytest
 
 from ccgen.runtime import simulate
 
-from .active import ARM, SINGLE, Wrong, check_refusal
-from .conftest import Workshop
 from .oracles.maximal import Array
+from .support.active import ARM, SINGLE, Wrong, check_refusal
+from .support.workshop import Workshop
 
 
 def test_constant_input_is_the_effect(workshop: Workshop) -> None:

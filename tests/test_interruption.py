@@ -14,7 +14,7 @@ import pytest
 
 from ccgen.runtime import Run, simulate
 
-from .conftest import Workshop
+from .support.workshop import Workshop
 
 SOON = 0.2
 """Seconds from Ctrl-C to the return."""

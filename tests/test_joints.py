@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from .joint_texts import FLOOR, faults, scene
+from .support.joint_texts import FLOOR, faults, scene
 
 AXIS = "axis = [1, 0]\n\n[start]"
 CRANK_PIN = 'between = ["crank.B", "rod.A"]\n'

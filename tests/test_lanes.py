@@ -15,11 +15,10 @@ from ccgen.generator import chain, generate, load_scene, loop
 from ccgen.generator.emit.compiler import CompileError
 from ccgen.runtime import load_model, simulate
 
-from .conftest import Workshop
 from .oracles import polygons
 from .oracles.maximal import Array
-
-SCENES = Path(__file__).parents[1] / "scenes"
+from .support.folders import SCENES
+from .support.workshop import Workshop
 
 ACTED = """
 name = "acted"

@@ -17,6 +17,8 @@ from ccgen.generator.program.compare import compare
 from ccgen.generator.program.reading import Listing, ListingError, read_listing
 from ccgen.generator.scene.scene import Scene
 
+from .support.folders import ROOT
+
 Values = NDArray[np.float64]
 
 SCENES = {
@@ -24,7 +26,7 @@ SCENES = {
     "chain": lambda: chain(2),
     "hinged": lambda: chain(2, hinged=True, gravity=True),
     "pinned": lambda: pinned(2, gravity=True),
-    "four-bar": lambda: load_scene(Path(__file__).parents[1] / "scenes" / "four-bar.toml"),
+    "four-bar": lambda: load_scene(ROOT / "scenes" / "four-bar.toml"),
 }
 SEEDS = range(5)
 

@@ -9,8 +9,8 @@ import pytest
 
 from ccgen.runtime import simulate
 
-from .conftest import Workshop
-from .joint_texts import faults, line_of
+from .support.joint_texts import faults, line_of
+from .support.workshop import Workshop
 
 ARM = """\
 name = "arm"

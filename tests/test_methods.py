@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,32 +13,19 @@ from scipy.special import ellipj, ellipk, ellipkinc
 from ccgen.generator import load_scene, loop
 from ccgen.runtime import methods, simulate
 
-from .conftest import Workshop
 from .oracles import polygons
 from .oracles.maximal import Array
+from .support.folders import ROOT
+from .support.pendulum import MODULUS, OMEGA, PENDULUM, exact_pendulum
+from .support.workshop import Workshop
 
-ROOT = Path(__file__).parents[1]
 CORE = ROOT / "runtime" / "core"
 METHODS = ("dop853", "gauss", "dopri5", "radau")
 
-PENDULUM = """
-name = "method-pendulum"
-[chain]
-links = 1
-hinged = true
-[start]
-angles = [0.0]
-[gravity]
-g = 9.81
-"""
 FLOOR = """[[ground]]
 point = [0, -0.8]
 restitution = 0.8
 """
-OMEGA = np.sqrt(1.5 * 9.81)
-"""Small swings of a uniform rod of 1 m about its end, rad/s."""
-MODULUS = 0.5
-"""sin² of half the largest deflection: released level."""
 
 
 def table(file: str, name: str) -> Array:
@@ -138,12 +124,6 @@ def test_dopri5_meets_its_conditions() -> None:
 
 
 # -- order ---------------------------------------------------------------------------------------------------------
-
-
-def exact_pendulum(t: Array) -> Array:
-    """Angle of the rod, released level (0) at t = 0; it swings down through −π/2."""
-    sn, *_ = ellipj(OMEGA * t + ellipk(MODULUS), MODULUS)
-    return 2.0 * np.arcsin(np.sqrt(MODULUS) * sn) - np.pi / 2
 
 
 STEPS = {"gauss": (2, 3, 4, 5), "dop853": (10, 14, 20, 28), "dopri5": (40, 60, 90, 140), "radau": (40, 60, 90, 140)}

@@ -10,9 +10,9 @@ from scipy.integrate import solve_ivp
 
 from ccgen.runtime import simulate
 
-from .active import LEFT, ROD, SWING, WHEEL, Wrong, check_refusal
-from .conftest import Workshop
 from .oracles.maximal import Array
+from .support.active import LEFT, ROD, SWING, WHEEL, Wrong, check_refusal
+from .support.workshop import Workshop
 
 
 def test_torque_is_on_the_second_link(workshop: Workshop) -> None:

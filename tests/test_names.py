@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
 
 import pytest
 
 from ccgen.generator import load_scene
 from ccgen.generator.pipeline import listing
 
-from .conftest import Workshop
-from .touching_scenes import disc_on_plank
+from .support.folders import ROOT
+from .support.touching_scenes import disc_on_plank
+from .support.workshop import Workshop
 
-ROOT = Path(__file__).parents[1]
 PLACES = {"k": r"(\d+|g)", "j": r"\d+", "l": r"\d+", "i": r"\d+", "B": r"\w+", "O": r"\w+", "e": r"\d+", "f": r"\d+"}
 """What stands for a place in the table's names: links, joints, a ground or contact, points."""
 AXES = {"x": "[xyn]", "y": "[xyn]", "n": "[xyn]", "xx": "[xyn]{2}", "xy": "[xyn]{2}", "ly": r"\d+[xyn]", "we": r"w\d+"}

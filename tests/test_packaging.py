@@ -12,9 +12,9 @@ from pathlib import Path
 
 import pytest
 
-from .conftest import Workshop
+from .support.folders import ROOT
+from .support.workshop import Workshop
 
-ROOT = Path(__file__).resolve().parent.parent
 SCENE = ROOT / "scenes" / "falling-hexagon.toml"
 
 WITHOUT = """

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from dataclasses import replace
 from html.parser import HTMLParser
@@ -16,8 +15,9 @@ from ccgen.runtime.frames import frame_times, placed, sample, shown_impacts, vie
 from ccgen.runtime.plot import draw, instants
 from ccgen.runtime.run import Run
 
-from .rigid_polygon import G, bouncing
-from .stiff_crank import turning
+from .support.player_page import data_of
+from .support.rigid_polygon import G, bouncing
+from .support.stiff_crank import turning
 
 
 @pytest.fixture(scope="module")
@@ -28,12 +28,6 @@ def run() -> Run:
 @pytest.fixture(scope="module")
 def page(run: Run, tmp_path_factory: pytest.TempPathFactory) -> str:
     return run.animate(tmp_path_factory.mktemp("page") / "a.html").read_text(encoding="utf-8")
-
-
-def data_of(page: str) -> Any:
-    found = re.findall(r'<script id="run" type="application/json">(.*?)</script>', page, re.DOTALL)
-    assert len(found) == 1
-    return json.loads(found[0])
 
 
 # --- frames and views

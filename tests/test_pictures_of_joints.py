@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import json
-import re
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -15,10 +12,10 @@ from ccgen.runtime import Model, Run, simulate
 from ccgen.runtime.frames import sample, view_of
 from ccgen.runtime.plot import draw
 
-from .conftest import Workshop
-from .test_round_feet import RADIUS, wheel
-
-SCENES = Path(__file__).parents[1] / "scenes"
+from .support.folders import SCENES
+from .support.player_page import data_of
+from .support.wheel import RADIUS, wheel
+from .support.workshop import Workshop
 
 
 @pytest.fixture(scope="module")
@@ -102,17 +99,13 @@ def test_a_disc_touches_its_ground_and_turns(rolling: Run) -> None:
         assert rim[-2] - centre == pytest.approx(RADIUS * np.array([np.cos(angle), np.sin(angle)]), abs=1e-12)
 
 
-def data_of(page: Path) -> Any:
-    (found,) = re.findall(
-        r'<script id="run" type="application/json">(.*?)</script>', page.read_text(encoding="utf-8"), re.DOTALL
-    )
-    return json.loads(found)
-
-
 def test_the_page_has_the_discs(rolling: Run, slider: Run, tmp_path: Path) -> None:
-    (link,) = data_of(rolling.animate(tmp_path / "wheel.html"))["links"]
+    (link,) = data_of(rolling.animate(tmp_path / "wheel.html").read_text(encoding="utf-8"))["links"]
     assert link["discs"] == [[0, 0, RADIUS]]
-    assert all(link["discs"] == [] for link in data_of(slider.animate(tmp_path / "slider.html"))["links"])
+    assert all(
+        link["discs"] == []
+        for link in data_of(slider.animate(tmp_path / "slider.html").read_text(encoding="utf-8"))["links"]
+    )
 
 
 def test_a_radius_set_at_run_time_is_drawn(workshop: Workshop) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import math
 import re
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,7 +15,7 @@ from ccgen.generator.derive.derivation import derive
 from ccgen.generator.derive.names import turn
 from ccgen.generator.emit.show import show_text
 from ccgen.generator.mechanism.topology import span
-from ccgen.generator.pipeline import derive_scene, listing, plan_scene
+from ccgen.generator.pipeline import listing, plan_scene
 from ccgen.generator.planning import choose as choosing
 from ccgen.generator.planning.choose import DYADS, IN_SEGMENTS, PLANS, TIP_TO_ROOT, choose
 from ccgen.generator.planning.plan import is_dyad
@@ -28,34 +27,13 @@ from ccgen.generator.scene import read_tables
 from ccgen.generator.scene.scene import Scene
 from ccgen.runtime import load_model
 
-from .conftest import Workshop
 from .oracles import graphs, maximal
 from .oracles.graphs import Edges
 from .oracles.maximal import GROUND, Array
 from .oracles.mechanisms import Drawing
-
-ROOT = Path(__file__).parents[1]
-
-
-def walking(legs: int) -> Edges:
-    """A body, a shaft on it, and legs of three dyads each: two on the crank and the body, the third between those."""
-    edges: Edges = [(0, 1)]
-    for leg in range(legs):
-        j, b, k, c, f, g = range(2 + 6 * leg, 8 + 6 * leg)
-        edges += [(1, j), (j, b), (0, b), (1, k), (k, c), (0, c), (b, f), (c, g), (f, g)]
-    return edges
-
-
-def near_chain(links: int, loops: int, seed: int) -> Edges:
-    """A row of links, and joints between random links of it that are at least three apart."""
-    rng = np.random.default_rng(seed)
-    edges = [(k, k + 1) for k in range(links - 1)]
-    while len(edges) < links - 1 + loops:
-        a, b = sorted(int(x) for x in rng.integers(links, size=2))
-        if 3 <= b - a <= 8 and (a, b) not in edges:
-            edges.append((a, b))
-    return edges
-
+from .support.folders import ROOT
+from .support.large_mechanisms import near_chain, operations, scene_of, walking
+from .support.workshop import Workshop
 
 MECHANISMS: dict[str, Edges] = {
     "four-bar": [(GROUND, 0), (0, 1), (1, 2), (2, GROUND)],
@@ -124,12 +102,6 @@ angles = { crank = 0.8, rod = 2.9 }
 [gravity]
 """
 """The guide comes first, so that rod and crank are cut apart, and the rod hangs from what slides."""
-
-
-def scene_of(drawing: Drawing, tmp_path: Any) -> Scene:
-    path = tmp_path / "mechanism.toml"
-    path.write_text(drawing.toml())
-    return load_scene(path)
 
 
 def solved(text: str, kernel: str, **given: Array) -> dict[str, Array]:
@@ -217,10 +189,6 @@ def _check_impulses(drawing: Drawing, text: str, q: Array, names: list[str], rng
     f = solved(text, "momentum", q=q, u=momentum)["p"]
     found = solved(text, "impulse", q=q, f=f)["du"]
     assert np.abs(found - momentum).max() <= 1e-12 * np.abs(momentum).max()
-
-
-def operations(scene: Scene, plan: str | None = None) -> int:
-    return lower(derive_scene(scene, plan=plan)[1]).function("acceleration").counts().total
 
 
 def with_all_dyads(scene: Scene) -> int:

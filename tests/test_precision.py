@@ -24,12 +24,12 @@ from ccgen.runtime.plot import instants
 from ccgen.runtime.precision import core_of, wider
 from ccgen.runtime.simulate import LEAST
 
-from .conftest import Workshop
 from .oracles.maximal import Array
-from .test_dependent import parallel_cranks
-from .touching_scenes import G, disc_on_plank
+from .support.folders import SCENES
+from .support.parallel_cranks import parallel_cranks
+from .support.touching_scenes import G, disc_on_plank
+from .support.workshop import Workshop
 
-SCENES = Path(__file__).parents[1] / "scenes"
 NAMES = sorted(path.stem for path in SCENES.glob("*.toml") if path.stem != "strandbeest")
 """All scenes but twelve Jansen legs, which take a compiler a quarter of a minute: one of them is here."""
 WIDER = pytest.mark.skipif(not wider(), reason="long double is no wider than a double on this machine")

@@ -16,9 +16,8 @@ from ccgen.generator.emit.assembled import redundancy_lines
 from ccgen.generator.mechanism.redundancy import JointEquations, mobility
 from ccgen.generator.scene import read_tables
 
-from .test_assembly_sketch import cranks, four_bar, rod
-
-SCENES = Path(__file__).parents[1] / "scenes"
+from .support.drawn_linkages import cranks, four_bar, rod
+from .support.folders import SCENES
 
 
 def groups(scene: Scene) -> list[tuple[set[str], int]]:

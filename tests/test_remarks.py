@@ -17,7 +17,7 @@ from ccgen.generator.scene import angles as written
 from ccgen.generator.scene.schema import FourBarsTable, JointTable, LinkTable, LoopTable, StartTable
 from ccgen.runtime import Model, poses, simulate
 
-from .conftest import Workshop
+from .support.workshop import Workshop
 
 ARM: dict[str, Any] = {
     "ground_link": {"points": {"O": [0, 0]}},

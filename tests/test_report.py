@@ -14,8 +14,9 @@ from ccgen.generator.cli.report import energy_moved, row
 from ccgen.generator.program.program import Counts
 from ccgen.runtime import simulate
 
-from .conftest import Workshop
-from .test_cli import PENDULUM, SCENES, ccgen
+from .support.command_line import PENDULUM, ccgen
+from .support.folders import SCENES
+from .support.workshop import Workshop
 
 DRIVEN = """\
 name = "driven"

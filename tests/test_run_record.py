@@ -14,7 +14,8 @@ import pytest
 
 from ccgen.runtime.run import Impact, Phase, Run
 
-from .rigid_polygon import G, PolygonModel, bouncing
+from .support.folders import ROOT
+from .support.rigid_polygon import G, PolygonModel, bouncing
 
 
 @pytest.fixture(scope="module")
@@ -228,9 +229,7 @@ def test_every_saved_array_is_documented_with_its_shape(run: Run, tmp_path: Path
     held = Phase("contact", run.phases[-1].start, run.phases[-1].end, (("joint_0", "ground_0"),) * 3, ("sticks",) * 3)
     struck = replace(run.impacts[0], contacts=(("joint_0", "ground_0"),) * 2, impulses=np.ones(2))
     run = replace(run, phases=(*run.phases[:-1], held), impacts=(struck, *run.impacts[1:]))
-    text = (
-        (Path(__file__).parents[1] / "docs" / "model.md").read_text(encoding="utf-8").partition("### `result.npz`")[2]
-    )
+    text = (ROOT / "docs" / "model.md").read_text(encoding="utf-8").partition("### `result.npz`")[2]
     sizes = {"nt": run.t.size, "nq": run.q.shape[1], "nu": run.u.shape[1], "parameters": len(run.model.parameters)}
     sizes |= {"ni": len(run.impacts), "nc": len(run.impacts) + 1, "np": len(run.phases), "nh": 3, "3": 3}
     sizes["joints"] = len(run.model.joints)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,7 +18,7 @@ from ccgen.generator.planning.dead_centres import SOUND, lasting_dyads, sound_dy
 from ccgen.generator.planning.samples import STEPS, sample_poses
 from ccgen.generator.scene.scene import Scene
 
-ROOT = Path(__file__).parents[1]
+from .support.folders import ROOT
 
 
 def pin_misses(scene: Scene, poses: Any) -> float:

@@ -22,7 +22,7 @@ from ccgen.generator.mechanism.links import GROUND
 from ccgen.generator.scene import Scene, SceneError, chain, load_scene, loop, pinned, read_tables
 from ccgen.generator.scene.locate import locate
 
-SCENES = Path(__file__).parents[1] / "scenes"
+from .support.folders import SCENES
 
 
 def points(scene: Scene, name: str = "A") -> np.ndarray:

@@ -14,20 +14,21 @@ import pytest
 import sympy as sp
 
 from ccgen.generator import Scene, chain, generate, load_scene, loop, pinned
-from ccgen.generator.derive.expanded import LIMIT, ExpandedForm, expand
+from ccgen.generator.derive.expanded import LIMIT, ExpandedForm
 from ccgen.generator.derive.names import State
 from ccgen.generator.emit.latex import symbol_tex
 from ccgen.generator.emit.show import show_text
-from ccgen.generator.mechanism.topology import span
 from ccgen.generator.pipeline import listing
 from ccgen.generator.program.reading import read_listing
 from ccgen.generator.scene import read_tables
 
-from .conftest import Workshop
 from .oracles import graphs
-from .test_effects_absent import EXAMPLES
+from .support.closed_forms import LINKS, closed_form
+from .support.effect_examples import EXAMPLES
+from .support.folders import ROOT
+from .support.workshop import Workshop
 
-FILES = Path(__file__).parents[1] / "scenes"
+FILES = ROOT / "scenes"
 
 RING_ON_TWO_GROUNDS = """
 name = "ring"
@@ -50,12 +51,6 @@ restitution = 0.25
 contacts = ["joint_1", "link_2.B"]
 """
 
-LINKS: dict[str, str] = {
-    "hinged": 'name = "x"\n[chain]\nlinks = 3\nhinged = true\nlength = [1.0, 0.8, 1.3]\ncom = [0.4, 0.2]\n'
-    "[start]\nangles = [-0.9, 0.4, 1.1]\n",
-    "loop": 'name = "x"\n[loop]\nlinks = 4\nlength = [1.0, 0.8, 1.3, 1.1]\n',
-    "pinned": 'name = "x"\n[pinned]\nlinks = 3\nlength = [1.0, 0.8, 1.3]\n',
-}
 
 SCENES: dict[str, Callable[[], Scene]] = {
     "loop": lambda: loop(4),
@@ -77,10 +72,6 @@ SCENES: dict[str, Callable[[], Scene]] = {
         tomllib.loads(graphs.mechanism("shared", graphs.theta([12, 12, 9])).toml()), "shared", "shared"
     ),
 }
-
-
-def closed_form(scene: Scene) -> ExpandedForm:
-    return expand(scene.mechanism, span(scene.mechanism), scene.effects)
 
 
 # -- the closed form -----------------------------------------------------------------------------------------------

@@ -7,15 +7,14 @@ import math
 import shutil
 import subprocess
 from collections.abc import Callable
-from pathlib import Path
 
 import mpmath
 import numpy as np
 import pytest
 
 from .oracles.maximal import Array
+from .support.folders import RUNTIME
 
-RUNTIME = Path(__file__).parents[1] / "runtime"
 LIMIT = 65536.0
 SOURCE = """
 #include "sincos.h"

@@ -9,7 +9,7 @@ import pytest
 
 from ccgen.generator import loop
 
-from .conftest import Workshop
+from .support.workshop import Workshop
 
 PI = np.pi
 FLAT = {

@@ -11,9 +11,9 @@ import pytest
 from ccgen.generator import load_scene
 from ccgen.runtime import driving_torque, inverse_dynamics, simulate
 
-from .conftest import Workshop
-from .joint_texts import FLOOR, faults, scene
 from .oracles.maximal import Array
+from .support.joint_texts import FLOOR, faults, scene
+from .support.workshop import Workshop
 
 RING = """\
 name = "wedges"

@@ -9,9 +9,10 @@ import pytest
 
 from ccgen.generator import Scene, load_scene
 
-from .test_cli import ccgen
+from .support.command_line import ccgen
+from .support.folders import ROOT
 
-SCENE = (Path(__file__).parents[1] / "scenes" / "slider-crank.toml").read_text()
+SCENE = (ROOT / "scenes" / "slider-crank.toml").read_text()
 CRANK, ROD = 0.2, 0.6
 
 

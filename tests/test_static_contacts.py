@@ -12,10 +12,10 @@ import pytest
 from ccgen.generator import load_scene
 from ccgen.runtime import simulate, static_equilibrium
 
-from .conftest import Workshop
-from .test_cli import ccgen
+from .support.command_line import ccgen
+from .support.folders import SCENES
+from .support.workshop import Workshop
 
-SCENES = Path(__file__).parents[1] / "scenes"
 G = 9.81
 LEANING = """\
 name = "leaning"

@@ -18,7 +18,7 @@ from ccgen.generator.emit.latex import expression_tex
 from ccgen.generator.pipeline import listing
 from ccgen.generator.program.reading import read_listing
 
-from .conftest import Workshop
+from .support.workshop import Workshop
 
 X = sp.Symbol("x")
 

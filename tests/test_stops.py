@@ -10,7 +10,7 @@ import pytest
 
 from ccgen.runtime import simulate
 
-from .conftest import Workshop
+from .support.workshop import Workshop
 
 G = 9.81
 

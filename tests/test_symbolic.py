@@ -20,8 +20,8 @@ from ccgen.generator.mechanism.mechanism import Mechanism
 from ccgen.generator.mechanism.topology import Topology
 from ccgen.generator.pipeline import derive_scene
 
-from .conftest import Workshop
 from .oracles.expanded import Body, Branch, Cut, Exact, Expanded, Pair, expand, residuals
+from .support.workshop import Workshop
 
 CASES = {
     "open-2": (2, False, 3),

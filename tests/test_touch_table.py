@@ -7,8 +7,8 @@ import pytest
 from ccgen.generator.effects.touch import Touch
 from ccgen.generator.scene import SceneError
 
-from .conftest import Workshop
-from .touching_scenes import cradle, disc_on_plank
+from .support.touching_scenes import cradle, disc_on_plank
+from .support.workshop import Workshop
 
 PAIR = cradle(2, 0.0)
 PLANK = disc_on_plank(0.3, 0.2, "restitution = 0.0\nfriction = 0.5")

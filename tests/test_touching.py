@@ -10,10 +10,10 @@ import pytest
 
 from ccgen.runtime import simulate
 
-from .conftest import Workshop
-from .test_pictures_of_joints import data_of
-from .test_show import closed_form
-from .touching_scenes import cradle, disc_on_plank
+from .support.closed_forms import closed_form
+from .support.player_page import data_of
+from .support.touching_scenes import cradle, disc_on_plank
+from .support.workshop import Workshop
 
 LINKS = """
 [[link]]
@@ -336,7 +336,7 @@ def test_edges_and_what_is_fixed_are_drawn(touching: Any, workshop: Workshop, tm
     q, u = touching.start()
     run = simulate(touching, q0=q, u0=u, until=0.01)
     run.plot(tmp_path / "run.png")
-    content = data_of(run.animate(tmp_path / "run.html"))
+    content = data_of(run.animate(tmp_path / "run.html").read_text(encoding="utf-8"))
     assert content["fixed"]["discs"] == [[1.4, 0.5, 0.02]] * 2 and len(content["fixed"]["edges"]) == 1
     assert [len(link["edges"]) for link in content["links"]] == [1, 1, 1]
     assert (tmp_path / "run.png").stat().st_size > 1000

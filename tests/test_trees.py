@@ -22,9 +22,9 @@ from ccgen.generator.planning.trees import GAIN, other_tree
 
 from .oracles import graphs
 from .oracles.maximal import GROUND
-from .test_plans import near_chain, operations, scene_of, walking
+from .support.folders import ROOT
+from .support.large_mechanisms import near_chain, operations, scene_of, walking
 
-ROOT = Path(__file__).parents[1]
 NEAR_CHAINS = {
     "afloat": near_chain(24, 6, 2),
     "longer": near_chain(40, 10, 3),

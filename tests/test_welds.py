@@ -9,8 +9,8 @@ import pytest
 
 from ccgen.generator import load_scene
 
-from .conftest import Workshop
-from .joint_texts import FLOOR, faults, line_of, scene
+from .support.joint_texts import FLOOR, faults, line_of, scene
+from .support.workshop import Workshop
 
 PLATES = """\
 name = "plates"

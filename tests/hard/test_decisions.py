@@ -10,10 +10,10 @@ import pytest
 from ccgen.generator import loop
 from ccgen.runtime import Model, simulate
 
-from ..conftest import Workshop
 from ..oracles import closed_contacts
-from .bodies import penetration
-from .conftest import Reach
+from ..support.bodies import penetration
+from ..support.reach import Reach
+from ..support.workshop import Workshop
 from .fuzz import Toss, faults, run, scene
 
 REDUNDANT = {

@@ -12,9 +12,9 @@ import pytest
 from ccgen.generator import loop
 from ccgen.runtime import Run, simulate
 
-from ..conftest import Workshop
-from .bodies import G, penetration, rise, tossed_hexagon
-from .conftest import Reach
+from ..support.bodies import G, penetration, rise, tossed_hexagon
+from ..support.reach import Reach
+from ..support.workshop import Workshop
 
 RESTITUTIONS = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.65, 0.7, 0.8)
 

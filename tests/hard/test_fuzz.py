@@ -11,7 +11,7 @@ import pytest
 from hypothesis import HealthCheck, Phase, given, seed, settings
 from hypothesis import strategies as st
 
-from ..conftest import Workshop
+from ..support.workshop import Workshop
 from .fuzz import Toss, faults, run, scene
 
 EXAMPLES = int(os.environ.get("CCGEN_FUZZ", "200"))

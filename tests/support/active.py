@@ -6,7 +6,7 @@ import pytest
 
 from ccgen.generator.scene import SceneError
 
-from .conftest import Workshop
+from .workshop import Workshop
 
 ROD = 'name = "rod"\n[chain]\nlinks = 1\nhinged = true\nmass = 3.0\nlength = 2.0\n'
 SWING = 3.0 * 2.0**2 / 3

@@ -9,7 +9,7 @@ import pytest
 from ccgen.generator import load_scene
 from ccgen.generator.scene import SceneError
 
-SCENES = Path(__file__).parents[1] / "scenes"
+from .folders import SCENES
 
 
 def scene(name: str, *changes: tuple[str, str]) -> str:
