@@ -60,7 +60,7 @@ fuzz: $(VENV)/test
 	@CCGEN_FUZZ=5000 $(if $(SEED),CCGEN_FUZZ_SEED=$(SEED)) $(BIN)/python -m pytest -q -s tests/hard/test_fuzz.py $(ARGS)
 
 fuzz-mechanisms: $(VENV)/test
-	@CCGEN_MECHANISMS=$(COUNT) $(BIN)/python -m pytest tests/test_random_mechanisms.py $(ARGS)
+	@CCGEN_MECHANISMS=$(COUNT) $(BIN)/python -m pytest tests/kernels/test_random_mechanisms.py $(ARGS)
 
 lint: $(VENV)/dev
 	@$(BIN)/ruff check --output-format concise .
