@@ -115,8 +115,7 @@ def test_tosses_by_stronges_law(e: float, friction: float, workshop: Workshop, r
     """No impact adds energy, whatever the friction."""
     toss = Toss(3, 1, True, "stronge", e, friction, 7)
     found = run(workshop.model(scene(3, True)), toss)
-    assert not faults(found), found.message
-    assert "add energy" not in found.message
+    assert found.success and not faults(found), found.message
     reach(f"toss by Stronge's law, e = {e}, mu = {friction}: rise of energy", rise(found), 1e-9)
     reach(f"toss by Stronge's law, e = {e}, mu = {friction}: penetration, m", penetration(found), 1e-9)
 
