@@ -24,10 +24,11 @@ make: found no C compiler, expected cc, gcc or clang; install one and run make a
 endef
 export NO_COMPILER
 
-.PHONY: help hexagon test hard fuzz fuzz-mechanisms lint types diff golden benchmarks formulations clean
+.PHONY: help hexagon quick test hard fuzz fuzz-mechanisms lint types diff golden benchmarks formulations clean
 
 help:
 	@echo "make hexagon     simulate the falling hexagon and draw it"
+	@echo "make quick       a part of the tests within a minute, for every save; ARGS goes to pytest"
 	@echo "make test        run the tests; ARGS=\"-k impact\" goes to pytest"
 	@echo "make hard        the hard cases and the figures they reach"
 	@echo "make fuzz        5,000 random loops on random grounds, others with SEED=1"
@@ -49,6 +50,9 @@ hexagon: $(VENV)/ccgen
 	@echo "  animation.gif  the same as a picture that moves"
 	@echo "  plot.png       energy, heights and closure over time"
 	@echo "  forces.png     what contacts push and joints carry over time; ccgen run --csv writes them as a table"
+
+quick: $(VENV)/test
+	@CCGEN_TEST_CACHE_DIR=$(CURDIR)/.cache/quick $(BIN)/python -m pytest -q -n auto --dist worksteal -m quick $(ARGS)
 
 test: $(VENV)/test
 	@$(BIN)/python -m pytest -n auto --dist loadfile $(ARGS)

@@ -10,7 +10,16 @@ import pytest
 
 pytest.register_assert_rewrite("tests.support")  # before it is imported: what a failed assertion there compared
 
+from .support.quick import is_quick  # noqa: E402
 from .support.workshop import Workshop  # noqa: E402
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark the quick tests, which ``make quick`` runs, before any are chosen by their marks."""
+    for item in items:
+        if is_quick(item):
+            item.add_marker("quick")
 
 
 @pytest.fixture(scope="session", autouse=True)

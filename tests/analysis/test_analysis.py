@@ -26,6 +26,7 @@ def shown(name: str, workshop: Workshop) -> Any:
 # -- inverse dynamics --------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.quick
 def test_torque_of_a_rod(workshop: Workshop) -> None:
     model = workshop.model(HINGED)
     found = inverse_dynamics(model, [0.3], [2.0], [5.0], ["joint_0"])
@@ -108,6 +109,7 @@ def test_states_and_motions_into_surfaces_have_no_torques(workshop: Workshop) ->
 # -- the torque of a crank ---------------------------------------------------------------------------------------------
 
 
+@pytest.mark.quick
 def test_torque_of_a_turning_rod(workshop: Workshop) -> None:
     turn = driving_torque(workshop.model(HINGED), "joint_0", -2.0, 90)
     assert turn.angle[1] - turn.angle[0] == pytest.approx(-np.radians(4.0))
@@ -218,6 +220,7 @@ def test_a_contact_that_its_guide_holds_closed_has_any_force(workshop: Workshop)
 # -- equilibrium -------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.quick
 def test_a_rod_hangs_or_stands(workshop: Workshop) -> None:
     model = workshop.model(HINGED)
     hanging = static_equilibrium(model)

@@ -61,6 +61,7 @@ def test_generate_into_another_folder(tmp_path: Path) -> None:
     assert (tmp_path / "models" / "mine" / "loop6" / "model.c").is_file()
 
 
+@pytest.mark.quick
 def test_version_and_help(tmp_path: Path) -> None:
     assert re.fullmatch(r"ccgen \d+\.\d+\S*\n", ccgen("--version", at=tmp_path).stdout)
     for options in (("--help",), ("run", "--help"), ("show", "--help"), ("diff", "--help")):

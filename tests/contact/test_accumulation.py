@@ -20,6 +20,7 @@ def contacts(run: Any) -> list[Any]:
     return [phase for phase in run.phases if phase.kind == "contact"]
 
 
+@pytest.mark.quick
 @pytest.mark.parametrize("rtol", [1e-6, 1e-9, 1e-12])
 @pytest.mark.parametrize("until", [None, 100.0, 400.0])
 @pytest.mark.parametrize("e", [0.5, 0.9])
@@ -54,6 +55,7 @@ def test_a_ball_comes_to_rest(ball: Any, e: float, until: float | None, rtol: fl
     assert run.energy_drift <= 1e-9 * 2.0 * G
 
 
+@pytest.mark.quick
 @pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-9, 1e-12])
 def test_a_ball_that_does_not_rebound_stays_closed(ball: Any, rtol: float) -> None:
     from ccgen.runtime import simulate
@@ -66,6 +68,7 @@ def test_a_ball_that_does_not_rebound_stays_closed(ball: Any, rtol: float) -> No
     assert np.max(np.abs(run.impacts[0].u_plus)) <= 1e-12
 
 
+@pytest.mark.quick
 @pytest.mark.parametrize("rtol", [1e-6, 1e-9, 1e-12])
 def test_a_ball_that_loses_nothing_bounces_on(ball: Any, rtol: float) -> None:
     """50 flights of one step each; the method's rounded coefficients lose 2.5e-14 of the energy in every one."""
@@ -93,6 +96,7 @@ def test_the_falling_hexagon_comes_to_stand_at_every_tolerance(rtol: float, work
     assert model.gaps(run.q).min() >= -1e-10
 
 
+@pytest.mark.quick
 def test_contact_begins_as_near_to_the_limit_of_bounces_as_said(ball: Any) -> None:
     """docs/events.md: before the limit, by no more than 1e-11 max(1 s, t) or what a speed of 1e-10 length/s takes."""
     from ccgen.runtime import simulate

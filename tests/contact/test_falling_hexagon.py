@@ -41,6 +41,7 @@ def run(model: Any) -> Any:
     return simulate(model, until=1.2, rtol=1e-12)
 
 
+@pytest.mark.quick
 def test_the_end_is_reached(run: Any) -> None:
     assert run.success
     assert run.t[-1] == 1.2
@@ -48,6 +49,7 @@ def test_the_end_is_reached(run: Any) -> None:
     assert [phase.kind for phase in run.phases] == ["flight", "impact"] * 7 + ["flight"]
 
 
+@pytest.mark.quick
 @pytest.mark.parametrize("number", range(6))
 def test_impact(run: Any, number: int) -> None:
     """Time to 1e-11 s, velocity, impulse and energy to 1e-9 relative."""
@@ -70,6 +72,7 @@ def test_impact(run: Any, number: int) -> None:
     assert np.array_equal(run.u[after[1]], impact.u_plus)
 
 
+@pytest.mark.quick
 def test_the_impacts_are_those_of_the_dense_solve(run: Any) -> None:
     """Each recorded jump against the reference, from the recorded state before it."""
     system = polygons.ring(6, gravity=9.81)
@@ -84,12 +87,14 @@ def test_the_impacts_are_those_of_the_dense_solve(run: Any) -> None:
         assert impact.energy_loss == pytest.approx(jump.loss, rel=1e-11)
 
 
+@pytest.mark.quick
 def test_the_motion_stays_symmetric(run: Any) -> None:
     """Link k mirrors link 5 - k: theta_k + theta_(5-k) = 2 pi."""
     angles = run.model.poses(run.q)[:, :, 2]
     assert np.max(np.abs(angles + angles[:, ::-1] - 2 * np.pi)) < 1e-8
 
 
+@pytest.mark.quick
 def test_audits(run: Any) -> None:
     assert run.closure_max <= 1e-13
     assert run.energy_drift <= 1e-11 * START_ENERGY
@@ -97,6 +102,7 @@ def test_audits(run: Any) -> None:
     assert heights.min() >= -1e-12
 
 
+@pytest.mark.quick
 def test_between_the_rows(run: Any) -> None:
     """At an impact time the state after it; elsewhere a closed state."""
     for impact in run.impacts:
@@ -141,6 +147,7 @@ def test_the_scene_of_the_repository(workshop: Workshop) -> None:
         assert len(impact.contacts) == len(joints)
 
 
+@pytest.mark.quick
 def test_accumulating_impacts_hand_over_to_contact(model: Any, run: Any) -> None:
     """Run to 1.4 s, joint 0 stands on the ground from 1.2926 s on."""
     from ccgen.runtime import simulate

@@ -91,6 +91,7 @@ FOUR_EQUAL = [21, 25, 33, 49, 65]
 """Rings of a root and four equal segments."""
 
 
+@pytest.mark.slow
 def test_operations_grow_in_proportion_to_the_links() -> None:
     """Counts over n = 4 ... 64 fitted with a power of n: exponent at most 1.05."""
     from ccgen.generator import loop

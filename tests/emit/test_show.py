@@ -260,7 +260,7 @@ def test_symbols_in_latex(name: str, tex: str) -> None:
 
 
 DOCUMENTS = [
-    (name, expanded)
+    pytest.param(name, expanded, marks=[] if name in ("loop", "pinned", "chain", "hinged") else pytest.mark.slow)
     for name in SCENES
     for expanded in (False, True)
     if not (expanded and name in ("long", "hexagon", "shared runs", "every effect"))

@@ -29,7 +29,11 @@ def still(model: Any) -> float:
     return 1.0 if model.dof == 0 else 0.0
 
 
-@pytest.fixture(scope="module", params=CASES, ids=lambda case: f"{case[0]}-{case[1]}")
+QUICK = (("floating", 4), ("hinged", 2))
+MARKED = [pytest.param(case, marks=pytest.mark.quick if case in QUICK else ()) for case in CASES]
+
+
+@pytest.fixture(scope="module", params=MARKED, ids=[f"{family}-{n}" for family, n in CASES])
 def pair(request: pytest.FixtureRequest, workshop: Workshop) -> tuple[Any, Drawing]:
     family, n = request.param
     drawing = mechanisms.FAMILIES[family](n)

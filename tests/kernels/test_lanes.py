@@ -90,6 +90,7 @@ def test_rolled_loops(workshop: Workshop) -> None:
     assert np.max(np.abs(lanes - single)) <= 1e-12 * np.max(np.abs(single))
 
 
+@pytest.mark.quick
 @pytest.mark.parametrize("count", [1, 2, 7, 8, 9])
 def test_any_number_of_states(count: int, workshop: Workshop) -> None:
     model = workshop.model(loop(6, gravity=True))
@@ -112,6 +113,7 @@ def test_singular_lanes_take_the_robust_path_and_leave_the_others_alone(workshop
     assert np.max(np.abs(lanes - single)) <= 1e-12 * np.max(np.abs(single))
 
 
+@pytest.mark.quick
 def test_a_lane_that_is_no_number_spoils_no_other(workshop: Workshop) -> None:
     model = workshop.model(loop(6, gravity=True))
     q, u, t = states(model, model.kernels.lanes)
@@ -122,6 +124,7 @@ def test_a_lane_that_is_no_number_spoils_no_other(workshop: Workshop) -> None:
     assert np.max(np.abs(lanes[1:] - single[1:])) <= 1e-14 * np.max(np.abs(single))
 
 
+@pytest.mark.quick
 def test_large_angles(workshop: Workshop) -> None:
     """Beyond the range of the vector sines in one lane: all lanes go to the C library."""
     model = workshop.model(loop(6, gravity=True))

@@ -134,6 +134,7 @@ def test_all_methods_are_tested() -> None:
     assert sorted(methods()) == sorted(METHODS)
 
 
+@pytest.mark.quick
 @pytest.mark.parametrize("method", METHODS)
 def test_order_in_flight(method: str, workshop: Workshop) -> None:
     """Against the exact swing of a rod, at fixed steps."""
@@ -192,6 +193,7 @@ def test_order_across_impacts(method: str, workshop: Workshop) -> None:
     assert order >= 0.8 * {"gauss": 16, "dop853": 8, "dopri5": 5, "radau": 5}[method], errors
 
 
+@pytest.mark.quick
 @pytest.mark.parametrize("method", METHODS)
 def test_error_follows_the_tolerance(method: str, workshop: Workshop) -> None:
     model = workshop.model(PENDULUM.replace("method-pendulum", "method-bounce") + FLOOR)
@@ -251,6 +253,7 @@ def test_radau_takes_long_steps_where_others_cannot(workshop: Workshop) -> None:
     assert np.max(np.abs(quick.q[-1] - slow.q[-1])) <= 1e-5
 
 
+@pytest.mark.quick
 def test_gauss_keeps_energy_for_long(workshop: Workshop) -> None:
     """A symplectic method at fixed step: the energy error of the pendulum swings, and does not grow, in 3000 steps."""
     model = workshop.model(PENDULUM)
@@ -285,6 +288,7 @@ def test_steps_whose_sweeps_do_not_converge_are_left_to_dop853(name: str, rtol: 
     assert run.energy_drift <= 1000 * rtol + 1e-6  # as DOP853 keeps it
 
 
+@pytest.mark.quick
 def test_unknown_methods_are_refused_with_all_names(workshop: Workshop) -> None:
     with pytest.raises(ValueError, match="found 'rk4', expected one of " + ", ".join(methods())):
         simulate(workshop.model(PENDULUM), method="rk4")

@@ -33,6 +33,7 @@ from ..oracles.maximal import GROUND, Array
 from ..oracles.mechanisms import Drawing
 from ..support.folders import ROOT
 from ..support.large_mechanisms import near_chain, operations, scene_of, walking
+from ..support.quick import few_are_quick
 from ..support.workshop import Workshop
 
 MECHANISMS: dict[str, Edges] = {
@@ -125,7 +126,7 @@ def state_of(text: str, poses: Array, velocities: Array) -> tuple[Array, Array, 
 
 
 @pytest.mark.parametrize("plan", PLANS)
-@pytest.mark.parametrize("name", MECHANISMS | ROWS)
+@pytest.mark.parametrize("name", few_are_quick(MECHANISMS | ROWS, "four-bar", "theta", "hinged ring"))
 def test_every_plan_gives_the_motion_of_the_dense_reference(name: str, plan: str, tmp_path: Any) -> None:
     """Accelerations, and the jumps that generalized impulses bring, at the drawn configuration."""
     drawing = graphs.mechanism("mechanism", (MECHANISMS | ROWS)[name], seed=5)
@@ -198,6 +199,7 @@ def with_all_dyads(scene: Scene) -> int:
     return lower(derive(scene.mechanism, topology, plan, scene.effects)).function("acceleration").counts().total
 
 
+@pytest.mark.slow
 def test_what_walks_costs_the_same_for_every_leg(tmp_path: Any) -> None:
     """Operations grow by the same number from leg to leg, where the order from tip to root grows faster and faster."""
     scenes = [scene_of(graphs.mechanism(f"legs{n}", walking(n), seed=3), tmp_path) for n in (1, 2, 3, 4)]
@@ -215,6 +217,7 @@ def test_dyads_are_closed_where_they_save_half(name: str, tmp_path: Any) -> None
     assert choice.plan.name == (DYADS if 2.0 * costs.get(DYADS, math.inf) < costs[TIP_TO_ROOT] else TIP_TO_ROOT)
 
 
+@pytest.mark.slow
 def test_the_order_is_told(tmp_path: Any) -> None:
     """What a walking machine closes and what it leaves open."""
     text = show_text(load_scene(ROOT / "scenes" / "strandbeest.toml"), False, False, equations=False)

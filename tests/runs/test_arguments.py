@@ -41,6 +41,7 @@ def refuses(argument: str, call: Any, *args: Any, **kwargs: Any) -> None:
     assert "expected" in str(caught.value) or "must" in str(caught.value)
 
 
+@pytest.mark.quick
 @pytest.mark.parametrize("number", BAD_NUMBERS)
 @pytest.mark.parametrize("method", STATE_METHODS)
 def test_states_that_are_not_finite(model: Any, method: str, number: float) -> None:
@@ -51,6 +52,7 @@ def test_states_that_are_not_finite(model: Any, method: str, number: float) -> N
     refuses("u", call, np.array([q, q]), np.array([u, spoiled(u, number)]))
 
 
+@pytest.mark.quick
 @pytest.mark.parametrize("method", STATE_METHODS)
 def test_states_of_wrong_shape(model: Any, method: str) -> None:
     q, u = model.start()
@@ -64,6 +66,7 @@ def test_states_of_wrong_shape(model: Any, method: str) -> None:
     refuses("u", call, np.array([q, q]), u)
 
 
+@pytest.mark.quick
 @pytest.mark.parametrize("method", Q_METHODS)
 def test_configurations_that_are_wrong(model: Any, method: str) -> None:
     q, _ = model.start()
@@ -81,6 +84,7 @@ def test_times_that_are_wrong(model: Any, method: str, time: Any) -> None:
     refuses("t", getattr(model, method), *model.start(), t=time)
 
 
+@pytest.mark.quick
 @pytest.mark.parametrize("argument", ["poses", "velocities"])
 def test_poses_that_are_wrong(model: Any, argument: str) -> None:
     poses = model.poses(model.start()[0])
@@ -125,6 +129,7 @@ def test_runs_from_wrong_states(model: Any, argument: str) -> None:
         refuses(f"{argument[0]}0?", simulate, model, until=0.1, **{argument: wrong})
 
 
+@pytest.mark.quick
 @pytest.mark.parametrize("argument", ["until", "rtol", "atol", "step"])
 @pytest.mark.parametrize("wrong", [*BAD_NUMBERS, 0.0, -1.0, [1.0, 2.0], "1", True], ids=repr)
 def test_runs_with_wrong_numbers(model: Any, argument: str, wrong: Any) -> None:
@@ -133,6 +138,7 @@ def test_runs_with_wrong_numbers(model: Any, argument: str, wrong: Any) -> None:
     refuses(argument, simulate, model, **{argument: wrong})
 
 
+@pytest.mark.quick
 def test_a_wrong_call_leaves_the_model_usable(model: Any) -> None:
     q, u = model.start()
     before = model.acceleration(q, u)
