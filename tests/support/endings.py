@@ -14,6 +14,7 @@ REASONS = {
     "gained": r"an impact of (?P<contact>.+) by (?P<law>\w+)'s law would add energy; write .+",
     "crowded": r"\d+ steps and events within the last simulated second are spent; ask for .+",
     "escaped": r"(?P<contact>.+) gets behind its surface however short the step, .+; change .+",
+    "overstepped": r"a step of fixed length takes (?P<contact>.+); take a smaller step, .+",
     "no_convergence": r"the stages of a step do not converge; ask for .+",
     "not_kept": r"the next step would gain or lose more than a tenth of the energy in motion; take a smaller step, .+",
 }
@@ -44,7 +45,8 @@ def ending(run: Any) -> str:
         raise ValueError(f"{len(found)} known reasons: {run.message}")
     ((key, said),) = found.items()
     contact, law = said.groupdict().get("contact"), said.groupdict().get("law")
-    if contact and contact not in {f"{one} on {surface}" for one, surface in run.model.contacts}:
+    between = " behind the surface of " if key == "overstepped" else " on "
+    if contact and contact not in {between.join(pair) for pair in run.model.contacts}:
         raise ValueError(f"no contact of the model: {run.message}")
     if law and (law != run.model.data["law"].title() or law == "Stronge"):
         raise ValueError(f"a law that cannot be so: {run.message}")
