@@ -178,6 +178,7 @@ def test_forces_of_a_run_add_up_to_its_changes_of_momentum(crawler: Any) -> None
 
 def test_impulses_are_what_each_link_gains_in_an_impact(crawler: Any) -> None:
     model = crawler.model
+    assert crawler.impacts
     for impact in crawler.impacts:
         q = crawler.q[np.searchsorted(crawler.t, impact.t)]
         pushed = np.zeros((len(model.contacts), 2))

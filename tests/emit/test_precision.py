@@ -353,6 +353,7 @@ def test_runs_are_kept_and_shown(precision: str, workshop: Workshop, tmp_path: P
         run.animate(tmp_path / "run.html")
         assert (tmp_path / "run.png").stat().st_size > 1000
         assert run.model.name in (tmp_path / "run.html").read_text()
+        assert bool(run.impacts) == (text is BALL)
         if run.impacts:
             assert [title for _, title in instants(run) if title] == ["start", "impact 1", "end"]
 

@@ -46,6 +46,7 @@ def test_at_gives_recorded_rows_as_they_are(run: Run) -> None:
 
 
 def test_at_an_impact_is_after_it_and_just_before_is_before(run: Run) -> None:
+    assert run.impacts
     for impact in run.impacts:
         q, u = run.at(impact.t)
         before, slow = run.at(impact.t - 1e-9)
