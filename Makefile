@@ -27,10 +27,11 @@ make: found no C compiler, expected cc, gcc or clang; install one and run make a
 endef
 export NO_COMPILER
 
-.PHONY: help hexagon test hard fuzz fuzz-mechanisms lint warnings sanitize types diff golden benchmarks formulations clean
+.PHONY: help hexagon quick test hard fuzz fuzz-mechanisms lint warnings sanitize types diff golden benchmarks formulations clean
 
 help:
 	@echo "make hexagon     simulate the falling hexagon and draw it"
+	@echo "make quick       a part of the tests within a minute, for every save; ARGS goes to pytest"
 	@echo "make test        run the tests; ARGS=\"-k impact\" goes to pytest"
 	@echo "make hard        the hard cases and the figures they reach"
 	@echo "make sanitize    the hard cases and 100 random tosses under the sanitizers, with gcc on Linux"
@@ -54,6 +55,9 @@ hexagon: $(VENV)/ccgen
 	@echo "  animation.gif  the same as a picture that moves"
 	@echo "  plot.png       energy, heights and closure over time"
 	@echo "  forces.png     what contacts push and joints carry over time; ccgen run --csv writes them as a table"
+
+quick: $(VENV)/test
+	@CCGEN_TEST_CACHE_DIR=$(CURDIR)/.cache/quick $(BIN)/python -m pytest -q -n auto --dist worksteal -m quick $(ARGS)
 
 test: $(VENV)/test
 	@$(BIN)/python -m pytest -n auto --dist loadfile $(ARGS)
@@ -82,7 +86,7 @@ fuzz: $(VENV)/test
 	@CCGEN_FUZZ=5000 $(if $(SEED),CCGEN_FUZZ_SEED=$(SEED)) $(BIN)/python -m pytest -q -s tests/hard/test_fuzz.py $(ARGS)
 
 fuzz-mechanisms: $(VENV)/test
-	@CCGEN_MECHANISMS=$(COUNT) $(BIN)/python -m pytest tests/test_random_mechanisms.py $(ARGS)
+	@CCGEN_MECHANISMS=$(COUNT) $(BIN)/python -m pytest tests/kernels/test_random_mechanisms.py $(ARGS)
 
 lint: $(VENV)/dev
 	@$(BIN)/ruff check --output-format concise .

@@ -124,18 +124,18 @@ def _build(scene: Scene, variant: Variant, compiler: Compiler, key: str, folder:
     numbers = variant.numbers
     hash_ = hashlib.sha256(_identity(scene, variant).encode()).hexdigest()[:16]
     banner = Banner(scene.name, numbers.package(scene.package), VERSION, hash_)
-    (folder / "_binding.pyx").write_text(render_binding(banner, numbers.capsule))
+    (folder / "_binding.pyx").write_text(render_binding(banner.version, numbers.capsule))
     extension = extension_module(hash_)
     (folder / "__init__.py").write_text(render_package(banner))
     for header in HEADERS if numbers.double else ONE_LANE_HEADERS:
         (folder / header).write_text((runtime_folder() / header).read_text())
     steps = Steps()
     with ThreadPoolExecutor(1) as beside:
-        binding = beside.submit(cythonize, folder, extension, steps)
+        binding = beside.submit(cythonize, folder, steps)
         _write_model(scene, banner, folder, tell, variant)
         tell("compile")
         binding.result()
-    compile_model(compiler, folder, extension, steps)
+    compile_model(compiler, folder, extension, f"ccgen_model_{banner.package}", steps)
     steps.keep()
     facts = {
         "compiler": compiler.version,

@@ -4,11 +4,22 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import pytest
+
+pytest.register_assert_rewrite("tests.support")  # before it is imported: what a failed assertion there compared
+
+from .support.quick import is_quick  # noqa: E402
+from .support.workshop import Workshop  # noqa: E402
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark the quick tests, which ``make quick`` runs, before any are chosen by their marks."""
+    for item in items:
+        if is_quick(item):
+            item.add_marker("quick")
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -20,39 +31,6 @@ def own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("CCGEN_CACHE_DIR", os.environ.get("CCGEN_TEST_CACHE_DIR", str(folder)))
         yield folder
-
-
-@dataclass
-class Workshop:
-    """Builds models from scenes or scene texts, each once; ``scene`` reads a text without building it."""
-
-    folder: Path
-    built: dict[str, Any] = field(default_factory=dict)
-
-    def __repr__(self) -> str:
-        return f"<Workshop: {len(self.built)} models>"
-
-    def scene(self, text: str) -> Any:
-        """The scene that a TOML text describes."""
-        from ccgen.generator import load_scene
-
-        file = self.folder / f"scene_{len(list(self.folder.glob('scene_*')))}.toml"
-        file.write_text(text, encoding="utf-8")
-        return load_scene(file)
-
-    def model(self, scene: Any, precision: str = "double") -> Any:
-        """The compiled model of a scene or of a scene's text, in numbers of that precision."""
-        from ccgen.generator import generate
-        from ccgen.runtime import load_model
-
-        if isinstance(scene, str):
-            scene = self.scene(scene)
-        key = scene.canonical() + precision
-        if key not in self.built:
-            self.built[key] = load_model(
-                generate(scene, out=self.folder / f"build_{len(self.built)}", precision=precision)
-            )
-        return self.built[key]
 
 
 @pytest.fixture(scope="session")

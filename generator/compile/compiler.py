@@ -27,6 +27,10 @@ WIDTHS = ("2", "4", "8")
 """Lanes that ``$CCGEN_LANES`` may ask for."""
 
 
+BINDING = "ccgen_binding"
+"""What Cython takes the name of the binding's module to be; Python finds each by that of its own extension module."""
+
+
 class CompileError(Exception):
     """No compiler, or one that failed; the message says what was tried and what to do."""
 
@@ -88,9 +92,13 @@ def extension_file(module: str) -> str:
     return f"{module}{sysconfig.get_config_var('EXT_SUFFIX')}"
 
 
-def cythonize(folder: Path, module: str, steps: Steps) -> None:
-    """``_binding.pyx`` to C, in a process of its own so that it can run beside the derivation."""
-    arguments = ("-3", "--module-name", module, "_binding.pyx")
+def cythonize(folder: Path, steps: Steps) -> None:
+    """``_binding.pyx`` to C, in a process of its own so that it can run beside the derivation.
+
+    The binding is the same for every scene, so that Cython, which takes longer than all else of a small model, runs
+    once; the names that are a model's own come in when its C is compiled.
+    """
+    arguments = ("-3", "--module-name", BINDING, "_binding.pyx")
     made_from = (
         version("cython").encode(),
         sys.version.encode(),
@@ -101,13 +109,17 @@ def cythonize(folder: Path, module: str, steps: Steps) -> None:
     steps.fetch_or_make(folder / "_binding.c", made_from, lambda: _run(command, folder, "Cython"))
 
 
-def compile_model(compiler: Compiler, folder: Path, module: str, steps: Steps) -> None:
-    """Compile the binding, the model and its lanes side by side and link them into the extension ``module``."""
+def compile_model(compiler: Compiler, folder: Path, module: str, descriptor: str, steps: Steps) -> None:
+    """Compile the binding, the model and its lanes side by side and link them into the extension ``module``.
+
+    ``descriptor`` is what the model's C calls its descriptor.
+    """
     include = f"-I{sysconfig.get_path('include')}"
+    names = (f"-DPyInit_{BINDING}=PyInit_{module}", f"-DCCGEN_MODEL={descriptor}")
     jobs = {
         "model.c": (*compiler.flags(), "-I."),
         "lanes.c": (*compiler.flags(), *LANES, "-I."),
-        "_binding.c": (*LANGUAGE, "-O1", include),
+        "_binding.c": (*LANGUAGE, "-O1", *names, include),
     }
     objects = tuple(source.replace(".c", ".o") for source in jobs)
     with ThreadPoolExecutor() as pool:

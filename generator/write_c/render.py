@@ -80,9 +80,9 @@ def _environment() -> jinja2.Environment:
     )
 
 
-def render_binding(banner: Banner, capsule: str) -> str:
-    """The Cython module that hands over the descriptor in a capsule of that name."""
-    return _environment().get_template("binding.pyx.j2").render(vars(banner), capsule=capsule)
+def render_binding(version: str, capsule: str) -> str:
+    """The Cython module that hands over the descriptor in a capsule of that name; the same for every scene."""
+    return _environment().get_template("binding.pyx.j2").render(version=version, capsule=capsule)
 
 
 def render_package(banner: Banner) -> str:

@@ -7,7 +7,8 @@ from typing import Any
 
 import pytest
 
-Reach = Callable[[str, float, float], None]
+from ..support.reach import Reach
+
 REACHED = "reached"
 
 

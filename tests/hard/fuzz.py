@@ -11,6 +11,8 @@ import numpy as np
 from ccgen.generator import loop
 from ccgen.runtime import Model, simulate
 
+from ..support.endings import ending
+
 SECONDS = 10.0
 RTOL = 1e-11
 """Tighter than the default: what rtol allows the energy to drift in flight would hide what is looked for."""
@@ -84,6 +86,8 @@ def faults(found: Any) -> list[str]:
         wrong.append(f"energy rises by {rise:.2g} of that at the start")
     if found.closure_max > 1e-11:
         wrong.append(f"closure of {found.closure_max:.2g} m")
-    if not found.success and not found.message.startswith("stopped at t = "):
-        wrong.append(f"an end without a reason: {found.message}")
+    try:
+        ending(found)
+    except ValueError as error:
+        wrong.append(f"an end without a reason: {error}")
     return wrong

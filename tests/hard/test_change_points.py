@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,11 +13,10 @@ from scipy.integrate import solve_ivp
 from ccgen.generator import load_scene
 from ccgen.runtime import simulate
 
-from ..conftest import Workshop
-from .bodies import G
-from .conftest import Reach
-
-SCENES = Path(__file__).resolve().parents[2] / "scenes"
+from ..support.bodies import G
+from ..support.folders import SCENES
+from ..support.reach import Reach
+from ..support.workshop import Workshop
 
 
 @dataclass(frozen=True)

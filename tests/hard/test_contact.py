@@ -10,11 +10,11 @@ import pytest
 from ccgen.generator import loop
 from ccgen.runtime import simulate
 
-from ..conftest import Workshop
 from ..oracles import polygons
-from ..test_accumulation import BALL, FIRST
-from .bodies import G, penetration, rise, speed, tossed_hexagon
-from .conftest import Reach
+from ..support.bodies import G, penetration, rise, speed, tossed_hexagon
+from ..support.bouncing_ball import BALL, FIRST
+from ..support.reach import Reach
+from ..support.workshop import Workshop
 
 ASKEW = 1e-15
 """m by which one rod is longer where sensitivity is measured: five times the rounding of its length."""

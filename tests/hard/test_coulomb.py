@@ -7,7 +7,6 @@ import shlex
 import subprocess
 import sysconfig
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,10 +14,11 @@ import pytest
 
 from ..oracles import closed_contacts
 from ..oracles.coulomb import Rough, broken
+from ..support.folders import ROOT
 
 Solver = Callable[[Rough], tuple[int, Any]]
 
-CORE = Path(__file__).parents[2] / "runtime" / "core"
+CORE = ROOT / "runtime" / "core"
 SOURCES = [str(CORE / "complementarity" / f"{name}.c") for name in ("friction", "coulomb", "lemke")]
 SOURCES.append(str(CORE / "algebra" / "elimination.c"))
 TOLERANCE = 2e-10

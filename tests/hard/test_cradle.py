@@ -7,9 +7,9 @@ import pytest
 
 from ccgen.runtime import simulate
 
-from ..conftest import Workshop
-from .bodies import rise
-from .conftest import Reach
+from ..support.bodies import rise
+from ..support.reach import Reach
+from ..support.workshop import Workshop
 
 
 def cradle(gap: float) -> str:

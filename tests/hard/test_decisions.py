@@ -10,10 +10,10 @@ import pytest
 from ccgen.generator import loop
 from ccgen.runtime import Model, simulate
 
-from ..conftest import Workshop
 from ..oracles import closed_contacts
-from .bodies import penetration
-from .conftest import Reach
+from ..support.bodies import penetration
+from ..support.reach import Reach
+from ..support.workshop import Workshop
 from .fuzz import Toss, faults, run, scene
 
 REDUNDANT = {
@@ -114,7 +114,7 @@ def test_drops_of_a_rough_hexagon(workshop: Workshop, reach: Reach) -> None:
 def test_friction_at_its_limit_does_no_work(toss: Toss, workshop: Workshop, reach: Reach) -> None:
     """Loops that settle with all contacts at the limits of their friction: none of them may creep along it."""
     found = run(workshop.model(scene(toss.n, toss.rough)), toss)
-    assert not faults(found)
+    assert found.success and not faults(found), found.message
     energy = np.sum(found.model.energy(found.q, found.u), axis=0)
     rises = float(np.max(energy - np.minimum.accumulate(energy))) / abs(float(energy[0]))
     reach(f"friction at its limit, a loop of {toss.n}: rise of energy", rises, 1e-9)

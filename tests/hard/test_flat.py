@@ -12,9 +12,10 @@ import pytest
 from ccgen.generator import loop
 from ccgen.runtime import Run, simulate
 
-from ..conftest import Workshop
-from .bodies import G, penetration, rise, tossed_hexagon
-from .conftest import Reach
+from ..support.bodies import G, penetration, rise, tossed_hexagon
+from ..support.endings import ending
+from ..support.reach import Reach
+from ..support.workshop import Workshop
 
 RESTITUTIONS = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.65, 0.7, 0.8)
 
@@ -23,44 +24,46 @@ def _ring(workshop: Workshop, n: int) -> Any:
     return workshop.model(loop(n, gravity=True, start={"height": 1.0}, ground=[{"restitution": 0.5}]))
 
 
-def _survey(name: str, least: int, runs: Iterable[Run], reach: Reach) -> list[Run]:
+def _survey(name: str, stops: int, least: int, runs: Iterable[Run], reach: Reach) -> list[Run]:
     """What runs reach that are chaotic, each one of many: those that stop say why, and all keep what must be.
 
-    At least ``least`` of them end, and as many keep their energy to 1e-9 of its start; none misses more than 2e-8.
+    At most ``stops`` of them stop, and at least ``least`` keep their energy to 1e-9 of its start; none misses more than
+    2e-8. Bounds here and below are two to four times the worst of three ways to round: models compiled for this
+    machine, for x86-64-v2, and with products and sums in one operation. The 2e-8 are not: for x86-64-v2 one ring of
+    eight gains 3e-8 (docs/hard-cases.md), and all others less than 2e-9.
     """
     made = list(runs)
     ended, rises = 0, []
     deepest = miss = 0.0
     for run in made:
-        assert run.success or run.message.startswith("stopped at t = "), run.message
+        ending(run)
         deepest, miss = max(deepest, penetration(run)), max(miss, run.closure_max)
         rises.append(rise(run))
         ended += run.success
-    reach(f"{name}: stopped, of {len(rises)}", len(rises) - ended, len(rises) - least)
-    reach(f"{name}: penetration, m", deepest, 1e-10)
+    reach(f"{name}: stopped, of {len(rises)}", len(rises) - ended, stops)
+    reach(f"{name}: penetration, m", deepest, 3e-11)
     reach(f"{name}: rise of energy of the best {least}", sorted(rises)[least - 1], 1e-9)
     reach(f"{name}: rise of energy of all", max(rises), 2e-8)
-    reach(f"{name}: closure, m", miss, 1e-11)
+    reach(f"{name}: closure, m", miss, 2e-12)
     return made
 
 
-def _lie(name: str, least: int, runs: Iterable[Run], reach: Reach) -> None:
-    """Those that end lie on the ground with all joints, to rounding, and still."""
+def _lie(name: str, stops: int, least: int, runs: Iterable[Run], reach: Reach) -> None:
+    """Those that end lie on the ground with all joints, to rounding, and still: nothing moves a loop that lies flat."""
     highest = fastest = 0.0
-    for run in _survey(name, least, runs, reach):
+    for run in _survey(name, stops, least, runs, reach):
         if run.success:
             highest = max(highest, float(np.max(np.abs(run.model.gaps(run.q[-1])))))
             fastest = max(fastest, float(np.max(np.abs(run.model.gap_rates(run.q[-1], run.u[-1])))))
-    reach(f"{name}: gaps at rest, m", highest, 1e-12)
-    reach(f"{name}: gap rates at rest, m/s", fastest, 1e-8)
+    reach(f"{name}: gaps at rest, m", highest, 8e-15)
+    reach(f"{name}: gap rates at rest, m/s", fastest, 1e-15)
 
 
-def _account(name: str, least: int, runs: Iterable[Run], reach: Reach) -> None:
-    """What friction and impacts take is accounted for; they may rest before they are flat."""
-    drifts = [
-        run.energy_drift / float(np.max(run.model.energy(run.q, run.u)[0])) for run in _survey(name, least, runs, reach)
-    ]
-    reach(f"{name}: energy not accounted for, of the largest in motion", max(drifts), 1e-3)
+def _account(name: str, stops: int, least: int, lost: float, runs: Iterable[Run], reach: Reach) -> None:
+    """What friction and impacts take is accounted for but for ``lost``; they may rest before they are flat."""
+    made = _survey(name, stops, least, runs, reach)
+    drifts = [run.energy_drift / float(np.max(run.model.energy(run.q, run.u)[0])) for run in made]
+    reach(f"{name}: energy not accounted for, of the largest in motion", max(drifts), lost)
 
 
 def test_tossed_hexagons_come_to_lie_flat(workshop: Workshop, reach: Reach) -> None:
@@ -72,7 +75,7 @@ def test_tossed_hexagons_come_to_lie_flat(workshop: Workshop, reach: Reach) -> N
         simulate(model, q, u, until=5.0, params={"ground_0.restitution": e}, method=method, rtol=rtol)
         for rtol, method, e in settings
     )
-    _lie("hexagon tossed, e = 0 ... 0.8, two methods, rtol 1e-9 and 1e-11", 37, runs, reach)
+    _lie("hexagon tossed, e = 0 ... 0.8, two methods, rtol 1e-9 and 1e-11", 1, 37, runs, reach)
 
 
 @pytest.mark.parametrize("n", [4, 8])
@@ -80,7 +83,7 @@ def test_dropped_rings_come_to_lie_flat(n: int, workshop: Workshop, reach: Reach
     model = _ring(workshop, n)
     settings = itertools.product(("dop853", "gauss"), RESTITUTIONS[:-1])
     runs = (simulate(model, until=8.0, params={"ground_0.restitution": e}, method=method) for method, e in settings)
-    _lie(f"ring of {n} dropped, e = 0 ... 0.7, two methods", 16, runs, reach)
+    _lie(f"ring of {n} dropped, e = 0 ... 0.7, two methods", 0, 16, runs, reach)
 
 
 @pytest.mark.parametrize("e", [0.3, 0.5, 0.8])
@@ -105,9 +108,9 @@ def test_a_flap_falls_flat_and_bounces(e: float, workshop: Workshop, reach: Reac
     first = [
         abs(strike.energy_loss / ((1.0 - e**2) * e ** (2 * k) * energy) - 1.0) for k, strike in enumerate(strikes[:4])
     ]
-    reach(f"flap, e = {e}: energy of its first four strikes, relative", max(first), 1e-6)
+    reach(f"flap, e = {e}: energy of its first four strikes, relative", max(first), 4e-8)
     reach(f"flap, e = {e}: rise of energy", rise(run), 1e-9)
-    reach(f"flap, e = {e}: penetration, m", penetration(run), 1e-10)
+    reach(f"flap, e = {e}: penetration, m", penetration(run), 3e-12)
 
 
 SLOPE = np.deg2rad(15.0)
@@ -150,7 +153,7 @@ def test_rough_hexagons_fall_onto_a_slope(workshop: Workshop, reach: Reach) -> N
         simulate(model, until=5.0, params={"ground_0.restitution": e, "ground_0.friction": mu})
         for mu, e in itertools.product((0.2, 0.5, 1.0), (0.0, 0.1, 0.2, 0.3, 0.5, 0.6))
     )
-    _account("rough hexagon onto a slope", 16, runs, reach)
+    _account("rough hexagon onto a slope", 1, 16, 8e-5, runs, reach)
 
 
 def test_a_rough_hexagon_collapses_at_every_tolerance(workshop: Workshop, reach: Reach) -> None:
@@ -160,7 +163,7 @@ def test_a_rough_hexagon_collapses_at_every_tolerance(workshop: Workshop, reach:
         simulate(model, until=5.0, method=method, rtol=rtol)
         for method, rtol in itertools.product(("dop853", "gauss"), (1e-9, 1e-10, 1e-11, 1e-12))
     )
-    _account("rough hexagon from an edge", 6, runs, reach)
+    _account("rough hexagon from an edge", 2, 6, 5e-7, runs, reach)
 
 
 def test_what_a_loop_loses_against_itself_is_recorded(workshop: Workshop, reach: Reach) -> None:
@@ -177,13 +180,16 @@ def test_what_a_loop_loses_against_itself_is_recorded(workshop: Workshop, reach:
         assert losses > 0.0
         lost.append(abs(energy[rows[0]] - energy[rows[-1]] - losses))
     assert lost
-    reach("brought into a line: energy not in the record, J", max(lost), 1e-5)
+    reach("brought into a line: energy not in the record, J", max(lost), 3e-6)
 
 
 def test_steps_of_fixed_length_do_not_leave_the_energy(workshop: Workshop) -> None:
-    """A square falls flat in steps that cannot follow it there: the run stops before it gains what it never had."""
+    """A square falls flat in steps that cannot follow it there: the run stops there, before it gains what it never had.
+
+    Which of two checks sees it first is a matter of rounding; three ways to round gain 3e-6 to 2e-5 of the energy.
+    """
     smooth = TILTED.replace('friction = 0.4\nlaw = "poisson"\n', "").replace("links = 6", "links = 4")
     model = workshop.model(smooth.replace('height = 0.0\ntilt = "30 deg"', "height = 0.3"))
     run = simulate(model, until=2.0, method="gauss", step=1e-3)
-    assert run.t[-1] > 0.5 and rise(run) < 0.01
-    assert run.success or "take a smaller step, or leave its length to rtol" in run.message, run.message
+    assert ending(run) in ("not_kept", "overstepped")
+    assert run.t[-1] == pytest.approx(0.552, abs=1e-3) and rise(run) < 5e-5

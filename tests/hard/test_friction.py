@@ -9,9 +9,9 @@ from scipy.integrate import quad
 from ccgen.generator import chain
 from ccgen.runtime import simulate
 
-from ..conftest import Workshop
-from .bodies import G, block, penetration, rise, rod, speed
-from .conftest import Reach
+from ..support.bodies import G, block, penetration, rise, rod, speed
+from ..support.reach import Reach
+from ..support.workshop import Workshop
 
 SLIDES = [(0.5, 0.3, 1.0), (0.5, 0.3, -1.0), (0.2, 0.3, 1.0), (0.2, 0.3, -1.0), (0.5, 0.3, 0.0), (0.2, 0.3, 0.0)]
 

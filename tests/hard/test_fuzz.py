@@ -6,12 +6,14 @@ from __future__ import annotations
 import importlib
 import os
 import time
+from collections import Counter
 
 import pytest
 from hypothesis import HealthCheck, Phase, given, seed, settings
 from hypothesis import strategies as st
 
-from ..conftest import Workshop
+from ..support.endings import DONE, ending
+from ..support.workshop import Workshop
 from .fuzz import Toss, faults, run, scene
 
 EXAMPLES = int(os.environ.get("CCGEN_FUZZ", "200"))
@@ -21,6 +23,11 @@ LONGEST = 120.0
 
 SECOND_BUDGET = 10_000
 """Steps and events of a simulated second, a twentieth of what a run may usually have."""
+
+STOPPED = {(200, 0): 38, (5000, 0): 1100}
+"""Tosses that stop before their end, by count and seed of the survey, exactly as found: one more is a failure."""
+SHARE = 0.3
+"""Of any other survey at most this share stops; of 10,000 (seeds 1 to 20) 0.245 did."""
 
 tosses = st.builds(
     Toss,
@@ -37,7 +44,7 @@ tosses = st.builds(
 def test_random_tosses(workshop: Workshop, monkeypatch: pytest.MonkeyPatch) -> None:
     """Twenty models serve all tosses, and a toss that crowds its steps ends soon: else a few take most of the time."""
     monkeypatch.setattr(importlib.import_module("ccgen.runtime.simulation.one_run"), "SECOND_BUDGET", SECOND_BUDGET)
-    ended = {"done": 0, "stopped": 0}
+    ended: Counter[str] = Counter()
     wrong: list[str] = []
 
     @seed(SEED)
@@ -58,11 +65,14 @@ def test_random_tosses(workshop: Workshop, monkeypatch: pytest.MonkeyPatch) -> N
         if faulty:
             wrong.append(f"{toss}: {'; '.join(faulty)} ({found.message})")
             print(wrong[-1], flush=True)
-        ended["done" if found.success else "stopped"] += 1
+        else:
+            ended[ending(found)] += 1
 
     toss_one()
-    print(f"{ended['done']} tosses reached their end, {ended['stopped']} stopped and said why")
+    stopped = ended.total() - ended[DONE]
+    print(f"{ended[DONE]} tosses reached their end, {stopped} stopped and said why: {dict(ended)}")
     assert not wrong, "\n".join(wrong)
+    assert stopped <= STOPPED.get((EXAMPLES, SEED), max(SHARE * EXAMPLES, 10)), ended
 
 
 def test_an_arch_whose_foot_slides_at_the_limit(workshop: Workshop) -> None:
@@ -70,4 +80,4 @@ def test_an_arch_whose_foot_slides_at_the_limit(workshop: Workshop) -> None:
     slides out and back at 1 mm/s; its friction keeps the direction that it had, and adds 4e-4 J."""
     toss = Toss(n=7, planes=1, rough=True, law="poisson", restitution=0.5, friction=1.2, seed=200)
     found = run(workshop.model(scene(toss.n, toss.rough)), toss)
-    assert not faults(found), found.message
+    assert found.success and not faults(found), found.message

@@ -15,9 +15,9 @@ from scipy.optimize import brentq
 
 from ccgen.runtime import simulate
 
-from ..conftest import Workshop
 from ..oracles.maximal import Array
-from .conftest import Reach
+from ..support.reach import Reach
+from ..support.workshop import Workshop
 
 SLOPE = 0.009
 GAIT = np.array([0.20031090054419, -0.19983247300490])

@@ -15,9 +15,9 @@ from scipy.optimize import brentq
 from ccgen.generator import loop
 from ccgen.runtime import Model, simulate
 
-from ..conftest import Workshop
-from .bodies import G, penetration
-from .conftest import Reach
+from ..support.bodies import G, penetration
+from ..support.reach import Reach
+from ..support.workshop import Workshop
 from .lifts import COMPILED, METHODS, lift, scene, standing
 
 LIFTS = int(os.environ.get("CCGEN_LIFTS", "1000" if "CCGEN_LARGE" in os.environ else "200"))

@@ -11,9 +11,9 @@ from scipy.special import ellipj, ellipk
 from ccgen.generator import loop
 from ccgen.runtime import simulate
 
-from ..conftest import Workshop
 from ..oracles import polygons
-from .conftest import Reach
+from ..support.reach import Reach
+from ..support.workshop import Workshop
 
 G = 9.81
 

@@ -14,7 +14,8 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).resolve().parents[2]
+from ..support.folders import ROOT
+
 SURVEYS = ("test_change_points.py", "test_wedge.py", "test_stronge.py")
 """Of this folder; those that are there. Loops that collapse are chaotic, and not among them."""
 PLAIN = "gcc"

@@ -16,11 +16,11 @@ from ccgen.runtime import simulate
 from ccgen.runtime.model.assembly import rounding_of
 from ccgen.runtime.model.samples import samples
 
-from ..conftest import Workshop
 from ..oracles import maximal, mechanisms, polygons
 from ..oracles.maximal import Array, Pin, System
 from ..oracles.mechanisms import Drawing
-from .conftest import Reach
+from ..support.reach import Reach
+from ..support.workshop import Workshop
 
 FAR = 1e9
 """Ratio of masses at which digits are lost."""

@@ -13,10 +13,10 @@ import pytest
 from ccgen.generator import chain
 from ccgen.runtime import Model, simulate
 
-from ..conftest import Workshop
 from ..oracles import march
-from .bodies import rod
-from .conftest import Reach
+from ..support.bodies import rod
+from ..support.reach import Reach
+from ..support.workshop import Workshop
 
 LAWS = ("newton", "poisson", "stronge")
 SETS = 10_000

@@ -10,10 +10,10 @@ from ccgen.generator import loop
 from ccgen.runtime import simulate
 from ccgen.runtime.analysis.inverse_dynamics import momentum
 
-from ..conftest import Workshop
 from ..oracles import polygons
 from ..oracles.maximal import Array
-from .conftest import Reach
+from ..support.reach import Reach
+from ..support.workshop import Workshop
 
 STEPS = 1_000_000
 BLOCKS = 50

@@ -10,10 +10,10 @@ import pytest
 
 from ccgen.runtime import simulate
 
-from ..conftest import Workshop
-from ..touching_scenes import G, cradle, disc_on_plank, free_body, free_discs
-from .bodies import penetration
-from .conftest import Reach
+from ..support.bodies import penetration
+from ..support.reach import Reach
+from ..support.touching_scenes import G, cradle, disc_on_plank, free_body, free_discs
+from ..support.workshop import Workshop
 
 
 def speeds(run: Any, name: str) -> Any:

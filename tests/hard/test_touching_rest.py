@@ -8,10 +8,10 @@ from scipy.integrate import solve_ivp
 
 from ccgen.runtime import simulate
 
-from ..conftest import Workshop
-from ..touching_scenes import G, cradle, free_body
-from .bodies import penetration, rise
-from .conftest import Reach
+from ..support.bodies import penetration, rise
+from ..support.reach import Reach
+from ..support.touching_scenes import G, cradle, free_body
+from ..support.workshop import Workshop
 
 
 def test_a_ball_comes_to_rest_between_two(workshop: Workshop, reach: Reach) -> None:

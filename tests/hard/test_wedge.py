@@ -10,11 +10,11 @@ from scipy.optimize import linprog
 
 from ccgen.runtime import simulate
 
-from ..conftest import Workshop
 from ..oracles.impact_process import poisson
-from .bodies import penetration, rise, rod
-from .conftest import Reach
-from .test_stronge import HINGED, STRUCK
+from ..support.bodies import penetration, rise, rod
+from ..support.hinged_rod import HINGED, STRUCK
+from ..support.reach import Reach
+from ..support.workshop import Workshop
 
 INERTIA = 0.33
 """Of the hinged rod about its pin, kg m²."""

@@ -13,7 +13,8 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).resolve().parent.parent.parent
+from ..support.folders import ROOT
+
 NOT_SOURCES = shutil.ignore_patterns(".*", "build", "results", "*.so", "__pycache__", "*.egg-info", "_core.c", "_*.c")
 
 

@@ -1,0 +1,285 @@
+"""The command line as a person or a script meets it: exit codes, what is printed, what is written."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import subprocess
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ..support.command_line import CCGEN, PENDULUM, Done, ccgen, written
+from ..support.folders import SCENES
+
+HEXAGON = str(SCENES / "falling-hexagon.toml")
+
+IMPACTS = """
+0.4515236409857 joint_0  4.4294469181  7.3085874148 109.626750000
+0.5497839476458 joint_1  5.5574692024 16.9704401049  62.470400883
+0.7701908095116 joint_0  1.7758695811  2.8748494802  61.194061447
+0.9241375542824 joint_0  0.9113049152  2.1441771281  60.705561659
+0.9461333789875 joint_3  3.6884589011 15.8650497918  46.076165628
+0.9512380368467 joint_0  1.2059028786  3.1062090704  45.139719014
+"""
+"""Time, contact, speed before, impulse and energy after of the first impacts, from two independent programs."""
+
+
+# Generating
+
+
+@pytest.mark.parametrize(
+    ("options", "package", "freedoms"),
+    [
+        (("--links", "6"), "loop6", 6),
+        (("--links", "3", "--pinned"), "pinned3", 1),
+        (("--links", "3", "--open"), "chain3", 5),
+        (("--links", "3", "--open", "--hinged", "--gravity"), "hinged3", 3),
+        (("--scene", str(SCENES / "open-chain.toml")), "open_chain", 5),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, tuple) else "",
+)
+def test_generate(options: tuple[str, ...], package: str, freedoms: int, tmp_path: Path) -> None:
+    from ccgen.runtime import load_model
+
+    done = ccgen(*options, at=tmp_path)
+    assert (done.returncode, done.stdout, done.stderr) == (0, f"build/{package}\n", "")
+    assert [path.name for path in tmp_path.iterdir()] == ["build"]
+    files = {path.name for path in (tmp_path / "build" / package).iterdir()}
+    assert {"equations.txt", "model.c", "model.h", "model.json", "__init__.py", "build.json"} <= files
+    model = load_model(tmp_path / "build" / package)
+    assert model.dof == freedoms
+    assert ("gravity.g" in model.parameters) == ("--gravity" in options or "--scene" in options)
+
+
+def test_generate_into_another_folder(tmp_path: Path) -> None:
+    done = ccgen("--links", "6", "--out", "models/mine", at=tmp_path)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "models/mine/loop6\n", "")
+    assert (tmp_path / "models" / "mine" / "loop6" / "model.c").is_file()
+
+
+@pytest.mark.quick
+def test_version_and_help(tmp_path: Path) -> None:
+    assert re.fullmatch(r"ccgen \d+\.\d+\S*\n", ccgen("--version", at=tmp_path).stdout)
+    for options in (("--help",), ("run", "--help"), ("show", "--help"), ("diff", "--help")):
+        done = ccgen(*options, at=tmp_path)
+        assert (done.returncode, done.stderr) == (0, "")
+        assert "Usage: ccgen" in done.stdout
+
+
+# Running
+
+
+def test_run(tmp_path: Path) -> None:
+    done = ccgen("run", HEXAGON, "--rtol", "1e-12", at=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    rows = [line.split() for line in done.stdout.splitlines() if re.match(r"\d+ +\d", line)]
+    assert [row[0] for row in rows] == [str(k + 1) for k in range(len(rows))]
+    for row, expected in zip(rows, IMPACTS.split("\n")[1:-1], strict=False):
+        t, contact, speed, impulse, energy = expected.split()
+        assert abs(float(row[1]) - float(t)) < 2e-12
+        assert row[2] == contact
+        assert [-float(row[3]), float(row[4])] == pytest.approx([float(speed), float(impulse)], abs=1e-8)
+        assert float(row[6]) == pytest.approx(float(energy), abs=1e-8)
+    together = next(line.split() for line in done.stdout.splitlines() if line.lstrip().startswith("joint_5"))
+    assert float(together[1]) == pytest.approx(-5.5574692024, abs=1e-8)
+    assert "t = 1.2 s, impacts: 7, steps: " in done.stdout
+    assert written(tmp_path / "results") == [
+        "falling-hexagon/.ccgen.json",
+        "falling-hexagon/forces.png",
+        "falling-hexagon/player.html",
+        "falling-hexagon/plot.png",
+        "falling-hexagon/result.npz",
+    ]
+    for name in ("result.npz", "plot.png", "player.html"):
+        assert f"results/falling-hexagon/{name}" in done.stdout.splitlines()[-1]
+    with np.load(tmp_path / "results" / "falling-hexagon" / "result.npz") as result:
+        assert result["t"][-1] == 1.2
+        assert bool(result["success"])
+
+
+KANE = """
+name = "kane"
+[chain]
+links = 2
+hinged = true
+[start]
+angles = ["-70 deg", "-60 deg"]
+angular_velocities = [1.0, 0.5]
+[gravity]
+g = 9.81
+[[ground]]
+point = [0, -1.8057182352]
+restitution = 0.7
+friction = 0.5
+contacts = ["link_1.B"]
+[run]
+until = 5.0
+"""
+"""A double pendulum whose tip strikes rough ground; at some impact Newton's law would add energy."""
+
+
+def test_run_that_stops_early(tmp_path: Path) -> None:
+    (tmp_path / "kane.toml").write_text(KANE)
+    done = ccgen("run", "kane.toml", "--out", "here", "--gif", at=tmp_path)
+    assert done.returncode == 3
+    assert len(done.stderr.splitlines()) == 1
+    assert done.stderr.startswith("kane: stopped at t = ")
+    assert done.stderr.count("stopped") == 1
+    assert "add energy" in done.stderr
+    files = [".ccgen.json", "animation.gif", "forces.png", "player.html", "plot.png", "result.npz"]
+    assert written(tmp_path / "here") == files
+    assert "link_1.B" in done.stderr
+    with np.load(tmp_path / "here" / "result.npz") as result:
+        assert not bool(result["success"])
+
+
+def test_run_without_contacts(tmp_path: Path) -> None:
+    (tmp_path / "pendulum.toml").write_text(PENDULUM)
+    done = ccgen("run", "pendulum.toml", "--until", "0.25", "--method", "dop853", at=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.startswith("no impacts\nt = 0.25 s")
+    files = ["pendulum/.ccgen.json", "pendulum/player.html", "pendulum/plot.png", "pendulum/result.npz"]
+    assert written(tmp_path / "results") == files
+
+
+def test_interrupted_run_keeps_what_it_has(tmp_path: Path) -> None:
+    many = PENDULUM.replace("links = 1", "links = 24")  # slow enough not to be done before the signal
+    (tmp_path / "pendulum.toml").write_text(many)
+    ccgen("--scene", "pendulum.toml", at=tmp_path)
+    heeded = signal.signal(signal.SIGINT, signal.default_int_handler)  # jobs of shells may be told to ignore it
+    process = subprocess.Popen(
+        [CCGEN, "run", "pendulum.toml", "--until", "5e5", "--rtol", "1e-13", "--method", "dop853"],
+        cwd=tmp_path,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        time.sleep(6.0)
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=120)
+    finally:
+        process.kill()
+        signal.signal(signal.SIGINT, heeded)
+    assert process.returncode == 3, err
+    assert re.fullmatch(r"pendulum: stopped at t = \S+ s: interrupted\n", err)
+    assert "result.npz" in out
+    files = ["pendulum/.ccgen.json", "pendulum/player.html", "pendulum/plot.png", "pendulum/result.npz"]
+    assert written(tmp_path / "results") == files
+
+
+# Showing and comparing
+
+
+def test_show(tmp_path: Path) -> None:
+    done = ccgen("show", HEXAGON, at=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "theta_0" in done.stdout
+    assert "freedom" in done.stdout
+    assert "u_dot" not in done.stdout
+    assert "u_dot" in ccgen("show", HEXAGON, "--equations", at=tmp_path).stdout
+    latex = ccgen("show", HEXAGON, "--latex", at=tmp_path)
+    assert (latex.returncode, latex.stderr) == (0, "")
+    assert "\\theta_" in latex.stdout
+    (tmp_path / "pendulum.toml").write_text(PENDULUM)
+    expanded = ccgen("show", "pendulum.toml", "--expand", at=tmp_path)
+    assert (expanded.returncode, expanded.stderr) == (0, "")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["pendulum.toml"]
+
+
+def test_diff(tmp_path: Path) -> None:
+    (tmp_path / "old.toml").write_text(PENDULUM)
+    (tmp_path / "new.toml").write_text(PENDULUM.replace("9.81", "1.62"))
+    assert ccgen("--scene", "old.toml", at=tmp_path).returncode == 0
+    for old in ("build/pendulum", "build/pendulum/equations.txt", "old.toml"):
+        same = ccgen("diff", old, "old.toml", at=tmp_path)
+        assert (same.returncode, same.stdout, same.stderr) == (0, "the listings are the same\n", "")
+    different = ccgen("diff", "build/pendulum", "new.toml", at=tmp_path)
+    assert (different.returncode, different.stderr) == (1, "")
+    lines = different.stdout.splitlines()
+    assert lines[:2] == ["--- build/pendulum", "+++ new.toml"]
+    assert "-g = 9.81  # gravity.g" in lines
+    assert "+g = 1.62  # gravity.g" in lines
+    assert lines[-1].startswith("the numbers differ")
+
+
+def test_diff_of_equal_numbers(tmp_path: Path) -> None:
+    (tmp_path / "old.toml").write_text(PENDULUM)
+    ccgen("--scene", "old.toml", at=tmp_path)
+    text = (tmp_path / "build" / "pendulum" / "equations.txt").read_text()
+    (tmp_path / "new.txt").write_text(re.sub(r"\bc_0\b", "cosine_0", text))
+    done = ccgen("diff", "build/pendulum", "new.txt", at=tmp_path)
+    assert done.returncode == 1
+    assert done.stdout.splitlines()[-1].startswith("the numbers agree")
+
+
+@pytest.mark.parametrize("content", [b"m = 1\n", b"\xff\xfe", b""], ids=["text", "bytes", "empty"])
+def test_diff_with_what_is_no_listing(content: bytes, tmp_path: Path) -> None:
+    (tmp_path / "some.txt").write_bytes(content)
+    done = ccgen("diff", HEXAGON, "some.txt", at=tmp_path)
+    refused(done, "some.txt")
+
+
+# Refusing
+
+
+def refused(done: Done, *words: str) -> None:
+    """Exit code 2 with a sentence, and no traceback."""
+    assert done.returncode == 2, done.stderr
+    assert done.stdout == ""
+    assert done.stderr.endswith("\n")
+    assert "Traceback" not in done.stderr
+    for word in words:
+        assert word in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("run", HEXAGON, "--rtol", "1e-16"), ("--rtol", "1e-15")),
+        (("run", HEXAGON, "--rtol", "nan"), ("--rtol",)),
+        (("run", HEXAGON, "--until", "inf"), ("--until",)),
+        (("run", HEXAGON, "--until", "soon"), ("--until",)),
+        (("run", HEXAGON, "--method", "euler"), ("--method: found 'euler'", "dop853")),
+        (("run", HEXAGON, "--fast"), ("--fast",)),
+        (("fly", HEXAGON), ("fly",)),
+        (("show", HEXAGON, "--expand"), ()),
+        (("diff", HEXAGON), ("NEW",)),
+    ],
+    ids=lambda value: " ".join(value[1:]) if isinstance(value, tuple) else "",
+)
+def test_refused_options(options: tuple[str, ...], words: tuple[str, ...], tmp_path: Path) -> None:
+    refused(ccgen(*options, at=tmp_path), *words)
+    assert written(tmp_path) == []
+
+
+def test_no_compiler(tmp_path: Path) -> None:
+    environment = {"PATH": str(tmp_path / "nothing"), "CC": ""}
+    for options in (("--links", "6"), ("run", HEXAGON)):
+        refused(ccgen(*options, at=tmp_path, environment=environment), "no C compiler found", "install")
+    refused(ccgen("--links", "6", at=tmp_path, environment={"CC": "no-such-cc -O1"}), "CC", "no-such-cc -O1")
+    assert written(tmp_path) == []
+
+
+def test_a_compiler_that_fails(tmp_path: Path) -> None:
+    done = ccgen("--links", "3", at=tmp_path, environment={"CC": "false", "CCGEN_CACHE_DIR": str(tmp_path / "cache")})
+    refused(done, "the C compiler failed", "false")
+    assert [file for file in written(tmp_path) if not file.endswith(".lock")] == []
+
+
+def test_folders_that_cannot_be_written(tmp_path: Path) -> None:
+    (tmp_path / "build").write_text("a file")
+    refused(ccgen("--links", "6", at=tmp_path), "--out build", "file")
+    refused(ccgen("run", HEXAGON, at=tmp_path), "build", "file")
+    refused(ccgen("run", HEXAGON, "--out", "build/below", at=tmp_path), "--out build/below", "file")
+    assert written(tmp_path) == ["build"]
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
+def test_folders_without_permission(tmp_path: Path) -> None:
+    (tmp_path / "closed").mkdir(mode=0o500)
+    refused(ccgen("--links", "6", "--out", "closed/build", at=tmp_path), "--out closed/build", "permission")

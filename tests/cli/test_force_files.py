@@ -1,0 +1,120 @@
+"""What ``ccgen run`` prints, draws and writes of forces."""
+
+from __future__ import annotations
+
+import csv
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from ccgen.generator.cli.app import app
+from ccgen.runtime import simulate
+from ccgen.runtime.pictures.force_plot import draw_forces
+from ccgen.runtime.record.force_history import history
+
+from ..support.leaning_rod import LEANING, G
+from ..support.touching_scenes import disc_on_plank
+from ..support.workshop import Workshop
+
+
+@pytest.fixture
+def scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    file = tmp_path / "leaning.toml"
+    file.write_text(LEANING)
+    return file
+
+
+def test_a_run_tells_its_largest_forces(scene: Path) -> None:
+    done = CliRunner().invoke(app, ["run", str(scene), "--csv"])
+    assert done.exit_code == 0
+    lines = done.stdout.splitlines()
+    at = lines.index("largest forces between impacts:")
+    assert lines[at + 1].split() == ["rod.T", "on", "ground_0", "9.81", "N", "at", "t", "=", "0.268008", "s"]
+    assert lines[at + 2].split()[0] == "hinge"
+    folder = Path("results/leaning")
+    assert (folder / "forces.png").read_bytes()[:4] == b"\x89PNG"
+    with (folder / "forces.csv").open(newline="") as file:
+        head, *rows = csv.reader(file)
+    assert head == [
+        "t [s]", "rod.T on ground_0: normal [N]", "rod.T on ground_0: friction [N]",
+        "hinge: x [N]", "hinge: y [N]", "hinge: moment [N m]",
+    ]  # fmt: skip
+    numbers = np.array(rows, dtype=float)
+    assert numbers[0, 0] == 0.0 and numbers[-1, 0] == 2.0 and np.all(np.diff(numbers[:, 0]) >= 0.0)
+    assert numbers[-1, 1:] == pytest.approx([G, 0.0, 0.0, G, 0.0], rel=1e-12, abs=1e-12)
+    (jump,) = np.flatnonzero(np.diff(numbers[:, 0]) == 0.0)  # on both sides of the impact
+    assert numbers[jump, 1] == 0.0 and numbers[jump + 1, 1] == pytest.approx(G, rel=1e-11)
+
+
+def test_what_ccgen_did_not_write_is_kept(scene: Path) -> None:
+    own = Path("results/leaning/forces.png")
+    own.parent.mkdir(parents=True)
+    own.write_text("mine")
+    done = CliRunner().invoke(app, ["run", str(scene)])
+    assert done.exit_code == 2 and own.read_text() == "mine"
+
+
+def test_forces_on_both_sides_of_a_jump_are_those_of_the_run(workshop: Workshop) -> None:
+    run = simulate(workshop.model(LEANING))
+    found = history(run, 100)
+    (impact,) = run.impacts
+    at = np.flatnonzero(found.t == impact.t)
+    assert len(at) == 2
+    assert found.pushes[at[0], 0, 0] == 0.0 and found.pushes[at[1], 0, 0] == pytest.approx(G, rel=1e-11)
+    assert np.allclose(found.reactions[at[0]], run.reactions(impact.t - 1e-9), atol=1e-5)
+    after = found.t > impact.t
+    assert np.array_equal(found.reactions[after], run.reactions(found.t[after]))
+
+
+@pytest.mark.parametrize("thickness", [0.02, 1e-12])
+@pytest.mark.parametrize("friction", ["", "friction = 0.5"])
+def test_contacts_push_to_the_end_of_their_touch(friction: str, thickness: float, workshop: Workshop) -> None:
+    """A disc runs down a plank and leaves it at its end, where the gap is to what comes next."""
+    model = workshop.model(disc_on_plank(0.3, 0.2, f"restitution = 0.0\n{friction}", thickness=thickness))
+    run = simulate(model, until=1.5)
+    assert [phase.kind for phase in run.phases] == ["contact", "flight"], run.message
+    found = history(run)
+    normal, at = found.pushes[:, 0, 0], int(np.flatnonzero(found.t == run.phases[0].end)[0])
+    weight = G * math.cos(0.3) * float(model.parameters["disc.mass"])
+    assert np.max(np.abs(normal[: at - 20] - weight)) <= 1e-9 * weight
+    assert np.min(normal) >= 0.0 and np.max(normal) <= weight * (1.0 + 1e-9) and normal[at + 1] == 0.0
+
+
+def test_the_picture_has_a_panel_for_what_there_is(workshop: Workshop, tmp_path: Path) -> None:
+    run = simulate(workshop.model(LEANING))
+    figure: Any = draw_forces(run, tmp_path / "forces.png")
+    assert [axes.get_ylabel() for axes in figure.axes] == ["normal force [N]", "joint force [N]"]
+    with pytest.raises(ValueError, match=r"saved as .png"):
+        draw_forces(run, tmp_path / "forces.pdf")
+
+
+def test_what_never_pushes_and_what_is_rounding_is_not_drawn(workshop: Workshop, tmp_path: Path) -> None:
+    """A block rests on level rough ground on two of its four corners: nothing rubs."""
+    run = simulate(workshop.model(BLOCK), until=0.5)
+    figure: Any = draw_forces(run, tmp_path / "forces.png")
+    (axes,) = figure.axes
+    assert axes.get_ylabel() == "normal force [N]"
+    assert {"block.A", "block.B"} <= {line.get_label() for line in axes.lines}
+    assert not {"block.C", "block.D"} & {line.get_label() for line in axes.lines}
+    assert np.max(np.abs(history(run).pushes[:, :, 1])) <= 1e-13 * G
+
+
+BLOCK = """
+name = "block"
+[[link]]
+name = "block"
+mass = 1
+inertia = 0.2
+com = [0.5, 0.5]
+points = { A = [0, 0], B = [1, 0], C = [1, 1], D = [0, 1] }
+[gravity]
+[[ground]]
+restitution = 0
+friction = 0.5
+contacts = ["block.A", "block.B", "block.C", "block.D"]
+"""

@@ -1,0 +1,29 @@
+"""A chain that names no effect, and a table of every effect for it."""
+
+from __future__ import annotations
+
+SCENE = """
+name = "plain"
+[chain]
+links = 3
+hinged = true
+[start]
+angles = [-0.9, 0.4, 1.1]
+"""
+EXAMPLES: dict[str, str] = {
+    "gravity": "[gravity]\ndirection = [1, -3]\n",
+    "ground": "[[ground]]\nnormal = [0.3, 1]\npoint = [0, -9]\nrestitution = 0.2\n",
+    "spring": '[[spring]]\nbetween = ["ground.O", "link_2.B"]\nstiffness = 3\nlength = 0.4\n',
+    "damper": '[[damper]]\nbetween = ["ground.O", "link_2.B"]\ndamping = 3\n',
+    "stop": '[[stop]]\njoint = "joint_1"\nlowest = "-3 deg"\nhighest = 2\nrestitution = 0.2\n',
+    "touch": '[[touch]]\nbetween = ["link_2.B", "link_0"]\nradius = 0.01\nrestitution = 0.2\nfriction = 0.3\n',
+    "torsion": '[[torsion]]\njoint = "joint_1"\nstiffness = 3\nangle = "30 deg"\ndamping = 0.3\n',
+    "joint_friction": '[[joint_friction]]\njoints = ["joint_0", "joint_2"]\nviscous = 0.2\ndry = 0.1\n',
+    "drag": '[[drag]]\npoint = "link_2.B"\nlinear = 0.3\nquadratic = 0.2\n',
+    "motor": '[[motor]]\njoint = "joint_0"\nangle = "sin(2*t)"\nstiffness = 3\ndamping = 0.2\n',
+    "drive": '[[drive]]\njoint = "joint_1"\nangle = "sin(3*t)"\n',
+    "force": '[[force]]\npoint = "link_2.B"\nvector = ["2*cos(t)", 1]\nframe = "link"\n',
+    "torque": '[[torque]]\nlink = "link_1"\ntorque = "exp(-t)"\n',
+    "input": '[[input]]\nname = "input_0"\njoint = "joint_1"\n',
+}
+"""A table of every effect, for the scene above."""

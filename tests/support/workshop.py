@@ -1,0 +1,40 @@
+"""Builds models for tests, each once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+
+@dataclass
+class Workshop:
+    """Builds models from scenes or scene texts, each once; ``scene`` reads a text without building it."""
+
+    folder: Path
+    built: dict[str, Any] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        return f"<Workshop: {len(self.built)} models>"
+
+    def scene(self, text: str) -> Any:
+        """The scene that a TOML text describes."""
+        from ccgen.generator import load_scene
+
+        file = self.folder / f"scene_{len(list(self.folder.glob('scene_*')))}.toml"
+        file.write_text(text, encoding="utf-8")
+        return load_scene(file)
+
+    def model(self, scene: Any, precision: str = "double") -> Any:
+        """The compiled model of a scene or of a scene's text, in numbers of that precision."""
+        from ccgen.generator import generate
+        from ccgen.runtime import load_model
+
+        if isinstance(scene, str):
+            scene = self.scene(scene)
+        key = scene.canonical() + precision
+        if key not in self.built:
+            self.built[key] = load_model(
+                generate(scene, out=self.folder / f"build_{len(self.built)}", precision=precision)
+            )
+        return self.built[key]
