@@ -8,6 +8,10 @@ from pathlib import Path
 
 import pytest
 
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+"""Set before numpy is imported: tests run side by side, and threads of linear algebra that wait for a busy core spin.
+With as many workers as cores a singular value decomposition of 200 rows takes a hundred times as long otherwise."""
+
 pytest.register_assert_rewrite("tests.support")  # before it is imported: what a failed assertion there compared
 
 from .support.quick import is_quick  # noqa: E402
