@@ -31,7 +31,7 @@ def solve(tmp_path_factory: pytest.TempPathFactory) -> Solver:
     """``solve_friction``, compiled by itself: its outcome and the impulses, normals and then tangents."""
     library = tmp_path_factory.mktemp("friction") / "friction.so"
     compiler = shlex.split(sysconfig.get_config_var("CC") or "cc")
-    command = [*compiler, "-O2", "-std=c11", "-shared", "-fPIC", "-o", str(library), *SOURCES, "-lm"]
+    command = [*compiler, "-O2", "-std=c11", "-shared", "-fPIC", "-o", str(library), f"-I{CORE}", *SOURCES, "-lm"]
     subprocess.run(command, check=True)
     call = ctypes.CDLL(str(library)).solve_friction
 
