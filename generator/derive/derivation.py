@@ -31,7 +31,7 @@ from .kinematics import ZERO, Kinematics, Vector, add, dot, symbol
 from .motion import TIME, Couple, Force, Motion, sum_per_link
 from .names import A_X, A_Y, ALPHA, AXES, SLIDE, State, multiplier, slide_name, sliding_name
 
-AT_DEAD_CENTRES = "_at_dead_centres"
+OTHERWISE = "_otherwise"
 """Behind the name of a kernel that solves for the same by the plan to go to where the guards of the first fail."""
 
 MARK = "_v"
@@ -160,7 +160,7 @@ class _Derivation:
         kernels = self._solved(self.plan, "")
         if self.plan.otherwise:
             self.ledger.mark = MARK
-            kernels = [*self._solved(self.plan.otherwise, AT_DEAD_CENTRES), *kernels]
+            kernels = [*self._solved(self.plan.otherwise, OTHERWISE), *kernels]
             self.ledger.mark = ""
         return kernels
 
@@ -183,8 +183,8 @@ class _Derivation:
         f = Argument("f", impulses, "generalized impulses")
         y = Argument("y", tuple(jumps.values()), "closure rates to be produced")
         solvers = ("acceleration", "impulse")
-        otherwise = {name: f"{name}{AT_DEAD_CENTRES}" if plan.otherwise else None for name in solvers}
-        where = ", where a dyad is near its dead centre" if behind else ""
+        otherwise = {name: f"{name}{OTHERWISE}" if plan.otherwise else None for name in solvers}
+        where = ", where a guard of the first plan fails" if behind else ""
         return [
             Kernel(
                 f"acceleration{behind}",

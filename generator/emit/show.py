@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from ..derive.derivation import AT_DEAD_CENTRES
+from ..derive.derivation import OTHERWISE
 from ..derive.equations import Equations
 from ..derive.expanded import ExpandedForm, expand
 from ..mechanism.joints import Joint, PointRef
@@ -70,7 +70,7 @@ def summarize(scene: Scene, topology: Topology, equations: Equations) -> Summary
     discs = tuple(disc_lines(scene))
     inputs = ", ".join(name for effect in scene.effects for name in effect.inputs())
     program = lower(equations)
-    functions = sorted(program.functions, key=lambda f: f.kernel.name.endswith(AT_DEAD_CENTRES))
+    functions = sorted(program.functions, key=lambda f: f.kernel.name.endswith(OTHERWISE))
     counts = [f"{f.kernel.name}: {f.counts()}" for f in functions if f.sections]
     return (
         ("model", (scene.name,)),
@@ -133,8 +133,9 @@ def _order_lines(scene: Scene, program: Program) -> Iterator[str]:
         ]
         if late:
             yield f"left open until then: {', '.join(late)}"
+    if dyads or plan.severed:
         safe = "tip to root" if plan.otherwise else "the runtime's solution of dependent rows"
-        yield f"where a dyad is near its dead centre: {safe}"
+        yield f"where {'a dyad is near its dead centre' if dyads else 'a segment is light across its line'}: {safe}"
     acceleration = program.function("acceleration")
     chain, total = acceleration.longest_chain(), acceleration.counts().total
     yield f"longest chain: {chain} of {total} operations of the acceleration, each of which waits for the one before"

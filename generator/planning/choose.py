@@ -58,7 +58,7 @@ FAR = 10
 :data:`LONGEST`: up to there it is needed whole."""
 
 LONGEST = 6000
-"""Operations up to which the plan for dead centres is compiled. Beyond them its code costs more to compile than the
+"""Operations up to which the plan for states where a guard fails is compiled. Beyond them its code costs more to compile than the
 runtime's robust path costs in the few states that need it."""
 
 
@@ -123,7 +123,9 @@ def _in_segments(mechanism: Mechanism, topology: Topology, driven: Collection[in
     pivots, costs = sweep.run(_Order(sweep, {}))
     cost, side_by_side = sum(costs.values()), sum(costs[link] for segment in row[1] for link in segment)
     price = GATHERING * (cost - side_by_side + side_by_side / len(row[1]))
-    plan = Plan(IN_SEGMENTS, pivots, None, row[1], severed)
+    own, from_tips = _summed((whole := Sweep(mechanism, row[0], driven)).run(_Order(whole, {}), LONGEST))
+    otherwise = Plan(TIP_TO_ROOT, own) if from_tips <= LONGEST else None
+    plan = Plan(IN_SEGMENTS, pivots, otherwise, row[1], severed)
     return [_Candidate(row[0], plan, cost, math.inf if loaded else price)]
 
 
