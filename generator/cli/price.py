@@ -14,7 +14,7 @@ import typer
 
 from ..emit.compiler import CompileError
 from ..emit.replace import OutputError
-from ..pipeline import fold_price, generate, prices
+from ..pipeline import fold_price, generate, less_effect, plan_scene, prices
 from ..program.errors import FoldError
 from ..scene import Scene
 from .detail import Detail
@@ -68,7 +68,7 @@ def measure(scene: Scene, fold: bool, tell: Silence) -> list[Priced]:
     from ccgen.runtime.timing import evaluation_times, price, run_times
 
     tell.stage("counting operations")
-    counted = [*prices(scene, fold), fold_price(scene)]
+    counted = [*prices(scene, fold), fold_price(scene, fold)]
     with tempfile.TemporaryDirectory(prefix="ccgen-") as folder:
         models = list(_build(scene, fold, Path(folder), tell))
     tell.stage("timing runs")
@@ -86,15 +86,20 @@ def measure(scene: Scene, fold: bool, tell: Silence) -> list[Priced]:
 
 
 def _build(scene: Scene, fold: bool, folder: Path, tell: Silence) -> Iterator[Model]:
-    """The model, those without one effect each, and the model folded the other way."""
+    """The model, those without one effect each, and the model folded the other way, all by the plan of the model."""
     from ccgen.runtime import load_model
 
-    variants = [("the model", scene, fold)]
-    variants += [(f"without {e.title}", scene.without(index), fold) for index, e in enumerate(scene.effects)]
-    variants.append(("not folded" if fold else "folded", scene, not fold))
-    for number, (what, variant, folded) in enumerate(variants):
+    choice = plan_scene(scene, fold=fold)[1]
+    variants = [("the model", scene, choice, fold)]
+    variants += [
+        (f"without {e.title}", *less_effect(scene, index, choice, fold), fold) for index, e in enumerate(scene.effects)
+    ]
+    variants.append(("not folded" if fold else "folded", scene, choice, not fold))
+    for number, (what, variant, same, folded) in enumerate(variants):
         tell.stage(f"building {number + 1} of {len(variants)}, {what}")
-        yield load_model(generate(variant, folder / str(number), fold=folded))
+        own = plan_scene(variant, fold=folded)[1]
+        plan = None if own.plan == same.plan else same.plan.name
+        yield load_model(generate(variant, folder / str(number), fold=folded, plan=plan))
 
 
 def _motion(run: Run, other: Run) -> str:

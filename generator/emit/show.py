@@ -14,7 +14,7 @@ from ..mechanism.joints import Joint, PointRef
 from ..mechanism.layout import lay_out
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.topology import Cut, Topology, span
-from ..planning.choose import FAR
+from ..planning.choose import FAR, Choice
 from ..planning.plan import is_dyad
 from ..program.prices import Price
 from ..program.program import Program, lower
@@ -38,7 +38,7 @@ def show_text(scene: Scene, latex: bool, expanded: bool, fold: bool = False, *, 
 
     Raises ``ValueError`` for an expanded form of too many links or of driven joints, and for one that is to be folded.
     """
-    from ..pipeline import derive_scene, prices
+    from ..pipeline import derive_scene, plan_scene, prices
     from .listing import name_index, write_listing
 
     if expanded and fold:
@@ -49,8 +49,9 @@ def show_text(scene: Scene, latex: bool, expanded: bool, fold: bool = False, *, 
             "expanded form knows no prescribed motion; leave out --expand"
         )
     form = expand(scene.mechanism, span(scene.mechanism, scene.driven), scene.effects) if expanded else None
-    topology, derived = derive_scene(scene, fold)
-    summary, added = summarize(scene, topology, derived), prices(scene, fold, derived)
+    choice = plan_scene(scene, fold=fold)[1]
+    topology, derived = derive_scene(scene, fold, choice=choice)
+    summary, added = summarize(scene, choice, derived), prices(scene, fold, derived, choice)
     if latex:
         return expanded_document(summary, form, added) if form else recursive_document(summary, derived, added)
     if form:
@@ -60,9 +61,9 @@ def show_text(scene: Scene, latex: bool, expanded: bool, fold: bool = False, *, 
     return _text(summary, added, write_listing(scene.name, derived, name_index(scene, topology)).rstrip("\n"))
 
 
-def summarize(scene: Scene, topology: Topology, equations: Equations) -> Summary:
+def summarize(scene: Scene, choice: Choice, equations: Equations) -> Summary:
     """Links, joints, loops, degrees of freedom, coordinates, effects, and operation counts, as headings with lines."""
-    mechanism, state = scene.mechanism, equations.state
+    mechanism, topology, state = scene.mechanism, choice.topology, equations.state
     links, joints = mechanism.links, mechanism.joints
     root = mechanism.link_name(topology.root)
     effects = [f"{effect.title}: {effect.describe(mechanism)}" for effect in scene.effects]
@@ -80,7 +81,7 @@ def summarize(scene: Scene, topology: Topology, equations: Equations) -> Summary
         ("root", (f"{root}, floating" if topology.floating else root,)),
         ("loops", tuple(_loop(mechanism, topology, cut) for cut in topology.cuts) or ("none",)),
         ("branch", tuple(branch_lines(scene, topology)) or ("no loop",)),
-        *([("order", tuple(_order_lines(scene, program)))] if topology.cuts else []),
+        *([("order", tuple(_order_lines(scene, choice, program)))] if topology.cuts else []),
         *([("modules", modules)] if (modules := tuple(_module_lines(mechanism, program))) else []),
         (
             "degrees of freedom",
@@ -101,12 +102,9 @@ def summarize(scene: Scene, topology: Topology, equations: Equations) -> Summary
     )
 
 
-def _order_lines(scene: Scene, program: Program) -> Iterator[str]:
+def _order_lines(scene: Scene, choice: Choice, program: Program) -> Iterator[str]:
     """Which plan of elimination is taken, what each would cost, and what it closes and leaves open."""
-    from ..pipeline import plan_scene
-
-    topology, choice = plan_scene(scene)
-    mechanism, plan, costs = scene.mechanism, choice.plan, dict(choice.costs)
+    mechanism, topology, plan, costs = scene.mechanism, choice.topology, choice.plan, dict(choice.costs)
     others = [
         f"{name} would take {'more than ' * (cost > FAR * costs[plan.name])}"
         f"{min(FAR, cost / costs[plan.name]):.1f} times the operations"

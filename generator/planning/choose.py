@@ -20,17 +20,52 @@ from ..mechanism.modules import alike
 from ..mechanism.topology import Branch, Cut, Topology
 from .pattern import Pattern, Sweep
 from .plan import Pivot, Plan
-from .segments import LEAST_LINKS, SEGMENTS, in_segments
+from .segments import LEAST_LINKS, SEGMENTS, in_segments, same_values
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A plan, the virtual open chain that it is for, about how many operations of the recursion it costs, and what it
+    is compared by."""
+
+    topology: Topology
+    plan: Plan
+    cost: float
+    price: float
 
 
 @dataclass(frozen=True)
 class Choice:
-    """The plan that is taken, the virtual open chain that it is for, and about how many operations of the recursion
-    each of the portfolio's plans costs."""
+    """The plans of the portfolio that a mechanism has, and the one of them that is taken."""
 
-    topology: Topology
-    plan: Plan
-    costs: tuple[tuple[str, int], ...]
+    found: tuple[Candidate, ...]
+    taken: Candidate
+
+    @property
+    def topology(self) -> Topology:
+        """The virtual open chain of the plan."""
+        return self.taken.topology
+
+    @property
+    def plan(self) -> Plan:
+        """The plan that is taken."""
+        return self.taken.plan
+
+    @property
+    def costs(self) -> tuple[tuple[str, int], ...]:
+        """About how many operations each plan costs."""
+        return tuple((one.plan.name, round(one.cost)) for one in self.found)
+
+    def with_others(self, other: Choice, gain: float, wanted: str | None = None) -> Choice:
+        """The choice among these plans and those on another tree where they take ``gain`` times fewer operations."""
+        elsewhere = {one.plan.name: one for one in other.found}
+        best = [
+            elsewhere[one.plan.name]
+            if one.plan.name in elsewhere and gain * elsewhere[one.plan.name].cost < one.cost
+            else one
+            for one in self.found
+        ]
+        return _best(best, wanted)
 
 
 TIP_TO_ROOT, DYADS, IN_SEGMENTS = "tip to root", "dyads", "segments"
@@ -70,11 +105,13 @@ def choose(
     wanted: str | None = None,
     *,
     loaded: bool = False,
+    folded: bool = False,
 ) -> Choice:
     """The order from tip to root unless another is worth it, or the ``wanted`` one of :data:`PLANS`.
 
     ``driven`` joints have a prescribed motion; ``sound`` are the cut pins whose dyads may be closed; ``loaded`` says
-    that forces act on links, so that segments may not be equal, and are cut only where they are wanted. Raises
+    that segments do not go side by side, as where forces make them unequal, so that they are cut only where they are
+    wanted; ``folded`` that the values of parameters stand in the equations. Raises
     ``ValueError`` where the wanted plan is not one of the portfolio, or the mechanism has none of its kind.
     """
     if wanted is not None and wanted not in PLANS:
@@ -86,34 +123,29 @@ def choose(
     dyads = _with_dyads(sweep, [cut for cut in topology.cuts if cut.joint in sound])
     limit = max(FAR * dyads[1], LONGEST) if dyads and wanted != TIP_TO_ROOT else math.inf
     own, cost = _summed(sweep.run(_Order(sweep, {}), limit))
-    found = [_Candidate(topology, Plan(TIP_TO_ROOT, own, None, modules), cost, cost)]
+    found = [Candidate(topology, Plan(TIP_TO_ROOT, own, None, modules), cost, cost)]
     if dyads:
         otherwise = Plan(TIP_TO_ROOT, own) if cost <= LONGEST else None
         plan = Plan(DYADS, dyads[0], otherwise, modules)
-        found.append(_Candidate(topology, plan, dyads[1], WORTH * dyads[1]))
-    found += _in_segments(mechanism, topology, driven, loaded)
+        found.append(Candidate(topology, plan, dyads[1], WORTH * dyads[1]))
+    found += _in_segments(mechanism, topology, driven, loaded, folded)
+    return _best(found, wanted)
+
+
+def _best(found: Sequence[Candidate], wanted: str | None) -> Choice:
     named = [one for one in found if wanted in (None, one.plan.name)]
     if not named:
         raise ValueError(f"plan: found {wanted!r}, expected {TIP_TO_ROOT!r}: {LACKING[str(wanted)]}")
-    best = min(named, key=lambda one: one.price)
-    return Choice(best.topology, best.plan, tuple((one.plan.name, round(one.cost)) for one in found))
-
-
-@dataclass(frozen=True)
-class _Candidate:
-    """A plan, about how many operations it costs, and what it is compared by."""
-
-    topology: Topology
-    plan: Plan
-    cost: float
-    price: float
+    return Choice(tuple(found), min(named, key=lambda one: one.price))
 
 
 def _summed(found: tuple[dict[int, tuple[Pivot, ...]], dict[int, float]]) -> tuple[dict[int, tuple[Pivot, ...]], float]:
     return found[0], sum(found[1].values())
 
 
-def _in_segments(mechanism: Mechanism, topology: Topology, driven: Collection[int], loaded: bool) -> list[_Candidate]:
+def _in_segments(
+    mechanism: Mechanism, topology: Topology, driven: Collection[int], loaded: bool, folded: bool
+) -> list[Candidate]:
     """The longest loop's row of links in segments, if it has one that is long enough."""
     row = in_segments(mechanism, topology, driven)
     if row is None:
@@ -126,7 +158,8 @@ def _in_segments(mechanism: Mechanism, topology: Topology, driven: Collection[in
     own, from_tips = _summed((whole := Sweep(mechanism, row[0], driven)).run(_Order(whole, {}), LONGEST))
     otherwise = Plan(TIP_TO_ROOT, own) if from_tips <= LONGEST else None
     plan = Plan(IN_SEGMENTS, pivots, otherwise, row[1], severed)
-    return [_Candidate(row[0], plan, cost, math.inf if loaded else price)]
+    unequal = loaded or (folded and not same_values(mechanism, *row))
+    return [Candidate(row[0], plan, cost, math.inf if unequal else price)]
 
 
 def _with_dyads(sweep: Sweep, cuts: list[Cut]) -> tuple[dict[int, tuple[Pivot, ...]], float] | None:

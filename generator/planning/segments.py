@@ -58,6 +58,21 @@ def in_segments(
     return recut_, tuple(outer[i : i + length] for i in range(0, len(outer), length))
 
 
+def same_values(mechanism: Mechanism, topology: Topology, segments: Sequence[Segment]) -> bool:
+    """Whether the links at the same place of all segments have the same mass, inertia and lengths."""
+    branches = {branch.link: branch for branch in topology.branches}
+    outer = {branch.parent: branch.attach for branch in topology.branches}
+    outer |= {side.link: side.point for cut in topology.cuts for side in (cut.first, cut.second)}
+
+    def values(k: int) -> tuple[object, ...]:
+        link = mechanism.links[k]
+        points = (link.com, link.points[branches[k].inboard], link.points[outer[k]])
+        amounts = (link.mass, link.inertia)
+        return (*(x and x.value for x in amounts), *(point.values() for point in points))
+
+    return all(len({values(k) for k in links}) == 1 for links in zip(*segments, strict=True))
+
+
 class _Search:
     def __init__(self, mechanism: Mechanism, topology: Topology, driven: Collection[int]) -> None:
         self.mechanism, self.topology, self.driven = mechanism, topology, driven
