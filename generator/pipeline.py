@@ -173,8 +173,8 @@ def listing(scene: Scene, fold: bool = False, plan: str | None = None) -> str:
 def less_effect(scene: Scene, index: int, choice: Choice, fold: bool = False) -> tuple[Scene, Choice]:
     """The scene less one effect, and the ``choice`` that was made for the whole of it.
 
-    Where that effect prescribes a joint's motion, the joint's acceleration is an unknown more, and goes by a plan of the
-    same name if there is one.
+    Where that effect prescribes a joint's motion, the joint's acceleration is an unknown more, and goes by a plan of
+    the same name if there is one.
     """
     rest = scene.without(index)
     if rest.driven == scene.driven:

@@ -13,7 +13,7 @@ from ccgen.generator.derive.equations import GUARD
 from ccgen.generator.pipeline import derive_scene, listing, plan_scene
 from ccgen.generator.planning import choose as choosing
 from ccgen.generator.planning.choose import IN_SEGMENTS, TIP_TO_ROOT
-from ccgen.generator.program.reading import Listing, ListedKernel, read_listing
+from ccgen.generator.program.reading import ListedKernel, Listing, read_listing
 from ccgen.generator.scene import read_tables
 from ccgen.generator.scene.scene import Scene
 from ccgen.runtime import load_model
@@ -100,7 +100,7 @@ def test_odd_links_beside_segments_move_as_from_tip_to_root(kind: str, odd: int,
 
 
 def test_compact_links_keep_the_order_from_tip_to_root() -> None:
-    """From 0.03 m r² on they go in segments, r from the centre to the farther pin; it is the same for what is beside."""
+    """From 0.03 m r² on they go in segments, r from the centre to the farther pin; so with what is beside."""
     edge = 0.03 * 0.25
     for n in (24, 26):
         for odd in (None, 1, 12) if n == 26 else (None,):

@@ -152,7 +152,9 @@ class _Row:
         shape = None
         for k in reversed(self.row):
             link = self.mechanism.links[k]
-            own = tuple(_zeros(p) for p in (link.points[self.branches[k].inboard], link.points[self.outer[k]], link.com))
+            own = tuple(
+                _zeros(p) for p in (link.points[self.branches[k].inboard], link.points[self.outer[k]], link.com)
+            )
             if own != (shape or own) or not self._suits(k, self.outer[k], found):
                 break
             shape = own
