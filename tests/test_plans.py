@@ -3,6 +3,7 @@ digits."""
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import re
 from pathlib import Path
@@ -13,6 +14,7 @@ import pytest
 
 from ccgen.generator import generate, load_scene, loop
 from ccgen.generator.derive.derivation import derive
+from ccgen.generator.derive.gibbs import Recursion
 from ccgen.generator.derive.names import turn
 from ccgen.generator.emit.expressions import C
 from ccgen.generator.emit.show import show_text
@@ -20,6 +22,7 @@ from ccgen.generator.mechanism.topology import Topology, span
 from ccgen.generator.pipeline import derive_scene, fold_price, listing, plan_scene, prices
 from ccgen.generator.planning import choose as choosing
 from ccgen.generator.planning.choose import DYADS, IN_SEGMENTS, PLANS, TIP_TO_ROOT, choose
+from ccgen.generator.planning.pattern import Pattern, Sweep
 from ccgen.generator.planning.plan import is_dyad
 from ccgen.generator.planning.segments import APART, SEGMENTS
 from ccgen.generator.program.program import lower
@@ -495,3 +498,135 @@ def test_segments_are_taken_only_where_they_go_side_by_side() -> None:
             program = lower(derive_scene(scene, fold, choice=choice)[1])
             side_by_side = Routines(program, C.term).one_by_one("acceleration").modules
             assert bool(side_by_side) == (wanted == IN_SEGMENTS), topology
+
+
+@pytest.mark.parametrize("plan", PLANS)
+@pytest.mark.parametrize("name", MECHANISMS | ROWS)
+def test_the_pattern_has_every_entry_of_the_forms(
+    name: str, plan: str, tmp_path: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Link by link, as gathered: what is not zero in a form is an entry of its pattern."""
+    scene = scene_of(graphs.mechanism("mechanism", (MECHANISMS | ROWS)[name], seed=5), tmp_path)
+    if plan not in dict(plan_scene(scene)[1].costs):
+        pytest.skip("it has no such plan")
+    topology, choice = plan_scene(scene, plan)
+    forms: dict[int, set[Any]] = {}
+    patterns: dict[int, set[Any]] = {}
+    eliminate = Recursion._eliminate
+
+    def gathered(self: Recursion, link: int, form: Any, eliminator: Any) -> Any:
+        forms.setdefault(link, {key for key, entry in form.hessian.items() if entry != 0})
+        return eliminate(self, link, form, eliminator)
+
+    def told(link: int, pattern: Pattern) -> Any:
+        patterns[link] = set(pattern.entries)
+        return choice.plan.at(link)
+
+    monkeypatch.setattr(Recursion, "_eliminate", gathered)
+    first_only = dataclasses.replace(choice.plan, otherwise=None)
+    derive(scene.mechanism, topology, first_only, scene.effects)
+    Sweep(scene.mechanism, topology, scene.driven, choice.plan.severed).run(told)
+    assert forms.keys() == patterns.keys()
+    for link, entries in forms.items():
+        assert entries <= patterns[link], link
+
+
+HARD = """
+name = "hard"
+[ground_link]
+points = { A = [0, 0], D = [2.0, 0], R = [0, 3] }
+[[link]]
+name = "crank"
+mass = 1.0
+inertia = 0.05
+com = [0.25, 0]
+points = { A = [0, 0], B = [0.5, 0], T = [0.5, 0.1] }
+[[link]]
+name = "coupler"
+mass = 1.2
+inertia = 0.4
+com = [0.9, 0.1]
+points = { A = [0, 0], B = [1.8, 0], S = [0.9, 0.3] }
+[[link]]
+name = "rocker"
+mass = 2.0
+inertia = 0.3
+com = [0.6, 0]
+points = { A = [0, 0], B = [1.3, 0] }
+[[link]]
+name = "slide"
+mass = 0.7
+inertia = 0.02
+com = [0, 0.1]
+points = { P = [0, 0], Q = [0.3, 0] }
+[[link]]
+name = "stick"
+mass = MASS
+inertia = INERTIA
+com = [0.2, 0]
+points = { A = [0, 0], B = [0.4, 0] }
+[[link]]
+name = "bob"
+mass = 0.8
+inertia = 0.01
+com = [0.1, 0.05]
+points = { A = [0, 0] }
+[[joint]]
+name = "hook"
+between = ["slide.Q", "stick.A"]
+[[joint]]
+name = "string"
+between = ["stick.B", "bob.A"]
+[[joint]]
+name = "axle"
+between = ["ground.A", "crank.A"]
+[[joint]]
+name = "knee"
+between = ["crank.B", "coupler.A"]
+[[joint]]
+name = "wrist"
+between = ["coupler.B", "rocker.B"]
+[[joint]]
+name = "foot"
+between = ["rocker.A", "ground.D"]
+[[joint]]
+name = "guide"
+type = "prismatic"
+axis = [1, 0]
+between = ["ground.R", "slide.P"]
+[start]
+angles = { crank = 1.0, coupler = 0.5, rocker = 1.8, stick = -1.2, bob = -0.4 }
+[gravity]
+[[spring]]
+name = "pull"
+between = ["slide.Q", "rocker.B"]
+stiffness = 30.0
+length = 0.5
+[[torsion]]
+joint = "knee"
+stiffness = 3.0
+damping = 0.2
+"""
+
+
+@pytest.mark.parametrize("driven", [False, True])
+@pytest.mark.parametrize("massless", [False, True])
+def test_dyads_beside_drives_slides_loads_and_massless_links(driven: bool, massless: bool, workshop: Workshop) -> None:
+    """The same accelerations as from tip to root, at a state of no symmetry."""
+    text = HARD.replace("MASS", "0.0" if massless else "1.5").replace("INERTIA", "0.0" if massless else "0.4")
+    text += '[[drive]]\njoint = "axle"\nspeed = "2 + sin(3*t)"\n' if driven else ""
+    scene = workshop.scene(text)
+    plan = plan_scene(scene, DYADS)[1].plan
+    assert any(is_dyad(pivot) for pivots in plan.pivots.values() for pivot in pivots)
+    found = {}
+    for name in (DYADS, TIP_TO_ROOT):
+        read = read_listing(listing(scene, plan=name), name)
+        rng = np.random.default_rng(7)
+        given = {"t": np.array([0.3]), "inputs": np.zeros(0)}
+        values = {entry: rng.normal() for entry in sorted({*read.state["q"], *read.state["u"]})}
+        given |= {side: np.array([values[entry] for entry in read.state[side]]) for side in ("q", "u")}
+        inputs = read.kernels["acceleration"].inputs
+        found[name] = read.evaluate("acceleration", {key: given[key] for key in inputs})["u_dot"], read.state["u"]
+    assert found[DYADS][1] == found[TIP_TO_ROOT][1]
+    first, other = found[DYADS][0], found[TIP_TO_ROOT][0]
+    assert np.abs(first - other).max() <= 1e-12 * np.abs(other).max()

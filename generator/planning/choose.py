@@ -18,6 +18,7 @@ from ..mechanism.links import GROUND
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.modules import alike
 from ..mechanism.topology import Branch, Cut, Topology
+from .fill import by_least_fill, take_out
 from .pattern import Pattern, Sweep
 from .plan import Pivot, Plan
 from .segments import LEAST_LINKS, SEGMENTS, in_segments, same_values
@@ -230,18 +231,18 @@ class _Order:
         for cut in self.dyads.get(link, ()):
             pivot = _dyad(cut)
             self.waiting -= set(pivot)
-            _fill(left, pivot)
+            take_out(left, pivot)
             yield pivot
         if link in self.sweep.branches or link == self.sweep.topology.root:
             for v in sorted(x for x in left if x.kind == "turn" and x != turn(link) and x not in self.waiting):
                 if not left[v] & self.waiting:
-                    _fill(left, (v,))
+                    take_out(left, (v,))
                     yield (v,)
         for pivot in self._loops(link, pattern):
             cut = next(one for one in self.sweep.topology.cuts if one.joint == pivot[0].joint)
             if any(turn(k) in left for k in _between(cut, self.sweep.branches)):
                 self.starved.append(cut)
-            _fill(left, pivot)
+            take_out(left, pivot)
             yield pivot
         for pivot in self._belongings(link):
             v = pivot[0]
@@ -256,29 +257,15 @@ def _outside(link: int, pattern: Pattern) -> dict[Variable, set[Variable]]:
     return {own.get(v, v): {own.get(w, w) for w in near} for v, near in pattern.near.items()}
 
 
-def _fill(near: dict[Variable, set[Variable]], pivot: Pivot) -> None:
-    around = set[Variable]().union(*(near.pop(e, set()) for e in pivot)) - set(pivot)
-    for v in around:
-        near[v] = (near[v] | around) - set(pivot)
-
-
 def _least_fill(cuts: list[Cut], pattern: Pattern) -> list[Cut]:
-    """Loops that meet at a link, in an order of least fill (minimum degree on shared multipliers)."""
-    waiting, joints = list(cuts), {cut.joint for cut in cuts}
-    near = {cut.joint: set[int]() for cut in waiting}
+    """Loops that meet at a link, in an order of least fill by the multipliers that they share."""
+    at = {cut.joint: cut for cut in cuts}
+    near = {joint: {joint} for joint in at}
     for v, w in pattern.entries:
-        if v.kind == w.kind == "lambda" and v.joint != w.joint and {v.joint, w.joint} <= joints:
+        if v.kind == w.kind == "lambda" and v.joint in at and w.joint in at:
             near[v.joint].add(w.joint)
             near[w.joint].add(v.joint)
-    ordered: list[Cut] = []
-    while waiting:
-        cut = min(waiting, key=lambda c: (len(near[c.joint]), c.joint))
-        waiting.remove(cut)
-        ordered.append(cut)
-        shared = near.pop(cut.joint)
-        for joint in shared:
-            near[joint] = (near[joint] | shared) - {joint, cut.joint}
-    return ordered
+    return [at[joint] for joint, _ in by_least_fill(near, at)]
 
 
 # -- dyads ---------------------------------------------------------------------------------------------------------

@@ -15,6 +15,7 @@ from itertools import takewhile
 from ..mechanism.links import GROUND
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.topology import Topology, hang
+from .fill import by_least_fill
 from .pattern import pivot_cost
 
 LARGE = 2000
@@ -162,12 +163,7 @@ class _Search:
     def _close(self, waiting: list[int], shared: dict[int, set[int]], accelerations: int) -> float:
         """Eliminate loops in an order of least fill; ``shared`` says which share entries with which."""
         cost = 0.0
-        while waiting:
-            cut = min(waiting, key=lambda one: (len(shared[one]), one))
-            waiting.remove(cut)
-            others = shared.pop(cut) - {cut}
+        for cut, others in by_least_fill(shared, waiting):
             self.work += len(waiting) + len(others) ** 2
             cost += pivot_cost(self.rows[cut], accelerations + sum(self.rows[other] for other in others))
-            for other in others:
-                shared[other] = (shared[other] | others) - {cut}
         return cost
