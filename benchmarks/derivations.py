@@ -22,6 +22,7 @@ from ccgen.generator.derive import derivation  # noqa: F401 - before the clock s
 from ccgen.generator.derive.expanded import expand
 from ccgen.generator.mechanism.topology import span
 from ccgen.generator.pipeline import derive_scene
+from ccgen.generator.planning.choose import TIP_TO_ROOT
 from ccgen.generator.program.program import Counts, count, lower
 
 OVER = 3
@@ -92,9 +93,9 @@ def solve_operations(size: int, symmetric: bool) -> int:
 
 
 def recursive(row: Rods) -> Derived:
-    """ccgen's recursion, down to the program of its acceleration."""
+    """ccgen's recursion from tip to root, down to the program of its acceleration."""
     scene = _scene(row)
-    topology, equations = derive_scene(scene)
+    topology, equations = derive_scene(scene, plan=TIP_TO_ROOT)
     program = lower(equations)
     function = program.function("acceleration")
     values = _values(row)

@@ -151,7 +151,8 @@ def _write_model(scene: Scene, banner: Banner, folder: Path, tell: Progress, var
     """The stages from the tree to the sources."""
     numbers = variant.numbers
     tell("derive")
-    topology, equations = derive_scene(scene, variant.fold, variant.plan)
+    choice = plan_scene(scene, variant.plan, fold=variant.fold, vectors=numbers.double)[1]
+    topology, equations = derive_scene(scene, variant.fold, choice=choice)
     tell("write")
     from .documents.listing import name_index, write_listing
     from .package.data import driven_coordinates, model_data, point_names

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import math
 import tempfile
 from pathlib import Path
@@ -80,6 +81,20 @@ def tree(depth: int) -> Scene:
 
 
 def main() -> None:
+    """Print the tables, of fewer sizes where that is asked for."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--links", type=int, nargs="+", default=SIZES, metavar="N", help="rods of chains and rings")
+    parser.add_argument(
+        "--long", type=int, nargs="+", default=(25, 49, 97, 193), metavar="N", help="rods of long rings"
+    )
+    parser.add_argument(
+        "--cells", type=int, nargs="+", default=(1, 2, 4, 8, 16, 32), metavar="N", help="four-bars in a row"
+    )
+    parser.add_argument(
+        "--depths", type=int, nargs="+", default=(1, 2, 3, 4, 5), metavar="D", help="of trees of four-bars"
+    )
+    parser.add_argument("--cranks", type=int, nargs="*", default=(1, 2, 3, 4), metavar="C", help="of walking machines")
+    options = parser.parse_args()
     print("functions of the falling hexagon, six links (sums + products + quotients = operations; sines with cosines)")
     hexagon = loop(6, gravity=True, start={"height": 1.0}, ground=[{"restitution": 0.5}])
     for function in program(hexagon).functions:
@@ -87,26 +102,26 @@ def main() -> None:
         print(f"{function.kernel.name:17} {c.sums:4} + {c.products:4} + {c.quotients:2} = {c.total:4};  {c.angles}")
     print("\noperations of the acceleration")
     print("links   floating  open  hinged  pinned, from tip to root")
-    for n in SIZES:
+    for n in options.links:
         scenes = (loop(n), chain(n), chain(n, hinged=True), pinned(n))
         totals = [acceleration(scene, "tip to root") for scene in scenes]
         print(f"{n:5} {totals[0]:10} {totals[1]:5} {totals[2]:7} {totals[3]:7}")
     print("\nfloating loops in four segments, and from tip to root")
-    for n in (25, 49, 97, 193):
+    for n in options.long:
         for plan in ("segments", "tip to root"):
             function = program(loop(n), plan).function("acceleration")
             print(f"{n:5} {plan:12} {function.counts().total:6}, longest chain {function.longest_chain()}", flush=True)
     print("\nrow of N four-bars, and by dyads")
-    for cells in (1, 2, 4, 8, 16, 32):
+    for cells in options.cells:
         scene = ladder(cells)
         print(f"N = {cells:2}, {2 * cells + 1:2} links: {acceleration(scene)}, {acceleration(scene, 'dyads')}")
     print("\ntrees of four-bars by the chosen plan, from tip to root, and by dyads")
-    for depth in (1, 2, 3, 4, 5):
+    for depth in options.depths:
         scene = tree(depth)
         totals = [acceleration(scene, plan) for plan in (None, "tip to root", "dyads")]
         print(f"depth {depth}, {len(scene.mechanism.links):2} links: {totals[0]}, {totals[1]}, {totals[2]}", flush=True)
     print("\nwalking machines, and from tip to root (minutes)")
-    for cranks in (1, 2, 3, 4):
+    for cranks in options.cranks:
         scene = walking(cranks)
         links = len(scene.mechanism.links)
         print(f"{cranks} cranks, {links} links: {acceleration(scene)}", flush=True)

@@ -17,7 +17,7 @@ from ..package.replace import OutputError
 from ..pipeline import generate
 from ..program.errors import FoldError
 from ..scene import Scene
-from ..stages import fold_price, prices
+from ..stages import fold_price, less_effect, plan_scene, prices
 from .detail import Detail
 from .folders import record_results
 from .progress import Silence, progress
@@ -69,7 +69,7 @@ def measure(scene: Scene, fold: bool, tell: Silence) -> list[Priced]:
     from ccgen.runtime.cost.timing import evaluation_times, price, run_times
 
     tell.stage("counting operations")
-    counted = [*prices(scene, fold), fold_price(scene)]
+    counted = [*prices(scene, fold), fold_price(scene, fold)]
     with tempfile.TemporaryDirectory(prefix="ccgen-") as folder:
         models = list(_build(scene, fold, Path(folder), tell))
     tell.stage("timing runs")
@@ -87,15 +87,20 @@ def measure(scene: Scene, fold: bool, tell: Silence) -> list[Priced]:
 
 
 def _build(scene: Scene, fold: bool, folder: Path, tell: Silence) -> Iterator[Model]:
-    """The model, those without one effect each, and the model folded the other way."""
+    """The model, those without one effect each, and the model folded the other way, all by the plan of the model."""
     from ccgen.runtime import load_model
 
-    variants = [("the model", scene, fold)]
-    variants += [(f"without {e.title}", scene.without(index), fold) for index, e in enumerate(scene.effects)]
-    variants.append(("not folded" if fold else "folded", scene, not fold))
-    for number, (what, variant, folded) in enumerate(variants):
+    choice = plan_scene(scene, fold=fold)[1]
+    variants = [("the model", scene, choice, fold)]
+    variants += [
+        (f"without {e.title}", *less_effect(scene, index, choice, fold), fold) for index, e in enumerate(scene.effects)
+    ]
+    variants.append(("not folded" if fold else "folded", scene, choice, not fold))
+    for number, (what, variant, same, folded) in enumerate(variants):
         tell.stage(f"building {number + 1} of {len(variants)}, {what}")
-        yield load_model(generate(variant, folder / str(number), fold=folded))
+        own = plan_scene(variant, fold=folded)[1]
+        plan = None if own.plan == same.plan else same.plan.name
+        yield load_model(generate(variant, folder / str(number), fold=folded, plan=plan))
 
 
 def _motion(run: Run, other: Run) -> str:

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 
 import sympy as sp
 
-from ..equations.equations import AT_DEAD_CENTRES, Argument, ContactName, Equations, Kernel, Output
+from ..equations.equations import OTHERWISE, Argument, ContactName, Equations, Kernel, Output
 from ..equations.ledger import Ledger
 from ..equations.names import A_X, A_Y, ALPHA, AXES, SLIDE, State, multiplier, slide_name, sliding_name
 from ..mechanism.joints import PointRef
@@ -117,7 +117,7 @@ class _Derivation:
         kernels = self._solved(self.plan, "")
         if self.plan.otherwise:
             self.ledger.mark = MARK
-            kernels = [*self._solved(self.plan.otherwise, AT_DEAD_CENTRES), *kernels]
+            kernels = [*self._solved(self.plan.otherwise, OTHERWISE), *kernels]
             self.ledger.mark = ""
         return kernels
 
@@ -140,8 +140,8 @@ class _Derivation:
         f = Argument("f", impulses, "generalized impulses")
         y = Argument("y", tuple(jumps.values()), "closure rates to be produced")
         solvers = ("acceleration", "impulse")
-        otherwise = {name: f"{name}{AT_DEAD_CENTRES}" if plan.otherwise else None for name in solvers}
-        where = ", where a dyad is near its dead centre" if behind else ""
+        otherwise = {name: f"{name}{OTHERWISE}" if plan.otherwise else None for name in solvers}
+        where = ", where a guard of the first plan fails" if behind else ""
         return [
             Kernel(
                 f"acceleration{behind}",

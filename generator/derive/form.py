@@ -343,5 +343,4 @@ class Eliminator:
         i_xx = let(f"i{kind}_{label}_xx", yy * reciprocal)
         i_xy = let(f"i{kind}_{label}_xy", xy * reciprocal)
         i_yy = let(f"i{kind}_{label}_yy", xx * reciprocal)
-        guard = determinant if closes else None
-        return [[factor * i_xx, -factor * i_xy], [-factor * i_xy, factor * i_yy]], guard
+        return [[factor * i_xx, -factor * i_xy], [-factor * i_xy, factor * i_yy]], determinant

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cache
+from itertools import permutations
 
 import sympy as sp
 
@@ -19,6 +20,7 @@ from ..mechanism.links import GROUND
 from ..mechanism.topology import Branch, Cut
 from ..planning.dead_centres import SMALLEST_SINE
 from ..planning.plan import Pivot, Plan, is_closure, is_dyad
+from ..planning.segments import FAINT, FIRM
 from .closure import Closure
 from .form import FLIGHT, IMPACT, Dyad, Eliminator, Form, Solution, Substitution, carried
 from .kinematics import Kinematics
@@ -84,6 +86,7 @@ class Recursion:
     guards: list[tuple[sp.Expr, sp.Expr]] = field(default_factory=list)
     known: dict[tuple[bool, int, Variable], sp.Expr] = field(default_factory=dict)
     points: dict[int, sp.Expr] = field(default_factory=dict)
+    inertias: dict[int, sp.Expr] = field(default_factory=dict)
 
     # -- inwards ---------------------------------------------------------------------------------------------------
 
@@ -93,6 +96,7 @@ class Recursion:
         for branch in reversed(topology.branches):
             self._collect(branch.link)
         self._collect(topology.root)
+        self._guard_ends()
         for impact in (FLIGHT, IMPACT):
             self._sweep(impact)
 
@@ -152,7 +156,9 @@ class Recursion:
             else:
                 if pivot == (SLIDE,):
                     self._put_slide(link, form, eliminator)
+                least = self._least_firm(link, form, eliminator) if pivot == (A_X, A_Y) else None
                 solution = eliminator.eliminate(pivot)
+                self._guard(solution.guard and solution.guard**2, least)
             found.append(solution)
         return found
 
@@ -180,6 +186,27 @@ class Recursion:
         ]
         least = SMALLEST_SINE**2 / GUARD
         return self.ledger.let(f"reach_{joint}", least * squares[0] * squares[1])
+
+    def _least_firm(self, link: int, form: Form, eliminator: Eliminator) -> sp.Expr:
+        """What the guard of a segment compares the square of its determinant with, where only its pin's a is left."""
+        eliminator.name_entries((A_X, A_Y))
+        trace = self.ledger.let(f"trPhi_{link}", form.h(A_X, A_X) + form.h(A_Y, A_Y))
+        return self.ledger.let(f"firm_{link}", round(FIRM / GUARD) * self.kinematics.mass[link] * trace**3)
+
+    def _guard_ends(self) -> None:
+        """Links at the outer side of what segments cut open resist by themselves, whatever parameters are set to."""
+        topology, plan = self.kinematics.topology, self.plan
+        last = {segment[-1] for segment in plan.modules} if plan.severed else set()
+        sides = [(cut.first.link, cut.second.link, cut.joint) for cut in map(topology.severed, plan.severed)]
+        for cut in (cut for cut in topology.cuts if last & {cut.first.link, cut.second.link}):
+            sides += [(a, b, cut.joint) for a, b in permutations((cut.first.link, cut.second.link))]
+        for link, other, joint in sides:
+            if link not in (topology.root, GROUND):
+                arm = self.kinematics.local_arm(link, joint)
+                across = symbol(self.kinematics.mechanism.links[other].mass) if other != GROUND else sp.S.Zero
+                least = self.ledger.let(f"faint_{link}_{joint}", round(FAINT / GUARD) * across * dot(arm, arm))
+                self._guard(self.inertias[link], least)
+        self.ledger.close("ends of segments")
 
     def _is_open(self, link: int) -> bool:
         """Whether what is left of the link's α is handed on as a variable: not where it follows its parent's."""
@@ -223,9 +250,10 @@ class Recursion:
         here = {M: kinematics.mass[link], W2: kinematics.squared_rate[link]}
         here[INERTIA] = symbol(kinematics.mechanism.links[link].inertia)
         here |= dict(zip(RHO + MU, kinematics.centre[link] + kinematics.mu[link], strict=True))
+        inertia = self.ledger.let(f"J_{link}", derivatives.inertia.xreplace(here))
+        self.inertias[link] = inertia
         self._show_gibbs_function(link, here)
         force, moment = self.loads.get(link, NO_LOAD)
-        inertia = self.ledger.let(f"J_{link}", derivatives.inertia.xreplace(here))
         inertia = self._load_with_points(link, here, inertia)
         form.add_h(ALPHA, ALPHA, inertia)
         for axis, v in enumerate((A_X, A_Y)):

@@ -8,12 +8,12 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from ..derive.expanded import ExpandedForm, expand
-from ..equations.equations import AT_DEAD_CENTRES, Equations
+from ..equations.equations import OTHERWISE, Equations
 from ..mechanism.joints import Joint, PointRef
 from ..mechanism.layout import lay_out
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.topology import Cut, Topology, span
-from ..planning.choose import FAR
+from ..planning.choose import FAR, Choice
 from ..planning.plan import is_dyad
 from ..program.dialects import LISTING, C, write
 from ..program.prices import Price
@@ -47,8 +47,9 @@ def show_text(scene: Scene, latex: bool, expanded: bool, fold: bool = False, *, 
             "expanded form knows no prescribed motion; leave out --expand"
         )
     form = expand(scene.mechanism, span(scene.mechanism, scene.driven), scene.effects) if expanded else None
-    topology, derived = derive_scene(scene, fold)
-    summary, added = summarize(scene, topology, derived), prices(scene, fold, derived)
+    choice = plan_scene(scene, fold=fold)[1]
+    topology, derived = derive_scene(scene, fold, choice=choice)
+    summary, added = summarize(scene, choice, derived), prices(scene, fold, derived, choice)
     if latex:
         return expanded_document(summary, form, added) if form else recursive_document(summary, derived, added)
     if form:
@@ -58,9 +59,9 @@ def show_text(scene: Scene, latex: bool, expanded: bool, fold: bool = False, *, 
     return _text(summary, added, write_listing(scene.name, derived, name_index(scene, topology)).rstrip("\n"))
 
 
-def summarize(scene: Scene, topology: Topology, equations: Equations) -> Summary:
+def summarize(scene: Scene, choice: Choice, equations: Equations) -> Summary:
     """Links, joints, loops, degrees of freedom, coordinates, effects, and operation counts, as headings with lines."""
-    mechanism, state = scene.mechanism, equations.state
+    mechanism, topology, state = scene.mechanism, choice.topology, equations.state
     links, joints = mechanism.links, mechanism.joints
     root = mechanism.link_name(topology.root)
     effects = [f"{effect.title}: {effect.describe(mechanism)}" for effect in scene.effects]
@@ -68,7 +69,7 @@ def summarize(scene: Scene, topology: Topology, equations: Equations) -> Summary
     discs = tuple(disc_lines(scene))
     inputs = ", ".join(name for effect in scene.effects for name in effect.inputs())
     program = lower(equations)
-    functions = sorted(program.functions, key=lambda f: f.kernel.name.endswith(AT_DEAD_CENTRES))
+    functions = sorted(program.functions, key=lambda f: f.kernel.name.endswith(OTHERWISE))
     counts = [f"{f.kernel.name}: {f.counts()}" for f in functions if f.sections]
     return (
         ("model", (scene.name,)),
@@ -78,7 +79,7 @@ def summarize(scene: Scene, topology: Topology, equations: Equations) -> Summary
         ("root", (f"{root}, floating" if topology.floating else root,)),
         ("loops", tuple(_loop(mechanism, topology, cut) for cut in topology.cuts) or ("none",)),
         ("branch", tuple(branch_lines(scene, topology)) or ("no loop",)),
-        *([("order", tuple(_order_lines(scene, program)))] if topology.cuts else []),
+        *([("order", tuple(_order_lines(scene, choice, program)))] if topology.cuts else []),
         *([("modules", modules)] if (modules := tuple(_module_lines(mechanism, program))) else []),
         (
             "degrees of freedom",
@@ -99,10 +100,9 @@ def summarize(scene: Scene, topology: Topology, equations: Equations) -> Summary
     )
 
 
-def _order_lines(scene: Scene, program: Program) -> Iterator[str]:
+def _order_lines(scene: Scene, choice: Choice, program: Program) -> Iterator[str]:
     """Which plan of elimination is taken, what each would cost, and what it closes and leaves open."""
-    topology, choice = plan_scene(scene)
-    mechanism, plan, costs = scene.mechanism, choice.plan, dict(choice.costs)
+    mechanism, topology, plan, costs = scene.mechanism, choice.topology, choice.plan, dict(choice.costs)
     others = [
         f"{name} would take {'more than ' * (cost > FAR * costs[plan.name])}"
         f"{min(FAR, cost / costs[plan.name]):.1f} times the operations"
@@ -129,8 +129,9 @@ def _order_lines(scene: Scene, program: Program) -> Iterator[str]:
         ]
         if late:
             yield f"left open until then: {', '.join(late)}"
+    if dyads or plan.severed:
         safe = "tip to root" if plan.otherwise else "the runtime's solution of dependent rows"
-        yield f"where a dyad is near its dead centre: {safe}"
+        yield f"where {'a dyad is near its dead centre' if dyads else 'a segment is light across its line'}: {safe}"
     acceleration = program.function("acceleration")
     chain, total = acceleration.longest_chain(), acceleration.counts().total
     yield f"longest chain: {chain} of {total} operations of the acceleration, each of which waits for the one before"

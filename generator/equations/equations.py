@@ -12,7 +12,7 @@ from .names import State
 GUARD = 1e-6
 """The fraction of its scale that a guard's pivot must exceed: below, the state is solved on another way."""
 
-AT_DEAD_CENTRES = "_at_dead_centres"
+OTHERWISE = "_otherwise"
 """Behind the name of a kernel that solves for the same by the plan to go to where the guards of the first fail."""
 
 

@@ -53,6 +53,6 @@ class Ledger:
     def close(self, title: str, shared: bool = False) -> None:
         """End the current block under ``title``; an empty one is dropped."""
         if self._open:
-            title = f"at dead centres, {title}" if self.mark else title
+            title = f"otherwise, {title}" if self.mark else title
             self.blocks.append(Block(title, tuple(self._open), self._gibbs, tuple(self._stationary), shared))
         self._open, self._gibbs, self._stationary = [], None, []

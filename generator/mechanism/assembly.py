@@ -18,6 +18,7 @@ CLOSED = 1e-14
 
 _ATTEMPTS = 8
 _STEPS = 200
+_SHORT = 12
 _STIFF = 1e12
 """Multipliers as large as this mean that the closure cannot be reached from here."""
 
@@ -72,6 +73,19 @@ def nearest(layout: Layout, sketch: Real, weights: Real | None = None) -> Real:
         best = min(best, found, key=lambda x: float(_misses(layout, x).max()))
     worst = int(np.argmax(_misses(layout, best)))
     raise CannotClose(*_worst(layout, best, worst), best)
+
+
+def shut(layout: Layout, near: Real) -> Real:
+    """A closed configuration beside one that is closed but for what curves away in a short step, by smallest steps.
+
+    They take a fraction of the time of :func:`nearest`, which stands in where they find none.
+    """
+    tolerance, x = CLOSED * layout.reach, near
+    for _ in range(_SHORT):
+        if not layout.groups or _closed(layout, x, tolerance):
+            return x
+        x = x - _smallest(layout.jacobian(x), layout.closure(x))
+    return nearest(layout, near)
 
 
 def _worst(layout: Layout, x: Real, entry: int) -> tuple[int, float, str]:

@@ -18,28 +18,65 @@ from ..mechanism.links import GROUND
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.modules import alike
 from ..mechanism.topology import Branch, Cut, Topology
+from .fill import by_least_fill, take_out
 from .pattern import Pattern, Sweep
 from .plan import Pivot, Plan
-from .segments import LEAST_LINKS, SEGMENTS, in_segments
+from .segments import LEAST_LINKS, SEGMENTS, in_segments, same_values
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A plan, the virtual open chain that it is for, about how many operations of the recursion it costs, and what it
+    is compared by."""
+
+    topology: Topology
+    plan: Plan
+    cost: float
+    price: float
 
 
 @dataclass(frozen=True)
 class Choice:
-    """The plan that is taken, the virtual open chain that it is for, and about how many operations of the recursion
-    each of the portfolio's plans costs."""
+    """The plans of the portfolio that a mechanism has, and the one of them that is taken."""
 
-    topology: Topology
-    plan: Plan
-    costs: tuple[tuple[str, int], ...]
+    found: tuple[Candidate, ...]
+    taken: Candidate
+
+    @property
+    def topology(self) -> Topology:
+        """The virtual open chain of the plan."""
+        return self.taken.topology
+
+    @property
+    def plan(self) -> Plan:
+        """The plan that is taken."""
+        return self.taken.plan
+
+    @property
+    def costs(self) -> tuple[tuple[str, int], ...]:
+        """About how many operations each plan costs."""
+        return tuple((one.plan.name, round(one.cost)) for one in self.found)
+
+    def with_others(self, other: Choice, gain: float, wanted: str | None = None) -> Choice:
+        """The choice among these plans and those on another tree where they take ``gain`` times fewer operations."""
+        elsewhere = {one.plan.name: one for one in other.found}
+        best = [
+            elsewhere[one.plan.name]
+            if one.plan.name in elsewhere and gain * elsewhere[one.plan.name].cost < one.cost
+            else one
+            for one in self.found
+        ]
+        return _best(best, wanted)
 
 
 TIP_TO_ROOT, DYADS, IN_SEGMENTS = "tip to root", "dyads", "segments"
 PLANS = (TIP_TO_ROOT, DYADS, IN_SEGMENTS)
 """The portfolio: of plans that cost the same, the first is taken."""
 
-WORTH = 2.0
+WORTH = 1.8
 """Times fewer operations that a plan must take than the order from tip to root. Closing a dyad divides by the sine of
-an angle that the motion changes, which costs digits, and wants a second set of functions near dead centres."""
+an angle that the motion changes, which costs digits, and wants a second set of functions near dead centres. Four-bars,
+and legs by themselves, come to 1.76 at most; machines that walk, from 1.83 on, take less than half of the time."""
 
 GATHERING = 1.3
 """Times that segments take longer than their operations, side by side, would: states are gathered and results are laid
@@ -58,8 +95,8 @@ FAR = 10
 :data:`LONGEST`: up to there it is needed whole."""
 
 LONGEST = 6000
-"""Operations up to which the plan for dead centres is compiled. Beyond them its code costs more to compile than the
-runtime's robust path costs in the few states that need it."""
+"""Operations up to which the plan for states where a guard fails is compiled. Beyond them its code costs more to
+compile than the runtime's robust path costs in the few states that need it."""
 
 
 def choose(
@@ -70,11 +107,13 @@ def choose(
     wanted: str | None = None,
     *,
     loaded: bool = False,
+    folded: bool = False,
 ) -> Choice:
     """The order from tip to root unless another is worth it, or the ``wanted`` one of :data:`PLANS`.
 
     ``driven`` joints have a prescribed motion; ``sound`` are the cut pins whose dyads may be closed; ``loaded`` says
-    that forces act on links, so that segments may not be equal, and are cut only where they are wanted. Raises
+    that segments do not go side by side, as where forces make them unequal, so that they are cut only where they are
+    wanted; ``folded`` that the values of parameters stand in the equations. Raises
     ``ValueError`` where the wanted plan is not one of the portfolio, or the mechanism has none of its kind.
     """
     if wanted is not None and wanted not in PLANS:
@@ -86,34 +125,29 @@ def choose(
     dyads = _with_dyads(sweep, [cut for cut in topology.cuts if cut.joint in sound])
     limit = max(FAR * dyads[1], LONGEST) if dyads and wanted != TIP_TO_ROOT else math.inf
     own, cost = _summed(sweep.run(_Order(sweep, {}), limit))
-    found = [_Candidate(topology, Plan(TIP_TO_ROOT, own, None, modules), cost, cost)]
+    found = [Candidate(topology, Plan(TIP_TO_ROOT, own, None, modules), cost, cost)]
     if dyads:
         otherwise = Plan(TIP_TO_ROOT, own) if cost <= LONGEST else None
         plan = Plan(DYADS, dyads[0], otherwise, modules)
-        found.append(_Candidate(topology, plan, dyads[1], WORTH * dyads[1]))
-    found += _in_segments(mechanism, topology, driven, loaded)
+        found.append(Candidate(topology, plan, dyads[1], WORTH * dyads[1]))
+    found += _in_segments(mechanism, topology, driven, loaded, folded)
+    return _best(found, wanted)
+
+
+def _best(found: Sequence[Candidate], wanted: str | None) -> Choice:
     named = [one for one in found if wanted in (None, one.plan.name)]
     if not named:
         raise ValueError(f"plan: found {wanted!r}, expected {TIP_TO_ROOT!r}: {LACKING[str(wanted)]}")
-    best = min(named, key=lambda one: one.price)
-    return Choice(best.topology, best.plan, tuple((one.plan.name, round(one.cost)) for one in found))
-
-
-@dataclass(frozen=True)
-class _Candidate:
-    """A plan, about how many operations it costs, and what it is compared by."""
-
-    topology: Topology
-    plan: Plan
-    cost: float
-    price: float
+    return Choice(tuple(found), min(named, key=lambda one: one.price))
 
 
 def _summed(found: tuple[dict[int, tuple[Pivot, ...]], dict[int, float]]) -> tuple[dict[int, tuple[Pivot, ...]], float]:
     return found[0], sum(found[1].values())
 
 
-def _in_segments(mechanism: Mechanism, topology: Topology, driven: Collection[int], loaded: bool) -> list[_Candidate]:
+def _in_segments(
+    mechanism: Mechanism, topology: Topology, driven: Collection[int], loaded: bool, folded: bool
+) -> list[Candidate]:
     """The longest loop's row of links in segments, if it has one that is long enough."""
     row = in_segments(mechanism, topology, driven)
     if row is None:
@@ -123,8 +157,11 @@ def _in_segments(mechanism: Mechanism, topology: Topology, driven: Collection[in
     pivots, costs = sweep.run(_Order(sweep, {}))
     cost, side_by_side = sum(costs.values()), sum(costs[link] for segment in row[1] for link in segment)
     price = GATHERING * (cost - side_by_side + side_by_side / len(row[1]))
-    plan = Plan(IN_SEGMENTS, pivots, None, row[1], severed)
-    return [_Candidate(row[0], plan, cost, math.inf if loaded else price)]
+    own, from_tips = _summed((whole := Sweep(mechanism, row[0], driven)).run(_Order(whole, {}), LONGEST))
+    otherwise = Plan(TIP_TO_ROOT, own) if from_tips <= LONGEST else None
+    plan = Plan(IN_SEGMENTS, pivots, otherwise, row[1], severed)
+    unequal = loaded or (folded and not same_values(mechanism, *row))
+    return [Candidate(row[0], plan, cost, math.inf if unequal else price)]
 
 
 def _with_dyads(sweep: Sweep, cuts: list[Cut]) -> tuple[dict[int, tuple[Pivot, ...]], float] | None:
@@ -194,18 +231,18 @@ class _Order:
         for cut in self.dyads.get(link, ()):
             pivot = _dyad(cut)
             self.waiting -= set(pivot)
-            _fill(left, pivot)
+            take_out(left, pivot)
             yield pivot
         if link in self.sweep.branches or link == self.sweep.topology.root:
             for v in sorted(x for x in left if x.kind == "turn" and x != turn(link) and x not in self.waiting):
                 if not left[v] & self.waiting:
-                    _fill(left, (v,))
+                    take_out(left, (v,))
                     yield (v,)
         for pivot in self._loops(link, pattern):
             cut = next(one for one in self.sweep.topology.cuts if one.joint == pivot[0].joint)
             if any(turn(k) in left for k in _between(cut, self.sweep.branches)):
                 self.starved.append(cut)
-            _fill(left, pivot)
+            take_out(left, pivot)
             yield pivot
         for pivot in self._belongings(link):
             v = pivot[0]
@@ -220,29 +257,15 @@ def _outside(link: int, pattern: Pattern) -> dict[Variable, set[Variable]]:
     return {own.get(v, v): {own.get(w, w) for w in near} for v, near in pattern.near.items()}
 
 
-def _fill(near: dict[Variable, set[Variable]], pivot: Pivot) -> None:
-    around = set[Variable]().union(*(near.pop(e, set()) for e in pivot)) - set(pivot)
-    for v in around:
-        near[v] = (near[v] | around) - set(pivot)
-
-
 def _least_fill(cuts: list[Cut], pattern: Pattern) -> list[Cut]:
-    """Loops that meet at a link, in an order of least fill (minimum degree on shared multipliers)."""
-    waiting, joints = list(cuts), {cut.joint for cut in cuts}
-    near = {cut.joint: set[int]() for cut in waiting}
+    """Loops that meet at a link, in an order of least fill by the multipliers that they share."""
+    at = {cut.joint: cut for cut in cuts}
+    near = {joint: {joint} for joint in at}
     for v, w in pattern.entries:
-        if v.kind == w.kind == "lambda" and v.joint != w.joint and {v.joint, w.joint} <= joints:
+        if v.kind == w.kind == "lambda" and v.joint in at and w.joint in at:
             near[v.joint].add(w.joint)
             near[w.joint].add(v.joint)
-    ordered: list[Cut] = []
-    while waiting:
-        cut = min(waiting, key=lambda c: (len(near[c.joint]), c.joint))
-        waiting.remove(cut)
-        ordered.append(cut)
-        shared = near.pop(cut.joint)
-        for joint in shared:
-            near[joint] = (near[joint] | shared) - {joint, cut.joint}
-    return ordered
+    return [at[joint] for joint, _ in by_least_fill(near, at)]
 
 
 # -- dyads ---------------------------------------------------------------------------------------------------------

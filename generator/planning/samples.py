@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from ..mechanism.assembly import CannotClose, nearest, tangent
+from ..mechanism.assembly import CannotClose, shut, tangent
 from ..mechanism.layout import Layout, Real, lay_out
 from ..mechanism.mechanism import Mechanism
 
@@ -46,7 +46,7 @@ def _path(layout: Layout, x: Real, direction: Real) -> Iterator[Real]:
         if size <= STILL:
             return
         try:
-            moved = nearest(layout, x + STEP / size * direction)
+            moved = shut(layout, x + STEP / size * direction)
         except CannotClose:
             return
         direction, x = moved - x, moved

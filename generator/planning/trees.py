@@ -8,12 +8,14 @@ time, and of two trees the one with fewer is nearly always the one with fewer by
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
+from itertools import takewhile
 
 from ..mechanism.links import GROUND
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.topology import Topology, hang
+from .fill import by_least_fill
 from .pattern import pivot_cost
 
 LARGE = 2000
@@ -22,8 +24,9 @@ LARGE = 2000
 GAIN = 1.03
 """Times fewer operations for which the tree is left: with it, the multipliers are those of other joints."""
 
-WORK = 200_000
-"""Links of all trees that are looked at for one mechanism: they take about a second."""
+WORK = 1_000_000
+"""Links of all trees that are looked at for one mechanism, and pairs of loops that share entries at them: they take
+about a second. A search that comes to it ends with the best tree so far."""
 
 OWN, CARRIED, ROW = 12, 26, 12
 """Operations of a link's own terms, of handing its form on, and of each row of a loop that is open in it."""
@@ -86,19 +89,22 @@ class _Search:
         while best[0] < before and self.work <= WORK:
             before = best[0]
             for cut in [joint for joint in self.ends if joint not in best[1].kept | self.fixed]:
+                if self.work > WORK:
+                    break
                 tree = best[1]
-                others = [_Tree(tree.root, tree.kept - {joint} | {cut}) for joint in self._round(cut, tree)]
+                others = (_Tree(tree.root, tree.kept - {joint} | {cut}) for joint in self._round(cut, tree))
                 best = self._least(best, others)
             moved = math.inf
-            while self.floating and best[0] < moved:
+            while self.floating and best[0] < moved and self.work <= WORK:
                 moved, tree = best
                 neighbours = [link for joint, link in self.near[tree.root] if joint in tree.kept]
-                best = self._least(best, [_Tree(link, tree.kept) for link in neighbours])
+                best = self._least(best, (_Tree(link, tree.kept) for link in neighbours))
         return best
 
-    def _least(self, best: tuple[float, _Tree], others: list[_Tree]) -> tuple[float, _Tree]:
-        """The cheapest, and of trees that cost the same the first."""
-        return min([best, *((self.operations(tree), tree) for tree in others)], key=lambda found: found[0])
+    def _least(self, best: tuple[float, _Tree], others: Iterable[_Tree]) -> tuple[float, _Tree]:
+        """The cheapest, and of trees that cost the same the first, as far as there is time to look at them."""
+        looked_at = takewhile(lambda _: self.work <= WORK, others)
+        return min([best, *((self.operations(tree), tree) for tree in looked_at)], key=lambda found: found[0])
 
     def _hang(self, tree: _Tree) -> dict[int, tuple[int, int]]:
         """The joint and the link inwards of each link that the tree reaches, breadth-first; the root is its own."""
@@ -142,6 +148,7 @@ class _Search:
         for link in reversed(inwards):
             shared = {cut: {cut} for cut in sides.get(link, ())}
             for loops in open_loops.pop(link, ()):
+                self.work += len(loops) ** 2
                 for cut in loops:
                     shared[cut] = shared.get(cut, set()) | loops
             cost += self._close(meeting.get(link, []), shared, 0 if link == GROUND else 3)
@@ -156,11 +163,7 @@ class _Search:
     def _close(self, waiting: list[int], shared: dict[int, set[int]], accelerations: int) -> float:
         """Eliminate loops in an order of least fill; ``shared`` says which share entries with which."""
         cost = 0.0
-        while waiting:
-            cut = min(waiting, key=lambda one: (len(shared[one]), one))
-            waiting.remove(cut)
-            others = shared.pop(cut) - {cut}
+        for cut, others in by_least_fill(shared, waiting):
+            self.work += len(waiting) + len(others) ** 2
             cost += pivot_cost(self.rows[cut], accelerations + sum(self.rows[other] for other in others))
-            for other in others:
-                shared[other] = (shared[other] | others) - {cut}
         return cost

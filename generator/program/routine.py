@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 
-from ..equations.equations import AT_DEAD_CENTRES, GUARD
+from ..equations.equations import GUARD, OTHERWISE
 from .abreast import Packed, abreast, padded
 from .long_modules import rolled_modules
 from .program import Function, Program
@@ -109,7 +109,7 @@ class Routines:
 
     def _routine(self, function: Function, lanes: int) -> Routine:
         kernel = function.kernel
-        solver = next((name for name in SOLVERS if kernel.name in (name, name + AT_DEAD_CENTRES)), None)
+        solver = next((name for name in SOLVERS if kernel.name in (name, name + OTHERWISE)), None)
         arguments = SIGNATURES.get(solver or kernel.name) or ("k", *(a.name for a in kernel.inputs))
         places: dict[str, Place] = {s.name: ("k", self.slots[s.name]) for s in function.constants}
         places |= {s.name: (name, i) for name, i, s in function.inputs_used() if name != "t"}

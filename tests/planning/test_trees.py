@@ -19,6 +19,7 @@ from ccgen.generator.pipeline import plan_scene
 from ccgen.generator.planning import trees
 from ccgen.generator.planning.choose import TIP_TO_ROOT, choose
 from ccgen.generator.planning.trees import GAIN, other_tree
+from ccgen.generator.scene import read_tables
 
 from ..oracles import graphs
 from ..oracles.maximal import GROUND
@@ -110,3 +111,36 @@ def test_the_same_tree_under_other_hash_seeds(tmp_path: Any) -> None:
         for seed in (0, 1, 2)
     }
     assert len(printed) == 1
+
+
+def test_the_search_ends_when_its_work_is_done(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In the middle of a pass too: a row of 200 four-bars has 200 loops with three pins each to cut."""
+    searches = []
+
+    class Told(trees._Search):
+        def __init__(self, *arguments: Any) -> None:
+            super().__init__(*arguments)
+            searches.append(self)
+
+    monkeypatch.setattr(trees, "_Search", Told)
+    cells = 200
+    names = [*(f"upright{k}" for k in range(cells + 1)), *(f"bar{k}" for k in range(cells))]
+    rod = {"mass": 1.0, "inertia": 0.1, "com": [0.5, 0.0], "points": {"A": [0.0, 0.0], "B": [1.0, 0.0]}}
+    joints = [{"between": [f"ground.A{k}", f"upright{k}.A"]} for k in range(cells + 1)]
+    for k in range(cells):
+        joints += [{"between": [f"upright{k}.B", f"bar{k}.A"]}, {"between": [f"bar{k}.B", f"upright{k + 1}.B"]}]
+    tables = {
+        "ground_link": {"points": {f"A{k}": [float(k), 0.0] for k in range(cells + 1)}},
+        "link": [{"name": name, **rod} for name in names],
+        "joint": joints,
+        "start": {"angles": [1.2] * (cells + 1) + [0.0] * cells},
+    }
+    mechanism = read_tables(tables, "row", "row").mechanism
+    short = span(mechanism)
+    monkeypatch.setattr(trees, "WORK", 100_000)
+    other_tree(mechanism, short, ())
+    (search,) = searches
+    once = search.work
+    search.work = 0
+    search.operations(trees._Tree(short.root, frozenset(branch.joint for branch in short.branches)))
+    assert trees.WORK <= once <= trees.WORK + 3 * search.work
