@@ -67,6 +67,7 @@ def test_scripts_run_small(script: str, tmp_path: Path) -> None:
     assert re.search(said, done.stdout), done.stdout
 
 
+@pytest.mark.slow
 def test_near_chains_runs_by_both_plans(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A row of 12 links for a hundredth of a second, once."""
     monkeypatch.syspath_prepend(str(FOLDERS[0]))
@@ -88,6 +89,7 @@ def test_tables_hold_the_figures_of_a_ring_of_24() -> None:
     assert line.split(",")[4] == str(own[0])
 
 
+@pytest.mark.slow
 def test_tables_hold_the_figures_of_a_machine_that_walks(monkeypatch: pytest.MonkeyPatch) -> None:
     """One crank: dyads are closed, and the order from tip to root is counted on its best tree."""
     monkeypatch.syspath_prepend(str(FOLDERS[0]))

@@ -418,6 +418,7 @@ def _folded(model: Any, drawing: Drawing, q: Array, angle: float) -> Array:
     return q
 
 
+@pytest.mark.slow
 def test_prices_compare_programs_of_one_plan() -> None:
     """A spring's force keeps a ring from segments; what it costs is its own operations, not those of another plan."""
     spring = {"between": ["link_3.A", "link_9.A"], "stiffness": 10.0, "length": 1.0}
@@ -435,6 +436,7 @@ def test_a_drive_has_a_price_by_the_same_kind_of_plan() -> None:
     assert found == operations(driven, TIP_TO_ROOT) - operations(driven.without(index), TIP_TO_ROOT) < 0
 
 
+@pytest.mark.slow
 def test_the_order_from_tip_to_root_is_judged_on_its_best_tree() -> None:
     """Also where it is asked for, and where dyads are compared with it."""
     scene = load_scene(ROOT / "scenes" / "strandbeest.toml")
@@ -452,6 +454,7 @@ def _on(scene: Scene, topology: Topology) -> int:
     return lower(derive(scene.mechanism, topology, plan, scene.effects)).function("acceleration").counts().total
 
 
+@pytest.mark.slow
 def test_segments_are_taken_only_where_they_go_side_by_side() -> None:
     """Folded numbers that differ leave no equal statements, and floats and wide numbers have no vectors."""
     unequal = ring_of(24, mass=[1.0 if k % 7 else 2.0 for k in range(24)])

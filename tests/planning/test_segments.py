@@ -85,6 +85,7 @@ def test_odd_links_are_at_no_end_of_a_segment(kind: str, backwards: bool) -> Non
             assert odd not in carriers(scene)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ODD)
 @pytest.mark.parametrize(("odd", "backwards"), [(1, False), (25, True)])
 def test_odd_links_beside_segments_move_as_from_tip_to_root(kind: str, odd: int, backwards: bool) -> None:
@@ -152,6 +153,7 @@ def holding(scene: Scene, read: Listing, angles: Any) -> Array:
     return found["pivot"] / (GUARD * found["scale"])
 
 
+@pytest.mark.slow
 def test_the_guard_compares_what_resists_across_a_row() -> None:
     """Φ⊥² > 1e-4 m Φ∥: a straight segment at whatever inertia, and the same from a dense matrix."""
     scene, angles = ring_of(24), straight(24)
@@ -169,6 +171,7 @@ def test_the_guard_compares_what_resists_across_a_row() -> None:
         assert (held.min() > 1.0) == (inertia >= 3e-3)
 
 
+@pytest.mark.slow
 def test_the_guard_compares_what_resists_at_the_ends() -> None:
     """J > 1e-3 m l² for the link that carries the first segment, one that carries the next, and the last of the row."""
     scene = ring_of(26)
