@@ -57,7 +57,7 @@ class Variant:
     def __str__(self) -> str:
         said = ["folded"] if self.fold else []
         said += [] if self.numbers.double else [self.numbers.name]
-        said += [f"plan: {self.plan}"] if self.plan else []
+        said += [] if self.plan is None else [f"plan: {self.plan}"]
         return "".join(f"\n{text}" for text in said)
 
 

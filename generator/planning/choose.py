@@ -83,8 +83,8 @@ GATHERING = 1.3
 out again."""
 
 LACKING = {
-    DYADS: "the mechanism has no dyad to close that is away from its dead centre at the start; leave out the plan, or "
-    "start elsewhere",
+    DYADS: "the mechanism has no dyad to close, or none that is away from its dead centre at the start; leave out the "
+    "plan",
     IN_SEGMENTS: f"no loop has a row of {SEGMENTS * LEAST_LINKS} links alike, with inertia, on pins that nothing "
     "drives, through its cut pin; leave out the plan",
 }

@@ -17,7 +17,7 @@ from ccgen.generator.derive.gibbs import Recursion
 from ccgen.generator.documents.show import show_text
 from ccgen.generator.equations.names import turn
 from ccgen.generator.mechanism.topology import Topology, span
-from ccgen.generator.pipeline import derive_scene, fold_price, listing, plan_scene, prices
+from ccgen.generator.pipeline import Variant, derive_scene, fold_price, listing, plan_scene, prices
 from ccgen.generator.planning import choose as choosing
 from ccgen.generator.planning.choose import DYADS, IN_SEGMENTS, PLANS, TIP_TO_ROOT, choose
 from ccgen.generator.planning.pattern import Pattern, Sweep
@@ -239,6 +239,9 @@ def test_a_ring_keeps_the_order_from_tip_to_root() -> None:
         plan_scene(loop(12), DYADS)
     with pytest.raises(ValueError, match="found 'best', expected 'tip to root', 'dyads' or 'segments'"):
         plan_scene(loop(12), "best")
+    assert str(Variant(plan="")) != str(Variant())  # so that no model of the default plan stands for a wrong name
+    with pytest.raises(ValueError, match="found '', expected 'tip to root', 'dyads' or 'segments'"):
+        plan_scene(loop(12), "")
 
 
 def test_a_dyad_that_starts_at_its_dead_centre_stays_open(tmp_path: Any) -> None:
