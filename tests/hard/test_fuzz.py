@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import importlib
+import math
 import os
 import time
 from collections import Counter
@@ -24,10 +25,9 @@ LONGEST = 120.0
 SECOND_BUDGET = 10_000
 """Steps and events of a simulated second, a twentieth of what a run may usually have."""
 
-STOPPED = {(200, 0): 38, (5000, 0): 1100}
-"""Tosses that stop before their end, by count and seed of the survey, exactly as found: one more is a failure."""
-SHARE = 0.3
-"""Of any other survey at most this share stops; of 10,000 (seeds 1 to 20) 0.245 did."""
+SHARE = 0.245
+"""Of 10,000 tosses (seeds 1 to 20) this share stopped before its end. A survey may stop as often, and three standard
+deviations more: which tosses a seed gives depends on the version of hypothesis and on numbers in the code around it."""
 
 tosses = st.builds(
     Toss,
@@ -72,7 +72,7 @@ def test_random_tosses(workshop: Workshop, monkeypatch: pytest.MonkeyPatch) -> N
     stopped = ended.total() - ended[DONE]
     print(f"{ended[DONE]} tosses reached their end, {stopped} stopped and said why: {dict(ended)}")
     assert not wrong, "\n".join(wrong)
-    assert stopped <= STOPPED.get((EXAMPLES, SEED), max(SHARE * EXAMPLES, 10)), ended
+    assert stopped <= SHARE * EXAMPLES + 3.0 * math.sqrt(SHARE * (1.0 - SHARE) * EXAMPLES), ended
 
 
 def test_an_arch_whose_foot_slides_at_the_limit(workshop: Workshop) -> None:
