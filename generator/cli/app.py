@@ -95,6 +95,9 @@ def show(
     latex: Annotated[bool, typer.Option("--latex", help="with the equations, as LaTeX")] = False,
     expand: Annotated[bool, typer.Option("--expand", help="with the classical closed form, for few links")] = False,
     fold: Fold = False,
+    plan: Annotated[
+        str | None, typer.Option(metavar="NAME", help="another order of elimination: tip to root, dyads or segments")
+    ] = None,
     verbose: Verbose = False,
     quiet: Quiet = False,
 ) -> None:
@@ -102,7 +105,7 @@ def show(
     from .detail import detail
     from .show import show as work
 
-    work(scene, equations, latex, expand, fold, detail(verbose, quiet))
+    work(scene, equations, latex, expand, fold, plan, detail(verbose, quiet))
 
 
 @app.command()

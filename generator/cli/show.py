@@ -13,7 +13,13 @@ from .scene_file import read, tell_assembly
 
 
 def show(
-    scene_file: Path, equations: bool, latex: bool, expand: bool, fold: bool, detail: Detail = Detail.USUAL
+    scene_file: Path,
+    equations: bool,
+    latex: bool,
+    expand: bool,
+    fold: bool,
+    plan: str | None = None,
+    detail: Detail = Detail.USUAL,
 ) -> None:
     """Print the scene's summary, and its equations if asked for: as text or LaTeX, as derived, expanded or folded."""
     scene = read(scene_file)
@@ -23,7 +29,7 @@ def show(
     with (
         refusing(ValueError),
         progress(detail) as tell,
-    ):  # too many links to expand, values that fold to no finite number
+    ):  # too many links to expand, values that fold to no finite number, no such plan
         tell.stage("derive")
-        text = show_text(scene, latex, expand, fold, equations=equations)
+        text = show_text(scene, latex, expand, fold, equations=equations, plan=plan)
     typer.echo(text)

@@ -13,12 +13,10 @@ from ..mechanism.joints import Joint, PointRef
 from ..mechanism.layout import lay_out
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.topology import Cut, Topology, span
-from ..planning.choose import FAR, Choice
-from ..planning.plan import is_dyad
-from ..program.dialects import LISTING, C, write
+from ..planning.choose import Choice
+from ..program.dialects import LISTING, write
 from ..program.prices import Price
-from ..program.program import Program, lower
-from ..program.routine import Routines
+from ..program.program import lower
 from ..scene.driven import drive_layout
 from ..scene.scene import Scene
 from ..stages import derive_scene, plan_scene, prices
@@ -26,6 +24,7 @@ from .assembled import branch_lines, mobility_of, redundancy_lines
 from .discs import disc_lines
 from .latex import Summary, expanded_document, recursive_document
 from .listing import name_index, write_listing
+from .order import module_lines, order_lines
 from .price_table import price_lines
 
 WIDTH = 120
@@ -33,11 +32,14 @@ RANK_TOLERANCE = 1e-9
 """Singular values of the closure's Jacobian (m) below this count as zero."""
 
 
-def show_text(scene: Scene, latex: bool, expanded: bool, fold: bool = False, *, equations: bool = True) -> str:
+def show_text(
+    scene: Scene, latex: bool, expanded: bool, fold: bool = False, *, equations: bool = True, plan: str | None = None
+) -> str:
     """The text that ``ccgen show`` prints: the summary, and unless left out the listing; LaTeX and the expanded form,
-    where these are asked for, are whole in any case.
+    where these are asked for, are whole in any case. ``plan`` names an order of elimination other than the chosen one.
 
-    Raises ``ValueError`` for an expanded form of too many links or of driven joints, and for one that is to be folded.
+    Raises ``ValueError`` for an expanded form of too many links or of driven joints, for one that is to be folded, and
+    for a plan that the mechanism has not.
     """
     if expanded and fold:
         raise ValueError("--fold: found beside --expand, whose closed form keeps its symbols; leave out one of them")
@@ -47,7 +49,7 @@ def show_text(scene: Scene, latex: bool, expanded: bool, fold: bool = False, *, 
             "expanded form knows no prescribed motion; leave out --expand"
         )
     form = expand(scene.mechanism, span(scene.mechanism, scene.driven), scene.effects) if expanded else None
-    choice = plan_scene(scene, fold=fold)[1]
+    choice = plan_scene(scene, plan, fold=fold)[1]
     topology, derived = derive_scene(scene, fold, choice=choice)
     summary, added = summarize(scene, choice, derived), prices(scene, fold, derived, choice)
     if latex:
@@ -79,8 +81,8 @@ def summarize(scene: Scene, choice: Choice, equations: Equations) -> Summary:
         ("root", (f"{root}, floating" if topology.floating else root,)),
         ("loops", tuple(_loop(mechanism, topology, cut) for cut in topology.cuts) or ("none",)),
         ("branch", tuple(branch_lines(scene, topology)) or ("no loop",)),
-        *([("order", tuple(_order_lines(scene, choice, program)))] if topology.cuts else []),
-        *([("modules", modules)] if (modules := tuple(_module_lines(mechanism, program))) else []),
+        *([("order", tuple(order_lines(scene, choice, program, bool(equations.folded))))] if topology.cuts else []),
+        *([("modules", modules)] if (modules := tuple(module_lines(mechanism, program))) else []),
         (
             "degrees of freedom",
             (
@@ -98,55 +100,6 @@ def summarize(scene: Scene, choice: Choice, equations: Equations) -> Summary:
         *([("parameters", ("folded: their values stand in the equations as numbers",))] if equations.folded else []),
         ("operations", tuple(counts)),
     )
-
-
-def _order_lines(scene: Scene, choice: Choice, program: Program) -> Iterator[str]:
-    """Which plan of elimination is taken, what each would cost, and what it closes and leaves open."""
-    mechanism, topology, plan, costs = scene.mechanism, choice.topology, choice.plan, dict(choice.costs)
-    others = [
-        f"{name} would take {'more than ' * (cost > FAR * costs[plan.name])}"
-        f"{min(FAR, cost / costs[plan.name]):.1f} times the operations"
-        for name, cost in costs.items()
-        if name != plan.name
-    ]
-    yield "; ".join([plan.name, *others])
-    if plan.severed:
-        ends = [f"{mechanism.link_name(s[0])} to {mechanism.link_name(s[-1])}" for s in plan.modules]
-        yield f"{len(ends)} segments of {len(plan.modules[0])} links: {', '.join(ends)}"
-        open_ = [mechanism.joints[topology.branch(link).joint].name for link in plan.severed]
-        yield f"cut open between them as well: {', '.join(open_)}"
-    dyads = [pivot for pivots in plan.pivots.values() for pivot in pivots if is_dyad(pivot)]
-    if dyads:
-        closed = [" with ".join(mechanism.link_name(v.joint) for v in pivot[:2]) for pivot in dyads]
-        yield "closed as dyads, the outermost first: " + ", ".join(closed)
-        taken = {v for pivot in dyads for v in pivot}
-        late = [
-            mechanism.link_name(v.joint)
-            for link, pivots in plan.pivots.items()
-            for pivot in pivots
-            for v in pivot
-            if v.kind == "turn" and v not in taken and v.joint not in (link, topology.root)
-        ]
-        if late:
-            yield f"left open until then: {', '.join(late)}"
-    if dyads or plan.severed:
-        safe = "tip to root" if plan.otherwise else "the runtime's solution of dependent rows"
-        yield f"where {'a dyad is near its dead centre' if dyads else 'a segment is light across its line'}: {safe}"
-    acceleration = program.function("acceleration")
-    chain, total = acceleration.longest_chain(), acceleration.counts().total
-    yield f"longest chain: {chain} of {total} operations of the acceleration, each of which waits for the one before"
-
-
-def _module_lines(mechanism: Mechanism, program: Program) -> Iterator[str]:
-    """Modules whose accelerations are computed side by side, group by group."""
-    links = [
-        ", ".join(
-            mechanism.link_name(int(s.name.removeprefix("theta_"))) for s in module if s.name.startswith("theta_")
-        )
-        for module in program.modules
-    ]
-    for members in Routines(program, C.term).one_by_one("acceleration").modules:
-        yield f"{len(members)} side by side: " + "; ".join(links[m] for m in members)
 
 
 def _mobility(mechanism: Mechanism, driven: int) -> str:

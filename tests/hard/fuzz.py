@@ -3,6 +3,7 @@ is found becomes a named case of its own."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,6 +18,8 @@ SECONDS = 10.0
 RTOL = 1e-11
 """Tighter than the default: what rtol allows the energy to drift in flight would hide what is looked for."""
 TILTS = (0.3, -0.4)
+RESTITUTIONS = (0.0, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0)
+FRICTIONS = (0.05, 0.1, 0.3, 0.7, 1.2)
 FAR = 1000.0
 """Metres below the level plane at which the second one lies where a toss has but one."""
 
@@ -32,6 +35,21 @@ class Toss:
     restitution: float
     friction: float
     seed: int
+
+
+def tosses(count: int, seed: int) -> Iterator[Toss]:
+    """The first ``count`` tosses of ``seed``, all choices as likely as each other: the same on every machine."""
+    rng = np.random.default_rng(seed)
+    for _ in range(count):
+        yield Toss(
+            n=int(rng.integers(3, 13)),
+            planes=int(rng.integers(1, 3)),
+            rough=bool(rng.integers(2)),
+            law=("newton", "poisson")[rng.integers(2)],
+            restitution=RESTITUTIONS[rng.integers(len(RESTITUTIONS))],
+            friction=FRICTIONS[rng.integers(len(FRICTIONS))],
+            seed=int(rng.integers(2**31)),
+        )
 
 
 def scene(n: int, rough: bool) -> Any:

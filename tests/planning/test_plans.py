@@ -223,12 +223,34 @@ def test_dyads_are_closed_where_they_save_half(name: str, tmp_path: Any) -> None
 
 @pytest.mark.slow
 def test_the_order_is_told(tmp_path: Any) -> None:
-    """What a walking machine closes and what it leaves open."""
-    text = show_text(load_scene(ROOT / "scenes" / "strandbeest.toml"), False, False, equations=False)
-    assert re.search(r"order +dyads; tip to root would take 2.6 times the operations", text)
+    """What a walking machine closes and leaves open, and the operations of each plan as its program has them."""
+    scene = load_scene(ROOT / "scenes" / "strandbeest.toml")
+    text = show_text(scene, False, False, equations=False)
+    taken, other = operations(scene, DYADS), operations(scene, TIP_TO_ROOT)
+    assert re.search(rf"order +dyads: {taken} operations of the acceleration, \d+ of them one after the other\n", text)
+    assert f" tip to root: {other} operations, {other / taken:.2g} times as many, " in text
     assert "closed as dyads, the outermost first: " in text and "left open until then: shaft" in text
-    text = show_text(load_scene(ROOT / "scenes" / "four-bar.toml"), False, False, equations=False)
-    assert "tip to root; dyads would take 0.6 times the operations" in text
+
+
+def test_why_a_plan_with_fewer_operations_is_not_taken() -> None:
+    scene = load_scene(ROOT / "scenes" / "four-bar.toml")
+    text = " ".join(show_text(scene, False, False, equations=False).split())
+    few = operations(scene, DYADS)
+    assert f"dyads: {few} operations, 0.64 times as many, " in text
+    assert "taken only where they are 1.8 times fewer, since dyads divide by sines" in text
+    text = show_text(scene, False, False, equations=False, plan=DYADS)
+    assert f"dyads: {few} operations of the acceleration" in text and "1.6 times as many" in text
+    with pytest.raises(ValueError, match="found 'segments', expected 'tip to root': no loop"):
+        show_text(scene, False, False, plan="segments")
+
+
+def test_of_segments_the_chain_is_told() -> None:
+    """A ring in segments has more operations, four at a time, and fewer that wait for each other."""
+    text = " ".join(show_text(loop(24), False, False, equations=False).split())
+    found = re.search(r"order segments: (\d+) .*?, (\d+) of them .*? tip to root: (\d+) .*?, (\d+) of them", text)
+    assert found
+    own, chain, others, longer = map(int, found.groups())
+    assert own > others and chain < longer
 
 
 def test_a_ring_keeps_the_order_from_tip_to_root() -> None:
