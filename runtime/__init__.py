@@ -6,6 +6,7 @@ from .analysis.equilibrium import Equilibrium, static_equilibrium
 from .analysis.inverse_dynamics import inverse_dynamics, momentum
 from .loading.load import load_model
 from .model.model import Model
+from .record.hybrid_state import HybridState
 from .record.impact import Impact
 from .record.phase import Phase
 from .run import Run
@@ -14,6 +15,7 @@ from .simulate import simulate
 __all__ = [
     "DrivingTorque",
     "Equilibrium",
+    "HybridState",
     "Impact",
     "Model",
     "Phase",

@@ -97,4 +97,5 @@ class Kernels:
         supply: Supply | None = None,
         stops: Sequence[float] | Array = (),
         kept: str = ...,
+        state: bytes | None = None,
     ) -> dict[str, Any]: ...

@@ -6,9 +6,10 @@ them. This file is compiled for doubles, and as ``_float`` and ``_wide`` for flo
 """
 
 cimport cython
+from cpython.bytes cimport PyBytes_FromStringAndSize
 from cpython.exc cimport PyErr_CheckSignals
 from cpython.pycapsule cimport PyCapsule_GetPointer, PyCapsule_IsValid
-from libc.string cimport memcpy
+from libc.string cimport memcpy, memset
 
 from functools import partial
 

@@ -12,6 +12,7 @@ import numpy as np
 from .pictures.gif import write_gif
 from .pictures.player import write_player
 from .pictures.plot import draw
+from .record.hybrid_state import HybridState
 from .record.record import Record
 from .record.tables import arrays, dataframe, dataset
 from .record.whole_file import write_whole
@@ -31,8 +32,11 @@ class Run(Record):
     unexplained change of energy (J), over all rows; `closure_rate_max`, the largest speed at which one opens (m/s).
     `acceleration_error` is how far accelerations are from right, relative to the largest of a state, as far as the
     masses are at fault: their rounding at some of the rows, or where it is repaired, what could not be.
-    `method` and `drift` say how it was integrated and how the loops were kept shut.
+    `method` and `drift` say how it was integrated and how the loops were kept shut. `state` is where it has come
+    to, whole: ``simulate(model, state=run.state, until=...)`` goes on from there; None where the run was cut back.
     """
+
+    state: HybridState | None = None
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write everything recorded to an .npz file, whole or not at all; `numpy.load` reads it."""

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from .model.inputs import Given
 from .model.model import Model
+from .record.hybrid_state import HybridState
 from .run import Run
 from .simulation.arguments import default_method
 from .simulation.batch import simulate_batch
@@ -30,11 +31,15 @@ def simulate(
     inputs: Given = None,
     *,
     step: float | None = None,
-    drift: str = "projected",
+    drift: str | None = None,
+    state: HybridState | None = None,
     progress: Callable[[float], object] | None = None,
     keep_interrupted: bool = False,
 ) -> Run | Any:
-    """Integrate ``model`` from (``q0``, ``u0``) at t = 0 to ``until`` (s).
+    """Integrate ``model`` from (``q0``, ``u0``) at t = 0, or from the ``state`` of another run, to ``until`` (s).
+
+    ``state=run.state`` goes on by the same bits as a run to the later end with a stop there: with the method, drift and
+    step of that run, and with its tolerances unless others are given. The new run begins at ``state.t``.
 
     A batch of starts, ``q0`` (b, nq) and ``u0`` (b, nu) or one for all, gives a list of runs, made side by side on the
     machine's processors and equal to single runs in every bit. Where Ctrl-C ends it and ``keep_interrupted`` is set,
@@ -63,6 +68,8 @@ def simulate(
         raise TypeError(f"model: found {type(model).__name__}, expected a Model; load one with load_model(folder)")
     options: dict[str, Any] = {"until": until, "rtol": rtol, "atol": atol, "method": method, "params": params}
     options |= {"inputs": inputs, "step": step, "drift": drift, "keep_interrupted": keep_interrupted}
+    if state is not None:
+        return simulate_one(model, q0, u0, progress=progress, state=state, **options)
     if q0 is not None and np.ndim(q0) == 2:
         return simulate_batch(model, q0, u0, progress=progress, **options)
     return simulate_one(model, q0, u0, progress=progress, **options)

@@ -142,7 +142,7 @@ cdef extern from *:
         signed char *mode
         real *weight
     struct run:
-        real start, until
+        real until
         tolerance tolerance
         const real *stops
         size_t stop_count
@@ -158,15 +158,43 @@ cdef extern from *:
         real t
         int contact
         long steps, rejected
-    void run_simulation "simulate"(system *s, run *r, real *y) nogil
     int run_advance "advance"(system *s, const method *m, tolerance bound, drift kept, real t, real h, int count, const int *held,
                               const signed char *mode, real *y) nogil
-    void free_run(run *r)
 
-OUTCOMES = (
-    "done", "not_finite", "step_too_small", "not_closed", "accumulation", "repeats", "budget",
-    "crowded", "jammed", "gained", "escaped", "interrupted", "no_memory", "no_convergence", "not_kept", "inexact",
-)
+cdef extern from *:
+    struct ccgen_settings:
+        const real *parameters
+        real length
+        const unsigned char *angular
+        int law
+        real acceleration_scale
+        const char *method
+        real rtol, atol, fixed_step
+        int drift
+        long step_budget, second_budget
+        const real *stops
+        size_t stop_count
+        int (*inputs)(void *context, real t, const real *q, const real *u, real *inputs) noexcept nogil
+        void *context
+        int (*tick)(void *context, real t) noexcept nogil
+        void *tick_context
+    struct ccgen_simulation:
+        system system
+        run run
+    int ccgen_create(const ccgen_model *model, const ccgen_settings *settings, ccgen_simulation **made) nogil
+    int ccgen_reset(ccgen_simulation *made, real t, const real *q, const real *u) nogil
+    void ccgen_get_motion(const ccgen_simulation *made, real *t, real *q, real *u) nogil
+    int run_simulation "simulate"(ccgen_simulation *made, real until) nogil
+    size_t ccgen_state_size(const ccgen_simulation *made) nogil
+    void ccgen_get_state(const ccgen_simulation *made, void *bytes) nogil
+    int ccgen_set_state(ccgen_simulation *made, const void *bytes) nogil
+    void ccgen_destroy(ccgen_simulation *made) nogil
+    const char *ccgen_outcome_name(int code) nogil
+    enum:
+        OUTCOME_OTHER_STATE
+        OUTCOME_COUNT "OUTCOMES"
+
+OUTCOMES = tuple(ccgen_outcome_name(code).decode() for code in range(OUTCOME_COUNT))
 """Names of ``enum outcome``, in its order."""
 
 LAWS = ("newton", "poisson", "stronge")
@@ -193,6 +221,3 @@ empty, zeros = partial(np.empty, dtype=REAL), partial(np.zeros, dtype=REAL)
 
 DRIFTS = ("projected", "left", "damped")
 """Names of ``enum drift``, in its order: ways to keep the closure, the default first."""
-
-BAUMGARTE = 20.0
-"""Rate (1/s) of Baumgarte's stabilisation."""

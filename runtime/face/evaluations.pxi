@@ -36,7 +36,8 @@ cdef class Evaluations:
     cdef const ccgen_model *m
     cdef object capsule
     cdef readonly dict sizes
-    cdef real[::1] k, restitution, friction_, extent, multipliers, rows, bias, jump, u_dot, zero, projected, inputs
+    cdef real[::1] p, k, restitution, friction_, extent, multipliers, rows, bias, jump, u_dot, zero, projected, inputs
+    cdef unsigned char[::1] angular
     cdef real length
     cdef int law, refine
     cdef real usual
@@ -56,9 +57,9 @@ cdef class Evaluations:
         m = self.m
         self.sizes = dict(n=m.nu, rows=m.rows, links=m.links, joints=m.joints, points=m.points, contacts=m.contacts,
                           parameters=m.parameters)
-        cdef real[::1] p = np.ascontiguousarray(parameters, dtype=REAL)
-        if p.shape[0] != m.parameters:
-            raise ValueError(f"found {p.shape[0]} parameter values, expected {m.parameters}")
+        self.p = np.array([*parameters, 0.0], dtype=REAL)
+        if len(parameters) != m.parameters:
+            raise ValueError(f"found {len(parameters)} parameter values, expected {m.parameters}")
         self.k = zeros(max(m.constants, 1))
         self.restitution = zeros(max(m.contacts, 1))
         room = m.rows + 2 * m.contacts + 1
@@ -68,10 +69,11 @@ cdef class Evaluations:
         self.length, self.law = length, LAWS.index(law)
         self.friction_ = zeros(max(m.contacts, 1))
         self.extent = np.full(max(m.contacts, 1), length, dtype=REAL)
+        self.angular = np.zeros(m.contacts + 1, dtype=np.uint8)
         for contact in angular:
             self.extent[contact] = 1.0
-        cdef real none = 0.0
-        self.m.derive_constants(&p[0] if p.shape[0] else &none, &self.k[0])
+            self.angular[contact] = 1
+        self.m.derive_constants(&self.p[0], &self.k[0])
         if self.m.contacts:
             self.m.restitution(&self.k[0], &self.restitution[0])
         if self.m.friction is not NULL:
@@ -123,6 +125,14 @@ cdef class Evaluations:
     def constants(self):
         """The constants ``k`` that the kernels read."""
         return np.array(self.k)
+
+    cdef ccgen_settings _settings(self):
+        """What a simulation has to know of the model; for the rest what is usual."""
+        cdef ccgen_settings settings
+        memset(&settings, 0, sizeof(settings))
+        settings.parameters, settings.length, settings.angular = &self.p[0], self.length, &self.angular[0]
+        settings.law, settings.acceleration_scale = self.law, self.usual if self.refine else 0.0
+        return settings
 
     cdef system _system(self):
         cdef system s

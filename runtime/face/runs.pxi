@@ -1,5 +1,7 @@
 # Steps and whole runs.
 
+OTHER_STATE = "a state of another model, method or precision, or written on another kind of processor"
+
 cdef class Kernels(Contacting):
     """A model's kernels, and its runs."""
 
@@ -16,7 +18,6 @@ cdef class Kernels(Contacting):
         if supply is not None:
             supply.attach(&s)
         cdef real[::1] y = np.concatenate([q, u, zeros(1)])
-        s.baumgarte = BAUMGARTE if kept == "damped" else 0.0
         cdef int[::1] chosen = np.array([*(contact for contact, _ in held), 0], dtype=np.int32)
         cdef signed char[::1] mode = np.array([*(MODE_NUMBERS[how] for _, how in held), 0], dtype=np.int8)
         found = run_advance(&s, find_method(name.encode()), bound, <drift><int>DRIFTS.index(kept), times[0], times[1],
@@ -28,50 +29,64 @@ cdef class Kernels(Contacting):
 
     def simulate(self, const real[::1] q, const real[::1] u, str name, real until, real rtol, real atol,
                  real fixed_step, long step_budget, long second_budget, progress, Supply supply=None, stops=(),
-                 str kept="projected"):
-        """A whole run from t = 0 without the GIL; a dict of what was recorded. Steps end at ``stops``, times that grow."""
-        cdef size_t n = self.m.nu, room = self.m.rows + 2 * self.m.contacts + 1, stop_count = len(stops), i
-        cdef real[::1] inputs = np.array(self.inputs)
-        cdef real[::1] y = zeros(2 * n + 1), ends = empty(stop_count + 1), scratch = zeros(3 * room + 6 * n)
-        if <size_t>q.shape[0] != n or <size_t>u.shape[0] != n:
+                 str kept="projected", bytes state=None):
+        """A whole run from t = 0, or from where the run was left that the ``state`` is of, without the GIL; a dict of what was
+        recorded. Steps end at ``stops``, times that grow."""
+        cdef size_t n = self.m.nu, stop_count = len(stops), i
+        cdef real[::1] ends = empty(stop_count + 1)
+        cdef const real *from_q = NULL
+        cdef const real *from_u = NULL
+        cdef const char *left = NULL
+        cdef int outcome
+        cdef bytes method = name.encode()
+        if state is None and (<size_t>q.shape[0] != n or <size_t>u.shape[0] != n):
             raise ValueError(f"found {q.shape[0]} coordinates and {u.shape[0]} velocities, expected {n} of both")
-        memcpy(&y[0], &q[0], n * sizeof(real))
-        memcpy(&y[n], &u[0], n * sizeof(real))
         for i in range(stop_count):
             ends[i] = stops[i]
         ends[stop_count] = until
-        cdef system s = self._system()
-        s.inputs = &inputs[0]
-        s.multipliers, s.rows, s.bias = &scratch[0], &scratch[room], &scratch[2 * room]
-        s.jump, s.u_dot, s.projected = &scratch[3 * room], &scratch[3 * room + n], &scratch[3 * room + 4 * n]
-        cdef run r
+        cdef ccgen_settings asked = self._settings()
         cdef _Ticker ticker = _Ticker(progress)
-        r.start, r.until = 0.0, until
-        r.tolerance.rtol, r.tolerance.atol = rtol, atol
-        r.stops, r.stop_count = &ends[0], stop_count
-        r.fixed_step, r.step_budget, r.second_budget = fixed_step, step_budget, second_budget
-        r.method = find_method(name.encode())
-        r.drift = <drift><int>DRIFTS.index(kept)
-        s.baumgarte = BAUMGARTE if kept == "damped" else 0.0
-        r.interruption.tick, r.interruption.context = _tick, <void *>ticker
-        r.record.count = r.impacts.count = r.impacts.contact_count = 0
-        r.steps = r.rejected = 0
-        _clear(&r)
-        if supply is not None:
-            supply.attach(&s)
+        asked.method, asked.rtol, asked.atol, asked.fixed_step = method, rtol, atol, fixed_step
+        asked.drift = <int>DRIFTS.index(kept)
+        asked.step_budget, asked.second_budget = step_budget, second_budget
+        asked.stops, asked.stop_count = &ends[0], stop_count
+        asked.tick, asked.tick_context = _tick, <void *>ticker
+        cdef ccgen_simulation *it = NULL
+        outcome = ccgen_create(self.m, &asked, &it)
+        if outcome:
+            raise MemoryError if it is NULL else RuntimeError(OUTCOMES[outcome])
         try:
+            if supply is not None:
+                supply.attach(&it.system)
+            else:
+                memcpy(it.system.inputs, &self.inputs[0], self.m.inputs * sizeof(real))
+            if state is None:
+                from_q, from_u = &q[0], &u[0]
+            elif <size_t>len(state) != ccgen_state_size(it):
+                raise ValueError(OTHER_STATE)
+            else:
+                left = state
             with nogil:
-                run_simulation(&s, &r, &y[0])
+                outcome = ccgen_set_state(it, left) if left is not NULL else ccgen_reset(it, 0.0, from_q, from_u)
+                if outcome == 0:
+                    outcome = run_simulation(it, until)
+            if outcome == OUTCOME_OTHER_STATE:
+                raise ValueError(OTHER_STATE)
             if ticker.error is not None and not isinstance(ticker.error, KeyboardInterrupt):
                 raise ticker.error
             if supply is not None and supply.error is not None and not isinstance(supply.error, KeyboardInterrupt):
                 raise supply.error
-            return self._found(&r, s.size, s.evaluations, s.rank_deficient, s.refinement_residual)
+            return self._found(it, outcome)
         finally:
-            free_run(&r)
+            ccgen_destroy(it)
 
-    cdef dict _found(self, run *r, size_t size, long evaluations, long dependent, real inexact):
-        cdef size_t n = self.m.nu, i = r.impacts.count, rows = r.record.count
+    cdef dict _found(self, ccgen_simulation *it, int outcome):
+        cdef run *r = &it.run
+        cdef size_t n = self.m.nu, i = r.impacts.count, rows = r.record.count, size = it.system.size
+        cdef real end
+        cdef bytes state = PyBytes_FromStringAndSize(NULL, ccgen_state_size(it))
+        ccgen_get_state(it, <char *>state)
+        ccgen_get_motion(it, &end, NULL, NULL)
         return dict(
             t=_numbers(r.record.t, rows),
             q=_columns(r.record.y, rows, size, n), u=_columns(r.record.y + n, rows, size, n),
@@ -93,16 +108,8 @@ cdef class Kernels(Contacting):
             shares=[
                 [r.modes.weight[k] for k in range(r.modes.first[j], r.modes.first[j + 1])] for j in range(r.modes.count)
             ],
-            outcome=OUTCOMES[r.outcome], t_end=r.t, contact=r.contact, inexact=inexact,
-            steps=r.steps, rejected=r.rejected, evaluations=evaluations, dependent=dependent,
+            outcome=OUTCOMES[outcome], t_end=end, contact=r.contact, inexact=it.system.refinement_residual,
+            steps=r.steps, rejected=r.rejected, evaluations=it.system.evaluations, dependent=it.system.rank_deficient,
+            state=state,
         )
 
-
-cdef void _clear(run *r) noexcept:
-    r.record.t = r.record.y = NULL
-    r.impacts.t = r.impacts.u_minus = r.impacts.u_plus = r.impacts.energy_loss = r.impacts.impulse = r.impacts.friction = NULL
-    r.impacts.first = r.impacts.after = NULL
-    r.impacts.contact = NULL
-    r.modes.t, r.modes.first, r.modes.contact, r.modes.mode, r.modes.weight = NULL, NULL, NULL, NULL, NULL
-    r.modes.count = r.modes.room = r.modes.contact_count = r.modes.contact_room = 0
-    r.record.room = r.impacts.room = r.impacts.contact_room = 0

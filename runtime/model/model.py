@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -10,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from ..arrays import FloatArray
 from .assembly import assemble, project
+from .c_header import c_header
 from .dynamics import at_states, impact
 from .forces import Contacts
 from .geometry import Geometry
@@ -133,6 +135,18 @@ class Model(Geometry):
         would add energy.
         """
         return impact(self, q, u, contacts, restitution)
+
+    # -- programs in C ---------------------------------------------------------------------------------------------
+
+    def write_header(self, path: str | os.PathLike[str]) -> Path:
+        """Write the parameters as they are now, the start and the settings of a simulation as a header for C.
+
+        It names the model by its package, as ``falling_hexagon_q``; ``docs/c.md`` has a program. Raises ``ValueError``
+        for a model in other numbers than doubles.
+        """
+        target = Path(path)
+        target.write_text(c_header(self), encoding="utf-8")
+        return target
 
     # -- states ----------------------------------------------------------------------------------------------------
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -46,11 +47,25 @@ def settings_of(
     atol: float | None,
     step: float | None,
     method: str | None,
-    drift: str,
+    drift: str | None,
     *,
     controlled: bool,
+    before: Mapping[str, Any] | None = None,
 ) -> Settings:
-    """What is asked for, and for the rest what the scene says. Raises ``ValueError`` for what cannot be simulated."""
+    """What is asked for, and for the rest what a run ``before`` had, if this goes on from it, or what the scene says.
+
+    Raises ``ValueError`` for what cannot be simulated.
+    """
+    if before is not None:
+        if method not in (None, before["method"]):
+            raise ValueError(
+                f"method: found {method!r}, expected {before['method']!r}, by which the state was reached; begin from "
+                "its q and u to go on by another"
+            )
+        rtol, atol = (before["rtol"], before["atol"]) if rtol is None else (rtol, atol)
+        method, step = before["method"], (before["step"] or None) if step is None else step
+        drift = drift or before["drift"]
+    drift = drift or DRIFTS[0]
     scene, least = model.data["run"], LEAST[model.precision]
     own = max(scene["rtol"], least)
     until = _positive("until", scene["until"] if until is None else until)

@@ -8,10 +8,12 @@ from numpy.typing import ArrayLike
 
 from ..model.inputs import Given, supply_of
 from ..model.model import Model
+from ..record.hybrid_state import HybridState
 from ..run import Run
 from .advance import Advance
 from .arguments import SECOND_BUDGET, STEP_BUDGET, checked_start, settings_of, stops_of
 from .dead_point import cut, dead_point
+from .going_on import check_end, check_model, left_at
 from .result import run_of
 
 GOES_ON = ("done", "interrupted", "no_memory")
@@ -29,10 +31,11 @@ def simulate_one(
     method: str | None,
     inputs: Given,
     step: float | None,
-    drift: str,
+    drift: str | None,
     progress: Callable[[float], object] | None,
     keep_interrupted: bool,
     params: Mapping[str, float] | None = None,
+    state: HybridState | None = None,
 ) -> Run:
     """The run from one start, with the arguments of :func:`~..simulate.simulate`."""
     model = model.with_parameters(params) if params else model.as_it_is()
@@ -42,8 +45,17 @@ def simulate_one(
             'impacts; generate it with precision="double"'
         )
     supply, kinks = supply_of(model.inputs, inputs, model.core.Supply)
-    asked = settings_of(model, until, rtol, atol, step, method, drift, controlled=callable(inputs))
-    q, u = checked_start(model, q0, u0)
+    if state is not None:
+        check_model(model, state)
+    before = None if state is None else state.settings
+    asked = settings_of(model, until, rtol, atol, step, method, drift, controlled=callable(inputs), before=before)
+    if state is None:
+        q, u = checked_start(model, q0, u0)
+    elif q0 is None and u0 is None:
+        check_end(state, asked.until)
+        q, u = state.q, state.u
+    else:
+        raise ValueError("q0, u0: found beside a state, which has its own, expected None; give one of the two")
     found = model.kernels.simulate(
         q,
         u,
@@ -58,14 +70,16 @@ def simulate_one(
         supply,
         stops_of(model, kinks),
         asked.drift,
+        None if state is None else state.memory,
     )
+    end: HybridState | None = left_at(model, found, asked)
     if found["outcome"] == "interrupted" and not keep_interrupted:
         raise KeyboardInterrupt
     if model.data["drives"] and found["outcome"] not in GOES_ON:
         own = (asked.own_rtol, asked.own_rtol)
         exact = Advance(model, asked.method, asked.drift, found["hold_t"], found["held"], own, inputs, supply)
         if met := dead_point(model, found["t"], found["q"], found["u"], asked.step, exact):
-            found = cut(found, met.rows) | {"met": met.text}
+            found, end = cut(found, met.rows) | {"met": met.text}, None
     tolerances = (0.0, 0.0) if asked.step else (asked.rtol, asked.atol)
     advance = Advance(model, asked.method, asked.drift, found["hold_t"], found["held"], tolerances, inputs, supply)
-    return run_of(model, advance, asked.until, found, asked.step > 0.0)
+    return run_of(model, advance, asked.until, found, asked.step > 0.0, end)

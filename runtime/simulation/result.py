@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..model.model import Model
+from ..record.hybrid_state import HybridState
 from ..record.impact import Impact
 from ..record.phase import Phase
 from ..run import Run
@@ -18,11 +19,13 @@ AUDITED = 4
 """Rows of a run, at most, at which the rounding of its accelerations is measured."""
 
 
-def run_of(model: Model, advance: Advance, until: float, found: dict[str, Any], fixed: bool) -> Run:
-    """The run from what the core recorded, with its audits."""
+def run_of(
+    model: Model, advance: Advance, until: float, found: dict[str, Any], fixed: bool, state: HybridState | None
+) -> Run:
+    """The run from what the core recorded, with its audits, and the ``state`` at its end."""
     impacts = _impacts(model, found)
     t, q, u = found["t"], found["q"], found["u"]
-    spent = found["work"]
+    spent = found["work"] - found["work"][0]
     for impact, row in zip(impacts, found["after"], strict=True):
         spent[row:] -= impact.energy_loss
     closure_max, closure_rate_max, energy_drift = model.kernels.audit(q, u, spent)
@@ -45,6 +48,7 @@ def run_of(model: Model, advance: Advance, until: float, found: dict[str, Any], 
         drift=advance.drift,
         closure_rate_max=closure_rate_max,
         acceleration_error=_acceleration_error(model, found),
+        state=state,
     )
 
 

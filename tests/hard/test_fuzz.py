@@ -22,8 +22,9 @@ LONGEST = 120.0
 SECOND_BUDGET = 10_000
 """Steps and events of a simulated second, a twentieth of what a run may usually have."""
 
-MOST_STOPPED = 70
-"""Of the first 200 tosses of seed 0 no more stop before their end, on any processor, and all say why."""
+MOST_STOPPED = 72
+"""Of the first 200 tosses of seed 0 no more stop before their end, and all say why: 70 do, or 69 where products and
+sums are one operation. Crowds of events are decided by rounding, so another processor may stop one or two more."""
 
 
 def test_random_tosses(workshop: Workshop, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -181,11 +181,11 @@ def test_what_is_cut_is_a_run_of_its_own(workshop: Workshop, monkeypatch: pytest
     ground = "[[ground]]\npoint = [0, -0.8]\nrestitution = 0.4\nfriction = 0.3\n"
     model = workshop.model(f"name = 'flail'\n[chain]\nlinks = 2\nhinged = true\n[gravity]\n{ground}")
     whole = simulate(model, [0.0, 0.3], [0.0, 0.0], until=2.0)
-    (_, advance, until, found, fixed) = seen[0]
+    (_, advance, until, found, fixed, _) = seen[0]
     assert len(whole.impacts) > 5 and len(found["held"]) > 3
     changes = [int(np.searchsorted(whole.t, t, side="right")) for t in found["hold_t"]]
     for rows in sorted({1, 2, *found["after"], *(k + 1 for k in found["after"]), *changes, len(whole.t)}):
-        run = record(model, advance, until, cut(deepcopy(found), rows), fixed)
+        run = record(model, advance, until, cut(deepcopy(found), rows), fixed, None)
         assert np.array_equal(run.t, whole.t[:rows]) and np.array_equal(run.q, whole.q[:rows])
         assert len(run.impacts) == sum(k < rows for k in found["after"])
         assert all(np.array_equal(a.friction, b.friction) for a, b in zip(run.impacts, whole.impacts, strict=False))

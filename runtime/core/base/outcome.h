@@ -2,24 +2,30 @@
 #ifndef CCGEN_OUTCOME_H
 #define CCGEN_OUTCOME_H
 
-/* How a run or a step of it ended. Texts for people are made from these in Python. */
-enum outcome {
-    OUTCOME_DONE = 0,
-    OUTCOME_NOT_FINITE,     /* an acceleration is not a finite number */
-    OUTCOME_STEP_TOO_SMALL, /* the error test fails at the smallest step that still moves time */
-    OUTCOME_NOT_CLOSED,     /* projection onto the closure does not converge */
-    OUTCOME_ACCUMULATION,   /* events accumulate at one instant, and do not hand over to contact */
-    OUTCOME_REPEATS,        /* impacts at one instant do not come to an end */
-    OUTCOME_BUDGET,         /* step budget spent */
-    OUTCOME_CROWDED,        /* the steps or events that a simulated second may have are spent */
-    OUTCOME_JAMMED,         /* contacts with friction have no forces, or more than one choice of them (Painleve) */
-    OUTCOME_GAINED,         /* an impact by this law would add energy */
-    OUTCOME_ESCAPED,        /* a point gets behind its surface, however short the step */
-    OUTCOME_INTERRUPTED,
-    OUTCOME_NO_MEMORY,
-    OUTCOME_NO_CONVERGENCE, /* the iteration of an implicit method does not converge */
-    OUTCOME_NOT_KEPT,       /* a step of fixed length gains or loses too much of the energy */
-    OUTCOME_INEXACT         /* masses differ so much that no digit of an acceleration or jump is sure */
-};
+/* Texts for people are made from the names in Python. */
+#define ALL_OUTCOMES(X)                                                                                              \
+    X(DONE, "done")                                                                                                  \
+    X(NOT_FINITE, "not_finite")         /* an acceleration is not a finite number */                                 \
+    X(STEP_TOO_SMALL, "step_too_small") /* the error test fails at the smallest step that still moves time */        \
+    X(NOT_CLOSED, "not_closed")         /* projection onto the closure does not converge */                          \
+    X(ACCUMULATION, "accumulation")     /* events accumulate at one instant, and do not hand over to contact */      \
+    X(REPEATS, "repeats")               /* impacts at one instant do not come to an end */                           \
+    X(BUDGET, "budget")                 /* step budget spent */                                                      \
+    X(CROWDED, "crowded")               /* the steps or events that a simulated second may have are spent */         \
+    X(JAMMED, "jammed")   /* contacts with friction have no forces, or more than one choice of them (Painleve) */    \
+    X(GAINED, "gained")   /* an impact by this law would add energy */                                               \
+    X(ESCAPED, "escaped") /* a point gets behind its surface, however short the step */                              \
+    X(INTERRUPTED, "interrupted")                                                                                    \
+    X(NO_MEMORY, "no_memory")                                                                                        \
+    X(NO_CONVERGENCE, "no_convergence") /* the iteration of an implicit method does not converge */                  \
+    X(NOT_KEPT, "not_kept")             /* a step of fixed length gains or loses too much of the energy */           \
+    X(INEXACT, "inexact")               /* masses differ so much that no digit of an acceleration or jump is sure */ \
+    X(UNKNOWN_METHOD, "unknown_method") /* there is no method of that name */                                        \
+    X(OTHER_CONTRACT, "other_contract") /* the model was generated for another version of the contract */            \
+    X(OTHER_STATE, "other_state")       /* a state of another model, method or precision */
+
+#define ENTRY(name, text) OUTCOME_##name,
+enum outcome { ALL_OUTCOMES(ENTRY) OUTCOMES };
+#undef ENTRY
 
 #endif

@@ -8,15 +8,21 @@
 
 const double SHUT = 1e-12;
 
+static size_t numbers_of(const struct ccgen_model *m)
+{
+    const size_t c = m->contacts, n = m->nu;
+    return 2 * c * (6 * c + n + 3) + 5 * c + 2 * n + semidefinite_scratch(2 * (int)c);
+}
+
 int make_active_set(struct active_set *h, const struct ccgen_model *m)
 {
     const size_t c = m->contacts, n = m->nu;
     memset(h, 0, sizeof *h);
     if (!c)
         return 0;
-    h->set = malloc(3 * c * sizeof *h->set);
+    h->set = calloc(3 * c, sizeof *h->set); /* states hold all of it */
     h->closed = calloc(2 * c, 1);
-    h->force = calloc(2 * c * (6 * c + n + 3) + 5 * c + 2 * n + semidefinite_scratch(2 * (int)c), sizeof *h->force);
+    h->force = calloc(numbers_of(m), sizeof *h->force);
     if (!h->set || !h->closed || !h->force)
         return 1;
     h->of = h->set + c;
@@ -43,6 +49,25 @@ void free_active_set(struct active_set *h)
     free(h->set);
     free(h->closed);
     free(h->force);
+}
+
+void clear_active_set(struct active_set *h, const struct ccgen_model *m)
+{
+    h->count = h->rows = h->implied = 0;
+    h->window = 0.0;
+    if (!m->contacts)
+        return;
+    memset(h->set, 0, 3 * m->contacts * sizeof *h->set);
+    memset(h->closed, 0, 2 * m->contacts); /* WATCHED, and no mode */
+    memset(h->force, 0, numbers_of(m) * sizeof *h->force);
+}
+
+void contact_modes(const struct active_set *h, int contacts, signed char *modes)
+{
+    for (int c = 0; c < contacts; c++)
+        modes[c] = h->closed[c] == CARRIED ? IMPLIED : OPEN;
+    for (int i = 0; i < h->count; i++)
+        modes[h->set[i]] = h->mode[i];
 }
 
 void activate(struct active_set *h, int count, const int *set, const signed char *mode)

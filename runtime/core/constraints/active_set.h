@@ -62,6 +62,12 @@ struct active_set {
 int make_active_set(struct active_set *h, const struct ccgen_model *m);
 void free_active_set(struct active_set *h);
 
+/* Nothing is held, and nothing is known of forces. */
+void clear_active_set(struct active_set *h, const struct ccgen_model *m);
+
+/* How each contact is held, modes[contacts]: enum contact_mode */
+void contact_modes(const struct active_set *h, int contacts, signed char *modes);
+
 /* Hold `count` contacts `set`, with their modes: what follows from it. */
 void activate(struct active_set *h, int count, const int *set, const signed char *mode);
 

@@ -13,7 +13,6 @@
 static const double INSTANT = 1e-10; /* s, relative to max(1, t): the time within which events crowd */
 enum {
     REPEATS = 1000, /* impacts at one instant */
-    CROWD = 200,    /* events within an instant before what bounces is said to be at rest */
     RATTLE = 1000,  /* the same of events between which no closed contact moves */
     IDLE =
         10 /* events of a gap that neither take time nor lead to an impact, before its contact is said to be at rest */
@@ -113,46 +112,107 @@ static int chatters(struct phase *f, double since)
     return 1;
 }
 
-enum outcome run_automaton(struct phase *f)
+/* Count an event, and whether events still take time; put links that have come into a line there. */
+static enum outcome meet(struct automaton *a, struct phase *f)
 {
-    struct event event = {-1, 0.0, LOST, 1.0};
-    double last[2 * CROWD];     /* instants of the last events */
-    long events = 0, still = 0; /* `still`: events in a row between which nothing moved */
-    int idle = 0;               /* events in a row that changed nothing */
-    if (!f->s->model->contacts)
-        return integrate_to_event(f, &event);
-    enum outcome outcome = resolve_impacts(f, -1);
-    if (!outcome)
-        outcome = select_active_set(f, (struct mode_change){-1, DETACHES}, NONE_RESTS);
-    while (!outcome && f->t < f->run->until) {
-        const double before = f->t;
-        outcome = integrate_to_event(f, &event);
-        if (outcome || event.contact < 0)
-            continue;
-        still = chatters(f, f->t - before) ? still + 1 : 0;
-        const double now = f->t - INSTANT * fmax(1.0, f->t);
-        const int events_crowd = still >= RATTLE || (events >= CROWD && now <= last[(events - CROWD) % (2 * CROWD)]);
-        if (events >= 2 * CROWD && now <= last[events % (2 * CROWD)]) {
-            f->run->contact = event.contact;
-            return OUTCOME_ACCUMULATION;
-        }
-        last[events++ % (2 * CROWD)] = f->t;
-        f->run->events++;
-        const struct mode_change none = {-1, DETACHES},
-                                 loss = event.watch >= 0 ? mode_change_of(f->s, event.watch) : none;
-        const size_t impacts = f->run->impacts.count;
-        int closed;
-        if (event.watch != FLAT)
-            outcome = snap_to_singularity(f, 0, &closed);
-        if (!outcome)
-            outcome = resolve_impacts(f, event.watch == CLOSES ? event.contact : -1);
-        const int struck = f->run->impacts.count > impacts;
-        idle = !struck && event.watch == CLOSES && f->t == before ? idle + 1 : 0;
-        if (!outcome) /* what was lost is asked anew where an impact has changed it */
-            outcome = select_active_set(f, struck ? none : loss,
-                                        events_crowd   ? ALL_REST
-                                        : idle >= IDLE ? event.contact
-                                                       : NONE_RESTS);
+    const struct mode_change none = {-1, DETACHES};
+    const double now = f->t - INSTANT * fmax(1.0, f->t), since = f->at.since;
+    a->still = chatters(f, f->t - since) ? a->still + 1 : 0;
+    a->crowds = a->still >= RATTLE || (a->events >= CROWD && now <= a->last[(a->events - CROWD) % (2 * CROWD)]);
+    if (a->events >= 2 * CROWD && now <= a->last[a->events % (2 * CROWD)]) {
+        f->run->contact = a->event.contact;
+        return OUTCOME_ACCUMULATION;
     }
+    a->last[a->events++ % (2 * CROWD)] = f->t;
+    f->run->events++;
+    a->loss = a->event.watch >= 0 ? mode_change_of(f->s, a->event.watch) : none;
+    int closed;
+    return a->event.watch == FLAT ? OUTCOME_DONE : snap_to_singularity(f, 0, &closed);
+}
+
+static enum outcome move(struct automaton *a, struct phase *f)
+{
+    return integrate_to_event(f, &a->event);
+}
+
+static enum outcome strike(struct automaton *a, struct phase *f)
+{
+    const size_t impacts = f->run->impacts.count;
+    const enum outcome outcome = resolve_impacts(f, a->event.watch == CLOSES ? a->event.contact : -1);
+    a->struck = f->run->impacts.count > impacts;
+    return outcome;
+}
+
+static enum outcome select_held(struct automaton *a, struct phase *f)
+{
+    const struct mode_change none = {-1, DETACHES};
+    const int idle = !a->struck && a->event.watch == CLOSES && f->t == f->at.since;
+    a->idle = idle ? a->idle + 1 : 0;
+    return select_active_set(
+        f, a->struck ? none : a->loss, /* what was lost is asked anew where an impact has changed it */
+        a->crowds         ? ALL_REST
+        : a->idle >= IDLE ? a->event.contact
+                          : NONE_RESTS);
+}
+
+static int meets_event(const struct automaton *a, const struct phase *f)
+{
+    (void)f;
+    return a->event.contact >= 0;
+}
+
+static int always(const struct automaton *a, const struct phase *f)
+{
+    (void)a, (void)f;
+    return 1;
+}
+
+/* What each stage does */
+static enum outcome (*const ACTIONS[STAGES_OF_RUN])(struct automaton *a, struct phase *f) = {
+    [MOVE] = move, [MEET] = meet, [STRIKE] = strike, [SELECT] = select_held};
+
+/* and where it leads: to the first of its rows whose guard holds. docs/events.md has a picture of them. */
+static const struct {
+    enum stage from;
+    int (*guard)(const struct automaton *a, const struct phase *f);
+    enum stage to;
+} TRANSITIONS[] = {
+    {MOVE, meets_event, MEET}, {MOVE, always, MOVE},   {MEET, always, STRIKE},
+    {STRIKE, always, SELECT},  {SELECT, always, MOVE},
+};
+
+static enum stage next_stage(const struct automaton *a, const struct phase *f)
+{
+    for (size_t i = 0;; i++)
+        if (TRANSITIONS[i].from == a->stage && TRANSITIONS[i].guard(a, f))
+            return TRANSITIONS[i].to;
+}
+
+void start_automaton(struct automaton *a, const struct phase *f)
+{
+    memset(a, 0, sizeof *a);
+    a->stage = f->s->model->contacts ? STRIKE : MOVE;
+    a->event = (struct event){-1, 0.0, LOST, 1.0};
+    a->loss = (struct mode_change){-1, DETACHES};
+}
+
+enum outcome run_stage(struct automaton *a, struct phase *f)
+{
+    const enum outcome outcome = ACTIONS[a->stage](a, f);
+    if (!outcome)
+        a->stage = next_stage(a, f);
+    return outcome;
+}
+
+int at_end(const struct automaton *a, const struct phase *f)
+{
+    return a->stage == MOVE && !(f->t < f->run->until);
+}
+
+enum outcome run_automaton(struct automaton *a, struct phase *f)
+{
+    enum outcome outcome = OUTCOME_DONE;
+    while (!outcome && !at_end(a, f))
+        outcome = run_stage(a, f);
     return outcome;
 }

@@ -1,11 +1,43 @@
-/* The hybrid automaton: smooth phases and impacts in turn. */
+/* The hybrid automaton: smooth phases and impacts in turn (docs/events.md has its picture). */
 #ifndef CCGEN_AUTOMATON_H
 #define CCGEN_AUTOMATON_H
 
+#include "motion/switching.h"
 #include "steps/step.h"
 
-/* The hybrid automaton. Motion is smooth, with some contacts held or with none (flight), until an event; then closed
- * contacts that approach strike, and those that are pressed shut and do not bounce are held from then on. */
-enum outcome run_automaton(struct phase *f);
+enum { CROWD = 200 /* events within an instant before what bounces is said to be at rest */ };
+
+/* What the automaton does next. Each ends in one of those that automaton.c lists for it. */
+enum stage {
+    MOVE,   /* smooth motion, with some contacts held or with none (flight), to an event or the end of the run */
+    MEET,   /* an event: is time getting on, and are links in a line? */
+    STRIKE, /* closed contacts that approach strike, all of an instant */
+    SELECT, /* contacts that are pressed shut and do not bounce are held from then on */
+    STAGES_OF_RUN
+};
+
+/* What it remembers of the events so far */
+struct automaton {
+    enum stage stage;
+    struct event event;      /* the last one; its contact is -1 where there was none */
+    struct mode_change loss; /* what it took from a held contact */
+    int crowds;              /* whether events follow each other without time */
+    int struck;              /* whether there was an impact since it */
+    int idle;                /* events in a row that changed nothing */
+    long events, still;      /* events, and those in a row between which nothing moved */
+    double last[2 * CROWD];  /* instants of the last ones */
+};
+
+/* The automaton of a run that begins */
+void start_automaton(struct automaton *a, const struct phase *f);
+
+/* One stage. Where it is interrupted, the automaton is what it was before, as are state and record. */
+enum outcome run_stage(struct automaton *a, struct phase *f);
+
+/* Whether the next stage is smooth motion, at the end of the run */
+int at_end(const struct automaton *a, const struct phase *f);
+
+/* Stages to the end of the run. */
+enum outcome run_automaton(struct automaton *a, struct phase *f);
 
 #endif

@@ -100,7 +100,7 @@ static enum outcome release_bouncing(const struct phase *f, struct decision *d, 
                 return outcome;
             const double fall = -gap_acceleration(d, j, d->trial) / d->enlarged;
             if (!(2.0 * speed <= REST_TIME * fmax(1.0, fabs(f->t)) * fall * (1.0 - e)) &&
-                !(speed * speed <= 2.0 * fall * f->gap_uncertainty * f->s->extent[d->contact[j]]))
+                !(speed * speed <= 2.0 * fall * f->at.gap_uncertainty * f->s->extent[d->contact[j]]))
                 bouncing = j;
         }
         if (bouncing < 0)
@@ -294,15 +294,6 @@ static enum outcome select_and_project(struct phase *f, struct decision *d, stru
     return outcome ? outcome : project_contact_velocities(f, d, resting);
 }
 
-/* The mode of every contact, for the record */
-static void modes_of(const struct active_set *h, int contacts, signed char *out)
-{
-    for (int c = 0; c < contacts; c++)
-        out[c] = h->closed[c] == CARRIED ? IMPLIED : OPEN;
-    for (int i = 0; i < h->count; i++)
-        out[h->set[i]] = h->mode[i];
-}
-
 static void deactivate_all(struct active_set *h, size_t contacts)
 {
     memset(h->closed, WATCHED, contacts);
@@ -325,7 +316,7 @@ enum outcome select_active_set(struct phase *f, struct mode_change loss, int res
         outcome = outcome ? outcome : select_and_project(f, &d, loss, resting);
         if (!h->count)
             memset(h->peak, 0, c * sizeof *h->peak);
-        modes_of(h, (int)c, how);
+        contact_modes(h, (int)c, how);
         if (!outcome && append_modes(&run->modes, f->t, (int)c, how, h))
             outcome = OUTCOME_NO_MEMORY;
         if (!outcome && record_state(f))

@@ -122,7 +122,7 @@ enum outcome gather_candidates(struct phase *f, struct decision *d)
         d->scale = fmax(d->scale, SHARED * (i < m->base ? fabs(f->dy[s->n + i])
                                                         : s->length * (fabs(f->dy[s->n + i]) + u[i] * u[i])));
     const double soon = SLOW * REST_TIME * fmax(1.0, fabs(f->t)) * d->scale;
-    const double fast = fmax(soon, sqrt(2.0 * f->gap_uncertainty * s->length * d->scale));
+    const double fast = fmax(soon, sqrt(2.0 * f->at.gap_uncertainty * s->length * d->scale));
     for (int c = 0; c < m->contacts; c++)
         if (f->gaps[c] <= SHUT * s->extent[c] && fabs(f->rates[c]) <= fmax(fast, rest_velocity(f, c))) {
             d->in[d->count] = !(c == loss.contact && loss.how == DETACHES);

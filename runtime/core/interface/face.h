@@ -7,7 +7,7 @@
 #include "constraints/nullspace.h"
 #include "impact/impact.h"
 #include "interface/forces.h"
-#include "interface/simulate.h"
+#include "interface/simulation.h"
 #include "methods/method.h"
 #include "model/inputs.h"
 #include "motion/acceleration.h"

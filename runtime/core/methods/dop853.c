@@ -141,5 +141,5 @@ static void dop853_interpolate(const double *scratch, int size, double theta, do
 }
 
 const struct method dop853 = {
-    "dop853",          8, 1, dop853_scratch, NULL, dop853_step, dop853_estimates, dop853_measure, dop853_prepare,
+    "dop853",          8, 1, dop853_scratch, NULL, NULL, dop853_step, dop853_estimates, dop853_measure, dop853_prepare,
     dop853_interpolate};

@@ -99,5 +99,5 @@ static void dopri5_interpolate(const double *scratch, int size, double theta, do
 }
 
 const struct method dopri5 = {
-    "dopri5",          5, 1, dopri5_scratch, NULL, dopri5_step, dopri5_estimates, dopri5_measure, dopri5_prepare,
+    "dopri5",          5, 1, dopri5_scratch, NULL, NULL, dopri5_step, dopri5_estimates, dopri5_measure, dopri5_prepare,
     dopri5_interpolate};

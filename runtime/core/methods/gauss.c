@@ -99,6 +99,28 @@ static void gauss_restart(double *scratch, int size)
         memset(g->lost, 0, size * sizeof *g->lost);
 }
 
+/* The last stage polynomial, and what rounding took from the state */
+static size_t gauss_memory(const struct system *s, double *scratch, int put, double *numbers)
+{
+    const size_t size = s->size, rows = size - s->n;
+    enum { T, H, TRIED, KNOWN, SCALARS };
+    if (!numbers)
+        return SCALARS + rows * STAGES + 2 * size;
+    struct gauss *g = gauss_of(s, scratch);
+    double scalars[SCALARS] = {g->t, g->h, g->tried, g->known}, *at = numbers;
+    const struct {
+        double *array;
+        size_t count;
+    } parts[] = {{scalars, SCALARS}, {g->legendre, rows * STAGES}, {g->lost, size}, {g->lost_next, size}};
+    for (size_t i = 0; i < sizeof parts / sizeof *parts; at += parts[i++].count)
+        memcpy(put ? parts[i].array : at, put ? at : parts[i].array, parts[i].count * sizeof *at);
+    g->t = scalars[T];
+    g->h = scalars[H];
+    g->tried = scalars[TRIED] != 0.0;
+    g->known = scalars[KNOWN] != 0.0;
+    return (size_t)(at - numbers);
+}
+
 /* The power of what does work but has no potential, at all stages. */
 static enum outcome power(struct gauss *g, struct system *s, double t, double h, const double *y)
 {
@@ -265,6 +287,14 @@ static void gauss_interpolate(const double *scratch, int size, double theta, dou
         y[i] += theta * g->miss[i];
 }
 
-const struct method gauss = {
-    "gauss",          ORDER, 0, gauss_scratch, gauss_restart, gauss_step, gauss_estimates, gauss_measure, gauss_prepare,
-    gauss_interpolate};
+const struct method gauss = {"gauss",
+                             ORDER,
+                             0,
+                             gauss_scratch,
+                             gauss_restart,
+                             gauss_memory,
+                             gauss_step,
+                             gauss_estimates,
+                             gauss_measure,
+                             gauss_prepare,
+                             gauss_interpolate};

@@ -17,6 +17,9 @@ struct method {
     size_t (*scratch)(const struct system *s);
     /* the next step does not go on where the last one ended; NULL where that makes no difference */
     void (*restart)(double *scratch, int size);
+    /* What the next step takes over from the last, as numbers: copied out of the scratch, or if `put` back into it; how many
+     * they are. NULL where a step knows of none before. Without `numbers` only their count is wanted. */
+    size_t (*memory)(const struct system *s, double *scratch, int put, double *numbers);
     /* one step of length h from (t, y) with dy = derivative there: y1, and estimates of its error left in the scratch. A
      * method that iterates does so to a small part of the tolerance, or, where it is zero, until rounding ends it. */
     enum outcome (*step)(struct system *s, double *scratch, double t, double h, struct tolerance tolerance,
@@ -34,6 +37,12 @@ struct method {
 
 /* the method called `name`, or NULL */
 const struct method *find_method(const char *name);
+
+/* how many numbers a method takes over from step to step */
+static inline size_t memory_size(const struct method *method, const struct system *s)
+{
+    return method->memory ? method->memory(s, NULL, 0, NULL) : 0;
+}
 
 /* the methods themselves, for those that hand steps over to another */
 #define DECLARED(name) extern const struct method name;

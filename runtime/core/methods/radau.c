@@ -409,5 +409,5 @@ static void radau_interpolate(const double *scratch, int size, double theta, dou
 }
 
 const struct method radau = {
-    "radau",          ORDER, 1, radau_scratch, NULL, radau_step, radau_estimates, radau_measure, radau_prepare,
+    "radau",          ORDER, 1, radau_scratch, NULL, NULL, radau_step, radau_estimates, radau_measure, radau_prepare,
     radau_interpolate};

@@ -12,7 +12,7 @@ enum drift { DRIFT_PROJECTED = 0, DRIFT_LEFT, DRIFT_DAMPED };
 
 struct run {
     /* asked for */
-    double start, until;
+    double until;
     struct tolerance tolerance;
     const double *stops; /* [stop_count] times that grow, at which steps end: the right side has kinks there */
     size_t stop_count;

@@ -32,14 +32,14 @@ static double gained(struct phase *f, double *done, double *moves)
 {
     const struct system *s = f->s;
     const int work = 2 * s->n;
-    if (!f->energy_known)
-        s->model->energy(s->k, f->y, f->y + s->n, f->energy);
-    f->energy_known = 1;
-    s->model->energy(s->k, f->y1, f->y1 + s->n, f->energy_end);
-    f->energy_h = f->h;
-    const double *e0 = f->energy, *e1 = f->energy_end;
+    if (!f->at.energy_known)
+        s->model->energy(s->k, f->y, f->y + s->n, f->at.energy);
+    f->at.energy_known = 1;
+    s->model->energy(s->k, f->y1, f->y1 + s->n, f->at.energy_end);
+    f->at.energy_h = f->h;
+    const double *e0 = f->at.energy, *e1 = f->at.energy_end;
     *done = s->size > work ? f->y1[work] - f->y[work] : 0.0;
-    *moves = fmax(f->energy_in_motion, e0[0] + fabs(e1[1] - e0[1]) + fabs(*done));
+    *moves = fmax(f->at.energy_in_motion, e0[0] + fabs(e1[1] - e0[1]) + fabs(*done));
     return (e1[0] - e0[0]) + (e1[1] - e0[1]) - *done;
 }
 
@@ -49,16 +49,16 @@ double energy_residual(struct phase *f)
     double done, moves;
     if (!s->model->rows || !s->model->contacts || f->run->fixed_step > 0.0)
         return 0.0;
-    const double gain = gained(f, &done, &moves), *e0 = f->energy;
+    const double gain = gained(f, &done, &moves), *e0 = f->at.energy;
     const double rounding = ROUNDING * DBL_EPSILON * (e0[0] + fabs(e0[1]) + moves);
-    const double part = f->t < f->stretch_end ? fmin(1.0, f->h / f->stretch) : 1.0;
+    const double part = f->t < f->at.stretch_end ? fmin(1.0, f->h / f->at.stretch) : 1.0;
     const double may = KEPT * part * f->run->tolerance.rtol * moves + rounding;
     double missed = fabs(gain) / may;
     if (missed > OFTEN && done < 0.0 && active_count(s) && s->friction)
         missed = fmax(0.0, missed + unknown_work(f) * done / may);
-    if (missed > 1.0 && !(f->t < f->stretch_end)) {
-        f->stretch = f->h;
-        f->stretch_end = f->t + f->h;
+    if (missed > 1.0 && !(f->t < f->at.stretch_end)) {
+        f->at.stretch = f->h;
+        f->at.stretch_end = f->t + f->h;
     }
     return missed;
 }
@@ -73,8 +73,9 @@ int breaks_energy(struct phase *f)
 
 void commit_energy(struct phase *f)
 {
-    f->energy_in_motion = fmax(f->energy_in_motion, f->energy[0] + fabs(f->energy_end[1] - f->energy[1]));
-    f->energy_known = f->energy_known && f->energy_h == f->h;
-    f->energy[0] = f->energy_end[0];
-    f->energy[1] = f->energy_end[1];
+    f->at.energy_in_motion =
+        fmax(f->at.energy_in_motion, f->at.energy[0] + fabs(f->at.energy_end[1] - f->at.energy[1]));
+    f->at.energy_known = f->at.energy_known && f->at.energy_h == f->h;
+    f->at.energy[0] = f->at.energy_end[0];
+    f->at.energy[1] = f->at.energy_end[1];
 }

@@ -76,7 +76,7 @@ static int keeps_energy(const struct phase *f)
 {
     double parts[2];
     f->s->model->energy(f->s->k, f->y, f->y + f->s->n, parts);
-    return energy(f, f->y1) >= parts[0] + parts[1] - ASTRAY * fmax(f->energy_in_motion, parts[0]);
+    return energy(f, f->y1) >= parts[0] + parts[1] - ASTRAY * fmax(f->at.energy_in_motion, parts[0]);
 }
 
 /* Put y1, a copy of the state, where the contacts f->set are closed; whether there is such a place, with rows of the closure
@@ -162,7 +162,7 @@ static enum outcome commit_snap(struct phase *f, int count)
     f->s->model->energy(f->s->k, f->y, f->y + f->s->n, parts);
     const double loss = parts[0] + parts[1] - energy(f, f->y1);
     const double seen =
-        fmax(run->tolerance.rtol * fmax(f->energy_in_motion, parts[0]), ADDED * fabs(parts[0] + parts[1]));
+        fmax(run->tolerance.rtol * fmax(f->at.energy_in_motion, parts[0]), ADDED * fabs(parts[0] + parts[1]));
     const size_t n = f->s->n;
     if (record_state(f))
         return OUTCOME_NO_MEMORY;
@@ -235,7 +235,7 @@ enum outcome leave_singularity(struct phase *f)
     s->model->gap_rates(s->k, f->y, f->y + n, f->rates);
     for (int c = 0; c < s->model->contacts; c++)
         leaves |= f->rates[c] > rest_velocity(f, c);
-    if (!leaves || f->t != f->flat)
+    if (!leaves || f->t != f->at.flat)
         return evaluate_derivative(f);
     memcpy(f->y1, f->y, (size_t)s->size * sizeof *f->y);
     enum outcome outcome = OUTCOME_DONE;
@@ -330,8 +330,8 @@ static int snap_below(struct phase *f, double gap_uncertainty, double miss, int 
         *outcome = done ? commit_snap(f, count) : OUTCOME_DONE;
     }
     if (done) {
-        f->gap_uncertainty = gap_uncertainty;
-        f->flat = f->t;
+        f->at.gap_uncertainty = gap_uncertainty;
+        f->at.flat = f->t;
     }
     free(set);
     free(mode);
@@ -343,18 +343,18 @@ enum outcome snap_to_singularity(struct phase *f, int stuck, int *closed)
 {
     struct system *s = f->s;
     const int rows = s->model->rows + s->model->drives;
-    const double before = f->gap_uncertainty;
+    const double before = f->at.gap_uncertainty;
     enum outcome outcome = OUTCOME_DONE;
     double sigma;
     *closed = 0;
-    f->gap_uncertainty = 0.0;
+    f->at.gap_uncertainty = 0.0;
     if (!s->model->rows)
         return outcome;
     const double miss = closure_miss(f);
     if (!uncertain_contacts(f, unknown(0.0, miss))) {
         if (before > 0.0 && row_rank(s, f->y, &sigma) < rows) { /* where it was put, it still is */
-            f->gap_uncertainty = before;
-            f->flat = f->t;
+            f->at.gap_uncertainty = before;
+            f->at.flat = f->t;
         }
         return outcome;
     }

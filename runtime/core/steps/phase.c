@@ -23,10 +23,11 @@ enum {
 int make_phase(struct phase *f)
 {
     const size_t n = f->s->size, c = f->s->model->contacts, scratch = f->run->method->scratch(f->s);
+    const size_t kept = memory_size(f->run->method, f->s);
     const int passes =
         f->s->model->rows && f->s->model->stages && f->run->method != &gauss && f->run->fixed_step == 0.0;
     const size_t passing = passes ? gauss.scratch(f->s) : 0;
-    f->block = calloc(4 * n + scratch + passing + search_scratch(f->s) + 5 * c + 1,
+    f->block = calloc(4 * n + scratch + passing + kept + search_scratch(f->s) + 5 * c + 1,
                       sizeof *f->block); /* a method finds zeros */
     f->set = malloc((c + 1) * sizeof *f->set);
     f->y = f->block;
@@ -43,6 +44,7 @@ int make_phase(struct phase *f)
     f->rates = f->gaps + c;
     f->e = f->rates + c;
     f->P = f->e + c;
+    f->kept = f->P + 2 * c;
     return 0;
 }
 
@@ -122,93 +124,168 @@ static int stalls(const struct phase *f)
     return f->s->model->contacts && f->s->model->rows && f->h * fastest(f->s, f->y + f->s->n) < CRAWL;
 }
 
-enum outcome integrate_to_event(struct phase *f, struct event *event)
+/* Where a phase begins: derivative, first step, and a method that knows of no step before */
+static enum outcome begin_phase(struct phase *f)
 {
-    struct run *run = f->run;
-    const double since = f->t;
-    enum outcome outcome = f->gap_uncertainty > 0.0 ? leave_singularity(f) : evaluate_derivative(f);
-    event->contact = -1;
-    f->energy_known = 0;
-    f->place = NAN;
+    const struct run *run = f->run;
+    const enum outcome outcome = f->at.gap_uncertainty > 0.0 ? leave_singularity(f) : evaluate_derivative(f);
+    f->at.since = f->t;
+    f->at.energy_known = f->at.crawled = 0;
+    f->at.place = NAN;
+    f->at.late = 0.0;
     if (run->method->restart)
         run->method->restart(f->scratch, f->s->size);
     if (!outcome && f->h <= 0.0)
         f->h = run->fixed_step > 0.0 ? run->fixed_step : first_step(f);
-    int crawled = 0;
-    double next = f->h, late = 0.0; /* what rounding took from the time: many equal steps are as long as they say */
-    while (!outcome && f->t < run->until) {
-        run->interruption.t = f->t;
-        if ((run->steps % TICK == 0 && ask(&run->interruption)) || interrupted(f->s->interruption, 0))
-            return OUTCOME_INTERRUPTED;
-        if (run->steps + run->rejected >= run->step_budget)
-            return OUTCOME_BUDGET;
-        if (exceeds_step_rate(run, f->t))
-            return OUTCOME_CROWDED;
-        const double wanted = run->fixed_step > 0.0 ? run->fixed_step : next;
-        const double stop = next_stop(run, f->t);
-        const int last = f->t + 1.01 * wanted >= stop;
-        const double whole = last ? stop - f->t - late : wanted;
-        f->h = whole;
-        f->bounded = last;
-        if ((outcome = accepted_step(f, &next)))
-            break;
-        if (last && f->h == whole)
-            next = fmax(next, wanted);
-        outcome = f->s->model->contacts ? search_step(f, event) : evaluate_end_derivative(f);
-        if (!outcome && interrupted(f->s->interruption, 0)) /* what was found without accelerations is none */
-            outcome = OUTCOME_INTERRUPTED;
-        if (!outcome && event->contact >= 0)
-            outcome = locate_event(f, *event);
-        if (!outcome && event->contact >= 0 && f->h > shortest(f) && outruns_velocity(f))
-            outcome = OUTCOME_STEP_TOO_SMALL;
-        if (!outcome && f->h != f->energy_h && f->h > shortest(f) &&
-            energy_residual(f) > 1.0) /* a shorter one than accepted */
-            outcome = OUTCOME_STEP_TOO_SMALL;
-        const int behind = outcome ? -1 : penetrating_contact(f);
-        if (behind >= 0 && (f->s->active->closed[behind] == WATCHED || f->h > shortest(f))) {
-            run->contact = behind;
-            outcome = OUTCOME_ESCAPED;
-        }
-        if (outcome && outcome != OUTCOME_INTERRUPTED && run->fixed_step == 0.0 && f->h > shortest(f)) {
-            next = LEAST_CHANGE * f->h; /* no step ends there, or it ends too late: come nearer first */
-            event->contact = -1;
-            run->rejected++;
-            outcome = OUTCOME_DONE;
-            continue;
-        }
-        if (!outcome && event->contact >= 0) {
-            f->t += f->h;
-            memcpy(f->y, f->y1, (size_t)f->s->size * sizeof *f->y);
-            f->h = fmin(next, LONGEST_REBOUND * (f->t - since));
-            return OUTCOME_DONE;
-        }
-        if (outcome)
-            break;
-        commit_energy(f);
-        const double step = f->h + late, then = last && f->h == whole ? stop : f->t + step;
-        late = then == stop ? 0.0 : step - (then - f->t);
-        f->t = then;
-        double *swap = f->y;
-        f->y = f->y1;
-        f->y1 = swap;
-        swap = f->dy;
-        f->dy = f->dy1;
-        f->dy1 = swap;
-        if (record_state(f))
-            return OUTCOME_NO_MEMORY;
-        if ((event->contact = opened_implied_contact(f)) >= 0) {
-            event->watch = LOST;
-            break;
-        }
-        int closed = 0;
-        crawled = stalls(f) ? crawled + 1 : 0;
-        if (crawled && crawled % CRAWLS == 0)
-            outcome = snap_to_singularity(f, 1, &closed);
-        if (closed) {
-            *event = (struct event){f->set[0], 1.0, FLAT, 1.0};
-            break;
-        }
+    f->at.next = f->h;
+    f->at.under_way = !outcome;
+    return outcome;
+}
+
+/* Whether the run may take another step */
+static enum outcome within_budget(struct phase *f)
+{
+    struct run *run = f->run;
+    run->interruption.t = f->t;
+    if ((run->steps % TICK == 0 && ask(&run->interruption)) || interrupted(f->s->interruption, 0))
+        return OUTCOME_INTERRUPTED;
+    if (run->steps + run->rejected >= run->step_budget)
+        return OUTCOME_BUDGET;
+    return exceeds_step_rate(run, f->t) ? OUTCOME_CROWDED : OUTCOME_DONE;
+}
+
+/* What a step that is begun and not ended has changed */
+struct before_step {
+    struct progress at;
+    double h;
+    long steps, rejected;
+};
+
+static struct before_step note_step(struct phase *f)
+{
+    if (f->run->method->memory)
+        f->run->method->memory(f->s, f->scratch, 0, f->kept);
+    return (struct before_step){f->at, f->h, f->run->steps, f->run->rejected};
+}
+
+/* As if the step had not been begun: what was interrupted goes on as if it had not been. */
+static void undo_step(struct phase *f, const struct before_step *before)
+{
+    if (f->run->method->memory)
+        f->run->method->memory(f->s, f->scratch, 1, f->kept);
+    f->at = before->at;
+    f->h = before->h;
+    f->run->steps = before->steps;
+    f->run->rejected = before->rejected;
+}
+
+/* One step, or the part of it up to its first event, to y1 a time f->h later. Its end is `stop`, unless that is NAN. Where no
+ * step ends there, *again is set, and the next try is shorter. */
+static enum outcome try_step(struct phase *f, struct event *event, double *stop, int *again)
+{
+    struct run *run = f->run;
+    struct progress *at = &f->at;
+    const double wanted = run->fixed_step > 0.0 ? run->fixed_step : at->next, next = next_stop(run, f->t);
+    const int last = f->t + 1.01 * wanted >= next;
+    const double whole = last ? next - f->t - at->late : wanted;
+    f->h = whole;
+    at->bounded = last;
+    *again = 0;
+    enum outcome outcome = accepted_step(f, &at->next);
+    if (outcome)
+        return outcome;
+    if (last && f->h == whole)
+        at->next = fmax(at->next, wanted);
+    outcome = f->s->model->contacts ? search_step(f, event) : evaluate_end_derivative(f);
+    if (!outcome && interrupted(f->s->interruption, 0)) /* what was found without accelerations is none */
+        outcome = OUTCOME_INTERRUPTED;
+    if (!outcome && event->contact >= 0)
+        outcome = locate_event(f, *event);
+    if (!outcome && event->contact >= 0 && f->h > shortest(f) && outruns_velocity(f))
+        outcome = OUTCOME_STEP_TOO_SMALL;
+    if (!outcome && f->h != at->energy_h && f->h > shortest(f) && energy_residual(f) > 1.0) /* shorter than accepted */
+        outcome = OUTCOME_STEP_TOO_SMALL;
+    const int behind = outcome ? -1 : penetrating_contact(f);
+    if (behind >= 0 && (f->s->active->closed[behind] == WATCHED || f->h > shortest(f))) {
+        run->contact = behind;
+        outcome = OUTCOME_ESCAPED;
     }
-    f->h = next;
+    if (outcome && outcome != OUTCOME_INTERRUPTED && run->fixed_step == 0.0 && f->h > shortest(f)) {
+        at->next = LEAST_CHANGE * f->h; /* no step ends there, or it ends too late: come nearer first */
+        event->contact = -1;
+        run->rejected++;
+        *again = 1;
+        return OUTCOME_DONE;
+    }
+    *stop = last && f->h == whole ? next : NAN;
+    return outcome;
+}
+
+/* Go on to the end of a step that met no event. */
+static void commit_step(struct phase *f, double stop)
+{
+    struct progress *at = &f->at;
+    commit_energy(f);
+    const double step = f->h + at->late, then = isnan(stop) ? f->t + step : stop;
+    at->late = then == stop ? 0.0 : step - (then - f->t);
+    f->t = then;
+    double *swap = f->y;
+    f->y = f->y1;
+    f->y1 = swap;
+    swap = f->dy;
+    f->dy = f->dy1;
+    f->dy1 = swap;
+}
+
+/* Go on to the event that the step ends at. */
+static void commit_event(struct phase *f)
+{
+    f->t += f->h;
+    memcpy(f->y, f->y1, (size_t)f->s->size * sizeof *f->y);
+    f->at.next = fmin(f->at.next, LONGEST_REBOUND * (f->t - f->at.since));
+}
+
+/* Events that show in a state, not between two: what others carried is open, or links cannot move */
+static enum outcome find_standing_event(struct phase *f, struct event *event)
+{
+    struct progress *at = &f->at;
+    int closed = 0;
+    enum outcome outcome = OUTCOME_DONE;
+    if ((event->contact = opened_implied_contact(f)) >= 0) {
+        event->watch = LOST;
+        return outcome;
+    }
+    at->crawled = stalls(f) ? at->crawled + 1 : 0;
+    if (at->crawled && at->crawled % CRAWLS == 0)
+        outcome = snap_to_singularity(f, 1, &closed);
+    if (closed)
+        *event = (struct event){f->set[0], 1.0, FLAT, 1.0};
+    return outcome;
+}
+
+enum outcome integrate_to_event(struct phase *f, struct event *event)
+{
+    enum outcome outcome = f->at.under_way ? OUTCOME_DONE : begin_phase(f);
+    event->contact = -1;
+    while (!outcome && f->t < f->run->until && event->contact < 0) {
+        if ((outcome = within_budget(f)))
+            break;
+        const struct before_step before = note_step(f);
+        double stop;
+        int again;
+        outcome = try_step(f, event, &stop, &again);
+        if (outcome == OUTCOME_INTERRUPTED)
+            undo_step(f, &before);
+        if (outcome || again)
+            continue;
+        if (event->contact >= 0) {
+            commit_event(f);
+            break;
+        }
+        commit_step(f, stop);
+        outcome = record_state(f) ? OUTCOME_NO_MEMORY : find_standing_event(f, event);
+    }
+    f->h = f->at.next;
+    f->at.under_way &= event->contact < 0;
     return outcome;
 }

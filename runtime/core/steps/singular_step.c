@@ -102,26 +102,27 @@ int crosses_singularity(struct phase *f, enum outcome back, double error, const 
     if (!(back || error > WILD || off_the_closure(f) || (error <= 1.0 && thrown(f))) ||
         !nearest_part(f, end, LAST, &part))
         return 0;
-    f->place = f->t + part * f->h;
+    f->at.place = f->t + part * f->h;
     return 1;
 }
 
 int misplaced(struct phase *f, const double *end)
 {
     double part;
-    if (f->passage != ACROSS || !nearest_part(f, end, 1.0, &part) || fabs(f->t + part * f->h - f->place) < ASIDE * f->h)
+    if (f->at.passage != ACROSS || !nearest_part(f, end, 1.0, &part) ||
+        fabs(f->t + part * f->h - f->at.place) < ASIDE * f->h)
         return 0;
-    f->place = f->t + part * f->h;
+    f->at.place = f->t + part * f->h;
     return 1;
 }
 
 void place_about_singularity(struct phase *f)
 {
-    const double part = (f->place - f->t) / f->h;
-    f->passage = FREE;
+    const double part = (f->at.place - f->t) / f->h;
+    f->at.passage = FREE;
     if (!(part > -CLEAR[0] && part < LAST)) /* not where no place is known */
         return;
-    f->passage = ACROSS;
+    f->at.passage = ACROSS;
     if (part < CLEAR[0])
         return;
     for (int i = 1; i < CLEARS; i++)
@@ -129,8 +130,8 @@ void place_about_singularity(struct phase *f)
             f->h *= part / CLEAR[i];
             return;
         }
-    if (f->bounded && part > LATE) /* it has to end there */
+    if (f->at.bounded && part > LATE) /* it has to end there */
         return;
-    f->passage = BEFORE; /* so that it lies in the middle of the next, which is as long as this might have been */
-    f->h *= f->bounded ? (part - MIDDLE) / MIDDLE : part - MIDDLE;
+    f->at.passage = BEFORE; /* so that it lies in the middle of the next, which is as long as this might have been */
+    f->h *= f->at.bounded ? (part - MIDDLE) / MIDDLE : part - MIDDLE;
 }

@@ -66,7 +66,7 @@ enum outcome project_step_end(struct phase *f)
 
 enum outcome unprojected_step(struct phase *f, double h, struct tolerance tolerance)
 {
-    const int across = f->passage == ACROSS, other = across && f->passing && !active_count(f->s);
+    const int across = f->at.passage == ACROSS, other = across && f->passing && !active_count(f->s);
     f->by = other ? &gauss : f->run->method;
     f->steps = other ? f->passing : f->scratch;
     if (other) {
@@ -100,7 +100,7 @@ enum outcome step_error(struct phase *f, double *error)
         if (outcome)
             return outcome;
     }
-    const double left = f->passage == ACROSS ? 0.0 : BELIEVED * *error;
+    const double left = f->at.passage == ACROSS ? 0.0 : BELIEVED * *error;
     *error = fmax(left, method->measure(f->steps, size, f->run->tolerance, f->y, f->y1));
     return OUTCOME_DONE;
 }

@@ -10,6 +10,26 @@
  * closure: singular_step.h */
 enum passage { FREE, BEFORE, ACROSS };
 
+/* What a phase takes over from one step to the next, beside the state and what the method keeps */
+struct progress {
+    int under_way;    /* whether the phase has begun, and goes on */
+    int crawled;      /* steps in a row that moved nothing */
+    double since;     /* when it began */
+    double next;      /* length of the step to try next */
+    double late;      /* what rounding took from the time: many equal steps are as long as they say */
+    int energy_known; /* whether `energy` is that of the state */
+    int bounded;      /* whether the step may not go on past its end */
+    double energy[2],
+        energy_end[2]; /* kinetic and potential, at y if it is known, and at the end of a step of length energy_h */
+    double energy_h, energy_in_motion; /* and the largest energy that has been in motion */
+    double stretch, stretch_end;       /* length and end of a step that was refused for the energy it missed */
+    double place;                      /* time at which a singular configuration is passed, or NAN: none is known */
+    double own;                        /* length of the step there that the run's own method would have taken */
+    enum passage passage;              /* how the step lies to it */
+    double gap_uncertainty;            /* gaps so small, relative to the contact's extent, are not known: flat_loop.h */
+    double flat;                       /* when the state was last put where closure rows are lost */
+};
+
 struct phase {
     struct system *s;
     struct run *run;
@@ -21,20 +41,11 @@ struct phase {
     const struct method *by;   /* that took the last step, */
     double *steps;             /* and its scratch */
     double *search;            /* of the event search */
+    double *kept;              /* what the method knew before a step */
     double *gaps, *rates, *e, *P;
     int *set;
     struct active_set active; /* of the system */
-    double energy[2],
-        energy_end[2]; /* kinetic and potential, at y if it is known, and at the end of a step of length energy_h */
-    double energy_h, energy_in_motion; /* and the largest energy that has been in motion */
-    int energy_known;
-    double stretch, stretch_end; /* length and end of a step that was refused for the energy it missed */
-    double place;                /* time at which a singular configuration is passed, or NAN: none is known */
-    double own;                  /* length of the step there that the run's own method would have taken */
-    enum passage passage;        /* how the step lies to it */
-    int bounded;                 /* whether the step may not go on past its end */
-    double gap_uncertainty;      /* gaps so small, relative to the contact's extent, are not known: flat_loop.h */
-    double flat;                 /* when the state was last put where closure rows are lost */
+    struct progress at;
 };
 
 /* speed (times extent per second) below which a contact does not bounce */

@@ -66,7 +66,7 @@ static enum outcome project_and_place(struct phase *f, const double *error, int 
     memcpy(end, f->y1, (size_t)f->s->size * sizeof *end);
     const enum outcome back = project_step_end(f);
     *again =
-        f->passage == FREE ? crosses_singularity(f, back, *error, end) : !back && *error <= 1.0 && misplaced(f, end);
+        f->at.passage == FREE ? crosses_singularity(f, back, *error, end) : !back && *error <= 1.0 && misplaced(f, end);
     return *error <= 1.0 ? back : OUTCOME_DONE;
 }
 
@@ -85,8 +85,9 @@ enum outcome accepted_step(struct phase *f, double *next)
             int anew;
             outcome = project_and_place(f, &error, &anew);
             if (anew && again++ < AGAIN) {
-                if (f->passage == FREE)
-                    f->own = whole * (error > 1.0 ? fmax(SAFETY * pow(error, -1.0 / f->by->order), LEAST_CHANGE) : 1.0);
+                if (f->at.passage == FREE)
+                    f->at.own =
+                        whole * (error > 1.0 ? fmax(SAFETY * pow(error, -1.0 / f->by->order), LEAST_CHANGE) : 1.0);
                 f->h = whole;
                 continue;
             }
@@ -100,10 +101,10 @@ enum outcome accepted_step(struct phase *f, double *next)
         if (!outcome && error <= 1.0) {
             const double change = SAFETY * pow(fmax(error, 1e-12), -1.0 / f->by->order);
             *next = f->h * fmin(fmax(change, LEAST_CHANGE), refused ? 1.0 : LARGEST_CHANGE);
-            if (f->passage == BEFORE)
+            if (f->at.passage == BEFORE)
                 *next = fmax(*next, whole);
             if (f->by != run->method) /* the length that the run's own method may have */
-                *next = f->own;
+                *next = f->at.own;
             run->steps++;
             return OUTCOME_DONE;
         }
@@ -121,11 +122,11 @@ enum outcome accepted_step(struct phase *f, double *next)
 enum outcome integrate_to(struct phase *f, double until)
 {
     double next = until - f->t;
-    f->place = NAN;
+    f->at.place = NAN;
     while (f->t < until) {
         const double left = until - f->t;
         f->h = 1.01 * next >= left ? left : next;
-        const int last = f->bounded = f->h == left;
+        const int last = f->at.bounded = f->h == left;
         enum outcome outcome = accepted_step(f, &next);
         if (outcome || (last && f->h == left))
             return outcome;

@@ -1,0 +1,101 @@
+/* A model's motions from C: a simulation goes from event to event, and its state can be taken out, kept and put back.
+ *
+ * Numbers are in SI units. Functions that can fail return 0, or a code whose name ccgen_outcome_name gives; what a simulation has
+ * reached is kept in any case. One simulation is for one thread at a time; different ones may run side by side.
+ * docs/c.md tells how to compile this with a model.
+ */
+#ifndef CCGEN_H
+#define CCGEN_H
+
+#include <stddef.h>
+
+#include "model.h"
+
+#if defined(CCGEN_SHARED) && defined(__GNUC__) /* in a library whose other names are hidden */
+#define CCGEN_PUBLIC __attribute__((visibility("default")))
+#else
+#define CCGEN_PUBLIC
+#endif
+
+/* A model with its parameters, and how its motions are integrated. What is 0 or NULL is chosen as said. Arrays, and `context`,
+ * have to stay as long as the simulation, but for `parameters` and `angular`. */
+struct ccgen_settings {
+    const double *parameters; /* [parameters] in the order of the model's data; NULL only for a model that has none */
+    double length; /* a length of the mechanism (m), as the largest of its links: the scale of what counts as shut; 1 */
+    const unsigned char *angular; /* [contacts] whether each is a stop of an angle; none */
+    int law;                      /* of impact: 0 Newton, 1 Poisson, 2 Stronge */
+    double acceleration_scale; /* accelerations that are usual (rad/s^2): they are refined to full digits, as masses far
+                                   * apart want it; 0: not */
+    const char *method;        /* gauss, dop853, dopri5 or radau; NULL: dop853 with contacts, else gauss */
+    double rtol, atol;         /* tolerances; 1e-9, and as rtol */
+    double fixed_step;         /* s; 0: as the tolerances ask for */
+    int drift;          /* loops are kept shut by projection (0), not at all (1), or by Baumgarte's stabilisation (2) */
+    long step_budget;   /* steps in all; ten million */
+    long second_budget; /* steps and events of one simulated second; 200,000 */
+    const double *stops; /* [stop_count] times that grow, at which steps end: where inputs have kinks */
+    size_t stop_count;
+    /* the model's inputs[inputs] at a state; NULL: all are 0. A nonzero answer interrupts the motion. */
+    int (*inputs)(void *context, double t, const double *q, const double *u, double *inputs);
+    void *context;
+    /* asked several times a second how far the motion is; a nonzero answer interrupts it; may be NULL */
+    int (*tick)(void *context, double t);
+    void *tick_context;
+};
+
+enum ccgen_event_kind {
+    CCGEN_NO_EVENT, /* the time asked for is reached */
+    CCGEN_CLOSES,   /* a contact has closed, and strikes unless it only touches */
+    CCGEN_CHANGES,  /* a held contact opens, or begins or ends to slide */
+    CCGEN_FLATTENS  /* contacts close where links lie in a line */
+};
+
+struct ccgen_event {
+    enum ccgen_event_kind kind;
+    double t;       /* s */
+    int contact;    /* its number, or -1 */
+    size_t impacts; /* how many followed at once */
+};
+
+struct ccgen_simulation;
+
+/* A simulation of a model, which has to stay as long: nothing has begun. */
+CCGEN_PUBLIC int ccgen_create(const struct ccgen_model *model, const struct ccgen_settings *settings,
+                              struct ccgen_simulation **simulation);
+
+/* Begin at time t from q[nq], u[nu], which are put onto the closure. What was recorded before is forgotten. */
+CCGEN_PUBLIC int ccgen_reset(struct ccgen_simulation *simulation, double t, const double *q, const double *u);
+
+/* Go on to the next event and past it, with its impacts and the choice of the contacts that are held then, or to `until`. */
+CCGEN_PUBLIC int ccgen_step_to_event(struct ccgen_simulation *simulation, double until, struct ccgen_event *event);
+
+/* Time, q[nq] and u[nu] that are reached; any may be NULL */
+CCGEN_PUBLIC void ccgen_get_motion(const struct ccgen_simulation *simulation, double *t, double *q, double *u);
+
+/* The model's constants k[constants] with the parameters of the simulation: what its other functions read, as `energy` */
+CCGEN_PUBLIC const double *ccgen_get_constants(const struct ccgen_simulation *simulation);
+
+/* How each contact is held, modes[contacts]: -1 slides backward, 0 held without friction, 1 slides forward, 2 sticks, 3 and -3 at the limit
+ * of friction against forward or backward sliding, 4 touches without pressing, 5 held by others, 6 apart */
+CCGEN_PUBLIC void ccgen_get_modes(const struct ccgen_simulation *simulation, signed char *modes);
+
+/* The whole state as bytes. Put back, also into another simulation of the same model, method and settings, motion goes on by
+ * the same bits. ccgen_set_state refuses, and changes nothing, where the state is of another model, method or precision;
+ * what was recorded before is forgotten. A state is for the same kind of processor. */
+CCGEN_PUBLIC size_t ccgen_state_size(const struct ccgen_simulation *simulation);
+CCGEN_PUBLIC void ccgen_get_state(const struct ccgen_simulation *simulation, void *bytes);
+CCGEN_PUBLIC int ccgen_set_state(struct ccgen_simulation *simulation, const void *bytes);
+
+/* Rows that are recorded, one for every step and two for every impact: their times t[rows], and the rows themselves, each with
+ * *width numbers, q and u first. They stay where they are until the simulation goes on. */
+CCGEN_PUBLIC size_t ccgen_rows(const struct ccgen_simulation *simulation, const double **t, const double **rows,
+                               size_t *width);
+
+/* Forget what is recorded but the present row: for motions that go on for long. */
+CCGEN_PUBLIC int ccgen_forget(struct ccgen_simulation *simulation);
+
+/* The name of a code, as "done" or "step_too_small" */
+CCGEN_PUBLIC const char *ccgen_outcome_name(int code);
+
+CCGEN_PUBLIC void ccgen_destroy(struct ccgen_simulation *simulation);
+
+#endif

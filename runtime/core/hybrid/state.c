@@ -1,0 +1,137 @@
+/* The hybrid state as bytes; see state.h. */
+#include "hybrid/state.h"
+
+#include <string.h>
+
+enum way { COUNT, GET, PUT };
+
+/* What a state is of: it fits where these are the same. */
+struct kind {
+    char magic[8];
+    int version, number; /* of this layout; bytes of a number */
+    int size, contacts;
+    char method[16], hash[80];
+};
+
+static struct kind kind_of(const struct phase *f)
+{
+    struct kind kind;
+    memset(&kind, 0, sizeof kind);
+    memcpy(kind.magic, "ccgen\n", 6);
+    kind.version = 1;
+    kind.number = (int)sizeof(double);
+    kind.size = f->s->size;
+    kind.contacts = f->s->model->contacts;
+    strncpy(kind.method, f->run->method->name, sizeof kind.method - 1);
+    strncpy(kind.hash, f->s->model->hash, sizeof kind.hash - 1);
+    return kind;
+}
+
+/* All parts of the state but what the method remembers, one after another; their bytes. */
+static size_t walk(struct automaton *a, struct phase *f, enum way way, char *bytes)
+{
+    const size_t c = f->s->model->contacts, number = sizeof *f->y;
+    struct run *run = f->run;
+    struct progress *at = &f->at;
+    struct active_set *h = &f->active;
+    const struct {
+        void *part;
+        size_t size;
+    } parts[] = {{&f->t, number},
+                 {f->y, f->s->size * number},
+                 {f->dy, f->s->size * number},
+                 {&f->h, number},
+                 {&at->under_way, sizeof at->under_way},
+                 {&at->crawled, sizeof at->crawled},
+                 {&at->since, number},
+                 {&at->next, number},
+                 {&at->late, number},
+                 {&at->energy_known, sizeof at->energy_known},
+                 {&at->bounded, sizeof at->bounded},
+                 {at->energy, sizeof at->energy},
+                 {at->energy_end, sizeof at->energy_end},
+                 {&at->energy_h, number},
+                 {&at->energy_in_motion, number},
+                 {&at->stretch, number},
+                 {&at->stretch_end, number},
+                 {&at->place, number},
+                 {&at->own, number},
+                 {&at->passage, sizeof at->passage},
+                 {&at->gap_uncertainty, number},
+                 {&at->flat, number},
+                 {&run->steps, sizeof run->steps},
+                 {&run->rejected, sizeof run->rejected},
+                 {&run->events, sizeof run->events},
+                 {&run->second, number},
+                 {&run->spent_before, sizeof run->spent_before},
+                 {&h->count, sizeof h->count},
+                 {&h->rows, sizeof h->rows},
+                 {&h->implied, sizeof h->implied},
+                 {&h->window, number},
+                 {h->set, c * sizeof *h->set},
+                 {h->of, 2 * c * sizeof *h->of},
+                 {h->mode, c * sizeof *h->mode},
+                 {h->closed, c * sizeof *h->closed},
+                 {h->force, 2 * c * number},
+                 {h->weight, 2 * c * number},
+                 {h->least, c * number},
+                 {h->peak, c * number},
+                 {&a->stage, sizeof a->stage},
+                 {&a->event.contact, sizeof a->event.contact},
+                 {&a->event.watch, sizeof a->event.watch},
+                 {&a->event.theta, number},
+                 {&a->event.behind, number},
+                 {&a->loss.contact, sizeof a->loss.contact},
+                 {&a->loss.how, sizeof a->loss.how},
+                 {&a->crowds, sizeof a->crowds},
+                 {&a->struck, sizeof a->struck},
+                 {&a->idle, sizeof a->idle},
+                 {&a->events, sizeof a->events},
+                 {&a->still, sizeof a->still},
+                 {a->last, sizeof a->last}};
+    size_t size = 0;
+    for (size_t i = 0; i < sizeof parts / sizeof *parts; size += parts[i++].size) {
+        if (way == GET && parts[i].size)
+            memcpy(bytes + size, parts[i].part, parts[i].size);
+        if (way == PUT && parts[i].size)
+            memcpy(parts[i].part, bytes + size, parts[i].size);
+    }
+    return size;
+}
+
+size_t state_size(const struct phase *f)
+{
+    struct automaton none;
+    struct phase copy = *f;
+    const size_t remembered = memory_size(f->run->method, f->s) * sizeof *f->y;
+    return sizeof(struct kind) + walk(&none, &copy, COUNT, NULL) + remembered;
+}
+
+void get_state(const struct automaton *a, const struct phase *f, void *bytes)
+{
+    const struct kind kind = kind_of(f);
+    const size_t remembered = memory_size(f->run->method, f->s) * sizeof *f->y;
+    char *at = bytes;
+    memcpy(at, &kind, sizeof kind);
+    at += sizeof kind;
+    at += walk((struct automaton *)a, (struct phase *)f, GET, at); /* it changes nothing */
+    if (remembered) {
+        f->run->method->memory(f->s, f->scratch, 0, f->kept);
+        memcpy(at, f->kept, remembered);
+    }
+}
+
+int set_state(struct automaton *a, struct phase *f, const void *bytes)
+{
+    const struct kind kind = kind_of(f);
+    const size_t remembered = memory_size(f->run->method, f->s) * sizeof *f->y;
+    if (memcmp(bytes, &kind, sizeof kind))
+        return 1;
+    const char *at = (const char *)bytes + sizeof kind;
+    at += walk(a, f, PUT, (char *)at); /* it changes nothing there */
+    if (remembered) {
+        memcpy(f->kept, at, remembered);
+        f->run->method->memory(f->s, f->scratch, 1, f->kept);
+    }
+    return 0;
+}

@@ -1,0 +1,310 @@
+/* A simulation; see ../../ccgen.h. */
+#include "interface/simulation.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "hybrid/contact_transition.h"
+#include "hybrid/state.h"
+#include "motion/projection.h"
+#include "steps/phase.h"
+#include "steps/step_control.h"
+
+static const double BAUMGARTE = 20.0; /* rate (1/s) of Baumgarte's stabilisation */
+static const double RTOL = 1e-9;
+static const long STEP_BUDGET = 10000000, SECOND_BUDGET = 200000;
+
+/* Lay the system's arrays out from `at` on, unless it is NULL; how many numbers they take. */
+static size_t lay_out(struct system *s, double **k, double **restitution, double **friction, double **extent,
+                      double *at)
+{
+    const struct ccgen_model *m = s->model;
+    const size_t n = m->nu, c = m->contacts, room = m->rows + 2 * c + 1;
+    const struct {
+        double **array;
+        size_t count;
+    } parts[] = {{k, m->constants},       {restitution, c},        {friction, c},    {extent, c},
+                 {&s->inputs, m->inputs}, {&s->multipliers, room}, {&s->rows, room}, {&s->bias, room},
+                 {&s->jump, n},           {&s->u_dot, 3 * n},      {&s->zero, n},    {&s->projected, 2 * n}};
+    size_t total = 0;
+    for (size_t i = 0; i < sizeof parts / sizeof *parts; total += parts[i++].count + 1)
+        if (at)
+            *parts[i].array = at + total;
+    return total;
+}
+
+static enum outcome make_system(struct ccgen_simulation *it, const struct ccgen_model *m,
+                                const struct ccgen_settings *settings)
+{
+    struct system *s = &it->system;
+    double *k, *restitution, *friction, *extent;
+    s->model = m;
+    s->n = m->nu;
+    s->size = 2 * m->nu + (m->power || m->friction);
+    if (!(it->numbers = calloc(lay_out(s, &k, &restitution, &friction, &extent, NULL), sizeof *it->numbers)))
+        return OUTCOME_NO_MEMORY;
+    lay_out(s, &k, &restitution, &friction, &extent, it->numbers);
+    s->length = settings->length > 0.0 ? settings->length : 1.0;
+    m->derive_constants(settings->parameters, k);
+    if (m->contacts)
+        m->restitution(k, restitution);
+    if (m->friction)
+        m->friction(k, friction);
+    for (int c = 0; c < m->contacts; c++)
+        extent[c] = settings->angular && settings->angular[c] ? 1.0 : s->length;
+    s->k = k;
+    s->restitution = restitution;
+    s->friction = m->friction ? friction : NULL;
+    s->extent = extent;
+    s->law = settings->law;
+    s->baumgarte = settings->drift == DRIFT_DAMPED ? BAUMGARTE : 0.0;
+    s->refine = settings->acceleration_scale > 0.0;
+    s->acceleration_scale = settings->acceleration_scale;
+    s->input_source = settings->inputs;
+    s->context = settings->context;
+    return OUTCOME_DONE;
+}
+
+static enum outcome make_run(struct run *run, const struct ccgen_model *m, const struct ccgen_settings *settings)
+{
+    const double rtol = settings->rtol > 0.0 ? settings->rtol : RTOL;
+    run->tolerance = (struct tolerance){rtol, settings->atol > 0.0 ? settings->atol : rtol};
+    run->method = find_method(settings->method ? settings->method : m->contacts ? "dop853" : "gauss");
+    run->stops = settings->stops;
+    run->stop_count = settings->stop_count;
+    run->fixed_step = settings->fixed_step;
+    run->step_budget = settings->step_budget ? settings->step_budget : STEP_BUDGET;
+    run->second_budget = settings->second_budget ? settings->second_budget : SECOND_BUDGET;
+    run->drift = (enum drift)settings->drift;
+    run->interruption.tick = settings->tick;
+    run->interruption.context = settings->tick_context;
+    return run->method ? OUTCOME_DONE : OUTCOME_UNKNOWN_METHOD;
+}
+
+static enum outcome fill(struct ccgen_simulation *it, const struct ccgen_model *m,
+                         const struct ccgen_settings *settings)
+{
+    it->phase = (struct phase){.s = &it->system, .run = &it->run};
+    if (m->version != CCGEN_CONTRACT_VERSION)
+        return OUTCOME_OTHER_CONTRACT;
+    enum outcome outcome = make_run(&it->run, m, settings);
+    if (!outcome)
+        outcome = make_system(it, m, settings);
+    if (outcome)
+        return outcome;
+    if (make_phase(&it->phase) || !(it->before = malloc(state_size(&it->phase))))
+        return OUTCOME_NO_MEMORY;
+    return OUTCOME_DONE;
+}
+
+int ccgen_create(const struct ccgen_model *model, const struct ccgen_settings *settings,
+                 struct ccgen_simulation **simulation)
+{
+    struct ccgen_simulation *it = *simulation = calloc(1, sizeof *it);
+    const enum outcome outcome = it ? fill(it, model, settings) : OUTCOME_NO_MEMORY;
+    if (outcome) {
+        ccgen_destroy(it);
+        *simulation = NULL;
+    }
+    return outcome;
+}
+
+void ccgen_destroy(struct ccgen_simulation *it)
+{
+    if (!it)
+        return;
+    free_phase(&it->phase);
+    free_run(&it->run);
+    free(it->numbers);
+    free(it->before);
+    free(it);
+}
+
+static void clear_record(struct run *run)
+{
+    run->record.count = 0;
+    run->impacts.count = run->impacts.contact_count = 0;
+    run->modes.count = run->modes.contact_count = 0;
+}
+
+/* Begin at time t from the state in the phase. */
+static enum outcome begin(struct ccgen_simulation *it, double t)
+{
+    struct phase *f = &it->phase;
+    struct run *run = &it->run;
+    clear_record(run);
+    f->t = t;
+    f->h = 0.0;
+    f->at = (struct progress){.place = NAN};
+    run->second = t;
+    run->steps = run->rejected = run->events = run->spent_before = 0;
+    run->contact = -1;
+    clear_active_set(&f->active, it->system.model);
+    start_automaton(&it->automaton, f);
+    const enum outcome outcome = project_position(&it->system, f->y);
+    return outcome ? outcome : project_velocity(&it->system, f->y, f->y + it->system.n);
+}
+
+int ccgen_reset(struct ccgen_simulation *it, double t, const double *q, const double *u)
+{
+    const size_t n = it->system.n;
+    double *y = it->phase.y;
+    memset(y, 0, it->system.size * sizeof *y);
+    memcpy(y, q, n * sizeof *y);
+    memcpy(y + n, u, n * sizeof *y);
+    enum outcome outcome = begin(it, t);
+    if (!outcome && record_state(&it->phase))
+        outcome = OUTCOME_NO_MEMORY;
+    return outcome;
+}
+
+/* One stage of the automaton. One that is interrupted is as if it had not begun; of smooth motion the steps that were taken stay. */
+static enum outcome run_whole_stage(struct ccgen_simulation *it)
+{
+    struct run *run = &it->run;
+    struct record *rows = &run->record;
+    struct impacts *impacts = &run->impacts;
+    struct mode_history *modes = &run->modes;
+    const size_t before[] = {rows->count, impacts->count, impacts->contact_count, modes->count, modes->contact_count};
+    get_state(&it->automaton, &it->phase, it->before);
+    const enum outcome outcome = run_stage(&it->automaton, &it->phase);
+    if (outcome == OUTCOME_INTERRUPTED && !it->phase.at.under_way) {
+        set_state(&it->automaton, &it->phase, it->before);
+        rows->count = before[0];
+        impacts->count = before[1];
+        impacts->contact_count = before[2];
+        modes->count = before[3];
+        modes->contact_count = before[4];
+    }
+    return outcome;
+}
+
+/* Go on to `until`, or only past the next event. */
+static enum outcome go_on(struct ccgen_simulation *it, double until, int to_event, int *met)
+{
+    struct run *run = &it->run;
+    enum outcome outcome = OUTCOME_DONE;
+    int ended = 0;
+    *met = 0;
+    run->until = until;
+    run->contact = -1;
+    start_asking(&run->interruption, it->phase.t);
+    it->system.interruption = &run->interruption;
+    while (!outcome && !ended && !at_end(&it->automaton, &it->phase)) {
+        *met |= it->automaton.stage == MEET;
+        outcome = run_whole_stage(it);
+        ended = to_event && *met && it->automaton.stage == MOVE;
+    }
+    it->system.interruption = NULL;
+    if (it->phase.t > run->record.t[run->record.count - 1] && record_state(&it->phase))
+        outcome = OUTCOME_NO_MEMORY;
+    run->outcome = outcome;
+    return outcome;
+}
+
+enum outcome simulate(struct ccgen_simulation *it, double until)
+{
+    int met;
+    return go_on(it, until, 0, &met);
+}
+
+int ccgen_step_to_event(struct ccgen_simulation *it, double until, struct ccgen_event *event)
+{
+    const size_t impacts = it->run.impacts.count;
+    int met;
+    const enum outcome outcome = go_on(it, until, 1, &met);
+    const struct event *found = &it->automaton.event;
+    *event = (struct ccgen_event){CCGEN_NO_EVENT, it->phase.t, -1, it->run.impacts.count - impacts};
+    if (met) {
+        event->contact = found->contact;
+        event->kind = found->watch == CLOSES ? CCGEN_CLOSES : found->watch == FLAT ? CCGEN_FLATTENS : CCGEN_CHANGES;
+    }
+    return outcome;
+}
+
+void ccgen_get_motion(const struct ccgen_simulation *it, double *t, double *q, double *u)
+{
+    const size_t n = it->system.n;
+    if (t)
+        *t = it->phase.t;
+    if (q)
+        memcpy(q, it->phase.y, n * sizeof *q);
+    if (u)
+        memcpy(u, it->phase.y + n, n * sizeof *u);
+}
+
+const double *ccgen_get_constants(const struct ccgen_simulation *it)
+{
+    return it->system.k;
+}
+
+void ccgen_get_modes(const struct ccgen_simulation *it, signed char *modes)
+{
+    contact_modes(&it->phase.active, it->system.model->contacts, modes);
+}
+
+size_t ccgen_state_size(const struct ccgen_simulation *it)
+{
+    return state_size(&it->phase);
+}
+
+void ccgen_get_state(const struct ccgen_simulation *it, void *bytes)
+{
+    get_state(&it->automaton, &it->phase, bytes);
+}
+
+int ccgen_set_state(struct ccgen_simulation *it, const void *bytes)
+{
+    return set_state(&it->automaton, &it->phase, bytes) ? OUTCOME_OTHER_STATE : ccgen_forget(it);
+}
+
+size_t ccgen_rows(const struct ccgen_simulation *it, const double **t, const double **rows, size_t *width)
+{
+    *t = it->run.record.t;
+    *rows = it->run.record.y;
+    *width = it->system.size;
+    return it->run.record.count;
+}
+
+int ccgen_forget(struct ccgen_simulation *it)
+{
+    struct run *run = &it->run;
+    const struct phase *f = &it->phase;
+    clear_record(run);
+    if (record_state(&it->phase))
+        return OUTCOME_NO_MEMORY;
+    signed char *modes = (signed char *)it->before; /* one for each contact: less than a state takes */
+    ccgen_get_modes(it, modes);
+    const int contacts = it->system.model->contacts;
+    return append_modes(&run->modes, f->t, contacts, modes, &f->active) ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
+}
+
+const char *ccgen_outcome_name(int code)
+{
+#define NAMED(name, text) text,
+    static const char *const names[] = {ALL_OUTCOMES(NAMED)};
+#undef NAMED
+    return code >= 0 && code < OUTCOMES ? names[code] : "no outcome";
+}
+
+enum outcome advance(struct system *s, const struct method *method, struct tolerance tolerance, enum drift drift,
+                     double t, double h, int count, const int *set, const signed char *mode, double *y)
+{
+    struct run run = {.method = method, .tolerance = tolerance, .drift = drift};
+    struct phase f = {.s = s, .run = &run, .t = t, .at.place = NAN};
+    enum outcome outcome = OUTCOME_NO_MEMORY;
+    s->baumgarte = drift == DRIFT_DAMPED ? BAUMGARTE : 0.0;
+    if (!make_phase(&f)) {
+        if (count)
+            activate(&f.active, count, set, mode);
+        memcpy(f.y, y, (size_t)s->size * sizeof *y);
+        outcome = evaluate_derivative(&f);
+        if (!outcome)
+            outcome = s->model->contacts || tolerance.rtol == 0.0 ? projected_step(&f, h) : integrate_to(&f, t + h);
+        if (!outcome)
+            memcpy(y, f.y1, (size_t)s->size * sizeof *y);
+    }
+    free_phase(&f);
+    return outcome;
+}

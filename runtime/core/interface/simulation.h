@@ -1,0 +1,27 @@
+/* What a simulation consists of; ../../ccgen.h has its functions. */
+#ifndef CCGEN_SIMULATION_H
+#define CCGEN_SIMULATION_H
+
+#include "hybrid/automaton.h"
+
+#include "../../ccgen.h"
+
+struct ccgen_simulation {
+    struct system system;
+    struct run run;
+    struct phase phase;
+    struct automaton automaton;
+    double *numbers; /* all of the system's */
+    char *before;    /* the state before a stage */
+};
+
+/* Go on to `until`, past all events. */
+enum outcome simulate(struct ccgen_simulation *s, double until);
+
+/* From y at t on by h, with the contacts `set` held, `mode` as in constraints/active_set.h, projected as `drift` says: for states between
+ * two rows of a record. One step of the method, or in a model without contacts as many as the tolerance, unless it is zero,
+ * asks for. */
+enum outcome advance(struct system *s, const struct method *method, struct tolerance tolerance, enum drift drift,
+                     double t, double h, int count, const int *set, const signed char *mode, double *y);
+
+#endif

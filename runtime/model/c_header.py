@@ -1,0 +1,90 @@
+"""A model's values and start as a header, for programs in C that simulate it without Python."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from .geometry import Geometry
+from .start import start
+
+LAWS = ("newton", "poisson", "stronge")
+"""As ``law`` of ``struct ccgen_settings`` counts them."""
+WIDTH = 6
+"""Numbers in a line."""
+
+TEXT = """/* {name}: values and start, for programs that include ccgen.h. Written by ccgen from its model. */
+#ifndef {guard}
+#define {guard}
+
+#include "ccgen.h"
+
+extern const struct ccgen_model ccgen_model_{package};
+
+/* links: {links}
+ * contacts: {contacts}
+ * q: {q_names}
+ * u: {u_names} */
+enum {{ {package}_n = {n}, {package}_contacts = {count} }};
+static const double {package}_q[] = {{
+{q}
+}};
+static const double {package}_u[] = {{
+{u}
+}};
+static const double {package}_parameters[] = {{
+{parameters}
+}};
+static const unsigned char {package}_angular[] = {{ {angular} }};
+static const struct ccgen_settings {package}_settings = {{
+    .parameters = {package}_parameters,
+    .length = {length},
+    .angular = {package}_angular,
+    .law = {law},
+    .acceleration_scale = {scale},
+    .rtol = {rtol},
+}};
+
+#endif
+"""
+
+
+def c_header(model: Geometry) -> str:
+    """The header's text: parameters, start, and settings of a simulation as the model has them now.
+
+    Raises ``ValueError`` for a model in other numbers than doubles, and for one that lies in no folder.
+    """
+    if model.precision != "double" or model.folder is None:
+        raise ValueError(
+            f"{model.name}: found a model in {model.precision} numbers, expected one in doubles, in a folder"
+        )
+    q, u = start(model)
+    package = model.folder.name
+    kernels = model.kernels
+    stops = [int(ground in model.stops) for _, ground in model.contacts]
+    return TEXT.format(
+        name=model.name,
+        package=package,
+        guard=f"CCGEN_{package.upper()}_H",
+        links=", ".join(model.links),
+        contacts=", ".join(f"{point} on {ground}" for point, ground in model.contacts) or "none",
+        q_names=", ".join(model.q_names),
+        u_names=", ".join(model.u_names),
+        n=len(model.q_names),
+        count=len(model.contacts),
+        q=_numbers(q),
+        u=_numbers(u),
+        parameters=_lines([f"{value!r}, /* {path} */" for path, value in model.parameters.items()] or ["0"], 1),
+        angular=", ".join(map(str, stops or [0])),
+        length=repr(model.length),
+        law=LAWS.index(model.data["law"]),
+        scale=repr(model.usual if kernels.refined else 0.0),
+        rtol=repr(model.data["run"]["rtol"]),
+    )
+
+
+def _numbers(values: Iterable[float]) -> str:
+    return _lines([f"{float(value)!r}," for value in values], WIDTH)
+
+
+def _lines(texts: list[str], width: int) -> str:
+    return "\n".join("    " + " ".join(texts[i : i + width]) for i in range(0, len(texts), width))

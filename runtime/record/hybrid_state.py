@@ -1,0 +1,82 @@
+"""Where a run has come to, whole: what it goes on from by the same bits."""
+
+from __future__ import annotations
+
+import os
+import zipfile
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..arrays import FloatArray
+from .frozen import freeze
+from .whole_file import write_whole
+
+NUMBERS, WORDS = ("rtol", "atol", "step"), ("method", "drift")
+"""The settings of a run that goes on by the same bits."""
+
+
+@dataclass(frozen=True, eq=False)
+class HybridState:
+    """The state of a run at ``t`` (s): ``q`` (nq,), ``u`` (nu,), what is held, and all that the run remembers.
+
+    ``simulate(model, state=run.state, until=...)`` goes on from it as if the run had not ended: each bit is that of a
+    run to the later end with a stop at ``t``. ``memory`` is the core's own record of it, for the same kind of
+    processor; ``parameters`` are the model's values, ``settings`` the method, drift, step and tolerances. Values of
+    inputs are no part of it: give them again.
+    """
+
+    model: str
+    t: float
+    q: FloatArray
+    u: FloatArray
+    parameters: Mapping[str, float] = field(repr=False)
+    settings: Mapping[str, Any] = field(repr=False)
+    memory: bytes = field(repr=False)
+
+    def __post_init__(self) -> None:
+        freeze(self, "q", "u")
+
+    def save(self, path: str | os.PathLike[str]) -> Path:
+        """Write the state to an .npz file, whole or not at all; :meth:`load` reads it."""
+        target = Path(path)
+        if target.suffix != ".npz":
+            raise ValueError(f"a state is saved as .npz, found {target.name!r}; use another name")
+        arrays = {
+            "model": np.array(self.model),
+            "t": np.array(self.t),
+            "q": self.q,
+            "u": self.u,
+            "parameter_names": np.array(list(self.parameters), dtype=str),
+            "parameter_values": np.array(list(self.parameters.values()), dtype=float),
+            "settings": np.array([self.settings[name] for name in NUMBERS]),
+            "method_and_drift": np.array([self.settings[name] for name in WORDS]),
+            "memory": np.frombuffer(self.memory, dtype=np.uint8),
+        }
+        write_whole(target, lambda part: np.savez_compressed(part, allow_pickle=False, **arrays))
+        return target
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> HybridState:
+        """The state that :meth:`save` wrote. Raises ``ValueError`` for a file that holds none."""
+        try:
+            with np.load(path, allow_pickle=False) as file:
+                numbers = zip(NUMBERS, file["settings"].tolist(), strict=True)
+                words = zip(WORDS, file["method_and_drift"].tolist(), strict=True)
+                names, values = file["parameter_names"].tolist(), file["parameter_values"].tolist()
+                return cls(
+                    model=str(file["model"]),
+                    t=file["t"].item(),
+                    q=file["q"],
+                    u=file["u"],
+                    parameters=dict(zip(names, values, strict=True)),
+                    settings=dict(numbers) | dict(words),
+                    memory=file["memory"].tobytes(),
+                )
+        except (KeyError, TypeError, ValueError, EOFError, zipfile.BadZipFile) as error:
+            raise ValueError(
+                f"{path}: found no state of a run ({error}), expected what HybridState.save wrote"
+            ) from None

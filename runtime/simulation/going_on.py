@@ -1,0 +1,40 @@
+"""Runs that go on from where another has come to."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ..model.model import Model
+from ..record.hybrid_state import NUMBERS, WORDS, HybridState
+from .arguments import Settings
+
+
+def left_at(model: Model, found: Mapping[str, Any], settings: Settings) -> HybridState:
+    """The state in which the core has left a run."""
+    t, q, u = (np.asarray(found[name]) for name in ("t", "q", "u"))
+    kept = {name: getattr(settings, name) for name in (*NUMBERS, *WORDS)}
+    return HybridState(model.name, t[-1].item(), q[-1], u[-1], dict(model.parameters), kept, found["state"])
+
+
+def check_model(model: Model, state: HybridState) -> None:
+    """Refuse a state that is not one of ``model`` with its values."""
+    if not isinstance(state, HybridState):
+        raise TypeError(f"state: found {type(state).__name__}, expected a HybridState; take run.state")
+    if state.model != model.name:
+        raise ValueError(f"state: found one of {state.model}, expected one of {model.name}; give a start instead")
+    values = dict(model.parameters)
+    others = [name for name in {**values, **state.parameters} if values.get(name) != state.parameters.get(name)]
+    if others:
+        raise ValueError(
+            f"state: found one with another {', '.join(others[:3])}{', …' if len(others) > 3 else ''}, expected that "
+            "of the model; set the values that it had, or begin anew from its q and u"
+        )
+
+
+def check_end(state: HybridState, until: float) -> None:
+    """Refuse a state that is not before ``until`` (s)."""
+    if not until > state.t:
+        raise ValueError(f"until: found {until}, expected more than the state's t = {state.t}; ask for a later end")

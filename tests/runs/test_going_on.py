@@ -1,0 +1,156 @@
+"""Runs that go on from where another ended, or was interrupted: each bit is that of the run that was not."""
+
+from __future__ import annotations
+
+import pickle
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from ccgen.generator import load_scene, loop
+from ccgen.runtime import HybridState, simulate
+
+from ..hard.fuzz import Toss, scene
+from ..support.folders import ROOT
+from ..support.workshop import Workshop
+
+SCENES = ROOT / "scenes"
+METHODS = ("gauss", "dop853", "dopri5", "radau")
+
+
+def run_with_stop(model: Any, until: float, stop: float, method: str) -> dict[str, Any]:
+    """What the core records of a run that also has to end a step at ``stop``."""
+    q, u = model.start()
+    found: dict[str, Any] = model.kernels.simulate(
+        q, u, method, until, 1e-9, 1e-9, 0.0, 10**7, 200_000, None, None, (stop,), "projected"
+    )
+    return found
+
+
+def rows_of(run: Any) -> list[Any]:
+    return [run.t, run.q, run.u]
+
+
+def impacts_of(run: Any) -> list[Any]:
+    return [(i.t, i.contacts, i.u_plus.tobytes(), i.impulses.tobytes(), i.energy_loss) for i in run.impacts]
+
+
+def held_of(run: Any) -> list[Any]:
+    return [(phase.kind, phase.end, phase.contacts, phase.how) for phase in run.phases]
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("name", ["falling-hexagon", "four-bar"])
+def test_going_on_is_the_run_with_a_stop_there(name: str, method: str, workshop: Workshop, tmp_path: Path) -> None:
+    model = workshop.model(load_scene(SCENES / f"{name}.toml"))
+    until = 1.0
+    for stop in (0.31, 0.77):
+        whole = run_with_stop(model, until, stop, method)
+        first = simulate(model, until=stop, rtol=1e-9, method=method)
+        kept = HybridState.load(first.state.save(tmp_path / "state.npz"))
+        assert kept.t == stop and kept.memory == first.state.memory
+        second = simulate(model, until=until, state=kept)
+        rows = len(second.t)
+        assert second.t[0] == stop and second.method == method
+        for name_, found in zip("tqu", rows_of(second), strict=True):
+            assert np.array_equal(found, whole[name_][-rows:]), (name_, stop)
+        assert second.state.memory == whole["state"]
+        assert second.energy_drift <= 1e-6
+
+
+def test_a_rough_run_goes_on_with_what_is_held(workshop: Workshop) -> None:
+    """Stopped while contacts stick and slide, as after an impact; the new run begins with them held."""
+    toss = Toss(n=4, planes=2, rough=True, law="poisson", restitution=0.3, friction=0.3, seed=5)
+    model = workshop.model(scene(toss.n, toss.rough))
+    whole = simulate(model, until=3.0)
+    assert any(phase.kind == "contact" for phase in whole.phases) and len(whole.impacts) > 10
+    for part in (0.2, 0.5, 0.8):
+        stop = float(whole.t[int(part * len(whole.t))])
+        first = simulate(model, until=stop)
+        second, again = (simulate(model, until=3.0, state=first.state) for _ in range(2))
+        exact = run_with_stop(model, 3.0, stop, "dop853")
+        rows = len(second.t)
+        assert second.success == (exact["outcome"] == "done")
+        for name, found in zip("tqu", rows_of(second), strict=True):
+            assert np.array_equal(found, exact[name][-rows:]), (name, stop)
+        assert impacts_of(second) == impacts_of(again)
+        if first.phases[-1].kind == "contact":
+            assert second.phases[0].contacts == first.phases[-1].contacts
+            assert second.phases[0].how == first.phases[-1].how
+            t = 0.5 * (second.t[0] + second.t[1])
+            assert np.isfinite(second.contact_forces(t)).all()
+
+
+class _Pushes:
+    """A controller that is interrupted when it is asked for the ``count``-th time."""
+
+    def __init__(self, count: int = 0) -> None:
+        self.left = count
+
+    def __call__(self, t: float, q: Any, u: Any) -> list[float]:
+        self.left -= 1
+        if self.left == 0:
+            raise KeyboardInterrupt
+        return [2.0 * np.sin(8.0 * t) - 0.1 * float(u[3])]
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("where", ["onto the ground", "in the air"])
+def test_an_interrupted_run_goes_on_as_if_it_had_not_been(where: str, method: str, workshop: Workshop) -> None:
+    """Wherever accelerations are asked for, within steps, searches for events and choices of what is held: the pieces
+    joined are the whole run."""
+    push = [{"name": "push", "joint": "joint_1"}]
+    ground = {"restitution": 0.3, "friction": 0.4}
+    if where == "in the air":
+        made = loop(5, gravity=True, input=push)
+    else:
+        made = loop(
+            3, gravity=True, start={"height": 0.02, "angular_velocities": [0.7, 0.7, 0.7]}, ground=[ground], input=push
+        )
+    model = workshop.model(made)
+    options: dict[str, Any] = {"until": 0.7, "method": method, "rtol": 1e-8, "keep_interrupted": True}
+    whole, counted = simulate(model, inputs=_Pushes(), **options), _Pushes()
+    assert whole.success, whole.message
+    assert where == "in the air" or (len(whole.impacts) > 3 and whole.phases[-1].kind == "contact")
+    simulate(model, inputs=counted, **options)
+    inside = 0
+    for count in np.linspace(1, -counted.left - 1, 60).astype(int):
+        first = simulate(model, inputs=_Pushes(count), **options)
+        assert not first.success and "interrupted" in first.message
+        state = pickle.loads(pickle.dumps(first.state))
+        second = simulate(model, inputs=_Pushes(), state=state, **{**options, "method": None})
+        joined = [np.concatenate([a[:-1], b]) for a, b in zip(rows_of(first), rows_of(second), strict=True)]
+        for part, all_ in zip(joined, rows_of(whole), strict=True):
+            assert np.array_equal(part, all_), count
+        assert impacts_of(first) + impacts_of(second) == impacts_of(whole)
+        assert second.state.memory == whole.state.memory
+        inside += len(first.t) > 1
+    assert inside > 40
+
+
+def test_what_is_no_state_of_the_model_is_refused(workshop: Workshop, tmp_path: Path) -> None:
+    model, other = (workshop.model(load_scene(SCENES / f"{name}.toml")) for name in ("four-bar", "falling-hexagon"))
+    state = simulate(model, until=0.1).state
+    with pytest.raises(ValueError, match="state: found one of four-bar, expected one of falling-hexagon"):
+        simulate(other, until=1.0, state=state)
+    with pytest.raises(ValueError, match=r"until: found 0\.1, expected more than the state's t = 0\.1"):
+        simulate(model, until=0.1, state=state)
+    with pytest.raises(ValueError, match="method: found 'radau', expected 'gauss'"):
+        simulate(model, until=1.0, state=state, method="radau")
+    with pytest.raises(ValueError, match="q0, u0: found beside a state"):
+        simulate(model, *model.start(), until=1.0, state=state)
+    with pytest.raises(ValueError, match=r"state: found one with another crank.mass, expected"):
+        simulate(model, until=1.0, state=state, params={"crank.mass": 2.0})
+    with pytest.raises(TypeError, match="state: found bytes, expected a HybridState"):
+        simulate(model, until=1.0, state=b"")  # type: ignore[arg-type]
+    (tmp_path / "none.npz").write_bytes(b"nothing")
+    with pytest.raises(ValueError, match="found no state of a run"):
+        HybridState.load(tmp_path / "none.npz")
+    damaged = HybridState(**{**vars(state), "memory": b"\0" * len(state.memory)})
+    with pytest.raises(ValueError, match="another model, method or precision"):
+        simulate(model, until=1.0, state=damaged)
+    shorter = HybridState(**{**vars(state), "memory": state.memory[:-8]})
+    with pytest.raises(ValueError, match="another model, method or precision"):
+        simulate(model, until=1.0, state=shorter)
