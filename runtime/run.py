@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -34,9 +35,19 @@ class Run(Record):
     masses are at fault: their rounding at some of the rows, or where it is repaired, what could not be.
     `method` and `drift` say how it was integrated and how the loops were kept shut. `state` is where it has come
     to, whole: ``simulate(model, state=run.state, until=...)`` goes on from there; None where the run was cut back.
+    `left` is the core's record of it, and how the run was integrated.
     """
 
-    state: HybridState | None = None
+    left: tuple[bytes, Mapping[str, Any]] | None = field(default=None, repr=False)
+
+    @property
+    def state(self) -> HybridState | None:
+        """Where the run has come to."""
+        if self.left is None:
+            return None
+        memory, settings = self.left
+        end = self.t[-1].item()
+        return HybridState(self.model.name, end, self.q[-1], self.u[-1], dict(self.model.parameters), settings, memory)
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write everything recorded to an .npz file, whole or not at all; `numpy.load` reads it."""

@@ -5,18 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-import numpy as np
-
 from ..model.model import Model
 from ..record.hybrid_state import NUMBERS, WORDS, HybridState
 from .arguments import Settings
 
 
-def left_at(model: Model, found: Mapping[str, Any], settings: Settings) -> HybridState:
-    """The state in which the core has left a run."""
-    t, q, u = (np.asarray(found[name]) for name in ("t", "q", "u"))
-    kept = {name: getattr(settings, name) for name in (*NUMBERS, *WORDS)}
-    return HybridState(model.name, t[-1].item(), q[-1], u[-1], dict(model.parameters), kept, found["state"])
+def left_at(found: Mapping[str, Any], settings: Settings) -> tuple[bytes, Mapping[str, Any]]:
+    """The core's record of where it has left a run, and what another has to have in common with it to go on."""
+    return found["state"], {name: getattr(settings, name) for name in (*NUMBERS, *WORDS)}
 
 
 def check_model(model: Model, state: HybridState) -> None:

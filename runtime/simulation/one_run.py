@@ -72,14 +72,14 @@ def simulate_one(
         asked.drift,
         None if state is None else state.memory,
     )
-    end: HybridState | None = left_at(model, found, asked)
     if found["outcome"] == "interrupted" and not keep_interrupted:
         raise KeyboardInterrupt
     if model.data["drives"] and found["outcome"] not in GOES_ON:
         own = (asked.own_rtol, asked.own_rtol)
         exact = Advance(model, asked.method, asked.drift, found["hold_t"], found["held"], own, inputs, supply)
         if met := dead_point(model, found["t"], found["q"], found["u"], asked.step, exact):
-            found, end = cut(found, met.rows) | {"met": met.text}, None
+            found = cut(found, met.rows) | {"met": met.text}
     tolerances = (0.0, 0.0) if asked.step else (asked.rtol, asked.atol)
     advance = Advance(model, asked.method, asked.drift, found["hold_t"], found["held"], tolerances, inputs, supply)
-    return run_of(model, advance, asked.until, found, asked.step > 0.0, end)
+    left = None if "met" in found else left_at(found, asked)  # not where rows are cut off
+    return run_of(model, advance, asked.until, found, asked.step > 0.0, left)

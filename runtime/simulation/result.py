@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from ..model.model import Model
-from ..record.hybrid_state import HybridState
 from ..record.impact import Impact
 from ..record.phase import Phase
 from ..run import Run
@@ -20,9 +20,14 @@ AUDITED = 4
 
 
 def run_of(
-    model: Model, advance: Advance, until: float, found: dict[str, Any], fixed: bool, state: HybridState | None
+    model: Model,
+    advance: Advance,
+    until: float,
+    found: dict[str, Any],
+    fixed: bool,
+    left: tuple[bytes, Mapping[str, Any]] | None,
 ) -> Run:
-    """The run from what the core recorded, with its audits, and the ``state`` at its end."""
+    """The run from what the core recorded, with its audits, and what it has ``left`` to go on from."""
     impacts = _impacts(model, found)
     t, q, u = found["t"], found["q"], found["u"]
     spent = found["work"] - found["work"][0]
@@ -48,7 +53,7 @@ def run_of(
         drift=advance.drift,
         closure_rate_max=closure_rate_max,
         acceleration_error=_acceleration_error(model, found),
-        state=state,
+        left=left,
     )
 
 
