@@ -23,7 +23,7 @@ struct ccgen_settings {
     const double *parameters; /* [parameters] in the order of the model's data; NULL only for a model that has none */
     double length; /* a length of the mechanism (m), as the largest of its links: the scale of what counts as shut; 1 */
     const unsigned char *angular; /* [contacts] whether each is a stop of an angle; none */
-    int law;                      /* of impact: 0 Newton, 1 Poisson, 2 Stronge */
+    const char *law;              /* of impact: newton, poisson or stronge; newton */
     double acceleration_scale; /* accelerations that are usual (rad/s^2): they are refined to full digits, as masses far
                                    * apart want it; 0: not */
     const char *method;        /* gauss, dop853, dopri5 or radau; NULL: dop853 with contacts, else gauss */

@@ -43,12 +43,15 @@ cdef extern from *:
     struct interruption:
         int (*tick)(void *context, real t) noexcept nogil
         void *context
+    struct impact_law:
+        const char *name
+    const impact_law *find_law(const char *name) nogil
     struct system:
         const ccgen_model *model
         const real *k
         const real *restitution
         const real *friction
-        int law
+        const impact_law *law
         int n, size
         real *inputs
         int (*input_source)(void *context, real t, const real *q, const real *u, real *inputs) noexcept nogil
@@ -166,7 +169,7 @@ cdef extern from *:
         const real *parameters
         real length
         const unsigned char *angular
-        int law
+        const char *law
         real acceleration_scale
         const char *method
         real rtol, atol, fixed_step
@@ -196,9 +199,6 @@ cdef extern from *:
 
 OUTCOMES = tuple(ccgen_outcome_name(code).decode() for code in range(OUTCOME_COUNT))
 """Names of ``enum outcome``, in its order."""
-
-LAWS = ("newton", "poisson", "stronge")
-"""Names of ``enum law``, in its order."""
 
 MODES = {
     SLIP_BACKWARD: "slides backward", FRICTIONLESS: "smooth", SLIP_FORWARD: "slides forward", STICK: "sticks",

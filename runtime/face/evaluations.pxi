@@ -39,7 +39,8 @@ cdef class Evaluations:
     cdef real[::1] p, k, restitution, friction_, extent, multipliers, rows, bias, jump, u_dot, zero, projected, inputs
     cdef unsigned char[::1] angular
     cdef real length
-    cdef int law, refine
+    cdef const impact_law *law
+    cdef int refine
     cdef real usual
     cdef readonly double inexact
     """Of the last call for accelerations or an impact: the largest relative correction that did not become small."""
@@ -66,7 +67,9 @@ cdef class Evaluations:
         self.multipliers, self.rows, self.bias = zeros(room), zeros(room), zeros(room)
         self.jump, self.u_dot, self.zero, self.projected = zeros(m.nu), zeros(3 * m.nu), zeros(m.nu), zeros(2 * m.nu)
         self.inputs = zeros(m.inputs + 1)
-        self.length, self.law = length, LAWS.index(law)
+        self.length, self.law = length, find_law(law.encode())
+        if self.law is NULL:
+            raise ValueError(f"found the law of impact {law!r}, expected one that this runtime has")
         self.friction_ = zeros(max(m.contacts, 1))
         self.extent = np.full(max(m.contacts, 1), length, dtype=REAL)
         self.angular = np.zeros(m.contacts + 1, dtype=np.uint8)
@@ -131,7 +134,7 @@ cdef class Evaluations:
         cdef ccgen_settings settings
         memset(&settings, 0, sizeof(settings))
         settings.parameters, settings.length, settings.angular = &self.p[0], self.length, &self.angular[0]
-        settings.law, settings.acceleration_scale = self.law, self.usual if self.refine else 0.0
+        settings.law, settings.acceleration_scale = self.law.name, self.usual if self.refine else 0.0
         return settings
 
     cdef system _system(self):

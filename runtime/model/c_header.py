@@ -7,8 +7,6 @@ from collections.abc import Iterable
 from .geometry import Geometry
 from .start import start
 
-LAWS = ("newton", "poisson", "stronge")
-"""As ``law`` of ``struct ccgen_settings`` counts them."""
 WIDTH = 6
 """Numbers in a line."""
 
@@ -39,7 +37,7 @@ static const struct ccgen_settings {package}_settings = {{
     .parameters = {package}_parameters,
     .length = {length},
     .angular = {package}_angular,
-    .law = {law},
+    .law = "{law}",
     .acceleration_scale = {scale},
     .rtol = {rtol},
 }};
@@ -76,7 +74,7 @@ def c_header(model: Geometry) -> str:
         parameters=_lines([f"{value!r}, /* {path} */" for path, value in model.parameters.items()] or ["0"], 1),
         angular=", ".join(map(str, stops or [0])),
         length=repr(model.length),
-        law=LAWS.index(model.data["law"]),
+        law=model.data["law"],
         scale=repr(model.usual if kernels.refined else 0.0),
         rtol=repr(model.data["run"]["rtol"]),
     )

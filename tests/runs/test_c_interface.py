@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import ctypes
 import os
 import re
 import shutil
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -17,6 +15,7 @@ import pytest
 from ccgen.generator import load_scene
 from ccgen.runtime import simulate
 
+from ..support.c_library import Library
 from ..support.folders import ROOT
 from ..support.workshop import Workshop
 
@@ -84,58 +83,41 @@ def test_the_library_shows_names_with_its_prefix_alone(built: tuple[Path, str]) 
     assert all(name.startswith("ccgen_") or name.startswith("_") for name in names)
 
 
-class _Settings(ctypes.Structure):
-    """The first members of ``struct ccgen_settings``; the rest is zero."""
-
-    _fields_ = (
-        ("parameters", ctypes.POINTER(ctypes.c_double)),
-        ("length", ctypes.c_double),
-        ("angular", ctypes.c_void_p),
-        ("law", ctypes.c_int),
-        ("acceleration_scale", ctypes.c_double),
-        ("method", ctypes.c_char_p),
-        ("rest", ctypes.c_double * 32),
-    )
-
-
-def _settings(model: Any, method: bytes | None = None) -> _Settings:
-    values = list(model.parameters.values())
-    return _Settings((ctypes.c_double * len(values))(*values), model.length, method=method)
-
-
-def test_what_cannot_be_is_a_code(built: tuple[Path, str], workshop: Workshop) -> None:
-    library: Any = ctypes.CDLL(str(built[0] / "build" / "libccgen.so"))
-    library.ccgen_outcome_name.restype = ctypes.c_char_p
-    library.ccgen_state_size.restype = ctypes.c_size_t
-    library.ccgen_state_size.argtypes = library.ccgen_destroy.argtypes = [ctypes.c_void_p]
-    library.ccgen_get_state.argtypes = library.ccgen_set_state.argtypes = [ctypes.c_void_p, ctypes.c_void_p]
-    library.ccgen_reset.argtypes = [ctypes.c_void_p, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p]
-
-    def create(model: Any, method: bytes | None = None) -> tuple[str, ctypes.c_void_p]:
-        made, settings = ctypes.c_void_p(), _settings(model, method)
-        address = ctypes.c_void_p(model.kernels.address)
-        code = library.ccgen_create(address, ctypes.byref(settings), ctypes.byref(made))
-        return library.ccgen_outcome_name(code).decode(), made
-
+def test_what_cannot_be_is_a_code(tmp_path: Path, workshop: Workshop) -> None:
+    library = Library(ROOT / "runtime", tmp_path / "libccgen.so")
     hexagon = workshop.model(load_scene(SCENE))
     four_bar = workshop.model(load_scene(ROOT / "scenes" / "four-bar.toml"))
-    refused, nothing = create(hexagon, b"euler")
-    assert refused == "unknown_method" and not nothing
-    one, other, radau = create(hexagon), create(four_bar), create(hexagon, b"radau")
-    assert [made[0] for made in (one, other, radau)] == ["done"] * 3
-    q, u = (np.ascontiguousarray(x) for x in hexagon.start())
-    assert library.ccgen_reset(one[1], 0.0, q.ctypes.data, u.ctypes.data) == 0
-    state = ctypes.create_string_buffer(library.ccgen_state_size(one[1]))
-    library.ccgen_get_state(one[1], state)
-    before = state.raw
-    for made in (other, radau):
-        assert library.ccgen_outcome_name(library.ccgen_set_state(made[1], state)) == b"other_state"
-    assert library.ccgen_set_state(one[1], state) == 0
-    library.ccgen_get_state(one[1], state)
-    assert state.raw == before
-    far = 1e200 * np.ones(len(q))  # coordinates of which no loop is known to be shut
-    code = library.ccgen_reset(one[1], 0.0, far.ctypes.data, u.ctypes.data)
-    assert library.ccgen_outcome_name(code) == b"not_closed"
-    assert library.ccgen_outcome_name(999) == b"no outcome"
-    for made in (one, other, radau):
-        library.ccgen_destroy(made[1])
+    for settings, expected in (({"method": b"euler"}, "unknown_method"), ({"law": b"hooke"}, "unknown_law")):
+        outcome, nothing = library.create(hexagon, **settings)
+        assert outcome == expected and not nothing.address
+    made = [library.create(hexagon), library.create(four_bar), library.create(hexagon, method=b"radau")]
+    assert [outcome for outcome, _ in made] == ["done"] * 3
+    one, other, radau = (simulation for _, simulation in made)
+    assert one.step_to_event(1.0)[0] == "not_begun"
+    assert one.reset(*hexagon.start()) == "done"
+    before = one.state()
+    for another in (other, radau):
+        kept = another.state()
+        assert another.set_state(before) == "other_state" and another.state() == kept
+    assert one.step_to_event(0.6)[0] == "done" and one.state() != before
+    assert one.set_state(before) == "done" and one.state() == before
+    far = 1e200 * np.ones(len(hexagon.q_names))  # coordinates of which no loop is known to be shut
+    assert one.reset(far, hexagon.start()[1]) == "not_closed"
+    assert one.step_to_event(1.0)[0] == "not_begun"
+    assert library.outcome(999) == library.outcome(-1) == "no outcome"
+
+
+def test_a_simulation_is_used_again(tmp_path: Path, workshop: Workshop) -> None:
+    """After whatever it did before, and beside another of the same model, it does the same to the last bit."""
+    library = Library(ROOT / "runtime", tmp_path / "libccgen.so")
+    model = workshop.model(load_scene(SCENE))
+    q, u = model.start()
+    one, two = (library.create(model)[1] for _ in range(2))
+    assert two.reset(q, u) == "done"
+    ends = []
+    for simulation in (one, two, one):
+        assert simulation.reset(q, u) == "done"
+        while simulation.step_to_event(1.1)[1].kind:
+            two.step_to_event(0.5) if simulation is one else None
+        ends.append(simulation.state())
+    assert ends[0] == ends[1] == ends[2]

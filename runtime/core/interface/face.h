@@ -6,6 +6,7 @@
 #include "constraints/impulse.h"
 #include "constraints/nullspace.h"
 #include "impact/impact.h"
+#include "impact/law.h"
 #include "interface/forces.h"
 #include "interface/simulation.h"
 #include "methods/method.h"

@@ -7,6 +7,7 @@
 
 #include "hybrid/contact_transition.h"
 #include "hybrid/state.h"
+#include "impact/law.h"
 #include "motion/projection.h"
 #include "steps/phase.h"
 #include "steps/step_control.h"
@@ -57,7 +58,8 @@ static enum outcome make_system(struct ccgen_simulation *it, const struct ccgen_
     s->restitution = restitution;
     s->friction = m->friction ? friction : NULL;
     s->extent = extent;
-    s->law = settings->law;
+    if (!(s->law = find_law(settings->law ? settings->law : newton.name)))
+        return OUTCOME_UNKNOWN_LAW;
     s->baumgarte = settings->drift == DRIFT_DAMPED ? BAUMGARTE : 0.0;
     s->refine = settings->acceleration_scale > 0.0;
     s->acceleration_scale = settings->acceleration_scale;
@@ -187,6 +189,8 @@ static enum outcome go_on(struct ccgen_simulation *it, double until, int to_even
     enum outcome outcome = OUTCOME_DONE;
     int ended = 0;
     *met = 0;
+    if (!run->record.count)
+        return OUTCOME_NOT_BEGUN;
     run->until = until;
     run->contact = -1;
     start_asking(&run->interruption, it->phase.t);

@@ -8,21 +8,17 @@
 
 #include "../../model.h"
 
-/* What restitution is a ratio of: speeds (Newton), impulses after and before the greatest compression (Poisson), or, squared,
- * the work that they do (Stronge) */
-enum law { LAW_NEWTON, LAW_POISSON, LAW_STRONGE };
-
 /* A model with one set of parameters. y = [q; u] has 2 n entries, and one more, the work done by the effects that have no
  * potential and by friction in contacts, if the model has any. */
 struct system {
     const struct ccgen_model *model;
-    const double *k;           /* constants of the model */
-    const double *restitution; /* per contact */
-    const double *friction;    /* per contact, or NULL where all are smooth */
-    int law;                   /* of impact: enum law */
-    int n;                     /* nq = nu */
-    int size;                  /* entries of y */
-    double *inputs;            /* of the model, constant unless there is a supply */
+    const double *k;              /* constants of the model */
+    const double *restitution;    /* per contact */
+    const double *friction;       /* per contact, or NULL where all are smooth */
+    const struct impact_law *law; /* of impact: impact/law.h */
+    int n;                        /* nq = nu */
+    int size;                     /* entries of y */
+    double *inputs;               /* of the model, constant unless there is a supply */
     /* gives the inputs at a state, if set; a nonzero answer stops the run */
     int (*input_source)(void *context, double t, const double *q, const double *u, double *inputs);
     void *context;                     /* of the supply */

@@ -1,6 +1,6 @@
-/* Stronge's law of impact; see stronge.c. */
-#ifndef CCGEN_STRONGE_H
-#define CCGEN_STRONGE_H
+/* Stronge's law at one contact; see stronge_single.c. */
+#ifndef CCGEN_STRONGE_SINGLE_H
+#define CCGEN_STRONGE_SINGLE_H
 
 #include "base/real.h"
 

@@ -1,0 +1,68 @@
+/* Steps of an impact; see problem.h. */
+#include "impact/problem.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "complementarity/complementarity.h"
+#include "complementarity/friction.h"
+
+static const double GAIN = CCGEN_LIMIT(1e-13, 1e-5); /* of the kinetic energy: more than that is no rounding */
+
+/* The impulses of one step at rough contacts, and the rates after it */
+static enum outcome rough_step(struct impact_problem *k, const double *least)
+{
+    struct friction_problem rough = {k->count, k->W, k->b, k->rate + k->count, k->mu, k->mode, least, k->from};
+    const int wrong = k->from ? least_impulses(&rough, NOTHING, k->P, k->F) : solve_friction_least(&rough, k->P, k->F);
+    if (k->from && !wrong)
+        refine_impulses(&rough, k->P, k->F);
+    if (wrong)
+        return wrong == 1 ? OUTCOME_JAMMED : OUTCOME_REPEATS;
+    rough.bn = k->rate;
+    rates_after(&rough, k->P, k->F, k->after);
+    memcpy(k->rate, k->after, k->all * sizeof *k->rate);
+    return OUTCOME_DONE;
+}
+
+static enum outcome smooth_step(struct impact_problem *k, const double *least)
+{
+    const int n = k->count;
+    for (int i = 0; least && i < n; i++)
+        for (int j = 0; j < n; j++)
+            k->b[i] += k->W[i * n + j] * least[j];
+    if (solve_complementarity(n, k->W, k->b, k->P))
+        return OUTCOME_REPEATS;
+    for (int i = 0; least && i < n; i++)
+        k->P[i] += least[i];
+    for (int i = 0; i < n; i++)
+        for (int j = 0; j < n; j++)
+            k->rate[i] += k->W[i * n + j] * k->P[j];
+    return OUTCOME_DONE;
+}
+
+/* Impulses of one step, with the normal rates offset by extra[count]; they change the rates. */
+enum outcome impact_step(struct impact_problem *k, const double *extra, const double *least, double *total)
+{
+    const int n = k->count;
+    for (int i = 0; i < n; i++)
+        k->b[i] = k->rate[i] + (extra ? extra[i] : 0.0);
+    memset(k->F, 0, n * sizeof *k->F);
+    const enum outcome outcome = k->all > n ? rough_step(k, least) : smooth_step(k, least);
+    for (int i = 0; i < n && !outcome; i++) {
+        total[i] += k->P[i];
+        total[n + i] += k->F[i];
+    }
+    return outcome;
+}
+
+/* Whether the impulses add energy: half their product with the rates before and after. What the rates found miss of those that the
+ * velocities have (`after`) is rounding, and so is a part GAIN of the energy that there is. Smooth contacts never add any. */
+int adds_energy(const struct impact_problem *k, const double *after, const double *total)
+{
+    double gain = 0.0, rounding = GAIN * k->energy;
+    for (int i = 0; i < k->all; i++) {
+        gain += 0.5 * total[i] * (k->before[i] + after[i]);
+        rounding += fabs(total[i] * (after[i] - k->rate[i]));
+    }
+    return k->all > k->count && gain > rounding;
+}

@@ -1,0 +1,32 @@
+/* Contacts that are struck together, as every law of impact sees them: rates, and what impulses change of them. */
+#ifndef CCGEN_PROBLEM_H
+#define CCGEN_PROBLEM_H
+
+#include "base/outcome.h"
+#include "base/real.h"
+
+struct impact_problem {
+    int count, all;       /* contacts; rows: twice as many where there is friction */
+    const double *e;      /* [count] restitution */
+    const double *before; /* [all] rates before the impact, as the state has them */
+    double energy;        /* kinetic, before (J) */
+    double *W;            /* [all][all] */
+    double *rate;         /* [all] of the gaps, then sliding: before a step, and after it */
+    double *mu;           /* [count] */
+    double *b, *least, *P, *F;
+    double *after;      /* [all] rates after a step */
+    double *wanted;     /* [all] impulses of expansion, in proportion; changes of impulses */
+    double *goal;       /* [count] work that they are to give back */
+    double *kept;       /* [2 count + all] impulses of compression, and the rates after it */
+    const double *from; /* or NULL: rates to whose energy impulses may not add */
+    signed char *mode;
+};
+
+/* Impulses that end the approach of k->rate offset by extra[count], or none where that is NULL, each normal one at least least[count];
+ * they are added to total[2 count], normals first, and change the rates. */
+enum outcome impact_step(struct impact_problem *k, const double *extra, const double *least, double *total);
+
+/* Whether impulses total[2 count] add energy that rates `after` the impact tell of: more than rounding */
+int adds_energy(const struct impact_problem *k, const double *after, const double *total);
+
+#endif

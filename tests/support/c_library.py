@@ -1,0 +1,122 @@
+"""The core as a library of its own, called without the compiled face of the runtime."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import shutil
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+Array = Any
+
+
+class Settings(ctypes.Structure):
+    """``struct ccgen_settings`` (runtime/ccgen.h)."""
+
+    _fields_ = (
+        ("parameters", ctypes.POINTER(ctypes.c_double)),
+        ("length", ctypes.c_double),
+        ("angular", ctypes.c_void_p),
+        ("law", ctypes.c_char_p),
+        ("acceleration_scale", ctypes.c_double),
+        ("method", ctypes.c_char_p),
+        ("rtol", ctypes.c_double),
+        ("atol", ctypes.c_double),
+        ("fixed_step", ctypes.c_double),
+        ("drift", ctypes.c_int),
+        ("step_budget", ctypes.c_long),
+        ("second_budget", ctypes.c_long),
+        ("stops", ctypes.c_void_p),
+        ("stop_count", ctypes.c_size_t),
+        ("inputs", ctypes.c_void_p),
+        ("context", ctypes.c_void_p),
+        ("tick", ctypes.c_void_p),
+        ("tick_context", ctypes.c_void_p),
+    )
+
+
+class Event(ctypes.Structure):
+    """``struct ccgen_event``."""
+
+    _fields_ = (
+        ("kind", ctypes.c_int),
+        ("t", ctypes.c_double),
+        ("contact", ctypes.c_int),
+        ("impacts", ctypes.c_size_t),
+    )
+
+
+class Library:
+    """The library made of the core in ``runtime``, a folder, compiled into ``file``."""
+
+    def __init__(self, runtime: Path, file: Path) -> None:
+        if os.name != "posix" or not shutil.which("cc"):
+            pytest.skip("needs cc")
+        sources = sorted(str(path) for path in (runtime / "core").rglob("*.c"))
+        flags = "-O2 -std=c11 -shared -fPIC -fvisibility=hidden -DCCGEN_SHARED -Wall -Wextra -Werror"
+        folders = [f"-I{runtime}", f"-I{runtime / 'core'}"]
+        subprocess.run(["cc", *flags.split(), *folders, *sources, "-lm", "-o", str(file)], check=True)
+        self.calls: Any = ctypes.CDLL(str(file))
+        self.calls.ccgen_outcome_name.restype = ctypes.c_char_p
+        self.calls.ccgen_state_size.restype = ctypes.c_size_t
+
+    def outcome(self, code: int) -> str:
+        """The name of a code."""
+        name: bytes = self.calls.ccgen_outcome_name(code)
+        return name.decode()
+
+    def create(self, model: Any, **settings: Any) -> tuple[str, Simulation]:
+        """The outcome, and a simulation of a model of the runtime, whose address is NULL where there is none."""
+        made = Simulation(self, model, settings)
+        return self.outcome(made.code), made
+
+
+class Simulation:
+    """One ``struct ccgen_simulation``; it ends with this object."""
+
+    def __init__(self, library: Library, model: Any, settings: dict[str, Any]) -> None:
+        self.library, self.calls, self.model = library, library.calls, model
+        self.values = (ctypes.c_double * len(model.parameters))(*model.parameters.values())
+        self.settings = Settings(self.values, model.length, **settings)
+        self.address = ctypes.c_void_p()
+        model_address = ctypes.c_void_p(model.kernels.address)
+        self.code: int = self.calls.ccgen_create(model_address, ctypes.byref(self.settings), ctypes.byref(self.address))
+
+    def __del__(self) -> None:
+        self.calls.ccgen_destroy(self.address)
+
+    def reset(self, q: Array, u: Array, t: float = 0.0) -> str:
+        """Begin; the outcome."""
+        found = [np.ascontiguousarray(x, dtype=float) for x in (q, u)]
+        q_, u_ = (ctypes.c_void_p(x.ctypes.data) for x in found)
+        return self.library.outcome(self.calls.ccgen_reset(self.address, ctypes.c_double(t), q_, u_))
+
+    def step_to_event(self, until: float) -> tuple[str, Event]:
+        """The outcome and the event."""
+        event = Event()
+        code = self.calls.ccgen_step_to_event(self.address, ctypes.c_double(until), ctypes.byref(event))
+        return self.library.outcome(code), event
+
+    def motion(self) -> tuple[float, Array, Array]:
+        """Time, q and u."""
+        t, n = ctypes.c_double(), len(self.model.q_names)
+        q, u = np.empty(n), np.empty(n)
+        self.calls.ccgen_get_motion(
+            self.address, ctypes.byref(t), ctypes.c_void_p(q.ctypes.data), ctypes.c_void_p(u.ctypes.data)
+        )
+        return t.value, q, u
+
+    def state(self) -> bytes:
+        """The whole state."""
+        buffer = ctypes.create_string_buffer(self.calls.ccgen_state_size(self.address))
+        self.calls.ccgen_get_state(self.address, buffer)
+        return buffer.raw
+
+    def set_state(self, state: bytes) -> str:
+        """Put a state back; the outcome."""
+        return self.library.outcome(self.calls.ccgen_set_state(self.address, state))
