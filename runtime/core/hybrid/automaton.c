@@ -155,64 +155,66 @@ static enum outcome select_held(struct automaton *a, struct phase *f)
                           : NONE_RESTS);
 }
 
+static int has_contacts(const struct automaton *a, const struct phase *f)
+{
+    (void)a;
+    return f->s->model->contacts > 0;
+}
+
 static int meets_event(const struct automaton *a, const struct phase *f)
 {
     (void)f;
     return a->event.contact >= 0;
 }
 
-static int always(const struct automaton *a, const struct phase *f)
+static int time_is_left(const struct automaton *a, const struct phase *f)
 {
-    (void)a, (void)f;
-    return 1;
+    (void)a;
+    return f->t < f->run->until;
 }
 
 /* What each stage does */
 static enum outcome (*const ACTIONS[STAGES_OF_RUN])(struct automaton *a, struct phase *f) = {
     [MOVE] = move, [MEET] = meet, [STRIKE] = strike, [SELECT] = select_held};
 
-/* and where it leads: to the first of its rows whose guard holds. docs/events.md has a picture of them. */
+/* and where it leads: to the first of its rows whose guard holds, if there is one. Where an action fails the run stops.
+ * docs/events.md has a picture of it. */
 static const struct {
     enum stage from;
     int (*guard)(const struct automaton *a, const struct phase *f);
     enum stage to;
 } TRANSITIONS[] = {
-    {MOVE, meets_event, MEET}, {MOVE, always, MOVE},   {MEET, always, STRIKE},
-    {STRIKE, always, SELECT},  {SELECT, always, MOVE},
+    /* clang-format off */
+    {START, has_contacts, STRIKE},
+    {START, time_is_left, MOVE},
+    {START, NULL, END},
+    {STRIKE, NULL, SELECT},
+    {SELECT, time_is_left, MOVE},
+    {SELECT, NULL, END},
+    {MOVE, meets_event, MEET},
+    {MOVE, NULL, END},
+    {MEET, NULL, STRIKE},
+    {END, time_is_left, MOVE},
+    {END, NULL, END},
+    /* clang-format on */
 };
 
-static enum stage next_stage(const struct automaton *a, const struct phase *f)
-{
-    for (size_t i = 0;; i++)
-        if (TRANSITIONS[i].from == a->stage && TRANSITIONS[i].guard(a, f))
-            return TRANSITIONS[i].to;
-}
-
-void start_automaton(struct automaton *a, const struct phase *f)
+void start_automaton(struct automaton *a)
 {
     memset(a, 0, sizeof *a);
-    a->stage = f->s->model->contacts ? STRIKE : MOVE;
+    a->stage = START;
     a->event = (struct event){-1, 0.0, LOST, 1.0};
     a->loss = (struct mode_change){-1, DETACHES};
 }
 
 enum outcome run_stage(struct automaton *a, struct phase *f)
 {
-    const enum outcome outcome = ACTIONS[a->stage](a, f);
-    if (!outcome)
-        a->stage = next_stage(a, f);
-    return outcome;
-}
-
-int at_end(const struct automaton *a, const struct phase *f)
-{
-    return a->stage == MOVE && !(f->t < f->run->until);
-}
-
-enum outcome run_automaton(struct automaton *a, struct phase *f)
-{
-    enum outcome outcome = OUTCOME_DONE;
-    while (!outcome && !at_end(a, f))
-        outcome = run_stage(a, f);
-    return outcome;
+    const enum outcome outcome = ACTIONS[a->stage] ? ACTIONS[a->stage](a, f) : OUTCOME_DONE;
+    if (outcome)
+        return outcome;
+    size_t row = 0;
+    while (TRANSITIONS[row].from != a->stage || (TRANSITIONS[row].guard && !TRANSITIONS[row].guard(a, f)))
+        row++;
+    a->stage = TRANSITIONS[row].to;
+    return OUTCOME_DONE;
 }

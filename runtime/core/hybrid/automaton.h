@@ -7,12 +7,14 @@
 
 enum { CROWD = 200 /* events within an instant before what bounces is said to be at rest */ };
 
-/* What the automaton does next. Each ends in one of those that automaton.c lists for it. */
+/* What the automaton does next; automaton.c has a table of what leads where. */
 enum stage {
+    START,
     MOVE,   /* smooth motion, with some contacts held or with none (flight), to an event or the end of the run */
     MEET,   /* an event: is time getting on, and are links in a line? */
     STRIKE, /* closed contacts that approach strike, all of an instant */
     SELECT, /* contacts that are pressed shut and do not bounce are held from then on */
+    END,    /* of the run; it may go on */
     STAGES_OF_RUN
 };
 
@@ -29,15 +31,9 @@ struct automaton {
 };
 
 /* The automaton of a run that begins */
-void start_automaton(struct automaton *a, const struct phase *f);
+void start_automaton(struct automaton *a);
 
-/* One stage. Where it is interrupted, the automaton is what it was before, as are state and record. */
+/* One stage, and on to the next. */
 enum outcome run_stage(struct automaton *a, struct phase *f);
-
-/* Whether the next stage is smooth motion, at the end of the run */
-int at_end(const struct automaton *a, const struct phase *f);
-
-/* Stages to the end of the run. */
-enum outcome run_automaton(struct automaton *a, struct phase *f);
 
 #endif

@@ -143,7 +143,7 @@ static enum outcome begin(struct ccgen_simulation *it, double t)
     run->steps = run->rejected = run->events = run->spent_before = 0;
     run->contact = -1;
     clear_active_set(&f->active, it->system.model);
-    start_automaton(&it->automaton, f);
+    start_automaton(&it->automaton);
     const enum outcome outcome = project_position(&it->system, f->y);
     return outcome ? outcome : project_velocity(&it->system, f->y, f->y + it->system.n);
 }
@@ -186,8 +186,8 @@ static enum outcome run_whole_stage(struct ccgen_simulation *it)
 static enum outcome go_on(struct ccgen_simulation *it, double until, int to_event, int *met)
 {
     struct run *run = &it->run;
+    const enum stage *stage = &it->automaton.stage;
     enum outcome outcome = OUTCOME_DONE;
-    int ended = 0;
     *met = 0;
     if (!run->record.count)
         return OUTCOME_NOT_BEGUN;
@@ -195,11 +195,10 @@ static enum outcome go_on(struct ccgen_simulation *it, double until, int to_even
     run->contact = -1;
     start_asking(&run->interruption, it->phase.t);
     it->system.interruption = &run->interruption;
-    while (!outcome && !ended && !at_end(&it->automaton, &it->phase)) {
-        *met |= it->automaton.stage == MEET;
+    do {
+        *met |= *stage == MEET;
         outcome = run_whole_stage(it);
-        ended = to_event && *met && it->automaton.stage == MOVE;
-    }
+    } while (!outcome && *stage != END && !(to_event && *met && *stage == MOVE));
     it->system.interruption = NULL;
     if (it->phase.t > run->record.t[run->record.count - 1] && record_state(&it->phase))
         outcome = OUTCOME_NO_MEMORY;
