@@ -48,6 +48,7 @@ cores = [
         depends=[
             "runtime/_core.pyx",
             "runtime/model.h",
+            "runtime/ccgen.h",
             *map(str, Path("runtime/face").glob("*.pxi")),
             *map(str, Path("runtime/core").rglob("*.h")),
         ],

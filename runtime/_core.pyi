@@ -8,7 +8,6 @@ Array = NDArray[np.float64]
 
 OUTCOMES: tuple[str, ...]
 DRIFTS: tuple[str, ...]
-BAUMGARTE: float
 MODES: dict[int, str]
 
 def methods() -> tuple[str, ...]: ...
