@@ -9,6 +9,10 @@
 
 #include <stddef.h>
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 #include "model.h"
 
 #if defined(CCGEN_SHARED) && defined(__GNUC__) /* in a library whose other names are hidden */
@@ -85,7 +89,7 @@ CCGEN_PUBLIC size_t ccgen_state_size(const struct ccgen_simulation *simulation);
 CCGEN_PUBLIC void ccgen_get_state(const struct ccgen_simulation *simulation, void *bytes);
 CCGEN_PUBLIC int ccgen_set_state(struct ccgen_simulation *simulation, const void *bytes);
 
-/* Rows that are recorded, one for every step and two for every impact: their times t[rows], and the rows themselves, each with
+/* Rows that are recorded, one for the start, for every step and for every choice of contacts that moves the state, two for every impact: their times t[rows], and the rows themselves, each with
  * *width numbers, q and u first. They stay where they are until the simulation goes on. */
 CCGEN_PUBLIC size_t ccgen_rows(const struct ccgen_simulation *simulation, const double **t, const double **rows,
                                size_t *width);
@@ -97,5 +101,9 @@ CCGEN_PUBLIC int ccgen_forget(struct ccgen_simulation *simulation);
 CCGEN_PUBLIC const char *ccgen_outcome_name(int code);
 
 CCGEN_PUBLIC void ccgen_destroy(struct ccgen_simulation *simulation);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -157,8 +157,6 @@ cdef extern from *:
         record record
         impacts impacts
         mode_history modes
-        int outcome
-        real t
         int contact
         long steps, rejected
     int run_advance "advance"(system *s, const method *m, tolerance bound, drift kept, real t, real h, int count, const int *held,
@@ -194,7 +192,7 @@ cdef extern from *:
     void ccgen_destroy(ccgen_simulation *made) nogil
     const char *ccgen_outcome_name(int code) nogil
     enum:
-        OUTCOME_OTHER_STATE
+        OUTCOME_OTHER_STATE, OUTCOME_BAD_SETTINGS
         OUTCOME_COUNT "OUTCOMES"
 
 OUTCOMES = tuple(ccgen_outcome_name(code).decode() for code in range(OUTCOME_COUNT))

@@ -70,7 +70,7 @@ cdef class Kernels(Contacting):
                 outcome = ccgen_set_state(it, left) if left is not NULL else ccgen_reset(it, 0.0, from_q, from_u)
                 if outcome == 0:
                     outcome = run_simulation(it, until)
-            if outcome == OUTCOME_OTHER_STATE:
+            if outcome == OUTCOME_OTHER_STATE or outcome == OUTCOME_BAD_SETTINGS:  # a damaged time may be after the end
                 raise ValueError(OTHER_STATE)
             if ticker.error is not None and not isinstance(ticker.error, KeyboardInterrupt):
                 raise ticker.error

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
+from pathlib import Path
 
 from .geometry import Geometry
 from .start import start
@@ -32,6 +34,9 @@ static const double {package}_u[] = {{
 static const double {package}_parameters[] = {{
 {parameters}
 }};
+static const double {package}_stops[] = {{
+{stops}
+}};
 static const unsigned char {package}_angular[] = {{ {angular} }};
 static const struct ccgen_settings {package}_settings = {{
     .parameters = {package}_parameters,
@@ -40,6 +45,9 @@ static const struct ccgen_settings {package}_settings = {{
     .law = "{law}",
     .acceleration_scale = {scale},
     .rtol = {rtol},
+    .atol = {atol},
+    .stops = {package}_stops,
+    .stop_count = {stop_count},
 }};
 
 #endif
@@ -56,7 +64,8 @@ def c_header(model: Geometry) -> str:
             f"{model.name}: found a model in {model.precision} numbers, expected one in doubles, in a folder"
         )
     q, u = start(model)
-    package = model.folder.name
+    package = _package(model.folder)
+    instants = sorted({model.parameters[path] for path in model.data["instants"]})
     kernels = model.kernels
     stops = [int(ground in model.stops) for _, ground in model.contacts]
     return TEXT.format(
@@ -77,7 +86,18 @@ def c_header(model: Geometry) -> str:
         law=model.data["law"],
         scale=repr(model.usual if kernels.refined else 0.0),
         rtol=repr(model.data["run"]["rtol"]),
+        atol=repr(model.data["run"]["atol"] or 0.0),
+        stops=_numbers(instants or [0.0]),
+        stop_count=len(instants),
     )
+
+
+def _package(folder: Path) -> str:
+    """The package's name in the code of the model, whatever its folder is called now."""
+    found = re.search(r"^const struct ccgen_model ccgen_model_(\w+) = ", (folder / "model.c").read_text(), re.M)
+    if found is None:
+        raise ValueError(f"{folder / 'model.c'}: found no descriptor of a model; generate the model again")
+    return found[1]
 
 
 def _numbers(values: Iterable[float]) -> str:

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import io
 import os
+import tokenize
 import zipfile
+import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,6 +17,21 @@ import numpy as np
 from ..arrays import FloatArray
 from .frozen import freeze
 from .whole_file import write_whole
+
+UNREADABLE = (
+    ArithmeticError,
+    EOFError,
+    LookupError,
+    MemoryError,
+    RuntimeError,
+    SyntaxError,
+    TypeError,
+    ValueError,
+    tokenize.TokenError,
+    zipfile.BadZipFile,
+    zlib.error,
+)
+"""What numpy and its packer raise for a file that is damaged, or is another."""
 
 NUMBERS, WORDS = ("rtol", "atol", "step"), ("method", "drift")
 """The settings of a run that goes on by the same bits."""
@@ -63,7 +81,7 @@ class HybridState:
     def load(cls, path: str | os.PathLike[str]) -> HybridState:
         """The state that :meth:`save` wrote. Raises ``ValueError`` for a file that holds none."""
         try:
-            with np.load(path, allow_pickle=False) as file:
+            with np.load(io.BytesIO(Path(path).read_bytes()), allow_pickle=False) as file:
                 numbers = zip(NUMBERS, file["settings"].tolist(), strict=True)
                 words = zip(WORDS, file["method_and_drift"].tolist(), strict=True)
                 names, values = file["parameter_names"].tolist(), file["parameter_values"].tolist()
@@ -76,7 +94,7 @@ class HybridState:
                     settings=dict(numbers) | dict(words),
                     memory=file["memory"].tobytes(),
                 )
-        except (KeyError, TypeError, ValueError, EOFError, zipfile.BadZipFile) as error:
+        except UNREADABLE as error:
             raise ValueError(
                 f"{path}: found no state of a run ({error}), expected what HybridState.save wrote"
             ) from None

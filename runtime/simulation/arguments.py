@@ -62,7 +62,8 @@ def settings_of(
                 f"method: found {method!r}, expected {before['method']!r}, by which the state was reached; begin from "
                 "its q and u to go on by another"
             )
-        rtol, atol = (before["rtol"], before["atol"]) if rtol is None else (rtol, atol)
+        atol = before["atol"] if rtol is None and atol is None else atol
+        rtol = before["rtol"] if rtol is None else rtol
         method, step = before["method"], (before["step"] or None) if step is None else step
         drift = drift or before["drift"]
     drift = drift or DRIFTS[0]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -46,7 +47,7 @@ def held_of(run: Any) -> list[Any]:
 def test_going_on_is_the_run_with_a_stop_there(name: str, method: str, workshop: Workshop, tmp_path: Path) -> None:
     model = workshop.model(load_scene(SCENES / f"{name}.toml"))
     until = 1.0
-    for stop in (0.31, 0.77):
+    for stop in (1e-6, 0.31, 0.77):
         whole = run_with_stop(model, until, stop, method)
         first = simulate(model, until=stop, rtol=1e-9, method=method)
         kept = HybridState.load(first.state.save(tmp_path / "state.npz"))
@@ -116,7 +117,8 @@ def test_an_interrupted_run_goes_on_as_if_it_had_not_been(where: str, method: st
     assert where == "in the air" or (len(whole.impacts) > 3 and whole.phases[-1].kind == "contact")
     simulate(model, inputs=counted, **options)
     inside = 0
-    for count in np.linspace(1, -counted.left - 1, 60).astype(int):
+    every = -counted.left - 1
+    for count in sorted({*range(1, 9), *np.linspace(1, every, 60).astype(int)}):
         first = simulate(model, inputs=_Pushes(count), **options)
         assert not first.success and "interrupted" in first.message
         state = pickle.loads(pickle.dumps(first.state))
@@ -128,6 +130,47 @@ def test_an_interrupted_run_goes_on_as_if_it_had_not_been(where: str, method: st
         assert second.state.memory == whole.state.memory
         inside += len(first.t) > 1
     assert inside > 40
+
+
+def test_tolerances_and_budgets_of_what_goes_on(workshop: Workshop, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each tolerance that is given counts; a run that its budget has ended goes on with a new one."""
+    model = workshop.model(load_scene(SCENES / "falling-hexagon.toml"))
+    first = simulate(model, until=0.2, rtol=1e-8)
+    loose = simulate(model, until=1.0, state=first.state, atol=1e-3)
+    assert loose.state.settings["rtol"] == 1e-8 and loose.state.settings["atol"] == 1e-3
+    follows = simulate(model, until=1.0, state=first.state, rtol=1e-6)
+    assert follows.state.settings["rtol"] == follows.state.settings["atol"] == 1e-6
+    for budget in ("SECOND_BUDGET", "STEP_BUDGET"):
+        with monkeypatch.context() as few:
+            few.setattr(import_module("ccgen.runtime.simulation.one_run"), budget, 12)
+            stopped = simulate(model, until=1.0)
+        assert not stopped.success and "are spent" in stopped.message
+        assert simulate(model, until=1.0, state=stopped.state).success
+
+
+def test_damaged_states_are_refused(workshop: Workshop, tmp_path: Path) -> None:
+    """Whatever byte of the file is changed: a sentence, or the state as it was."""
+    model = workshop.model(load_scene(SCENES / "falling-hexagon.toml"))
+    state = simulate(model, until=0.9).state
+    whole = state.save(tmp_path / "state.npz").read_bytes()
+    rng = np.random.default_rng(1)
+    for place in rng.integers(0, len(whole), 200):
+        damaged = bytearray(whole)
+        damaged[place] ^= 1 << int(rng.integers(8))
+        (tmp_path / "damaged.npz").write_bytes(damaged)
+        try:
+            found = HybridState.load(tmp_path / "damaged.npz")
+        except ValueError as error:
+            assert "found no state of a run" in str(error)
+        else:
+            assert found.memory == state.memory
+    for place in range(100, len(state.memory), 4):  # numbers of the core's own record, by which it reads arrays
+        memory = bytearray(state.memory)
+        memory[place : place + 4] = b"\xff\xff\xff\x7e"
+        try:
+            simulate(model, until=0.9001, state=HybridState(**{**vars(state), "memory": bytes(memory)}))
+        except ValueError as error:
+            assert "another model, method or precision" in str(error)
 
 
 def test_what_is_no_state_of_the_model_is_refused(workshop: Workshop, tmp_path: Path) -> None:

@@ -22,6 +22,7 @@
     X(INEXACT, "inexact")               /* masses differ so much that no digit of an acceleration or jump is sure */ \
     X(UNKNOWN_METHOD, "unknown_method") /* there is no method of that name */                                        \
     X(UNKNOWN_LAW, "unknown_law")       /* there is no law of impact of that name */                                 \
+    X(BAD_SETTINGS, "bad_settings")     /* numbers that cannot be, or a time before that reached */                  \
     X(NOT_BEGUN, "not_begun")           /* a simulation that neither begins nor has a state */                       \
     X(OTHER_CONTRACT, "other_contract") /* the model was generated for another version of the contract */            \
     X(OTHER_STATE, "other_state")       /* a state of another model, method or precision */

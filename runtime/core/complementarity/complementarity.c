@@ -15,13 +15,20 @@
 #include "algebra/cholesky.h"
 #include "algebra/semidefinite.h"
 
-enum { STEPS = 10 }; /* per contact; far more than ever needed */
+static const double ROUNDING =
+    64.0 * DBL_EPSILON; /* of the terms of z: impulses of nearly dependent contacts are large */
+enum { STEPS = 10 };    /* per contact; far more than ever needed */
 
-static double residual(int n, const double *W, const double *b, const double *P, int i)
+/* z of contact i; in *size the size of its terms, of which its rounding is a part */
+static double residual(int n, const double *W, const double *b, const double *P, int i, double *size)
 {
     double z = b[i];
-    for (int j = 0; j < n; j++)
-        z += W[(size_t)i * n + j] * P[j];
+    *size = fabs(b[i]);
+    for (int j = 0; j < n; j++) {
+        const double term = W[(size_t)i * n + j] * P[j];
+        z += term;
+        *size += fabs(term);
+    }
     return z;
 }
 
@@ -31,17 +38,33 @@ static int all_push(int n, const double *W, const double *b, double scale, doubl
     for (int i = 0; i < n; i++)
         r[i] = -b[i];
     solve_semidefinite(n, W, r, P, scratch);
+    double size;
     int wrong = 0;
     for (int i = 0; i < n; i++)
-        wrong |= P[i] < 0.0 || fabs(residual(n, W, b, P, i)) > CCGEN_LIMIT(1e-10, 1e-4) * scale;
+        wrong |= P[i] < 0.0 || fabs(residual(n, W, b, P, i, &size)) > CCGEN_LIMIT(1e-10, 1e-4) * scale;
     return wrong;
 }
 
-/* Let contact `enter` push, while z stays 0 on the set[m] of contacts that push: move along the direction that keeps it so
- * until z of `enter` vanishes, dropping contacts whose impulse reaches 0 on the way. Returns the new m, or -1. */
-static int admit(int n, const double *W, int m, int *set, int enter, double z, double *a, double *d, double *P)
+/* The terms of z of `enter`, and those of the z of set[m] that it depends on by d[m] */
+static double rounding_of(int n, const double *W, const double *b, int m, const int *set, const double *d, int enter,
+                          const double *P)
 {
-    for (;;) {
+    double all, size;
+    residual(n, W, b, P, enter, &all);
+    for (int i = 0; i < m; i++) {
+        residual(n, W, b, P, set[i], &size);
+        all += fabs(d[i]) * size;
+    }
+    return all;
+}
+
+/* Let contact `enter` push, while z stays 0 on the set[m] of contacts that push: move along the direction that keeps it so
+ * until z of `enter` vanishes, dropping contacts whose impulse reaches 0 on the way. Returns the new m; -1 where that cannot be; m
+ * as it was where z of `enter` is the rounding of those that it depends on: with their z it is 0. */
+static int admit(int n, const double *W, const double *b, int m, int *set, int enter, double z, double *a, double *d,
+                 double *P)
+{
+    for (int first = 1;; first = 0) {
         if (cholesky(n, W, m, set, DEPENDENT_PIVOT, a))
             return -1;
         for (int i = 0; i < m; i++)
@@ -57,6 +80,8 @@ static int admit(int n, const double *W, int m, int *set, int enter, double z, d
             }
         }
         const int independent = curvature > DEPENDENT_PIVOT * W[(size_t)enter * n + enter];
+        if (!independent && first && -z <= ROUNDING * rounding_of(n, W, b, m, set, d, enter, P))
+            return m;
         if (independent && -z <= part * curvature) {
             part = -z / curvature;
             leave = -1;
@@ -83,8 +108,9 @@ int solve_complementarity(int n, const double *W, const double *b, double *P)
     const size_t square = (size_t)n * n;
     double *work = malloc((2 * square + n) * sizeof *work);
     int *set = malloc((size_t)n * sizeof *set);
+    char *settled = malloc(n); /* whose z is rounding as long as the others push as they do */
     int failed = 1;
-    if (!work || !set)
+    if (!work || !set || !settled)
         goto end;
     double scale = 0.0;
     for (int i = 0; i < n; i++)
@@ -94,15 +120,17 @@ int solve_complementarity(int n, const double *W, const double *b, double *P)
         goto end;
     }
     memset(P, 0, (size_t)n * sizeof *P);
+    memset(settled, 0, n);
     for (int step = 0, m = 0; step < STEPS * (n + 1) && m >= 0; step++) {
         int enter = -1;
-        double worst = -CCGEN_LIMIT(1e-13, 1e-6) * scale;
+        double worst = 0.0;
         for (int i = 0; i < n; i++) {
-            int pushes = 0;
+            int pushes = settled[i];
             for (int j = 0; j < m; j++)
                 pushes |= set[j] == i;
-            const double z = pushes ? 0.0 : residual(n, W, b, P, i);
-            if (z < worst) {
+            double size = 0.0;
+            const double z = pushes ? 0.0 : residual(n, W, b, P, i, &size);
+            if (z < fmin(worst, -fmax(CCGEN_LIMIT(1e-13, 1e-6) * scale, ROUNDING * size))) {
                 worst = z;
                 enter = i;
             }
@@ -111,9 +139,15 @@ int solve_complementarity(int n, const double *W, const double *b, double *P)
             failed = 0;
             goto end;
         }
-        m = admit(n, W, m, set, enter, worst, work, work + 2 * square, P);
+        const int before = m;
+        m = admit(n, W, b, m, set, enter, worst, work, work + 2 * square, P);
+        if (m == before && P[enter] == 0.0)
+            settled[enter] = 1;
+        else
+            memset(settled, 0, n);
     }
 end:
+    free(settled);
     free(set);
     free(work);
     return failed;

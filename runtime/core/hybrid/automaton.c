@@ -212,6 +212,8 @@ enum outcome run_stage(struct automaton *a, struct phase *f)
     const enum outcome outcome = ACTIONS[a->stage] ? ACTIONS[a->stage](a, f) : OUTCOME_DONE;
     if (outcome)
         return outcome;
+    if (a->stage != MOVE && interrupted(f->s->interruption, 0)) /* what was found without accelerations is none */
+        return OUTCOME_INTERRUPTED;
     size_t row = 0;
     while (TRANSITIONS[row].from != a->stage || (TRANSITIONS[row].guard && !TRANSITIONS[row].guard(a, f)))
         row++;

@@ -7,6 +7,7 @@ enum way { COUNT, GET, PUT };
 
 /* What a state is of: it fits where these are the same. */
 struct kind {
+    uint64_t sum; /* of all bytes behind it in a state that is sealed, else 0 */
     char magic[8];
     int version, number; /* of this layout; bytes of a number */
     int size, contacts;
@@ -62,8 +63,6 @@ static size_t walk(struct automaton *a, struct phase *f, enum way way, char *byt
                  {&run->steps, sizeof run->steps},
                  {&run->rejected, sizeof run->rejected},
                  {&run->events, sizeof run->events},
-                 {&run->second, number},
-                 {&run->spent_before, sizeof run->spent_before},
                  {&h->count, sizeof h->count},
                  {&h->rows, sizeof h->rows},
                  {&h->implied, sizeof h->implied},
@@ -99,6 +98,45 @@ static size_t walk(struct automaton *a, struct phase *f, enum way way, char *byt
     return size;
 }
 
+/* Whether whole numbers of a state, by which arrays are read, are what they may be */
+static int is_sound(const struct automaton *a, const struct phase *f)
+{
+    const struct active_set *h = &f->active;
+    const int c = f->s->model->contacts;
+    int wrong = a->stage >= STAGES_OF_RUN || f->at.passage > ACROSS || h->count < 0 || h->count > c ||
+                h->rows < h->count || h->rows > 2 * h->count || h->implied < 0 || h->implied > c ||
+                a->event.contact < -1 || a->event.contact >= c || a->event.watch < FLAT || a->loss.contact < -1 ||
+                a->loss.contact >= c || a->events < 0 || f->run->steps < 0;
+    for (int i = 0; i < h->count && !wrong; i++)
+        wrong = h->set[i] < 0 || h->set[i] >= c || h->mode[i] < AT_LIMIT_BACKWARD || h->mode[i] > OPEN;
+    for (int i = 0; i < h->rows && !wrong; i++)
+        wrong = h->of[i] < 0 || h->of[i] >= h->count;
+    for (int i = 0; i < c && !wrong; i++)
+        wrong = h->closed[i] < WATCHED || h->closed[i] > CARRIED;
+    return !wrong && (a->stage != MEET || a->event.watch < switching_count(f->s));
+}
+
+/* The sum of a state's bytes but its own (FNV-1a), which damage changes */
+static uint64_t sum_of(const char *bytes, size_t size)
+{
+    uint64_t sum = 14695981039346656037u;
+    for (size_t i = sizeof sum; i < size; i++)
+        sum = (sum ^ (unsigned char)bytes[i]) * 1099511628211u;
+    return sum;
+}
+
+void seal_state(void *bytes, size_t size)
+{
+    const uint64_t sum = sum_of(bytes, size);
+    memcpy(bytes, &sum, sizeof sum);
+}
+
+int is_whole(const void *bytes, size_t size)
+{
+    const uint64_t sum = sum_of(bytes, size);
+    return !memcmp(bytes, &sum, sizeof sum);
+}
+
 size_t state_size(const struct phase *f)
 {
     struct automaton none;
@@ -125,7 +163,8 @@ int set_state(struct automaton *a, struct phase *f, const void *bytes)
 {
     const struct kind kind = kind_of(f);
     const size_t remembered = memory_size(f->run->method, f->s) * sizeof *f->y;
-    if (memcmp(bytes, &kind, sizeof kind))
+    const size_t sum = sizeof kind.sum;
+    if (memcmp((const char *)bytes + sum, (const char *)&kind + sum, sizeof kind - sum))
         return 1;
     const char *at = (const char *)bytes + sizeof kind;
     at += walk(a, f, PUT, (char *)at); /* it changes nothing there */
@@ -133,5 +172,5 @@ int set_state(struct automaton *a, struct phase *f, const void *bytes)
         memcpy(f->kept, at, remembered);
         f->run->method->memory(f->s, f->scratch, 1, f->kept);
     }
-    return 0;
+    return is_sound(a, f) ? 0 : 2;
 }

@@ -11,8 +11,14 @@ size_t state_size(const struct phase *f);
 /* Copy the state out. */
 void get_state(const struct automaton *a, const struct phase *f, void *bytes);
 
-/* Go on from it; 0, or 1 where it is of another model, method or precision: nothing is changed then. The model's equations count,
- * not the values of its parameters. */
+/* Put a sum into a state, by which damage shows. */
+void seal_state(void *bytes, size_t size);
+
+/* Whether it is as it was sealed */
+int is_whole(const void *bytes, size_t size);
+
+/* Go on from it; 0, or 1 where it is of another model, method or precision: nothing is changed then; or 2 where its numbers are
+ * damaged: another has to be set then. The model's equations count, not the values of its parameters. */
 int set_state(struct automaton *a, struct phase *f, const void *bytes);
 
 #endif

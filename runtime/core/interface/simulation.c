@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/within.h"
 #include "hybrid/contact_transition.h"
 #include "hybrid/state.h"
 #include "impact/law.h"
@@ -81,7 +82,14 @@ static enum outcome make_run(struct run *run, const struct ccgen_model *m, const
     run->drift = (enum drift)settings->drift;
     run->interruption.tick = settings->tick;
     run->interruption.context = settings->tick_context;
-    return run->method ? OUTCOME_DONE : OUTCOME_UNKNOWN_METHOD;
+    const double numbers[] = {settings->rtol, settings->atol, settings->fixed_step, settings->length,
+                              settings->acceleration_scale};
+    int wrong = settings->drift < DRIFT_PROJECTED || settings->drift > DRIFT_DAMPED || !(rtol < 1.0);
+    for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++)
+        wrong |= !(numbers[i] >= 0.0 && isfinite(numbers[i]));
+    for (size_t i = 0; i + 1 < settings->stop_count; i++)
+        wrong |= !(settings->stops[i] <= settings->stops[i + 1]);
+    return wrong ? OUTCOME_BAD_SETTINGS : run->method ? OUTCOME_DONE : OUTCOME_UNKNOWN_METHOD;
 }
 
 static enum outcome fill(struct ccgen_simulation *it, const struct ccgen_model *m,
@@ -123,6 +131,13 @@ void ccgen_destroy(struct ccgen_simulation *it)
     free(it);
 }
 
+/* Budgets are no part of the state: they begin with every simulation that goes on. */
+static void begin_second(struct run *run, double t)
+{
+    run->second = t;
+    run->spent_before = run->steps + run->rejected + run->events;
+}
+
 static void clear_record(struct run *run)
 {
     run->record.count = 0;
@@ -139,9 +154,9 @@ static enum outcome begin(struct ccgen_simulation *it, double t)
     f->t = t;
     f->h = 0.0;
     f->at = (struct progress){.place = NAN};
-    run->second = t;
-    run->steps = run->rejected = run->events = run->spent_before = 0;
+    run->steps = run->rejected = run->events = 0;
     run->contact = -1;
+    begin_second(run, t);
     clear_active_set(&f->active, it->system.model);
     start_automaton(&it->automaton);
     const enum outcome outcome = project_position(&it->system, f->y);
@@ -152,6 +167,8 @@ int ccgen_reset(struct ccgen_simulation *it, double t, const double *q, const do
 {
     const size_t n = it->system.n;
     double *y = it->phase.y;
+    if (!all_finite(n, q) || !all_finite(n, u) || !all_finite(1, &t))
+        return OUTCOME_NOT_FINITE;
     memset(y, 0, it->system.size * sizeof *y);
     memcpy(y, q, n * sizeof *y);
     memcpy(y + n, u, n * sizeof *y);
@@ -183,20 +200,29 @@ static enum outcome run_whole_stage(struct ccgen_simulation *it)
 }
 
 /* Go on to `until`, or only past the next event. */
-static enum outcome go_on(struct ccgen_simulation *it, double until, int to_event, int *met)
+static enum outcome go_on(struct ccgen_simulation *it, double until, int to_event, int *met, size_t *impacts)
 {
     struct run *run = &it->run;
     const enum stage *stage = &it->automaton.stage;
     enum outcome outcome = OUTCOME_DONE;
-    *met = 0;
+    *met = *stage != START && *stage != MOVE && *stage != END && it->automaton.event.contact >= 0;
+    *impacts = run->impacts.count;
     if (!run->record.count)
         return OUTCOME_NOT_BEGUN;
+    if (!(until >= it->phase.t))
+        return OUTCOME_BAD_SETTINGS;
     run->until = until;
     run->contact = -1;
+    run->taken_before = run->steps + run->rejected;
+    if (run->outcome == OUTCOME_CROWDED)
+        begin_second(run, it->phase.t);
     start_asking(&run->interruption, it->phase.t);
     it->system.interruption = &run->interruption;
     do {
-        *met |= *stage == MEET;
+        if (*stage == MEET) {
+            *impacts = run->impacts.count;
+            *met = 1;
+        }
         outcome = run_whole_stage(it);
     } while (!outcome && *stage != END && !(to_event && *met && *stage == MOVE));
     it->system.interruption = NULL;
@@ -209,17 +235,18 @@ static enum outcome go_on(struct ccgen_simulation *it, double until, int to_even
 enum outcome simulate(struct ccgen_simulation *it, double until)
 {
     int met;
-    return go_on(it, until, 0, &met);
+    size_t impacts;
+    return go_on(it, until, 0, &met, &impacts);
 }
 
 int ccgen_step_to_event(struct ccgen_simulation *it, double until, struct ccgen_event *event)
 {
-    const size_t impacts = it->run.impacts.count;
+    size_t impacts;
     int met;
-    const enum outcome outcome = go_on(it, until, 1, &met);
+    const enum outcome outcome = go_on(it, until, 1, &met, &impacts);
     const struct event *found = &it->automaton.event;
     *event = (struct ccgen_event){CCGEN_NO_EVENT, it->phase.t, -1, it->run.impacts.count - impacts};
-    if (met) {
+    if (met && !outcome) {
         event->contact = found->contact;
         event->kind = found->watch == CLOSES ? CCGEN_CLOSES : found->watch == FLAT ? CCGEN_FLATTENS : CCGEN_CHANGES;
     }
@@ -255,11 +282,19 @@ size_t ccgen_state_size(const struct ccgen_simulation *it)
 void ccgen_get_state(const struct ccgen_simulation *it, void *bytes)
 {
     get_state(&it->automaton, &it->phase, bytes);
+    seal_state(bytes, state_size(&it->phase));
 }
 
 int ccgen_set_state(struct ccgen_simulation *it, const void *bytes)
 {
-    return set_state(&it->automaton, &it->phase, bytes) ? OUTCOME_OTHER_STATE : ccgen_forget(it);
+    get_state(&it->automaton, &it->phase, it->before);
+    const int wrong = !is_whole(bytes, state_size(&it->phase)) || set_state(&it->automaton, &it->phase, bytes);
+    if (wrong) {
+        set_state(&it->automaton, &it->phase, it->before);
+        return OUTCOME_OTHER_STATE;
+    }
+    begin_second(&it->run, it->phase.t);
+    return ccgen_forget(it);
 }
 
 size_t ccgen_rows(const struct ccgen_simulation *it, const double **t, const double **rows, size_t *width)

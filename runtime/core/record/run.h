@@ -27,9 +27,9 @@ struct run {
     struct impacts impacts;
     struct mode_history modes;
     enum outcome outcome;
-    double t;    /* where it ended */
     int contact; /* contact at fault, or -1 */
     long steps, rejected;
+    long taken_before; /* of them, before this call */
     double second;     /* when the present second began */
     long spent_before; /* steps and events before that */
     long events;

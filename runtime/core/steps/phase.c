@@ -27,7 +27,7 @@ int make_phase(struct phase *f)
     const int passes =
         f->s->model->rows && f->s->model->stages && f->run->method != &gauss && f->run->fixed_step == 0.0;
     const size_t passing = passes ? gauss.scratch(f->s) : 0;
-    f->block = calloc(4 * n + scratch + passing + kept + search_scratch(f->s) + 5 * c + 1,
+    f->block = calloc(4 * n + scratch + passing + kept + search_scratch(f->s) + 6 * c + 1,
                       sizeof *f->block); /* a method finds zeros */
     f->set = malloc((c + 1) * sizeof *f->set);
     f->y = f->block;
@@ -128,7 +128,7 @@ static int stalls(const struct phase *f)
 static enum outcome begin_phase(struct phase *f)
 {
     const struct run *run = f->run;
-    const enum outcome outcome = f->at.gap_uncertainty > 0.0 ? leave_singularity(f) : evaluate_derivative(f);
+    enum outcome outcome = f->at.gap_uncertainty > 0.0 ? leave_singularity(f) : evaluate_derivative(f);
     f->at.since = f->t;
     f->at.energy_known = f->at.crawled = 0;
     f->at.place = NAN;
@@ -137,6 +137,8 @@ static enum outcome begin_phase(struct phase *f)
         run->method->restart(f->scratch, f->s->size);
     if (!outcome && f->h <= 0.0)
         f->h = run->fixed_step > 0.0 ? run->fixed_step : first_step(f);
+    if (!outcome && interrupted(f->s->interruption, 0)) /* what was found without accelerations is none */
+        outcome = OUTCOME_INTERRUPTED;
     f->at.next = f->h;
     f->at.under_way = !outcome;
     return outcome;
@@ -149,7 +151,7 @@ static enum outcome within_budget(struct phase *f)
     run->interruption.t = f->t;
     if ((run->steps % TICK == 0 && ask(&run->interruption)) || interrupted(f->s->interruption, 0))
         return OUTCOME_INTERRUPTED;
-    if (run->steps + run->rejected >= run->step_budget)
+    if (run->steps + run->rejected - run->taken_before >= run->step_budget)
         return OUTCOME_BUDGET;
     return exceeds_step_rate(run, f->t) ? OUTCOME_CROWDED : OUTCOME_DONE;
 }
@@ -157,7 +159,7 @@ static enum outcome within_budget(struct phase *f)
 /* What a step that is begun and not ended has changed */
 struct before_step {
     struct progress at;
-    double h;
+    double h, window;
     long steps, rejected;
 };
 
@@ -165,7 +167,9 @@ static struct before_step note_step(struct phase *f)
 {
     if (f->run->method->memory)
         f->run->method->memory(f->s, f->scratch, 0, f->kept);
-    return (struct before_step){f->at, f->h, f->run->steps, f->run->rejected};
+    if (f->s->active)
+        memcpy(f->kept + memory_size(f->run->method, f->s), f->active.peak, f->s->model->contacts * sizeof *f->kept);
+    return (struct before_step){f->at, f->h, f->active.window, f->run->steps, f->run->rejected};
 }
 
 /* As if the step had not been begun: what was interrupted goes on as if it had not been. */
@@ -173,6 +177,9 @@ static void undo_step(struct phase *f, const struct before_step *before)
 {
     if (f->run->method->memory)
         f->run->method->memory(f->s, f->scratch, 1, f->kept);
+    if (f->s->active)
+        memcpy(f->active.peak, f->kept + memory_size(f->run->method, f->s), f->s->model->contacts * sizeof *f->kept);
+    f->active.window = before->window;
     f->at = before->at;
     f->h = before->h;
     f->run->steps = before->steps;
@@ -256,8 +263,13 @@ static enum outcome find_standing_event(struct phase *f, struct event *event)
         return outcome;
     }
     at->crawled = stalls(f) ? at->crawled + 1 : 0;
-    if (at->crawled && at->crawled % CRAWLS == 0)
-        outcome = snap_to_singularity(f, 1, &closed);
+    if (!at->crawled || at->crawled % CRAWLS)
+        return outcome;
+    outcome = snap_to_singularity(f, 1, &closed);
+    if (!outcome && interrupted(f->s->interruption, 0)) {
+        at->under_way = 0; /* the phase begins anew: the state may have been changed without accelerations */
+        return OUTCOME_INTERRUPTED;
+    }
     if (closed)
         *event = (struct event){f->set[0], 1.0, FLAT, 1.0};
     return outcome;
@@ -274,8 +286,10 @@ enum outcome integrate_to_event(struct phase *f, struct event *event)
         double stop;
         int again;
         outcome = try_step(f, event, &stop, &again);
-        if (outcome == OUTCOME_INTERRUPTED)
+        if (outcome == OUTCOME_INTERRUPTED) {
             undo_step(f, &before);
+            event->contact = -1;
+        }
         if (outcome || again)
             continue;
         if (event->contact >= 0) {

@@ -28,7 +28,7 @@ double first_step(struct phase *f)
     d0 = sqrt(d0 / n);
     d1 = sqrt(d1 / n);
     const double least = 1e-12 * fmax(fabs(f->t), 1e-3);
-    const double h0 = fmin(d0 < 1e-5 || d1 < 1e-5 ? 1e-6 : fmax(0.01 * d0 / d1, least), f->run->until - f->t);
+    const double h0 = fmin(d0 < 1e-5 || d1 < 1e-5 ? 1e-6 : fmax(0.01 * d0 / d1, least), next_stop(f->run, f->t) - f->t);
     for (int i = 0; i < n; i++)
         f->y1[i] = f->y[i] + h0 * f->dy[i];
     if (system_derivative(f->s, f->t + h0, f->y1, f->dy1))

@@ -1,0 +1,43 @@
+"""Functions of the core by themselves, compiled without the rest and called with arrays."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import shutil
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from .folders import ROOT
+
+CORE = ROOT / "runtime" / "core"
+
+
+class Functions:
+    """A library of some folders of the core. ``call(name, ...)`` takes whole numbers, floats, arrays and ``None``."""
+
+    def __init__(self, folder: Path, *layers: str) -> None:
+        if os.name != "posix" or not shutil.which("cc"):
+            pytest.skip("needs cc")
+        sources = [str(path) for layer in layers for path in sorted((CORE / layer).glob("*.c"))]
+        library = folder / "functions.so"
+        subprocess.run(
+            ["cc", "-O2", "-std=c11", "-shared", "-fPIC", f"-I{CORE}", *sources, "-lm", "-o", str(library)], check=True
+        )
+        self.library: Any = ctypes.CDLL(str(library))
+
+    def call(self, name: str, *arguments: Any) -> int:
+        """The whole number that the function ``name`` returns; arrays are those of the caller."""
+        found: int = getattr(self.library, name)(*map(self._passed, arguments))
+        return found
+
+    @staticmethod
+    def _passed(argument: Any) -> Any:
+        if isinstance(argument, np.ndarray):
+            assert argument.flags.c_contiguous
+            return ctypes.c_void_p(argument.ctypes.data)
+        return ctypes.c_double(argument) if isinstance(argument, float) else argument
