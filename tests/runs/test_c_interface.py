@@ -93,14 +93,14 @@ def test_what_cannot_be_is_a_code(tmp_path: Path, workshop: Workshop) -> None:
     made = [library.create(hexagon), library.create(four_bar), library.create(hexagon, method=b"radau")]
     assert [outcome for outcome, _ in made] == ["done"] * 3
     one, other, radau = (simulation for _, simulation in made)
-    assert one.step_to_event(1.0)[0] == "not_begun"
+    assert one.step_to_event(1.0)[0] == one.forget() == "not_begun"
     assert one.reset(*hexagon.start()) == "done"
     before = one.state()
     for another in (other, radau):
         kept = another.state()
         assert another.set_state(before) == "other_state" and another.state() == kept
     assert one.step_to_event(0.6)[0] == "done" and one.state() != before
-    assert one.set_state(before) == "done" and one.state() == before
+    assert one.set_state(before) == "done" and one.forget() == "done" and one.state() == before
     far = 1e200 * np.ones(len(hexagon.q_names))  # coordinates of which no loop is known to be shut
     assert one.reset(far, hexagon.start()[1]) == "not_closed"
     assert one.step_to_event(1.0)[0] == "not_begun"

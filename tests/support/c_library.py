@@ -120,3 +120,7 @@ class Simulation:
     def set_state(self, state: bytes) -> str:
         """Put a state back; the outcome."""
         return self.library.outcome(self.calls.ccgen_set_state(self.address, state))
+
+    def forget(self) -> str:
+        """Forget what is recorded but the present row; the outcome."""
+        return self.library.outcome(self.calls.ccgen_forget(self.address))

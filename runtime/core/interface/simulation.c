@@ -285,6 +285,20 @@ void ccgen_get_state(const struct ccgen_simulation *it, void *bytes)
     seal_state(bytes, state_size(&it->phase));
 }
 
+/* A record of the present row alone, and of how contacts are held */
+static enum outcome begin_record(struct ccgen_simulation *it)
+{
+    struct run *run = &it->run;
+    const struct phase *f = &it->phase;
+    clear_record(run);
+    if (record_state(&it->phase))
+        return OUTCOME_NO_MEMORY;
+    signed char *modes = (signed char *)it->before; /* one for each contact: less than a state takes */
+    ccgen_get_modes(it, modes);
+    const int contacts = it->system.model->contacts;
+    return append_modes(&run->modes, f->t, contacts, modes, &f->active) ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
+}
+
 int ccgen_set_state(struct ccgen_simulation *it, const void *bytes)
 {
     get_state(&it->automaton, &it->phase, it->before);
@@ -294,7 +308,7 @@ int ccgen_set_state(struct ccgen_simulation *it, const void *bytes)
         return OUTCOME_OTHER_STATE;
     }
     begin_second(&it->run, it->phase.t);
-    return ccgen_forget(it);
+    return begin_record(it);
 }
 
 size_t ccgen_rows(const struct ccgen_simulation *it, const double **t, const double **rows, size_t *width)
@@ -307,15 +321,7 @@ size_t ccgen_rows(const struct ccgen_simulation *it, const double **t, const dou
 
 int ccgen_forget(struct ccgen_simulation *it)
 {
-    struct run *run = &it->run;
-    const struct phase *f = &it->phase;
-    clear_record(run);
-    if (record_state(&it->phase))
-        return OUTCOME_NO_MEMORY;
-    signed char *modes = (signed char *)it->before; /* one for each contact: less than a state takes */
-    ccgen_get_modes(it, modes);
-    const int contacts = it->system.model->contacts;
-    return append_modes(&run->modes, f->t, contacts, modes, &f->active) ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
+    return it->run.record.count ? begin_record(it) : OUTCOME_NOT_BEGUN;
 }
 
 const char *ccgen_outcome_name(int code)
