@@ -1,11 +1,19 @@
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+class Tolerance(NamedTuple):
+    value: float
+    of: str
+    decides: str
+    because: str
+
+TOLERANCES: dict[str, Tolerance]
+TOLERANCE_ORDERS: tuple[tuple[str, str], ...]
 OUTCOMES: tuple[str, ...]
 DRIFTS: tuple[str, ...]
 MODES: dict[int, str]
@@ -26,7 +34,15 @@ class Supply:
 class Kernels:
     sizes: dict[str, int]
     def __init__(
-        self, capsule: object, parameters: Array, length: float, law: str = "newton", angular: Sequence[int] = ()
+        self,
+        capsule: object,
+        parameters: Array,
+        length: float,
+        law: str = "newton",
+        angular: Sequence[int] = (),
+        time: float = 0.0,
+        duration: float = 1.0,
+        lengths: Sequence[int] = (),
     ) -> None: ...
     @property
     def address(self) -> int: ...
@@ -80,6 +96,7 @@ class Kernels:
         held: Sequence[tuple[int, str]] = (),
         rtol: float = ...,
         atol: float = ...,
+        scales: tuple[float, float] | None = None,
     ) -> tuple[Array, Array, str]: ...
     def simulate(
         self,
@@ -91,7 +108,7 @@ class Kernels:
         atol: float,
         fixed_step: float,
         step_budget: int,
-        second_budget: int,
+        rate_budget: int,
         progress: Callable[[float], object] | None,
         supply: Supply | None = None,
         stops: Sequence[float] | Array = (),

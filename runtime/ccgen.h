@@ -22,20 +22,28 @@ extern "C" {
 #endif
 
 /* A model with its parameters, and how its motions are integrated. What is 0 or NULL is chosen as said. Arrays, and `context`,
- * have to stay as long as the simulation, but for `parameters` and `angular`. */
+ * have to stay as long as the simulation, but for `parameters`, `lengths` and `angular`. */
 struct ccgen_settings {
     const double *parameters; /* [parameters] in the order of the model's data; NULL only for a model that has none */
     double length; /* a length of the mechanism (m), as the largest of its links: the scale of what counts as shut; 1 */
+    double
+        time; /* its characteristic time (s), as half a swing of a pendulum of that length: the scale of what counts as an
+                    instant or as rest; a motion that begins faster has a shorter one. 0: told by how the motion begins */
+    double duration; /* how long the motion is meant to go on (s): the longest that its time is if it is told so; 1 */
+    const unsigned char
+        *lengths; /* [nq] whether each coordinate is a length (m); NULL: the first are, those of the place
+                                     of a floating root, and all others are angles */
     const unsigned char *angular; /* [contacts] whether each is a stop of an angle; none */
     const char *law;              /* of impact: newton, poisson or stronge; newton */
     double acceleration_scale; /* accelerations that are usual (rad/s^2): they are refined to full digits, as masses far
                                    * apart want it; 0: not */
     const char *method;        /* gauss, dop853, dopri5 or radau; NULL: dop853 with contacts, else gauss */
-    double rtol, atol;         /* tolerances; 1e-9, and as rtol */
+    double rtol, atol;         /* tolerances; 1e-9, and as rtol. atol is in rad, times `length` of lengths, both per
+                                  characteristic time of velocities */
     double fixed_step;         /* s; 0: as the tolerances ask for */
-    int drift;          /* loops are kept shut by projection (0), not at all (1), or by Baumgarte's stabilisation (2) */
-    long step_budget;   /* steps in all; ten million */
-    long second_budget; /* steps and events of one simulated second; 200,000 */
+    int drift;        /* loops are kept shut by projection (0), not at all (1), or by Baumgarte's stabilisation (2) */
+    long step_budget; /* steps in all; ten million */
+    long rate_budget; /* steps and events within a tenth of the duration; 200,000 */
     const double *stops; /* [stop_count] times that grow, at which steps end: where inputs have kinks */
     size_t stop_count;
     /* the model's inputs[inputs] at a state; NULL: all are 0. A nonzero answer interrupts the motion. */

@@ -98,6 +98,9 @@ def show(
     plan: Annotated[
         str | None, typer.Option(metavar="NAME", help="another order of elimination: tip to root, dyads or segments")
     ] = None,
+    tolerances: Annotated[
+        bool, typer.Option("--tolerances", help="the thresholds of a run instead: how large here, what for, and why")
+    ] = False,
     verbose: Verbose = False,
     quiet: Quiet = False,
 ) -> None:
@@ -105,7 +108,7 @@ def show(
     from .detail import detail
     from .show import show as work
 
-    work(scene, equations, latex, expand, fold, plan, detail(verbose, quiet))
+    work(scene, equations, latex, expand, fold, plan, detail(verbose, quiet), tolerances)
 
 
 @app.command()

@@ -8,7 +8,7 @@ import typer
 
 from .detail import Detail
 from .progress import progress
-from .refusal import refusing
+from .refusal import fail, refusing
 from .scene_file import read, tell_assembly
 
 
@@ -20,9 +20,22 @@ def show(
     fold: bool,
     plan: str | None = None,
     detail: Detail = Detail.USUAL,
+    tolerances: bool = False,
 ) -> None:
-    """Print the scene's summary, and its equations if asked for: as text or LaTeX, as derived, expanded or folded."""
+    """Print the scene's summary, and its equations if asked for: as text or LaTeX, as derived, expanded or folded.
+
+    Or instead the thresholds of a run, which need the compiled model.
+    """
     scene = read(scene_file)
+    if tolerances:
+        from ccgen.runtime.model.thresholds import thresholds_text
+
+        from .compiled import compiled
+
+        if equations or latex or expand or fold or plan:
+            fail("--tolerances: found beside an option for equations, expected it alone; leave out the other")
+        typer.echo(thresholds_text(compiled(scene, detail)))
+        return
     tell_assembly(scene, detail)
     from ..documents.show import show_text
 

@@ -9,15 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 import typer
 
-from ..compile.compiler import CompileError
-from ..package.replace import OutputError
-from ..pipeline import generate
 from ..scene import Scene
+from .compiled import compiled
 from .detail import Detail
-from .folders import MODELS, check_folder, check_picture
-from .progress import progress
+from .folders import check_picture
 from .refusal import fail, refusing
-from .scene_file import read, tell_assembly
+from .scene_file import read
 
 SOME_TIMES = (0.0123, 0.37, 1.0, 7.3)
 """Times (s) at which loads are compared with those at 0; those of a table or formula differ at one of them at least."""
@@ -35,7 +32,7 @@ def torque(scene_file: Path, joint: str | None, rate: float, plot: Path | None, 
     joint = _driving(scene, scene_file, joint)
     if plot is not None:
         check_picture(plot, "--plot")
-    model = _model(scene, detail)
+    model = compiled(scene, detail)
     with refusing(ValueError, OSError):
         turn = driving_torque(model, joint, rate)
         if plot is not None:
@@ -55,7 +52,7 @@ def equilibrium(scene_file: Path, nearest: bool, detail: Detail = Detail.USUAL) 
     """Print an equilibrium: stability, stiffnesses, coordinates, joint forces and forces of closed contacts."""
     from ccgen.runtime import static_equilibrium
 
-    model = _model(read(scene_file), detail)
+    model = compiled(read(scene_file), detail)
     with refusing(ValueError):
         found = static_equilibrium(model, nearest=nearest)
     stiffness = ", ".join(f"{value:z.6g}" for value in found.stiffness) or "none, it cannot move"
@@ -109,13 +106,3 @@ def _driving(scene: Scene, scene_file: Path, joint: str | None) -> str:
     if joint not in turning:
         fail(f"JOINT: found {joint!r}, which does not turn in {scene_file}, {expected}; name one of them")
     return joint
-
-
-def _model(scene: Scene, detail: Detail) -> Model:
-    """The compiled model of a scene."""
-    check_folder(MODELS, "folder of models")
-    tell_assembly(scene, detail)
-    from ccgen.runtime import load_model
-
-    with progress(detail) as tell, refusing(CompileError, OutputError):
-        return load_model(generate(scene, MODELS, tell.stage))

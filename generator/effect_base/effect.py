@@ -76,6 +76,10 @@ class Effect:
 
         return ZERO
 
+    def accelerations(self) -> tuple[Parameter, ...]:
+        """Parameters that are the size of such a field (m/s²): they tell the mechanism's characteristic time."""
+        return ()
+
     def inputs(self) -> tuple[str, ...]:
         """Names of inputs that are given at run time."""
         return ()

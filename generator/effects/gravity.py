@@ -52,6 +52,9 @@ class Gravity(Effect):
 
         return (ZERO[0], -symbol(self.g))
 
+    def accelerations(self) -> tuple[Parameter, ...]:
+        return (self.g,)
+
     def remarks(self) -> tuple[tuple[str, str], ...]:
         """Signs that turn gravity round."""
         if self.g.value >= 0.0:

@@ -47,6 +47,7 @@ def model_data(scene: Scene, topology: Topology, equations: Equations, hash_: st
         "folded": bool(equations.folded),
         "rests_on": {p.path: mechanism.joints[idle.joint].name for idle in topology.implied for p in idle.rests_on},
         "drives": [_drive(mechanism, effect) for effect in scene.effects if effect.driven()],
+        "accelerations": [p.path for effect in scene.effects for p in effect.accelerations()],
         "inputs": [name for effect in scene.effects for name in effect.inputs()],
         "instants": [p.path for effect in scene.effects for p in effect.instants()],
         "contacts": [[contact.point, contact.ground] for contact in equations.contacts],

@@ -67,13 +67,16 @@ cdef extern from *:
         int projects_stages
         real baumgarte
         void *active
-        real length
+        real length, time, energy
+        const unsigned char *lengths
+        real *unit
         const real *extent
         int refine
         real acceleration_scale
         real refinement_residual
         long evaluations
         long rank_deficient
+    void set_units(system *s) nogil
     struct input_table:
         size_t count
         int width
@@ -115,6 +118,7 @@ cdef extern from *:
         SLIP_BACKWARD, FRICTIONLESS, SLIP_FORWARD, STICK, AT_LIMIT_FORWARD, AT_LIMIT_BACKWARD, GRAZING, IMPLIED, OPEN
     struct tolerance:
         real rtol, atol
+        const real *unit
     struct method:
         const char *name
         int order
@@ -150,7 +154,7 @@ cdef extern from *:
         const real *stops
         size_t stop_count
         real fixed_step
-        long step_budget, second_budget
+        long step_budget, rate_budget
         const method *method
         drift drift
         interruption interruption
@@ -165,14 +169,15 @@ cdef extern from *:
 cdef extern from *:
     struct ccgen_settings:
         const real *parameters
-        real length
+        real length, time, duration
+        const unsigned char *lengths
         const unsigned char *angular
         const char *law
         real acceleration_scale
         const char *method
         real rtol, atol, fixed_step
         int drift
-        long step_budget, second_budget
+        long step_budget, rate_budget
         const real *stops
         size_t stop_count
         int (*inputs)(void *context, real t, const real *q, const real *u, real *inputs) noexcept nogil
@@ -194,6 +199,42 @@ cdef extern from *:
     enum:
         OUTCOME_OTHER_STATE, OUTCOME_BAD_SETTINGS
         OUTCOME_COUNT "OUTCOMES"
+
+cdef extern from *:
+    struct tolerance_entry:
+        const char *name
+        real value
+        int of
+        const char *decides
+        const char *because
+    const tolerance_entry *tolerance_entries
+    const int (*tolerance_orders)[2]
+
+Tolerance = namedtuple("Tolerance", "value of decides because")
+"""A threshold of the core: a number, what it is times, what it decides, and why it is as large."""
+
+OF = ("", "length", "length / time", "time", "unit")
+"""What thresholds are times, by ``enum tolerance_of``."""
+
+
+cdef tuple _tolerances():
+    """All thresholds by name, and the names of those that are ordered."""
+    cdef int i = 0
+    found, orders = {}, []
+    while tolerance_entries[i].name is not NULL:
+        entry = tolerance_entries[i]
+        texts = (OF[entry.of], entry.decides.decode(), entry.because.decode())
+        found[entry.name.decode()] = Tolerance(entry.value, *texts)
+        i += 1
+    names = list(found)
+    i = 0
+    while tolerance_orders[i][0] >= 0:
+        orders.append((names[tolerance_orders[i][0]], names[tolerance_orders[i][1]]))
+        i += 1
+    return found, tuple(orders)
+
+
+TOLERANCES, TOLERANCE_ORDERS = _tolerances()
 
 OUTCOMES = tuple(ccgen_outcome_name(code).decode() for code in range(OUTCOME_COUNT))
 """Names of ``enum outcome``, in its order."""

@@ -36,16 +36,17 @@ cdef class Evaluations:
     cdef const ccgen_model *m
     cdef object capsule
     cdef readonly dict sizes
-    cdef real[::1] p, k, restitution, friction_, extent, multipliers, rows, bias, jump, u_dot, zero, projected, inputs
-    cdef unsigned char[::1] angular
-    cdef real length
+    cdef real[::1] p, k, restitution, friction_, extent, multipliers, rows, bias, jump, u_dot, zero, projected, inputs, unit
+    cdef unsigned char[::1] angular, lengths
+    cdef real length, time, duration
     cdef const impact_law *law
     cdef int refine
     cdef real usual
     cdef readonly double inexact
     """Of the last call for accelerations or an impact: the largest relative correction that did not become small."""
 
-    def __init__(self, capsule, parameters, real length, str law="newton", angular=()):
+    def __init__(self, capsule, parameters, real length, str law="newton", angular=(),
+                 real time=0.0, real duration=1.0, lengths=()):
         if not PyCapsule_IsValid(capsule, CCGEN_CAPSULE):
             raise TypeError("not the descriptor of a ccgen model")
         self.capsule = capsule
@@ -66,13 +67,14 @@ cdef class Evaluations:
         room = m.rows + 2 * m.contacts + 1
         self.multipliers, self.rows, self.bias = zeros(room), zeros(room), zeros(room)
         self.jump, self.u_dot, self.zero, self.projected = zeros(m.nu), zeros(3 * m.nu), zeros(m.nu), zeros(2 * m.nu)
-        self.inputs = zeros(m.inputs + 1)
-        self.length, self.law = length, find_law(law.encode())
+        self.inputs, self.unit = zeros(m.inputs + 1), zeros(2 * m.nu + 1)
+        self.length, self.time, self.duration, self.law = length, time, duration, find_law(law.encode())
         if self.law is NULL:
             raise ValueError(f"found the law of impact {law!r}, expected one that this runtime has")
         self.friction_ = zeros(max(m.contacts, 1))
         self.extent = np.full(max(m.contacts, 1), length, dtype=REAL)
         self.angular = np.zeros(m.contacts + 1, dtype=np.uint8)
+        self.lengths = np.array([i < m.base or i in lengths for i in range(m.nu)] + [0], dtype=np.uint8)
         for contact in angular:
             self.extent[contact] = 1.0
             self.angular[contact] = 1
@@ -133,7 +135,9 @@ cdef class Evaluations:
         """What a simulation has to know of the model; for the rest what is usual."""
         cdef ccgen_settings settings
         memset(&settings, 0, sizeof(settings))
-        settings.parameters, settings.length, settings.angular = &self.p[0], self.length, &self.angular[0]
+        settings.parameters, settings.length = &self.p[0], self.length
+        settings.time, settings.duration = self.time, self.duration
+        settings.lengths, settings.angular = &self.lengths[0], &self.angular[0]
         settings.law, settings.acceleration_scale = self.law.name, self.usual if self.refine else 0.0
         return settings
 
@@ -157,7 +161,9 @@ cdef class Evaluations:
         s.projects_stages = 0
         s.zero = &self.zero[0]
         s.active = NULL
-        s.length = self.length
+        s.length, s.time, s.energy = self.length, self.time or self.duration, 1.0
+        s.lengths, s.unit = &self.lengths[0], &self.unit[0]
+        set_units(&s)
         s.baumgarte = 0.0
         s.extent = &self.extent[0]
         s.refine, s.acceleration_scale, s.refinement_residual = self.refine, self.usual, 0.0

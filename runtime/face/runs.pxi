@@ -6,13 +6,16 @@ cdef class Kernels(Contacting):
     """A model's kernels, and its runs."""
 
     def advance(self, str name, t, const real[::1] q, const real[::1] u, h, Supply supply=None, str kept="projected",
-                held=(), rtol=0.0, atol=0.0):
+                held=(), rtol=0.0, atol=0.0, scales=None):
         """From t on by ``h`` (s) with the method ``name``, contacts ``held`` closed: (q, u, outcome). In one step, or
-        without contacts and with tolerances by as many as these ask for."""
+        without contacts and with tolerances by as many as these ask for. ``scales``: characteristic time (s) and energy (J)."""
         cdef real[::1] times = np.array([t, h, rtol, atol], dtype=REAL)
         cdef tolerance bound
         bound.rtol, bound.atol = times[2], times[3]
         cdef system s = self._system()
+        if scales is not None:
+            s.time, s.energy = scales
+            set_units(&s)
         cdef real[::1] inputs = np.array(self.inputs)
         s.inputs = &inputs[0]
         if supply is not None:
@@ -28,7 +31,7 @@ cdef class Kernels(Contacting):
         return np.asarray(y)[:n], np.asarray(y)[n : 2 * n], OUTCOMES[found]
 
     def simulate(self, const real[::1] q, const real[::1] u, str name, real until, real rtol, real atol,
-                 real fixed_step, long step_budget, long second_budget, progress, Supply supply=None, stops=(),
+                 real fixed_step, long step_budget, long rate_budget, progress, Supply supply=None, stops=(),
                  str kept="projected", bytes state=None):
         """A whole run from t = 0, or from where the run was left that the ``state`` is of, without the GIL; a dict of what was
         recorded. Steps end at ``stops``, times that grow."""
@@ -48,7 +51,7 @@ cdef class Kernels(Contacting):
         cdef _Ticker ticker = _Ticker(progress)
         asked.method, asked.rtol, asked.atol, asked.fixed_step = method, rtol, atol, fixed_step
         asked.drift = <int>DRIFTS.index(kept)
-        asked.step_budget, asked.second_budget = step_budget, second_budget
+        asked.step_budget, asked.rate_budget = step_budget, rate_budget
         asked.stops, asked.stop_count = &ends[0], stop_count
         asked.tick, asked.tick_context = _tick, <void *>ticker
         cdef ccgen_simulation *it = NULL
@@ -110,6 +113,6 @@ cdef class Kernels(Contacting):
             ],
             outcome=OUTCOMES[outcome], t_end=end, contact=r.contact, inexact=it.system.refinement_residual,
             steps=r.steps, rejected=r.rejected, evaluations=it.system.evaluations, dependent=it.system.rank_deficient,
-            state=state,
+            scales=(it.system.time, it.system.energy), state=state,
         )
 

@@ -37,10 +37,14 @@ static const double {package}_parameters[] = {{
 static const double {package}_stops[] = {{
 {stops}
 }};
+static const unsigned char {package}_lengths[] = {{ {lengths} }};
 static const unsigned char {package}_angular[] = {{ {angular} }};
 static const struct ccgen_settings {package}_settings = {{
     .parameters = {package}_parameters,
     .length = {length},
+    .time = {time},
+    .duration = {duration},
+    .lengths = {package}_lengths,
     .angular = {package}_angular,
     .law = "{law}",
     .acceleration_scale = {scale},
@@ -83,6 +87,9 @@ def c_header(model: Geometry) -> str:
         parameters=_lines([f"{value!r}, /* {path} */" for path, value in model.parameters.items()] or ["0"], 1),
         angular=", ".join(map(str, stops or [0])),
         length=repr(model.length),
+        time=repr(model.time or 0.0),
+        duration=repr(float(model.data["run"]["until"])),
+        lengths=", ".join(str(int(kind != "angle")) for kind, _ in model.data["coordinates"]),
         law=model.data["law"],
         scale=repr(model.usual if kernels.refined else 0.0),
         rtol=repr(model.data["run"]["rtol"]),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -20,6 +21,17 @@ from .tolerances import check_angles, largest_angle
 
 if TYPE_CHECKING:
     from .._core import Kernels
+
+
+FALLS = 1e3
+"""Gravity under which half a swing takes longer than this, times the scene's duration, tells no time: it moves nothing
+by a millionth of the mechanism's length then."""
+
+
+def nearest_power_of_two(x: float) -> float:
+    """The power of two whose ratio to ``x`` is least: what is divided by it loses no digit."""
+    mantissa, exponent = math.frexp(x)
+    return math.ldexp(1.0, exponent - (mantissa * mantissa < 0.5))
 
 
 class Compiled:
@@ -66,12 +78,17 @@ class Compiled:
     def _rebuild(self) -> None:
         values = np.array([] if self.folded else list(self._parameters.values()), dtype=float)
         angular = [index for index, (_, ground) in enumerate(self.contacts) if ground in self.stops]
-        kernels = self.core.Kernels(self._descriptor, values, self.length, self.data["law"], angular)
+        lengths = [index for index, (kind, _) in enumerate(self.data["coordinates"]) if kind != "angle"]
+        time, duration = self.time, self.duration
+        law = self.data["law"]
+        kernels = self.core.Kernels(self._descriptor, values, self.length, law, angular, time or 0.0, duration, lengths)
         if not np.all(np.isfinite(kernels.constants)):
             raise ValueError(
                 f"{self.name}: the equations have no finite constants with these values (a normal of no length?)"
             )
-        lost, usual = kernels.rounding(*samples(self.q_names, self.length, self.core.REAL)).max(axis=0).tolist()
+        lost, usual = (
+            kernels.rounding(*samples(self.q_names, self.length, time or duration, self.core.REAL)).max(axis=0).tolist()
+        )
         if lost > ROUNDING * float(np.finfo(self.core.REAL).eps) * usual:
             kernels.refine_from_now(usual)
         self.usual = usual
@@ -83,6 +100,22 @@ class Compiled:
         """A length of the mechanism (m): the largest extent of a link."""
         extents = [float(np.ptp(outline, axis=0).max()) for outline in self.outlines if len(outline) > 1]
         return max(extents, default=0.0) or 1.0
+
+    @property
+    def time(self) -> float | None:
+        """The characteristic time (s) under gravity g: half a swing, π √(length / g), of a pendulum of that length,
+        rounded to a power of two.
+
+        ``None`` where nothing falls: then the motion's start tells its time.
+        """
+        gravity = max((abs(self._parameters[path]) for path in self.data["accelerations"]), default=0.0)
+        swing = math.pi * math.sqrt(self.length / gravity) if gravity else math.inf
+        return nearest_power_of_two(swing) if swing <= FALLS * self.duration else None
+
+    @property
+    def duration(self) -> float:
+        """How long (s) the scene is simulated: the longest that a characteristic time told by a start can be."""
+        return float(self.data["run"]["until"])
 
     @property
     def parameters(self) -> Parameters:

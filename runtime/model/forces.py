@@ -19,8 +19,6 @@ Contacts = Mapping[tuple[str, str], str] | Sequence[tuple[str, str]] | None
 
 RUBS = ("slides backward", "slides forward", "sticks", "at the limit, forward", "at the limit, backward")
 """Ways to be held that need friction."""
-STILL = 1e-10
-"""Times length per second: a contact that slides so slowly sticks."""
 
 
 @dataclass(frozen=True)
@@ -210,7 +208,8 @@ def _held_as_named(
     if not any(rough[c] for c in numbers):
         return [([(c, "smooth", 1.0) for c in numbers], every)]
     slips = model.kernels.of_state("slips", q, u)[:, numbers]
-    ways = np.where(np.abs(slips) <= STILL * model.length, 2.0, np.sign(slips))
+    still = model.core.TOLERANCES["STILL"].value * model.length / (model.time or model.duration)
+    ways = np.where(np.abs(slips) <= still, 2.0, np.sign(slips))
     ways[:, [not rough[c] for c in numbers]] = 0.0
     names = {0.0: "smooth", 1.0: "slides forward", 2.0: "sticks", -1.0: "slides backward"}
     return [

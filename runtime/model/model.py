@@ -159,7 +159,8 @@ class Model(Geometry):
 
         Nothing is projected.
 
-        Raises ``ValueError`` when joints miss by more than 1e-6 m, or their velocities by more than 1e-6 m/s.
+        Raises ``ValueError`` when joints miss by more than 1e-6 of the mechanism's length, or their
+        velocities by more than that per second.
         """
         return read_states(self, poses, velocities)
 

@@ -29,7 +29,8 @@ def read_states(model: Geometry, poses: ArrayLike, velocities: ArrayLike) -> tup
 
     Nothing is projected.
 
-    Raises ``ValueError`` when joints miss by more than 1e-6 m, or their velocities by more than 1e-6 m/s.
+    Raises ``ValueError`` when joints miss by more than 1e-6 of the mechanism's length, or their velocities by
+    more than that per second.
     """
     if np.ndim(poses) == 3 and np.shape(poses) == np.shape(velocities):
         states = [_read_state(model, *one) for one in zip(np.asarray(poses), np.asarray(velocities), strict=True)]

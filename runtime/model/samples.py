@@ -15,12 +15,13 @@ SAMPLES = 8
 """States in a sample."""
 
 
-def samples(names: tuple[str, ...], length: float, kind: DTypeLike) -> tuple[FloatArray, FloatArray]:
+def samples(names: tuple[str, ...], length: float, time: float, kind: DTypeLike) -> tuple[FloatArray, FloatArray]:
     """States (SAMPLES, nq) and (SAMPLES, nu), in numbers of this ``kind``, of a mechanism with coordinates of these
-    ``names`` and of this ``length`` (m), spread over all angles, loops open; slides go as far as links."""
+    ``names``, of this ``length`` (m) and characteristic ``time`` (s), spread over all angles, loops open; slides go as
+    far as links."""
     q, u, slides = _spread(names)
     scale = np.where(slides, length, 1.0)
-    return np.array(q * scale, dtype=kind), np.array(u * scale, dtype=kind)
+    return np.array(q * scale, dtype=kind), np.array(u * scale / time, dtype=kind)
 
 
 @cache

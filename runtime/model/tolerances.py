@@ -11,7 +11,7 @@ import numpy as np
 from ..arrays import FloatArray
 
 JOINT_MISS = 1e-6
-"""Poses whose joints miss by more than this (m) are not a state of the mechanism."""
+"""Poses whose joints miss by more than this, times the mechanism's length, are not a state of it."""
 
 ANGLE_KNOWN = 1e-6
 """Angles are states if they are known to this (rad): points at the mechanism's length are then known to JOINT_MISS."""
@@ -42,4 +42,4 @@ def check_angles(angles: FloatArray, names: Sequence[str], kind: np.dtype[Any]) 
 def joint_miss(kind: np.dtype[Any], length: float) -> float:
     """How far joints of a mechanism of this ``length`` (m) may miss in numbers of that type: floats miss by more than
     JOINT_MISS already by rounding."""
-    return max(JOINT_MISS, 1e3 * float(np.finfo(kind).eps) * length)
+    return max(JOINT_MISS, 1e3 * float(np.finfo(kind).eps)) * length

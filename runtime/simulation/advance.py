@@ -26,7 +26,8 @@ COLLOCATION = "gauss"
 class Advance:
     """Called with (t0, q0, u0, h): the state (q, u) that one projected step reaches from a recorded row.
 
-    ``method``, ``drift`` and the two ``tolerances`` are the run's, ``inputs`` as they were given to it and ``supply``
+    ``method``, ``drift`` and the two ``tolerances`` are the run's, as are the ``scales``, its
+    characteristic time (s) and energy (J); ``inputs`` as they were given to it and ``supply``
     what became of them; ``held`` are the contacts, and how each is held, from the times ``hold_t`` on.
     Raises ``ValueError`` where no step can be made.
     """
@@ -37,6 +38,7 @@ class Advance:
     hold_t: FloatArray
     held: list[list[tuple[int, str]]]
     tolerances: tuple[float, float]
+    scales: tuple[float, float]
     inputs: Given
     supply: Supply | None
 
@@ -54,7 +56,7 @@ class Advance:
         held = [(contact, how) for contact, how in self.held[change] if how != "carried"] if change >= 0 else []
         for method in dict.fromkeys((self.method, COLLOCATION)):
             new_q, new_u, outcome = self.model.kernels.advance(
-                method, t0, np.array(q0), np.array(u0), h, self.supply, self.drift, held, *self.tolerances
+                method, t0, np.array(q0), np.array(u0), h, self.supply, self.drift, held, *self.tolerances, self.scales
             )
             if outcome == "done":
                 return new_q, new_u

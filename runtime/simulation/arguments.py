@@ -17,8 +17,8 @@ from ..model.model import Model
 
 STEP_BUDGET = 10_000_000
 """Steps of a run, refused ones included."""
-SECOND_BUDGET = 200_000
-"""Steps, refused ones and events included, of one simulated second."""
+RATE_BUDGET = 200_000
+"""Steps, refused ones and events included, within a tenth of the scene's duration."""
 LEAST = {"float": 1e-6, "double": 1e-15, "wide": 1e-18}
 """Least tolerance by the precision of a model's numbers."""
 DRIVEN = 1e-6

@@ -11,7 +11,7 @@ from ..model.model import Model
 from ..record.hybrid_state import HybridState
 from ..run import Run
 from .advance import Advance
-from .arguments import SECOND_BUDGET, STEP_BUDGET, checked_start, settings_of, stops_of
+from .arguments import RATE_BUDGET, STEP_BUDGET, checked_start, settings_of, stops_of
 from .dead_point import cut, dead_point
 from .going_on import check_end, check_model, left_at
 from .result import run_of
@@ -65,7 +65,7 @@ def simulate_one(
         asked.atol,
         asked.step,
         STEP_BUDGET,
-        SECOND_BUDGET,
+        RATE_BUDGET,
         progress,
         supply,
         stops_of(model, kinks),
@@ -76,10 +76,14 @@ def simulate_one(
         raise KeyboardInterrupt
     if model.data["drives"] and found["outcome"] not in GOES_ON:
         own = (asked.own_rtol, asked.own_rtol)
-        exact = Advance(model, asked.method, asked.drift, found["hold_t"], found["held"], own, inputs, supply)
+        exact = Advance(
+            model, asked.method, asked.drift, found["hold_t"], found["held"], own, found["scales"], inputs, supply
+        )
         if met := dead_point(model, found["t"], found["q"], found["u"], asked.step, exact):
             found = cut(found, met.rows) | {"met": met.text}
     tolerances = (0.0, 0.0) if asked.step else (asked.rtol, asked.atol)
-    advance = Advance(model, asked.method, asked.drift, found["hold_t"], found["held"], tolerances, inputs, supply)
+    advance = Advance(
+        model, asked.method, asked.drift, found["hold_t"], found["held"], tolerances, found["scales"], inputs, supply
+    )
     left = None if "met" in found else left_at(found, asked)  # not where rows are cut off
     return run_of(model, advance, asked.until, found, asked.step > 0.0, left)

@@ -40,7 +40,7 @@ static int toss(const char *method, const char *law, const double *q, const doub
     settings.method = method;
     settings.law = law;
     settings.rtol = 1e-7;
-    settings.second_budget = 2000;
+    settings.rate_budget = 2000;
     struct ccgen_simulation *one, *other;
     int events, codes[2], counts[2], wrong = 0;
     if (ccgen_create(&OF(ccgen_model_, MODEL), &settings, &one) ||

@@ -33,7 +33,13 @@ def test_cholesky_of_a_part(n: int, core: Functions) -> None:
     a, x = np.zeros((m, m)), rng.normal(size=m)
     wanted = np.linalg.solve(part, x)
     assert core.call("cholesky", n, W, m, chosen, 1e-12, a) == 0
-    assert np.abs(np.tril(a) - np.linalg.cholesky(part)).max() <= 1e-13 * np.abs(a).max()
+    lower = np.tril(a, -1) + np.eye(m)
+    assert np.abs(lower @ np.diag(np.diag(a)) @ lower.T - part).max() <= 1e-14 * np.abs(part).max()
+    wanted_lower = np.linalg.cholesky(part)
+    assert np.abs(lower - wanted_lower / np.diag(wanted_lower)).max() <= 1e-12 * np.abs(lower).max()
+    twice = np.zeros((m, m))
+    assert core.call("cholesky", n, 2.0 * W, m, chosen, 1e-12, twice) == 0
+    np.testing.assert_array_equal(np.tril(twice, -1), np.tril(a, -1))
     core.call("cholesky_solve", m, a, x)
     assert np.abs(x - wanted).max() <= 1e-11 * np.abs(wanted).max()
     if n > 2:

@@ -19,8 +19,8 @@ SEED = int(os.environ.get("CCGEN_FUZZ_SEED", "0"))
 LONGEST = 120.0
 """Seconds that no toss may take; most take hundredths."""
 
-SECOND_BUDGET = 10_000
-"""Steps and events of a simulated second, a twentieth of what a run may usually have."""
+RATE_BUDGET = 10_000
+"""Steps and events within a tenth of the duration, a second here, a twentieth of what a run may usually have."""
 
 MOST_STOPPED = 72
 """Of the first 200 tosses of seed 0 no more stop before their end, and all say why: 70 do, or 69 where products and
@@ -29,7 +29,7 @@ sums are one operation. Crowds of events are decided by rounding, so another pro
 
 def test_random_tosses(workshop: Workshop, monkeypatch: pytest.MonkeyPatch) -> None:
     """Twenty models serve all tosses, and a toss that crowds its steps ends soon: else a few take most of the time."""
-    monkeypatch.setattr(importlib.import_module("ccgen.runtime.simulation.one_run"), "SECOND_BUDGET", SECOND_BUDGET)
+    monkeypatch.setattr(importlib.import_module("ccgen.runtime.simulation.one_run"), "RATE_BUDGET", RATE_BUDGET)
     ended: Counter[str] = Counter()
     wrong: list[str] = []
     stopped = 0

@@ -167,7 +167,7 @@ def test_a_heavy_load_on_light_links_falls(workshop: Workshop, reach: Reach) -> 
 
 def rounding_at_samples(model: Any) -> float:
     """Largest rounding of the accelerations at the sample states, relative to the largest acceleration there."""
-    lost, whole = model.kernels.rounding(*samples(model.q_names, model.length, float)).T
+    lost, whole = model.kernels.rounding(*samples(model.q_names, model.length, model.time or 1.0, float)).T
     return float(lost.max() / whole.max())
 
 

@@ -140,7 +140,7 @@ def test_tolerances_and_budgets_of_what_goes_on(workshop: Workshop, monkeypatch:
     assert loose.state.settings["rtol"] == 1e-8 and loose.state.settings["atol"] == 1e-3
     follows = simulate(model, until=1.0, state=first.state, rtol=1e-6)
     assert follows.state.settings["rtol"] == follows.state.settings["atol"] == 1e-6
-    for budget in ("SECOND_BUDGET", "STEP_BUDGET"):
+    for budget in ("RATE_BUDGET", "STEP_BUDGET"):
         with monkeypatch.context() as few:
             few.setattr(import_module("ccgen.runtime.simulation.one_run"), budget, 12)
             stopped = simulate(model, until=1.0)

@@ -21,6 +21,9 @@ class Settings(ctypes.Structure):
     _fields_ = (
         ("parameters", ctypes.POINTER(ctypes.c_double)),
         ("length", ctypes.c_double),
+        ("time", ctypes.c_double),
+        ("duration", ctypes.c_double),
+        ("lengths", ctypes.c_void_p),
         ("angular", ctypes.c_void_p),
         ("law", ctypes.c_char_p),
         ("acceleration_scale", ctypes.c_double),
@@ -30,7 +33,7 @@ class Settings(ctypes.Structure):
         ("fixed_step", ctypes.c_double),
         ("drift", ctypes.c_int),
         ("step_budget", ctypes.c_long),
-        ("second_budget", ctypes.c_long),
+        ("rate_budget", ctypes.c_long),
         ("stops", ctypes.c_void_p),
         ("stop_count", ctypes.c_size_t),
         ("inputs", ctypes.c_void_p),
@@ -52,15 +55,15 @@ class Event(ctypes.Structure):
 
 
 class Library:
-    """The library made of the core in ``runtime``, a folder, compiled into ``file``."""
+    """The library made of the core in ``runtime``, a folder, compiled into ``file`` with more ``flags``."""
 
-    def __init__(self, runtime: Path, file: Path) -> None:
+    def __init__(self, runtime: Path, file: Path, *more: str) -> None:
         if os.name != "posix" or not shutil.which("cc"):
             pytest.skip("needs cc")
         sources = sorted(str(path) for path in (runtime / "core").rglob("*.c"))
         flags = "-O2 -std=c11 -shared -fPIC -fvisibility=hidden -DCCGEN_SHARED -Wall -Wextra -Werror"
         folders = [f"-I{runtime}", f"-I{runtime / 'core'}"]
-        subprocess.run(["cc", *flags.split(), *folders, *sources, "-lm", "-o", str(file)], check=True)
+        subprocess.run(["cc", *flags.split(), *more, *folders, *sources, "-lm", "-o", str(file)], check=True)
         self.calls: Any = ctypes.CDLL(str(file))
         self.calls.ccgen_outcome_name.restype = ctypes.c_char_p
         self.calls.ccgen_state_size.restype = ctypes.c_size_t
@@ -82,7 +85,17 @@ class Simulation:
     def __init__(self, library: Library, model: Any, settings: dict[str, Any]) -> None:
         self.library, self.calls, self.model = library, library.calls, model
         self.values = (ctypes.c_double * len(model.parameters))(*model.parameters.values())
-        self.settings = Settings(self.values, model.length, **settings)
+        self.lengths = (ctypes.c_ubyte * len(model.q_names))(
+            *(kind != "angle" for kind, _ in model.data["coordinates"])
+        )
+        self.settings = Settings(
+            self.values,
+            model.length,
+            model.time or 0.0,
+            model.duration,
+            ctypes.cast(self.lengths, ctypes.c_void_p),
+            **settings,
+        )
         self.address = ctypes.c_void_p()
         model_address = ctypes.c_void_p(model.kernels.address)
         self.code: int = self.calls.ccgen_create(model_address, ctypes.byref(self.settings), ctypes.byref(self.address))
@@ -110,6 +123,12 @@ class Simulation:
             self.address, ctypes.byref(t), ctypes.c_void_p(q.ctypes.data), ctypes.c_void_p(u.ctypes.data)
         )
         return t.value, q, u
+
+    def modes(self) -> list[int]:
+        """How each contact is held, by its number in ``runtime/ccgen.h``."""
+        modes = (ctypes.c_byte * len(self.model.contacts))()
+        self.calls.ccgen_get_modes(self.address, modes)
+        return list(modes)
 
     def state(self) -> bytes:
         """The whole state."""

@@ -6,9 +6,7 @@
 #include <string.h>
 
 #include "algebra/cholesky.h"
-
-const double DEPENDENT_PIVOT = CCGEN_LIMIT(1e-11, 1e-5);
-static const double WELL = CCGEN_LIMIT(1e-6, 1e-3); /* such a pivot has lost no more digits than can be spared */
+#include "base/tolerances.h"
 
 /* Eigenvalues of symmetric a[n][n] on its diagonal and eigenvectors in the columns of v, by cyclic Jacobi rotations. */
 static void eigen(int n, double *a, double *v)
@@ -88,7 +86,7 @@ void solve_semidefinite(int n, const double *W, const double *r, double *x, doub
 
 int solve_definite_well(int n, const double *W, double *x, double *scratch)
 {
-    if (cholesky(n, W, n, NULL, WELL, scratch))
+    if (cholesky(n, W, n, NULL, WELL_PIVOT, scratch))
         return 1;
     cholesky_solve(n, scratch, x);
     return 0;

@@ -11,7 +11,4 @@ void solve_semidefinite(int n, const double *W, const double *r, double *x, doub
 /* x[n] <- W^-1 x for symmetric W[n][n], `scratch` [n][n]; nonzero where it is not well away from losing rank. */
 int solve_definite_well(int n, const double *W, double *x, double *scratch);
 
-/* A pivot below this fraction of its diagonal entry has lost its digits. */
-extern const double DEPENDENT_PIVOT;
-
 #endif

@@ -2,7 +2,7 @@
 #include "base/interruption.h"
 
 static const int64_t BETWEEN = 20000000; /* ns between two questions: a person sees no delay, a run none either */
-enum { UNSEEN = 1000 }; /* accelerations of freedoms worked out between two looks at the clock: microseconds */
+enum { BETWEEN_LOOKS = 1000 }; /* accelerations of freedoms worked out between two looks at the clock: microseconds */
 
 static int64_t now(void)
 {
@@ -33,7 +33,7 @@ int interrupted(struct interruption *i, long work)
     if (!i || i->ended)
         return i && i->ended;
     i->work += work;
-    if (work && i->work < UNSEEN)
+    if (work && i->work < BETWEEN_LOOKS)
         return 0;
     i->work = 0;
     const int64_t since = now() - i->asked;

@@ -65,6 +65,7 @@
 #define fabs CCGEN_OF_TYPE(fabs)
 #define fmax CCGEN_OF_TYPE(fmax)
 #define fmin CCGEN_OF_TYPE(fmin)
+#define frexp CCGEN_OF_TYPE(frexp)
 #define ldexp CCGEN_OF_TYPE(ldexp)
 #define pow CCGEN_OF_TYPE(pow)
 #define sqrt CCGEN_OF_TYPE(sqrt)

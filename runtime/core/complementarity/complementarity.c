@@ -14,10 +14,9 @@
 
 #include "algebra/cholesky.h"
 #include "algebra/semidefinite.h"
+#include "base/tolerances.h"
 
-static const double ROUNDING =
-    64.0 * DBL_EPSILON; /* of the terms of z: impulses of nearly dependent contacts are large */
-enum { STEPS = 10 };    /* per contact; far more than ever needed */
+enum { STEPS = 10 }; /* per contact; far more than ever needed */
 
 /* z of contact i; in *size the size of its terms, of which its rounding is a part */
 static double residual(int n, const double *W, const double *b, const double *P, int i, double *size)
@@ -41,7 +40,7 @@ static int all_push(int n, const double *W, const double *b, double scale, doubl
     double size;
     int wrong = 0;
     for (int i = 0; i < n; i++)
-        wrong |= P[i] < 0.0 || fabs(residual(n, W, b, P, i, &size)) > CCGEN_LIMIT(1e-10, 1e-4) * scale;
+        wrong |= P[i] < 0.0 || fabs(residual(n, W, b, P, i, &size)) > ALL_PUSH * scale;
     return wrong;
 }
 
@@ -80,7 +79,7 @@ static int admit(int n, const double *W, const double *b, int m, int *set, int e
             }
         }
         const int independent = curvature > DEPENDENT_PIVOT * W[(size_t)enter * n + enter];
-        if (!independent && first && -z <= ROUNDING * rounding_of(n, W, b, m, set, d, enter, P))
+        if (!independent && first && -z <= TERM_ROUNDING * rounding_of(n, W, b, m, set, d, enter, P))
             return m;
         if (independent && -z <= part * curvature) {
             part = -z / curvature;
@@ -130,7 +129,7 @@ int solve_complementarity(int n, const double *W, const double *b, double *P)
                 pushes |= set[j] == i;
             double size = 0.0;
             const double z = pushes ? 0.0 : residual(n, W, b, P, i, &size);
-            if (z < fmin(worst, -fmax(CCGEN_LIMIT(1e-13, 1e-6) * scale, ROUNDING * size))) {
+            if (z < fmin(worst, -fmax(APPROACHES * scale, TERM_ROUNDING * size))) {
                 worst = z;
                 enter = i;
             }

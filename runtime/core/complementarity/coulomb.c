@@ -17,16 +17,8 @@
 #include <string.h>
 
 #include "algebra/elimination.h"
+#include "base/tolerances.h"
 
-const double CONSISTENT = CCGEN_LIMIT(1e-10, 1e-5);
-static const double MIXED =
-    CCGEN_LIMIT(1e-4, 1e-1); /* share of the largest terms of all rows that a row's rounding may have */
-static const double SINGULAR = CCGEN_LIMIT(1e-11, 1e-5);
-static const double ROUNDING = 256.0 * DBL_EPSILON;  /* of W and of the rates */
-static const double LESS = CCGEN_LIMIT(1e-9, 1e-5);  /* relative: impulses that are less, not alike */
-static const double ALIKE = CCGEN_LIMIT(1e-8, 1e-4); /* relative: rates of one motion */
-/* Of the rates, or of what least impulses give: impulses whose rounding alone is more cannot be told to meet the law */
-static const double DROWNED = CCGEN_LIMIT(1e-8, 1e-4);
 enum { MOST = 50000, REFINEMENTS = 3 }; /* ways: at six contacts all, also in expansion */
 
 /* What a contact may do, in the order in which ways of equal impulses are preferred: it pushes or keeps its least impulse, and
@@ -43,12 +35,12 @@ static int constrained_tangentially(const struct friction_problem *c, int i)
 {
     const double *tangent = c->W + (size_t)(c->n + i) * 2 * c->n;
     const double own = c->W[(size_t)i * (2 * c->n + 1)];
-    return tangent[c->n + i] <= DBL_EPSILON * own && fabs(tangent[i]) <= ROUNDING * own;
+    return tangent[c->n + i] <= DBL_EPSILON * own && fabs(tangent[i]) <= RATE_ROUNDING * own;
 }
 
 int sliding(const struct friction_problem *c, int i)
 {
-    if (c->mode[i] || !constrained_tangentially(c, i) || fabs(c->bt[i]) <= ROUNDING * fabs(c->bn[i]))
+    if (c->mode[i] || !constrained_tangentially(c, i) || fabs(c->bt[i]) <= RATE_ROUNDING * fabs(c->bn[i]))
         return c->mode[i];
     return c->bt[i] > 0.0 ? 1 : -1;
 }
@@ -232,7 +224,7 @@ static int of_way(const struct friction_problem *c, const signed char *way, doub
     }
     const int m = unknowns_of_way(c, way, column);
     rows_of_way(c, way, m, column, m, column, Pn, Pt, A, x);
-    if (m && !eliminate(m, A, x, SINGULAR))
+    if (m && !eliminate(m, A, x, SINGULAR_MODES))
         return 1;
     for (int j = 0; j < m; j++)
         change(c, way, column[j], x[j], Pn, Pt);
@@ -303,7 +295,7 @@ static int adds(const struct friction_problem *c, const double *Pn, const double
         gain += P * (c->from[i] + 0.5 * change);
         all += fabs(P) * (fabs(c->from[i]) + 0.5 * size);
     }
-    return gain > ROUNDING * all;
+    return gain > RATE_ROUNDING * all;
 }
 
 struct search {
@@ -428,7 +420,7 @@ void refine_impulses(const struct friction_problem *c, double *Pn, double *Pt)
         }
         const int m = unknowns_of_way(c, way, column), rows = rows_at_rest(c, Pn, Pt, row);
         rows_of_way(c, way, m, column, rows, row, normal, tangent, work, x);
-        const int rank = eliminate_dependent(rows, m, work, x, order, SINGULAR);
+        const int rank = eliminate_dependent(rows, m, work, x, order, SINGULAR_MODES);
         for (int j = 0; j < rank; j++)
             change(c, way, column[order[j]], x[j], normal, tangent);
         const double left = coulomb_residual(c, normal, tangent);

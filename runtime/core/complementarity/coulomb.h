@@ -17,9 +17,6 @@ struct friction_problem {
 /* By how much impulses break the law, in parts of the sizes from which what is broken has been summed. */
 double coulomb_residual(const struct friction_problem *c, const double *Pn, const double *Pt);
 
-/* What is left of the law where it is met; more than rounding leaves of some dozens of pivots */
-extern const double CONSISTENT;
-
 /* How contact i is known to slide: as slide[i] says, or as it does where no impulse moves it along its ground; else 0. */
 int sliding(const struct friction_problem *c, int i);
 

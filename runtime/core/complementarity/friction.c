@@ -18,14 +18,13 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/tolerances.h"
 #include "complementarity/coulomb.h"
 #include "complementarity/lemke.h"
 
 enum { SWEEPS = 20000, RESTARTS = 12, SHIFTS = 3 };
 /* times the largest rate: breaks ties */
 static const double SHIFT[SHIFTS] = {CCGEN_LIMIT(1e-10, 1e-4), CCGEN_LIMIT(1e-7, 1e-3), CCGEN_LIMIT(1e-12, 1e-5)};
-/* What an answer may break the law by where none meets it: rates that are rounding beside far larger ones */
-static const double NEARLY = CCGEN_LIMIT(1e-8, 1e-4);
 
 /* Times what ends the approach of each contact alone and smooth, or the least impulses: more is looked at twice */
 static const double LARGE = 2.0;
@@ -61,7 +60,7 @@ static int sweep(const struct friction_problem *c, double *Pn, double *Pt)
             change = fmax(change, fmax(fabs(Pn[i] - was), fabs(Pt[i] - pulled)));
             largest = fmax(largest, Pn[i]);
         }
-        if (change <= CCGEN_LIMIT(1e-15, 1e-6) * largest)
+        if (change <= SWEPT * largest)
             return 0;
     }
     return 1;
@@ -159,7 +158,7 @@ static int search(const struct friction_problem *c, struct pivots *p, double *Pn
             return 0;
     if (!least_impulses(c, NOTHING, Pn, Pt) || (!sweep(c, Pn, Pt) && meets(c, p, Pn, Pt)))
         return 0;
-    if (p->worst > NEARLY)
+    if (p->worst > NEARLY_CONSISTENT)
         return first == 2 ? 2 : 1;
     memcpy(Pn, p->best, c->n * sizeof *Pn);
     memcpy(Pt, p->best + c->n, c->n * sizeof *Pt);

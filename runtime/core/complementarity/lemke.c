@@ -9,8 +9,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/tolerances.h"
+
 enum { PIVOTS = 50 /* per unknown */ };
-static const double PIVOT = CCGEN_LIMIT(1e-12, 1e-5), TIE = CCGEN_LIMIT(1e-13, 1e-6); /* those smaller are rounding */
 
 /* One pivot of the tableau T[m][width] on (row, column). */
 static void pivot(int m, int width, double *T, int row, int column)
@@ -39,7 +40,7 @@ static int leaving_row(int m, int width, const double *T, const int *basis, int 
     double best = INFINITY;
     for (int i = 0; i < m; i++) {
         const double d = T[(size_t)i * width + entering];
-        if (d <= PIVOT)
+        if (d <= PIVOT_ROUNDING)
             continue;
         const double ratio = fmax(T[(size_t)i * width + width - 1], 0.0) / d;
         const double tie = TIE * (scale + ratio);

@@ -6,8 +6,6 @@
 
 #include "algebra/semidefinite.h"
 
-const double SHUT = 1e-12;
-
 static size_t numbers_of(const struct ccgen_model *m)
 {
     const size_t c = m->contacts, n = m->nu;

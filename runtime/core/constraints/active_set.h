@@ -95,7 +95,4 @@ static inline int active_rows(const struct system *s, int speed)
     return s->active ? speed ? s->active->rows : s->active->count : 0;
 }
 
-/* times extent: a gap so small is closed: it may be shut without moving anything */
-extern const double SHUT;
-
 #endif

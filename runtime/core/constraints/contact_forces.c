@@ -15,14 +15,13 @@
 
 #include "algebra/elimination.h"
 #include "algebra/semidefinite.h"
-
-static const double WELL = 1e-6; /* a pivot below this fraction of what it was has lost too many digits */
+#include "base/tolerances.h"
 
 /* x <- W^-1 x; 1 where W is nearly singular, 2 where its determinant is negative: friction then pushes harder the more it is
  * resisted, and a contact however stiff would not stay as it is. */
 static int solve_sliding(int n, double *W, double *x)
 {
-    const int sign = eliminate(n, W, x, WELL);
+    const int sign = eliminate(n, W, x, CONTACT_PIVOT);
     return sign > 0 ? 0 : sign < 0 ? 2 : 1;
 }
 

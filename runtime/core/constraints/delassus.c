@@ -4,6 +4,7 @@
 
 #include <string.h>
 
+#include "base/tolerances.h"
 #include "constraints/impulse.h"
 #include "constraints/nullspace.h"
 

@@ -15,11 +15,10 @@
 
 #include "algebra/cholesky.h"
 #include "algebra/orthogonal.h"
+#include "base/tolerances.h"
 #include "constraints/active_set.h"
 
 enum { PASSES = 3 }; /* of refinement */
-const double RANK_TOLERANCE = CCGEN_LIMIT(1e-10, 4e-5), RANK_TOLERANCE_PROJECTED = CCGEN_LIMIT(1e-5, 6e-3);
-static const double REFINED_ENOUGH = CCGEN_LIMIT(1e-12, 5e-6); /* a last correction smaller than this is rounding */
 
 /* Least-norm multipliers with A^T lambda = force: a second factorisation, of the triangle's rows. */
 static void least_norm(int n, int rows, int rank, const double *g, const double *diagonal, const int *order,
@@ -65,10 +64,13 @@ static void write_rows(struct system *s, const double *q, int held, const double
     for (int j = 0; j < held; j++)
         active_row(s, q, j, 0, g + (fixed + j) * n);
     memcpy(right + fixed, y + closed, held * sizeof *right);
-    for (size_t j = 0; j < rows; j++) {
+    for (size_t j = 0; j < rows;
+         j++) { /* in units of the coordinates: how near rows are is then the same in all units of length */
         double sum = 0.0;
-        for (size_t i = 0; i < n; i++)
+        for (size_t i = 0; i < n; i++) {
+            g[j * n + i] *= s->unit[i];
             sum += g[j * n + i] * g[j * n + i];
+        }
         length[j] = sqrt(sum);
     }
     for (size_t j = 0; j < closed; j++) { /* both rows of a pin by the longer, one alone by at least the size of the
@@ -150,12 +152,11 @@ double rank_margin(struct system *s, const double *q)
     return nearest;
 }
 
-/* The last correction of x[n], or of what has at least the size `whole`, was more[count] of orthonormal motions. */
-static void note_inexact(struct system *s, int n, const double *x, int count, const double *more, double whole)
+/* The last correction of x, or of what has at least the size `whole`, was more[count] of motions that are orthonormal in units. */
+static void note_inexact(struct system *s, const double *x, int count, const double *more, double whole)
 {
     double last = 0.0;
-    for (int i = 0; i < n; i++)
-        whole = fmax(whole, fabs(x[i]));
+    whole = fmax(whole, fastest(s, x));
     for (int j = 0; j < count; j++)
         last = fmax(last, fabs(more[j]));
     if (whole > 0.0 && last > REFINED_ENOUGH * whole)
@@ -192,11 +193,15 @@ enum outcome solve_in_nullspace(struct system *s, const double *q, int held, con
         x[k] = right[order[k]] / length[order[k]];
     solve_transposed_triangle((int)n, rank, g, diagonal, x);
     reflect((int)n, rank, g, beta, 0, x);
+    for (size_t i = 0; i < n; i++)
+        x[i] *= s->unit[i];
     for (size_t j = 0; j < free_; j++) {
         double *column = null + j * n;
         memset(column, 0, n * sizeof *column);
         column[rank + j] = 1.0;
         reflect((int)n, rank, g, beta, 0, column);
+        for (size_t i = 0; i < n; i++)
+            column[i] *= s->unit[i];
         m->momentum(s->k, q, column, p);
         for (size_t i = 0; i <= j; i++) {
             double sum = 0.0;
@@ -222,7 +227,9 @@ enum outcome solve_in_nullspace(struct system *s, const double *q, int held, con
         residual(s, q, context, x, b);
     }
     if (s->refine && free_)
-        note_inexact(s, (int)n, x, (int)free_, more, t ? s->acceleration_scale : 0.0);
+        note_inexact(s, x, (int)free_, more, t ? s->acceleration_scale : 0.0);
+    for (size_t i = 0; i < n; i++)
+        b[i] *= s->unit[i];
     least_norm((int)n, (int)rows, rank, g, diagonal, order, length, weight, beta, b, more + n, every);
     memcpy(lambda, every, m->rows * sizeof *lambda);
     memcpy(lambda + m->rows, every + fixed, held * sizeof *lambda);

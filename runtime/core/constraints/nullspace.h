@@ -24,8 +24,4 @@ int row_rank(struct system *s, const double *q, double *nearest);
 /* lambda[rows + drives] with lambda . A = 0 for row number 0, 1, ... of those that do not count; whether there is one */
 int left_null_vector(struct system *s, const double *q, int number, double *lambda);
 
-/* How near closure rows come to dependence before one is left out: of the equations of motion, and of projection, where
- * a correction along a row that almost vanishes would be rounding made large */
-extern const double RANK_TOLERANCE, RANK_TOLERANCE_PROJECTED;
-
 #endif

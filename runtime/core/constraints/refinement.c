@@ -14,10 +14,9 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "base/tolerances.h"
+
 enum { PASSES = 4 };
-static const double ENOUGH =
-    4096.0 * DBL_EPSILON;            /* a correction smaller than this leaves an error smaller than rounding */
-static const double HOPELESS = 1e-3; /* a last correction larger than this, and nothing is known */
 
 int make_correction(const struct system *s, struct correction *w)
 {
@@ -68,7 +67,7 @@ static enum outcome refine(struct system *s, const double *q, const struct unred
         return OUTCOME_DONE;
     if (make_correction(s, &w))
         return OUTCOME_NO_MEMORY;
-    for (int pass = 0; pass < PASSES && left > ENOUGH; pass++) {
+    for (int pass = 0; pass < PASSES && left > REFINED_BY_KERNEL; pass++) {
         if (correct_by_kernel(s, q, of, x, lambda, &w))
             break;
         const double whole = of->u ? fmax(fastest(s, x), s->acceleration_scale) : fastest(s, x);
@@ -79,7 +78,7 @@ static enum outcome refine(struct system *s, const double *q, const struct unred
             lambda[j] += w.dlambda[j];
     }
     free_correction(&w);
-    if (left > ENOUGH)
+    if (left > REFINED_BY_KERNEL)
         s->refinement_residual = fmax(s->refinement_residual, left);
     return left <= HOPELESS ? OUTCOME_DONE : OUTCOME_INEXACT;
 }

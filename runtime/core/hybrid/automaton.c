@@ -5,19 +5,18 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/tolerances.h"
 #include "hybrid/contact_transition.h"
 #include "impact/impact.h"
 #include "steps/flat_loop.h"
 #include "steps/phase.h"
 
-static const double INSTANT = 1e-10; /* s, relative to max(1, t): the time within which events crowd */
 enum {
     REPEATS = 1000, /* impacts at one instant */
     RATTLE = 1000,  /* the same of events between which no closed contact moves */
     IDLE =
         10 /* events of a gap that neither take time nor lead to an impact, before its contact is said to be at rest */
 };
-static const double UNSEEN = 16.0; /* units of rounding: a gap that changes less between two events has not moved */
 
 /* Work (J) of the impulses of friction in an impact of the contacts f->set */
 static double friction_work(struct phase *f, int count, const double *u_plus)
@@ -116,7 +115,7 @@ static int chatters(struct phase *f, double since)
 static enum outcome meet(struct automaton *a, struct phase *f)
 {
     const struct mode_change none = {-1, DETACHES};
-    const double now = f->t - INSTANT * fmax(1.0, f->t), since = f->at.since;
+    const double now = f->t - INSTANT * fmax(f->s->time, fabs(f->t)), since = f->at.since;
     a->still = chatters(f, f->t - since) ? a->still + 1 : 0;
     a->crowds = a->still >= RATTLE || (a->events >= CROWD && now <= a->last[(a->events - CROWD) % (2 * CROWD)]);
     if (a->events >= 2 * CROWD && now <= a->last[a->events % (2 * CROWD)]) {

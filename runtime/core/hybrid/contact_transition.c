@@ -13,18 +13,32 @@
  */
 #include "hybrid/contact_transition.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "algebra/power_of_two.h"
 #include "algebra/semidefinite.h"
+#include "base/tolerances.h"
 #include "complementarity/complementarity.h"
 #include "complementarity/friction.h"
 #include "hybrid/decision.h"
 #include "motion/projection.h"
 
-/* share of its own compliance that is left of a contact which others carry */
-static const double DEPENDENT = CCGEN_LIMIT(1e-9, 1e-4);
+/* Bring W[n][n] and b[n] to about 1 by powers of two, without rounding; what the forces are then to be multiplied with. */
+static double normalise(int n, double *W, double *b)
+{
+    double largest = 0.0, fastest = 0.0;
+    for (int i = 0; i < n; i++) {
+        largest = fmax(largest, W[i * (n + 1)]);
+        fastest = fmax(fastest, fabs(b[i]));
+    }
+    const double w = power_of_two(largest), scale = power_of_two(fastest);
+    multiply(n * n, 1.0 / w, W);
+    multiply(n, 1.0 / scale, b);
+    return scale / w;
+}
 
 /* Solve for the contacts that take part, but without `except`: P[all]. */
 static enum outcome solve(struct decision *d, int except, double *P)
@@ -51,6 +65,7 @@ static enum outcome solve(struct decision *d, int except, double *P)
         b[k++] = d->b[i];
     }
     memset(P, 0, d->all * sizeof *P);
+    const double unit = normalise(width, W, b);
     const int wrong =
         rough ? solve_friction(m, W, b, b + m, mu, mode, NULL, x, x + m) : solve_complementarity(m, W, b, x);
     if (wrong)
@@ -58,7 +73,7 @@ static enum outcome solve(struct decision *d, int except, double *P)
     k = 0;
     for (int i = 0; i < d->all; i++)
         if (d->in[i % n] && i % n != except)
-            P[i] = x[k++];
+            P[i] = unit * x[k++];
     return OUTCOME_DONE;
 }
 
@@ -99,7 +114,7 @@ static enum outcome release_bouncing(const struct phase *f, struct decision *d, 
             if ((outcome = solve(d, j, d->trial)))
                 return outcome;
             const double fall = -gap_acceleration(d, j, d->trial) / d->enlarged;
-            if (!(2.0 * speed <= REST_TIME * fmax(1.0, fabs(f->t)) * fall * (1.0 - e)) &&
+            if (!(2.0 * speed <= REST_TIME * fmax(f->s->time, fabs(f->t)) * fall * (1.0 - e)) &&
                 !(speed * speed <= 2.0 * fall * f->at.gap_uncertainty * f->s->extent[d->contact[j]]))
                 bouncing = j;
         }
@@ -132,14 +147,14 @@ static int fixed(struct decision *d, int i, const signed char *mode)
     solve_semidefinite(m, W, r, x, x + all);
     for (int a = 0; a < m; a++)
         left -= r[a] * x[a];
-    return left <= DEPENDENT * d->W[i * all + i];
+    return left <= IMPLIED_SHARE * d->W[i * all + i];
 }
 
 /* At which limit the friction of contact i is: 1 where it is against forward sliding, -1 backward, 0 within the limits */
 static int at_limit(const struct decision *d, int i)
 {
     const double limit = d->mu[d->contact[i]] * d->P[i], friction = d->P[d->count + i];
-    const double edge = (d->given[i] ? 1e-6 : 1e-12) * limit;
+    const double edge = (d->given[i] ? EDGE_GIVEN : EDGE) * limit;
     return friction <= -limit + edge ? 1 : friction >= limit - edge ? -1 : 0;
 }
 
@@ -183,9 +198,12 @@ static void activate_staying(struct phase *f, struct decision *d, int limits)
         k++;
     }
     activate(f->s->active, count, f->set, mode);
+    double most = DBL_MIN;
+    for (int i = 0; d->all > d->count && i < d->count; i++)
+        most = fmax(most, stays(d, i) ? d->mu[d->contact[i]] * d->P[i] : 0.0);
     for (int i = 0, k = 0, row = count; i < d->count; i++)
         if (stays(d, i) && mode[k++] == STICK)
-            f->s->active->weight[row++] = sqrt(d->mu[d->contact[i]] * d->P[i] / d->scale);
+            f->s->active->weight[row++] = sqrt(d->mu[d->contact[i]] * d->P[i] / most);
 }
 
 /* Hold those too that neither push nor open; what has just stirred is not asked again. */

@@ -11,17 +11,9 @@
 #include <stdlib.h>
 
 #include "algebra/semidefinite.h"
+#include "base/tolerances.h"
 #include "constraints/delassus.h"
 #include "motion/derivative.h"
-
-const double REST_TIME = 1e-11;
-const double PRESSED = 1e-9;
-static const double SLOW = 1e4; /* times what the largest acceleration reaches in REST_TIME: too fast to ask */
-static const double SHARED =
-    1e-4; /* of the accelerations of links: gaps are not known to accelerate by less times that */
-static const double ONWARD =
-    1e-6; /* times the largest acceleration: the part of their change that decides what vanishes */
-static const double STILL = 1e-10; /* times length per second: a contact that slides so slowly may stick */
 
 int make_decision(struct decision *d, struct system *s)
 {
@@ -119,9 +111,9 @@ enum outcome gather_candidates(struct phase *f, struct decision *d)
     for (int c = 0; c < m->contacts; c++)
         d->scale = fmax(d->scale, fabs(free[c]) + fabs(bias[c]));
     for (int i = 0; i < s->n; i++)
-        d->scale = fmax(d->scale, SHARED * (i < m->base ? fabs(f->dy[s->n + i])
-                                                        : s->length * (fabs(f->dy[s->n + i]) + u[i] * u[i])));
-    const double soon = SLOW * REST_TIME * fmax(1.0, fabs(f->t)) * d->scale;
+        d->scale = fmax(d->scale, SHARED * (s->lengths[i] ? fabs(f->dy[s->n + i])
+                                                          : s->length * (fabs(f->dy[s->n + i]) + u[i] * u[i])));
+    const double soon = SLOW * REST_TIME * fmax(s->time, fabs(f->t)) * d->scale;
     const double fast = fmax(soon, sqrt(2.0 * f->at.gap_uncertainty * s->length * d->scale));
     for (int c = 0; c < m->contacts; c++)
         if (f->gaps[c] <= SHUT * s->extent[c] && fabs(f->rates[c]) <= fmax(fast, rest_velocity(f, c))) {
@@ -136,7 +128,9 @@ enum outcome gather_candidates(struct phase *f, struct decision *d)
         for (int i = 0; i < d->count; i++) {
             const int c = d->contact[i];
             d->b[d->count + i] = free[c] + bias[c];
-            d->mode[i] = s->friction[c] == 0.0 || fabs(slips[c]) <= STILL * s->length ? 0 : slips[c] > 0.0 ? 1 : -1;
+            d->mode[i] = s->friction[c] == 0.0 || fabs(slips[c]) <= STILL * s->length / s->time ? 0
+                         : slips[c] > 0.0                                                       ? 1
+                                                                                                : -1;
             if (c == loss.contact && loss.how != DETACHES && loss.how != LOADS)
                 d->mode[i] = 0;
             d->given[i] = loss.how == SLIPS_FORWARD || loss.how == SLIPS_BACKWARD;

@@ -31,7 +31,4 @@ void free_decision(struct decision *d);
 /* The closed contacts that are slow enough to ask, and what they need to know; d->loss and d->vanishing are given. */
 enum outcome gather_candidates(struct phase *f, struct decision *d);
 
-extern const double REST_TIME; /* s, relative to max(1, t): bounces over so soon are over */
-extern const double PRESSED;   /* times d->scale: an acceleration less than that is rounding */
-
 #endif

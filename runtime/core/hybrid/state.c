@@ -3,6 +3,8 @@
 
 #include <string.h>
 
+#include "model/scales.h"
+
 enum way { COUNT, GET, PUT };
 
 /* What a state is of: it fits where these are the same. */
@@ -19,7 +21,7 @@ static struct kind kind_of(const struct phase *f)
     struct kind kind;
     memset(&kind, 0, sizeof kind);
     memcpy(kind.magic, "ccgen\n", 6);
-    kind.version = 1;
+    kind.version = 2;
     kind.number = (int)sizeof(double);
     kind.size = f->s->size;
     kind.contacts = f->s->model->contacts;
@@ -60,6 +62,8 @@ static size_t walk(struct automaton *a, struct phase *f, enum way way, char *byt
                  {&at->passage, sizeof at->passage},
                  {&at->gap_uncertainty, number},
                  {&at->flat, number},
+                 {&f->s->time, number},
+                 {&f->s->energy, number},
                  {&run->steps, sizeof run->steps},
                  {&run->rejected, sizeof run->rejected},
                  {&run->events, sizeof run->events},
@@ -168,6 +172,7 @@ int set_state(struct automaton *a, struct phase *f, const void *bytes)
         return 1;
     const char *at = (const char *)bytes + sizeof kind;
     at += walk(a, f, PUT, (char *)at); /* it changes nothing there */
+    set_units(f->s);
     if (remembered) {
         memcpy(f->kept, at, remembered);
         f->run->method->memory(f->s, f->scratch, 1, f->kept);

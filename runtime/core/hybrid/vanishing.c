@@ -17,23 +17,16 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/tolerances.h"
 #include "constraints/delassus.h"
 #include "motion/derivative.h"
-
-static const double ROUNDING = 64.0 * DBL_EPSILON; /* times the largest force: what forces are known to */
-static const double SMALL = 1e-3;                  /* times the largest force: more has not vanished */
-static const double AHEAD = 1e-3;                  /* times a step: so far ahead forces are smooth */
-static const double LITTLE = 1e-3;                 /* of the tolerance of speeds, times extent per second */
-static const double FURTHER = 8.0,
-                    DECISIVE = 64.0; /* steps ahead; times rounding: a change of forces that shows where they go */
-static const double NOWHERE = 2.0 * DBL_EPSILON; /* times extent: gaps are not known to that */
 
 double force_noise(const struct system *s, int count, const int *set, const double *W, int step)
 {
     double found = 0.0;
     for (int i = 0; i < count; i++)
         found = fmax(found, W[(size_t)i * step] * s->active->peak[set[i]]);
-    return ROUNDING * found;
+    return FORCE_ROUNDING * found;
 }
 
 /* Whether the force of held contact i may be among those that vanish. What touches without pressing does so until it stirs. */
@@ -58,8 +51,8 @@ static int several(const struct active_set *h, struct mode_change loss)
 static int gone(const struct phase *f, int c, double a, double rate)
 {
     const double extent = f->s->extent[c];
-    return a * a <= 2.0 * LITTLE * f->run->tolerance.atol * extent * rate &&
-           a * a * a <= 2.0 * NOWHERE * extent * rate * rate;
+    return a * a <= 2.0 * LITTLE * f->run->tolerance.atol / f->s->time * extent * rate &&
+           a * a * a <= 2.0 * PLACE_ROUNDING * extent * rate * rate;
 }
 
 /* The forces h->force by contact, those of friction too */
@@ -97,10 +90,10 @@ static double largest_change(const struct active_set *h, const double *force, co
  * first order that is more than rounding decides: one further ahead may have turned already. */
 static enum outcome look_ahead(struct phase *f, struct vanishing *v, const double *W, int step)
 {
-    const double least = sqrt(2.0 * NOWHERE * f->s->length * ROUNDING / v->noise);
+    const double least = sqrt(2.0 * PLACE_ROUNDING * f->s->length * FORCE_ROUNDING / v->noise);
     const double kink = next_stop(f->run, f->t) - f->t, most = fmax(AHEAD * f->h, least);
     const double last = fmin(most, kink);
-    for (double ahead = fmin(least, last);; ahead = fmin(FURTHER * ahead, last)) {
+    for (double ahead = fmin(least, last);; ahead = fmin(FURTHER_AHEAD * ahead, last)) {
         const enum outcome outcome = isfinite(ahead) ? follow(f, ahead) : OUTCOME_NOT_FINITE;
         if (outcome)
             return outcome;
@@ -132,7 +125,7 @@ enum outcome find_vanishing(struct phase *f, struct mode_change loss, struct van
         const int c = h->set[i];
         const double own = W[(size_t)i * (rows + 1)], p = fabs(v->force[c]),
                      rate = (h->force[i] - v->force[c]) / v->ahead;
-        if ((h->mode[i] == GRAZING && loss.how != LOADS) || p * own > SMALL * v->noise / ROUNDING)
+        if ((h->mode[i] == GRAZING && loss.how != LOADS) || p * own > SMALL * v->noise / FORCE_ROUNDING)
             continue;
         v->zero[c] = p * own <= v->noise || gone(f, c, own * p, own * fabs(rate));
         others += v->zero[c] && !(c == loss.contact && loss.how == DETACHES);

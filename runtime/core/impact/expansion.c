@@ -14,12 +14,12 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/tolerances.h"
 #include "complementarity/complementarity.h"
 #include "complementarity/friction.h"
 
-enum { PIECES = 32 };                               /* per contact */
-static const double ROUNDING = 256.0 * DBL_EPSILON; /* relative: ends of a piece that are one */
-static const double FAR = 16.0, FARTHEST = 1e9;     /* times what the largest push does to its own row */
+enum { PIECES = 32 };                           /* per contact */
+static const double FAR = 16.0, FARTHEST = 1e9; /* times what the largest push does to its own row */
 /* Where friction leaves the share c of what normal impulses push, to give back e^2 of the work takes e c^(-1/2) times the impulse
  * of compression: without bound near a wedge, where c = 0 and nothing comes back. Expansion ends after MOST times the impulses of
  * compression: the speed that is left out then, e^2 (r - MOST r^2) u for r = c^(1/2) / e < 1 / MOST, is below e^2 u / (4 MOST). */
@@ -121,7 +121,7 @@ static int solve_piece(const struct expansion *s, struct piece *p)
         if (wrong)
             return wrong;
         for (int i = 0; i < n; i++)
-            closes |= s->rate[i] > 0.0 && root(s, i) * (p->P[i] - p->least[i]) > ROUNDING * largest;
+            closes |= s->rate[i] > 0.0 && root(s, i) * (p->P[i] - p->least[i]) > RATE_ROUNDING * largest;
         if (!closes) {
             rates_of(s, p);
             return 0;
@@ -168,7 +168,7 @@ static double length_of(const struct expansion *s, const struct piece *p, double
 /* Go on by dx: what ends then, or so soon after it that rounding decides, is at its end. Whether any has work left to give back */
 static int advance_expansion(struct expansion *s, struct piece *p, double dx)
 {
-    const double end = dx * (1.0 + ROUNDING);
+    const double end = dx * (1.0 + RATE_ROUNDING);
     int giving = 0;
     for (int i = 0; i < s->n; i++) {
         const int done = p->gives[i] && until_given(s, p, i) <= end;

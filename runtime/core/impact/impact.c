@@ -14,6 +14,8 @@
 #include <string.h>
 
 #include "algebra/elimination.h"
+#include "algebra/power_of_two.h"
+#include "base/tolerances.h"
 #include "constraints/delassus.h"
 #include "constraints/impulse.h"
 #include "constraints/nullspace.h"
@@ -21,12 +23,6 @@
 #include "impact/law.h"
 #include "motion/projection.h"
 
-static const double MISS = CCGEN_LIMIT(1e-14, 1e-6); /* of the rates before: rates after that miss more are corrected */
-static const double DEPENDENT =
-    CCGEN_LIMIT(1e-9, 1e-4); /* share of its row: less is left of a contact that others carry */
-static const double ROUNDED = CCGEN_LIMIT(1e-6, 1e-3); /* of an impulse: a correction that is more is none */
-static const double FAILED = 1e-3; /* of the largest rate before: impulses that miss their rates by more are none */
-static const double ROUNDED_RATE = CCGEN_LIMIT(1e-12, 1e-4); /* of the fastest motion: rates below are rounding */
 enum { CORRECTIONS = 2 };
 
 /* Rates of the gaps of the contacts `set`, then of their sliding where there is friction */
@@ -107,11 +103,11 @@ static int correct(const struct impact_problem *k, const double *before, double 
             A[a * m + b] = row[column[b]] + (ratio != 0.0 ? ratio * row[n + column[b]] : 0.0);
         }
     }
-    if (miss > MISS * speed)
-        rank = eliminate_dependent(m, m, A, x, order, DEPENDENT);
+    if (miss > RATES_MISSED * speed)
+        rank = eliminate_dependent(m, m, A, x, order, IMPLIED_SHARE);
     for (int b = 0; b < rank; b++)
         largest = fmax(largest, fabs(x[b]));
-    rank = largest > ROUNDED * load ? 0 : rank;
+    rank = largest > CORRECTED_IMPULSE * load ? 0 : rank;
     for (int b = 0; b < rank; b++) {
         const int i = column[order[b]];
         const double ratio = (size_t)i < n ? friction_ratio(k, P, i) : 0.0,
@@ -133,12 +129,36 @@ static int without_effect(const struct impact_problem *k, const struct system *s
 {
     double speed = 0.0, miss = 0.0, fastest = 0.0;
     for (int i = 0; i < s->n; i++)
-        fastest = fmax(fastest, fabs(u[i]) * (i < s->model->base ? 1.0 : s->length));
+        fastest = fmax(fastest, fabs(u[i]) / s->unit[i] * s->length);
     for (int i = 0; i < k->all; i++) {
         speed = fmax(speed, fabs(before[i]));
         miss = fmax(miss, fabs(k->after[i] - k->rate[i]));
     }
-    return !(miss <= FAILED * speed || miss <= ROUNDED_RATE * fastest);
+    return !(miss <= NO_EFFECT * speed || miss <= ROUNDED_RATE * fastest);
+}
+
+/* The law's impulses P[2 count], and the rates that they lead to: of the same problem with W and rates of about 1, which all limits
+ * of the law are for. It is scaled by powers of two, without rounding. */
+static enum outcome impulses_by_law(const struct impact_law *law, struct impact_problem *k, double *before, double *P)
+{
+    const int n = k->count, all = k->all;
+    double largest = 0.0, fastest = 0.0;
+    for (int i = 0; i < all; i++) {
+        largest = fmax(largest, k->W[i * (all + 1)]);
+        fastest = fmax(fastest, fmax(fabs(before[i]), fabs(k->rate[i])));
+    }
+    const double w = power_of_two(largest), speed = power_of_two(fastest), energy = k->energy;
+    multiply(all * all, 1.0 / w, k->W);
+    multiply(all, 1.0 / speed, before);
+    multiply(all, 1.0 / speed, k->rate);
+    k->energy *= w / (speed * speed);
+    const enum outcome outcome = law->impulses(k, P);
+    k->energy = energy;
+    multiply(all * all, w, k->W);
+    multiply(all, speed, before);
+    multiply(all, speed, k->rate);
+    multiply(2 * n, speed / w, P);
+    return outcome;
 }
 
 enum outcome impact(struct system *s, const double *q, const double *u_minus, int count, const int *set,
@@ -181,7 +201,7 @@ enum outcome impact(struct system *s, const double *q, const double *u_minus, in
     for (size_t i = 0; i < c && s->friction; i++)
         k.mu[i] = s->friction[set[i]];
     if ((outcome = delassus(s, q, count, set, columns, k.W, units, units + rows * width, push, rates, f)) ||
-        (outcome = s->law->impulses(&k, P)))
+        (outcome = impulses_by_law(s->law, &k, before, P)))
         goto end;
     if ((outcome = jump(s, q, count, set, P, push, f, du)))
         goto end;

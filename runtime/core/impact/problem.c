@@ -4,10 +4,9 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/tolerances.h"
 #include "complementarity/complementarity.h"
 #include "complementarity/friction.h"
-
-static const double GAIN = CCGEN_LIMIT(1e-13, 1e-5); /* of the kinetic energy: more than that is no rounding */
 
 /* The impulses of one step at rough contacts, and the rates after it */
 static enum outcome rough_step(struct impact_problem *k, const double *least)
@@ -56,10 +55,10 @@ enum outcome impact_step(struct impact_problem *k, const double *extra, const do
 }
 
 /* Whether the impulses add energy: half their product with the rates before and after. What the rates found miss of those that the
- * velocities have (`after`) is rounding, and so is a part GAIN of the energy that there is. Smooth contacts never add any. */
+ * velocities have (`after`) is rounding, and so is a part IMPACT_GAIN of the energy that there is. Smooth contacts never add any. */
 int adds_energy(const struct impact_problem *k, const double *after, const double *total)
 {
-    double gain = 0.0, rounding = GAIN * k->energy;
+    double gain = 0.0, rounding = IMPACT_GAIN * k->energy;
     for (int i = 0; i < k->all; i++) {
         gain += 0.5 * total[i] * (k->before[i] + after[i]);
         rounding += fabs(total[i] * (after[i] - k->rate[i]));

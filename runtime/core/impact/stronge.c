@@ -1,4 +1,5 @@
 /* Stronge's law: restitution squared is a ratio of work. */
+#include "base/tolerances.h"
 #include "impact/law.h"
 
 #include <math.h>

@@ -17,13 +17,14 @@
 #include <float.h>
 #include <math.h>
 
+#include "base/tolerances.h"
+
 enum { PIECES = 32 };
-static const double ROUNDING = 256.0 * DBL_EPSILON; /* of W and of the rates, relative to their largest */
 
 /* Whether no impulse moves the point along the ground. */
 static int constrained_tangentially(const double *W)
 {
-    return W[3] <= DBL_EPSILON * W[0] && fabs(W[2]) <= ROUNDING * W[0];
+    return W[3] <= DBL_EPSILON * W[0] && fabs(W[2]) <= RATE_ROUNDING * W[0];
 }
 
 /* Friction per normal impulse: against the sliding vt; at its end what keeps it at rest, or where that is more than mu the
@@ -51,12 +52,12 @@ int stronge_single(const double *W, double mu, double e, const double *rate, dou
     const double size = fmax(W[0], W[3]);
     double vn = rate[0], vt = mu > 0.0 ? rate[1] : 0.0, taken = 0.0, given = 0.0;
     *P = *F = 0.0;
-    if (constrained_tangentially(W) && fabs(vt) <= ROUNDING * fabs(vn))
+    if (constrained_tangentially(W) && fabs(vt) <= RATE_ROUNDING * fabs(vn))
         vt = 0.0;
     for (int piece = 0; piece < PIECES; piece++) {
         const double f = friction_of(W, mu, vt), speeds = W[0] + W[1] * f;
         const int sticking = vt == 0.0 && fabs(f) < mu;
-        const double a = fabs(speeds) <= ROUNDING * (vt == 0.0 && f != 0.0 ? size : W[0]) ? 0.0 : speeds;
+        const double a = fabs(speeds) <= RATE_ROUNDING * (vt == 0.0 && f != 0.0 ? size : W[0]) ? 0.0 : speeds;
         const double c = sticking ? 0.0 : W[2] + W[3] * f;
         const int compressing = vn < 0.0 || (vn == 0.0 && a < 0.0);
         const int wedged = vn == 0.0 && vt == 0.0 && a == 0.0;
@@ -65,7 +66,7 @@ int stronge_single(const double *W, double mu, double e, const double *rate, dou
         const double turns = vt * c < 0.0 ? -vt / c : INFINITY;
         const double meets = vn * a < 0.0 ? -vn / a : INFINITY; /* the end of compression, or its return */
         const double ends = compressing ? INFINITY : until_work(vn, a, e * e * taken - given);
-        const double small = ROUNDING * (fabs(vn) + fabs(vt) + size * turns);
+        const double small = RATE_ROUNDING * (fabs(vn) + fabs(vt) + size * turns);
         const int together = isfinite(turns) && isfinite(meets) && fabs(vn + a * turns) <= small;
         const double dp = fmin(together ? turns : fmin(turns, meets), ends);
         if (!isfinite(dp))

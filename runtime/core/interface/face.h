@@ -2,6 +2,7 @@
 #ifndef CCGEN_FACE_H
 #define CCGEN_FACE_H
 
+#include "base/tolerances.h"
 #include "base/within.h"
 #include "constraints/impulse.h"
 #include "constraints/nullspace.h"
@@ -11,6 +12,7 @@
 #include "interface/simulation.h"
 #include "methods/method.h"
 #include "model/inputs.h"
+#include "model/scales.h"
 #include "motion/acceleration.h"
 #include "motion/lanes.h"
 #include "motion/projection.h"

@@ -10,12 +10,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/tolerances.h"
 #include "constraints/impulse.h"
 #include "constraints/nullspace.h"
 #include "hybrid/contact_transition.h"
 #include "motion/acceleration.h"
-
-static const double BEHIND = 1e-8; /* times extent: a gap further behind the surface is no rounding */
 
 struct room {
     struct active_set active;

@@ -9,13 +9,14 @@
 #include "hybrid/contact_transition.h"
 #include "hybrid/state.h"
 #include "impact/law.h"
+#include "model/scales.h"
 #include "motion/projection.h"
 #include "steps/phase.h"
 #include "steps/step_control.h"
 
-static const double BAUMGARTE = 20.0; /* rate (1/s) of Baumgarte's stabilisation */
+static const double BAUMGARTE = 20.0; /* rate of Baumgarte's stabilisation, per characteristic time */
 static const double RTOL = 1e-9;
-static const long STEP_BUDGET = 10000000, SECOND_BUDGET = 200000;
+static const long STEP_BUDGET = 10000000, RATE_BUDGET = 200000;
 
 /* Lay the system's arrays out from `at` on, unless it is NULL; how many numbers they take. */
 static size_t lay_out(struct system *s, double **k, double **restitution, double **friction, double **extent,
@@ -28,7 +29,8 @@ static size_t lay_out(struct system *s, double **k, double **restitution, double
         size_t count;
     } parts[] = {{k, m->constants},       {restitution, c},        {friction, c},    {extent, c},
                  {&s->inputs, m->inputs}, {&s->multipliers, room}, {&s->rows, room}, {&s->bias, room},
-                 {&s->jump, n},           {&s->u_dot, 3 * n},      {&s->zero, n},    {&s->projected, 2 * n}};
+                 {&s->jump, n},           {&s->u_dot, 3 * n},      {&s->zero, n},    {&s->projected, 2 * n},
+                 {&s->unit, 2 * n + 1}};
     size_t total = 0;
     for (size_t i = 0; i < sizeof parts / sizeof *parts; total += parts[i++].count + 1)
         if (at)
@@ -44,7 +46,9 @@ static enum outcome make_system(struct ccgen_simulation *it, const struct ccgen_
     s->model = m;
     s->n = m->nu;
     s->size = 2 * m->nu + (m->power || m->friction);
-    if (!(it->numbers = calloc(lay_out(s, &k, &restitution, &friction, &extent, NULL), sizeof *it->numbers)))
+    it->numbers = calloc(lay_out(s, &k, &restitution, &friction, &extent, NULL), sizeof *it->numbers);
+    it->lengths = malloc(m->nu + 1);
+    if (!it->numbers || !it->lengths)
         return OUTCOME_NO_MEMORY;
     lay_out(s, &k, &restitution, &friction, &extent, it->numbers);
     s->length = settings->length > 0.0 ? settings->length : 1.0;
@@ -55,6 +59,13 @@ static enum outcome make_system(struct ccgen_simulation *it, const struct ccgen_
         m->friction(k, friction);
     for (int c = 0; c < m->contacts; c++)
         extent[c] = settings->angular && settings->angular[c] ? 1.0 : s->length;
+    for (int i = 0; i < s->n; i++)
+        it->lengths[i] = settings->lengths ? settings->lengths[i] : i < m->base;
+    s->lengths = it->lengths;
+    it->time = settings->time;
+    s->time = it->time > 0.0 ? it->time : it->run.duration;
+    s->energy = 1.0;
+    set_units(s);
     s->k = k;
     s->restitution = restitution;
     s->friction = m->friction ? friction : NULL;
@@ -72,18 +83,20 @@ static enum outcome make_system(struct ccgen_simulation *it, const struct ccgen_
 static enum outcome make_run(struct run *run, const struct ccgen_model *m, const struct ccgen_settings *settings)
 {
     const double rtol = settings->rtol > 0.0 ? settings->rtol : RTOL;
-    run->tolerance = (struct tolerance){rtol, settings->atol > 0.0 ? settings->atol : rtol};
+    run->tolerance = (struct tolerance){rtol, settings->atol > 0.0 ? settings->atol : rtol, NULL};
     run->method = find_method(settings->method ? settings->method : m->contacts ? "dop853" : "gauss");
     run->stops = settings->stops;
     run->stop_count = settings->stop_count;
     run->fixed_step = settings->fixed_step;
     run->step_budget = settings->step_budget ? settings->step_budget : STEP_BUDGET;
-    run->second_budget = settings->second_budget ? settings->second_budget : SECOND_BUDGET;
+    run->duration = settings->duration > 0.0 ? settings->duration : 1.0;
+    run->rate_budget = settings->rate_budget ? settings->rate_budget : RATE_BUDGET;
     run->drift = (enum drift)settings->drift;
     run->interruption.tick = settings->tick;
     run->interruption.context = settings->tick_context;
-    const double numbers[] = {settings->rtol, settings->atol, settings->fixed_step, settings->length,
-                              settings->acceleration_scale};
+    const double numbers[] = {
+        settings->rtol, settings->atol,    settings->fixed_step, settings->length, settings->acceleration_scale,
+        settings->time, settings->duration};
     int wrong = settings->drift < DRIFT_PROJECTED || settings->drift > DRIFT_DAMPED || !(rtol < 1.0);
     for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++)
         wrong |= !(numbers[i] >= 0.0 && isfinite(numbers[i]));
@@ -103,6 +116,7 @@ static enum outcome fill(struct ccgen_simulation *it, const struct ccgen_model *
         outcome = make_system(it, m, settings);
     if (outcome)
         return outcome;
+    it->run.tolerance.unit = it->system.unit;
     if (make_phase(&it->phase) || !(it->before = malloc(state_size(&it->phase))))
         return OUTCOME_NO_MEMORY;
     return OUTCOME_DONE;
@@ -127,14 +141,15 @@ void ccgen_destroy(struct ccgen_simulation *it)
     free_phase(&it->phase);
     free_run(&it->run);
     free(it->numbers);
+    free(it->lengths);
     free(it->before);
     free(it);
 }
 
 /* Budgets are no part of the state: they begin with every simulation that goes on. */
-static void begin_second(struct run *run, double t)
+static void begin_window(struct run *run, double t)
 {
-    run->second = t;
+    run->window = t;
     run->spent_before = run->steps + run->rejected + run->events;
 }
 
@@ -143,6 +158,16 @@ static void clear_record(struct run *run)
     run->record.count = 0;
     run->impacts.count = run->impacts.contact_count = 0;
     run->modes.count = run->modes.contact_count = 0;
+}
+
+/* How fast (1/s) the state in the phase moves or, where no time of the mechanism is known, begins to */
+static double rate_of_start(struct ccgen_simulation *it)
+{
+    struct phase *f = &it->phase;
+    const double speed = fastest(&it->system, f->y + it->system.n);
+    if (it->time > 0.0 || evaluate_derivative(f))
+        return speed;
+    return fmax(speed, sqrt(fastest(&it->system, f->dy + it->system.n)));
 }
 
 /* Begin at time t from the state in the phase. */
@@ -156,11 +181,13 @@ static enum outcome begin(struct ccgen_simulation *it, double t)
     f->at = (struct progress){.place = NAN};
     run->steps = run->rejected = run->events = 0;
     run->contact = -1;
-    begin_second(run, t);
+    begin_window(run, t);
     clear_active_set(&f->active, it->system.model);
     start_automaton(&it->automaton);
-    const enum outcome outcome = project_position(&it->system, f->y);
-    return outcome ? outcome : project_velocity(&it->system, f->y, f->y + it->system.n);
+    enum outcome outcome = project_position(&it->system, f->y);
+    outcome = outcome ? outcome : project_velocity(&it->system, f->y, f->y + it->system.n);
+    set_scales(&it->system, it->time > 0.0 ? it->time : it->run.duration, outcome ? 0.0 : rate_of_start(it), f->y);
+    return outcome;
 }
 
 int ccgen_reset(struct ccgen_simulation *it, double t, const double *q, const double *u)
@@ -215,7 +242,7 @@ static enum outcome go_on(struct ccgen_simulation *it, double until, int to_even
     run->contact = -1;
     run->taken_before = run->steps + run->rejected;
     if (run->outcome == OUTCOME_CROWDED)
-        begin_second(run, it->phase.t);
+        begin_window(run, it->phase.t);
     start_asking(&run->interruption, it->phase.t);
     it->system.interruption = &run->interruption;
     do {
@@ -307,7 +334,7 @@ int ccgen_set_state(struct ccgen_simulation *it, const void *bytes)
         set_state(&it->automaton, &it->phase, it->before);
         return OUTCOME_OTHER_STATE;
     }
-    begin_second(&it->run, it->phase.t);
+    begin_window(&it->run, it->phase.t);
     return begin_record(it);
 }
 
@@ -335,6 +362,7 @@ const char *ccgen_outcome_name(int code)
 enum outcome advance(struct system *s, const struct method *method, struct tolerance tolerance, enum drift drift,
                      double t, double h, int count, const int *set, const signed char *mode, double *y)
 {
+    tolerance.unit = s->unit;
     struct run run = {.method = method, .tolerance = tolerance, .drift = drift};
     struct phase f = {.s = s, .run = &run, .t = t, .at.place = NAN};
     enum outcome outcome = OUTCOME_NO_MEMORY;

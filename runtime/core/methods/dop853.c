@@ -90,7 +90,7 @@ static double dop853_measure(const double *scratch, int size, struct tolerance t
     const double *error3 = scratch + (size_t)(DENSE_STAGES + 1 + DENSE_DEGREE + 1) * size, *error5 = error3 + size;
     double sum3 = 0.0, sum5 = 0.0, motion = 0.0;
     for (int i = 0; i < size; i++) {
-        const double scale = tolerance.atol + tolerance.rtol * fmax(fabs(y[i]), fabs(y1[i])),
+        const double scale = allowed_error(tolerance, i, fmax(fabs(y[i]), fabs(y1[i]))),
                      change = (y1[i] - y[i]) / scale;
         sum3 += (error3[i] / scale) * (error3[i] / scale);
         sum5 += (error5[i] / scale) * (error5[i] / scale);

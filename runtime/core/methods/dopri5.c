@@ -64,7 +64,7 @@ static double dopri5_measure(const double *scratch, int size, struct tolerance t
     const double *estimate = scratch + (size_t)ESTIMATE * size;
     double sum = 0.0;
     for (int k = 0; k < size; k++) {
-        const double scale = tolerance.atol + tolerance.rtol * fmax(fabs(y[k]), fabs(y1[k]));
+        const double scale = allowed_error(tolerance, k, fmax(fabs(y[k]), fabs(y1[k])));
         sum += (estimate[k] / scale) * (estimate[k] / scale);
     }
     return sqrt(sum / size);

@@ -20,7 +20,7 @@
 #include "motion/power.h"
 
 static const double SHORT =
-    1e-8; /* times the time, or 1 s: shorter steps, as impacts that accumulate leave, go to DOP853 */
+    1e-8; /* times the time, or the characteristic one: shorter steps, as impacts that accumulate leave, go to DOP853 */
 static const double WANTED = 0.4;  /* contraction that steps aim at */
 static const double MISSED = 0.03; /* of the last coefficients, times their ratio to the first: the error of a step */
 static const double CAUTION =
@@ -163,7 +163,7 @@ static void finish(struct gauss *g, const struct system *s, double h, struct tol
         add(y[of_u], g->lost[of_u], h * weighed(WEIGHT, f), &y1[of_u], &g->lost_next[of_u]);
         last[of_u] = h * c[STAGES - 1];
         earlier[of_u] = EARLIER * h * c[STAGES - 2];
-        const double scale = tolerance.atol + tolerance.rtol * fmax(fabs(y[of_u]), fabs(y1[of_u]));
+        const double scale = allowed_error(tolerance, of_u, fmax(fabs(y[of_u]), fabs(y1[of_u])));
         const double size_of = h * (fabs(c[1]) + fabs(c[2]) + fabs(c[3]));
         first += scale > 0.0 ? (size_of / scale) * (size_of / scale) : 0.0;
     }
@@ -191,7 +191,7 @@ static enum outcome gauss_step(struct system *s, double *scratch, double t, doub
     }
     int converged = 0;
     enum outcome outcome = OUTCOME_DONE;
-    if (!active_count(s) && h > SHORT * fmax(fabs(t), 1.0))
+    if (!active_count(s) && h > SHORT * fmax(fabs(t), s->time))
         outcome = gauss_solve(g, s, t, h, tolerance, y, dy, &converged);
     g->known = g->replaced = 0;
     g->tried = 1;
@@ -226,7 +226,7 @@ static double gauss_measure(const double *scratch, int size, struct tolerance to
         return pow(CAUTION * dop853.measure(g->other, size, tolerance, y, y1), (double)ORDER / dop853.order);
     double sum = 0.0;
     for (int i = 0; i < size; i++) {
-        const double scale = tolerance.atol + tolerance.rtol * fmax(fabs(y[i]), fabs(y1[i]));
+        const double scale = allowed_error(tolerance, i, fmax(fabs(y[i]), fabs(y1[i])));
         const double last = g->estimate[i] / scale, earlier = g->estimate[size + i] / scale;
         sum += last * last + earlier * earlier;
     }

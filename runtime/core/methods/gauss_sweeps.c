@@ -13,11 +13,11 @@ static const double REST = 0.01; /* part of the tolerance that sweeps leave */
 static const double DOUBT =
     0.2; /* sweeps are not believed to contract faster: a part that does not feed back hides others */
 static const double SLOWEST = 0.7;            /* contraction beyond which a step is given up */
-static const double STILL = 0.9;              /* sweeps that contract no better have met rounding, if it is near */
+static const double STAGNANT = 0.9;           /* sweeps that contract no better have met rounding, if it is near */
 static const double STANDING = 0.1;           /* part of the tolerance that they may leave then */
 static const double NEAR = 1e4;               /* units of rounding that they may leave */
 static const double UNIT = 4.0 * DBL_EPSILON; /* of rounding */
-static const double AHEAD =
+static const double FIRST_LOOK =
     0.1; /* part of a step: where guided ones first look for accelerations, for the start may be singular */
 enum { SWEEPS = 16, SWEEPS_TO_ROUNDING = 60 };
 
@@ -64,10 +64,10 @@ static enum outcome guess(struct gauss *g, struct system *s, double t, double h,
     memset(g->f, 0, (size_t)g->rows * STAGES * sizeof *g->f);
     if (!usable && s->projects_stages) {
         for (int i = 0; i < g->n; i++) {
-            g->one[i] = y[i] + AHEAD * h * y[g->n + i];
+            g->one[i] = y[i] + FIRST_LOOK * h * y[g->n + i];
             g->one[g->n + i] = y[g->n + i];
         }
-        const enum outcome outcome = system_derivative(s, t + AHEAD * h, g->one, g->dy1);
+        const enum outcome outcome = system_derivative(s, t + FIRST_LOOK * h, g->one, g->dy1);
         for (int i = 0; i < g->n; i++)
             for (int j = 0; j < STAGES; j++)
                 g->f[i * STAGES + j] = g->dy1[g->n + i];
@@ -93,7 +93,8 @@ static enum outcome guess(struct gauss *g, struct system *s, double t, double h,
 }
 
 /* Everything that does not change from sweep to sweep. */
-static void prepare_sweeps(struct gauss *g, int base, double h, struct tolerance tolerance, const double *y)
+static void prepare_sweeps(struct gauss *g, const struct system *s, double h, struct tolerance tolerance,
+                           const double *y)
 {
     const int n = g->n;
     gauss_pack(g, ONCE, h, g->once);
@@ -101,16 +102,16 @@ static void prepare_sweeps(struct gauss *g, int base, double h, struct tolerance
     memcpy(g->node, NODE, sizeof NODE);
     double speed = 0.0, force = 0.0, angle = 1.0;
     for (int i = 0; i < n; i++) {
-        speed = fmax(speed, fabs(y[n + i]));
-        force = fmax(force, fabs(g->f[i * STAGES]));
-        angle = fmax(angle, i < base ? 0.0 : fabs(y[i]));
+        speed = fmax(speed, fabs(y[n + i]) / s->unit[i]);
+        force = fmax(force, fabs(g->f[i * STAGES]) / s->unit[i]);
+        angle = fmax(angle, s->lengths[i] ? 0.0 : fabs(y[i]));
     }
-    const double noise_u = UNIT * (speed + h * force * angle); /* the last digit of an angle turns forces */
+    const double noise = UNIT * (speed + h * force * angle); /* the last digit of an angle turns forces */
     g->grain = DBL_MIN;
     for (int i = 0; i < n; i++) {
-        const double q = fabs(y[i]), noise_q = UNIT * q + h * noise_u;
-        const double scale_u = fmax(tolerance.atol + tolerance.rtol * fabs(y[n + i]), noise_u);
-        const double scale_q = fmax(tolerance.atol + tolerance.rtol * q, noise_q);
+        const double q = fabs(y[i]), noise_u = noise * s->unit[i], noise_q = UNIT * q + h * noise_u;
+        const double scale_u = fmax(allowed_error(tolerance, n + i, fabs(y[n + i])), noise_u);
+        const double scale_q = fmax(allowed_error(tolerance, i, q), noise_q);
         g->slope[i] = h * y[n + i];
         g->weight[i] = scale_u > 0.0 ? h * (1.0 / scale_u + 0.5 * h / scale_q) : 0.0;
         g->grain = fmax(g->grain, scale_u > 0.0 ? noise_u / scale_u : 0.0);
@@ -242,9 +243,9 @@ static enum outcome converge(struct gauss *g, struct system *s, double t, double
         before = now;
         if (k > 1 && now > 1.0)
             g->contraction = rate;
-        if (now <= fmax(REST, g->grain) || (k > 1 && rate < STILL && now * bound <= REST * (1.0 - bound)))
+        if (now <= fmax(REST, g->grain) || (k > 1 && rate < STAGNANT && now * bound <= REST * (1.0 - bound)))
             return OUTCOME_DONE;
-        standing = k > 1 && rate > STILL ? standing + 1 : 0;
+        standing = k > 1 && rate > STAGNANT ? standing + 1 : 0;
         const int hopeless = rate > SLOWEST || (rate > 0.25 && now * pow(rate, most - k) > 1.0);
         const int slow = k > 2 && (standing > 1 || (!strict && hopeless));
         if (!slow && k < most)
@@ -264,6 +265,6 @@ enum outcome gauss_solve(struct gauss *g, struct system *s, double t, double h, 
     const enum outcome outcome = guess(g, s, t, h, y, dy);
     if (outcome)
         return outcome;
-    prepare_sweeps(g, s->model->base, h, tolerance, y);
+    prepare_sweeps(g, s, h, tolerance, y);
     return converge(g, s, t, h, tolerance, y, converged);
 }

@@ -5,9 +5,23 @@
 #include "methods/all_methods.h"
 #include "model/system.h"
 
+/* What a step may be wrong by. An entry of a state has a scale of its own: `unit` of the system. */
 struct tolerance {
-    double rtol, atol;
+    double rtol, atol; /* atol: times the entry's unit */
+    const double *unit;
 };
+
+/* What entry i, of this size, may be wrong by */
+static inline double allowed_error(struct tolerance tolerance, int i, double size)
+{
+    return tolerance.atol * tolerance.unit[i] + tolerance.rtol * size;
+}
+
+/* Nothing may be wrong but by rounding. */
+static inline struct tolerance to_rounding(const struct system *s)
+{
+    return (struct tolerance){0.0, 0.0, s->unit};
+}
 
 struct method {
     const char *name;

@@ -117,7 +117,7 @@ static enum outcome differentiate(struct radau *r, struct system *s, double t, c
             }
             const int c = first + l;
             if (c < 2 * n)
-                (c < n ? r->q : r->u)[c % n * lanes + l] += DIFFERENCE * (1.0 + fabs(y[c]));
+                (c < n ? r->q : r->u)[c % n * lanes + l] += DIFFERENCE * (s->unit[c] + fabs(y[c]));
         }
         const enum outcome outcome = system_acceleration_lanes(s, r->time, r->q, r->u, r->out, r->side);
         if (outcome)
@@ -248,12 +248,12 @@ static enum outcome converge(struct radau *r, struct system *s, double t, double
     const int strict = tolerance.rtol == 0.0, n = r->n;
     double speed = 0.0, force = 0.0, before = INFINITY;
     for (int i = 0; i < n; i++) {
-        speed = fmax(speed, fabs(y[n + i]));
-        force = fmax(force, fabs(r->f[i * STAGES]));
+        speed = fmax(speed, fabs(y[n + i]) / s->unit[i]);
+        force = fmax(force, fabs(r->f[i * STAGES]) / s->unit[i]);
     }
     for (int i = 0; i < n; i++) {
-        const double scale = tolerance.atol + tolerance.rtol * fabs(y[n + i]);
-        r->scale[i] = h / fmax(fmax(scale, UNIT * (speed + h * force)), DBL_MIN);
+        const double scale = allowed_error(tolerance, n + i, fabs(y[n + i]));
+        r->scale[i] = h / fmax(fmax(scale, UNIT * (speed + h * force) * s->unit[i]), DBL_MIN);
     }
     *converged = 0;
     for (int k = 1; k <= (strict ? ITERATIONS_TO_ROUNDING : ITERATIONS); k++) {
@@ -373,7 +373,7 @@ static double radau_measure(const double *scratch, int size, struct tolerance to
     if (r->failed)
         return pow(0.9 * 3.0, ORDER); /* a third of the step */
     for (int i = 0; i < size; i++) {
-        const double scale = tolerance.atol + tolerance.rtol * fmax(fabs(y[i]), fabs(y1[i]));
+        const double scale = allowed_error(tolerance, i, fmax(fabs(y[i]), fabs(y1[i])));
         sum += (r->estimate[i] / scale) * (r->estimate[i] / scale);
     }
     return pow(sum / size, 0.5 * ORDER / (ORDER_OF_ESTIMATE + 1)); /* as the error of a method of this order would be */

@@ -34,10 +34,14 @@ struct system {
     double missed_rate;                /* and its velocities (m/s) */
     double moved_rate;                 /* and by how much that changed them (rad/s, and times length) */
     int projects_stages;               /* whether derivatives are those of the state put onto the closure */
-    double baumgarte;                  /* rate (1/s) at which drift is damped by accelerations; 0: not that way */
-    struct active_set *active;         /* contacts that stay closed, or NULL: constraints/active_set.h */
-    double length;                     /* a length of the mechanism (m), the scale of closure */
-    const double *extent;              /* per contact: the scale of its gap, `length` or, of an angle, 1 (rad) */
+    double baumgarte; /* rate, per characteristic time, at which drift is damped by accelerations; 0: not that way */
+    struct active_set *active;    /* contacts that stay closed, or NULL: constraints/active_set.h */
+    double length;                /* a length of the mechanism (m), the scale of closure */
+    double time;                  /* its characteristic time (s): model/scales.h */
+    double energy;                /* and energy (J) */
+    const unsigned char *lengths; /* [n] whether a coordinate is a length (m), and not an angle */
+    double *unit;                 /* [2 n + 1] of the entries of y: rad or length, each per time, energy */
+    const double *extent;         /* per contact: the scale of its gap, `length` or, of an angle, 1 (rad) */
     int refine; /* whether the elimination loses digits that are to be recovered: constraints/refinement.h */
     double acceleration_scale;  /* size of accelerations that are usual for it: less counts as that much in `inexact` */
     double refinement_residual; /* largest relative correction that did not become small, 0 if all did */

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "algebra/elimination.h"
+#include "base/tolerances.h"
 #include "constraints/contact_forces.h"
 #include "constraints/impulse.h"
 #include "constraints/nullspace.h"
@@ -13,8 +14,6 @@
 #include "model/inputs.h"
 
 enum { REFINEMENTS = 1 };
-/* a pivot of the forces of contacts that slide below that has lost its digits */
-static const double SINGULAR = CCGEN_LIMIT(1e-12, 5e-6);
 
 struct motion {
     const double *u;
@@ -35,7 +34,7 @@ static void flight_residual(const struct system *s, const double *q, const void 
 static enum outcome damp_drift(struct system *s, const double *q, const double *u, double *u_dot)
 {
     const struct ccgen_model *m = s->model;
-    const double r = s->baumgarte;
+    const double r = s->baumgarte / s->time;
     m->closure_rate(s->k, q, u, s->rows);
     m->closure(s->k, q, s->bias);
     for (int i = 0; i < m->rows; i++)
@@ -125,7 +124,7 @@ static enum outcome accelerate_in_nullspace(struct system *s, double t, const do
     memset(p, 0, k * sizeof *p);
     for (int pass = 0; pass <= REFINEMENTS && !outcome; pass++) {
         memcpy(copy, J, (size_t)k * k * sizeof *J);
-        if (eliminate(k, copy, g, SINGULAR) <= 0)
+        if (eliminate(k, copy, g, SLIDING_PIVOT) <= 0)
             return OUTCOME_JAMMED;
         for (int i = 0; i < k; i++)
             p[i] += g[i];

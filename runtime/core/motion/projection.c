@@ -8,12 +8,10 @@
 #include <float.h>
 #include <math.h>
 
+#include "base/tolerances.h"
 #include "constraints/impulse.h"
 #include "constraints/nullspace.h"
 
-/* times length: what a row that almost vanishes may miss; more than sums of rounded places do */
-static const double LEFT_OUT = CCGEN_LIMIT(1e-12, 1e-4);
-static const double LEFT_OUT_LATER = 0.01; /* how much nearer a row may be when leaving it out does not do */
 enum { MAX_PASSES = 20 };
 
 static double largest(int n, const double *x)
@@ -66,10 +64,10 @@ enum outcome project_position(struct system *s, double *q)
     const struct ccgen_model *m = s->model;
     const double unit = 2.0 * DBL_EPSILON * s->length; /* the last digit of an angle moves a link's end by that much */
     double angles = m->links, place = 0.0;
-    for (int i = m->base; i < s->n; i++)
-        angles += fabs(q[i]);
-    for (int i = 0; i < m->base; i++)
-        place += 2.0 * DBL_EPSILON * fabs(q[i]);
+    for (int i = 0; i < s->n; i++) {
+        angles += s->lengths[i] ? 0.0 : fabs(q[i]);
+        place += s->lengths[i] ? 2.0 * DBL_EPSILON * fabs(q[i]) : 0.0;
+    }
     const long dependent = s->rank_deficient;
     double before = INFINITY, nearest = RANK_TOLERANCE_PROJECTED;
     for (int pass = 0; (m->rows || active_count(s)) && pass < MAX_PASSES; pass++) {

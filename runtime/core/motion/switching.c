@@ -3,10 +3,8 @@
 
 #include <math.h>
 
+#include "base/tolerances.h"
 #include "motion/derivative.h"
-
-/* times length per second: what moves along its friction is not at its limit; more than what a decision takes as still */
-static const double CREEP = 1e-9;
 
 /* watched values of a contact besides its force */
 static int tangential(int mode)
@@ -57,7 +55,7 @@ enum outcome switching_functions(struct system *s, double t, const double *y, do
             values[count++] = limit + held;
         } else if (tangential(h->mode[i])) { /* at the limit it is at rest, or creeps against its friction */
             const double creeps =
-                h->mode[i] == AT_LIMIT_FORWARD || h->mode[i] == AT_LIMIT_BACKWARD ? CREEP * s->length : 0.0;
+                h->mode[i] == AT_LIMIT_FORWARD || h->mode[i] == AT_LIMIT_BACKWARD ? CREEP * s->length / s->time : 0.0;
             values[count++] = against(h->mode[i]) * h->slips[contact] + creeps;
         }
     }

@@ -16,9 +16,10 @@ struct run {
     struct tolerance tolerance;
     const double *stops; /* [stop_count] times that grow, at which steps end: the right side has kinks there */
     size_t stop_count;
-    double fixed_step;  /* 0: steps chosen by the error estimate */
-    long step_budget;   /* of the run */
-    long second_budget; /* steps and events of one simulated second */
+    double fixed_step; /* 0: steps chosen by the error estimate */
+    long step_budget;  /* of the run */
+    double duration;   /* how long the motion is meant to go on (s) */
+    long rate_budget;  /* steps and events within a tenth of the duration */
     const struct method *method;
     enum drift drift;
     struct interruption interruption; /* its `tick` and `context` */
@@ -30,7 +31,7 @@ struct run {
     int contact; /* contact at fault, or -1 */
     long steps, rejected;
     long taken_before; /* of them, before this call */
-    double second;     /* when the present second began */
+    double window;     /* when the present tenth began */
     long spent_before; /* steps and events before that */
     long events;
 };

@@ -11,13 +11,8 @@
 #include <float.h>
 #include <math.h>
 
+#include "base/tolerances.h"
 #include "constraints/nullspace.h"
-
-static const double KEPT = 1.0;       /* times the tolerance: what a step may miss of the energy that moves */
-static const double ROUNDING = 256.0; /* times DBL_EPSILON and the energy: sums of its parts */
-static const double FAR = 0.1;      /* of the energy that moves: a step of fixed length that misses as much is wrong */
-static const double TANGENT = 16.0; /* times DBL_EPSILON / sigma^2: what the direction of the motion is known to */
-static const double OFTEN = 0.1;    /* of what a step may miss: less than that is not looked into */
 
 /* Share that is not known of the work of friction, and of whatever else takes energy: at the distance sigma from dependence,
  * where contacts are pressed as hard as 1 / sigma, velocities are known to rounding / sigma^2 only. It is lost whatever it is. */
@@ -50,7 +45,7 @@ double energy_residual(struct phase *f)
     if (!s->model->rows || !s->model->contacts || f->run->fixed_step > 0.0)
         return 0.0;
     const double gain = gained(f, &done, &moves), *e0 = f->at.energy;
-    const double rounding = ROUNDING * DBL_EPSILON * (e0[0] + fabs(e0[1]) + moves);
+    const double rounding = ENERGY_ROUNDING * (e0[0] + fabs(e0[1]) + moves);
     const double part = f->t < f->at.stretch_end ? fmin(1.0, f->h / f->at.stretch) : 1.0;
     const double may = KEPT * part * f->run->tolerance.rtol * moves + rounding;
     double missed = fabs(gain) / may;
@@ -68,7 +63,7 @@ int breaks_energy(struct phase *f)
     double done, moves;
     if (!f->s->model->rows || !f->s->model->contacts)
         return 0;
-    return fabs(gained(f, &done, &moves)) > FAR * moves;
+    return fabs(gained(f, &done, &moves)) > GROSS * moves;
 }
 
 void commit_energy(struct phase *f)

@@ -5,11 +5,10 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/tolerances.h"
 #include "motion/switching.h"
 
-const double DEEP = 1e-12;
-static const double JUMP = 1e-3; /* of what a watched value was: more is not the rounding of its zero */
-enum { LANDINGS = 60 };          /* steps towards an event; three to five are usual */
+enum { LANDINGS = 60 }; /* steps towards an event; three to five are usual */
 
 /* Step again from (t, y) so that the step ends at the event: Newton on the gap, kept inside the bracket of what is known.
  * y1 is then the state at t + h, as accurate as any step's end. */
@@ -31,7 +30,8 @@ static enum outcome locate_gap_event(struct phase *f, struct event event)
             behind = h;
         double next = rate < 0.0 ? h - g / rate : h;
         if (fabs(next - h) <= resolution || behind - before <= resolution || i == LANDINGS) {
-            const int deep = g < -DEEP * f->s->extent[event.contact] && before < h; /* the gap may jump: stay outside */
+            const int deep =
+                g < -PENETRATION * f->s->extent[event.contact] && before < h; /* the gap may jump: stay outside */
             f->h = deep ? before : h;
             return deep ? projected_step(f, f->h) : OUTCOME_DONE;
         }

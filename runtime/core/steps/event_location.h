@@ -7,7 +7,4 @@
 /* Step from (t, y) to y1 at the event, of length f->h, as accurate as any step's end; 0 where the event is at t. */
 enum outcome locate_event(struct phase *f, struct event event);
 
-/* times extent: an event behind the surface by more than rounding */
-extern const double DEEP;
-
 #endif

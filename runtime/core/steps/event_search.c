@@ -12,19 +12,11 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/tolerances.h"
 #include "motion/switching.h"
 
-static const double TURN = 0.25;                   /* rad by which links turn against each other in a piece */
-static const double ROUNDING = 64.0 * DBL_EPSILON; /* times the largest force: what forces are known to */
-static const double CREEPS = 1e-10;                /* times length per second: what sliding is known to */
-static const double NEAR =
-    10.0; /* times what samples do not foretell of a value: nearer to zero it is looked at more closely */
-static const double UNEVEN =
-    0.1; /* of a value: what samples do not foretell may be rounding where loops are all but flat */
-static const double SHALLOW = 0.1; /* of the samples: a parabola that is least above that has not come near zero */
-static const double WIDER = 6.0;   /* how much longer than the last a first window may be: as much as steps grow */
-static const double LEAST =
-    1.0 / 256.0; /* of the first window of a step: a value that is still not resolved has jumped */
+static const double WINDOW_GROWTH =
+    6.0; /* how much longer than the last a first window may be: as much as steps grow */
 enum { SAMPLES = 8, ITERATIONS = 100, HALVINGS = 40, DIPS = 12 };
 
 /* 128 times what the samples 1, 3, 5 and 7 are if a polynomial of degree 4 goes through 0, 2, 4, 6 and 8 */
@@ -216,10 +208,10 @@ static double watched_noise(const struct search *search, int index)
     const struct mode_change loss = mode_change_of(s, index);
     double peak = 0.0;
     if (loss.how == SLIP_ENDS)
-        return CREEPS * s->length;
+        return STILL * s->length / s->time;
     for (int i = 0; i < h->count; i++)
         peak = fmax(peak, h->peak[h->set[i]]);
-    return ROUNDING * peak * (loss.how == DETACHES ? 1.0 : 1.0 + s->friction[loss.contact]);
+    return FORCE_ROUNDING * peak * (loss.how == DETACHES ? 1.0 : 1.0 + s->friction[loss.contact]);
 }
 
 /* By how much the samples of a watched value in a window, every other one, miss the rest; `low`: the least of its samples, but
@@ -252,7 +244,7 @@ static double unresolved(const struct search *search, const double *samples, int
         if (mode_change_of(search->s, w).how == LOADS) /* has kinks, and changes by rounding */
             continue;
         const double noise = watched_noise(search, w), wrong = unforeseen(samples + w, count, noise, &low, &size);
-        if (wrong > noise && low < NEAR * wrong)
+        if (wrong > noise && low < FORESEEN * wrong)
             found = fmax(found, wrong / size);
     }
     return found;
@@ -320,8 +312,8 @@ static struct event first_loss(struct search *search)
     const int count = switching_count(search->s);
     double *samples = search->value + 3 * search->s->model->contacts, behind;
     const double widest = (double)SAMPLES / (double)search->interval_count;
-    const double least = LEAST * widest;
-    double window = h->window > 0.0 ? fmin(widest, fmax(least, WIDER * h->window / search->h)) : widest,
+    const double least = SHORTEST_WINDOW * widest;
+    double window = h->window > 0.0 ? fmin(widest, fmax(least, WINDOW_GROWTH * h->window / search->h)) : widest,
            before = INFINITY;
     int rounding = 0;
     watch_at(search, 0.0, samples);
@@ -331,7 +323,7 @@ static struct event first_loss(struct search *search)
         for (int i = 1; i <= SAMPLES; i++)
             watch_at(search, i == SAMPLES && a + window >= 1.0 ? 1.0 : a + i * width, samples + i * count);
         const double wrong = rounding ? 0.0 : unresolved(search, samples, count);
-        rounding |= wrong < UNEVEN && wrong > 0.5 * before; /* it does not become less in a shorter window */
+        rounding |= wrong < JAGGED && wrong > 0.5 * before; /* it does not become less in a shorter window */
         if (wrong > 0.0 && !rounding && window > least) {
             before = wrong;
             window *= 0.5;

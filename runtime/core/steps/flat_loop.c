@@ -16,20 +16,12 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/tolerances.h"
 #include "constraints/impulse.h"
 #include "constraints/nullspace.h"
 #include "motion/derivative.h"
 #include "motion/projection.h"
 
-static const double MARGIN = 4.0;                 /* a gap is the sum of several such dx */
-static const double ROUNDING = 2.0 * DBL_EPSILON; /* times length and links: what sums of their places are known to */
-static const double WIDER = 4.0;                  /* times what is unknown: what is closed where steps get no further */
-static const double TURNS = 4.0;   /* times dx and links: sigma where links turned by dx make rows depend */
-static const double ADDED = 1e-13; /* times the energy: more than that would not be rounding */
-static const double ASTRAY = 1e-4; /* of the energy in motion: more than that would be an impact */
-static const double STRAIGHT =
-    CCGEN_LIMIT(1e-12, 1e-5); /* times speed^2: what is left of the closure's second derivative */
-static const double ASIDE = CCGEN_LIMIT(1e-4, 1e-2); /* rad: a difference quotient's step */
 enum { PASSES = 20 };
 
 /* What is unknown, times length, at the distance sigma of a closure that misses by `miss` times length (eq. 8.3) */
@@ -42,7 +34,7 @@ static double unknown(double sigma, double miss)
 static double closure_miss(struct phase *f)
 {
     struct system *s = f->s;
-    double found = ROUNDING * s->model->links;
+    double found = PLACE_ROUNDING * s->model->links;
     s->model->closure(s->k, f->y, s->rows);
     for (int i = 0; i < s->model->rows; i++)
         found = fmax(found, fabs(s->rows[i]) / s->length);
@@ -57,7 +49,7 @@ static int uncertain_contacts(struct phase *f, double gap_uncertainty)
     s->model->gaps(s->k, f->y, f->gaps);
     for (int c = 0; c < s->model->contacts; c++)
         if (f->gaps[c] <= gap_uncertainty * s->extent[c]) {
-            open |= fabs(f->gaps[c]) > ROUNDING * s->model->links * s->extent[c];
+            open |= fabs(f->gaps[c]) > PLACE_ROUNDING * s->model->links * s->extent[c];
             f->set[count++] = c;
         }
     return open ? count : 0;
@@ -76,7 +68,7 @@ static int keeps_energy(const struct phase *f)
 {
     double parts[2];
     f->s->model->energy(f->s->k, f->y, f->y + f->s->n, parts);
-    return energy(f, f->y1) >= parts[0] + parts[1] - ASTRAY * fmax(f->at.energy_in_motion, parts[0]);
+    return energy(f, f->y1) >= parts[0] + parts[1] - ENERGY_ASTRAY * fmax(f->at.energy_in_motion, parts[0]);
 }
 
 /* Put y1, a copy of the state, where the contacts f->set are closed; whether there is such a place, with rows of the closure
@@ -94,7 +86,7 @@ static int closes_contacts(struct phase *f, int count, double miss, int rank)
             return 0;
     int behind = 0;
     for (int i = 0; i < count; i++)
-        behind |= f->gaps[f->set[i]] < -ROUNDING * s->model->links * s->extent[f->set[i]];
+        behind |= f->gaps[f->set[i]] < -PLACE_ROUNDING * s->model->links * s->extent[f->set[i]];
     s->model->gaps(s->k, f->y1, f->gaps);
     for (int c = 0; c < s->model->contacts; c++)
         if (!(f->gaps[c] >= -SHUT * s->extent[c]))
@@ -103,7 +95,7 @@ static int closes_contacts(struct phase *f, int count, double miss, int rank)
         if (f->gaps[f->set[i]] > SHUT * s->extent[f->set[i]])
             return 0;
     const double before = energy(f, f->y);
-    return behind || energy(f, f->y1) <= before + ADDED * fabs(before);
+    return behind || energy(f, f->y1) <= before + ENERGY_ADDED * fabs(before);
 }
 
 /* The largest acceleration of a gap at y1 without forces between contacts; negative where there is none */
@@ -137,7 +129,7 @@ static double second_order_gradient(struct system *s, const double *q, const dou
     const int n = s->n, rows = active_rows(s, 1);
     double *gradient = work, *du = work + n, product = 0.0;
     for (int i = 0; i < n; i++) {
-        const double here = u[i], step = speed * (i < s->model->base ? s->length : 1.0);
+        const double here = u[i], step = speed * s->unit[i];
         u[i] = here + step;
         const double more = bend(s, q, u, lambda);
         u[i] = here - step;
@@ -162,7 +154,7 @@ static enum outcome commit_snap(struct phase *f, int count)
     f->s->model->energy(f->s->k, f->y, f->y + f->s->n, parts);
     const double loss = parts[0] + parts[1] - energy(f, f->y1);
     const double seen =
-        fmax(run->tolerance.rtol * fmax(f->at.energy_in_motion, parts[0]), ADDED * fabs(parts[0] + parts[1]));
+        fmax(run->tolerance.rtol * fmax(f->at.energy_in_motion, parts[0]), ENERGY_ADDED * fabs(parts[0] + parts[1]));
     const size_t n = f->s->n;
     if (record_state(f))
         return OUTCOME_NO_MEMORY;
@@ -209,7 +201,7 @@ static enum outcome limit_along_branch(struct phase *f)
     if (!lambda)
         return OUTCOME_NO_MEMORY;
     double *work = lambda + rows, *q = work + 2 * n;
-    const double speed = fastest(s, u), time = ASIDE / speed;
+    const double speed = fastest(s, u), time = BRANCH_STEP / speed;
     for (int number = 0; left_null_vector(s, f->y, number, lambda); number++) {
         const double product = second_order_gradient(s, f->y, lambda, speed, u, work);
         double wrong = 0.0;

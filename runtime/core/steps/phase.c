@@ -5,15 +5,12 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/tolerances.h"
 #include "steps/energy_guard.h"
 #include "steps/event_location.h"
 #include "steps/flat_loop.h"
 #include "steps/step_control.h"
 
-static const double EARLY = 0.05;           /* part of a step: events before it are looked for in a shorter step */
-static const double LONGEST_REBOUND = 10.0; /* times the flight before an impact: the first step tried after it */
-static const double CRAWL = CCGEN_LIMIT(1e-8, 1e-4); /* rad, and times length: what is unknown near a line of links */
-static const double ADRIFT = 1e-11; /* times extent: the gap of a carried contact that is not closed any more */
 enum {
     SHORTER = 60, /* shorter steps in search of an early event */
     CRAWLS = 20,  /* steps in a row that move nothing, before what they might be stuck at is looked at */
@@ -67,7 +64,7 @@ static enum outcome search_step(struct phase *f, struct event *event)
             outcome = f->by->prepare(f->s, f->steps, f->t, f->h, f->y, f->dy, f->y1, f->dy1);
         if (outcome)
             return outcome;
-        *event = find_event(f->s, f->by, f->steps, f->t, f->h, REST_SPEED, f->search);
+        *event = find_event(f->s, f->by, f->steps, f->t, f->h, REST_SPEED / f->s->time, f->search);
         const double shorter = 2.0 * event->theta * f->h;
         if (event->contact < 0 || event->theta > EARLY || f->t + shorter <= f->t || i == SHORTER)
             return OUTCOME_DONE;
@@ -102,20 +99,20 @@ static int penetrating_contact(const struct phase *f)
     m->gaps(f->s->k, f->y1, f->gaps);
     for (int c = 0; c < m->contacts; c++)
         if (f->s->active->closed[c] != PUSHING &&
-            f->gaps[c] < fmin(-ADRIFT * f->s->extent[c], before[c] - DEEP * f->s->extent[c]))
+            f->gaps[c] < fmin(-ADRIFT * f->s->extent[c], before[c] - PENETRATION * f->s->extent[c]))
             return c;
     return -1;
 }
 
-/* Whether the run has taken more steps and events than a simulated second may have */
+/* Whether the run has taken more steps and events than a tenth of its duration may have */
 static int exceeds_step_rate(struct run *run, double t)
 {
     const long spent = run->steps + run->rejected + run->events;
-    if (t >= run->second + 1.0) {
-        run->second = t;
+    if (t >= run->window + 0.1 * run->duration) {
+        run->window = t;
         run->spent_before = spent;
     }
-    return run->fixed_step == 0.0 && spent - run->spent_before > run->second_budget;
+    return run->fixed_step == 0.0 && spent - run->spent_before > run->rate_budget;
 }
 
 /* Whether links have gone no further in the step than their places are known to near a line */

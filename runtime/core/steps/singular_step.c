@@ -14,18 +14,9 @@
 #include <float.h>
 #include <math.h>
 
+#include "base/tolerances.h"
 #include "constraints/nullspace.h"
 
-static const double BESIDE = 1.0;    /* times the tolerance: what the end of a step may miss the closure by */
-static const double WILD = 1e6;      /* error of a step: one that is merely too long has less */
-static const double KNOWN = 64.0;    /* units of rounding / sigma^2: what velocities across are known to */
-static const double THROWN = 0.1;    /* times what velocities may be wrong by: what projection may add to them */
-static const double MAGNIFIED = 4.0; /* times what it missed, the way back of a state that is far from singular ones */
-static const double DEEP = 0.05;     /* how much nearer to dependence than elsewhere in the step rows come in passing */
-static const double SHALLOW = 0.3;   /* the same at a first look */
-static const double LAST = 1.5;      /* parts of the step: so far ahead a configuration is looked for */
-static const double ASIDE =
-    0.05; /* part of the step: a configuration as far from where it was taken to be is placed anew */
 static const double NEARLY = 1e-6; /* relative: what the length of a step need not be changed by */
 enum { LOOKS = 8, ROUNDS = 4 };    /* each round looks at a quarter of the last one's part of the step */
 
@@ -38,7 +29,7 @@ static const double MIDDLE = 0.5, LATE = 0.9;
 /* What velocities may be wrong by (1/s) at the end of a step */
 static double rate_allowed(const struct phase *f)
 {
-    return f->run->tolerance.atol + f->run->tolerance.rtol * fastest(f->s, f->y1 + f->s->n);
+    return f->run->tolerance.atol / f->s->time + f->run->tolerance.rtol * fastest(f->s, f->y1 + f->s->n);
 }
 
 /* Whether the end of the step lay beside the closure by more than its error may be, before it was put back to y1 */
@@ -58,7 +49,7 @@ static int thrown(const struct phase *f)
     if (!(s->moved_rate > THROWN * allowed && s->moved_rate * s->length > MAGNIFIED * s->missed_rate))
         return 0;
     const double sigma = rank_margin(f->s, f->y1);
-    return sigma * sigma * allowed < KNOWN * DBL_EPSILON * fastest(s, f->y1 + s->n);
+    return sigma * sigma * allowed < ACROSS_KNOWN * DBL_EPSILON * fastest(s, f->y1 + s->n);
 }
 
 /* Coordinates at part x of the step, on the cubic through its beginning and `end` */
@@ -86,12 +77,12 @@ static int nearest_part(struct phase *f, const double *end, double last, double 
                 *part = x;
             }
         }
-        if (!(least < SHALLOW * most))
+        if (!(least < SIGMA_DROP_COARSE * most))
             return 0;
         low = *part - width / LOOKS;
         width *= 2.0 / LOOKS;
     }
-    return least < DEEP * most;
+    return least < SIGMA_DROP * most;
 }
 
 int crosses_singularity(struct phase *f, enum outcome back, double error, const double *end)
@@ -100,7 +91,7 @@ int crosses_singularity(struct phase *f, enum outcome back, double error, const 
     if (!projects(f) || !f->s->model->rows || f->run->fixed_step > 0.0)
         return 0;
     if (!(back || error > WILD || off_the_closure(f) || (error <= 1.0 && thrown(f))) ||
-        !nearest_part(f, end, LAST, &part))
+        !nearest_part(f, end, LOOK_AHEAD, &part))
         return 0;
     f->at.place = f->t + part * f->h;
     return 1;
@@ -110,7 +101,7 @@ int misplaced(struct phase *f, const double *end)
 {
     double part;
     if (f->at.passage != ACROSS || !nearest_part(f, end, 1.0, &part) ||
-        fabs(f->t + part * f->h - f->at.place) < ASIDE * f->h)
+        fabs(f->t + part * f->h - f->at.place) < PLACED * f->h)
         return 0;
     f->at.place = f->t + part * f->h;
     return 1;
@@ -120,7 +111,7 @@ void place_about_singularity(struct phase *f)
 {
     const double part = (f->at.place - f->t) / f->h;
     f->at.passage = FREE;
-    if (!(part > -CLEAR[0] && part < LAST)) /* not where no place is known */
+    if (!(part > -CLEAR[0] && part < LOOK_AHEAD)) /* not where no place is known */
         return;
     f->at.passage = ACROSS;
     if (part < CLEAR[0])

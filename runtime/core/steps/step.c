@@ -5,25 +5,18 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/tolerances.h"
 #include "motion/derivative.h"
 #include "motion/projection.h"
 
-static const struct tolerance TO_ROUNDING = {0.0, 0.0};
-static const double UNEVEN = 1e-3; /* of the tolerance: what iterations may leave that do not go to rounding */
-static const double BELIEVED =
-    0.1; /* of an error is there, whatever of it lies across the closure: steps are a third longer at most */
-static const double DRIVEN =
-    CCGEN_LIMIT(1e-8, 1e-3); /* rad and rad/s, or m: more is not the rounding of a driven joint */
-const double REST_SPEED = 1e-10;
-
 double rest_velocity(const struct phase *f, int contact)
 {
-    return REST_SPEED * f->s->extent[contact];
+    return REST_SPEED * f->s->extent[contact] / f->s->time;
 }
 
 double gap_tolerance(const struct phase *f, int contact)
 {
-    return fmin(fmax(f->run->tolerance.rtol, 1e-12), 1e-8) * f->s->extent[contact];
+    return fmin(fmax(f->run->tolerance.rtol, FINEST_GAP), COARSEST_GAP) * f->s->extent[contact];
 }
 
 enum outcome evaluate_derivative(struct phase *f)
@@ -53,13 +46,13 @@ enum outcome project_step_end(struct phase *f)
     for (int d = 0; d < m->drives; d++) {
         place[d] = driven(m, d, f->y1);
         speed[d] = driven(m, d, f->y1 + n);
-        fast = fmax(fast, fabs(speed[d]));
+        fast = fmax(fast, fabs(speed[d]) / f->s->unit[n + m->driven[2 * d]]);
     }
     enum outcome outcome = project_position(f->s, f->y1);
     outcome = outcome ? outcome : project_velocity(f->s, f->y1, f->y1 + n);
     for (int d = 0; d < m->drives && !outcome; d++)
-        if (fabs(driven(m, d, f->y1) - place[d]) > DRIVEN * fmax(1.0, f->s->length) ||
-            fabs(driven(m, d, f->y1 + n) - speed[d]) > DRIVEN * fast)
+        if (fabs(driven(m, d, f->y1) - place[d]) > DRIVEN * f->s->unit[m->driven[2 * d]] ||
+            fabs(driven(m, d, f->y1 + n) - speed[d]) > DRIVEN * fast * f->s->unit[n + m->driven[2 * d]])
             outcome = OUTCOME_NOT_CLOSED;
     return outcome;
 }
@@ -109,8 +102,9 @@ enum outcome step_error(struct phase *f, double *error)
  * function of h: landing on an event needs that. */
 enum outcome projected_step(struct phase *f, double h)
 {
-    const struct tolerance tolerance = f->run->tolerance, little = {UNEVEN * tolerance.atol, UNEVEN * tolerance.rtol};
-    enum outcome outcome = unprojected_step(f, h, TO_ROUNDING);
+    const struct tolerance tolerance = f->run->tolerance,
+                           little = {ITERATED * tolerance.rtol, ITERATED * tolerance.atol, tolerance.unit};
+    enum outcome outcome = unprojected_step(f, h, to_rounding(f->s));
     if (outcome == OUTCOME_NO_CONVERGENCE &&
         little.rtol > 0.0) { /* loads that all but cancel have a rounding of their own */
         double error = INFINITY;

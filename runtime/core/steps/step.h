@@ -48,9 +48,6 @@ struct phase {
     struct progress at;
 };
 
-/* speed (times extent per second) below which a contact does not bounce */
-extern const double REST_SPEED;
-
 /* speed (m/s, rad/s) below which a closed contact neither opens nor closes */
 double rest_velocity(const struct phase *f, int contact);
 

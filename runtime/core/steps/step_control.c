@@ -5,14 +5,13 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/tolerances.h"
 #include "motion/derivative.h"
 #include "steps/energy_guard.h"
 #include "steps/singular_step.h"
 
 const double LEAST_CHANGE = 0.2;
 static const double SAFETY = 0.9, LARGEST_CHANGE = 6.0;
-static const struct tolerance TO_ROUNDING = {0.0, 0.0};
-static const double LEAP = 1e-6, FURTHER = 10.0; /* rad, or times length; times the way that velocities carry */
 enum { AGAIN = 4 /* times a step is taken anew for where it passes a singular configuration */ };
 
 double first_step(struct phase *f)
@@ -21,25 +20,27 @@ double first_step(struct phase *f)
     const struct tolerance tol = f->run->tolerance;
     double d0 = 0.0, d1 = 0.0, d2 = 0.0;
     for (int i = 0; i < n; i++) {
-        const double scale = tol.atol + tol.rtol * fabs(f->y[i]);
+        const double scale = allowed_error(tol, i, fabs(f->y[i]));
         d0 += (f->y[i] / scale) * (f->y[i] / scale);
         d1 += (f->dy[i] / scale) * (f->dy[i] / scale);
     }
     d0 = sqrt(d0 / n);
     d1 = sqrt(d1 / n);
-    const double least = 1e-12 * fmax(fabs(f->t), 1e-3);
-    const double h0 = fmin(d0 < 1e-5 || d1 < 1e-5 ? 1e-6 : fmax(0.01 * d0 / d1, least), next_stop(f->run, f->t) - f->t);
+    const double time = f->s->time, least = 1e-12 * fmax(fabs(f->t), 1e-3 * time);
+    const double h0 =
+        fmin(d0 < 1e-5 || d1 * time < 1e-5 ? 1e-6 * time : fmax(0.01 * d0 / d1, least), next_stop(f->run, f->t) - f->t);
     for (int i = 0; i < n; i++)
         f->y1[i] = f->y[i] + h0 * f->dy[i];
     if (system_derivative(f->s, f->t + h0, f->y1, f->dy1))
         return h0;
     for (int i = 0; i < n; i++) {
-        const double scale = tol.atol + tol.rtol * fabs(f->y[i]);
+        const double scale = allowed_error(tol, i, fabs(f->y[i]));
         d2 += ((f->dy1[i] - f->dy[i]) / scale) * ((f->dy1[i] - f->dy[i]) / scale);
     }
     d2 = sqrt(d2 / n) / h0;
-    const double largest = fmax(d1, d2);
-    const double h1 = largest <= 1e-15 ? fmax(1e-6, 1e-3 * h0) : pow(0.01 / largest, 1.0 / f->run->method->order);
+    const double largest = fmax(d1 * time, d2 * time * time);
+    const double h1 =
+        largest <= 1e-15 ? fmax(1e-6 * time, 1e-3 * h0) : time * pow(0.01 / largest, 1.0 / f->run->method->order);
     return h1 > least ? fmin(100.0 * h0, h1) : least;
 }
 
@@ -47,15 +48,15 @@ int outruns_velocity(const struct phase *f)
 {
     double way = 0.0, speed = 0.0;
     for (int i = 0; i < f->s->n; i++) {
-        way = fmax(way, fabs(f->y1[i] - f->y[i]));
-        speed = fmax(speed, fmax(fabs(f->y[f->s->n + i]), fabs(f->y1[f->s->n + i])));
+        way = fmax(way, fabs(f->y1[i] - f->y[i]) / f->s->unit[i]);
+        speed = fmax(speed, fmax(fabs(f->y[f->s->n + i]), fabs(f->y1[f->s->n + i])) / f->s->unit[i]);
     }
-    return f->run->fixed_step == 0.0 && way > FURTHER * f->h * speed + LEAP * fmax(1.0, f->s->length);
+    return f->run->fixed_step == 0.0 && way > OUTRUN * f->h * speed + LEAP;
 }
 
 double shortest(const struct phase *f)
 {
-    return 16.0 * DBL_EPSILON * fmax(fabs(f->t), 1e-3);
+    return SHORTEST * fmax(fabs(f->t), 1e-3 * f->s->time);
 }
 
 /* Put the end of a step back. What it had been meanwhile is kept where its derivative will be. Whether the step is to be taken
@@ -78,7 +79,7 @@ enum outcome accepted_step(struct phase *f, double *next)
         double error = 0.0;
         const double whole = f->h;
         place_about_singularity(f);
-        enum outcome outcome = unprojected_step(f, f->h, run->fixed_step > 0.0 ? TO_ROUNDING : run->tolerance);
+        enum outcome outcome = unprojected_step(f, f->h, run->fixed_step > 0.0 ? to_rounding(f->s) : run->tolerance);
         if (!outcome && run->fixed_step == 0.0)
             outcome = step_error(f, &error);
         if (!outcome && isfinite(error)) {

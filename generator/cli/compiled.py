@@ -1,0 +1,28 @@
+"""The compiled model of a command's scene."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ..compile.compiler import CompileError
+from ..package.replace import OutputError
+from ..pipeline import generate
+from ..scene import Scene
+from .detail import Detail
+from .folders import MODELS, check_folder
+from .progress import progress
+from .refusal import refusing
+from .scene_file import tell_assembly
+
+if TYPE_CHECKING:
+    from ccgen.runtime import Model
+
+
+def compiled(scene: Scene, detail: Detail) -> Model:
+    """The compiled model of a scene, in the folder of models; exit code 2 and a sentence where there is none."""
+    check_folder(MODELS, "folder of models")
+    tell_assembly(scene, detail)
+    from ccgen.runtime import load_model
+
+    with progress(detail) as tell, refusing(CompileError, OutputError):
+        return load_model(generate(scene, MODELS, tell.stage))

@@ -1,0 +1,353 @@
+/* Every threshold that decides something, with what it decides and why it is as large as it is.
+ *
+ * Each is a pure number, times what it is of: a length is that of the mechanism (of an angle, 1 rad), a speed that length per
+ * characteristic time, a time the larger of the characteristic one and the time reached, a unit that of the coordinate
+ * (model/scales.h). So the same mechanism in other units decides alike. Floats have limits of their own where their rounding
+ * asks for it: about the same share of the digits. What only the pace depends on, as the factors of step control, stands where it
+ * is used.
+ */
+#ifndef CCGEN_TOLERANCES_H
+#define CCGEN_TOLERANCES_H
+
+#include "base/real.h"
+
+enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT };
+
+/* X(name, value, of, "what it decides", "why it is as large"), by layers */
+/* clang-format off */
+#define ALL_TOLERANCES(X) \
+    /* algebra */ \
+    X(DEPENDENT_PIVOT, CCGEN_LIMIT(1e-11, 1e-5), OF_RELATIVE, \
+      "a pivot of a symmetric matrix that is this part of its own entry is none", \
+      "entries are rounded to 1e-16 and sums of some hundred of them lose up to four digits: what is left of five more may be rounding") \
+    X(WELL_PIVOT, CCGEN_LIMIT(1e-6, 1e-3), OF_RELATIVE, \
+      "a pivot that has lost more goes to the null-space path", \
+      "what a solution loses is the inverse of its least pivot: ten digits are kept, as many as the default rtol asks for") \
+    /* complementarity */ \
+    X(PIVOT_ROUNDING, CCGEN_LIMIT(1e-12, 1e-5), OF_RELATIVE, \
+      "an entry of Lemke's tableau this small is no pivot", \
+      "a tableau of about 1 after some tens of pivots is known to about 1e-13") \
+    X(TIE, CCGEN_LIMIT(1e-13, 1e-6), OF_RELATIVE, \
+      "ratios this near are one", \
+      "they are quotients of the tableau's entries, which are known to that") \
+    X(TERM_ROUNDING, (64.0 * DBL_EPSILON), OF_RELATIVE, \
+      "an acceleration that is this part of its terms is zero", \
+      "a sum of some tens of terms, each with the rounding of its two factors") \
+    X(ALL_PUSH, CCGEN_LIMIT(1e-10, 1e-4), OF_RELATIVE, \
+      "all contacts push where this part of the largest b is left", \
+      "what the pivots that DEPENDENT_PIVOT lets pass leave at least") \
+    X(APPROACHES, CCGEN_LIMIT(1e-13, 1e-6), OF_RELATIVE, \
+      "a contact approaches from this part of the largest b on", \
+      "b is a difference of accelerations, known to a few hundred units of rounding") \
+    X(CONSISTENT, CCGEN_LIMIT(1e-10, 5e-5), OF_RELATIVE, \
+      "what Coulomb's law may be missed by", \
+      "pivots keep ten digits, see WELL_PIVOT") \
+    X(MIXED, CCGEN_LIMIT(1e-4, 1e-1), OF_RELATIVE, \
+      "the part of the largest terms of all rows that counts as a row's own", \
+      "rows of light links beside far heavier ones lose digits to them: at the ratio of 1e4 a row still has the six digits that CONSISTENT asks for there") \
+    X(SINGULAR_MODES, CCGEN_LIMIT(1e-11, 1e-5), OF_RELATIVE, \
+      "a choice of sticking and sliding with such a pivot has no impulses of its own", \
+      "as DEPENDENT_PIVOT") \
+    X(RATE_ROUNDING, (256.0 * DBL_EPSILON), OF_RELATIVE, \
+      "rates of contacts, and entries of W, this near to zero are zero", \
+      "each is a sum over links and contacts, some hundred roundings") \
+    X(LESS, CCGEN_LIMIT(1e-9, 1e-4), OF_RELATIVE, \
+      "impulses that are less by this part are less, and not alike", \
+      "ten times what CONSISTENT leaves unknown") \
+    X(ALIKE, CCGEN_LIMIT(1e-8, 1e-3), OF_RELATIVE, \
+      "motions this near are one", \
+      "ten times LESS: rates are impulses times W") \
+    X(DROWNED, CCGEN_LIMIT(1e-8, 1e-4), OF_RELATIVE, \
+      "impulses whose rounding is this part of what they come from are none", \
+      "eight digits are what rtol of the default asks for, and one more") \
+    X(NEARLY_CONSISTENT, CCGEN_LIMIT(1e-8, 1e-3), OF_RELATIVE, \
+      "what the best answer may miss Coulomb's law by where none meets it", \
+      "as DROWNED: rates beside far larger ones are known to no more") \
+    X(SWEPT, CCGEN_LIMIT(1e-15, 1e-6), OF_RELATIVE, \
+      "sweeps over the contacts have settled", \
+      "the last digit") \
+    /* constraints */ \
+    X(SHUT, CCGEN_LIMIT(1e-12, 1e-5), OF_LENGTH, \
+      "a gap this small is closed", \
+      "places are sums over the links: some thousand roundings; less than any gap_tolerance") \
+    X(RANK_TOLERANCE, CCGEN_LIMIT(1e-10, 4e-5), OF_RELATIVE, \
+      "rows this near to dependence are dependent", \
+      "at the distance sigma accelerations along the null space are known to rounding / sigma^2 in the elimination: at 1e-8 to nothing, at 1e-10 not even as lengths") \
+    X(RANK_TOLERANCE_PROJECTED, CCGEN_LIMIT(1e-5, 6e-3), OF_RELATIVE, \
+      "rows this near are taken for dependent where a state is put back", \
+      "a step back of sigma^-1 times the miss stays below the root of rounding, where the closure is no longer linear") \
+    X(REFINED_ENOUGH, CCGEN_LIMIT(1e-12, 5e-6), OF_RELATIVE, \
+      "a last correction that is less is rounding", \
+      "some thousand roundings of the unreduced equations") \
+    X(REFINED_BY_KERNEL, (4096.0 * DBL_EPSILON), OF_RELATIVE, \
+      "the same of a correction by the kernel", \
+      "as REFINED_ENOUGH") \
+    X(HOPELESS, 1e-3, OF_RELATIVE, \
+      "a last correction that is more leaves nothing known", \
+      "less than three digits of an acceleration are no solution") \
+    X(CONTACT_PIVOT, 1e-6, OF_RELATIVE, \
+      "held contacts with such a pivot, where some slide, go to the null-space path", \
+      "as WELL_PIVOT") \
+    /* motion */ \
+    X(LEFT_OUT, CCGEN_LIMIT(1e-12, 1e-4), OF_LENGTH, \
+      "what a row that almost vanishes may miss", \
+      "as SHUT: more than sums of rounded places do") \
+    X(LEFT_OUT_LATER, 0.01, OF_RELATIVE, \
+      "how much nearer to dependence a row may be where leaving it out does not do", \
+      "two such steps go from RANK_TOLERANCE_PROJECTED to RANK_TOLERANCE and a bit") \
+    X(SLIDING_PIVOT, CCGEN_LIMIT(1e-12, 5e-6), OF_RELATIVE, \
+      "friction of sliding contacts with such a pivot jams", \
+      "as REFINED_ENOUGH: forces on the null-space path are known to that") \
+    X(CREEP, CCGEN_LIMIT(1e-9, 1e-3), OF_SPEED, \
+      "what moves along its friction at its limit slides from here on", \
+      "ten times STILL: what a decision takes for still does not slide at once") \
+    /* impact */ \
+    X(IMPACT_GAIN, CCGEN_LIMIT(1e-13, 1e-5), OF_RELATIVE, \
+      "energy that an impact may add: part of the kinetic", \
+      "some hundred roundings of sums over the links") \
+    X(RATES_MISSED, CCGEN_LIMIT(1e-14, 1e-6), OF_RELATIVE, \
+      "rates after an impact that miss more are corrected", \
+      "some tens of roundings: no correction is better") \
+    X(IMPLIED_SHARE, CCGEN_LIMIT(1e-9, 1e-4), OF_RELATIVE, \
+      "a contact with this share of its own row left is carried by others", \
+      "a hundred times DEPENDENT_PIVOT: what passes that as a pivot has two digits") \
+    X(CORRECTED_IMPULSE, CCGEN_LIMIT(1e-6, 1e-3), OF_RELATIVE, \
+      "a correction that is a larger part of the impulses is none", \
+      "what pivots of W lose at most, see WELL_PIVOT") \
+    X(NO_EFFECT, 1e-3, OF_RELATIVE, \
+      "impulses that miss this part of the largest rate have no effect", \
+      "less than three digits of a jump are no solution, as HOPELESS") \
+    X(ROUNDED_RATE, CCGEN_LIMIT(1e-12, 1e-4), OF_RELATIVE, \
+      "rates that are this part of the fastest motion are rounding", \
+      "as SHUT for places") \
+    /* steps */ \
+    X(REST_SPEED, CCGEN_LIMIT(1e-10, 1e-4), OF_SPEED, \
+      "a closed contact that moves slower is at rest", \
+      "a hundred times SHUT: speeds have lost two digits more than places") \
+    X(FINEST_GAP, CCGEN_LIMIT(1e-12, 1e-5), OF_LENGTH, \
+      "gap_tolerance is at least this", \
+      "as SHUT") \
+    X(COARSEST_GAP, CCGEN_LIMIT(1e-8, 1e-3), OF_LENGTH, \
+      "gap_tolerance is rtol, and at most this", \
+      "ten times the default rtol: no contact closes visibly before it is") \
+    X(ITERATED, 1e-3, OF_RELATIVE, \
+      "part of the tolerance that iterations may leave that do not go to rounding", \
+      "events are located on the end of a step as it changes with its length: that part is what it may be uneven by") \
+    X(BELIEVED, 0.1, OF_RELATIVE, \
+      "part of an error that counts wherever it lies", \
+      "with an order of 8 steps are then a third longer at most than if all of it counted") \
+    X(DRIVEN, CCGEN_LIMIT(1e-8, 1e-3), OF_UNIT, \
+      "what a driven joint may be moved by where a step is put back", \
+      "the root of rounding: what is quadratic in the miss is less") \
+    X(LEAP, 1e-6, OF_UNIT, \
+      "what a step may change beside what its velocities carry", \
+      "far above what is put back, far below what is seen") \
+    X(OUTRUN, 10.0, OF_RELATIVE, \
+      "times what velocities carry in a step: more is wrong", \
+      "velocities at both ends of a good step differ by less than that from those between") \
+    X(SHORTEST, (16.0 * DBL_EPSILON), OF_TIME, \
+      "no step is shorter", \
+      "sixteen units of the last digit of the time: a step still has four bits") \
+    X(EARLY, 0.05, OF_RELATIVE, \
+      "part of a step: events before it are looked for in a shorter one", \
+      "a bounce that is a twentieth of a step is one wiggle of a dense output of order 7") \
+    X(LONGEST_REBOUND, 10.0, OF_RELATIVE, \
+      "times the flight before an impact: the first step tried after it", \
+      "bounces shorten by the restitution: the next is not longer, and steps grow sixfold") \
+    X(CRAWL, CCGEN_LIMIT(1e-8, 1e-4), OF_UNIT, \
+      "steps that move less may be stuck beside a line of links", \
+      "the root of rounding: what is unknown there, docs/theory 8.3") \
+    X(ADRIFT, CCGEN_LIMIT(1e-11, 1e-4), OF_LENGTH, \
+      "a carried contact with such a gap is open", \
+      "ten times SHUT") \
+    X(TURN, 0.25, OF_RELATIVE, \
+      "rad by which links turn against each other in a piece that is looked at for events", \
+      "a gap goes as a cosine: a quarter of a radian changes its curvature by 3 %") \
+    X(FORCE_ROUNDING, (64.0 * DBL_EPSILON), OF_RELATIVE, \
+      "forces this small beside the largest that there have been are zero", \
+      "as TERM_ROUNDING: they are sums over contacts") \
+    X(STILL, CCGEN_LIMIT(1e-10, 1e-4), OF_SPEED, \
+      "a contact that slides slower may stick", \
+      "as REST_SPEED") \
+    X(FORESEEN, 10.0, OF_RELATIVE, \
+      "times what samples do not foretell: a force nearer to zero is looked at more closely", \
+      "an interpolant misses between its samples about as much as at every other one; ten times leaves a digit") \
+    X(JAGGED, 0.1, OF_RELATIVE, \
+      "part of a force that samples may not foretell, and yet may be rounding", \
+      "chosen: where a loop is all but flat forces have one digit or none") \
+    X(SHALLOW, 0.1, OF_RELATIVE, \
+      "part of the samples: a parabola with its least above has not come near zero", \
+      "a parabola through three samples of a cubic misses by less") \
+    X(SHORTEST_WINDOW, (1.0 / 256.0), OF_RELATIVE, \
+      "part of a step: a force not resolved in a window so short has jumped", \
+      "eight halvings of a window that eight samples resolve in a smooth step") \
+    X(PENETRATION, CCGEN_LIMIT(1e-12, 1e-5), OF_LENGTH, \
+      "an event found deeper is put before its zero", \
+      "as SHUT") \
+    X(JUMP, 1e-3, OF_RELATIVE, \
+      "part of what a force was: one that is still more just before it is lost has jumped", \
+      "Newton and false position leave 1e-15 of it where it is continuous") \
+    X(BESIDE, 1.0, OF_RELATIVE, \
+      "times the tolerance: what the end of a step may miss the closure by", \
+      "the tolerance itself") \
+    X(WILD, 1e6, OF_RELATIVE, \
+      "error of a step that no mere length explains", \
+      "with an order of 8, a step six times too long has 1.7e6") \
+    X(ACROSS_KNOWN, 64.0, OF_RELATIVE, \
+      "times rounding / sigma^2: what velocities across a singular configuration are known to", \
+      "as TERM_ROUNDING, docs/theory section 8") \
+    X(THROWN, 0.1, OF_RELATIVE, \
+      "times what velocities may be wrong by: what putting back may add", \
+      "a tenth keeps the whole error within the tolerance") \
+    X(MAGNIFIED, 4.0, OF_RELATIVE, \
+      "times what it missed: the way back of a state far from singular ones", \
+      "a projection goes as 1 / sigma; elsewhere sigma is above a quarter") \
+    X(SIGMA_DROP, 0.05, OF_RELATIVE, \
+      "how much nearer to dependence rows come in passing than elsewhere in the step", \
+      "sigma is linear beside its zero: least of 33 samples of such a valley is below a thirtieth") \
+    X(SIGMA_DROP_COARSE, 0.3, OF_RELATIVE, \
+      "the same at a first look", \
+      "of nine samples the least is below a sixth of the largest, twice that for a bend") \
+    X(LOOK_AHEAD, 1.5, OF_RELATIVE, \
+      "steps so far ahead in which a singular configuration is looked for", \
+      "a step that ends before it leaves the next half a step") \
+    X(PLACED, 0.05, OF_RELATIVE, \
+      "part of a step by which a configuration may be beside its place", \
+      "stages lie a twentieth of a step from it, see CLEAR") \
+    X(MARGIN, 4.0, OF_RELATIVE, \
+      "a gap is the sum of so many of what is unknown of places", \
+      "a contact, its two links and the ground") \
+    X(PLACE_ROUNDING, (2.0 * DBL_EPSILON), OF_LENGTH, \
+      "what a place is known to", \
+      "the rounding of a sine and of its product with a length") \
+    X(WIDER, 4.0, OF_RELATIVE, \
+      "times what is unknown: what is closed where steps get no further", \
+      "as MARGIN") \
+    X(TURNS, 4.0, OF_RELATIVE, \
+      "times what is unknown and the links: the distance at which rows may depend", \
+      "as MARGIN") \
+    X(ENERGY_ADDED, CCGEN_LIMIT(1e-13, 1e-5), OF_RELATIVE, \
+      "part of the energy: more is not rounding where contacts are closed", \
+      "some hundred roundings of its sum, as IMPACT_GAIN") \
+    X(ENERGY_ASTRAY, CCGEN_LIMIT(1e-4, 1e-2), OF_RELATIVE, \
+      "part of the energy in motion that may be lost where a loop is put flat", \
+      "more would be an impact that no contact has; a hundred thousand times the default rtol") \
+    X(STRAIGHT, CCGEN_LIMIT(1e-12, 1e-5), OF_RELATIVE, \
+      "times speed squared: what may be left of the closure's second derivative", \
+      "as SHUT, for lengths per time squared") \
+    X(BRANCH_STEP, CCGEN_LIMIT(1e-4, 1e-2), OF_RELATIVE, \
+      "rad: step of the difference quotient along a branch", \
+      "central differences lose rounding / step and step^2: 1e-11 and 1e-8") \
+    X(KEPT, 1.0, OF_RELATIVE, \
+      "times rtol: what a step may miss of the energy that moves", \
+      "the tolerance itself") \
+    X(ENERGY_ROUNDING, (256.0 * DBL_EPSILON), OF_RELATIVE, \
+      "part of the energy that a step may miss by rounding", \
+      "some hundred roundings of its sum") \
+    X(GROSS, 0.1, OF_RELATIVE, \
+      "of the energy that moves: a step of fixed length that misses as much is wrong", \
+      "no digit is right") \
+    X(TANGENT, 16.0, OF_RELATIVE, \
+      "times rounding / sigma^2: what the direction of the motion is known to", \
+      "as ACROSS_KNOWN, over the four rows that meet") \
+    X(OFTEN, 0.1, OF_RELATIVE, \
+      "of what a step may miss: less is not looked into", \
+      "it decides about time only") \
+    /* hybrid */ \
+    X(REST_TIME, CCGEN_LIMIT(1e-11, 1e-5), OF_TIME, \
+      "bounces over so soon are over", \
+      "a hundred times what a time is known to after some hundred events") \
+    X(PRESSED, CCGEN_LIMIT(1e-9, 1e-4), OF_RELATIVE, \
+      "an acceleration that is this part of the largest is rounding", \
+      "ten times CONSISTENT") \
+    X(SLOW, 1e4, OF_RELATIVE, \
+      "times what the largest acceleration reaches in REST_TIME: what moves faster is no candidate", \
+      "chosen: a wide margin, for what is not asked is taken for apart") \
+    X(SHARED, 1e-4, OF_RELATIVE, \
+      "of the accelerations of links: gaps are not known to accelerate by less times PRESSED", \
+      "as MIXED") \
+    X(ONWARD, CCGEN_LIMIT(1e-6, 1e-3), OF_RELATIVE, \
+      "part of the largest acceleration by which a change decides what vanishes", \
+      "a thousand times PRESSED: seen, and too small to change what is decided otherwise") \
+    X(SMALL, 1e-3, OF_RELATIVE, \
+      "of the largest force: more has not vanished", \
+      "forces fall by that in a thousandth of a motion, AHEAD") \
+    X(AHEAD, 1e-3, OF_RELATIVE, \
+      "of a step: so far ahead forces are smooth", \
+      "a step of order 8 resolves changes over a tenth of it") \
+    X(LITTLE, 1e-3, OF_RELATIVE, \
+      "of the tolerance of speeds: what letting go now or then may differ by", \
+      "a thousandth leaves the error test to what integrates") \
+    X(FURTHER_AHEAD, 8.0, OF_RELATIVE, \
+      "how much further each look ahead goes", \
+      "three bits of the change of a force") \
+    X(DECISIVE, 64.0, OF_RELATIVE, \
+      "times rounding: a change of forces that shows where they go", \
+      "six bits of it are then known") \
+    X(EDGE, CCGEN_LIMIT(1e-12, 1e-5), OF_RELATIVE, \
+      "friction within this part of its limit is at it", \
+      "some thousand roundings of the impulses that limit it") \
+    X(EDGE_GIVEN, CCGEN_LIMIT(1e-6, 1e-3), OF_RELATIVE, \
+      "the same where a contact has just begun to slide, by an event that was located on that limit", \
+      "an event is located to the last digit of the time: over a step forces change by that times their rate, a millionth at most") \
+    X(INSTANT, CCGEN_LIMIT(1e-10, 1e-4), OF_TIME, \
+      "events within such a time crowd", \
+      "ten times REST_TIME") \
+    X(UNSEEN, 16.0, OF_RELATIVE, \
+      "times rounding and length: a gap that changes less between two events has not moved", \
+      "as SHORTEST") \
+    /* interface */ \
+    X(BEHIND, CCGEN_LIMIT(1e-8, 1e-3), OF_LENGTH, \
+      "a gap further behind its surface is no rounding", \
+      "as COARSEST_GAP")
+/* clang-format on */
+
+/* Pairs of which the first has to be the smaller: what one lets pass, the other has to catch. */
+/* clang-format off */
+#define ALL_ORDERS(X) \
+    X(PLACE_ROUNDING, SHUT) \
+    X(SHUT, ADRIFT) \
+    X(PENETRATION, ADRIFT) \
+    X(FINEST_GAP, COARSEST_GAP) \
+    X(ADRIFT, COARSEST_GAP) \
+    X(STILL, CREEP) \
+    X(EDGE, EDGE_GIVEN) \
+    X(REST_TIME, INSTANT) \
+    X(SHORTEST, REST_TIME) \
+    X(CONSISTENT, PRESSED) \
+    X(CONSISTENT, LESS) \
+    X(LESS, ALIKE) \
+    X(CONSISTENT, NEARLY_CONSISTENT) \
+    X(TIE, PIVOT_ROUNDING) \
+    X(DEPENDENT_PIVOT, IMPLIED_SHARE) \
+    X(DEPENDENT_PIVOT, WELL_PIVOT) \
+    X(RATE_ROUNDING, CONSISTENT) \
+    X(RANK_TOLERANCE, RANK_TOLERANCE_PROJECTED) \
+    X(RATES_MISSED, ROUNDED_RATE) \
+    X(PRESSED, ONWARD) \
+    X(SIGMA_DROP, SIGMA_DROP_COARSE) \
+    X(ENERGY_ADDED, ENERGY_ASTRAY)
+/* clang-format on */
+
+#ifdef CCGEN_VARIABLE_TOLERANCES /* for tests that look what another size of one changes */
+#define DECLARED_TOLERANCE(name, value, of, decides, because) extern __attribute__((visibility("default"))) double name;
+#else
+#define DECLARED_TOLERANCE(name, value, of, decides, because) static const double name = value;
+#endif
+ALL_TOLERANCES(DECLARED_TOLERANCE)
+#undef DECLARED_TOLERANCE
+
+struct tolerance_entry {
+    const char *name;
+    double value;
+    enum tolerance_of of;
+    const char *decides, *because;
+};
+
+/* all of them; the last has no name */
+extern const struct tolerance_entry tolerance_entries[];
+
+/* [][2] numbers of entries that are ordered; the last pair is -1, -1 */
+extern const int tolerance_orders[][2];
+
+#endif

@@ -1,0 +1,122 @@
+"""Each threshold of the core doubled and halved: no survey of hard motions changes its class, so none is tuned."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from ccgen.generator import load_scene, loop
+from ccgen.runtime import _core
+
+from ..support.bodies import tossed_hexagon
+from ..support.c_library import Library
+from ..support.folders import ROOT
+from ..support.workshop import Workshop
+from .fuzz import scene as toss_scene
+
+APART = 6
+"""The mode of a contact that is open (runtime/ccgen.h)."""
+SAME = 1e-6
+"""Relative: times of the first events, and energies at the end, that are the same."""
+
+Start = tuple[Any, Any, Any, float]
+
+
+def rests(workshop: Workshop) -> Start:
+    """Falls, bounces, folds through a line and comes to lie flat."""
+    model = workshop.model(loop(6, gravity=True, start={"height": 1.0}, ground=[{"restitution": 0.5}]))
+    return model, *model.start(), 30.0
+
+
+def tossed(workshop: Workshop) -> Start:
+    """Thrown, through accumulation after accumulation."""
+    model = workshop.model(loop(6, gravity=True, start={"height": 1.0}, ground=[{"restitution": 0.5}]))
+    return model, *tossed_hexagon(model), 3.0
+
+
+def rough(workshop: Workshop) -> Start:
+    """Thrown into a rough wedge of two planes, where it sticks and slides."""
+    model = workshop.model(toss_scene(6, rough=True)).with_parameters({"ground_1.point.y": 0.0})
+    q, u = model.start()
+    q, u = model.project(q, u + np.random.default_rng(1).normal(size=u.size))
+    q[1] += 0.2 + 1.5 * max(0.0, -float(model.gaps(q).min()))
+    return model, q, u, 1.5
+
+
+def dead_points(workshop: Workshop) -> Start:
+    """Loops that pass configurations where their rows depend."""
+    model = workshop.model(load_scene(ROOT / "scenes" / "parallelogram.toml"))
+    return model, *model.start(), 3.0
+
+
+def cradle(workshop: Workshop) -> Start:
+    """Impacts through rows of balls that touch."""
+    model = workshop.model(load_scene(ROOT / "scenes" / "newtons-cradle.toml"))
+    return model, *model.start(), 2.0
+
+
+SURVEYS = (rests, tossed, rough, dead_points, cradle)
+
+
+@pytest.fixture(scope="module")
+def library(tmp_path_factory: pytest.TempPathFactory) -> Library:
+    file = tmp_path_factory.mktemp("varied") / "core.so"
+    return Library(ROOT / "runtime", file, "-DCCGEN_VARIABLE_TOLERANCES")
+
+
+@pytest.fixture
+def vary(library: Library) -> Iterator[Any]:
+    """Sets one threshold to a multiple of what it is, until the test ends."""
+    varied: list[str] = []
+
+    def to(name: str, factor: float) -> None:
+        varied.append(name)
+        ctypes.c_double.in_dll(library.calls, name).value = factor * _core.TOLERANCES[name].value
+
+    yield to
+    for name in varied:
+        ctypes.c_double.in_dll(library.calls, name).value = _core.TOLERANCES[name].value
+
+
+def survey(library: Library, start: Start) -> tuple[str, list[int], list[tuple[int, float]], float]:
+    """How the motion ends, which contacts are then closed, its first three events, and its energy (J) at the end."""
+    model, q, u, until = start
+    outcome, run = library.create(model, rtol=1e-9, rate_budget=20000)
+    assert outcome == "done"
+    run.reset(q, u)
+    events: list[tuple[int, float]] = []
+    while True:
+        outcome, event = run.step_to_event(until)
+        if outcome != "done" or event.kind == 0:
+            break
+        events = [*events, (event.contact, event.t)][:3]
+        run.forget()
+    end, q, u = run.motion()
+    closed = [contact for contact, mode in enumerate(run.modes()) if mode != APART] if model.contacts else []
+    return outcome, closed, events, float(np.sum(model.energy(q, u)))
+
+
+@pytest.fixture(scope="module")
+def usual(library: Library, workshop: Workshop) -> dict[str, tuple[Start, Any]]:
+    starts = {make.__name__: make(workshop) for make in SURVEYS}
+    return {name: (start, survey(library, start)) for name, start in starts.items()}
+
+
+@pytest.mark.parametrize("factor", [0.5, 2.0])
+@pytest.mark.parametrize("name", _core.TOLERANCES)
+def test_no_survey_changes_its_class(
+    name: str, factor: float, vary: Any, library: Library, usual: dict[str, tuple[Start, Any]]
+) -> None:
+    vary(name, factor)
+    for start, (outcome, closed, events, energy) in usual.values():
+        found = survey(library, start)
+        assert found[:2] == (outcome, closed)
+        assert [contact for contact, _ in found[2]] == [contact for contact, _ in events]
+        assert [t for _, t in found[2]] == pytest.approx([t for _, t in events], rel=SAME)
+        if outcome == "done" and not start[0].contacts:
+            assert found[3] == pytest.approx(energy, rel=SAME)

@@ -1,0 +1,86 @@
+"""The thresholds of the core: their order, and how they are told."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from ccgen.generator.cli.app import app
+from ccgen.runtime import _core, _float, _wide
+from ccgen.runtime.model.thresholds import thresholds
+
+from ..support.workshop import Workshop
+
+ROOT = Path(__file__).resolve().parents[2]
+CORES = {"float": _float, "double": _core, "wide": _wide}
+FALLING = ROOT / "scenes" / "falling-hexagon.toml"
+
+
+@pytest.mark.parametrize("precision", CORES)
+def test_what_one_lets_pass_another_catches(precision: str) -> None:
+    core = CORES[precision]
+    wrong = [
+        (less, more)
+        for less, more in core.TOLERANCE_ORDERS
+        if not 0.0 < core.TOLERANCES[less].value < core.TOLERANCES[more].value
+    ]
+    assert not wrong
+    assert len(core.TOLERANCE_ORDERS) >= 20
+
+
+def test_every_threshold_decides_something_in_the_core() -> None:
+    """Each name is used in a file of the core beside the table."""
+    folder = ROOT / "runtime" / "core"
+    code = "\n".join(file.read_text() for file in folder.rglob("*.c") if file.name != "tolerances.c")
+    assert not [name for name in _core.TOLERANCES if not re.search(rf"\b{name}\b", code)]
+
+
+ELSEWHERE = {
+    "algebra/semidefinite.c": (1, "rotations end at the last digit"),
+    "complementarity/friction.c": (1, "shifts that break ties of the pivots, tried one after another"),
+    "interface/simulation.c": (1, "the default of rtol"),
+    "steps/event_search.c": (4, "roots end at the last digit; a zero is taken for just behind it"),
+    "steps/singular_step.c": (1, "a length of a step that need not change"),
+    "steps/step_control.c": (4, "the first step of Hairer, Norsett, Wanner, and an error of zero"),
+}
+"""Files of the core with small numbers that decide nothing but the pace: in how many lines, and what they are."""
+
+
+def test_small_numbers_stand_in_the_table() -> None:
+    """Numbers of 1e-4 and less are in the table, but for those of methods and what is named above."""
+    folder, found = ROOT / "runtime" / "core", Counter[str]()
+    for file in sorted(folder.rglob("*.c")):
+        code = re.sub(r"/\*.*?\*/", "", file.read_text(), flags=re.S)
+        small = [line for line in code.splitlines() if re.search(r"(?<![\w.])[\d.]+e-0?([4-9]|[1-9]\d+)\b", line)]
+        if small and file.parent.name != "methods":
+            found[file.relative_to(folder).as_posix()] = len(small)
+    assert found == {name: count for name, (count, _) in ELSEWHERE.items()}
+
+
+def test_sizes_follow_length_and_time(workshop: Workshop) -> None:
+    """A model four times as large has four times the lengths, twice the time and twice the speeds under gravity."""
+    from ccgen.generator import load_scene
+
+    model = workshop.model(load_scene(FALLING))
+    larger = model.with_parameters({path: 4.0 * value for path, value in model.parameters.items() if "length" in path})
+    factors = {"": 1.0, "length": 4.0, "length / time": 2.0, "time": 2.0, "unit": 1.0}
+    for small, large in zip(thresholds(model), thresholds(larger), strict=True):
+        assert large.size == pytest.approx(factors[small.of] * small.size, rel=1e-14), small.name
+
+
+def test_the_command_prints_each_with_its_reason(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    printed = CliRunner().invoke(app, ["show", str(FALLING), "--tolerances"])
+    assert printed.exit_code == 0, printed.output
+    for name, one in _core.TOLERANCES.items():
+        assert re.search(
+            rf"^{name}  .*\n    {re.escape(one.decides)}\n    because: {re.escape(one.because)}$", printed.output, re.M
+        ), name
+    assert "characteristic time 1 s: half a swing under gravity" in printed.output
+    both = CliRunner().invoke(app, ["show", str(FALLING), "--tolerances", "--latex"])
+    assert both.exit_code == 2
+    assert "--tolerances" in both.stderr

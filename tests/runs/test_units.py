@@ -1,0 +1,158 @@
+"""Scale covariance: the same mechanism in other units of mass, length and time moves and decides alike, bit for bit
+where units are powers of two apart."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from ccgen.generator import load_scene
+from ccgen.runtime import Run
+
+from ..hard.fuzz import scene as toss_scene
+from ..support.units import Units
+from ..support.workshop import Workshop
+
+SCENES = Path(__file__).resolve().parents[2] / "scenes"
+
+SPRUNG = """
+name = "sprung"
+[ground_link]
+points = { O = [0, 0], G = [0, 0.1] }
+[[link]]
+name = "crank"
+mass = 2.0
+inertia = 0.04
+com = [0.1, 0]
+points = { A = [0, 0], B = [0.25, 0] }
+[[link]]
+name = "rod"
+mass = 0.7
+inertia = 0.02
+com = [0.3, 0]
+points = { A = [0, 0], B = [0.6, 0] }
+[[link]]
+name = "slider"
+mass = 1.5
+inertia = 0.01
+com = [0, 0]
+points = { A = [0, 0] }
+[[joint]]
+name = "axle"
+between = ["ground.O", "crank.A"]
+[[joint]]
+name = "pin"
+between = ["crank.B", "rod.A"]
+[[joint]]
+name = "wrist"
+between = ["rod.B", "slider.A"]
+[[joint]]
+name = "guide"
+type = "prismatic"
+between = ["ground.G", "slider.A"]
+axis = [1, 0]
+[[spring]]
+between = ["ground.O", "slider.A"]
+stiffness = 40.0
+length = 0.5
+[[damper]]
+between = ["ground.O", "slider.A"]
+damping = 0.5
+[[stop]]
+joint = "axle"
+lowest = "-60 deg"
+highest = "80 deg"
+restitution = 0.4
+[start]
+angles = { crank = "70 deg", rod = "-15 deg", slider = 0.0 }
+slides = { guide = 0.7 }
+[run]
+until = 4.0
+"""
+"""A slider-crank without gravity, moved by a spring between its stops: its time is told by how it starts."""
+
+
+def tossed(workshop: Workshop) -> tuple[Any, Any, Any, float]:
+    model = workshop.model(toss_scene(6, rough=True)).with_parameters(
+        {f"link_{k}.length": 0.9 + 0.05 * k for k in range(6)} | {"ground_1.point.y": 0.0}
+    )
+    q, u = model.start()
+    q, u = model.project(q, u + np.random.default_rng(1).normal(size=u.size))
+    q[1] += 0.2 + 1.5 * max(0.0, -float(model.gaps(q).min()))
+    return model, q, u, 4.0
+
+
+def sprung(workshop: Workshop) -> tuple[Any, Any, Any, float]:
+    model = workshop.model(SPRUNG)
+    return model, *model.start(), 4.0
+
+
+def of_scene(name: str, until: float) -> Callable[[Workshop], tuple[Any, Any, Any, float]]:
+    def case(workshop: Workshop) -> tuple[Any, Any, Any, float]:
+        model = workshop.model(load_scene(SCENES / f"{name}.toml"))
+        return model, *model.start(), until
+
+    return case
+
+
+CASES = {
+    "tossed": (tossed, {}),
+    "sprung": (sprung, {}),
+    "sprung, radau": (sprung, {"method": "radau"}),
+    "quick return": (of_scene("quick-return", 2.0), {}),
+    "quick return, dopri5": (of_scene("quick-return", 1.0), {"method": "dopri5", "rtol": 1e-7}),
+    "stiff rocker": (of_scene("stiff-rocker", 0.5), {"method": "radau"}),
+    "falling hexagon": (of_scene("falling-hexagon", 2.0), {}),
+    "parallelogram": (of_scene("parallelogram", 4.0), {}),
+    "cradle": (of_scene("newtons-cradle", 3.0), {}),
+}
+
+
+def in_old_units(run: Run, units: Units) -> tuple[Any, Any, Any]:
+    """Times and states of the run, in the units in which it was first."""
+    by = units.coordinates(run.model)
+    return run.t / units.time, run.q / by, run.u / by * units.time
+
+
+def decisions(run: Run) -> Any:
+    """What the run decides: which contacts strike in turn, and how contacts are held from phase to phase."""
+    return [impact.contacts for impact in run.impacts], [phase.contacts for phase in run.phases]
+
+
+@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize(
+    "units", [Units(2.0**3, 2.0**10, 2.0**10), Units(2.0**-7, 2.0**-9, 2.0**-12)], ids=["milli", "kilo"]
+)
+def test_units_a_power_of_two_apart_change_no_bit(case: str, units: Units, workshop: Workshop) -> None:
+    make, options = CASES[case]
+    model, q, u, until = make(workshop)
+    first = Units(1.0, 1.0, 1.0).run(model, q, u, until, **options)
+    other = units.run(model, q, u, until, **options)
+    assert first.success == other.success
+    assert len(first.t) == len(other.t)
+    t, positions, velocities = in_old_units(other, units)
+    np.testing.assert_array_equal(t, first.t)
+    np.testing.assert_array_equal(positions, first.q)
+    np.testing.assert_array_equal(velocities, first.u)
+    assert decisions(first) == decisions(other)
+    assert [i.energy_loss for i in first.impacts] == [i.energy_loss / units.factor((1, 2, -2)) for i in other.impacts]
+
+
+ROUNDING_GROWS = {"tossed": 1.1, "falling hexagon": 1.5}
+"""Times (s) from which on these amplify rounding, of which other units have another, until decisions differ."""
+
+
+@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("units", [Units(1e3, 1e3, 1e3), Units(1e-3, 1e-3, 1.0 / 3600.0)], ids=["mm, ms", "km, h"])
+def test_other_units_decide_alike(case: str, units: Units, workshop: Workshop) -> None:
+    make, options = CASES[case]
+    model, q, u, until = make(workshop)
+    until = min(until, ROUNDING_GROWS.get(case, until))
+    first = Units(1.0, 1.0, 1.0).run(model, q, u, until, **options)
+    other = units.run(model, q, u, until, **options)
+    assert decisions(first) == decisions(other)
+    assert first.success == other.success
