@@ -11,8 +11,8 @@ struct ccgen_simulation {
     struct run run;
     struct phase phase;
     struct automaton automaton;
-    double *numbers; /* all of the system's */
-    char *before;    /* the state before a stage */
+    struct arena arena; /* all memory of the simulation but the record */
+    char *before;       /* the state before a stage */
 };
 
 /* Go on to `until`, past all events. */
