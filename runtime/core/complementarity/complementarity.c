@@ -106,7 +106,7 @@ int solve_complementarity(struct arena *arena, int n, const double *W, const dou
         return 0;
     const struct mark mark = arena->top;
     double *scratch = TAKE(arena, double, semidefinite_scratch(n)), *r = TAKE(arena, double, n);
-    double *a = TAKE(arena, double, (size_t)n *n), *d = TAKE(arena, double, n);
+    double *a = TAKE(arena, double, ((size_t)n * n)), *d = TAKE(arena, double, n);
     int *set = TAKE(arena, int, n);
     char *settled = TAKE(arena, char, n); /* whose z is rounding as long as the others push as they do */
     int failed = 1;

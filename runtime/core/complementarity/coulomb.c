@@ -360,7 +360,7 @@ int least_impulses(const struct friction_problem *c, enum known given, double *P
         .column = TAKE(c->arena, int, 2 * n),
         .count = TAKE(c->arena, int, n),
         .turn = TAKE(c->arena, int, n),
-        .kinds = TAKE_ZEROS(c->arena, signed char, KINDS *n),
+        .kinds = TAKE_ZEROS(c->arena, signed char, (KINDS * n)),
         .way = TAKE(c->arena, signed char, n),
     };
     double load, speed, size;

@@ -189,7 +189,7 @@ int solve_friction(const struct friction_problem *c, double *Pn, double *Pt)
         goto end;
     place_unknowns(c, &p);
     const size_t m = p.m;
-    p.M = TAKE_ZEROS(arena, double, m *m);
+    p.M = TAKE_ZEROS(arena, double, (m * m));
     p.q = TAKE(arena, double, m);
     p.cover = TAKE(arena, double, m);
     p.shift = TAKE(arena, double, m);

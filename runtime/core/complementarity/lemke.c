@@ -83,7 +83,7 @@ int lemke(struct arena *arena, int m, const double *M, const double *q, const do
 {
     const int width = 2 * m + 3;
     const struct mark mark = arena->top;
-    double *T = TAKE_ZEROS(arena, double, (size_t)m *width), scale = 0.0;
+    double *T = TAKE_ZEROS(arena, double, ((size_t)m * width)), scale = 0.0;
     int *basis = TAKE(arena, int, m), result = 2;
     memset(z, 0, m * sizeof *z);
     memset(in, 0, m);

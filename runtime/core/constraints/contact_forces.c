@@ -43,11 +43,11 @@ static int take_problem(const struct system *s, size_t rows, struct problem *p)
 {
     const size_t width = width_of(s), contacts = s->model->contacts;
     struct arena *arena = s->arena;
-    p->units = TAKE_ZEROS(arena, double, rows *width);
+    p->units = TAKE_ZEROS(arena, double, (rows * width));
     p->columns = TAKE(arena, double, rows * s->n);
-    p->answers = TAKE(arena, double, rows *width);
-    p->W = TAKE(arena, double, rows *rows);
-    p->scratch = TAKE(arena, double, rows *rows);
+    p->answers = TAKE(arena, double, (rows * width));
+    p->W = TAKE(arena, double, (rows * rows));
+    p->scratch = TAKE(arena, double, (rows * rows));
     p->wanted = TAKE(arena, double, rows);
     p->found = TAKE(arena, double, rows);
     p->rates = TAKE(arena, double, contacts);

@@ -55,8 +55,8 @@ enum outcome delassus(struct system *s, const double *q, int count, const int *s
 {
     const int all = s->friction ? 2 * count : count;
     const struct mark mark = s->arena->top;
-    double *units = TAKE_ZEROS(s->arena, double, (size_t)all *width_of(s));
-    double *answers = TAKE(s->arena, double, (size_t)all *width_of(s));
+    double *units = TAKE_ZEROS(s->arena, double, ((size_t)all * width_of(s)));
+    double *answers = TAKE(s->arena, double, ((size_t)all * width_of(s)));
     enum outcome outcome = s->arena->ran_out ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
     if (!outcome && (s->refine || delassus_at_once(s, q, count, set, units, answers, columns, W)))
         outcome = delassus_by_columns(s, q, count, set, columns, W);

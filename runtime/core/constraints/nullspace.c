@@ -29,7 +29,7 @@ struct factors {
 
 static void take_factors(struct arena *arena, struct factors *f, size_t n, size_t rows)
 {
-    f->g = TAKE(arena, double, rows *n);
+    f->g = TAKE(arena, double, (rows * n));
     f->length = TAKE(arena, double, rows);
     f->diagonal = TAKE(arena, double, rows);
     f->beta = TAKE(arena, double, rows);
@@ -42,7 +42,7 @@ static enum outcome least_norm(struct arena *arena, int n, int rows, int rank, c
                                const double *weight, double *force, double *lambda)
 {
     const struct mark mark = arena->top;
-    double *rows_of = TAKE(arena, double, (size_t)rows *rank);
+    double *rows_of = TAKE(arena, double, ((size_t)rows * rank));
     double *d = TAKE(arena, double, rank), *b = TAKE(arena, double, rank), *x = TAKE(arena, double, rank);
     const enum outcome outcome = arena->ran_out ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
     if (outcome)
@@ -186,7 +186,7 @@ enum outcome solve_in_nullspace(struct system *s, const double *q, int held, con
     struct factors f;
     take_factors(arena, &f, n, rows);
     double *weight = TAKE(arena, double, rows), *every = TAKE(arena, double, rows);
-    double *null = TAKE(arena, double, n *n), *mass = TAKE(arena, double, n *n);
+    double *null = TAKE(arena, double, (n * n)), *mass = TAKE(arena, double, (n * n));
     double *b = TAKE(arena, double, n), *p = TAKE(arena, double, n), *more = TAKE(arena, double, n);
     double *push = TAKE_ZEROS(arena, double, m->contacts);
     enum outcome outcome = OUTCOME_NO_MEMORY;

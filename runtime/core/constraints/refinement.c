@@ -21,7 +21,7 @@ static const double HOPELESS = 1e-3; /* a last correction larger than this, and 
 int take_correction(const struct system *s, struct correction *w)
 {
     const size_t n = s->n, rows = s->model->rows;
-    w->rows = TAKE(s->arena, double, rows *n);
+    w->rows = TAKE(s->arena, double, (rows * n));
     w->f = TAKE(s->arena, double, n);
     w->dx = TAKE(s->arena, double, n);
     w->miss = TAKE(s->arena, double, rows);

@@ -34,7 +34,7 @@ int take_decision(struct decision *d, struct system *s)
         .touches = TAKE_ZEROS(arena, char, c),
         .b = TAKE(arena, double, rows),
         .P = TAKE(arena, double, rows),
-        .W = TAKE(arena, double, rows *rows),
+        .W = TAKE(arena, double, (rows * rows)),
         .trial = TAKE(arena, double, rows),
         .modes = TAKE_ZEROS(arena, signed char, c),
         .mu = s->friction,
@@ -43,7 +43,7 @@ int take_decision(struct decision *d, struct system *s)
         .part =
             {
                 .row = TAKE(arena, int, rows),
-                .W = TAKE(arena, double, rows *rows),
+                .W = TAKE(arena, double, (rows * rows)),
                 .b = TAKE(arena, double, rows),
                 .x = TAKE(arena, double, rows),
                 .mu = TAKE(arena, double, c),

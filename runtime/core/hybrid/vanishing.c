@@ -141,7 +141,7 @@ enum outcome find_vanishing(struct phase *f, struct mode_change loss, struct van
         return outcome == OUTCOME_INTERRUPTED ? outcome : OUTCOME_DONE;
     note_forces(s, v->force);
     const struct mark mark = s->arena->top;
-    double *columns = TAKE(s->arena, double, (size_t)rows * s->n), *W = TAKE(s->arena, double, (size_t)rows *rows);
+    double *columns = TAKE(s->arena, double, (size_t)rows * s->n), *W = TAKE(s->arena, double, ((size_t)rows * rows));
     outcome = s->arena->ran_out ? OUTCOME_NO_MEMORY : delassus(s, f->y, h->count, h->set, columns, W);
     if (outcome)
         goto end;

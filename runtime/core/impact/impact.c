@@ -91,7 +91,7 @@ static int correct(const struct impact_problem *k, const double *before, double 
 {
     const size_t n = k->count, all = k->all;
     const struct mark mark = k->arena->top;
-    double *A = TAKE(k->arena, double, all *all), *x = TAKE(k->arena, double, all);
+    double *A = TAKE(k->arena, double, (all * all)), *x = TAKE(k->arena, double, all);
     int *column = TAKE(k->arena, int, all), *order = TAKE(k->arena, int, all), m = 0, rank = 0;
     double speed = 0.0, miss = 0.0, largest = 0.0, load = 0.0;
     memset(change, 0, all * sizeof *change);
@@ -152,7 +152,7 @@ static struct impact_problem take_problem(struct system *s, int count, const dou
         .count = count,
         .all = (int)rows,
         .e = e,
-        .W = TAKE(arena, double, rows *rows),
+        .W = TAKE(arena, double, (rows * rows)),
         .rate = TAKE(arena, double, rows),
         .mu = TAKE_ZEROS(arena, double, c),
         .b = TAKE(arena, double, c),
@@ -175,7 +175,7 @@ enum outcome impact(struct system *s, const double *q, const double *u_minus, in
     const size_t n = s->n, c = count, rows = s->friction ? 2 * c : c;
     const struct mark mark = s->arena->top;
     struct impact_problem k = take_problem(s, count, e);
-    double *columns = TAKE(s->arena, double, rows *n), *before = TAKE(s->arena, double, rows);
+    double *columns = TAKE(s->arena, double, (rows * n)), *before = TAKE(s->arena, double, rows);
     double *rates = TAKE(s->arena, double, m->contacts);
     double *f = TAKE(s->arena, double, n), *du = TAKE(s->arena, double, n);
     enum outcome outcome = OUTCOME_NO_MEMORY;

@@ -17,14 +17,15 @@ static const double BAUMGARTE = 20.0; /* rate (1/s) of Baumgarte's stabilisation
 static const double RTOL = 1e-9;
 static const long STEP_BUDGET = 10000000, SECOND_BUDGET = 200000;
 
-/* Bytes of scratch that functions have at one time at most. The largest arrays are squares. Of n coordinates with `rows` of the closure
- * and of drives the null space has two; of k contacts a decision on which are held has, with its problem of friction and the
- * tableau in which that is pivoted, 43 k^2 numbers, and an impact 39 k^2 and the columns of k contacts; of both together those
- * with held rows. All are less than two squares of n + rows + 5 k. What grows with the sizes only is less than the rest. */
+/* Bytes of scratch that functions have at one time at most. The largest arrays are squares. With n coordinates, r rows of the closure and
+ * of drives, and k contacts: a decision on which contacts are held has 43 k^2 numbers, with its problem of friction and the tableau
+ * in which that is pivoted, and an impact has 31 k^2 and its columns, 2 k n; the null space has 2 n^2, and (r + 2 k) (n + r + 2 k)
+ * of rows where contacts are held, while a decision has 18 k^2 and columns. All are less than 2 (n + r + 5 k)^2. What grows with
+ * the sizes themselves is less than 64 times them. */
 static size_t scratch_of(const struct ccgen_model *m)
 {
-    const size_t all = m->nu + m->links + m->rows + m->drives + 5 * (size_t)m->contacts;
-    return (2 * all + 64) * all * sizeof(double) + 4096;
+    const size_t all = m->nu + m->rows + m->drives + 5 * (size_t)m->contacts;
+    return (2 * all * all + 64 * (all + m->links)) * sizeof(double) + 4096;
 }
 
 static enum outcome make_system(struct ccgen_simulation *it, const struct ccgen_model *m,

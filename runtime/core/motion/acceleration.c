@@ -127,7 +127,7 @@ static enum outcome accelerate_in_nullspace(struct system *s, double t, const do
     const struct mark mark = s->arena->top;
     double *g = TAKE(s->arena, double, count), *p = TAKE_ZEROS(s->arena, double, count);
     double *found = TAKE(s->arena, double, count);
-    double *J = TAKE(s->arena, double, count *count), *copy = TAKE(s->arena, double, count *count);
+    double *J = TAKE(s->arena, double, (count * count)), *copy = TAKE(s->arena, double, (count * count));
     enum outcome outcome = OUTCOME_NO_MEMORY;
     int k = 0, unused;
     double scale = DBL_MIN;
