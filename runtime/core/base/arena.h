@@ -68,7 +68,8 @@ static inline void *take_array(struct arena *arena, size_t size, size_t alignmen
     alignment = alignment > CCGEN_LEAST_ALIGNMENT ? alignment : CCGEN_LEAST_ALIGNMENT;
     const size_t skipped = CCGEN_APART + (size_t)(-((uintptr_t)top->at + CCGEN_APART) & (alignment - 1));
     const size_t left = (size_t)(top->end - top->at);
-    if (skipped > left || (left - skipped) / size <= count) /* not all of it: no array begins where the piece ends */
+    /* no division, which takes long; and not all of the piece: no array begins where it ends */
+    if (skipped >= left || count >= left || count * size >= left - skipped)
         return take_elsewhere(arena, size, alignment, count);
     char *array = top->at + skipped;
     top->at = array + count * size;
