@@ -46,6 +46,9 @@ cdef extern from *:
     struct impact_law:
         const char *name
     const impact_law *find_law(const char *name) nogil
+    struct arena:
+        pass
+    void free_arena(arena *memory) nogil
     struct system:
         const ccgen_model *model
         const real *k
@@ -57,13 +60,7 @@ cdef extern from *:
         int (*input_source)(void *context, real t, const real *q, const real *u, real *inputs) noexcept nogil
         void *context
         interruption *interruption
-        real *multipliers
-        real *rows
-        real *bias
-        real *jump
-        real *u_dot
-        real *zero
-        real *projected
+        arena *arena
         int projects_stages
         real baumgarte
         void *active

@@ -30,13 +30,23 @@ cdef class _Times:
         return &self.alike[0] if self.same else &self.every[first]
 
 
+@cython.final
+cdef class _Memory:
+    """Scratch of one call: of its thread alone."""
+
+    cdef arena arena
+
+    def __dealloc__(self):
+        free_arena(&self.arena)
+
+
 cdef class Evaluations:
     """A model's kernels with one set of parameter values (``parameters``: (p,), SI units)."""
 
     cdef const ccgen_model *m
     cdef object capsule
     cdef readonly dict sizes
-    cdef real[::1] p, k, restitution, friction_, extent, multipliers, rows, bias, jump, u_dot, zero, projected, inputs, unit
+    cdef real[::1] p, k, restitution, friction_, extent, inputs, unit
     cdef unsigned char[::1] angular, lengths
     cdef real length, time, duration
     cdef const impact_law *law
@@ -64,9 +74,6 @@ cdef class Evaluations:
             raise ValueError(f"found {len(parameters)} parameter values, expected {m.parameters}")
         self.k = zeros(max(m.constants, 1))
         self.restitution = zeros(max(m.contacts, 1))
-        room = m.rows + 2 * m.contacts + 1
-        self.multipliers, self.rows, self.bias = zeros(room), zeros(room), zeros(room)
-        self.jump, self.u_dot, self.zero, self.projected = zeros(m.nu), zeros(3 * m.nu), zeros(m.nu), zeros(2 * m.nu)
         self.inputs, self.unit = zeros(m.inputs + 1), zeros(2 * m.nu + 1)
         self.length, self.time, self.duration, self.law = length, time, duration, find_law(law.encode())
         if self.law is NULL:
@@ -87,7 +94,8 @@ cdef class Evaluations:
     def rounding(self, const real[:, ::1] q, const real[:, ::1] u, t=0.0):
         """How far the accelerations that the elimination gives are from right, by the size of their first correction from the
         unreduced equations, and how large they are: (b, 2)."""
-        cdef system s = self._system()
+        cdef _Memory memory = _Memory()
+        cdef system s = self._system(memory)
         cdef Py_ssize_t i
         cdef real whole
         found = empty((q.shape[0], 2))
@@ -141,7 +149,7 @@ cdef class Evaluations:
         settings.law, settings.acceleration_scale = self.law.name, self.usual if self.refine else 0.0
         return settings
 
-    cdef system _system(self):
+    cdef system _system(self, _Memory memory):
         cdef system s
         s.model = self.m
         s.k = &self.k[0]
@@ -152,14 +160,8 @@ cdef class Evaluations:
         s.size = 2 * self.m.nu + (self.m.power is not NULL or self.m.friction is not NULL)
         s.inputs = &self.inputs[0]
         s.input_source, s.context, s.interruption = NULL, NULL, NULL
-        s.multipliers = &self.multipliers[0]
-        s.rows = &self.rows[0]
-        s.bias = &self.bias[0]
-        s.jump = &self.jump[0]
-        s.u_dot = &self.u_dot[0]
-        s.projected = &self.projected[0]
+        s.arena = &memory.arena
         s.projects_stages = 0
-        s.zero = &self.zero[0]
         s.active = NULL
         s.length, s.time, s.energy = self.length, self.time or self.duration, 1.0
         s.lengths, s.unit = &self.lengths[0], &self.unit[0]
@@ -181,9 +183,11 @@ cdef class Evaluations:
         cdef _Times times = _Times(t, b, lanes)
         u_dot, multipliers = empty((b, self.m.nu)), empty((b if forces else 0, self.m.rows))
         cdef real[:, ::1] out = u_dot, rows = multipliers
+        cdef real[::1] unwanted = empty(self.m.rows + 1)
         cdef real *row
         cdef dict without = {}
-        cdef system s = self._system()
+        cdef _Memory memory = _Memory()
+        cdef system s = self._system(memory)
         cdef unsigned lost = 1
         for block in range(0, b, lanes):
             first = min(block, b - lanes)
@@ -193,7 +197,7 @@ cdef class Evaluations:
                                                   &self.inputs[0], &out[first, 0], row)
             for i in range(first, first + lanes if lost else first):
                 if lost >> (i - first) & 1:
-                    row = &rows[i, 0] if forces else &self.multipliers[0]
+                    row = &rows[i, 0] if forces else &unwanted[0]
                     found = system_acceleration(&s, times.at(i), &q[i, 0], &u[i, 0], &out[i, 0], row)
                     if found:
                         without[i] = OUTCOMES[found]
@@ -218,7 +222,8 @@ cdef class Evaluations:
 
     def acceleration_lanes(self, const real[:, ::1] q, const real[:, ::1] u, const real[::1] t):
         """Quasi-accelerations (b, n) at times ``t`` (b,), as many states at a time as the model has lanes; outcomes."""
-        cdef system s = self._system()
+        cdef _Memory memory = _Memory()
+        cdef system s = self._system(memory)
         cdef Py_ssize_t i, j, l, b = q.shape[0], n = self.m.nu, lanes = self.m.lanes
         cdef real[:, ::1] out = empty((b, n)), x = empty((3 * n + 1, lanes))
         cdef real[::1] scratch = empty(lanes_scratch(&s) + 1)
@@ -239,7 +244,8 @@ cdef class Evaluations:
         """Jumps du (b, n), impulses (b, rows) for generalized impulses f (b, n), closure rates y (b, rows + 1); outcomes."""
         cdef Py_ssize_t i, b = q.shape[0]
         cdef real[:, ::1] out = empty((b, self.m.nu)), rows = empty((b, self.m.rows + 1))
-        cdef system s = self._system()
+        cdef _Memory memory = _Memory()
+        cdef system s = self._system(memory)
         outcomes = []
         for i in range(b):
             outcomes.append(OUTCOMES[system_impulse(&s, &q[i, 0], &f[i, 0], &y[i, 0], RANK_TOLERANCE, &out[i, 0], &rows[i, 0])])
@@ -350,7 +356,8 @@ cdef class Evaluations:
         """Nearest state on the closure in the mass metric, (b, n) each, and the outcome of each state."""
         found_q, found_u = np.array(q, order="C"), np.array(u, order="C")
         cdef real[:, ::1] new_q = found_q, new_u = found_u
-        cdef system s = self._system()
+        cdef _Memory memory = _Memory()
+        cdef system s = self._system(memory)
         cdef Py_ssize_t i
         outcomes = []
         for i in range(new_q.shape[0]):
@@ -363,7 +370,8 @@ cdef class Evaluations:
     def impact(self, const real[::1] q, const real[::1] u, const int[::1] contacts, const real[::1] e):
         """One state struck at ``contacts`` with restitution ``e``: u+ (n,), impulses (2k,) of normals and then of
         friction, outcome."""
-        cdef system s = self._system()
+        cdef _Memory memory = _Memory()
+        cdef system s = self._system(memory)
         cdef real[::1] u_plus = empty(self.m.nu), P = zeros(2 * contacts.shape[0] + 1)
         found = impact(&s, &q[0], &u[0], <int>contacts.shape[0], &contacts[0], &e[0], &u_plus[0], &P[0])
         self.inexact = s.refinement_residual

@@ -5,7 +5,8 @@ cdef class Contacting(Evaluations):
 
     def closed(self, const real[:, ::1] q):
         """Whether a contact is closed in each configuration (b, n): (b,) of truth values."""
-        cdef system s = self._system()
+        cdef _Memory memory = _Memory()
+        cdef system s = self._system(memory)
         cdef size_t b = q.shape[0]
         cdef char[::1] out = np.zeros(b + 1, dtype=np.int8)
         if b and find_closed(&s, b, &q[0, 0], &out[0]):
@@ -19,7 +20,7 @@ cdef class Contacting(Evaluations):
 
         Contacts are held as ``chosen`` says, of each its number, how, and its share of friction; those that a run would hold
         where it is None."""
-        cdef size_t b = q.shape[0], n = self.m.nu, rows = self.m.rows + 1, pushes = 2 * self.m.contacts, room, every
+        cdef size_t b = q.shape[0], n = self.m.nu, rows = self.m.rows + 1, pushes = 2 * self.m.contacts, every
         cdef size_t carried = 3 * self.m.joints
         cdef real[:, ::1] out = empty((b, n)), forces = empty((b, rows)), push = empty((b, max(pushes, 1)))
         cdef real[:, ::1] reactions = empty((b, max(carried, 1)))
@@ -28,19 +29,15 @@ cdef class Contacting(Evaluations):
         cdef int[::1] contacts = np.array([*(one[0] for one in pushing), 0], dtype=np.int32)
         cdef signed char[::1] mode = np.array([*(MODE_NUMBERS[one[1]] for one in pushing), 0], dtype=np.int8)
         cdef real[::1] weight = np.array([*(one[2] for one in pushing), 1.0], dtype=REAL)
-        cdef real[::1] scratch
         cdef held given
         cdef obstruction found
         cdef int outcome = 0
-        cdef system s = self._system()
+        cdef _Memory memory = _Memory()
+        cdef system s = self._system(memory)
         given.count = -1 if chosen is None else <int>len(pushing)
         given.set, given.mode, given.weight = &contacts[0], &mode[0], &weight[0]
         every = 1 if times.shape[0] == <Py_ssize_t>b and b > 1 else 0
-        room = self.m.rows + 2 * self.m.contacts + 1
-        scratch = zeros(3 * room + 6 * n)
         s.inputs = &inputs[0]
-        s.multipliers, s.rows, s.bias = &scratch[0], &scratch[room], &scratch[2 * room]
-        s.jump, s.u_dot, s.projected = &scratch[3 * room], &scratch[3 * room + n], &scratch[3 * room + 4 * n]
         if supply is not None:
             supply.attach(&s)
         if b:
@@ -68,7 +65,8 @@ cdef class Contacting(Evaluations):
         """Impulses of the joints (b, 3 joints) in impacts with jumps (b, n) and impulses P (b, 2 contacts); outcomes."""
         cdef Py_ssize_t i, b = q.shape[0]
         cdef real[:, ::1] out = zeros((b, 3 * self.m.joints + 1))
-        cdef system s = self._system()
+        cdef _Memory memory = _Memory()
+        cdef system s = self._system(memory)
         outcomes = []
         for i in range(b):
             outcomes.append(OUTCOMES[joint_impulses(&s, &q[i, 0], &du[i, 0], &P[i, 0], &out[i, 0])])

@@ -12,7 +12,8 @@ cdef class Kernels(Contacting):
         cdef real[::1] times = np.array([t, h, rtol, atol], dtype=REAL)
         cdef tolerance bound
         bound.rtol, bound.atol = times[2], times[3]
-        cdef system s = self._system()
+        cdef _Memory memory = _Memory()
+        cdef system s = self._system(memory)
         if scales is not None:
             s.time, s.energy = scales
             set_units(&s)

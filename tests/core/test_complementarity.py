@@ -16,7 +16,7 @@ Array = Any
 
 @pytest.fixture(scope="module")
 def core(tmp_path_factory: pytest.TempPathFactory) -> Functions:
-    return Functions(tmp_path_factory.mktemp("complementarity"), "algebra", "complementarity")
+    return Functions(tmp_path_factory.mktemp("complementarity"), "base", "algebra", "complementarity")
 
 
 def problem(seed: int) -> tuple[Array, Array]:
@@ -33,7 +33,7 @@ def test_impulses_of_contacts(seed: int, core: Functions) -> None:
     """The last seeds have impulses of hundreds for rates of 1: the z of what they carry is rounding of that size."""
     W, b = problem(seed)
     n, P = len(b), np.zeros(len(b))
-    assert core.call("solve_complementarity", n, W, b, P) == 0
+    assert core.call("solve_complementarity", core.arena, n, W, b, P) == 0
     z, scale = W @ P + b, np.abs(b).max()
     rounding = 1e-13 * scale * (1.0 + P.max())  # z is a difference of terms as large as impulses
     assert P.min() >= 0.0 and z.min() >= -rounding and np.abs(z[P > 0.0]).max(initial=0.0) <= rounding
@@ -54,7 +54,7 @@ def test_pivoting(seed: int, core: Functions) -> None:
     M = rng.normal(size=(m, m))
     M = np.ascontiguousarray(M @ M.T + 0.5 * (skew := rng.normal(size=(m, m))) - 0.5 * skew.T + 0.1 * np.eye(m))
     q, z, inside = rng.normal(size=m), np.zeros(m), np.zeros(m, dtype=np.int8)
-    assert core.call("lemke", m, M, q, None, None, z, inside) == 0
+    assert core.call("lemke", core.arena, m, M, q, None, None, z, inside) == 0
     found = []
     for basis in chain.from_iterable(combinations(range(m), k) for k in range(m + 1)):
         own = list(basis)

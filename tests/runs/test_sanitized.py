@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -47,15 +48,32 @@ SCENES: dict[str, Any] = {
 }
 
 
+def compiled(program: str, scene_name: str, core: Path, folder: Path, *flags: str) -> Path:
+    """A program of tests/c with the model of a scene and the core."""
+    package = generate(SCENES[scene_name](), out=folder)
+    load_model(package).write_header(package / "values.h")
+    sources = [ROOT / "tests" / "c" / f"{program}.c", package / "model.c", package / "lanes.c", core]
+    folders = [f"-I{package}", f"-I{ROOT / 'runtime'}", f"-I{CORE}"]
+    names = [f"-DMODEL={package.name}", '-DVALUES="values.h"', *folders]
+    made = ["cc", *SANITIZERS.split(), *names, *map(str, sources), *flags, "-lm", "-o", str(folder / program)]
+    subprocess.run(made, check=True)
+    return folder / program
+
+
 @pytest.mark.parametrize("name", SCENES)
 def test_tosses_under_the_sanitizers(name: str, core: Path, tmp_path: Path) -> None:
-    folder = generate(SCENES[name](), out=tmp_path)
-    load_model(folder).write_header(folder / "values.h")
-    sources = [ROOT / "tests" / "c" / "tosses.c", folder / "model.c", folder / "lanes.c", core]
-    names = [f"-DMODEL={folder.name}", '-DVALUES="values.h"', f"-I{folder}", f"-I{ROOT / 'runtime'}"]
-    made = ["cc", *SANITIZERS.split(), *names, *map(str, sources), "-lm", "-o", str(tmp_path / "tosses")]
-    subprocess.run(made, check=True)
-    done = subprocess.run([tmp_path / "tosses", COUNT], capture_output=True, text=True, check=False, timeout=600)
+    tosses = compiled("tosses", name, core, tmp_path)
+    done = subprocess.run([tosses, COUNT], capture_output=True, text=True, check=False, timeout=600)
     assert done.returncode == 0, done.stdout + done.stderr
     print(done.stdout)
     assert done.stdout.count("done") >= int(COUNT) // 3, done.stdout
+
+
+@pytest.mark.parametrize("name", ["rough", "hexagon"])
+def test_memory_that_runs_out_is_said(name: str, core: Path, tmp_path: Path) -> None:
+    """Wherever it does; what is wrong with that is told by the sanitizers."""
+    if sys.platform != "linux":
+        pytest.skip("needs a linker with --wrap")
+    starved = compiled("starved", name, core, tmp_path, "-Wl,--wrap=malloc")
+    done = subprocess.run([starved], capture_output=True, text=True, check=False, timeout=600)
+    assert done.returncode == 0, done.stdout + done.stderr

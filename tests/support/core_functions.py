@@ -18,7 +18,8 @@ CORE = ROOT / "runtime" / "core"
 
 
 class Functions:
-    """A library of some folders of the core. ``call(name, ...)`` takes whole numbers, floats, arrays and ``None``."""
+    """A library of some folders of the core. ``call(name, ...)`` takes whole numbers, floats, arrays and ``None``;
+    functions that want an arena take the one that is here."""
 
     def __init__(self, folder: Path, *layers: str) -> None:
         if os.name != "posix" or not shutil.which("cc"):
@@ -29,6 +30,12 @@ class Functions:
             ["cc", "-O2", "-std=c11", "-shared", "-fPIC", f"-I{CORE}", *sources, "-lm", "-o", str(library)], check=True
         )
         self.library: Any = ctypes.CDLL(str(library))
+        self.arena = np.zeros(16, dtype=np.uint64)
+        """A ``struct arena``, which is zeros as long as it has nothing (``base/arena.h``)."""
+
+    def __del__(self) -> None:
+        if hasattr(self, "arena") and hasattr(self.library, "free_arena"):
+            self.call("free_arena", self.arena)
 
     def call(self, name: str, *arguments: Any) -> int:
         """The whole number that the function ``name`` returns; arrays are those of the caller."""

@@ -9,7 +9,6 @@
 
 #include <float.h>
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "algebra/cholesky.h"
@@ -100,21 +99,22 @@ static int admit(int n, const double *W, const double *b, int m, int *set, int e
     }
 }
 
-int solve_complementarity(int n, const double *W, const double *b, double *P)
+int solve_complementarity(struct arena *arena, int n, const double *W, const double *b, double *P)
 {
     if (n <= 0)
         return 0;
-    const size_t square = (size_t)n * n;
-    double *work = malloc((2 * square + n) * sizeof *work);
-    int *set = malloc((size_t)n * sizeof *set);
-    char *settled = malloc(n); /* whose z is rounding as long as the others push as they do */
+    const struct mark mark = arena->top;
+    double *scratch = TAKE(arena, double, semidefinite_scratch(n)), *r = TAKE(arena, double, n);
+    double *a = TAKE(arena, double, ((size_t)n * n)), *d = TAKE(arena, double, n);
+    int *set = TAKE(arena, int, n);
+    char *settled = TAKE(arena, char, n); /* whose z is rounding as long as the others push as they do */
     int failed = 1;
-    if (!work || !set || !settled)
+    if (arena->ran_out)
         goto end;
     double scale = 0.0;
     for (int i = 0; i < n; i++)
         scale = fmax(scale, fabs(b[i]));
-    if (!all_push(n, W, b, scale, work, work + 2 * square, P)) {
+    if (!all_push(n, W, b, scale, scratch, r, P)) {
         failed = 0;
         goto end;
     }
@@ -139,15 +139,13 @@ int solve_complementarity(int n, const double *W, const double *b, double *P)
             goto end;
         }
         const int before = m;
-        m = admit(n, W, b, m, set, enter, worst, work, work + 2 * square, P);
+        m = admit(n, W, b, m, set, enter, worst, a, d, P);
         if (m == before && P[enter] == 0.0)
             settled[enter] = 1;
         else
             memset(settled, 0, n);
     }
 end:
-    free(settled);
-    free(set);
-    free(work);
+    give_back(arena, mark);
     return failed;
 }

@@ -13,7 +13,6 @@
 #include "complementarity/coulomb.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "algebra/elimination.h"
@@ -234,20 +233,19 @@ static int of_way(const struct friction_problem *c, const signed char *way, doub
 int impulses_of(const struct friction_problem *c, const char *push, const signed char *limit, double *Pn, double *Pt)
 {
     const size_t n = c->n;
-    double *work = malloc((4 * n * n + 2 * n + 1) * sizeof *work);
-    int *column = malloc((2 * n + 1) * sizeof *column), wrong = 1;
-    signed char *way = malloc(n + 1);
-    if (work && column && way) {
+    const struct mark mark = c->arena->top;
+    double *A = TAKE(c->arena, double, 4 * n * n), *x = TAKE(c->arena, double, 2 * n);
+    int *column = TAKE(c->arena, int, 2 * n), wrong = 1;
+    signed char *way = TAKE(c->arena, signed char, n);
+    if (!c->arena->ran_out) {
         for (int i = 0; i < c->n; i++) {
             const int on = (limit[i] < 0) == (c->bt[i] >= 0.0);
             const int kind = !rough_at(c, i) || sliding(c, i) ? ON : limit[i] == 0 ? HELD_FAST : on ? ON : BACK;
             way[i] = (signed char)(push[i] ? kind : LEAST_ON + kind);
         }
-        wrong = of_way(c, way, work, work + 4 * n * n, column, Pn, Pt);
+        wrong = of_way(c, way, A, x, column, Pn, Pt);
     }
-    free(work);
-    free(column);
-    free(way);
+    give_back(c->arena, mark);
     return wrong;
 }
 
@@ -344,24 +342,30 @@ int least_impulses(const struct friction_problem *c, enum known given, double *P
 {
     const size_t n = c->n;
     const int known = given == MOTION;
-    double *work = malloc((4 * n * n + 6 * n) * sizeof *work + 1), load, speed, size;
-    int *places = malloc(4 * n * sizeof *places + 1), result = 2;
-    signed char *kinds = calloc((KINDS + 1) * n + 1, 1);
-    if (!work || !places || !kinds)
-        goto end;
-    struct search s = {.A = work, .column = places, .count = places + 2 * n, .turn = places + 3 * n, .kinds = kinds};
-    s.x = s.A + 4 * n * n;
-    s.Pn = s.x + 2 * n;
-    s.Pt = s.Pn + n;
-    s.rates = s.Pt + n;
-    s.way = kinds + KINDS * n;
+    const struct mark mark = c->arena->top;
+    struct search s = {
+        .A = TAKE(c->arena, double, 4 * n * n),
+        .x = TAKE(c->arena, double, 2 * n),
+        .Pn = TAKE(c->arena, double, n),
+        .Pt = TAKE(c->arena, double, n),
+        .rates = TAKE(c->arena, double, 2 * n),
+        .column = TAKE(c->arena, int, 2 * n),
+        .count = TAKE(c->arena, int, n),
+        .turn = TAKE(c->arena, int, n),
+        .kinds = TAKE_ZEROS(c->arena, signed char, (KINDS * n)),
+        .way = TAKE(c->arena, signed char, n),
+    };
+    double load, speed, size;
     long ways = 1;
+    int result = 2;
+    if (c->arena->ran_out)
+        goto end;
     if (known)
         sizes(c, Pn, Pt, &load, &speed);
     for (int i = 0; i < c->n; i++) {
         const double vn = known ? scaled_rate(c, i, Pn, Pt, speed) : 0.0;
         const double vt = known ? scaled_rate(c, c->n + i, Pn, Pt, speed) : 0.0;
-        s.count[i] = kinds_of(c, i, known, vn, vt, kinds + i * KINDS);
+        s.count[i] = kinds_of(c, i, known, vn, vt, s.kinds + i * KINDS);
         ways *= ways <= MOST ? s.count[i] : 1;
     }
     for (int row = 0; known && row < 2 * c->n; row++)
@@ -371,9 +375,7 @@ int least_impulses(const struct friction_problem *c, enum known given, double *P
     else if (ways <= MOST)
         result = !try_all(c, &s, known, given != NOTHING, Pn, Pt);
 end:
-    free(work);
-    free(places);
-    free(kinds);
+    give_back(c->arena, mark);
     return result;
 }
 
@@ -407,20 +409,21 @@ static int rows_at_rest(const struct friction_problem *c, const double *Pn, cons
 void refine_impulses(const struct friction_problem *c, double *Pn, double *Pt)
 {
     const size_t n = c->n;
-    double *work = malloc((4 * n * n + 4 * n + 1) * sizeof *work);
-    int *column = malloc((6 * n + 1) * sizeof *column), *order = column + 2 * n, *row = order + 2 * n;
-    signed char *way = malloc(n + 1);
+    const struct mark mark = c->arena->top;
+    double *A = TAKE(c->arena, double, 4 * n * n), *x = TAKE(c->arena, double, 2 * n);
+    double *normal = TAKE(c->arena, double, n), *tangent = TAKE(c->arena, double, n);
+    int *column = TAKE(c->arena, int, 2 * n), *order = TAKE(c->arena, int, 2 * n), *row = TAKE(c->arena, int, 2 * n);
+    signed char *way = TAKE(c->arena, signed char, n);
     double worst = coulomb_residual(c, Pn, Pt);
-    for (int pass = 0; work && column && way && pass < REFINEMENTS; pass++) {
-        double *x = work + 4 * n * n, *normal = x + 2 * n, *tangent = normal + n;
+    for (int pass = 0; !c->arena->ran_out && pass < REFINEMENTS; pass++) {
         way_of(c, Pn, Pt, way);
         for (int i = 0; i < c->n; i++) { /* what is not unknown is what its way says */
             normal[i] = way[i] < LEAST_ON ? Pn[i] : c->least ? c->least[i] : 0.0;
             tangent[i] = holds_fast(way[i]) ? Pt[i] : at_limit(c, i, way[i]) * normal[i];
         }
         const int m = unknowns_of_way(c, way, column), rows = rows_at_rest(c, Pn, Pt, row);
-        rows_of_way(c, way, m, column, rows, row, normal, tangent, work, x);
-        const int rank = eliminate_dependent(rows, m, work, x, order, SINGULAR_MODES);
+        rows_of_way(c, way, m, column, rows, row, normal, tangent, A, x);
+        const int rank = eliminate_dependent(rows, m, A, x, order, SINGULAR_MODES);
         for (int j = 0; j < rank; j++)
             change(c, way, column[order[j]], x[j], normal, tangent);
         const double left = coulomb_residual(c, normal, tangent);
@@ -430,7 +433,5 @@ void refine_impulses(const struct friction_problem *c, double *Pn, double *Pt)
         memcpy(Pn, normal, n * sizeof *Pn);
         memcpy(Pt, tangent, n * sizeof *Pt);
     }
-    free(work);
-    free(column);
-    free(way);
+    give_back(c->arena, mark);
 }

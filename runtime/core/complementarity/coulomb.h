@@ -2,7 +2,7 @@
 #ifndef CCGEN_COULOMB_H
 #define CCGEN_COULOMB_H
 
-#include "base/real.h"
+#include "base/arena.h"
 
 /* A problem of friction, as in friction.h. */
 struct friction_problem {
@@ -12,6 +12,7 @@ struct friction_problem {
     const double *least; /* or NULL */
     const double
         *from; /* [2n] rates before, or NULL: where given, no impulses are looked for that add energy to them */
+    struct arena *arena; /* for scratch */
 };
 
 /* By how much impulses break the law, in parts of the sizes from which what is broken has been summed. */

@@ -15,7 +15,6 @@
 #include "complementarity/friction.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "base/tolerances.h"
@@ -134,7 +133,8 @@ static int pivots(const struct friction_problem *c, struct pivots *p, int restar
 {
     if (restart)
         vary(p, restart);
-    const int wrong = lemke(p->m, p->M, p->q, restart ? p->cover : NULL, restart ? p->shift : NULL, p->z, p->in);
+    const int wrong =
+        lemke(c->arena, p->m, p->M, p->q, restart ? p->cover : NULL, restart ? p->shift : NULL, p->z, p->in);
     if (wrong)
         return wrong;
     for (int i = 0; i < c->n; i++) {
@@ -165,44 +165,50 @@ static int search(const struct friction_problem *c, struct pivots *p, double *Pn
     return 0;
 }
 
-int solve_friction(int n, const double *W, const double *bn, const double *bt, const double *mu,
-                   const signed char *mode, const double *least, double *Pn, double *Pt)
+/* Where the unknowns of every contact stand: p->place, p->k and p->m */
+static void place_unknowns(const struct friction_problem *c, struct pivots *p)
 {
-    const struct friction_problem c = {.n = n, .W = W, .bn = bn, .bt = bt, .mu = mu, .mode = mode, .least = least};
-    struct pivots p = {.m = n, .worst = INFINITY};
-    int result = 2;
-    double *work = calloc((size_t)9 * n * n + 18 * n + 1, sizeof *work);
-    char *bytes = calloc((size_t)4 * n + 1, 1);
-    if (!(p.place = malloc((n + 1) * sizeof *p.place)) || !work || !bytes)
-        goto end;
-    p.in = bytes;
-    p.limit = (signed char *)bytes + 3 * n;
-    p.k = work;
-    for (int i = 0; i < n; i++) {
-        const int slides = sliding(&c, i), free = rough_at(&c, i) && !slides;
-        p.place[i] = free ? p.m : -1;
-        p.m += free ? 2 : 0;
-        p.k[i] = slides ? slides * mu[i] : free ? mu[i] : 0.0;
+    p->m = c->n;
+    for (int i = 0; i < c->n; i++) {
+        const int slides = sliding(c, i), unknown = rough_at(c, i) && !slides;
+        p->place[i] = unknown ? p->m : -1;
+        p->m += unknown ? 2 : 0;
+        p->k[i] = slides ? slides * c->mu[i] : unknown ? c->mu[i] : 0.0;
     }
-    p.M = p.k + n;
-    p.q = p.M + (size_t)p.m * p.m;
-    p.cover = p.q + p.m;
-    p.shift = p.cover + p.m;
-    p.z = p.shift + p.m;
-    p.unit = p.z + p.m;
-    p.best = p.unit + p.m;
-    assemble(&c, &p);
-    result = search(&c, &p, Pn, Pt);
+}
+
+int solve_friction(const struct friction_problem *c, double *Pn, double *Pt)
+{
+    struct arena *arena = c->arena;
+    const struct mark mark = arena->top;
+    const size_t n = c->n;
+    struct pivots p = {.worst = INFINITY, .place = TAKE(arena, int, n), .k = TAKE(arena, double, n)};
+    int result = 2;
+    if (arena->ran_out)
+        goto end;
+    place_unknowns(c, &p);
+    const size_t m = p.m;
+    p.M = TAKE_ZEROS(arena, double, (m * m));
+    p.q = TAKE(arena, double, m);
+    p.cover = TAKE(arena, double, m);
+    p.shift = TAKE(arena, double, m);
+    p.z = TAKE(arena, double, m);
+    p.unit = TAKE(arena, double, m);
+    p.best = TAKE(arena, double, 2 * n);
+    p.in = TAKE(arena, char, m);
+    p.limit = TAKE(arena, signed char, n);
+    if (arena->ran_out)
+        goto end;
+    assemble(c, &p);
+    result = search(c, &p, Pn, Pt);
 end:
-    free(p.place);
-    free(work);
-    free(bytes);
+    give_back(arena, mark);
     return result;
 }
 
 int solve_friction_least(const struct friction_problem *c, double *Pn, double *Pt)
 {
-    const int wrong = solve_friction(c->n, c->W, c->bn, c->bt, c->mu, c->mode, c->least, Pn, Pt);
+    const int wrong = solve_friction(c, Pn, Pt);
     if (wrong)
         return wrong;
     const double bound = c->least ? loaded(c, c->least) : 0.0, usual = LARGE * (approaching(c) + bound);

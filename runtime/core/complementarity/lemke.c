@@ -6,7 +6,6 @@
 #include "complementarity/lemke.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "base/tolerances.h"
@@ -80,14 +79,16 @@ static int start(int m, const double *M, const double *q, const double *cover, c
     return row;
 }
 
-int lemke(int m, const double *M, const double *q, const double *cover, const double *shift, double *z, char *in)
+int lemke(struct arena *arena, int m, const double *M, const double *q, const double *cover, const double *shift,
+          double *z, char *in)
 {
     const int width = 2 * m + 3;
-    double *T = calloc((size_t)m * width + 1, sizeof *T), scale = 0.0;
-    int *basis = malloc((m + 1) * sizeof *basis), result = 2;
+    const struct mark mark = arena->top;
+    double *T = TAKE_ZEROS(arena, double, ((size_t)m * width)), scale = 0.0;
+    int *basis = TAKE(arena, int, m), result = 2;
     memset(z, 0, m * sizeof *z);
     memset(in, 0, m);
-    if (!T || !basis)
+    if (arena->ran_out)
         goto end;
     int row = start(m, M, q, cover, shift, T, basis, &scale), entering = 2 * m;
     result = row < 0 ? 0 : 2;
@@ -107,7 +108,6 @@ int lemke(int m, const double *M, const double *q, const double *cover, const do
             in[basis[i] - m] = 1;
         }
 end:
-    free(T);
-    free(basis);
+    give_back(arena, mark);
     return result;
 }

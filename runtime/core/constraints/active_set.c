@@ -1,63 +1,40 @@
 /* The active set; see active_set.h. */
 #include "constraints/active_set.h"
 
-#include <stdlib.h>
 #include <string.h>
 
-#include "algebra/semidefinite.h"
-
-static size_t numbers_of(const struct ccgen_model *m)
+int take_active_set(struct arena *arena, struct active_set *h, const struct ccgen_model *m)
 {
-    const size_t c = m->contacts, n = m->nu;
-    return 2 * c * (6 * c + n + 3) + 5 * c + 2 * n + semidefinite_scratch(2 * (int)c);
-}
-
-int make_active_set(struct active_set *h, const struct ccgen_model *m)
-{
-    const size_t c = m->contacts, n = m->nu;
-    memset(h, 0, sizeof *h);
-    if (!c)
-        return 0;
-    h->set = calloc(3 * c, sizeof *h->set); /* states hold all of it */
-    h->closed = calloc(2 * c, 1);
-    h->force = calloc(numbers_of(m), sizeof *h->force);
-    if (!h->set || !h->closed || !h->force)
+    const size_t c = m->contacts;
+    *h = (struct active_set){
+        .set = TAKE(arena, int, c),
+        .mode = TAKE(arena, signed char, c),
+        .of = TAKE(arena, int, 2 * c),
+        .force = TAKE(arena, double, 2 * c),
+        .least = TAKE(arena, double, c),
+        .peak = TAKE(arena, double, c),
+        .weight = TAKE(arena, double, 2 * c),
+        .closed = TAKE(arena, char, c),
+    };
+    if (arena->ran_out)
         return 1;
-    h->of = h->set + c;
-    h->mode = (signed char *)h->closed + c;
-    h->columns = h->force + 2 * c;
-    h->W = h->columns + 2 * c * n;
-    h->units = h->W + 4 * c * c;
-    h->answers = h->units + 4 * c * c;
-    h->wanted = h->answers + 4 * c * c;
-    h->rates = h->wanted + 2 * c;
-    h->slips = h->rates + c;
-    h->pushes = h->slips + c;
-    h->f = h->pushes + c;
-    h->g = h->f + n;
-    h->weight = h->g + n;
-    h->least = h->weight + 2 * c;
-    h->peak = h->least + c;
-    h->solved = h->peak + c;
+    clear_active_set(h, m);
     return 0;
-}
-
-void free_active_set(struct active_set *h)
-{
-    free(h->set);
-    free(h->closed);
-    free(h->force);
 }
 
 void clear_active_set(struct active_set *h, const struct ccgen_model *m)
 {
+    const size_t c = m->contacts;
     h->count = h->rows = h->implied = 0;
     h->window = 0.0;
-    if (!m->contacts)
-        return;
-    memset(h->set, 0, 3 * m->contacts * sizeof *h->set);
-    memset(h->closed, 0, 2 * m->contacts); /* WATCHED, and no mode */
-    memset(h->force, 0, numbers_of(m) * sizeof *h->force);
+    memset(h->set, 0, c * sizeof *h->set); /* states hold all of it */
+    memset(h->mode, 0, c * sizeof *h->mode);
+    memset(h->of, 0, 2 * c * sizeof *h->of);
+    memset(h->force, 0, 2 * c * sizeof *h->force);
+    memset(h->least, 0, c * sizeof *h->least);
+    memset(h->peak, 0, c * sizeof *h->peak);
+    memset(h->weight, 0, 2 * c * sizeof *h->weight);
+    memset(h->closed, WATCHED, c * sizeof *h->closed);
 }
 
 void contact_modes(const struct active_set *h, int contacts, signed char *modes)
@@ -83,20 +60,14 @@ void activate(struct active_set *h, int count, const int *set, const signed char
         h->weight[i] = 1.0;
 }
 
-void active_row(struct system *s, const double *q, int row, int friction, double *f)
+void active_row(const struct system *s, const double *q, int row, double *push, double *f)
 {
-    struct active_set *h = s->active;
+    const struct active_set *h = s->active;
     const struct ccgen_model *m = s->model;
-    const int i = h->of[row], contact = h->set[i], slides = friction ? against(h->mode[i]) : 0;
-    h->pushes[contact] = 1.0;
-    (row < h->count ? m->contact_impulse : m->slip_impulse)(s->k, q, h->pushes, f);
-    if (slides) {
-        h->pushes[contact] = -slides * s->friction[contact];
-        m->slip_impulse(s->k, q, h->pushes, h->g);
-        for (int k = 0; k < s->n; k++)
-            f[k] += h->g[k];
-    }
-    h->pushes[contact] = 0.0;
+    const int contact = h->set[h->of[row]];
+    push[contact] = 1.0;
+    (row < h->count ? m->contact_impulse : m->slip_impulse)(s->k, q, push, f);
+    push[contact] = 0.0;
 }
 
 /* values[rows] of the normals and, for those that stick, of the tangents, from those of all contacts */
@@ -106,14 +77,24 @@ static void rows_of(const struct active_set *h, int rows, const double *normal, 
         values[i] = (i < h->count ? normal : tangent)[h->set[h->of[i]]];
 }
 
-int active_bias(struct system *s, const double *q, const double *u, double *bias)
+void bias_of_active(const struct system *s, const double *q, const double *u, double *rates, double *slips,
+                    double *bias)
 {
-    struct active_set *h = s->active;
+    const struct active_set *h = s->active;
     if (!active_count(s))
-        return 0;
-    s->model->gap_bias(s->k, q, u, h->rates);
+        return;
+    s->model->gap_bias(s->k, q, u, rates);
     if (h->rows > h->count)
-        s->model->slip_bias(s->k, q, u, h->slips);
-    rows_of(h, h->rows, h->rates, h->slips, bias);
-    return h->rows;
+        s->model->slip_bias(s->k, q, u, slips);
+    rows_of(h, h->rows, rates, slips, bias);
+}
+
+void rates_of_active(const struct system *s, const double *q, const double *u, int rows, double *rates, double *slips,
+                     double *found)
+{
+    const struct active_set *h = s->active;
+    s->model->gap_rates(s->k, q, u, rates);
+    if (rows > h->count)
+        s->model->slips(s->k, q, u, slips);
+    rows_of(h, rows, rates, slips, found);
 }

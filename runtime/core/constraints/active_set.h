@@ -45,22 +45,11 @@ struct active_set {
         *weight;  /* [rows] how much a row bears where forces can be shared: friction by the square root of its limit */
     char *closed; /* [contacts] WATCHED for impacts, or closed: PUSHING, or CARRIED by others */
     int implied;  /* how many are carried */
-    double window;   /* s: what eight pieces last showed the watched values in; 0 where that is not known */
-    double *columns; /* [2 contacts][n] motion that a unit impulse of each row gives, loops held shut */
-    double *W;       /* [2 contacts][2 contacts] rates that it gives */
-    double *units;   /* [2 contacts][2 contacts] impulses, a column for each row; zero between calls */
-    double *answers; /* [2 contacts][2 contacts] rates of all contacts that each column gives */
-    double *wanted;  /* [2 contacts] scratch */
-    double *rates;   /* [contacts] scratch */
-    double *slips;   /* [contacts] scratch */
-    double *pushes;  /* [contacts] scratch, zero between calls */
-    double *f, *g;   /* [n] scratch */
-    double *solved;  /* scratch of the solution */
+    double window; /* s: what eight pieces last showed the watched values in; 0 where that is not known */
 };
 
-/* 0, or 1 when memory runs out */
-int make_active_set(struct active_set *h, const struct ccgen_model *m);
-void free_active_set(struct active_set *h);
+/* An active set in which nothing is held; its arrays are the arena's. 0, or 1 when memory runs out */
+int take_active_set(struct arena *arena, struct active_set *h, const struct ccgen_model *m);
 
 /* Nothing is held, and nothing is known of forces. */
 void clear_active_set(struct active_set *h, const struct ccgen_model *m);
@@ -77,11 +66,17 @@ static inline int width_of(const struct system *s)
     return s->friction ? 2 * s->model->contacts : s->model->contacts;
 }
 
-/* bias[rows] (m/s^2) of the held contacts; returns how many rows they have. */
-int active_bias(struct system *s, const double *q, const double *u, double *bias);
+/* bias[rows] (m/s^2) of the held contacts; rates[contacts] and slips[contacts] are scratch. */
+void bias_of_active(const struct system *s, const double *q, const double *u, double *rates, double *slips,
+                    double *bias);
 
-/* Generalized forces f[n] of row number `row`; `friction`: with the friction of a contact that slides. */
-void active_row(struct system *s, const double *q, int row, int friction, double *f);
+/* found[rows] (m/s) of the first rows of the held contacts, of velocities u or accelerations without bias; scratch likewise */
+void rates_of_active(const struct system *s, const double *q, const double *u, int rows, double *rates, double *slips,
+                     double *found);
+
+/* Generalized forces f[n] of row number `row`, without the friction of a contact that slides; push[contacts] are zeros, and so again
+ * afterwards. */
+void active_row(const struct system *s, const double *q, int row, double *push, double *f);
 
 /* How many contacts are held */
 static inline int active_count(const struct system *s)

@@ -25,9 +25,38 @@ static int solve_sliding(int n, double *W, double *x)
     return sign > 0 ? 0 : sign < 0 ? 2 : 1;
 }
 
-/* Forces (impulses) whose columns bring the rates by wanted[rows] further, added to motion[n]; nonzero where they, or the
+/* What the forces of the rows are worked out from */
+struct problem {
+    double *units;         /* [rows][width of a column] unit forces, a column for each row */
+    double *columns;       /* [rows][n] motion that each gives, loops held shut */
+    double *answers;       /* [rows][width of a column] rates of all contacts that it gives */
+    double *W;             /* [rows][rows] rates of the rows */
+    double *scratch;       /* [rows][rows] of the solution */
+    double *wanted;        /* [rows] rates that are to be brought about; then the forces that do it */
+    double *found;         /* [rows] rates of the motion without them */
+    double *rates, *slips; /* [contacts] of all contacts */
+};
+
+/* 0, or 1 when memory runs out */
+static int take_problem(const struct system *s, size_t rows, struct problem *p)
+{
+    const size_t width = width_of(s), contacts = s->model->contacts;
+    struct arena *arena = s->arena;
+    p->units = TAKE_ZEROS(arena, double, (rows * width));
+    p->columns = TAKE(arena, double, rows * s->n);
+    p->answers = TAKE(arena, double, (rows * width));
+    p->W = TAKE(arena, double, (rows * rows));
+    p->scratch = TAKE(arena, double, (rows * rows));
+    p->wanted = TAKE(arena, double, rows);
+    p->found = TAKE(arena, double, rows);
+    p->rates = TAKE(arena, double, contacts);
+    p->slips = TAKE(arena, double, contacts);
+    return arena->ran_out;
+}
+
+/* Forces (impulses) whose columns bring the rates by p->wanted[rows] further, added to motion[n]; nonzero where they, or the
  * closure, are nearly dependent, or friction jams. */
-static int push(struct system *s, const double *q, int rows, int friction, double *force, double *motion)
+static int push(struct system *s, const double *q, int rows, int friction, struct problem *p, double *motion)
 {
     struct active_set *h = s->active;
     const struct ccgen_model *m = s->model;
@@ -35,56 +64,64 @@ static int push(struct system *s, const double *q, int rows, int friction, doubl
     int sliding = 0;
     for (int j = 0; j < rows; j++) {
         const int i = h->of[j], contact = h->set[i], slides = friction ? against(h->mode[i]) : 0;
-        double *unit = h->units + (size_t)j * width;
+        double *unit = p->units + (size_t)j * width;
         unit[j < h->count ? contact : c + contact] = 1.0;
         if (slides)
             unit[c + contact] = -slides * s->friction[contact];
         sliding |= slides;
     }
-    const int lost = m->contact_response(s->k, q, rows, h->units, h->columns, h->answers);
-    memset(h->units, 0, (size_t)rows * width * sizeof *h->units);
-    if (lost)
+    if (m->contact_response(s->k, q, rows, p->units, p->columns, p->answers))
         return 1;
     for (int j = 0; j < rows; j++)
         for (int i = 0; i < rows; i++)
-            h->W[i * rows + j] = h->answers[(size_t)j * width + h->set[h->of[i]] + (i < h->count ? 0 : c)];
+            p->W[i * rows + j] = p->answers[(size_t)j * width + h->set[h->of[i]] + (i < h->count ? 0 : c)];
     const int wrong =
-        sliding ? solve_sliding(rows, h->W, h->wanted) : solve_definite_well(rows, h->W, h->wanted, h->solved);
+        sliding ? solve_sliding(rows, p->W, p->wanted) : solve_definite_well(rows, p->W, p->wanted, p->scratch);
     if (wrong)
         return wrong;
-    memcpy(force, h->wanted, rows * sizeof *force);
+    memcpy(h->force, p->wanted, rows * sizeof *h->force);
     for (int j = 0; j < rows; j++)
         for (int i = 0; i < s->n; i++)
-            motion[i] += force[j] * h->columns[(size_t)j * s->n + i];
+            motion[i] += h->force[j] * p->columns[(size_t)j * s->n + i];
     return 0;
 }
 
-/* rates of the rows of a motion, less than which `wanted` has to be brought */
-static void less_rates(struct system *s, const double *q, int rows, const double *motion)
+/* Less the rates of the rows that the motion has already */
+static void less_rates(const struct system *s, const double *q, int rows, const double *motion, struct problem *p)
 {
-    struct active_set *h = s->active;
-    s->model->gap_rates(s->k, q, motion, h->rates);
-    if (rows > h->count)
-        s->model->slips(s->k, q, motion, h->slips);
+    rates_of_active(s, q, motion, rows, p->rates, p->slips, p->found);
     for (int i = 0; i < rows; i++)
-        h->wanted[i] -= (i < h->count ? h->rates : h->slips)[h->set[h->of[i]]];
+        p->wanted[i] -= p->found[i];
 }
 
 int add_contact_accelerations(struct system *s, const double *q, const double *u, double *u_dot)
 {
-    struct active_set *h = s->active;
-    active_bias(s, q, u, h->wanted);
-    for (int i = 0; i < h->rows; i++)
-        h->wanted[i] = -h->wanted[i];
-    less_rates(s, q, h->rows, u_dot);
-    return push(s, q, h->rows, 1, h->force, u_dot);
+    const int rows = active_rows(s, 1);
+    const struct mark mark = s->arena->top;
+    struct problem p;
+    int wrong = take_problem(s, rows, &p);
+    if (!wrong) {
+        bias_of_active(s, q, u, p.rates, p.slips, p.wanted);
+        for (int i = 0; i < rows; i++)
+            p.wanted[i] = -p.wanted[i];
+        less_rates(s, q, rows, u_dot, &p);
+        wrong = push(s, q, rows, 1, &p, u_dot);
+    }
+    give_back(s->arena, mark);
+    return wrong;
 }
 
 int add_contact_jump(struct system *s, const double *q, int speed, const double *wanted, double *du)
 {
-    struct active_set *h = s->active;
     const int rows = active_rows(s, speed);
-    memmove(h->wanted, wanted, rows * sizeof *wanted);
-    less_rates(s, q, rows, du);
-    return push(s, q, rows, 0, h->force, du);
+    const struct mark mark = s->arena->top;
+    struct problem p;
+    int wrong = take_problem(s, rows, &p);
+    if (!wrong) {
+        memcpy(p.wanted, wanted, rows * sizeof *wanted);
+        less_rates(s, q, rows, du, &p);
+        wrong = push(s, q, rows, 0, &p, du);
+    }
+    give_back(s->arena, mark);
+    return wrong;
 }

@@ -5,9 +5,7 @@
 #include "constraints/active_set.h"
 
 /* Rates of the contacts `set` that unit impulses along their normals give, and if the model is rough, along their tangents
- * below them: columns[k][n], W[k][k] with k = count or 2 count, symmetric; units[k][entries of a column of contacts'
- * impulses], answers the same, pushes[contacts], rates[contacts], f[n] scratch */
-enum outcome delassus(struct system *s, const double *q, int count, const int *set, double *columns, double *W,
-                      double *units, double *answers, double *pushes, double *rates, double *f);
+ * below them: columns[k][n], W[k][k] with k = count or 2 count, symmetric */
+enum outcome delassus(struct system *s, const double *q, int count, const int *set, double *columns, double *W);
 
 #endif

@@ -24,11 +24,19 @@ enum outcome system_impulse(struct system *s, const double *q, const double *f, 
 enum outcome system_correction(struct system *s, const double *q, int speed, double *rows, double nearest, double *du)
 {
     const struct ccgen_model *m = s->model;
-    int dependent = m->impulse(s->k, q, s->zero, rows, du, NULL);
+    const int held = active_rows(s, speed);
+    const struct mark mark = s->arena->top;
+    double *none = TAKE_ZEROS(s->arena, double, s->n), *multipliers = TAKE(s->arena, double, m->rows + held);
+    enum outcome outcome = OUTCOME_NO_MEMORY;
+    if (s->arena->ran_out)
+        goto end;
+    outcome = OUTCOME_DONE;
+    int dependent = m->impulse(s->k, q, none, rows, du, NULL);
     if (!dependent && active_count(s))
         dependent = s->refine || add_contact_jump(s, q, speed, rows + m->rows, du);
-    if (!dependent)
-        return OUTCOME_DONE;
-    return solve_in_nullspace(s, q, active_rows(s, speed), rows, NULL, nearest, momentum_residual, s->zero, du,
-                              s->multipliers);
+    if (dependent)
+        outcome = solve_in_nullspace(s, q, held, rows, NULL, nearest, momentum_residual, none, du, multipliers);
+end:
+    give_back(s->arena, mark);
+    return outcome;
 }

@@ -10,7 +10,6 @@
 
 #include <float.h>
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "algebra/cholesky.h"
@@ -20,17 +19,38 @@
 
 enum { PASSES = 3 }; /* of refinement */
 
-/* Least-norm multipliers with A^T lambda = force: a second factorisation, of the triangle's rows. */
-static void least_norm(int n, int rows, int rank, const double *g, const double *diagonal, const int *order,
-                       const double *length, const double *weight, const double *beta, double *force, double *work,
-                       double *lambda)
+/* The rows of the closure, of driven joints and of held contacts as columns of g, factorised */
+struct factors {
+    double *g, *length, *diagonal, *beta; /* [rows][n], [rows] */
+    double *right;                        /* [rows] right-hand sides */
+    int *order;                           /* [rows] */
+};
+
+static void take_factors(struct arena *arena, struct factors *f, size_t n, size_t rows)
 {
-    double *rows_of = work, *d = rows_of + (size_t)rows * rank, *b = d + rank, *x = b + rank;
-    reflect(n, rank, g, beta, 1, force);
+    f->g = TAKE(arena, double, (rows * n));
+    f->length = TAKE(arena, double, rows);
+    f->diagonal = TAKE(arena, double, rows);
+    f->beta = TAKE(arena, double, rows);
+    f->right = TAKE(arena, double, rows);
+    f->order = TAKE(arena, int, rows);
+}
+
+/* Least-norm multipliers lambda[rows] with A^T lambda = force: a second factorisation, of the triangle's rows. */
+static enum outcome least_norm(struct arena *arena, int n, int rows, int rank, const struct factors *f,
+                               const double *weight, double *force, double *lambda)
+{
+    const struct mark mark = arena->top;
+    double *rows_of = TAKE(arena, double, ((size_t)rows * rank));
+    double *d = TAKE(arena, double, rank), *b = TAKE(arena, double, rank), *x = TAKE(arena, double, rank);
+    const enum outcome outcome = arena->ran_out ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
+    if (outcome)
+        goto end;
+    reflect(n, rank, f->g, f->beta, 1, force);
     for (int k = 0; k < rank; k++)
         for (int j = 0; j < rows; j++) {
-            const double entry = j < k ? 0.0 : j == k ? diagonal[k] : g[(size_t)j * n + k];
-            rows_of[(size_t)k * rows + order[j]] = entry * length[order[j]] * weight[order[j]];
+            const double entry = j < k ? 0.0 : j == k ? f->diagonal[k] : f->g[(size_t)j * n + k];
+            rows_of[(size_t)k * rows + f->order[j]] = entry * f->length[f->order[j]] * weight[f->order[j]];
         }
     memset(lambda, 0, rows * sizeof *lambda);
     memcpy(x, force, rank * sizeof *x);
@@ -40,14 +60,18 @@ static void least_norm(int n, int rows, int rank, const double *g, const double 
     reflect(rows, kept, rows_of, b, 0, lambda);
     for (int j = 0; j < rows; j++)
         lambda[j] *= weight[j];
+end:
+    give_back(arena, mark);
+    return outcome;
 }
 
 /* The rows of A, then those of driven joints, then those of held contacts, as columns of g; their right-hand sides from
- * y[rows + held]; lengths that make them comparable. */
-static void write_rows(struct system *s, const double *q, int held, const double *y, const double *t, double *g,
-                       double *right, double *length)
+ * y[rows + held]; lengths that make them comparable. push[contacts] are zeros. */
+static void write_rows(struct system *s, const double *q, int held, const double *y, const double *t, double *push,
+                       const struct factors *f)
 {
     const struct ccgen_model *m = s->model;
+    double *g = f->g, *right = f->right, *length = f->length;
     const size_t n = s->n, closed = m->rows, fixed = closed + m->drives, rows = fixed + held;
     if (closed)
         m->closure_jacobian(s->k, q, g); /* rows of A are the columns of A^T */
@@ -62,7 +86,7 @@ static void write_rows(struct system *s, const double *q, int held, const double
     if (m->drives && t)
         m->prescribed(s->k, *t, right + closed);
     for (int j = 0; j < held; j++)
-        active_row(s, q, j, 0, g + (fixed + j) * n);
+        active_row(s, q, j, push, g + (fixed + j) * n);
     memcpy(right + fixed, y + closed, held * sizeof *right);
     for (size_t j = 0; j < rows;
          j++) { /* in units of the coordinates: how near rows are is then the same in all units of length */
@@ -88,25 +112,15 @@ static void write_rows(struct system *s, const double *q, int held, const double
             g[j * n + i] /= length[j];
 }
 
-/* The rows of the closure and of driven joints as columns of room[0], factorised; their rank, or -1 when memory runs out */
-struct factors {
-    double *g, *length, *diagonal, *beta, *right;
-    int *order;
-};
-
+/* The rows of the closure and of driven joints, factorised in what is taken from the arena; their rank, or -1 when memory runs out */
 static int factorise_rows(struct system *s, const double *q, struct factors *f)
 {
     const size_t n = s->n, rows = s->model->rows + s->model->drives;
-    f->g = malloc((rows * n + 4 * rows + 1) * sizeof *f->g);
-    f->order = malloc((rows + 1) * sizeof *f->order);
-    if (!f->g || !f->order)
+    const double *closed = TAKE_ZEROS(s->arena, double, s->model->rows);
+    take_factors(s->arena, f, n, rows);
+    if (s->arena->ran_out)
         return -1;
-    f->right = f->g + rows * n;
-    f->length = f->right + rows;
-    f->diagonal = f->length + rows;
-    f->beta = f->diagonal + rows;
-    memset(s->bias, 0, s->model->rows * sizeof *s->bias);
-    write_rows(s, q, 0, s->bias, NULL, f->g, f->right, f->length);
+    write_rows(s, q, 0, closed, NULL, NULL, f);
     for (size_t j = 0; j < rows; j++)
         f->order[j] = (int)j;
     return reduce_columns((int)n, (int)rows, f->g, RANK_TOLERANCE, f->diagonal, f->beta, f->order);
@@ -114,19 +128,20 @@ static int factorise_rows(struct system *s, const double *q, struct factors *f)
 
 int row_rank(struct system *s, const double *q, double *nearest)
 {
+    const struct mark mark = s->arena->top;
     struct factors f;
     const int rank = factorise_rows(s, q, &f);
     *nearest = 1.0;
     for (int k = 0; k < rank; k++)
         *nearest = fmin(*nearest, fabs(f.diagonal[k] / f.diagonal[0]));
-    free(f.g);
-    free(f.order);
+    give_back(s->arena, mark);
     return rank;
 }
 
 int left_null_vector(struct system *s, const double *q, int number, double *lambda)
 {
     const int n = s->n, rows = s->model->rows + s->model->drives;
+    const struct mark mark = s->arena->top;
     struct factors f;
     const int rank = factorise_rows(s, q, &f), lost = rank >= 0 && rank + number < rows;
     if (lost) {
@@ -140,8 +155,7 @@ int left_null_vector(struct system *s, const double *q, int number, double *lamb
             lambda[f.order[k]] = -x[k] / f.length[f.order[k]];
         }
     }
-    free(f.g);
-    free(f.order);
+    give_back(s->arena, mark);
     return lost;
 }
 
@@ -168,38 +182,40 @@ enum outcome solve_in_nullspace(struct system *s, const double *q, int held, con
 {
     const struct ccgen_model *m = s->model;
     const size_t n = s->n, fixed = m->rows + m->drives, rows = fixed + held;
-    double *work = malloc((rows * n + rows * rows + 9 * rows + 2 * n * n + 3 * n) * sizeof *work);
-    int *order = malloc((rows + 1) * sizeof *order);
+    struct arena *arena = s->arena;
+    const struct mark mark = arena->top;
+    struct factors f;
+    take_factors(arena, &f, n, rows);
+    double *weight = TAKE(arena, double, rows), *every = TAKE(arena, double, rows);
+    double *null = TAKE(arena, double, (n * n)), *mass = TAKE(arena, double, (n * n));
+    double *b = TAKE(arena, double, n), *p = TAKE(arena, double, n), *more = TAKE(arena, double, n);
+    double *push = TAKE_ZEROS(arena, double, m->contacts);
     enum outcome outcome = OUTCOME_NO_MEMORY;
     s->rank_deficient++;
-    if (!work || !order)
+    if (arena->ran_out)
         goto end;
     outcome = OUTCOME_INTERRUPTED;
     if (interrupted(s->interruption, 0))
         goto end;
-    double *right = work, *every = right + rows, *g = every + rows, *diagonal = g + rows * n, *beta = diagonal + rows;
-    double *length = beta + rows, *weight = length + rows, *null = weight + rows, *mass = null + n * n,
-           *b = mass + n * n;
-    double *p = b + n, *more = p + n;
-    write_rows(s, q, held, y, t, g, right, length);
+    write_rows(s, q, held, y, t, push, &f);
     for (size_t j = 0; j < rows; j++)
-        order[j] = (int)j;
-    const int rank = reduce_columns((int)n, (int)rows, g, nearest, diagonal, beta, order);
+        f.order[j] = (int)j;
+    const int rank = reduce_columns((int)n, (int)rows, f.g, nearest, f.diagonal, f.beta, f.order);
     const size_t free_ = n - rank;
     for (size_t j = 0; j < rows; j++)
         weight[j] = j < fixed ? 1.0 : s->active->weight[j - fixed];
     memset(x, 0, n * sizeof *x);
     for (int k = 0; k < rank; k++)
-        x[k] = right[order[k]] / length[order[k]];
-    solve_transposed_triangle((int)n, rank, g, diagonal, x);
-    reflect((int)n, rank, g, beta, 0, x);
+        x[k] = f.right[f.order[k]] / f.length[f.order[k]];
+    solve_transposed_triangle((int)n, rank, f.g, f.diagonal, x);
+    reflect((int)n, rank, f.g, f.beta, 0, x);
     for (size_t i = 0; i < n; i++)
         x[i] *= s->unit[i];
     for (size_t j = 0; j < free_; j++) {
         double *column = null + j * n;
         memset(column, 0, n * sizeof *column);
         column[rank + j] = 1.0;
-        reflect((int)n, rank, g, beta, 0, column);
+        reflect((int)n, rank, f.g, f.beta, 0, column);
         for (size_t i = 0; i < n; i++)
             column[i] *= s->unit[i];
         m->momentum(s->k, q, column, p);
@@ -230,12 +246,11 @@ enum outcome solve_in_nullspace(struct system *s, const double *q, int held, con
         note_inexact(s, x, (int)free_, more, t ? s->acceleration_scale : 0.0);
     for (size_t i = 0; i < n; i++)
         b[i] *= s->unit[i];
-    least_norm((int)n, (int)rows, rank, g, diagonal, order, length, weight, beta, b, more + n, every);
+    if ((outcome = least_norm(arena, (int)n, (int)rows, rank, &f, weight, b, every)))
+        goto end;
     memcpy(lambda, every, m->rows * sizeof *lambda);
     memcpy(lambda + m->rows, every + fixed, held * sizeof *lambda);
-    outcome = OUTCOME_DONE;
 end:
-    free(order);
-    free(work);
+    give_back(arena, mark);
     return outcome;
 }

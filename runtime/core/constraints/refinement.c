@@ -12,23 +12,20 @@
 
 #include <float.h>
 #include <math.h>
-#include <stdlib.h>
 
 #include "base/tolerances.h"
 
 enum { PASSES = 4 };
 
-int make_correction(const struct system *s, struct correction *w)
+int take_correction(const struct system *s, struct correction *w)
 {
     const size_t n = s->n, rows = s->model->rows;
-    w->rows = malloc((rows * n + 2 * n + 3 * rows + 1) * sizeof *w->rows);
-    if (!w->rows)
-        return 1;
-    w->f = w->rows + rows * n;
-    w->dx = w->f + n;
-    w->miss = w->dx + n;
-    w->dlambda = w->miss + rows;
-    return 0;
+    w->rows = TAKE(s->arena, double, (rows * n));
+    w->f = TAKE(s->arena, double, n);
+    w->dx = TAKE(s->arena, double, n);
+    w->miss = TAKE(s->arena, double, rows);
+    w->dlambda = TAKE(s->arena, double, rows);
+    return s->arena->ran_out;
 }
 
 int correct_by_kernel(struct system *s, const double *q, const struct unreduced *of, const double *x,
@@ -54,19 +51,17 @@ int correct_by_kernel(struct system *s, const double *q, const struct unreduced 
     return m->impulse(s->k, q, w->f, w->miss, w->dx, w->dlambda);
 }
 
-void free_correction(struct correction *w)
-{
-    free(w->rows);
-}
-
 static enum outcome refine(struct system *s, const double *q, const struct unreduced *of, double *x, double *lambda)
 {
     struct correction w;
     double left = INFINITY;
     if (!(fastest(s, x) < INFINITY)) /* no number at all: nothing to refine */
         return OUTCOME_DONE;
-    if (make_correction(s, &w))
+    const struct mark mark = s->arena->top;
+    if (take_correction(s, &w)) {
+        give_back(s->arena, mark);
         return OUTCOME_NO_MEMORY;
+    }
     for (int pass = 0; pass < PASSES && left > REFINED_BY_KERNEL; pass++) {
         if (correct_by_kernel(s, q, of, x, lambda, &w))
             break;
@@ -77,29 +72,32 @@ static enum outcome refine(struct system *s, const double *q, const struct unred
         for (int j = 0; j < s->model->rows; j++)
             lambda[j] += w.dlambda[j];
     }
-    free_correction(&w);
+    give_back(s->arena, mark);
     if (left > REFINED_BY_KERNEL)
         s->refinement_residual = fmax(s->refinement_residual, left);
     return left <= HOPELESS ? OUTCOME_DONE : OUTCOME_INEXACT;
 }
 
-double *wanted_accelerations(const struct system *s, const double *q, const double *u)
+void wanted_accelerations(const struct system *s, const double *q, const double *u, double *y)
 {
-    double *y = malloc((s->model->rows + 1) * sizeof *y);
-    if (y && s->model->rows)
+    if (s->model->rows)
         s->model->closure_bias(s->k, q, u, y);
-    for (int j = 0; y && j < s->model->rows; j++)
+    for (int j = 0; j < s->model->rows; j++)
         y[j] = -y[j];
-    return y;
 }
 
 enum outcome refine_acceleration(struct system *s, double t, const double *q, const double *u, double *u_dot,
                                  double *lambda)
 {
-    double *y = wanted_accelerations(s, q, u);
+    const struct mark mark = s->arena->top;
+    double *y = TAKE(s->arena, double, s->model->rows);
     const struct unreduced of = {.u = u, .t = t, .y = y};
-    const enum outcome outcome = y ? refine(s, q, &of, u_dot, lambda) : OUTCOME_NO_MEMORY;
-    free(y);
+    enum outcome outcome = OUTCOME_NO_MEMORY;
+    if (!s->arena->ran_out) {
+        wanted_accelerations(s, q, u, y);
+        outcome = refine(s, q, &of, u_dot, lambda);
+    }
+    give_back(s->arena, mark);
     return outcome;
 }
 

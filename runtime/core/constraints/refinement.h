@@ -25,15 +25,14 @@ struct correction {
     double *rows, *f, *miss, *dx, *dlambda; /* [rows][n], [n], [rows], [n], [rows] */
 };
 
-/* 0, or 1 when memory runs out */
-int make_correction(const struct system *s, struct correction *w);
-void free_correction(struct correction *w);
+/* Its arrays from the arena of the system: 0, or 1 when memory runs out */
+int take_correction(const struct system *s, struct correction *w);
 
 /* The correction w->dx, w->dlambda from what x, lambda miss (eq. 4.14); nonzero where the kernel has none. */
 int correct_by_kernel(struct system *s, const double *q, const struct unreduced *of, const double *x,
                       const double *lambda, struct correction *w);
 
-/* y[rows] of the accelerations: A x = -dA/dt u; to be freed, NULL when memory runs out. */
-double *wanted_accelerations(const struct system *s, const double *q, const double *u);
+/* y[rows] of the accelerations: A x = -dA/dt u */
+void wanted_accelerations(const struct system *s, const double *q, const double *u, double *y);
 
 #endif

@@ -18,47 +18,68 @@ enum {
         10 /* events of a gap that neither take time nor lead to an impact, before its contact is said to be at rest */
 };
 
-/* Work (J) of the impulses of friction in an impact of the contacts f->set */
-static double friction_work(struct phase *f, int count, const double *u_plus)
+/* What an impact of the contacts f->set is about */
+struct blow {
+    int count;
+    double *e;             /* [contacts] restitution */
+    double *P;             /* [2 contacts] impulses, normal ones and then those of friction */
+    double *rates;         /* [contacts] scratch */
+    double *du, *momentum; /* [n] scratch */
+};
+
+/* 0, or 1 when memory runs out */
+static int take_blow(const struct system *s, struct blow *b)
+{
+    const size_t contacts = s->model->contacts;
+    b->e = TAKE(s->arena, double, contacts);
+    b->P = TAKE(s->arena, double, 2 * contacts);
+    b->rates = TAKE(s->arena, double, contacts);
+    b->du = TAKE(s->arena, double, s->n);
+    b->momentum = TAKE(s->arena, double, s->n);
+    return s->arena->ran_out;
+}
+
+/* Work (J) of the impulses of friction */
+static double friction_work(const struct phase *f, const struct blow *b, const double *u_plus)
 {
     const struct system *s = f->s;
-    double *slips = f->search, work = 0.0;
+    double *slips = b->rates, work = 0.0;
     for (int side = 0; s->friction && side < 2; side++) {
         s->model->slips(s->k, f->y, side ? u_plus : f->y + s->n, slips);
-        for (int i = 0; i < count; i++)
-            work += 0.5 * f->P[count + i] * slips[f->set[i]];
+        for (int i = 0; i < b->count; i++)
+            work += 0.5 * b->P[b->count + i] * slips[f->set[i]];
     }
     return work;
 }
 
-/* Energy (J) that the contacts f->set take in an impact, at speeds f->rates before it */
-static double contact_loss(struct phase *f, int count, const double *u_plus)
+/* Energy (J) that the contacts take, at speeds f->rates before the impact */
+static double contact_loss(const struct phase *f, const struct blow *b, const double *u_plus)
 {
-    double loss = 0.0, *after = f->search;
+    double loss = 0.0, *after = b->rates;
     f->s->model->gap_rates(f->s->k, f->y, u_plus, after);
-    for (int i = 0; i < count; i++)
-        loss -= 0.5 * f->P[i] * (f->rates[f->set[i]] + after[f->set[i]]);
-    return loss - friction_work(f, count, u_plus);
+    for (int i = 0; i < b->count; i++)
+        loss -= 0.5 * b->P[i] * (f->rates[f->set[i]] + after[f->set[i]]);
+    return loss - friction_work(f, b, u_plus);
 }
 
 /* The same where driven joints, which do not change their speeds, do work in an impact too: what the mechanism loses */
-static double jump_loss(struct phase *f, const double *u_plus)
+static double jump_loss(const struct phase *f, const struct blow *b, const double *u_plus)
 {
     const struct system *s = f->s;
     const int n = s->n;
-    double loss = 0.0, *jump = f->search, *momentum = f->dy1;
+    double loss = 0.0;
     const double *u = f->y + n;
     for (int i = 0; i < n; i++)
-        jump[i] = u_plus[i] - u[i];
-    s->model->momentum(s->k, f->y, jump, momentum);
+        b->du[i] = u_plus[i] - u[i];
+    s->model->momentum(s->k, f->y, b->du, b->momentum);
     for (int i = 0; i < n; i++)
-        loss -= 0.5 * (u[i] + u_plus[i]) * momentum[i];
+        loss -= 0.5 * (u[i] + u_plus[i]) * b->momentum[i];
     return loss;
 }
 
 /* All impacts of one instant: those contacts that are closed and not opening are struck together; if a closed contact is
  * left approaching, another impact follows. `trigger` is the contact whose event led here, or -1. */
-static enum outcome resolve_impacts(struct phase *f, int trigger)
+static enum outcome resolve_with(struct phase *f, int trigger, struct blow *b)
 {
     const struct ccgen_model *m = f->s->model;
     struct run *run = f->run;
@@ -66,15 +87,16 @@ static enum outcome resolve_impacts(struct phase *f, int trigger)
     for (int repeat = 0;; repeat++) {
         if (interrupted(f->s->interruption, 0))
             return OUTCOME_INTERRUPTED;
-        int count = 0, approaching = 0;
+        int approaching = 0;
+        b->count = 0;
         m->gaps(f->s->k, f->y, f->gaps);
         m->gap_rates(f->s->k, f->y, f->y + n, f->rates);
         for (int c = 0; c < m->contacts; c++) {
             const double closed = gap_tolerance(f, c), still = rest_velocity(f, c);
             if ((f->gaps[c] <= closed || (c == trigger && !repeat)) && f->rates[c] <= still) {
                 approaching |= f->rates[c] < -still || (c == trigger && !repeat && f->rates[c] < 0.0);
-                f->e[count] = f->s->restitution[c];
-                f->set[count++] = c;
+                b->e[b->count] = f->s->restitution[c];
+                f->set[b->count++] = c;
             }
         }
         if (!approaching)
@@ -83,20 +105,29 @@ static enum outcome resolve_impacts(struct phase *f, int trigger)
             return OUTCOME_REPEATS;
         activate(f->s->active, 0, NULL, NULL); /* what was held may leave now */
         double *u_plus = f->y1 + n;
-        enum outcome outcome = impact(f->s, f->y, f->y + n, count, f->set, f->e, u_plus, f->P);
+        enum outcome outcome = impact(f->s, f->y, f->y + n, b->count, f->set, b->e, u_plus, b->P);
         if (outcome) {
             run->contact = f->set[0];
             return outcome;
         }
-        const double loss = m->drives ? jump_loss(f, u_plus) : contact_loss(f, count, u_plus);
+        const double loss = m->drives ? jump_loss(f, b, u_plus) : contact_loss(f, b, u_plus);
         if (record_state(f) ||
-            append_impact(&run->impacts, f->t, f->y + n, u_plus, n, count, f->set, f->P, loss, run->record.count))
+            append_impact(&run->impacts, f->t, f->y + n, u_plus, n, b->count, f->set, b->P, loss, run->record.count))
             return OUTCOME_NO_MEMORY;
         memcpy(f->y + n, u_plus, n * sizeof *u_plus);
         if (record_state(f))
             return OUTCOME_NO_MEMORY;
     }
     return OUTCOME_DONE;
+}
+
+static enum outcome resolve_impacts(struct phase *f, int trigger)
+{
+    const struct mark mark = f->s->arena->top;
+    struct blow blow;
+    const enum outcome outcome = take_blow(f->s, &blow) ? OUTCOME_NO_MEMORY : resolve_with(f, trigger, &blow);
+    give_back(f->s->arena, mark);
+    return outcome;
 }
 
 /* Whether the closed contacts have moved since an event `since` ago by less than positions can show */

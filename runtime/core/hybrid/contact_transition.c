@@ -15,7 +15,6 @@
 
 #include <float.h>
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "algebra/power_of_two.h"
@@ -41,11 +40,11 @@ static double normalise(int n, double *W, double *b)
 }
 
 /* Solve for the contacts that take part, but without `except`: P[all]. */
-static enum outcome solve(struct decision *d, int except, double *P)
+static enum outcome solve(struct arena *arena, struct decision *d, int except, double *P)
 {
     const int n = d->count, rough = d->all > n;
-    double *W = d->part, *b = W + d->all * d->all, *mu = b + d->all, *x = mu + n;
-    signed char *mode = d->mode + n;
+    double *W = d->part.W, *b = d->part.b, *mu = d->part.mu, *x = d->part.x;
+    signed char *mode = d->part.mode;
     int m = 0;
     for (int i = 0; i < n; i++)
         m += d->in[i] && i != except;
@@ -65,9 +64,9 @@ static enum outcome solve(struct decision *d, int except, double *P)
         b[k++] = d->b[i];
     }
     memset(P, 0, d->all * sizeof *P);
+    const struct friction_problem problem = {m, W, b, b + m, mu, mode, NULL, NULL, arena};
     const double unit = normalise(width, W, b);
-    const int wrong =
-        rough ? solve_friction(m, W, b, b + m, mu, mode, NULL, x, x + m) : solve_complementarity(m, W, b, x);
+    const int wrong = rough ? solve_friction(&problem, x, x + m) : solve_complementarity(arena, m, W, b, x);
     if (wrong)
         return rough && wrong == 1 ? OUTCOME_JAMMED : OUTCOME_REPEATS;
     k = 0;
@@ -102,7 +101,7 @@ static enum outcome release_bouncing(const struct phase *f, struct decision *d, 
     for (int i = 0; i <= d->count; i++) {
         if (interrupted(f->s->interruption, 0))
             return OUTCOME_INTERRUPTED;
-        enum outcome outcome = solve(d, -1, d->P);
+        enum outcome outcome = solve(f->s->arena, d, -1, d->P);
         if (outcome)
             return outcome;
         int bouncing = -1;
@@ -111,7 +110,7 @@ static enum outcome release_bouncing(const struct phase *f, struct decision *d, 
             if (!pushes(d, j) || speed <= rest_velocity(f, d->contact[j]) || resting == ALL_REST ||
                 resting == d->contact[j])
                 continue;
-            if ((outcome = solve(d, j, d->trial)))
+            if ((outcome = solve(f->s->arena, d, j, d->trial)))
                 return outcome;
             const double fall = -gap_acceleration(d, j, d->trial) / d->enlarged;
             if (!(2.0 * speed <= REST_TIME * fmax(f->s->time, fabs(f->t)) * fall * (1.0 - e)) &&
@@ -130,8 +129,8 @@ static enum outcome release_bouncing(const struct phase *f, struct decision *d, 
 static int fixed(struct decision *d, int i, const signed char *mode)
 {
     const int n = d->count, all = d->all;
-    double *W = d->part, *r = W + all * all, *x = r + all, left = d->W[i * all + i];
-    int *row = d->row, m = 0, k = 0;
+    double *W = d->part.W, *r = d->part.b, *x = d->part.x, left = d->W[i * all + i];
+    int *row = d->part.row, m = 0, k = 0;
     for (int a = 0; a < n; a++) {
         if (!stays(d, a))
             continue;
@@ -144,7 +143,7 @@ static int fixed(struct decision *d, int i, const signed char *mode)
             W[a * m + b] = d->W[row[a] * all + row[b]];
         r[a] = d->W[row[a] * all + i];
     }
-    solve_semidefinite(m, W, r, x, x + all);
+    solve_semidefinite(m, W, r, x, d->part.scratch);
     for (int a = 0; a < m; a++)
         left -= r[a] * x[a];
     return left <= IMPLIED_SHARE * d->W[i * all + i];
@@ -182,7 +181,7 @@ static signed char mode_of(const struct decision *d, int i)
  * because others that stick do not let it. */
 static void activate_staying(struct phase *f, struct decision *d, int limits)
 {
-    signed char *mode = d->mode + d->count;
+    signed char *mode = d->modes;
     int count = 0;
     for (int i = 0; i < d->count; i++)
         if (stays(d, i)) {
@@ -237,13 +236,20 @@ static enum outcome activate_selected(struct phase *f, struct decision *d, struc
         }
     if (h->rows <= h->count)
         return OUTCOME_DONE;
-    double *values = f->search;
-    const enum outcome outcome = switching_functions(f->s, f->t, f->y, f->dy, values);
+    struct arena *arena = f->s->arena;
+    const struct mark mark = arena->top;
+    double *values = TAKE(arena, double, switching_count(f->s));
+    enum outcome outcome = OUTCOME_NO_MEMORY;
     int over = 0;
+    if (arena->ran_out)
+        goto end;
+    outcome = switching_functions(f->s, f->t, f->y, f->dy, values);
     for (int w = h->count; w < switching_count(f->s); w++)
         over |= mode_change_of(f->s, w).how != SLIP_ENDS && values[w] < 0.0;
     if (over)
         activate_staying(f, d, 1);
+end:
+    give_back(arena, mark);
     return outcome;
 }
 
@@ -264,17 +270,23 @@ static int undetermined(const struct decision *d)
 static enum outcome project_contact_velocities(struct phase *f, struct decision *d, int resting)
 {
     struct active_set *h = f->s->active;
-    signed char *mode = d->mode + d->count;
     const int count = h->count, rows = h->rows;
+    struct arena *arena = f->s->arena;
+    const struct mark mark = arena->top;
+    signed char *mode = TAKE(arena, signed char, count);
+    double *weight = TAKE(arena, double, rows);
+    enum outcome outcome = OUTCOME_NO_MEMORY;
+    if (arena->ran_out)
+        goto end;
     memcpy(mode, h->mode, count);
-    memcpy(d->trial, h->weight, rows * sizeof *d->trial);
+    memcpy(weight, h->weight, rows * sizeof *weight);
     for (int i = 0, k = 0; f->s->friction && i < d->count; i++)
         if (stays(d, i)) {
             h->mode[k] = d->mode[i] || d->touches[i] || d->mu[d->contact[i]] == 0.0 ? mode[k] : STICK;
             k++;
         }
     activate(h, count, h->set, h->mode);
-    enum outcome outcome = project_velocity(f->s, f->y, f->y + f->s->n);
+    outcome = project_velocity(f->s, f->y, f->y + f->s->n);
     f->s->model->gap_rates(f->s->k, f->y, f->y + f->s->n, f->rates);
     for (int i = 0; resting == ALL_REST && i < d->count; i++)
         if (!stays(d, i) && f->rates[d->contact[i]] < 0.0) {
@@ -286,7 +298,9 @@ static enum outcome project_contact_velocities(struct phase *f, struct decision 
         outcome = project_velocity(f->s, f->y, f->y + f->s->n);
     }
     activate(h, count, h->set, mode);
-    memcpy(h->weight, d->trial, rows * sizeof *d->trial);
+    memcpy(h->weight, weight, rows * sizeof *weight);
+end:
+    give_back(arena, mark);
     return outcome;
 }
 
@@ -325,11 +339,12 @@ enum outcome select_active_set(struct phase *f, struct mode_change loss, int res
     struct active_set *h = f->s->active;
     struct run *run = f->run;
     const size_t c = f->s->model->contacts;
+    const struct mark mark = f->s->arena->top;
     struct decision d;
-    signed char *how = malloc(c);
+    signed char *how = TAKE(f->s->arena, signed char, c);
     enum outcome outcome = OUTCOME_NO_MEMORY;
-    if (!make_decision(&d, f->s) && how) {
-        outcome = find_vanishing(f, loss, &d.vanishing, d.W);
+    if (!take_decision(&d, f->s)) {
+        outcome = find_vanishing(f, loss, &d.vanishing);
         deactivate_all(h, c);
         outcome = outcome ? outcome : select_and_project(f, &d, loss, resting);
         if (!h->count)
@@ -342,8 +357,7 @@ enum outcome select_active_set(struct phase *f, struct mode_change loss, int res
         if (outcome == OUTCOME_JAMMED)
             run->contact = d.count ? d.contact[0] : -1;
     }
-    free(how);
-    free_decision(&d);
+    give_back(f->s->arena, mark);
     return outcome;
 }
 
@@ -351,10 +365,11 @@ enum outcome would_activate(struct phase *f, int *strikes)
 {
     const struct system *s = f->s;
     const struct mode_change none = {-1, DETACHES};
+    const struct mark mark = s->arena->top;
     struct decision d;
     enum outcome outcome = OUTCOME_NO_MEMORY;
     *strikes = -1;
-    if (!make_decision(&d, f->s)) {
+    if (!take_decision(&d, f->s)) {
         deactivate_all(s->active, s->model->contacts);
         outcome = select_contacts(f, &d, none, NONE_RESTS);
         for (int c = 0, i = 0; c < s->model->contacts && !outcome; c++) {
@@ -365,6 +380,6 @@ enum outcome would_activate(struct phase *f, int *strikes)
                 *strikes = c;
         }
     }
-    free_decision(&d);
+    give_back(s->arena, mark);
     return outcome;
 }

@@ -16,7 +16,7 @@ enum outcome select_active_set(struct phase *f, struct mode_change loss, int res
 
 /* Which of the closed contacts are held at the state, which stays as it is: they are then held in f->s->holding. Contact
  * *strikes approaches so fast that an impact comes first, and does not count; it is -1 if there is none. The flight needs its
- * y, dy, gaps, rates, set and search alone. */
+ * y, dy, gaps, rates and set alone. */
 enum outcome would_activate(struct phase *f, int *strikes);
 
 #endif

@@ -8,40 +8,42 @@
 #include "hybrid/decision.h"
 
 #include <math.h>
-#include <stdlib.h>
 
 #include "algebra/semidefinite.h"
 #include "base/tolerances.h"
 #include "constraints/delassus.h"
 #include "motion/derivative.h"
 
-int make_decision(struct decision *d, struct system *s)
+int take_decision(struct decision *d, struct system *s)
 {
     const size_t c = s->model->contacts, rows = 2 * c;
-    *d = (struct decision){.mu = s->friction, .enlarged = 1.0};
-    d->in = calloc(7 * c, 1);
-    d->contact = malloc(3 * c * sizeof *d->contact);
-    d->b = malloc((4 * rows + 2 * rows * rows + 3 * rows + 2 * c + semidefinite_scratch((int)rows)) * sizeof *d->b);
-    if (!d->in || !d->contact || !d->b)
-        return 1;
-    d->row = d->contact + c;
-    d->mode = (signed char *)d->in + c;
-    d->given = d->in + 4 * c;
-    d->touches = d->in + 5 * c;
-    d->vanishing.zero = d->in + 6 * c;
-    d->P = d->b + rows;
-    d->trial = d->P + rows;
-    d->vanishing.force = d->trial + rows;
-    d->W = d->vanishing.force + rows;
-    d->part = d->W + rows * rows;
-    return 0;
-}
-
-void free_decision(struct decision *d)
-{
-    free(d->in);
-    free(d->contact);
-    free(d->b);
+    struct arena *arena = s->arena;
+    *d = (struct decision){
+        .contact = TAKE(arena, int, c),
+        .in = TAKE_ZEROS(arena, char, c),
+        .mode = TAKE_ZEROS(arena, signed char, c),
+        .given = TAKE_ZEROS(arena, char, c),
+        .touches = TAKE_ZEROS(arena, char, c),
+        .b = TAKE(arena, double, rows),
+        .P = TAKE(arena, double, rows),
+        .W = TAKE(arena, double, (rows * rows)),
+        .trial = TAKE(arena, double, rows),
+        .modes = TAKE_ZEROS(arena, signed char, c),
+        .mu = s->friction,
+        .enlarged = 1.0,
+        .vanishing = {.zero = TAKE_ZEROS(arena, char, c), .force = TAKE(arena, double, rows)},
+        .part =
+            {
+                .row = TAKE(arena, int, rows),
+                .W = TAKE(arena, double, (rows * rows)),
+                .b = TAKE(arena, double, rows),
+                .x = TAKE(arena, double, rows),
+                .mu = TAKE(arena, double, c),
+                .scratch = TAKE(arena, double, semidefinite_scratch((int)rows)),
+                .mode = TAKE(arena, signed char, c),
+            },
+    };
+    return arena->ran_out;
 }
 
 /* Accelerations of all contacts without forces between them, of gaps or of sliding, into out[contacts], with the derivative dy
@@ -53,20 +55,32 @@ static void free_accelerations(const struct system *s, const double *y, const do
     (sliding ? s->model->slip_bias : s->model->gap_bias)(s->k, y, y + s->n, more);
 }
 
-/* Put in place of what is left of the forces that vanish a small part of the change of b, which decides on them. */
-static enum outcome go_ahead(struct phase *f, struct decision *d)
+/* What b, of the contacts in question, changes by to the state ahead: change[all] */
+static enum outcome change_ahead(struct phase *f, const struct decision *d, double *change)
 {
     struct system *s = f->s;
+    const int n = d->count;
+    const struct mark mark = s->arena->top;
+    double *rates = TAKE(s->arena, double, s->model->contacts), *bias = TAKE(s->arena, double, s->model->contacts);
+    enum outcome outcome = OUTCOME_NO_MEMORY;
+    if (!s->arena->ran_out)
+        outcome = system_derivative(s, f->t + d->vanishing.ahead, f->y1, f->dy1);
+    for (int sliding = 0; sliding < d->all / n && !outcome; sliding++) {
+        free_accelerations(s, f->y1, f->dy1, sliding, rates, bias);
+        for (int i = 0; i < n; i++)
+            change[sliding * n + i] = rates[d->contact[i]] + bias[d->contact[i]] - d->b[sliding * n + i];
+    }
+    give_back(s->arena, mark);
+    return outcome;
+}
+
+/* Put in place of what is left of the forces that vanish a small part of the change of b, which decides on them. */
+static void go_ahead(const struct system *s, struct decision *d, const double *change)
+{
     const struct vanishing *v = &d->vanishing;
     const int n = d->count;
-    double *change = d->part, *free = s->active->rates, *bias = s->active->slips, largest = 0.0, base = 0.0;
-    const enum outcome outcome = system_derivative(s, f->t + v->ahead, f->y1, f->dy1);
-    for (int sliding = 0; sliding < d->all / n && !outcome; sliding++) {
-        free_accelerations(s, f->y1, f->dy1, sliding, free, bias);
-        for (int i = 0; i < n; i++)
-            change[sliding * n + i] = free[d->contact[i]] + bias[d->contact[i]] - d->b[sliding * n + i];
-    }
-    for (int i = 0; i < d->all && !outcome; i++)
+    double largest = 0.0, base = 0.0, found = 0.0;
+    for (int i = 0; i < d->all; i++)
         for (int j = 0; j < d->all; j++)
             if (v->zero[d->contact[j % n]])
                 d->b[i] += d->W[i * d->all + j] * v->force[d->contact[j % n] + (j < n ? 0 : s->model->contacts)];
@@ -75,9 +89,8 @@ static enum outcome go_ahead(struct phase *f, struct decision *d)
         largest = fmax(largest, v->zero[d->contact[i]] ? fabs(change[i]) : 0.0);
     }
     const double part = base > v->noise && largest > 0.0 ? fmin(1.0, ONWARD * base / largest) : 1.0;
-    for (int i = 0; i < d->all && !outcome; i++)
+    for (int i = 0; i < d->all; i++)
         d->b[i] += part * change[i];
-    double found = 0.0;
     for (int i = 0; i < n; i++) {
         d->in[i] = 1;
         d->given[i] = d->given[i] && !v->zero[d->loss.contact];
@@ -90,26 +103,41 @@ static enum outcome go_ahead(struct phase *f, struct decision *d)
         d->b[i] *= d->enlarged;
     if (v->zero[d->loss.contact] && d->loss.how != LOADS) /* what has stirred does not touch again at once */
         d->loss.contact = -1;
-    return outcome;
 }
 
-enum outcome gather_candidates(struct phase *f, struct decision *d)
+/* The accelerations of all contacts without forces between them */
+struct accelerations {
+    double *rates, *bias, *slips; /* [contacts] */
+    double *change;               /* [2 contacts] */
+    double *columns;              /* [2 contacts][n] */
+};
+
+static void take_accelerations(const struct system *s, struct accelerations *a)
+{
+    const size_t contacts = s->model->contacts;
+    a->rates = TAKE(s->arena, double, contacts);
+    a->bias = TAKE(s->arena, double, contacts);
+    a->slips = TAKE(s->arena, double, contacts);
+    a->change = TAKE(s->arena, double, 2 * contacts);
+    a->columns = TAKE(s->arena, double, 2 * contacts * s->n);
+}
+
+static enum outcome gather_with(struct phase *f, struct decision *d, struct accelerations *a)
 {
     struct system *s = f->s;
-    struct active_set *h = s->active;
     const struct ccgen_model *m = s->model;
     const double *q = f->y, *u = f->y + s->n;
     const struct mode_change loss = d->loss;
     const enum outcome outcome = evaluate_derivative(f);
     if (outcome)
         return outcome;
-    double *free = h->rates, *bias = h->slips, *slips = h->wanted;
-    free_accelerations(s, f->y, f->dy, 0, free, bias);
+    const double *rates = a->rates, *bias = a->bias, *slips = a->slips;
+    free_accelerations(s, f->y, f->dy, 0, a->rates, a->bias);
     m->gaps(s->k, q, f->gaps);
     m->gap_rates(s->k, q, u, f->rates);
     d->scale = 0.0;
     for (int c = 0; c < m->contacts; c++)
-        d->scale = fmax(d->scale, fabs(free[c]) + fabs(bias[c]));
+        d->scale = fmax(d->scale, fabs(rates[c]) + fabs(bias[c]));
     for (int i = 0; i < s->n; i++)
         d->scale = fmax(d->scale, SHARED * (s->lengths[i] ? fabs(f->dy[s->n + i])
                                                           : s->length * (fabs(f->dy[s->n + i]) + u[i] * u[i])));
@@ -118,16 +146,16 @@ enum outcome gather_candidates(struct phase *f, struct decision *d)
     for (int c = 0; c < m->contacts; c++)
         if (f->gaps[c] <= SHUT * s->extent[c] && fabs(f->rates[c]) <= fmax(fast, rest_velocity(f, c))) {
             d->in[d->count] = !(c == loss.contact && loss.how == DETACHES);
-            d->b[d->count] = free[c] + bias[c];
+            d->b[d->count] = rates[c] + bias[c];
             d->contact[d->count++] = c;
         }
     d->all = s->friction ? 2 * d->count : d->count;
     if (s->friction && d->count) {
-        free_accelerations(s, f->y, f->dy, 1, free, bias);
-        m->slips(s->k, q, u, slips);
+        free_accelerations(s, f->y, f->dy, 1, a->rates, a->bias);
+        m->slips(s->k, q, u, a->slips);
         for (int i = 0; i < d->count; i++) {
             const int c = d->contact[i];
-            d->b[d->count + i] = free[c] + bias[c];
+            d->b[d->count + i] = rates[c] + bias[c];
             d->mode[i] = s->friction[c] == 0.0 || fabs(slips[c]) <= STILL * s->length / s->time ? 0
                          : slips[c] > 0.0                                                       ? 1
                                                                                                 : -1;
@@ -136,8 +164,23 @@ enum outcome gather_candidates(struct phase *f, struct decision *d)
             d->given[i] = loss.how == SLIPS_FORWARD || loss.how == SLIPS_BACKWARD;
         }
     }
-    const enum outcome found =
-        delassus(s, q, d->count, d->contact, h->columns, d->W, h->units, h->answers, h->pushes, h->rates, h->f);
+    enum outcome found = delassus(s, q, d->count, d->contact, a->columns, d->W);
     d->scale = fmax(d->scale, force_noise(s, d->count, d->contact, d->W, d->all + 1) / PRESSED);
-    return !found && d->count && d->vanishing.ahead > 0.0 ? go_ahead(f, d) : found;
+    if (found || !d->count || !(d->vanishing.ahead > 0.0))
+        return found;
+    found = change_ahead(f, d, a->change);
+    if (!found)
+        go_ahead(s, d, a->change);
+    return found;
+}
+
+enum outcome gather_candidates(struct phase *f, struct decision *d)
+{
+    struct system *s = f->s;
+    const struct mark mark = s->arena->top;
+    struct accelerations a;
+    take_accelerations(s, &a);
+    const enum outcome outcome = s->arena->ran_out ? OUTCOME_NO_MEMORY : gather_with(f, d, &a);
+    give_back(s->arena, mark);
+    return outcome;
 }

@@ -4,19 +4,28 @@
 
 #include "hybrid/vanishing.h"
 
+/* A smaller problem */
+struct part {
+    int *row; /* [2 contacts] the rows that it has */
+    double *W, *b, *x, *mu,
+        *scratch;      /* [2 contacts]^2, [2 contacts], [2 contacts], [contacts]; semidefinite_scratch(2 contacts) */
+    signed char *mode; /* [contacts] */
+};
+
 struct decision {
-    int count, all;       /* closed contacts in question; rows: twice as many where there is friction */
-    int *contact;         /* [count] */
-    char *in;             /* [count] takes part */
-    signed char *mode;    /* [count] 0 where that is to be found */
-    char *given;          /* [count] friction has just reached a limit: what is near it has reached it */
-    char *touches;        /* [count] held although it does not push: nor does it move */
-    double *b;            /* [all] accelerations of the gaps, and of the sliding, without the forces */
-    double *P, *W;        /* [all], [all][all] */
-    int *row;             /* [all] scratch */
-    double *part, *trial; /* scratch: a smaller problem, its forces */
-    const double *mu;     /* of all contacts */
-    double scale;         /* the largest acceleration of a gap, or a small part of that of the links */
+    int count, all;     /* closed contacts in question; rows: twice as many where there is friction */
+    int *contact;       /* [count] */
+    char *in;           /* [count] takes part */
+    signed char *mode;  /* [count] 0 where that is to be found */
+    char *given;        /* [count] friction has just reached a limit: what is near it has reached it */
+    char *touches;      /* [count] held although it does not push: nor does it move */
+    double *b;          /* [all] accelerations of the gaps, and of the sliding, without the forces */
+    double *P, *W;      /* [all], [all][all] */
+    double *trial;      /* [all] forces without one of the contacts */
+    struct part part;   /* the problem of some of the contacts */
+    signed char *modes; /* [contacts] how those that stay are held, in their order */
+    const double *mu;   /* of all contacts */
+    double scale;       /* the largest acceleration of a gap, or a small part of that of the links */
     double
         enlarged; /* by what b is enlarged, where all that presses has vanished and what decides is small against `scale` */
     int events_crowd;        /* events follow each other without time */
@@ -24,9 +33,8 @@ struct decision {
     struct vanishing vanishing;
 };
 
-/* Room for a decision; 0, or 1 when memory runs out. */
-int make_decision(struct decision *d, struct system *s);
-void free_decision(struct decision *d);
+/* A decision's arrays from the arena of the system; 0, or 1 when memory runs out. */
+int take_decision(struct decision *d, struct system *s);
 
 /* The closed contacts that are slow enough to ask, and what they need to know; d->loss and d->vanishing are given. */
 enum outcome gather_candidates(struct phase *f, struct decision *d);

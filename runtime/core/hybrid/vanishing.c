@@ -103,7 +103,24 @@ static enum outcome look_ahead(struct phase *f, struct vanishing *v, const doubl
     }
 }
 
-enum outcome find_vanishing(struct phase *f, struct mode_change loss, struct vanishing *v, double *W)
+/* Which forces have vanished, W[rows][rows] being the compliances; whether others have than the one that is lost */
+static int note_vanished(const struct phase *f, struct mode_change loss, struct vanishing *v, const double *W, int rows)
+{
+    const struct active_set *h = f->s->active;
+    int others = 0;
+    for (int i = 0; i < h->count; i++) {
+        const int c = h->set[i];
+        const double own = W[(size_t)i * (rows + 1)], p = fabs(v->force[c]),
+                     rate = (h->force[i] - v->force[c]) / v->ahead;
+        if ((h->mode[i] == GRAZING && loss.how != LOADS) || p * own > SMALL * v->noise / FORCE_ROUNDING)
+            continue;
+        v->zero[c] = p * own <= v->noise || gone(f, c, own * p, own * fabs(rate));
+        others += v->zero[c] && !(c == loss.contact && loss.how == DETACHES);
+    }
+    return others;
+}
+
+enum outcome find_vanishing(struct phase *f, struct mode_change loss, struct vanishing *v)
 {
     struct system *s = f->s;
     struct active_set *h = s->active;
@@ -116,20 +133,16 @@ enum outcome find_vanishing(struct phase *f, struct mode_change loss, struct van
     if (outcome || !several(h, loss))
         return outcome == OUTCOME_INTERRUPTED ? outcome : OUTCOME_DONE;
     note_forces(s, v->force);
-    if (delassus(s, f->y, h->count, h->set, h->columns, W, h->units, h->answers, h->pushes, h->rates, h->f))
-        return OUTCOME_DONE;
+    const struct mark mark = s->arena->top;
+    double *columns = TAKE(s->arena, double, (size_t)rows * s->n), *W = TAKE(s->arena, double, ((size_t)rows * rows));
+    outcome = s->arena->ran_out ? OUTCOME_NO_MEMORY : delassus(s, f->y, h->count, h->set, columns, W);
+    if (outcome)
+        goto end;
     v->noise = force_noise(s, h->count, h->set, W, rows + 1);
-    int others = 0;
     outcome = look_ahead(f, v, W, rows + 1);
-    for (int i = 0; i < h->count && !outcome; i++) {
-        const int c = h->set[i];
-        const double own = W[(size_t)i * (rows + 1)], p = fabs(v->force[c]),
-                     rate = (h->force[i] - v->force[c]) / v->ahead;
-        if ((h->mode[i] == GRAZING && loss.how != LOADS) || p * own > SMALL * v->noise / FORCE_ROUNDING)
-            continue;
-        v->zero[c] = p * own <= v->noise || gone(f, c, own * p, own * fabs(rate));
-        others += v->zero[c] && !(c == loss.contact && loss.how == DETACHES);
-    }
-    v->ahead = others ? v->ahead : 0.0;
-    return outcome == OUTCOME_INTERRUPTED ? outcome : OUTCOME_DONE;
+    if (outcome || !note_vanished(f, loss, v, W, rows))
+        v->ahead = 0.0;
+end:
+    give_back(s->arena, mark);
+    return outcome == OUTCOME_INTERRUPTED || outcome == OUTCOME_NO_MEMORY ? outcome : OUTCOME_DONE;
 }

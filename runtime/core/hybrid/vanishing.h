@@ -19,7 +19,7 @@ double force_noise(const struct system *s, int count, const int *set, const doub
 
 /* The forces that vanish at the event `loss` at (t, y), with what has been held up to now still held, and the state a little
  * later, as if it were held on; where that cannot be computed, v->ahead is 0, and only an
- * interruption is an outcome. `W` has 4 contacts^2 numbers for scratch. */
-enum outcome find_vanishing(struct phase *f, struct mode_change loss, struct vanishing *v, double *W);
+ * interruption is an outcome. */
+enum outcome find_vanishing(struct phase *f, struct mode_change loss, struct vanishing *v);
 
 #endif

@@ -11,7 +11,6 @@
 
 #include <float.h>
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "base/tolerances.h"
@@ -36,23 +35,18 @@ struct piece {
     char *gives; /* [n] still gives back */
 };
 
-static int make_piece(struct piece *p, int n)
+/* 0, or 1 when memory runs out */
+static int take_piece(struct arena *arena, struct piece *p, size_t n)
 {
-    p->least = calloc(8 * (size_t)n + 1, sizeof *p->least);
-    p->gives = calloc(2 * (size_t)n + 1, 1);
-    p->b = p->least + n;
-    p->P = p->b + 2 * n;
-    p->F = p->P + n;
-    p->rate = p->F + n;
-    p->left = p->rate + 2 * n;
-    p->mode = (signed char *)p->gives + n;
-    return !p->least || !p->gives;
-}
-
-static void free_piece(struct piece *p)
-{
-    free(p->least);
-    free(p->gives);
+    p->least = TAKE(arena, double, n);
+    p->b = TAKE(arena, double, 2 * n);
+    p->P = TAKE_ZEROS(arena, double, n);
+    p->F = TAKE_ZEROS(arena, double, n);
+    p->rate = TAKE_ZEROS(arena, double, 2 * n);
+    p->left = TAKE(arena, double, n);
+    p->mode = TAKE(arena, signed char, n);
+    p->gives = TAKE(arena, char, n);
+    return arena->ran_out;
 }
 
 static double root(const struct expansion *s, int i)
@@ -88,13 +82,13 @@ static int solve_forces(const struct expansion *s, struct piece *p)
 {
     const int n = s->n;
     if (s->all > n) {
-        const struct friction_problem rough = {n, s->W, p->b, p->b + n, s->mu, p->mode, p->least, NULL};
+        const struct friction_problem rough = {n, s->W, p->b, p->b + n, s->mu, p->mode, p->least, NULL, s->arena};
         return solve_friction_least(&rough, p->P, p->F);
     }
     for (int i = 0; i < n; i++)
         for (int j = 0; j < n; j++)
             p->b[i] += s->W[(size_t)i * n + j] * p->least[j];
-    const int wrong = solve_complementarity(n, s->W, p->b, p->P);
+    const int wrong = solve_complementarity(s->arena, n, s->W, p->b, p->P);
     for (int i = 0; i < n && !wrong; i++)
         p->P[i] += p->least[i];
     return wrong;
@@ -186,7 +180,8 @@ static int advance_expansion(struct expansion *s, struct piece *p, double dx)
 int expand(struct expansion *s)
 {
     struct piece p;
-    const int n = s->n, wrong = make_piece(&p, n);
+    const struct mark mark = s->arena->top;
+    const int n = s->n, wrong = take_piece(s->arena, &p, n);
     double most = MOST * load_of(s, s->P);
     int giving = 0;
     for (int i = 0; i < n && !wrong; i++) {
@@ -203,6 +198,6 @@ int expand(struct expansion *s)
         giving = advance_expansion(s, &p, dx);
         most -= load_of(s, p.P) * dx;
     }
-    free_piece(&p);
+    give_back(s->arena, mark);
     return wrong;
 }

@@ -2,7 +2,7 @@
 #ifndef CCGEN_EXPANSION_H
 #define CCGEN_EXPANSION_H
 
-#include "base/real.h"
+#include "base/arena.h"
 
 /* n contacts with W[all][all], all = n, or 2 n where there is friction mu[n]; rates rate[all] at the end of compression, normals and
  * then tangents, and its impulses P[n], F[n]. Expansion changes these. */
@@ -10,6 +10,7 @@ struct expansion {
     int n, all;
     const double *W, *mu, *wanted, *goal;
     double *rate, *P, *F;
+    struct arena *arena; /* for scratch */
 };
 
 /* Each contact pushes in proportion to wanted[n] (N s) until it has given back the work goal[n] (J), or nothing gives any back;

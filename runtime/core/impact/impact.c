@@ -10,7 +10,6 @@
 
 #include <float.h>
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "algebra/elimination.h"
@@ -39,13 +38,17 @@ static void rates_of(struct system *s, const double *q, const double *u, int cou
 }
 
 /* du[n] that all impulses P[2 count] give together. Where some of them hold each other through the links, rounding is of their
- * size, not of that of du: so it is not a sum of columns, and corrected for what the unreduced equations still miss.
- * push[contacts] is zero, and so again afterwards; f[2 n] is scratch. */
-static enum outcome jump(struct system *s, const double *q, int count, const int *set, const double *P, double *push,
-                         double *f, double *du)
+ * size, not of that of du: so it is not a sum of columns, and corrected for what the unreduced equations still miss. */
+static enum outcome jump(struct system *s, const double *q, int count, const int *set, const double *P, double *du)
 {
     const struct ccgen_model *m = s->model;
-    double *g = f + s->n;
+    const struct mark mark = s->arena->top;
+    double *push = TAKE_ZEROS(s->arena, double, m->contacts);
+    double *f = TAKE(s->arena, double, s->n), *g = TAKE(s->arena, double, s->n);
+    double *closed = TAKE_ZEROS(s->arena, double, m->rows), *multipliers = TAKE(s->arena, double, m->rows);
+    enum outcome outcome = OUTCOME_NO_MEMORY;
+    if (s->arena->ran_out)
+        goto end;
     for (int i = 0; i < count; i++)
         push[set[i]] = P[i];
     m->contact_impulse(s->k, q, push, f);
@@ -55,19 +58,18 @@ static enum outcome jump(struct system *s, const double *q, int count, const int
         m->slip_impulse(s->k, q, push, g);
     for (int i = 0; i < s->n && s->friction; i++)
         f[i] += g[i];
-    for (int i = 0; i < count; i++)
-        push[set[i]] = 0.0;
-    memset(s->bias, 0, m->rows * sizeof *s->bias);
     const long dependent = s->rank_deficient;
     const double inexact = s->refinement_residual;
-    const enum outcome outcome = system_impulse(s, q, f, s->bias, RANK_TOLERANCE, du, s->multipliers);
+    outcome = system_impulse(s, q, f, closed, RANK_TOLERANCE, du, multipliers);
     if (outcome || s->refine || s->rank_deficient > dependent)
-        return outcome;
+        goto end;
     memcpy(g, du, s->n * sizeof *g);
-    if (refine_impulse(s, q, f, s->bias, du, s->multipliers))
+    if (refine_impulse(s, q, f, closed, du, multipliers))
         memcpy(du, g, s->n * sizeof *g);
     s->refinement_residual = inexact;
-    return OUTCOME_DONE;
+end:
+    give_back(s->arena, mark);
+    return outcome;
 }
 
 /* Friction per normal impulse of a contact where that stays what it is; 0 where it sticks */
@@ -84,11 +86,12 @@ static double friction_ratio(const struct impact_problem *k, const double *P, in
 static int correct(const struct impact_problem *k, const double *before, double *P, double *change)
 {
     const size_t n = k->count, all = k->all;
-    double *A = malloc(((all + 1) * all + 1) * sizeof *A), *x = A + all * all, speed = 0.0, miss = 0.0;
-    int *column = malloc((2 * all + 1) * sizeof *column), *order = column + all, m = 0, rank = 0;
-    double largest = 0.0, load = 0.0;
+    const struct mark mark = k->arena->top;
+    double *A = TAKE(k->arena, double, (all * all)), *x = TAKE(k->arena, double, all);
+    int *column = TAKE(k->arena, int, all), *order = TAKE(k->arena, int, all), m = 0, rank = 0;
+    double speed = 0.0, miss = 0.0, largest = 0.0, load = 0.0;
     memset(change, 0, all * sizeof *change);
-    for (size_t i = 0; A && column && i < all; i++) {
+    for (size_t i = 0; !k->arena->ran_out && i < all; i++) {
         if (P[i % n] > 0.0 && (i < n || (P[i] != 0.0 && friction_ratio(k, P, (int)(i % n)) == 0.0)))
             column[m++] = (int)i;
         speed = fmax(speed, fabs(before[i]));
@@ -118,8 +121,7 @@ static int correct(const struct impact_problem *k, const double *before, double 
     }
     for (size_t i = 0; i < all; i++)
         P[i] += change[i];
-    free(A);
-    free(column);
+    give_back(k->arena, mark);
     return rank > 0;
 }
 
@@ -161,34 +163,45 @@ static enum outcome impulses_by_law(const struct impact_law *law, struct impact_
     return outcome;
 }
 
+/* An impact of the contacts `count`, with room for its numbers */
+static struct impact_problem take_problem(struct system *s, int count, const double *e)
+{
+    struct arena *arena = s->arena;
+    const size_t c = count, rows = s->friction ? 2 * c : c;
+    return (struct impact_problem){
+        .count = count,
+        .all = (int)rows,
+        .e = e,
+        .W = TAKE(arena, double, (rows * rows)),
+        .rate = TAKE(arena, double, rows),
+        .mu = TAKE_ZEROS(arena, double, c),
+        .b = TAKE(arena, double, c),
+        .least = TAKE(arena, double, c),
+        .P = TAKE_ZEROS(arena, double, c),
+        .F = TAKE_ZEROS(arena, double, c),
+        .after = TAKE(arena, double, rows),
+        .wanted = TAKE(arena, double, rows),
+        .goal = TAKE(arena, double, c),
+        .kept = TAKE(arena, double, 2 * c + rows),
+        .mode = TAKE_ZEROS(arena, signed char, c),
+        .arena = arena,
+    };
+}
+
 enum outcome impact(struct system *s, const double *q, const double *u_minus, int count, const int *set,
                     const double *e, double *u_plus, double *P)
 {
     const struct ccgen_model *m = s->model;
-    const size_t n = s->n, c = count, all = m->contacts, rows = s->friction ? 2 * c : c;
+    const size_t n = s->n, c = count, rows = s->friction ? 2 * c : c;
+    const struct mark mark = s->arena->top;
+    struct impact_problem k = take_problem(s, count, e);
+    double *columns = TAKE(s->arena, double, (rows * n)), *before = TAKE(s->arena, double, rows);
+    double *rates = TAKE(s->arena, double, m->contacts);
+    double *f = TAKE(s->arena, double, n), *du = TAKE(s->arena, double, n);
     enum outcome outcome = OUTCOME_NO_MEMORY;
-    const size_t width = width_of(s);
-    double *work =
-        calloc(rows * rows + rows * n + 5 * rows + 8 * c + 2 * all + 3 * n + 2 * rows * width + 1, sizeof *work);
-    signed char *mode = calloc(c + 1, 1);
-    if (!work || !mode)
+    if (s->arena->ran_out)
         goto end;
-    struct impact_problem k = {.count = count, .all = (int)rows, .W = work, .mode = mode};
-    double *columns = work + rows * rows, *before = columns + rows * n;
-    k.e = e;
     k.before = before;
-    k.rate = before + rows;
-    k.mu = k.rate + rows;
-    k.b = k.mu + c;
-    k.least = k.b + c;
-    k.P = k.least + c;
-    k.F = k.P + c;
-    k.after = k.F + c;
-    k.wanted = k.after + rows;
-    k.goal = k.wanted + rows;
-    k.kept = k.goal + c;
-    double *push = k.kept + 2 * c + rows, *rates = push + all, *f = rates + all, *du = f + 2 * n, *units = du + n;
-
     memcpy(u_plus, u_minus, n * sizeof *u_plus);
     memset(P, 0, 2 * c * sizeof *P);
     if ((outcome = project_velocity(s, q, u_plus)))
@@ -200,10 +213,9 @@ enum outcome impact(struct system *s, const double *q, const double *u_minus, in
         k.energy += 0.5 * u_plus[i] * f[i];
     for (size_t i = 0; i < c && s->friction; i++)
         k.mu[i] = s->friction[set[i]];
-    if ((outcome = delassus(s, q, count, set, columns, k.W, units, units + rows * width, push, rates, f)) ||
-        (outcome = impulses_by_law(s->law, &k, before, P)))
+    if ((outcome = delassus(s, q, count, set, columns, k.W)) || (outcome = impulses_by_law(s->law, &k, before, P)))
         goto end;
-    if ((outcome = jump(s, q, count, set, P, push, f, du)))
+    if ((outcome = jump(s, q, count, set, P, du)))
         goto end;
     for (size_t i = 0; i < n; i++)
         u_plus[i] += du[i];
@@ -219,7 +231,6 @@ enum outcome impact(struct system *s, const double *q, const double *u_minus, in
     else if (adds_energy(&k, k.after, P))
         outcome = OUTCOME_GAINED;
 end:
-    free(work);
-    free(mode);
+    give_back(s->arena, mark);
     return outcome;
 }

@@ -34,7 +34,7 @@ static enum outcome poisson_impulses(struct impact_problem *k, double *total)
         return outcome;
     memcpy(total, P, 2 * n * sizeof *P);
     memcpy(k->rate, rate, k->all * sizeof *rate);
-    struct expansion expansion = {n, k->all, k->W, k->mu, k->wanted, NULL, k->rate, total, total + n};
+    struct expansion expansion = {n, k->all, k->W, k->mu, k->wanted, NULL, k->rate, total, total + n, k->arena};
     return expand(&expansion) ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
 }
 

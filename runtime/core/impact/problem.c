@@ -11,7 +11,8 @@
 /* The impulses of one step at rough contacts, and the rates after it */
 static enum outcome rough_step(struct impact_problem *k, const double *least)
 {
-    struct friction_problem rough = {k->count, k->W, k->b, k->rate + k->count, k->mu, k->mode, least, k->from};
+    struct friction_problem rough = {k->count, k->W,    k->b,    k->rate + k->count, k->mu, k->mode,
+                                     least,    k->from, k->arena};
     const int wrong = k->from ? least_impulses(&rough, NOTHING, k->P, k->F) : solve_friction_least(&rough, k->P, k->F);
     if (k->from && !wrong)
         refine_impulses(&rough, k->P, k->F);
@@ -29,7 +30,7 @@ static enum outcome smooth_step(struct impact_problem *k, const double *least)
     for (int i = 0; least && i < n; i++)
         for (int j = 0; j < n; j++)
             k->b[i] += k->W[i * n + j] * least[j];
-    if (solve_complementarity(n, k->W, k->b, k->P))
+    if (solve_complementarity(k->arena, n, k->W, k->b, k->P))
         return OUTCOME_REPEATS;
     for (int i = 0; least && i < n; i++)
         k->P[i] += least[i];

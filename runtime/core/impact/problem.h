@@ -2,8 +2,8 @@
 #ifndef CCGEN_PROBLEM_H
 #define CCGEN_PROBLEM_H
 
+#include "base/arena.h"
 #include "base/outcome.h"
-#include "base/real.h"
 
 struct impact_problem {
     int count, all;       /* contacts; rows: twice as many where there is friction */
@@ -20,6 +20,7 @@ struct impact_problem {
     double *kept;       /* [2 count + all] impulses of compression, and the rates after it */
     const double *from; /* or NULL: rates to whose energy impulses may not add */
     signed char *mode;
+    struct arena *arena; /* for scratch */
 };
 
 /* Impulses that end the approach of k->rate offset by extra[count], or none where that is NULL, each normal one at least least[count];

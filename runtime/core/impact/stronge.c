@@ -26,7 +26,7 @@ static enum outcome restore(struct impact_problem *k, double *total)
     }
     for (int i = 0; i < n && goals > lost; i++)
         k->goal[i] *= fmax(lost, 0.0) / goals;
-    struct expansion expansion = {n, k->all, k->W, k->mu, k->wanted, k->goal, k->rate, total, total + n};
+    struct expansion expansion = {n, k->all, k->W, k->mu, k->wanted, k->goal, k->rate, total, total + n, k->arena};
     return expand(&expansion) ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
 }
 

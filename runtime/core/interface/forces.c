@@ -7,7 +7,6 @@
 #include "interface/forces.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "base/tolerances.h"
@@ -19,41 +18,37 @@
 struct room {
     struct active_set active;
     struct phase phase;
-    double *numbers;     /* all of the room */
-    double *jump, *gaps; /* [n], [contacts] scratch */
-    double *lambda;      /* [rows + 2 contacts] */
-    double *more;        /* [joints][3] scratch */
-    int *set;
+    double *f, *du;   /* [n] scratch */
+    double *gaps;     /* [contacts] scratch */
+    double *lambda;   /* [rows] */
+    double *impulses; /* [rows] scratch */
+    double *still;    /* [rows] zeros */
+    double *more;     /* [joints][3] scratch */
 };
 
-static void free_room(struct system *s, struct room *r)
+static int take_room(struct system *s, struct room *r)
 {
-    free_active_set(&r->active);
-    free(r->numbers);
-    free(r->set);
-    s->active = NULL;
-}
-
-static int make_room(struct system *s, struct room *r)
-{
-    const size_t c = s->model->contacts, size = s->size, search = search_scratch(s);
-    memset(r, 0, sizeof *r);
-    r->phase.s = s;
-    r->numbers =
-        calloc(2 * size + 4 * c + search + s->n + s->model->rows + 3 * s->model->joints + 1, sizeof *r->numbers);
-    r->set = malloc((c + 1) * sizeof *r->set);
-    if (make_active_set(&r->active, s->model) || !r->numbers || !r->set)
+    const struct ccgen_model *m = s->model;
+    const size_t c = m->contacts, size = s->size;
+    struct arena *arena = s->arena;
+    *r = (struct room){
+        .phase = {.s = s,
+                  .y = TAKE_ZEROS(arena, double, size),
+                  .dy = TAKE_ZEROS(arena, double, size),
+                  .rates = TAKE_ZEROS(arena, double, c),
+                  .gaps = TAKE_ZEROS(arena, double, c),
+                  .set = TAKE(arena, int, c)},
+        .f = TAKE(arena, double, s->n),
+        .du = TAKE(arena, double, s->n),
+        .gaps = TAKE(arena, double, c),
+        .lambda = TAKE(arena, double, m->rows),
+        .impulses = TAKE(arena, double, m->rows),
+        .still = TAKE_ZEROS(arena, double, m->rows),
+        .more = TAKE(arena, double, 3 * (size_t)m->joints),
+    };
+    if (take_active_set(arena, &r->active, m))
         return 1;
     s->active = c ? &r->active : NULL;
-    r->phase.y = r->numbers;
-    r->phase.dy = r->phase.y + size;
-    r->phase.rates = r->phase.dy + size;
-    r->phase.gaps = r->gaps = r->phase.rates + c;
-    r->phase.search = r->gaps + c;
-    r->jump = r->phase.search + search;
-    r->lambda = r->jump + s->n;
-    r->more = r->lambda + s->model->rows + 2 * c;
-    r->phase.set = r->set;
     return 0;
 }
 
@@ -69,11 +64,13 @@ static int touches(const struct system *s, const double *q, double *gaps)
 
 enum outcome find_closed(const struct system *s, size_t count, const double *q, char *closed)
 {
-    double *gaps = malloc((s->model->contacts + 1) * sizeof *gaps);
-    for (size_t i = 0; i < count && gaps; i++)
+    const struct mark mark = s->arena->top;
+    double *gaps = TAKE(s->arena, double, s->model->contacts);
+    const enum outcome outcome = s->arena->ran_out ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
+    for (size_t i = 0; i < count && !outcome; i++)
         closed[i] = s->model->contacts && touches(s, q + i * s->n, gaps);
-    free(gaps);
-    return gaps ? OUTCOME_DONE : OUTCOME_NO_MEMORY;
+    give_back(s->arena, mark);
+    return outcome;
 }
 
 /* Hold what the runtime would hold at the state, which is not moved. */
@@ -126,16 +123,16 @@ static void pushes_of(const struct system *s, double *push)
     }
 }
 
-/* Generalized forces f[n] of push[2 contacts] */
-static void generalized(struct system *s, const double *q, const double *push, double *f)
+/* Generalized forces f[n] of push[2 contacts]; friction[n] is scratch. */
+static void generalized(const struct system *s, const double *q, const double *push, double *friction, double *f)
 {
     const struct ccgen_model *m = s->model;
     m->contact_impulse(s->k, q, push, f);
     if (!m->slip_impulse)
         return;
-    m->slip_impulse(s->k, q, push + m->contacts, s->jump);
+    m->slip_impulse(s->k, q, push + m->contacts, friction);
     for (int i = 0; i < s->n; i++)
-        f[i] += s->jump[i];
+        f[i] += friction[i];
 }
 
 /* The motion with the contacts that are held */
@@ -151,12 +148,11 @@ static enum outcome motion(struct room *r, double t, const double *q, const doub
     pushes_of(s, push);
     if (s->rank_deficient > dependent) /* solved for together */
         return OUTCOME_DONE;
-    generalized(s, q, push, s->active->f);
-    memset(s->bias, 0, m->rows * sizeof *s->bias);
-    if (m->impulse(s->k, q, s->active->f, s->bias, r->jump, s->multipliers))
+    generalized(s, q, push, r->du, r->f);
+    if (m->impulse(s->k, q, r->f, r->still, r->du, r->impulses))
         return OUTCOME_NOT_FINITE;
     for (int i = 0; i < m->rows; i++)
-        r->lambda[i] += s->multipliers[i];
+        r->lambda[i] += r->impulses[i];
     return OUTCOME_DONE;
 }
 
@@ -179,10 +175,11 @@ enum outcome held_forces(struct system *s, size_t count, size_t every, const dou
                          double *reaction, struct obstruction *found)
 {
     const size_t n = s->n, rows = s->model->rows, c = s->model->contacts, entries = 3 * s->model->joints;
+    const struct mark mark = s->arena->top;
     struct room r;
     enum outcome outcome = OUTCOME_NO_MEMORY;
     *found = (struct obstruction){0, -1, OBSTACLE_NONE, 0.0};
-    if (make_room(s, &r))
+    if (take_room(s, &r))
         goto end;
     outcome = OUTCOME_DONE;
     if (held.count >= 0 && c)
@@ -198,7 +195,8 @@ enum outcome held_forces(struct system *s, size_t count, size_t every, const dou
             react(&r, now, at, moving, u_dot + i * n, push + i * 2 * c, reaction + i * entries);
     }
 end:
-    free_room(s, &r);
+    s->active = NULL;
+    give_back(s->arena, mark);
     return outcome;
 }
 
@@ -206,19 +204,24 @@ enum outcome joint_impulses(struct system *s, const double *q, const double *du,
 {
     const struct ccgen_model *m = s->model;
     const int entries = 3 * m->joints;
-    double *f = malloc((2 * s->n + m->rows + entries + 1) * sizeof *f);
-    if (!f)
-        return OUTCOME_NO_MEMORY;
-    double *jump = f + s->n, *rates = jump + s->n, *more = rates + m->rows;
-    generalized(s, q, P, f);
+    struct arena *arena = s->arena;
+    const struct mark mark = arena->top;
+    double *f = TAKE(arena, double, s->n), *jump = TAKE(arena, double, s->n);
+    double *rates = TAKE(arena, double, m->rows), *impulses = TAKE(arena, double, m->rows);
+    double *more = TAKE(arena, double, entries);
+    enum outcome outcome = OUTCOME_NO_MEMORY;
+    if (arena->ran_out)
+        goto end;
+    generalized(s, q, P, jump, f);
     m->closure_rate(s->k, q, du, rates);
-    const enum outcome outcome = system_impulse(s, q, f, rates, RANK_TOLERANCE, jump, s->multipliers);
-    if (!outcome) {
-        m->impulse_reactions(s->k, q, du, s->multipliers, reaction);
-        m->contact_reactions(s->k, q, P, more);
-        for (int i = 0; i < entries; i++)
-            reaction[i] += more[i];
-    }
-    free(f);
+    outcome = system_impulse(s, q, f, rates, RANK_TOLERANCE, jump, impulses);
+    if (outcome)
+        goto end;
+    m->impulse_reactions(s->k, q, du, impulses, reaction);
+    m->contact_reactions(s->k, q, P, more);
+    for (int i = 0; i < entries; i++)
+        reaction[i] += more[i];
+end:
+    give_back(arena, mark);
     return outcome;
 }

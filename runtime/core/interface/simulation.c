@@ -18,39 +18,32 @@ static const double BAUMGARTE = 20.0; /* rate of Baumgarte's stabilisation, per 
 static const double RTOL = 1e-9;
 static const long STEP_BUDGET = 10000000, RATE_BUDGET = 200000;
 
-/* Lay the system's arrays out from `at` on, unless it is NULL; how many numbers they take. */
-static size_t lay_out(struct system *s, double **k, double **restitution, double **friction, double **extent,
-                      double *at)
+/* Bytes of scratch that functions have at one time at most. The largest arrays are squares. With n coordinates, r rows of the closure and
+ * of drives, and k contacts: a decision on which contacts are held has 43 k^2 numbers, with its problem of friction and the tableau
+ * in which that is pivoted, and an impact has 31 k^2 and its columns, 2 k n; the null space has 2 n^2, and (r + 2 k) (n + r + 2 k)
+ * of rows where contacts are held, while a decision has 18 k^2 and columns. All are less than 2 (n + r + 5 k)^2. What grows with
+ * the sizes themselves is less than 64 times them. */
+static size_t scratch_of(const struct ccgen_model *m)
 {
-    const struct ccgen_model *m = s->model;
-    const size_t n = m->nu, c = m->contacts, room = m->rows + 2 * c + 1;
-    const struct {
-        double **array;
-        size_t count;
-    } parts[] = {{k, m->constants},       {restitution, c},        {friction, c},    {extent, c},
-                 {&s->inputs, m->inputs}, {&s->multipliers, room}, {&s->rows, room}, {&s->bias, room},
-                 {&s->jump, n},           {&s->u_dot, 3 * n},      {&s->zero, n},    {&s->projected, 2 * n},
-                 {&s->unit, 2 * n + 1}};
-    size_t total = 0;
-    for (size_t i = 0; i < sizeof parts / sizeof *parts; total += parts[i++].count + 1)
-        if (at)
-            *parts[i].array = at + total;
-    return total;
+    const size_t all = m->nu + m->rows + m->drives + 5 * (size_t)m->contacts;
+    return (2 * all * all + 64 * (all + m->links)) * sizeof(double) + 4096;
 }
 
 static enum outcome make_system(struct ccgen_simulation *it, const struct ccgen_model *m,
                                 const struct ccgen_settings *settings)
 {
     struct system *s = &it->system;
-    double *k, *restitution, *friction, *extent;
+    struct arena *arena = s->arena = &it->arena;
+    double *k = TAKE_ZEROS(arena, double, m->constants), *extent = TAKE_ZEROS(arena, double, m->contacts);
+    double *restitution = TAKE_ZEROS(arena, double, m->contacts), *friction = TAKE_ZEROS(arena, double, m->contacts);
+    unsigned char *lengths = TAKE(arena, unsigned char, m->nu);
+    s->inputs = TAKE_ZEROS(arena, double, m->inputs);
+    s->unit = TAKE(arena, double, 2 * (size_t)m->nu + 1);
+    if (arena->ran_out)
+        return OUTCOME_NO_MEMORY;
     s->model = m;
     s->n = m->nu;
     s->size = 2 * m->nu + (m->power || m->friction);
-    it->numbers = calloc(lay_out(s, &k, &restitution, &friction, &extent, NULL), sizeof *it->numbers);
-    it->lengths = malloc(m->nu + 1);
-    if (!it->numbers || !it->lengths)
-        return OUTCOME_NO_MEMORY;
-    lay_out(s, &k, &restitution, &friction, &extent, it->numbers);
     s->length = settings->length > 0.0 ? settings->length : 1.0;
     m->derive_constants(settings->parameters, k);
     if (m->contacts)
@@ -60,8 +53,8 @@ static enum outcome make_system(struct ccgen_simulation *it, const struct ccgen_
     for (int c = 0; c < m->contacts; c++)
         extent[c] = settings->angular && settings->angular[c] ? 1.0 : s->length;
     for (int i = 0; i < s->n; i++)
-        it->lengths[i] = settings->lengths ? settings->lengths[i] : i < m->base;
-    s->lengths = it->lengths;
+        lengths[i] = settings->lengths ? settings->lengths[i] : i < m->base;
+    s->lengths = lengths;
     it->time = settings->time;
     s->time = it->time > 0.0 ? it->time : it->run.duration;
     s->energy = 1.0;
@@ -117,9 +110,9 @@ static enum outcome fill(struct ccgen_simulation *it, const struct ccgen_model *
     if (outcome)
         return outcome;
     it->run.tolerance.unit = it->system.unit;
-    if (make_phase(&it->phase) || !(it->before = malloc(state_size(&it->phase))))
+    if (take_phase(&it->phase) || !(it->before = TAKE(&it->arena, char, state_size(&it->phase))))
         return OUTCOME_NO_MEMORY;
-    return OUTCOME_DONE;
+    return reserve(&it->arena, scratch_of(m)) ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
 }
 
 int ccgen_create(const struct ccgen_model *model, const struct ccgen_settings *settings,
@@ -138,11 +131,8 @@ void ccgen_destroy(struct ccgen_simulation *it)
 {
     if (!it)
         return;
-    free_phase(&it->phase);
     free_run(&it->run);
-    free(it->numbers);
-    free(it->lengths);
-    free(it->before);
+    free_arena(&it->arena);
     free(it);
 }
 
@@ -186,8 +176,9 @@ static enum outcome begin(struct ccgen_simulation *it, double t)
     start_automaton(&it->automaton);
     enum outcome outcome = project_position(&it->system, f->y);
     outcome = outcome ? outcome : project_velocity(&it->system, f->y, f->y + it->system.n);
-    set_scales(&it->system, it->time > 0.0 ? it->time : it->run.duration, outcome ? 0.0 : rate_of_start(it), f->y);
-    return outcome;
+    const enum outcome scaled =
+        set_scales(&it->system, it->time > 0.0 ? it->time : it->run.duration, outcome ? 0.0 : rate_of_start(it), f->y);
+    return outcome ? outcome : scaled;
 }
 
 int ccgen_reset(struct ccgen_simulation *it, double t, const double *q, const double *u)
@@ -365,9 +356,10 @@ enum outcome advance(struct system *s, const struct method *method, struct toler
     tolerance.unit = s->unit;
     struct run run = {.method = method, .tolerance = tolerance, .drift = drift};
     struct phase f = {.s = s, .run = &run, .t = t, .at.place = NAN};
+    const struct mark mark = s->arena->top;
     enum outcome outcome = OUTCOME_NO_MEMORY;
     s->baumgarte = drift == DRIFT_DAMPED ? BAUMGARTE : 0.0;
-    if (!make_phase(&f)) {
+    if (!take_phase(&f)) {
         if (count)
             activate(&f.active, count, set, mode);
         memcpy(f.y, y, (size_t)s->size * sizeof *y);
@@ -377,6 +369,7 @@ enum outcome advance(struct system *s, const struct method *method, struct toler
         if (!outcome)
             memcpy(y, f.y1, (size_t)s->size * sizeof *y);
     }
-    free_phase(&f);
+    s->active = NULL;
+    give_back(s->arena, mark);
     return outcome;
 }

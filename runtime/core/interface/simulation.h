@@ -11,10 +11,9 @@ struct ccgen_simulation {
     struct run run;
     struct phase phase;
     struct automaton automaton;
-    double *numbers;        /* all of the system's */
-    unsigned char *lengths; /* of the system */
-    double time;            /* its characteristic time as asked for (s), or 0 */
-    char *before;           /* the state before a stage */
+    struct arena arena; /* all memory of the simulation but the record */
+    double time;        /* its characteristic time as asked for (s), or 0 */
+    char *before;       /* the state before a stage */
 };
 
 /* Go on to `until`, past all events. */

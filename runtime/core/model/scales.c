@@ -2,8 +2,6 @@
 #include "model/scales.h"
 
 #include <math.h>
-#include <string.h>
-
 #include "algebra/power_of_two.h"
 
 static const double HALF_TURN = 3.14159265358979323846;
@@ -17,22 +15,24 @@ void set_units(struct system *s)
     s->unit[2 * s->n] = s->energy;
 }
 
-/* Kinetic energy (J) of the coordinate that has the most at a speed of its unit, all others at rest */
+/* Kinetic energy (J) of the coordinate that has the most at a speed of its unit, all others at rest; -1 when memory runs out */
 static double heaviest(struct system *s, const double *q)
 {
+    const struct mark mark = s->arena->top;
     const int n = s->n;
-    double *speed = s->jump, *momentum = s->u_dot, found = 0.0;
-    memset(speed, 0, n * sizeof *speed);
-    for (int i = 0; i < n; i++) {
+    double *speed = TAKE_ZEROS(s->arena, double, n), *momentum = TAKE(s->arena, double, n);
+    double found = s->arena->ran_out ? -1.0 : 0.0;
+    for (int i = 0; i < n && found >= 0.0; i++) {
         speed[i] = s->unit[n + i];
         s->model->momentum(s->k, q, speed, momentum);
         found = fmax(found, 0.5 * momentum[i] * speed[i]);
         speed[i] = 0.0;
     }
+    give_back(s->arena, mark);
     return found;
 }
 
-void set_scales(struct system *s, double longest, double rate, const double *q)
+enum outcome set_scales(struct system *s, double longest, double rate, const double *q)
 {
     s->time = nearest_power_of_two(rate * longest > HALF_TURN ? HALF_TURN / rate : longest);
     s->energy = 1.0;
@@ -40,4 +40,5 @@ void set_scales(struct system *s, double longest, double rate, const double *q)
     const double found = s->size > 2 * s->n ? heaviest(s, q) : 0.0;
     s->energy = found > 0.0 && isfinite(found) ? found : 1.0;
     s->unit[2 * s->n] = s->energy;
+    return found < 0.0 ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
 }

@@ -1,7 +1,8 @@
-/* A model with one set of parameters, as the core computes with it: the system that is integrated, its counters, and scratch. */
+/* A model with one set of parameters, as the core computes with it: the system that is integrated, its counters, and where scratch is taken from. */
 #ifndef CCGEN_SYSTEM_H
 #define CCGEN_SYSTEM_H
 
+#include "base/arena.h"
 #include "base/interruption.h"
 #include "base/outcome.h"
 #include "base/real.h"
@@ -23,13 +24,7 @@ struct system {
     int (*input_source)(void *context, double t, const double *q, const double *u, double *inputs);
     void *context;                     /* of the supply */
     struct interruption *interruption; /* of the run, or NULL */
-    double *multipliers;               /* [rows + 2 contacts] scratch: of the last acceleration, or impulses */
-    double *rows;                      /* [rows + 2 contacts] scratch */
-    double *bias;                      /* [rows + 2 contacts] scratch of the robust path */
-    double *jump;                      /* [n] scratch */
-    double *u_dot;                     /* [3 n] scratch of system_power and system_derivative */
-    double *zero;                      /* [n] zeros: no generalized impulse */
-    double *projected;                 /* [2 n] scratch: a state put onto the closure */
+    struct arena *arena;               /* for scratch, which every function gives back at its end */
     double missed;                     /* by how much the last state put onto the closure missed it (m), */
     double missed_rate;                /* and its velocities (m/s) */
     double moved_rate;                 /* and by how much that changed them (rad/s, and times length) */

@@ -35,54 +35,73 @@ static enum outcome damp_drift(struct system *s, const double *q, const double *
 {
     const struct ccgen_model *m = s->model;
     const double r = s->baumgarte / s->time;
-    m->closure_rate(s->k, q, u, s->rows);
-    m->closure(s->k, q, s->bias);
+    const struct mark mark = s->arena->top;
+    double *gaps = TAKE(s->arena, double, m->rows), *rates = TAKE(s->arena, double, m->rows);
+    double *multipliers = TAKE(s->arena, double, m->rows);
+    double *none = TAKE_ZEROS(s->arena, double, s->n), *more = TAKE(s->arena, double, s->n);
+    enum outcome outcome = OUTCOME_NO_MEMORY;
+    if (s->arena->ran_out)
+        goto end;
+    m->closure_rate(s->k, q, u, rates);
+    m->closure(s->k, q, gaps);
     for (int i = 0; i < m->rows; i++)
-        s->rows[i] = -2.0 * r * s->rows[i] - r * r * s->bias[i];
-    const enum outcome outcome = system_impulse(s, q, s->zero, s->rows, RANK_TOLERANCE_PROJECTED, s->jump, s->bias);
+        rates[i] = -2.0 * r * rates[i] - r * r * gaps[i];
+    outcome = system_impulse(s, q, none, rates, RANK_TOLERANCE_PROJECTED, more, multipliers);
     for (int i = 0; i < s->n && !outcome; i++)
-        u_dot[i] += s->jump[i];
+        u_dot[i] += more[i];
+end:
+    give_back(s->arena, mark);
     return outcome;
 }
 
-/* Generalized forces f[n] of friction where held contacts slide, from their normal forces; returns whether any does. */
-static int sliding_friction(struct system *s, const double *q, double *f)
+/* Generalized forces f[n] of friction where held contacts slide, from their normal forces; returns whether any does. push[contacts]
+ * are zeros. */
+static int sliding_friction(const struct system *s, const double *q, double *push, double *f)
 {
-    struct active_set *h = s->active;
+    const struct active_set *h = s->active;
     int any = 0;
     for (int i = 0; i < active_count(s); i++)
         if (against(h->mode[i])) {
-            h->pushes[h->set[i]] = -against(h->mode[i]) * s->friction[h->set[i]] * h->force[i];
+            push[h->set[i]] = -against(h->mode[i]) * s->friction[h->set[i]] * h->force[i];
             any = 1;
         }
     if (any)
-        s->model->slip_impulse(s->k, q, h->pushes, f);
-    for (int i = 0; i < active_count(s); i++)
-        h->pushes[h->set[i]] = 0.0;
+        s->model->slip_impulse(s->k, q, push, f);
     return any;
 }
 
 /* On the robust path, with the friction that the forces h->force bring where contacts slide; the forces that it finds in
- * h->force and, of those that slide, in slid[]. Returns how many slide in *sliding. */
+ * h->force and, of those that slide, in slid[]. Returns how many slide in *sliding. Multipliers where lambda is not NULL. */
 static enum outcome accelerate_with(struct system *s, double t, const double *q, const double *u, double *u_dot,
                                     double *lambda, double *slid, int *sliding)
 {
     const struct ccgen_model *m = s->model;
+    const int held = active_rows(s, 1);
     struct motion motion = {u, t, NULL};
-    const int held = active_bias(s, q, u, s->bias + m->rows);
-    m->closure_bias(s->k, q, u, s->bias);
-    for (int i = 0; i < m->rows + held; i++)
-        s->bias[i] = -s->bias[i];
-    if (sliding_friction(s, q, s->jump))
-        motion.friction = s->jump;
-    const enum outcome outcome =
-        solve_in_nullspace(s, q, held, s->bias, &t, RANK_TOLERANCE, flight_residual, &motion, u_dot, lambda);
+    const struct mark mark = s->arena->top;
+    double *bias = TAKE(s->arena, double, m->rows + held), *forces = TAKE(s->arena, double, m->rows + held);
+    double *rates = TAKE(s->arena, double, m->contacts), *slips = TAKE(s->arena, double, m->contacts);
+    double *push = TAKE_ZEROS(s->arena, double, m->contacts), *friction = TAKE(s->arena, double, s->n);
+    enum outcome outcome = OUTCOME_NO_MEMORY;
     *sliding = 0;
+    if (s->arena->ran_out)
+        goto end;
+    bias_of_active(s, q, u, rates, slips, bias + m->rows);
+    m->closure_bias(s->k, q, u, bias);
+    for (int i = 0; i < m->rows + held; i++)
+        bias[i] = -bias[i];
+    if (sliding_friction(s, q, push, friction))
+        motion.friction = friction;
+    outcome = solve_in_nullspace(s, q, held, bias, &t, RANK_TOLERANCE, flight_residual, &motion, u_dot, forces);
     for (int i = 0; i < held && !outcome; i++) {
-        s->active->force[i] = lambda[m->rows + i];
+        s->active->force[i] = forces[m->rows + i];
         if (i < s->active->count && against(s->active->mode[i]))
             slid[(*sliding)++] = s->active->force[i];
     }
+    if (lambda && !outcome)
+        memcpy(lambda, forces, m->rows * sizeof *lambda);
+end:
+    give_back(s->arena, mark);
     return outcome;
 }
 
@@ -103,16 +122,21 @@ static enum outcome accelerate_in_nullspace(struct system *s, double t, const do
                                             double *lambda)
 {
     struct active_set *h = s->active;
-    int sliding = 0, unused;
-    if (active_count(s))
+    const size_t count = active_count(s);
+    const struct mark mark = s->arena->top;
+    double *g = TAKE(s->arena, double, count), *p = TAKE_ZEROS(s->arena, double, count);
+    double *found = TAKE(s->arena, double, count);
+    double *J = TAKE(s->arena, double, (count * count)), *copy = TAKE(s->arena, double, (count * count));
+    enum outcome outcome = OUTCOME_NO_MEMORY;
+    int k = 0, unused;
+    double scale = DBL_MIN;
+    if (s->arena->ran_out)
+        goto end;
+    if (count)
         set_trial_forces(h, NULL, -1, 0.0);
-    double *g = active_count(s) ? h->wanted : s->zero, *J = active_count(s) ? h->W : NULL,
-           *p = active_count(s) ? h->solved : NULL;
-    enum outcome outcome = accelerate_with(s, t, q, u, u_dot, lambda, g, &sliding);
-    if (outcome || !sliding)
-        return outcome;
-    const int k = sliding;
-    double *found = p + k, scale = DBL_MIN, *copy = found + k;
+    outcome = accelerate_with(s, t, q, u, u_dot, lambda, g, &k);
+    if (outcome || !k)
+        goto end;
     for (int i = 0; i < k; i++)
         scale = fmax(scale, fabs(g[i]));
     for (int j = 0; j < k && !outcome; j++) {
@@ -121,11 +145,12 @@ static enum outcome accelerate_in_nullspace(struct system *s, double t, const do
         for (int i = 0; i < k; i++)
             J[i * k + j] = (i == j) - (found[i] - g[i]) / scale;
     }
-    memset(p, 0, k * sizeof *p);
     for (int pass = 0; pass <= REFINEMENTS && !outcome; pass++) {
         memcpy(copy, J, (size_t)k * k * sizeof *J);
-        if (eliminate(k, copy, g, SLIDING_PIVOT) <= 0)
-            return OUTCOME_JAMMED;
+        if (eliminate(k, copy, g, SLIDING_PIVOT) <= 0) {
+            outcome = OUTCOME_JAMMED;
+            goto end;
+        }
         for (int i = 0; i < k; i++)
             p[i] += g[i];
         set_trial_forces(h, p, -1, 1.0);
@@ -133,18 +158,21 @@ static enum outcome accelerate_in_nullspace(struct system *s, double t, const do
         for (int i = 0; i < k; i++)
             g[i] -= p[i];
     }
+end:
+    give_back(s->arena, mark);
     return outcome;
 }
 
-enum outcome accelerate(struct system *s, double t, const double *q, const double *u, int asked, double *u_dot,
-                        double *lambda)
+/* Multipliers where lambda is not NULL, which refinement needs */
+static enum outcome solve_motion(struct system *s, double t, const double *q, const double *u, double *u_dot,
+                                 double *lambda)
 {
     const struct ccgen_model *m = s->model;
     enum outcome outcome = OUTCOME_DONE;
     if (interrupted(s->interruption, s->n))
         return OUTCOME_INTERRUPTED;
     s->evaluations++;
-    int dependent = m->acceleration(s->k, q, u, t, s->inputs, u_dot, asked || s->refine ? lambda : NULL);
+    int dependent = m->acceleration(s->k, q, u, t, s->inputs, u_dot, lambda);
     if (!dependent &&
         active_count(s)) /* columns of the contacts would each lose digits: both together on the robust path */
         dependent = s->refine ? 1 : add_contact_accelerations(s, q, u, u_dot);
@@ -163,9 +191,20 @@ enum outcome accelerate(struct system *s, double t, const double *q, const doubl
     return outcome;
 }
 
+enum outcome accelerate(struct system *s, double t, const double *q, const double *u, double *u_dot, double *lambda)
+{
+    if (lambda || !s->refine)
+        return solve_motion(s, t, q, u, u_dot, lambda);
+    const struct mark mark = s->arena->top;
+    lambda = TAKE(s->arena, double, s->model->rows);
+    const enum outcome outcome = s->arena->ran_out ? OUTCOME_NO_MEMORY : solve_motion(s, t, q, u, u_dot, lambda);
+    give_back(s->arena, mark);
+    return outcome;
+}
+
 enum outcome system_acceleration(struct system *s, double t, const double *q, const double *u, double *u_dot,
                                  double *lambda)
 {
     const enum outcome outcome = supply_inputs(s, t, q, u);
-    return outcome ? outcome : accelerate(s, t, q, u, 1, u_dot, lambda);
+    return outcome ? outcome : accelerate(s, t, q, u, u_dot, lambda);
 }

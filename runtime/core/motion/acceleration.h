@@ -8,8 +8,7 @@
 enum outcome system_acceleration(struct system *s, double t, const double *q, const double *u, double *u_dot,
                                  double *lambda);
 
-/* The same with the inputs as they are; the multipliers are worked out only where they are `asked` for, else lambda is scratch. */
-enum outcome accelerate(struct system *s, double t, const double *q, const double *u, int asked, double *u_dot,
-                        double *lambda);
+/* The same with the inputs as they are; the multipliers are worked out only where lambda is not NULL. */
+enum outcome accelerate(struct system *s, double t, const double *q, const double *u, double *u_dot, double *lambda);
 
 #endif

@@ -8,22 +8,40 @@
 #include "motion/power.h"
 #include "motion/projection.h"
 
-enum outcome system_derivative(struct system *s, double t, const double *y, double *dy)
+static enum outcome derivative_at(struct system *s, double t, const double *y, double *dy)
 {
-    enum outcome outcome = OUTCOME_DONE;
-    if (s->projects_stages) {
-        memcpy(s->projected, y, 2 * s->n * sizeof *y);
-        y = s->projected;
-        outcome = project_position(s, s->projected);
-        outcome = outcome ? outcome : project_velocity(s, s->projected, s->projected + s->n);
-    }
-    outcome = outcome ? outcome : supply_inputs(s, t, y, y + s->n);
+    const enum outcome outcome = supply_inputs(s, t, y, y + s->n);
     if (outcome)
         return outcome;
     memcpy(dy, y + s->n, s->n * sizeof *dy);
-    const int powered = s->size > 2 * s->n; /* effects take or give work that is integrated too */
-    const enum outcome found = accelerate(s, t, y, y + s->n, powered, dy + s->n, s->multipliers);
-    if (found || !powered)
-        return found;
-    return power_with(s, t, y, y + s->n, dy + s->n, s->multipliers, dy + 2 * s->n);
+    if (s->size == 2 * s->n)
+        return accelerate(s, t, y, y + s->n, dy + s->n, NULL);
+    const struct mark mark = s->arena->top; /* effects take or give work that is integrated too */
+    double *lambda = TAKE(s->arena, double, s->model->rows);
+    enum outcome found = OUTCOME_NO_MEMORY;
+    if (!s->arena->ran_out)
+        found = accelerate(s, t, y, y + s->n, dy + s->n, lambda);
+    if (!found)
+        found = power_with(s, t, y, y + s->n, dy + s->n, lambda, dy + 2 * s->n);
+    give_back(s->arena, mark);
+    return found;
+}
+
+enum outcome system_derivative(struct system *s, double t, const double *y, double *dy)
+{
+    if (!s->projects_stages)
+        return derivative_at(s, t, y, dy);
+    const size_t n = s->n;
+    const struct mark mark = s->arena->top;
+    double *projected = TAKE(s->arena, double, 2 * n);
+    enum outcome outcome = OUTCOME_NO_MEMORY;
+    if (s->arena->ran_out)
+        goto end;
+    memcpy(projected, y, 2 * n * sizeof *y);
+    outcome = project_position(s, projected);
+    outcome = outcome ? outcome : project_velocity(s, projected, projected + n);
+    outcome = outcome ? outcome : derivative_at(s, t, projected, dy);
+end:
+    give_back(s->arena, mark);
+    return outcome;
 }

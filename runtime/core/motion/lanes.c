@@ -59,17 +59,21 @@ enum outcome system_acceleration_lanes(struct system *s, const double *t, const 
     if (lanes_apply(s))
         lost = m->acceleration_lanes(s->k, q, u, t, inputs, u_dot, NULL);
     s->evaluations += lanes;
-    for (int l = 0; lost && l < lanes; l++) {
+    if (!lost)
+        return OUTCOME_DONE;
+    const struct mark mark = s->arena->top;
+    double *lambda = TAKE(s->arena, double, m->rows);
+    enum outcome outcome = s->arena->ran_out ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
+    for (int l = 0; l < lanes && !outcome; l++) {
         if (!(lost >> l & 1))
             continue;
         take(n, lanes, l, q, one);
         take(n, lanes, l, u, one + n);
         s->evaluations--;
-        const enum outcome outcome = system_acceleration(s, t[l], one, one + n, one + 2 * n, s->multipliers);
-        if (outcome)
-            return outcome;
-        for (int i = 0; i < n; i++)
+        outcome = system_acceleration(s, t[l], one, one + n, one + 2 * n, lambda);
+        for (int i = 0; i < n && !outcome; i++)
             u_dot[(size_t)i * lanes + l] = one[2 * n + i];
     }
-    return OUTCOME_DONE;
+    give_back(s->arena, mark);
+    return outcome;
 }

@@ -4,16 +4,16 @@
 #include "model/inputs.h"
 #include "motion/acceleration.h"
 
-/* Power (W) of the friction of held contacts that slide */
-static double friction_power(struct system *s, const double *q, const double *u)
+/* Power (W) of the friction of held contacts that slide; slips[contacts] is scratch. */
+static double friction_power(const struct system *s, const double *q, const double *u, double *slips)
 {
-    struct active_set *h = s->active;
+    const struct active_set *h = s->active;
     double power = 0.0;
     if (active_count(s))
-        s->model->slips(s->k, q, u, h->slips);
+        s->model->slips(s->k, q, u, slips);
     for (int i = 0; i < active_count(s); i++)
         if (against(h->mode[i]))
-            power -= against(h->mode[i]) * s->friction[h->set[i]] * h->force[i] * h->slips[h->set[i]];
+            power -= against(h->mode[i]) * s->friction[h->set[i]] * h->force[i] * slips[h->set[i]];
     return power;
 }
 
@@ -25,21 +25,28 @@ static enum outcome driven_power(struct system *s, double t, const double *q, co
 {
     const struct ccgen_model *m = s->model;
     struct active_set *h = s->active;
-    double *apart = s->u_dot + s->n, *pushed = apart + s->n;
+    const struct mark mark = s->arena->top;
+    double *apart = TAKE(s->arena, double, s->n), *pushed = TAKE(s->arena, double, s->n);
+    double *lambda = TAKE(s->arena, double, m->rows);
+    enum outcome outcome = OUTCOME_NO_MEMORY;
+    if (s->arena->ran_out)
+        goto end;
     const int count = h->count, rows = h->rows;
     h->count = h->rows = 0;
-    const enum outcome outcome = accelerate(s, t, q, u, 1, apart, s->multipliers);
+    outcome = accelerate(s, t, q, u, apart, lambda);
     h->count = count;
     h->rows = rows;
     if (outcome)
-        return outcome;
-    m->power(s->k, q, u, t, s->inputs, apart, s->multipliers, power);
+        goto end;
+    m->power(s->k, q, u, t, s->inputs, apart, lambda, power);
     for (int i = 0; i < s->n; i++)
         apart[i] = u_dot[i] - apart[i];
     m->momentum(s->k, q, apart, pushed);
     for (int i = 0; i < s->n; i++)
         *power += u[i] * pushed[i];
-    return OUTCOME_DONE;
+end:
+    give_back(s->arena, mark);
+    return outcome;
 }
 
 enum outcome power_with(struct system *s, double t, const double *q, const double *u, const double *u_dot,
@@ -51,15 +58,26 @@ enum outcome power_with(struct system *s, double t, const double *q, const doubl
         return driven_power(s, t, q, u, u_dot, power);
     if (m->power)
         m->power(s->k, q, u, t, s->inputs, u_dot, lambda, power);
-    if (s->friction)
-        *power += friction_power(s, q, u);
-    return OUTCOME_DONE;
+    if (!s->friction)
+        return OUTCOME_DONE;
+    const struct mark mark = s->arena->top;
+    double *slips = TAKE(s->arena, double, m->contacts);
+    const enum outcome outcome = s->arena->ran_out ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
+    if (!outcome)
+        *power += friction_power(s, q, u, slips);
+    give_back(s->arena, mark);
+    return outcome;
 }
 
 enum outcome system_power(struct system *s, double t, const double *q, const double *u, double *power)
 {
-    enum outcome outcome = supply_inputs(s, t, q, u);
+    const struct mark mark = s->arena->top;
+    double *u_dot = TAKE(s->arena, double, s->n), *lambda = TAKE(s->arena, double, s->model->rows);
+    enum outcome outcome = s->arena->ran_out ? OUTCOME_NO_MEMORY : supply_inputs(s, t, q, u);
     if (!outcome && (s->model->drives || (s->friction && active_count(s))))
-        outcome = accelerate(s, t, q, u, 1, s->u_dot, s->multipliers);
-    return outcome ? outcome : power_with(s, t, q, u, s->u_dot, s->multipliers, power);
+        outcome = accelerate(s, t, q, u, u_dot, lambda);
+    if (!outcome)
+        outcome = power_with(s, t, q, u, u_dot, lambda, power);
+    give_back(s->arena, mark);
+    return outcome;
 }

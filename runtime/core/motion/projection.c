@@ -22,44 +22,50 @@ static double largest(int n, const double *x)
     return found;
 }
 
-/* gaps of the held contacts below the closure rows; the largest, angles as lengths */
-static double held_gaps(struct system *s, const double *q)
+/* What a projection works with */
+struct room {
+    double *rows;          /* [rows + 2 contacts] what closure and held contacts miss, or the rates to take that away */
+    double *jump;          /* [n] the correction */
+    double *rates, *slips; /* [contacts] */
+};
+
+static enum outcome take_room(const struct system *s, struct room *r)
 {
-    struct active_set *h = s->active;
+    const size_t contacts = s->model->contacts;
+    r->rows = TAKE(s->arena, double, s->model->rows + 2 * contacts);
+    r->jump = TAKE(s->arena, double, s->n);
+    r->rates = TAKE(s->arena, double, contacts);
+    r->slips = TAKE(s->arena, double, contacts);
+    return s->arena->ran_out ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
+}
+
+/* gaps of the held contacts below the closure rows; the largest, angles as lengths */
+static double held_gaps(const struct system *s, const double *q, struct room *r)
+{
+    const struct active_set *h = s->active;
     if (!active_count(s))
         return 0.0;
-    s->model->gaps(s->k, q, h->rates);
-    double found = 0.0;
+    double found = 0.0, *gaps = r->rates;
+    s->model->gaps(s->k, q, gaps);
     for (int i = 0; i < h->count; i++) {
         const int c = h->set[i];
-        s->rows[s->model->rows + i] = h->rates[c];
-        found = fmax(found, isnan(h->rates[c]) ? INFINITY : fabs(h->rates[c]) * (s->length / s->extent[c]));
+        r->rows[s->model->rows + i] = gaps[c];
+        found = fmax(found, isnan(gaps[c]) ? INFINITY : fabs(gaps[c]) * (s->length / s->extent[c]));
     }
     return found;
 }
 
-/* rates of the held contacts, and sliding of those that stick, below the closure rows */
-static void held_speeds(struct system *s, const double *q, const double *u)
-{
-    struct active_set *h = s->active;
-    s->model->gap_rates(s->k, q, u, h->rates);
-    if (h->rows > h->count)
-        s->model->slips(s->k, q, u, h->slips);
-    for (int i = 0; i < h->rows; i++)
-        s->rows[s->model->rows + i] = (i < h->count ? h->rates : h->slips)[h->set[h->of[i]]];
-}
-
-static enum outcome correct(struct system *s, const double *q, int speed, double nearest, double *x)
+static enum outcome correct(struct system *s, const double *q, int speed, double nearest, struct room *r, double *x)
 {
     for (int i = 0; i < s->model->rows + active_rows(s, speed); i++)
-        s->rows[i] = -s->rows[i];
-    const enum outcome outcome = system_correction(s, q, speed, s->rows, nearest, s->jump);
+        r->rows[i] = -r->rows[i];
+    const enum outcome outcome = system_correction(s, q, speed, r->rows, nearest, r->jump);
     for (int i = 0; i < s->n && !outcome; i++)
-        x[i] += s->jump[i];
+        x[i] += r->jump[i];
     return outcome;
 }
 
-enum outcome project_position(struct system *s, double *q)
+static enum outcome close_gaps(struct system *s, struct room *r, double *q)
 {
     const struct ccgen_model *m = s->model;
     const double unit = 2.0 * DBL_EPSILON * s->length; /* the last digit of an angle moves a link's end by that much */
@@ -70,9 +76,9 @@ enum outcome project_position(struct system *s, double *q)
     }
     const long dependent = s->rank_deficient;
     double before = INFINITY, nearest = RANK_TOLERANCE_PROJECTED;
-    for (int pass = 0; (m->rows || active_count(s)) && pass < MAX_PASSES; pass++) {
-        m->closure(s->k, q, s->rows);
-        const double shut = largest(m->rows, s->rows), closed = held_gaps(s, q);
+    for (int pass = 0; pass < MAX_PASSES; pass++) {
+        m->closure(s->k, q, r->rows);
+        const double shut = largest(m->rows, r->rows), closed = held_gaps(s, q, r);
         const double miss = fmax(shut, closed);
         s->missed = pass ? s->missed : shut;
         const double enough = s->rank_deficient > dependent ? LEFT_OUT * s->length : 16.0 * (unit * angles + place);
@@ -84,11 +90,23 @@ enum outcome project_position(struct system *s, double *q)
         before = miss;
         if (interrupted(s->interruption, s->n))
             return OUTCOME_INTERRUPTED;
-        const enum outcome outcome = isfinite(miss) ? correct(s, q, 0, nearest, q) : OUTCOME_NOT_FINITE;
+        const enum outcome outcome = isfinite(miss) ? correct(s, q, 0, nearest, r, q) : OUTCOME_NOT_FINITE;
         if (outcome)
             return outcome;
     }
-    return m->rows || active_count(s) ? OUTCOME_NOT_CLOSED : OUTCOME_DONE;
+    return OUTCOME_NOT_CLOSED;
+}
+
+enum outcome project_position(struct system *s, double *q)
+{
+    if (!s->model->rows && !active_count(s))
+        return OUTCOME_DONE;
+    const struct mark mark = s->arena->top;
+    struct room room;
+    enum outcome outcome = take_room(s, &room);
+    outcome = outcome ? outcome : close_gaps(s, &room, q);
+    give_back(s->arena, mark);
+    return outcome;
 }
 
 enum outcome project_velocity(struct system *s, const double *q, double *u)
@@ -96,11 +114,18 @@ enum outcome project_velocity(struct system *s, const double *q, double *u)
     const struct ccgen_model *m = s->model;
     if (!m->rows && !active_count(s))
         return OUTCOME_DONE;
-    m->closure_rate(s->k, q, u, s->rows);
-    s->missed_rate = largest(m->rows, s->rows);
+    const struct mark mark = s->arena->top;
+    struct room r;
+    enum outcome outcome = take_room(s, &r);
+    if (outcome)
+        goto end;
+    m->closure_rate(s->k, q, u, r.rows);
+    s->missed_rate = largest(m->rows, r.rows);
     if (active_count(s))
-        held_speeds(s, q, u);
-    const enum outcome outcome = correct(s, q, 1, RANK_TOLERANCE_PROJECTED, u);
-    s->moved_rate = outcome ? INFINITY : fastest(s, s->jump);
+        rates_of_active(s, q, u, s->active->rows, r.rates, r.slips, r.rows + m->rows);
+    outcome = correct(s, q, 1, RANK_TOLERANCE_PROJECTED, &r, u);
+    s->moved_rate = outcome ? INFINITY : fastest(s, r.jump);
+end:
+    give_back(s->arena, mark);
     return outcome;
 }

@@ -2,7 +2,6 @@
 #include "motion/rounding.h"
 
 #include <math.h>
-#include <stdlib.h>
 
 #include "constraints/refinement.h"
 #include "motion/acceleration.h"
@@ -30,19 +29,20 @@ static double change_by_refinement(struct system *s, double t, const double *q, 
 double rounding_of_acceleration(struct system *s, double t, const double *q, const double *u, double *whole)
 {
     const struct ccgen_model *m = s->model;
-    double *y = wanted_accelerations(s, q, u), *x = malloc((s->n + m->rows + 1) * sizeof *x), found = 0.0;
-    struct correction w = {0};
+    const struct mark mark = s->arena->top;
+    double *y = TAKE(s->arena, double, m->rows), *x = TAKE(s->arena, double, s->n), found = 0.0;
+    double *lambda = TAKE(s->arena, double, m->rows);
+    struct correction w;
     *whole = 0.0;
-    if (y && x && !make_correction(s, &w)) {
+    if (!take_correction(s, &w)) {
         const struct unreduced of = {.u = u, .t = t, .y = y};
-        if (m->acceleration(s->k, q, u, t, s->inputs, x, x + s->n) || correct_by_kernel(s, q, &of, x, x + s->n, &w))
-            found = change_by_refinement(s, t, q, u, x, x + s->n, w.dx);
+        wanted_accelerations(s, q, u, y);
+        if (m->acceleration(s->k, q, u, t, s->inputs, x, lambda) || correct_by_kernel(s, q, &of, x, lambda, &w))
+            found = change_by_refinement(s, t, q, u, x, lambda, w.dx);
         else
             found = fastest(s, w.dx);
         *whole = fastest(s, x);
     }
-    free_correction(&w);
-    free(x);
-    free(y);
+    give_back(s->arena, mark);
     return found < INFINITY && *whole < INFINITY ? found : (*whole = 0.0);
 }

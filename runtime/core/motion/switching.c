@@ -39,6 +39,12 @@ struct mode_change mode_change_of(const struct system *s, int index)
 enum outcome switching_functions(struct system *s, double t, const double *y, double *dy, double *values)
 {
     const struct active_set *h = s->active;
+    const struct mark mark = s->arena->top;
+    double *slips = TAKE(s->arena, double, s->model->contacts);
+    if (s->arena->ran_out) {
+        give_back(s->arena, mark);
+        return OUTCOME_NO_MEMORY;
+    }
     const enum outcome outcome = system_derivative(s, t, y, dy);
     int count = h->count, row = h->count;
     for (int i = 0; i < h->count && !outcome; i++)
@@ -46,7 +52,7 @@ enum outcome switching_functions(struct system *s, double t, const double *y, do
     for (int i = 0; i < h->count; i++)
         values[i] = h->mode[i] == GRAZING ? h->least[i] - fabs(h->force[i]) : h->least[i] + h->force[i];
     if (s->friction)
-        s->model->slips(s->k, y, y + s->n, h->slips);
+        s->model->slips(s->k, y, y + s->n, slips);
     for (int i = 0; i < h->count; i++) {
         const int contact = h->set[i];
         if (h->mode[i] == STICK) {
@@ -56,8 +62,9 @@ enum outcome switching_functions(struct system *s, double t, const double *y, do
         } else if (tangential(h->mode[i])) { /* at the limit it is at rest, or creeps against its friction */
             const double creeps =
                 h->mode[i] == AT_LIMIT_FORWARD || h->mode[i] == AT_LIMIT_BACKWARD ? CREEP * s->length / s->time : 0.0;
-            values[count++] = against(h->mode[i]) * h->slips[contact] + creeps;
+            values[count++] = against(h->mode[i]) * slips[contact] + creeps;
         }
     }
+    give_back(s->arena, mark);
     return outcome;
 }

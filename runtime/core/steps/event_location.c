@@ -42,10 +42,10 @@ static enum outcome locate_gap_event(struct phase *f, struct event event)
     return OUTCOME_DONE;
 }
 
-/* The same for a watched value of held contacts: false position with the Illinois modification. */
-static enum outcome locate_mode_event(struct phase *f, struct event event)
+/* The same for a watched value of held contacts: false position with the Illinois modification. value[watched] is scratch. */
+static enum outcome locate_mode_event(struct phase *f, struct event event, double *value)
 {
-    double *value = f->search + f->s->size, low = 0.0, high = event.behind * f->h, h = event.theta * f->h;
+    double low = 0.0, high = event.behind * f->h, h = event.theta * f->h;
     enum outcome outcome =
         event.behind < 1.0 ? projected_step(f, high) : OUTCOME_DONE; /* it may be positive again at the end */
     outcome = outcome ? outcome : switching_functions(f->s, f->t + high, f->y1, f->dy1, value);
@@ -94,5 +94,12 @@ static enum outcome locate_mode_event(struct phase *f, struct event event)
 
 enum outcome locate_event(struct phase *f, struct event event)
 {
-    return event.watch == CLOSES ? locate_gap_event(f, event) : locate_mode_event(f, event);
+    struct arena *arena = f->s->arena;
+    if (event.watch == CLOSES)
+        return locate_gap_event(f, event);
+    const struct mark mark = arena->top;
+    double *value = TAKE(arena, double, switching_count(f->s));
+    const enum outcome outcome = arena->ran_out ? OUTCOME_NO_MEMORY : locate_mode_event(f, event, value);
+    give_back(arena, mark);
+    return outcome;
 }

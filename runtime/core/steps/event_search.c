@@ -18,6 +18,7 @@
 static const double WINDOW_GROWTH =
     6.0; /* how much longer than the last a first window may be: as much as steps grow */
 enum { SAMPLES = 8, ITERATIONS = 100, HALVINGS = 40, DIPS = 12 };
+enum { WATCHED_MOST = 3 /* values of a held contact: its force, and two of its friction where it sticks */ };
 
 /* 128 times what the samples 1, 3, 5 and 7 are if a polynomial of degree 4 goes through 0, 2, 4, 6 and 8 */
 static const double BETWEEN[4][5] = {
@@ -28,7 +29,11 @@ struct search {
     const struct method *method;
     const double *steps;
     double t, h;
-    double *y, *dy, *value;
+    double *y, *dy;                          /* [size] at a sample */
+    double *values;                          /* [3 contacts] all gaps, rates or watched values there */
+    double *velocities;                      /* [links][3] */
+    double *gap_a, *rate_a, *gap_b, *rate_b; /* [contacts] at both ends of a piece */
+    double *samples;                         /* [SAMPLES + 1][3 contacts] watched values in a window */
     double slow; /* times extent: a closed contact is not falling before its rate is beyond this */
     long interval_count;
 };
@@ -46,19 +51,20 @@ static void sample(struct search *search, double theta, double *gaps, double *ra
 
 static double gap(struct search *search, int contact, double theta)
 {
-    sample(search, theta, search->value, NULL);
-    return search->value[contact];
+    sample(search, theta, search->values, NULL);
+    return search->values[contact];
 }
 
 static double rate(struct search *search, int contact, double theta)
 {
-    sample(search, theta, NULL, search->value);
-    return search->value[contact];
+    sample(search, theta, NULL, search->values);
+    return search->values[contact];
 }
 
 /* Pieces in which to look at the step: gaps come and go with every turn of a link, however long the step */
-static long interval_count(struct search *search, double *velocities)
+static long interval_count(struct search *search)
 {
+    double *velocities = search->velocities;
     const struct ccgen_model *m = search->s->model;
     double low = 0.0, high = 0.0;
     for (int end = 0; end < 2; end++) {
@@ -85,8 +91,8 @@ static void watch_at(struct search *search, double theta, double *values)
 
 static double one_watched(struct search *search, int index, double theta)
 {
-    watch_at(search, theta, search->value);
-    return search->value[index];
+    watch_at(search, theta, search->values);
+    return search->values[index];
 }
 
 /* Root of f between a and b, where it has the signs of fa and fb: false position with the Illinois modification, and
@@ -164,8 +170,7 @@ static struct event first_closing(struct search *search)
     const struct system *s = search->s;
     const int contacts = s->model->contacts;
     struct event first = {-1, 2.0, CLOSES, 1.0};
-    double *gap_a = search->value + 2 * contacts, *rate_a = gap_a + contacts;
-    double *gap_b = rate_a + contacts, *rate_b = gap_b + contacts;
+    double *gap_a = search->gap_a, *rate_a = search->rate_a, *gap_b = search->gap_b, *rate_b = search->rate_b;
     sample(search, 0.0, gap_a, rate_a);
     for (long i = 0; i < search->interval_count && first.contact < 0 && !interrupted(search->s->interruption, contacts);
          i++) {
@@ -310,7 +315,7 @@ static struct event first_loss(struct search *search)
     struct event first = {-1, 2.0, CLOSES, 1.0};
     struct active_set *h = search->s->active;
     const int count = switching_count(search->s);
-    double *samples = search->value + 3 * search->s->model->contacts, behind;
+    double *samples = search->samples, behind;
     const double widest = (double)SAMPLES / (double)search->interval_count;
     const double least = SHORTEST_WINDOW * widest;
     double window = h->window > 0.0 ? fmin(widest, fmax(least, WINDOW_GROWTH * h->window / search->h)) : widest,
@@ -343,20 +348,38 @@ static struct event first_loss(struct search *search)
     return first;
 }
 
-size_t search_scratch(const struct system *s)
+enum outcome find_event(struct system *s, const struct method *method, const double *steps, double t, double h,
+                        double slow, struct event *event)
 {
-    return 2 * (size_t)s->size + (3 + 3 * (SAMPLES + 1)) * (size_t)s->model->contacts + 3 * (size_t)s->model->links;
-}
-
-struct event find_event(struct system *s, const struct method *method, const double *steps, double t, double h,
-                        double slow, double *scratch)
-{
-    double *value = scratch + 2 * s->size;
-    struct search search = {s, method, steps, t, h, scratch, scratch + s->size, value, slow, SAMPLES};
-    search.interval_count = interval_count(&search, value + (3 + 3 * (SAMPLES + 1)) * s->model->contacts);
-    const struct event closing = first_closing(&search);
-    if (!active_count(s))
-        return closing;
-    const struct event loss = first_loss(&search);
-    return loss.theta < closing.theta ? loss : closing;
+    const size_t size = s->size, contacts = s->model->contacts, watched = WATCHED_MOST * contacts;
+    const struct mark mark = s->arena->top;
+    struct search search = {
+        .s = s,
+        .method = method,
+        .steps = steps,
+        .t = t,
+        .h = h,
+        .y = TAKE(s->arena, double, size),
+        .dy = TAKE(s->arena, double, size),
+        .values = TAKE(s->arena, double, watched),
+        .velocities = TAKE(s->arena, double, 3 * (size_t)s->model->links),
+        .gap_a = TAKE(s->arena, double, contacts),
+        .rate_a = TAKE(s->arena, double, contacts),
+        .gap_b = TAKE(s->arena, double, contacts),
+        .rate_b = TAKE(s->arena, double, contacts),
+        .samples = TAKE(s->arena, double, (SAMPLES + 1) * watched),
+        .slow = slow,
+    };
+    const enum outcome outcome = s->arena->ran_out ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
+    if (outcome)
+        goto end;
+    search.interval_count = interval_count(&search);
+    *event = first_closing(&search);
+    if (active_count(s)) {
+        const struct event loss = first_loss(&search);
+        *event = loss.theta < event->theta ? loss : *event;
+    }
+end:
+    give_back(s->arena, mark);
+    return outcome;
 }

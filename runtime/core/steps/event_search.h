@@ -14,13 +14,11 @@ struct event {
     double behind; /* part of the step at which that value is negative */
 };
 
-/* First event within the step from t to t + h that `method` has prepared. Either the gap of some contact is not positive
+/* *event: the first within the step from t to t + h that `method` has prepared. Either the gap of some contact is not positive
  * and falling. That is one-sided: a gap that is closed but opening is no event, and a gap that dips below zero and returns
  * within the step is one. A contact that is closed at the start of the step falls only if its rate is below -slow times
- * its extent, or if it never opens. Held contacts do not fall; with them an event is that a watched value becomes negative.
- * `scratch` has search_scratch numbers. */
-struct event find_event(struct system *s, const struct method *method, const double *steps, double t, double h,
-                        double slow, double *scratch);
-size_t search_scratch(const struct system *s);
+ * its extent, or if it never opens. Held contacts do not fall; with them an event is that a watched value becomes negative. */
+enum outcome find_event(struct system *s, const struct method *method, const double *steps, double t, double h,
+                        double slow, struct event *event);
 
 #endif

@@ -13,7 +13,6 @@
 
 #include <float.h>
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "base/tolerances.h"
@@ -30,14 +29,14 @@ static double unknown(double sigma, double miss)
     return MARGIN * 2.0 * miss / (sigma + sqrt(sigma * sigma + 4.0 * miss));
 }
 
-/* What the closure misses, or may miss by rounding, times length */
-static double closure_miss(struct phase *f)
+/* What the closure misses, or may miss by rounding, times length; closure[rows] is scratch. */
+static double closure_miss(const struct phase *f, double *closure)
 {
-    struct system *s = f->s;
+    const struct system *s = f->s;
     double found = PLACE_ROUNDING * s->model->links;
-    s->model->closure(s->k, f->y, s->rows);
+    s->model->closure(s->k, f->y, closure);
     for (int i = 0; i < s->model->rows; i++)
-        found = fmax(found, fabs(s->rows[i]) / s->length);
+        found = fmax(found, fabs(closure[i]) / s->length);
     return found;
 }
 
@@ -72,17 +71,17 @@ static int keeps_energy(const struct phase *f)
 }
 
 /* Put y1, a copy of the state, where the contacts f->set are closed; whether there is such a place, with rows of the closure
- * lost, nothing behind its surface, and no energy added but by lifting what is behind its surface. */
-static int closes_contacts(struct phase *f, int count, double miss, int rank)
+ * lost, nothing behind its surface, and no energy added but by lifting what is behind its surface. closure[rows] is scratch. */
+static int closes_contacts(struct phase *f, int count, double miss, int rank, double *closure)
 {
     struct system *s = f->s;
     double nearest;
     memcpy(f->y1, f->y, (size_t)s->size * sizeof *f->y);
     if (project_position(s, f->y1) || row_rank(s, f->y1, &nearest) >= rank)
         return 0;
-    s->model->closure(s->k, f->y1, s->rows);
+    s->model->closure(s->k, f->y1, closure);
     for (int i = 0; i < s->model->rows; i++)
-        if (!(fabs(s->rows[i]) <= miss * s->length))
+        if (!(fabs(closure[i]) <= miss * s->length))
             return 0;
     int behind = 0;
     for (int i = 0; i < count; i++)
@@ -102,46 +101,70 @@ static int closes_contacts(struct phase *f, int count, double miss, int rank)
 static double falling(struct phase *f)
 {
     struct system *s = f->s;
-    double found = 0.0, *free = s->active->rates, *bias = s->active->slips;
-    if (system_derivative(s, f->t, f->y1, f->dy1))
-        return -1.0;
-    s->model->gap_rates(s->k, f->y1, f->dy1 + s->n, free);
+    const struct mark mark = s->arena->top;
+    double *rates = TAKE(s->arena, double, s->model->contacts), *bias = TAKE(s->arena, double, s->model->contacts);
+    double found = s->arena->ran_out || system_derivative(s, f->t, f->y1, f->dy1) ? -1.0 : 0.0;
+    if (found < 0.0)
+        goto end;
+    s->model->gap_rates(s->k, f->y1, f->dy1 + s->n, rates);
     s->model->gap_bias(s->k, f->y1, f->y1 + s->n, bias);
     for (int c = 0; c < s->model->contacts; c++)
-        found = fmax(found, fabs(free[c]) + fabs(bias[c]));
+        found = fmax(found, fabs(rates[c]) + fabs(bias[c]));
+end:
+    give_back(s->arena, mark);
     return found;
 }
 
-/* What velocities u open the closure by to second order, along the combination lambda of rows that is lost (eq. 8.4: with a hat) */
-static double bend(struct system *s, const double *q, const double *u, const double *lambda)
+/* A combination of closure rows that is lost, and what velocities do along it to second order */
+struct lost_row {
+    double *lambda;           /* [rows + drives] the combination */
+    double *gradient;         /* [n] of what velocities open it by */
+    double *du;               /* [n] M^-1 times that, with loops shut and held contacts at rest */
+    double *bias;             /* [rows] scratch */
+    double *still, *impulses; /* [rows + 2 contacts] zeros; scratch */
+};
+
+/* 0, or 1 when memory runs out */
+static int take_lost_row(const struct system *s, struct lost_row *r)
+{
+    const size_t rows = s->model->rows, every = rows + 2 * (size_t)s->model->contacts;
+    r->lambda = TAKE(s->arena, double, rows + s->model->drives);
+    r->gradient = TAKE(s->arena, double, s->n);
+    r->du = TAKE(s->arena, double, s->n);
+    r->bias = TAKE(s->arena, double, rows);
+    r->still = TAKE_ZEROS(s->arena, double, every);
+    r->impulses = TAKE(s->arena, double, every);
+    return s->arena->ran_out;
+}
+
+/* What velocities u open the closure by to second order, along the combination of rows that is lost (eq. 8.4: with a hat) */
+static double bend(const struct system *s, const double *q, const double *u, const struct lost_row *r)
 {
     double found = 0.0;
-    s->model->closure_bias(s->k, q, u, s->rows);
+    s->model->closure_bias(s->k, q, u, r->bias);
     for (int j = 0; j < s->model->rows; j++)
-        found += lambda[j] * s->rows[j];
+        found += r->lambda[j] * r->bias[j];
     return found;
 }
 
-/* work[2 n]: the gradient of bend(u), and M^-1 times it with loops shut and held contacts at rest. Their product, or 0. */
-static double second_order_gradient(struct system *s, const double *q, const double *lambda, double speed, double *u,
-                                    double *work)
+/* r->gradient of bend(u), and r->du. Their product, or 0. */
+static double second_order_gradient(struct system *s, const double *q, double speed, double *u, struct lost_row *r)
 {
     const int n = s->n, rows = active_rows(s, 1);
-    double *gradient = work, *du = work + n, product = 0.0;
+    double product = 0.0;
     for (int i = 0; i < n; i++) {
         const double here = u[i], step = speed * s->unit[i];
         u[i] = here + step;
-        const double more = bend(s, q, u, lambda);
+        const double more = bend(s, q, u, r);
         u[i] = here - step;
-        gradient[i] = (more - bend(s, q, u, lambda)) / (2.0 * step);
+        r->gradient[i] = (more - bend(s, q, u, r)) / (2.0 * step);
         u[i] = here;
     }
-    memset(s->bias, 0, (s->model->rows + rows) * sizeof *s->bias);
-    if (!(speed > 0.0) ||
-        solve_in_nullspace(s, q, rows, s->bias, NULL, RANK_TOLERANCE, momentum_residual, gradient, du, s->multipliers))
+    if (!(speed > 0.0) || solve_in_nullspace(s, q, rows, r->still, NULL, RANK_TOLERANCE, momentum_residual, r->gradient,
+                                             r->du, r->impulses))
         return 0.0;
     for (int i = 0; i < n; i++)
-        product += gradient[i] * du[i];
+        product += r->gradient[i] * r->du[i];
     return fmax(product, 0.0);
 }
 
@@ -159,8 +182,12 @@ static enum outcome commit_snap(struct phase *f, int count)
     if (record_state(f))
         return OUTCOME_NO_MEMORY;
     if (count && loss > seen) {
-        memset(f->P, 0, 2 * count * sizeof *f->P);
-        if (append_impact(&run->impacts, f->t, f->y + n, f->y1 + n, n, count, f->set, f->P, loss, run->record.count))
+        const struct mark mark = f->s->arena->top;
+        double *P = TAKE_ZEROS(f->s->arena, double, 2 * (size_t)count);
+        const int wrong = f->s->arena->ran_out || append_impact(&run->impacts, f->t, f->y + n, f->y1 + n, n, count,
+                                                                f->set, P, loss, run->record.count);
+        give_back(f->s->arena, mark);
+        if (wrong)
             return OUTCOME_NO_MEMORY;
     }
     memcpy(f->y, f->y1, (size_t)f->s->size * sizeof *f->y);
@@ -172,22 +199,22 @@ static enum outcome commit_snap(struct phase *f, int count)
 static int project_to_tangent_cone(struct phase *f)
 {
     struct system *s = f->s;
-    const int rows = s->model->rows + s->model->drives;
-    double *u = f->y1 + s->n, *lambda = malloc((rows + 2 * s->n) * sizeof *lambda),
-           *work = lambda ? lambda + rows : NULL;
-    int done = lambda != NULL;
-    for (int number = 0; done && left_null_vector(s, f->y1, number, lambda); number++) {
+    const struct mark mark = s->arena->top;
+    struct lost_row row;
+    double *u = f->y1 + s->n;
+    int done = !take_lost_row(s, &row);
+    for (int number = 0; done && left_null_vector(s, f->y1, number, row.lambda); number++) {
         const double speed = fastest(s, u);
-        double bent = bend(s, f->y1, u, lambda);
+        double bent = bend(s, f->y1, u, &row);
         for (int pass = 0; pass < PASSES && fabs(bent) > STRAIGHT * speed * speed; pass++) {
-            const double product = second_order_gradient(s, f->y1, lambda, speed, u, work);
+            const double product = second_order_gradient(s, f->y1, speed, u, &row);
             for (int i = 0; i < s->n && product > 0.0; i++)
-                u[i] -= bent / product * work[s->n + i];
-            bent = bend(s, f->y1, u, lambda);
+                u[i] -= bent / product * row.du[i];
+            bent = bend(s, f->y1, u, &row);
         }
         done = fabs(bent) <= STRAIGHT * speed * speed;
     }
-    free(lambda);
+    give_back(s->arena, mark);
     return done;
 }
 
@@ -196,27 +223,27 @@ static int project_to_tangent_cone(struct phase *f)
 static enum outcome limit_along_branch(struct phase *f)
 {
     struct system *s = f->s;
-    const int rows = s->model->rows + s->model->drives, n = s->n;
-    double *u = f->y + n, *u_dot = f->dy + n, *lambda = malloc((rows + 3 * n) * sizeof *lambda);
-    if (!lambda)
-        return OUTCOME_NO_MEMORY;
-    double *work = lambda + rows, *q = work + 2 * n;
+    const int n = s->n;
+    const struct mark mark = s->arena->top;
+    struct lost_row row;
+    double *u = f->y + n, *u_dot = f->dy + n, *q = TAKE(s->arena, double, n);
+    const enum outcome outcome = take_lost_row(s, &row) ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
     const double speed = fastest(s, u), time = BRANCH_STEP / speed;
-    for (int number = 0; left_null_vector(s, f->y, number, lambda); number++) {
-        const double product = second_order_gradient(s, f->y, lambda, speed, u, work);
+    for (int number = 0; !outcome && left_null_vector(s, f->y, number, row.lambda); number++) {
+        const double product = second_order_gradient(s, f->y, speed, u, &row);
         double wrong = 0.0;
         for (int side = -1; side <= 1; side += 2) {
             for (int i = 0; i < n; i++)
                 q[i] = f->y[i] + side * time * u[i];
-            wrong += side * bend(s, q, u, lambda) / (2.0 * time);
+            wrong += side * bend(s, q, u, &row) / (2.0 * time);
         }
         for (int i = 0; i < n; i++)
-            wrong += work[i] * u_dot[i];
+            wrong += row.gradient[i] * u_dot[i];
         for (int i = 0; i < n && product > 0.0; i++)
-            u_dot[i] -= wrong / product * work[n + i];
+            u_dot[i] -= wrong / product * row.du[i];
     }
-    free(lambda);
-    return OUTCOME_DONE;
+    give_back(s->arena, mark);
+    return outcome;
 }
 
 enum outcome leave_singularity(struct phase *f)
@@ -299,7 +326,8 @@ static int finds_way_on(struct phase *f, int count, double gap_uncertainty)
 }
 
 /* Close the contacts with gaps below `gap_uncertainty` if that makes closure rows fewer than `rank`; whether it was done. */
-static int snap_below(struct phase *f, double gap_uncertainty, double miss, int rank, enum outcome *outcome)
+static int snap_below(struct phase *f, double gap_uncertainty, double miss, int rank, double *closure,
+                      enum outcome *outcome)
 {
     struct system *s = f->s;
     struct active_set *h = s->active;
@@ -307,17 +335,18 @@ static int snap_below(struct phase *f, double gap_uncertainty, double miss, int 
     const int count = uncertain_contacts(f, gap_uncertainty), held = h->count, rows = h->rows;
     if (!count)
         return 0;
-    int *set = malloc(all * sizeof *set), done = 0;
-    signed char *mode = calloc(2 * all, 1);
-    double *weight = malloc(2 * all * sizeof *weight);
+    const struct mark mark = s->arena->top;
+    int *set = TAKE(s->arena, int, all), done = 0;
+    signed char *smooth = TAKE_ZEROS(s->arena, signed char, all), *mode = TAKE(s->arena, signed char, all);
+    double *weight = TAKE(s->arena, double, 2 * all);
     *outcome = OUTCOME_NO_MEMORY;
-    if (set && mode && weight) {
+    if (!s->arena->ran_out) {
         memcpy(set, h->set, held * sizeof *set);
-        memcpy(mode + all, h->mode, held);
+        memcpy(mode, h->mode, held);
         memcpy(weight, h->weight, rows * sizeof *weight);
-        activate(h, count, f->set, mode);
-        done = closes_contacts(f, count, miss, rank) && finds_way_on(f, count, gap_uncertainty);
-        activate(h, held, set, mode + all);
+        activate(h, count, f->set, smooth); /* FRICTIONLESS */
+        done = closes_contacts(f, count, miss, rank, closure) && finds_way_on(f, count, gap_uncertainty);
+        activate(h, held, set, mode);
         memcpy(h->weight, weight, rows * sizeof *weight);
         *outcome = done ? commit_snap(f, count) : OUTCOME_DONE;
     }
@@ -325,9 +354,7 @@ static int snap_below(struct phase *f, double gap_uncertainty, double miss, int 
         f->at.gap_uncertainty = gap_uncertainty;
         f->at.flat = f->t;
     }
-    free(set);
-    free(mode);
-    free(weight);
+    give_back(s->arena, mark);
     return done;
 }
 
@@ -342,20 +369,28 @@ enum outcome snap_to_singularity(struct phase *f, int stuck, int *closed)
     f->at.gap_uncertainty = 0.0;
     if (!s->model->rows)
         return outcome;
-    const double miss = closure_miss(f);
+    const struct mark mark = s->arena->top;
+    double *closure = TAKE(s->arena, double, s->model->rows);
+    if (s->arena->ran_out) {
+        outcome = OUTCOME_NO_MEMORY;
+        goto end;
+    }
+    const double miss = closure_miss(f, closure);
     if (!uncertain_contacts(f, unknown(0.0, miss))) {
         if (before > 0.0 && row_rank(s, f->y, &sigma) < rows) { /* where it was put, it still is */
             f->at.gap_uncertainty = before;
             f->at.flat = f->t;
         }
-        return outcome;
+        goto end;
     }
     const int rank = row_rank(s, f->y, &sigma);
     const double gap_uncertainty = unknown(sigma, miss);
     for (int wider = 0; sigma <= TURNS * s->model->links * gap_uncertainty && wider <= stuck && !*closed && !outcome;
          wider++)
-        *closed = snap_below(f, (wider ? WIDER : 1.0) * gap_uncertainty, miss, rank, &outcome);
+        *closed = snap_below(f, (wider ? WIDER : 1.0) * gap_uncertainty, miss, rank, closure, &outcome);
     if (!*closed && rank < rows && !outcome) /* a row that is left out already: how near, is not known either */
-        *closed = snap_below(f, MARGIN * RANK_TOLERANCE, miss, rank + 1, &outcome);
+        *closed = snap_below(f, MARGIN * RANK_TOLERANCE, miss, rank + 1, closure, &outcome);
+end:
+    give_back(s->arena, mark);
     return outcome;
 }

@@ -2,7 +2,6 @@
 #include "steps/phase.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "base/tolerances.h"
@@ -17,40 +16,28 @@ enum {
     TICK = 64     /* short steps between two questions whether to go on */
 };
 
-int make_phase(struct phase *f)
+int take_phase(struct phase *f)
 {
-    const size_t n = f->s->size, c = f->s->model->contacts, scratch = f->run->method->scratch(f->s);
-    const size_t kept = memory_size(f->run->method, f->s);
-    const int passes =
-        f->s->model->rows && f->s->model->stages && f->run->method != &gauss && f->run->fixed_step == 0.0;
-    const size_t passing = passes ? gauss.scratch(f->s) : 0;
-    f->block = calloc(4 * n + scratch + passing + kept + search_scratch(f->s) + 6 * c + 1,
-                      sizeof *f->block); /* a method finds zeros */
-    f->set = malloc((c + 1) * sizeof *f->set);
-    f->y = f->block;
-    if (make_active_set(&f->active, f->s->model) || !f->block || !f->set)
+    struct system *s = f->s;
+    struct arena *arena = s->arena;
+    const struct method *method = f->run->method;
+    const size_t size = s->size, c = s->model->contacts;
+    const int passes = s->model->rows && s->model->stages && method != &gauss && f->run->fixed_step == 0.0;
+    f->y = TAKE_ZEROS(arena, double, size);
+    f->dy = TAKE_ZEROS(arena, double, size);
+    f->y1 = TAKE_ZEROS(arena, double, size);
+    f->dy1 = TAKE_ZEROS(arena, double, size);
+    f->scratch = TAKE_ZEROS(arena, double, method->scratch(s)); /* a method finds zeros */
+    f->passing = passes ? TAKE_ZEROS(arena, double, gauss.scratch(s)) : NULL;
+    f->kept = TAKE_ZEROS(arena, double, memory_size(method, s));
+    f->peak = TAKE_ZEROS(arena, double, c);
+    f->gaps = TAKE_ZEROS(arena, double, c);
+    f->rates = TAKE_ZEROS(arena, double, c);
+    f->set = TAKE_ZEROS(arena, int, c);
+    if (take_active_set(arena, &f->active, s->model))
         return 1;
-    f->s->active = c ? &f->active : NULL;
-    f->dy = f->y + n;
-    f->y1 = f->dy + n;
-    f->dy1 = f->y1 + n;
-    f->scratch = f->dy1 + n;
-    f->passing = passes ? f->scratch + scratch : NULL;
-    f->search = f->scratch + scratch + passing;
-    f->gaps = f->search + search_scratch(f->s);
-    f->rates = f->gaps + c;
-    f->e = f->rates + c;
-    f->P = f->e + c;
-    f->kept = f->P + 2 * c;
+    s->active = c ? &f->active : NULL;
     return 0;
-}
-
-void free_phase(struct phase *f)
-{
-    free(f->block);
-    free(f->set);
-    free_active_set(&f->active);
-    f->s->active = NULL;
 }
 
 /* Prepare the dense output of the step just taken and look for its first event. An event early in a long step is looked for
@@ -64,7 +51,8 @@ static enum outcome search_step(struct phase *f, struct event *event)
             outcome = f->by->prepare(f->s, f->steps, f->t, f->h, f->y, f->dy, f->y1, f->dy1);
         if (outcome)
             return outcome;
-        *event = find_event(f->s, f->by, f->steps, f->t, f->h, REST_SPEED / f->s->time, f->search);
+        if ((outcome = find_event(f->s, f->by, f->steps, f->t, f->h, REST_SPEED / f->s->time, event)))
+            return outcome;
         const double shorter = 2.0 * event->theta * f->h;
         if (event->contact < 0 || event->theta > EARLY || f->t + shorter <= f->t || i == SHORTER)
             return OUTCOME_DONE;
@@ -165,7 +153,7 @@ static struct before_step note_step(struct phase *f)
     if (f->run->method->memory)
         f->run->method->memory(f->s, f->scratch, 0, f->kept);
     if (f->s->active)
-        memcpy(f->kept + memory_size(f->run->method, f->s), f->active.peak, f->s->model->contacts * sizeof *f->kept);
+        memcpy(f->peak, f->active.peak, f->s->model->contacts * sizeof *f->peak);
     return (struct before_step){f->at, f->h, f->active.window, f->run->steps, f->run->rejected};
 }
 
@@ -175,7 +163,7 @@ static void undo_step(struct phase *f, const struct before_step *before)
     if (f->run->method->memory)
         f->run->method->memory(f->s, f->scratch, 1, f->kept);
     if (f->s->active)
-        memcpy(f->active.peak, f->kept + memory_size(f->run->method, f->s), f->s->model->contacts * sizeof *f->kept);
+        memcpy(f->active.peak, f->peak, f->s->model->contacts * sizeof *f->peak);
     f->active.window = before->window;
     f->at = before->at;
     f->h = before->h;

@@ -8,9 +8,8 @@
  * which is -1 when there is none */
 enum outcome integrate_to_event(struct phase *f, struct event *event);
 
-/* Room of a flight, whose system and run are set, in two blocks, and its active set, which becomes the system's; 0, or 1 when memory
- * runs out: free it in either case. */
-int make_phase(struct phase *f);
-void free_phase(struct phase *f);
+/* Arrays of a flight, whose system and run are set, and of its active set, which becomes the system's, from the system's arena; 0, or 1
+ * when memory runs out. */
+int take_phase(struct phase *f);
 
 #endif

@@ -62,15 +62,15 @@ static void between_ends(const struct phase *f, const double *end, double x, dou
     }
 }
 
-/* The part of the step, up to `last`, at which the cubic comes nearest to dependence; whether rows depend there */
-static int nearest_part(struct phase *f, const double *end, double last, double *part)
+/* The part of the step, up to `last`, at which the cubic comes nearest to dependence; whether rows depend there. q[n] is scratch. */
+static int look_for_nearest(struct phase *f, const double *end, double last, double *q, double *part)
 {
     double least = INFINITY, most = 0.0, width = last, low = 0.0;
     for (int round = 0; round < ROUNDS; round++) {
         for (int j = 0; j <= LOOKS; j++) {
             const double x = fmin(fmax(low + width * j / LOOKS, 0.0), last);
-            between_ends(f, end, x, f->search);
-            const double here = rank_margin(f->s, f->search);
+            between_ends(f, end, x, q);
+            const double here = rank_margin(f->s, q);
             most = fmax(most, here);
             if (here < least) {
                 least = here;
@@ -83,6 +83,16 @@ static int nearest_part(struct phase *f, const double *end, double last, double 
         width *= 2.0 / LOOKS;
     }
     return least < SIGMA_DROP * most;
+}
+
+static int nearest_part(struct phase *f, const double *end, double last, double *part)
+{
+    struct arena *arena = f->s->arena;
+    const struct mark mark = arena->top;
+    double *q = TAKE(arena, double, f->s->n);
+    const int found = !arena->ran_out && look_for_nearest(f, end, last, q, part);
+    give_back(arena, mark);
+    return found;
 }
 
 int crosses_singularity(struct phase *f, enum outcome back, double error, const double *end)

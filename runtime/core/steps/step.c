@@ -36,24 +36,38 @@ static double driven(const struct ccgen_model *m, int d, const double *x)
     return x[m->driven[2 * d]] - (second < 0 ? 0.0 : x[second]);
 }
 
+/* Whether driven joints are at place[drives] and have speed[drives] still */
+static enum outcome check_driven(const struct phase *f, const double *place, const double *speed)
+{
+    const struct ccgen_model *m = f->s->model;
+    const double *unit = f->s->unit, *unit_of_speed = unit + f->s->n;
+    double fast = 1.0;
+    for (int d = 0; d < m->drives; d++)
+        fast = fmax(fast, fabs(speed[d]) / unit_of_speed[m->driven[2 * d]]);
+    for (int d = 0; d < m->drives; d++)
+        if (fabs(driven(m, d, f->y1) - place[d]) > DRIVEN * unit[m->driven[2 * d]] ||
+            fabs(driven(m, d, f->y1 + f->s->n) - speed[d]) > DRIVEN * fast * unit_of_speed[m->driven[2 * d]])
+            return OUTCOME_NOT_CLOSED;
+    return OUTCOME_DONE;
+}
+
 enum outcome project_step_end(struct phase *f)
 {
     const struct ccgen_model *m = f->s->model;
     const int n = f->s->n;
     if (!projects(f))
         return OUTCOME_DONE;
-    double *place = f->search, *speed = place + m->drives, fast = 1.0;
-    for (int d = 0; d < m->drives; d++) {
+    const struct mark mark = f->s->arena->top;
+    double *place = TAKE(f->s->arena, double, m->drives), *speed = TAKE(f->s->arena, double, m->drives);
+    enum outcome outcome = f->s->arena->ran_out ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
+    for (int d = 0; d < m->drives && !outcome; d++) {
         place[d] = driven(m, d, f->y1);
         speed[d] = driven(m, d, f->y1 + n);
-        fast = fmax(fast, fabs(speed[d]) / f->s->unit[n + m->driven[2 * d]]);
     }
-    enum outcome outcome = project_position(f->s, f->y1);
+    outcome = outcome ? outcome : project_position(f->s, f->y1);
     outcome = outcome ? outcome : project_velocity(f->s, f->y1, f->y1 + n);
-    for (int d = 0; d < m->drives && !outcome; d++)
-        if (fabs(driven(m, d, f->y1) - place[d]) > DRIVEN * f->s->unit[m->driven[2 * d]] ||
-            fabs(driven(m, d, f->y1 + n) - speed[d]) > DRIVEN * fast * f->s->unit[n + m->driven[2 * d]])
-            outcome = OUTCOME_NOT_CLOSED;
+    outcome = outcome ? outcome : check_driven(f, place, speed);
+    give_back(f->s->arena, mark);
     return outcome;
 }
 

@@ -33,17 +33,16 @@ struct progress {
 struct phase {
     struct system *s;
     struct run *run;
-    double *block; /* all numbers of the flight */
     double t, h;
     double *y, *dy, *y1, *dy1; /* state and derivative at t, and at the end of the step */
     double *scratch;           /* of the run's method, */
     double *passing;           /* and of the one that passes singular configurations for it, or NULL */
     const struct method *by;   /* that took the last step, */
     double *steps;             /* and its scratch */
-    double *search;            /* of the event search */
-    double *kept;              /* what the method knew before a step */
-    double *gaps, *rates, *e, *P;
-    int *set;
+    double *kept; /* what the method knew before a step, or knows now, on its way to or from the bytes of a state, */
+    double *peak; /* and active.peak before a step */
+    double *gaps, *rates; /* [contacts] where they were last looked at, for those that go on from there */
+    int *set; /* [contacts] those that strike, are held, or close where rows are lost, on their way from finding them */
     struct active_set active; /* of the system */
     struct progress at;
 };
