@@ -12,43 +12,22 @@ from typing import Any
 import numpy as np
 import pytest
 
+from .c_declarations import fields_of
+from .folders import RUNTIME
+
 Array = Any
 
 
 class Settings(ctypes.Structure):
-    """``struct ccgen_settings`` (runtime/ccgen.h)."""
+    """``struct ccgen_settings``, as its header has it."""
 
-    _fields_ = (
-        ("parameters", ctypes.POINTER(ctypes.c_double)),
-        ("length", ctypes.c_double),
-        ("angular", ctypes.c_void_p),
-        ("law", ctypes.c_char_p),
-        ("acceleration_scale", ctypes.c_double),
-        ("method", ctypes.c_char_p),
-        ("rtol", ctypes.c_double),
-        ("atol", ctypes.c_double),
-        ("fixed_step", ctypes.c_double),
-        ("drift", ctypes.c_int),
-        ("step_budget", ctypes.c_long),
-        ("second_budget", ctypes.c_long),
-        ("stops", ctypes.c_void_p),
-        ("stop_count", ctypes.c_size_t),
-        ("inputs", ctypes.c_void_p),
-        ("context", ctypes.c_void_p),
-        ("tick", ctypes.c_void_p),
-        ("tick_context", ctypes.c_void_p),
-    )
+    _fields_ = fields_of(RUNTIME / "ccgen.h", "ccgen_settings")
 
 
 class Event(ctypes.Structure):
     """``struct ccgen_event``."""
 
-    _fields_ = (
-        ("kind", ctypes.c_int),
-        ("t", ctypes.c_double),
-        ("contact", ctypes.c_int),
-        ("impacts", ctypes.c_size_t),
-    )
+    _fields_ = fields_of(RUNTIME / "ccgen.h", "ccgen_event")
 
 
 class Library:
@@ -60,6 +39,7 @@ class Library:
         sources = sorted(str(path) for path in (runtime / "core").rglob("*.c"))
         flags = "-O2 -std=c11 -shared -fPIC -fvisibility=hidden -DCCGEN_SHARED -Wall -Wextra -Werror"
         folders = [f"-I{runtime}", f"-I{runtime / 'core'}"]
+        flags += " " + os.environ.get("CFLAGS", "")
         subprocess.run(["cc", *flags.split(), *folders, *sources, "-lm", "-o", str(file)], check=True)
         self.calls: Any = ctypes.CDLL(str(file))
         self.calls.ccgen_outcome_name.restype = ctypes.c_char_p
@@ -82,7 +62,7 @@ class Simulation:
     def __init__(self, library: Library, model: Any, settings: dict[str, Any]) -> None:
         self.library, self.calls, self.model = library, library.calls, model
         self.values = (ctypes.c_double * len(model.parameters))(*model.parameters.values())
-        self.settings = Settings(self.values, model.length, **settings)
+        self.settings = Settings(ctypes.cast(self.values, ctypes.c_void_p), model.length, **settings)
         self.address = ctypes.c_void_p()
         model_address = ctypes.c_void_p(model.kernels.address)
         self.code: int = self.calls.ccgen_create(model_address, ctypes.byref(self.settings), ctypes.byref(self.address))

@@ -25,9 +25,8 @@ class Functions:
             pytest.skip("needs cc")
         sources = [str(path) for layer in layers for path in sorted((CORE / layer).glob("*.c"))]
         library = folder / "functions.so"
-        subprocess.run(
-            ["cc", "-O2", "-std=c11", "-shared", "-fPIC", f"-I{CORE}", *sources, "-lm", "-o", str(library)], check=True
-        )
+        flags = ["-O2", "-std=c11", "-shared", "-fPIC", *os.environ.get("CFLAGS", "").split()]
+        subprocess.run(["cc", *flags, f"-I{CORE}", *sources, "-lm", "-o", str(library)], check=True)
         self.library: Any = ctypes.CDLL(str(library))
 
     def call(self, name: str, *arguments: Any) -> int:

@@ -223,3 +223,11 @@ enum outcome joint_impulses(struct system *s, const double *q, const double *du,
     free(f);
     return outcome;
 }
+
+const char *obstacle_name(int obstacle)
+{
+#define NAMED(name, text) text,
+    static const char *const names[] = {ALL_OBSTACLES(NAMED)};
+#undef NAMED
+    return obstacle >= 0 && obstacle < OBSTACLES ? names[obstacle] : NULL;
+}
