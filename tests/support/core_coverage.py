@@ -2,8 +2,8 @@
 
     python tests/support/core_coverage.py FOLDER
 
-Below FOLDER are the counts (``.gcda``) of all objects that were compiled of the core, for every type of numbers; a line has
-run if it has in any of them. Per layer and file: lines that have run, of those that have code, and which have not.
+Below FOLDER are the counts (``.gcda``) of all objects that were compiled of the core, for every type of numbers; a line
+has run if it has in any of them. Per layer and file: lines that have run, of those that have code, and which have not.
 """
 
 from __future__ import annotations
