@@ -43,9 +43,8 @@ def test_the_picture_leads_wherever_a_layer_includes_from(script: ModuleType) ->
 
 def test_functions_are_counted(script: ModuleType, tmp_path: Path) -> None:
     file = tmp_path / "a.c"
-    file.write_text(
-        "static const double A = 1.0;\n\n/* b\n * c */\nstatic int one(int a,\n               int b)\n{\n    return 1;\n}\n"
-    )
+    head = "static const double A = 1.0;\n\n/* b\n * c */\nstatic int one(int a,\n               int b)\n"
+    file.write_text(head + "{\n    return 1;\n}\n")
     assert script.functions(file) == [("one", 5)]
 
 

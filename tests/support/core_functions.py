@@ -6,6 +6,8 @@ import ctypes
 import os
 import shutil
 import subprocess
+import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,15 +20,17 @@ CORE = ROOT / "runtime" / "core"
 
 
 class Functions:
-    """A library of some folders of the core. ``call(name, ...)`` takes whole numbers, floats, arrays and ``None``."""
+    """A library of some folders of the core, and of other ``sources``. ``call(name, ...)`` takes whole numbers, floats,
+    arrays and ``None``."""
 
-    def __init__(self, folder: Path, *layers: str) -> None:
+    def __init__(self, folder: Path, *layers: str, sources: Sequence[Path] = ()) -> None:
         if os.name != "posix" or not shutil.which("cc"):
             pytest.skip("needs cc")
-        sources = [str(path) for layer in layers for path in sorted((CORE / layer).glob("*.c"))]
+        files = [str(path) for layer in layers for path in sorted((CORE / layer).glob("*.c"))] + list(map(str, sources))
         library = folder / "functions.so"
         flags = ["-O2", "-std=c11", "-shared", "-fPIC", *os.environ.get("CFLAGS", "").split()]
-        subprocess.run(["cc", *flags, f"-I{CORE}", *sources, "-lm", "-o", str(library)], check=True)
+        flags += ["-Wl,-Bsymbolic"] if sys.platform == "linux" else []  # glibc has functions of the same names
+        subprocess.run(["cc", *flags, f"-I{CORE}", *files, "-lm", "-o", str(library)], check=True)
         self.library: Any = ctypes.CDLL(str(library))
 
     def call(self, name: str, *arguments: Any) -> int:
