@@ -93,11 +93,12 @@ def test_a_gap_that_is_closed_and_opens_is_no_event(core: Functions) -> None:
     assert first(core, [0.0]) == NONE  # and one that stays closed
 
 
-def test_a_gap_at_rest_that_opens_first_closes_later(core: Functions) -> None:
-    """theta^2 (0.6 - theta): neither gap nor rate is other than zero at first."""
-    contact, theta = first(core, [0.0, 0.0, 0.6, -1.0])
+@pytest.mark.parametrize("end", [0.6, 0.06])
+def test_a_gap_at_rest_that_opens_first_closes_later(end: float, core: Functions) -> None:
+    """theta^2 (end - theta): neither gap nor rate is other than zero at first; also if all that is in one piece."""
+    contact, theta = first(core, [0.0, 0.0, end, -1.0])
     assert contact == 0
-    assert theta == pytest.approx(0.6, abs=1e-14)
+    assert theta == pytest.approx(end, abs=1e-14)
 
 
 @pytest.mark.parametrize(("rate", "expected"), [(-1.0, 0.0), (-1e-9, 0.0), (-1e-11, 0.0)])

@@ -91,6 +91,20 @@ class Simulation:
         )
         return t.value, q, u
 
+    def rows(self) -> tuple[Array, Array]:
+        """Times and rows that are recorded, copies of them."""
+        t, rows, width = ctypes.POINTER(ctypes.c_double)(), ctypes.POINTER(ctypes.c_double)(), ctypes.c_size_t()
+        self.calls.ccgen_rows.restype = ctypes.c_size_t
+        count = self.calls.ccgen_rows(self.address, ctypes.byref(t), ctypes.byref(rows), ctypes.byref(width))
+        found = np.ctypeslib.as_array(rows, (count, width.value)).copy()
+        return np.ctypeslib.as_array(t, (count,)).copy(), found
+
+    def constants(self) -> Array:
+        """What the model's functions read."""
+        self.calls.ccgen_get_constants.restype = ctypes.POINTER(ctypes.c_double)
+        found = self.calls.ccgen_get_constants(self.address)
+        return np.ctypeslib.as_array(found, (len(self.model.kernels.constants),)).copy()
+
     def state(self) -> bytes:
         """The whole state."""
         buffer = ctypes.create_string_buffer(self.calls.ccgen_state_size(self.address))
