@@ -87,7 +87,8 @@ $(SANITIZED)/installed: $(COMPILED) pyproject.toml setup.py $(wildcard generator
 # that compile parts of the core by themselves do it with these flags too; what they find is under .cache/coverage/tests.
 COVERED := .cache/coverage
 COVERAGE := --coverage -O0
-COVERAGE_TESTS ?= tests/core tests/methods tests/contact tests/runs tests/analysis tests/hard
+COVERAGE_TESTS ?= tests/core tests/methods tests/contact tests/runs tests/analysis tests/kernels/test_impact.py \
+	tests/effects/test_drive.py tests/hard
 
 coverage: $(COVERED)/installed
 	@rm -rf $(COVERED)/tests && find $(COVERED) -name '*.gcda' -delete
