@@ -27,7 +27,7 @@ make: found no C compiler, expected cc, gcc or clang; install one and run make a
 endef
 export NO_COMPILER
 
-.PHONY: help hexagon quick test hard fuzz fuzz-mechanisms lint warnings sanitize types diff golden benchmarks formulations clean
+.PHONY: help hexagon quick test hard fuzz fuzz-mechanisms lint warnings sanitize coverage types diff golden benchmarks formulations clean
 
 help:
 	@echo "make hexagon     simulate the falling hexagon and draw it"
@@ -35,6 +35,7 @@ help:
 	@echo "make test        run the tests; ARGS=\"-k impact\" goes to pytest"
 	@echo "make hard        the hard cases and the figures they reach"
 	@echo "make sanitize    the hard cases and 100 random tosses under the sanitizers, with gcc on Linux"
+	@echo "make coverage    the lines of the core that tests run, per layer and file, with gcc; COVERAGE_TESTS chooses the tests"
 	@echo "make fuzz        5,000 random loops on random grounds, others with SEED=1"
 	@echo "make fuzz-mechanisms  random mechanisms against the dense reference, COUNT=1000"
 	@echo "make lint        ruff, and clang-format for the core"
@@ -80,6 +81,25 @@ $(SANITIZED)/installed: $(COMPILED) pyproject.toml setup.py $(wildcard generator
 	$(PYTHON) -m venv --clear $(SANITIZED)
 	CFLAGS="$(SANITIZERS) -g -O1" LDFLAGS="$(SANITIZERS)" $(SANITIZED)/bin/python -m pip --disable-pip-version-check install --quiet \
 		'.[test]'
+	@touch $@
+
+# What part of the core the tests run, line by line, with gcc: an environment of its own as above, without optimisation. Tests
+# that compile parts of the core by themselves do it with these flags too; what they find is under .cache/coverage/tests.
+COVERED := .cache/coverage
+COVERAGE := --coverage -O0
+COVERAGE_TESTS ?= tests/core tests/methods tests/contact tests/runs tests/analysis tests/kernels/test_impact.py \
+	tests/effects/test_drive.py tests/hard
+
+coverage: $(COVERED)/installed
+	@rm -rf $(COVERED)/tests && find $(COVERED) -name '*.gcda' -delete
+	@CFLAGS="$(COVERAGE)" CCGEN_CACHE_DIR=$(CURDIR)/$(COVERED)/cache CCGEN_FUZZ=100 $(COVERED)/bin/python -m pytest -q \
+		-p no:cacheprovider --basetemp=$(COVERED)/tests $(COVERAGE_TESTS) $(ARGS); tested=$$?; \
+	$(COVERED)/bin/python tests/support/core_coverage.py $(COVERED) && exit $$tested
+
+$(COVERED)/installed: $(COMPILED) pyproject.toml setup.py $(wildcard generator/*/*.py runtime/*.py runtime/*/*.py)
+	$(PYTHON) -m venv --clear $(COVERED)
+	CCGEN_LAST_FLAGS="$(COVERAGE)" LDFLAGS="--coverage" CCGEN_BUILD_BASE=$(COVERED)/build \
+		$(COVERED)/bin/python -m pip --disable-pip-version-check install --quiet '.[test]'
 	@touch $@
 
 fuzz: $(VENV)/test

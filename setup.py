@@ -19,6 +19,9 @@ INSTALL = """no C compiler found: looked for $CC, cc, gcc, clang and the ziglang
 PRECISIONS = {"_core": "0", "_float": "1", "_wide": "2"}
 """``CCGEN_PRECISION`` of each extension (runtime/core/base/real.h)."""
 
+LAST_FLAGS = os.environ.get("CCGEN_LAST_FLAGS", "").split()
+"""Flags behind all others, which they can take back: ``make coverage`` compiles without optimisation."""
+
 
 class BuildExt(build_ext):
     """Extensions compiled by ``$CC``, by the compiler that Python was, by ``cc``, ``gcc`` or ``clang``, or by zig."""
@@ -38,6 +41,12 @@ class BuildExt(build_ext):
             )
         super().build_extensions()
 
+    def build_extension(self, ext: Extension) -> None:
+        """Compile one, its objects in a folder of their own: every precision has the same sources."""
+        shared, self.build_temp = self.build_temp, str(Path(self.build_temp) / ext.name)
+        super().build_extension(ext)
+        self.build_temp = shared
+
 
 cores = [
     Extension(
@@ -52,12 +61,12 @@ cores = [
             *map(str, Path("runtime/face").glob("*.pxi")),
             *map(str, Path("runtime/core").rglob("*.h")),
         ],
-        extra_compile_args=["-O2", "-g0", "-std=c11", "-fvisibility=hidden"],  # glibc has an advance() too
+        extra_compile_args=["-O2", "-g0", "-std=c11", "-fvisibility=hidden", *LAST_FLAGS],  # glibc has an advance() too
     )
     for name, precision in PRECISIONS.items()
 ]
 setup(
     ext_modules=cythonize(cores, build_dir=".cache"),
     cmdclass={"build_ext": BuildExt},
-    options={"build": {"build_base": ".cache/setuptools"}},
+    options={"build": {"build_base": os.environ.get("CCGEN_BUILD_BASE", ".cache/setuptools")}},
 )

@@ -18,7 +18,7 @@ def ccgen_kernel(load: Workload) -> tuple[Kernel, Array]:
     data = json.loads((package / "model.json").read_text())
     q, u, u_dot = load.coordinates(root=data["links"].index(data["root"]))
     address = descriptor(package)
-    constants, multipliers = model_arrays(address, np.array([value for _, value in data["parameters"]]))
+    constants, multipliers = model_arrays(address, np.array([one["value"] for one in data["parameters"]]))
     return Kernel("ccgen", CCGEN, address, q, u, np.full_like(u, np.nan), constants, multipliers), u_dot
 
 

@@ -49,7 +49,7 @@ def ours(scene: Scene, plan: str) -> tuple[Kernel, int, float]:
     q, u = load_model(package).start()
     address = descriptor(package)
     data = json.loads((package / "model.json").read_text())
-    constants, multipliers = model_arrays(address, np.array([value for _, value in data["parameters"]]))
+    constants, multipliers = model_arrays(address, np.array([one["value"] for one in data["parameters"]]))
     kernel = Kernel(plan, CCGEN, address, q[None], u[None], np.full((1, u.size), np.nan), constants, multipliers)
     return kernel, operations, seconds
 

@@ -179,9 +179,7 @@ def _write_model(scene: Scene, banner: Banner, folder: Path, tell: Progress, var
         drives=len(driven) // 2,
         inputs=sum(len(effect.inputs()) for effect in scene.effects),
     )
-    data = model_data(scene, topology, equations, banner.hash)
-    if not numbers.double:
-        data["precision"] = numbers.name
+    data = model_data(scene, topology, equations, banner.hash, contract_version(), numbers.name)
     (folder / "equations.txt").write_text(write_listing(scene.name, equations, index))
     tables = {"partner": topology.partners, "driven": driven}
     model = render_c(banner, routines, sizes, tables, topology.root, index, numbers)

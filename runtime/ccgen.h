@@ -41,10 +41,10 @@ struct ccgen_settings {
     double rtol, atol;         /* tolerances; 1e-9, and as rtol. atol is in rad, times `length` of lengths, both per
                                   characteristic time of velocities */
     double fixed_step;         /* s; 0: as the tolerances ask for */
-    int drift;        /* loops are kept shut by projection (0), not at all (1), or by Baumgarte's stabilisation (2) */
-    long step_budget; /* steps in all; ten million */
-    long rate_budget; /* steps and events within a tenth of the duration; 200,000 */
-    const double *stops; /* [stop_count] times that grow, at which steps end: where inputs have kinks */
+    int drift;                 /* how loops are kept shut, a number that ccgen_drift_name names; 0: by projection */
+    long step_budget;          /* steps in all; ten million */
+    long rate_budget;          /* steps and events within a tenth of the duration; 200,000 */
+    const double *stops;       /* [stop_count] times that grow, at which steps end: where inputs have kinks */
     size_t stop_count;
     /* the model's inputs[inputs] at a state; NULL: all are 0. A nonzero answer interrupts the motion. */
     int (*inputs)(void *context, double t, const double *q, const double *u, double *inputs);
@@ -86,8 +86,7 @@ CCGEN_PUBLIC void ccgen_get_motion(const struct ccgen_simulation *simulation, do
 /* The model's constants k[constants] with the parameters of the simulation: what its other functions read, as `energy` */
 CCGEN_PUBLIC const double *ccgen_get_constants(const struct ccgen_simulation *simulation);
 
-/* How each contact is held, modes[contacts]: -1 slides backward, 0 held without friction, 1 slides forward, 2 sticks, 3 and -3 at the limit
- * of friction against forward or backward sliding, 4 touches without pressing, 5 held by others, 6 apart */
+/* How each contact is held, modes[contacts]: numbers that ccgen_mode_name names */
 CCGEN_PUBLIC void ccgen_get_modes(const struct ccgen_simulation *simulation, signed char *modes);
 
 /* The whole state as bytes. Put back, also into another simulation of the same model, method and settings, motion goes on by
@@ -107,6 +106,13 @@ CCGEN_PUBLIC int ccgen_forget(struct ccgen_simulation *simulation);
 
 /* The name of a code, as "done" or "step_too_small" */
 CCGEN_PUBLIC const char *ccgen_outcome_name(int code);
+
+/* How a contact is held in words, as "sticks" or "apart"; NULL of a number that is no mode */
+CCGEN_PUBLIC const char *ccgen_mode_name(int mode);
+
+/* How loops are kept shut, in a word: "projected", "left" as the integration leaves them, or "damped" by Baumgarte's stabilisation;
+ * NULL of a number that is no way to do that */
+CCGEN_PUBLIC const char *ccgen_drift_name(int drift);
 
 CCGEN_PUBLIC void ccgen_destroy(struct ccgen_simulation *simulation);
 

@@ -11,7 +11,7 @@ from pydantic import Field
 from ..effect_base.effect import Complain, Effect, Entry, Place, Surroundings
 from ..effect_base.line import Line, find_line
 from ..effect_base.table import Name, Positive, Table
-from ..mechanism.links import Parameter
+from ..mechanism.links import NOT_NEGATIVE, Parameter
 
 if TYPE_CHECKING:
     from sympy import Expr
@@ -65,7 +65,7 @@ def build(table: DamperTable, index: int, around: Surroundings, complain: Compla
     label = f"damper_{index}"
     name = table.name or label
     line = find_line(label, table.between, around.mechanism, complain)
-    return Damper(name, line, Parameter(f"{name}.damping", f"c_{label}", table.damping)) if line else None
+    return Damper(name, line, Parameter(f"{name}.damping", f"c_{label}", table.damping, NOT_NEGATIVE)) if line else None
 
 
 ENTRY = Entry("damper", True, DamperTable, build)

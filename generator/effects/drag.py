@@ -13,7 +13,7 @@ from ..effect_base.line import links_at
 from ..effect_base.points import find_point
 from ..effect_base.table import Name, Positive, Table
 from ..mechanism.joints import PointRef
-from ..mechanism.links import GROUND, Parameter
+from ..mechanism.links import GROUND, NOT_NEGATIVE, POSITIVE, Domain, Parameter
 
 if TYPE_CHECKING:
     from sympy import Expr
@@ -107,8 +107,8 @@ def build(table: DragTable, index: int, around: Surroundings, complain: Complain
     name = table.name or label
     speed = SPEED if table.speed is None else table.speed
 
-    def parameter(key: str, symbol: str, value: float | None) -> Parameter | None:
-        return Parameter(f"{name}.{key}", f"{symbol}_{label}", value) if value else None
+    def parameter(key: str, symbol: str, value: float | None, domain: Domain = NOT_NEGATIVE) -> Parameter | None:
+        return Parameter(f"{name}.{key}", f"{symbol}_{label}", value, domain) if value else None
 
     return Drag(
         label,
@@ -116,7 +116,7 @@ def build(table: DragTable, index: int, around: Surroundings, complain: Complain
         point,
         parameter("linear", "c", table.linear),
         parameter("quadratic", "k", table.quadratic),
-        parameter("speed", "v0", speed if table.quadratic else None),
+        parameter("speed", "v0", speed if table.quadratic else None, POSITIVE),
     )
 
 

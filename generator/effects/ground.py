@@ -16,7 +16,7 @@ from ..effect_base.effect import Complain, Contact, ContactPoint, Effect, Entry,
 from ..effect_base.points import choose_carrier, find_point
 from ..effect_base.table import Name, Pair, Table, number_or_list
 from ..mechanism.joints import PointRef
-from ..mechanism.links import GROUND, Parameter, Point
+from ..mechanism.links import FROM_0_TO_1, GROUND, NOT_NEGATIVE, Parameter, Point
 from ..mechanism.mechanism import Mechanism
 
 if TYPE_CHECKING:
@@ -155,9 +155,11 @@ def build(table: GroundTable, index: int, surroundings: Surroundings, complain: 
         name=name,
         normal=_point(f"{name}.normal", f"n_{index}", *normal),
         point=_point(f"{name}.point", f"o_{index}", *table.point),
-        restitution=Parameter(f"{name}.restitution", f"e_{index}", table.restitution),
+        restitution=Parameter(f"{name}.restitution", f"e_{index}", table.restitution, FROM_0_TO_1),
         contacts=contacts,
-        friction=None if table.friction is None else Parameter(f"{name}.friction", f"fr_{index}", table.friction),
+        friction=None
+        if table.friction is None
+        else Parameter(f"{name}.friction", f"fr_{index}", table.friction, NOT_NEGATIVE),
         law=table.law,
         radii=radii,
     )
@@ -193,7 +195,7 @@ def _radii(
     """One radius per contact, one parameter for all if the scene gives one number. ``None`` after a complaint."""
     name = table.name or f"ground_{index}"
     if not isinstance(table.radius, list):
-        shared = Parameter(f"{name}.radius", f"rd_{index}", table.radius) if table.radius else None
+        shared = Parameter(f"{name}.radius", f"rd_{index}", table.radius, NOT_NEGATIVE) if table.radius else None
         return (shared,) * len(contacts) if shared else ()
     if len(table.radius) != len(contacts):
         complain(
@@ -203,7 +205,7 @@ def _radii(
         )
         return None
     return tuple(
-        Parameter(f"{name}.radius.{point}", f"rd_{index}_{k}", value) if value else None
+        Parameter(f"{name}.radius.{point}", f"rd_{index}_{k}", value, NOT_NEGATIVE) if value else None
         for k, ((point, _), value) in enumerate(zip(contacts, table.radius, strict=True))
     )
 

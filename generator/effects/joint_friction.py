@@ -11,7 +11,7 @@ from pydantic import Field
 from ..effect_base.effect import Complain, Effect, Entry, Surroundings
 from ..effect_base.points import find_joint
 from ..effect_base.table import Name, Positive, Table
-from ..mechanism.links import Parameter
+from ..mechanism.links import NOT_NEGATIVE, POSITIVE, Domain, Parameter
 
 if TYPE_CHECKING:
     from sympy import Expr
@@ -102,8 +102,8 @@ def build(table: FrictionTable, index: int, around: Surroundings, complain: Comp
     label = f"joint_friction_{index}"
     name = table.name or label
 
-    def parameter(key: str, symbol: str, value: float | None) -> Parameter | None:
-        return Parameter(f"{name}.{key}", f"{symbol}_{label}", value) if value else None
+    def parameter(key: str, symbol: str, value: float | None, domain: Domain = NOT_NEGATIVE) -> Parameter | None:
+        return Parameter(f"{name}.{key}", f"{symbol}_{label}", value, domain) if value else None
 
     return JointFriction(
         label,
@@ -111,7 +111,7 @@ def build(table: FrictionTable, index: int, around: Surroundings, complain: Comp
         joints,
         parameter("viscous", "c", table.viscous),
         parameter("dry", "T", table.dry),
-        parameter("rate", "w0", (table.rate or RATE) if table.dry else None),
+        parameter("rate", "w0", (table.rate or RATE) if table.dry else None, POSITIVE),
     )
 
 

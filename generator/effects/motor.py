@@ -13,7 +13,7 @@ from ..effect_base.effect import Complain, Effect, Entry, Surroundings
 from ..effect_base.expression_of_time import AngleLaw, Expression, Law, Quantity, own_parameters, quantity, term
 from ..effect_base.points import find_joint
 from ..effect_base.table import Name, Pair, Table
-from ..mechanism.links import Parameter
+from ..mechanism.links import NOT_NEGATIVE, Parameter
 
 if TYPE_CHECKING:
     from sympy import Expr
@@ -167,7 +167,7 @@ def _drive(table: MotorTable, index: int, name: str, slides: bool) -> Given | Ro
     if table.table is not None:
         return Rows(_rows(table.table, index, name, "force" if slides else "torque"))
     stiffness, damping = (
-        Parameter(f"{name}.{key}", f"{symbol}_motor_{index}", value) if value else None
+        Parameter(f"{name}.{key}", f"{symbol}_motor_{index}", value, NOT_NEGATIVE) if value else None
         for key, symbol, value in (("stiffness", "k", table.stiffness), ("damping", "d", table.damping))
     )
     key, law = ("angle", table.angle) if table.angle is not None else ("position", table.position)

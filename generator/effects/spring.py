@@ -11,7 +11,7 @@ from pydantic import Field
 from ..effect_base.effect import Complain, Effect, Entry, Place, Surroundings
 from ..effect_base.line import Line, find_line
 from ..effect_base.table import Name, Positive, Table
-from ..mechanism.links import Parameter
+from ..mechanism.links import NOT_NEGATIVE, Parameter
 
 if TYPE_CHECKING:
     from sympy import Expr
@@ -73,8 +73,8 @@ def build(table: SpringTable, index: int, around: Surroundings, complain: Compla
     line = find_line(label, table.between, around.mechanism, complain)
     if line is None:
         return None
-    length = Parameter(f"{name}.length", f"L0_{label}", table.length) if table.length else None
-    return Spring(name, line, Parameter(f"{name}.stiffness", f"k_{label}", table.stiffness), length)
+    length = Parameter(f"{name}.length", f"L0_{label}", table.length, NOT_NEGATIVE) if table.length else None
+    return Spring(name, line, Parameter(f"{name}.stiffness", f"k_{label}", table.stiffness, NOT_NEGATIVE), length)
 
 
 ENTRY = Entry("spring", True, SpringTable, build)

@@ -13,7 +13,7 @@ from ..effect_base.effect import Complain, Effect, Entry, Surroundings, Turned
 from ..effect_base.points import find_joint
 from ..effect_base.table import Name, Table
 from ..mechanism.joints import Joint
-from ..mechanism.links import Parameter
+from ..mechanism.links import FROM_0_TO_1, Parameter
 
 if TYPE_CHECKING:
     from ..derive.gaps import Gap
@@ -119,7 +119,7 @@ def build(table: StopTable, index: int, around: Surroundings, complain: Complain
         return None
     if joint is None or not limits:
         return None
-    restitution = Parameter(f"{name}.restitution", f"es_{index}", table.restitution)
+    restitution = Parameter(f"{name}.restitution", f"es_{index}", table.restitution, FROM_0_TO_1)
     return Stop(index, name, around.mechanism.joints[joint], limits, restitution)
 
 

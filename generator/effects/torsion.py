@@ -12,7 +12,7 @@ from ..effect_base.angle import Angle
 from ..effect_base.effect import Complain, Effect, Entry, Surroundings
 from ..effect_base.points import find_joint
 from ..effect_base.table import Name, Positive, Table
-from ..mechanism.links import Parameter
+from ..mechanism.links import ANY, NOT_NEGATIVE, Domain, Parameter
 
 if TYPE_CHECKING:
     from sympy import Expr
@@ -90,15 +90,15 @@ def build(table: TorsionTable, index: int, around: Surroundings, complain: Compl
     label = f"torsion_{index}"
     name = table.name or label
 
-    def parameter(key: str, symbol: str, value: float | None) -> Parameter | None:
-        return Parameter(f"{name}.{key}", f"{symbol}_{label}", value) if value else None
+    def parameter(key: str, symbol: str, value: float | None, domain: Domain = NOT_NEGATIVE) -> Parameter | None:
+        return Parameter(f"{name}.{key}", f"{symbol}_{label}", value, domain) if value else None
 
     return Torsion(
         label,
         name,
         joint,
         parameter("stiffness", "k", table.stiffness),
-        parameter("angle", "phi", table.angle),
+        parameter("angle", "phi", table.angle, ANY),
         parameter("damping", "c", table.damping),
     )
 

@@ -15,7 +15,7 @@ from ..effect_base.line import NO_DIRECTION, links_at
 from ..effect_base.points import choose_carrier, find_point
 from ..effect_base.table import Name, Table, number_or_list
 from ..mechanism.joints import PointRef
-from ..mechanism.links import GROUND, Parameter, Point
+from ..mechanism.links import FROM_0_TO_1, GROUND, NOT_NEGATIVE, Parameter, Point
 from ..mechanism.mechanism import Mechanism
 
 if TYPE_CHECKING:
@@ -186,8 +186,10 @@ def build(table: TouchTable, index: int, around: Surroundings, complain: Complai
         disc=Body(_title(first), disc, None, radii[0]),
         other=Body(_title(second), *other, radii[1]),
         ends=(mechanism.point(other[0]), mechanism.point(other[1])) if other[1] else None,
-        restitution=Parameter(f"{name}.restitution", f"et_{index}", table.restitution),
-        friction=None if table.friction is None else Parameter(f"{name}.friction", f"ft_{index}", table.friction),
+        restitution=Parameter(f"{name}.restitution", f"et_{index}", table.restitution, FROM_0_TO_1),
+        friction=None
+        if table.friction is None
+        else Parameter(f"{name}.friction", f"ft_{index}", table.friction, NOT_NEGATIVE),
         law=table.law,
     )
 
@@ -302,12 +304,12 @@ def _radii(
         )
         return None
     if not isinstance(given, list):
-        both = Parameter(f"{name}.radius", f"rt_{index}", one)
+        both = Parameter(f"{name}.radius", f"rt_{index}", one, NOT_NEGATIVE)
         return both, None if edge else both
     paths = [f"{name}.radius.{_title(side)}" for side in table.between]
     return (
-        Parameter(paths[0], f"rt_{index}_0", one) if one else None,
-        Parameter(paths[1], f"rt_{index}_1", other) if other else None,
+        Parameter(paths[0], f"rt_{index}_0", one, NOT_NEGATIVE) if one else None,
+        Parameter(paths[1], f"rt_{index}_1", other, NOT_NEGATIVE) if other else None,
     )
 
 

@@ -8,10 +8,33 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 GROUND = -1
 """Index of the ground in every place where a link index stands."""
+
+
+@dataclass(frozen=True)
+class Domain:
+    """Finite numbers that a parameter may be: from ``minimum``, or above ``above``, to ``maximum``, as far as given."""
+
+    minimum: float | None = None
+    above: float | None = None
+    maximum: float | None = None
+
+    def __contains__(self, value: float) -> bool:
+        return (
+            math.isfinite(value)
+            and (self.minimum is None or value >= self.minimum)
+            and (self.above is None or value > self.above)
+            and (self.maximum is None or value <= self.maximum)
+        )
+
+
+ANY = Domain()
+POSITIVE = Domain(above=0.0)
+NOT_NEGATIVE = Domain(minimum=0.0)
+FROM_0_TO_1 = Domain(minimum=0.0, maximum=1.0)
 
 
 @dataclass(frozen=True)
@@ -19,16 +42,19 @@ class Parameter:
     """A number of the mechanism that stays symbolic.
 
     ``path`` is its name in the scene (``link_0.mass``), ``symbol`` its name in the equations (``m_0``), ``value`` its
-    value in SI units when the model is loaded.
+    value in SI units when the model is loaded, ``domain`` what it may be set to then.
     """
 
     path: str
     symbol: str
     value: float
+    domain: Domain = field(default=ANY, compare=False)
 
     def __post_init__(self) -> None:
         if not math.isfinite(self.value):
             raise ValueError(f"{self.path} is {self.value}; a parameter must be a finite number")
+        if self.value not in self.domain:
+            raise ValueError(f"{self.path} is {self.value}, outside of its domain, {self.domain}")
 
 
 @dataclass(frozen=True)

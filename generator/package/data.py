@@ -13,6 +13,7 @@ from ..mechanism.links import GROUND, Parameter, Point
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.topology import Topology
 from ..scene.scene import Scene
+from .schema import ModelData
 
 Json = dict[str, object]
 
@@ -23,12 +24,19 @@ def point_names(mechanism: Mechanism) -> list[str]:
     return names + [f"{link.name}.{name}" for link in mechanism.links for name in link.points]
 
 
-def model_data(scene: Scene, topology: Topology, equations: Equations, hash_: str) -> Json:
-    """Everything the runtime knows of the model besides the compiled kernels, ready for JSON."""
+def model_data(
+    scene: Scene, topology: Topology, equations: Equations, hash_: str, contract: int, precision: str = "double"
+) -> Json:
+    """Everything the runtime knows of the model besides the compiled kernels, ready for JSON.
+
+    ``schema.py`` says what each key means.
+    """
     mechanism = scene.mechanism
-    return {
+    data = {
+        "contract": contract,
         "name": scene.name,
         "hash": hash_,
+        "precision": precision,
         "links": [link.name for link in mechanism.links],
         "joints": [joint.name for joint in mechanism.joints],
         "between": [[joint.first.link, joint.second.link] for joint in mechanism.joints],
@@ -43,7 +51,10 @@ def model_data(scene: Scene, topology: Topology, equations: Equations, hash_: st
         "welded_points": _welded_points(mechanism),
         "q_names": [s.name for s in equations.state.q],
         "u_names": [s.name for s in equations.state.u],
-        "parameters": [[p.path, p.value] for p in equations.folded or equations.parameters],
+        "parameters": [
+            {"path": p.path, "value": p.value, "domain": vars(p.domain)}
+            for p in equations.folded or equations.parameters
+        ],
         "folded": bool(equations.folded),
         "rests_on": {p.path: mechanism.joints[idle.joint].name for idle in topology.implied for p in idle.rests_on},
         "drives": [_drive(mechanism, effect) for effect in scene.effects if effect.driven()],
@@ -64,16 +75,20 @@ def model_data(scene: Scene, topology: Topology, equations: Equations, hash_: st
         },
         "run": {"until": scene.run.until, "rtol": scene.run.rtol, "atol": scene.run.atol},
     }
+    return ModelData.model_validate(data).model_dump()
 
 
 def _discs(scene: Scene) -> list[Json]:
-    """Each disc once: the link (the ground: -1), the centre in its frame, and the radius, a parameter's path or 0;
-    of an edge its end, too."""
+    """Each disc and each edge once."""
     found = dict.fromkeys(rim for effect in scene.effects for rim in effect.rims())
     point = scene.mechanism.point
     return [
-        {"link": ref.link, "point": _point(point(ref)), "radius": _coordinate(radius)}
-        | ({"end": _point(point(end))} if end else {})
+        {
+            "link": ref.link,
+            "point": _point(point(ref)),
+            "end": _point(point(end)) if end else None,
+            "radius": _coordinate(radius),
+        }
         for ref, end, radius in found
     ]
 

@@ -13,7 +13,7 @@ from ..effect_base.effect import Contact
 from ..effect_base.table import NAME
 from ..mechanism.implied import almost_implied, implied
 from ..mechanism.joints import Joint, PointRef
-from ..mechanism.links import GROUND, Link, Parameter, Point
+from ..mechanism.links import ANY, GROUND, POSITIVE, Domain, Link, Parameter, Point
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.modules import varied
 from .errors import Path, Report
@@ -63,9 +63,9 @@ class Bodies:
         return (*found, *self.free_ends)
 
 
-def coordinate(path: str, symbol: str, value: float) -> Parameter | None:
-    """A coordinate as a parameter, or ``None`` where it is exactly zero and so part of the structure."""
-    return Parameter(path, symbol, value) if value else None
+def coordinate(path: str, symbol: str, value: float, domain: Domain = ANY) -> Parameter | None:
+    """A number as a parameter, or ``None`` where it is exactly zero and so part of the structure."""
+    return Parameter(path, symbol, value, domain) if value else None
 
 
 def point(path: str, symbol: str, x: float, y: float) -> Point:
@@ -208,8 +208,8 @@ def _link(index: int, body: Body, kept: Collection[tuple[int, str, str]] = ()) -
 
     return Link(
         name=name,
-        mass=coordinate(f"{name}.mass", f"m_{index}", body.mass),
-        inertia=coordinate(f"{name}.inertia", f"I_{index}", body.inertia),
+        mass=coordinate(f"{name}.mass", f"m_{index}", body.mass, POSITIVE),
+        inertia=coordinate(f"{name}.inertia", f"I_{index}", body.inertia, POSITIVE),
         com=place("", f"{name}.com", f"c_{index}", body.com),
         points={key: place(key, f"{name}.points.{key}", f"l_{index}_{key}", z) for key, z in body.points.items()},
     )

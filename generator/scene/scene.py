@@ -118,9 +118,10 @@ class Scene:
 
 
 def _plain(value: object) -> object:
-    """Records as JSON values. Mappings keep their order, as pairs; minus zero is zero."""
+    """Records as JSON values, fields that are compared; mappings keep their order, as pairs; minus zero is zero."""
     if dataclasses.is_dataclass(value):
-        fields = {field.name: _plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
+        own = [field.name for field in dataclasses.fields(value) if field.compare]
+        fields = {name: _plain(getattr(value, name)) for name in own}
         return {"record": type(value).__name__, **fields}
     if isinstance(value, Mapping):
         return [[key, _plain(item)] for key, item in value.items()]

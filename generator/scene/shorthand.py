@@ -9,7 +9,7 @@ import math
 from collections.abc import Sequence
 
 from ..mechanism.joints import Joint, PointRef
-from ..mechanism.links import GROUND, Link, Parameter, Point
+from ..mechanism.links import GROUND, POSITIVE, Link, Parameter, Point
 from ..mechanism.mechanism import Mechanism
 from .bodies import Bodies, point
 from .errors import Path, Report
@@ -103,10 +103,10 @@ def _rod(
     name = name or f"link_{index}"
     return Link(
         name=name,
-        mass=Parameter(f"{name}.mass", f"m_{index}", mass),
-        inertia=Parameter(f"{name}.inertia", f"I_{index}", inertia),
+        mass=Parameter(f"{name}.mass", f"m_{index}", mass, POSITIVE),
+        inertia=Parameter(f"{name}.inertia", f"I_{index}", inertia, POSITIVE),
         com=point(f"{name}.com", f"c_{index}", *com),
-        points={"A": Point(), "B": Point(Parameter(f"{name}.length", f"l_{index}", length))},
+        points={"A": Point(), "B": Point(Parameter(f"{name}.length", f"l_{index}", length, POSITIVE))},
     )
 
 
@@ -143,7 +143,7 @@ def _pinned(table: PinnedTable, rods: tuple[Link, ...], lengths: Sequence[float]
     sides = [(rod.name, length) for rod, length in zip(rods, lengths, strict=True)] + [("the span", span)]
     if not _closes(sides, ("pinned", "length" if table.span is None else "span"), report):
         return None
-    supports = {"O": Point(), "E": Point(Parameter("ground.span", "l_g", span))}
+    supports = {"O": Point(), "E": Point(Parameter("ground.span", "l_g", span, POSITIVE))}
     first = Joint("joint_0", PointRef(GROUND, "O"), PointRef(0, "A"))
     last = Joint(f"joint_{count}", PointRef(count - 1, "B"), PointRef(GROUND, "E"))
     joints = (first, *(_between(index) for index in range(1, count)), last)

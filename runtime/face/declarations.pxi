@@ -111,8 +111,7 @@ cdef extern from *:
     real rounding_of_acceleration(system *s, real t, const real *q, const real *u, real *whole) nogil
 
 cdef extern from *:
-    enum contact_mode:
-        SLIP_BACKWARD, FRICTIONLESS, SLIP_FORWARD, STICK, AT_LIMIT_FORWARD, AT_LIMIT_BACKWARD, GRAZING, IMPLIED, OPEN
+    int FRICTIONLESS
     struct tolerance:
         real rtol, atol
         const real *unit
@@ -193,9 +192,14 @@ cdef extern from *:
     int ccgen_set_state(ccgen_simulation *made, const void *bytes) nogil
     void ccgen_destroy(ccgen_simulation *made) nogil
     const char *ccgen_outcome_name(int code) nogil
+    const char *ccgen_mode_name(int mode) nogil
+    const char *ccgen_drift_name(int drift) nogil
+    const char *obstacle_name(int obstacle) nogil
     enum:
         OUTCOME_OTHER_STATE, OUTCOME_BAD_SETTINGS
         OUTCOME_COUNT "OUTCOMES"
+        DRIFT_COUNT "DRIFTS"
+        OBSTACLE_COUNT "OBSTACLES"
 
 cdef extern from *:
     struct tolerance_entry:
@@ -236,17 +240,13 @@ TOLERANCES, TOLERANCE_ORDERS = _tolerances()
 OUTCOMES = tuple(ccgen_outcome_name(code).decode() for code in range(OUTCOME_COUNT))
 """Names of ``enum outcome``, in its order."""
 
-MODES = {
-    SLIP_BACKWARD: "slides backward", FRICTIONLESS: "smooth", SLIP_FORWARD: "slides forward", STICK: "sticks",
-    AT_LIMIT_FORWARD: "at the limit, forward", AT_LIMIT_BACKWARD: "at the limit, backward", GRAZING: "touches",
-    IMPLIED: "carried", OPEN: "apart",
-}
-"""How contacts stay closed, by ``enum contact_mode``."""
+MODES = {mode: ccgen_mode_name(mode).decode() for mode in range(-128, 128) if ccgen_mode_name(mode) is not NULL}
+"""How contacts stay closed, by ``enum contact_mode``, whose numbers are of signed characters."""
 
 MODE_NUMBERS = {name: mode for mode, name in MODES.items()} | {"carried": FRICTIONLESS}
 """The mode of a contact that pushes; one that others carry pushes as a smooth one does where it is asked to."""
 
-OBSTACLES = ("", "strikes", "behind")
+OBSTACLES = tuple(obstacle_name(number).decode() for number in range(OBSTACLE_COUNT))
 """Names of ``enum obstacle``, in its order."""
 
 
@@ -255,5 +255,5 @@ REAL = np.dtype(f"f{sizeof(real)}")
 
 empty, zeros = partial(np.empty, dtype=REAL), partial(np.zeros, dtype=REAL)
 
-DRIFTS = ("projected", "left", "damped")
+DRIFTS = tuple(ccgen_drift_name(number).decode() for number in range(DRIFT_COUNT))
 """Names of ``enum drift``, in its order: ways to keep the closure, the default first."""

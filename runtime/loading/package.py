@@ -12,6 +12,7 @@ from importlib.machinery import EXTENSION_SUFFIXES
 from pathlib import Path
 from typing import Any
 
+from .check import fault
 from .processor import unfit
 
 RECORD, DATA = "build.json", "model.json"
@@ -30,8 +31,8 @@ class Package:
 def read_package(folder: Path) -> Package:
     """The package in ``folder``, each of its parts that are loaded compared with the size and hash in its record.
 
-    Raises ``FileNotFoundError`` when there is none, and ``ImportError`` when it is damaged, or compiled for another
-    Python, another runtime or another processor.
+    Raises ``FileNotFoundError`` when there is none, and ``ImportError`` when it is damaged, compiled for another
+    Python, another runtime or another processor, or has data that are not as ``model.schema.json`` says.
     """
     if not (folder / RECORD).is_file() and not (folder / DATA).is_file():
         raise FileNotFoundError(f"{folder} is not a generated model; make one with: ccgen --scene FILE")
@@ -45,7 +46,12 @@ def read_package(folder: Path) -> Package:
     if why := unfit(record["processor"]):
         raise _useless(folder, why)
     _part(folder, name, record)
-    return Package(folder, json.loads(_part(folder, DATA, record)), folder / name, record["seal"])
+    data = json.loads(_part(folder, DATA, record))
+    if isinstance(data, dict) and data.get("contract") != _contract():
+        raise _useless(folder, f"{DATA}: contract: found {data.get('contract')!r}, expected {_contract()}")
+    if why := fault(data):
+        raise _useless(folder, f"{DATA}: {why}")
+    return Package(folder, data, folder / name, record["seal"])
 
 
 def _record(folder: Path) -> dict[str, Any]:

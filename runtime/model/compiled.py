@@ -62,15 +62,13 @@ class Compiled:
         self.rows = tuple(data["rows"])
         self.outboard = tuple(data["outboard"])
         self.root: str = data["root"]
-        self.folded: bool = data.get("folded", False)
-        self.precision: str = data.get("precision", "double")
+        self.folded: bool = data["folded"]
+        self.precision: str = data["precision"]
         self.core = core_of(self.precision)
         self.contacts: tuple[tuple[str, str], ...] = tuple((point, ground) for point, ground in data["contacts"])
         self._changes = 0
         folded = self.name if self.folded else ""
-        self._parameters = Parameters(
-            dict(data["parameters"]) | dict(values or {}), self._rebuild, folded, data.get("rests_on")
-        )
+        self._parameters = Parameters(data["parameters"], dict(values or {}), self._rebuild, folded, data["rests_on"])
         self._rebuild()
         if self.kernels.hash != data["hash"]:
             raise ImportError(f"the code and the data of {self.name} are of different scenes; generate the model again")
@@ -133,7 +131,7 @@ class Compiled:
         return tuple(
             Disc(disc["link"], ends[0], self._coordinates([[disc["radius"], 0.0]])[0, 0].item(), *ends[1:])
             for disc in self.data["discs"]
-            for ends in [self._coordinates([disc[end] for end in ("point", "end") if end in disc])]
+            for ends in [self._coordinates([disc[end] for end in ("point", "end") if disc[end]])]
         )
 
     @property

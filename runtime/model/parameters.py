@@ -3,27 +3,30 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, MutableMapping
+from collections.abc import Callable, Iterator, Mapping, MutableMapping, Sequence
 from numbers import Real
+from typing import Any
 
 
 class Parameters(MutableMapping[str, float]):
-    """Names are fixed, values are finite numbers in SI units; masses and inertias stay positive, restitution in [0, 1],
-    friction and radii of contacts not negative.
+    """Names are fixed, values are finite numbers in SI units, each within its domain: a mass stays positive.
 
     Raises ``KeyError`` for an unknown name (with the nearest known ones) and ``ValueError`` for an impossible value.
+    ``declared`` are paths, values and domains as the model's data has them, ``values`` those that are other than there.
     Those of a ``folded`` model (its name) can be read only: its code holds them as numbers. ``rests_on`` are those that
     must keep their values, each with the joint that the equations leave out because it fits others with them.
     """
 
     def __init__(
         self,
+        declared: Sequence[Mapping[str, Any]],
         values: Mapping[str, float],
         changed: Callable[[], None],
         folded: str = "",
         rests_on: Mapping[str, str] | None = None,
     ) -> None:
-        self._values = dict(values)
+        self._values: dict[str, float] = {one["path"]: one["value"] for one in declared} | dict(values)
+        self._domains = {one["path"]: one["domain"] for one in declared}
         self._changed = changed
         self._folded = folded
         self._rests_on = dict(rests_on or {})
@@ -85,12 +88,26 @@ class Parameters(MutableMapping[str, float]):
                 f"{name}: found {number}, expected {self._values[name]}, because only with that {self._rests_on[name]} "
                 "holds what other joints hold; change the scene, or remove the joint there"
             )
-        if name.endswith((".mass", ".inertia", ".length")) and not number > 0.0:
-            raise ValueError(f"{name}: found {number}, expected a positive number")
-        if name.endswith(".restitution") and not 0.0 <= number <= 1.0:
-            raise ValueError(f"{name}: found {number}, expected a number from 0 to 1")
-        if (
-            name.split(".")[1:2] in (["friction"], ["radius"]) and not number >= 0.0
-        ):  # of a contact; lists go on behind it
-            raise ValueError(f"{name}: found {number}, expected a number that is not negative")
+        if wanted := unmet(self._domains[name], number):
+            raise ValueError(f"{name}: found {number}, expected {wanted}")
         return number
+
+
+def unmet(domain: Mapping[str, float | None], number: float) -> str:
+    """What a number outside its domain was expected to be, in words; empty if it is inside."""
+    minimum, above, maximum = domain["minimum"], domain["above"], domain["maximum"]
+    inside = (
+        (minimum is None or number >= minimum)
+        and (above is None or number > above)
+        and (maximum is None or number <= maximum)
+    )
+    if inside:
+        return ""
+    if (minimum, above, maximum) == (0.0, None, None):
+        return "a number that is not negative"
+    if (minimum, above, maximum) == (None, 0.0, None):
+        return "a positive number"
+    if above is None and minimum is not None and maximum is not None:
+        return f"a number from {minimum:g} to {maximum:g}"
+    bounds = ((minimum, "at least"), (above, "more than"), (maximum, "at most"))
+    return "a number " + " and ".join(f"{words} {bound:g}" for bound, words in bounds if bound is not None)

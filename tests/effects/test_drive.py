@@ -360,3 +360,36 @@ def test_a_drive_into_a_stop_is_named(workshop: Workshop) -> None:
     run = simulate(workshop.model(text), until=2.0)
     assert run.t[-1] == pytest.approx(np.pi / 6, abs=1e-9)
     assert "joint_0 is driven into stop_0.lowest by joint_0" in run.message
+
+
+DRAGS = """
+[chain]
+links = 2
+hinged = true
+length = 1.0
+mass = 1.0
+inertia = 0.1
+[gravity]
+[[ground]]
+point = [0, -0.5]
+restitution = 0.0
+{rough}
+contacts = ["link_1.B"]
+[start]
+angles = ["0 deg", "-29 deg"]
+[[drive]]
+joint = "joint_0"
+speed = 0.3
+"""
+
+
+@pytest.mark.parametrize("rough", ["", "friction = 0.4"])
+def test_a_drive_does_work_while_a_contact_is_held(rough: str, workshop: Workshop) -> None:
+    """A driven arm drags a rod whose end is on the ground: the work of drive and friction is what the energy gains."""
+    run = simulate(workshop.model(DRAGS.format(rough=rough)), until=1.0)
+    assert run.success, run.message
+    held = [phase for phase in run.phases if phase.kind == "contact"]
+    assert sum(phase.end - phase.start for phase in held) > 0.5
+    gained = sum(run.model.energy(run.q[-1], run.u[-1])) - sum(run.model.energy(run.q[0], run.u[0]))
+    assert gained > 1.0
+    assert run.energy_drift <= 1e-7

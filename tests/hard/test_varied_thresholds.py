@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -96,7 +95,7 @@ def survey(library: Library, start: Start) -> tuple[str, list[int], list[tuple[i
             break
         events = [*events, (event.contact, event.t)][:3]
         run.forget()
-    end, q, u = run.motion()
+    _, q, u = run.motion()
     closed = [contact for contact, mode in enumerate(run.modes()) if mode != APART] if model.contacts else []
     return outcome, closed, events, float(np.sum(model.energy(q, u)))
 

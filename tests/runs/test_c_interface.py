@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import os
 import re
 import shutil
@@ -15,9 +16,10 @@ import pytest
 from ccgen.generator import load_scene
 from ccgen.runtime import simulate
 
-from ..support.c_library import Library
+from ..support.c_library import Library, Settings
 from ..support.folders import ROOT
 from ..support.workshop import Workshop
+from ..support.written_models import Descriptor
 
 SCENE = ROOT / "scenes" / "falling-hexagon.toml"
 COMMANDS = re.findall(r"```sh\n(.*?)```", (ROOT / "docs" / "c.md").read_text(), re.S)
@@ -104,6 +106,7 @@ def test_what_cannot_be_is_a_code(tmp_path: Path, workshop: Workshop) -> None:
     far = 1e200 * np.ones(len(hexagon.q_names))  # coordinates of which no loop is known to be shut
     assert one.reset(far, hexagon.start()[1]) == "not_closed"
     assert one.step_to_event(1.0)[0] == "not_begun"
+    assert one.reset(np.nan * far, hexagon.start()[1]) != "done"
     assert library.outcome(999) == library.outcome(-1) == "no outcome"
 
 
@@ -121,3 +124,33 @@ def test_a_simulation_is_used_again(tmp_path: Path, workshop: Workshop) -> None:
             two.step_to_event(0.5) if simulation is one else None
         ends.append(simulation.state())
     assert ends[0] == ends[1] == ends[2]
+
+
+def test_what_is_recorded_is_what_was_reached(tmp_path: Path, workshop: Workshop) -> None:
+    """Rows from the start to each event, two of one time for every impact; forgetting leaves the present one."""
+    library = Library(ROOT / "runtime", tmp_path / "libccgen.so")
+    model = workshop.model(load_scene(SCENE))
+    simulation = library.create(model)[1]
+    q, u = model.start()
+    assert simulation.reset(q, u) == "done"
+    assert np.array_equal(simulation.constants(), model.kernels.constants)
+    first, impacts = simulation.rows()[1][0], 0
+    assert np.array_equal(first[: len(q)], q)
+    for _ in range(4):
+        impacts += simulation.step_to_event(2.0)[1].impacts
+        t, rows = simulation.rows()
+        reached = simulation.motion()
+        assert t[-1] == reached[0] and np.array_equal(rows[-1, : 2 * len(q)], np.concatenate(reached[1:]))
+        assert np.all(np.diff(t) >= 0.0) and np.count_nonzero(np.diff(t) == 0.0) >= impacts > 0
+    assert simulation.forget() == "done"
+    assert simulation.rows()[0].tolist() == [reached[0]]
+
+
+def test_a_model_of_another_contract_is_refused(tmp_path: Path, workshop: Workshop) -> None:
+    library = Library(ROOT / "runtime", tmp_path / "libccgen.so")
+    model = workshop.model(load_scene(SCENE))
+    other = Descriptor.from_buffer_copy(Descriptor.from_address(model.kernels.address))
+    other.version += 1
+    made = ctypes.c_void_p()
+    code = library.calls.ccgen_create(ctypes.byref(other), ctypes.byref(Settings()), ctypes.byref(made))
+    assert library.outcome(code) == "other_contract" and not made.value

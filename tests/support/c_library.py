@@ -12,46 +12,22 @@ from typing import Any
 import numpy as np
 import pytest
 
+from .c_declarations import fields_of
+from .folders import RUNTIME
+
 Array = Any
 
 
 class Settings(ctypes.Structure):
-    """``struct ccgen_settings`` (runtime/ccgen.h)."""
+    """``struct ccgen_settings``, as its header has it."""
 
-    _fields_ = (
-        ("parameters", ctypes.POINTER(ctypes.c_double)),
-        ("length", ctypes.c_double),
-        ("time", ctypes.c_double),
-        ("duration", ctypes.c_double),
-        ("lengths", ctypes.c_void_p),
-        ("angular", ctypes.c_void_p),
-        ("law", ctypes.c_char_p),
-        ("acceleration_scale", ctypes.c_double),
-        ("method", ctypes.c_char_p),
-        ("rtol", ctypes.c_double),
-        ("atol", ctypes.c_double),
-        ("fixed_step", ctypes.c_double),
-        ("drift", ctypes.c_int),
-        ("step_budget", ctypes.c_long),
-        ("rate_budget", ctypes.c_long),
-        ("stops", ctypes.c_void_p),
-        ("stop_count", ctypes.c_size_t),
-        ("inputs", ctypes.c_void_p),
-        ("context", ctypes.c_void_p),
-        ("tick", ctypes.c_void_p),
-        ("tick_context", ctypes.c_void_p),
-    )
+    _fields_ = fields_of(RUNTIME / "ccgen.h", "ccgen_settings")
 
 
 class Event(ctypes.Structure):
     """``struct ccgen_event``."""
 
-    _fields_ = (
-        ("kind", ctypes.c_int),
-        ("t", ctypes.c_double),
-        ("contact", ctypes.c_int),
-        ("impacts", ctypes.c_size_t),
-    )
+    _fields_ = fields_of(RUNTIME / "ccgen.h", "ccgen_event")
 
 
 class Library:
@@ -63,6 +39,7 @@ class Library:
         sources = sorted(str(path) for path in (runtime / "core").rglob("*.c"))
         flags = "-O2 -std=c11 -shared -fPIC -fvisibility=hidden -DCCGEN_SHARED -Wall -Wextra -Werror"
         folders = [f"-I{runtime}", f"-I{runtime / 'core'}"]
+        flags += " " + os.environ.get("CFLAGS", "")
         subprocess.run(["cc", *flags.split(), *more, *folders, *sources, "-lm", "-o", str(file)], check=True)
         self.calls: Any = ctypes.CDLL(str(file))
         self.calls.ccgen_outcome_name.restype = ctypes.c_char_p
@@ -89,7 +66,7 @@ class Simulation:
             *(kind != "angle" for kind, _ in model.data["coordinates"])
         )
         self.settings = Settings(
-            self.values,
+            ctypes.cast(self.values, ctypes.c_void_p),
             model.length,
             model.time or 0.0,
             model.duration,
@@ -129,6 +106,20 @@ class Simulation:
         modes = (ctypes.c_byte * len(self.model.contacts))()
         self.calls.ccgen_get_modes(self.address, modes)
         return list(modes)
+
+    def rows(self) -> tuple[Array, Array]:
+        """Times and rows that are recorded, copies of them."""
+        t, rows, width = ctypes.POINTER(ctypes.c_double)(), ctypes.POINTER(ctypes.c_double)(), ctypes.c_size_t()
+        self.calls.ccgen_rows.restype = ctypes.c_size_t
+        count = self.calls.ccgen_rows(self.address, ctypes.byref(t), ctypes.byref(rows), ctypes.byref(width))
+        found = np.ctypeslib.as_array(rows, (count, width.value)).copy()
+        return np.ctypeslib.as_array(t, (count,)).copy(), found
+
+    def constants(self) -> Array:
+        """What the model's functions read."""
+        self.calls.ccgen_get_constants.restype = ctypes.POINTER(ctypes.c_double)
+        found = self.calls.ccgen_get_constants(self.address)
+        return np.ctypeslib.as_array(found, (len(self.model.kernels.constants),)).copy()
 
     def state(self) -> bytes:
         """The whole state."""

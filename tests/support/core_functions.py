@@ -6,6 +6,8 @@ import ctypes
 import os
 import shutil
 import subprocess
+import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,17 +20,17 @@ CORE = ROOT / "runtime" / "core"
 
 
 class Functions:
-    """A library of some folders of the core. ``call(name, ...)`` takes whole numbers, floats, arrays and ``None``;
-    functions that want an arena take the one that is here."""
+    """A library of some folders of the core, and of other ``sources``. ``call(name, ...)`` takes whole numbers, floats,
+    arrays and ``None``; functions that want an arena take the one that is here."""
 
-    def __init__(self, folder: Path, *layers: str) -> None:
+    def __init__(self, folder: Path, *layers: str, sources: Sequence[Path] = ()) -> None:
         if os.name != "posix" or not shutil.which("cc"):
             pytest.skip("needs cc")
-        sources = [str(path) for layer in layers for path in sorted((CORE / layer).glob("*.c"))]
+        files = [str(path) for layer in layers for path in sorted((CORE / layer).glob("*.c"))] + list(map(str, sources))
         library = folder / "functions.so"
-        subprocess.run(
-            ["cc", "-O2", "-std=c11", "-shared", "-fPIC", f"-I{CORE}", *sources, "-lm", "-o", str(library)], check=True
-        )
+        flags = ["-O2", "-std=c11", "-shared", "-fPIC", *os.environ.get("CFLAGS", "").split()]
+        flags += ["-Wl,-Bsymbolic"] if sys.platform == "linux" else []  # glibc has functions of the same names
+        subprocess.run(["cc", *flags, f"-I{CORE}", *files, "-lm", "-o", str(library)], check=True)
         self.library: Any = ctypes.CDLL(str(library))
         self.arena = np.zeros(16, dtype=np.uint64)
         """A ``struct arena``, which is zeros as long as it has nothing (``base/arena.h``)."""

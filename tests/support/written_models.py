@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import ctypes
 import subprocess
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +23,7 @@ from ccgen.generator.scene.scene import Scene
 from ccgen.generator.write_c.render import Banner, Sizes, render_c
 
 from ..oracles.maximal import Array
+from .c_declarations import fields_of
 from .folders import RUNTIME
 
 WARNINGS = ["-std=c11", "-Wall", "-Wextra", "-Werror"]
@@ -36,54 +37,18 @@ def same(found: Array, wanted: Array, tolerance: float = 1e-12) -> bool:
     return bool(np.max(np.abs(found - wanted), initial=0.0) <= tolerance * np.max(np.abs(wanted), initial=0.0))
 
 
-KERNELS = [
-    *("derive_constants", "acceleration", "impulse", "reactions", "closure", "closure_rate", "closure_bias"),
-    *(
-        "closure_jacobian",
-        "momentum",
-        "inverse_dynamics",
-        "power",
-        "prescribed",
-        "poses",
-        "velocities",
-        "point_positions",
-        "energy",
-        "gaps",
-        "gap_rates",
-        "gap_bias",
-        "contact_impulse",
-        "restitution",
-        "slips",
-        "slip_bias",
-        "slip_impulse",
-        "friction",
-        "contact_reactions",
-        "impulse_reactions",
-    ),
-]
-SIZES = [
-    *("nq", "nu", "base", "rows", "links", "joints", "points", "contacts", "parameters", "constants", "inputs"),
-    "drives",
-]
-TABLES = ["partner", "driven"]
 COLUMNS = 3
 """Columns of impulses that contacts are asked to answer at once."""
 Pointer = ctypes.c_void_p
 
 
 class Descriptor(ctypes.Structure):
-    """``struct ccgen_model``."""
+    """``struct ccgen_model``, as its header has it."""
 
-    _fields_ = (
-        ("version", ctypes.c_int),
-        ("name", ctypes.c_char_p),
-        ("hash", ctypes.c_char_p),
-        *((size, ctypes.c_int) for size in SIZES),
-        *((table, Pointer) for table in TABLES),
-        *((kernel, Pointer) for kernel in KERNELS),
-        ("lanes", ctypes.c_int),
-        *((kernel, Pointer) for kernel in ("acceleration_lanes", "acceleration_states", "stages", "contact_response")),
-    )
+    _fields_ = fields_of(RUNTIME / "model.h", "ccgen_model")
+
+
+SIZES = [field.name for field in fields(Sizes)]
 
 
 @dataclass
@@ -166,7 +131,26 @@ class Written:
 
         Unless asked for there are none: sums over modules are added up in another order.
         """
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(rolling, "LEAST_ROUNDS", least)
+            patch.setattr(abreast, "LEAST", together)
+            source, sizes = self.source(name, {"partner": self.topology.partners, "driven": []})
+        (self.folder / f"{name}.c").write_text(source)
+        command = ["cc", *WARNINGS, "-O0", "-ffp-contract=off", "-fPIC", "-shared", f"-I{RUNTIME}", f"{name}.c"]
+        command += ["-o", f"{name}.so", "-lm"]
+        done = subprocess.run(command, cwd=self.folder, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr[:3000]
+        descriptor = Descriptor.in_dll(ctypes.CDLL(str(self.folder / f"{name}.so")), f"ccgen_model_{name}")
+        result = Compiled(source, descriptor, np.full(sizes.constants, np.nan))
+        values = np.array([p.value for p in self.program.parameters])
+        fill = ctypes.CFUNCTYPE(None, Pointer, Pointer)(descriptor.derive_constants)
+        fill(values.ctypes.data, result.constants.ctypes.data)
+        return result
+
+    def source(self, name: str, tables: Mapping[str, Sequence[int]]) -> tuple[str, Sizes]:
+        """The model's C with these tables of the contract, and its sizes."""
         mechanism, program, state = self.scene.mechanism, self.program, self.equations.state
+        routines = Routines(program, C.term)
         sizes = Sizes(
             nq=len(state.q),
             nu=len(state.u),
@@ -177,28 +161,11 @@ class Written:
             points=len(point_names(mechanism)),
             contacts=len(self.equations.contacts),
             parameters=len(program.parameters),
-            constants=len(program.parameters) + len(program.constants),
+            constants=routines.packed_from + len(routines.packed_constants),
             inputs=0,
             drives=0,
         )
-        tables = {"partner": self.topology.partners, "driven": []}
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(rolling, "LEAST_ROUNDS", least)
-            patch.setattr(abreast, "LEAST", together)
-            routines = Routines(program, C.term)
-            sizes = replace(sizes, constants=routines.packed_from + len(routines.packed_constants))
-            source = render_c(Banner(name, name, "0", "0"), routines, sizes, tables, self.topology.root, self.index)
-        (self.folder / f"{name}.c").write_text(source)
-        command = ["cc", *WARNINGS, "-O0", "-ffp-contract=off", "-fPIC", "-shared", f"-I{RUNTIME}", f"{name}.c"]
-        command += ["-o", f"{name}.so", "-lm"]
-        done = subprocess.run(command, cwd=self.folder, capture_output=True, text=True, check=False)
-        assert done.returncode == 0, done.stderr[:3000]
-        descriptor = Descriptor.in_dll(ctypes.CDLL(str(self.folder / f"{name}.so")), f"ccgen_model_{name}")
-        result = Compiled(source, descriptor, np.full(sizes.constants, np.nan))
-        values = np.array([p.value for p in program.parameters])
-        fill = ctypes.CFUNCTYPE(None, Pointer, Pointer)(descriptor.derive_constants)
-        fill(values.ctypes.data, result.constants.ctypes.data)
-        return result
+        return render_c(Banner(name, name, "0", "0"), routines, sizes, tables, self.topology.root, self.index), sizes
 
     def arguments(self, rng: np.random.Generator) -> tuple[Array, ...]:
         nu, rows = len(self.equations.state.u), 2 * len(self.topology.cuts)

@@ -4,21 +4,24 @@
 
 #include "model/system.h"
 
-/* How a contact stays closed, or that it does not. IMPLIED: others keep it closed. GRAZING: it touches without pressing, and so
- * without the friction that it may have, as between bodies that move side by side. AT_LIMIT: its friction is at the limit, against
- * forward or backward sliding, while other contacts that stick keep it where it is. What slides has the sign of its sliding, what is
- * at the limit that of the sliding that friction is against. */
-enum contact_mode {
-    SLIP_BACKWARD = -1,
-    FRICTIONLESS = 0,
-    SLIP_FORWARD = 1,
-    STICK = 2,
-    AT_LIMIT_FORWARD = 3,
-    AT_LIMIT_BACKWARD = -AT_LIMIT_FORWARD,
-    GRAZING = 4,
-    IMPLIED = 5,
-    OPEN = 6
-};
+/* How a contact stays closed, or that it does not: its number, and its name in Python. IMPLIED: others keep it closed. GRAZING: it
+ * touches without pressing, and so without the friction that it may have, as between bodies that move side by side. AT_LIMIT: its
+ * friction is at the limit, against forward or backward sliding, while other contacts that stick keep it where it is. What slides
+ * has the sign of its sliding, what is at the limit that of the sliding that friction is against. */
+#define ALL_CONTACT_MODES(X)                           \
+    X(SLIP_BACKWARD, -1, "slides backward")            \
+    X(FRICTIONLESS, 0, "smooth")                       \
+    X(SLIP_FORWARD, 1, "slides forward")               \
+    X(STICK, 2, "sticks")                              \
+    X(AT_LIMIT_FORWARD, 3, "at the limit, forward")    \
+    X(AT_LIMIT_BACKWARD, -3, "at the limit, backward") \
+    X(GRAZING, 4, "touches")                           \
+    X(IMPLIED, 5, "carried")                           \
+    X(OPEN, 6, "apart")
+
+#define ENTRY(name, number, text) name = number,
+enum contact_mode { ALL_CONTACT_MODES(ENTRY) };
+#undef ENTRY
 
 /* whether a contact is watched for impacts (0), or closed: by a force of its own, or implied by others */
 enum { WATCHED, PUSHING, CARRIED };

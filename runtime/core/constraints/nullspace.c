@@ -177,6 +177,29 @@ static void note_inexact(struct system *s, const double *x, int count, const dou
         s->refinement_residual = fmax(s->refinement_residual, last / whole);
 }
 
+/* Motions null[n - rank][n] that no row sees, orthonormal in units of the coordinates, from the factors of the rows, and their masses mass[n - rank][n - rank];
+ * p[n] is scratch. */
+static void write_null_motions(const struct system *s, const double *q, int rank, const double *g, const double *beta,
+                               double *null, double *mass, double *p)
+{
+    const size_t n = s->n, free_ = n - rank;
+    for (size_t j = 0; j < free_; j++) {
+        double *column = null + j * n;
+        memset(column, 0, n * sizeof *column);
+        column[rank + j] = 1.0;
+        reflect((int)n, rank, g, beta, 0, column);
+        for (size_t i = 0; i < n; i++)
+            column[i] *= s->unit[i];
+        s->model->momentum(s->k, q, column, p);
+        for (size_t i = 0; i <= j; i++) {
+            double sum = 0.0;
+            for (size_t l = 0; l < n; l++)
+                sum += null[i * n + l] * p[l];
+            mass[i * free_ + j] = mass[j * free_ + i] = sum;
+        }
+    }
+}
+
 enum outcome solve_in_nullspace(struct system *s, const double *q, int held, const double *y, const double *t,
                                 double nearest, affine *residual, const void *context, double *x, double *lambda)
 {
@@ -211,21 +234,7 @@ enum outcome solve_in_nullspace(struct system *s, const double *q, int held, con
     reflect((int)n, rank, f.g, f.beta, 0, x);
     for (size_t i = 0; i < n; i++)
         x[i] *= s->unit[i];
-    for (size_t j = 0; j < free_; j++) {
-        double *column = null + j * n;
-        memset(column, 0, n * sizeof *column);
-        column[rank + j] = 1.0;
-        reflect((int)n, rank, f.g, f.beta, 0, column);
-        for (size_t i = 0; i < n; i++)
-            column[i] *= s->unit[i];
-        m->momentum(s->k, q, column, p);
-        for (size_t i = 0; i <= j; i++) {
-            double sum = 0.0;
-            for (size_t l = 0; l < n; l++)
-                sum += null[i * n + l] * p[l];
-            mass[i * free_ + j] = mass[j * free_ + i] = sum;
-        }
-    }
+    write_null_motions(s, q, rank, f.g, f.beta, null, mass, p);
     outcome = OUTCOME_NOT_FINITE;
     if (cholesky((int)free_, mass, (int)free_, NULL, 0.0, mass))
         goto end;

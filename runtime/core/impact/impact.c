@@ -188,6 +188,14 @@ static struct impact_problem take_problem(struct system *s, int count, const dou
     };
 }
 
+/* u[n] += sum over j of weight[j] columns[j][n] */
+static void add_columns(size_t rows, size_t n, const double *weight, const double *columns, double *u)
+{
+    for (size_t j = 0; j < rows; j++)
+        for (size_t i = 0; i < n; i++)
+            u[i] += weight[j] * columns[j * n + i];
+}
+
 enum outcome impact(struct system *s, const double *q, const double *u_minus, int count, const int *set,
                     const double *e, double *u_plus, double *P)
 {
@@ -221,9 +229,7 @@ enum outcome impact(struct system *s, const double *q, const double *u_minus, in
         u_plus[i] += du[i];
     rates_of(s, q, u_plus, count, set, rates, k.after);
     for (int pass = 0; pass < CORRECTIONS && correct(&k, before, P, k.wanted); pass++) {
-        for (size_t j = 0; j < rows; j++)
-            for (size_t i = 0; i < n; i++)
-                u_plus[i] += k.wanted[j] * columns[j * n + i];
+        add_columns(rows, n, k.wanted, columns, u_plus);
         rates_of(s, q, u_plus, count, set, rates, k.after);
     }
     if (without_effect(&k, s, u_minus, before))

@@ -225,3 +225,11 @@ end:
     give_back(arena, mark);
     return outcome;
 }
+
+const char *obstacle_name(int obstacle)
+{
+#define NAMED(name, text) text,
+    static const char *const names[] = {ALL_OBSTACLES(NAMED)};
+#undef NAMED
+    return obstacle >= 0 && obstacle < OBSTACLES ? names[obstacle] : NULL;
+}

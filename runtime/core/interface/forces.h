@@ -14,7 +14,17 @@ struct held {
 };
 
 /* Why a state has no such forces, besides outcomes: a contact strikes, or lies behind its surface. */
-enum obstacle { OBSTACLE_NONE, OBSTACLE_STRIKES, OBSTACLE_BEHIND };
+#define ALL_OBSTACLES(X)  \
+    X(NONE, "")           \
+    X(STRIKES, "strikes") \
+    X(BEHIND, "behind")
+
+#define ENTRY(name, text) OBSTACLE_##name,
+enum obstacle { ALL_OBSTACLES(ENTRY) OBSTACLES };
+#undef ENTRY
+
+/* the name of one */
+const char *obstacle_name(int obstacle);
 
 struct obstruction {
     size_t state;

@@ -90,7 +90,7 @@ static enum outcome make_run(struct run *run, const struct ccgen_model *m, const
     const double numbers[] = {
         settings->rtol, settings->atol,    settings->fixed_step, settings->length, settings->acceleration_scale,
         settings->time, settings->duration};
-    int wrong = settings->drift < DRIFT_PROJECTED || settings->drift > DRIFT_DAMPED || !(rtol < 1.0);
+    int wrong = !ccgen_drift_name(settings->drift) || !(rtol < 1.0);
     for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++)
         wrong |= !(numbers[i] >= 0.0 && isfinite(numbers[i]));
     for (size_t i = 0; i + 1 < settings->stop_count; i++)
@@ -348,6 +348,26 @@ const char *ccgen_outcome_name(int code)
     static const char *const names[] = {ALL_OUTCOMES(NAMED)};
 #undef NAMED
     return code >= 0 && code < OUTCOMES ? names[code] : "no outcome";
+}
+
+const char *ccgen_mode_name(int mode)
+{
+#define NAMED(name, number, text) \
+    case name:                    \
+        return text;
+    switch (mode) {
+        ALL_CONTACT_MODES(NAMED)
+    }
+#undef NAMED
+    return NULL;
+}
+
+const char *ccgen_drift_name(int drift)
+{
+#define NAMED(name, text) text,
+    static const char *const names[] = {ALL_DRIFTS(NAMED)};
+#undef NAMED
+    return drift >= 0 && drift < DRIFTS ? names[drift] : NULL;
 }
 
 enum outcome advance(struct system *s, const struct method *method, struct tolerance tolerance, enum drift drift,

@@ -8,7 +8,14 @@
 
 /* How a run keeps the loops shut in flight. Projection is the way; the others are there for comparison. While contacts are
  * held, loops and contacts are projected in any case. */
-enum drift { DRIFT_PROJECTED = 0, DRIFT_LEFT, DRIFT_DAMPED };
+#define ALL_DRIFTS(X)                                                              \
+    X(PROJECTED, "projected") /* what is usual */                                  \
+    X(LEFT, "left")           /* the loops drift as the integration leaves them */ \
+    X(DAMPED, "damped")       /* Baumgarte's stabilisation */
+
+#define ENTRY(name, text) DRIFT_##name,
+enum drift { ALL_DRIFTS(ENTRY) DRIFTS };
+#undef ENTRY
 
 struct run {
     /* asked for */

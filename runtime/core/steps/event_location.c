@@ -30,8 +30,9 @@ static enum outcome locate_gap_event(struct phase *f, struct event event)
             behind = h;
         double next = rate < 0.0 ? h - g / rate : h;
         if (fabs(next - h) <= resolution || behind - before <= resolution || i == LANDINGS) {
-            const int deep =
-                g < -PENETRATION * f->s->extent[event.contact] && before < h; /* the gap may jump: stay outside */
+            const int landed = rate < 0.0 && fabs(next - h) <= resolution; /* as near as the time can tell */
+            const int behind_it = g < -PENETRATION * f->s->extent[event.contact] && before < h;
+            const int deep = behind_it && !landed; /* the gap may jump: stay outside */
             f->h = deep ? before : h;
             return deep ? projected_step(f, f->h) : OUTCOME_DONE;
         }

@@ -1,0 +1,202 @@
+"""The schema of a package's ``model.json``: every key, its type, shape, unit and domain, and what it means.
+
+This is where the data is described. ``runtime/loading/model.schema.json``, by which the runtime checks what it loads,
+and the table in docs/model.md are written from here by ``docs/scripts/model_schema.py``.
+"""
+
+from __future__ import annotations
+
+import json
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from ..effect_base.contact import Law
+
+Coordinate = str | float
+"""A number that is a parameter, by its path, or that is structurally zero."""
+
+Place = Annotated[list[Coordinate], Field(min_length=2, max_length=2)]
+Index = Annotated[int, Field(ge=-1)]
+Triple = Annotated[list[float], Field(min_length=3, max_length=3)]
+Positive = Annotated[float, Field(gt=0.0)]
+
+
+def entry(meaning: str, shape: str = "", unit: str = "") -> Any:
+    """A key: what it means, the shape of an array by the sizes of ``model.h``, and the unit of its numbers."""
+    said: dict[str, Any] = {key: value for key, value in (("shape", shape), ("unit", unit)) if value}
+    return Field(description=meaning, json_schema_extra=said)
+
+
+class Data(BaseModel):
+    """A table of the data: all of its keys are there, and no other."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class DomainData(Data):
+    """What a parameter may be; ``null`` where there is no bound."""
+
+    minimum: float | None = entry("the least value", unit="as the value")
+    above: float | None = entry("what the value must be larger than", unit="as the value")
+    maximum: float | None = entry("the largest value", unit="as the value")
+
+
+class ParameterData(Data):
+    """A number of the mechanism that stays symbolic."""
+
+    path: str = entry('its name in the scene, as "link_0.mass"')
+    value: float = entry("its value when the model is loaded", unit="SI")
+    domain: DomainData = entry("what it may be set to, as the effect that declares it says")
+
+
+class LineData(Data):
+    """The line of a joint that slides."""
+
+    links: Annotated[list[Index], Field(min_length=2, max_length=2)] = entry("the two links that it joins", "[2]")
+    points: Annotated[list[Place], Field(min_length=2, max_length=2)] = entry(
+        "a point of each link, in its frame", "[2][2]", "m"
+    )
+    axis: Coordinate = entry("the angle of the line in the first link's frame", unit="rad")
+    angle: Coordinate | None = entry("the angle of the second link against the first; null where it turns", unit="rad")
+
+
+class DriveData(Data):
+    """A joint whose motion is prescribed."""
+
+    joint: str = entry("the joint's name")
+    position: float | None = entry("where it is at t = 0; null where that is open", unit="rad or m")
+    speed: Coordinate = entry("its speed at t = 0", unit="rad/s or m/s")
+    slides: bool = entry("whether it slides along a line")
+
+
+class PlaneData(Data):
+    """A half-plane that can be touched."""
+
+    name: str = entry("the ground's name")
+    point: Place = entry("a point of its surface", "[2]", "m")
+    normal: Place = entry("the direction out of it, of any length but zero", "[2]")
+
+
+class DiscData(Data):
+    """A disc or an edge by which a link touches."""
+
+    link: Index = entry("its link; -1: the ground")
+    point: Place = entry("its centre, or one end, in the link's frame", "[2]", "m")
+    end: Place | None = entry("the other end of an edge; null for a disc", "[2]", "m")
+    radius: Coordinate = entry("its radius, or half of an edge's thickness", unit="m")
+
+
+class StartData(Data):
+    """Where a run begins."""
+
+    poses: list[Triple] = entry("x, y and angle of each link's frame", "[links][3]", "m, rad")
+    velocities: list[Triple] = entry("their rates", "[links][3]", "m/s, rad/s")
+
+
+class RunData(Data):
+    """How a run goes unless told otherwise."""
+
+    until: Positive = entry("when it ends", unit="s")
+    rtol: Positive = entry("the relative tolerance of a step")
+    atol: Positive | None = entry("the absolute tolerance of a step; null: as the relative one")
+
+
+class ModelData(Data):
+    """What the runtime knows of a model besides its compiled code."""
+
+    contract: int = entry("the version of the contract, CCGEN_CONTRACT_VERSION of model.h")
+    name: str = entry("the scene's name")
+    hash: str = entry("the hash of the scene, which the code has too")
+    precision: Literal["float", "double", "wide"] = entry("the numbers that the code computes with")
+    links: list[str] = entry("names of the links", "[links]")
+    joints: list[str] = entry("names of the joints", "[joints]")
+    between: list[Annotated[list[Index], Field(min_length=2, max_length=2)]] = entry(
+        "the two links of each joint; -1: the ground", "[joints][2]"
+    )
+    outboard: list[str] = entry("the link on which each joint's reaction acts", "[joints]")
+    cuts: list[str] = entry("the joints at which loops are cut", "[cuts]")
+    rows: list[str] = entry('names of the closure rows, as "knee.x"', "[rows]")
+    lines: dict[str, LineData] = entry("the line of each joint that slides, by the joint's name")
+    coordinates: list[tuple[Literal["x", "y", "angle", "slide"], str | int]] = entry(
+        "what each coordinate is: x, y or the angle of a link, by number, or the length along a joint's line, by name",
+        "[nq][2]",
+    )
+    leaders: list[int] = entry("the link whose angle each link's angle follows, itself where it has its own", "[links]")
+    root: str = entry('the root of the virtual open chain, or "ground"')
+    points: list[str] = entry("names of the points that the code places: joints, then link.point", "[points]")
+    welded_points: dict[str, str] = entry(
+        "points of welded links as the scene names them, and as points of what they became"
+    )
+    q_names: list[str] = entry("names of the coordinates", "[nq]")
+    u_names: list[str] = entry("names of the quasi-velocities", "[nu]")
+    parameters: list[ParameterData] = entry("the parameters, in the order in which the code takes them", "[parameters]")
+    folded: bool = entry("whether the values of the parameters are numbers in the code, which then takes none")
+    rests_on: dict[str, str] = entry(
+        "parameters that must keep their values, each with the joint that is left out because it fits others with them"
+    )
+    drives: list[DriveData] = entry("the driven joints", "[drives]")
+    inputs: list[str] = entry("names of the inputs", "[inputs]")
+    accelerations: list[str] = entry("parameters that are the size of a field of accelerations, by their paths")
+    instants: list[str] = entry("parameters that are times at which a load has a kink, by their paths")
+    contacts: list[Annotated[list[str], Field(min_length=2, max_length=2)]] = entry(
+        "each contact's point and what it touches", "[contacts][2]"
+    )
+    stops: list[str] = entry("the grounds of those contacts that limit an angle")
+    grounds: list[PlaneData] = entry("half-planes to be drawn, and from which heights are measured")
+    law: Law = entry("the law of impact")
+    outlines: list[list[Place]] = entry("each link's named points in its frame", "[links][...][2]", "m")
+    discs: list[DiscData] = entry("discs and edges to be drawn")
+    ground_names: list[str] = entry("names of the ground's points")
+    ground_points: list[Place] = entry("where they are", "[...][2]", "m")
+    start: StartData = entry("where a run begins")
+    run: RunData = entry("how a run goes unless told otherwise")
+
+
+def schema_text() -> str:
+    """The JSON schema, as it lies beside the runtime's loader."""
+    return json.dumps(ModelData.model_json_schema(), indent=1) + "\n"
+
+
+def table() -> str:
+    """The keys as a table for docs/model.md; those of tables inside are ``key.inner``."""
+    lines = ["| key | type | shape | unit | meaning |", "|---|---|---|---|---|"]
+    schema = ModelData.model_json_schema()
+    lines += _rows("", schema, schema["$defs"])
+    return "\n".join(lines)
+
+
+def _rows(before: str, schema: dict[str, Any], tables: dict[str, Any]) -> list[str]:
+    lines = []
+    for key, said in schema["properties"].items():
+        inner = [name for name in tables if f'"#/$defs/{name}"' in json.dumps(said)]
+        cells = (f"`{before}{key}`", _type(said), said.get("shape", ""), said.get("unit", ""), said["description"])
+        lines.append("| " + " | ".join(cells) + " |")
+        many = ".*." if "additionalProperties" in said else "[]." if said.get("type") == "array" else "."
+        for name in inner:
+            lines += _rows(f"{before}{key}{many}", tables[name], tables)
+    return lines
+
+
+def _type(said: dict[str, Any]) -> str:
+    """A type in words, with its domain."""
+    if "$ref" in said:
+        return "table"
+    if "enum" in said:
+        return ", ".join(f'"{value}"' for value in said["enum"])
+    if "anyOf" in said:
+        return " or ".join(map(_type, said["anyOf"]))
+    if said.get("type") == "array":
+        inside = said.get("items") or said.get("prefixItems", [])
+        return "list of " + (_type(inside) if isinstance(inside, dict) else " and ".join(map(_type, inside)))
+    if "additionalProperties" in said:
+        inside = said["additionalProperties"]
+        return f"table of {_type(inside)}" if isinstance(inside, dict) else "table"
+    names = {"string": "text", "integer": "whole number", "boolean": "true or false"}
+    bounds = "".join(
+        f" {sign} {said[key]:g}"
+        for key, sign in (("minimum", "≥"), ("exclusiveMinimum", ">"), ("maximum", "≤"))
+        if key in said
+    )
+    kind: str = said["type"]
+    return names.get(kind, kind) + bounds
