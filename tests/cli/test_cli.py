@@ -14,6 +14,7 @@ import pytest
 
 from ..support.command_line import CCGEN, PENDULUM, Done, ccgen, written
 from ..support.folders import SCENES
+from ..support.tiers import hard
 
 HEXAGON = str(SCENES / "falling-hexagon.toml")
 
@@ -35,8 +36,8 @@ IMPACTS = """
     ("options", "package", "freedoms"),
     [
         (("--links", "6"), "loop6", 6),
-        (("--links", "3", "--pinned"), "pinned3", 1),
-        (("--links", "3", "--open"), "chain3", 5),
+        hard(("--links", "3", "--pinned"), "pinned3", 1),
+        hard(("--links", "3", "--open"), "chain3", 5),
         (("--links", "3", "--open", "--hinged", "--gravity"), "hinged3", 3),
         (("--scene", str(SCENES / "open-chain.toml")), "open_chain", 5),
     ],
@@ -146,6 +147,7 @@ def test_run_without_contacts(tmp_path: Path) -> None:
     assert written(tmp_path / "results") == files
 
 
+@pytest.mark.hard
 def test_interrupted_run_keeps_what_it_has(tmp_path: Path) -> None:
     many = PENDULUM.replace("links = 1", "links = 24")  # slow enough not to be done before the signal
     (tmp_path / "pendulum.toml").write_text(many)

@@ -205,6 +205,7 @@ def test_results_replace_results_and_nothing_else(ran: Path, tmp_path: Path) -> 
     assert content(results) == before
 
 
+@pytest.mark.hard
 def test_files_of_older_results_go_with_them(ran: Path, tmp_path: Path) -> None:
     """A table that a run wrote does not stay beside the results of another; one that was changed does."""
     shutil.copytree(ran, tmp_path, dirs_exist_ok=True)

@@ -44,6 +44,7 @@ from ccgen.generator.program.terms import (
 
 from ..oracles.maximal import Array
 from ..support.folders import SCENES
+from ..support.tiers import hard
 from ..support.workshop import Workshop
 from ..support.written_models import Compiled, Written, same
 
@@ -258,7 +259,7 @@ def _link(name: str, mass: float, points: Sequence[str]) -> list[str]:
 
 
 @pytest.mark.skipif(shutil.which("cc") is None, reason="there is no cc")
-@pytest.mark.parametrize("arms", [2, 3, 5, 6])
+@pytest.mark.parametrize("arms", [2, hard(3), hard(5), hard(6)])
 @pytest.mark.parametrize("rough", [False, True])
 def test_kernels_abreast_are_the_kernels_written_out(
     arms: int, rough: bool, workshop: Workshop, tmp_path: Path
