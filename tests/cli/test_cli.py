@@ -219,7 +219,7 @@ def test_diff_of_equal_numbers(tmp_path: Path) -> None:
     assert done.stdout.splitlines()[-1].startswith("the numbers agree")
 
 
-@pytest.mark.parametrize("content", [b"m = 1\n", b"\xff\xfe", b""], ids=["text", "bytes", "empty"])
+@pytest.mark.parametrize("content", [hard(b"m = 1\n"), b"\xff\xfe", hard(b"")], ids=["text", "bytes", "empty"])
 def test_diff_with_what_is_no_listing(content: bytes, tmp_path: Path) -> None:
     (tmp_path / "some.txt").write_bytes(content)
     done = ccgen("diff", HEXAGON, "some.txt", at=tmp_path)

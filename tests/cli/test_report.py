@@ -75,7 +75,7 @@ until = 0.1
 @pytest.mark.parametrize(
     ("command", "results"),
     [
-        (("run", "sketch.toml"), ""),
+        hard(("run", "sketch.toml"), ""),
         hard(("run", "sketch.toml", "--rtol", "1e-3", "--method", "dopri5"), ""),
         hard(("--scene", "sketch.toml"), "build/sketch\n"),
         (("show", "sketch.toml"), None),

@@ -40,6 +40,7 @@ def at_rest_as_a_whole(model: Any, q: Array, u: Array) -> Array:
     return left
 
 
+@pytest.mark.hard
 def test_four_rods_a_million_steps(workshop: Workshop, reach: Reach) -> None:
     """Unequal rods, no two of which are ever in line with the others."""
     h, lengths = 0.1, [1.0, 1.7, 1.4, 1.2]

@@ -31,13 +31,13 @@ def still(model: Any) -> float:
 
 QUICK = (("floating", 4), ("hinged", 2))
 LARGEST = 12
-"""Links, or loops of a ladder times four, of what is compiled in ``make test``, but for one long ring."""
+"""Links, or loops of a ladder times five, of what is compiled in ``make test``, but for one long ring."""
 
 
 def _marks(family: str, n: int) -> tuple[pytest.MarkDecorator, ...]:
     if (family, n) in QUICK:
         return (pytest.mark.quick,)
-    large = n * (4 if family == "ladder" else 1) > LARGEST and (family, n) != ("floating", 24)
+    large = n * (5 if family == "ladder" else 1) > LARGEST and (family, n) != ("floating", 24)
     return (pytest.mark.hard,) if large else ()
 
 

@@ -400,7 +400,7 @@ def test_what_killed_builds_leave_is_cleaned_away(copied: Path) -> None:
 def test_a_new_cache_is_the_user_s_alone(empty_cache: Path, tmp_path: Path) -> None:
     with pytest.raises(ZeroDivisionError):
         generate(bars(tmp_path), tmp_path / "build", lambda stage: stage == "derive" and 1 / 0)
-    assert cache.stat().st_mode & 0o777 == 0o700
+    assert empty_cache.stat().st_mode & 0o777 == 0o700
 
 
 def test_a_cache_that_everybody_can_write_to_is_refused(copied: Path) -> None:

@@ -189,7 +189,8 @@ def test_the_guard_compares_what_resists_at_the_ends() -> None:
             assert (held.min() > 1.0) == (mass > 3e-3)
 
 
-@pytest.mark.parametrize("compiled", [True, hard(False)])
+@pytest.mark.hard
+@pytest.mark.parametrize("compiled", [True, False])
 def test_compact_links_in_a_straight_row_keep_their_digits(
     compiled: bool, tmp_path: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -271,6 +271,7 @@ def test_kernels_abreast_are_the_kernels_written_out(
     compare(written, together, apart)
 
 
+@pytest.mark.hard
 @pytest.mark.skipif(shutil.which("cc") is None, reason="there is no cc")
 def test_a_walking_machine_abreast_is_that_written_out(tmp_path: Path) -> None:
     """Twelve legs with pumps: modules of two kinds, dyads, sliding joints."""
@@ -280,6 +281,7 @@ def test_a_walking_machine_abreast_is_that_written_out(tmp_path: Path) -> None:
     compare(written, together, apart)
 
 
+@pytest.mark.hard
 @pytest.mark.skipif(shutil.which("cc") is None, reason="there is no cc")
 @pytest.mark.parametrize("links", [40, 53])
 def test_segments_of_a_ring_abreast_are_those_written_out(links: int, tmp_path: Path) -> None:
@@ -295,6 +297,7 @@ def test_segments_of_a_ring_abreast_are_those_written_out(links: int, tmp_path: 
     assert min(rounds) >= 6, rounds
 
 
+@pytest.mark.hard
 @pytest.mark.skipif(shutil.which("cc") is None, reason="there is no cc")
 @pytest.mark.parametrize("name", ["ring", "walking machine"])
 def test_loops_over_outputs_give_what_is_written_out(
@@ -366,6 +369,7 @@ def test_responses_are_symmetric(workshop: Workshop, tmp_path: Path) -> None:
     assert np.all(np.linalg.eigvalsh(0.5 * (operator + operator.T)) > -1e-12)
 
 
+@pytest.mark.hard
 def test_modules_stay_as_they_are_where_most_is_shared(workshop: Workshop) -> None:
     """From tip to root on the tree of short branches the legs' multipliers are coupled: most statements belong to none
     of them."""
@@ -457,6 +461,7 @@ def test_responses_fill_every_entry(workshop: Workshop, tmp_path: Path) -> None:
     assert np.all(du.reshape(count, 12)[:, 11] != 0.0)
 
 
+@pytest.mark.hard
 @pytest.mark.skipif(shutil.which("cc") is None, reason="there is no cc")
 def test_multipliers_are_left_out_where_there_is_no_room(tmp_path: Path) -> None:
     written = Written(load_scene(SCENES / "strandbeest.toml"), tmp_path)
