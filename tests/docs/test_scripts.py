@@ -80,6 +80,7 @@ def test_near_chains_runs_by_both_plans(tmp_path: Path, monkeypatch: pytest.Monk
     assert text.count("tip to root") == text.count("dyads") == 3
 
 
+@pytest.mark.slow
 def test_tables_hold_the_figures_of_a_ring_of_24() -> None:
     """From tip to root: docs/counts.md plain and folded, docs/formulations.md and its data."""
     program, folded = (lower(derive_scene(loop(24, gravity=True), fold, TIP_TO_ROOT)[1]) for fold in (False, True))

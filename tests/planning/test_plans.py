@@ -244,6 +244,7 @@ def test_why_a_plan_with_fewer_operations_is_not_taken() -> None:
         show_text(scene, False, False, plan="segments")
 
 
+@pytest.mark.slow
 def test_of_segments_the_chain_is_told() -> None:
     """A ring in segments has more operations, four at a time, and fewer that wait for each other."""
     text = " ".join(show_text(loop(24), False, False, equations=False).split())
@@ -456,6 +457,7 @@ def test_prices_compare_programs_of_one_plan() -> None:
     assert -150 <= fold_price(loop(24, gravity=True)).added["acceleration"].total < 0
 
 
+@pytest.mark.slow
 def test_a_drive_has_a_price_by_the_same_kind_of_plan() -> None:
     """Without it, its joint has an acceleration more to solve for."""
     driven = load_scene(ROOT / "scenes" / "jansen-driven.toml")
