@@ -91,7 +91,8 @@ def test_the_program_is_written_in_the_numbers_asked_for(precision: str, text: s
     assert PRECISIONS[precision].dialect().text(Sum(tuple(map(C.term, terms)))) == text
 
 
-@pytest.mark.parametrize("precision", ["float", hard("wide")])
+@pytest.mark.hard
+@pytest.mark.parametrize("precision", ["float", "wide"])
 def test_packages_lie_side_by_side_and_compile_without_warnings(precision: str, tmp_path: Path) -> None:
     scene = load_scene(SCENES / "jansen-driven.toml")
     folder = generate(scene, tmp_path, precision=precision)

@@ -15,6 +15,7 @@ from ccgen.runtime import load_model
 
 from ..hard.fuzz import scene
 from ..support.folders import ROOT
+from ..support.tiers import all_hard_but
 
 CORE = ROOT / "runtime" / "core"
 SANITIZERS = "-fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer -g -O1 -std=c11"
@@ -47,7 +48,7 @@ SCENES: dict[str, Any] = {
 }
 
 
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("name", all_hard_but("rough", of=SCENES))
 def test_tosses_under_the_sanitizers(name: str, core: Path, tmp_path: Path) -> None:
     folder = generate(SCENES[name](), out=tmp_path)
     load_model(folder).write_header(folder / "values.h")
