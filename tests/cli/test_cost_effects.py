@@ -23,6 +23,7 @@ from ccgen.runtime.cost.timing import evaluation_times, price, run_times, sample
 from ..support.command_line import ccgen, written
 from ..support.effect_examples import EXAMPLES, SCENE
 from ..support.folders import ROOT
+from ..support.tiers import hard
 from ..support.workshop import Workshop
 
 HEXAGON = ROOT / "scenes" / "falling-hexagon.toml"
@@ -225,7 +226,7 @@ def test_timing_wants_as_many_of_each(workshop: Workshop) -> None:
 # -- command line --------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("folded", [False, True])
+@pytest.mark.parametrize("folded", [False, hard(True)])
 def test_cost_of_effects(folded: bool, tmp_path: Path) -> None:
     (tmp_path / "swing.toml").write_text(SWING)
     done = ccgen("cost", "swing.toml", "--effects", "--out", "figures", *(["--fold"] if folded else []), at=tmp_path)

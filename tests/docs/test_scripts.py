@@ -34,7 +34,7 @@ SMALL = {
     "benchmarks/formulations.py": ("--links 3 --limit 1.5", r"\| 3 \| 249 \|"),
 }
 """Arguments with which a script takes seconds, and what it then says."""
-SHORT = ("counts", "folding", "accuracy")
+SHORT = ("folding", "accuracy")
 
 
 @pytest.mark.parametrize(

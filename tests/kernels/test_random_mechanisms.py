@@ -1,6 +1,6 @@
 """Random mechanisms, trees with random extra joints and random effects, against the dense reference.
 
-Hypothesis draws fifteen in ``make test`` and fifty in ``make hard``, the same ones each time; ``make fuzz-mechanisms``
+Hypothesis draws ten in ``make test`` and fifty in ``make hard``, the same ones each time; ``make fuzz-mechanisms``
 draws more.
 """
 

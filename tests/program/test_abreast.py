@@ -422,6 +422,7 @@ def platforms() -> str:
     return graph("stack", links, pins, "[ground_link]\npoints = { G0 = [0, 0], G1 = [0.4, 0.1], G2 = [0.8, 0] }")
 
 
+@pytest.mark.hard
 @pytest.mark.skipif(shutil.which("cc") is None, reason="there is no cc")
 def test_two_kinds_of_modules_may_read_the_same_hubs(workshop: Workshop, tmp_path: Path) -> None:
     written = Written(workshop.scene(hubs_in_a_row()), tmp_path)
