@@ -293,6 +293,7 @@ def test_the_listing_says_that_it_is_folded(hexagon: Scene) -> None:
 # -- command line --------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.hard
 def test_fold_on_the_command_line(tmp_path: Path) -> None:
     done = ccgen("--links", "2", "--open", "--hinged", "--fold", at=tmp_path)
     assert (done.returncode, done.stdout, done.stderr) == (0, "build/hinged2\n", "")
