@@ -27,13 +27,14 @@ make: found no C compiler, expected cc, gcc or clang; install one and run make a
 endef
 export NO_COMPILER
 
-.PHONY: help hexagon quick test hard fuzz fuzz-mechanisms lint warnings sanitize coverage types diff golden benchmarks formulations clean
+.PHONY: help hexagon quick test hard figures fuzz fuzz-mechanisms lint warnings sanitize coverage types diff golden benchmarks formulations clean
 
 help:
 	@echo "make hexagon     simulate the falling hexagon and draw it"
 	@echo "make quick       a part of the tests within a minute, for every save; ARGS goes to pytest"
-	@echo "make test        run the tests; ARGS=\"-k impact\" goes to pytest"
-	@echo "make hard        the hard cases and the figures they reach"
+	@echo "make test        all tests but the long ones; ARGS=\"-k impact\" goes to pytest"
+	@echo "make hard        the long tests: surveys, random sweeps, large mechanisms"
+	@echo "make figures     all hard cases, with the largest counts, and the figures that they reach"
 	@echo "make sanitize    the hard cases and 100 random tosses under the sanitizers, with gcc on Linux"
 	@echo "make coverage    the lines of the core that tests run, per layer and file, with gcc; COVERAGE_TESTS chooses the tests"
 	@echo "make fuzz        5,000 random loops on random grounds, others with SEED=1"
@@ -60,10 +61,16 @@ hexagon: $(VENV)/ccgen
 quick: $(VENV)/test
 	@CCGEN_TEST_CACHE_DIR=$(CURDIR)/.cache/quick $(BIN)/python -m pytest -q -n auto --dist worksteal -m quick $(ARGS)
 
+# A worker without work takes tests of another, so that no core waits for a long file. What lasted is told at the end.
+TIER := -m pytest -n auto --dist worksteal --durations 10
+
 test: $(VENV)/test
-	@$(BIN)/python -m pytest -n auto --dist loadfile $(ARGS)
+	@$(BIN)/python $(TIER) -m "not hard" $(ARGS)
 
 hard: $(VENV)/test
+	@$(BIN)/python $(TIER) -m hard $(ARGS)
+
+figures: $(VENV)/test
 	@CCGEN_LARGE=1 CCGEN_ROUNDINGS=1 $(BIN)/python -m pytest -q tests/hard --deselect tests/hard/test_fuzz.py $(ARGS)
 
 # The core and all models with the address and the undefined-behaviour sanitizer, in an environment of their own: what reads

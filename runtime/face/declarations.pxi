@@ -209,7 +209,9 @@ cdef extern from *:
         const char *decides
         const char *because
     const tolerance_entry *tolerance_entries
-    const int (*tolerance_orders)[2]
+    struct tolerance_order:
+        int less, more
+    const tolerance_order *tolerance_orders
 
 Tolerance = namedtuple("Tolerance", "value of decides because")
 """A threshold of the core: a number, what it is times, what it decides, and why it is as large."""
@@ -229,8 +231,8 @@ cdef tuple _tolerances():
         i += 1
     names = list(found)
     i = 0
-    while tolerance_orders[i][0] >= 0:
-        orders.append((names[tolerance_orders[i][0]], names[tolerance_orders[i][1]]))
+    while tolerance_orders[i].less >= 0:
+        orders.append((names[tolerance_orders[i].less], names[tolerance_orders[i].more]))
         i += 1
     return found, tuple(orders)
 

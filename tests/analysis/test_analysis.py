@@ -310,6 +310,7 @@ def test_commands_print_torque_and_equilibrium(tmp_path: Path) -> None:
     assert "a mechanism that falls freely has none" in done.stderr
 
 
+@pytest.mark.hard
 def test_loads_that_depend_on_time_are_told(tmp_path: Path) -> None:
     """A motor that follows an angle over time pulls as at the start, however far the crank has turned."""
     text = "[chain]\nlinks = 1\nhinged = true\n[[motor]]\njoint = 'joint_0'\nangle = {angle}\nstiffness = 5.0\n"

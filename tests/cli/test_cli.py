@@ -14,6 +14,7 @@ import pytest
 
 from ..support.command_line import CCGEN, PENDULUM, Done, ccgen, written
 from ..support.folders import SCENES
+from ..support.tiers import hard
 
 HEXAGON = str(SCENES / "falling-hexagon.toml")
 
@@ -35,9 +36,9 @@ IMPACTS = """
     ("options", "package", "freedoms"),
     [
         (("--links", "6"), "loop6", 6),
-        (("--links", "3", "--pinned"), "pinned3", 1),
-        (("--links", "3", "--open"), "chain3", 5),
-        (("--links", "3", "--open", "--hinged", "--gravity"), "hinged3", 3),
+        hard(("--links", "3", "--pinned"), "pinned3", 1),
+        hard(("--links", "3", "--open"), "chain3", 5),
+        hard(("--links", "3", "--open", "--hinged", "--gravity"), "hinged3", 3),
         (("--scene", str(SCENES / "open-chain.toml")), "open_chain", 5),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, tuple) else "",
@@ -146,6 +147,7 @@ def test_run_without_contacts(tmp_path: Path) -> None:
     assert written(tmp_path / "results") == files
 
 
+@pytest.mark.hard
 def test_interrupted_run_keeps_what_it_has(tmp_path: Path) -> None:
     many = PENDULUM.replace("links = 1", "links = 24")  # slow enough not to be done before the signal
     (tmp_path / "pendulum.toml").write_text(many)
@@ -176,16 +178,16 @@ def test_interrupted_run_keeps_what_it_has(tmp_path: Path) -> None:
 
 
 def test_show(tmp_path: Path) -> None:
-    done = ccgen("show", HEXAGON, at=tmp_path)
+    (tmp_path / "pendulum.toml").write_text(PENDULUM)
+    done = ccgen("show", "pendulum.toml", at=tmp_path)
     assert (done.returncode, done.stderr) == (0, "")
     assert "theta_0" in done.stdout
     assert "freedom" in done.stdout
     assert "u_dot" not in done.stdout
-    assert "u_dot" in ccgen("show", HEXAGON, "--equations", at=tmp_path).stdout
-    latex = ccgen("show", HEXAGON, "--latex", at=tmp_path)
+    assert "u_dot" in ccgen("show", "pendulum.toml", "--equations", at=tmp_path).stdout
+    latex = ccgen("show", "pendulum.toml", "--latex", at=tmp_path)
     assert (latex.returncode, latex.stderr) == (0, "")
     assert "\\theta_" in latex.stdout
-    (tmp_path / "pendulum.toml").write_text(PENDULUM)
     expanded = ccgen("show", "pendulum.toml", "--expand", at=tmp_path)
     assert (expanded.returncode, expanded.stderr) == (0, "")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["pendulum.toml"]
@@ -217,7 +219,7 @@ def test_diff_of_equal_numbers(tmp_path: Path) -> None:
     assert done.stdout.splitlines()[-1].startswith("the numbers agree")
 
 
-@pytest.mark.parametrize("content", [b"m = 1\n", b"\xff\xfe", b""], ids=["text", "bytes", "empty"])
+@pytest.mark.parametrize("content", [hard(b"m = 1\n"), b"\xff\xfe", hard(b"")], ids=["text", "bytes", "empty"])
 def test_diff_with_what_is_no_listing(content: bytes, tmp_path: Path) -> None:
     (tmp_path / "some.txt").write_bytes(content)
     done = ccgen("diff", HEXAGON, "some.txt", at=tmp_path)

@@ -15,7 +15,7 @@ import pytest
 from ccgen.generator import Scene, chain, generate, load_scene
 from ccgen.generator.cli.price import _motion
 from ccgen.generator.pipeline import derive_scene, fold_price, prices
-from ccgen.generator.program.prices import GROUPS, added, spent
+from ccgen.generator.program.prices import GROUPS, Price, added, spent
 from ccgen.generator.program.program import Counts, Program, lower
 from ccgen.runtime import load_model, simulate
 from ccgen.runtime.cost.timing import evaluation_times, price, run_times, sample
@@ -23,6 +23,7 @@ from ccgen.runtime.cost.timing import evaluation_times, price, run_times, sample
 from ..support.command_line import ccgen, written
 from ..support.effect_examples import EXAMPLES, SCENE
 from ..support.folders import ROOT
+from ..support.tiers import hard
 from ..support.workshop import Workshop
 
 HEXAGON = ROOT / "scenes" / "falling-hexagon.toml"
@@ -52,14 +53,32 @@ def _program(scene: Scene, fold: bool = False) -> Program:
 # -- operations ----------------------------------------------------------------------------------------------------
 
 
+Priced = tuple[Scene, tuple[Price, ...], dict[str, Any]]
+
+
+def _priced(scene: Scene) -> Priced:
+    """The scene, the prices of all its effects, and what its kernels count."""
+    return scene, prices(scene), _counts(_program(scene))
+
+
+@pytest.fixture(scope="module")
+def all_priced(workshop: Workshop) -> Priced:
+    """All effects together. Each price is derived anew, so that they are asked for once."""
+    return _priced(workshop.scene(SCENE + "".join(EXAMPLES.values())))
+
+
 @pytest.mark.parametrize("key", EXAMPLES)
 @pytest.mark.parametrize("company", ["alone", "beside the others"])
-def test_a_price_is_the_difference_of_two_scene_files(key: str, company: str, workshop: Workshop) -> None:
+def test_a_price_is_the_difference_of_two_scene_files(
+    key: str, company: str, all_priced: Priced, workshop: Workshop
+) -> None:
     """Kernel by kernel, against the scene whose text has no such table."""
-    others = "".join(text for other, text in EXAMPLES.items() if other != key) if company != "alone" else ""
-    scene, bare = workshop.scene(SCENE + others + EXAMPLES[key]), workshop.scene(SCENE + others)
-    (found,) = (p for p in prices(scene) if p.title in (key, f"{key}_0"))
-    with_, without = _counts(_program(scene)), _counts(_program(bare))
+    alone = company == "alone"
+    others = "" if alone else "".join(text for other, text in EXAMPLES.items() if other != key)
+    scene, every, with_ = _priced(workshop.scene(SCENE + EXAMPLES[key])) if alone else all_priced
+    bare = workshop.scene(SCENE + others)
+    (found,) = (p for p in every if p.title in (key, f"{key}_0"))
+    without = _counts(_program(bare))
     for group, names in GROUPS.items():
         difference = np.sum([with_.get(name, ZERO) - without.get(name, ZERO) for name in names], axis=0)
         counts = found.added[group]
@@ -207,7 +226,7 @@ def test_timing_wants_as_many_of_each(workshop: Workshop) -> None:
 # -- command line --------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("folded", [False, True])
+@pytest.mark.parametrize("folded", [False, hard(True)])
 def test_cost_of_effects(folded: bool, tmp_path: Path) -> None:
     (tmp_path / "swing.toml").write_text(SWING)
     done = ccgen("cost", "swing.toml", "--effects", "--out", "figures", *(["--fold"] if folded else []), at=tmp_path)

@@ -16,6 +16,7 @@ from ccgen.runtime import simulate
 
 from ..support.command_line import PENDULUM, ccgen
 from ..support.folders import SCENES
+from ..support.tiers import hard
 from ..support.workshop import Workshop
 
 DRIVEN = """\
@@ -47,6 +48,7 @@ def test_the_audit_has_its_scale(tmp_path: Path) -> None:
     assert re.search(r"energy kept to [\d.e+-]+ J of 4\.\d+ J; method gauss", done.stdout)
 
 
+@pytest.mark.hard
 def test_one_line_on_loops_unless_more_is_asked_for(tmp_path: Path) -> None:
     """The beach animal has 14 loops."""
     scene = str(SCENES / "strandbeest.toml")
@@ -73,11 +75,11 @@ until = 0.1
 @pytest.mark.parametrize(
     ("command", "results"),
     [
-        (("run", "sketch.toml"), ""),
-        (("run", "sketch.toml", "--rtol", "1e-3", "--method", "dopri5"), ""),
-        (("--scene", "sketch.toml"), "build/sketch\n"),
+        hard(("run", "sketch.toml"), ""),
+        hard(("run", "sketch.toml", "--rtol", "1e-3", "--method", "dopri5"), ""),
+        hard(("--scene", "sketch.toml"), "build/sketch\n"),
         (("show", "sketch.toml"), None),
-        (("equilibrium", "sketch.toml"), None),
+        hard(("equilibrium", "sketch.toml"), None),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, tuple) else "",
 )
@@ -166,6 +168,7 @@ def test_a_torque_turns_the_only_driven_joint(tmp_path: Path) -> None:
     assert "axle turned once at 1 rad/s" in done.stdout
 
 
+@pytest.mark.hard
 def test_a_motion_that_drives_give_has_no_price_of_accuracy(tmp_path: Path) -> None:
     (tmp_path / "driven.toml").write_text(DRIVEN)
     done = ccgen("cost", "driven.toml", at=tmp_path)

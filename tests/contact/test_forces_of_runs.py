@@ -263,6 +263,7 @@ def test_inputs_that_change_are_part_of_the_forces(workshop: Workshop) -> None:
     assert model.contact_forces(*model.start(), 0.0, {"press": 2.0})[0, 0] == pytest.approx(G + 2.0, rel=1e-12)
 
 
+@pytest.mark.hard
 def test_forces_of_a_rough_loop_add_up_too(workshop: Workshop) -> None:
     """A ring of five falls onto a rough slope: momentum, angular momentum and energy over every stretch."""
     ground = [{"normal": [0.2, 1.0], "restitution": 0.2, "friction": 0.5}]

@@ -248,6 +248,7 @@ def test_listing_folded_and_wide_have_the_same_rows(workshop: Workshop) -> None:
     assert np.asarray(wide.gaps(q), dtype=float) == pytest.approx(model.gaps(q), abs=1e-15)
 
 
+@pytest.mark.hard
 def test_the_closed_form_has_the_same_rows(workshop: Workshop) -> None:
     """N of the expanded form, its names put in, against the compiled rates of the gaps."""
     import sympy as sp

@@ -9,6 +9,7 @@ import sys
 import pytest
 
 from ..support.folders import ROOT
+from ..support.tiers import all_hard_but
 
 SCRIPT = ROOT / "benchmarks" / "derivations.py"
 RECURSIVE = {"chain": 60 * 3 - 73 + 6, "loop": 98 * 4 - 46 + 1}
@@ -21,7 +22,7 @@ def derive(formulation: str, family: str, links: int, limit: float = 60.0) -> su
 
 
 @pytest.mark.parametrize(("family", "links"), [("chain", 3), ("loop", 4)])
-@pytest.mark.parametrize("formulation", ["recursive", "closed_form", "kane", "lagrange"])
+@pytest.mark.parametrize("formulation", all_hard_but("recursive", of=["recursive", "closed_form", "kane", "lagrange"]))
 def test_all_give_the_accelerations_of_maximal_coordinates(formulation: str, family: str, links: int) -> None:
     done = derive(formulation, family, links)
     assert done.returncode == 0, done.stderr

@@ -37,7 +37,8 @@ def test_equations_count_up_in_their_sections() -> None:
 
 def citations() -> set[tuple[str, str]]:
     """File and number of every equation that is cited; a number's own tag is no citation."""
-    files = [file for file in chain(*(ROOT.glob(pattern) for pattern in SOURCES)) if file != Path(__file__)]
+    found = chain(*(ROOT.glob(pattern) for pattern in SOURCES))
+    files = [file for file in found if file.is_file() and file != Path(__file__)]
     return {(file.name, number) for file in files for number in cited(file.read_text())}
 
 

@@ -17,6 +17,7 @@ from ccgen.generator.planning.choose import DYADS, TIP_TO_ROOT
 from ccgen.generator.program.program import lower
 
 from ..support.folders import ROOT
+from ..support.tiers import all_hard_but
 
 FOLDERS = (ROOT / "docs" / "scripts", ROOT / "benchmarks")
 OTHERS = ("casadi", "heyoka", "matplotlib")
@@ -33,6 +34,7 @@ SMALL = {
     "benchmarks/formulations.py": ("--links 3 --limit 1.5", r"\| 3 \| 249 \|"),
 }
 """Arguments with which a script takes seconds, and what it then says."""
+SHORT = ("folding", "accuracy")
 
 
 @pytest.mark.parametrize(
@@ -52,7 +54,9 @@ def test_every_script_knows_what_it_imports(path: Path, monkeypatch: pytest.Monk
     spec.loader.exec_module(module)
 
 
-@pytest.mark.parametrize("script", SMALL)
+@pytest.mark.parametrize(
+    "script", all_hard_but(*(f"docs/scripts/{name}.py" for name in ("counts", "folding", "accuracy")), of=SMALL)
+)
 def test_scripts_run_small(script: str, tmp_path: Path) -> None:
     arguments, said = SMALL[script]
     done = subprocess.run(
@@ -67,7 +71,7 @@ def test_scripts_run_small(script: str, tmp_path: Path) -> None:
     assert re.search(said, done.stdout), done.stdout
 
 
-@pytest.mark.slow
+@pytest.mark.hard
 def test_near_chains_runs_by_both_plans(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A row of 12 links for a hundredth of a second, once."""
     monkeypatch.syspath_prepend(str(FOLDERS[0]))
@@ -76,6 +80,7 @@ def test_near_chains_runs_by_both_plans(tmp_path: Path, monkeypatch: pytest.Monk
     assert text.count("tip to root") == text.count("dyads") == 3
 
 
+@pytest.mark.slow
 def test_tables_hold_the_figures_of_a_ring_of_24() -> None:
     """From tip to root: docs/counts.md plain and folded, docs/formulations.md and its data."""
     program, folded = (lower(derive_scene(loop(24, gravity=True), fold, TIP_TO_ROOT)[1]) for fold in (False, True))

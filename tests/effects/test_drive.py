@@ -16,6 +16,7 @@ from ccgen.runtime import simulate
 from ..support.driven_crank import CRANK, L, R
 from ..support.folders import SCENES
 from ..support.jansen_foot import foot
+from ..support.tiers import hard
 from ..support.workshop import Workshop
 
 SPEED = '[[drive]]\njoint = "axle"\nspeed = 5.0\n'
@@ -344,7 +345,7 @@ angles = {{ crank = "60 deg" }}
 
 
 @pytest.mark.parametrize("law", ["newton", "poisson", "stronge"])
-@pytest.mark.parametrize("more", ["", "friction = 0.1", "friction = 0.4", "friction = 1.5"])
+@pytest.mark.parametrize("more", ["", hard("friction = 0.1"), hard("friction = 0.4"), hard("friction = 1.5")])
 def test_a_driven_linkage_into_a_ground_is_named(law: str, more: str, workshop: Workshop) -> None:
     """By every law, and no impact is recorded: nothing bounds impulses that move nothing."""
     run = simulate(workshop.model(ROCKING.format(law=law, more=more)), until=5.0)

@@ -14,7 +14,7 @@ from ccgen.generator.scene import Scene, read
 from ccgen.generator.write_c.render import Banner
 
 from ..support.effect_examples import EXAMPLES, SCENE
-from ..support.quick import few_are_quick
+from ..support.tiers import all_hard_but
 
 
 def _program(text: str, folder: Path) -> dict[str, bytes]:
@@ -36,7 +36,7 @@ def test_every_effect_has_an_example() -> None:
     assert list(EXAMPLES) and {entry.key for entry in REGISTRY} == set(EXAMPLES)
 
 
-@pytest.mark.parametrize("key", few_are_quick(EXAMPLES, "gravity", "drive"))
+@pytest.mark.parametrize("key", all_hard_but("gravity", "drive", of=EXAMPLES))
 def test_removing_a_table_removes_the_effect(key: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Byte for byte, beside every other effect and alone."""
     (entry,) = (entry for entry in REGISTRY if entry.key == key)

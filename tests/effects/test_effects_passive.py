@@ -19,6 +19,7 @@ from ..oracles.loads import Acting, Place
 from ..oracles.maximal import GROUND, Array
 from ..oracles.mechanisms import Drawing
 from ..support.dense_comparison import allowed, close, quasi_accelerations, states
+from ..support.tiers import all_hard_but
 from ..support.workshop import Workshop
 
 KINDS = ("spring", "damper", "torsion", "joint_friction", "drag", "gravity")
@@ -102,10 +103,15 @@ class Acted:
 
 
 ALONE = [(kind, (kind,), "two_loops", 7) for kind in KINDS]
+FEW = [case for case in ALONE if case[0] in ("spring", "joint_friction")]
 TOGETHER = [("all", KINDS, *family) for family in [*FAMILIES, ("open", 12)]]
 
 
-@pytest.fixture(scope="module", params=ALONE + TOGETHER, ids=lambda case: f"{case[0]}-{case[2]}-{case[3]}")
+@pytest.fixture(
+    scope="module",
+    params=all_hard_but(*FEW, *TOGETHER, of=ALONE + TOGETHER),
+    ids=lambda case: f"{case[0]}-{case[2]}-{case[3]}",
+)
 def acted(request: pytest.FixtureRequest, workshop: Workshop) -> tuple[Any, Acted]:
     _, kinds, family, n = request.param
     acted = Acted(family, n, kinds)

@@ -21,6 +21,7 @@ from ccgen.generator.scene.scene import Scene
 from ..oracles import graphs, maximal
 from ..oracles.maximal import Array
 from ..oracles.mechanisms import Drawing
+from ..support.tiers import all_hard_but
 from ..support.workshop import Workshop
 from ..support.written_models import WARNINGS, Compiled, Written, same
 
@@ -39,7 +40,7 @@ FAMILIES: dict[str, tuple[graphs.Edges, bool]] = {
 }
 
 
-@pytest.fixture(scope="module", params=FAMILIES)
+@pytest.fixture(scope="module", params=all_hard_but("theta-two-lengths-grounded", of=FAMILIES))
 def pair(request: pytest.FixtureRequest, workshop: Workshop) -> tuple[Any, Drawing, Scene]:
     edges, permuted = FAMILIES[request.param]
     drawing = graphs.mechanism(request.param, edges, permuted=permuted)
@@ -154,7 +155,7 @@ LOOPED: dict[str, str] = {
 
 
 @pytest.mark.skipif(shutil.which("cc") is None, reason="there is no cc")
-@pytest.mark.parametrize("name", LOOPED)
+@pytest.mark.parametrize("name", all_hard_but("theta", of=LOOPED))
 def test_loops_are_bitwise_the_code_written_out(name: str, workshop: Workshop, tmp_path: Path) -> None:
     rolled = compare(Written(workshop.scene(LOOPED[name]), tmp_path), 5)
     assert "for (int i" in rolled.source
@@ -169,6 +170,7 @@ def mechanisms(draw: st.DrawFn) -> Drawing:
     return graphs.mechanism("ears", edges, draw(st.integers(0, 99)), draw(st.booleans()))
 
 
+@pytest.mark.hard
 @pytest.mark.skipif(shutil.which("cc") is None, reason="there is no cc")
 @settings(max_examples=6, derandomize=True, deadline=None, suppress_health_check=list(HealthCheck), database=None)
 @given(drawing=mechanisms())

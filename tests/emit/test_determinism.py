@@ -99,6 +99,7 @@ def test_operations_grow_in_proportion_to_the_links() -> None:
     assert _exponent(SIZES, [_operations(loop(n, gravity=True), "tip to root") for n in SIZES]) <= 1.05
 
 
+@pytest.mark.hard
 @pytest.mark.parametrize(
     ("form", "plan", "sizes"),
     [

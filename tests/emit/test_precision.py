@@ -27,6 +27,7 @@ from ccgen.runtime.simulation.arguments import LEAST
 from ..oracles.maximal import Array
 from ..support.folders import SCENES
 from ..support.parallel_cranks import parallel_cranks
+from ..support.tiers import all_hard_but, hard
 from ..support.touching_scenes import G, disc_on_plank
 from ..support.workshop import Workshop
 
@@ -90,6 +91,7 @@ def test_the_program_is_written_in_the_numbers_asked_for(precision: str, text: s
     assert PRECISIONS[precision].dialect().text(Sum(tuple(map(C.term, terms)))) == text
 
 
+@pytest.mark.hard
 @pytest.mark.parametrize("precision", ["float", "wide"])
 def test_packages_lie_side_by_side_and_compile_without_warnings(precision: str, tmp_path: Path) -> None:
     scene = load_scene(SCENES / "jansen-driven.toml")
@@ -143,7 +145,7 @@ def bound(model: Any, q: Array, u: Array) -> float:
 
 
 @WIDER
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", all_hard_but("falling-hexagon", "four-bar", "slider-crank", of=NAMES))
 def test_accelerations_are_as_exact_as_their_numbers(name: str, workshop: Workshop) -> None:
     """Against wide numbers, within what rounding every number of the equations does to them."""
     scene = load_scene(SCENES / f"{name}.toml")
@@ -301,7 +303,7 @@ def test_runs_in_floats_follow_those_in_doubles(method: str, workshop: Workshop)
 
 
 @WIDER
-@pytest.mark.parametrize("cranks", [3, 5])
+@pytest.mark.parametrize("cranks", [3, hard(5)])
 def test_dependent_rows_are_left_out(cranks: int, workshop: Workshop) -> None:
     """Parallel cranks, all but two redundant: accelerations and least multipliers as in doubles, and the same run."""
     drawing = parallel_cranks(1.1, cranks)
@@ -411,6 +413,7 @@ def test_the_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         assert sentence in done.output
 
 
+@pytest.mark.hard
 @WIDER
 def test_cost_in_several_precisions(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     scene = tmp_path / "swing.toml"

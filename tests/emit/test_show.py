@@ -26,6 +26,7 @@ from ..oracles import graphs
 from ..support.closed_forms import LINKS, closed_form
 from ..support.effect_examples import EXAMPLES
 from ..support.folders import ROOT
+from ..support.tiers import all_hard_but
 from ..support.workshop import Workshop
 
 FILES = ROOT / "scenes"
@@ -259,8 +260,15 @@ def test_symbols_in_latex(name: str, tex: str) -> None:
     assert symbol_tex(name) == tex
 
 
+def _marks(name: str) -> list[pytest.MarkDecorator]:
+    """Two long mechanisms, and all loads at once, are hard."""
+    if name in ("long", "shared runs", "every load"):
+        return [pytest.mark.hard]
+    return [] if name in ("loop", "pinned", "chain", "hinged") else [pytest.mark.slow]
+
+
 DOCUMENTS = [
-    pytest.param(name, expanded, marks=[] if name in ("loop", "pinned", "chain", "hinged") else pytest.mark.slow)
+    pytest.param(name, expanded, marks=_marks(name))
     for name in SCENES
     for expanded in (False, True)
     if not (expanded and name in ("long", "hexagon", "shared runs", "every effect"))
@@ -326,7 +334,7 @@ def test_latex_compiles(name: str, expanded: bool, tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(shutil.which("cc") is None, reason="there is no cc")
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("name", all_hard_but("loop", "hexagon", "every effect", of=SCENES))
 def test_generated_c_has_no_warnings(name: str, tmp_path: Path) -> None:
     folder = generate(SCENES[name](), out=tmp_path / "build")
     command = ["cc", "-std=c11", "-Wall", "-Wextra", "-Werror", "-pedantic", "-O1", "-c", "model.c"]

@@ -1,4 +1,4 @@
-"""The figures that the hard cases reach, and the table of them that ``make hard`` prints."""
+"""The figures that the hard cases reach, and the table of them that ``make figures`` prints."""
 
 from __future__ import annotations
 

@@ -13,6 +13,7 @@ from ccgen.runtime import Model, simulate
 from ..oracles import closed_contacts
 from ..support.bodies import penetration
 from ..support.reach import Reach
+from ..support.tiers import all_hard_but, hard
 from ..support.workshop import Workshop
 from .fuzz import Toss, faults, run, scene
 
@@ -30,7 +31,11 @@ MOST = 4
 """Closed contacts whose combinations are all tried."""
 
 
-@pytest.mark.parametrize("toss", REDUNDANT.values(), ids=REDUNDANT.keys())
+@pytest.mark.parametrize(
+    "toss",
+    all_hard_but(REDUNDANT["two pairs on two planes"], REDUNDANT["all begin to slide at once"], of=REDUNDANT.values()),
+    ids=REDUNDANT.keys(),
+)
 def test_friction_shared_by_more_contacts_than_can_slide(toss: Toss, workshop: Workshop) -> None:
     """Forces are not unique there, motions are: the run goes on to its end."""
     found = run(workshop.model(scene(toss.n, toss.rough)), toss)
@@ -41,8 +46,8 @@ def test_friction_shared_by_more_contacts_than_can_slide(toss: Toss, workshop: W
 @pytest.mark.parametrize(
     "toss",
     [
-        REDUNDANT["two pairs on two planes"],
-        REDUNDANT["all begin to slide at once"],
+        hard(REDUNDANT["two pairs on two planes"]),
+        hard(REDUNDANT["all begin to slide at once"]),
         Toss(4, 1, True, "poisson", 0.3, 1.2, 162314),
     ],
     ids=lambda toss: f"{toss.n} rods",
@@ -84,6 +89,7 @@ def _decided(model: Any, q: Any, u: Any, mu: float, phase: Any) -> Any:
     return (taken.accelerations, closed_contacts.motions(W, b, mu, slides)) if taken else None
 
 
+@pytest.mark.hard
 def test_drops_of_a_rough_hexagon(workshop: Workshop, reach: Reach) -> None:
     """Folding onto rough ground by accumulations, sticking and sliding at up to six points: how many reach 10 s"""
     model = workshop.model(loop(6, gravity=True, start={"height": 1.0}, ground=[{"restitution": 0.5, "friction": 0.5}]))
@@ -105,9 +111,9 @@ def test_drops_of_a_rough_hexagon(workshop: Workshop, reach: Reach) -> None:
 @pytest.mark.parametrize(
     "toss",
     [
-        Toss(7, 2, True, "newton", 0.1, 0.3, 2592),
+        hard(Toss(7, 2, True, "newton", 0.1, 0.3, 2592)),
         Toss(6, 1, True, "newton", 0.1, 0.1, 15162),
-        Toss(8, 1, True, "newton", 0.1, 0.7, 1),
+        hard(Toss(8, 1, True, "newton", 0.1, 0.7, 1)),
     ],
     ids=["between two planes", "of six rods", "of eight rods"],
 )

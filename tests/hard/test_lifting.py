@@ -1,5 +1,5 @@
 """Bodies that leave what they rest on, with all points at once, one after another, or for a moment. ``CCGEN_LIFTS``
-says how many random lifts there are (``make hard``: 1,000)."""
+says how many random lifts there are (``make hard``: 200, ``make figures``: 1,000; ``make test`` takes the first 20)."""
 
 from __future__ import annotations
 
@@ -17,18 +17,20 @@ from ccgen.runtime import Model, simulate
 
 from ..support.bodies import G, penetration
 from ..support.reach import Reach
+from ..support.tiers import hard
 from ..support.workshop import Workshop
 from .lifts import COMPILED, METHODS, lift, scene, standing
 
 LIFTS = int(os.environ.get("CCGEN_LIFTS", "1000" if "CCGEN_LARGE" in os.environ else "200"))
 
 
-def test_random_even_lifts(workshop: Workshop, reach: Reach) -> None:
+@pytest.mark.parametrize("count", [20, hard(LIFTS)])
+def test_random_even_lifts(count: int, workshop: Workshop, reach: Reach) -> None:
     """All points leave at once, when the force reaches the weight; then the block rises without a turn."""
     models = [(workshop.model(scene(rough)), "") for rough in (False, True)]
     models += [(workshop.model(scene(True, expression)), expression) for expression in COMPILED]
     wrong, time, height, turn, energy = [], 0.0, 0.0, 0.0, 0.0
-    for seed in range(LIFTS):
+    for seed in range(count):
         one = lift(*models[seed % len(models)], seed)
         if not one.run.success or one.run.impacts:
             wrong.append(f"{one.what}: {one.run.message}, {len(one.run.impacts)} impacts")
@@ -38,10 +40,10 @@ def test_random_even_lifts(workshop: Workshop, reach: Reach) -> None:
         moves = float(np.max(np.sum(np.abs(one.run.model.energy(one.run.q, one.run.u)), axis=0)))
         energy = max(energy, one.run.energy_drift / moves / one.rtol)
     assert not wrong, "\n".join(wrong)
-    reach(f"{LIFTS} even lifts: time of leaving, times the rate of the force", time, 1e-14)
-    reach(f"{LIFTS} even lifts: height at the end, in tolerances", height, 100.0)
-    reach(f"{LIFTS} even lifts: turn, rad", turn, 1e-12)
-    reach(f"{LIFTS} even lifts: energy from nothing, in tolerances", energy, 100.0)
+    reach(f"{count} even lifts: time of leaving, times the rate of the force", time, 1e-14)
+    reach(f"{count} even lifts: height at the end, in tolerances", height, 100.0)
+    reach(f"{count} even lifts: turn, rad", turn, 1e-12)
+    reach(f"{count} even lifts: energy from nothing, in tolerances", energy, 100.0)
 
 
 def test_lifted_off_the_centre(workshop: Workshop, reach: Reach) -> None:
@@ -172,7 +174,7 @@ def test_loads_that_no_window_shows_cost_little(name: str, workshop: Workshop, r
     reach(f"block at rest, load {name}: times it is asked for", asked, most)
 
 
-@pytest.mark.parametrize("n", [6, 12])
+@pytest.mark.parametrize("n", [6, hard(12)])
 @pytest.mark.parametrize("mass", [1e-6, 1.0, 1e3])
 def test_looking_at_forces_costs_few_evaluations(n: int, mass: float, workshop: Workshop, reach: Reach) -> None:
     """Rings fall and slide along the ground for 20 s, nearly flat, where forces are known to few digits."""
@@ -207,7 +209,7 @@ def test_a_row_of_a_table_beside_the_lift_off(beside: float, after: float, works
         assert float(np.max(np.abs(found.q[:, 2]))) <= 1e-12
 
 
-@pytest.mark.parametrize("law", ["newton", "poisson", "stronge"])
+@pytest.mark.parametrize("law", [hard("newton"), "poisson", hard("stronge")])
 def test_a_slider_with_clearance(law: str, workshop: Workshop, reach: Reach) -> None:
     """Between two rails, sliding on two corners, it is lifted by a force that grows: it leaves with both at once,
     strikes the other rail with both, slides there, and is let down again."""

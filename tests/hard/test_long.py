@@ -13,6 +13,7 @@ from ccgen.runtime import simulate
 
 from ..oracles import polygons
 from ..support.reach import Reach
+from ..support.tiers import hard
 from ..support.workshop import Workshop
 
 G = 9.81
@@ -30,7 +31,7 @@ def swing(count: int, t: float) -> float:
     return float(2 * np.arcsin(ellipj(ellipk(m) - c * t, m)[1]))
 
 
-@pytest.mark.parametrize(("count", "end", "bound"), [(2, 1000.0, 1e-6), (40, 20.0, 1e-8)])
+@pytest.mark.parametrize(("count", "end", "bound"), [(2, 1000.0, 1e-6), hard(40, 20.0, 1e-8)])
 def test_a_row_of_four_bars(count: int, end: float, bound: float, workshop: Workshop, reach: Reach) -> None:
     """Flat twice a turn, where it could go count + 1 ways: it keeps its branch, against elliptic functions."""
     model = workshop.model(row(count))
@@ -46,6 +47,7 @@ def test_a_row_of_four_bars(count: int, end: float, bound: float, workshop: Work
     reach(f"{name}: half the angle, rad", min(error, abs(np.sin(0.5 * (angle - swing(count, end))))), bound)
 
 
+@pytest.mark.hard
 def test_a_free_hexagon_for_ten_thousand_seconds(workshop: Workshop, reach: Reach) -> None:
     model = workshop.model(loop(6))
     q, u = model.state_from_poses(*polygons.perturbed(6))

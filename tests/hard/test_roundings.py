@@ -28,7 +28,7 @@ COMPILED = {
 HWCAPS = "glibc.cpu.hwcaps=-AVX512F,-AVX2,-FMA,-AVX2_Usable,-FMA_Usable"
 """Names of the features in new versions of the GNU C library, and in old ones."""
 
-ASKED = pytest.mark.skipif("CCGEN_ROUNDINGS" not in os.environ, reason="runs surveys again; make hard asks for it")
+ASKED = pytest.mark.skipif("CCGEN_ROUNDINGS" not in os.environ, reason="runs surveys again; make figures asks for it")
 
 
 def survey(folder: Path, environment: dict[str, str]) -> str:
@@ -62,6 +62,7 @@ def makes_programs(command: str, folder: Path) -> bool:
     return done.returncode == 0 and subprocess.run([str(folder / "answer")], check=False).returncode == 0
 
 
+@pytest.mark.hard
 @ASKED
 @pytest.mark.parametrize("how", COMPILED)
 def test_surveys_hold_with_models_compiled_otherwise(how: str, tmp_path: Path) -> None:
@@ -75,6 +76,7 @@ def test_surveys_hold_with_models_compiled_otherwise(how: str, tmp_path: Path) -
     assert not said, said
 
 
+@pytest.mark.hard
 @ASKED
 def test_surveys_hold_with_a_library_without_newer_instructions(tmp_path: Path) -> None:
     if sys.platform != "linux" or os.confstr("CS_GNU_LIBC_VERSION") is None:

@@ -20,6 +20,7 @@ from ..oracles import maximal, mechanisms, polygons
 from ..oracles.maximal import Array, Pin, System
 from ..oracles.mechanisms import Drawing
 from ..support.reach import Reach
+from ..support.tiers import all_hard_but, hard
 from ..support.workshop import Workshop
 
 FAR = 1e9
@@ -83,9 +84,10 @@ DRAWINGS = {
     "two loops of 12": mechanisms.two_loops(12),
     "ladder of 3": mechanisms.ladder(3),
 }
+SMALL = ("hinged chain of 6", "ring of 6", "two loops of 12")
 
 
-@pytest.mark.parametrize("name", DRAWINGS)
+@pytest.mark.parametrize("name", all_hard_but(*SMALL, of=DRAWINGS))
 def test_masses_nine_orders_apart(name: str, workshop: Workshop, reach: Reach) -> None:
     """What the elimination loses is found when the masses are set, and given back."""
     drawing = DRAWINGS[name]
@@ -171,18 +173,18 @@ def rounding_at_samples(model: Any) -> float:
     return float(lost.max() / whole.max())
 
 
-def test_usual_masses_need_no_repair(workshop: Workshop, reach: Reach) -> None:
+@pytest.mark.parametrize("name", all_hard_but(*SMALL, of=DRAWINGS))
+def test_usual_masses_need_no_repair(name: str, workshop: Workshop, reach: Reach) -> None:
     """No model with masses alike takes the repair: it has its accelerations at the usual price."""
-    worst = 0.0
-    for name, drawing in DRAWINGS.items():
-        model = workshop.model(drawing.toml())
-        rng = np.random.default_rng(6)
-        for _ in range(4):
-            weigh(model, drawing.system, rng.uniform(0.1, 10.0, drawing.system.size))
-            assert not model.kernels.refined, name
-            worst = max(worst, rounding_at_samples(model))
-        weigh(model, drawing.system, np.ones(drawing.system.size))
-    reach("masses to 100 apart: rounding found where parameters are set", worst, 1e-13)
+    drawing, worst = DRAWINGS[name], 0.0
+    model = workshop.model(drawing.toml())
+    rng = np.random.default_rng(6)
+    for _ in range(4):
+        weigh(model, drawing.system, rng.uniform(0.1, 10.0, drawing.system.size))
+        assert not model.kernels.refined
+        worst = max(worst, rounding_at_samples(model))
+    weigh(model, drawing.system, np.ones(drawing.system.size))
+    reach(f"{name}, masses to 100 apart: rounding found where parameters are set", worst, 1e-13)
 
 
 def ring_of(lengths: Array, mass: Array) -> System:
@@ -203,11 +205,11 @@ def rods(model: Any, lengths: Array, mass: Array) -> Any:
 
 
 LARGE = pytest.mark.skipif(
-    "CCGEN_LARGE" not in os.environ, reason="compiles for a minute and a half; make hard asks for it"
+    "CCGEN_LARGE" not in os.environ, reason="compiles for a minute and a half; make figures asks for it"
 )
 
 
-@pytest.mark.parametrize("n", [6, 200, pytest.param(500, marks=LARGE)])
+@pytest.mark.parametrize("n", [6, hard(200), pytest.param(500, marks=[LARGE, pytest.mark.hard])])
 def test_large_rings(n: int, workshop: Workshop, reach: Reach) -> None:
     """Neighbouring masses to 1e4 apart, spins to 1e4 rad/s, lengths 1e-3 to 1e3 m."""
     first = workshop.model(loop(n))

@@ -16,6 +16,7 @@ from ..support.bodies import penetration, rise, rod
 from ..support.folders import ROOT
 from ..support.hinged_rod import HINGED, STRUCK
 from ..support.reach import Reach
+from ..support.tiers import hard
 from ..support.workshop import Workshop
 from .fuzz import Toss, faults, run, scene
 
@@ -160,7 +161,7 @@ def _one_freedom(J: Any, inertia: float, mu: float, e: float, u: float) -> tuple
     return -float(np.sign(u)) * out / inertia * back, stops + back
 
 
-@pytest.mark.parametrize(("precision", "bound"), [("float", 1e-4), ("double", 1e-11), ("wide", 1e-11)])
+@pytest.mark.parametrize(("precision", "bound"), [hard("float", 1e-4), ("double", 1e-11), hard("wide", 1e-11)])
 def test_a_hinged_rod_strikes_rough_ground(precision: str, bound: float, workshop: Workshop, reach: Reach) -> None:
     """Sliding and compression end at once. Where friction then holds the point it is a wedge and gives nothing back."""
     model = workshop.model(HINGED + STRUCK.format(point="rod.B", y=-0.5), precision)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import pytest
 
 from ccgen.generator import loop
 from ccgen.runtime import simulate
@@ -39,6 +40,7 @@ def at_rest_as_a_whole(model: Any, q: Array, u: Array) -> Array:
     return left
 
 
+@pytest.mark.hard
 def test_four_rods_a_million_steps(workshop: Workshop, reach: Reach) -> None:
     """Unequal rods, no two of which are ever in line with the others."""
     h, lengths = 0.1, [1.0, 1.7, 1.4, 1.2]
@@ -59,6 +61,7 @@ def test_four_rods_a_million_steps(workshop: Workshop, reach: Reach) -> None:
     reach(f"{name}: closure, m", run.closure_max, 1e-13)
 
 
+@pytest.mark.hard
 def test_six_rods_a_million_steps(workshop: Workshop, reach: Reach) -> None:
     """The free hexagon turns, drifts and is chaotic: the last digits of its angles grow with them."""
     model = workshop.model(loop(6))

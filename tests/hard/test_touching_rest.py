@@ -10,6 +10,7 @@ from ccgen.runtime import simulate
 
 from ..support.bodies import penetration, rise
 from ..support.reach import Reach
+from ..support.tiers import hard
 from ..support.touching_scenes import G, cradle, free_body
 from ..support.workshop import Workshop
 
@@ -62,7 +63,7 @@ def test_a_pyramid_of_three(mu: float, stands: bool, workshop: Workshop, reach: 
         reach("a pyramid that falls apart: energy, J", run.energy_drift, 1e-8)
 
 
-@pytest.mark.parametrize("rough", ["", 'friction = 0.3\nlaw = "poisson"'])
+@pytest.mark.parametrize("rough", ["", hard('friction = 0.3\nlaw = "poisson"')])
 def test_a_hexagon_whose_joints_touch_each_other(rough: str, workshop: Workshop, reach: Reach) -> None:
     """A ring dropped on one corner, discs about all joints that are no neighbours."""
     pairs = ((0, 3), (1, 4), (2, 5), (0, 2), (1, 3), (2, 4), (3, 5), (0, 4), (1, 5))
@@ -144,7 +145,7 @@ height = 2.0
 """
 
 
-@pytest.mark.parametrize("rough", ["", 'friction = 0.4\nlaw = "stronge"'])
+@pytest.mark.parametrize("rough", ["", hard('friction = 0.4\nlaw = "stronge"')])
 def test_tossed_chains_that_touch_themselves(rough: str, workshop: Workshop, reach: Reach) -> None:
     """Discs and edges of a chain of four, thrown: what must hold whether a run ends or stops and says why."""
     model, rng = workshop.model(TOSSED.replace("ROUGH", rough)), np.random.default_rng(7)
@@ -167,7 +168,7 @@ def test_tossed_chains_that_touch_themselves(rough: str, workshop: Workshop, rea
     assert struck > 100
 
 
-@pytest.mark.parametrize("count", [2, 3, 4, 5])
+@pytest.mark.parametrize("count", [2, 3, hard(4), hard(5)])
 def test_pendulums_that_swing_as_one(count: int, workshop: Workshop, reach: Reach) -> None:
     """e = 0: after the strike all share its momentum and touch without a force: they swing as one would alone."""
     model = workshop.model(cradle(count, 0.0))
@@ -190,7 +191,7 @@ def test_pendulums_that_swing_as_one(count: int, workshop: Workshop, reach: Reac
 
 
 @pytest.mark.parametrize("law", ["newton", "poisson"])
-@pytest.mark.parametrize("count", [2, 3, 4, 5])
+@pytest.mark.parametrize("count", [2, 3, hard(4), hard(5)])
 def test_pendulums_side_by_side(count: int, law: str, workshop: Workshop, reach: Reach) -> None:
     """A cradle of balls that rub against each other: what bounces comes to swing together in twos and threes."""
     model = workshop.model(cradle(count, 0.0, touch=f'friction = 0.1\nlaw = "{law}"'))

@@ -106,6 +106,7 @@ def usual(library: Library, workshop: Workshop) -> dict[str, tuple[Start, Any]]:
     return {name: (start, survey(library, start)) for name, start in starts.items()}
 
 
+@pytest.mark.hard
 @pytest.mark.parametrize("factor", [0.5, 2.0])
 @pytest.mark.parametrize("name", _core.TOLERANCES)
 def test_no_survey_changes_its_class(

@@ -14,6 +14,7 @@ from ..oracles.impact_process import poisson
 from ..support.bodies import penetration, rise, rod
 from ..support.hinged_rod import HINGED, STRUCK
 from ..support.reach import Reach
+from ..support.tiers import hard
 from ..support.workshop import Workshop
 
 INERTIA = 0.33
@@ -41,7 +42,7 @@ def _at_limit(J: Any, mu: float) -> bool:
     return mu > 0.0 and abs(abs(J[0]) / (mu * abs(J[1]) or 1e-300) - 1.0) < 0.01
 
 
-@pytest.mark.parametrize(("precision", "bound"), [("float", 1e-4), ("double", 1e-11), ("wide", 1e-11)])
+@pytest.mark.parametrize(("precision", "bound"), [hard("float", 1e-4), ("double", 1e-11), hard("wide", 1e-11)])
 def test_poissons_law_at_one_freedom(precision: str, bound: float, workshop: Workshop, reach: Reach) -> None:
     """Impulse, speed and energy against the process of the impact, either way of sliding."""
     model = _hinged("poisson", workshop, precision)

@@ -18,7 +18,8 @@ from ..support.folders import ROOT
 NOT_SOURCES = shutil.ignore_patterns(".*", "build", "results", "*.so", "__pycache__", "*.egg-info", "_core.c", "_*.c")
 
 
-@pytest.mark.skipif("CCGEN_LARGE" not in os.environ, reason="takes minutes; runs in make hard")
+@pytest.mark.hard
+@pytest.mark.skipif("CCGEN_LARGE" not in os.environ, reason="takes minutes; runs in make figures")
 def test_zig_is_compiler_enough(tmp_path: Path) -> None:
     shutil.copytree(ROOT, tmp_path / "source", ignore=NOT_SOURCES)
     subprocess.run([sys.executable, "-m", "venv", tmp_path / "venv"], check=True)

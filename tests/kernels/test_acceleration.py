@@ -30,7 +30,18 @@ def still(model: Any) -> float:
 
 
 QUICK = (("floating", 4), ("hinged", 2))
-MARKED = [pytest.param(case, marks=pytest.mark.quick if case in QUICK else ()) for case in CASES]
+LARGEST = 12
+"""Links, or loops of a ladder times five, of what is compiled in ``make test``, but for one long ring."""
+
+
+def _marks(family: str, n: int) -> tuple[pytest.MarkDecorator, ...]:
+    if (family, n) in QUICK:
+        return (pytest.mark.quick,)
+    large = n * (5 if family == "ladder" else 1) > LARGEST and (family, n) != ("floating", 24)
+    return (pytest.mark.hard,) if large else ()
+
+
+MARKED = [pytest.param(case, marks=_marks(*case)) for case in CASES]
 
 
 @pytest.fixture(scope="module", params=MARKED, ids=[f"{family}-{n}" for family, n in CASES])
@@ -134,7 +145,11 @@ SMALL = [
 @pytest.mark.parametrize(
     ("method", "family", "n"),
     [
-        pytest.param(method, family, n, id=f"{method.__name__}-{family}-{n}")
+        pytest.param(
+            *(method, family, n),
+            id=f"{method.__name__}-{family}-{n}",
+            marks=pytest.mark.hard if n == 3 and (method, family) != (textbook.kane, "floating") else (),
+        )
         for method in (textbook.kane, textbook.lagrange)
         for family, n in SMALL
         if (method, family, n) != (textbook.kane, "pinned", 2)  # SymPy's needs an independent speed

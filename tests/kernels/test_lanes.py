@@ -18,6 +18,7 @@ from ccgen.runtime import load_model, simulate
 from ..oracles import polygons
 from ..oracles.maximal import Array
 from ..support.folders import SCENES
+from ..support.tiers import all_hard_but
 from ..support.workshop import Workshop
 
 ACTED = """
@@ -67,7 +68,13 @@ def states(model: Any, count: int, spread: float = 0.2) -> tuple[Array, Array, A
     return q + spread * rng.normal(size=(count, n)), u + rng.normal(size=(count, n)), rng.uniform(0.0, 9.0, count)
 
 
-@pytest.mark.parametrize("name", sorted(path.stem for path in SCENES.glob("*.toml")))
+@pytest.mark.parametrize(
+    "name",
+    all_hard_but(
+        *("closed-pendulum", "falling-hexagon", "four-bar", "jansen-driven", "newtons-cradle", "slider-crank"),
+        of=sorted(path.stem for path in SCENES.glob("*.toml")),
+    ),
+)
 def test_lanes_agree_with_one_state_at_a_time(name: str, workshop: Workshop) -> None:
     model = workshop.model(load_scene(SCENES / f"{name}.toml"))
     single, lanes = both(model, *states(model, 21))
@@ -84,6 +91,7 @@ def test_functions_time_and_inputs(workshop: Workshop) -> None:
     assert np.max(np.abs(lanes - still)) > 0.1
 
 
+@pytest.mark.hard
 def test_rolled_loops(workshop: Workshop) -> None:
     model = workshop.model(loop(48, gravity=True))
     single, lanes = both(model, *states(model, 9, spread=0.02))

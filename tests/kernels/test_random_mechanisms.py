@@ -1,6 +1,7 @@
 """Random mechanisms, trees with random extra joints and random effects, against the dense reference.
 
-Fifty are drawn by hypothesis in every run of the tests, the same ones each time; ``make fuzz-mechanisms`` draws more.
+Hypothesis draws ten in ``make test`` and fifty in ``make hard``, the same ones each time; ``make fuzz-mechanisms``
+draws more.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from ccgen.runtime.model.drives import drive_rows
 from ..oracles import maximal, random_mechanisms, sliding
 from ..oracles.maximal import GROUND, Array
 from ..oracles.random_mechanisms import KINDS, LOADS, Sketch
-from ..support.random_mechanism_checks import BOUND, EXAMPLES, check_forces, quasi_accelerations
+from ..support.random_mechanism_checks import BOUND, EXAMPLES, FEW, check_forces, quasi_accelerations
 from ..support.workshop import Workshop
 
 
@@ -100,13 +101,22 @@ def _check_impulses(model: Any, sketch: Sketch, q: Array, rng: np.random.Generat
     assert np.max(np.abs(drive_rows(model) @ du), initial=0.0) <= BOUND * size
 
 
-@settings(
-    max_examples=EXAMPLES,
+DRAWN = settings(
     derandomize=True,
     deadline=None,
     database=None,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture, HealthCheck.data_too_large],
 )
+
+
+@settings(DRAWN, max_examples=FEW)
+@given(sketch=sketches())
+def test_a_few_random_mechanisms_are_those_of_the_dense_reference(sketch: Sketch, workshop: Workshop) -> None:
+    check(sketch, workshop)
+
+
+@pytest.mark.hard
+@settings(DRAWN, max_examples=EXAMPLES)
 @given(sketch=sketches())
 def test_random_mechanisms_are_those_of_the_dense_reference(sketch: Sketch, workshop: Workshop) -> None:
     check(sketch, workshop)

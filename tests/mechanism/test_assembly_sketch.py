@@ -277,6 +277,7 @@ def test_joints_that_contradict_each_other_are_named() -> None:
     assert "expected 0; change lengths" in fault.message
 
 
+@pytest.mark.slow
 def test_the_loop_at_fault_is_named_among_several() -> None:
     """The third crank cannot reach the bar at all: its loop is named, the one that closes is not."""
     with pytest.raises(SceneError) as caught:

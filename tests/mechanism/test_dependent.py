@@ -12,6 +12,7 @@ from ..oracles.maximal import GROUND
 from ..oracles.mechanisms import Drawing, draw
 from ..support.dense_comparison import close
 from ..support.parallel_cranks import parallel_cranks
+from ..support.tiers import hard
 from ..support.workshop import Workshop
 
 Array = np.ndarray[Any, Any]
@@ -26,7 +27,7 @@ def flat_chain(turn: float) -> Drawing:
 
 
 @pytest.mark.parametrize("angle", [0.4, 1.1, 2.0])
-@pytest.mark.parametrize("cranks", [3, 5])
+@pytest.mark.parametrize("cranks", [3, hard(5)])
 def test_redundant_joints_leave_the_motion_unique(angle: float, cranks: int, workshop: Workshop) -> None:
     """One degree of freedom, and accelerations that no decomposition of the same mechanism disputes."""
     drawing = parallel_cranks(angle, cranks)
@@ -55,7 +56,7 @@ def test_redundant_joints_run(workshop: Workshop) -> None:
     assert run.energy_drift <= 1e-9 * max(abs(e) for e in model.energy(run.q[0], run.u[0]))
 
 
-@pytest.mark.parametrize("turn", [0.0, 0.3, np.pi / 2, 2.2, np.pi])
+@pytest.mark.parametrize("turn", [0.0, 0.3, *map(hard, (np.pi / 2, 2.2, np.pi))])
 def test_a_flat_chain_at_rest_falls(turn: float, workshop: Workshop) -> None:
     """The loop's row along the line vanishes; the others count, and gravity does the rest."""
     drawing = flat_chain(turn)

@@ -10,6 +10,7 @@ import pytest
 
 from ..oracles import flight, maximal, mechanisms, polygons
 from ..oracles.maximal import Array
+from ..support.tiers import hard
 from ..support.workshop import Workshop
 
 G = 9.81
@@ -167,7 +168,7 @@ def test_error_follows_the_tolerance(model: Any, start: tuple[Array, Array], gra
     assert 6.5 <= -np.polyfit(np.log(evaluations), np.log(errors), 1)[0] <= 10.5
 
 
-@pytest.mark.parametrize("family", ["pinned", "open", "hinged", "two_loops", "ladder"])
+@pytest.mark.parametrize("family", [hard("pinned"), "open", hard("hinged"), "two_loops", hard("ladder")])
 def test_other_mechanisms_fly_as_the_reference(family: str, workshop: Workshop) -> None:
     """Random link data, held or free, one second."""
     from ccgen.runtime import simulate

@@ -205,6 +205,7 @@ def test_results_replace_results_and_nothing_else(ran: Path, tmp_path: Path) -> 
     assert content(results) == before
 
 
+@pytest.mark.hard
 def test_files_of_older_results_go_with_them(ran: Path, tmp_path: Path) -> None:
     """A table that a run wrote does not stay beside the results of another; one that was changed does."""
     shutil.copytree(ran, tmp_path, dirs_exist_ok=True)
@@ -266,6 +267,7 @@ def test_a_folder_that_takes_no_files_is_refused_before_anything_is_done(tmp_pat
     assert "Errno" not in done.stderr and list(content(tmp_path)) == ["bars.toml"]
 
 
+@pytest.mark.hard
 def test_a_picture_of_a_torque_replaces_such_pictures_alone(tmp_path: Path) -> None:
     (tmp_path / "bars.toml").write_text(SCENE.replace("links = 2", "links = 1") + "[gravity]\n")
     command = ("torque", "bars.toml", "joint_0", "--plot", "torque.png")

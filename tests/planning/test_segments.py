@@ -19,6 +19,7 @@ from ccgen.generator.scene.scene import Scene
 from ccgen.runtime import load_model
 
 from ..oracles.maximal import Array
+from ..support.tiers import all_hard_but, hard
 
 ODD = {"massless": (0.0, 0.0, 0.0), "inner": (1.0, 0.0, 0.0), "outer": (1.0, 0.0, 1.0), "near": (1.0, 0.0, 1e-3)}
 """Mass, inertia and centre of links that resist some of their own motions only, or none."""
@@ -86,8 +87,8 @@ def test_odd_links_are_at_no_end_of_a_segment(kind: str, backwards: bool) -> Non
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", ODD)
-@pytest.mark.parametrize(("odd", "backwards"), [(1, False), (25, True)])
+@pytest.mark.parametrize("kind", all_hard_but("massless", of=ODD))
+@pytest.mark.parametrize(("odd", "backwards"), [(1, False), hard(25, True)])
 def test_odd_links_beside_segments_move_as_from_tip_to_root(kind: str, odd: int, backwards: bool) -> None:
     """A point's centre may be set onto its pin at run time."""
     scene = ring_with(26, odd, kind, backwards)
@@ -153,7 +154,7 @@ def holding(scene: Scene, read: Listing, angles: Any) -> Array:
     return found["pivot"] / (GUARD * found["scale"])
 
 
-@pytest.mark.slow
+@pytest.mark.hard
 def test_the_guard_compares_what_resists_across_a_row() -> None:
     """Φ⊥² > 1e-4 m Φ∥: a straight segment at whatever inertia, and the same from a dense matrix."""
     scene, angles = ring_of(24), straight(24)
@@ -171,7 +172,7 @@ def test_the_guard_compares_what_resists_across_a_row() -> None:
         assert (held.min() > 1.0) == (inertia >= 3e-3)
 
 
-@pytest.mark.slow
+@pytest.mark.hard
 def test_the_guard_compares_what_resists_at_the_ends() -> None:
     """J > 1e-3 m l² for the link that carries the first segment, one that carries the next, and the last of the row."""
     scene = ring_of(26)
@@ -188,6 +189,7 @@ def test_the_guard_compares_what_resists_at_the_ends() -> None:
             assert (held.min() > 1.0) == (mass > 3e-3)
 
 
+@pytest.mark.hard
 @pytest.mark.parametrize("compiled", [True, False])
 def test_compact_links_in_a_straight_row_keep_their_digits(
     compiled: bool, tmp_path: Any, monkeypatch: pytest.MonkeyPatch
@@ -213,6 +215,7 @@ def test_compact_links_in_a_straight_row_keep_their_digits(
         assert np.abs(several - wanted).max() <= bound * np.abs(wanted).max(), inertia
 
 
+@pytest.mark.hard
 @pytest.mark.parametrize("light", [1, 7])
 def test_links_that_become_light_at_run_time_keep_the_digits(light: int, tmp_path: Any) -> None:
     """The link that carries a segment, and the last of one that carries the next: masses down to 1e-9."""

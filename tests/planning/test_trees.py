@@ -41,6 +41,7 @@ def drawn(name: str, edges: graphs.Edges, tmp_path: Any) -> Mechanism:
     return scene_of(graphs.mechanism(name, edges, seed=5), tmp_path).mechanism
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NEAR_CHAINS)
 def test_another_tree_takes_fewer_operations(name: str, tmp_path: Any) -> None:
     """It spans the same links, cuts as many joints, and stays on the ground; the same tree is found again."""
@@ -56,6 +57,7 @@ def test_another_tree_takes_fewer_operations(name: str, tmp_path: Any) -> None:
     assert from_tip_to_root(mechanism, other_tree(mechanism, found, ())) <= from_tip_to_root(mechanism, found)
 
 
+@pytest.mark.slow
 def test_what_is_written_takes_fewer_too(tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     scene = scene_of(graphs.mechanism("mechanism", NEAR_CHAINS["afloat"], seed=5), tmp_path)
     found = operations(scene)

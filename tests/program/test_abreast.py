@@ -44,6 +44,7 @@ from ccgen.generator.program.terms import (
 
 from ..oracles.maximal import Array
 from ..support.folders import SCENES
+from ..support.tiers import hard
 from ..support.workshop import Workshop
 from ..support.written_models import Compiled, Written, same
 
@@ -258,7 +259,7 @@ def _link(name: str, mass: float, points: Sequence[str]) -> list[str]:
 
 
 @pytest.mark.skipif(shutil.which("cc") is None, reason="there is no cc")
-@pytest.mark.parametrize("arms", [2, 3, 5, 6])
+@pytest.mark.parametrize("arms", [2, hard(3), hard(5), hard(6)])
 @pytest.mark.parametrize("rough", [False, True])
 def test_kernels_abreast_are_the_kernels_written_out(
     arms: int, rough: bool, workshop: Workshop, tmp_path: Path
@@ -270,6 +271,7 @@ def test_kernels_abreast_are_the_kernels_written_out(
     compare(written, together, apart)
 
 
+@pytest.mark.hard
 @pytest.mark.skipif(shutil.which("cc") is None, reason="there is no cc")
 def test_a_walking_machine_abreast_is_that_written_out(tmp_path: Path) -> None:
     """Twelve legs with pumps: modules of two kinds, dyads, sliding joints."""
@@ -279,6 +281,7 @@ def test_a_walking_machine_abreast_is_that_written_out(tmp_path: Path) -> None:
     compare(written, together, apart)
 
 
+@pytest.mark.hard
 @pytest.mark.skipif(shutil.which("cc") is None, reason="there is no cc")
 @pytest.mark.parametrize("links", [40, 53])
 def test_segments_of_a_ring_abreast_are_those_written_out(links: int, tmp_path: Path) -> None:
@@ -294,6 +297,7 @@ def test_segments_of_a_ring_abreast_are_those_written_out(links: int, tmp_path: 
     assert min(rounds) >= 6, rounds
 
 
+@pytest.mark.hard
 @pytest.mark.skipif(shutil.which("cc") is None, reason="there is no cc")
 @pytest.mark.parametrize("name", ["ring", "walking machine"])
 def test_loops_over_outputs_give_what_is_written_out(
@@ -365,6 +369,7 @@ def test_responses_are_symmetric(workshop: Workshop, tmp_path: Path) -> None:
     assert np.all(np.linalg.eigvalsh(0.5 * (operator + operator.T)) > -1e-12)
 
 
+@pytest.mark.hard
 def test_modules_stay_as_they_are_where_most_is_shared(workshop: Workshop) -> None:
     """From tip to root on the tree of short branches the legs' multipliers are coupled: most statements belong to none
     of them."""
@@ -417,6 +422,7 @@ def platforms() -> str:
     return graph("stack", links, pins, "[ground_link]\npoints = { G0 = [0, 0], G1 = [0.4, 0.1], G2 = [0.8, 0] }")
 
 
+@pytest.mark.hard
 @pytest.mark.skipif(shutil.which("cc") is None, reason="there is no cc")
 def test_two_kinds_of_modules_may_read_the_same_hubs(workshop: Workshop, tmp_path: Path) -> None:
     written = Written(workshop.scene(hubs_in_a_row()), tmp_path)
@@ -456,6 +462,7 @@ def test_responses_fill_every_entry(workshop: Workshop, tmp_path: Path) -> None:
     assert np.all(du.reshape(count, 12)[:, 11] != 0.0)
 
 
+@pytest.mark.hard
 @pytest.mark.skipif(shutil.which("cc") is None, reason="there is no cc")
 def test_multipliers_are_left_out_where_there_is_no_room(tmp_path: Path) -> None:
     written = Written(load_scene(SCENES / "strandbeest.toml"), tmp_path)

@@ -29,6 +29,7 @@ from ccgen.runtime import Model, load_model, simulate
 from ..support.command_line import ccgen
 from ..support.effect_examples import EXAMPLES, SCENE
 from ..support.folders import ROOT
+from ..support.tiers import all_hard_but
 from ..support.workshop import Workshop
 
 FILES = sorted((ROOT / "scenes").glob("*.toml"))
@@ -39,6 +40,7 @@ SCENES: dict[str, Callable[[Workshop], Scene]] = {
     "chain": lambda workshop: chain(9),
     "pinned": lambda workshop: pinned(3, gravity=True),
 }
+FEW = ("falling-hexagon", "four-bar", "slider-crank", "every effect", "pinned")
 SAME = 1e-14
 """Relative difference of folded results: some tens of roundings."""
 SOLVING, FEW_LOOPS = ("acceleration", "impulse"), 6
@@ -49,7 +51,7 @@ STRIDE = 0.05
 """Largest step of a coordinate (rad, m) from one of these to the next."""
 
 
-@pytest.fixture(scope="module", params=SCENES)
+@pytest.fixture(scope="module", params=all_hard_but(*FEW, of=SCENES))
 def scene(request: pytest.FixtureRequest, workshop: Workshop) -> Scene:
     return SCENES[request.param](workshop)
 
@@ -291,6 +293,7 @@ def test_the_listing_says_that_it_is_folded(hexagon: Scene) -> None:
 # -- command line --------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.hard
 def test_fold_on_the_command_line(tmp_path: Path) -> None:
     done = ccgen("--links", "2", "--open", "--hinged", "--fold", at=tmp_path)
     assert (done.returncode, done.stdout, done.stderr) == (0, "build/hinged2\n", "")

@@ -178,7 +178,7 @@ def _acceleration(links: int) -> Counts:
     return _program(loop(links, gravity=True), "tip to root").function("acceleration").counts()
 
 
-@pytest.mark.slow
+@pytest.mark.hard
 def test_the_operations_of_the_acceleration_grow_linearly() -> None:
     sizes = np.array([4, 6, 8, 12, 16, 24, 32, 48, 64])
     totals = np.array([_acceleration(int(n)).total for n in sizes])
@@ -204,7 +204,7 @@ def test_the_longest_chain_of_expressions() -> None:
     assert _chain(x[0] ** 4 + 1, {}) == 3
 
 
-@pytest.mark.slow
+@pytest.mark.hard
 def test_the_longest_chain_of_a_ring_grows_with_half_of_it_and_less_in_segments() -> None:
     chain = {
         (n, plan): _program(loop(n), plan).function("acceleration").longest_chain()

@@ -15,6 +15,7 @@ from ccgen.runtime import HybridState, simulate
 
 from ..hard.fuzz import Toss, scene
 from ..support.folders import ROOT
+from ..support.tiers import hard
 from ..support.workshop import Workshop
 
 SCENES = ROOT / "scenes"
@@ -98,7 +99,7 @@ class _Pushes:
 
 
 @pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize("where", ["onto the ground", "in the air"])
+@pytest.mark.parametrize("where", ["onto the ground", hard("in the air")])
 def test_an_interrupted_run_goes_on_as_if_it_had_not_been(where: str, method: str, workshop: Workshop) -> None:
     """Wherever accelerations are asked for, within steps, searches for events and choices of what is held: the pieces
     joined are the whole run."""

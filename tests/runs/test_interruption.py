@@ -116,6 +116,7 @@ def test_ctrl_c_in_the_progress_of_a_batch_ends_it(tossed: Any) -> None:
     assert 0 < len(runs) <= 40 and not all(run.success for run in runs)
 
 
+@pytest.mark.hard
 @pytest.mark.parametrize("method", ["gauss", "dop853", "radau"])
 def test_a_run_of_many_links_ends_within_a_step(method: str, workshop: Workshop) -> None:
     """Steps of a hundred links take long, above all by radau; at 1e4 rad/s a run is many of them."""

@@ -16,6 +16,7 @@ from ccgen.runtime import load_model
 
 from ..hard.fuzz import scene
 from ..support.folders import ROOT
+from ..support.tiers import all_hard_but
 
 CORE = ROOT / "runtime" / "core"
 SANITIZERS = "-fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer -g -O1 -std=c11"
@@ -60,7 +61,7 @@ def compiled(program: str, scene_name: str, core: Path, folder: Path, *flags: st
     return folder / program
 
 
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("name", all_hard_but("rough", of=SCENES))
 def test_tosses_under_the_sanitizers(name: str, core: Path, tmp_path: Path) -> None:
     tosses = compiled("tosses", name, core, tmp_path)
     done = subprocess.run([tosses, COUNT], capture_output=True, text=True, check=False, timeout=600)

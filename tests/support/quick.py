@@ -24,7 +24,7 @@ def few_are_quick(names: Iterable[str], *quick: str) -> list[Any]:
 
 def is_quick(item: Any) -> bool:
     """Whether a test is quick: as its marks say, else neither it nor a fixture of it names what lasts."""
-    if item.get_closest_marker("slow"):
+    if item.get_closest_marker("slow") or item.get_closest_marker("hard"):
         return False
     if item.get_closest_marker("quick"):
         return True

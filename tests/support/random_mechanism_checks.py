@@ -12,6 +12,8 @@ from ..oracles.maximal import GROUND, Array
 from ..oracles.random_mechanisms import Sketch
 
 EXAMPLES = int(os.environ.get("CCGEN_MECHANISMS", "50"))
+FEW = 10
+"""As many are drawn in ``make test``; all in ``make hard``."""
 BOUND = 1e-10
 """Relative error of accelerations, joint forces and inverse dynamics."""
 

@@ -13,4 +13,4 @@ const struct tolerance_entry tolerance_entries[] = {ALL_TOLERANCES(ENTRY){NULL, 
 enum { ALL_TOLERANCES(NUMBER) };
 
 #define ORDER(less, more) {NUMBER_##less, NUMBER_##more},
-const int tolerance_orders[][2] = {ALL_ORDERS(ORDER){-1, -1}};
+const struct tolerance_order tolerance_orders[] = {ALL_ORDERS(ORDER){-1, -1}};

@@ -347,7 +347,12 @@ struct tolerance_entry {
 /* all of them; the last has no name */
 extern const struct tolerance_entry tolerance_entries[];
 
-/* [][2] numbers of entries that are ordered; the last pair is -1, -1 */
-extern const int tolerance_orders[][2];
+/* Two entries, by number */
+struct tolerance_order {
+    int less, more;
+};
+
+/* all pairs that are ordered; the last is -1, -1 */
+extern const struct tolerance_order tolerance_orders[];
 
 #endif

@@ -200,6 +200,21 @@ static void write_null_motions(const struct system *s, const double *q, int rank
     }
 }
 
+/* Correct x[n] along the motions null[count][n], with the factor of their masses, by more[count] of them, for what the forces b[n] miss. */
+static void correct_along(size_t n, size_t count, const double *null, const double *mass, const double *b, double *more,
+                          double *x)
+{
+    for (size_t j = 0; j < count; j++) {
+        more[j] = 0.0;
+        for (size_t l = 0; l < n; l++)
+            more[j] -= null[j * n + l] * b[l];
+    }
+    cholesky_solve((int)count, mass, more);
+    for (size_t j = 0; j < count; j++)
+        for (size_t l = 0; l < n; l++)
+            x[l] += more[j] * null[j * n + l];
+}
+
 enum outcome solve_in_nullspace(struct system *s, const double *q, int held, const double *y, const double *t,
                                 double nearest, affine *residual, const void *context, double *x, double *lambda)
 {
@@ -240,15 +255,7 @@ enum outcome solve_in_nullspace(struct system *s, const double *q, int held, con
         goto end;
     residual(s, q, context, x, b);
     for (int pass = 0; pass < (s->refine ? PASSES : 1); pass++) { /* refined where masses differ by many orders */
-        for (size_t j = 0; j < free_; j++) {
-            more[j] = 0.0;
-            for (size_t l = 0; l < n; l++)
-                more[j] -= null[j * n + l] * b[l];
-        }
-        cholesky_solve((int)free_, mass, more);
-        for (size_t j = 0; j < free_; j++)
-            for (size_t l = 0; l < n; l++)
-                x[l] += more[j] * null[j * n + l];
+        correct_along(n, free_, null, mass, b, more, x);
         residual(s, q, context, x, b);
     }
     if (s->refine && free_)
