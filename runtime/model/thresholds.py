@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .compiled import Compiled, nearest_power_of_two
+from .compiled import Compiled
 
 UNITS = {"": "", "length": "m", "length / time": "m/s", "time": "s", "unit": "rad or m"}
 """Units of what thresholds are times."""
@@ -41,16 +41,16 @@ def thresholds(model: Compiled) -> Iterator[Threshold]:
 def characteristic_time(model: Compiled) -> float:
     """The longest characteristic time (s) of a run: half a swing under gravity, or else the scene's duration.
 
-    Rounded to a power of two. A run that begins faster has a shorter one, half a turn at its largest rate.
+    A run that begins faster has a shorter one, half a turn at its largest rate.
     """
-    return model.time or nearest_power_of_two(model.duration)
+    return model.time or model.duration
 
 
 def thresholds_text(model: Compiled) -> str:
     """The table for a person to read."""
     kind, time = model.core.REAL, characteristic_time(model)
     rtol = model.data["run"]["rtol"]
-    told = "half a swing under gravity" if model.time else "the duration"
+    told = "about half a swing under gravity" if model.time else "the duration"
     lines = [
         f"{model.name}: rounding {float(np.finfo(kind).eps):.3g}, rtol {rtol:.3g}, length {model.length:.4g} m",
         f"characteristic time {time:.4g} s: {told}, or half a turn at the rate of a faster start",

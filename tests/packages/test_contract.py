@@ -104,7 +104,7 @@ def face_structures() -> dict[str, dict[str, str]]:
         name: {
             member: as_in_c(type_)
             for line in body.splitlines()
-            if line.strip()
+            if line.strip() not in ("", "pass")
             for member, type_ in declared(line.strip())
         }
         for name, body in found

@@ -80,7 +80,7 @@ def test_the_command_prints_each_with_its_reason(tmp_path: Path, monkeypatch: py
         assert re.search(
             rf"^{name}  .*\n    {re.escape(one.decides)}\n    because: {re.escape(one.because)}$", printed.output, re.M
         ), name
-    assert "characteristic time 1 s: half a swing under gravity" in printed.output
+    assert "characteristic time 1 s: about half a swing under gravity" in printed.output
     both = CliRunner().invoke(app, ["show", str(FALLING), "--tolerances", "--latex"])
     assert both.exit_code == 2
     assert "--tolerances" in both.stderr

@@ -14,13 +14,6 @@ static inline double power_of_two(double x)
     return ldexp(1.0, exponent);
 }
 
-/* The power of two whose ratio to x > 0 is least */
-static inline double nearest_power_of_two(double x)
-{
-    const double above = power_of_two(x);
-    return x * x < 0.5 * above * above ? 0.5 * above : above;
-}
-
 static inline void multiply(int n, double by, double *x)
 {
     for (int i = 0; i < n; i++)

@@ -2,7 +2,6 @@
 #include "model/scales.h"
 
 #include <math.h>
-#include "algebra/power_of_two.h"
 
 static const double HALF_TURN = 3.14159265358979323846;
 
@@ -34,7 +33,7 @@ static double heaviest(struct system *s, const double *q)
 
 enum outcome set_scales(struct system *s, double longest, double rate, const double *q)
 {
-    s->time = nearest_power_of_two(rate * longest > HALF_TURN ? HALF_TURN / rate : longest);
+    s->time = rate * longest > HALF_TURN ? HALF_TURN / rate : longest;
     s->energy = 1.0;
     set_units(s);
     const double found = s->size > 2 * s->n ? heaviest(s, q) : 0.0;
