@@ -28,7 +28,8 @@ struct ccgen_settings {
     double length; /* a length of the mechanism (m), as the largest of its links: the scale of what counts as shut; 1 */
     double
         time; /* its characteristic time (s), as half a swing of a pendulum of that length: the scale of what counts as an
-                    instant or as rest; a motion that begins faster has a shorter one. 0: told by how the motion begins */
+                    instant or as rest. 0: told by how the motion begins, half a turn at its largest rate or at the root of its largest
+                    acceleration */
     double duration; /* how long the motion is meant to go on (s): the longest that its time is if it is told so; 1 */
     const unsigned char
         *lengths; /* [nq] whether each coordinate is a length (m); NULL: the first are, those of the place

@@ -39,9 +39,9 @@ def thresholds(model: Compiled) -> Iterator[Threshold]:
 
 
 def characteristic_time(model: Compiled) -> float:
-    """The longest characteristic time (s) of a run: half a swing under gravity, or else the scene's duration.
+    """The characteristic time (s) of a run: that of gravity, or the scene's duration.
 
-    A run that begins faster has a shorter one, half a turn at its largest rate.
+    Without gravity a run that begins faster has a shorter one: half a turn at its largest rate.
     """
     return model.time or model.duration
 
@@ -50,10 +50,12 @@ def thresholds_text(model: Compiled) -> str:
     """The table for a person to read."""
     kind, time = model.core.REAL, characteristic_time(model)
     rtol = model.data["run"]["rtol"]
-    told = "about half a swing under gravity" if model.time else "the duration"
+    told = "about half a swing under gravity"
+    if model.time is None:
+        told = "the duration, or half a turn at the rate at which a run begins, if that is less"
     lines = [
         f"{model.name}: rounding {float(np.finfo(kind).eps):.3g}, rtol {rtol:.3g}, length {model.length:.4g} m",
-        f"characteristic time {time:.4g} s: {told}, or half a turn at the rate of a faster start",
+        f"characteristic time {time:.4g} s: {told}",
         "",
     ]
     for one in thresholds(model):

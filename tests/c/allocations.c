@@ -12,7 +12,7 @@
 #define OF(package, name) JOINED(package, name)
 
 enum { N = OF(MODEL, _n), TOSSES = 12 };
-static const double UNTIL = 1.0;
+static const double UNTIL = 2.0;
 static unsigned long long drawn = 1;
 static long asked, grown; /* calls of malloc, calloc and free; of realloc */
 
@@ -61,7 +61,7 @@ static struct {
 static void fly(struct ccgen_simulation *it)
 {
     struct ccgen_event event;
-    for (int events = 0; events < 300; events++)
+    for (int events = 0; events < 600; events++)
         if (ccgen_step_to_event(it, UNTIL, &event) || event.kind == CCGEN_NO_EVENT)
             break;
     const struct impacts *impacts = &it->run.impacts;
@@ -110,7 +110,7 @@ int main(void)
         settings.method = METHODS[i % 4];
         settings.law = LAWS[i / 4 % 3];
         settings.rtol = 1e-7;
-        settings.second_budget = 2000;
+        settings.rate_budget = 4000;
         settings.drift = i == 5 ? 2 : 0;
         settings.acceleration_scale = i % 6 == 4 ? 100.0 : 0.0; /* refined */
         for (int k = 0; k < N; k++)

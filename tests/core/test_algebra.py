@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,7 @@ SIZES = (1, 2, 3, 5, 8, 13)
 
 @pytest.fixture(scope="module")
 def core(tmp_path_factory: pytest.TempPathFactory) -> Functions:
-    return Functions(tmp_path_factory.mktemp("algebra"), "algebra")
+    return Functions(tmp_path_factory.mktemp("algebra"), "base", "algebra")
 
 
 def semidefinite(rng: np.random.Generator, n: int, rank: int) -> Array:
@@ -108,9 +109,9 @@ def test_semidefinite_systems(n: int, rank: int, core: Functions) -> None:
     rng = np.random.default_rng([n, rank, 3])
     W = semidefinite(rng, n, rank)
     r = W @ rng.normal(size=n)
-    core.library.semidefinite_scratch.restype = __import__("ctypes").c_size_t
-    x, scratch = np.zeros(n), np.zeros(core.library.semidefinite_scratch(n))
-    core.call("solve_semidefinite", n, W, r, x, scratch)
+    x, room = np.zeros(n), np.zeros(16, dtype=np.uint64)  # a struct semidefinite, pointers
+    core.call("take_semidefinite", core.arena, room, ctypes.c_size_t(n))
+    core.call("solve_semidefinite", n, W, r, x, room)
     wanted = np.linalg.pinv(W, rcond=1e-10) @ r
     assert np.abs(x - wanted).max() <= 1e-10 * np.abs(wanted).max()
     y = r.copy()

@@ -82,18 +82,18 @@ def vary(library: Library) -> Iterator[Any]:
         ctypes.c_double.in_dll(library.calls, name).value = _core.TOLERANCES[name].value
 
 
-def survey(library: Library, start: Start) -> tuple[str, list[int], list[tuple[int, float]], float]:
-    """How the motion ends, which contacts are then closed, its first three events, and its energy (J) at the end."""
+def survey(library: Library, start: Start) -> tuple[str, list[int], list[float], float]:
+    """How the motion ends, contacts closed then, times of its first three events (s), and its energy (J) at the end."""
     model, q, u, until = start
     outcome, run = library.create(model, rtol=1e-9, rate_budget=20000)
     assert outcome == "done"
     run.reset(q, u)
-    events: list[tuple[int, float]] = []
+    events: list[float] = []
     while True:
         outcome, event = run.step_to_event(until)
         if outcome != "done" or event.kind == 0:
             break
-        events = [*events, (event.contact, event.t)][:3]
+        events = [*events, event.t][:3]
         run.forget()
     _, q, u = run.motion()
     closed = [contact for contact, mode in enumerate(run.modes()) if mode != APART] if model.contacts else []
@@ -116,7 +116,6 @@ def test_no_survey_changes_its_class(
     for start, (outcome, closed, events, energy) in usual.values():
         found = survey(library, start)
         assert found[:2] == (outcome, closed)
-        assert [contact for contact, _ in found[2]] == [contact for contact, _ in events]
-        assert [t for _, t in found[2]] == pytest.approx([t for _, t in events], rel=SAME)
+        assert found[2] == pytest.approx(events, rel=SAME)
         if outcome == "done" and not start[0].contacts:
             assert found[3] == pytest.approx(energy, rel=SAME)

@@ -17,6 +17,7 @@ from ccgen.runtime import load_model
 
 from ..hard.fuzz import scene
 from ..support.folders import ROOT
+from ..support.tiers import all_hard_but
 
 CORE = ROOT / "runtime" / "core"
 WRAPPED = "-Wl,--wrap=malloc,--wrap=calloc,--wrap=realloc,--wrap=free"
@@ -58,7 +59,7 @@ def core(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "core.o"
 
 
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("name", all_hard_but("rough squares, which fall flat", of=SCENES))
 def test_nothing_is_allocated_between_calls(name: str, core: Path, tmp_path: Path) -> None:
     """And the tosses have met what needs most memory."""
     made, least = SCENES[name]

@@ -46,6 +46,12 @@ def built(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
     return folder, done.stdout
 
 
+@pytest.fixture(scope="module")
+def library(tmp_path_factory: pytest.TempPathFactory) -> Library:
+    """The core without a model."""
+    return Library(ROOT / "runtime", tmp_path_factory.mktemp("core") / "libccgen.so")
+
+
 def test_the_hexagon_flies_as_from_python(built: tuple[Path, str], workshop: Workshop) -> None:
     """Times of all impacts after the third, and the energy at the end."""
     printed = built[1]
@@ -85,8 +91,7 @@ def test_the_library_shows_names_with_its_prefix_alone(built: tuple[Path, str]) 
     assert all(name.startswith("ccgen_") or name.startswith("_") for name in names)
 
 
-def test_what_cannot_be_is_a_code(tmp_path: Path, workshop: Workshop) -> None:
-    library = Library(ROOT / "runtime", tmp_path / "libccgen.so")
+def test_what_cannot_be_is_a_code(library: Library, workshop: Workshop) -> None:
     hexagon = workshop.model(load_scene(SCENE))
     four_bar = workshop.model(load_scene(ROOT / "scenes" / "four-bar.toml"))
     for settings, expected in (({"method": b"euler"}, "unknown_method"), ({"law": b"hooke"}, "unknown_law")):
@@ -110,9 +115,8 @@ def test_what_cannot_be_is_a_code(tmp_path: Path, workshop: Workshop) -> None:
     assert library.outcome(999) == library.outcome(-1) == "no outcome"
 
 
-def test_a_simulation_is_used_again(tmp_path: Path, workshop: Workshop) -> None:
+def test_a_simulation_is_used_again(library: Library, workshop: Workshop) -> None:
     """After whatever it did before, and beside another of the same model, it does the same to the last bit."""
-    library = Library(ROOT / "runtime", tmp_path / "libccgen.so")
     model = workshop.model(load_scene(SCENE))
     q, u = model.start()
     one, two = (library.create(model)[1] for _ in range(2))
@@ -126,9 +130,8 @@ def test_a_simulation_is_used_again(tmp_path: Path, workshop: Workshop) -> None:
     assert ends[0] == ends[1] == ends[2]
 
 
-def test_what_is_recorded_is_what_was_reached(tmp_path: Path, workshop: Workshop) -> None:
+def test_what_is_recorded_is_what_was_reached(library: Library, workshop: Workshop) -> None:
     """Rows from the start to each event, two of one time for every impact; forgetting leaves the present one."""
-    library = Library(ROOT / "runtime", tmp_path / "libccgen.so")
     model = workshop.model(load_scene(SCENE))
     simulation = library.create(model)[1]
     q, u = model.start()
@@ -146,8 +149,7 @@ def test_what_is_recorded_is_what_was_reached(tmp_path: Path, workshop: Workshop
     assert simulation.rows()[0].tolist() == [reached[0]]
 
 
-def test_a_model_of_another_contract_is_refused(tmp_path: Path, workshop: Workshop) -> None:
-    library = Library(ROOT / "runtime", tmp_path / "libccgen.so")
+def test_a_model_of_another_contract_is_refused(library: Library, workshop: Workshop) -> None:
     model = workshop.model(load_scene(SCENE))
     other = Descriptor.from_buffer_copy(Descriptor.from_address(model.kernels.address))
     other.version += 1

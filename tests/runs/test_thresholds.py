@@ -40,7 +40,6 @@ def test_every_threshold_decides_something_in_the_core() -> None:
 
 
 ELSEWHERE = {
-    "algebra/semidefinite.c": (1, "rotations end at the last digit"),
     "complementarity/friction.c": (1, "shifts that break ties of the pivots, tried one after another"),
     "interface/simulation.c": (1, "the default of rtol"),
     "steps/event_search.c": (4, "roots end at the last digit; a zero is taken for just behind it"),

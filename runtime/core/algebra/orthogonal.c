@@ -2,6 +2,7 @@
 #include "algebra/orthogonal.h"
 
 #include <math.h>
+#include <string.h>
 
 int reduce_columns(int n, int columns, double *g, double nearest, double *diagonal, double *beta, int *order)
 {
@@ -72,4 +73,31 @@ void solve_transposed_triangle(int n, int rank, const double *g, const double *d
             x[k] -= g[(size_t)k * n + i] * x[i];
         x[k] /= diagonal[k];
     }
+}
+
+void take_least_norm(struct arena *arena, struct least_norm *room, size_t columns)
+{
+    room->rows = TAKE(arena, double, (columns * columns));
+    room->diagonal = TAKE(arena, double, columns);
+    room->beta = TAKE(arena, double, columns);
+    room->right = TAKE(arena, double, columns);
+}
+
+void find_least_norm(int n, int columns, int rank, const double *g, const double *diagonal, const double *beta,
+                     const int *order, const double *length, const double *weight, double *b,
+                     const struct least_norm *room, double *x)
+{
+    reflect(n, rank, g, beta, 1, b);
+    for (int k = 0; k < rank; k++)
+        for (int j = 0; j < columns; j++) {
+            const double entry = j < k ? 0.0 : j == k ? diagonal[k] : g[(size_t)j * n + k];
+            const double scaled = length ? entry * length[order[j]] : entry;
+            room->rows[(size_t)k * columns + order[j]] = weight ? scaled * weight[order[j]] : scaled;
+        }
+    memset(x, 0, columns * sizeof *x);
+    memcpy(room->right, b, rank * sizeof *b);
+    const int kept = reduce_columns(columns, rank, room->rows, 0.0, room->diagonal, room->beta, NULL);
+    solve_transposed_triangle(columns, kept, room->rows, room->diagonal, room->right);
+    memcpy(x, room->right, kept * sizeof *x);
+    reflect(columns, kept, room->rows, room->beta, 0, x);
 }

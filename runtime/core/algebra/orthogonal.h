@@ -2,7 +2,7 @@
 #ifndef CCGEN_ORTHOGONAL_H
 #define CCGEN_ORTHOGONAL_H
 
-#include "base/real.h"
+#include "base/arena.h"
 
 /* Householder reflections that turn columns of g[columns][n] (stored column by column) into an upper triangle, the longest
  * remaining column first when `order` is given; returns how many columns count: one nearer to the span of the others than
@@ -15,5 +15,18 @@ void reflect(int n, int rank, const double *g, const double *beta, int transpose
 
 /* x <- T^-T x for the upper triangle left by `reduce_columns` */
 void solve_transposed_triangle(int n, int rank, const double *g, const double *diagonal, double *x);
+
+/* Room for a second factorisation, of the rows of a triangle */
+struct least_norm {
+    double *rows, *diagonal, *beta, *right; /* [columns][columns], [columns] */
+};
+
+void take_least_norm(struct arena *arena, struct least_norm *room, size_t columns);
+
+/* x[columns] of least norm with b = sum of x[j] times column j times its length times its weight (each 1 where that is NULL), the columns
+ * being those of which `reduce_columns` has kept `rank` in g. What of b[n] they do not reach is left out; b is destroyed. */
+void find_least_norm(int n, int columns, int rank, const double *g, const double *diagonal, const double *beta,
+                     const int *order, const double *length, const double *weight, double *b,
+                     const struct least_norm *room, double *x);
 
 #endif

@@ -1,87 +1,36 @@
-/* Symmetric positive semidefinite systems: Cholesky's factor where all pivots keep their digits, else eigenvalues, whose small ones
- * are left out. */
+/* Symmetric positive semidefinite systems: Cholesky's factor where all pivots keep their digits, else the solution of least norm
+ * by orthogonal factorisation, where a column nearer than DEPENDENT_PIVOT to the span of the others does not count. */
 #include "algebra/semidefinite.h"
 
-#include <math.h>
 #include <string.h>
 
 #include "algebra/cholesky.h"
 #include "base/tolerances.h"
 
-/* Eigenvalues of symmetric a[n][n] on its diagonal and eigenvectors in the columns of v, by cyclic Jacobi rotations. */
-static void eigen(int n, double *a, double *v)
+void take_semidefinite(struct arena *arena, struct semidefinite *room, size_t n)
 {
-    memset(v, 0, (size_t)n * n * sizeof *v);
-    for (int i = 0; i < n; i++)
-        v[i * n + i] = 1.0;
-    for (int sweep = 0; sweep < 60; sweep++) {
-        double off = 0.0, all = 0.0;
-        for (int i = 0; i < n; i++)
-            for (int j = 0; j < n; j++) {
-                all += a[i * n + j] * a[i * n + j];
-                off += i == j ? 0.0 : a[i * n + j] * a[i * n + j];
-            }
-        if (off <= 1e-32 * all)
-            return;
-        for (int p = 0; p < n; p++)
-            for (int q = p + 1; q < n; q++) {
-                if (a[p * n + q] == 0.0)
-                    continue;
-                const double theta = 0.5 * (a[q * n + q] - a[p * n + p]) / a[p * n + q];
-                const double t = copysign(1.0, theta) / (fabs(theta) + sqrt(theta * theta + 1.0));
-                const double c = 1.0 / sqrt(t * t + 1.0), s = t * c;
-                for (int i = 0; i < n; i++) {
-                    const double x = a[i * n + p], y = a[i * n + q];
-                    a[i * n + p] = c * x - s * y;
-                    a[i * n + q] = s * x + c * y;
-                }
-                for (int i = 0; i < n; i++) {
-                    const double x = a[p * n + i], y = a[q * n + i];
-                    a[p * n + i] = c * x - s * y;
-                    a[q * n + i] = s * x + c * y;
-                    const double g = v[i * n + p], h = v[i * n + q];
-                    v[i * n + p] = c * g - s * h;
-                    v[i * n + q] = s * g + c * h;
-                }
-            }
-    }
+    room->a = TAKE(arena, double, (n * n));
+    room->right = TAKE(arena, double, n);
+    room->diagonal = TAKE(arena, double, n);
+    room->beta = TAKE(arena, double, n);
+    room->order = TAKE(arena, int, n);
+    take_least_norm(arena, &room->least_norm, n);
 }
 
-/* x of least norm with a x = r for symmetric positive semidefinite a[n][n]; a is destroyed, v[n][n] is scratch. */
-static void least_norm(int n, double *a, double *v, const double *r, double *x)
+void solve_semidefinite(int n, const double *W, const double *r, double *x, const struct semidefinite *room)
 {
-    double largest = 0.0;
-    eigen(n, a, v);
-    for (int i = 0; i < n; i++)
-        largest = fmax(largest, a[i * n + i]);
-    memset(x, 0, n * sizeof *x);
-    for (int j = 0; j < n; j++) {
-        if (a[j * n + j] <= DEPENDENT_PIVOT * largest)
-            continue;
-        double c = 0.0;
-        for (int i = 0; i < n; i++)
-            c += v[i * n + j] * r[i];
-        c /= a[j * n + j];
-        for (int i = 0; i < n; i++)
-            x[i] += c * v[i * n + j];
-    }
-}
-
-size_t semidefinite_scratch(int n)
-{
-    return 2 * (size_t)n * n;
-}
-
-void solve_semidefinite(int n, const double *W, const double *r, double *x, double *scratch)
-{
-    double *a = scratch, *v = a + (size_t)n * n;
-    if (cholesky(n, W, n, NULL, DEPENDENT_PIVOT, a)) {
-        memcpy(a, W, (size_t)n * n * sizeof *a);
-        least_norm(n, a, v, r, x);
+    memcpy(x, r, (size_t)n * sizeof *x);
+    if (!cholesky(n, W, n, NULL, DEPENDENT_PIVOT, room->a)) {
+        cholesky_solve(n, room->a, x);
         return;
     }
-    memcpy(x, r, (size_t)n * sizeof *x);
-    cholesky_solve(n, a, x);
+    memcpy(room->a, W, (size_t)n * n * sizeof *room->a); /* its rows are its columns */
+    memcpy(room->right, r, (size_t)n * sizeof *r);
+    for (int j = 0; j < n; j++)
+        room->order[j] = j;
+    const int rank = reduce_columns(n, n, room->a, DEPENDENT_PIVOT, room->diagonal, room->beta, room->order);
+    find_least_norm(n, n, rank, room->a, room->diagonal, room->beta, room->order, NULL, NULL, room->right,
+                    &room->least_norm, x);
 }
 
 int solve_definite_well(int n, const double *W, double *x, double *scratch)

@@ -44,7 +44,7 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT };
       "pivots keep ten digits, see WELL_PIVOT") \
     X(MIXED, CCGEN_LIMIT(1e-4, 1e-1), OF_RELATIVE, \
       "the part of the largest terms of all rows that counts as a row's own", \
-      "rows of light links beside far heavier ones lose digits to them: at the ratio of 1e4 a row still has the six digits that CONSISTENT asks for there") \
+      "CONSISTENT times it is 1e-14 of those terms: some tens of their roundings") \
     X(SINGULAR_MODES, CCGEN_LIMIT(1e-11, 1e-5), OF_RELATIVE, \
       "a choice of sticking and sliding with such a pivot has no impulses of its own", \
       "as DEPENDENT_PIVOT") \
@@ -72,10 +72,10 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT };
       "places are sums over the links: some thousand roundings; less than any gap_tolerance") \
     X(RANK_TOLERANCE, CCGEN_LIMIT(1e-10, 4e-5), OF_RELATIVE, \
       "rows this near to dependence are dependent", \
-      "at the distance sigma accelerations along the null space are known to rounding / sigma^2 in the elimination: at 1e-8 to nothing, at 1e-10 not even as lengths") \
+      "at the distance sigma the closure fixes places across to rounding / sigma (docs/theory, section 8): here to 2e-6 of the length, more than a tolerance lets pass") \
     X(RANK_TOLERANCE_PROJECTED, CCGEN_LIMIT(1e-5, 6e-3), OF_RELATIVE, \
       "rows this near are taken for dependent where a state is put back", \
-      "a step back of sigma^-1 times the miss stays below the root of rounding, where the closure is no longer linear") \
+      "a way back of miss / sigma has a second-order part, (miss / sigma)^2: from here on no more than 1e-14 where the miss is 1e-12") \
     X(REFINED_ENOUGH, CCGEN_LIMIT(1e-12, 5e-6), OF_RELATIVE, \
       "a last correction that is less is rounding", \
       "some thousand roundings of the unreduced equations") \
@@ -94,7 +94,7 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT };
       "as SHUT: more than sums of rounded places do") \
     X(LEFT_OUT_LATER, 0.01, OF_RELATIVE, \
       "how much nearer to dependence a row may be where leaving it out does not do", \
-      "two such steps go from RANK_TOLERANCE_PROJECTED to RANK_TOLERANCE and a bit") \
+      "two such steps and a half lead from RANK_TOLERANCE_PROJECTED to RANK_TOLERANCE") \
     X(SLIDING_PIVOT, CCGEN_LIMIT(1e-12, 5e-6), OF_RELATIVE, \
       "friction of sliding contacts with such a pivot jams", \
       "as REFINED_ENOUGH: forces on the null-space path are known to that") \
@@ -171,7 +171,7 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT };
       "as REST_SPEED") \
     X(FORESEEN, 10.0, OF_RELATIVE, \
       "times what samples do not foretell: a force nearer to zero is looked at more closely", \
-      "an interpolant misses between its samples about as much as at every other one; ten times leaves a digit") \
+      "what every other sample misses of the rest shrinks sixteenfold with half the distance; ten times is on the safe side") \
     X(JAGGED, 0.1, OF_RELATIVE, \
       "part of a force that samples may not foretell, and yet may be rounding", \
       "chosen: where a loop is all but flat forces have one digit or none") \
@@ -204,16 +204,16 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT };
       "a projection goes as 1 / sigma; elsewhere sigma is above a quarter") \
     X(SIGMA_DROP, 0.05, OF_RELATIVE, \
       "how much nearer to dependence rows come in passing than elsewhere in the step", \
-      "sigma is linear beside its zero: least of 33 samples of such a valley is below a thirtieth") \
+      "the looks come within a thousandth of a step of a zero; what stays above a twentieth there is a narrow place, no passage") \
     X(SIGMA_DROP_COARSE, 0.3, OF_RELATIVE, \
       "the same at a first look", \
-      "of nine samples the least is below a sixth of the largest, twice that for a bend") \
+      "of nine looks over a step and a half one is within a tenth of a step of the zero; three times that where the way bends") \
     X(LOOK_AHEAD, 1.5, OF_RELATIVE, \
       "steps so far ahead in which a singular configuration is looked for", \
       "a step that ends before it leaves the next half a step") \
     X(PLACED, 0.05, OF_RELATIVE, \
       "part of a step by which a configuration may be beside its place", \
-      "stages lie a twentieth of a step from it, see CLEAR") \
+      "between two stages there is a tenth of a step or more, and half of that may be lost") \
     X(MARGIN, 4.0, OF_RELATIVE, \
       "a gap is the sum of so many of what is unknown of places", \
       "a contact, its two links and the ground") \
@@ -249,14 +249,14 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT };
       "no digit is right") \
     X(TANGENT, 16.0, OF_RELATIVE, \
       "times rounding / sigma^2: what the direction of the motion is known to", \
-      "as ACROSS_KNOWN, over the four rows that meet") \
+      "chosen: a quarter of ACROSS_KNOWN, for the work is less than the force times the whole speed") \
     X(OFTEN, 0.1, OF_RELATIVE, \
       "of what a step may miss: less is not looked into", \
       "it decides about time only") \
     /* hybrid */ \
     X(REST_TIME, CCGEN_LIMIT(1e-11, 1e-5), OF_TIME, \
       "bounces over so soon are over", \
-      "a hundred times what a time is known to after some hundred events") \
+      "some hundred times what a time is known to after a hundred events") \
     X(PRESSED, CCGEN_LIMIT(1e-9, 1e-4), OF_RELATIVE, \
       "an acceleration that is this part of the largest is rounding", \
       "ten times CONSISTENT") \
@@ -265,7 +265,7 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT };
       "chosen: a wide margin, for what is not asked is taken for apart") \
     X(SHARED, 1e-4, OF_RELATIVE, \
       "of the accelerations of links: gaps are not known to accelerate by less times PRESSED", \
-      "as MIXED") \
+      "PRESSED times it is 1e-13 of those: what differences of them are known to") \
     X(ONWARD, CCGEN_LIMIT(1e-6, 1e-3), OF_RELATIVE, \
       "part of the largest acceleration by which a change decides what vanishes", \
       "a thousand times PRESSED: seen, and too small to change what is decided otherwise") \
@@ -289,7 +289,7 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT };
       "some thousand roundings of the impulses that limit it") \
     X(EDGE_GIVEN, CCGEN_LIMIT(1e-6, 1e-3), OF_RELATIVE, \
       "the same where a contact has just begun to slide, by an event that was located on that limit", \
-      "an event is located to the last digit of the time: over a step forces change by that times their rate, a millionth at most") \
+      "chosen: what others that begin to slide at the same instant change of the forces is more than rounding") \
     X(INSTANT, CCGEN_LIMIT(1e-10, 1e-4), OF_TIME, \
       "events within such a time crowd", \
       "ten times REST_TIME") \

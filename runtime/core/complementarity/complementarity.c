@@ -31,11 +31,12 @@ static double residual(int n, const double *W, const double *b, const double *P,
 }
 
 /* All contacts pushing: P = -W^-1 b, of least norm where rows are dependent. 0 if it is a solution. */
-static int all_push(int n, const double *W, const double *b, double scale, double *scratch, double *r, double *P)
+static int all_push(int n, const double *W, const double *b, double scale, const struct semidefinite *room, double *r,
+                    double *P)
 {
     for (int i = 0; i < n; i++)
         r[i] = -b[i];
-    solve_semidefinite(n, W, r, P, scratch);
+    solve_semidefinite(n, W, r, P, room);
     double size;
     int wrong = 0;
     for (int i = 0; i < n; i++)
@@ -104,7 +105,9 @@ int solve_complementarity(struct arena *arena, int n, const double *W, const dou
     if (n <= 0)
         return 0;
     const struct mark mark = arena->top;
-    double *scratch = TAKE(arena, double, semidefinite_scratch(n)), *r = TAKE(arena, double, n);
+    struct semidefinite room;
+    take_semidefinite(arena, &room, n);
+    double *r = TAKE(arena, double, n);
     double *a = TAKE(arena, double, ((size_t)n * n)), *d = TAKE(arena, double, n);
     int *set = TAKE(arena, int, n);
     char *settled = TAKE(arena, char, n); /* whose z is rounding as long as the others push as they do */
@@ -114,7 +117,7 @@ int solve_complementarity(struct arena *arena, int n, const double *W, const dou
     double scale = 0.0;
     for (int i = 0; i < n; i++)
         scale = fmax(scale, fabs(b[i]));
-    if (!all_push(n, W, b, scale, scratch, r, P)) {
+    if (!all_push(n, W, b, scale, &room, r, P)) {
         failed = 0;
         goto end;
     }

@@ -36,35 +36,6 @@ static void take_factors(struct arena *arena, struct factors *f, size_t n, size_
     f->order = TAKE(arena, int, rows);
 }
 
-/* Least-norm multipliers lambda[rows] with A^T lambda = force: a second factorisation, of the triangle's rows. */
-static enum outcome least_norm(struct arena *arena, int n, int rows, int rank, const struct factors *f,
-                               const double *weight, double *force, double *lambda)
-{
-    const struct mark mark = arena->top;
-    double *rows_of = TAKE(arena, double, ((size_t)rows * rank));
-    double *d = TAKE(arena, double, rank), *b = TAKE(arena, double, rank), *x = TAKE(arena, double, rank);
-    const enum outcome outcome = arena->ran_out ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
-    if (outcome)
-        goto end;
-    reflect(n, rank, f->g, f->beta, 1, force);
-    for (int k = 0; k < rank; k++)
-        for (int j = 0; j < rows; j++) {
-            const double entry = j < k ? 0.0 : j == k ? f->diagonal[k] : f->g[(size_t)j * n + k];
-            rows_of[(size_t)k * rows + f->order[j]] = entry * f->length[f->order[j]] * weight[f->order[j]];
-        }
-    memset(lambda, 0, rows * sizeof *lambda);
-    memcpy(x, force, rank * sizeof *x);
-    const int kept = reduce_columns(rows, rank, rows_of, 0.0, d, b, NULL);
-    solve_transposed_triangle(rows, kept, rows_of, d, x);
-    memcpy(lambda, x, kept * sizeof *lambda);
-    reflect(rows, kept, rows_of, b, 0, lambda);
-    for (int j = 0; j < rows; j++)
-        lambda[j] *= weight[j];
-end:
-    give_back(arena, mark);
-    return outcome;
-}
-
 /* The rows of A, then those of driven joints, then those of held contacts, as columns of g; their right-hand sides from
  * y[rows + held]; lengths that make them comparable. push[contacts] are zeros. */
 static void write_rows(struct system *s, const double *q, int held, const double *y, const double *t, double *push,
@@ -223,7 +194,9 @@ enum outcome solve_in_nullspace(struct system *s, const double *q, int held, con
     struct arena *arena = s->arena;
     const struct mark mark = arena->top;
     struct factors f;
+    struct least_norm room;
     take_factors(arena, &f, n, rows);
+    take_least_norm(arena, &room, rows);
     double *weight = TAKE(arena, double, rows), *every = TAKE(arena, double, rows);
     double *null = TAKE(arena, double, (n * n)), *mass = TAKE(arena, double, (n * n));
     double *b = TAKE(arena, double, n), *p = TAKE(arena, double, n), *more = TAKE(arena, double, n);
@@ -262,8 +235,10 @@ enum outcome solve_in_nullspace(struct system *s, const double *q, int held, con
         note_inexact(s, x, (int)free_, more, t ? s->acceleration_scale : 0.0);
     for (size_t i = 0; i < n; i++)
         b[i] *= s->unit[i];
-    if ((outcome = least_norm(arena, (int)n, (int)rows, rank, &f, weight, b, every)))
-        goto end;
+    find_least_norm((int)n, (int)rows, rank, f.g, f.diagonal, f.beta, f.order, f.length, weight, b, &room, every);
+    for (size_t j = 0; j < rows; j++)
+        every[j] *= weight[j];
+    outcome = OUTCOME_DONE;
     memcpy(lambda, every, m->rows * sizeof *lambda);
     memcpy(lambda + m->rows, every + fixed, held * sizeof *lambda);
 end:

@@ -18,7 +18,6 @@
 #include <string.h>
 
 #include "algebra/power_of_two.h"
-#include "algebra/semidefinite.h"
 #include "base/tolerances.h"
 #include "complementarity/complementarity.h"
 #include "complementarity/friction.h"
@@ -143,7 +142,7 @@ static int fixed(struct decision *d, int i, const signed char *mode)
             W[a * m + b] = d->W[row[a] * all + row[b]];
         r[a] = d->W[row[a] * all + i];
     }
-    solve_semidefinite(m, W, r, x, d->part.scratch);
+    solve_semidefinite(m, W, r, x, &d->part.room);
     for (int a = 0; a < m; a++)
         left -= r[a] * x[a];
     return left <= IMPLIED_SHARE * d->W[i * all + i];

@@ -9,7 +9,6 @@
 
 #include <math.h>
 
-#include "algebra/semidefinite.h"
 #include "base/tolerances.h"
 #include "constraints/delassus.h"
 #include "motion/derivative.h"
@@ -39,10 +38,10 @@ int take_decision(struct decision *d, struct system *s)
                 .b = TAKE(arena, double, rows),
                 .x = TAKE(arena, double, rows),
                 .mu = TAKE(arena, double, c),
-                .scratch = TAKE(arena, double, semidefinite_scratch((int)rows)),
                 .mode = TAKE(arena, signed char, c),
             },
     };
+    take_semidefinite(arena, &d->part.room, rows);
     return arena->ran_out;
 }
 

@@ -2,14 +2,15 @@
 #ifndef CCGEN_DECISION_H
 #define CCGEN_DECISION_H
 
+#include "algebra/semidefinite.h"
 #include "hybrid/vanishing.h"
 
 /* A smaller problem */
 struct part {
-    int *row; /* [2 contacts] the rows that it has */
-    double *W, *b, *x, *mu,
-        *scratch;      /* [2 contacts]^2, [2 contacts], [2 contacts], [contacts]; semidefinite_scratch(2 contacts) */
-    signed char *mode; /* [contacts] */
+    int *row;                 /* [2 contacts] the rows that it has */
+    double *W, *b, *x, *mu;   /* [2 contacts]^2, [2 contacts], [2 contacts], [contacts] */
+    signed char *mode;        /* [contacts] */
+    struct semidefinite room; /* for 2 contacts */
 };
 
 struct decision {

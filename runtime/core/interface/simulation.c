@@ -150,14 +150,12 @@ static void clear_record(struct run *run)
     run->modes.count = run->modes.contact_count = 0;
 }
 
-/* How fast (1/s) the state in the phase moves or, where no time of the mechanism is known, begins to */
-static double rate_of_start(struct ccgen_simulation *it)
+/* How fast (1/s) the state in the phase moves, or begins to */
+static double rate_of_start(struct phase *f)
 {
-    struct phase *f = &it->phase;
-    const double speed = fastest(&it->system, f->y + it->system.n);
-    if (it->time > 0.0 || evaluate_derivative(f))
-        return speed;
-    return fmax(speed, sqrt(fastest(&it->system, f->dy + it->system.n)));
+    const struct system *s = f->s;
+    const double speed = fastest(s, f->y + s->n);
+    return evaluate_derivative(f) ? speed : fmax(speed, sqrt(fastest(s, f->dy + s->n)));
 }
 
 /* Begin at time t from the state in the phase. */
@@ -176,8 +174,9 @@ static enum outcome begin(struct ccgen_simulation *it, double t)
     start_automaton(&it->automaton);
     enum outcome outcome = project_position(&it->system, f->y);
     outcome = outcome ? outcome : project_velocity(&it->system, f->y, f->y + it->system.n);
-    const enum outcome scaled =
-        set_scales(&it->system, it->time > 0.0 ? it->time : it->run.duration, outcome ? 0.0 : rate_of_start(it), f->y);
+    const int known = it->time > 0.0; /* a time of the mechanism: else how it begins tells one */
+    const double longest = known ? it->time : run->duration, rate = known || outcome ? 0.0 : rate_of_start(f);
+    const enum outcome scaled = set_scales(&it->system, longest, rate, f->y);
     return outcome ? outcome : scaled;
 }
 
