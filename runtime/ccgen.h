@@ -44,7 +44,7 @@ struct ccgen_settings {
     double fixed_step;         /* s; 0: as the tolerances ask for */
     int drift;                 /* how loops are kept shut, a number that ccgen_drift_name names; 0: by projection */
     long step_budget;          /* steps in all; ten million */
-    long rate_budget;          /* steps and events within a tenth of the duration; 200,000 */
+    long rate_budget;          /* steps and events within a characteristic time, or a tenth of the duration; 200,000 */
     const double *stops;       /* [stop_count] times that grow, at which steps end: where inputs have kinks */
     size_t stop_count;
     /* the model's inputs[inputs] at a state; NULL: all are 0. A nonzero answer interrupts the motion. */
@@ -75,7 +75,8 @@ struct ccgen_simulation;
 CCGEN_PUBLIC int ccgen_create(const struct ccgen_model *model, const struct ccgen_settings *settings,
                               struct ccgen_simulation **simulation);
 
-/* Begin at time t from q[nq], u[nu], which are put onto the closure. What was recorded before is forgotten. */
+/* Begin at time t from q[nq], u[nu], which are put onto the closure. What was recorded before is forgotten. Where settings tell no
+ * time, the inputs at the start are asked for. */
 CCGEN_PUBLIC int ccgen_reset(struct ccgen_simulation *simulation, double t, const double *q, const double *u);
 
 /* Go on to the next event and past it, with its impacts and the choice of the contacts that are held then, or to `until`. */

@@ -14,9 +14,11 @@ cdef class Kernels(Contacting):
         bound.rtol, bound.atol = times[2], times[3]
         cdef _Memory memory = _Memory()
         cdef system s = self._system(memory)
+        cdef real[::1] unit = empty(2 * self.m.nu + 1)  # other calls have other scales
+        s.unit = &unit[0]
         if scales is not None:
             s.time, s.energy = scales
-            set_units(&s)
+        set_units(&s)
         cdef real[::1] inputs = np.array(self.inputs)
         s.inputs = &inputs[0]
         if supply is not None:
@@ -58,7 +60,7 @@ cdef class Kernels(Contacting):
         cdef ccgen_simulation *it = NULL
         outcome = ccgen_create(self.m, &asked, &it)
         if outcome:
-            raise MemoryError if it is NULL else RuntimeError(OUTCOMES[outcome])
+            raise MemoryError if OUTCOMES[outcome] == "no_memory" else RuntimeError(OUTCOMES[outcome])
         try:
             if supply is not None:
                 supply.attach(&it.system)

@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 EARTH = 9.81
 """With π² in its place the characteristic time would be half a swing to the last digit; it is 0.3 % less."""
 FALLS = 1e3
-"""Gravity under which that takes longer than this, times the scene's duration, tells no time: it moves nothing
-by a millionth of the mechanism's length then."""
+"""Gravity under which that takes longer than this, times the scene's duration, tells no time: in the
+duration it moves nothing by five millionths of the mechanism's length."""
 
 
 class Compiled:
@@ -103,7 +103,7 @@ class Compiled:
         """
         gravity = max((abs(self._parameters[path]) for path in self.data["accelerations"]), default=0.0)
         time = math.sqrt(EARTH * self.length / gravity) if gravity else math.inf
-        return time if time <= FALLS * self.duration else None
+        return time if math.isfinite(time) and time <= FALLS * self.duration else None
 
     @property
     def duration(self) -> float:

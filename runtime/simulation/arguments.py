@@ -18,7 +18,7 @@ from ..model.model import Model
 STEP_BUDGET = 10_000_000
 """Steps of a run, refused ones included."""
 RATE_BUDGET = 200_000
-"""Steps, refused ones and events included, within a tenth of the scene's duration."""
+"""Steps, refused ones and events included, within a characteristic time, or a tenth of the duration if that is less."""
 LEAST = {"float": 1e-6, "double": 1e-15, "wide": 1e-18}
 """Least tolerance by the precision of a model's numbers."""
 DRIVEN = 1e-6

@@ -29,7 +29,7 @@ def message_of(model: Model, until: float, found: dict[str, Any], fixed: bool) -
         "not_closed": "the loops cannot be kept closed; ask for a smaller rtol",
         **{key: failed_impact(key, contact, model.data["law"]) for key in ("repeats", "jammed", "gained")},
         "budget": f"{STEP_BUDGET} steps are spent; ask for a larger rtol or an earlier end",
-        "crowded": f"{RATE_BUDGET} steps and events within a tenth of the scene's duration are spent; ask for a larger "
+        "crowded": f"{RATE_BUDGET} steps and events within a characteristic time are spent; ask for a larger "
         "rtol, or change the start a little if the mechanism is jammed there",
         "escaped": f"a step of fixed length takes {contact.replace(' on ', ' behind the surface of ')}; take a smaller "
         "step, or leave its length to rtol"

@@ -123,6 +123,7 @@ until = 5.0
 """A double pendulum whose tip strikes rough ground; at some impact Newton's law would add energy."""
 
 
+@pytest.mark.hard
 def test_run_that_stops_early(tmp_path: Path) -> None:
     (tmp_path / "kane.toml").write_text(KANE)
     done = ccgen("run", "kane.toml", "--out", "here", "--gif", at=tmp_path)

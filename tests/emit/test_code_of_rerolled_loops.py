@@ -154,6 +154,7 @@ LOOPED: dict[str, str] = {
 }
 
 
+@pytest.mark.hard
 @pytest.mark.skipif(shutil.which("cc") is None, reason="there is no cc")
 @pytest.mark.parametrize("name", all_hard_but("theta", of=LOOPED))
 def test_loops_are_bitwise_the_code_written_out(name: str, workshop: Workshop, tmp_path: Path) -> None:

@@ -59,6 +59,7 @@ def generated(tmp_path_factory: pytest.TempPathFactory) -> list[dict[str, bytes]
     return found
 
 
+@pytest.mark.hard
 def test_same_bytes_under_three_hash_seeds_and_from_other_folders(generated: list[dict[str, bytes]]) -> None:
     first = generated[0]
     assert sum(name.endswith("equations.txt") for name in first) == 2
@@ -91,6 +92,7 @@ FOUR_EQUAL = [21, 25, 33, 49, 65]
 """Rings of a root and four equal segments."""
 
 
+@pytest.mark.hard
 @pytest.mark.slow
 def test_operations_grow_in_proportion_to_the_links() -> None:
     """Counts over n = 4 ... 64 fitted with a power of n: exponent at most 1.05."""
@@ -119,6 +121,7 @@ def test_a_further_link_costs_the_same_wherever_it_comes(form: str, plan: str, s
     assert steps.max() <= 1.02 * np.median(steps)
 
 
+@pytest.mark.hard
 def test_operations_of_a_ladder_grow_in_proportion_to_its_loops(workshop: Workshop) -> None:
     loops = [2, 4, 8, 16]
     counts = [_operations(workshop.scene(mechanisms.ladder(n).toml())) for n in loops]

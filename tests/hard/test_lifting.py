@@ -209,6 +209,7 @@ def test_a_row_of_a_table_beside_the_lift_off(beside: float, after: float, works
         assert float(np.max(np.abs(found.q[:, 2]))) <= 1e-12
 
 
+@pytest.mark.hard
 @pytest.mark.parametrize("law", [hard("newton"), "poisson", hard("stronge")])
 def test_a_slider_with_clearance(law: str, workshop: Workshop, reach: Reach) -> None:
     """Between two rails, sliding on two corners, it is lifted by a force that grows: it leaves with both at once,

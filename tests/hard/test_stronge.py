@@ -57,6 +57,7 @@ def test_a_rod_strikes_rough_ground(case: Any, workshop: Workshop, reach: Reach)
     assert found.energy_loss >= 0.0
 
 
+@pytest.mark.hard
 @pytest.mark.parametrize("e", [0.0, 0.5, 1.0])
 def test_three_laws_agree_without_friction(e: float, workshop: Workshop, reach: Reach) -> None:
     """At one contact, and at several of one e, struck at once."""

@@ -323,6 +323,7 @@ def test_a_light_coupler_comes_to_the_one_without_mass(workshop: Workshop) -> No
 # -- Strandbeest -------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.hard
 def test_strandbeest_flies_with_the_momentum_that_it_has(workshop: Workshop) -> None:
     path = SCENES / "strandbeest.toml"
     model, joined = workshop.model(load_scene(path)), joint_scenes.read(path)

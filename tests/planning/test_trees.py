@@ -94,6 +94,7 @@ def test_links_without_inertia_keep_the_tree(tmp_path: Any) -> None:
     assert other_tree(mechanism, short, ()) is short
 
 
+@pytest.mark.hard
 def test_the_same_tree_under_other_hash_seeds(tmp_path: Any) -> None:
     path = tmp_path / "mechanism.toml"
     path.write_text(graphs.mechanism("mechanism", NEAR_CHAINS["afloat"], seed=5).toml())

@@ -265,6 +265,7 @@ def test_folded_c_has_no_warnings(name: str, workshop: Workshop, tmp_path: Path)
     assert done.returncode == 0, done.stderr
 
 
+@pytest.mark.hard
 def test_the_listing_is_the_same_for_every_seed(tmp_path: Path) -> None:
     file = tmp_path / "all.toml"
     file.write_text(SCENE + "".join(EXAMPLES.values()))

@@ -112,6 +112,10 @@ CASES = {
 }
 
 
+UNDERFLOW = 1e-300
+"""Numbers this small have lost bits in one unit that they have in another."""
+
+
 def in_old_units(run: Run, units: Units) -> tuple[Any, Any, Any]:
     """Times and states of the run, in the units in which it was first."""
     by = units.coordinates(run.model)
@@ -125,7 +129,11 @@ def decisions(run: Run) -> Any:
 
 @pytest.mark.parametrize("case", CASES)
 @pytest.mark.parametrize(
-    "units", [Units(2.0**3, 2.0**10, 2.0**10), Units(2.0**-7, 2.0**-9, 2.0**-12)], ids=["milli", "kilo"]
+    "units",
+    [
+        pytest.param(Units(2.0**3, 2.0**10, 2.0**10), id="milli"),
+        pytest.param(Units(2.0**-7, 2.0**-9, 2.0**-12), id="kilo", marks=pytest.mark.hard),
+    ],
 )
 def test_units_a_power_of_two_apart_change_no_bit(case: str, units: Units, workshop: Workshop) -> None:
     make, options = CASES[case]
@@ -134,15 +142,13 @@ def test_units_a_power_of_two_apart_change_no_bit(case: str, units: Units, works
     other = units.run(model, q, u, until, **options)
     assert first.success == other.success
     assert len(first.t) == len(other.t)
-    t, positions, velocities = in_old_units(other, units)
-    np.testing.assert_array_equal(t, first.t)
-    np.testing.assert_array_equal(positions, first.q)
-    np.testing.assert_array_equal(velocities, first.u)
+    for old, new in zip((first.t, first.q, first.u), in_old_units(other, units), strict=True):
+        np.testing.assert_allclose(new, old, rtol=0.0, atol=UNDERFLOW)
     assert decisions(first) == decisions(other)
     assert [i.energy_loss for i in first.impacts] == [i.energy_loss / units.factor((1, 2, -2)) for i in other.impacts]
 
 
-ROUNDING_GROWS = {"tossed": 1.1, "falling hexagon": 1.5}
+ROUNDING_GROWS = {"tossed": 1.1, "falling hexagon": 1.5, "sprung, radau": 0.55}
 """Times (s) from which on these amplify rounding, of which other units have another, until decisions differ."""
 
 

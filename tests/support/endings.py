@@ -12,7 +12,7 @@ REASONS = {
     "repeats": r"impacts at one instant do not come to an end; check .+",
     "jammed": r"friction jams: the forces at (?P<contact>.+) have no solution, or .+; take less friction .+",
     "gained": r"an impact of (?P<contact>.+) by (?P<law>\w+)'s law would add energy; write .+",
-    "crowded": r"\d+ steps and events within a tenth of the scene's duration are spent; ask for .+",
+    "crowded": r"\d+ steps and events within a characteristic time are spent; ask for .+",
     "escaped": r"(?P<contact>.+) gets behind its surface however short the step, .+; change .+",
     "overstepped": r"a step of fixed length takes (?P<contact>.+); take a smaller step, .+",
     "no_convergence": r"the stages of a step do not converge; ask for .+",

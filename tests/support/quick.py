@@ -7,19 +7,12 @@ that computes long.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from types import CodeType, FunctionType
 from typing import Any
 
-import pytest
-
 LASTING = frozenset({"generate", "ccgen", "subprocess", "CliRunner", "Written", "compiler", "multiprocessing"})
 """Names of what compiles, or starts processes or whole commands."""
-
-
-def few_are_quick(names: Iterable[str], *quick: str) -> list[Any]:
-    """The parameters ``names`` of a test that computes long: only with those called ``quick`` it does not."""
-    return [name if name in quick else pytest.param(name, marks=pytest.mark.slow) for name in names]
 
 
 def is_quick(item: Any) -> bool:

@@ -11,7 +11,7 @@
     X(ACCUMULATION, "accumulation")     /* events accumulate at one instant, and do not hand over to contact */      \
     X(REPEATS, "repeats")               /* impacts at one instant do not come to an end */                           \
     X(BUDGET, "budget")                 /* step budget spent */                                                      \
-    X(CROWDED, "crowded")               /* the steps or events that a tenth of the duration may have are spent */    \
+    X(CROWDED, "crowded")               /* the steps or events that a characteristic time may have are spent */      \
     X(JAMMED, "jammed")   /* contacts with friction have no forces, or more than one choice of them (Painleve) */    \
     X(GAINED, "gained")   /* an impact by this law would add energy */                                               \
     X(ESCAPED, "escaped") /* a point gets behind its surface, however short the step */                              \

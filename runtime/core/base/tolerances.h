@@ -3,7 +3,7 @@
  * Each is a pure number, times what it is of: a length is that of the mechanism (of an angle, 1 rad), a speed that length per
  * characteristic time, a time the larger of the characteristic one and the time reached, a unit that of the coordinate
  * (model/scales.h). So the same mechanism in other units decides alike. Floats have limits of their own where their rounding
- * asks for it: about the same share of the digits. What only the pace depends on, as the factors of step control, stands where it
+ * asks for it, nearer to each other: reasons with factors are those of doubles. What only the pace depends on, as the factors of step control, stands where it
  * is used.
  */
 #ifndef CCGEN_TOLERANCES_H
@@ -22,7 +22,7 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT };
       "entries are rounded to 1e-16 and sums of some hundred of them lose up to four digits: what is left of five more may be rounding") \
     X(WELL_PIVOT, CCGEN_LIMIT(1e-6, 1e-3), OF_RELATIVE, \
       "a pivot that has lost more goes to the null-space path", \
-      "what a solution loses is the inverse of its least pivot: ten digits are kept, as many as the default rtol asks for") \
+      "what a solution loses is the inverse of its least pivot: ten digits are kept, one more than the default rtol asks for") \
     /* complementarity */ \
     X(PIVOT_ROUNDING, CCGEN_LIMIT(1e-12, 1e-5), OF_RELATIVE, \
       "an entry of Lemke's tableau this small is no pivot", \
@@ -59,8 +59,8 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT };
       "ten times LESS: rates are impulses times W") \
     X(DROWNED, CCGEN_LIMIT(1e-8, 1e-4), OF_RELATIVE, \
       "impulses whose rounding is this part of what they come from are none", \
-      "eight digits are what rtol of the default asks for, and one more") \
-    X(NEARLY_CONSISTENT, CCGEN_LIMIT(1e-8, 1e-3), OF_RELATIVE, \
+      "ten times the default rtol") \
+    X(NEARLY_CONSISTENT, CCGEN_LIMIT(1e-8, 1e-4), OF_RELATIVE, \
       "what the best answer may miss Coulomb's law by where none meets it", \
       "as DROWNED: rates beside far larger ones are known to no more") \
     X(SWEPT, CCGEN_LIMIT(1e-15, 1e-6), OF_RELATIVE, \
@@ -69,7 +69,7 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT };
     /* constraints */ \
     X(SHUT, CCGEN_LIMIT(1e-12, 1e-5), OF_LENGTH, \
       "a gap this small is closed", \
-      "places are sums over the links: some thousand roundings; less than any gap_tolerance") \
+      "places are sums over the links: some thousand roundings; no more than any gap_tolerance") \
     X(RANK_TOLERANCE, CCGEN_LIMIT(1e-10, 4e-5), OF_RELATIVE, \
       "rows this near to dependence are dependent", \
       "at the distance sigma the closure fixes places across to rounding / sigma (docs/theory, section 8): here to 2e-6 of the length, more than a tolerance lets pass") \
@@ -85,7 +85,7 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT };
     X(HOPELESS, 1e-3, OF_RELATIVE, \
       "a last correction that is more leaves nothing known", \
       "less than three digits of an acceleration are no solution") \
-    X(CONTACT_PIVOT, 1e-6, OF_RELATIVE, \
+    X(CONTACT_PIVOT, CCGEN_LIMIT(1e-6, 1e-3), OF_RELATIVE, \
       "held contacts with such a pivot, where some slide, go to the null-space path", \
       "as WELL_PIVOT") \
     /* motion */ \
@@ -145,8 +145,8 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT };
     X(OUTRUN, 10.0, OF_RELATIVE, \
       "times what velocities carry in a step: more is wrong", \
       "velocities at both ends of a good step differ by less than that from those between") \
-    X(SHORTEST, (16.0 * DBL_EPSILON), OF_TIME, \
-      "no step is shorter", \
+    X(SHORTEST, (16.0 * DBL_EPSILON), OF_RELATIVE, \
+      "times the time, or a thousandth of the characteristic one: no step is shorter", \
       "sixteen units of the last digit of the time: a step still has four bits") \
     X(EARLY, 0.05, OF_RELATIVE, \
       "part of a step: events before it are looked for in a shorter one", \

@@ -127,16 +127,16 @@ static int correct(const struct impact_problem *k, const double *before, double 
 
 /* Whether the impulses do not bring about the rates after that they were solved for, so far as not even their first digits are
  * known: where nothing lets the contacts give way, as before a joint whose motion is prescribed, W is rounding. */
-static int without_effect(const struct impact_problem *k, const struct system *s, const double *u, const double *before)
+static int without_effect(const struct impact_problem *k, const struct system *s, const int *set, const double *u,
+                          const double *before)
 {
-    double speed = 0.0, miss = 0.0, fastest = 0.0;
-    for (int i = 0; i < s->n; i++)
-        fastest = fmax(fastest, fabs(u[i]) / s->unit[i] * s->length);
+    double speed = 0.0, miss = 0.0; /* times extent per second */
     for (int i = 0; i < k->all; i++) {
-        speed = fmax(speed, fabs(before[i]));
-        miss = fmax(miss, fabs(k->after[i] - k->rate[i]));
+        const double extent = s->extent[set[i % k->count]];
+        speed = fmax(speed, fabs(before[i]) / extent);
+        miss = fmax(miss, fabs(k->after[i] - k->rate[i]) / extent);
     }
-    return !(miss <= NO_EFFECT * speed || miss <= ROUNDED_RATE * fastest);
+    return !(miss <= NO_EFFECT * speed || miss <= ROUNDED_RATE * fastest(s, u));
 }
 
 /* The law's impulses P[2 count], and the rates that they lead to: of the same problem with W and rates of about 1, which all limits
@@ -232,7 +232,7 @@ enum outcome impact(struct system *s, const double *q, const double *u_minus, in
         add_columns(rows, n, k.wanted, columns, u_plus);
         rates_of(s, q, u_plus, count, set, rates, k.after);
     }
-    if (without_effect(&k, s, u_minus, before))
+    if (without_effect(&k, s, set, u_minus, before))
         outcome = OUTCOME_JAMMED;
     else if (adds_energy(&k, k.after, P))
         outcome = OUTCOME_GAINED;

@@ -36,6 +36,7 @@ typedef double ccgen_real;
 #undef fabs
 #undef fmax
 #undef fmin
+#undef frexp
 #undef ldexp
 #undef pow
 #undef sqrt

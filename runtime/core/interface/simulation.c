@@ -150,12 +150,18 @@ static void clear_record(struct run *run)
     run->modes.count = run->modes.contact_count = 0;
 }
 
-/* How fast (1/s) the state in the phase moves, or begins to */
-static double rate_of_start(struct phase *f)
+/* How fast (1/s) the state in the phase moves, or begins to: whether it was interrupted meanwhile */
+static int rate_of_start(struct phase *f, double *rate)
 {
-    const struct system *s = f->s;
-    const double speed = fastest(s, f->y + s->n);
-    return evaluate_derivative(f) ? speed : fmax(speed, sqrt(fastest(s, f->dy + s->n)));
+    struct system *s = f->s;
+    const double baumgarte = s->baumgarte;
+    s->baumgarte = 0.0; /* it damps by a time that is not known yet */
+    const enum outcome outcome = evaluate_derivative(f);
+    s->baumgarte = baumgarte;
+    *rate = fastest(s, f->y + s->n);
+    if (!outcome)
+        *rate = fmax(*rate, sqrt(fastest(s, f->dy + s->n)));
+    return outcome == OUTCOME_INTERRUPTED;
 }
 
 /* Begin at time t from the state in the phase. */
@@ -175,7 +181,10 @@ static enum outcome begin(struct ccgen_simulation *it, double t)
     enum outcome outcome = project_position(&it->system, f->y);
     outcome = outcome ? outcome : project_velocity(&it->system, f->y, f->y + it->system.n);
     const int known = it->time > 0.0; /* a time of the mechanism: else how it begins tells one */
-    const double longest = known ? it->time : run->duration, rate = known || outcome ? 0.0 : rate_of_start(f);
+    const double longest = known ? it->time : run->duration;
+    double rate = 0.0;
+    if (!known && !outcome && rate_of_start(f, &rate))
+        return OUTCOME_INTERRUPTED;
     const enum outcome scaled = set_scales(&it->system, longest, rate, f->y);
     return outcome ? outcome : scaled;
 }

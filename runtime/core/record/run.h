@@ -26,7 +26,7 @@ struct run {
     double fixed_step; /* 0: steps chosen by the error estimate */
     long step_budget;  /* of the run */
     double duration;   /* how long the motion is meant to go on (s) */
-    long rate_budget;  /* steps and events within a tenth of the duration */
+    long rate_budget;  /* steps and events within a characteristic time: steps/phase.c */
     const struct method *method;
     enum drift drift;
     struct interruption interruption; /* its `tick` and `context` */
@@ -38,7 +38,7 @@ struct run {
     int contact; /* contact at fault, or -1 */
     long steps, rejected;
     long taken_before; /* of them, before this call */
-    double window;     /* when the present tenth began */
+    double window;     /* when the present one began */
     long spent_before; /* steps and events before that */
     long events;
 };

@@ -92,11 +92,13 @@ static int penetrating_contact(const struct phase *f)
     return -1;
 }
 
-/* Whether the run has taken more steps and events than a tenth of its duration may have */
-static int exceeds_step_rate(struct run *run, double t)
+/* Whether the run has taken more steps and events than a characteristic time may have: a tenth of the duration where that is less, a
+ * ten-thousandth where that is more, for a run that would take forever is to end. */
+static int exceeds_step_rate(struct run *run, double t, double time)
 {
+    const double window = fmin(0.1 * run->duration, fmax(1e-4 * run->duration, time));
     const long spent = run->steps + run->rejected + run->events;
-    if (t >= run->window + 0.1 * run->duration) {
+    if (t >= run->window + window) {
         run->window = t;
         run->spent_before = spent;
     }
@@ -138,7 +140,7 @@ static enum outcome within_budget(struct phase *f)
         return OUTCOME_INTERRUPTED;
     if (run->steps + run->rejected - run->taken_before >= run->step_budget)
         return OUTCOME_BUDGET;
-    return exceeds_step_rate(run, f->t) ? OUTCOME_CROWDED : OUTCOME_DONE;
+    return exceeds_step_rate(run, f->t, f->s->time) ? OUTCOME_CROWDED : OUTCOME_DONE;
 }
 
 /* What a step that is begun and not ended has changed */
