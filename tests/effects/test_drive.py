@@ -102,7 +102,9 @@ def test_states_between_rows_beside_singular_configurations(method: str, worksho
     """A driven parallelogram lies in a line twice a turn; its angles are known at every time."""
     text = (SCENES / "parallelogram.toml").read_text()
     model = workshop.model(text + '[[drive]]\njoint = "motor"\nspeed = 10.0\n')
-    run = simulate(model, method=method, rtol=3e-10)  # by 1e-9 it drifts by 0.7e-7 to 1.3e-7 J, as steps happen to end
+    # where a step happens to end beside the line, the drift is up to 2e-7 J and a state between rows on the other
+    # branch: not at this tolerance, by either method
+    run = simulate(model, method=method, rtol=5e-12)
     assert run.success and run.energy_drift <= 1e-7, run.message  # the drive's work is as exact as the motion
     times = np.linspace(0.0, run.t[-1], 2001)
     crank, rocker, coupler = (run.at(times)[0][:, model.q_names.index(f"theta_{k}")] for k in (0, 2, 1))

@@ -4,7 +4,6 @@
 #include <math.h>
 
 static const double HALF_TURN = 3.14159265358979323846;
-static const double TENTH = 0.1; /* work is told to a digit more than the motion */
 
 void set_units(struct system *s)
 {
@@ -38,7 +37,7 @@ enum outcome set_scales(struct system *s, double longest, double rate, const dou
     s->energy = 1.0;
     set_units(s);
     const double found = s->size > 2 * s->n ? heaviest(s, q) : 0.0;
-    s->energy = found > 0.0 && isfinite(found) ? TENTH * found : 1.0;
+    s->energy = found > 0.0 && isfinite(found) ? found : 1.0;
     s->unit[2 * s->n] = s->energy;
     return found < 0.0 ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
 }

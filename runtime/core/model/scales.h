@@ -8,8 +8,8 @@
 void set_units(struct system *s);
 
 /* Set the characteristic time and energy of a motion that begins at configuration q, and the units: its time is `longest` (s), or
- * half a turn at the rate (1/s) at which it begins, where that is less. Its energy is a tenth of what one coordinate,
- * the one that has most, has at a speed of its unit. */
+ * half a turn at the rate (1/s) at which it begins, where that is less. Its energy is what one coordinate, the one
+ * that has most, has at a speed of its unit. */
 enum outcome set_scales(struct system *s, double longest, double rate, const double *q);
 
 #endif
