@@ -13,9 +13,9 @@ from ccgen.generator.cli.app import app
 from ccgen.runtime import _core, _float, _wide
 from ccgen.runtime.model.thresholds import thresholds
 
+from ..support.folders import ROOT
 from ..support.workshop import Workshop
 
-ROOT = Path(__file__).resolve().parents[2]
 CORES = {"float": _float, "double": _core, "wide": _wide}
 FALLING = ROOT / "scenes" / "falling-hexagon.toml"
 

@@ -4,7 +4,6 @@ where units are powers of two apart."""
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,10 +13,9 @@ from ccgen.generator import load_scene
 from ccgen.runtime import Run
 
 from ..hard.fuzz import scene as toss_scene
+from ..support.folders import SCENES
 from ..support.units import Units
 from ..support.workshop import Workshop
-
-SCENES = Path(__file__).resolve().parents[2] / "scenes"
 
 SPRUNG = """
 name = "sprung"
