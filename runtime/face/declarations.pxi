@@ -68,12 +68,14 @@ cdef extern from *:
         const unsigned char *lengths
         real *unit
         const real *extent
+        const real *lever
         int refine
         real acceleration_scale
         real refinement_residual
         long evaluations
         long rank_deficient
     void set_units(system *s) nogil
+    void set_levers(system *s, const unsigned char *angular, real *lever, real *extent) nogil
     struct input_table:
         size_t count
         int width

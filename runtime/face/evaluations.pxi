@@ -46,7 +46,7 @@ cdef class Evaluations:
     cdef const ccgen_model *m
     cdef object capsule
     cdef readonly dict sizes
-    cdef real[::1] p, k, restitution, friction_, extent, inputs, unit
+    cdef real[::1] p, k, restitution, friction_, lever, extent, inputs, unit
     cdef unsigned char[::1] angular, lengths
     cdef real length, time, duration
     cdef const impact_law *law
@@ -79,11 +79,10 @@ cdef class Evaluations:
         if self.law is NULL:
             raise ValueError(f"found the law of impact {law!r}, expected one that this runtime has")
         self.friction_ = zeros(max(m.contacts, 1))
-        self.extent = np.full(max(m.contacts, 1), length, dtype=REAL)
+        self.lever, self.extent = zeros(max(m.contacts, 1)), zeros(max(m.contacts, 1))
         self.angular = np.zeros(m.contacts + 1, dtype=np.uint8)
         self.lengths = np.array([i < m.base or i in lengths for i in range(m.nu)] + [0], dtype=np.uint8)
         for contact in angular:
-            self.extent[contact] = 1.0
             self.angular[contact] = 1
         self.m.derive_constants(&self.p[0], &self.k[0])
         if self.m.contacts:
@@ -151,6 +150,7 @@ cdef class Evaluations:
 
     cdef system _system(self, _Memory memory):
         cdef system s
+        memset(&s, 0, sizeof(s))
         s.model = self.m
         s.k = &self.k[0]
         s.restitution = &self.restitution[0]
@@ -159,17 +159,12 @@ cdef class Evaluations:
         s.n = self.m.nu
         s.size = 2 * self.m.nu + (self.m.power is not NULL or self.m.friction is not NULL)
         s.inputs = &self.inputs[0]
-        s.input_source, s.context, s.interruption = NULL, NULL, NULL
         s.arena = &memory.arena
-        s.projects_stages = 0
-        s.active = NULL
         s.length, s.time, s.energy = self.length, self.time or self.duration, 1.0
         s.lengths, s.unit = &self.lengths[0], &self.unit[0]
         set_units(&s)
-        s.baumgarte = 0.0
-        s.extent = &self.extent[0]
-        s.refine, s.acceleration_scale, s.refinement_residual = self.refine, self.usual, 0.0
-        s.evaluations = s.rank_deficient = 0
+        set_levers(&s, &self.angular[0], &self.lever[0], &self.extent[0])
+        s.refine, s.acceleration_scale = self.refine, self.usual
         return s
 
     def acceleration(self, const real[:, ::1] q, const real[:, ::1] u, t, bint side_by_side=True, bint forces=True):

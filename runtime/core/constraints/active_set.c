@@ -1,5 +1,6 @@
 /* The active set; see active_set.h. */
 #include "constraints/active_set.h"
+#include "model/contacts.h"
 
 #include <string.h>
 
@@ -65,7 +66,7 @@ void active_row(const struct system *s, const double *q, int row, double *push, 
     const struct active_set *h = s->active;
     const struct ccgen_model *m = s->model;
     const int contact = h->set[h->of[row]];
-    push[contact] = 1.0;
+    push[contact] = row < h->count ? lever_of(s, contact) : 1.0;
     (row < h->count ? m->contact_impulse : m->slip_impulse)(s->k, q, push, f);
     push[contact] = 0.0;
 }
@@ -83,7 +84,7 @@ void bias_of_active(const struct system *s, const double *q, const double *u, do
     const struct active_set *h = s->active;
     if (!active_count(s))
         return;
-    s->model->gap_bias(s->k, q, u, rates);
+    contact_bias(s, q, u, rates);
     if (h->rows > h->count)
         s->model->slip_bias(s->k, q, u, slips);
     rows_of(h, h->rows, rates, slips, bias);
@@ -93,7 +94,7 @@ void rates_of_active(const struct system *s, const double *q, const double *u, i
                      double *found)
 {
     const struct active_set *h = s->active;
-    s->model->gap_rates(s->k, q, u, rates);
+    contact_rates(s, q, u, rates);
     if (rows > h->count)
         s->model->slips(s->k, q, u, slips);
     rows_of(h, rows, rates, slips, found);

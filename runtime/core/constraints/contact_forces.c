@@ -16,6 +16,7 @@
 #include "algebra/elimination.h"
 #include "algebra/semidefinite.h"
 #include "base/tolerances.h"
+#include "model/contacts.h"
 
 /* x <- W^-1 x; 1 where W is nearly singular, 2 where its determinant is negative: friction then pushes harder the more it is
  * resisted, and a contact however stiff would not stay as it is. */
@@ -65,7 +66,7 @@ static int push(struct system *s, const double *q, int rows, int friction, struc
     for (int j = 0; j < rows; j++) {
         const int i = h->of[j], contact = h->set[i], slides = friction ? against(h->mode[i]) : 0;
         double *unit = p->units + (size_t)j * width;
-        unit[j < h->count ? contact : c + contact] = 1.0;
+        unit[j < h->count ? contact : c + contact] = j < h->count ? lever_of(s, contact) : 1.0;
         if (slides)
             unit[c + contact] = -slides * s->friction[contact];
         sliding |= slides;
@@ -74,7 +75,8 @@ static int push(struct system *s, const double *q, int rows, int friction, struc
         return 1;
     for (int j = 0; j < rows; j++)
         for (int i = 0; i < rows; i++)
-            p->W[i * rows + j] = p->answers[(size_t)j * width + h->set[h->of[i]] + (i < h->count ? 0 : c)];
+            p->W[i * rows + j] = p->answers[(size_t)j * width + h->set[h->of[i]] + (i < h->count ? 0 : c)] *
+                                 (i < h->count ? lever_of(s, h->set[i]) : 1.0);
     const int wrong =
         sliding ? solve_sliding(rows, p->W, p->wanted) : solve_definite_well(rows, p->W, p->wanted, p->scratch);
     if (wrong)

@@ -7,6 +7,7 @@
 #include "base/tolerances.h"
 #include "constraints/impulse.h"
 #include "constraints/nullspace.h"
+#include "model/contacts.h"
 
 /* Column by column, where the joined function has not solved or digits are refined */
 static enum outcome delassus_by_columns(struct system *s, const double *q, int count, const int *set, double *columns,
@@ -22,13 +23,15 @@ static enum outcome delassus_by_columns(struct system *s, const double *q, int c
     for (int j = 0; j < all && !outcome; j++) {
         double *column = columns + (size_t)j * s->n;
         const int contact = set[j % count];
-        pushes[contact] = 1.0;
+        pushes[contact] = j < count ? lever_of(s, contact) : 1.0;
         (j < count ? m->contact_impulse : m->slip_impulse)(s->k, q, pushes, f);
         pushes[contact] = 0.0;
         outcome = system_impulse(s, q, f, closed, RANK_TOLERANCE, column, multipliers);
         for (int i = 0; i < all && !outcome; i++) {
-            if (i % count == 0)
-                (i < count ? m->gap_rates : m->slips)(s->k, q, column, rates);
+            if (i == 0)
+                contact_rates(s, q, column, rates);
+            else if (i == count)
+                m->slips(s->k, q, column, rates);
             W[i * all + j] = rates[set[i % count]];
         }
     }
@@ -43,12 +46,14 @@ static int delassus_at_once(struct system *s, const double *q, int count, const 
     const struct ccgen_model *m = s->model;
     const int all = s->friction ? 2 * count : count, width = width_of(s);
     for (int j = 0; j < all; j++)
-        units[(size_t)j * width + set[j % count] + (j < count ? 0 : m->contacts)] = 1.0;
+        units[(size_t)j * width + set[j % count] + (j < count ? 0 : m->contacts)] =
+            j < count ? lever_of(s, set[j]) : 1.0;
     if (m->contact_response(s->k, q, all, units, columns, answers))
         return 1;
     for (int j = 0; j < all; j++)
         for (int i = 0; i < all; i++)
-            W[i * all + j] = answers[(size_t)j * width + set[i % count] + (i < count ? 0 : m->contacts)];
+            W[i * all + j] = answers[(size_t)j * width + set[i % count] + (i < count ? 0 : m->contacts)] *
+                             (i < count ? lever_of(s, set[i]) : 1.0);
     return 0;
 }
 

@@ -10,6 +10,7 @@
 #include "impact/impact.h"
 #include "steps/flat_loop.h"
 #include "steps/phase.h"
+#include "model/contacts.h"
 
 enum {
     REPEATS = 1000, /* impacts at one instant */
@@ -56,9 +57,9 @@ static double friction_work(const struct phase *f, const struct blow *b, const d
 static double contact_loss(const struct phase *f, const struct blow *b, const double *u_plus)
 {
     double loss = 0.0, *after = b->rates;
-    f->s->model->gap_rates(f->s->k, f->y, u_plus, after);
+    contact_rates(f->s, f->y, u_plus, after);
     for (int i = 0; i < b->count; i++)
-        loss -= 0.5 * b->P[i] * (f->rates[f->set[i]] + after[f->set[i]]);
+        loss -= 0.5 * b->P[i] / lever_of(f->s, f->set[i]) * (f->rates[f->set[i]] + after[f->set[i]]);
     return loss - friction_work(f, b, u_plus);
 }
 
@@ -89,8 +90,8 @@ static enum outcome resolve_with(struct phase *f, int trigger, struct blow *b)
             return OUTCOME_INTERRUPTED;
         int approaching = 0;
         b->count = 0;
-        m->gaps(f->s->k, f->y, f->gaps);
-        m->gap_rates(f->s->k, f->y, f->y + n, f->rates);
+        contact_gaps(f->s, f->y, f->gaps);
+        contact_rates(f->s, f->y, f->y + n, f->rates);
         for (int c = 0; c < m->contacts; c++) {
             const double closed = gap_tolerance(f, c), still = rest_velocity(f, c);
             if ((f->gaps[c] <= closed || (c == trigger && !repeat)) && f->rates[c] <= still) {
@@ -134,8 +135,8 @@ static enum outcome resolve_impacts(struct phase *f, int trigger)
 static int chatters(struct phase *f, double since)
 {
     const struct ccgen_model *m = f->s->model;
-    m->gaps(f->s->k, f->y, f->gaps);
-    m->gap_rates(f->s->k, f->y, f->y + f->s->n, f->rates);
+    contact_gaps(f->s, f->y, f->gaps);
+    contact_rates(f->s, f->y, f->y + f->s->n, f->rates);
     for (int c = 0; c < m->contacts; c++)
         if (f->gaps[c] <= gap_tolerance(f, c) && fabs(f->rates[c]) * since > UNSEEN * DBL_EPSILON * f->s->extent[c])
             return 0;

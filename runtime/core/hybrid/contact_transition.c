@@ -23,6 +23,7 @@
 #include "complementarity/friction.h"
 #include "hybrid/decision.h"
 #include "motion/projection.h"
+#include "model/contacts.h"
 
 /* Bring W[n][n] and b[n] to about 1 by powers of two, without rounding; what the forces are then to be multiplied with. */
 static double normalise(int n, double *W, double *b)
@@ -286,7 +287,7 @@ static enum outcome project_contact_velocities(struct phase *f, struct decision 
         }
     activate(h, count, h->set, h->mode);
     outcome = project_velocity(f->s, f->y, f->y + f->s->n);
-    f->s->model->gap_rates(f->s->k, f->y, f->y + f->s->n, f->rates);
+    contact_rates(f->s, f->y, f->y + f->s->n, f->rates);
     for (int i = 0; resting == ALL_REST && i < d->count; i++)
         if (!stays(d, i) && f->rates[d->contact[i]] < 0.0) {
             h->mode[h->count] = FRICTIONLESS;

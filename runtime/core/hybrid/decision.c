@@ -12,6 +12,7 @@
 #include "base/tolerances.h"
 #include "constraints/delassus.h"
 #include "motion/derivative.h"
+#include "model/contacts.h"
 
 int take_decision(struct decision *d, struct system *s)
 {
@@ -50,8 +51,13 @@ int take_decision(struct decision *d, struct system *s)
 static void free_accelerations(const struct system *s, const double *y, const double *dy, int sliding, double *out,
                                double *more)
 {
-    (sliding ? s->model->slips : s->model->gap_rates)(s->k, y, dy + s->n, out);
-    (sliding ? s->model->slip_bias : s->model->gap_bias)(s->k, y, y + s->n, more);
+    if (!sliding) {
+        contact_rates(s, y, dy + s->n, out);
+        contact_bias(s, y, y + s->n, more);
+        return;
+    }
+    s->model->slips(s->k, y, dy + s->n, out);
+    s->model->slip_bias(s->k, y, y + s->n, more);
 }
 
 /* What b, of the contacts in question, changes by to the state ahead: change[all] */
@@ -132,8 +138,8 @@ static enum outcome gather_with(struct phase *f, struct decision *d, struct acce
         return outcome;
     const double *rates = a->rates, *bias = a->bias, *slips = a->slips;
     free_accelerations(s, f->y, f->dy, 0, a->rates, a->bias);
-    m->gaps(s->k, q, f->gaps);
-    m->gap_rates(s->k, q, u, f->rates);
+    contact_gaps(s, q, f->gaps);
+    contact_rates(s, q, u, f->rates);
     d->scale = 0.0;
     for (int c = 0; c < m->contacts; c++)
         d->scale = fmax(d->scale, fabs(rates[c]) + fabs(bias[c]));

@@ -21,6 +21,7 @@
 #include "constraints/refinement.h"
 #include "impact/law.h"
 #include "motion/projection.h"
+#include "model/contacts.h"
 
 enum { CORRECTIONS = 2 };
 
@@ -28,7 +29,7 @@ enum { CORRECTIONS = 2 };
 static void rates_of(struct system *s, const double *q, const double *u, int count, const int *set, double *scratch,
                      double *rate)
 {
-    s->model->gap_rates(s->k, q, u, scratch);
+    contact_rates(s, q, u, scratch);
     for (int i = 0; i < count; i++)
         rate[i] = scratch[set[i]];
     if (s->friction)
@@ -50,7 +51,7 @@ static enum outcome jump(struct system *s, const double *q, int count, const int
     if (s->arena->ran_out)
         goto end;
     for (int i = 0; i < count; i++)
-        push[set[i]] = P[i];
+        push[set[i]] = P[i] * lever_of(s, set[i]);
     m->contact_impulse(s->k, q, push, f);
     for (int i = 0; i < count; i++)
         push[set[i]] = P[count + i];
@@ -236,6 +237,8 @@ enum outcome impact(struct system *s, const double *q, const double *u_minus, in
         outcome = OUTCOME_JAMMED;
     else if (adds_energy(&k, k.after, P))
         outcome = OUTCOME_GAINED;
+    for (size_t i = 0; i < c; i++)
+        P[i] *= lever_of(s, set[i]);
 end:
     give_back(s->arena, mark);
     return outcome;

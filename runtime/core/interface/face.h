@@ -11,6 +11,7 @@
 #include "interface/forces.h"
 #include "interface/simulation.h"
 #include "methods/method.h"
+#include "model/contacts.h"
 #include "model/inputs.h"
 #include "model/scales.h"
 #include "motion/acceleration.h"

@@ -14,6 +14,7 @@
 #include "constraints/nullspace.h"
 #include "hybrid/contact_transition.h"
 #include "motion/acceleration.h"
+#include "model/contacts.h"
 
 struct room {
     struct active_set active;
@@ -56,7 +57,7 @@ static int take_room(struct system *s, struct room *r)
 static int touches(const struct system *s, const double *q, double *gaps)
 {
     int found = 0;
-    s->model->gaps(s->k, q, gaps);
+    contact_gaps(s, q, gaps);
     for (int c = 0; c < s->model->contacts; c++)
         found |= gaps[c] <= SHUT * s->extent[c];
     return found;
@@ -88,15 +89,17 @@ static enum outcome hold_asked(struct room *r, double t, const double *q, const 
             found->contact = c;
             found->size = -r->gaps[c];
         }
-    if (found->why)
+    if (found->why) {
+        found->size /= lever_of(s, found->contact);
         return OUTCOME_DONE;
+    }
     f->t = t;
     memcpy(f->y, q, s->n * sizeof *q);
     memcpy(f->y + s->n, u, s->n * sizeof *u);
     const enum outcome outcome = would_activate(f, &found->contact);
     if (!outcome && found->contact >= 0) {
         found->why = OBSTACLE_STRIKES;
-        found->size = -f->rates[found->contact];
+        found->size = -f->rates[found->contact] / lever_of(s, found->contact);
     }
     return outcome;
 }
@@ -115,7 +118,7 @@ static void pushes_of(const struct system *s, double *push)
     double *friction = push + s->model->contacts;
     for (int i = 0, row = h->count; i < h->count; i++) {
         const int contact = h->set[i];
-        push[contact] = h->force[i];
+        push[contact] = h->force[i] * lever_of(s, contact);
         if (h->mode[i] == STICK)
             friction[contact] = h->force[row++];
         else if (against(h->mode[i]))

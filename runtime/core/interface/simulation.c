@@ -9,6 +9,7 @@
 #include "hybrid/contact_transition.h"
 #include "hybrid/state.h"
 #include "impact/law.h"
+#include "model/contacts.h"
 #include "model/scales.h"
 #include "motion/projection.h"
 #include "steps/phase.h"
@@ -35,6 +36,7 @@ static enum outcome make_system(struct ccgen_simulation *it, const struct ccgen_
     struct system *s = &it->system;
     struct arena *arena = s->arena = &it->arena;
     double *k = TAKE_ZEROS(arena, double, m->constants), *extent = TAKE_ZEROS(arena, double, m->contacts);
+    double *lever = TAKE(arena, double, m->contacts);
     double *restitution = TAKE_ZEROS(arena, double, m->contacts), *friction = TAKE_ZEROS(arena, double, m->contacts);
     unsigned char *lengths = TAKE(arena, unsigned char, m->nu);
     s->inputs = TAKE_ZEROS(arena, double, m->inputs);
@@ -50,8 +52,7 @@ static enum outcome make_system(struct ccgen_simulation *it, const struct ccgen_
         m->restitution(k, restitution);
     if (m->friction)
         m->friction(k, friction);
-    for (int c = 0; c < m->contacts; c++)
-        extent[c] = settings->angular && settings->angular[c] ? 1.0 : s->length;
+    set_levers(s, settings->angular, lever, extent);
     for (int i = 0; i < s->n; i++)
         lengths[i] = settings->lengths ? settings->lengths[i] : i < m->base;
     s->lengths = lengths;
@@ -62,7 +63,6 @@ static enum outcome make_system(struct ccgen_simulation *it, const struct ccgen_
     s->k = k;
     s->restitution = restitution;
     s->friction = m->friction ? friction : NULL;
-    s->extent = extent;
     if (!(s->law = find_law(settings->law ? settings->law : newton.name)))
         return OUTCOME_UNKNOWN_LAW;
     s->baumgarte = settings->drift == DRIFT_DAMPED ? BAUMGARTE : 0.0;

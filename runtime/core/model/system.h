@@ -36,7 +36,8 @@ struct system {
     double energy;                /* and energy (J) */
     const unsigned char *lengths; /* [n] whether a coordinate is a length (m), and not an angle */
     double *unit;                 /* [2 n + 1] of the entries of y: rad or length, each per time, energy */
-    const double *extent;         /* per contact: the scale of its gap, `length` or, of an angle, 1 (rad) */
+    const double *extent;         /* per contact: the scale of its gap (m): `length` or, of an angle, that of 1 rad */
+    const double *lever;          /* per contact, or NULL where no gap is an angle: model/contacts.h */
     int refine; /* whether the elimination loses digits that are to be recovered: constraints/refinement.h */
     double acceleration_scale;  /* size of accelerations that are usual for it: less counts as that much in `inexact` */
     double refinement_residual; /* largest relative correction that did not become small, 0 if all did */

@@ -11,6 +11,7 @@
 #include "base/tolerances.h"
 #include "constraints/impulse.h"
 #include "constraints/nullspace.h"
+#include "model/contacts.h"
 
 enum { MAX_PASSES = 20 };
 
@@ -46,7 +47,7 @@ static double held_gaps(const struct system *s, const double *q, struct room *r)
     if (!active_count(s))
         return 0.0;
     double found = 0.0, *gaps = r->rates;
-    s->model->gaps(s->k, q, gaps);
+    contact_gaps(s, q, gaps);
     for (int i = 0; i < h->count; i++) {
         const int c = h->set[i];
         r->rows[s->model->rows + i] = gaps[c];

@@ -7,6 +7,7 @@
 
 #include "base/tolerances.h"
 #include "motion/switching.h"
+#include "model/contacts.h"
 
 enum { LANDINGS = 60 }; /* steps towards an event; three to five are usual */
 
@@ -14,14 +15,13 @@ enum { LANDINGS = 60 }; /* steps towards an event; three to five are usual */
  * y1 is then the state at t + h, as accurate as any step's end. */
 static enum outcome locate_gap_event(struct phase *f, struct event event)
 {
-    const struct ccgen_model *m = f->s->model;
     double h = event.theta * f->h, before = 0.0, behind = f->h;
     for (int i = 0; f->t + h > f->t; i++) {
         const enum outcome outcome = projected_step(f, h);
         if (outcome)
             return outcome;
-        m->gaps(f->s->k, f->y1, f->gaps);
-        m->gap_rates(f->s->k, f->y1, f->y1 + f->s->n, f->rates);
+        contact_gaps(f->s, f->y1, f->gaps);
+        contact_rates(f->s, f->y1, f->y1 + f->s->n, f->rates);
         const double g = f->gaps[event.contact], rate = f->rates[event.contact];
         const double resolution = DBL_EPSILON * fmax(f->t + h, f->h);
         if (g > 0.0)

@@ -14,6 +14,7 @@
 
 #include "base/tolerances.h"
 #include "motion/switching.h"
+#include "model/contacts.h"
 
 static const double WINDOW_GROWTH =
     6.0; /* how much longer than the last a first window may be: as much as steps grow */
@@ -41,12 +42,11 @@ struct search {
 /* all gaps (or their rates) at theta */
 static void sample(struct search *search, double theta, double *gaps, double *rates)
 {
-    const struct ccgen_model *m = search->s->model;
     search->method->interpolate(search->steps, search->s->size, theta, search->y);
     if (gaps)
-        m->gaps(search->s->k, search->y, gaps);
+        contact_gaps(search->s, search->y, gaps);
     if (rates)
-        m->gap_rates(search->s->k, search->y, search->y + search->s->n, rates);
+        contact_rates(search->s, search->y, search->y + search->s->n, rates);
 }
 
 static double gap(struct search *search, int contact, double theta)

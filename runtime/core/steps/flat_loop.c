@@ -20,6 +20,7 @@
 #include "constraints/nullspace.h"
 #include "motion/derivative.h"
 #include "motion/projection.h"
+#include "model/contacts.h"
 
 enum { PASSES = 20 };
 
@@ -45,7 +46,7 @@ static int uncertain_contacts(struct phase *f, double gap_uncertainty)
 {
     const struct system *s = f->s;
     int count = 0, open = 0;
-    s->model->gaps(s->k, f->y, f->gaps);
+    contact_gaps(s, f->y, f->gaps);
     for (int c = 0; c < s->model->contacts; c++)
         if (f->gaps[c] <= gap_uncertainty * s->extent[c]) {
             open |= fabs(f->gaps[c]) > PLACE_ROUNDING * s->model->links * s->extent[c];
@@ -86,7 +87,7 @@ static int closes_contacts(struct phase *f, int count, double miss, int rank, do
     int behind = 0;
     for (int i = 0; i < count; i++)
         behind |= f->gaps[f->set[i]] < -PLACE_ROUNDING * s->model->links * s->extent[f->set[i]];
-    s->model->gaps(s->k, f->y1, f->gaps);
+    contact_gaps(s, f->y1, f->gaps);
     for (int c = 0; c < s->model->contacts; c++)
         if (!(f->gaps[c] >= -SHUT * s->extent[c]))
             return 0;
@@ -106,8 +107,8 @@ static double falling(struct phase *f)
     double found = s->arena->ran_out || system_derivative(s, f->t, f->y1, f->dy1) ? -1.0 : 0.0;
     if (found < 0.0)
         goto end;
-    s->model->gap_rates(s->k, f->y1, f->dy1 + s->n, rates);
-    s->model->gap_bias(s->k, f->y1, f->y1 + s->n, bias);
+    contact_rates(s, f->y1, f->dy1 + s->n, rates);
+    contact_bias(s, f->y1, f->y1 + s->n, bias);
     for (int c = 0; c < s->model->contacts; c++)
         found = fmax(found, fabs(rates[c]) + fabs(bias[c]));
 end:
@@ -251,7 +252,7 @@ enum outcome leave_singularity(struct phase *f)
     struct system *s = f->s;
     const size_t n = s->n;
     int leaves = 0;
-    s->model->gap_rates(s->k, f->y, f->y + n, f->rates);
+    contact_rates(s, f->y, f->y + n, f->rates);
     for (int c = 0; c < s->model->contacts; c++)
         leaves |= f->rates[c] > rest_velocity(f, c);
     if (!leaves || f->t != f->at.flat)
@@ -260,7 +261,7 @@ enum outcome leave_singularity(struct phase *f)
     enum outcome outcome = OUTCOME_DONE;
     if (project_to_tangent_cone(f) && energy(f, f->y1) <= energy(f, f->y)) { /* once more: contacts have come to rest */
         int count = 0;
-        s->model->gaps(s->k, f->y, f->gaps);
+        contact_gaps(s, f->y, f->gaps);
         for (int c = 0; c < s->model->contacts; c++)
             if (f->gaps[c] <= SHUT * s->extent[c])
                 f->set[count++] = c;
@@ -275,7 +276,7 @@ static void hold_resting(struct phase *f, int count)
 {
     struct active_set *h = f->s->active;
     int held = 0;
-    f->s->model->gap_rates(f->s->k, f->y1, f->y1 + f->s->n, f->rates);
+    contact_rates(f->s, f->y1, f->y1 + f->s->n, f->rates);
     for (int i = 0; i < count; i++)
         if (fabs(f->rates[f->set[i]]) <= rest_velocity(f, f->set[i])) {
             h->mode[held] = FRICTIONLESS;
@@ -290,7 +291,7 @@ static int too_fast(struct phase *f, int count, double gap_uncertainty, double f
     const struct system *s = f->s;
     int found = 0;
     *down = 0;
-    s->model->gap_rates(s->k, f->y1, f->y1 + s->n, f->rates);
+    contact_rates(s, f->y1, f->y1 + s->n, f->rates);
     for (int i = 0; i < count; i++) {
         const double rate = f->rates[f->set[i]];
         const int quick = rate * rate > 2.0 * fall * gap_uncertainty * s->extent[f->set[i]];

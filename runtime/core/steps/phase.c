@@ -9,6 +9,7 @@
 #include "steps/event_location.h"
 #include "steps/flat_loop.h"
 #include "steps/step_control.h"
+#include "model/contacts.h"
 
 enum {
     SHORTER = 60, /* shorter steps in search of an early event */
@@ -68,7 +69,7 @@ static int opened_implied_contact(const struct phase *f)
     const struct ccgen_model *m = f->s->model;
     if (!f->s->active || !f->s->active->implied)
         return -1;
-    m->gaps(f->s->k, f->y, f->gaps);
+    contact_gaps(f->s, f->y, f->gaps);
     for (int c = 0; c < m->contacts; c++)
         if (f->s->active->closed[c] == CARRIED && fabs(f->gaps[c]) > ADRIFT * f->s->extent[c])
             return c;
@@ -83,8 +84,8 @@ static int penetrating_contact(const struct phase *f)
     double *before = f->rates;
     if (!m->contacts)
         return -1;
-    m->gaps(f->s->k, f->y, before);
-    m->gaps(f->s->k, f->y1, f->gaps);
+    contact_gaps(f->s, f->y, before);
+    contact_gaps(f->s, f->y1, f->gaps);
     for (int c = 0; c < m->contacts; c++)
         if (f->s->active->closed[c] != PUSHING &&
             f->gaps[c] < fmin(-ADRIFT * f->s->extent[c], before[c] - PENETRATION * f->s->extent[c]))
