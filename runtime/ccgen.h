@@ -43,9 +43,11 @@ struct ccgen_settings {
                                   characteristic time of velocities */
     double fixed_step;         /* s; 0: as the tolerances ask for */
     int drift;                 /* how loops are kept shut, a number that ccgen_drift_name names; 0: by projection */
-    long step_budget;          /* steps in all; ten million */
-    long rate_budget;          /* steps and events within a characteristic time, or a tenth of the duration; 200,000 */
-    const double *stops;       /* [stop_count] times that grow, at which steps end: where inputs have kinks */
+    int on_gain;         /* what becomes of an impact that would gain energy, a number that ccgen_gain_name names; 0: it
+                                  has the largest part of its restitution that does not */
+    long step_budget;    /* steps in all; ten million */
+    long rate_budget;    /* steps and events within a characteristic time, or a tenth of the duration; 200,000 */
+    const double *stops; /* [stop_count] times that grow, at which steps end: where inputs have kinks */
     size_t stop_count;
     /* the model's inputs[inputs] at a state; NULL: all are 0. A nonzero answer interrupts the motion. */
     int (*inputs)(void *context, double t, const double *q, const double *u, double *inputs);
@@ -115,6 +117,9 @@ CCGEN_PUBLIC const char *ccgen_mode_name(int mode);
 /* How loops are kept shut, in a word: "projected", "left" as the integration leaves them, or "damped" by Baumgarte's stabilisation;
  * NULL of a number that is no way to do that */
 CCGEN_PUBLIC const char *ccgen_drift_name(int drift);
+
+/* What becomes of an impact that would gain energy, in a word: "reduce" its restitution, or "stop" the run; NULL of a number that is neither */
+CCGEN_PUBLIC const char *ccgen_gain_name(int gain);
 
 CCGEN_PUBLIC void ccgen_destroy(struct ccgen_simulation *simulation);
 

@@ -32,6 +32,7 @@ def simulate(
     *,
     step: float | None = None,
     drift: str | None = None,
+    on_gain: str | None = None,
     state: HybridState | None = None,
     progress: Callable[[float], object] | None = None,
     keep_interrupted: bool = False,
@@ -53,6 +54,9 @@ def simulate(
     given, :func:`default_method`. ``drift`` says how the loops are kept shut: "projected" after every step; for
     comparison, "left" as the integration leaves them, or "damped" by Baumgarte's stabilisation. While contacts are
     held, loops and contacts are projected in any case.
+    ``on_gain`` says what becomes of an impact that would gain energy, as Newton's law of impact may where there is
+    friction: "reduce" gives its contacts the largest part of their restitution that gains none, "stop" ends the run
+    before it; the scene's unless given.
     ``progress`` is called with the time reached, now and then. The start is projected onto the closure. Ctrl-C raises
     ``KeyboardInterrupt``, or with ``keep_interrupted`` ends the run there and keeps it.
 
@@ -67,7 +71,13 @@ def simulate(
     if not isinstance(model, Model):
         raise TypeError(f"model: found {type(model).__name__}, expected a Model; load one with load_model(folder)")
     options: dict[str, Any] = {"until": until, "rtol": rtol, "atol": atol, "method": method, "params": params}
-    options |= {"inputs": inputs, "step": step, "drift": drift, "keep_interrupted": keep_interrupted}
+    options |= {
+        "inputs": inputs,
+        "step": step,
+        "drift": drift,
+        "on_gain": on_gain,
+        "keep_interrupted": keep_interrupted,
+    }
     if state is not None:
         return simulate_one(model, q0, u0, progress=progress, state=state, **options)
     if q0 is not None and np.ndim(q0) == 2:

@@ -104,6 +104,14 @@ def print_audit(run: Run) -> None:
 def print_warnings(run: Run) -> None:
     """What makes the run's figures doubtful, on standard error."""
     moved = energy_moved(run)
+    if eased := [impact for impact in run.impacts if impact.restitution_share < 1.0]:
+        least = min(impact.restitution_share for impact in eased)
+        typer.echo(
+            f"warning: {len(eased)} of {len(run.impacts)} impacts, the first at t = {eased[0].t:.6g} s, would have "
+            f"gained energy by {run.model.data['law'].title()}'s law; their contacts have the largest part of their "
+            f'restitution that gains none, {least:.0%} of it at least; law = "stronge" at the grounds never gains',
+            err=True,
+        )
     if run.acceleration_error > INEXACT:
         typer.echo(
             f"warning: masses differ so much that accelerations are known to {run.acceleration_error:.0e} of the "

@@ -73,7 +73,7 @@ def model_data(
             "poses": [list(pose) for pose in scene.start.poses],
             "velocities": [list(velocity) for velocity in scene.start.velocities],
         },
-        "run": {"until": scene.run.until, "rtol": scene.run.rtol, "atol": scene.run.atol},
+        "run": {"until": scene.run.until, "rtol": scene.run.rtol, "atol": scene.run.atol, "on_gain": scene.run.on_gain},
     }
     return ModelData.model_validate(data).model_dump()
 

@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from ..effect_base.contact import Law
+from ..effect_base.contact import Law, OnGain
 
 Coordinate = str | float
 """A number that is a parameter, by its path, or that is structurally zero."""
@@ -100,6 +100,7 @@ class RunData(Data):
     until: Positive = entry("when it ends", unit="s")
     rtol: Positive = entry("the relative tolerance of a step")
     atol: Positive | None = entry("the absolute tolerance of a step; null: as the relative one")
+    on_gain: OnGain = entry("what becomes of an impact that would gain energy: less restitution, or the run stops")
 
 
 class ModelData(Data):

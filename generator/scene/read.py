@@ -118,7 +118,7 @@ def read_tables(tables: Tables, file: str, name: str, lines: Mapping[Path, int] 
     report.stop_if_any()
     if bodies is None or start is None or run is None:
         raise AssertionError("a scene without faults has all its parts")
-    settings = RunSettings(run.until, run.rtol, run.atol)
+    settings = RunSettings(run.until, run.rtol, run.atol, run.on_gain)
     for path, effect in effects:
         for key, sentence in effect.remarks():
             report.remark((*path, key), sentence)

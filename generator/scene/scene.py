@@ -7,6 +7,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from ..effect_base.contact import OnGain
 from ..effect_base.effect import Effect
 from ..mechanism.mechanism import Mechanism
 from .drawn import Anchor
@@ -59,11 +60,13 @@ class Start:
 
 @dataclass(frozen=True)
 class RunSettings:
-    """How long and how exactly a simulation runs unless told otherwise: s, and relative and absolute tolerance."""
+    """How long and how exactly a simulation runs unless told otherwise: s, relative and absolute tolerance, and what
+    becomes of impacts that would gain energy."""
 
     until: float = 10.0
     rtol: float = 1e-9
     atol: float | None = None
+    on_gain: OnGain = "reduce"
 
 
 @dataclass(frozen=True)

@@ -40,6 +40,8 @@ cdef extern from *:
         pass
     enum drift:
         pass
+    enum gain:
+        pass
     struct interruption:
         int (*tick)(void *context, real t) noexcept nogil
         void *context
@@ -134,6 +136,7 @@ cdef extern from *:
         real *u_minus
         real *u_plus
         real *energy_loss
+        real *share
         size_t *first
         size_t *after
         int *contact
@@ -146,6 +149,14 @@ cdef extern from *:
         int *contact
         signed char *mode
         real *weight
+    struct stepping:
+        size_t count, room
+        real *t0
+        real *t1
+        real *step
+        real *miss
+        size_t *first
+        size_t *last
     struct run:
         real until
         tolerance tolerance
@@ -155,12 +166,14 @@ cdef extern from *:
         long step_budget, rate_budget
         const method *method
         drift drift
+        gain on_gain
         interruption interruption
         record record
         impacts impacts
         mode_history modes
+        stepping stepping
         int contact
-        long steps, rejected
+        long steps, rejected, choices
     int run_advance "advance"(system *s, const method *m, tolerance bound, drift kept, real t, real h, int count, const int *held,
                               const signed char *mode, real *y) nogil
 
@@ -175,6 +188,7 @@ cdef extern from *:
         const char *method
         real rtol, atol, fixed_step
         int drift
+        int on_gain
         long step_budget, rate_budget
         const real *stops
         size_t stop_count
@@ -196,11 +210,13 @@ cdef extern from *:
     const char *ccgen_outcome_name(int code) nogil
     const char *ccgen_mode_name(int mode) nogil
     const char *ccgen_drift_name(int drift) nogil
+    const char *ccgen_gain_name(int gain) nogil
     const char *obstacle_name(int obstacle) nogil
     enum:
         OUTCOME_OTHER_STATE, OUTCOME_BAD_SETTINGS
         OUTCOME_COUNT "OUTCOMES"
         DRIFT_COUNT "DRIFTS"
+        GAIN_COUNT "GAINS"
         OBSTACLE_COUNT "OBSTACLES"
 
 cdef extern from *:
@@ -261,3 +277,6 @@ empty, zeros = partial(np.empty, dtype=REAL), partial(np.zeros, dtype=REAL)
 
 DRIFTS = tuple(ccgen_drift_name(number).decode() for number in range(DRIFT_COUNT))
 """Names of ``enum drift``, in its order: ways to keep the closure, the default first."""
+
+GAINS = tuple(ccgen_gain_name(number).decode() for number in range(GAIN_COUNT))
+"""Names of ``enum gain``, in its order: what becomes of an impact that would gain energy, the default first."""

@@ -35,7 +35,7 @@ cdef class Kernels(Contacting):
 
     def simulate(self, const real[::1] q, const real[::1] u, str name, real until, real rtol, real atol,
                  real fixed_step, long step_budget, long rate_budget, progress, Supply supply=None, stops=(),
-                 str kept="projected", bytes state=None):
+                 str kept="projected", bytes state=None, str on_gain="reduce"):
         """A whole run from t = 0, or from where the run was left that the ``state`` is of, without the GIL; a dict of what was
         recorded. Steps end at ``stops``, times that grow."""
         cdef size_t n = self.m.nu, stop_count = len(stops), i
@@ -53,7 +53,7 @@ cdef class Kernels(Contacting):
         cdef ccgen_settings asked = self._settings()
         cdef _Ticker ticker = _Ticker(progress)
         asked.method, asked.rtol, asked.atol, asked.fixed_step = method, rtol, atol, fixed_step
-        asked.drift = <int>DRIFTS.index(kept)
+        asked.drift, asked.on_gain = <int>DRIFTS.index(kept), <int>GAINS.index(on_gain)
         asked.step_budget, asked.rate_budget = step_budget, rate_budget
         asked.stops, asked.stop_count = &ends[0], stop_count
         asked.tick, asked.tick_context = _tick, <void *>ticker
@@ -100,7 +100,7 @@ cdef class Kernels(Contacting):
             impact_t=_numbers(r.impacts.t, i),
             u_minus=_numbers(r.impacts.u_minus, n * i).reshape(-1, n),
             u_plus=_numbers(r.impacts.u_plus, n * i).reshape(-1, n),
-            energy_loss=_numbers(r.impacts.energy_loss, i),
+            energy_loss=_numbers(r.impacts.energy_loss, i), share=_numbers(r.impacts.share, i),
             first=[r.impacts.first[j] for j in range(i + 1)] if i else [0],
             after=[r.impacts.after[j] for j in range(i)],
             contacts=[r.impacts.contact[j] for j in range(r.impacts.contact_count)],
@@ -114,8 +114,13 @@ cdef class Kernels(Contacting):
             shares=[
                 [r.modes.weight[k] for k in range(r.modes.first[j], r.modes.first[j + 1])] for j in range(r.modes.count)
             ],
+            stepping=[
+                (r.stepping.t0[j], r.stepping.t1[j], r.stepping.step[j], r.stepping.miss[j], r.stepping.first[j],
+                 r.stepping.last[j])
+                for j in range(r.stepping.count) if r.stepping.last[j] > r.stepping.first[j]
+            ],
             outcome=OUTCOMES[outcome], t_end=end, contact=r.contact, inexact=it.system.refinement_residual,
-            steps=r.steps, rejected=r.rejected, evaluations=it.system.evaluations, dependent=it.system.rank_deficient,
+            steps=r.steps, rejected=r.rejected, choices=r.choices, evaluations=it.system.evaluations, dependent=it.system.rank_deficient,
             scales=(it.system.time, it.system.energy), state=state,
         )
 

@@ -35,7 +35,8 @@ class History:
 def history(run: Record, instants: int = INSTANTS) -> History:
     """The forces at every row of a run and at ``instants`` even times, and at changes of contact on both sides.
 
-    The last instant of a run that stopped early is left out: forces may have no solution there.
+    The last instant of a run that stopped early is left out: forces may have no solution there. So are those
+    where it went on by time stepping.
     """
     if run.motion is None:
         raise ValueError("this run knows no forces: it was not made by simulate")
@@ -49,7 +50,8 @@ def history(run: Record, instants: int = INSTANTS) -> History:
     asked = np.concatenate([_just_before(run, jumps), times])
     order = np.argsort(t, kind="stable")
     motion = run.motion(asked[order], *run.at(asked[order]))
-    return History(t[order], motion.pushes, motion.reactions)
+    t, known = t[order], np.isfinite(motion.pushes).all(axis=(1, 2)) & np.isfinite(motion.reactions).all(axis=(1, 2))
+    return History(t[known], motion.pushes[known], motion.reactions[known])
 
 
 def _just_before(run: Record, jumps: FloatArray) -> FloatArray:

@@ -33,7 +33,7 @@ UNREADABLE = (
 )
 """What numpy and its packer raise for a file that is damaged, or is another."""
 
-NUMBERS, WORDS = ("rtol", "atol", "step"), ("method", "drift")
+NUMBERS, WORDS = ("rtol", "atol", "step"), ("method", "drift", "on_gain")
 """The settings of a run that goes on by the same bits."""
 
 
@@ -71,7 +71,7 @@ class HybridState:
             "parameter_names": np.array(list(self.parameters), dtype=str),
             "parameter_values": np.array(list(self.parameters.values()), dtype=float),
             "settings": np.array([self.settings[name] for name in NUMBERS]),
-            "method_and_drift": np.array([self.settings[name] for name in WORDS]),
+            "words": np.array([self.settings[name] for name in WORDS]),
             "memory": np.frombuffer(self.memory, dtype=np.uint8),
         }
         write_whole(target, lambda part: np.savez_compressed(part, allow_pickle=False, **arrays))
@@ -83,7 +83,7 @@ class HybridState:
         try:
             with np.load(io.BytesIO(Path(path).read_bytes()), allow_pickle=False) as file:
                 numbers = zip(NUMBERS, file["settings"].tolist(), strict=True)
-                words = zip(WORDS, file["method_and_drift"].tolist(), strict=True)
+                words = zip(WORDS, file["words"].tolist(), strict=True)
                 names, values = file["parameter_names"].tolist(), file["parameter_values"].tolist()
                 return cls(
                     model=str(file["model"]),

@@ -18,10 +18,11 @@ class Impact:
 
     `contacts` are (point, ground) names, `impulses` (k,) theirs along the grounds' normals in N s (of a stop,
     whose names are a joint and `stop_0.lowest` or `.highest`, in N m s), `u_minus` and
-    `u_plus` (nu,) the velocities before and after, `energy_loss` the energy that went, in J. `friction` (k,) are the
-    impulses along the grounds (N s), and `reactions` (joints, 3) those of the joints, x, y (N s) and moment (N m s), on
-    their outboard links. Where a loop comes to lie in a line on the ground it strikes itself: the impulses of the
-    contacts that lie there are zero then, and so are the joints', which have no bounds.
+    `u_plus` (nu,) the velocities before and after, `energy_loss` the energy that went, in J. `restitution_share` is the
+    part of their restitution that the contacts had: less than 1 where all of it would have gained energy. `friction`
+    (k,) are the impulses along the grounds (N s), and `reactions` (joints, 3) those of the joints, x, y (N s) and
+    moment (N m s), on their outboard links. Where a loop comes to lie in a line on the ground it strikes itself: the
+    impulses of the contacts that lie there are zero then, and so are the joints', which have no bounds.
     """
 
     t: float
@@ -32,6 +33,7 @@ class Impact:
     energy_loss: float
     friction: FloatArray = field(default_factory=lambda: np.zeros(0))
     reactions: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
+    restitution_share: float = 1.0
 
     def __post_init__(self) -> None:
         freeze(self, "u_minus", "u_plus", "impulses", "friction", "reactions")
@@ -45,6 +47,8 @@ class Impact:
             raise ValueError(
                 f"impact has friction and reactions of shapes {shapes}, expected (contacts,) or none, and (joints, 3)"
             )
+        if not 0.0 <= self.restitution_share <= 1.0:
+            raise ValueError(f"impact has restitution_share {self.restitution_share}, expected a number from 0 to 1")
         if not (math.isfinite(self.t) and math.isfinite(self.energy_loss)):
             raise ValueError(f"impact has time {self.t} and energy loss {self.energy_loss}, expected finite numbers")
 

@@ -16,17 +16,25 @@ class Phase:
     "smooth"; "sticks"; "slides forward" or "slides backward", forward being along the ground with its normal to the
     left; "at the limit, forward" or "backward" of its friction while other contacts keep it from sliding; "carried" by
     others; "touches" where there is friction but nothing presses, as between what moves side by side.
+
+    In a phase of kind "steps" the run went on by time stepping, where event by event it did not get further: the
+    shortest `step` (s), and by how much the steps differ from their halves in all, `missed` (rad, or
+    lengths of the mechanism): what they may have cost in accuracy. Impulses of contacts are not recorded there.
     """
 
-    kind: Literal["flight", "impact", "contact"]
+    kind: Literal["flight", "impact", "contact", "steps"]
     start: float
     end: float
     contacts: tuple[tuple[str, str], ...] = ()
     how: tuple[str, ...] = ()
+    step: float = 0.0
+    missed: float = 0.0
 
     def __post_init__(self) -> None:
-        if self.kind not in ("flight", "impact", "contact"):
-            raise ValueError(f"phase is of kind {self.kind!r}, not 'flight', 'impact' or 'contact'")
+        if self.kind not in ("flight", "impact", "contact", "steps"):
+            raise ValueError(f"phase is of kind {self.kind!r}, not 'flight', 'impact', 'contact' or 'steps'")
+        if (self.kind == "steps") != (self.step > 0.0) or not self.missed >= 0.0:
+            raise ValueError(f"phase of kind {self.kind!r} has steps of {self.step} s that miss {self.missed}")
         if len(self.how) != len(self.contacts):
             raise ValueError(
                 f"phase has {len(self.contacts)} contacts, and says of {len(self.how)} how they stay closed"

@@ -29,6 +29,8 @@ class Advance:
     ``method``, ``drift`` and the two ``tolerances`` are the run's, as are the ``scales``, its
     characteristic time (s) and energy (J); ``inputs`` as they were given to it and ``supply``
     what became of them; ``held`` are the contacts, and how each is held, from the times ``hold_t`` on.
+    ``stepped`` are times, q and u of the rows where it went on by time stepping: states between are on lines between
+    them.
     Raises ``ValueError`` where no step can be made.
     """
 
@@ -41,6 +43,7 @@ class Advance:
     scales: tuple[float, float]
     inputs: Given
     supply: Supply | None
+    stepped: tuple[tuple[FloatArray, FloatArray, FloatArray], ...] = ()
 
     def __post_init__(self) -> None:
         if not callable(self.inputs):
@@ -52,6 +55,9 @@ class Advance:
                 f"no state between the rows at t = {t0} and after: the run was pickled without its controller, which "
                 "cannot be; define it at the top of a module, or ask for states before the run is pickled"
             )
+        for t, q, u in self.stepped:
+            if t[0] <= t0 < t[-1]:
+                return self._between_steps(t, q, u, t0 + h)
         change = int(np.searchsorted(self.hold_t, t0, side="right")) - 1
         held = [(contact, how) for contact, how in self.held[change] if how != "carried"] if change >= 0 else []
         for method in dict.fromkeys((self.method, COLLOCATION)):
@@ -61,6 +67,12 @@ class Advance:
             if outcome == "done":
                 return new_q, new_u
         raise ValueError(f"no state between the rows at t = {t0} and after ({outcome.replace('_', ' ')})")
+
+    def _between_steps(self, t: FloatArray, q: FloatArray, u: FloatArray, at: float) -> tuple[FloatArray, FloatArray]:
+        """The state between two steps in time: on the line between them, put onto the closure."""
+        row = int(np.searchsorted(t, at, side="right")) - 1
+        part = (at - t[row]) / (t[row + 1] - t[row])
+        return self.model.project(q[row] + part * (q[row + 1] - q[row]), u[row] + part * (u[row + 1] - u[row]))
 
     def __copy__(self) -> Advance:
         return self

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._core import DRIFTS, methods
+from .._core import DRIFTS, GAINS, methods
 from ..arrays import FloatArray
 from ..model.drives import drive_misses, drive_rows, drive_speeds
 from ..model.model import Model
@@ -37,6 +37,7 @@ class Settings:
     step: float
     method: str
     drift: str
+    on_gain: str
     own_rtol: float
 
 
@@ -48,6 +49,7 @@ def settings_of(
     step: float | None,
     method: str | None,
     drift: str | None,
+    on_gain: str | None,
     *,
     controlled: bool,
     before: Mapping[str, Any] | None = None,
@@ -65,9 +67,10 @@ def settings_of(
         atol = before["atol"] if rtol is None and atol is None else atol
         rtol = before["rtol"] if rtol is None else rtol
         method, step = before["method"], (before["step"] or None) if step is None else step
-        drift = drift or before["drift"]
+        drift, on_gain = drift or before["drift"], on_gain or before["on_gain"]
     drift = drift or DRIFTS[0]
     scene, least = model.data["run"], LEAST[model.precision]
+    on_gain = scene["on_gain"] if on_gain is None else on_gain
     own = max(scene["rtol"], least)
     until = _positive("until", scene["until"] if until is None else until)
     rtol = _positive("rtol", own if rtol is None else rtol)
@@ -78,9 +81,11 @@ def settings_of(
         raise ValueError(f"method: found {name!r}, expected one of {', '.join(methods())}")
     if drift not in DRIFTS:
         raise ValueError(f"drift: found {drift!r}, expected one of {', '.join(DRIFTS)}")
+    if on_gain not in GAINS:
+        raise ValueError(f"on_gain: found {on_gain!r}, expected one of {', '.join(GAINS)}")
     if not least <= rtol < 1.0:
         raise ValueError(f"rtol: found {rtol}, expected a number from {least:g} to 1")
-    return Settings(until, rtol, atol, fixed, name, drift, own)
+    return Settings(until, rtol, atol, fixed, name, drift, on_gain, own)
 
 
 def default_method(model: Model, *, controlled: bool = False) -> str:

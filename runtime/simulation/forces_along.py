@@ -18,6 +18,7 @@ from .advance import Advance
 class Along:
     """The motion along a run: in which of the ``ways`` contacts were held from each of the times ``since`` on.
 
+    From when to when it went on by time stepping, ``stepped`` (k, 2) tells: forces are not numbers there.
     ``advance`` has the model and its inputs. Can be pickled with the run.
     """
 
@@ -25,6 +26,7 @@ class Along:
     since: FloatArray
     which: Sequence[int]
     ways: Sequence[Held]
+    stepped: FloatArray
 
     def __call__(self, t: FloatArray, q: FloatArray, u: FloatArray) -> Motion:
         """The motion at the times t (b,) and states of the run; where it changes, what it is from then on.
@@ -41,6 +43,9 @@ class Along:
             rows = np.flatnonzero(which == one)
             held = self.ways[one] if one >= 0 else ()
             found.fill_in_contact(rows, q[rows], u[rows], t[rows], held, supply)
+        unknown = ((t[:, None] >= self.stepped[:, 0]) & (t[:, None] < self.stepped[:, 1])).any(axis=1)
+        for part in (found.motion.u_dot, found.motion.multipliers, found.motion.pushes, found.motion.reactions):
+            part[unknown] = np.nan
         return found.motion
 
     def __copy__(self) -> Along:
@@ -57,7 +62,8 @@ def along(advance: Advance, found: Mapping[str, Any]) -> Along:
     for held, shares in zip(found["held"], found["shares"], strict=True):
         way = tuple((contact, how, share) for (contact, how), share in zip(held, shares, strict=True))
         which.append(numbers.setdefault(way, len(numbers)))
-    return Along(advance, found["hold_t"], which, list(numbers))
+    stepped = np.array([part[:2] for part in found["stepping"]], dtype=float).reshape(-1, 2)
+    return Along(advance, found["hold_t"], which, list(numbers), stepped)
 
 
 def impulses_of_joints(model: Compiled, found: Mapping[str, Any]) -> FloatArray:

@@ -32,6 +32,7 @@ def simulate_one(
     inputs: Given,
     step: float | None,
     drift: str | None,
+    on_gain: str | None,
     progress: Callable[[float], object] | None,
     keep_interrupted: bool,
     params: Mapping[str, float] | None = None,
@@ -48,7 +49,9 @@ def simulate_one(
     if state is not None:
         check_model(model, state)
     before = None if state is None else state.settings
-    asked = settings_of(model, until, rtol, atol, step, method, drift, controlled=callable(inputs), before=before)
+    asked = settings_of(
+        model, until, rtol, atol, step, method, drift, on_gain, controlled=callable(inputs), before=before
+    )
     if state is None:
         q, u = checked_start(model, q0, u0)
     elif q0 is None and u0 is None:
@@ -71,6 +74,7 @@ def simulate_one(
         stops_of(model, kinks),
         asked.drift,
         None if state is None else state.memory,
+        asked.on_gain,
     )
     if found["outcome"] == "interrupted" and not keep_interrupted:
         raise KeyboardInterrupt
@@ -82,8 +86,13 @@ def simulate_one(
         if met := dead_point(model, found["t"], found["q"], found["u"], asked.step, exact):
             found = cut(found, met.rows) | {"met": met.text}
     tolerances = (0.0, 0.0) if asked.step else (asked.rtol, asked.atol)
+    stepped = tuple(
+        (found["t"][first : last + 1], found["q"][first : last + 1], found["u"][first : last + 1])
+        for *_, first, last in found["stepping"]
+    )
+    held, scales = found["held"], found["scales"]
     advance = Advance(
-        model, asked.method, asked.drift, found["hold_t"], found["held"], tolerances, found["scales"], inputs, supply
+        model, asked.method, asked.drift, found["hold_t"], held, tolerances, scales, inputs, supply, stepped
     )
     left = None if "met" in found else left_at(found, asked)  # not where rows are cut off
     return run_of(model, advance, asked.until, found, asked.step > 0.0, left)

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ..arrays import FloatArray
 from ..model.model import Model
 from ..record.impact import Impact
 from ..record.phase import Phase
@@ -33,6 +34,7 @@ def run_of(
     spent = found["work"] - found["work"][0]
     for impact, row in zip(impacts, found["after"], strict=True):
         spent[row:] -= impact.energy_loss
+    gained = _account_for_steps(model, found, spent)
     closure_max, closure_rate_max, energy_drift = model.kernels.audit(q, u, spent)
 
     return Run(
@@ -46,7 +48,7 @@ def run_of(
         message=message_of(model, until, found, fixed),
         nfev=int(found["evaluations"]),
         closure_max=closure_max,
-        energy_drift=energy_drift,
+        energy_drift=max(energy_drift, gained),
         advance=advance,
         motion=along(advance, found),
         method=advance.method,
@@ -55,6 +57,24 @@ def run_of(
         acceleration_error=_acceleration_error(model, found),
         left=left,
     )
+
+
+def _account_for_steps(model: Model, found: dict[str, Any], spent: FloatArray) -> float:
+    """Put what time stepping took into ``spent`` (rows,), the energy that each row has more than the first: J.
+
+    Impacts and contacts take it there, and no impulses are recorded that would tell how much. What such steps may never
+    do is to gain any: the most that one of them does is returned, of a model whose effects do no work of their own.
+    """
+    gained = 0.0
+    for *_, first, last in found["stepping"]:
+        rows = slice(first, last + 1)
+        energy = np.sum(model.energy(found["q"][rows], found["u"][rows]), axis=0)
+        if not model.kernels.works:
+            gained = max(gained, float(np.diff(energy).max(initial=0.0)))
+        change = energy - energy[0] - (spent[rows] - spent[first])
+        spent[rows] += change
+        spent[last + 1 :] += change[-1]
+    return gained
 
 
 def _acceleration_error(model: Model, found: dict[str, Any]) -> float:
@@ -82,6 +102,7 @@ def _impacts(model: Model, found: dict[str, Any]) -> tuple[Impact, ...]:
                 u_plus=found["u_plus"][i],
                 impulses=found["impulses"][part],
                 energy_loss=found["energy_loss"][i].item(),
+                restitution_share=found["share"][i].item(),
                 friction=found["friction"][part],
                 reactions=reactions[i],
             )
@@ -92,22 +113,29 @@ def _impacts(model: Model, found: dict[str, Any]) -> tuple[Impact, ...]:
 def _phases(model: Model, found: dict[str, Any], impacts: tuple[Impact, ...]) -> tuple[Phase, ...]:
     """Flights and contacts, and the impacts that end them."""
     start, end = found["t"][0].item(), found["t"][-1].item()
-    if not impacts and not found["held"]:
+    if not impacts and not found["held"] and not found["stepping"]:
         return (Phase("flight", start, end),) if end > start else ()
+    steps = {t0: (step, miss) for t0, _, step, miss, _, _ in found["stepping"]}
     changes = zip(found["hold_t"], found["held"], [[], *found["held"]], strict=False)
     marks: list[tuple[float, int, list[tuple[int, str]]]] = [
         (t.item(), 1, held) for t, held, before in changes if held != before
     ]
     marks += [(impact.t, 0, []) for impact in impacts]
+    marks += [(t, 2, []) for t0, t1, *_ in found["stepping"] for t in (t0, t1)]
     phases: list[Phase] = []
     now, held = start, list[tuple[int, str]]()
     for t, change, new in [*sorted(marks, key=lambda mark: mark[:2]), (end, 0, [])]:
-        if t > now:
+        if t > now and now in steps:
+            phases.append(Phase("steps", now, t, (), (), *steps[now]))
+            now = t
+        elif t > now:
             contacts = tuple(model.contacts[contact] for contact, _ in held)
             phases.append(Phase("contact" if held else "flight", now, t, contacts, tuple(how for _, how in held)))
             now = t
-        if change:
+        if change == 1:
             held = new
+        elif change == 2:
+            continue
         elif t < end or any(impact.t == t for impact in impacts):
             phases.append(Phase("impact", t, t))
     return tuple(phases)

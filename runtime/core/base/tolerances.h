@@ -124,6 +124,9 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT };
     X(REST_SPEED, CCGEN_LIMIT(1e-10, 1e-4), OF_SPEED, \
       "a closed contact that moves slower is at rest", \
       "a hundred times SHUT: speeds have lost two digits more than places") \
+    X(CROWDED_SPEED, CCGEN_LIMIT(1e-8, 1e-3), OF_SPEED, \
+      "the same where more events than usual crowd; it doubles with their number", \
+      "a hundred times REST_SPEED: a bounce at it is no higher than 1e-16 of the length, the rounding of places") \
     X(FINEST_GAP, CCGEN_LIMIT(1e-12, 1e-5), OF_LENGTH, \
       "gap_tolerance is at least this", \
       "as SHUT") \
@@ -290,6 +293,12 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT };
     X(EDGE_GIVEN, CCGEN_LIMIT(1e-6, 1e-3), OF_RELATIVE, \
       "the same where a contact has just begun to slide, by an event that was located on that limit", \
       "chosen: what others that begin to slide at the same instant change of the forces is more than rounding") \
+    X(COLLISION, 1e3, OF_RELATIVE, \
+      "times REST_SPEED: an impact without collision that changes velocities by less is none", \
+      "an approach at REST_SPEED itself changes them by that, times how much slower a contact is than what moves it") \
+    X(STEPPED, CCGEN_LIMIT(1e-6, 1e-3), OF_UNIT, \
+      "what a step of time stepping may differ by from its two halves", \
+      "an impact within a step of a hundred-thousandth of the characteristic time moves things by ten times that: it is found to a tenth of the step") \
     X(INSTANT, CCGEN_LIMIT(1e-10, 1e-4), OF_TIME, \
       "events within such a time crowd", \
       "ten times REST_TIME") \
@@ -311,6 +320,7 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT };
     X(FINEST_GAP, COARSEST_GAP) \
     X(ADRIFT, COARSEST_GAP) \
     X(STILL, CREEP) \
+    X(REST_SPEED, CROWDED_SPEED) \
     X(EDGE, EDGE_GIVEN) \
     X(REST_TIME, INSTANT) \
     X(SHORTEST, REST_TIME) \

@@ -7,6 +7,7 @@
 
 #include "base/tolerances.h"
 #include "hybrid/contact_transition.h"
+#include "hybrid/jam.h"
 #include "impact/impact.h"
 #include "steps/flat_loop.h"
 #include "steps/phase.h"
@@ -15,14 +16,19 @@
 enum {
     REPEATS = 1000, /* impacts at one instant */
     RATTLE = 1000,  /* the same of events between which no closed contact moves */
+    HALVINGS = 30,  /* of a part of restitution: to a billionth */
     IDLE =
         10 /* events of a gap that neither take time nor lead to an impact, before its contact is said to be at rest */
 };
+
+static const struct event NO_EVENT = {-1, 0.0, LOST, 1.0};
+static const struct mode_change NO_LOSS = {-1, DETACHES};
 
 /* What an impact of the contacts f->set is about */
 struct blow {
     int count;
     double *e;             /* [contacts] restitution */
+    double *less;          /* [contacts] restitution that was tried in its place */
     double *P;             /* [2 contacts] impulses, normal ones and then those of friction */
     double *rates;         /* [contacts] scratch */
     double *du, *momentum; /* [n] scratch */
@@ -33,6 +39,7 @@ static int take_blow(const struct system *s, struct blow *b)
 {
     const size_t contacts = s->model->contacts;
     b->e = TAKE(s->arena, double, contacts);
+    b->less = TAKE(s->arena, double, contacts);
     b->P = TAKE(s->arena, double, 2 * contacts);
     b->rates = TAKE(s->arena, double, contacts);
     b->du = TAKE(s->arena, double, s->n);
@@ -78,6 +85,37 @@ static double jump_loss(const struct phase *f, const struct blow *b, const doubl
     return loss;
 }
 
+/* The impact with the restitution of all contacts times `share`, and the energy (J) that it takes */
+static enum outcome strike_with(struct phase *f, struct blow *b, double share, double *loss)
+{
+    double *u_plus = f->y1 + f->s->n;
+    for (int i = 0; i < b->count; i++)
+        b->less[i] = share * b->e[i];
+    const enum outcome outcome = impact(f->s, f->y, f->y + f->s->n, b->count, f->set, b->less, u_plus, b->P);
+    *loss = f->s->model->drives ? jump_loss(f, b, u_plus) : contact_loss(f, b, u_plus);
+    return outcome;
+}
+
+/* The impact with the restitution that contacts have, or where that would gain energy, the largest part of it that does not
+ * (docs/theory, section 5.4): by bisection, for what an impact gains grows with restitution, and without any it never gains. Only an impact
+ * whose own energy does not rise is taken: with a tolerance there, thousands of them add up. *share is that part. */
+static enum outcome strike_together(struct phase *f, struct blow *b, double *share, double *loss)
+{
+    enum outcome outcome = strike_with(f, b, *share = 1.0, loss);
+    if (outcome != OUTCOME_GAINED || f->run->on_gain == GAIN_STOPS)
+        return outcome;
+    double above = 1.0, tried = 0.0;
+    *share = 0.0;
+    outcome = strike_with(f, b, tried, loss);
+    if (outcome || *loss < 0.0)
+        return outcome ? outcome : OUTCOME_GAINED;
+    for (int i = 0; i < HALVINGS; i++) {
+        tried = 0.5 * (*share + above);
+        *(strike_with(f, b, tried, loss) || *loss < 0.0 ? &above : share) = tried;
+    }
+    return tried == *share ? OUTCOME_DONE : strike_with(f, b, *share, loss);
+}
+
 /* All impacts of one instant: those contacts that are closed and not opening are struck together; if a closed contact is
  * left approaching, another impact follows. `trigger` is the contact whose event led here, or -1. */
 static enum outcome resolve_with(struct phase *f, int trigger, struct blow *b)
@@ -96,7 +134,7 @@ static enum outcome resolve_with(struct phase *f, int trigger, struct blow *b)
             const double closed = gap_tolerance(f, c), still = rest_velocity(f, c);
             if ((f->gaps[c] <= closed || (c == trigger && !repeat)) && f->rates[c] <= still) {
                 approaching |= f->rates[c] < -still || (c == trigger && !repeat && f->rates[c] < 0.0);
-                b->e[b->count] = f->s->restitution[c];
+                b->e[b->count] = f->at.slow > 0.0 && fabs(f->rates[c]) <= still ? 0.0 : f->s->restitution[c];
                 f->set[b->count++] = c;
             }
         }
@@ -105,15 +143,15 @@ static enum outcome resolve_with(struct phase *f, int trigger, struct blow *b)
         if (repeat == REPEATS)
             return OUTCOME_REPEATS;
         activate(f->s->active, 0, NULL, NULL); /* what was held may leave now */
-        double *u_plus = f->y1 + n;
-        enum outcome outcome = impact(f->s, f->y, f->y + n, b->count, f->set, b->e, u_plus, b->P);
+        const double *u_plus = f->y1 + n;
+        double share, loss;
+        const enum outcome outcome = strike_together(f, b, &share, &loss);
         if (outcome) {
             run->contact = f->set[0];
             return outcome;
         }
-        const double loss = m->drives ? jump_loss(f, b, u_plus) : contact_loss(f, b, u_plus);
-        if (record_state(f) ||
-            append_impact(&run->impacts, f->t, f->y + n, u_plus, n, b->count, f->set, b->P, loss, run->record.count))
+        if (record_state(f) || append_impact(&run->impacts, f->t, f->y + n, u_plus, n, b->count, f->set, b->P, loss,
+                                             share, run->record.count))
             return OUTCOME_NO_MEMORY;
         memcpy(f->y + n, u_plus, n * sizeof *u_plus);
         if (record_state(f))
@@ -143,10 +181,23 @@ static int chatters(struct phase *f, double since)
     return 1;
 }
 
+/* Bring bounces to rest that are the slower the more events a window has had: a motion whose events become ever more is one of
+ * bounces ever smaller, and they would never end. A twentieth of the steps and events that a window may have go by first, thousands, as a ball that bounces with e = 0.97 takes
+ * in the last second before it rests; the speed has come to a length in a characteristic time before less than a tenth of them are spent besides. */
+static void slow_down(struct automaton *a, struct phase *f)
+{
+    if (f->t >= a->window + window_of(f)) {
+        a->window = f->t;
+        a->earlier = a->events;
+    }
+    const long patience = f->run->rate_budget / 20, each = f->run->rate_budget / 400 + 1;
+    const long beyond = a->events - a->earlier - patience;
+    f->at.slow = beyond <= 0 ? 0.0 : fmin(ldexp(CROWDED_SPEED, (int)(beyond / each)), 1.0);
+}
+
 /* Count an event, and whether events still take time; put links that have come into a line there. */
 static enum outcome meet(struct automaton *a, struct phase *f)
 {
-    const struct mode_change none = {-1, DETACHES};
     const double now = f->t - INSTANT * fmax(f->s->time, fabs(f->t)), since = f->at.since;
     a->still = chatters(f, f->t - since) ? a->still + 1 : 0;
     a->crowds = a->still >= RATTLE || (a->events >= CROWD && now <= a->last[(a->events - CROWD) % (2 * CROWD)]);
@@ -155,8 +206,9 @@ static enum outcome meet(struct automaton *a, struct phase *f)
         return OUTCOME_ACCUMULATION;
     }
     a->last[a->events++ % (2 * CROWD)] = f->t;
+    slow_down(a, f);
     f->run->events++;
-    a->loss = a->event.watch >= 0 ? mode_change_of(f->s, a->event.watch) : none;
+    a->loss = a->event.watch >= 0 ? mode_change_of(f->s, a->event.watch) : NO_LOSS;
     int closed;
     return a->event.watch == FLAT ? OUTCOME_DONE : snap_to_singularity(f, 0, &closed);
 }
@@ -176,14 +228,79 @@ static enum outcome strike(struct automaton *a, struct phase *f)
 
 static enum outcome select_held(struct automaton *a, struct phase *f)
 {
-    const struct mode_change none = {-1, DETACHES};
     const int idle = !a->struck && a->event.watch == CLOSES && f->t == f->at.since;
     a->idle = idle ? a->idle + 1 : 0;
     return select_active_set(
-        f, a->struck ? none : a->loss, /* what was lost is asked anew where an impact has changed it */
+        f, a->struck ? NO_LOSS : a->loss, /* what was lost is asked anew where an impact has changed it */
         a->crowds         ? ALL_REST
         : a->idle >= IDLE ? a->event.contact
                           : NONE_RESTS);
+}
+
+/* Event by event again: nothing is known but the state, and that time stepping has led there. */
+static void hand_over(struct automaton *a, struct phase *f)
+{
+    struct run *run = f->run;
+    f->at = (struct progress){.place = NAN, .slow = f->at.slow};
+    f->h = 0.0;
+    a->event = NO_EVENT;
+    a->loss = NO_LOSS;
+    a->crowds = a->struck = a->idle = 0;
+    a->still = 0;
+    for (int i = 0; i < 2 * CROWD; i++)
+        a->last[i] = -INFINITY;
+    run->window = f->t;
+    run->spent_before = run->steps + run->rejected + run->events;
+}
+
+static enum outcome step(struct automaton *a, struct phase *f)
+{
+    if (f->run->method->order == 0)
+        return step_to_end(&a->span, f);
+    const enum outcome outcome = step_through_span(&a->span, f);
+    if (!outcome && !a->span.under_way)
+        hand_over(a, f);
+    return outcome;
+}
+
+/* Whether time stepping may get further where a stage has failed so: what is unknown there is what contacts do. Prescribed motions that are
+ * in the way stay in the way, and so does what the caller has chosen: a step of fixed length, or to stop at what would gain. */
+static int may_step(const struct automaton *a, const struct phase *f, enum outcome outcome)
+{
+    if (!f->s->model->contacts || f->s->model->drives || a->stage == STEP || a->stage == START)
+        return 0;
+    switch (outcome) {
+    case OUTCOME_JAMMED:
+    case OUTCOME_REPEATS:
+    case OUTCOME_ACCUMULATION:
+        return 1;
+    case OUTCOME_GAINED:
+        return f->run->on_gain == GAIN_REDUCES;
+    case OUTCOME_STEP_TOO_SMALL:
+    case OUTCOME_NOT_CLOSED:
+    case OUTCOME_CROWDED:
+    case OUTCOME_ESCAPED:
+    case OUTCOME_NO_CONVERGENCE:
+        return f->run->fixed_step == 0.0;
+    default:
+        return 0;
+    }
+}
+
+static int steps_only(const struct automaton *a, const struct phase *f)
+{
+    (void)a;
+    return f->run->method->order == 0;
+}
+
+static int steps_on(const struct automaton *a, const struct phase *f)
+{
+    return f->t < f->run->until && (a->span.under_way || steps_only(a, f));
+}
+
+static int stops_stepping(const struct automaton *a, const struct phase *f)
+{
+    return !a->span.under_way && !steps_only(a, f);
 }
 
 static int has_contacts(const struct automaton *a, const struct phase *f)
@@ -206,7 +323,7 @@ static int time_is_left(const struct automaton *a, const struct phase *f)
 
 /* What each stage does */
 static enum outcome (*const ACTIONS[STAGES_OF_RUN])(struct automaton *a, struct phase *f) = {
-    [MOVE] = move, [MEET] = meet, [STRIKE] = strike, [SELECT] = select_held};
+    [MOVE] = move, [MEET] = meet, [STRIKE] = strike, [SELECT] = select_held, [STEP] = step};
 
 /* and where it leads: to the first of its rows whose guard holds, if there is one. Where an action fails the run stops.
  * docs/events.md has a picture of it. */
@@ -216,6 +333,7 @@ static const struct {
     enum stage to;
 } TRANSITIONS[] = {
     /* clang-format off */
+    {START, steps_only, STEP},
     {START, has_contacts, STRIKE},
     {START, time_is_left, MOVE},
     {START, NULL, END},
@@ -225,6 +343,9 @@ static const struct {
     {MOVE, meets_event, MEET},
     {MOVE, NULL, END},
     {MEET, NULL, STRIKE},
+    {STEP, stops_stepping, STRIKE},
+    {STEP, NULL, END},
+    {END, steps_on, STEP},
     {END, time_is_left, MOVE},
     {END, NULL, END},
     /* clang-format on */
@@ -234,13 +355,32 @@ void start_automaton(struct automaton *a)
 {
     memset(a, 0, sizeof *a);
     a->stage = START;
-    a->event = (struct event){-1, 0.0, LOST, 1.0};
-    a->loss = (struct mode_change){-1, DETACHES};
+    a->event = NO_EVENT;
+    a->loss = NO_LOSS;
+    a->jammed = NAN;
+}
+
+/* Where a stage has failed so: friction that jams has an impact without collision, once at an instant, all else goes on by time stepping. */
+static enum outcome find_way_on(struct automaton *a, struct phase *f, enum outcome failed)
+{
+    int struck = 0;
+    f->at.under_way = 0;
+    if (failed == OUTCOME_JAMMED && !(a->jammed == f->t)) {
+        a->jammed = f->t;
+        const enum outcome outcome = strike_without_collision(f, &struck);
+        if (outcome)
+            return outcome;
+    }
+    a->struck |= struck;
+    a->stage = struck ? STRIKE : STEP;
+    return struck ? OUTCOME_DONE : begin_span(&a->span, f);
 }
 
 enum outcome run_stage(struct automaton *a, struct phase *f)
 {
     const enum outcome outcome = ACTIONS[a->stage] ? ACTIONS[a->stage](a, f) : OUTCOME_DONE;
+    if (may_step(a, f, outcome))
+        return find_way_on(a, f, outcome);
     if (outcome)
         return outcome;
     if (a->stage != MOVE && interrupted(f->s->interruption, 0)) /* what was found without accelerations is none */

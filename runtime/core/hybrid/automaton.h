@@ -2,6 +2,7 @@
 #ifndef CCGEN_AUTOMATON_H
 #define CCGEN_AUTOMATON_H
 
+#include "hybrid/time_stepping.h"
 #include "motion/switching.h"
 #include "steps/step.h"
 
@@ -14,6 +15,7 @@ enum stage {
     MEET,   /* an event: is time getting on, and are links in a line? */
     STRIKE, /* closed contacts that approach strike, all of an instant */
     SELECT, /* contacts that are pressed shut and do not bounce are held from then on */
+    STEP,   /* time stepping, where event by event does not get further */
     END,    /* of the run; it may go on */
     STAGES_OF_RUN
 };
@@ -27,7 +29,11 @@ struct automaton {
     int struck;              /* whether there was an impact since it */
     int idle;                /* events in a row that changed nothing */
     long events, still;      /* events, and those in a row between which nothing moved */
+    double window;           /* when the present window began, in which events are counted, */
+    long earlier;            /* and the events before it */
     double last[2 * CROWD];  /* instants of the last ones */
+    double jammed;           /* when friction jammed last */
+    struct span span;        /* of time stepping, the present or the last one */
 };
 
 /* The automaton of a run that begins */

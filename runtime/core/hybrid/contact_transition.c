@@ -253,15 +253,18 @@ end:
     return outcome;
 }
 
-/* Whether a contact that slides could as well leave as stay: friction that grows faster than what it resists (Painleve). */
-static int undetermined(const struct decision *d)
+/* Let go of contacts that slide and could as well leave as stay, friction growing faster than what it resists (Painleve): they leave, as from a
+ * ground that gives way a little and is not pressed (docs/theory, section 5.11). How many there are. */
+static int choose_to_leave(struct decision *d)
 {
+    int count = 0;
     for (int i = 0; d->all > d->count && i < d->count; i++) {
         const double *row = d->W + i * d->all, own = row[i] - d->mode[i] * d->mu[d->contact[i]] * row[d->count + i];
-        if (d->in[i] && d->mode[i] && own < 0.0 && d->b[i] > PRESSED * d->scale)
-            return 1;
+        const int leaves = d->in[i] && d->mode[i] && own < 0.0 && d->b[i] > PRESSED * d->scale;
+        d->in[i] = (char)(d->in[i] && !leaves);
+        count += leaves;
     }
-    return 0;
+    return count;
 }
 
 /* Bring the gaps of what is held to rest, and the sliding of what was asked whether it slides: that is rounding, and may be
@@ -310,8 +313,7 @@ static enum outcome select_contacts(struct phase *f, struct decision *d, struct 
     d->events_crowd = resting == ALL_REST;
     d->loss = loss;
     enum outcome outcome = gather_candidates(f, d);
-    if (!outcome && undetermined(d))
-        return OUTCOME_JAMMED;
+    d->chosen = outcome ? 0 : choose_to_leave(d);
     if (!outcome && d->count)
         outcome = release_bouncing(f, d, resting);
     return outcome || !d->count ? outcome : activate_selected(f, d, d->loss);
@@ -334,6 +336,23 @@ static void deactivate_all(struct active_set *h, size_t contacts)
     activate(h, 0, NULL, NULL);
 }
 
+enum outcome release_contacts(struct phase *f)
+{
+    struct active_set *h = f->s->active;
+    const size_t c = f->s->model->contacts;
+    const struct mark mark = f->s->arena->top;
+    signed char *how = TAKE(f->s->arena, signed char, c);
+    enum outcome outcome = OUTCOME_NO_MEMORY;
+    if (!f->s->arena->ran_out) {
+        deactivate_all(h, c);
+        memset(h->peak, 0, c * sizeof *h->peak);
+        contact_modes(h, (int)c, how);
+        outcome = append_modes(&f->run->modes, f->t, (int)c, how, h) ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
+    }
+    give_back(f->s->arena, mark);
+    return outcome;
+}
+
 enum outcome select_active_set(struct phase *f, struct mode_change loss, int resting)
 {
     struct active_set *h = f->s->active;
@@ -354,6 +373,7 @@ enum outcome select_active_set(struct phase *f, struct mode_change loss, int res
             outcome = OUTCOME_NO_MEMORY;
         if (!outcome && record_state(f))
             outcome = OUTCOME_NO_MEMORY;
+        run->choices += d.chosen > 0;
         if (outcome == OUTCOME_JAMMED)
             run->contact = d.count ? d.contact[0] : -1;
     }
@@ -372,6 +392,7 @@ enum outcome would_activate(struct phase *f, int *strikes)
     if (!take_decision(&d, f->s)) {
         deactivate_all(s->active, s->model->contacts);
         outcome = select_contacts(f, &d, none, NONE_RESTS);
+        outcome = !outcome && d.chosen ? OUTCOME_JAMMED : outcome; /* a state has no rule: a run has */
         for (int c = 0, i = 0; c < s->model->contacts && !outcome; c++) {
             const int asked = i < d.count && d.contact[i] == c;
             i += asked;

@@ -19,4 +19,7 @@ enum outcome select_active_set(struct phase *f, struct mode_change loss, int res
  * y, dy, gaps, rates and set alone. */
 enum outcome would_activate(struct phase *f, int *strikes);
 
+/* Let go of all contacts, which is recorded. */
+enum outcome release_contacts(struct phase *f);
+
 #endif

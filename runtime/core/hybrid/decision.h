@@ -30,6 +30,7 @@ struct decision {
     double
         enlarged; /* by what b is enlarged, where all that presses has vanished and what decides is small against `scale` */
     int events_crowd;        /* events follow each other without time */
+    int chosen;              /* contacts that could as well have stayed, and leave */
     struct mode_change loss; /* what has just ended */
     struct vanishing vanishing;
 };

@@ -21,7 +21,7 @@ static struct kind kind_of(const struct phase *f)
     struct kind kind;
     memset(&kind, 0, sizeof kind);
     memcpy(kind.magic, "ccgen\n", 6);
-    kind.version = 2;
+    kind.version = 3;
     kind.number = (int)sizeof(double);
     kind.size = f->s->size;
     kind.contacts = f->s->model->contacts;
@@ -62,11 +62,13 @@ static size_t walk(struct automaton *a, struct phase *f, enum way way, char *byt
                  {&at->passage, sizeof at->passage},
                  {&at->gap_uncertainty, number},
                  {&at->flat, number},
+                 {&at->slow, number},
                  {&f->s->time, number},
                  {&f->s->energy, number},
                  {&run->steps, sizeof run->steps},
                  {&run->rejected, sizeof run->rejected},
                  {&run->events, sizeof run->events},
+                 {&run->choices, sizeof run->choices},
                  {&h->count, sizeof h->count},
                  {&h->rows, sizeof h->rows},
                  {&h->implied, sizeof h->implied},
@@ -91,6 +93,13 @@ static size_t walk(struct automaton *a, struct phase *f, enum way way, char *byt
                  {&a->idle, sizeof a->idle},
                  {&a->events, sizeof a->events},
                  {&a->still, sizeof a->still},
+                 {&a->window, number},
+                 {&a->earlier, sizeof a->earlier},
+                 {&a->jammed, number},
+                 {&a->span.length, number},
+                 {&a->span.ends, number},
+                 {&a->span.step, number},
+                 {&a->span.under_way, sizeof a->span.under_way},
                  {a->last, sizeof a->last}};
     size_t size = 0;
     for (size_t i = 0; i < sizeof parts / sizeof *parts; size += parts[i++].size) {

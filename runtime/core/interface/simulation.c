@@ -85,12 +85,13 @@ static enum outcome make_run(struct run *run, const struct ccgen_model *m, const
     run->duration = settings->duration > 0.0 ? settings->duration : 1.0;
     run->rate_budget = settings->rate_budget ? settings->rate_budget : RATE_BUDGET;
     run->drift = (enum drift)settings->drift;
+    run->on_gain = (enum gain)settings->on_gain;
     run->interruption.tick = settings->tick;
     run->interruption.context = settings->tick_context;
     const double numbers[] = {
         settings->rtol, settings->atol,    settings->fixed_step, settings->length, settings->acceleration_scale,
         settings->time, settings->duration};
-    int wrong = !ccgen_drift_name(settings->drift) || !(rtol < 1.0);
+    int wrong = !ccgen_drift_name(settings->drift) || !ccgen_gain_name(settings->on_gain) || !(rtol < 1.0);
     for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++)
         wrong |= !(numbers[i] >= 0.0 && isfinite(numbers[i]));
     for (size_t i = 0; i + 1 < settings->stop_count; i++)
@@ -148,6 +149,7 @@ static void clear_record(struct run *run)
     run->record.count = 0;
     run->impacts.count = run->impacts.contact_count = 0;
     run->modes.count = run->modes.contact_count = 0;
+    run->stepping.count = 0;
 }
 
 /* How fast (1/s) the state in the phase moves, or begins to: whether it was interrupted meanwhile */
@@ -173,7 +175,7 @@ static enum outcome begin(struct ccgen_simulation *it, double t)
     f->t = t;
     f->h = 0.0;
     f->at = (struct progress){.place = NAN};
-    run->steps = run->rejected = run->events = 0;
+    run->steps = run->rejected = run->events = run->choices = 0;
     run->contact = -1;
     begin_window(run, t);
     clear_active_set(&f->active, it->system.model);
@@ -211,7 +213,8 @@ static enum outcome run_whole_stage(struct ccgen_simulation *it)
     struct record *rows = &run->record;
     struct impacts *impacts = &run->impacts;
     struct mode_history *modes = &run->modes;
-    const size_t before[] = {rows->count, impacts->count, impacts->contact_count, modes->count, modes->contact_count};
+    const size_t before[] = {rows->count,  impacts->count,       impacts->contact_count,
+                             modes->count, modes->contact_count, run->stepping.count};
     get_state(&it->automaton, &it->phase, it->before);
     const enum outcome outcome = run_stage(&it->automaton, &it->phase);
     if (outcome == OUTCOME_INTERRUPTED && !it->phase.at.under_way) {
@@ -221,6 +224,7 @@ static enum outcome run_whole_stage(struct ccgen_simulation *it)
         impacts->contact_count = before[2];
         modes->count = before[3];
         modes->contact_count = before[4];
+        run->stepping.count = before[5];
     }
     return outcome;
 }
@@ -376,6 +380,14 @@ const char *ccgen_drift_name(int drift)
     static const char *const names[] = {ALL_DRIFTS(NAMED)};
 #undef NAMED
     return drift >= 0 && drift < DRIFTS ? names[drift] : NULL;
+}
+
+const char *ccgen_gain_name(int gain)
+{
+#define NAMED(name, text) text,
+    static const char *const names[] = {ALL_GAINS(NAMED)};
+#undef NAMED
+    return gain >= 0 && gain < GAINS ? names[gain] : NULL;
 }
 
 enum outcome advance(struct system *s, const struct method *method, struct tolerance tolerance, enum drift drift,

@@ -6,6 +6,7 @@
     METHOD(dop853)          \
     METHOD(gauss)           \
     METHOD(dopri5)          \
-    METHOD(radau)
+    METHOD(radau)           \
+    METHOD(moreau)
 
 #endif

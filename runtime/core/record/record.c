@@ -1,6 +1,7 @@
 /* Growing records of a run. */
 #include "record/record.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -31,13 +32,14 @@ int append_row(struct record *r, double t, const double *y, size_t width)
 }
 
 int append_impact(struct impacts *r, double t, const double *u_minus, const double *u_plus, size_t n, int count,
-                  const int *contact, const double *impulse, double energy_loss, size_t after)
+                  const int *contact, const double *impulse, double energy_loss, double share, size_t after)
 {
     if (r->count == r->room) {
         const size_t room = r->room ? 2 * r->room : 64;
         if (grow(&r->t, room, sizeof *r->t) || grow(&r->energy_loss, room, sizeof *r->energy_loss) ||
-            grow(&r->first, room + 1, sizeof *r->first) || grow(&r->after, room, sizeof *r->after) ||
-            grow(&r->u_minus, room * n, sizeof *r->u_minus) || grow(&r->u_plus, room * n, sizeof *r->u_plus))
+            grow(&r->share, room, sizeof *r->share) || grow(&r->first, room + 1, sizeof *r->first) ||
+            grow(&r->after, room, sizeof *r->after) || grow(&r->u_minus, room * n, sizeof *r->u_minus) ||
+            grow(&r->u_plus, room * n, sizeof *r->u_plus))
             return 1;
         r->room = room;
     }
@@ -50,6 +52,7 @@ int append_impact(struct impacts *r, double t, const double *u_minus, const doub
     }
     r->t[r->count] = t;
     r->energy_loss[r->count] = energy_loss;
+    r->share[r->count] = share;
     r->after[r->count] = after;
     memcpy(r->u_minus + r->count * n, u_minus, n * sizeof *u_minus);
     memcpy(r->u_plus + r->count * n, u_plus, n * sizeof *u_plus);
@@ -113,4 +116,33 @@ int append_modes(struct mode_history *r, double t, int contacts, const signed ch
         }
     r->first[++r->count] = r->contact_count;
     return 0;
+}
+
+int open_stepping(struct stepping *r, double t, size_t rows)
+{
+    if (r->count && r->t1[r->count - 1] == t && r->last[r->count - 1] == rows - 1)
+        return 0;
+    if (r->count == r->room) {
+        const size_t room = r->room ? 2 * r->room : 64;
+        if (grow(&r->t0, room, sizeof *r->t0) || grow(&r->t1, room, sizeof *r->t1) ||
+            grow(&r->step, room, sizeof *r->step) || grow(&r->miss, room, sizeof *r->miss) ||
+            grow(&r->first, room, sizeof *r->first) || grow(&r->last, room, sizeof *r->last))
+            return 1;
+        r->room = room;
+    }
+    r->t0[r->count] = r->t1[r->count] = t;
+    r->step[r->count] = INFINITY;
+    r->miss[r->count] = 0.0;
+    r->first[r->count] = r->last[r->count] = rows - 1;
+    r->count++;
+    return 0;
+}
+
+void note_stepping(struct stepping *r, double t, double h, double miss, size_t rows)
+{
+    const size_t i = r->count - 1;
+    r->t1[i] = t;
+    r->step[i] = fmin(r->step[i], h);
+    r->miss[i] += miss;
+    r->last[i] = rows - 1;
 }

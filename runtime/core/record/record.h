@@ -14,6 +14,7 @@ struct record {
 struct impacts {
     size_t count, room, contact_count, contact_room;
     double *t, *u_minus, *u_plus, *energy_loss;
+    double *share; /* of their restitution that contacts had: less than 1 where all of it would have gained energy */
     size_t *first, *after; /* after: the row of the record right after the impact */
     int *contact;
     double *impulse, *friction;
@@ -30,12 +31,24 @@ struct mode_history {
     double *weight;
 };
 
+/* stretches of time stepping: from when, to when, by what steps at least, how far those may have missed, in units of the coordinates,
+ * and their rows of the record, the first being where it began */
+struct stepping {
+    size_t count, room;
+    double *t0, *t1, *step, *miss;
+    size_t *first, *last;
+};
+
 /* Append; 0, or 1 when memory runs out. Impulses are normal ones [count], then those of friction [count]. How
  * contacts are held is appended where it is not what it was. */
 int append_row(struct record *record, double t, const double *y, size_t width);
 int append_impact(struct impacts *impacts, double t, const double *u_minus, const double *u_plus, size_t n, int count,
-                  const int *contact, const double *impulse, double energy_loss, size_t after);
+                  const int *contact, const double *impulse, double energy_loss, double share, size_t after);
 int append_modes(struct mode_history *modes, double t, int contacts, const signed char *mode,
                  const struct active_set *active);
+
+/* A stretch of time stepping begins, or goes on, at t, the last of `rows` rows; it has gone on by a step of length h to t. */
+int open_stepping(struct stepping *stepping, double t, size_t rows);
+void note_stepping(struct stepping *stepping, double t, double h, double miss, size_t rows);
 
 #endif

@@ -17,6 +17,15 @@
 enum drift { ALL_DRIFTS(ENTRY) DRIFTS };
 #undef ENTRY
 
+/* What becomes of an impact that would gain energy, as Newton's law may with friction */
+#define ALL_GAINS(X)                                                                    \
+    X(REDUCES, "reduce") /* it has the largest part of its restitution that does not */ \
+    X(STOPS, "stop")     /* the run stops before it */
+
+#define ENTRY(name, text) GAIN_##name,
+enum gain { ALL_GAINS(ENTRY) GAINS };
+#undef ENTRY
+
 struct run {
     /* asked for */
     double until;
@@ -29,11 +38,13 @@ struct run {
     long rate_budget;  /* steps and events within a characteristic time: steps/phase.c */
     const struct method *method;
     enum drift drift;
+    enum gain on_gain;
     struct interruption interruption; /* its `tick` and `context` */
     /* found */
     struct record record;
     struct impacts impacts;
     struct mode_history modes;
+    struct stepping stepping;
     enum outcome outcome;
     int contact; /* contact at fault, or -1 */
     long steps, rejected;
@@ -41,6 +52,7 @@ struct run {
     double window;     /* when the present one began */
     long spent_before; /* steps and events before that */
     long events;
+    long choices; /* at how many instants contacts could as well have stayed as left, and have left */
 };
 
 void free_run(struct run *run);

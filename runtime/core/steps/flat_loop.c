@@ -186,7 +186,7 @@ static enum outcome commit_snap(struct phase *f, int count)
         const struct mark mark = f->s->arena->top;
         double *P = TAKE_ZEROS(f->s->arena, double, 2 * (size_t)count);
         const int wrong = f->s->arena->ran_out || append_impact(&run->impacts, f->t, f->y + n, f->y1 + n, n, count,
-                                                                f->set, P, loss, run->record.count);
+                                                                f->set, P, loss, 1.0, run->record.count);
         give_back(f->s->arena, mark);
         if (wrong)
             return OUTCOME_NO_MEMORY;

@@ -52,7 +52,7 @@ static enum outcome search_step(struct phase *f, struct event *event)
             outcome = f->by->prepare(f->s, f->steps, f->t, f->h, f->y, f->dy, f->y1, f->dy1);
         if (outcome)
             return outcome;
-        if ((outcome = find_event(f->s, f->by, f->steps, f->t, f->h, REST_SPEED / f->s->time, event)))
+        if ((outcome = find_event(f->s, f->by, f->steps, f->t, f->h, rest_speed(f) / f->s->time, event)))
             return outcome;
         const double shorter = 2.0 * event->theta * f->h;
         if (event->contact < 0 || event->theta > EARLY || f->t + shorter <= f->t || i == SHORTER)
@@ -93,14 +93,19 @@ static int penetrating_contact(const struct phase *f)
     return -1;
 }
 
-/* Whether the run has taken more steps and events than a characteristic time may have: a tenth of the duration where that is less, a
- * ten-thousandth where that is more, for a run that would take forever is to end. */
-static int exceeds_step_rate(struct run *run, double t, double time)
+double window_of(const struct phase *f)
 {
-    const double window = fmin(0.1 * run->duration, fmax(1e-4 * run->duration, time));
+    const double duration = f->run->duration;
+    return fmin(0.1 * duration, fmax(1e-4 * duration, f->s->time));
+}
+
+/* Whether the run has taken more steps and events than a window may have */
+static int exceeds_step_rate(const struct phase *f)
+{
+    struct run *run = f->run;
     const long spent = run->steps + run->rejected + run->events;
-    if (t >= run->window + window) {
-        run->window = t;
+    if (f->t >= run->window + window_of(f)) {
+        run->window = f->t;
         run->spent_before = spent;
     }
     return run->fixed_step == 0.0 && spent - run->spent_before > run->rate_budget;
@@ -141,7 +146,7 @@ static enum outcome within_budget(struct phase *f)
         return OUTCOME_INTERRUPTED;
     if (run->steps + run->rejected - run->taken_before >= run->step_budget)
         return OUTCOME_BUDGET;
-    return exceeds_step_rate(run, f->t, f->s->time) ? OUTCOME_CROWDED : OUTCOME_DONE;
+    return exceeds_step_rate(f) ? OUTCOME_CROWDED : OUTCOME_DONE;
 }
 
 /* What a step that is begun and not ended has changed */

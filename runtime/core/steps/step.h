@@ -28,6 +28,7 @@ struct progress {
     enum passage passage;              /* how the step lies to it */
     double gap_uncertainty;            /* gaps so small, relative to the contact's extent, are not known: flat_loop.h */
     double flat;                       /* when the state was last put where closure rows are lost */
+    double slow;                       /* speed below which contacts rest where events crowd; 0: REST_SPEED */
 };
 
 struct phase {
@@ -47,7 +48,10 @@ struct phase {
     struct progress at;
 };
 
-/* speed (m/s, rad/s) below which a closed contact neither opens nor closes */
+/* speed, of lengths in a characteristic time, below which a closed contact neither opens nor closes */
+double rest_speed(const struct phase *f);
+
+/* and that speed (m/s) */
 double rest_velocity(const struct phase *f, int contact);
 
 /* gap (m, rad) below which a contact is closed */

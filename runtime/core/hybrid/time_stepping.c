@@ -1,0 +1,388 @@
+/* Time stepping: contacts without events (docs/theory, section 5.11).
+ *
+ * A step of length h looks at the contacts once, in its middle, and gives them the impulse of the whole step, of forces and impacts
+ * alike (J. J. Moreau's midpoint rule; M. Jean, "The non-smooth contact dynamics method", 1999, section 5):
+ *
+ *     q_m = q + h/2 u,    u_f = u + h a_m,    u+ = u_f + M^-1 (N^T P + T^T F)  by the law of impact,    q+ = q_m + h/2 u+,
+ *
+ * where a_m are the accelerations in the middle without contacts. Impulses have a solution where forces have none or several
+ * (Painleve), and nothing accumulates: however many events a step has, it ends. Loops and closed contacts are then put back at
+ * position and velocity level, and the energy may not rise. It is of first order: what a step does not see, it moves by no more than itself.
+ * So where the run can go on from event to event, it does.
+ */
+#include "hybrid/time_stepping.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "base/tolerances.h"
+#include "hybrid/contact_transition.h"
+#include "impact/impact.h"
+#include "model/contacts.h"
+#include "model/scales.h"
+#include "motion/derivative.h"
+#include "motion/projection.h"
+
+enum {
+    HALVINGS = 30, /* of a part of restitution */
+    PER_SPAN = 10, /* steps that a span has at least */
+    FINER = 64     /* how much shorter one may become */
+};
+
+/* Spans last a ten-thousandth of a characteristic time, long against what crowds and short against the motion, and three times the last where that has
+ * not helped, up to a third of it. */
+static const double SPAN = 1e-4, LONGER = 3.0, LONGEST = 0.3, SOON = 10.0;
+
+/* What a step works with */
+struct room {
+    double *middle, *dy; /* [size] state in the middle, and its derivative */
+    double *free, *u;    /* [n] velocities after the step without contacts, and with them */
+    double *momentum;    /* [n] scratch */
+    double *before;      /* [contacts] rates of the gaps before the step */
+    double *e, *less;    /* [contacts] restitution */
+    double *P;           /* [2 contacts] */
+    double scale;        /* energy (J) of the heaviest coordinate at a speed of its unit */
+    double *whole;       /* [size] end of a whole step */
+    double *half;        /* [size] end of its first half */
+    int *held;           /* [contacts] those that are put back onto their grounds */
+    signed char *mode;   /* [contacts] how: without friction */
+};
+
+static int take_room(const struct system *s, struct room *r)
+{
+    struct arena *arena = s->arena;
+    const size_t n = s->n, c = s->model->contacts;
+    *r = (struct room){
+        .middle = TAKE_ZEROS(arena, double, s->size),
+        .dy = TAKE(arena, double, s->size),
+        .free = TAKE(arena, double, n),
+        .u = TAKE(arena, double, n),
+        .momentum = TAKE(arena, double, n),
+        .before = TAKE(arena, double, c),
+        .e = TAKE(arena, double, c),
+        .less = TAKE(arena, double, c),
+        .P = TAKE(arena, double, 2 * c),
+        .whole = TAKE(arena, double, s->size),
+        .half = TAKE(arena, double, s->size),
+        .held = TAKE(arena, int, c),
+        .mode = TAKE(arena, signed char, c),
+    };
+    for (size_t i = 0; !arena->ran_out && i < c; i++)
+        r->mode[i] = FRICTIONLESS;
+    return arena->ran_out;
+}
+
+/* Hold the contacts r->held, without friction, and no others. */
+static void hold(struct system *s, int count, const struct room *r)
+{
+    if (s->active)
+        activate(s->active, count, r->held, r->mode);
+}
+
+static double kinetic(const struct system *s, const double *q, const double *u, double *momentum)
+{
+    double twice = 0.0;
+    s->model->momentum(s->k, q, u, momentum);
+    for (int i = 0; i < s->n; i++)
+        twice += u[i] * momentum[i];
+    return 0.5 * twice;
+}
+
+static double energy_of(const struct system *s, const double *y, double *kinetic_energy)
+{
+    double energy[2];
+    s->model->energy(s->k, y, y + s->n, energy);
+    *kinetic_energy = energy[0];
+    return energy[0] + energy[1];
+}
+
+/* The velocities r->free after a step of length h without contacts, by the accelerations in its middle */
+static enum outcome fly(struct phase *f, struct room *r, double t, double h, const double *y)
+{
+    struct system *s = f->s;
+    const int n = s->n;
+    double *q = r->middle, *u = r->middle + n;
+    enum outcome outcome = system_derivative(s, t, y, r->dy);
+    for (int i = 0; i < n; i++) {
+        q[i] = y[i] + 0.5 * h * y[n + i];
+        u[i] = y[n + i] + 0.5 * h * r->dy[n + i];
+    }
+    outcome = outcome ? outcome : project_position(s, q);
+    outcome = outcome ? outcome : project_velocity(s, q, u);
+    outcome = outcome ? outcome : system_derivative(s, t + 0.5 * h, r->middle, r->dy);
+    for (int i = 0; i < n; i++)
+        r->free[i] = y[n + i] + h * r->dy[n + i];
+    return outcome ? outcome : project_velocity(s, q, r->free);
+}
+
+/* The contacts that are closed in the middle of the step: their number, the set in f->set. The speed (m/s) that accelerations give
+ * them in the step is in *gained: what approaches no faster than twice that rests, and has no restitution. */
+static int closed_contacts(struct phase *f, struct room *r, const double *u, double *gained)
+{
+    struct system *s = f->s;
+    int count = 0;
+    *gained = 0.0;
+    if (!s->model->contacts)
+        return 0;
+    contact_gaps(s, r->middle, f->gaps);
+    contact_rates(s, r->middle, u, r->before);
+    contact_rates(s, r->middle, r->free, f->rates);
+    for (int c = 0; c < s->model->contacts; c++)
+        if (f->gaps[c] <= gap_tolerance(f, c)) {
+            f->set[count++] = c;
+            *gained = fmax(*gained, fabs(f->rates[c] - r->before[c]));
+        }
+    for (int i = 0; i < count; i++)
+        r->e[i] = r->before[f->set[i]] < -2.0 * *gained ? s->restitution[f->set[i]] : 0.0;
+    return count;
+}
+
+/* The impulses of the step at `count` contacts, with `share` of their restitution: r->u */
+static enum outcome push_with(struct phase *f, struct room *r, int count, double share)
+{
+    for (int i = 0; i < count; i++)
+        r->less[i] = share * r->e[i];
+    return impact(f->s, r->middle, r->free, count, f->set, r->less, r->u, r->P);
+}
+
+/* and with the largest part of it that does not add to the energy of the velocities r->free */
+static enum outcome push(struct phase *f, struct room *r, int count)
+{
+    const double most = kinetic(f->s, r->middle, r->free, r->momentum);
+    enum outcome outcome = push_with(f, r, count, 1.0);
+    if (!outcome && kinetic(f->s, r->middle, r->u, r->momentum) <= most)
+        return OUTCOME_DONE;
+    if (outcome == OUTCOME_NO_MEMORY || outcome == OUTCOME_INTERRUPTED)
+        return outcome;
+    double below = 0.0, above = 1.0;
+    for (int i = 0; i < HALVINGS; i++) {
+        const double middle = 0.5 * (below + above);
+        const int more = push_with(f, r, count, middle) || kinetic(f->s, r->middle, r->u, r->momentum) > most;
+        *(more ? &above : &below) = middle;
+    }
+    outcome = push_with(f, r, count, below);
+    return outcome == OUTCOME_GAINED ? OUTCOME_DONE : outcome; /* rounding: the whole step is looked at again */
+}
+
+/* Put y1 onto the closure, the gaps of r->held[count] onto their grounds, and no other behind its own: those are put there too, but they
+ * move as they do. */
+static enum outcome put_back(struct phase *f, struct room *r, int count, double *y1)
+{
+    struct system *s = f->s;
+    for (int pass = 0; pass <= s->model->contacts; pass++) {
+        hold(s, count, r);
+        const enum outcome outcome = project_position(s, y1);
+        if (outcome || !s->model->contacts)
+            return outcome;
+        contact_gaps(s, y1, f->gaps);
+        int deepest = -1;
+        for (int c = 0; c < s->model->contacts; c++)
+            if (f->gaps[c] < -PLACE_ROUNDING * s->model->links * s->extent[c] &&
+                (deepest < 0 || f->gaps[c] < f->gaps[deepest]))
+                deepest = c;
+        for (int i = 0; i < count && deepest >= 0; i++)
+            if (r->held[i] == deepest)
+                return f->gaps[deepest] < -SHUT * s->extent[deepest] ? OUTCOME_NOT_CLOSED : OUTCOME_DONE;
+        if (deepest < 0)
+            break;
+        r->held[count++] = deepest;
+    }
+    return OUTCOME_DONE;
+}
+
+/* Bring to rest what is closed at y1 and approaches no faster than `slow`. */
+static enum outcome stop_slow(struct phase *f, struct room *r, double slow, double *y1)
+{
+    struct system *s = f->s;
+    double *u = y1 + s->n;
+    int count = 0, approaching = 0;
+    if (!s->model->contacts)
+        return OUTCOME_DONE;
+    contact_gaps(s, y1, f->gaps);
+    contact_rates(s, y1, u, f->rates);
+    for (int c = 0; c < s->model->contacts; c++)
+        if (f->gaps[c] <= SHUT * s->extent[c] && fabs(f->rates[c]) <= slow) {
+            approaching |= f->rates[c] < 0.0;
+            r->less[count] = 0.0;
+            f->set[count++] = c;
+        }
+    if (!approaching)
+        return OUTCOME_DONE;
+    const enum outcome outcome = impact(s, y1, u, count, f->set, r->less, r->u, r->P);
+    if (!outcome || outcome == OUTCOME_GAINED)
+        memcpy(u, r->u, s->n * sizeof *u);
+    return outcome == OUTCOME_GAINED ? OUTCOME_DONE : outcome;
+}
+
+/* Whether the energy at y1 is no more than `most`, velocities being slowed down to that if they need be. A place that is put back has `rounding`. */
+static int keeps(const struct system *s, double most, double rounding, double *y1)
+{
+    double moving;
+    const double found = energy_of(s, y1, &moving), rest = found - moving;
+    if (found <= most)
+        return 1;
+    if (!(rest <= most + rounding))
+        return 0;
+    const double part = sqrt(fmax(0.0, most - rest) / moving);
+    for (int i = 0; i < s->n; i++)
+        y1[s->n + i] *= part;
+    return 1;
+}
+
+/* One step of length h from (t, y) to y1 */
+static enum outcome step_once(struct phase *f, struct room *r, double t, double h, const double *y, double *y1)
+{
+    struct system *s = f->s;
+    const int n = s->n;
+    double gained, moving;
+    const double before = energy_of(s, y, &moving);
+    hold(s, 0, r);
+    enum outcome outcome = fly(f, r, t, h, y);
+    if (outcome)
+        return outcome;
+    const int count = closed_contacts(f, r, y + n, &gained);
+    memcpy(r->u, r->free, n * sizeof *r->u);
+    if (count && (outcome = push(f, r, count)))
+        return outcome;
+    int held = 0;
+    if (count)
+        contact_rates(s, r->middle, r->u, f->rates);
+    for (int i = 0; i < count; i++)
+        if (r->P[i] > 0.0 && fabs(f->rates[f->set[i]]) <= gained)
+            r->held[held++] = f->set[i];
+    for (int i = 0; i < n; i++) {
+        y1[i] = r->middle[i] + 0.5 * h * r->u[i];
+        y1[n + i] = r->u[i];
+    }
+    outcome = put_back(f, r, held, y1);
+    hold(s, held, r);
+    outcome = outcome ? outcome : project_velocity(s, y1, y1 + n);
+    hold(s, 0, r);
+    outcome = outcome ? outcome : stop_slow(f, r, 2.0 * gained, y1);
+    if (outcome)
+        return outcome;
+    const int works = s->size > 2 * n;
+    const double done = works ? h * r->dy[2 * n] : 0.0; /* by effects: contacts were apart */
+    if (!keeps(s, before + done, ENERGY_ROUNDING * (r->scale + fabs(before)), y1))
+        return OUTCOME_NOT_KEPT;
+    if (works) /* friction's work, and what impacts have taken, are one */
+        y1[2 * n] = y[2 * n] + energy_of(s, y1, &moving) - before;
+    return OUTCOME_DONE;
+}
+
+/* How far two ends of a step are apart, in units of the coordinates */
+static double apart(const struct system *s, const double *a, const double *b)
+{
+    double found = 0.0;
+    for (int i = 0; i < s->n; i++)
+        found = fmax(found, fabs(a[i] - b[i]) / s->unit[i]);
+    return found;
+}
+
+/* A step to f->y1 that does not miss more than STEPPED, or is as short as steps get: two halves, and what they differ by from the whole.
+ * *next is the step to try next. */
+static enum outcome controlled_step(struct phase *f, struct room *r, double longest, double *h, double *next,
+                                    double *miss)
+{
+    const double least = longest / FINER, t = f->t;
+    for (;; *h *= 0.5) {
+        if (interrupted(f->s->interruption, f->s->n))
+            return OUTCOME_INTERRUPTED;
+        enum outcome outcome = step_once(f, r, t, *h, f->y, r->whole);
+        outcome = outcome ? outcome : step_once(f, r, t, 0.5 * *h, f->y, r->half);
+        outcome = outcome ? outcome : step_once(f, r, t + 0.5 * *h, 0.5 * *h, r->half, f->y1);
+        if (outcome == OUTCOME_NO_MEMORY || outcome == OUTCOME_INTERRUPTED)
+            return outcome;
+        const int last = *h <= least;
+        if (outcome && last)
+            return outcome;
+        *miss = outcome ? INFINITY : apart(f->s, r->whole, f->y1);
+        if (outcome || (*miss > STEPPED && !last)) {
+            f->run->rejected++;
+            continue;
+        }
+        *next = fmin(longest, *miss < 0.25 * STEPPED ? 2.0 * *h : *h);
+        return OUTCOME_DONE;
+    }
+}
+
+/* Go on by h to f->y1. */
+static enum outcome commit(struct phase *f, double t, double h, double miss)
+{
+    double *swap = f->y;
+    f->y = f->y1;
+    f->y1 = swap;
+    f->t = t;
+    f->run->steps++;
+    if (record_state(f))
+        return OUTCOME_NO_MEMORY;
+    note_stepping(&f->run->stepping, t, h, miss, f->run->record.count);
+    return OUTCOME_DONE;
+}
+
+/* Go on from the present record: the stepping begins, or goes on in a run that has begun again. */
+static enum outcome open_record(struct phase *f)
+{
+    struct run *run = f->run;
+    return record_state(f) || open_stepping(&run->stepping, f->t, run->record.count) ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
+}
+
+static enum outcome go_through(struct span *span, struct phase *f, struct room *r, double end, double longest)
+{
+    const int fixed = f->run->fixed_step > 0.0;
+    enum outcome outcome = open_record(f);
+    f->at.under_way = 1; /* what is done stays done where it is interrupted */
+    while (!outcome && f->t < end) {
+        f->run->interruption.t = f->t;
+        if (ask(&f->run->interruption))
+            return OUTCOME_INTERRUPTED;
+        const double stop = fmin(next_stop(f->run, f->t), end);
+        double h = fixed ? longest : span->step, next = h, miss = 0.0;
+        const int last = f->t + 1.01 * h >= stop;
+        h = last ? stop - f->t : h;
+        const double whole = h;
+        outcome = fixed ? step_once(f, r, f->t, h, f->y, f->y1) : controlled_step(f, r, longest, &h, &next, &miss);
+        if (outcome)
+            break;
+        span->step = last && h == whole ? fmax(next, span->step) : next;
+        outcome = commit(f, last && h == whole ? stop : f->t + h, h, miss);
+    }
+    return outcome;
+}
+
+static enum outcome with_room(struct span *span, struct phase *f, double end, double longest)
+{
+    const struct mark mark = f->s->arena->top;
+    struct room r;
+    enum outcome outcome = take_room(f->s, &r) ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
+    if (!outcome) {
+        r.scale = heaviest(f->s, f->y);
+        outcome = go_through(span, f, &r, end, longest);
+    }
+    give_back(f->s->arena, mark);
+    return outcome;
+}
+
+enum outcome begin_span(struct span *span, struct phase *f)
+{
+    const double time = f->s->time;
+    const int again = span->length > 0.0 && f->t <= span->ends + SOON * span->length;
+    span->length = again ? fmin(LONGER * span->length, LONGEST * time) : SPAN * time;
+    span->ends = f->t + span->length;
+    span->step = span->length / PER_SPAN;
+    span->under_way = 1;
+    return release_contacts(f);
+}
+
+enum outcome step_through_span(struct span *span, struct phase *f)
+{
+    const enum outcome outcome = with_room(span, f, fmin(span->ends, f->run->until), span->length / PER_SPAN);
+    span->under_way = outcome == OUTCOME_INTERRUPTED || f->t < span->ends;
+    return outcome;
+}
+
+enum outcome step_to_end(struct span *span, struct phase *f)
+{
+    return with_room(span, f, f->run->until, f->run->fixed_step);
+}

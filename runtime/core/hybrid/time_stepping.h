@@ -1,0 +1,24 @@
+/* Time stepping: the last resort where event by event does not get further; see time_stepping.c. */
+#ifndef CCGEN_TIME_STEPPING_H
+#define CCGEN_TIME_STEPPING_H
+
+#include "steps/step.h"
+
+/* A span of time stepping */
+struct span {
+    double length; /* s; 0 before the first */
+    double ends;   /* when the present or the last one does, */
+    double step;   /* and the step that it tries next */
+    int under_way;
+};
+
+/* Begin a span at the present state: all contacts are apart until it ends. One that begins soon after another ended is longer. */
+enum outcome begin_span(struct span *span, struct phase *f);
+
+/* Go on to the end of the span, or of the run. */
+enum outcome step_through_span(struct span *span, struct phase *f);
+
+/* Go on to the end of the run by steps of the run's own fixed length. */
+enum outcome step_to_end(struct span *span, struct phase *f);
+
+#endif
