@@ -17,6 +17,7 @@ TOLERANCE_ORDERS: tuple[tuple[str, str], ...]
 OUTCOMES: tuple[str, ...]
 DRIFTS: tuple[str, ...]
 GAINS: tuple[str, ...]
+TIME_STEPPING: tuple[str, ...]
 MODES: dict[int, str]
 
 def methods() -> tuple[str, ...]: ...

@@ -24,11 +24,20 @@ include "face/forces.pxi"
 include "face/runs.pxi"
 
 
-def methods():
-    """Names of the integration methods."""
+cdef tuple _named_methods(bint smooth):
     cdef int i = 0
     names = []
     while all_methods[i] is not NULL:
-        names.append(all_methods[i].name.decode())
+        if (all_methods[i].order > 0) == smooth:
+            names.append(all_methods[i].name.decode())
         i += 1
     return tuple(names)
+
+
+def methods():
+    """Names of the integration methods that go from event to event, with steps as long as their errors allow."""
+    return _named_methods(True)
+
+
+TIME_STEPPING = _named_methods(False)
+"""Names of those that step over events, by steps of a given length."""

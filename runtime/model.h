@@ -18,7 +18,7 @@
 #ifndef CCGEN_MODEL_H
 #define CCGEN_MODEL_H
 
-#define CCGEN_CONTRACT_VERSION 8
+#define CCGEN_CONTRACT_VERSION 9
 
 /* 1 where x is positive, else 0: formulas with branches */
 static inline double unit_step(double x)

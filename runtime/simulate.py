@@ -51,7 +51,8 @@ def simulate(
     floats, 1e-15 in doubles, 1e-18 in wide numbers. ``params`` are values by scene path for this run only.
     ``step`` (s) fixes the step size instead of choosing it by the error estimate; a run has at most ten million steps.
     ``method`` is one of :func:`ccgen.runtime.methods`: "gauss", "dop853", "dopri5" or "radau", for stiff scenes; unless
-    given, :func:`default_method`. ``drift`` says how the loops are kept shut: "projected" after every step; for
+    given, :func:`default_method`. "moreau", with a ``step``, steps over impacts instead of finding them (theory, 5.11):
+    of first order, for comparison. ``drift`` says how the loops are kept shut: "projected" after every step; for
     comparison, "left" as the integration leaves them, or "damped" by Baumgarte's stabilisation. While contacts are
     held, loops and contacts are projected in any case.
     ``on_gain`` says what becomes of an impact that would gain energy, as Newton's law of impact may where there is

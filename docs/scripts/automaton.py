@@ -12,6 +12,7 @@ NAMES = {
     "MEET": "event",
     "STRIKE": "impacts",
     "SELECT": "contact transition",
+    "STEP": "time stepping",
     "END": "end",
 }
 
@@ -24,6 +25,8 @@ def diagram() -> str:
     for start, guard, end in re.findall(r"\{(\w+), (\w+), (\w+)\}", table):
         if (start, end) != ("END", "END"):
             lines.append(f"    {start} --> {end}" + ("" if guard == "NULL" else f": {guard.replace('_', ' ')}"))
+    lines += [f"    {stage} --> STEP: gets no further" for stage in ("MOVE", "MEET", "STRIKE", "SELECT")]
+    lines += [f"    {stage} --> STRIKE: friction jams" for stage in ("MOVE", "SELECT")]
     return "\n".join([*lines, "    END --> [*]"])
 
 

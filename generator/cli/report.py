@@ -112,6 +112,24 @@ def print_warnings(run: Run) -> None:
             f'restitution that gains none, {least:.0%} of it at least; law = "stronge" at the grounds never gains',
             err=True,
         )
+    if run.rest_speed > 0.0:
+        typer.echo(
+            f"note: events crowded so that contacts slower than {run.rest_speed:.1e} m/s counted as at rest", err=True
+        )
+    if run.choices:
+        typer.echo(
+            f"note: at {run.choices} instant{'s' * (run.choices > 1)} contacts that slide could as well have stayed as "
+            "left (Painleve); they left",
+            err=True,
+        )
+    if steps := [phase for phase in run.phases if phase.kind == "steps"]:
+        share = sum(phase.end - phase.start for phase in steps) / (run.t[-1] - run.t[0])
+        typer.echo(
+            f"note: {len(steps)} stretch{'es' * (len(steps) > 1)} from t = {steps[0].start:.6g} s on, {share:.1e} of "
+            "the run, went on by time stepping, where event by event did not get further; the steps miss "
+            f"{sum(phase.missed for phase in steps):.0e} rad or lengths there",
+            err=True,
+        )
     if run.acceleration_error > INEXACT:
         typer.echo(
             f"warning: masses differ so much that accelerations are known to {run.acceleration_error:.0e} of the "

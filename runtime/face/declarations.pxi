@@ -174,6 +174,7 @@ cdef extern from *:
         stepping stepping
         int contact
         long steps, rejected, choices
+        real rest_speed
     int run_advance "advance"(system *s, const method *m, tolerance bound, drift kept, real t, real h, int count, const int *held,
                               const signed char *mode, real *y) nogil
 

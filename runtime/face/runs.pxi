@@ -120,7 +120,7 @@ cdef class Kernels(Contacting):
                 for j in range(r.stepping.count) if r.stepping.last[j] > r.stepping.first[j]
             ],
             outcome=OUTCOMES[outcome], t_end=end, contact=r.contact, inexact=it.system.refinement_residual,
-            steps=r.steps, rejected=r.rejected, choices=r.choices, evaluations=it.system.evaluations, dependent=it.system.rank_deficient,
+            steps=r.steps, rejected=r.rejected, choices=r.choices, rest_speed=r.rest_speed, evaluations=it.system.evaluations, dependent=it.system.rank_deficient,
             scales=(it.system.time, it.system.energy), state=state,
         )
 

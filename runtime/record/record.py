@@ -53,6 +53,8 @@ class Record:
     motion: Forces | None = field(default=None, repr=False)
     method: str = ""
     drift: str = "projected"
+    rest_speed: float = 0.0
+    choices: int = 0
     closure_rate_max: float = 0.0
     acceleration_error: float = 0.0
 

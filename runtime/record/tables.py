@@ -65,6 +65,8 @@ def arrays(run: Record) -> dict[str, Any]:
         "closure_max": np.array(run.closure_max),
         "closure_rate_max": np.array(run.closure_rate_max),
         "energy_drift": np.array(run.energy_drift),
+        "rest_speed": np.array(run.rest_speed),
+        "choices": np.array(run.choices),
         "acceleration_error": np.array(run.acceleration_error),
     }
 

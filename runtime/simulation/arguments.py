@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._core import DRIFTS, GAINS, methods
+from .._core import DRIFTS, GAINS, TIME_STEPPING, methods
 from ..arrays import FloatArray
 from ..model.drives import drive_misses, drive_rows, drive_speeds
 from ..model.model import Model
@@ -77,8 +77,12 @@ def settings_of(
     atol = _positive("atol", (scene["atol"] or rtol) if atol is None else atol)
     fixed = 0.0 if step is None else _fixed_step(step, until)
     name = default_method(model, controlled=controlled) if method is None else method
-    if name not in methods():
-        raise ValueError(f"method: found {name!r}, expected one of {', '.join(methods())}")
+    if name not in (known := (*methods(), *TIME_STEPPING)):
+        raise ValueError(f"method: found {name!r}, expected one of {', '.join(known)}")
+    if name in TIME_STEPPING and not fixed:
+        raise ValueError(
+            f"step: found None, expected a length in s for the method {name!r}, which steps in time; give one"
+        )
     if drift not in DRIFTS:
         raise ValueError(f"drift: found {drift!r}, expected one of {', '.join(DRIFTS)}")
     if on_gain not in GAINS:

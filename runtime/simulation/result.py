@@ -53,6 +53,8 @@ def run_of(
         motion=along(advance, found),
         method=advance.method,
         drift=advance.drift,
+        rest_speed=found["rest_speed"],
+        choices=found["choices"],
         closure_rate_max=closure_rate_max,
         acceleration_error=_acceleration_error(model, found),
         left=left,

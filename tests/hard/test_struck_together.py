@@ -416,7 +416,7 @@ def test_an_impact_that_would_add_energy_is_told_as_in_a_run(workshop: Workshop)
         {"point": [0.0, float(np.sum(np.sin(angles)))], "restitution": 0.7, "friction": 0.5, "contacts": ["link_1.B"]}
     ]
     model = workshop.model(chain(2, hinged=True, gravity=True, ground=ground))
-    run = simulate(model, angles, [-0.1, -0.2], until=0.001)
+    run = simulate(model, angles, [-0.1, -0.2], until=0.001, on_gain="stop")
     with pytest.raises(ValueError, match="would add energy") as raised:
         model.impact(run.q[-1], run.u[-1], [("link_1.B", "ground_0")])
     assert run.message.split(": ", 1)[1] in str(raised.value)

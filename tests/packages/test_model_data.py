@@ -173,7 +173,10 @@ def test_the_runtime_and_a_validator_find_the_same_faults(effects: dict[str, Any
         ({"links": "a"}, "model.json: links: found 'a', expected an array"),
         ({"links": ["a", 2]}, r"model.json: links\[1\]: found 2, expected a string"),
         ({"law": "hertz"}, "model.json: law: found 'hertz', expected one of 'newton', 'poisson', 'stronge'"),
-        ({"run": {"until": 0.0, "rtol": 1e-9, "atol": None}}, "model.json: run.until: found 0.0, expected more than 0"),
+        (
+            {"run": {"until": 0.0, "rtol": 1e-9, "atol": None, "on_gain": "stop"}},
+            "model.json: run.until: found 0.0, expected more than 0",
+        ),
         ({"between": [[0]]}, r"model.json: between\[0\]: found 1 values, expected 2"),
         ({"colour": 1}, "model.json: colour: found a key that no model has"),
     ],

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import shutil
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -34,42 +33,7 @@ def extended(tmp_path_factory: pytest.TempPathFactory) -> Library:
         now = re.sub(r"#define ALL_\w+\(.*?\n\n", lambda _, line=line: f"{line}\n", was, flags=re.S)
         assert now.count("\\\n") == was.count("\\\n") + 1
         (runtime / file).write_text(now)
-    (rows,) = re.findall(r"rows of its `TRANSITIONS`:\n\n```c\n(.*?)```", TEXT, re.S)
-    insert(runtime / "core" / "methods" / "all_methods.h", "METHOD(dop853)", "METHOD(moreau) METHOD(dop853)")
-    insert(
-        runtime / "core" / "hybrid" / "automaton.h",
-        "    STAGES_OF_RUN",
-        "    STEP_IN_TIME, END_TIME_STEP, STAGES_OF_RUN",
-    )
-    automaton = runtime / "core" / "hybrid" / "automaton.c"
-    insert(automaton, '#include "hybrid/automaton.h"', '#include "hybrid/automaton.h"\n#include "hybrid/time_step.h"')
-    actions = "[STEP_IN_TIME] = begin_time_step, [END_TIME_STEP] = end_time_step, [SELECT] = select_held"
-    insert(automaton, "[SELECT] = select_held", actions)
-    insert(automaton, "TRANSITIONS[] = {\n", f"TRANSITIONS[] = {{\n{rows}")
     return Library(runtime, runtime / "libccgen.so")
-
-
-def insert(file: Path, place: str, text: str) -> None:
-    """Put ``text`` in the one ``place`` of a file."""
-    was = file.read_text()
-    assert was.count(place) == 1, (file.name, place)
-    file.write_text(was.replace(place, text))
-
-
-def test_time_stepping_goes_on_its_own_way(extended: Library, workshop: Workshop) -> None:
-    """Moreau's scheme through the first impact and half a second: of first order, and without an event."""
-    model = workshop.model(load_scene(ROOT / "scenes" / "falling-hexagon.toml"))
-    exact, errors = simulate(model, rtol=1e-12, until=0.5), []
-    for step in (4e-4, 2e-4, 1e-4, 5e-5):
-        outcome, made = extended.create(model, method=b"moreau", fixed_step=step)
-        assert outcome == "done" and made.reset(*model.start()) == "done"
-        found, event = made.step_to_event(0.5)
-        assert (found, event.kind) == ("done", 0)
-        t, q, _ = made.motion()
-        assert t == 0.5
-        errors.append(float(np.abs(q - exact.q[-1]).max()))
-    assert errors[0] < 0.05
-    assert errors[-1] < 0.5 * errors[0], errors
 
 
 def test_the_method_has_its_order(extended: Library, workshop: Workshop) -> None:

@@ -141,12 +141,23 @@ def test_tolerances_and_budgets_of_what_goes_on(workshop: Workshop, monkeypatch:
     assert loose.state.settings["rtol"] == 1e-8 and loose.state.settings["atol"] == 1e-3
     follows = simulate(model, until=1.0, state=first.state, rtol=1e-6)
     assert follows.state.settings["rtol"] == follows.state.settings["atol"] == 1e-6
-    for budget in ("RATE_BUDGET", "STEP_BUDGET"):
-        with monkeypatch.context() as few:
-            few.setattr(import_module("ccgen.runtime.simulation.one_run"), budget, 12)
-            stopped = simulate(model, until=1.0)
-        assert not stopped.success and "are spent" in stopped.message
-        assert simulate(model, until=1.0, state=stopped.state).success
+    with monkeypatch.context() as few:
+        few.setattr(import_module("ccgen.runtime.simulation.one_run"), "STEP_BUDGET", 12)
+        stopped = simulate(model, until=1.0)
+    assert not stopped.success and "are spent" in stopped.message
+    assert simulate(model, until=1.0, state=stopped.state).success
+
+
+def test_a_flight_that_spends_its_rate_stops_and_goes_on(
+    workshop: Workshop, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Without contacts there is nothing to step over."""
+    model = workshop.model(load_scene(SCENES / "four-bar.toml"))
+    with monkeypatch.context() as few:
+        few.setattr(import_module("ccgen.runtime.simulation.one_run"), "RATE_BUDGET", 3)
+        stopped = simulate(model, until=1.0, method="dopri5")
+    assert not stopped.success and "are spent" in stopped.message
+    assert simulate(model, until=1.0, state=stopped.state).success
 
 
 def test_damaged_states_are_refused(workshop: Workshop, tmp_path: Path) -> None:

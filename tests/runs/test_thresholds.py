@@ -41,6 +41,7 @@ def test_every_threshold_decides_something_in_the_core() -> None:
 
 ELSEWHERE = {
     "complementarity/friction.c": (1, "shifts that break ties of the pivots, tried one after another"),
+    "hybrid/time_stepping.c": (1, "how long time stepping is tried before event by event"),
     "interface/simulation.c": (1, "the default of rtol"),
     "steps/event_search.c": (4, "roots end at the last digit; a zero is taken for just behind it"),
     "steps/phase.c": (1, "how long a run may take"),

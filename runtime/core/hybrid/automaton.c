@@ -181,18 +181,21 @@ static int chatters(struct phase *f, double since)
     return 1;
 }
 
-/* Bring bounces to rest that are the slower the more events a window has had: a motion whose events become ever more is one of
- * bounces ever smaller, and they would never end. A twentieth of the steps and events that a window may have go by first, thousands, as a ball that bounces with e = 0.97 takes
- * in the last second before it rests; the speed has come to a length in a characteristic time before less than a tenth of them are spent besides. */
+/* Bring bounces to rest that are the slower the fewer events a window has had: where events become ever more, bounces are ever
+ * smaller, and would never end. A ball with e = 0.99 has come to bounces of 10^-12 of the height that it fell from in the last second, one with 0.999 to a
+ * millionth, when a two-hundredth of the steps and events that a window may have are spent, which are 1000. The speed then doubles so that it
+ * comes to a length in a window before as many again have gone by. */
 static void slow_down(struct automaton *a, struct phase *f)
 {
+    struct run *run = f->run;
     if (f->t >= a->window + window_of(f)) {
         a->window = f->t;
         a->earlier = a->events;
     }
-    const long patience = f->run->rate_budget / 20, each = f->run->rate_budget / 400 + 1;
+    const long patience = run->rate_budget / 200, each = run->rate_budget / 6400 + 1;
     const long beyond = a->events - a->earlier - patience;
     f->at.slow = beyond <= 0 ? 0.0 : fmin(ldexp(CROWDED_SPEED, (int)(beyond / each)), 1.0);
+    run->rest_speed = fmax(run->rest_speed, f->at.slow * f->s->length / f->s->time);
 }
 
 /* Count an event, and whether events still take time; put links that have come into a line there. */
@@ -287,20 +290,20 @@ static int may_step(const struct automaton *a, const struct phase *f, enum outco
     }
 }
 
-static int steps_only(const struct automaton *a, const struct phase *f)
+static int steps_in_time(const struct automaton *a, const struct phase *f)
 {
     (void)a;
     return f->run->method->order == 0;
 }
 
-static int steps_on(const struct automaton *a, const struct phase *f)
+static int span_is_left(const struct automaton *a, const struct phase *f)
 {
-    return f->t < f->run->until && (a->span.under_way || steps_only(a, f));
+    return f->t < f->run->until && (a->span.under_way || steps_in_time(a, f));
 }
 
-static int stops_stepping(const struct automaton *a, const struct phase *f)
+static int span_has_ended(const struct automaton *a, const struct phase *f)
 {
-    return !a->span.under_way && !steps_only(a, f);
+    return !a->span.under_way && !steps_in_time(a, f);
 }
 
 static int has_contacts(const struct automaton *a, const struct phase *f)
@@ -333,7 +336,7 @@ static const struct {
     enum stage to;
 } TRANSITIONS[] = {
     /* clang-format off */
-    {START, steps_only, STEP},
+    {START, steps_in_time, STEP},
     {START, has_contacts, STRIKE},
     {START, time_is_left, MOVE},
     {START, NULL, END},
@@ -343,9 +346,9 @@ static const struct {
     {MOVE, meets_event, MEET},
     {MOVE, NULL, END},
     {MEET, NULL, STRIKE},
-    {STEP, stops_stepping, STRIKE},
+    {STEP, span_has_ended, STRIKE},
     {STEP, NULL, END},
-    {END, steps_on, STEP},
+    {END, span_is_left, STEP},
     {END, time_is_left, MOVE},
     {END, NULL, END},
     /* clang-format on */

@@ -1,4 +1,4 @@
-/* Time stepping: contacts without events (docs/theory, section 5.11).
+/* Time stepping: contacts without events (docs/theory, section 5.11, eq. 5.17).
  *
  * A step of length h looks at the contacts once, in its middle, and gives them the impulse of the whole step, of forces and impacts
  * alike (J. J. Moreau's midpoint rule; M. Jean, "The non-smooth contact dynamics method", 1999, section 5):
@@ -34,6 +34,9 @@ enum {
  * not helped, up to a third of it. */
 static const double SPAN = 1e-4, LONGER = 3.0, LONGEST = 0.3, SOON = 10.0;
 
+/* Part of a step, a power of two: what is shorter moves nothing */
+static const double SHORTEST_PIECE = 0x1p-40;
+
 /* What a step works with */
 struct room {
     double *middle, *dy; /* [size] state in the middle, and its derivative */
@@ -43,6 +46,7 @@ struct room {
     double *e, *less;    /* [contacts] restitution */
     double *P;           /* [2 contacts] */
     double scale;        /* energy (J) of the heaviest coordinate at a speed of its unit */
+    double *from;        /* [size] where a piece of a step begins */
     double *whole;       /* [size] end of a whole step */
     double *half;        /* [size] end of its first half */
     int *held;           /* [contacts] those that are put back onto their grounds */
@@ -63,6 +67,7 @@ static int take_room(const struct system *s, struct room *r)
         .e = TAKE(arena, double, c),
         .less = TAKE(arena, double, c),
         .P = TAKE(arena, double, 2 * c),
+        .from = TAKE(arena, double, s->size),
         .whole = TAKE(arena, double, s->size),
         .half = TAKE(arena, double, s->size),
         .held = TAKE(arena, int, c),
@@ -230,8 +235,8 @@ static int keeps(const struct system *s, double most, double rounding, double *y
     return 1;
 }
 
-/* One step of length h from (t, y) to y1 */
-static enum outcome step_once(struct phase *f, struct room *r, double t, double h, const double *y, double *y1)
+/* One step of length h from (t, y) to y1; OUTCOME_NOT_KEPT where it would go further up than its speed carries it */
+static enum outcome try_step(struct phase *f, struct room *r, double t, double h, const double *y, double *y1)
 {
     struct system *s = f->s;
     const int n = s->n;
@@ -268,6 +273,27 @@ static enum outcome step_once(struct phase *f, struct room *r, double t, double 
         return OUTCOME_NOT_KEPT;
     if (works) /* friction's work, and what impacts have taken, are one */
         y1[2 * n] = y[2 * n] + energy_of(s, y1, &moving) - before;
+    return OUTCOME_DONE;
+}
+
+/* The same, in pieces where the whole is too long: what comes to rest on its way up has no speed left for the half of a step. */
+static enum outcome step_once(struct phase *f, struct room *r, double t, double h, const double *y, double *y1)
+{
+    const size_t bytes = f->s->size * sizeof *y;
+    double done = 0.0, piece = 1.0;
+    memcpy(r->from, y, bytes);
+    while (done < 1.0) {
+        const enum outcome outcome = try_step(f, r, t + done * h, piece * h, r->from, y1);
+        if (outcome == OUTCOME_NOT_KEPT && piece > SHORTEST_PIECE)
+            piece *= 0.5;
+        else if (outcome)
+            return outcome;
+        else {
+            done += piece;
+            memcpy(r->from, y1, bytes);
+            piece = fmod(done, 2.0 * piece) == 0.0 ? 2.0 * piece : piece;
+        }
+    }
     return OUTCOME_DONE;
 }
 

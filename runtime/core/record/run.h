@@ -52,7 +52,8 @@ struct run {
     double window;     /* when the present one began */
     long spent_before; /* steps and events before that */
     long events;
-    long choices; /* at how many instants contacts could as well have stayed as left, and have left */
+    double rest_speed; /* m/s: the largest below which contacts were at rest because events crowded, or 0 */
+    long choices;      /* at how many instants contacts could as well have stayed as left, and have left */
 };
 
 void free_run(struct run *run);
