@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
-import re
+import json
+import os
 import shutil
+import subprocess
+import sys
+import sysconfig
 from pathlib import Path
 
 import numpy as np
@@ -13,47 +17,18 @@ from ccgen.generator import load_scene
 from ccgen.runtime import simulate
 
 from ..support.c_library import Library
+from ..support.extending import copy_core, extend_core, extend_generator
 from ..support.folders import ROOT
 from ..support.workshop import Workshop
-
-TEXT = (ROOT / "docs" / "extending.md").read_text()
 
 
 @pytest.fixture(scope="module")
 def extended(tmp_path_factory: pytest.TempPathFactory) -> Library:
-    """The core with the two files and the two lines."""
+    """The core with the files and the lines."""
     runtime = tmp_path_factory.mktemp("extended") / "runtime"
-    for name in ("core", "ccgen.h", "model.h"):
-        copy = shutil.copytree if (ROOT / "runtime" / name).is_dir() else shutil.copy
-        runtime.mkdir(exist_ok=True)
-        copy(ROOT / "runtime" / name, runtime / name)
-    for file, code in re.findall(r"In `runtime/(core/\S+\.[ch])`:\n\n```c\n(.*?)```", TEXT, re.S):
-        (runtime / file).write_text(code)
-    for file, line in re.findall(r"a line in `runtime/(core/\S+\.h)`:\n\n```c\n(.*?)```", TEXT, re.S):
-        was = (runtime / file).read_text()
-        now = re.sub(r"#define ALL_\w+\(.*?\n\n", lambda _, line=line: f"{line}\n", was, flags=re.S)
-        assert now.count("\\\n") == was.count("\\\n") + 1
-        (runtime / file).write_text(now)
-    (rows,) = re.findall(r"rows of its `TRANSITIONS`:\n\n```c\n(.*?)```", TEXT, re.S)
-    insert(runtime / "core" / "methods" / "all_methods.h", "METHOD(dop853)", "METHOD(moreau) METHOD(dop853)")
-    insert(
-        runtime / "core" / "hybrid" / "automaton.h",
-        "    STAGES_OF_RUN",
-        "    STEP_IN_TIME, END_TIME_STEP, STAGES_OF_RUN",
-    )
-    automaton = runtime / "core" / "hybrid" / "automaton.c"
-    insert(automaton, '#include "hybrid/automaton.h"', '#include "hybrid/automaton.h"\n#include "hybrid/time_step.h"')
-    actions = "[STEP_IN_TIME] = begin_time_step, [END_TIME_STEP] = end_time_step, [SELECT] = select_held"
-    insert(automaton, "[SELECT] = select_held", actions)
-    insert(automaton, "TRANSITIONS[] = {\n", f"TRANSITIONS[] = {{\n{rows}")
+    copy_core(runtime)
+    extend_core(runtime)
     return Library(runtime, runtime / "libccgen.so")
-
-
-def insert(file: Path, place: str, text: str) -> None:
-    """Put ``text`` in the one ``place`` of a file."""
-    was = file.read_text()
-    assert was.count(place) == 1, (file.name, place)
-    file.write_text(was.replace(place, text))
 
 
 def test_time_stepping_goes_on_its_own_way(extended: Library, workshop: Workshop) -> None:
@@ -98,3 +73,95 @@ def test_the_law_ends_all_approach(extended: Library, workshop: Workshop) -> Non
         after[law, e] = made.motion()[2]
     assert np.abs(after[b"plastic", 0.5] - after[b"newton", 0.0]).max() <= 1e-12
     assert np.abs(after[b"plastic", 0.5] - after[b"newton", 0.5]).max() > 0.1
+
+
+@pytest.fixture(scope="module")
+def ccgen(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The whole of ccgen with them, compiled for doubles and imported from this folder."""
+    site = tmp_path_factory.mktemp("site")
+    package = site / "ccgen"
+    for name in ("generator", "templates", "runtime"):
+        kept = shutil.ignore_patterns("__pycache__", "*.so", "*.pyd")
+        shutil.copytree(ROOT / name, package / name, ignore=kept)
+    for name in ("docs/scripts/model_schema.py", "docs/model.md"):
+        (package / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(ROOT / name, package / name)
+    extend_core(package / "runtime")
+    extend_generator(package / "generator")
+    run(site, str(package / "docs" / "scripts" / "model_schema.py"), "--write")
+    runtime, made = package / "runtime", site / "_core.c"
+    run(site, "-m", "cython", str(runtime / "_core.pyx"), "-o", str(made))
+    folders = [runtime, runtime / "core", np.get_include(), sysconfig.get_path("include")]
+    flags = ["-O0", "-w", "-shared", "-fPIC", "-std=c11", "-fvisibility=hidden", "-DCCGEN_PRECISION=0"]
+    sources = [str(made), *map(str, (runtime / "core").rglob("*.c"))]
+    target = runtime / f"_core{sysconfig.get_config_var('EXT_SUFFIX')}"
+    subprocess.run(
+        ["cc", *flags, *(f"-I{folder}" for folder in folders), *sources, "-lm", "-o", str(target)], check=True
+    )
+    return site
+
+
+def run(site: Path, *arguments: str) -> str:
+    """What Python prints that imports ccgen from this folder."""
+    environment = {**os.environ, "PYTHONPATH": str(site), "CCGEN_CACHE_DIR": str(site / "cache")}
+    done = subprocess.run(
+        [sys.executable, *arguments], cwd=site, env=environment, check=False, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+LAWS_OF_SCENES = """
+import json, sys
+from ccgen.generator import generate, load_scene
+from ccgen.runtime import load_model, simulate
+import ccgen.runtime as used
+
+assert used.__path__[0].startswith(sys.argv[1])
+found = {}
+for name in sys.argv[2:]:
+    model = load_model(generate(load_scene(f"{name}.toml"), name))
+    found[name] = model.data["law"], simulate(model, until=1.0).impacts[0].u_plus.tolist()
+print(json.dumps(found))
+"""
+
+TWO_RODS = """
+[chain]
+links = 2
+hinged = true
+
+[gravity]
+
+[[ground]]
+point = [0.0, -1.2]
+restitution = {e}
+law = "{first}"
+contacts = ["link_1.B"]
+
+[[ground]]
+point = [0.0, -1.9]
+restitution = {e}
+law = "{second}"
+contacts = ["link_1.B"]
+"""
+
+
+@pytest.mark.skipif(os.name != "posix" or not shutil.which("cc"), reason="needs cc")
+def test_the_law_is_that_of_scenes_that_name_it(ccgen: Path) -> None:
+    """Beside a ground with another law too: it stands last in the list, so all impacts follow it."""
+    scenes = {
+        "own": ("plastic", "plastic", 0.5),
+        "beside": ("newton", "plastic", 0.5),
+        "strange": ("stronge", "newton", 0.5),
+        "newton": ("newton", "newton", 0.5),
+        "none": ("newton", "newton", 0.0),
+    }
+    for name, (first, second, e) in scenes.items():
+        (ccgen / f"{name}.toml").write_text(TWO_RODS.format(first=first, second=second, e=e))
+    found = json.loads(run(ccgen, "-c", LAWS_OF_SCENES, str(ccgen), *scenes))
+    laws = {name: law for name, (law, _) in found.items()}
+    assert laws == {"own": "plastic", "beside": "plastic", "strange": "stronge", "newton": "newton", "none": "newton"}
+    after = {name: np.array(u) for name, (_, u) in found.items()}
+    for name in ("own", "beside"):
+        assert np.abs(after[name] - after["none"]).max() <= 1e-12
+        assert np.abs(after[name] - after["newton"]).max() > 0.1
