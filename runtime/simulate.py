@@ -49,8 +49,8 @@ def simulate(
     ``rtol`` is less than the model's numbers allow, as 1e-9 is in floats, the least that they allow is taken: 1e-6 in
     floats, 1e-15 in doubles, 1e-18 in wide numbers. ``params`` are values by scene path for this run only.
     ``step`` (s) fixes the step size instead of choosing it by the error estimate; a run has at most ten million steps.
-    ``method`` is one of :func:`ccgen.runtime.methods`: "gauss", "dop853", "dopri5" or "radau", for stiff scenes; unless
-    given, :func:`default_method`. ``drift`` says how the loops are kept shut: "projected" after every step; for
+    ``method`` is one of :func:`ccgen.runtime.methods`, as "radau" for stiff scenes; unless given,
+    :func:`default_method`. ``drift`` says how the loops are kept shut: "projected" after every step; for
     comparison, "left" as the integration leaves them, or "damped" by Baumgarte's stabilisation. While contacts are
     held, loops and contacts are projected in any case.
     ``progress`` is called with the time reached, now and then. The start is projected onto the closure. Ctrl-C raises
