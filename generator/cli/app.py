@@ -80,7 +80,8 @@ def run(
     """Simulate a scene; print impacts, largest forces and audit; write result, plot, forces and player.
 
     With --quiet the results are written only.
-    Exit code 0: the end was reached, 2: wrong input, 3: stopped early, by itself or by Ctrl-C, with results written.
+    Exit code 0: the end was reached, 2: wrong input, 3: stopped early, by itself or by Ctrl-C, with results written,
+    or some of the pictures and tables cannot be made of the run.
     """
     from .detail import detail
     from .run import run as work

@@ -29,7 +29,11 @@ def print_forces(run: Run) -> None:
         return
     from ccgen.runtime.record.force_history import history
 
-    found = history(run)
+    try:
+        found = history(run)
+    except ValueError as error:
+        typer.echo(f"no forces: {error}")
+        return
     rows = [*_contacts(run, found), *_joints(run, found)]
     if not rows:
         return

@@ -72,7 +72,7 @@ def run(
             typer.echo(f"{scene.name}: {result.message}", err=True)
         tell.stage("draw")
         with refusing(OSError):
-            files = write(result, folder, gif, csv)
+            files, unwritten = write(result, folder, gif, csv)
     if detail is not Detail.NOTHING:
         print_impacts(model, result)
         print_contacts(model, result)
@@ -80,7 +80,9 @@ def run(
         print_audit(result)
         typer.echo(f"written: {', '.join(str(folder / file) for file in files)}")
     print_warnings(result)
-    if not result.success:
+    for name, why in unwritten.items():
+        typer.echo(f"{scene.name}: {name} is not written: {why}", err=True)
+    if unwritten or not result.success:
         raise typer.Exit(STOPPED_EARLY)
 
 
@@ -100,16 +102,27 @@ def check_method(method: str | None) -> None:
         fail(f"--method: found {method!r}, expected one of {', '.join(methods())}; choose one")
 
 
-def write(result: Run, folder: Path, gif: bool, csv: bool) -> list[str]:
-    """Write result, plot, player, forces and, if asked, a GIF and a table into ``folder``; the names of the files."""
+def write(result: Run, folder: Path, gif: bool, csv: bool) -> tuple[list[str], dict[str, str]]:
+    """Write result, plot, player, forces and, if asked, a GIF and a table into ``folder``.
+
+    The names of the files, and of those that cannot be made of this run why not. The numbers are written first: they
+    are there whatever can be drawn of them. An older file does not stay in place of one that
+    cannot be made.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     ways: dict[str, Callable[[Path], object]] = {
         **dict(zip(FILES, (result.save, result.plot, result.animate), strict=True)),
         **({GIF: result.animate} if gif else {}),
         **ways_to_write(result, csv),
     }
+    unwritten = {}
     for name, way in ways.items():
-        way(folder / name)
-        record_results(folder, [name])
-    forget_stale(folder, {*FILES, GIF, PICTURE, TABLE} - ways.keys())
-    return list(ways)
+        try:
+            way(folder / name)
+        except ValueError as error:  # as where forces have no solution at an instant that is looked at
+            unwritten[name] = str(error)
+        else:
+            record_results(folder, [name])
+    made = [name for name in ways if name not in unwritten]
+    forget_stale(folder, {*FILES, GIF, PICTURE, TABLE} - {*made})
+    return made, unwritten

@@ -172,11 +172,11 @@ class Compiled:
         if found.ndim not in (1, 2) or found.shape[-1] != width:
             raise ValueError(f"{what}: found shape {found.shape}, expected ({width},) or (states, {width})")
         rows, single = (found[None], True) if found.ndim == 1 else (found, False)
-        if not self.core.all_within(found.ravel(), largest_angle(kind)):  # seldom: then what it is
+        if not self.core.all_within(found.ravel(), largest_angle(self.core)):  # seldom: then what it is
             if not self.core.all_finite(found.ravel()):
                 raise ValueError(f"{what}: found {found[~np.isfinite(found)][0]}, expected finite numbers")
             if what == "q":
-                check_angles(rows[:, self.angular], [self.q_names[k] for k in self.angular], kind)
+                check_angles(rows[:, self.angular], [self.q_names[k] for k in self.angular], self.core)
         return rows, single
 
     def set_inputs(self, inputs: Values | None) -> None:

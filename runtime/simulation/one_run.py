@@ -16,7 +16,7 @@ from .dead_point import cut, dead_point
 from .going_on import check_end, check_model, left_at
 from .result import run_of
 
-GOES_ON = ("done", "interrupted", "no_memory")
+GOES_ON = ("done", "interrupted", "no_memory", "turned_far")
 """Ends of a run that say nothing of the motion after it."""
 
 

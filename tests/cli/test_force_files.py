@@ -51,6 +51,27 @@ def test_a_run_tells_its_largest_forces(scene: Path) -> None:
     assert numbers[jump, 1] == 0.0 and numbers[jump + 1, 1] == pytest.approx(G, rel=1e-11)
 
 
+def test_what_cannot_be_made_of_a_run_is_said_and_the_rest_is_written(
+    scene: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As where forces have no solution at an instant that is looked at: no traceback, and no file of an older run."""
+    assert CliRunner().invoke(app, ["run", str(scene), "--csv"]).exit_code == 0
+
+    def none(*_: object) -> None:
+        raise ValueError("the forces at t = 1 have no solution")
+
+    for module in ("pictures.force_plot", "record.force_history"):
+        monkeypatch.setattr(f"ccgen.runtime.{module}.history", none)
+    done = CliRunner().invoke(app, ["run", str(scene), "--csv"])
+    assert done.exit_code == 3
+    assert done.stderr.splitlines() == [
+        f"leaning: {name} is not written: the forces at t = 1 have no solution" for name in ("forces.png", "forces.csv")
+    ]
+    assert "no forces: the forces at t = 1 have no solution" in done.stdout
+    files = {path.name for path in Path("results/leaning").iterdir()}
+    assert files == {".ccgen.json", "result.npz", "plot.png", "player.html"}
+
+
 def test_what_ccgen_did_not_write_is_kept(scene: Path) -> None:
     own = Path("results/leaning/forces.png")
     own.parent.mkdir(parents=True)

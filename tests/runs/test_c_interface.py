@@ -108,8 +108,10 @@ def test_what_cannot_be_is_a_code(library: Library, workshop: Workshop) -> None:
         assert another.set_state(before) == "other_state" and another.state() == kept
     assert one.step_to_event(0.6)[0] == "done" and one.state() != before
     assert one.set_state(before) == "done" and one.forget() == "done" and one.state() == before
-    far = 1e200 * np.ones(len(hexagon.q_names))  # coordinates of which no loop is known to be shut
-    assert one.reset(far, hexagon.start()[1]) == "not_closed"
+    far = 1e200 * np.ones(len(hexagon.q_names))
+    assert one.reset(far, hexagon.start()[1]) == "turned_far"
+    alike = np.zeros(len(hexagon.q_names))  # all links one way: no step towards a closed loop shows from there
+    assert one.reset(alike, hexagon.start()[1]) == "not_closed"
     assert one.step_to_event(1.0)[0] == "not_begun"
     assert one.reset(np.nan * far, hexagon.start()[1]) != "done"
     assert library.outcome(999) == library.outcome(-1) == "no outcome"

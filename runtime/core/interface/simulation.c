@@ -195,6 +195,8 @@ int ccgen_reset(struct ccgen_simulation *it, double t, const double *q, const do
     double *y = it->phase.y;
     if (!all_finite(n, q) || !all_finite(n, u) || !all_finite(1, &t))
         return OUTCOME_NOT_FINITE;
+    if (turned_far(&it->system, q))
+        return OUTCOME_TURNED_FAR;
     memset(y, 0, it->system.size * sizeof *y);
     memcpy(y, q, n * sizeof *y);
     memcpy(y + n, u, n * sizeof *y);
