@@ -24,11 +24,12 @@ include "face/forces.pxi"
 include "face/runs.pxi"
 
 
-def methods():
-    """Names of the integration methods."""
+def methods(bint estimating=False):
+    """Names of the integration methods; of those ``estimating`` their errors alone, so that a tolerance can choose steps."""
     cdef int i = 0
     names = []
     while all_methods[i] is not NULL:
-        names.append(all_methods[i].name.decode())
+        if not estimating or estimates_errors(all_methods[i]):
+            names.append(all_methods[i].name.decode())
         i += 1
     return tuple(names)

@@ -41,7 +41,7 @@ struct ccgen_settings {
     const char *method;        /* a name in core/methods/all_methods.h; NULL: dop853 with contacts, else gauss */
     double rtol, atol;         /* tolerances; 1e-9, and as rtol. atol is in rad, times `length` of lengths, both per
                                   characteristic time of velocities */
-    double fixed_step;         /* s; 0: as the tolerances ask for */
+    double fixed_step;         /* s; 0: as the tolerances ask for, which only a method that estimates its errors can */
     int drift;                 /* how loops are kept shut, a number that ccgen_drift_name names; 0: by projection */
     long step_budget;          /* steps in all; ten million */
     long rate_budget;          /* steps and events within a characteristic time, or a tenth of the duration; 200,000 */
