@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 
 from ..arrays import FloatArray
+from ..files import read_path, write_whole
 from .record import Record
-from .whole_file import write_whole
 
 INSTANTS = 1000
 """Least number of instants between the start of a run and its end."""
@@ -76,7 +76,7 @@ def columns(run: Record) -> list[str]:
 
 def write_csv(run: Record, path: str | os.PathLike[str]) -> Path:
     """Write the forces of contacts and joints over time as CSV, headings with units first; times as of ``history``."""
-    target = Path(path)
+    target = read_path(path, "a file")
     found = history(run)
     count = len(found.t)
     numbers = np.column_stack([found.t, found.pushes.reshape(count, -1), found.reactions.reshape(count, -1)])
