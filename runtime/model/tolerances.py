@@ -29,14 +29,15 @@ def largest_angle(core: ModuleType) -> float:
     return float(core.TOLERANCES["ANGLE_KNOWN"].value) / float(np.finfo(core.REAL).eps)
 
 
-def check_angles(angles: FloatArray, names: Sequence[str], core: ModuleType) -> None:
-    """None of the ``angles`` (b, n) of these ``names``, in the numbers of that core, is larger, else ``ValueError``."""
+def check_angles(what: str, angles: FloatArray, names: Sequence[str], core: ModuleType) -> None:
+    """None of the ``angles`` (b, n) of these ``names`` in the argument ``what``, in the numbers of that core, is
+    larger, else ``ValueError``."""
     sizes, largest = np.abs(angles), largest_angle(core)
     if sizes.size and sizes.max() > largest:
         row, column = np.unravel_index(int(np.argmax(sizes)), sizes.shape)
         name, found = names[int(column)], float(angles[row, column])
         raise ValueError(
-            f"q: found {name} = {found:.3g} rad, expected at most {largest:.2g} rad, "
+            f"{what}: found {name} = {found:.3g} rad, expected at most {largest:.2g} rad, "
             "beyond which no digits are left of where links point; leave out full turns"
         )
 
