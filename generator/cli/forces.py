@@ -78,10 +78,14 @@ def _joints(run: Run, found: History) -> list[Row]:
     ]
 
 
+def touches(scene: Scene) -> bool:
+    """Whether anything in the scene can touch."""
+    return any(effect.gaps(lambda _, expression: expression) for effect in scene.effects)
+
+
 def force_files(scene: Scene, csv: bool) -> list[str]:
     """Names of the files of forces that a run of the scene writes."""
-    touches = any(effect.gaps(lambda _, expression: expression) for effect in scene.effects)
-    return [PICTURE] * touches + [TABLE] * csv
+    return [PICTURE] * touches(scene) + [TABLE] * csv
 
 
 def ways_to_write(run: Run, csv: bool) -> dict[str, Callable[[Path], object]]:

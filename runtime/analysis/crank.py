@@ -90,6 +90,12 @@ class DrivingTorque:
         return figure
 
 
+def check_rate(rate: object) -> None:
+    """Raise ``ValueError`` unless a crank can turn at this rate (rad/s)."""
+    if not isinstance(rate, int | float | np.number) or not np.isfinite(rate) or rate == 0.0:
+        raise ValueError(f"rate: found {rate!r}, expected a finite number of rad/s other than zero; correct it")
+
+
 def driving_torque(
     model: Model, joint: str, rate: float, samples: int = 360, q: ArrayLike | None = None
 ) -> DrivingTorque:
@@ -113,8 +119,7 @@ def driving_torque(
             f"joint: found {joint} beside driven {', '.join(others)}, expected no other joint whose motion is given; "
             f"name {others[0]}, or leave out its [[drive]]"
         )
-    if not np.isfinite(rate) or rate == 0.0:
-        raise ValueError(f"rate: found {rate}, expected a finite number other than zero")
+    check_rate(rate)
     if samples < 2:
         raise ValueError(f"samples: found {samples}, expected at least 2")
     first = model.start()[0] if q is None else model.assemble(q)

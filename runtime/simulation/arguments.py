@@ -77,7 +77,7 @@ def settings_of(
     absolute: float = (scene["atol"] or relative) if atol is None else atol
     name = default_method(model, controlled=controlled) if method is None else method
     with faults.collecting():
-        check_positive("until", end)
+        check_until(end)
     with faults.collecting():
         check_rtol(relative, least)
     if atol is not None:
@@ -118,17 +118,23 @@ def check_calls(progress: object, keep_interrupted: object) -> None:
     faults.stop_if_any()
 
 
-def check_positive(name: str, value: Any) -> None:
-    """Raise ``ValueError`` unless an argument is a positive number."""
+def check_positive(name: str, value: Any, of: str = "") -> None:
+    """Raise ``ValueError`` unless an argument is a positive number ``of`` something."""
     if not _is_number(value) or not 0.0 < value < math.inf:
-        raise ValueError(f"{name}: found {_shown(value)}, expected a positive number")
+        raise ValueError(f"{name}: found {_shown(value)}, expected a positive number{of}; correct it")
+
+
+def check_until(until: Any) -> None:
+    """Raise ``ValueError`` unless this is a time at which a run can end."""
+    check_positive("until", until, " of seconds")
 
 
 def check_rtol(rtol: Any, least: float = LEAST["double"]) -> None:
     """Raise ``ValueError`` unless a relative tolerance is one that the model's numbers allow."""
     if not _is_number(rtol) or not least <= rtol < 1.0:
         raise ValueError(
-            f"rtol: found {_shown(rtol)}, expected a number between 0 and 1, of at least {least:g} in a model's numbers"
+            f"rtol: found {_shown(rtol)}, expected a number between 0 and 1, at least {least:g} by the model's "
+            "numbers; correct it"
         )
 
 
@@ -146,7 +152,7 @@ def check_method(name: object, step: object) -> None:
 def check_step(step: Any, until: Any) -> None:
     """Raise ``ValueError`` unless a step size gets a run to its end within its budget, which any that is lost in the
     last digit of time does not."""
-    check_positive("step", step)
+    check_positive("step", step, " of seconds")
     if _is_number(until) and until / step >= STEP_BUDGET + 1:
         raise ValueError(
             f"step: found {step:g} s for a run to t = {until:g} s, expected at least {until / STEP_BUDGET:g} s, with "

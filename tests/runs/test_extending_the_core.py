@@ -9,6 +9,7 @@ import subprocess
 import sys
 import sysconfig
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -61,6 +62,14 @@ def test_the_method_has_its_order(extended: Library, workshop: Workshop) -> None
     assert np.all(np.abs(orders - 4.0) < 0.3), orders
 
 
+def test_without_an_estimate_of_its_errors_a_method_needs_a_step(extended: Library, workshop: Workshop) -> None:
+    model = workshop.model(load_scene(ROOT / "scenes" / "falling-hexagon.toml"))
+    for method in (b"rk4", b"moreau"):
+        outcome, nothing = extended.create(model, method=method)
+        assert outcome == "bad_settings" and not nothing.address
+        assert extended.create(model, method=method, fixed_step=1e-3)[0] == "done"
+
+
 def test_the_law_ends_all_approach(extended: Library, workshop: Workshop) -> None:
     """Of a scene with restitution 0.5: velocities after the first impact are those of Newton's law without any."""
     model = workshop.model(load_scene(ROOT / "scenes" / "falling-hexagon.toml"))
@@ -103,12 +112,15 @@ def ccgen(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def run(site: Path, *arguments: str) -> str:
     """What Python prints that imports ccgen from this folder."""
-    environment = {**os.environ, "PYTHONPATH": str(site), "CCGEN_CACHE_DIR": str(site / "cache")}
-    done = subprocess.run(
-        [sys.executable, *arguments], cwd=site, env=environment, check=False, capture_output=True, text=True
-    )
+    done = subprocess.run([sys.executable, *arguments], **started(site), check=False)
     assert done.returncode == 0, done.stderr
-    return done.stdout
+    return str(done.stdout)
+
+
+def started(site: Path) -> dict[str, Any]:
+    """How."""
+    environment = {**os.environ, "PYTHONPATH": str(site), "CCGEN_CACHE_DIR": str(site / "cache")}
+    return {"cwd": site, "env": environment, "capture_output": True, "text": True}
 
 
 LAWS_OF_SCENES = """
@@ -165,3 +177,35 @@ def test_the_law_is_that_of_scenes_that_name_it(ccgen: Path) -> None:
     for name in ("own", "beside"):
         assert np.abs(after[name] - after["none"]).max() <= 1e-12
         assert np.abs(after[name] - after["newton"]).max() > 0.1
+
+
+STEPS = """
+from ccgen.generator import generate, load_scene
+from ccgen.runtime import load_model, methods, simulate
+from ccgen.runtime.cost.accuracy import compare
+
+assert {*methods()} - {*methods(estimating=True)} == {"rk4", "moreau"}
+model = load_model(generate(load_scene("own.toml"), "own"))
+try:
+    simulate(model, method="rk4")
+except ValueError as error:
+    print(error)
+exact, coarse = simulate(model, until=0.1), simulate(model, until=0.1, method="rk4", step=1e-3)
+assert abs(exact.q[-1] - coarse.q[-1]).max() < 1e-8 and len(coarse.t) == 101
+assert abs(coarse.at(0.0505)[0] - exact.at(0.0505)[0]).max() < 1e-8
+assert simulate(model, state=coarse.state, until=0.2).success
+assert {one.method for one in compare(model, exact, tolerances=[1e-6])} == {*methods(estimating=True)}
+"""
+
+
+@pytest.mark.skipif(os.name != "posix" or not shutil.which("cc"), reason="needs cc")
+def test_such_a_method_is_refused_without_a_step_in_python_and_by_the_command(ccgen: Path) -> None:
+    (ccgen / "own.toml").write_text(TWO_RODS.format(first="plastic", second="plastic", e=0.5))
+    said = run(ccgen, "-c", STEPS)
+    expected = "step: found none beside method 'rk4', which has no estimate of its errors to choose steps by, expected"
+    assert said.startswith(expected) and "dop853" in said and "moreau" not in said
+    command = ("-c", "from ccgen.generator.cli import main; main()", "run", "own.toml", "--method", "rk4")
+    assert "t = 0.1 s" in run(ccgen, *command, "--step", "1e-3", "--until", "0.1")
+    refused = subprocess.run([sys.executable, *command], **started(ccgen), check=False)
+    assert refused.returncode == 2 and not refused.stdout
+    assert refused.stderr.startswith(f"--{expected}") and "Traceback" not in refused.stderr
