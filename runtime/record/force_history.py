@@ -64,11 +64,13 @@ def _just_before(run: Record, jumps: FloatArray) -> FloatArray:
 
 
 def columns(run: Record) -> list[str]:
-    """Headings of a table of forces, with units."""
+    """Headings of a table of forces, with units; a stop has a moment, and no friction."""
     found = ["t [s]"]
     for point, ground in run.model.contacts:
-        unit = "N m" if ground in run.model.stops else "N"
-        found += [f"{point} on {ground}: normal [{unit}]", f"{point} on {ground}: friction [N]"]
+        name = f"{point} on {ground}"
+        found += (
+            [f"{name}: moment [N m]"] if ground in run.model.stops else [f"{name}: normal [N]", f"{name}: friction [N]"]
+        )
     for joint in run.model.joints:
         found += [f"{joint}: x [N]", f"{joint}: y [N]", f"{joint}: moment [N m]"]
     return found
@@ -79,7 +81,9 @@ def write_csv(run: Record, path: str | os.PathLike[str]) -> Path:
     target = read_path(path, "a file")
     found = history(run)
     count = len(found.t)
-    numbers = np.column_stack([found.t, found.pushes.reshape(count, -1), found.reactions.reshape(count, -1)])
+    rubs = np.array([(True, ground not in run.model.stops) for _, ground in run.model.contacts], dtype=bool).ravel()
+    pushes = found.pushes.reshape(count, -1)[:, rubs]
+    numbers = np.column_stack([found.t, pushes, found.reactions.reshape(count, -1)])
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
     table.writerow(columns(run))
