@@ -93,7 +93,7 @@ class DrivingTorque:
 def check_rate(rate: object) -> None:
     """Raise ``ValueError`` unless a crank can turn at this rate (rad/s)."""
     if not isinstance(rate, int | float | np.number) or not np.isfinite(rate) or rate == 0.0:
-        raise ValueError(f"rate: found {rate!r}, expected a finite number of rad/s other than zero; correct it")
+        raise ValueError(f"rate: found {rate!r}, expected a finite number other than zero, in rad/s; correct it")
 
 
 def driving_torque(
