@@ -15,6 +15,13 @@ if TYPE_CHECKING:
     from .program.program import Program
 
 
+def check_plan(wanted: str | None) -> None:
+    """Raise ``ValueError`` for a name that no plan has."""
+    from .planning.choose import check_plan as check
+
+    check(wanted)
+
+
 def plan_scene(
     scene: Scene, wanted: str | None = None, *, fold: bool = False, vectors: bool = True
 ) -> tuple[Topology, Choice]:

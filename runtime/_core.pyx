@@ -24,20 +24,13 @@ include "face/forces.pxi"
 include "face/runs.pxi"
 
 
-cdef tuple _named_methods(bint smooth):
+def methods(bint estimating=False):
+    """Names of the integration methods; of those ``estimating`` their errors alone, so that a tolerance can choose steps."""
     cdef int i = 0
     names = []
     while all_methods[i] is not NULL:
-        if (all_methods[i].order > 0) == smooth:
+        if not estimating or estimates_errors(all_methods[i]):
             names.append(all_methods[i].name.decode())
         i += 1
     return tuple(names)
 
-
-def methods():
-    """Names of the integration methods that go from event to event, with steps as long as their errors allow."""
-    return _named_methods(True)
-
-
-TIME_STEPPING = _named_methods(False)
-"""Names of those that step over events, by steps of a given length."""

@@ -35,13 +35,13 @@ struct ccgen_settings {
         *lengths; /* [nq] whether each coordinate is a length (m); NULL: the first are, those of the place
                                      of a floating root, and all others are angles */
     const unsigned char *angular; /* [contacts] whether each is a stop of an angle; none */
-    const char *law;              /* of impact: newton, poisson or stronge; newton */
+    const char *law;              /* of impact, a name in core/impact/all_laws.h; newton */
     double acceleration_scale; /* accelerations that are usual (rad/s^2): they are refined to full digits, as masses far
                                    * apart want it; 0: not */
-    const char *method;        /* gauss, dop853, dopri5 or radau; NULL: dop853 with contacts, else gauss */
+    const char *method;        /* a name in core/methods/all_methods.h; NULL: dop853 with contacts, else gauss */
     double rtol, atol;         /* tolerances; 1e-9, and as rtol. atol is in rad, times `length` of lengths, both per
                                   characteristic time of velocities */
-    double fixed_step;         /* s; 0: as the tolerances ask for */
+    double fixed_step;         /* s; 0: as the tolerances ask for, which only a method that estimates its errors can */
     int drift;                 /* how loops are kept shut, a number that ccgen_drift_name names; 0: by projection */
     int on_gain;         /* what becomes of an impact that would gain energy, a number that ccgen_gain_name names; 0: it
                                   has the largest part of its restitution that does not */

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .files import read_path, write_whole
 from .pictures.gif import write_gif
 from .pictures.player import write_player
 from .pictures.plot import draw
 from .record.hybrid_state import HybridState
 from .record.record import Record
 from .record.tables import arrays, dataframe, dataset
-from .record.whole_file import write_whole
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -54,7 +54,7 @@ class Run(Record):
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write everything recorded to an .npz file, whole or not at all; `numpy.load` reads it."""
-        target = Path(path)
+        target = read_path(path, "an .npz file")
         if target.suffix != ".npz":
             raise ValueError(f"a run is saved as .npz, found {target.name!r}; use another name")
         write_whole(target, lambda part: np.savez_compressed(part, allow_pickle=False, **arrays(self)))
@@ -85,7 +85,7 @@ class Run(Record):
 
     def animate(self, path: str | os.PathLike[str]) -> Path:
         """Write the motion as a page that plays in a browser (.html) or as a moving picture (.gif)."""
-        target = Path(path)
+        target = read_path(path, "an .html or .gif file")
         if target.suffix == ".html":
             return write_player(self, target)
         if target.suffix == ".gif":

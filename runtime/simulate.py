@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from .model.inputs import Given
 from .model.model import Model
+from .model.numbers import dimensions
 from .record.hybrid_state import HybridState
 from .run import Run
 from .simulation.arguments import default_method
@@ -49,10 +49,11 @@ def simulate(
     Start, end and tolerances come from the scene unless given; ``atol`` is ``rtol`` unless given. Where the scene's
     ``rtol`` is less than the model's numbers allow, as 1e-9 is in floats, the least that they allow is taken: 1e-6 in
     floats, 1e-15 in doubles, 1e-18 in wide numbers. ``params`` are values by scene path for this run only.
-    ``step`` (s) fixes the step size instead of choosing it by the error estimate; a run has at most ten million steps.
-    ``method`` is one of :func:`ccgen.runtime.methods`: "gauss", "dop853", "dopri5" or "radau", for stiff scenes; unless
-    given, :func:`default_method`. "moreau", with a ``step``, steps over impacts instead of finding them (theory, 5.11):
-    of first order, for comparison. ``drift`` says how the loops are kept shut: "projected" after every step; for
+    ``step`` (s) fixes the step size instead of choosing it by the error estimate, and is needed where the method has
+    none; a run has at most ten million steps.
+    ``method`` is one of :func:`ccgen.runtime.methods`, as "radau" for stiff scenes; unless given,
+    :func:`default_method`. "moreau" steps over impacts instead of finding them (theory, 5.11): of first order, for
+    comparison. ``drift`` says how the loops are kept shut: "projected" after every step; for
     comparison, "left" as the integration leaves them, or "damped" by Baumgarte's stabilisation. While contacts are
     held, loops and contacts are projected in any case.
     ``on_gain`` says what becomes of an impact that would gain energy, as Newton's law of impact may where there is
@@ -67,7 +68,8 @@ def simulate(
 
     The run's ``success`` is false when it stopped before the end; ``message`` then says where, why, and what to try,
     and the run holds everything up to there. Raises ``ValueError`` for arguments that cannot be simulated: wrong
-    shapes, numbers that are not finite, an unknown method, too short a ``step``, a start inside a ground.
+    shapes, numbers that are not finite, an unknown method, too short a ``step``, a start inside a ground; it says all
+    that is wrong with them.
     """
     if not isinstance(model, Model):
         raise TypeError(f"model: found {type(model).__name__}, expected a Model; load one with load_model(folder)")
@@ -81,6 +83,6 @@ def simulate(
     }
     if state is not None:
         return simulate_one(model, q0, u0, progress=progress, state=state, **options)
-    if q0 is not None and np.ndim(q0) == 2:
+    if q0 is not None and dimensions(q0) == 2:
         return simulate_batch(model, q0, u0, progress=progress, **options)
     return simulate_one(model, q0, u0, progress=progress, **options)

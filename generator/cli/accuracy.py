@@ -15,9 +15,9 @@ from ..package.replace import OutputError
 from ..pipeline import generate
 from .detail import Detail
 from .folders import MODELS, check_folder, check_results, record_results
+from .forces import touches
 from .progress import progress
-from .refusal import fail, refusing
-from .run import check_numbers
+from .refusal import Faults, read_option, refusing
 from .scene_file import read, tell_assembly
 
 if TYPE_CHECKING:
@@ -42,41 +42,49 @@ COLUMNS = (
 
 def price_accuracy(
     scene_file: Path,
-    until: float | None,
+    until: str | None,
     error: float,
     drift: bool,
     precisions: Sequence[str],
     out: Path | None,
-    detail: Detail = Detail.USUAL,
+    detail: Detail,
+    faults: Faults,
 ) -> None:
     """Measure the scene, print the table and what to choose, write ``cost.csv`` and ``cost.png`` into a folder."""
-    check_numbers(until, None)
-    if not 1e-15 <= error < 1.0:
-        fail(f"--error: found {error}, expected a number from 1e-15 to 1; correct it")
-    scene = read(scene_file)
-    folder = Path("results") / scene.name if out is None else out
-    check_results(folder, FILES, "--out")
-    check_folder(MODELS, "folder of models")
+    from ccgen.runtime.precision import wider
+    from ccgen.runtime.simulation.arguments import check_until
+
+    end = faults.of(read_option, until, check_until)
+    if "wide" in precisions and not wider():
+        faults.add(
+            "--precision wide: found a machine whose long double is a double, expected a wider one; leave wide out"
+        )
+    scene = faults.of(read, scene_file)
+    if scene and "float" in precisions and touches(scene):
+        faults.add(
+            "--precision float: found a scene with contacts, expected none: floats are too coarse to find impacts"
+        )
+    folder = Path("results") / (scene.name if scene else "") if out is None else out
+    if scene or out:
+        faults.of(check_results, folder, FILES, "--out")
+    faults.of(check_folder, MODELS, "folder of models")
+    faults.stop_if_any()
+    assert scene
     tell_assembly(scene, detail)
     from ccgen.runtime import load_model
     from ccgen.runtime._core import DRIFTS
     from ccgen.runtime.cost.accuracy import compare, growth, refer
     from ccgen.runtime.cost.accuracy_plot import draw_cost
-    from ccgen.runtime.precision import wider
     from ccgen.runtime.simulate import default_method
 
-    if "wide" in precisions and not wider():
-        fail("--precision wide: found a machine whose long double is a double, expected a wider one; leave wide out")
     with progress(detail) as tell:
         with refusing(CompileError, OutputError):
             names = dict.fromkeys(("double", *precisions, *(("wide",) if wider() else ())))
             models = {name: load_model(generate(scene, MODELS, tell.stage, precision=name)) for name in names}
         model = models["double"]
-        if "float" in precisions and model.contacts:
-            fail("--precision float: found a scene with contacts, expected none: floats are too coarse to find impacts")
         tell.stage("refer")
         with refusing(ValueError):
-            parting = growth(model, scene.run.until if until is None else until)
+            parting = growth(model, scene.run.until if end is None else end)
             reference = refer(models.get("wide", model), parting.until)
         tell.stage("measure")
         measured = [

@@ -7,7 +7,9 @@ from typing import Annotated
 
 import typer
 
-app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
+from .refusal import Commands, Faults
+
+app = typer.Typer(cls=Commands, add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
 
 SceneFile = Annotated[Path, typer.Argument(metavar="SCENE", help="a scene file (TOML)")]
 Fold = Annotated[bool, typer.Option("--fold", help="put the values of the parameters into the code as numbers")]
@@ -19,7 +21,7 @@ Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="say nothing but erro
 @app.callback(invoke_without_command=True)
 def root(
     context: typer.Context,
-    links: Annotated[int | None, typer.Option(metavar="N", help="a floating loop of N unit rods")] = None,
+    links: Annotated[str | None, typer.Option(metavar="N", help="a floating loop of N unit rods")] = None,
     pinned: Annotated[bool, typer.Option("--pinned", help="with --links: both ends on the ground")] = False,
     open_: Annotated[bool, typer.Option("--open", help="with --links: an open chain, free in the plane")] = False,
     hinged: Annotated[bool, typer.Option("--hinged", help="with --open: the first end on the ground")] = False,
@@ -40,36 +42,42 @@ def root(
     """
     from .build import Standard, build, print_version
     from .detail import detail
-    from .refusal import fail
 
-    standard = Standard(links, pinned, open_, hinged, gravity)
+    standard, faults = Standard(links, pinned, open_, hinged, gravity), Faults()
     if context.invoked_subcommand is not None:
-        standard.refuse(f"the command {context.invoked_subcommand}", scene)
+        faults.of(standard.refuse, f"the command {context.invoked_subcommand}", scene)
         for option, found in (("--fold", fold), ("--verbose", verbose), ("--quiet", quiet)):
             if found:
-                fail(f"{option}: found before the command {context.invoked_subcommand}, expected behind it; move it")
+                faults.add(
+                    f"{option}: found before the command {context.invoked_subcommand}, expected behind it; move it"
+                )
         if precision is not None:
-            fail(
+            faults.add(
                 f"--precision: found before the command {context.invoked_subcommand}, expected without it; leave it out"
             )
+        faults.stop_if_any()
     elif version:
         print_version()
     elif links is None and scene is None and standard == Standard(None):
         for option, given in (("--fold", fold), ("--precision", precision)):
             if given:
-                fail(f"{option}: found without --links or --scene, expected one of them; say what is to be built")
+                faults.add(f"{option}: found without --links or --scene, expected one of them; say what is to be built")
+        faults.stop_if_any()
         typer.echo(context.get_help(), err=True)
         raise typer.Exit(2)
     else:
-        build(standard, scene, out, fold, precision or "double", detail(verbose, quiet))
+        build(standard, scene, out, fold, precision or "double", detail(faults, verbose, quiet), faults)
 
 
 @app.command()
 def run(
     scene: SceneFile,
-    until: Annotated[float | None, typer.Option(metavar="T", help="end of the run in s")] = None,
-    rtol: Annotated[float | None, typer.Option(metavar="TOL", help="relative tolerance")] = None,
+    until: Annotated[str | None, typer.Option(metavar="T", help="end of the run in s")] = None,
+    rtol: Annotated[str | None, typer.Option(metavar="TOL", help="relative tolerance")] = None,
     method: Annotated[str | None, typer.Option(metavar="NAME", help="integration method")] = None,
+    step: Annotated[
+        str | None, typer.Option(metavar="H", help="length of all steps in s, instead of one that rtol chooses")
+    ] = None,
     out: Annotated[Path | None, typer.Option(metavar="DIR", help="folder of results [results/<name>]")] = None,
     gif: Annotated[bool, typer.Option("--gif", help="write an animation as GIF too")] = False,
     csv: Annotated[bool, typer.Option("--csv", help="write the forces of contacts and joints as CSV too")] = False,
@@ -80,12 +88,15 @@ def run(
     """Simulate a scene; print impacts, largest forces and audit; write result, plot, forces and player.
 
     With --quiet the results are written only.
-    Exit code 0: the end was reached, 2: wrong input, 3: stopped early, by itself or by Ctrl-C, with results written.
+    Exit code 0: the end was reached, 2: wrong input, 3: stopped early, by itself or by Ctrl-C, with results written,
+    or some of the pictures and tables cannot be made of the run.
     """
     from .detail import detail
+    from .run import Asked
     from .run import run as work
 
-    work(scene, until, rtol, method, out, gif, fold, detail(verbose, quiet), csv)
+    faults = Faults()
+    work(scene, Asked(until, rtol, method, step), out, gif, fold, detail(faults, verbose, quiet), csv, faults)
 
 
 @app.command()
@@ -108,14 +119,15 @@ def show(
     from .detail import detail
     from .show import show as work
 
-    work(scene, equations, latex, expand, fold, plan, detail(verbose, quiet), tolerances)
+    faults = Faults()
+    work(scene, equations, latex, expand, fold, plan, detail(faults, verbose, quiet), tolerances, faults)
 
 
 @app.command()
 def cost(
     scene: SceneFile,
-    until: Annotated[float | None, typer.Option(metavar="T", help="end of the motion in s")] = None,
-    error: Annotated[float | None, typer.Option(metavar="ERR", help="wanted error in m, rad and s [1e-8]")] = None,
+    until: Annotated[str | None, typer.Option(metavar="T", help="end of the motion in s")] = None,
+    error: Annotated[str | None, typer.Option(metavar="ERR", help="wanted error in m, rad and s [1e-8]")] = None,
     drift: Annotated[bool, typer.Option("--drift", help="compare ways to keep the loops shut too")] = False,
     precision: Annotated[
         str | None, typer.Option(metavar="NAMES", help="measure in these numbers: float,double,wide [double]")
@@ -133,7 +145,8 @@ def cost(
     from .cost import cost as work
     from .detail import detail
 
-    work(scene, until, error, drift, precision, effects, fold, out, detail(verbose, quiet))
+    faults = Faults()
+    work(scene, until, error, drift, precision, effects, fold, out, detail(faults, verbose, quiet), faults)
 
 
 @app.command()
@@ -142,7 +155,7 @@ def torque(
     joint: Annotated[
         str | None, typer.Argument(metavar="JOINT", help="the joint that drives; the scene's driven one unless given")
     ] = None,
-    rate: Annotated[float, typer.Option(metavar="W", help="its constant rate in rad/s")] = 1.0,
+    rate: Annotated[str, typer.Option(metavar="W", help="its constant rate in rad/s")] = "1.0",
     plot: Annotated[Path | None, typer.Option(metavar="FILE", help="write the curve as PNG")] = None,
     verbose: Verbose = False,
     quiet: Quiet = False,
@@ -151,7 +164,8 @@ def torque(
     from .detail import detail
     from .statics import torque as work
 
-    work(scene, joint, rate, plot, detail(verbose, quiet))
+    faults = Faults()
+    work(scene, joint, rate, plot, detail(faults, verbose, quiet), faults)
 
 
 @app.command()
@@ -165,7 +179,8 @@ def equilibrium(
     from .detail import detail
     from .statics import equilibrium as work
 
-    work(scene, nearest, detail(verbose, quiet))
+    faults = Faults()
+    work(scene, nearest, detail(faults, verbose, quiet), faults)
 
 
 @app.command()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,15 +18,18 @@ from ..write_c.precision import PRECISIONS
 from .detail import Detail
 from .folders import check_folder
 from .progress import progress
-from .refusal import fail, refusing
+from .refusal import Faults, fail, refusing
 from .scene_file import read, tell_assembly
+
+WHOLE = re.compile(r"[+-]?[0-9]{1,30}")
+"""Numbers of links, of any size that a person types."""
 
 
 @dataclass(frozen=True)
 class Standard:
     """The options that describe a mechanism without a scene file."""
 
-    links: int | None
+    links: str | None
     pinned: bool = False
     open: bool = False
     hinged: bool = False
@@ -39,20 +43,27 @@ class Standard:
         """Stop with exit code 2 if an option stands beside ``other``, which needs none."""
         given = self.given() + (["--scene"] if scene else [])
         if given:
-            fail(f"{given[0]}: found beside {other}, expected one of them; leave out the other")
+            fail("\n".join(f"{one}: found beside {other}, expected one of them; leave out the other" for one in given))
 
     def scene(self) -> Scene:
-        """The mechanism meant, or exit code 2 and a sentence that names the option."""
+        """The mechanism meant, or exit code 2 and a sentence that names the option for each fault."""
+        faults = Faults()
         if self.links is None:
-            fail(f"{self.given()[0]}: found without --links, expected a number of links; add --links N")
+            faults.add(f"{self.given()[0]}: found without --links, expected a number of links; add --links N")
+        elif not WHOLE.fullmatch(self.links):
+            faults.add(f"--links: found {self.links!r}, expected a whole number of links; correct it")
         if self.open and self.pinned:
-            fail("--open: found beside --pinned, expected one of them; a chain is open or has both ends on the ground")
+            faults.add(
+                "--open: found beside --pinned, expected one of them; a chain is open or has both ends on the ground"
+            )
         if self.hinged and not self.open:
-            fail("--hinged: found without --open, expected an open chain; add --open")
+            faults.add("--hinged: found without --open, expected an open chain; add --open")
+        faults.stop_if_any()
+        links = int(self.links or 0)
         try:
             if self.pinned:
-                return pinned(self.links, self.gravity)
-            return chain(self.links, self.hinged, self.gravity) if self.open else loop(self.links, self.gravity)
+                return pinned(links, self.gravity)
+            return chain(links, self.hinged, self.gravity) if self.open else loop(links, self.gravity)
         except SceneError as error:
             text = "\n".join(f"--links {self.links}: {fault.message}" for fault in error.faults)
             for table, option in (("[loop]", "a loop"), ("[pinned]", "--pinned"), ("[chain]", "--open")):
@@ -64,18 +75,21 @@ def build(
     standard: Standard,
     scene_file: Path | None,
     out: Path,
-    fold: bool = False,
-    precision: str = "double",
-    detail: Detail = Detail.USUAL,
+    fold: bool,
+    precision: str,
+    detail: Detail,
+    faults: Faults,
 ) -> None:
     """Generate the model into ``out`` and print the folder of its package."""
-    check_precision(precision)
+    faults.of(check_precision, precision)
     if fold and precision != "double":
-        fail(f"--precision {precision}: found beside --fold, whose numbers are doubles; leave one out")
+        faults.add(f"--precision {precision}: found beside --fold, whose numbers are doubles; leave one out")
     if scene_file is not None:
-        standard.refuse("--scene")
-    scene = standard.scene() if scene_file is None else read(scene_file)
-    check_folder(out, "--out")
+        faults.of(standard.refuse, "--scene")
+    scene = faults.of(standard.scene) if scene_file is None else faults.of(read, scene_file)
+    faults.of(check_folder, out, "--out")
+    faults.stop_if_any()
+    assert scene
     tell_assembly(scene, detail)
     with refusing(CompileError, OutputError, FoldError), progress(detail) as tell:
         folder = generate(scene, out, tell.stage, fold=fold, precision=precision)

@@ -9,7 +9,7 @@ from ..package.replace import OutputError
 from ..pipeline import generate
 from ..scene import Scene
 from .detail import Detail
-from .folders import MODELS, check_folder
+from .folders import MODELS
 from .progress import progress
 from .refusal import refusing
 from .scene_file import tell_assembly
@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
 
 def compiled(scene: Scene, detail: Detail) -> Model:
-    """The compiled model of a scene, in the folder of models; exit code 2 and a sentence where there is none."""
-    check_folder(MODELS, "folder of models")
+    """The compiled model of a scene, in the folder of models, which the caller has looked at; exit code 2 and a
+    sentence where there is none."""
     tell_assembly(scene, detail)
     from ccgen.runtime import load_model
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from .build import check_precision
 from .detail import Detail
 from .folders import check_results
-from .refusal import fail
+from .refusal import Faults, read_option
 from .scene_file import read, tell_assembly
 
 ERROR = 1e-8
@@ -16,32 +16,44 @@ ERROR = 1e-8
 
 def cost(
     scene_file: Path,
-    until: float | None,
-    error: float | None,
+    until: str | None,
+    error: str | None,
     drift: bool,
     precision: str | None,
     effects: bool,
     fold: bool,
     out: Path | None,
-    detail: Detail = Detail.USUAL,
+    detail: Detail,
+    faults: Faults,
 ) -> None:
     """Measure error against time, or with ``effects`` each effect's price; options of the other one are refused."""
     if not effects:
         if fold:
-            fail("--fold: found without --effects, expected with it only; add --effects")
+            faults.add("--fold: found without --effects, expected with it only; add --effects")
         from .accuracy import price_accuracy
 
-        precisions = list(dict.fromkeys(map(check_precision, (precision or "double").split(","))))
-        price_accuracy(scene_file, until, ERROR if error is None else error, drift, precisions, out, detail)
+        precisions = list(dict.fromkeys((precision or "double").split(",")))
+        for name in precisions:
+            faults.of(check_precision, name)
+        wanted = faults.of(read_option, error, check_error)
+        price_accuracy(scene_file, until, ERROR if wanted is None else wanted, drift, precisions, out, detail, faults)
         return
     others = {"--until": until, "--error": error, "--drift": drift or None, "--precision": precision}
     for option, given in others.items():
         if given is not None:
-            fail(f"{option}: found beside --effects, expected one of them; leave one out")
-    scene = read(scene_file)
+            faults.add(f"{option}: found beside --effects, expected one of them; leave one out")
+    scene = faults.of(read, scene_file)
     from .price import FILE, price_effects
 
     if out is not None:
-        check_results(out, [FILE], "--out")
+        faults.of(check_results, out, [FILE], "--out")
+    faults.stop_if_any()
+    assert scene
     tell_assembly(scene, detail)
     price_effects(scene, fold, out, detail)
+
+
+def check_error(error: object) -> None:
+    """Raise ``ValueError`` unless this is an error that can be wanted."""
+    if not isinstance(error, float) or not 1e-15 <= error < 1.0:
+        raise ValueError(f"error: found {error!r}, expected a number from 1e-15 to 1; correct it")

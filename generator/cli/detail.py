@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from enum import Enum
 
-from .refusal import fail
+from .refusal import Faults
 
 
 class Detail(Enum):
@@ -15,8 +15,8 @@ class Detail(Enum):
     ALL = 2
 
 
-def detail(verbose: bool, quiet: bool) -> Detail:
-    """What the two options ask for; exit code 2 where they contradict each other."""
+def detail(faults: Faults, verbose: bool, quiet: bool) -> Detail:
+    """What the two options ask for; that they contradict each other is one of the ``faults``."""
     if verbose and quiet:
-        fail("--quiet: found beside --verbose, expected one of them; leave one out")
+        faults.add("--quiet: found beside --verbose, expected one of them; leave one out")
     return Detail.ALL if verbose else Detail.NOTHING if quiet else Detail.USUAL

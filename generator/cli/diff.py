@@ -8,7 +8,7 @@ import typer
 
 from ..pipeline import listing
 from .progress import progress
-from .refusal import fail, refusing
+from .refusal import Faults, fail, refusing
 from .scene_file import read
 
 LISTING = "equations.txt"
@@ -21,7 +21,9 @@ def diff(old: str, new: str) -> None:
 
     with refusing(ListingError), progress() as tell:
         tell.stage("derive")
-        texts = [equations(Path(name)) for name in (old, new)]
+        faults = Faults()
+        texts = [faults.of(equations, Path(name)) or "" for name in (old, new)]
+        faults.stop_if_any()
         tell.stage("compare")
         report = compare(texts[0], texts[1], old, new)
     if not report.same:

@@ -12,12 +12,15 @@ import typer
 
 if TYPE_CHECKING:
     from ccgen.runtime import Run
+    from ccgen.runtime.arrays import FloatArray
     from ccgen.runtime.record.force_history import History
 
     from ..scene.scene import Scene
 
 ROUNDING = 1e-13
 """Times the normal force: friction that is less is rounding."""
+ALIKE = 1e-9
+"""Part of the largest force by which others are as large: states are known to no more at the usual tolerance."""
 PICTURE, TABLE = "forces.png", "forces.csv"
 LARGEST = 3
 """Contacts, and joints, whose largest forces are printed."""
@@ -29,7 +32,11 @@ def print_forces(run: Run) -> None:
         return
     from ccgen.runtime.record.force_history import history
 
-    found = history(run)
+    try:
+        found = history(run)
+    except ValueError as error:
+        typer.echo(f"no forces: {error}")
+        return
     rows = [*_contacts(run, found), *_joints(run, found)]
     if not rows:
         return
@@ -42,10 +49,18 @@ def print_forces(run: Run) -> None:
 Row = tuple[str, str, float, str]
 
 
+def first_largest(sizes: FloatArray) -> list[int]:
+    """Per column of ``sizes`` (instants, forces) the first instant at which the largest is reached, to rounding.
+
+    A force that stays as it is has no instant of its own: the last digit would choose one.
+    """
+    return np.argmax(sizes >= (1.0 - ALIKE) * np.max(sizes, axis=0), axis=0).tolist() if len(sizes) else []
+
+
 def _contacts(run: Run, found: History) -> list[Row]:
     """Those that push hardest, each with the friction of that instant; stops, in other units, after them."""
     model = run.model
-    peaks = np.argmax(found.pushes[:, :, 0], axis=0)
+    peaks = first_largest(found.pushes[:, :, 0])
     rows: list[Row] = []
     for stops in (False, True):
         chosen = [k for k, (_, ground) in enumerate(model.contacts) if (ground in model.stops) == stops]
@@ -65,7 +80,7 @@ def _contacts(run: Run, found: History) -> list[Row]:
 def _joints(run: Run, found: History) -> list[Row]:
     """Those whose forces are largest."""
     sizes = np.hypot(found.reactions[:, :, 0], found.reactions[:, :, 1])
-    peaks = np.argmax(sizes, axis=0)
+    peaks = first_largest(sizes)
     order = sorted(range(len(run.model.joints)), key=lambda j: -sizes[peaks[j], j])
     return [
         (run.model.joints[j], f"{sizes[peaks[j], j]:.6g} N", float(found.t[peaks[j]]), "")
@@ -74,10 +89,14 @@ def _joints(run: Run, found: History) -> list[Row]:
     ]
 
 
+def touches(scene: Scene) -> bool:
+    """Whether anything in the scene can touch."""
+    return any(effect.gaps(lambda _, expression: expression) for effect in scene.effects)
+
+
 def force_files(scene: Scene, csv: bool) -> list[str]:
     """Names of the files of forces that a run of the scene writes."""
-    touches = any(effect.gaps(lambda _, expression: expression) for effect in scene.effects)
-    return [PICTURE] * touches + [TABLE] * csv
+    return [PICTURE] * touches(scene) + [TABLE] * csv
 
 
 def ways_to_write(run: Run, csv: bool) -> dict[str, Callable[[Path], object]]:

@@ -2,22 +2,85 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import NoReturn
+from typing import Any, NoReturn, ParamSpec, TypeVar
 
 import typer
+from typer.core import TyperGroup
 
 WRONG_INPUT = 2
 """Exit code: what was asked cannot be done."""
 STOPPED_EARLY = 3
 """Exit code: a simulation ended before its time, with results written."""
 
+P = ParamSpec("P")
+T = TypeVar("T")
+
+
+class Refused(typer.Exit):
+    """A command that stops with a ``message``, which :class:`Commands` prints."""
+
+    def __init__(self, message: str, code: int) -> None:
+        super().__init__(code)
+        self.message = message
+
 
 def fail(message: str, code: int = WRONG_INPUT) -> NoReturn:
-    """Say ``message`` on standard error and stop with ``code``."""
-    typer.echo(message, err=True)
-    raise typer.Exit(code)
+    """Stop with ``code``, and with ``message`` on standard error."""
+    raise Refused(message, code)
+
+
+class Commands(TyperGroup):
+    """Commands that say on standard error why they stop."""
+
+    def invoke(self, ctx: Any) -> Any:
+        try:
+            return super().invoke(ctx)
+        except Refused as refused:
+            typer.echo(refused.message, err=True)
+            raise
+
+
+class Faults:
+    """Collects what is wrong with a command, so that all of it is said at once: options, and the scene."""
+
+    def __init__(self) -> None:
+        self._found: dict[str, None] = {}
+
+    def of(self, check: Callable[P, T], *arguments: P.args, **options: P.kwargs) -> T | None:
+        """What ``check`` gives; where it fails its message is noted, and this is ``None``."""
+        try:
+            return check(*arguments, **options)
+        except Refused as refused:
+            self.add(refused.message)
+            return None
+
+    def add(self, message: str) -> None:
+        """Note a fault."""
+        self._found[message] = None
+
+    def stop_if_any(self) -> None:
+        """Stop with exit code 2 and all that was noted, if there is any."""
+        if self._found:
+            fail("\n".join(self._found))
+
+
+def read_option(text: str | None, check: Callable[[Any], None]) -> float | None:
+    """The number that an option has, if it is there; exit code 2 where ``check`` refuses it, or it is none."""
+    if text is None:
+        return None
+    with refusing_options():
+        check(value_of(text))
+    return float(text)
+
+
+def value_of(text: str) -> float | str:
+    """The number that a text is, else the text."""
+    try:
+        return float(text)
+    except ValueError:
+        return text
 
 
 @contextmanager
@@ -27,3 +90,12 @@ def refusing(*kinds: type[Exception]) -> Iterator[None]:
         yield
     except kinds as error:
         fail(f"ccgen: {error}")
+
+
+@contextmanager
+def refusing_options() -> Iterator[None]:
+    """A ``ValueError`` that names an argument becomes a fault of the option of that name."""
+    try:
+        yield
+    except ValueError as error:
+        fail("\n".join(f"--{line}" for line in str(error).splitlines()))

@@ -12,8 +12,8 @@ import typer
 from ..scene import Scene
 from .compiled import compiled
 from .detail import Detail
-from .folders import check_picture
-from .refusal import fail, refusing
+from .folders import MODELS, check_folder, check_picture
+from .refusal import Faults, fail, read_option, refusing
 from .scene_file import read
 
 SOME_TIMES = (0.0123, 0.37, 1.0, 7.3)
@@ -24,20 +24,25 @@ if TYPE_CHECKING:
     from ccgen.runtime.arrays import FloatArray
 
 
-def torque(scene_file: Path, joint: str | None, rate: float, plot: Path | None, detail: Detail = Detail.USUAL) -> None:
+def torque(scene_file: Path, joint: str | None, rate: str, plot: Path | None, detail: Detail, faults: Faults) -> None:
     """Print mean and extremes of the torque over one turn; plot it where asked."""
     from ccgen.runtime import driving_torque
+    from ccgen.runtime.analysis.crank import check_rate
 
-    scene = read(scene_file)
-    joint = _driving(scene, scene_file, joint)
+    speed = faults.of(read_option, rate, check_rate)
+    scene = faults.of(read, scene_file)
+    turned = faults.of(_driving, scene, scene_file, joint) if scene else None
     if plot is not None:
-        check_picture(plot, "--plot")
+        faults.of(check_picture, plot, "--plot")
+    faults.of(check_folder, MODELS, "folder of models")
+    faults.stop_if_any()
+    assert scene and turned and speed
     model = compiled(scene, detail)
     with refusing(ValueError, OSError):
-        turn = driving_torque(model, joint, rate)
+        turn = driving_torque(model, turned, speed)
         if plot is not None:
             turn.plot(plot)
-    typer.echo(f"{model.name}: {joint} turned once at {rate:g} rad/s")
+    typer.echo(f"{model.name}: {turned} turned once at {speed:g} rad/s")
     typer.echo(f"mean     {turn.mean:z16.9g} N m")
     for name, k in (("largest", turn.torque.argmax()), ("smallest", turn.torque.argmin())):
         typer.echo(f"{name:8} {turn.torque[k]:z16.9g} N m at {turn.angle[k]:.6g} rad")
@@ -48,11 +53,15 @@ def torque(scene_file: Path, joint: str | None, rate: float, plot: Path | None, 
         typer.echo(f"written: {plot}")
 
 
-def equilibrium(scene_file: Path, nearest: bool, detail: Detail = Detail.USUAL) -> None:
+def equilibrium(scene_file: Path, nearest: bool, detail: Detail, faults: Faults) -> None:
     """Print an equilibrium: stability, stiffnesses, coordinates, joint forces and forces of closed contacts."""
     from ccgen.runtime import static_equilibrium
 
-    model = compiled(read(scene_file), detail)
+    scene = faults.of(read, scene_file)
+    faults.of(check_folder, MODELS, "folder of models")
+    faults.stop_if_any()
+    assert scene
+    model = compiled(scene, detail)
     with refusing(ValueError):
         found = static_equilibrium(model, nearest=nearest)
     stiffness = ", ".join(f"{value:z.6g}" for value in found.stiffness) or "none, it cannot move"

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from pydantic import Discriminator, Field, Tag
 
-from ..effect_base.contact import DEPTH, Law, Radius
+from ..effect_base.contact import DEPTH, LAW_MEANS, LAWS, Law, Radius
 from ..effect_base.direction import unit
 from ..effect_base.effect import Complain, Contact, ContactPoint, Effect, Entry, Level, Place, Plane, Rim, Surroundings
 from ..effect_base.points import choose_carrier, find_point
@@ -36,7 +36,7 @@ class GroundTable(Table):
     friction: float | None = Field(
         default=None, gt=0.0, description="Coulomb's coefficient of friction, a positive number"
     )
-    law: Law = Field(default="newton", description="the law of impact: newton, poisson or stronge")
+    law: Law = Field(default=LAWS[0], description=LAW_MEANS)
     contacts: list[str] | None = Field(
         default=None, min_length=1, description='a list of points that touch it, such as ["joint_3", "link_0.A"]'
     )
@@ -67,7 +67,7 @@ class Ground(Effect):
     restitution: Parameter
     contacts: tuple[Contact, ...]
     friction: Parameter | None = None
-    law: Law = "newton"
+    law: Law = LAWS[0]
     radii: tuple[Parameter | None, ...] = ()
 
     def __post_init__(self) -> None:

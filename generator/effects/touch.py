@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from pydantic import Discriminator, Field, Tag
 
-from ..effect_base.contact import DEPTH, Law, Radius
+from ..effect_base.contact import DEPTH, LAW_MEANS, LAWS, Law, Radius
 from ..effect_base.effect import Complain, ContactPoint, Effect, Entry, Place, Rim, Surroundings
 from ..effect_base.line import NO_DIRECTION, links_at
 from ..effect_base.points import choose_carrier, find_point
@@ -56,7 +56,7 @@ class TouchTable(Table):
     friction: float | None = Field(
         default=None, gt=0.0, description="Coulomb's coefficient of friction, a positive number"
     )
-    law: Law = Field(default="newton", description="the law of impact: newton, poisson or stronge")
+    law: Law = Field(default=LAWS[0], description=LAW_MEANS)
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ class Touch(Effect):
     ends: tuple[Point, Point] | None
     restitution: Parameter
     friction: Parameter | None = None
-    law: Law = "newton"
+    law: Law = LAWS[0]
 
     def __post_init__(self) -> None:
         if not self.disc.size + self.other.size > 0.0:

@@ -6,6 +6,7 @@ from collections.abc import Collection
 
 import sympy as sp
 
+from ..effect_base.contact import law_of_all
 from ..effect_base.effect import Effect
 from ..equations.equations import Equations
 from ..equations.names import State, sliding_name
@@ -64,7 +65,7 @@ def model_data(
         "contacts": [[contact.point, contact.ground] for contact in equations.contacts],
         "stops": [contact.ground for contact in equations.contacts if contact.angular],
         "grounds": [plane for effect in scene.effects for plane in _planes(effect)],
-        "law": _law(scene),
+        "law": law_of_all(law for effect in scene.effects if (law := effect.impact_law()) is not None),
         "outlines": [[_point(point) for point in link.points.values()] for link in mechanism.links],
         "discs": _discs(scene),
         "ground_names": list(mechanism.ground_points),
@@ -149,12 +150,6 @@ def _coordinates(mechanism: Mechanism, topology: Topology) -> list[tuple[str, st
     angles = [("angle", k) for k in range(len(mechanism.links)) if topology.leader(k) == k]
     slides = sorted(branch.joint for branch in topology.branches if branch.slides)
     return [*root, *angles, *(("slide", mechanism.joints[joint].name) for joint in slides)]
-
-
-def _law(scene: Scene) -> str:
-    """The law of impact: Stronge's if any ground has it, else Poisson's if any has that."""
-    laws = {effect.impact_law() for effect in scene.effects}
-    return next((law for law in ("stronge", "poisson") if law in laws), "newton")
 
 
 def _outboard(mechanism: Mechanism, topology: Topology) -> list[str]:

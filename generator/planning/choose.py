@@ -99,6 +99,14 @@ LONGEST = 6000
 compile than the runtime's robust path costs in the few states that need it."""
 
 
+def check_plan(wanted: str | None) -> None:
+    """Raise ``ValueError`` for a name that no plan of the portfolio has."""
+    if wanted is not None and wanted not in PLANS:
+        raise ValueError(
+            f"plan: found {wanted!r}, expected {', '.join(map(repr, PLANS[:-1]))} or {PLANS[-1]!r}; name one of them"
+        )
+
+
 def choose(
     mechanism: Mechanism,
     topology: Topology,
@@ -116,10 +124,7 @@ def choose(
     wanted; ``folded`` that the values of parameters stand in the equations. Raises
     ``ValueError`` where the wanted plan is not one of the portfolio, or the mechanism has none of its kind.
     """
-    if wanted is not None and wanted not in PLANS:
-        raise ValueError(
-            f"plan: found {wanted!r}, expected {', '.join(map(repr, PLANS[:-1]))} or {PLANS[-1]!r}; name one of them"
-        )
+    check_plan(wanted)
     sweep = Sweep(mechanism, topology, driven)
     modules = alike(mechanism)
     dyads = _with_dyads(sweep, [cut for cut in topology.cuts if cut.joint in sound])

@@ -54,6 +54,8 @@ T = TypeVar("T", bound=Table)
 
 def load_scene(path: str | PathLike[str]) -> Scene:
     """The scene in the TOML file ``path``. Raises ``SceneError`` with everything that is wrong with it."""
+    if not isinstance(path, str | PathLike):
+        raise TypeError(f"path: found {path!r}, expected the name of a scene file (TOML)")
     file = str(path)
     try:
         text = File(path).read_bytes().decode("utf-8-sig")

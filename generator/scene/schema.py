@@ -168,7 +168,7 @@ class RunTable(Table):
 
     MISPLACED: ClassVar[Mapping[str, str]] = {
         "method": "the method is an option; write ccgen run --method NAME, or simulate(method=...)",
-        "step": "a fixed step is an argument; write simulate(step=...)",
+        "step": "a fixed step is an option; write ccgen run --step H, or simulate(step=...)",
     }
 
     until: Positive = Field(default=10.0, description="the time at which the run ends in s, a positive number")

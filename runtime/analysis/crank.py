@@ -5,7 +5,6 @@ from __future__ import annotations
 import bisect
 import os
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,10 +12,10 @@ from numpy.typing import ArrayLike
 
 from ..arrays import BoolArray, FloatArray
 from ..extras import needed
+from ..files import read_path, write_whole
 from ..model.drives import drive_columns
 from ..model.model import Model
 from ..precision import need_doubles
-from ..record.whole_file import write_whole
 from .contacts import CLOSED, DEEPEST, Contacts, inside
 
 NEAR = 1e4
@@ -67,7 +66,7 @@ class DrivingTorque:
 
     def plot(self, path: str | os.PathLike[str] | None = None) -> Any:
         """The figure of torque over angle, saved as a PNG where a path is given."""
-        target = None if path is None else Path(path)
+        target = None if path is None else read_path(path, "a .png file")
         if target is not None and target.suffix != ".png":
             raise ValueError(f"a plot is saved as .png, found {target.name!r}; use another name")
         figure_module = needed("matplotlib.figure", "a plot of a torque")
@@ -89,6 +88,12 @@ class DrivingTorque:
         if target is not None:
             write_whole(target, lambda part: figure.savefig(part, format="png", metadata={"Software": "ccgen"}))
         return figure
+
+
+def check_rate(rate: object) -> None:
+    """Raise ``ValueError`` unless a crank can turn at this rate (rad/s)."""
+    if not isinstance(rate, int | float | np.number) or not np.isfinite(rate) or rate == 0.0:
+        raise ValueError(f"rate: found {rate!r}, expected a finite number other than zero, in rad/s; correct it")
 
 
 def driving_torque(
@@ -114,8 +119,7 @@ def driving_torque(
             f"joint: found {joint} beside driven {', '.join(others)}, expected no other joint whose motion is given; "
             f"name {others[0]}, or leave out its [[drive]]"
         )
-    if not np.isfinite(rate) or rate == 0.0:
-        raise ValueError(f"rate: found {rate}, expected a finite number other than zero")
+    check_rate(rate)
     if samples < 2:
         raise ValueError(f"samples: found {samples}, expected at least 2")
     first = model.start()[0] if q is None else model.assemble(q)

@@ -209,11 +209,13 @@ def compare(
     tolerances: Iterable[float] | None = None,
     tell: Callable[[int, int], object] = lambda done, total: None,
 ) -> list[Measured]:
-    """Every method at every tolerance, loosest first; a method that gets too slow is not asked for more."""
+    """Every method that a tolerance can choose steps for, at every tolerance, loosest first; one that gets too slow is
+    not asked for more."""
     tolerances = tolerances_of(model.precision) if tolerances is None else tuple(tolerances)
     found: list[Measured] = []
-    total = len(methods()) * len(drifts) * len(tolerances)
-    for number, (method, drift) in enumerate((m, d) for d in drifts for m in methods()):
+    known = methods(estimating=True)
+    total = len(known) * len(drifts) * len(tolerances)
+    for number, (method, drift) in enumerate((m, d) for d in drifts for m in known):
         for k, rtol in enumerate(tolerances):
             tell(number * len(tolerances) + k, total)
             found.append(measure(model, method, rtol, reference, drift))

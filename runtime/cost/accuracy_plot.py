@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from ..extras import needed
+from ..files import write_whole
 from ..pictures.plot import COLOURS, INK, SOFT
-from ..record.whole_file import write_whole
 from .accuracy import Measured
 
 MARKERS = "osD^vP"

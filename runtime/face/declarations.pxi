@@ -122,6 +122,7 @@ cdef extern from *:
     struct method:
         const char *name
         int order
+    int estimates_errors(const method *m) nogil
     const method *find_method(const char *name) nogil
     const method **all_methods
 

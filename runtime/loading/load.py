@@ -11,6 +11,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
+from ..files import read_path
 from ..model.model import Model
 from .package import read_package
 
@@ -28,7 +29,7 @@ def load_model(path: str | PathLike[str]) -> Model:
     Raises ``FileNotFoundError`` when there is no generated package, and ``ImportError`` when it is damaged or does not
     fit this Python, this runtime or this processor; nothing of it is loaded then.
     """
-    folder = Path(path).resolve()
+    folder = read_path(path, "the folder of a generated package").resolve()
     patience = time.monotonic() + PATIENCE
     while True:
         found = _version(folder)

@@ -12,9 +12,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import FloatArray
+from ..faults import Faults
 from ..precision import core_of
 from .disc import Disc
 from .inputs import Values, read_values
+from .numbers import read_numbers
 from .parameters import Parameters
 from .samples import ROUNDING, samples
 from .tolerances import check_angles, largest_angle
@@ -159,24 +161,39 @@ class Compiled:
         found = self.kernels.of_q(kernel, states).reshape(len(states), *shape)
         return found[0].copy() if single else found.copy()
 
-    def _state(self, q: ArrayLike, u: ArrayLike) -> tuple[tuple[FloatArray, FloatArray], bool]:
-        qs, single = self._batch(q, "q", len(self.q_names))
-        us, single_u = self._batch(u, "u", len(self.u_names))
+    def _state(
+        self, q: ArrayLike, u: ArrayLike, names: tuple[str, str] = ("q", "u")
+    ) -> tuple[tuple[FloatArray, FloatArray], bool]:
+        sizes = len(self.q_names), len(self.u_names)
+        try:
+            (qs, single), (us, single_u) = map(self._batch, (q, u), names, sizes)
+        except ValueError:
+            faults = Faults()  # seldom: then what is wrong with either
+            for given, what, width in zip((q, u), names, sizes, strict=True):
+                with faults.collecting():
+                    self._batch(given, what, width)
+            faults.stop_if_any()
+            raise
         if qs.shape[0] != us.shape[0] or single != single_u:
-            raise ValueError(f"q and u must hold equally many states, found shapes {np.shape(q)} and {np.shape(u)}")
+            raise ValueError(
+                f"{names[0]}, {names[1]}: found shapes {np.shape(q)} and {np.shape(u)}, expected equally many states "
+                "in both"
+            )
         return (qs, us), single
 
     def _batch(self, x: ArrayLike, what: str, width: int) -> tuple[FloatArray, bool]:
         kind = self.core.REAL
-        found = np.ascontiguousarray(x, dtype=kind) if np.ndim(x) else np.array(x, dtype=kind)
+        found = x if isinstance(x, np.ndarray) and x.dtype == kind else read_numbers(x, what, kind)
+        if found.ndim:
+            found = np.ascontiguousarray(found)
         if found.ndim not in (1, 2) or found.shape[-1] != width:
             raise ValueError(f"{what}: found shape {found.shape}, expected ({width},) or (states, {width})")
         rows, single = (found[None], True) if found.ndim == 1 else (found, False)
-        if not self.core.all_within(found.ravel(), largest_angle(kind)):  # seldom: then what it is
+        if not self.core.all_within(found.ravel(), largest_angle(self.core)):  # seldom: then what it is
             if not self.core.all_finite(found.ravel()):
                 raise ValueError(f"{what}: found {found[~np.isfinite(found)][0]}, expected finite numbers")
-            if what == "q":
-                check_angles(rows[:, self.angular], [self.q_names[k] for k in self.angular], kind)
+            if what.startswith("q"):
+                check_angles(what, rows[:, self.angular], [self.q_names[k] for k in self.angular], self.core)
         return rows, single
 
     def set_inputs(self, inputs: Values | None) -> None:

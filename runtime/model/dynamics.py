@@ -9,11 +9,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import FloatArray
+from ..faults import Faults
 from ..precision import finite
 from .compiled import Compiled
 from .failed_impact import failed_impact
 from .forces import Contacts, flight_of, in_flight, motion_of
 from .inputs import Values
+from .numbers import read_numbers
 
 KNOWN = 1e-9
 """Accelerations and jumps that are known less well than this, relative to the largest, come with a warning."""
@@ -26,14 +28,21 @@ def at_states(
     model: Compiled, q: ArrayLike, u: ArrayLike, t: ArrayLike, inputs: Values | None, contacts: Contacts, what: str
 ) -> FloatArray:
     """One field of ``Motion``, of one state or a batch, under ``inputs`` and with what ``contacts`` push."""
-    states, single = model._state(q, u)
-    times = _times(t, len(states[0]))
-    with model.given(inputs):
+    try:
+        states, single = model._state(q, u)
+        times = _times(t, len(states[0]))
+        model.set_inputs(inputs)
+    except ValueError:
+        _refuse_all(model, q, u, t, inputs)
+        raise
+    try:
         if in_flight(model, states[0], contacts):
             found, inexact = flight_of(model, *states, times, what), model.kernels.inexact
         else:
             motion, inexact = motion_of(model, *states, times, contacts, reactions=what == "reactions")
             found = getattr(motion, what)
+    finally:
+        model.set_inputs(None)
     _warn_inexact(model, "accelerations", inexact)
     return found[0] if single else found
 
@@ -54,7 +63,7 @@ def impact(
     if len(set(chosen)) != len(chosen) or not chosen:
         raise ValueError(f"found contacts {list(contacts)}, expected at least one and each once")
     own = [model.parameters[f"{model.contacts[c][1].partition('.')[0]}.restitution"] for c in chosen]
-    e = np.array(own if restitution is None else restitution, dtype=model.core.REAL)
+    e = read_numbers(own if restitution is None else restitution, "restitution", model.core.REAL)
     if e.shape not in ((), (len(chosen),)) or not np.all((e >= 0.0) & (e <= 1.0)):
         raise ValueError(f"found restitution {e}, expected a number from 0 to 1, or {len(chosen)} of them")
     e = np.ascontiguousarray(np.broadcast_to(e, (len(chosen),)))
@@ -73,9 +82,22 @@ def impact(
     return np.array([r[0] for r in results]), np.array([r[1] for r in results])
 
 
+def _refuse_all(model: Compiled, q: ArrayLike, u: ArrayLike, t: ArrayLike, inputs: Values | None) -> None:
+    """Raise with all that is wrong with these, one of which is."""
+    faults, count = Faults(), 0
+    with faults.collecting():
+        count = len(model._state(q, u)[0][0])
+    with faults.collecting():
+        _times(t, count or read_numbers(t, "t").size)
+    with faults.collecting():
+        model.set_inputs(inputs)
+    model.set_inputs(None)
+    faults.stop_if_any()
+
+
 def _times(t: ArrayLike, count: int) -> float | FloatArray:
     """One time for all ``count`` states, or each one's own."""
-    times = np.asarray(t, dtype=float)
+    times = read_numbers(t, "t")
     if times.shape not in ((), (count,)) or not finite(times):
         raise ValueError(f"t: found {t!r}, expected a finite number, or one for each of {count} states")
     return times if times.ndim else float(times)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import FloatArray
+from .numbers import read_numbers
 
 if TYPE_CHECKING:
     from .._core import Supply
@@ -91,10 +92,7 @@ def _number(value: object, what: str) -> float:
 
 
 def _array(value: object, what: str) -> FloatArray:
-    try:
-        found = np.array(value, dtype=float)
-    except (TypeError, ValueError) as error:
-        raise ValueError(f"{what}: found {value!r}, expected numbers") from error
+    found = read_numbers(value, what)
     if not np.all(np.isfinite(found)):
         raise ValueError(f"{what}: found {found[~np.isfinite(found)].flat[0]}, expected finite numbers")
     return found

@@ -10,6 +10,7 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from ..arrays import FloatArray
+from ..files import read_path, write_whole
 from .assembly import assemble, project
 from .c_header import c_header
 from .dynamics import at_states, impact
@@ -142,10 +143,15 @@ class Model(Geometry):
         """Write the parameters as they are now, the start and the settings of a simulation as a header for C.
 
         It names the model by its package, as ``falling_hexagon_q``; ``docs/c.md`` has a program. Raises ``ValueError``
-        for a model in other numbers than doubles.
+        for a model in other numbers than doubles, and for a place in its package: that is for ccgen's own files alone.
         """
-        target = Path(path)
-        target.write_text(c_header(self), encoding="utf-8")
+        target, text = read_path(path, "a header"), c_header(self)
+        if self.folder is not None and self.folder in (target.resolve(), *target.resolve().parents):
+            raise ValueError(
+                f"{target}: found a place in the model's package, which ccgen would refuse to generate again with it, "
+                f"expected one elsewhere; write it beside the package, as {self.folder.name}.h"
+            )
+        write_whole(target, lambda part: part.write(text.encode()))
         return target
 
     # -- states ----------------------------------------------------------------------------------------------------

@@ -7,11 +7,14 @@ from collections.abc import Callable, Iterator, Mapping, MutableMapping, Sequenc
 from numbers import Real
 from typing import Any
 
+from ..faults import Faults, UnknownName
+
 
 class Parameters(MutableMapping[str, float]):
     """Names are fixed, values are finite numbers in SI units, each within its domain: a mass stays positive.
 
-    Raises ``KeyError`` for an unknown name (with the nearest known ones) and ``ValueError`` for an impossible value.
+    Raises ``KeyError`` for unknown names (with the nearest known ones) and ``ValueError`` for impossible values, and
+    where there is some of both.
     ``declared`` are paths, values and domains as the model's data has them, ``values`` those that are other than there.
     Those of a ``folded`` model (its name) can be read only: its code holds them as numbers. ``rests_on`` are those that
     must keep their values, each with the joint that the equations leave out because it fits others with them.
@@ -53,8 +56,14 @@ class Parameters(MutableMapping[str, float]):
     def update(self, other: Mapping[str, float], /) -> None:  # type: ignore[override]
         """Set several values together: all of them, or none when one is wrong."""
         if not isinstance(other, Mapping):
-            raise TypeError(f"found {type(other).__name__}, expected a mapping of parameter names to values")
-        checked = {name: self._checked(name, value) for name, value in other.items()}
+            raise TypeError(
+                f"parameters: found {type(other).__name__}, expected a mapping of parameter names to values"
+            )
+        faults, checked = Faults(), {}
+        for name, value in other.items():
+            with faults.collecting():
+                checked[name] = self._checked(name, value)
+        faults.stop_if_any()
         if self._folded and checked:
             raise ValueError(
                 f"{next(iter(checked))}: found a new value for {self._folded}, whose parameters are folded into its "
@@ -74,7 +83,7 @@ class Parameters(MutableMapping[str, float]):
             from difflib import get_close_matches
 
             near = get_close_matches(str(name), self._values, n=3) or list(self._values)[:3]
-            raise KeyError(f"the model has no parameter {name!r}; it has, among others, {', '.join(near)}")
+            raise UnknownName(f"the model has no parameter {name!r}; it has, among others, {', '.join(near)}")
 
     def _checked(self, name: str, value: float) -> float:
         self._known(name)

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 from ..arrays import FloatArray
 from .geometry import Geometry
+from .numbers import read_numbers
 from .tolerances import joint_miss
 
 
@@ -55,7 +56,7 @@ def _read_state(model: Geometry, poses: ArrayLike, velocities: ArrayLike) -> tup
 
 
 def _rows(model: Geometry, rows: ArrayLike, what: str) -> FloatArray:
-    found = np.array(rows, dtype=model.core.REAL)
+    found = np.array(read_numbers(rows, what, model.core.REAL))
     if found.shape != (len(model.links), 3) or not np.all(np.isfinite(found)):
         raise ValueError(f"{what}: found shape {found.shape}, expected finite numbers ({len(model.links)}, 3)")
     return found

@@ -4,37 +4,40 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cache
+from types import ModuleType
 from typing import Any
 
 import numpy as np
 
+from .._core import TOLERANCES
 from ..arrays import FloatArray
 
 JOINT_MISS = 1e-6
 """Poses whose joints miss by more than this, times the mechanism's length, are not a state of it."""
 
-ANGLE_KNOWN = 1e-6
-"""Angles are states if they are known to this (rad): points at the mechanism's length are then known to JOINT_MISS."""
+ANGLE_KNOWN = TOLERANCES["ANGLE_KNOWN"].value
+"""Angles are states if they are known to this (rad): points at the mechanism's length are then known to JOINT_MISS.
+Floats have a limit of their own."""
 
 
 @cache
-def largest_angle(kind: np.dtype[Any]) -> float:
-    """Size (rad) beyond which no digits are left of where links point, in numbers of that type.
+def largest_angle(core: ModuleType) -> float:
+    """Size (rad) beyond which no digits are left of where links point, in the numbers of that core. Its runs end there.
 
     The last place is larger than 1e-6 rad beyond 4.5e9 rad (in floats, which carry 7 digits: than 1e-3, beyond 1e4).
     """
-    last = float(np.finfo(kind).eps)
-    return max(ANGLE_KNOWN, 1e4 * last) / last
+    return float(core.TOLERANCES["ANGLE_KNOWN"].value) / float(np.finfo(core.REAL).eps)
 
 
-def check_angles(angles: FloatArray, names: Sequence[str], kind: np.dtype[Any]) -> None:
-    """None of the ``angles`` (b, n) of these ``names``, in numbers of that type, is larger, else ``ValueError``."""
-    sizes, largest = np.abs(angles), largest_angle(kind)
+def check_angles(what: str, angles: FloatArray, names: Sequence[str], core: ModuleType) -> None:
+    """None of the ``angles`` (b, n) of these ``names`` in the argument ``what``, in the numbers of that core, is
+    larger, else ``ValueError``."""
+    sizes, largest = np.abs(angles), largest_angle(core)
     if sizes.size and sizes.max() > largest:
         row, column = np.unravel_index(int(np.argmax(sizes)), sizes.shape)
         name, found = names[int(column)], float(angles[row, column])
         raise ValueError(
-            f"q: found {name} = {found:.3g} rad, expected at most {largest:.2g} rad, "
+            f"{what}: found {name} = {found:.3g} rad, expected at most {largest:.2g} rad, "
             "beyond which no digits are left of where links point; leave out full turns"
         )
 

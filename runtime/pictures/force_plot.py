@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import os
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ..arrays import FloatArray
 from ..extras import needed
+from ..files import read_path, write_whole
 from ..record.force_history import History, history
 from ..record.record import Record
-from ..record.whole_file import write_whole
 from .plot import mark_impacts, named_curves
 
 Panel = tuple[str, dict[str, FloatArray]]
@@ -25,7 +24,7 @@ ROUNDING = 1e-13
 
 def draw_forces(run: Record, path: str | os.PathLike[str] | None = None) -> Any:
     """The figure of a run's forces between impacts, saved as a PNG where a path is given."""
-    target = None if path is None else Path(path)
+    target = None if path is None else read_path(path, "a .png file")
     if target is not None and target.suffix != ".png":
         raise ValueError(f"a plot is saved as .png, found {target.name!r}; use another name")
     figure_module = needed("matplotlib.figure", "a plot of forces")

@@ -11,9 +11,9 @@ import numpy as np
 
 from ..arrays import FloatArray
 from ..extras import needed
+from ..files import write_whole
 from ..record.impact import Impact
 from ..record.record import Record
-from ..record.whole_file import write_whole
 from .frames import frame_times, sample, shown_impacts, view_of
 from .plot import FLASH, SOFT, Drawing
 

@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 
 from ..arrays import FloatArray
+from ..files import write_whole
 from ..record.drawable import Drawable
 from ..record.impact import Impact
 from ..record.record import Record
-from ..record.whole_file import write_whole
 from .frames import Frames, View, frame_times, sample, shown_impacts, view_of
 
 RATE = 60  # frames per second

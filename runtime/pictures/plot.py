@@ -8,17 +8,16 @@ from __future__ import annotations
 import os
 import textwrap
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ..arrays import FloatArray
 from ..extras import needed
+from ..files import read_path, write_whole
 from ..model.disc import Disc
 from ..record.drawable import Drawable
 from ..record.record import Record
-from ..record.whole_file import write_whole
 from .frames import Frames, View, frame_times, placed, sample, shown_impacts, view_of
 
 # Told apart with any colour vision (P. Tol's muted and bright schemes), in the order of the links.
@@ -32,7 +31,7 @@ NAMED = 8  # curves that get a name and a colour each; more are shaded by their 
 
 def draw(run: Record, path: str | os.PathLike[str] | None = None) -> Any:
     """The figure of a run, saved as a PNG where a path is given."""
-    target = None if path is None else Path(path)
+    target = None if path is None else read_path(path, "a .png file")
     if target is not None and target.suffix != ".png":
         raise ValueError(f"a plot is saved as .png, found {target.name!r}; use another name")
     needed("matplotlib", "a plot of a run")

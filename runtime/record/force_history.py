@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 
 from ..arrays import FloatArray
+from ..files import read_path, write_whole
 from .record import Record
-from .whole_file import write_whole
 
 INSTANTS = 1000
 """Least number of instants between the start of a run and its end."""
@@ -66,11 +66,13 @@ def _just_before(run: Record, jumps: FloatArray) -> FloatArray:
 
 
 def columns(run: Record) -> list[str]:
-    """Headings of a table of forces, with units."""
+    """Headings of a table of forces, with units; a stop has a moment, and no friction."""
     found = ["t [s]"]
     for point, ground in run.model.contacts:
-        unit = "N m" if ground in run.model.stops else "N"
-        found += [f"{point} on {ground}: normal [{unit}]", f"{point} on {ground}: friction [N]"]
+        name = f"{point} on {ground}"
+        found += (
+            [f"{name}: moment [N m]"] if ground in run.model.stops else [f"{name}: normal [N]", f"{name}: friction [N]"]
+        )
     for joint in run.model.joints:
         found += [f"{joint}: x [N]", f"{joint}: y [N]", f"{joint}: moment [N m]"]
     return found
@@ -78,10 +80,12 @@ def columns(run: Record) -> list[str]:
 
 def write_csv(run: Record, path: str | os.PathLike[str]) -> Path:
     """Write the forces of contacts and joints over time as CSV, headings with units first; times as of ``history``."""
-    target = Path(path)
+    target = read_path(path, "a file")
     found = history(run)
     count = len(found.t)
-    numbers = np.column_stack([found.t, found.pushes.reshape(count, -1), found.reactions.reshape(count, -1)])
+    rubs = np.array([(True, ground not in run.model.stops) for _, ground in run.model.contacts], dtype=bool).ravel()
+    pushes = found.pushes.reshape(count, -1)[:, rubs]
+    numbers = np.column_stack([found.t, pushes, found.reactions.reshape(count, -1)])
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
     table.writerow(columns(run))

@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 
 from ..arrays import FloatArray
+from ..files import read_path, write_whole
 from .frozen import freeze
-from .whole_file import write_whole
 
 UNREADABLE = (
     ArithmeticError,
@@ -32,6 +32,9 @@ UNREADABLE = (
     zlib.error,
 )
 """What numpy and its packer raise for a file that is damaged, or is another."""
+
+ZIPPED = b"PK\x03\x04"
+"""How an .npz file begins."""
 
 NUMBERS, WORDS = ("rtol", "atol", "step"), ("method", "drift", "on_gain")
 """The settings of a run that goes on by the same bits."""
@@ -60,7 +63,7 @@ class HybridState:
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write the state to an .npz file, whole or not at all; :meth:`load` reads it."""
-        target = Path(path)
+        target = read_path(path, "an .npz file")
         if target.suffix != ".npz":
             raise ValueError(f"a state is saved as .npz, found {target.name!r}; use another name")
         arrays = {
@@ -80,8 +83,11 @@ class HybridState:
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> HybridState:
         """The state that :meth:`save` wrote. Raises ``ValueError`` for a file that holds none."""
+        content = read_path(path, "an .npz file").read_bytes()
         try:
-            with np.load(io.BytesIO(Path(path).read_bytes()), allow_pickle=False) as file:
+            if not content.startswith(ZIPPED):  # NumPy would take it for a pickle, and advise to load that
+                raise ValueError("no .npz file")
+            with np.load(io.BytesIO(content), allow_pickle=False) as file:
                 numbers = zip(NUMBERS, file["settings"].tolist(), strict=True)
                 words = zip(WORDS, file["words"].tolist(), strict=True)
                 names, values = file["parameter_names"].tolist(), file["parameter_values"].tolist()
@@ -95,6 +101,4 @@ class HybridState:
                     memory=file["memory"].tobytes(),
                 )
         except UNREADABLE as error:
-            raise ValueError(
-                f"{path}: found no state of a run ({error}), expected what HybridState.save wrote"
-            ) from None
+            raise ValueError(f"{path}: found no state of a run, expected what HybridState.save wrote") from error

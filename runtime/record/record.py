@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from ..arrays import FloatArray
 from ..model.forces import Motion
+from ..model.numbers import read_numbers
 from .drawable import Drawable
 from .frozen import freeze, restore
 from .impact import Impact
@@ -97,14 +98,15 @@ class Record:
         Starts from the last recorded row that is not later than t and goes on from there, with contacts in one step,
         without them by steps as those of the run.
         """
-        try:
-            times = np.asarray(t, dtype=self.t.dtype)
-        except (TypeError, ValueError):
-            raise ValueError(f"t: found {t!r}, expected a number or a row of them") from None
+        times = read_numbers(t, "t", self.t.dtype)
         if times.ndim > 1:
-            raise ValueError(f"times have shape {times.shape}, expected a number or a row of them")
-        if not np.all((times >= self.t[0]) & (times <= self.t[-1])):
-            raise ValueError(f"the run goes from t = {self.t[0]} to {self.t[-1]}; asked for {times}")
+            raise ValueError(f"t: found shape {times.shape}, expected a number or a row of them")
+        outside = times[~((times >= self.t[0]) & (times <= self.t[-1]))]
+        if outside.size:
+            raise ValueError(
+                f"t: found {outside.flat[0]:g} s, expected times within the run, which goes from t = {self.t[0]} to "
+                f"{self.t[-1]} s"
+            )
         wanted = np.atleast_1d(times)
         rows = np.searchsorted(self.t, wanted, side="right") - 1
         q, u = self.q[rows], self.u[rows]

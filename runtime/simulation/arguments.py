@@ -10,10 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._core import DRIFTS, GAINS, TIME_STEPPING, methods
+from .._core import DRIFTS, GAINS, methods
 from ..arrays import FloatArray
+from ..faults import Faults
 from ..model.drives import drive_misses, drive_rows, drive_speeds
 from ..model.model import Model
+from ..model.numbers import read_numbers
 
 STEP_BUDGET = 10_000_000
 """Steps of a run, refused ones included."""
@@ -58,9 +60,10 @@ def settings_of(
 
     Raises ``ValueError`` for what cannot be simulated.
     """
+    faults = Faults()
     if before is not None:
         if method not in (None, before["method"]):
-            raise ValueError(
+            faults.add(
                 f"method: found {method!r}, expected {before['method']!r}, by which the state was reached; begin from "
                 "its q and u to go on by another"
             )
@@ -72,24 +75,28 @@ def settings_of(
     scene, least = model.data["run"], LEAST[model.precision]
     on_gain = scene["on_gain"] if on_gain is None else on_gain
     own = max(scene["rtol"], least)
-    until = _positive("until", scene["until"] if until is None else until)
-    rtol = _positive("rtol", own if rtol is None else rtol)
-    atol = _positive("atol", (scene["atol"] or rtol) if atol is None else atol)
-    fixed = 0.0 if step is None else _fixed_step(step, until)
+    end: float = scene["until"] if until is None else until
+    relative: float = own if rtol is None else rtol
+    absolute: float = (scene["atol"] or relative) if atol is None else atol
     name = default_method(model, controlled=controlled) if method is None else method
-    if name not in (known := (*methods(), *TIME_STEPPING)):
-        raise ValueError(f"method: found {name!r}, expected one of {', '.join(known)}")
-    if name in TIME_STEPPING and not fixed:
-        raise ValueError(
-            f"step: found None, expected a length in s for the method {name!r}, which steps in time; give one"
-        )
+    with faults.collecting():
+        check_until(end)
+    with faults.collecting():
+        check_rtol(relative, least)
+    if atol is not None:
+        with faults.collecting():
+            check_positive("atol", atol)
+    with faults.collecting():
+        check_method(name, step)
+    if step is not None:
+        with faults.collecting():
+            check_step(step, end)
     if drift not in DRIFTS:
-        raise ValueError(f"drift: found {drift!r}, expected one of {', '.join(DRIFTS)}")
+        faults.add(f"drift: found {drift!r}, expected one of {', '.join(DRIFTS)}; choose one")
     if on_gain not in GAINS:
-        raise ValueError(f"on_gain: found {on_gain!r}, expected one of {', '.join(GAINS)}")
-    if not least <= rtol < 1.0:
-        raise ValueError(f"rtol: found {rtol}, expected a number from {least:g} to 1")
-    return Settings(until, rtol, atol, fixed, name, drift, on_gain, own)
+        faults.add(f"on_gain: found {on_gain!r}, expected one of {', '.join(GAINS)}; choose one")
+    faults.stop_if_any()
+    return Settings(float(end), float(relative), float(absolute), float(step or 0.0), name, drift, on_gain, own)
 
 
 def default_method(model: Model, *, controlled: bool = False) -> str:
@@ -106,31 +113,89 @@ def stops_of(model: Model, kinks: FloatArray) -> FloatArray:
     return np.unique(np.concatenate([kinks, own]))
 
 
-def _positive(name: str, value: Any) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float | np.number) or not 0.0 < value < math.inf:
-        raise ValueError(f"{name}: found {value!r}, expected a positive number")
-    return float(value)
+def check_calls(progress: object, keep_interrupted: object) -> None:
+    """Raise ``TypeError`` unless these arguments of a run are a function, or nothing, and yes or no."""
+    faults = Faults()
+    if progress is not None and not callable(progress):
+        faults.note(TypeError(f"progress: found {progress!r}, expected a function of the time reached, or None"))
+    if not isinstance(keep_interrupted, bool | np.bool_):
+        faults.note(TypeError(f"keep_interrupted: found {keep_interrupted!r}, expected True or False"))
+    faults.stop_if_any()
 
 
-def _fixed_step(step: float, until: float) -> float:
-    """A step size by which a run gets to its end within its budget, which any that is lost in the last digit of time
-    does not."""
-    fixed = _positive("step", step)
-    if until / fixed >= STEP_BUDGET + 1:
+def check_positive(name: str, value: Any, of: str = "") -> None:
+    """Raise ``ValueError`` unless an argument is a positive number ``of`` something."""
+    if not _is_number(value) or not 0.0 < value < math.inf:
+        raise ValueError(f"{name}: found {_shown(value)}, expected a positive number{of}; correct it")
+
+
+def check_until(until: Any) -> None:
+    """Raise ``ValueError`` unless this is a time at which a run can end."""
+    check_positive("until", until, " of seconds")
+
+
+def check_rtol(rtol: Any, least: float = LEAST["double"]) -> None:
+    """Raise ``ValueError`` unless a relative tolerance is one that the model's numbers allow."""
+    if not _is_number(rtol) or not least <= rtol < 1.0:
         raise ValueError(
-            f"step: found {fixed:g} s for a run to t = {until:g} s, expected at least {until / STEP_BUDGET:g} s, with "
+            f"rtol: found {_shown(rtol)}, expected a number between 0 and 1, at least {least:g} by the model's "
+            "numbers; correct it"
+        )
+
+
+def check_method(name: object, step: object) -> None:
+    """Raise ``ValueError`` unless there is such a method, and it can choose its steps where no ``step`` is given."""
+    if name not in methods():
+        raise ValueError(f"method: found {name!r}, expected one of {', '.join(methods())}; choose one")
+    if step is None and name not in (adaptive := methods(estimating=True)):
+        raise ValueError(
+            f"step: found none beside method {name!r}, which has no estimate of its errors to choose steps by, "
+            f"expected a number of seconds; give one, or choose one of {', '.join(adaptive)}"
+        )
+
+
+def check_step(step: Any, until: Any) -> None:
+    """Raise ``ValueError`` unless a step size gets a run to its end within its budget, which any that is lost in the
+    last digit of time does not."""
+    check_positive("step", step, " of seconds")
+    if _is_number(until) and until / step >= STEP_BUDGET + 1:
+        raise ValueError(
+            f"step: found {step:g} s for a run to t = {until:g} s, expected at least {until / STEP_BUDGET:g} s, with "
             f"which {STEP_BUDGET} steps reach it; take a longer step or an earlier end"
         )
-    return fixed
 
 
-def checked_start(model: Model, q0: ArrayLike | None, u0: ArrayLike | None) -> tuple[FloatArray, FloatArray]:
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float | np.floating | np.integer) and not isinstance(value, bool)
+
+
+def _shown(value: object) -> str:
+    return str(value) if _is_number(value) else repr(value)
+
+
+def read_start(model: Model, q0: ArrayLike | None, u0: ArrayLike | None) -> tuple[FloatArray, FloatArray]:
+    """One state, that of the scene where none is given.
+
+    Raises ``ValueError`` with all that is wrong with its numbers.
+    """
     if q0 is None or u0 is None:
         own_q, own_u = model.start()
         q0, u0 = own_q if q0 is None else q0, own_u if u0 is None else u0
-    if np.ndim(q0) != 1 or np.ndim(u0) != 1:
-        n = len(model.q_names)
-        raise ValueError(f"q0, u0: found shapes {np.shape(q0)} and {np.shape(u0)}, expected ({n},) for both")
+    faults, shapes = Faults(), []
+    for name, given in (("q0", q0), ("u0", u0)):
+        with faults.collecting():
+            shapes.append(read_numbers(given, name, model.core.REAL).shape)
+    faults.stop_if_any()
+    n = len(model.q_names)
+    if any(len(shape) != 1 for shape in shapes):
+        raise ValueError(f"q0, u0: found shapes {shapes[0]} and {shapes[1]}, expected ({n},) for both")
+    (qs, us), _ = model._state(q0, u0, ("q0", "u0"))
+    return qs[0], us[0]
+
+
+def checked_start(model: Model, q0: ArrayLike | None, u0: ArrayLike | None) -> tuple[FloatArray, FloatArray]:
+    """A state from which a run can begin, put onto the closure. Raises ``ValueError`` for others."""
+    q0, u0 = read_start(model, q0, u0)
     _check_energy(model, q0, u0)
     q, u = model.project(q0, u0)
     if model.data["drives"]:

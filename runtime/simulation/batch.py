@@ -10,9 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..arrays import FloatArray
+from ..faults import Faults
 from ..model.model import Model
+from ..model.numbers import read_numbers
 from ..run import Run
-from .one_run import simulate_one
+from .one_run import options_of, simulate_one
 
 PAUSE = 0.05
 """Seconds that the calling thread waits before it lets signals in, where waiting does not."""
@@ -29,16 +32,14 @@ def simulate_batch(
     starts, those in progress as far as they came.
     Raises ``ValueError`` for shapes that do not fit and for starts that cannot be simulated.
     """
-    qs = np.array(q0, dtype=model.core.REAL)
-    us = np.array(model.start()[1] if u0 is None else u0, dtype=model.core.REAL)
-    if us.ndim == 1:
-        us = np.tile(us, (len(qs), 1))
-    n = len(model.q_names)
-    if not len(qs) or qs.shape[1:] != (n,) or us.shape != (len(qs), n):
-        raise ValueError(
-            f"q0, u0: found shapes {qs.shape} and {us.shape}, expected (starts, {n}) for q0, and that or ({n},) for u0"
-        )
-    model = model.with_parameters(options.pop("params")).as_it_is()  # all runs have the values of now
+    faults = Faults()
+    with faults.collecting():
+        model = model.with_parameters(options.pop("params")).as_it_is()  # all runs have the values of now
+    with faults.collecting():
+        options_of(model, progress=progress, **options)
+    with faults.collecting():
+        qs, us = _starts(model, q0, u0)
+    faults.stop_if_any()
     ended_by: list[BaseException] = []  # the first is what the runs in progress end with
 
     def reached(t: float) -> None:
@@ -78,3 +79,20 @@ def simulate_batch(
     for error in sorted(errors, key=lambda error: isinstance(error, InterruptedError)):
         raise error
     return [run for run in runs if run is not None]
+
+
+def _starts(model: Model, q0: ArrayLike, u0: ArrayLike | None) -> tuple[FloatArray, FloatArray]:
+    """A state for every run. Raises ``ValueError`` for shapes that do not fit."""
+    kind, n, faults = model.core.REAL, len(model.q_names), Faults()
+    with faults.collecting():
+        qs = np.array(read_numbers(q0, "q0", kind))
+    with faults.collecting():
+        us = np.array(read_numbers(model.start()[1] if u0 is None else u0, "u0", kind))
+    faults.stop_if_any()
+    if us.ndim == 1:
+        us = np.tile(us, (len(qs), 1))
+    if not len(qs) or qs.shape[1:] != (n,) or us.shape != (len(qs), n):
+        raise ValueError(
+            f"q0, u0: found shapes {qs.shape} and {us.shape}, expected (starts, {n}) for q0, and that or ({n},) for u0"
+        )
+    return qs, us

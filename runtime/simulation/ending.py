@@ -7,6 +7,7 @@ from typing import Any
 from ..model.drives import driven_against
 from ..model.failed_impact import failed_impact
 from ..model.model import Model
+from ..model.tolerances import largest_angle
 from .arguments import RATE_BUDGET, STEP_BUDGET
 
 
@@ -42,6 +43,7 @@ def message_of(model: Model, until: float, found: dict[str, Any], fixed: bool) -
         "step, or leave its length to rtol",
         "inexact": "masses differ so much that no digit of the accelerations is sure; make light links that carry "
         "heavy ones heavier, or leave them out",
+        "turned_far": _turned_far(model, found) if outcome == "turned_far" else "",
         "no_memory": "memory ran out; record less by ending earlier",
     }
     reason = reasons[outcome]
@@ -52,3 +54,13 @@ def message_of(model: Model, until: float, found: dict[str, Any], fixed: bool) -
             "clear of there, or move the joint by a [[motor]], which can give way"
         )
     return f"stopped at t = {t:.12g} s: {reason}"
+
+
+def _turned_far(model: Model, found: dict[str, Any]) -> str:
+    """Which angle has become too large, and what to do."""
+    angles, rates = found["q"][-1], found["u"][-1]
+    farthest = max(model.angular, key=lambda k: abs(angles[k]), default=0)
+    return (
+        f"{model.q_names[farthest]} comes to {largest_angle(model.core):.2g} rad, beyond which no digits are left of "
+        f"where links point; it turns at {rates[farthest]:.3g} rad/s: check what drives it, or end earlier"
+    )

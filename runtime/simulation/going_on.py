@@ -15,10 +15,14 @@ def left_at(found: Mapping[str, Any], settings: Settings) -> tuple[bytes, Mappin
     return found["state"], {name: getattr(settings, name) for name in (*NUMBERS, *WORDS)}
 
 
-def check_model(model: Model, state: HybridState) -> None:
-    """Refuse a state that is not one of ``model`` with its values."""
+def check_state(model: Model | None, state: HybridState, q0: object, u0: object) -> None:
+    """Refuse a state that is not one of ``model`` with its values, where these are known, or has a start beside it."""
     if not isinstance(state, HybridState):
         raise TypeError(f"state: found {type(state).__name__}, expected a HybridState; take run.state")
+    if q0 is not None or u0 is not None:
+        raise ValueError("q0, u0: found beside a state, which has its own, expected None; give one of the two")
+    if model is None:
+        return
     if state.model != model.name:
         raise ValueError(f"state: found one of {state.model}, expected one of {model.name}; give a start instead")
     values = dict(model.parameters)

@@ -3,21 +3,75 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
+from ..arrays import FloatArray
+from ..faults import Faults
 from ..model.inputs import Given, supply_of
 from ..model.model import Model
 from ..record.hybrid_state import HybridState
 from ..run import Run
 from .advance import Advance
-from .arguments import RATE_BUDGET, STEP_BUDGET, checked_start, settings_of, stops_of
+from .arguments import RATE_BUDGET, STEP_BUDGET, Settings, check_calls, checked_start, read_start, settings_of, stops_of
 from .dead_point import cut, dead_point
-from .going_on import check_end, check_model, left_at
+from .going_on import check_end, check_state, left_at
 from .result import run_of
 
-GOES_ON = ("done", "interrupted", "no_memory")
+if TYPE_CHECKING:
+    from .._core import Supply
+
+GOES_ON = ("done", "interrupted", "no_memory", "turned_far")
 """Ends of a run that say nothing of the motion after it."""
+
+
+@dataclass(frozen=True)
+class Options:
+    """What a run is asked for beside its start: ``kinks`` are times at which the ``supply`` of its inputs has some."""
+
+    settings: Settings
+    supply: Supply | None
+    kinks: FloatArray
+
+
+def options_of(
+    model: Model,
+    *,
+    until: float | None,
+    rtol: float | None,
+    atol: float | None,
+    method: str | None,
+    inputs: Given,
+    step: float | None,
+    drift: str | None,
+    on_gain: str | None,
+    progress: Callable[[float], object] | None,
+    keep_interrupted: bool,
+    before: Mapping[str, Any] | None = None,
+) -> Options:
+    """The arguments of :func:`~..simulate.simulate` but start and parameters; ``before`` are the settings of a run that
+    this goes on from.
+
+    Raises ``ValueError``, or where only kinds are wrong ``TypeError``, with all that is wrong with them.
+    """
+    faults = Faults()
+    if model.precision == "float" and model.contacts:
+        faults.add(
+            f"{model.name}: found a model in floats with contacts, expected none: floats are too coarse to find "
+            'impacts; generate it with precision="double"'
+        )
+    with faults.collecting():
+        supply, kinks = supply_of(model.inputs, inputs, model.core.Supply)
+    with faults.collecting():
+        asked = settings_of(
+            model, until, rtol, atol, step, method, drift, on_gain, controlled=callable(inputs), before=before
+        )
+    with faults.collecting():
+        check_calls(progress, keep_interrupted)
+    faults.stop_if_any()
+    return Options(asked, supply, kinks)
 
 
 def simulate_one(
@@ -39,26 +93,35 @@ def simulate_one(
     state: HybridState | None = None,
 ) -> Run:
     """The run from one start, with the arguments of :func:`~..simulate.simulate`."""
-    model = model.with_parameters(params) if params else model.as_it_is()
-    if model.precision == "float" and model.contacts:
-        raise ValueError(
-            f"{model.name}: found a model in floats with contacts, expected none: floats are too coarse to find "
-            'impacts; generate it with precision="double"'
+    faults = Faults()
+    with faults.collecting():
+        model = model.with_parameters(params) if params else model.as_it_is()
+    valued = not faults
+    with faults.collecting():
+        options = options_of(
+            model,
+            until=until,
+            rtol=rtol,
+            atol=atol,
+            method=method,
+            inputs=inputs,
+            step=step,
+            drift=drift,
+            on_gain=on_gain,
+            progress=progress,
+            keep_interrupted=keep_interrupted,
+            before=state.settings if isinstance(state, HybridState) else None,
         )
-    supply, kinks = supply_of(model.inputs, inputs, model.core.Supply)
+    with faults.collecting():
+        if state is not None:
+            check_state(model if valued else None, state, q0, u0)
+            q, u = state.q, state.u
+        else:  # where a start is depends on the values
+            q, u = (checked_start if valued else read_start)(model, q0, u0)
+    faults.stop_if_any()
+    asked, supply, kinks = options.settings, options.supply, options.kinks
     if state is not None:
-        check_model(model, state)
-    before = None if state is None else state.settings
-    asked = settings_of(
-        model, until, rtol, atol, step, method, drift, on_gain, controlled=callable(inputs), before=before
-    )
-    if state is None:
-        q, u = checked_start(model, q0, u0)
-    elif q0 is None and u0 is None:
         check_end(state, asked.until)
-        q, u = state.q, state.u
-    else:
-        raise ValueError("q0, u0: found beside a state, which has its own, expected None; give one of the two")
     found = model.kernels.simulate(
         q,
         u,

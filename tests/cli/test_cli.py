@@ -246,7 +246,8 @@ def refused(done: Done, *words: str) -> None:
         (("run", HEXAGON, "--rtol", "1e-16"), ("--rtol", "1e-15")),
         (("run", HEXAGON, "--rtol", "nan"), ("--rtol",)),
         (("run", HEXAGON, "--until", "inf"), ("--until",)),
-        (("run", HEXAGON, "--until", "soon"), ("--until",)),
+        (("run", HEXAGON, "--until", "soon"), ("--until: found 'soon', expected a positive number of seconds",)),
+        (("run", HEXAGON, "--step", "1e-12"), ("--step: found 1e-12 s for a run to t = ",)),
         (("run", HEXAGON, "--method", "euler"), ("--method: found 'euler'", "dop853")),
         (("run", HEXAGON, "--fast"), ("--fast",)),
         (("fly", HEXAGON), ("fly",)),
@@ -258,6 +259,88 @@ def refused(done: Done, *words: str) -> None:
 def test_refused_options(options: tuple[str, ...], words: tuple[str, ...], tmp_path: Path) -> None:
     refused(ccgen(*options, at=tmp_path), *words)
     assert written(tmp_path) == []
+
+
+FAULTS = {
+    "run nosuch.toml --until nan --rtol 5 --method foo --step soon -v -q": [
+        "--quiet: found beside --verbose",
+        "--until: found nan, expected a positive number of seconds; correct it",
+        "--rtol: found 5.0, expected a number between 0 and 1",
+        "--method: found 'foo', expected one of dop853",
+        "--step: found 'soon', expected a positive number of seconds; correct it",
+        "nosuch.toml: No such file or directory",
+    ],
+    "run bad.toml --until -1 --out bad.toml": [
+        "--until: found -1.0",
+        "bad.toml:2: chain.links: found 0",
+        "bad.toml:5: gravity.g: found inf",
+        "--out bad.toml: found a file",
+    ],
+    "--scene nosuch.toml --precision quad --out bad.toml": [
+        "--precision: found 'quad'",
+        "nosuch.toml: No such file",
+        "--out bad.toml: found a file",
+    ],
+    "--links two --precision quad --hinged": [
+        "--precision: found 'quad'",
+        "--links: found 'two', expected a whole number of links; correct it",
+        "--hinged: found without --open",
+    ],
+    "--links 2.5": ["--links: found '2.5', expected a whole number of links; correct it"],
+    "--links 3 --gravity --fold show nosuch.toml": [
+        "--links: found beside the command show",
+        "--gravity: found beside the command show",
+        "--fold: found before the command show",
+    ],
+    "--fold --precision quad": ["--fold: found without --links or --scene", "--precision: found without --links or"],
+    "show nosuch.toml --plan foo": ["--plan: found 'foo', expected 'tip to root'", "nosuch.toml: No such file"],
+    "show good.toml --plan dyads": ["--plan: found 'dyads', expected 'tip to root': the mechanism has no dyad"],
+    "show good.toml --tolerances --latex --fold": [
+        "--latex: found beside --tolerances",
+        "--fold: found beside --tolerances",
+    ],
+    "cost nosuch.toml --error abc --until 0 --precision quad,half --fold": [
+        "--fold: found without --effects",
+        "--precision: found 'quad'",
+        "--precision: found 'half'",
+        "--error: found 'abc', expected a number from 1e-15 to 1; correct it",
+        "--until: found 0.0",
+        "nosuch.toml: No such file",
+    ],
+    "cost nosuch.toml --effects --error 3 --drift": [
+        "--error: found beside --effects",
+        "--drift: found beside --effects",
+        "nosuch.toml: No such file",
+    ],
+    "torque good.toml nothing --rate abc --plot x.pdf": [
+        "--rate: found 'abc', expected a finite number other than zero, in rad/s; correct it",
+        "JOINT: found 'nothing'",
+        "--plot x.pdf: found 'x.pdf'",
+    ],
+    "diff one.txt two.txt": ["one.txt: found no such file", "two.txt: found no such file"],
+}
+"""Commands, and the beginnings of all lines that they are refused with."""
+
+
+@pytest.mark.parametrize("command", FAULTS)
+def test_all_faults_of_a_command_are_told(command: str, tmp_path: Path) -> None:
+    (tmp_path / "good.toml").write_text(PENDULUM)
+    (tmp_path / "bad.toml").write_text("[chain]\nlinks = 0\n\n[gravity]\ng = inf\n")
+    done = ccgen(*command.split(), at=tmp_path)
+    refused(done)
+    lines = done.stderr.splitlines()
+    assert len(lines) == len(FAULTS[command]), done.stderr
+    for line, beginning in zip(lines, FAULTS[command], strict=True):
+        assert line.startswith(beginning)
+    assert written(tmp_path) == ["bad.toml", "good.toml"]
+
+
+def test_steps_of_one_length(tmp_path: Path) -> None:
+    (tmp_path / "pendulum.toml").write_text(PENDULUM)
+    done = ccgen("run", "pendulum.toml", "--step", "0.01", at=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    t = np.load(tmp_path / "results" / "pendulum" / "result.npz")["t"]
+    assert t == pytest.approx(np.linspace(0.0, 0.5, 51), abs=1e-12)
 
 
 def test_no_compiler(tmp_path: Path) -> None:

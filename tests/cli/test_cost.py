@@ -42,7 +42,7 @@ def test_the_reference_meets_the_known_impacts(workshop: Workshop) -> None:
     assert times == pytest.approx([0.4515236409857, 0.5497839476458, 0.7701908095116], abs=5e-14)
 
 
-@pytest.mark.parametrize("method", methods())
+@pytest.mark.parametrize("method", methods(estimating=True))
 def test_measured_errors_are_the_true_ones(method: str, pendulum: Any) -> None:
     reference = refer(pendulum, 4.0)
     found = measure(pendulum, method, 1e-6, reference.run)
@@ -110,7 +110,7 @@ def test_comparison_covers_methods_and_ways_to_keep_the_closure(workshop: Worksh
         lambda done, all_: told.append((done, all_)),
     )
     assert {(one.method, one.drift) for one in found} == {
-        (m, d) for m in methods() for d in ("projected", "left", "damped")
+        (m, d) for m in methods(estimating=True) for d in ("projected", "left", "damped")
     }
     assert len(found) == 24
     assert told == [(k, 24) for k in range(24)]
@@ -144,7 +144,7 @@ def test_the_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with (tmp_path / "results" / "swing" / "cost.csv").open() as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == 44
-    assert {r["method"] for r in rows} == set(methods())
+    assert {r["method"] for r in rows} == set(methods(estimating=True))
     assert all(float(r["us_per_second"]) == pytest.approx(2e6 * float(r["seconds"])) for r in rows)
     assert (tmp_path / "results" / "swing" / "cost.png").read_bytes().startswith(b"\x89PNG")
 

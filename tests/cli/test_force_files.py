@@ -12,9 +12,10 @@ import pytest
 from typer.testing import CliRunner
 
 from ccgen.generator.cli.app import app
+from ccgen.generator.cli.forces import first_largest
 from ccgen.runtime import simulate
 from ccgen.runtime.pictures.force_plot import draw_forces
-from ccgen.runtime.record.force_history import history
+from ccgen.runtime.record.force_history import history, write_csv
 
 from ..support.leaning_rod import LEANING, G
 from ..support.touching_scenes import disc_on_plank
@@ -51,12 +52,81 @@ def test_a_run_tells_its_largest_forces(scene: Path) -> None:
     assert numbers[jump, 1] == 0.0 and numbers[jump + 1, 1] == pytest.approx(G, rel=1e-11)
 
 
+def test_what_cannot_be_made_of_a_run_is_said_and_the_rest_is_written(
+    scene: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As where forces have no solution at an instant that is looked at: no traceback, and no file of an older run."""
+    assert CliRunner().invoke(app, ["run", str(scene), "--csv"]).exit_code == 0
+
+    def none(*_: object) -> None:
+        raise ValueError("the forces at t = 1 have no solution")
+
+    for module in ("pictures.force_plot", "record.force_history"):
+        monkeypatch.setattr(f"ccgen.runtime.{module}.history", none)
+    done = CliRunner().invoke(app, ["run", str(scene), "--csv"])
+    assert done.exit_code == 3
+    assert done.stderr.splitlines() == [
+        f"leaning: {name} is not written: the forces at t = 1 have no solution" for name in ("forces.png", "forces.csv")
+    ]
+    assert "no forces: the forces at t = 1 have no solution" in done.stdout
+    files = {path.name for path in Path("results/leaning").iterdir()}
+    assert files == {".ccgen.json", "result.npz", "plot.png", "player.html"}
+
+
 def test_what_ccgen_did_not_write_is_kept(scene: Path) -> None:
     own = Path("results/leaning/forces.png")
     own.parent.mkdir(parents=True)
     own.write_text("mine")
     done = CliRunner().invoke(app, ["run", str(scene)])
     assert done.exit_code == 2 and own.read_text() == "mine"
+
+
+STOPPED = """
+name = "stopped"
+[chain]
+links = 2
+hinged = true
+[gravity]
+[[stop]]
+joint = "joint_1"
+lowest = "-30 deg"
+highest = "30 deg"
+restitution = 0.5
+[[ground]]
+point = [0.0, -1.5]
+restitution = 0.5
+friction = 0.3
+contacts = ["link_1.B"]
+[run]
+until = 1.0
+"""
+
+
+def test_stops_have_a_moment_and_no_friction_in_the_table(workshop: Workshop, tmp_path: Path) -> None:
+    run = simulate(workshop.model(STOPPED))
+    with write_csv(run, tmp_path / "forces.csv").open(newline="") as file:
+        head, *rows = csv.reader(file)
+    names = [f"{point} on {ground}" for point, ground in run.model.contacts]
+    stops = [name for name, (_, ground) in zip(names, run.model.contacts, strict=True) if ground in run.model.stops]
+    assert len(stops) == 2 and len(names) == 3
+    for name in names:
+        ends = ["moment [N m]"] if name in stops else ["normal [N]", "friction [N]"]
+        assert [column for column in head if column.startswith(f"{name}:")] == [f"{name}: {end}" for end in ends]
+    numbers, found = np.array(rows, dtype=float), history(run)
+    for k, name in enumerate(names):
+        kept = 1 if name in stops else 2
+        at = next(i for i, column in enumerate(head) if column.startswith(f"{name}:"))
+        assert np.array_equal(numbers[:, at : at + kept], found.pushes[:, k, :kept])
+    assert np.array_equal(numbers[:, -3:], found.reactions[:, -1])
+    assert not found.pushes[:, [name in stops for name in names], 1].any()
+
+
+def test_the_largest_is_told_where_it_is_first_reached() -> None:
+    """Not where the last digit happens to be larger."""
+    steady = 9.81 + 1e-14 * np.array([-1e14, 0.0, 30.0, 10.0, 50.0])
+    growing = np.array([1.0, 2.0, 3.0, 4.0, 5.0])
+    assert first_largest(np.column_stack([steady, growing, growing[::-1], 0.0 * growing])) == [1, 4, 0, 0]
+    assert first_largest(np.zeros((0, 2))) == []
 
 
 def test_forces_on_both_sides_of_a_jump_are_those_of_the_run(workshop: Workshop) -> None:

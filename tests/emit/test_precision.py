@@ -293,7 +293,7 @@ def test_sums_of_many_steps_are_compensated(workshop: Workshop) -> None:
     assert np.max(off["dop853"]) > 100.0
 
 
-@pytest.mark.parametrize("method", methods())
+@pytest.mark.parametrize("method", methods(estimating=True))
 def test_runs_in_floats_follow_those_in_doubles(method: str, workshop: Workshop) -> None:
     """Rounding of 1e-7 of the motion's size, in every step and every evaluation."""
     single, model = (workshop.model(loop(6, gravity=True), precision) for precision in ("float", "double"))

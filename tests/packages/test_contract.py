@@ -158,7 +158,7 @@ def test_enumerations_are_read_from_the_core() -> None:
     assert {int(number): text for number, text in modes.values()} == _core.MODES
     obstacles = listed("interface/forces.h", "ALL_OBSTACLES")
     assert tuple(text for (text,) in obstacles.values()) == _core.OBSTACLES
-    assert tuple(listed("methods/all_methods.h", "ALL_METHODS")) == (*methods(), *_core.TIME_STEPPING)
+    assert tuple(listed("methods/all_methods.h", "ALL_METHODS")) == methods()
     gains = listed("record/run.h", "ALL_GAINS")
     assert tuple(text for (text,) in gains.values()) == _core.GAINS
 

@@ -8,6 +8,7 @@ import importlib.util
 import json
 import shutil
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from types import ModuleType
@@ -17,6 +18,7 @@ import jsonschema
 import pytest
 
 from ccgen.generator import generate, load_scene
+from ccgen.generator.effect_base.contact import LAWS
 from ccgen.generator.effects import REGISTRY
 from ccgen.generator.package.data import model_data
 from ccgen.generator.package.parts import seal
@@ -282,3 +284,20 @@ def test_domains_in_words(domain: tuple[Any, ...], good: tuple[float, ...], bad:
     given = dict(zip(("minimum", "above", "maximum"), domain, strict=True))
     assert [unmet(given, value) for value in good] == [""] * len(good)
     assert [unmet(given, value) for value in bad] == [said] * len(bad)
+
+
+def test_impacts_follow_the_last_law_of_the_list_that_a_ground_has() -> None:
+    scene = load_scene(SCENES / "falling-hexagon.toml")
+    (ground,) = (effect for effect in scene.effects if effect.impact_law() is not None)
+    derived = derive_scene(scene)
+
+    def law(*laws: str) -> object:
+        grounds = tuple(replace(ground, law=one) for one in laws)  # type: ignore[type-var]
+        return model_data(replace(scene, effects=grounds), *derived, "0", 1)["law"]
+
+    for k, weak in enumerate(LAWS):
+        for strong in LAWS[k:]:
+            assert law(weak, strong) == law(strong, weak) == strong
+    assert model_data(replace(scene, effects=()), *derived, "0", 1)["law"] == LAWS[0]
+    with pytest.raises(ValueError, match=r"law: found 'hooke', expected one of newton, poisson, stronge; add"):
+        law("newton", "hooke")

@@ -64,9 +64,9 @@ def test_nothing_is_allocated_between_calls(name: str, core: Path, tmp_path: Pat
     """And the tosses have met what needs most memory."""
     made, least = SCENES[name]
     folder = generate(made(), out=tmp_path)
-    load_model(folder).write_header(folder / "values.h")
+    load_model(folder).write_header(tmp_path / "values.h")
     sources = [ROOT / "tests" / "c" / "allocations.c", folder / "model.c", folder / "lanes.c", core]
-    folders = [f"-I{folder}", f"-I{ROOT / 'runtime'}", f"-I{CORE}"]
+    folders = [f"-I{tmp_path}", f"-I{folder}", f"-I{ROOT / 'runtime'}", f"-I{CORE}"]
     names = [f"-DMODEL={folder.name}", '-DVALUES="values.h"', *folders]
     command = ["cc", "-O2", "-std=c11", *names, *map(str, sources), WRAPPED, "-lm", "-o", str(tmp_path / "allocations")]
     subprocess.run(command, check=True)

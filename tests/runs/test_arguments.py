@@ -230,3 +230,134 @@ def test_the_shortest_step_that_is_not_refused_reaches_the_end(workshop: Worksho
         simulate(pendulum, until=1e-5, step=1e-5 / (STEP_BUDGET + 1))
     run = simulate(pendulum, [0.0], [1.0], until=1e-5, step=1e-11, method="dopri5")
     assert run.success and run.t.size == 1_000_001 and run.q[-1, 0] == pytest.approx(1e-5, rel=1e-12)
+
+
+# -- all faults of a call at once ----------------------------------------------------------------------------------
+
+
+def said(call: Any, *args: Any, kind: type[Exception] = ValueError, **kwargs: Any) -> list[str]:
+    """The lines of what a call is refused with."""
+    with pytest.raises(kind) as caught:
+        call(*args, **kwargs)
+    assert type(caught.value) is kind or kind is KeyError
+    return str(caught.value).splitlines()
+
+
+WRONG_RUN = {
+    "until": -1.0,
+    "rtol": 5,
+    "atol": 0.0,
+    "method": "foo",
+    "drift": "away",
+    "step": "soon",
+    "progress": 3,
+    "keep_interrupted": "yes",
+    "inputs": [1.0],
+    "params": {"link_0.mass": -1.0, "link_9.mass": 1.0},
+}
+"""Wrong arguments of a run: each is named at the beginning of a line."""
+
+
+@pytest.mark.quick
+def test_all_wrong_arguments_of_a_run_are_told(model: Any) -> None:
+    from ccgen.runtime import simulate
+
+    for start, names in (({}, []), ({"q0": ["a"] * 5, "u0": [1j] * 5}, ["q0", "u0"]), ({"q0": [[1.0]]}, ["q0, u0"])):
+        lines = said(simulate, model, **WRONG_RUN, **start)
+        expected = [
+            *(name for name in WRONG_RUN if name != "params"),
+            "link_0.mass",
+            "the model has no parameter",
+            *names,
+        ]
+        for name in expected:
+            assert [line for line in lines if line.startswith(name)], (name, lines)
+        assert len(lines) == len(expected)
+
+
+@pytest.mark.quick
+def test_what_is_wrong_with_a_start_is_told_beside_the_rest(model: Any) -> None:
+    from ccgen.runtime import simulate
+
+    q, _ = model.start()
+    lines = said(simulate, model, q - 2.0 * (np.arange(len(q)) == 1), method="foo", until=np.nan)
+    assert [line.partition(" ")[0] for line in lines] == ["until:", "method:", "the"]
+    assert "the start has" in lines[2]
+
+
+@pytest.mark.quick
+def test_all_wrong_parameters_are_told(model: Any) -> None:
+    wrong = {"link_0.mass": -1.0, "link_1.mass": np.nan, "ground_0.restitution": 2.0}
+    lines = said(model.with_parameters, wrong)
+    assert [line.partition(":")[0] for line in lines] == list(wrong)
+    lines = said(model.with_parameters, {"link_9.mass": 1.0, "wind.speed": 1.0}, kind=KeyError)
+    assert len(lines) == 2 and "no parameter 'link_9.mass'" in lines[0] and "no parameter 'wind.speed'" in lines[1]
+    assert len(said(model.with_parameters, {"link_9.mass": 1.0, "link_0.mass": -1.0})) == 2
+    assert "parameters: found int" in said(model.with_parameters, 3, kind=TypeError)[0]
+
+
+@pytest.mark.quick
+def test_all_that_is_wrong_with_a_state_is_told(model: Any) -> None:
+    q, u = model.start()
+    for wrong_q, wrong_u in ((spoiled(q, np.nan), u[:-1]), ("abc", ["a"] * len(u)), (q + 0j, [[1.0], [1.0, 2.0]])):
+        lines = said(model.acceleration, wrong_q, wrong_u, t="soon", inputs=3.0)
+        assert [line.partition(":")[0] for line in lines] == ["q", "u", "t", "inputs"]
+    assert said(model.acceleration, q, u, t=[0.0, 1.0], inputs=3.0)[0].startswith("t: found [0.0, 1.0]")
+    assert np.isfinite(model.acceleration(q, u)).all()
+
+
+COMPLEX = [1j, np.complex128(1.0), np.ones(5, dtype=complex)]
+
+
+@pytest.mark.quick
+@pytest.mark.parametrize("number", COMPLEX, ids=["python", "numpy", "array"])
+def test_complex_numbers_lose_nothing(model: Any, number: Any) -> None:
+    """They are refused by name, where NumPy would drop what is imaginary."""
+    q, u = model.start()
+    wrong = q + number if np.ndim(number) == 0 else q * number[0]
+    assert said(model.energy, wrong, u) == [f"q: found {complex(wrong[0])!r}, expected real numbers"]
+    refuses("poses", model.state_from_poses, model.poses(q) + 0j, 0.0 * model.poses(q))
+    refuses("t", model.acceleration, q, u, t=number if np.ndim(number) == 0 else number[0])
+    refuses("restitution", model.impact, q, u, [("joint_0", "ground_0")], number if np.ndim(number) == 0 else number[0])
+
+
+@pytest.mark.quick
+def test_numbers_of_other_kinds_are_numbers(model: Any) -> None:
+    from fractions import Fraction
+
+    q, u = model.start()
+    for same in ([Fraction(float(x)) for x in q], q.astype(object), [float(x) for x in q], np.asfortranarray(q)):
+        assert np.array_equal(model.poses(same), model.poses(q))
+    assert np.array_equal(model.energy(np.zeros(len(q), dtype=int), u), model.energy(np.zeros(len(q)), u))
+    refuses("q", model.poses, [10**400] * len(q))
+
+
+@pytest.mark.quick
+def test_files_that_have_no_name(model: Any) -> None:
+    from ccgen.generator import load_scene
+    from ccgen.runtime import HybridState, load_model, simulate
+
+    run = simulate(model, until=0.1)
+    calls = (
+        load_model,
+        load_scene,
+        run.plot,
+        run.save,
+        run.animate,
+        run.state.save,
+        HybridState.load,
+        model.write_header,
+    )
+    for call in calls:
+        with pytest.raises(TypeError, match=r"path: found 3, expected .+"):
+            call(3)
+
+
+@pytest.mark.quick
+def test_a_file_that_is_no_state_is_not_called_a_pickle(model: Any, tmp_path: Any) -> None:
+    from ccgen.runtime import HybridState
+
+    for content in (b"[chain]\nlinks = 2\n", b"", b"\x80\x04N.", b"PK\x03\x04 and nothing"):
+        (tmp_path / "a.toml").write_bytes(content)
+        (line,) = said(HybridState.load, tmp_path / "a.toml")
+        assert "a.toml: found no" in line and "HybridState.save" in line and "pickle" not in line

@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ccgen.generator import load_scene
-from ccgen.runtime import simulate
+from ccgen.generator import generate, load_scene
+from ccgen.runtime import load_model, simulate
 
 from ..support.c_library import Library, Settings
 from ..support.folders import ROOT
@@ -67,6 +67,27 @@ def test_the_hexagon_flies_as_from_python(built: tuple[Path, str], workshop: Wor
     assert len(re.findall(r"^end ", printed, re.M)) == 1
 
 
+def test_the_model_is_generated_anew_behind_them(built: tuple[Path, str], tmp_path: Path) -> None:
+    """What they have written is not in the way of a scene that has changed."""
+    changed = tmp_path / SCENE.name
+    changed.write_text(SCENE.read_text().replace("9.81", "1.62"))
+    assert "1.62" in changed.read_text()
+    package = generate(load_scene(changed), out=built[0] / "build")
+    assert load_model(package).parameters["gravity.g"] == 1.62
+
+
+def test_headers_are_written_beside_a_package_alone(workshop: Workshop, tmp_path: Path) -> None:
+    model = workshop.model(load_scene(SCENE))
+    with pytest.raises(
+        ValueError, match=r"found a place in the model's package, .+ write it beside the package, as \w+\.h"
+    ):
+        model.write_header(model.folder / "values.h")
+    assert not (model.folder / "values.h").exists()
+    with pytest.raises(FileNotFoundError, match=r"there is no folder .+nodir; make it first"):
+        model.write_header(tmp_path / "nodir" / "values.h")
+    assert model.write_header(tmp_path / "values.h").read_text().startswith("/* falling-hexagon: values and start")
+
+
 def test_the_documentation_says_what_it_prints(built: tuple[Path, str]) -> None:
     """Up to the sixth digit behind the point."""
 
@@ -108,8 +129,10 @@ def test_what_cannot_be_is_a_code(library: Library, workshop: Workshop) -> None:
         assert another.set_state(before) == "other_state" and another.state() == kept
     assert one.step_to_event(0.6)[0] == "done" and one.state() != before
     assert one.set_state(before) == "done" and one.forget() == "done" and one.state() == before
-    far = 1e200 * np.ones(len(hexagon.q_names))  # coordinates of which no loop is known to be shut
-    assert one.reset(far, hexagon.start()[1]) == "not_closed"
+    far = 1e200 * np.ones(len(hexagon.q_names))
+    assert one.reset(far, hexagon.start()[1]) == "turned_far"
+    alike = np.zeros(len(hexagon.q_names))  # all links one way: no step towards a closed loop shows from there
+    assert one.reset(alike, hexagon.start()[1]) == "not_closed"
     assert one.step_to_event(1.0)[0] == "not_begun"
     assert one.reset(np.nan * far, hexagon.start()[1]) != "done"
     assert library.outcome(999) == library.outcome(-1) == "no outcome"

@@ -2,8 +2,14 @@
 
 from __future__ import annotations
 
-import re
+import json
+import os
 import shutil
+import subprocess
+import sys
+import sysconfig
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,27 +18,17 @@ from ccgen.generator import load_scene
 from ccgen.runtime import simulate
 
 from ..support.c_library import Library
+from ..support.extending import copy_core, extend_core, extend_generator
 from ..support.folders import ROOT
 from ..support.workshop import Workshop
-
-TEXT = (ROOT / "docs" / "extending.md").read_text()
 
 
 @pytest.fixture(scope="module")
 def extended(tmp_path_factory: pytest.TempPathFactory) -> Library:
-    """The core with the two files and the two lines."""
+    """The core with the files and the lines."""
     runtime = tmp_path_factory.mktemp("extended") / "runtime"
-    for name in ("core", "ccgen.h", "model.h"):
-        copy = shutil.copytree if (ROOT / "runtime" / name).is_dir() else shutil.copy
-        runtime.mkdir(exist_ok=True)
-        copy(ROOT / "runtime" / name, runtime / name)
-    for file, code in re.findall(r"In `runtime/(core/\S+\.[ch])`:\n\n```c\n(.*?)```", TEXT, re.S):
-        (runtime / file).write_text(code)
-    for file, line in re.findall(r"a line in `runtime/(core/\S+\.h)`:\n\n```c\n(.*?)```", TEXT, re.S):
-        was = (runtime / file).read_text()
-        now = re.sub(r"#define ALL_\w+\(.*?\n\n", lambda _, line=line: f"{line}\n", was, flags=re.S)
-        assert now.count("\\\n") == was.count("\\\n") + 1
-        (runtime / file).write_text(now)
+    copy_core(runtime)
+    extend_core(runtime)
     return Library(runtime, runtime / "libccgen.so")
 
 
@@ -50,6 +46,14 @@ def test_the_method_has_its_order(extended: Library, workshop: Workshop) -> None
     assert np.all(np.abs(orders - 4.0) < 0.3), orders
 
 
+def test_without_an_estimate_of_its_errors_a_method_needs_a_step(extended: Library, workshop: Workshop) -> None:
+    model = workshop.model(load_scene(ROOT / "scenes" / "falling-hexagon.toml"))
+    for method in (b"rk4", b"moreau"):
+        outcome, nothing = extended.create(model, method=method)
+        assert outcome == "bad_settings" and not nothing.address
+        assert extended.create(model, method=method, fixed_step=1e-3)[0] == "done"
+
+
 def test_the_law_ends_all_approach(extended: Library, workshop: Workshop) -> None:
     """Of a scene with restitution 0.5: velocities after the first impact are those of Newton's law without any."""
     model = workshop.model(load_scene(ROOT / "scenes" / "falling-hexagon.toml"))
@@ -62,3 +66,130 @@ def test_the_law_ends_all_approach(extended: Library, workshop: Workshop) -> Non
         after[law, e] = made.motion()[2]
     assert np.abs(after[b"plastic", 0.5] - after[b"newton", 0.0]).max() <= 1e-12
     assert np.abs(after[b"plastic", 0.5] - after[b"newton", 0.5]).max() > 0.1
+
+
+@pytest.fixture(scope="module")
+def ccgen(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The whole of ccgen with them, compiled for doubles and imported from this folder."""
+    site = tmp_path_factory.mktemp("site")
+    package = site / "ccgen"
+    for name in ("generator", "templates", "runtime"):
+        kept = shutil.ignore_patterns("__pycache__", "*.so", "*.pyd")
+        shutil.copytree(ROOT / name, package / name, ignore=kept)
+    for name in ("docs/scripts/model_schema.py", "docs/model.md"):
+        (package / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(ROOT / name, package / name)
+    extend_core(package / "runtime")
+    extend_generator(package / "generator")
+    run(site, str(package / "docs" / "scripts" / "model_schema.py"), "--write")
+    runtime, made = package / "runtime", site / "_core.c"
+    run(site, "-m", "cython", str(runtime / "_core.pyx"), "-o", str(made))
+    folders = [runtime, runtime / "core", np.get_include(), sysconfig.get_path("include")]
+    flags = ["-O0", "-w", "-shared", "-fPIC", "-std=c11", "-fvisibility=hidden", "-DCCGEN_PRECISION=0"]
+    sources = [str(made), *map(str, (runtime / "core").rglob("*.c"))]
+    target = runtime / f"_core{sysconfig.get_config_var('EXT_SUFFIX')}"
+    subprocess.run(
+        ["cc", *flags, *(f"-I{folder}" for folder in folders), *sources, "-lm", "-o", str(target)], check=True
+    )
+    return site
+
+
+def run(site: Path, *arguments: str) -> str:
+    """What Python prints that imports ccgen from this folder."""
+    done = subprocess.run([sys.executable, *arguments], **started(site), check=False)
+    assert done.returncode == 0, done.stderr
+    return str(done.stdout)
+
+
+def started(site: Path) -> dict[str, Any]:
+    """How."""
+    environment = {**os.environ, "PYTHONPATH": str(site), "CCGEN_CACHE_DIR": str(site / "cache")}
+    return {"cwd": site, "env": environment, "capture_output": True, "text": True}
+
+
+LAWS_OF_SCENES = """
+import json, sys
+from ccgen.generator import generate, load_scene
+from ccgen.runtime import load_model, simulate
+import ccgen.runtime as used
+
+assert used.__path__[0].startswith(sys.argv[1])
+found = {}
+for name in sys.argv[2:]:
+    model = load_model(generate(load_scene(f"{name}.toml"), name))
+    found[name] = model.data["law"], simulate(model, until=1.0).impacts[0].u_plus.tolist()
+print(json.dumps(found))
+"""
+
+TWO_RODS = """
+[chain]
+links = 2
+hinged = true
+
+[gravity]
+
+[[ground]]
+point = [0.0, -1.2]
+restitution = {e}
+law = "{first}"
+contacts = ["link_1.B"]
+
+[[ground]]
+point = [0.0, -1.9]
+restitution = {e}
+law = "{second}"
+contacts = ["link_1.B"]
+"""
+
+
+@pytest.mark.skipif(os.name != "posix" or not shutil.which("cc"), reason="needs cc")
+def test_the_law_is_that_of_scenes_that_name_it(ccgen: Path) -> None:
+    """Beside a ground with another law too: it stands last in the list, so all impacts follow it."""
+    scenes = {
+        "own": ("plastic", "plastic", 0.5),
+        "beside": ("newton", "plastic", 0.5),
+        "strange": ("stronge", "newton", 0.5),
+        "newton": ("newton", "newton", 0.5),
+        "none": ("newton", "newton", 0.0),
+    }
+    for name, (first, second, e) in scenes.items():
+        (ccgen / f"{name}.toml").write_text(TWO_RODS.format(first=first, second=second, e=e))
+    found = json.loads(run(ccgen, "-c", LAWS_OF_SCENES, str(ccgen), *scenes))
+    laws = {name: law for name, (law, _) in found.items()}
+    assert laws == {"own": "plastic", "beside": "plastic", "strange": "stronge", "newton": "newton", "none": "newton"}
+    after = {name: np.array(u) for name, (_, u) in found.items()}
+    for name in ("own", "beside"):
+        assert np.abs(after[name] - after["none"]).max() <= 1e-12
+        assert np.abs(after[name] - after["newton"]).max() > 0.1
+
+
+STEPS = """
+from ccgen.generator import generate, load_scene
+from ccgen.runtime import load_model, methods, simulate
+from ccgen.runtime.cost.accuracy import compare
+
+assert {*methods()} - {*methods(estimating=True)} == {"rk4", "moreau"}
+model = load_model(generate(load_scene("own.toml"), "own"))
+try:
+    simulate(model, method="rk4")
+except ValueError as error:
+    print(error)
+exact, coarse = simulate(model, until=0.1), simulate(model, until=0.1, method="rk4", step=1e-3)
+assert abs(exact.q[-1] - coarse.q[-1]).max() < 1e-8 and len(coarse.t) == 101
+assert abs(coarse.at(0.0505)[0] - exact.at(0.0505)[0]).max() < 1e-8
+assert simulate(model, state=coarse.state, until=0.2).success
+assert {one.method for one in compare(model, exact, tolerances=[1e-6])} == {*methods(estimating=True)}
+"""
+
+
+@pytest.mark.skipif(os.name != "posix" or not shutil.which("cc"), reason="needs cc")
+def test_such_a_method_is_refused_without_a_step_in_python_and_by_the_command(ccgen: Path) -> None:
+    (ccgen / "own.toml").write_text(TWO_RODS.format(first="plastic", second="plastic", e=0.5))
+    said = run(ccgen, "-c", STEPS)
+    expected = "step: found none beside method 'rk4', which has no estimate of its errors to choose steps by, expected"
+    assert said.startswith(expected) and "dop853" in said and "moreau" not in said
+    command = ("-c", "from ccgen.generator.cli import main; main()", "run", "own.toml", "--method", "rk4")
+    assert "t = 0.1 s" in run(ccgen, *command, "--step", "1e-3", "--until", "0.1")
+    refused = subprocess.run([sys.executable, *command], **started(ccgen), check=False)
+    assert refused.returncode == 2 and not refused.stdout
+    assert refused.stderr.startswith(f"--{expected}") and "Traceback" not in refused.stderr

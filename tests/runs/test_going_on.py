@@ -148,9 +148,7 @@ def test_tolerances_and_budgets_of_what_goes_on(workshop: Workshop, monkeypatch:
     assert simulate(model, until=1.0, state=stopped.state).success
 
 
-def test_a_flight_that_spends_its_rate_stops_and_goes_on(
-    workshop: Workshop, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_flight_that_spends_its_rate_stops_and_goes_on(workshop: Workshop, monkeypatch: pytest.MonkeyPatch) -> None:
     """Without contacts there is nothing to step over."""
     model = workshop.model(load_scene(SCENES / "four-bar.toml"))
     with monkeypatch.context() as few:

@@ -52,9 +52,9 @@ SCENES: dict[str, Any] = {
 def compiled(program: str, scene_name: str, core: Path, folder: Path, *flags: str) -> Path:
     """A program of tests/c with the model of a scene and the core."""
     package = generate(SCENES[scene_name](), out=folder)
-    load_model(package).write_header(package / "values.h")
+    load_model(package).write_header(folder / "values.h")
     sources = [ROOT / "tests" / "c" / f"{program}.c", package / "model.c", package / "lanes.c", core]
-    folders = [f"-I{package}", f"-I{ROOT / 'runtime'}", f"-I{CORE}"]
+    folders = [f"-I{folder}", f"-I{package}", f"-I{ROOT / 'runtime'}", f"-I{CORE}"]
     names = [f"-DMODEL={package.name}", '-DVALUES="values.h"', *folders]
     made = ["cc", *SANITIZERS.split(), *names, *map(str, sources), *flags, "-lm", "-o", str(folder / program)]
     subprocess.run(made, check=True)

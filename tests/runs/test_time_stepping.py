@@ -192,5 +192,5 @@ def test_a_run_within_steps_can_be_left_and_gone_on_with(jammed: Run) -> None:
 
 
 def test_a_method_without_events_needs_a_step(workshop: Workshop) -> None:
-    with pytest.raises(ValueError, match="step: found None, expected a length in s for the method 'moreau'"):
+    with pytest.raises(ValueError, match="step: found none beside method 'moreau'"):
         simulate(workshop.model(BALL), method="moreau")

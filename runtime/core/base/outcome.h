@@ -20,6 +20,7 @@
     X(NO_CONVERGENCE, "no_convergence") /* the iteration of an implicit method does not converge */                  \
     X(NOT_KEPT, "not_kept")             /* a step of fixed length gains or loses too much of the energy */           \
     X(INEXACT, "inexact")               /* masses differ so much that no digit of an acceleration or jump is sure */ \
+    X(TURNED_FAR, "turned_far")         /* an angle is so large that no digits are left of where links point */      \
     X(UNKNOWN_METHOD, "unknown_method") /* there is no method of that name */                                        \
     X(UNKNOWN_LAW, "unknown_law")       /* there is no law of impact of that name */                                 \
     X(BAD_SETTINGS, "bad_settings")     /* numbers that cannot be, or a time before that reached */                  \

@@ -66,6 +66,10 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT };
     X(SWEPT, CCGEN_LIMIT(1e-15, 1e-6), OF_RELATIVE, \
       "sweeps over the contacts have settled", \
       "the last digit") \
+    /* model */ \
+    X(ANGLE_KNOWN, CCGEN_LIMIT(1e-6, 1.2e-3), OF_RELATIVE, \
+      "rad: an angle whose last digit is larger says nothing of where links point", \
+      "points at the mechanism's length are then known to a millionth of it, and in floats to a thousandth, where a turn has four digits left") \
     /* constraints */ \
     X(SHUT, CCGEN_LIMIT(1e-12, 1e-5), OF_LENGTH, \
       "a gap this small is closed", \

@@ -96,6 +96,8 @@ static enum outcome make_run(struct run *run, const struct ccgen_model *m, const
         wrong |= !(numbers[i] >= 0.0 && isfinite(numbers[i]));
     for (size_t i = 0; i + 1 < settings->stop_count; i++)
         wrong |= !(settings->stops[i] <= settings->stops[i + 1]);
+    if (run->method && run->fixed_step == 0.0) /* nothing else could choose the steps */
+        wrong |= !estimates_errors(run->method);
     return wrong ? OUTCOME_BAD_SETTINGS : run->method ? OUTCOME_DONE : OUTCOME_UNKNOWN_METHOD;
 }
 
@@ -198,6 +200,8 @@ int ccgen_reset(struct ccgen_simulation *it, double t, const double *q, const do
     double *y = it->phase.y;
     if (!all_finite(n, q) || !all_finite(n, u) || !all_finite(1, &t))
         return OUTCOME_NOT_FINITE;
+    if (turned_far(&it->system, q))
+        return OUTCOME_TURNED_FAR;
     memset(y, 0, it->system.size * sizeof *y);
     memcpy(y, q, n * sizeof *y);
     memcpy(y + n, u, n * sizeof *y);
@@ -406,7 +410,9 @@ enum outcome advance(struct system *s, const struct method *method, struct toler
         memcpy(f.y, y, (size_t)s->size * sizeof *y);
         outcome = evaluate_derivative(&f);
         if (!outcome)
-            outcome = s->model->contacts || tolerance.rtol == 0.0 ? projected_step(&f, h) : integrate_to(&f, t + h);
+            outcome = s->model->contacts || tolerance.rtol == 0.0 || !estimates_errors(method)
+                          ? projected_step(&f, h)
+                          : integrate_to(&f, t + h);
         if (!outcome)
             memcpy(y, f.y1, (size_t)s->size * sizeof *y);
     }

@@ -38,7 +38,8 @@ struct method {
      * method that iterates does so to a small part of the tolerance, or, where it is zero, until rounding ends it. */
     enum outcome (*step)(struct system *s, double *scratch, double t, double h, struct tolerance tolerance,
                          const double *y, const double *dy, double *y1);
-    /* the step's estimates, `count` arrays one after another; who knows better may change them before they are measured */
+    /* the step's estimates, `count` arrays one after another; who knows better may change them before they are measured. NULL, as
+     * `measure`, of a method that has none: then no tolerance chooses its steps, and runs by it have a fixed one. */
     double *(*estimates)(double *scratch, int size, int *count);
     /* what the estimates amount to; accepted up to 1 */
     double (*measure)(const double *scratch, int size, struct tolerance tolerance, const double *y, const double *y1);
@@ -51,6 +52,9 @@ struct method {
 
 /* the method called `name`, or NULL */
 const struct method *find_method(const char *name);
+
+/* whether a method estimates its errors, so that a tolerance can choose its steps */
+int estimates_errors(const struct method *method);
 
 /* how many numbers a method takes over from step to step */
 static inline size_t memory_size(const struct method *method, const struct system *s)

@@ -13,3 +13,8 @@ const struct method *find_method(const char *name)
             return *m;
     return NULL;
 }
+
+int estimates_errors(const struct method *method)
+{
+    return method->estimates && method->measure;
+}

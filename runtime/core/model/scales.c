@@ -3,6 +3,8 @@
 
 #include <math.h>
 
+#include "base/tolerances.h"
+
 static const double HALF_TURN = 3.14159265358979323846;
 
 void set_units(struct system *s)
@@ -39,4 +41,12 @@ enum outcome set_scales(struct system *s, double longest, double rate, const dou
     s->energy = found > 0.0 && isfinite(found) ? found : 1.0;
     s->unit[2 * s->n] = s->energy;
     return found < 0.0 ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
+}
+
+int turned_far(const struct system *s, const double *q)
+{
+    for (int i = 0; i < s->n; i++)
+        if (!s->lengths[i] && fabs(q[i]) > ANGLE_KNOWN / DBL_EPSILON)
+            return 1;
+    return 0;
 }

@@ -15,4 +15,7 @@ double heaviest(struct system *s, const double *q);
  * that has most, has at a speed of its unit. */
 enum outcome set_scales(struct system *s, double longest, double rate, const double *q);
 
+/* Whether an angle of the configuration q has a last digit larger than ANGLE_KNOWN: full turns have used up the others. */
+int turned_far(const struct system *s, const double *q);
+
 #endif

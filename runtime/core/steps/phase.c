@@ -10,6 +10,7 @@
 #include "steps/flat_loop.h"
 #include "steps/step_control.h"
 #include "model/contacts.h"
+#include "model/scales.h"
 
 enum {
     SHORTER = 60, /* shorter steps in search of an early event */
@@ -210,6 +211,8 @@ static enum outcome try_step(struct phase *f, struct event *event, double *stop,
         run->contact = behind;
         outcome = OUTCOME_ESCAPED;
     }
+    if (!outcome && turned_far(f->s, f->y1))
+        outcome = OUTCOME_TURNED_FAR;
     if (outcome && outcome != OUTCOME_INTERRUPTED && run->fixed_step == 0.0 && f->h > shortest(f)) {
         at->next = LEAST_CHANGE * f->h; /* no step ends there, or it ends too late: come nearer first */
         event->contact = -1;

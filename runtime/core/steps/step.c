@@ -124,8 +124,8 @@ enum outcome projected_step(struct phase *f, double h)
     const struct tolerance tolerance = f->run->tolerance,
                            little = {ITERATED * tolerance.rtol, ITERATED * tolerance.atol, tolerance.unit};
     enum outcome outcome = unprojected_step(f, h, to_rounding(f->s));
-    if (outcome == OUTCOME_NO_CONVERGENCE &&
-        little.rtol > 0.0) { /* loads that all but cancel have a rounding of their own */
+    if (outcome == OUTCOME_NO_CONVERGENCE && little.rtol > 0.0 &&
+        estimates_errors(f->by)) { /* loads that all but cancel have a rounding of their own */
         double error = INFINITY;
         outcome = unprojected_step(f, h, little);
         outcome = outcome ? outcome : step_error(f, &error);

@@ -1,4 +1,4 @@
-"""Files that are there whole or not at all."""
+"""Files as people name them, written whole or not at all."""
 
 from __future__ import annotations
 
@@ -6,6 +6,13 @@ import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
+
+
+def read_path(given: object, what: str) -> Path:
+    """The argument ``path``, which names ``what``. Raises ``TypeError`` where it is no path."""
+    if not isinstance(given, str | os.PathLike):
+        raise TypeError(f"path: found {given!r}, expected the name of {what}")
+    return Path(given)
 
 
 def write_whole(target: Path, write: Callable[[Any], object]) -> None:
