@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING
 
 from pydantic import Field
 
 from ..effect_base.angle import Angle
 from ..effect_base.effect import Complain, Effect, Entry, Surroundings, Turned
 from ..effect_base.points import find_joint
-from ..effect_base.table import Name, Table
+from ..effect_base.table import JointName, Name, Table
 from ..mechanism.joints import Joint
 from ..mechanism.links import FROM_0_TO_1, Parameter
 
@@ -26,10 +25,8 @@ DEPTH = 1e-9
 class StopTable(Table):
     """One ``[[stop]]``."""
 
-    STAND_INS: ClassVar[Mapping[str, object]] = {"restitution": 0.0}
-
     name: Name | None = Field(default=None, description="a name of letters, digits and _, beginning with a letter")
-    joint: str = Field(description='the joint that it limits, such as "joint_1"')
+    joint: JointName = Field(description='the joint that it limits, such as "joint_1"')
     lowest: Angle | None = Field(
         default=None, description='the joint\'s lowest angle in rad, or a text such as "-30 deg"'
     )

@@ -450,4 +450,10 @@ def test_faults_come_together(workshop: Workshop) -> None:
     with pytest.raises(SceneError) as caught:
         workshop.scene(TWO + '[[torsion]]\njoint = "knee"\n[[spring]]\nstiffness = -1\nbetween = ["a.b", "c"]\n')
     found = {fault.key for fault in caught.value.faults}
-    assert found == {"torsion[0].joint", "torsion[0]", "spring[0].stiffness"}
+    assert found == {
+        "torsion[0].joint",
+        "torsion[0]",
+        "spring[0].stiffness",
+        "spring[0].between[0]",
+        "spring[0].between[1]",
+    }
