@@ -457,3 +457,9 @@ def test_faults_come_together(workshop: Workshop) -> None:
         "spring[0].between[0]",
         "spring[0].between[1]",
     }
+
+
+@pytest.mark.parametrize("form", ["[loop]\nlinks = 3\n", "[chain]\nlinks = 3\n"])
+def test_a_ground_without_points_says_which_have_some(form: str, workshop: Workshop) -> None:
+    with pytest.raises(SceneError, match=r"the ground has no points here.*\[ground_link\].*hinge the chain"):
+        workshop.scene(form + '[[spring]]\nbetween = ["ground.O", "link_1.B"]\nstiffness = 1\n')
