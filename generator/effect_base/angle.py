@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 import re
-from typing import Annotated
+from typing import Annotated, Any
 
-from pydantic import BeforeValidator
+from pydantic import ValidatorFunctionWrapHandler, WrapValidator
 from pydantic_core import PydanticCustomError
 
 _NUMBER = re.compile(r"\s*[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
@@ -26,4 +26,28 @@ def read_angle(value: object) -> object:
     return math.radians(number) if match[2] == "deg" else number
 
 
-Angle = Annotated[float, BeforeValidator(read_angle)]
+class TextAngle(float):
+    """An angle (rad) that a scene gives as the text ``text``."""
+
+    text: str
+
+    def __new__(cls, value: float, text: str) -> TextAngle:
+        angle = super().__new__(cls, value)
+        angle.text = text
+        return angle
+
+    def __reduce__(self) -> tuple[type[TextAngle], tuple[float, str]]:
+        return TextAngle, (float(self), self.text)
+
+
+def _angle(value: Any, number: ValidatorFunctionWrapHandler) -> float:
+    angle: float = number(read_angle(value))
+    return TextAngle(angle, value) if isinstance(value, str) else angle
+
+
+def as_written(angle: float) -> str:
+    """The angle as a scene has it, for sentences: ``0.5 rad``, or ``"30 deg" (0.523599 rad)``."""
+    return f'"{angle.text}" ({angle:.6g} rad)' if isinstance(angle, TextAngle) else f"{angle:.6g} rad"
+
+
+Angle = Annotated[float, WrapValidator(_angle)]

@@ -6,6 +6,11 @@ from ..mechanism.joints import PointRef
 from ..mechanism.links import GROUND
 from ..mechanism.mechanism import Mechanism
 
+NO_GROUND_POINTS = (
+    "the ground has no points here: it has those of [ground_link], beside [[link]]; those of [pinned] and "
+    "[four_bars]; and of [chain] with hinged = true; hinge the chain, or describe the mechanism by [[link]]"
+)
+
 
 def find_point(name: str, mechanism: Mechanism) -> tuple[PointRef | None, str]:
     """The point called ``name`` (``joint_3``, ``link_0.A``, ``ground.O``), or what is wrong with the name."""
@@ -25,8 +30,10 @@ def find_point(name: str, mechanism: Mechanism) -> tuple[PointRef | None, str]:
     if owner != "ground" and owner not in links:
         return None, f"the links are {', '.join(links)}, and ground"
     points = mechanism.ground_points if owner == "ground" else mechanism.links[links.index(owner)].points
+    if not points and owner == "ground":
+        return None, NO_GROUND_POINTS
     if point not in points:
-        return None, f"{owner} has the points {', '.join(points) or 'none'}"
+        return None, f"{owner} has the points {', '.join(points)}"
     return PointRef(GROUND if owner == "ground" else links.index(owner), point), ""
 
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, ClassVar
+from dataclasses import dataclass
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -13,9 +14,6 @@ NAME = r"^[A-Za-z][A-Za-z0-9_]*$"
 
 class Table(BaseModel):
     """A table of a scene file. Each field's description says what is expected, for editors and for fault sentences."""
-
-    STAND_INS: ClassVar[Mapping[str, object]] = {}
-    """Values to go on with when a key's own value is wrong, for keys that other checks do not hang on."""
 
     MISPLACED: ClassVar[Mapping[str, str]] = {}
     """Keys that are often looked for here, each with where it belongs."""
@@ -29,6 +27,19 @@ def number_or_list(value: Any) -> str:
     """Which alternative of such a value is meant, as pydantic's tag."""
     return "<list>" if isinstance(value, list) else "<number>"
 
+
+@dataclass(frozen=True)
+class Named:
+    """Marks a text that is the name of something: a joint, a link, a point (``link.point`` or a joint), or an end of a
+    joint (``link.point``)."""
+
+    kind: Literal["joint", "link", "point", "end"]
+
+
+JointName = Annotated[str, Named("joint")]
+LinkName = Annotated[str, Named("link")]
+PointName = Annotated[str, Named("point")]
+EndName = Annotated[str, Named("end")]
 
 Name = Annotated[str, Field(pattern=NAME)]
 Positive = Annotated[float, Field(gt=0.0)]

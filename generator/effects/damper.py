@@ -10,7 +10,7 @@ from pydantic import Field
 
 from ..effect_base.effect import Complain, Effect, Entry, Place, Surroundings
 from ..effect_base.line import Line, find_line
-from ..effect_base.table import Name, Positive, Table
+from ..effect_base.table import Name, PointName, Positive, Table
 from ..mechanism.links import NOT_NEGATIVE, Parameter
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ class DamperTable(Table):
     """One ``[[damper]]``."""
 
     name: Name | None = Field(default=None, description="a name of letters, digits and _, beginning with a letter")
-    between: list[str] = Field(
+    between: list[PointName] = Field(
         min_length=2, max_length=2, description='the two points it joins, ["link.point", "ground.point"]'
     )
     damping: Positive = Field(description="the damping in N s/m, a positive number")

@@ -11,7 +11,7 @@ from pydantic import Field
 from ..effect_base.effect import Complain, Effect, Entry, Surroundings
 from ..effect_base.line import links_at
 from ..effect_base.points import find_point
-from ..effect_base.table import Name, Positive, Table
+from ..effect_base.table import Name, PointName, Positive, Table
 from ..mechanism.joints import PointRef
 from ..mechanism.links import GROUND, NOT_NEGATIVE, POSITIVE, Domain, Parameter
 
@@ -29,7 +29,7 @@ class DragTable(Table):
     """One ``[[drag]]``."""
 
     name: Name | None = Field(default=None, description="a name of letters, digits and _, beginning with a letter")
-    point: str = Field(description='the point on which it acts, such as "link_0.B" or "joint_1"')
+    point: PointName = Field(description='the point on which it acts, such as "link_0.B" or "joint_1"')
     linear: Positive | None = Field(default=None, description="the linear drag in N s/m, a positive number")
     quadratic: Positive | None = Field(default=None, description="the quadratic drag in N s²/m², a positive number")
     speed: float | None = Field(

@@ -12,7 +12,7 @@ from pydantic import Field
 from ..effect_base.effect import Complain, Effect, Entry, Surroundings
 from ..effect_base.expression_of_time import AngleLaw, Expression, Law, Quantity, own_parameters, quantity
 from ..effect_base.points import find_joint
-from ..effect_base.table import Name, Table
+from ..effect_base.table import JointName, Name, Table
 from ..mechanism.links import Parameter
 from ..mechanism.mechanism import Mechanism
 
@@ -28,7 +28,7 @@ class DriveTable(Table):
     """One ``[[drive]]``."""
 
     name: Name | None = Field(default=None, description="a name of letters, digits and _, beginning with a letter")
-    joint: str = Field(description="the name of the joint whose motion is given")
+    joint: JointName = Field(description="the name of the joint whose motion is given")
     speed: Law | None = Field(
         default=None, description="the joint's rate in rad/s, a number or an expression of t (m/s where it slides)"
     )

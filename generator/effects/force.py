@@ -11,7 +11,7 @@ from pydantic import Field
 from ..effect_base.effect import Complain, Effect, Entry, Surroundings
 from ..effect_base.expression_of_time import Law, Quantity, own_parameters, quantity, term
 from ..effect_base.points import find_point
-from ..effect_base.table import Name, Table
+from ..effect_base.table import Name, PointName, Table
 from ..mechanism.joints import PointRef
 from ..mechanism.links import GROUND, Parameter
 from ..mechanism.mechanism import Mechanism
@@ -31,7 +31,7 @@ class ForceTable(Table):
     """One ``[[force]]``."""
 
     name: Name | None = Field(default=None, description="a name of letters, digits and _, beginning with a letter")
-    point: str = Field(description='the point it acts on, a joint or "link.point"')
+    point: PointName = Field(description='the point it acts on, a joint or "link.point"')
     vector: Annotated[list[Law], Field(min_length=2, max_length=2)] = Field(
         description="the force [x, y] in N, numbers or expressions of t"
     )

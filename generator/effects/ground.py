@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Discriminator, Field, Tag
 
@@ -14,7 +13,7 @@ from ..effect_base.contact import DEPTH, LAW_MEANS, LAWS, Law, Radius
 from ..effect_base.direction import unit
 from ..effect_base.effect import Complain, Contact, ContactPoint, Effect, Entry, Level, Place, Plane, Rim, Surroundings
 from ..effect_base.points import choose_carrier, find_point
-from ..effect_base.table import Name, Pair, Table, number_or_list
+from ..effect_base.table import Name, Pair, PointName, Table, number_or_list
 from ..mechanism.joints import PointRef
 from ..mechanism.links import FROM_0_TO_1, GROUND, NOT_NEGATIVE, Parameter, Point
 from ..mechanism.mechanism import Mechanism
@@ -27,8 +26,6 @@ if TYPE_CHECKING:
 class GroundTable(Table):
     """One ``[[ground]]``."""
 
-    STAND_INS: ClassVar[Mapping[str, object]] = {"restitution": 0.0}
-
     name: Name | None = Field(default=None, description="a name of letters, digits and _, beginning with a letter")
     point: Pair = Field(default=[0.0, 0.0], description="a point of the surface, [x, y] in m")
     normal: Pair = Field(default=[0.0, 1.0], description="the direction out of the ground, [x, y], not both zero")
@@ -37,7 +34,7 @@ class GroundTable(Table):
         default=None, gt=0.0, description="Coulomb's coefficient of friction, a positive number"
     )
     law: Law = Field(default=LAWS[0], description=LAW_MEANS)
-    contacts: list[str] | None = Field(
+    contacts: list[PointName] | None = Field(
         default=None, min_length=1, description='a list of points that touch it, such as ["joint_3", "link_0.A"]'
     )
     radius: (

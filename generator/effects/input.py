@@ -12,7 +12,7 @@ from pydantic import Field
 from ..effect_base.direction import unit
 from ..effect_base.effect import Complain, Effect, Entry, Surroundings
 from ..effect_base.points import find_joint
-from ..effect_base.table import Name, Pair, Table
+from ..effect_base.table import JointName, LinkName, Name, Pair, PointName, Table
 from ..mechanism.joints import PointRef
 from ..mechanism.links import Parameter
 from .force import FRAME, Frame, find_loaded
@@ -31,11 +31,13 @@ class InputTable(Table):
     """One ``[[input]]``."""
 
     name: Name = Field(description="a name of letters, digits and _, beginning with a letter, by which it is given")
-    point: str | None = Field(default=None, description='the point that a force acts on, a joint or "link.point"')
+    point: PointName | None = Field(default=None, description='the point that a force acts on, a joint or "link.point"')
     direction: Pair | None = Field(default=None, description="the direction of the force, [x, y], not both zero")
     frame: Frame | None = Field(default=None, description=FRAME)
-    joint: str | None = Field(default=None, description="the name of the joint that a torque turns or a force slides")
-    link: str | None = Field(default=None, description="the name of the link that a torque turns")
+    joint: JointName | None = Field(
+        default=None, description="the name of the joint that a torque turns or a force slides"
+    )
+    link: LinkName | None = Field(default=None, description="the name of the link that a torque turns")
 
 
 @dataclass(frozen=True)
@@ -140,24 +142,25 @@ class Input(Effect):
 def build(table: InputTable, index: int, around: Surroundings, complain: Complain) -> Input | None:
     """The record of a table, or ``None`` after having complained."""
     sound = _check_kind(table, complain)
+    actions: list[OnPoint | AtJoint | OnLink] = []
     if table.point is not None:
         frame = table.frame or "fixed"
         ref, wrong = find_loaded(table.point, frame, around.mechanism)
         if ref is None:
             complain(("point",), f'found "{table.point}", expected a joint or link.point that moves; {wrong}')
         direction = _direction(table, complain)
-        return Input(index, table.name, OnPoint(ref, direction, frame)) if sound and ref and direction else None
+        actions += [OnPoint(ref, direction, frame)] if ref and direction else []
     if table.joint is not None:
         joint, wrong = find_joint(table.joint, around.mechanism)
         if joint is None:
             complain(("joint",), f'found "{table.joint}", expected a joint; {wrong}')
-        return Input(index, table.name, AtJoint(joint)) if sound and joint is not None else None
+        actions += [AtJoint(joint)] if joint is not None else []
     if table.link is not None:
         link, wrong = find_link(table.link, around.mechanism)
         if link is None:
             complain(("link",), f'found "{table.link}", expected a link that moves; {wrong}')
-        return Input(index, table.name, OnLink(link)) if sound and link is not None else None
-    return None
+        actions += [OnLink(link)] if link is not None else []
+    return Input(index, table.name, actions[0]) if sound and actions else None
 
 
 def _check_kind(table: InputTable, complain: Complain) -> bool:

@@ -10,7 +10,7 @@ from pydantic import Field
 
 from ..effect_base.effect import Complain, Effect, Entry, Surroundings
 from ..effect_base.points import find_joint
-from ..effect_base.table import Name, Positive, Table
+from ..effect_base.table import JointName, Name, Positive, Table
 from ..mechanism.links import NOT_NEGATIVE, POSITIVE, Domain, Parameter
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ class FrictionTable(Table):
     """One ``[[joint_friction]]``."""
 
     name: Name | None = Field(default=None, description="a name of letters, digits and _, beginning with a letter")
-    joints: list[str] | None = Field(
+    joints: list[JointName] | None = Field(
         default=None, min_length=1, description='a list of joints, such as ["joint_1", "joint_2"] (default: all)'
     )
     viscous: Positive | None = Field(

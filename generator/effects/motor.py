@@ -12,7 +12,7 @@ from pydantic import Field
 from ..effect_base.effect import Complain, Effect, Entry, Surroundings
 from ..effect_base.expression_of_time import AngleLaw, Expression, Law, Quantity, own_parameters, quantity, term
 from ..effect_base.points import find_joint
-from ..effect_base.table import Name, Pair, Table
+from ..effect_base.table import JointName, Name, Pair, Table
 from ..mechanism.links import NOT_NEGATIVE, Parameter
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ class MotorTable(Table):
     }
 
     name: Name | None = Field(default=None, description="a name of letters, digits and _, beginning with a letter")
-    joint: str = Field(description="the name of the joint that it moves")
+    joint: JointName = Field(description="the name of the joint that it moves")
     torque: Law | None = Field(default=None, description="a torque in N m, a number or an expression of t")
     force: Law | None = Field(default=None, description="a force along the line in N, a number or an expression of t")
     table: list[Pair] | None = Field(

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING
 
 from pydantic import Field
 
-from ..effect_base.angle import Angle
+from ..effect_base.angle import Angle, as_written
 from ..effect_base.effect import Complain, Effect, Entry, Surroundings, Turned
 from ..effect_base.points import find_joint
-from ..effect_base.table import Name, Table
+from ..effect_base.table import JointName, Name, Table
 from ..mechanism.joints import Joint
 from ..mechanism.links import FROM_0_TO_1, Parameter
 
@@ -26,10 +25,8 @@ DEPTH = 1e-9
 class StopTable(Table):
     """One ``[[stop]]``."""
 
-    STAND_INS: ClassVar[Mapping[str, object]] = {"restitution": 0.0}
-
     name: Name | None = Field(default=None, description="a name of letters, digits and _, beginning with a letter")
-    joint: str = Field(description='the joint that it limits, such as "joint_1"')
+    joint: JointName = Field(description='the joint that it limits, such as "joint_1"')
     lowest: Angle | None = Field(
         default=None, description='the joint\'s lowest angle in rad, or a text such as "-30 deg"'
     )
@@ -88,8 +85,8 @@ class Stop(Effect):
         found = angle(self.joint.second.link) - angle(self.joint.first.link)
         sides = {"lowest": "at least", "highest": "at most"}
         return tuple(
-            f"the start has {self.joint.name} at {found:.6g} rad, expected {sides[limit.key]} {limit.value:.6g} rad "
-            "(whole turns count); turn the start or move the stop"
+            f"the start has {self.joint.name} at {found:.6g} rad, expected {sides[limit.key]} "
+            f"{as_written(limit.value)}, whole turns counted; turn the start or move the stop"
             for limit in self.limits
             if limit.sign * (found - limit.value) < -DEPTH
         )
@@ -105,17 +102,15 @@ def build(table: StopTable, index: int, around: Surroundings, complain: Complain
     name = table.name or f"stop_{index}"
     given = {"lowest": table.lowest, "highest": table.highest}
     limits = tuple(
-        Limit(key, value, Parameter(f"{name}.{key}", f"{key}_{index}", value) if value else None)
+        Limit(key, value, Parameter(f"{name}.{key}", f"{key}_{index}", float(value)) if value else None)
         for key, value in given.items()
         if value is not None
     )
     if not limits:
         complain((), "found neither lowest nor highest, expected one of them or both; add one")
     if len(limits) == 2 and not limits[0].value < limits[1].value:
-        low, high = limits[0].value, limits[1].value
-        complain(
-            ("lowest",), f"found {low:.6g} rad, expected less than the highest angle, {high:.6g} rad; exchange them"
-        )
+        low, high = (as_written(limit.value) for limit in limits)
+        complain(("lowest",), f"found {low}, expected less than the highest angle, {high}; exchange them")
         return None
     if joint is None or not limits:
         return None

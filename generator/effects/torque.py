@@ -10,7 +10,7 @@ from pydantic import Field
 
 from ..effect_base.effect import Complain, Effect, Entry, Surroundings
 from ..effect_base.expression_of_time import Law, Quantity, own_parameters, quantity, term
-from ..effect_base.table import Name, Table
+from ..effect_base.table import LinkName, Name, Table
 from ..mechanism.links import Parameter
 from ..mechanism.mechanism import Mechanism
 
@@ -24,7 +24,7 @@ class TorqueTable(Table):
     """One ``[[torque]]``."""
 
     name: Name | None = Field(default=None, description="a name of letters, digits and _, beginning with a letter")
-    link: str = Field(description="the name of the link it acts on")
+    link: LinkName = Field(description="the name of the link it acts on")
     torque: Law = Field(description="a torque in N m, a number or an expression of t")
 
 

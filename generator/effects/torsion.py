@@ -11,7 +11,7 @@ from pydantic import Field
 from ..effect_base.angle import Angle
 from ..effect_base.effect import Complain, Effect, Entry, Surroundings
 from ..effect_base.points import find_joint
-from ..effect_base.table import Name, Positive, Table
+from ..effect_base.table import JointName, Name, Positive, Table
 from ..mechanism.links import ANY, NOT_NEGATIVE, Domain, Parameter
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ class TorsionTable(Table):
     """One ``[[torsion]]``."""
 
     name: Name | None = Field(default=None, description="a name of letters, digits and _, beginning with a letter")
-    joint: str = Field(description='the joint at which it acts, such as "joint_1"')
+    joint: JointName = Field(description='the joint at which it acts, such as "joint_1"')
     stiffness: Positive | None = Field(default=None, description="the stiffness in N m/rad, a positive number")
     angle: Angle = Field(default=0.0, description='the joint\'s angle at rest in rad, or a text such as "30 deg"')
     damping: Positive | None = Field(default=None, description="the damping in N m s/rad, a positive number")

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Discriminator, Field, Tag
 
@@ -13,7 +13,7 @@ from ..effect_base.contact import DEPTH, LAW_MEANS, LAWS, Law, Radius
 from ..effect_base.effect import Complain, ContactPoint, Effect, Entry, Place, Rim, Surroundings
 from ..effect_base.line import NO_DIRECTION, links_at
 from ..effect_base.points import choose_carrier, find_point
-from ..effect_base.table import Name, Table, number_or_list
+from ..effect_base.table import Name, PointName, Table, number_or_list
 from ..mechanism.joints import PointRef
 from ..mechanism.links import FROM_0_TO_1, GROUND, NOT_NEGATIVE, Parameter, Point
 from ..mechanism.mechanism import Mechanism
@@ -23,20 +23,18 @@ if TYPE_CHECKING:
     from ..derive.terms_of_effects import Let
     from ..derive.touching import Edge
 
-Ends = Annotated[list[str], Field(min_length=2, max_length=2)]
+Ends = Annotated[list[PointName], Field(min_length=2, max_length=2)]
 
 
 def _text_or_list(value: Any) -> str:
     return "<list>" if isinstance(value, list) else "<text>"
 
 
-Side = Annotated[Annotated[str, Tag("<text>")] | Annotated[Ends, Tag("<list>")], Discriminator(_text_or_list)]
+Side = Annotated[Annotated[PointName, Tag("<text>")] | Annotated[Ends, Tag("<list>")], Discriminator(_text_or_list)]
 
 
 class TouchTable(Table):
     """One ``[[touch]]``."""
-
-    STAND_INS: ClassVar[Mapping[str, object]] = {"restitution": 0.0}
 
     name: Name | None = Field(default=None, description="a name of letters, digits and _, beginning with a letter")
     between: list[Side] = Field(

@@ -20,24 +20,31 @@ LARGEST = KNOWN / sys.float_info.epsilon
 """The largest such angle (rad): the last place of one beyond it is larger than that."""
 
 
-def judge_angles(raw: Mapping[str, object], path: Path, report: Report) -> None:
+def judge_angles(raw: Mapping[str, object], path: Path, report: Report) -> bool:
     """Note angles in the table ``raw`` that are too large to have digits, and remark on those that have no unit and
-    are larger than a full turn."""
+    are larger than a full turn. Whether none is too large; what is no finite number is told with the others of a table.
+    """
+    fine = True
     for key in ANGLES:
         for where, given in _angles_in(key, raw.get(key)):
             try:
                 angle = read_angle(given)
             except PydanticCustomError:
                 continue
-            if isinstance(angle, bool) or not isinstance(angle, int | float):
+            if isinstance(angle, bool) or not isinstance(angle, int | float) or not _finite(angle):
                 continue
             if abs(angle) > LARGEST:
                 message = f"expected at most {LARGEST:.2g} rad, beyond which no digits are left of where links point"
-                size = f"{angle:.3g}" if abs(angle) <= sys.float_info.max else "more than 1e308"
-                report.add((*path, *where), f"found an angle of {size} rad, {message}; leave out full turns")
+                report.add((*path, *where), f"found an angle of {angle:.3g} rad, {message}; leave out full turns")
+                fine = False
             elif angle is given and abs(angle) > 2.0 * math.pi:
                 turns = f"{abs(angle) / (2.0 * math.pi):.3g} turns"
                 report.remark((*path, *where), f'{given:g} is taken as rad, {turns}; write "{given:g} deg" for degrees')
+    return fine
+
+
+def _finite(number: float) -> bool:
+    return abs(number) <= sys.float_info.max
 
 
 def _angles_in(key: str, value: object) -> Iterator[tuple[Path, object]]:

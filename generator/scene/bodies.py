@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -83,16 +82,17 @@ def general(
     """The general form as records, or ``None`` after faults. ``tables`` is the scene as written."""
     names = [_name(raw, index) for index, raw in enumerate(tables["link"])]
     points = {name: _points(raw) for name, raw in zip(names, tables["link"], strict=True)}
-    points[GROUND_NAME] = _points(tables.get("ground_link"))
+    points[GROUND_NAME] = _points(tables.get("ground_link", {"points": {}}))
     fine = _check_names(names, points, joints, report)
-    unknown = _unknown_links(names, points, joints)
+    told = all(isinstance(raw, Mapping) and isinstance(raw.get("name", ""), str) for raw in tables["link"])
+    unknown = _unknown_links(names, points, joints) if told else {}
     ends = [_ends(index, joint, names, points, unknown, report) for index, joint in enumerate(joints)]
     fine = sum(not _check_keys(index, joint, report) for index, joint in enumerate(joints) if joint) == 0 and fine
     bodies = [_body(name, table) for name, table in zip(names, links, strict=True) if table]
     for index, body in enumerate(bodies):
         if body.inertia and not body.mass:
             message = f"found {body.inertia:.6g} with a mass of 0, expected 0 for a link without mass; give it a mass"
-            report.add(("link", index, "inertia"), message)
+            report.add(("link", index, "inertia"), message, also=[("link", index, "mass")])
             fine = False
     if not fine or len(bodies) < len(links) or None in ends or (ground is None and "ground_link" in tables):
         return None
@@ -183,10 +183,10 @@ def _name(raw: object, index: int) -> str:
     return name if isinstance(name, str) else f"link_{index}"
 
 
-def _points(raw: object) -> tuple[str, ...]:
-    """Names of the points that a table gives, whatever else is wrong with it."""
+def _points(raw: object) -> tuple[str, ...] | None:
+    """Names of the points that a table gives, whatever else is wrong with it; ``None`` where it does not say any."""
     points = raw.get("points") if isinstance(raw, Mapping) else None
-    return tuple(points) if isinstance(points, Mapping) else ()
+    return tuple(points) if isinstance(points, Mapping) else None
 
 
 def _body(name: str, table: LinkTable) -> Body:
@@ -221,7 +221,7 @@ def _place(path: str, symbol: str, z: complex) -> Point:
 
 def _check_names(
     names: Sequence[str],
-    points: Mapping[str, Collection[str]],
+    points: Mapping[str, Collection[str] | None],
     joints: Sequence[JointTable | None],
     report: Report,
 ) -> bool:
@@ -241,7 +241,7 @@ def _check_names(
             fine = False
     for owner, found in points.items():
         base: Path = ("ground_link",) if owner == GROUND_NAME else ("link", names.index(owner))
-        for key in found:
+        for key in found or ():
             if not re.fullmatch(NAME, key):
                 message = f'found "{key}", expected a name of letters, digits and _, beginning with a letter; rename it'
                 report.add((*base, "points", key), message)
@@ -250,22 +250,32 @@ def _check_names(
 
 
 def _unknown_links(
-    names: Sequence[str], points: Mapping[str, Collection[str]], joints: Sequence[JointTable | None]
-) -> dict[str, int]:
-    """How often joints name each link that is not there; nothing where links have wrong names, which is told."""
+    names: Sequence[str], points: Mapping[str, Collection[str] | None], joints: Sequence[JointTable | None]
+) -> dict[str, tuple[int, list[Path]]]:
+    """How often joints name links that are not there, and where; nothing where links have wrong names, which is told.
+
+    To these places belong the names of links that no joint names: one of them may be meant.
+    """
     wrong = [name for name in names if not re.fullmatch(NAME, name) or name == GROUND_NAME]
     if wrong or len(set(names)) < len(names):
         return {}
-    owners = [text.partition(".")[0] for table in joints if table for text in table.between]
-    return dict(Counter(owner for owner in owners if owner not in points))
+    found: dict[str, list[Path]] = {}
+    named: set[str] = set()
+    for index, table in enumerate(joints):
+        for side, text in enumerate(table.between if table else ()):
+            if (owner := text.partition(".")[0]) not in points:
+                found.setdefault(owner, []).append(("joint", index, "between", side))
+            named.add(owner)
+    meant: list[Path] = [("link", index, "name") for index, name in enumerate(names) if name not in named]
+    return {owner: (len(places), [*places, *meant]) for owner, places in found.items()}
 
 
 def _ends(
     index: int,
     table: JointTable | None,
     names: Sequence[str],
-    points: Mapping[str, Collection[str]],
-    unknown: dict[str, int],
+    points: Mapping[str, Collection[str] | None],
+    unknown: dict[str, tuple[int, list[Path]]],
     report: Report,
 ) -> tuple[PointRef, PointRef] | None:
     """Both sides of a joint, or ``None`` after a fault. Each of the ``unknown`` links is told of once."""
@@ -278,12 +288,16 @@ def _ends(
         if not dot or not key:
             report.add(path, f'found "{text}", expected "link.point"; name the link and one of its points')
         elif owner not in points:
-            if times := unknown.pop(owner, 0):
+            if owner in unknown:
+                times, places = unknown.pop(owner)
                 known = ", ".join(dict.fromkeys((*names, GROUND_NAME)))
                 often = f", which joints name {times} times" if times > 1 else ""
-                report.add(path, f'found "{text}", expected a point of {known}; there is no link "{owner}"{often}')
-        elif key not in points[owner]:
-            known = ", ".join(points[owner]) or "none yet"
+                message = f'found "{text}", expected a point of {known}; there is no link "{owner}"{often}'
+                report.add(path, message, also=places)
+        elif (there := points[owner]) is None:
+            continue  # what is wrong with its points is told
+        elif key not in there:
+            known = ", ".join(there) or "none yet"
             report.add(path, f'found "{text}", expected a point of {owner}: {known}; add it or name another')
         else:
             found.append(PointRef(GROUND if owner == GROUND_NAME else names.index(owner), key))

@@ -31,19 +31,18 @@ _LONG = 10**40
 def check(model: type[T], raw: object, path: Path, report: Report) -> T | None:
     """The table ``raw`` as ``model``; faults go to ``report``.
 
-    Unknown keys are left out once they are reported, and wrong values replaced by the table's stand-ins, so that what
-    depends on the table is still checked; a table without stand-ins for what is wrong gives ``None``.
+    A table with faults gives ``None``; what else is wrong with it is found by reading it again (``behind.py``).
     """
     if not isinstance(raw, Mapping):
         report.add(path, f"found {show(raw)}, expected a table; write {_header(path)}")
         return None
-    judge_angles(raw, path, report)
+    fine = judge_angles(raw, path, report)
     try:
-        return model.model_validate(dict(raw))
+        table = model.model_validate(dict(raw))
+        return table if fine else None
     except ValidationError as error:
         faults = error.errors(include_url=False)
     unknown = {str(fault["loc"][0]) for fault in faults if fault["type"] == "extra_forbidden"}
-    wrong = {str(fault["loc"][0]) for fault in faults} - unknown
     for fault in faults:
         if fault["type"] == "extra_forbidden":
             key = str(fault["loc"][0])
@@ -52,10 +51,7 @@ def check(model: type[T], raw: object, path: Path, report: Report) -> T | None:
             report.add((*path, *map(str, fault["loc"])), message or unknown_key(key, model.model_fields))
         elif not unknown & model.INSTEAD.keys():
             report.add(path + _place(fault["loc"]), _sentence(model, fault))
-    if not wrong <= model.STAND_INS.keys() or unknown & model.INSTEAD.keys():
-        return None
-    right = {key: value for key, value in raw.items() if key not in unknown | wrong}
-    return model.model_validate(right | {key: model.STAND_INS[key] for key in wrong})
+    return None
 
 
 def unknown_key(key: str, known: Iterable[str]) -> str:

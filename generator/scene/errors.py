@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from unicodedata import category
 
@@ -46,16 +46,29 @@ class Report:
     def __init__(self, file: str, lines: Mapping[Path, int] | None = None) -> None:
         self.file = file
         self._lines = lines or {}
-        self._faults: dict[Fault, None] = {}
+        self._faults: dict[Fault, tuple[Path, str]] = {}
+        self._places: dict[Path, None] = {}
         self._remarks: list[Fault] = []
 
-    def add(self, path: Path, message: str) -> None:
-        """Note a fault at ``path``, or at the closest table that the file has."""
-        self._faults[Fault(self.file, self._line(path), key_text(path), message)] = None
+    def add(self, path: Path, message: str, also: Iterable[Path] = ()) -> None:
+        """Note a fault at ``path``, or at the closest table that the file has; one sentence tells of what is wrong at
+        the places ``also``."""
+        self._faults[Fault(self.file, self._line(path), key_text(path), message)] = path, message
+        self._places |= dict.fromkeys((path, *also))
 
     def remark(self, path: Path, message: str) -> None:
         """Note how the value at ``path`` is understood, where something else may be meant."""
         self._remarks.append(Fault(self.file, self._line(path), key_text(path), message))
+
+    @property
+    def found(self) -> tuple[tuple[Path, str], ...]:
+        """All faults so far, each with its path."""
+        return tuple(self._faults.values())
+
+    @property
+    def places(self) -> tuple[Path, ...]:
+        """All places that are wrong."""
+        return tuple(self._places)
 
     @property
     def remarks(self) -> tuple[str, ...]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import keyword
 import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from os import PathLike
 from pathlib import Path as File
 from typing import Any, TypeVar
@@ -16,6 +16,8 @@ from typing import Any, TypeVar
 from ..effect_base.effect import Effect, Entry, Surroundings
 from ..effect_base.table import Table
 from ..effects import REGISTRY
+from ..mechanism.mechanism import Mechanism
+from .behind import tell_behind
 from .bodies import Bodies, check_masses, general
 from .check import check, show, unknown_key
 from .driven import check_driven
@@ -45,10 +47,24 @@ SHORTHAND: dict[str, type[LoopTable] | type[ChainTable] | type[PinnedTable] | ty
     "pinned": PinnedTable,
     "four_bars": FourBarsTable,
 }
+MODELS: dict[str, type[Table]] = {
+    **SHORTHAND,
+    "link": LinkTable,
+    "joint": JointTable,
+    "ground_link": GroundLinkTable,
+    "start": StartTable,
+    "run": RunTable,
+    **{entry.key: entry.table for entry in REGISTRY},
+}
+PLACING = (*SHORTHAND, "link", "joint", "ground_link", "start")
+"""Tables that say where links are and what holds them,"""
+NOT_PLACING: frozenset[str | int] = frozenset({"mass", "inertia"})
+"""but for these keys."""
 KEYS = ("name", *SHORTHAND, "link", "joint", "ground_link", "start", "run", *(entry.key for entry in REGISTRY))
 
 Tables = Mapping[str, Any]
 Gravity = bool | float | Tables
+Parts = tuple[Bodies | None, list[tuple[Path, Effect]], Start | None, RunTable | None]
 T = TypeVar("T", bound=Table)
 
 
@@ -111,12 +127,8 @@ def read_tables(tables: Tables, file: str, name: str, lines: Mapping[Path, int] 
             report.add((key,), unknown_key(key, KEYS))
     tables = _ground_link(tables, report)
     name = _name(tables, name, report)
-    bodies = _bodies(tables, report)
-    found = _effect_tables(tables, report)
-    begun = _table(StartTable, tables, "start", report)
-    run = _table(RunTable, tables, "run", report)
-    effects = _effects(found, bodies, report) if bodies else []
-    start = _start(begun, bodies, effects, report) if bodies and begun else None
+    bodies, effects, start, run = _read(tables, report)
+    tell_behind(tables, bodies.mechanism if bodies else None, report, MODELS, _read_again)
     report.stop_if_any()
     if bodies is None or start is None or run is None:
         raise AssertionError("a scene without faults has all its parts")
@@ -125,6 +137,25 @@ def read_tables(tables: Tables, file: str, name: str, lines: Mapping[Path, int] 
         for key, sentence in effect.remarks():
             report.remark((*path, key), sentence)
     return Scene(name, bodies.mechanism, tuple(effect for _, effect in effects), start, settings, report.remarks)
+
+
+def _read(tables: Tables, report: Report, assemble: bool = True) -> Parts:
+    """The parts that ``tables`` describe, as far as they are right; ``assemble``: the start is made consistent."""
+    bodies = _bodies(tables, report)
+    found = _effect_tables(tables, report)
+    begun = _table(StartTable, tables, "start", report)
+    run = _table(RunTable, tables, "run", report)
+    effects = _effects(found, bodies, report) if bodies else []
+    start = _start(begun, bodies, effects, report, assemble) if bodies and begun else None
+    return bodies, effects, start, run
+
+
+def _read_again(tables: Tables, report: Report, changed: Collection[Path], whole: bool) -> Mechanism | None:
+    """Reads tables that hold stand-ins at the places ``changed``: where one could change where links are or what holds
+    them, no start is looked for."""
+    placing = any(path[0] in PLACING and not NOT_PLACING & set(path) for path in changed)
+    bodies, *_ = _read(tables, report, whole and not placing)
+    return bodies.mechanism if bodies else None
 
 
 def _ground_link(tables: Tables, report: Report) -> Tables:
@@ -239,12 +270,16 @@ def _effects(found: list[tuple[Entry, int, Path, Table]], bodies: Bodies, report
     return built
 
 
-def _start(table: StartTable, bodies: Bodies, effects: list[tuple[Path, Effect]], report: Report) -> Start | None:
+def _start(
+    table: StartTable, bodies: Bodies, effects: list[tuple[Path, Effect]], report: Report, assemble: bool
+) -> Start | None:
     acting = [effect for _, effect in effects]
-    sound = check_driven(bodies.mechanism, effects, report)
     driven = [joint for effect in acting for joint in effect.driven()]
-    sound = check_masses(bodies, driven, report) and sound
     asked = sketch(table, bodies, driven, report)
+    if not assemble:
+        return None
+    sound = check_driven(bodies.mechanism, effects, report)
+    sound = check_masses(bodies, driven, report) and sound
     start = begin(asked, bodies, effects, report) if asked and sound else None
     if start is None or not check_masses(bodies, driven, report, start.poses):
         return None

@@ -9,7 +9,7 @@ from pydantic import BeforeValidator, Discriminator, Field, Tag
 
 from ..effect_base.angle import Angle, read_angle
 from ..effect_base.contact import OnGain
-from ..effect_base.table import Name, Pair, Positive, Table, number_or_list
+from ..effect_base.table import EndName, Name, Pair, Positive, Table, number_or_list
 
 TAGS = ("<number>", "<list>", "<table>", "<text>")
 """Marks that pydantic puts into the place of a fault to say which alternative of a value was meant."""
@@ -45,8 +45,6 @@ Pose = Annotated[list[float], Field(min_length=3, max_length=3), BeforeValidator
 
 class Rods(Table):
     """What ``[loop]``, ``[chain]`` and ``[pinned]`` share: links in a row, link k from joint k to joint k+1."""
-
-    STAND_INS: ClassVar[Mapping[str, object]] = {"mass": 1.0, "inertia": None}
 
     links: int = Field(ge=1, le=2000, description="the number of links, a whole number from 1 to 2000")
     length: PerLink = Field(default=1.0, description="a length in m, a positive number or a list with one per link")
@@ -90,8 +88,6 @@ class FourBarsTable(Table):
 class LinkTable(Table):
     """One ``[[link]]`` of the general form."""
 
-    STAND_INS: ClassVar[Mapping[str, object]] = {"mass": 1.0, "inertia": 1.0}
-
     name: Name | None = Field(default=None, description="a name of letters, digits and _, beginning with a letter")
     mass: NotNegative = Field(description="the mass in kg, a positive number, or 0 for a link without mass")
     inertia: NotNegative = Field(
@@ -114,7 +110,7 @@ class JointTable(Table):
     type: Literal["revolute", "prismatic", "weld", "pin-in-slot"] = Field(
         default="revolute", description='the kind of joint, "revolute", "prismatic", "weld" or "pin-in-slot"'
     )
-    between: list[str] = Field(
+    between: list[EndName] = Field(
         min_length=2, max_length=2, description='the two points that it joins, ["link.point", "link.point"]'
     )
     axis: Axis | None = Field(

@@ -233,23 +233,26 @@ cdef extern from *:
         int less, more
     const tolerance_order *tolerance_orders
 
-Tolerance = namedtuple("Tolerance", "value of decides because")
-"""A threshold of the core: a number, what it is times, what it decides, and why it is as large."""
+Tolerance = namedtuple("Tolerance", "value of decides because layer")
+"""A threshold of the core: a number, what it is times, what it decides, why it is as large, and the layer that asks for it."""
 
-OF = ("", "length", "length / time", "time", "unit")
+OF = ("", "length", "speed", "time", "unit", "tolerance")
 """What thresholds are times, by ``enum tolerance_of``."""
 
 
 cdef tuple _tolerances():
     """All thresholds by name, and the names of those that are ordered."""
     cdef int i = 0
-    found, orders = {}, []
+    found, names, orders, layer = {}, [], [], ""
     while tolerance_entries[i].name is not NULL:
         entry = tolerance_entries[i]
-        texts = (OF[entry.of], entry.decides.decode(), entry.because.decode())
-        found[entry.name.decode()] = Tolerance(entry.value, *texts)
+        name = entry.name.decode()
+        names.append(name)
+        if entry.decides is NULL:
+            layer = name
+        else:
+            found[name] = Tolerance(entry.value, OF[entry.of], entry.decides.decode(), entry.because.decode(), layer)
         i += 1
-    names = list(found)
     i = 0
     while tolerance_orders[i].less >= 0:
         orders.append((names[tolerance_orders[i].less], names[tolerance_orders[i].more]))

@@ -58,3 +58,20 @@ def test_functions_of_the_core_fit_on_a_screen(script: ModuleType) -> None:
         if lines > script.SCREEN
     }
     assert long.keys() <= {"walk"}
+
+
+def test_where_is_names_files_and_what_stands_in_them() -> None:
+    """Each file is there, of the core or of the generator, and each name of a row stands in one of its files."""
+    page = (ROOT / "docs" / "architecture.md").read_text()
+    rows = re.findall(r"^\| .*$", page[page.index("Where is …") : page.index("**Memory.**")], re.MULTILINE)[1:]
+    assert len(rows) > 8
+    for row in rows:
+        spans = re.findall(r"`([^`]+)`", row)
+        files = [span for span in spans if "/" in span]
+        names = [span for span in spans if "/" not in span]
+        texts = [
+            (ROOT if file.startswith("generator/") else ROOT / "runtime" / "core").joinpath(file).read_text()
+            for file in files
+        ]
+        missing = [name for name in names if not any(re.search(rf"\b{name}\b", text) for text in texts)]
+        assert files and names and not missing, (row, missing)

@@ -450,4 +450,16 @@ def test_faults_come_together(workshop: Workshop) -> None:
     with pytest.raises(SceneError) as caught:
         workshop.scene(TWO + '[[torsion]]\njoint = "knee"\n[[spring]]\nstiffness = -1\nbetween = ["a.b", "c"]\n')
     found = {fault.key for fault in caught.value.faults}
-    assert found == {"torsion[0].joint", "torsion[0]", "spring[0].stiffness"}
+    assert found == {
+        "torsion[0].joint",
+        "torsion[0]",
+        "spring[0].stiffness",
+        "spring[0].between[0]",
+        "spring[0].between[1]",
+    }
+
+
+@pytest.mark.parametrize("form", ["[loop]\nlinks = 3\n", "[chain]\nlinks = 3\n"])
+def test_a_ground_without_points_says_which_have_some(form: str, workshop: Workshop) -> None:
+    with pytest.raises(SceneError, match=r"the ground has no points here.*\[ground_link\].*hinge the chain"):
+        workshop.scene(form + '[[spring]]\nbetween = ["ground.O", "link_1.B"]\nstiffness = 1\n')

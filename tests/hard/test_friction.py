@@ -104,8 +104,8 @@ def compliant(stiffness: float, until: float) -> float:
     inertia, damping = mass * length**2 / 12, 2.0 * 0.5 * np.sqrt(stiffness * mass)
     slow = 1.0 / np.sqrt(stiffness)
 
-    def rates(_: float, y: NDArray[np.float64]) -> NDArray[np.float64]:
-        x, height, turn, vx, vy, spin = y
+    def rates(t: float, y: NDArray[np.float64]) -> NDArray[np.float64]:
+        _, height, turn, vx, vy, spin = y
         arm = -0.5 * length * np.array([np.cos(turn), np.sin(turn)])
         depth, slide = -(height + arm[1]), vx - spin * arm[1]
         push = max(0.0, stiffness * depth - damping * (vy + spin * arm[0])) if depth > 0.0 else 0.0

@@ -19,14 +19,11 @@ from ccgen.generator.scene.scene import Scene
 from ccgen.runtime import load_model
 
 from ..oracles.maximal import Array
+from ..support.planned_mechanisms import ring_of
 from ..support.tiers import all_hard_but, hard
 
 ODD = {"massless": (0.0, 0.0, 0.0), "inner": (1.0, 0.0, 0.0), "outer": (1.0, 0.0, 1.0), "near": (1.0, 0.0, 1e-3)}
 """Mass, inertia and centre of links that resist some of their own motions only, or none."""
-
-
-def ring_of(links: int, **table: Any) -> Scene:
-    return read_tables({"loop": {"links": links, **table}, "gravity": {}}, "ring", "ring")
 
 
 def ring_with(links: int, odd: int, kind: str, backwards: bool = False) -> Scene:

@@ -39,6 +39,23 @@ def test_every_threshold_decides_something_in_the_core() -> None:
     assert not [name for name in _core.TOLERANCES if not re.search(rf"\b{name}\b", code)]
 
 
+def test_every_threshold_stands_under_a_layer_that_asks_for_it() -> None:
+    """In the order of the layers."""
+    folder, wrong = ROOT / "runtime" / "core", []
+    for name, one in _core.TOLERANCES.items():
+        code = "\n".join(file.read_text() for file in (folder / one.layer).glob("*.c"))
+        wrong += [] if re.search(rf"\b{name}\b", code) else [(name, one.layer)]
+    assert not wrong
+
+
+def test_reasons_are_words() -> None:
+    """Other thresholds stand in parentheses only, so that a reason is understood without them."""
+    for name, one in _core.TOLERANCES.items():
+        for text in (one.decides, one.because):
+            words = re.sub(r"\([^()]*\)", "", text)
+            assert len(words) > 10 and not set(re.findall(r"\w+", words)) & _core.TOLERANCES.keys(), (name, text)
+
+
 ELSEWHERE = {
     "complementarity/friction.c": (1, "shifts that break ties of the pivots, tried one after another"),
     "hybrid/time_stepping.c": (1, "how long time stepping is tried before event by event"),
@@ -68,7 +85,7 @@ def test_sizes_follow_length_and_time(workshop: Workshop) -> None:
 
     model = workshop.model(load_scene(FALLING))
     larger = model.with_parameters({path: 4.0 * value for path, value in model.parameters.items() if "length" in path})
-    factors = {"": 1.0, "length": 4.0, "length / time": 2.0, "time": 2.0, "unit": 1.0}
+    factors = {"": 1.0, "length": 4.0, "speed": 2.0, "time": 2.0, "unit": 1.0, "tolerance": 1.0}
     for small, large in zip(thresholds(model), thresholds(larger), strict=True):
         assert large.size == pytest.approx(factors[small.of] * small.size, rel=1e-14), small.name
 
@@ -82,6 +99,12 @@ def test_the_command_prints_each_with_its_reason(tmp_path: Path, monkeypatch: py
             rf"^{name}  .*\n    {re.escape(one.decides)}\n    because: {re.escape(one.because)}$", printed.output, re.M
         ), name
     assert "characteristic time 1 s: about half a swing under gravity" in printed.output
+    headings = re.findall(r"^\[(\w+)\]$", printed.output, re.M)
+    assert headings == [*dict.fromkeys(one.layer for one in _core.TOLERANCES.values())]
+    follow = {name for name, one in _core.TOLERANCES.items() if one.of == "tolerance"}
+    assert set(re.findall(r"^(\w+)  .*, follows rtol$", printed.output, re.M)) == follow != set()
+    for scale in {one.of for one in _core.TOLERANCES.values()} - {""}:
+        assert re.search(rf"^    {scale} +\S", printed.output, re.M), f"{scale} is not told at the top"
     both = CliRunner().invoke(app, ["show", str(FALLING), "--tolerances", "--latex"])
     assert both.exit_code == 2
     assert "--tolerances" in both.stderr

@@ -2,28 +2,29 @@
  *
  * Each is a pure number, times what it is of: a length is that of the mechanism (of an angle, 1 rad), a speed that length per
  * characteristic time, a time the larger of the characteristic one and the time reached, a unit that of the coordinate
- * (model/scales.h). So the same mechanism in other units decides alike. Floats have limits of their own where their rounding
- * asks for it, nearer to each other: reasons with factors are those of doubles. What only the pace depends on, as the factors of step control, stands where it
- * is used.
+ * (model/scales.h), a tolerance the rtol or atol of the run. So the same mechanism in other units decides alike. Floats have
+ * limits of their own where their rounding asks for it, nearer to each other: reasons with factors are those of doubles. What
+ * only the pace depends on, as the factors of step control, stands where it is used.
  */
 #ifndef CCGEN_TOLERANCES_H
 #define CCGEN_TOLERANCES_H
 
 #include "base/real.h"
 
-enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT };
+enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLERANCE };
 
-/* X(name, value, of, "what it decides", "why it is as large"), by layers */
+/* X(name, value, of, "what it decides", "why it is as large"), after LAYER(layer) of the core that first asks for them. Reasons are for
+ * readers of `ccgen show --tolerances` too: other thresholds stand in parentheses, behind what they are. */
 /* clang-format off */
-#define ALL_TOLERANCES(X) \
-    /* algebra */ \
+#define ALL_TOLERANCES(X, LAYER) \
+    LAYER(algebra) \
     X(DEPENDENT_PIVOT, CCGEN_LIMIT(1e-11, 1e-5), OF_RELATIVE, \
       "a pivot of a symmetric matrix that is this part of its own entry is none", \
       "entries are rounded to 1e-16 and sums of some hundred of them lose up to four digits: what is left of five more may be rounding") \
     X(WELL_PIVOT, CCGEN_LIMIT(1e-6, 1e-3), OF_RELATIVE, \
       "a pivot that has lost more goes to the null-space path", \
       "what a solution loses is the inverse of its least pivot: ten digits are kept, one more than the default rtol asks for") \
-    /* complementarity */ \
+    LAYER(complementarity) \
     X(PIVOT_ROUNDING, CCGEN_LIMIT(1e-12, 1e-5), OF_RELATIVE, \
       "an entry of Lemke's tableau this small is no pivot", \
       "a tableau of about 1 after some tens of pivots is known to about 1e-13") \
@@ -35,77 +36,74 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT };
       "a sum of some tens of terms, each with the rounding of its two factors") \
     X(ALL_PUSH, CCGEN_LIMIT(1e-10, 1e-4), OF_RELATIVE, \
       "all contacts push where this part of the largest b is left", \
-      "what the pivots that DEPENDENT_PIVOT lets pass leave at least") \
+      "what is left after pivots as small as those that are still divided by (DEPENDENT_PIVOT), times ten") \
     X(APPROACHES, CCGEN_LIMIT(1e-13, 1e-6), OF_RELATIVE, \
       "a contact approaches from this part of the largest b on", \
       "b is a difference of accelerations, known to a few hundred units of rounding") \
     X(CONSISTENT, CCGEN_LIMIT(1e-10, 5e-5), OF_RELATIVE, \
       "what Coulomb's law may be missed by", \
-      "pivots keep ten digits, see WELL_PIVOT") \
+      "pivots keep ten digits (WELL_PIVOT)") \
     X(MIXED, CCGEN_LIMIT(1e-4, 1e-1), OF_RELATIVE, \
       "the part of the largest terms of all rows that counts as a row's own", \
-      "CONSISTENT times it is 1e-14 of those terms: some tens of their roundings") \
+      "what the law may be missed by (CONSISTENT) times it is 1e-14 of those terms: some tens of their roundings") \
     X(SINGULAR_MODES, CCGEN_LIMIT(1e-11, 1e-5), OF_RELATIVE, \
       "a choice of sticking and sliding with such a pivot has no impulses of its own", \
-      "as DEPENDENT_PIVOT") \
+      "sums of some hundred entries lose up to four digits, and what is left of five more may be rounding (as DEPENDENT_PIVOT)") \
     X(RATE_ROUNDING, (256.0 * DBL_EPSILON), OF_RELATIVE, \
       "rates of contacts, and entries of W, this near to zero are zero", \
       "each is a sum over links and contacts, some hundred roundings") \
     X(LESS, CCGEN_LIMIT(1e-9, 1e-4), OF_RELATIVE, \
       "impulses that are less by this part are less, and not alike", \
-      "ten times what CONSISTENT leaves unknown") \
+      "ten times what Coulomb's law may be missed by (CONSISTENT)") \
     X(ALIKE, CCGEN_LIMIT(1e-8, 1e-3), OF_RELATIVE, \
       "motions this near are one", \
-      "ten times LESS: rates are impulses times W") \
+      "rates are impulses times W: ten times what impulses are alike at (LESS)") \
     X(DROWNED, CCGEN_LIMIT(1e-8, 1e-4), OF_RELATIVE, \
       "impulses whose rounding is this part of what they come from are none", \
       "ten times the default rtol") \
     X(NEARLY_CONSISTENT, CCGEN_LIMIT(1e-8, 1e-4), OF_RELATIVE, \
       "what the best answer may miss Coulomb's law by where none meets it", \
-      "as DROWNED: rates beside far larger ones are known to no more") \
+      "rates beside far larger ones are known to no more than ten times the default rtol (as DROWNED)") \
     X(SWEPT, CCGEN_LIMIT(1e-15, 1e-6), OF_RELATIVE, \
       "sweeps over the contacts have settled", \
       "the last digit") \
-    /* model */ \
+    LAYER(model) \
     X(ANGLE_KNOWN, CCGEN_LIMIT(1e-6, 1.2e-3), OF_RELATIVE, \
       "rad: an angle whose last digit is larger says nothing of where links point", \
       "points at the mechanism's length are then known to a millionth of it, and in floats to a thousandth, where a turn has four digits left") \
-    /* constraints */ \
-    X(SHUT, CCGEN_LIMIT(1e-12, 1e-5), OF_LENGTH, \
-      "a gap this small is closed", \
-      "places are sums over the links: some thousand roundings; no more than any gap_tolerance") \
+    LAYER(constraints) \
     X(RANK_TOLERANCE, CCGEN_LIMIT(1e-10, 4e-5), OF_RELATIVE, \
       "rows this near to dependence are dependent", \
       "at the distance sigma the closure fixes places across to rounding / sigma (docs/theory, section 8): here to 2e-6 of the length, more than a tolerance lets pass") \
-    X(RANK_TOLERANCE_PROJECTED, CCGEN_LIMIT(1e-5, 6e-3), OF_RELATIVE, \
-      "rows this near are taken for dependent where a state is put back", \
-      "a way back of miss / sigma has a second-order part, (miss / sigma)^2: from here on no more than 1e-14 where the miss is 1e-12") \
     X(REFINED_ENOUGH, CCGEN_LIMIT(1e-12, 5e-6), OF_RELATIVE, \
       "a last correction that is less is rounding", \
       "some thousand roundings of the unreduced equations") \
     X(REFINED_BY_KERNEL, (4096.0 * DBL_EPSILON), OF_RELATIVE, \
       "the same of a correction by the kernel", \
-      "as REFINED_ENOUGH") \
+      "some thousand roundings of the unreduced equations (as REFINED_ENOUGH)") \
     X(HOPELESS, 1e-3, OF_RELATIVE, \
       "a last correction that is more leaves nothing known", \
       "less than three digits of an acceleration are no solution") \
     X(CONTACT_PIVOT, CCGEN_LIMIT(1e-6, 1e-3), OF_RELATIVE, \
       "held contacts with such a pivot, where some slide, go to the null-space path", \
-      "as WELL_PIVOT") \
-    /* motion */ \
+      "what a solution loses is the inverse of its least pivot: ten digits are kept (as WELL_PIVOT)") \
+    LAYER(motion) \
+    X(RANK_TOLERANCE_PROJECTED, CCGEN_LIMIT(1e-5, 6e-3), OF_RELATIVE, \
+      "rows this near are taken for dependent where a state is put back", \
+      "a way back of miss / sigma has a second-order part, (miss / sigma)^2: from here on no more than 1e-14 where the miss is 1e-12") \
     X(LEFT_OUT, CCGEN_LIMIT(1e-12, 1e-4), OF_LENGTH, \
       "what a row that almost vanishes may miss", \
-      "as SHUT: more than sums of rounded places do") \
+      "more than sums of rounded places do, of some thousand roundings (as SHUT)") \
     X(LEFT_OUT_LATER, 0.01, OF_RELATIVE, \
       "how much nearer to dependence a row may be where leaving it out does not do", \
-      "two such steps and a half lead from RANK_TOLERANCE_PROJECTED to RANK_TOLERANCE") \
+      "two such steps and a half lead from where rows are dependent for putting back (RANK_TOLERANCE_PROJECTED) to where they are for motion (RANK_TOLERANCE)") \
     X(SLIDING_PIVOT, CCGEN_LIMIT(1e-12, 5e-6), OF_RELATIVE, \
       "friction of sliding contacts with such a pivot jams", \
-      "as REFINED_ENOUGH: forces on the null-space path are known to that") \
+      "forces on the null-space path are known to some thousand roundings (as REFINED_ENOUGH)") \
     X(CREEP, CCGEN_LIMIT(1e-9, 1e-3), OF_SPEED, \
       "what moves along its friction at its limit slides from here on", \
-      "ten times STILL: what a decision takes for still does not slide at once") \
-    /* impact */ \
+      "ten times the speed below which a contact may stick (STILL): what a decision takes for still does not slide at once") \
+    LAYER(impact) \
     X(IMPACT_GAIN, CCGEN_LIMIT(1e-13, 1e-5), OF_RELATIVE, \
       "energy that an impact may add: part of the kinetic", \
       "some hundred roundings of sums over the links") \
@@ -114,31 +112,34 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT };
       "some tens of roundings: no correction is better") \
     X(IMPLIED_SHARE, CCGEN_LIMIT(1e-9, 1e-4), OF_RELATIVE, \
       "a contact with this share of its own row left is carried by others", \
-      "a hundred times DEPENDENT_PIVOT: what passes that as a pivot has two digits") \
+      "a hundred times what is no pivot (DEPENDENT_PIVOT): two digits of it are known") \
     X(CORRECTED_IMPULSE, CCGEN_LIMIT(1e-6, 1e-3), OF_RELATIVE, \
       "a correction that is a larger part of the impulses is none", \
-      "what pivots of W lose at most, see WELL_PIVOT") \
+      "what pivots of W lose at most: six digits of sixteen (as WELL_PIVOT)") \
     X(NO_EFFECT, 1e-3, OF_RELATIVE, \
       "impulses that miss this part of the largest rate have no effect", \
-      "less than three digits of a jump are no solution, as HOPELESS") \
+      "less than three digits of a jump are no solution (as HOPELESS)") \
     X(ROUNDED_RATE, CCGEN_LIMIT(1e-12, 1e-4), OF_RELATIVE, \
       "rates that are this part of the fastest motion are rounding", \
-      "as SHUT for places") \
-    /* steps */ \
+      "rates are sums over the links as places are: some thousand roundings (as SHUT)") \
+    LAYER(steps) \
+    X(SHUT, CCGEN_LIMIT(1e-12, 1e-5), OF_LENGTH, \
+      "a gap this small is closed", \
+      "places are sums over the links: some thousand roundings; no more than any gap_tolerance") \
     X(REST_SPEED, CCGEN_LIMIT(1e-10, 1e-4), OF_SPEED, \
       "a closed contact that moves slower is at rest", \
-      "a hundred times SHUT: speeds have lost two digits more than places") \
+      "a hundred times what a closed gap is (SHUT): speeds have lost two digits more than places") \
     X(CROWDED_SPEED, CCGEN_LIMIT(1e-8, 1e-3), OF_SPEED, \
       "the same where more events than usual crowd; it doubles with their number", \
-      "a hundred times REST_SPEED: a bounce at it is no higher than 1e-16 of the length, the rounding of places") \
+      "a hundred times what rests else (REST_SPEED): a bounce at it is no higher than 1e-16 of the length, the rounding of places") \
     X(FINEST_GAP, CCGEN_LIMIT(1e-12, 1e-5), OF_LENGTH, \
-      "gap_tolerance is at least this", \
-      "as SHUT") \
+      "a gap counts as closed at rtol (gap_tolerance), and at this where rtol is less", \
+      "places are sums over the links: some thousand roundings (as SHUT)") \
     X(COARSEST_GAP, CCGEN_LIMIT(1e-8, 1e-3), OF_LENGTH, \
-      "gap_tolerance is rtol, and at most this", \
+      "and at this where rtol is more", \
       "ten times the default rtol: no contact closes visibly before it is") \
-    X(ITERATED, 1e-3, OF_RELATIVE, \
-      "part of the tolerance that iterations may leave that do not go to rounding", \
+    X(ITERATED, 1e-3, OF_TOLERANCE, \
+      "what iterations may leave that do not go to rounding", \
       "events are located on the end of a step as it changes with its length: that part is what it may be uneven by") \
     X(BELIEVED, 0.1, OF_RELATIVE, \
       "part of an error that counts wherever it lies", \
@@ -166,16 +167,16 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT };
       "the root of rounding: what is unknown there, docs/theory 8.3") \
     X(ADRIFT, CCGEN_LIMIT(1e-11, 1e-4), OF_LENGTH, \
       "a carried contact with such a gap is open", \
-      "ten times SHUT") \
+      "ten times what is closed (SHUT): rounding does not open a contact that others carry") \
     X(TURN, 0.25, OF_RELATIVE, \
       "rad by which links turn against each other in a piece that is looked at for events", \
       "a gap goes as a cosine: a quarter of a radian changes its curvature by 3 %") \
     X(FORCE_ROUNDING, (64.0 * DBL_EPSILON), OF_RELATIVE, \
       "forces this small beside the largest that there have been are zero", \
-      "as TERM_ROUNDING: they are sums over contacts") \
+      "sums over contacts of some tens of terms, each with the rounding of its two factors (as TERM_ROUNDING)") \
     X(STILL, CCGEN_LIMIT(1e-10, 1e-4), OF_SPEED, \
       "a contact that slides slower may stick", \
-      "as REST_SPEED") \
+      "speeds have lost two digits more than places (as REST_SPEED)") \
     X(FORESEEN, 10.0, OF_RELATIVE, \
       "times what samples do not foretell: a force nearer to zero is looked at more closely", \
       "what every other sample misses of the rest shrinks sixteenfold with half the distance; ten times is on the safe side") \
@@ -190,21 +191,21 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT };
       "eight halvings of a window that eight samples resolve in a smooth step") \
     X(PENETRATION, CCGEN_LIMIT(1e-12, 1e-5), OF_LENGTH, \
       "an event found deeper is put before its zero", \
-      "as SHUT") \
+      "places are sums over the links: some thousand roundings (as SHUT)") \
     X(JUMP, 1e-3, OF_RELATIVE, \
       "part of what a force was: one that is still more just before it is lost has jumped", \
       "Newton and false position leave 1e-15 of it where it is continuous") \
-    X(BESIDE, 1.0, OF_RELATIVE, \
-      "times the tolerance: what the end of a step may miss the closure by", \
+    X(BESIDE, 1.0, OF_TOLERANCE, \
+      "what the end of a step may miss the closure by", \
       "the tolerance itself") \
-    X(WILD, 1e6, OF_RELATIVE, \
+    X(WILD, 1e6, OF_TOLERANCE, \
       "error of a step that no mere length explains", \
       "with an order of 8, a step six times too long has 1.7e6") \
     X(ACROSS_KNOWN, 64.0, OF_RELATIVE, \
       "times rounding / sigma^2: what velocities across a singular configuration are known to", \
-      "as TERM_ROUNDING, docs/theory section 8") \
-    X(THROWN, 0.1, OF_RELATIVE, \
-      "times what velocities may be wrong by: what putting back may add", \
+      "sums of some tens of terms, each with its rounding (as TERM_ROUNDING; docs/theory section 8)") \
+    X(THROWN, 0.1, OF_TOLERANCE, \
+      "what putting a state back may add to its velocities", \
       "a tenth keeps the whole error within the tolerance") \
     X(MAGNIFIED, 4.0, OF_RELATIVE, \
       "times what it missed: the way back of a state far from singular ones", \
@@ -229,24 +230,24 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT };
       "the rounding of a sine and of its product with a length") \
     X(WIDER, 4.0, OF_RELATIVE, \
       "times what is unknown: what is closed where steps get no further", \
-      "as MARGIN") \
+      "of a contact, its two links and the ground each is unknown by as much (as MARGIN)") \
     X(TURNS, 4.0, OF_RELATIVE, \
       "times what is unknown and the links: the distance at which rows may depend", \
-      "as MARGIN") \
+      "of a contact, its two links and the ground each is unknown by as much (as MARGIN)") \
     X(ENERGY_ADDED, CCGEN_LIMIT(1e-13, 1e-5), OF_RELATIVE, \
       "part of the energy: more is not rounding where contacts are closed", \
-      "some hundred roundings of its sum, as IMPACT_GAIN") \
+      "some hundred roundings of its sum (as IMPACT_GAIN)") \
     X(ENERGY_ASTRAY, CCGEN_LIMIT(1e-4, 1e-2), OF_RELATIVE, \
       "part of the energy in motion that may be lost where a loop is put flat", \
       "more would be an impact that no contact has; a hundred thousand times the default rtol") \
     X(STRAIGHT, CCGEN_LIMIT(1e-12, 1e-5), OF_RELATIVE, \
       "times speed squared: what may be left of the closure's second derivative", \
-      "as SHUT, for lengths per time squared") \
+      "sums over the links: some thousand roundings (as SHUT, for lengths per time squared)") \
     X(BRANCH_STEP, CCGEN_LIMIT(1e-4, 1e-2), OF_RELATIVE, \
       "rad: step of the difference quotient along a branch", \
       "central differences lose rounding / step and step^2: 1e-11 and 1e-8") \
-    X(KEPT, 1.0, OF_RELATIVE, \
-      "times rtol: what a step may miss of the energy that moves", \
+    X(KEPT, 1.0, OF_TOLERANCE, \
+      "what a step may miss of the energy that moves", \
       "the tolerance itself") \
     X(ENERGY_ROUNDING, (256.0 * DBL_EPSILON), OF_RELATIVE, \
       "part of the energy that a step may miss by rounding", \
@@ -256,34 +257,34 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT };
       "no digit is right") \
     X(TANGENT, 16.0, OF_RELATIVE, \
       "times rounding / sigma^2: what the direction of the motion is known to", \
-      "chosen: a quarter of ACROSS_KNOWN, for the work is less than the force times the whole speed") \
-    X(OFTEN, 0.1, OF_RELATIVE, \
-      "of what a step may miss: less is not looked into", \
+      "chosen: a quarter of what velocities are known to (ACROSS_KNOWN), for the work is less than the force times the whole speed") \
+    X(OFTEN, 0.1, OF_TOLERANCE, \
+      "a miss of energy that is less is not looked into", \
       "it decides about time only") \
-    /* hybrid */ \
+    LAYER(hybrid) \
     X(REST_TIME, CCGEN_LIMIT(1e-11, 1e-5), OF_TIME, \
       "bounces over so soon are over", \
       "some hundred times what a time is known to after a hundred events") \
     X(PRESSED, CCGEN_LIMIT(1e-9, 1e-4), OF_RELATIVE, \
       "an acceleration that is this part of the largest is rounding", \
-      "ten times CONSISTENT") \
+      "ten times what Coulomb's law may be missed by (CONSISTENT)") \
     X(SLOW, 1e4, OF_RELATIVE, \
-      "times what the largest acceleration reaches in REST_TIME: what moves faster is no candidate", \
+      "times what the largest acceleration reaches while bounces are over (REST_TIME): what moves faster is no candidate", \
       "chosen: a wide margin, for what is not asked is taken for apart") \
     X(SHARED, 1e-4, OF_RELATIVE, \
-      "of the accelerations of links: gaps are not known to accelerate by less times PRESSED", \
-      "PRESSED times it is 1e-13 of those: what differences of them are known to") \
+      "part of the accelerations of links that counts beside those of gaps where these are told from rounding", \
+      "times what is rounding of an acceleration (PRESSED) it is 1e-13 of those: what differences of them are known to") \
     X(ONWARD, CCGEN_LIMIT(1e-6, 1e-3), OF_RELATIVE, \
       "part of the largest acceleration by which a change decides what vanishes", \
-      "a thousand times PRESSED: seen, and too small to change what is decided otherwise") \
+      "a thousand times what is rounding (PRESSED): seen, and too small to change what is decided otherwise") \
     X(SMALL, 1e-3, OF_RELATIVE, \
       "of the largest force: more has not vanished", \
-      "forces fall by that in a thousandth of a motion, AHEAD") \
+      "forces fall by that in a thousandth of a motion (AHEAD)") \
     X(AHEAD, 1e-3, OF_RELATIVE, \
       "of a step: so far ahead forces are smooth", \
       "a step of order 8 resolves changes over a tenth of it") \
-    X(LITTLE, 1e-3, OF_RELATIVE, \
-      "of the tolerance of speeds: what letting go now or then may differ by", \
+    X(LITTLE, 1e-3, OF_TOLERANCE, \
+      "what speeds may differ by whether a contact is let go now or then", \
       "a thousandth leaves the error test to what integrates") \
     X(FURTHER_AHEAD, 8.0, OF_RELATIVE, \
       "how much further each look ahead goes", \
@@ -305,14 +306,14 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT };
       "an impact within a step of a hundred-thousandth of the characteristic time moves things by ten times that: it is found to a tenth of the step") \
     X(INSTANT, CCGEN_LIMIT(1e-10, 1e-4), OF_TIME, \
       "events within such a time crowd", \
-      "ten times REST_TIME") \
+      "ten times the time in which bounces are over (REST_TIME)") \
     X(UNSEEN, 16.0, OF_RELATIVE, \
       "times rounding and length: a gap that changes less between two events has not moved", \
-      "as SHORTEST") \
-    /* interface */ \
+      "sixteen units of the last digit: four bits of a change are known (as SHORTEST)") \
+    LAYER(interface) \
     X(BEHIND, CCGEN_LIMIT(1e-8, 1e-3), OF_LENGTH, \
       "a gap further behind its surface is no rounding", \
-      "as COARSEST_GAP")
+      "ten times the default rtol: as wide as what counts as closed at most (COARSEST_GAP)")
 /* clang-format on */
 
 /* Pairs of which the first has to be the smaller: what one lets pass, the other has to catch. */
@@ -348,8 +349,10 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT };
 #else
 #define DECLARED_TOLERANCE(name, value, of, decides, because) static const double name = value;
 #endif
-ALL_TOLERANCES(DECLARED_TOLERANCE)
+#define NOT_DECLARED(layer)
+ALL_TOLERANCES(DECLARED_TOLERANCE, NOT_DECLARED)
 #undef DECLARED_TOLERANCE
+#undef NOT_DECLARED
 
 struct tolerance_entry {
     const char *name;
@@ -358,7 +361,7 @@ struct tolerance_entry {
     const char *decides, *because;
 };
 
-/* all of them; the last has no name */
+/* all of them, and before those of a layer its name, which decides nothing; the last has no name */
 extern const struct tolerance_entry tolerance_entries[];
 
 /* Two entries, by number */
