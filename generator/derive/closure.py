@@ -9,9 +9,9 @@ import sympy as sp
 
 from ..mechanism.links import GROUND
 from ..mechanism.topology import Cut
+from .displacement import Displacement, between
 from .kinematics import Kinematics
 from .vectors import ZERO, Vector, add, dot, perp, scale
-from .way import Way, between
 
 FIXED: dict[str, Vector] = {"x": (sp.S.One, sp.S.Zero), "y": (sp.S.Zero, sp.S.One)}
 
@@ -48,20 +48,20 @@ class Closure:
 
     def __init__(self, kinematics: Kinematics) -> None:
         self.kinematics, self.topology = kinematics, kinematics.topology
-        self.ways: dict[int, Way] = {}
+        self.displacements: dict[int, Displacement] = {}
         self.lines: dict[int, Line] = {}
         for cut in self.topology.cuts:
             ends = [(side.link, kinematics.r[side.link, cut.joint]) for side in (cut.first, cut.second)]
-            self.ways[cut.joint] = between(kinematics, ends[0], ends[1])
+            self.displacements[cut.joint] = between(kinematics, ends[0], ends[1])
             if cut.kind != "revolute":
                 self._write_line(cut)
 
     def _write_line(self, cut: Cut) -> None:
-        kinematics, way = self.kinematics, self.ways[cut.joint]
+        kinematics, displacement = self.kinematics, self.displacements[cut.joint]
         along = kinematics.line(cut.joint)
-        distance = kinematics.ledger.let_vector(f"across_{cut.joint}", way.vector())
+        distance = kinematics.ledger.let_vector(f"across_{cut.joint}", displacement.vector())
         carried = kinematics.swing(cut.first.link, distance)
-        drift = add(way.rate(), scale(sp.S.NegativeOne, carried))
+        drift = add(displacement.rate(), scale(sp.S.NegativeOne, carried))
         drift = kinematics.ledger.let_vector(f"drift_{cut.joint}", drift)
         self.lines[cut.joint] = Line(along, perp(along), distance, drift)
         kinematics.ledger.close(f"line of {kinematics.mechanism.joints[cut.joint].name}")
@@ -88,11 +88,11 @@ class Closure:
 
     def residual(self) -> tuple[sp.Expr, ...]:
         """The rows themselves (m)."""
-        return self._rows(lambda cut: self.ways[cut.joint].vector())
+        return self._rows(lambda cut: self.displacements[cut.joint].vector())
 
     def rate(self) -> tuple[sp.Expr, ...]:
         """A u (m/s), eq. 3.2."""
-        return self._rows(lambda cut: self._line_drift(cut) or self.ways[cut.joint].rate())
+        return self._rows(lambda cut: self._line_drift(cut) or self.displacements[cut.joint].rate())
 
     def bias(self) -> tuple[sp.Expr, ...]:
         """Ȧ u (m/s²): what the rows accelerate at with u̇ = 0, eq. 3.2 differentiated."""
@@ -102,7 +102,7 @@ class Closure:
         """A, row by row (eq. 3.2)."""
         state, entries = self.kinematics.state, []
         for cut in self.topology.cuts:
-            columns, line = self.ways[cut.joint].columns(), self.lines.get(cut.joint)
+            columns, line = self.displacements[cut.joint].columns(), self.lines.get(cut.joint)
             spin = state.rate(cut.first.link)
             if line and spin != 0:
                 columns[spin] = add(columns.get(spin, (sp.S.Zero,) * 2), scale(sp.S.NegativeOne, perp(line.distance)))
@@ -115,7 +115,7 @@ class Closure:
         return line.drift if line else None
 
     def _bias(self, cut: Cut) -> Vector:
-        total, line = self.ways[cut.joint].bias(), self.lines.get(cut.joint)
+        total, line = self.displacements[cut.joint].bias(), self.lines.get(cut.joint)
         if not line:
             return total
         first = cut.first.link

@@ -9,11 +9,11 @@ import sympy as sp
 
 from ..mechanism.joints import PointRef
 from ..mechanism.links import GROUND
+from .displacement import Displacement, between
 from .gaps import Gap
 from .generalized_forces import gather_inwards
 from .kinematics import Kinematics
 from .vectors import NO_LOAD, ZERO, Vector, Wrench, add, less, scale
-from .way import Way, between
 
 
 class Contacts:
@@ -112,21 +112,21 @@ class Contacts:
 
     def distance(self, start: PointRef, end: PointRef) -> Vector:
         """The vector from one contact point to another (m)."""
-        way = self._way(start, end)
-        return way.vector() if way else less(self.position(end), self.position(start))
+        displacement = self._displacement(start, end)
+        return displacement.vector() if displacement else less(self.position(end), self.position(start))
 
     def approach(self, start: PointRef, end: PointRef) -> Vector:
         """Its rate (m/s)."""
-        way = self._way(start, end)
-        return way.rate() if way else less(self.velocity(end), self.velocity(start))
+        displacement = self._displacement(start, end)
+        return displacement.rate() if displacement else less(self.velocity(end), self.velocity(start))
 
     def bend(self, start: PointRef, end: PointRef) -> Vector:
         """Its second rate with u̇ = 0 (m/s²)."""
-        way = self._way(start, end)
-        return way.bias() if way else less(self.centripetal(end), self.centripetal(start))
+        displacement = self._displacement(start, end)
+        return displacement.bias() if displacement else less(self.centripetal(end), self.centripetal(start))
 
-    def _way(self, start: PointRef, end: PointRef) -> Way | None:
-        """The way along the tree, so that the position of a floating mechanism does not enter; none to the ground."""
+    def _displacement(self, start: PointRef, end: PointRef) -> Displacement | None:
+        """Along the tree, so that the position of a floating mechanism does not enter; none to the ground."""
         if self.kinematics.topology.floating and GROUND in (start.link, end.link):
             return None
         return between(self.kinematics, (start.link, self.arms[start]), (end.link, self.arms[end]))

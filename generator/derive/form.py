@@ -26,6 +26,7 @@ from ..equations.names import (
 from .vectors import Vector, dot, perp
 
 FLIGHT, IMPACT = False, True
+"""Whether it is an impact: which of the two right sides of the same equations is meant."""
 
 
 def sign(*variables: Variable) -> int:

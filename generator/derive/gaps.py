@@ -1,8 +1,8 @@
 """Kinds of gaps: a disc above a half-plane (of radius zero: a point), and the angle of a joint before its stop.
 
-A gap asks a :class:`Sight` where things are, and answers with expressions; what its impulses do it says as wrenches on
-links (theory, sections 5.1 and 5.8). To add a kind, write a class with the methods of :class:`Gap`, as the discs and
-edges of links in ``touching.py``.
+A gap asks :class:`Positions`, :class:`Velocities` or :class:`Accelerations` where things are and how they move, and
+answers with expressions; what its impulses do it says as wrenches on links (theory, sections 5.1 and 5.8). To add a
+kind, write a class with the methods of :class:`Gap`, as the discs and edges of links in ``touching.py``.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from ..mechanism.joints import PointRef
 from .vectors import ZERO, Vector, Wrench, dot, perp, scale
 
 
-class Place(Protocol):
+class Positions(Protocol):
     """Where the mechanism is."""
 
     def position(self, ref: PointRef) -> Vector:
@@ -40,7 +40,7 @@ class Place(Protocol):
         ...
 
 
-class Pace(Place, Protocol):
+class Velocities(Positions, Protocol):
     """Where the mechanism is, and how fast it moves."""
 
     def velocity(self, ref: PointRef) -> Vector:
@@ -56,8 +56,8 @@ class Pace(Place, Protocol):
         ...
 
 
-class Sight(Pace, Protocol):
-    """All that gaps ask."""
+class Accelerations(Velocities, Protocol):
+    """All that gaps ask: how points accelerate by the velocities alone, too."""
 
     def arm(self, ref: PointRef) -> Vector:
         """From the inboard point of the point's link to the point (m)."""
@@ -98,31 +98,31 @@ class Gap(Protocol):
         """Points to which arms are needed."""
         ...
 
-    def value(self, at: Place) -> sp.Expr:
+    def value(self, at: Positions) -> sp.Expr:
         """The gap, positive outside."""
         ...
 
-    def closing(self, at: Pace) -> sp.Expr:
+    def closing(self, at: Velocities) -> sp.Expr:
         """Its row of N u: the gap's rate."""
         ...
 
-    def bias(self, at: Sight) -> sp.Expr:
+    def bias(self, at: Accelerations) -> sp.Expr:
         """Its row of Ṅ u: the gap's second derivative with u̇ = 0."""
         ...
 
-    def slip(self, at: Sight) -> sp.Expr:
+    def slip(self, at: Accelerations) -> sp.Expr:
         """Its row of T u: how fast it slides (m/s)."""
         ...
 
-    def slip_bias(self, at: Sight) -> sp.Expr:
+    def slip_bias(self, at: Accelerations) -> sp.Expr:
         """Its row of Ṫ u (m/s²)."""
         ...
 
-    def push(self, at: Sight, impulse: sp.Expr) -> dict[int, Wrench]:
+    def push(self, at: Accelerations, impulse: sp.Expr) -> dict[int, Wrench]:
         """What a normal impulse does to links: impulse, and its moment about the link's inboard point."""
         ...
 
-    def drag(self, at: Sight, impulse: sp.Expr) -> dict[int, Wrench]:
+    def drag(self, at: Accelerations, impulse: sp.Expr) -> dict[int, Wrench]:
         """What a tangential impulse does, likewise."""
         ...
 
@@ -149,29 +149,29 @@ class PlaneGap:
     def points(self) -> tuple[PointRef, ...]:
         return (self.point,)
 
-    def value(self, at: Place) -> sp.Expr:
+    def value(self, at: Positions) -> sp.Expr:
         return dot(self.normal, at.position(self.point)) - self.offset - self.radius
 
-    def closing(self, at: Pace) -> sp.Expr:
+    def closing(self, at: Velocities) -> sp.Expr:
         return dot(self.normal, at.velocity(self.point))
 
-    def bias(self, at: Sight) -> sp.Expr:
+    def bias(self, at: Accelerations) -> sp.Expr:
         return dot(self.normal, at.centripetal(self.point))
 
-    def slip(self, at: Sight) -> sp.Expr:
+    def slip(self, at: Accelerations) -> sp.Expr:
         """Of the material point that touches, eq. 5.11."""
         return dot(self.tangent, at.velocity(self.point)) + self.radius * at.rate(self.point.link)
 
-    def slip_bias(self, at: Sight) -> sp.Expr:
+    def slip_bias(self, at: Accelerations) -> sp.Expr:
         return dot(self.tangent, at.centripetal(self.point))
 
-    def push(self, at: Sight, impulse: sp.Expr) -> dict[int, Wrench]:
+    def push(self, at: Accelerations, impulse: sp.Expr) -> dict[int, Wrench]:
         return self._at_centre(at, scale(impulse, self.normal), sp.S.Zero)
 
-    def drag(self, at: Sight, impulse: sp.Expr) -> dict[int, Wrench]:
+    def drag(self, at: Accelerations, impulse: sp.Expr) -> dict[int, Wrench]:
         return self._at_centre(at, scale(impulse, self.tangent), self.radius * impulse)
 
-    def _at_centre(self, at: Sight, impulse: Vector, moment: sp.Expr) -> dict[int, Wrench]:
+    def _at_centre(self, at: Accelerations, impulse: Vector, moment: sp.Expr) -> dict[int, Wrench]:
         """An impulse through the disc's centre, and a moment."""
         return {self.point.link: (impulse, dot(perp(at.arm(self.point)), impulse) + moment)}
 
@@ -196,26 +196,26 @@ class AngleGap:
     def points(self) -> tuple[PointRef, ...]:
         return ()
 
-    def value(self, at: Place) -> sp.Expr:
+    def value(self, at: Positions) -> sp.Expr:
         return self.sign * (at.angle(self.second) - at.angle(self.first) - self.limit)
 
-    def closing(self, at: Pace) -> sp.Expr:
+    def closing(self, at: Velocities) -> sp.Expr:
         return self.sign * (at.rate(self.second) - at.rate(self.first))
 
-    def bias(self, at: Sight) -> sp.Expr:
+    def bias(self, at: Accelerations) -> sp.Expr:
         """Zero: the rate is linear in u with constant coefficients."""
         return sp.S.Zero
 
-    def slip(self, at: Sight) -> sp.Expr:
+    def slip(self, at: Accelerations) -> sp.Expr:
         """Zero: a stop has no friction."""
         return sp.S.Zero
 
-    def slip_bias(self, at: Sight) -> sp.Expr:
+    def slip_bias(self, at: Accelerations) -> sp.Expr:
         return sp.S.Zero
 
-    def push(self, at: Sight, impulse: sp.Expr) -> dict[int, Wrench]:
+    def push(self, at: Accelerations, impulse: sp.Expr) -> dict[int, Wrench]:
         """A couple on the second link, its opposite on the first."""
         return {self.second: (ZERO, self.sign * impulse), self.first: (ZERO, -self.sign * impulse)}
 
-    def drag(self, at: Sight, impulse: sp.Expr) -> dict[int, Wrench]:
+    def drag(self, at: Accelerations, impulse: sp.Expr) -> dict[int, Wrench]:
         return {}

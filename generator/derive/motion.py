@@ -14,9 +14,9 @@ from ..equations.names import slide_name, sliding_name
 from ..mechanism.joints import Joint, PointRef
 from ..mechanism.links import GROUND, Parameter
 from .closure import Closure
+from .displacement import Displacement, between
 from .kinematics import Kinematics
 from .vectors import NO_LOAD, ZERO, Vector, Wrench, add, dot, less, perp, scale, symbol
-from .way import Way, between
 
 TIME = sp.Symbol("t")
 
@@ -79,13 +79,13 @@ class Motion:
         """The vector from one point to another (m)."""
         if self.kinematics.topology.floating and GROUND in (start.link, end.link):
             return add(self.position(end), scale(sp.S.NegativeOne, self.position(start)))
-        return self._way(start, end).vector()
+        return self._displacement(start, end).vector()
 
     def approach(self, start: PointRef, end: PointRef) -> Vector:
         """The rate of :meth:`distance` (m/s)."""
         if self.kinematics.topology.floating and GROUND in (start.link, end.link):
             return add(self.velocity(end), scale(sp.S.NegativeOne, self.velocity(start)))
-        return self._way(start, end).rate()
+        return self._displacement(start, end).rate()
 
     def angle(self, link: int) -> sp.Expr:
         """Angle of a link against the fixed axes (rad)."""
@@ -140,7 +140,7 @@ class Motion:
         push = scale(effort, self.kinematics.line(index))
         return [Force(joint.first, scale(sp.S.NegativeOne, push)), Force(joint.second, push)]
 
-    def _way(self, start: PointRef, end: PointRef) -> Way:
+    def _displacement(self, start: PointRef, end: PointRef) -> Displacement:
         ends = [(ref.link, self.kinematics.arm_to(ref)) for ref in (start, end)]
         return between(self.kinematics, ends[0], ends[1])
 

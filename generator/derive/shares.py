@@ -10,9 +10,9 @@ from __future__ import annotations
 import sympy as sp
 
 from ..mechanism.implied import Implied, Part
+from .displacement import between
 from .kinematics import Kinematics
 from .vectors import ZERO, Vector, dot, perp, scale
-from .way import between
 
 Entry = tuple[int, int]
 """A joint, and which number of its reaction: force x, force y (N), moment (N m)."""

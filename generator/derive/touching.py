@@ -13,7 +13,7 @@ import sympy as sp
 
 from ..equations.step import step
 from ..mechanism.joints import PointRef
-from .gaps import Pace, Place, Sight
+from .gaps import Accelerations, Positions, Velocities
 from .vectors import ZERO, Vector, Wrench, add, dot, less, perp, scale
 
 
@@ -67,38 +67,38 @@ class TouchGap:
     def points(self) -> tuple[PointRef, ...]:
         return (self.disc, self.other, *((self.edge.end,) if self.edge else ()))
 
-    def value(self, at: Place) -> sp.Expr:
+    def value(self, at: Positions) -> sp.Expr:
         """Eq. 5.13."""
         return self._meet(at).distance - self.radius - self.thickness
 
-    def closing(self, at: Pace) -> sp.Expr:
+    def closing(self, at: Velocities) -> sp.Expr:
         return at.let(f"closing_{self.label}", dot(self._meet(at).normal, self._drift(at)))
 
-    def bias(self, at: Sight) -> sp.Expr:
+    def bias(self, at: Accelerations) -> sp.Expr:
         """Eq. 5.16: ν·a_cf − Ω (2 τ·v_cf + Ω D)."""
         meeting, turn = self._meet(at), self._turn(at)
         curved = turn * (2 * self._sideways(at) + turn * meeting.distance)
         return dot(meeting.normal, self._bend(at)) - curved
 
-    def slip(self, at: Sight) -> sp.Expr:
+    def slip(self, at: Accelerations) -> sp.Expr:
         """Of the material points that touch, eq. 5.14."""
         rolling = self.radius * at.rate(self.disc.link) + self.thickness * at.rate(self.other.link)
         return self._sideways(at) + rolling
 
-    def slip_bias(self, at: Sight) -> sp.Expr:
+    def slip_bias(self, at: Accelerations) -> sp.Expr:
         """Eq. 5.16: τ·a_cf + Ω ν·v_cf."""
         return dot(self._meet(at).tangent, self._bend(at)) + self._turn(at) * self.closing(at)
 
-    def push(self, at: Sight, impulse: sp.Expr) -> dict[int, Wrench]:
+    def push(self, at: Accelerations, impulse: sp.Expr) -> dict[int, Wrench]:
         """Along the common normal, through the disc's centre and the point of the other body that is nearest."""
         return self._opposite(at, scale(impulse, self._meet(at).normal), sp.S.Zero, sp.S.Zero)
 
-    def drag(self, at: Sight, impulse: sp.Expr) -> dict[int, Wrench]:
+    def drag(self, at: Accelerations, impulse: sp.Expr) -> dict[int, Wrench]:
         """Across it at the touching place, which is off the centre and off the nearest point by the radii."""
         along = scale(impulse, self._meet(at).tangent)
         return self._opposite(at, along, self.radius * impulse, self.thickness * impulse)
 
-    def _opposite(self, at: Sight, impulse: Vector, moment: sp.Expr, turned: sp.Expr) -> dict[int, Wrench]:
+    def _opposite(self, at: Accelerations, impulse: Vector, moment: sp.Expr, turned: sp.Expr) -> dict[int, Wrench]:
         """An impulse on the disc's centre and its opposite on the nearest point, with a moment on each."""
         arms = (at.arm(self.disc), add(at.arm(self.other), self._meet(at).foot))
         back = scale(sp.S.NegativeOne, impulse)
@@ -109,7 +109,7 @@ class TouchGap:
 
     # -- geometry --------------------------------------------------------------------------------------------------
 
-    def _meet(self, at: Place) -> Meeting:
+    def _meet(self, at: Positions) -> Meeting:
         """The nearest point of the other body, and the common normal."""
         name, foot, inside = self.label, ZERO, sp.S.Zero
         reach = at.let_vector(f"reach_{name}", at.distance(self.other, self.disc))
@@ -124,21 +124,21 @@ class TouchGap:
         distance = at.let(f"apart_{name}", sp.sqrt(dot(reach, reach)))
         return Meeting(foot, distance, at.let_vector(f"normal_{name}", scale(1 / distance, reach)), inside)
 
-    def _drift(self, at: Pace) -> Vector:
+    def _drift(self, at: Velocities) -> Vector:
         """v_cf: velocity of the centre against the material point of the other body that is nearest (m/s)."""
         swing = scale(-at.rate(self.other.link), perp(self._meet(at).foot))
         return at.let_vector(f"drift_{self.label}", add(at.approach(self.other, self.disc), swing))
 
-    def _bend(self, at: Sight) -> Vector:
+    def _bend(self, at: Accelerations) -> Vector:
         """a_cf: acceleration of the centre against that point with u̇ = 0 (m/s²)."""
         inwards = scale(at.rate(self.other.link) ** 2, self._meet(at).foot)
         return at.let_vector(f"bend_{self.label}", add(at.bend(self.other, self.disc), inwards))
 
-    def _sideways(self, at: Sight) -> sp.Expr:
+    def _sideways(self, at: Accelerations) -> sp.Expr:
         """τ·v_cf (m/s)."""
         return at.let(f"sideways_{self.label}", dot(self._meet(at).tangent, self._drift(at)))
 
-    def _turn(self, at: Sight) -> sp.Expr:
+    def _turn(self, at: Accelerations) -> sp.Expr:
         """Ω (rad/s), eq. 5.15: the normal turns with the edge where the disc is beside it, else with the line."""
         meeting = self._meet(at)
         line = -self._sideways(at) / meeting.distance

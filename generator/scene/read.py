@@ -11,7 +11,7 @@ import tomllib
 from collections.abc import Collection, Mapping
 from os import PathLike
 from pathlib import Path as File
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 from ..effect_base.effect import Effect, Entry, Surroundings
 from ..effect_base.table import Table
@@ -64,6 +64,17 @@ KEYS = ("name", *SHORTHAND, "link", "joint", "ground_link", "start", "run", *(en
 
 Tables = Mapping[str, Any]
 Gravity = bool | float | Tables
+
+
+class EffectTable(NamedTuple):
+    """A table of an effect that has passed its schema: what kind, which of those, at which key."""
+
+    entry: Entry
+    number: int
+    path: Path
+    table: Table
+
+
 Parts = tuple[Bodies | None, list[tuple[Path, Effect]], Start | None, RunTable | None]
 T = TypeVar("T", bound=Table)
 
@@ -142,10 +153,10 @@ def read_tables(tables: Tables, file: str, name: str, lines: Mapping[Path, int] 
 def _read(tables: Tables, report: Report, assemble: bool = True) -> Parts:
     """The parts that ``tables`` describe, as far as they are right; ``assemble``: the start is made consistent."""
     bodies = _bodies(tables, report)
-    found = _effect_tables(tables, report)
+    effect_tables = _effect_tables(tables, report)
     begun = _table(StartTable, tables, "start", report)
     run = _table(RunTable, tables, "run", report)
-    effects = _effects(found, bodies, report) if bodies else []
+    effects = _effects(effect_tables, bodies, report) if bodies else []
     start = _start(begun, bodies, effects, report, assemble) if bodies and begun else None
     return bodies, effects, start, run
 
@@ -232,9 +243,9 @@ def _bodies(tables: Tables, report: Report) -> Bodies | None:
     return built[0] if built else None
 
 
-def _effect_tables(tables: Tables, report: Report) -> list[tuple[Entry, int, Path, Table]]:
+def _effect_tables(tables: Tables, report: Report) -> list[EffectTable]:
     """The tables of all effects that the scene names, in the order of the registry."""
-    found: list[tuple[Entry, int, Path, Table]] = []
+    found: list[EffectTable] = []
     for entry in REGISTRY:
         if entry.key not in tables:
             continue
@@ -247,19 +258,19 @@ def _effect_tables(tables: Tables, report: Report) -> list[tuple[Entry, int, Pat
                 report.add((entry.key, MOST_TABLES), f"{message} for each; leave out what is not needed")
                 given = given[:MOST_TABLES]
             many = enumerate(_tables(entry.table, {entry.key: given}, entry.key, report))
-            found += [(entry, index, (entry.key, index), table) for index, table in many if table]
+            found += [EffectTable(entry, index, (entry.key, index), table) for index, table in many if table]
         elif table := _table(entry.table, tables, entry.key, report):
-            found.append((entry, 0, (entry.key,), table))
+            found.append(EffectTable(entry, 0, (entry.key,), table))
     return found
 
 
-def _effects(found: list[tuple[Entry, int, Path, Table]], bodies: Bodies, report: Report) -> list[tuple[Path, Effect]]:
+def _effects(tables: list[EffectTable], bodies: Bodies, report: Report) -> list[tuple[Path, Effect]]:
     """The records of the effects, with the keys at which their faults are reported."""
     around = Surroundings(bodies.mechanism, bodies.contacts)
     used = {link.name for link in bodies.mechanism.links} | {"ground"}
     used |= {joint.name for joint in bodies.mechanism.joints if joint.parameters()}
     built: list[tuple[Path, Effect]] = []
-    for entry, index, path, table in found:
+    for entry, index, path, table in tables:
         effect = entry.build(table, index, around, report.below(path))
         name = getattr(effect, "name", None)
         if name in used:

@@ -1,4 +1,4 @@
-"""The way from one point of the mechanism to another, arm by arm along the tree.
+"""The displacement from one point of the mechanism to another, arm by arm along the tree, and its rates.
 
 Both ends are measured from the link where their ways meet, so the position of a floating mechanism does not enter and
 costs no digits.
@@ -18,8 +18,9 @@ End = tuple[int, Vector]
 
 
 @dataclass(frozen=True)
-class Way:
-    """Signed arms (sign, link, arm) and signed sliding joints (sign, link that the joint carries) on the way."""
+class Displacement:
+    """Signed arms (sign, link, arm) and signed sliding joints (sign, link that the joint carries) from the start to
+    the end."""
 
     kinematics: Kinematics
     arms: tuple[tuple[int, int, Vector], ...]
@@ -57,8 +58,8 @@ class Way:
         return found
 
 
-def between(kinematics: Kinematics, start: End, end: End) -> Way:
-    """The way from ``start`` to ``end``."""
+def between(kinematics: Kinematics, start: End, end: End) -> Displacement:
+    """The displacement from ``start`` to ``end``."""
     topology = kinematics.topology
     inwards = {link: topology.path(link) for link in (start[0], end[0])}
     others = set(inwards[start[0]])
@@ -73,4 +74,4 @@ def between(kinematics: Kinematics, start: End, end: End) -> Way:
             if link in kinematics.slides:
                 slides.append((sign, link))
             arms.append((sign, branch.parent, kinematics.r[branch.parent, branch.joint]))
-    return Way(kinematics, tuple(arms), tuple(slides))
+    return Displacement(kinematics, tuple(arms), tuple(slides))
