@@ -91,7 +91,7 @@ def run(model: Any, toss: Toss, until: float = SECONDS, rtol: float = RTOL) -> A
 
 
 def faults(found: Any) -> list[str]:
-    """What must never be, whether the run reached its end or stopped and said why."""
+    """What must never be, whether the run reached its end or not."""
     energy = np.sum(found.model.energy(found.q, found.u), axis=0)
     rise = float(np.max(energy - np.minimum.accumulate(energy))) / max(1.0, abs(float(energy[0])))
     depth = -float(found.model.gaps(found.q).min())

@@ -129,9 +129,6 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
     X(REST_SPEED, CCGEN_LIMIT(1e-10, 1e-4), OF_SPEED, \
       "a closed contact that moves slower is at rest", \
       "a hundred times what a closed gap is (SHUT): speeds have lost two digits more than places") \
-    X(CROWDED_SPEED, CCGEN_LIMIT(1e-8, 1e-3), OF_SPEED, \
-      "the same where more events than usual crowd; it doubles with their number", \
-      "a hundred times what rests else (REST_SPEED): a bounce at it is no higher than 1e-16 of the length, the rounding of places") \
     X(FINEST_GAP, CCGEN_LIMIT(1e-12, 1e-5), OF_LENGTH, \
       "a gap counts as closed at rtol (gap_tolerance), and at this where rtol is less", \
       "places are sums over the links: some thousand roundings (as SHUT)") \
@@ -298,9 +295,12 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
     X(EDGE_GIVEN, CCGEN_LIMIT(1e-6, 1e-3), OF_RELATIVE, \
       "the same where a contact has just begun to slide, by an event that was located on that limit", \
       "chosen: what others that begin to slide at the same instant change of the forces is more than rounding") \
+    X(CROWDED_SPEED, CCGEN_LIMIT(1e-8, 1e-3), OF_SPEED, \
+      "a closed contact that moves slower is at rest where events crowd; the speed doubles with their number", \
+      "a hundred times what rests else (REST_SPEED): a bounce at it is no higher than 1e-16 of the length, the rounding of places") \
     X(COLLISION, 1e3, OF_RELATIVE, \
-      "times REST_SPEED: an impact without collision that changes velocities by less is none", \
-      "an approach at REST_SPEED itself changes them by that, times how much slower a contact is than what moves it") \
+      "times the speed of what rests: an impact without collision that changes velocities by less is none", \
+      "it is found from an approach at that speed (REST_SPEED), which itself changes velocities by as much, times how much slower a contact is than what moves it") \
     X(STEPPED, CCGEN_LIMIT(1e-6, 1e-3), OF_UNIT, \
       "what a step of time stepping may differ by from its two halves", \
       "an impact within a step of a hundred-thousandth of the characteristic time moves things by ten times that: it is found to a tenth of the step") \
