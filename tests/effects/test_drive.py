@@ -97,14 +97,15 @@ def _calls(function: Callable[[], Any]) -> int:
     return count
 
 
-@pytest.mark.parametrize("method", ["dop853", "radau"])
-def test_states_between_rows_beside_singular_configurations(method: str, workshop: Workshop) -> None:
+@pytest.mark.parametrize(
+    ("method", "rtol"), [("dop853", 5e-12), ("radau", 5e-12), ("dop853", 1e-10), ("dop853", 2e-12)]
+)
+def test_states_between_rows_beside_singular_configurations(method: str, rtol: float, workshop: Workshop) -> None:
     """A driven parallelogram lies in a line twice a turn; its angles are known at every time."""
     text = (SCENES / "parallelogram.toml").read_text()
     model = workshop.model(text + '[[drive]]\njoint = "motor"\nspeed = 10.0\n')
-    # where a step happens to end beside the line, the drift is up to 2e-7 J and a state between rows on the other
-    # branch: not at this tolerance, by either method
-    run = simulate(model, method=method, rtol=5e-12)
+    # where a step happens to end beside the line, the drift is up to 2e-7 J: not at these tolerances
+    run = simulate(model, method=method, rtol=rtol)
     assert run.success and run.energy_drift <= 1e-7, run.message  # the drive's work is as exact as the motion
     times = np.linspace(0.0, run.t[-1], 2001)
     crank, rocker, coupler = (run.at(times)[0][:, model.q_names.index(f"theta_{k}")] for k in (0, 2, 1))

@@ -410,7 +410,7 @@ enum outcome advance(struct system *s, const struct method *method, struct toler
         memcpy(f.y, y, (size_t)s->size * sizeof *y);
         outcome = evaluate_derivative(&f);
         if (!outcome)
-            outcome = s->model->contacts || tolerance.rtol == 0.0 || !estimates_errors(method)
+            outcome = s->model->contacts || tolerance.rtol == 0.0 || !estimates_errors(method) || h < 0.0
                           ? projected_step(&f, h)
                           : integrate_to(&f, t + h);
         if (!outcome)
