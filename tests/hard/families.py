@@ -524,7 +524,7 @@ def _surround(model: Any, q: Any, thrown: Throw, rng: np.random.Generator) -> No
     """Put grounds and limits of stops near the start."""
     gaps = dict(zip(model.contacts, model.gaps(q), strict=True))
     length = size(model)
-    for ground in {name for _, name in gaps if name.startswith("ground")}:
+    for ground in sorted({name for _, name in gaps if name.startswith("ground")}):
         least = min(gap for (_, name), gap in gaps.items() if name == ground)
         away = least - thrown.clear * length * rng.uniform(0.01, 1.0)
         normal = np.array([model.parameters[f"{ground}.normal.{axis}"] for axis in "xy"])
