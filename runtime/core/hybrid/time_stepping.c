@@ -30,8 +30,9 @@ enum {
     FINER = 64     /* how much shorter one may become */
 };
 
-/* Spans last a ten-thousandth of a characteristic time, long against what crowds and short against the motion, and three times the last where that has
- * not helped, up to a third of it. */
+/* Spans last a ten-thousandth of a characteristic time, or of half a turn at the present rate where that is less: long against what crowds
+ * and short against the motion. They last three times the last where that has not helped, up to a third of it. */
+static const double HALF_TURN = 3.14159265358979323846;
 static const double SPAN = 1e-4, LONGER = 3.0, LONGEST = 0.3, SOON = 10.0;
 
 /* Part of a step, a power of two: what is shorter moves nothing */
@@ -392,7 +393,8 @@ static enum outcome with_room(struct span *span, struct phase *f, double end, do
 
 enum outcome begin_span(struct span *span, struct phase *f)
 {
-    const double time = f->s->time;
+    const double fast = fastest(f->s, f->y + f->s->n),
+                 time = f->s->time * fast > HALF_TURN ? HALF_TURN / fast : f->s->time;
     const int again = span->length > 0.0 && f->t <= span->ends + SOON * span->length;
     span->length = again ? fmin(LONGER * span->length, LONGEST * time) : SPAN * time;
     span->ends = f->t + span->length;
