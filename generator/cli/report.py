@@ -122,7 +122,7 @@ def print_warnings(run: Run) -> None:
             "left (Painleve); they left",
             err=True,
         )
-    if steps := [phase for phase in run.phases if phase.kind == "steps"]:
+    if run.method != "moreau" and (steps := [phase for phase in run.phases if phase.kind == "steps"]):
         share = sum(phase.end - phase.start for phase in steps) / (run.t[-1] - run.t[0])
         typer.echo(
             f"note: {len(steps)} stretch{'es' * (len(steps) > 1)} from t = {steps[0].start:.6g} s on, {share:.1e} of "

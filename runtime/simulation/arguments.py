@@ -21,6 +21,8 @@ STEP_BUDGET = 10_000_000
 """Steps of a run, refused ones included."""
 RATE_BUDGET = 200_000
 """Steps, refused ones and events included, within a characteristic time, or a tenth of the duration if that is less."""
+TIME_STEPPING = "moreau"
+"""The method without events: docs/theory, section 5.11."""
 LEAST = {"float": 1e-6, "double": 1e-15, "wide": 1e-18}
 """Least tolerance by the precision of a model's numbers."""
 DRIVEN = 1e-6
@@ -88,6 +90,11 @@ def settings_of(
             check_positive("atol", atol)
     with faults.collecting():
         check_method(name, step)
+    if name == TIME_STEPPING and model.data["drives"]:
+        faults.add(
+            f"method: found {name!r} for a model with driven joints, expected one of "
+            f"{', '.join(methods(estimating=True))}: steps in time do not keep to a prescribed motion; choose one"
+        )
     if step is not None:
         with faults.collecting():
             check_step(step, end)

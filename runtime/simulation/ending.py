@@ -40,7 +40,10 @@ def message_of(model: Model, until: float, found: dict[str, Any], fixed: bool) -
         "interrupted": "interrupted",
         "no_convergence": "the stages of a step do not converge; ask for a smaller step or for another method",
         "not_kept": "the next step would gain or lose more than a tenth of the energy in motion; take a smaller "
-        "step, or leave its length to rtol",
+        "step, or leave its length to rtol"
+        if fixed
+        else "neither from event to event nor by time stepping does the run get further without gaining energy; change "
+        "the start a little",
         "inexact": "masses differ so much that no digit of the accelerations is sure; make light links that carry "
         "heavy ones heavier, or leave them out",
         "turned_far": _turned_far(model, found) if outcome == "turned_far" else "",

@@ -62,7 +62,9 @@ def along(advance: Advance, found: Mapping[str, Any]) -> Along:
     for held, shares in zip(found["held"], found["shares"], strict=True):
         way = tuple((contact, how, share) for (contact, how), share in zip(held, shares, strict=True))
         which.append(numbers.setdefault(way, len(numbers)))
-    stepped = np.array([part[:2] for part in found["stepping"]], dtype=float).reshape(-1, 2)
+    end = len(found["t"]) - 1  # after the last row of a run that ends so nothing is known either
+    stretches = [(t0, np.inf if last == end else t1) for t0, t1, *_, last in found["stepping"]]
+    stepped = np.array(stretches, dtype=float).reshape(-1, 2)
     return Along(advance, found["hold_t"], which, list(numbers), stepped)
 
 

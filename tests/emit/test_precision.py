@@ -390,7 +390,7 @@ def test_refusals(workshop: Workshop, tmp_path: Path) -> None:
     model = workshop.model(scene)
     with pytest.raises(TypeError, match="not the descriptor"):
         core_of("wide").Kernels(model._descriptor, np.zeros(0), 1.0)
-    with pytest.raises(ValueError, match=r"rtol: found 1e-07, expected a number from 1e-06 to 1"):
+    with pytest.raises(ValueError, match=r"rtol: found 1e-07, expected a number between 0 and 1"):
         simulate(workshop.model(scene, "float"), rtol=1e-7)
 
 

@@ -14,6 +14,7 @@ from ccgen.runtime import Run, simulate
 from ..hard.fuzz import Toss
 from ..hard.fuzz import run as thrown
 from ..hard.fuzz import scene as toss_scene
+from ..support.folders import SCENES
 from ..support.workshop import Workshop
 
 G = 9.81
@@ -194,3 +195,51 @@ def test_a_run_within_steps_can_be_left_and_gone_on_with(jammed: Run) -> None:
 def test_a_method_without_events_needs_a_step(workshop: Workshop) -> None:
     with pytest.raises(ValueError, match="step: found none beside method 'moreau'"):
         simulate(workshop.model(BALL), method="moreau")
+
+
+def test_what_a_motor_holds_against_a_stop_stays(workshop: Workshop) -> None:
+    """A pendulum that its motor presses on a stop comes to rest there: no work is done by what does not move."""
+    model = workshop.model(
+        """
+name = "pressed"
+[ground_link]
+points = { O = [0, 0] }
+[[link]]
+name = "arm"
+mass = 1.0
+inertia = 0.1
+com = [0.5, 0]
+points = { A = [0, 0] }
+[[joint]]
+name = "axle"
+between = ["ground.O", "arm.A"]
+[[motor]]
+joint = "axle"
+torque = 2.0
+[[stop]]
+joint = "axle"
+highest = 0.5
+restitution = 0.3
+"""
+    )
+    for step in (1e-2, 1e-3, 1e-4):
+        run = simulate(model, until=2.0, method="moreau", step=step)
+        assert run.success, run.message
+        assert abs(run.q[-1, 0] - 0.5) <= 1e-12 and abs(run.u[-1, 0]) <= 1e-9
+
+
+def test_a_force_that_holds_part_of_the_weight_takes_no_speed(workshop: Workshop) -> None:
+    """On smooth ground: what slides goes on as it is, and turns."""
+    model = workshop.model(BALL + '[[force]]\npoint = "ball.A"\nvector = [0, 5]\n')
+    for step in (1e-2, 1e-3):
+        run = simulate(model, [0.0, 0.0, 0.0], [1.0, 0.0, 0.3], until=0.1, method="moreau", step=step)
+        assert run.success, run.message
+        np.testing.assert_allclose(run.u[-1], [1.0, 0.0, 0.3], atol=1e-9)
+        assert np.isnan(run.contact_forces(run.t[-1])).all()
+
+
+def test_steps_in_time_and_driven_joints_are_refused(workshop: Workshop) -> None:
+    text = (SCENES / "parallelogram.toml").read_text()
+    model = workshop.model(text + '[[drive]]\njoint = "motor"\nspeed = 10.0\n')
+    with pytest.raises(ValueError, match="steps in time do not keep to a prescribed motion"):
+        simulate(model, method="moreau", step=1e-3)

@@ -229,11 +229,47 @@ static enum outcome strike(struct automaton *a, struct phase *f)
     return outcome;
 }
 
+/* Record what the contact transition takes as an impact without impulses, where it stops bounces that are no rounding. */
+static enum outcome note_stopped(struct phase *f, const double *u_before, double *P)
+{
+    struct system *s = f->s;
+    const struct active_set *h = s->active;
+    struct blow b = {.du = f->dy1, .momentum = f->dy1 + s->n};
+    memset(P, 0, 2 * (size_t)s->model->contacts * sizeof *P);
+    double *u_after = f->y + s->n, loss = 0.0;
+    for (int i = 0; i < s->n; i++)
+        b.du[i] = u_after[i] - u_before[i];
+    s->model->momentum(s->k, f->y, b.du, b.momentum);
+    for (int i = 0; i < s->n; i++)
+        loss -= 0.5 * (u_before[i] + u_after[i]) * b.momentum[i];
+    if (!h->count || !(loss > 0.0))
+        return OUTCOME_DONE;
+    return append_impact(&f->run->impacts, f->t, u_before, u_after, s->n, h->count, h->set, P, loss, 1.0,
+                         f->run->record.count - 1)
+               ? OUTCOME_NO_MEMORY
+               : OUTCOME_DONE;
+}
+
+static enum outcome select_slow(struct phase *f, struct mode_change loss, int resting)
+{
+    struct system *s = f->s;
+    const struct mark mark = s->arena->top;
+    double *u = TAKE(s->arena, double, s->n), *P = TAKE(s->arena, double, 2 * (size_t)s->model->contacts);
+    enum outcome outcome = s->arena->ran_out || record_state(f) ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
+    if (!outcome) {
+        memcpy(u, f->y + s->n, s->n * sizeof *u);
+        outcome = select_active_set(f, loss, resting);
+        outcome = outcome ? outcome : note_stopped(f, u, P);
+    }
+    give_back(s->arena, mark);
+    return outcome;
+}
+
 static enum outcome select_held(struct automaton *a, struct phase *f)
 {
     const int idle = !a->struck && a->event.watch == CLOSES && f->t == f->at.since;
     a->idle = idle ? a->idle + 1 : 0;
-    return select_active_set(
+    return (f->at.slow > 0.0 ? select_slow : select_active_set)(
         f, a->struck ? NO_LOSS : a->loss, /* what was lost is asked anew where an impact has changed it */
         a->crowds         ? ALL_REST
         : a->idle >= IDLE ? a->event.contact
@@ -279,9 +315,10 @@ static int may_step(const struct automaton *a, const struct phase *f, enum outco
         return 1;
     case OUTCOME_GAINED:
         return f->run->on_gain == GAIN_REDUCES;
+    case OUTCOME_CROWDED: /* by steps in flight is no matter of contacts */
+        return f->run->fixed_step == 0.0 && a->events - a->earlier > f->run->rate_budget / 1000;
     case OUTCOME_STEP_TOO_SMALL:
     case OUTCOME_NOT_CLOSED:
-    case OUTCOME_CROWDED:
     case OUTCOME_ESCAPED:
     case OUTCOME_NO_CONVERGENCE:
         return f->run->fixed_step == 0.0;
@@ -367,14 +404,16 @@ void start_automaton(struct automaton *a)
 static enum outcome find_way_on(struct automaton *a, struct phase *f, enum outcome failed)
 {
     int struck = 0;
-    f->at.under_way = 0;
     if (failed == OUTCOME_JAMMED && !(a->jammed == f->t)) {
         a->jammed = f->t;
         const enum outcome outcome = strike_without_collision(f, &struck);
         if (outcome)
             return outcome;
     }
-    a->struck |= struck;
+    f->at.under_way = 0;
+    a->event = NO_EVENT; /* what led here is no longer what the state is about */
+    a->loss = NO_LOSS;
+    a->idle = 0;
     a->stage = struck ? STRIKE : STEP;
     return struck ? OUTCOME_DONE : begin_span(&a->span, f);
 }
@@ -386,7 +425,8 @@ enum outcome run_stage(struct automaton *a, struct phase *f)
         return find_way_on(a, f, outcome);
     if (outcome)
         return outcome;
-    if (a->stage != MOVE && interrupted(f->s->interruption, 0)) /* what was found without accelerations is none */
+    if (a->stage != MOVE && a->stage != STEP &&
+        interrupted(f->s->interruption, 0)) /* what was found without accelerations is none */
         return OUTCOME_INTERRUPTED;
     size_t row = 0;
     while (TRANSITIONS[row].from != a->stage || (TRANSITIONS[row].guard && !TRANSITIONS[row].guard(a, f)))

@@ -69,6 +69,8 @@ static size_t walk(struct automaton *a, struct phase *f, enum way way, char *byt
                  {&run->rejected, sizeof run->rejected},
                  {&run->events, sizeof run->events},
                  {&run->choices, sizeof run->choices},
+                 {&run->window, number},
+                 {&run->spent_before, sizeof run->spent_before},
                  {&run->rest_speed, number},
                  {&h->count, sizeof h->count},
                  {&h->rows, sizeof h->rows},

@@ -17,6 +17,7 @@
 #include <string.h>
 
 #include "base/tolerances.h"
+#include "base/within.h"
 #include "hybrid/contact_transition.h"
 #include "impact/impact.h"
 #include "model/contacts.h"
@@ -36,7 +37,7 @@ static const double HALF_TURN = 3.14159265358979323846;
 static const double SPAN = 1e-4, LONGER = 3.0, LONGEST = 0.3, SOON = 10.0;
 
 /* Part of a step, a power of two: what is shorter moves nothing */
-static const double SHORTEST_PIECE = 0x1p-40;
+static const double SHORTEST_PIECE = 0x1p-20;
 
 /* What a step works with */
 struct room {
@@ -161,6 +162,8 @@ static enum outcome push(struct phase *f, struct room *r, int count)
         return OUTCOME_DONE;
     if (outcome == OUTCOME_NO_MEMORY || outcome == OUTCOME_INTERRUPTED)
         return outcome;
+    if (f->run->on_gain == GAIN_STOPS && (!outcome || outcome == OUTCOME_GAINED))
+        return OUTCOME_GAINED;
     double below = 0.0, above = 1.0;
     for (int i = 0; i < HALVINGS; i++) {
         const double middle = 0.5 * (below + above);
@@ -230,10 +233,25 @@ static int keeps(const struct system *s, double most, double rounding, double *y
         return 1;
     if (!(rest <= most + rounding))
         return 0;
-    const double part = sqrt(fmax(0.0, most - rest) / moving);
+    const double part = most > rest && moving > 0.0 ? sqrt((most - rest) / moving) : 0.0;
     for (int i = 0; i < s->n; i++)
         y1[s->n + i] *= part;
     return 1;
+}
+
+/* Work (J) of the effects over the step, at the velocity that moves it: contacts are apart */
+static enum outcome work_of_effects(struct phase *f, struct room *r, double t, double h, const double *y,
+                                    const double *y1, double *done)
+{
+    struct system *s = f->s;
+    const int n = s->n;
+    if (!s->model->power)
+        return OUTCOME_DONE;
+    for (int i = 0; i < n; i++)
+        r->middle[n + i] = 0.5 * (y[n + i] + y1[n + i]);
+    const enum outcome outcome = system_derivative(s, t + 0.5 * h, r->middle, r->dy);
+    *done = outcome ? 0.0 : h * r->dy[2 * n];
+    return outcome;
 }
 
 /* One step of length h from (t, y) to y1; OUTCOME_NOT_KEPT where it would go further up than its speed carries it */
@@ -269,25 +287,44 @@ static enum outcome try_step(struct phase *f, struct room *r, double t, double h
     if (outcome)
         return outcome;
     const int works = s->size > 2 * n;
-    const double done = works ? h * r->dy[2 * n] : 0.0; /* by effects: contacts were apart */
+    double done = 0.0;
+    if ((outcome = work_of_effects(f, r, t, h, y, y1, &done)))
+        return outcome;
     if (!keeps(s, before + done, ENERGY_ROUNDING * (r->scale + fabs(before)), y1))
         return OUTCOME_NOT_KEPT;
+    if (!all_finite(2 * (size_t)n, y1))
+        return OUTCOME_NOT_FINITE;
     if (works) /* friction's work, and what impacts have taken, are one */
         y1[2 * n] = y[2 * n] + energy_of(s, y1, &moving) - before;
     return OUTCOME_DONE;
 }
 
-/* The same, in pieces where the whole is too long: what comes to rest on its way up has no speed left for the half of a step. */
+/* Whether what moves at y is no more than rounding of a step may be: at rest, for a piece of it */
+static int hardly_moves(const struct phase *f, const struct room *r, const double *y)
+{
+    double moving;
+    energy_of(f->s, y, &moving);
+    return moving <= STEPPED * STEPPED * r->scale;
+}
+
+/* The same, in pieces where the whole is too long: what comes to rest on its way up has no speed left for the half of a step. What hardly moves, and
+ * finds no such piece, stays for the rest of the step. */
 static enum outcome step_once(struct phase *f, struct room *r, double t, double h, const double *y, double *y1)
 {
     const size_t bytes = f->s->size * sizeof *y;
     double done = 0.0, piece = 1.0;
     memcpy(r->from, y, bytes);
     while (done < 1.0) {
+        if (interrupted(f->s->interruption, f->s->n))
+            return OUTCOME_INTERRUPTED;
         const enum outcome outcome = try_step(f, r, t + done * h, piece * h, r->from, y1);
         if (outcome == OUTCOME_NOT_KEPT && piece > SHORTEST_PIECE)
             piece *= 0.5;
-        else if (outcome)
+        else if (outcome == OUTCOME_NOT_KEPT && hardly_moves(f, r, r->from)) {
+            memcpy(y1, r->from, bytes);
+            memset(y1 + f->s->n, 0, f->s->n * sizeof *y1);
+            return OUTCOME_DONE;
+        } else if (outcome)
             return outcome;
         else {
             done += piece;
@@ -313,12 +350,13 @@ static enum outcome controlled_step(struct phase *f, struct room *r, double long
                                     double *miss)
 {
     const double least = longest / FINER, t = f->t;
+    const long rejected = f->run->rejected;
     for (;; *h *= 0.5) {
-        if (interrupted(f->s->interruption, f->s->n))
-            return OUTCOME_INTERRUPTED;
         enum outcome outcome = step_once(f, r, t, *h, f->y, r->whole);
         outcome = outcome ? outcome : step_once(f, r, t, 0.5 * *h, f->y, r->half);
         outcome = outcome ? outcome : step_once(f, r, t + 0.5 * *h, 0.5 * *h, r->half, f->y1);
+        if (outcome == OUTCOME_INTERRUPTED)
+            f->run->rejected = rejected;
         if (outcome == OUTCOME_NO_MEMORY || outcome == OUTCOME_INTERRUPTED)
             return outcome;
         const int last = *h <= least;
@@ -357,13 +395,15 @@ static enum outcome open_record(struct phase *f)
 
 static enum outcome go_through(struct span *span, struct phase *f, struct room *r, double end, double longest)
 {
-    const int fixed = f->run->fixed_step > 0.0;
+    const int fixed = !span->under_way; /* no span: the whole run goes so */
     enum outcome outcome = open_record(f);
     f->at.under_way = 1; /* what is done stays done where it is interrupted */
     while (!outcome && f->t < end) {
         f->run->interruption.t = f->t;
         if (ask(&f->run->interruption))
             return OUTCOME_INTERRUPTED;
+        if (f->run->steps + f->run->rejected - f->run->taken_before >= f->run->step_budget)
+            return OUTCOME_BUDGET;
         const double stop = fmin(next_stop(f->run, f->t), end);
         double h = fixed ? longest : span->step, next = h, miss = 0.0;
         const int last = f->t + 1.01 * h >= stop;
@@ -372,6 +412,8 @@ static enum outcome go_through(struct span *span, struct phase *f, struct room *
         outcome = fixed ? step_once(f, r, f->t, h, f->y, f->y1) : controlled_step(f, r, longest, &h, &next, &miss);
         if (outcome)
             break;
+        if (turned_far(f->s, f->y1))
+            return OUTCOME_TURNED_FAR;
         span->step = last && h == whole ? fmax(next, span->step) : next;
         outcome = commit(f, last && h == whole ? stop : f->t + h, h, miss);
     }

@@ -108,6 +108,8 @@ static enum outcome fill(struct ccgen_simulation *it, const struct ccgen_model *
     if (m->version != CCGEN_CONTRACT_VERSION)
         return OUTCOME_OTHER_CONTRACT;
     enum outcome outcome = make_run(&it->run, m, settings);
+    if (!outcome && it->run.method->order == 0 && m->drives) /* steps in time do not keep to a prescribed motion */
+        outcome = OUTCOME_BAD_SETTINGS;
     if (!outcome)
         outcome = make_system(it, m, settings);
     if (outcome)
@@ -139,7 +141,7 @@ void ccgen_destroy(struct ccgen_simulation *it)
     free(it);
 }
 
-/* Budgets are no part of the state: they begin with every simulation that goes on. */
+/* A window of the budget of steps and events begins. It is part of the state, for what goes on where it is spent depends on it. */
 static void begin_window(struct run *run, double t)
 {
     run->window = t;
@@ -249,11 +251,11 @@ static enum outcome go_on(struct ccgen_simulation *it, double until, int to_even
     run->until = until;
     run->contact = -1;
     run->taken_before = run->steps + run->rejected;
-    if (run->outcome == OUTCOME_CROWDED)
-        begin_window(run, it->phase.t);
     start_asking(&run->interruption, it->phase.t);
     it->system.interruption = &run->interruption;
     do {
+        if (*stage == STEP) /* what was met is left behind */
+            *met = 0;
         if (*stage == MEET) {
             *impacts = run->impacts.count;
             *met = 1;
@@ -342,7 +344,6 @@ int ccgen_set_state(struct ccgen_simulation *it, const void *bytes)
         set_state(&it->automaton, &it->phase, it->before);
         return OUTCOME_OTHER_STATE;
     }
-    begin_window(&it->run, it->phase.t);
     return begin_record(it);
 }
 
@@ -403,6 +404,8 @@ enum outcome advance(struct system *s, const struct method *method, struct toler
     struct phase f = {.s = s, .run = &run, .t = t, .at.place = NAN};
     const struct mark mark = s->arena->top;
     enum outcome outcome = OUTCOME_NO_MEMORY;
+    if (!method->step)
+        return OUTCOME_UNKNOWN_METHOD;
     s->baumgarte = drift == DRIFT_DAMPED ? BAUMGARTE : 0.0;
     if (!take_phase(&f)) {
         if (count)

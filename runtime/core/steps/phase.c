@@ -109,7 +109,12 @@ static int exceeds_step_rate(const struct phase *f)
         run->window = f->t;
         run->spent_before = spent;
     }
-    return run->fixed_step == 0.0 && spent - run->spent_before > run->rate_budget;
+    const int exceeds = run->fixed_step == 0.0 && spent - run->spent_before > run->rate_budget;
+    if (exceeds) { /* who goes on has another budget */
+        run->window = f->t;
+        run->spent_before = spent;
+    }
+    return exceeds;
 }
 
 /* Whether links have gone no further in the step than their places are known to near a line */
