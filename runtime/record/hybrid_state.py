@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import lzma
 import os
 import tokenize
 import zipfile
@@ -23,10 +24,12 @@ UNREADABLE = (
     EOFError,
     LookupError,
     MemoryError,
+    OSError,
     RuntimeError,
     SyntaxError,
     TypeError,
     ValueError,
+    lzma.LZMAError,
     tokenize.TokenError,
     zipfile.BadZipFile,
     zlib.error,
