@@ -125,7 +125,7 @@ until = 5.0
 
 @pytest.mark.hard
 def test_run_that_stops_early(tmp_path: Path) -> None:
-    (tmp_path / "kane.toml").write_text(KANE)
+    (tmp_path / "kane.toml").write_text(KANE + 'on_gain = "stop"\n')
     done = ccgen("run", "kane.toml", "--out", "here", "--gif", at=tmp_path)
     assert done.returncode == 3
     assert len(done.stderr.splitlines()) == 1
@@ -137,6 +137,19 @@ def test_run_that_stops_early(tmp_path: Path) -> None:
     assert "link_1.B" in done.stderr
     with np.load(tmp_path / "here" / "result.npz") as result:
         assert not bool(result["success"])
+
+
+@pytest.mark.hard
+def test_run_with_less_restitution_says_so(tmp_path: Path) -> None:
+    (tmp_path / "kane.toml").write_text(KANE)
+    done = ccgen("run", "kane.toml", "--out", "here", at=tmp_path)
+    assert done.returncode == 0, done.stderr
+    told = r"warning: \d+ of \d+ impacts, .* would have gained energy by Newton's law; .* \d+% of it at least; .*\n"
+    assert re.fullmatch(told, done.stderr), done.stderr
+    with np.load(tmp_path / "here" / "result.npz") as result:
+        assert bool(result["success"])
+        shares = result["impact_restitution_share"]
+        assert 0.0 < shares.min() < 1.0 and shares.max() == 1.0
 
 
 def test_run_without_contacts(tmp_path: Path) -> None:
