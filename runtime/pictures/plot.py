@@ -162,10 +162,12 @@ def _closure(axes: Any, run: Record, frames: Frames) -> None:
 
 
 def mark_impacts(axes: Any, run: Record) -> None:
-    """Impacts as lines, contact as shade."""
+    """Impacts as lines, contact as shade, time stepping as hatches, however short."""
     for phase in run.phases:
         if phase.kind == "contact" and phase.end - phase.start > 1e-4 * (run.t[-1] - run.t[0]):
             axes.axvspan(phase.start, phase.end, color=EARTH, alpha=0.6, linewidth=0, zorder=0.2)
+        elif phase.kind == "steps":
+            axes.axvspan(phase.start, phase.end, facecolor="none", edgecolor=SOFT, hatch="////", zorder=0.3)
     times = sorted({impact.t for _, impact in shown_impacts(run)})
     strength = 0.7 if len(times) <= 40 else 0.25
     for t in times:

@@ -168,6 +168,14 @@ def test_a_run_that_jams_goes_on_by_steps(jammed: Run) -> None:
     assert jammed.model.gaps(jammed.q).min() >= -1e-11
 
 
+def test_the_plot_shows_where_a_run_stepped(jammed: Run) -> None:
+    """Hatched, in the axes of energy, heights and closure."""
+    over_time = [axes for axes in jammed.plot().axes if axes.get_ylabel()]
+    steps = sum(phase.kind == "steps" for phase in jammed.phases)
+    hatched = [sum(bool(patch.get_hatch()) for patch in axes.patches) for axes in over_time]
+    assert steps and hatched == [steps, steps, steps]
+
+
 def test_states_between_steps_are_on_the_closure(jammed: Run) -> None:
     """And between the rows: half a step from each, of what moves at metres per second."""
     phase = next(phase for phase in jammed.phases if phase.kind == "steps")
