@@ -100,7 +100,10 @@ def force_files(scene: Scene, csv: bool) -> list[str]:
 
 
 def ways_to_write(run: Run, csv: bool) -> dict[str, Callable[[Path], object]]:
-    """By the name of each of these files what writes it: a picture where links can touch, a table if asked."""
+    """By the name of each of these files what writes it: a picture where links can touch, a table if asked; none of a
+    run that went by time stepping, which records no forces."""
+    if run.phases and all(phase.kind == "steps" for phase in run.phases):
+        return {}
     from ccgen.runtime.pictures.force_plot import draw_forces
     from ccgen.runtime.record.force_history import write_csv
 

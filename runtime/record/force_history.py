@@ -51,6 +51,8 @@ def history(run: Record, instants: int = INSTANTS) -> History:
     order = np.argsort(t, kind="stable")
     motion = run.motion(asked[order], *run.at(asked[order]))
     t, known = t[order], np.isfinite(motion.pushes).all(axis=(1, 2)) & np.isfinite(motion.reactions).all(axis=(1, 2))
+    if not known.any():
+        raise ValueError("this run knows no forces: it went by time stepping, which records none")
     return History(t[known], motion.pushes[known], motion.reactions[known])
 
 

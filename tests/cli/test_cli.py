@@ -152,6 +152,19 @@ def test_run_with_less_restitution_says_so(tmp_path: Path) -> None:
         assert 0.0 < shares.min() < 1.0 and shares.max() == 1.0
 
 
+@pytest.mark.hard
+def test_run_by_time_stepping(tmp_path: Path) -> None:
+    (tmp_path / "kane.toml").write_text(KANE)
+    done = ccgen("run", "kane.toml", "--method", "moreau", "--step", "1e-3", "--csv", "--gif", at=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert (
+        "no impacts\nno forces: this run knows no forces: it went by time stepping" in done.stdout
+        and "method moreau" in done.stdout
+    )
+    refused = ccgen("run", "kane.toml", "--method", "moreau", at=tmp_path)
+    assert refused.returncode == 2 and refused.stderr.startswith("--step: found none beside method 'moreau'")
+
+
 def test_run_without_contacts(tmp_path: Path) -> None:
     (tmp_path / "pendulum.toml").write_text(PENDULUM)
     done = ccgen("run", "pendulum.toml", "--until", "0.25", "--method", "dop853", at=tmp_path)
