@@ -70,34 +70,21 @@ static double contact_loss(const struct phase *f, const struct blow *b, const do
     return loss - friction_work(f, b, u_plus);
 }
 
-/* The same where driven joints, which do not change their speeds, do work in an impact too: what the mechanism loses */
-static double jump_loss(const struct phase *f, const struct blow *b, const double *u_plus)
-{
-    const struct system *s = f->s;
-    const int n = s->n;
-    double loss = 0.0;
-    const double *u = f->y + n;
-    for (int i = 0; i < n; i++)
-        b->du[i] = u_plus[i] - u[i];
-    s->model->momentum(s->k, f->y, b->du, b->momentum);
-    for (int i = 0; i < n; i++)
-        loss -= 0.5 * (u[i] + u_plus[i]) * b->momentum[i];
-    return loss;
-}
-
-/* The impact with the restitution of all contacts times `share`, and the energy (J) that it takes */
+/* The impact with the restitution of all contacts times `share`, and the energy (J) that it takes: all that the mechanism loses where driven
+ * joints, which do not change their speeds, do work in an impact too */
 static enum outcome strike_with(struct phase *f, struct blow *b, double share, double *loss)
 {
     double *u_plus = f->y1 + f->s->n;
     for (int i = 0; i < b->count; i++)
         b->less[i] = share * b->e[i];
     const enum outcome outcome = impact(f->s, f->y, f->y + f->s->n, b->count, f->set, b->less, u_plus, b->P);
-    *loss = f->s->model->drives ? jump_loss(f, b, u_plus) : contact_loss(f, b, u_plus);
+    *loss = f->s->model->drives ? jump_loss(f->s, f->y, f->y + f->s->n, u_plus, b->du, b->momentum)
+                                : contact_loss(f, b, u_plus);
     return outcome;
 }
 
 /* The impact with the restitution that contacts have, or where that would gain energy, the largest part of it that does not
- * (docs/theory, section 5.4): by bisection, for what an impact gains grows with restitution, and without any it never gains. Only an impact
+ * (docs/events.md, "Striking"): by bisection, for what an impact gains grows with restitution, and without any it never gains. Only an impact
  * whose own energy does not rise is taken: with a tolerance there, thousands of them add up. *share is that part. */
 static enum outcome strike_together(struct phase *f, struct blow *b, double *share, double *loss)
 {
@@ -234,14 +221,10 @@ static enum outcome note_stopped(struct phase *f, const double *u_before, double
 {
     struct system *s = f->s;
     const struct active_set *h = s->active;
-    struct blow b = {.du = f->dy1, .momentum = f->dy1 + s->n};
+    const double *u_after = f->y + s->n;
+    const double loss =
+        jump_loss(s, f->y, u_before, u_after, f->dy1, f->dy1 + s->n); /* as scratch: no step is under way */
     memset(P, 0, 2 * (size_t)s->model->contacts * sizeof *P);
-    double *u_after = f->y + s->n, loss = 0.0;
-    for (int i = 0; i < s->n; i++)
-        b.du[i] = u_after[i] - u_before[i];
-    s->model->momentum(s->k, f->y, b.du, b.momentum);
-    for (int i = 0; i < s->n; i++)
-        loss -= 0.5 * (u_before[i] + u_after[i]) * b.momentum[i];
     if (!h->count || !(loss > 0.0))
         return OUTCOME_DONE;
     return append_impact(&f->run->impacts, f->t, u_before, u_after, s->n, h->count, h->set, P, loss, 1.0,
@@ -303,7 +286,8 @@ static enum outcome step(struct automaton *a, struct phase *f)
 }
 
 /* Whether time stepping may get further where a stage has failed so: what is unknown there is what contacts do. Prescribed motions that are
- * in the way stay in the way, and so does what the caller has chosen: a step of fixed length, or to stop at what would gain. */
+ * in the way stay in the way. What the caller has chosen stays too: to stop at what would gain, and steps of fixed length, but where no step of any
+ * length would do. */
 static int may_step(const struct automaton *a, const struct phase *f, enum outcome outcome)
 {
     if (!f->s->model->contacts || f->s->model->drives || a->stage == STEP || a->stage == START)

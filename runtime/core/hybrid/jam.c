@@ -57,18 +57,6 @@ static enum outcome approach(struct phase *f, struct room *r, int count)
     return outcome;
 }
 
-/* Energy (J) that goes where the velocities u become r->u_plus */
-static double lost(const struct system *s, const double *q, const double *u, const struct room *r)
-{
-    double loss = 0.0;
-    for (int i = 0; i < s->n; i++)
-        r->du[i] = r->u_plus[i] - u[i];
-    s->model->momentum(s->k, q, r->du, r->momentum);
-    for (int i = 0; i < s->n; i++)
-        loss -= 0.5 * (u[i] + r->u_plus[i]) * r->momentum[i];
-    return loss;
-}
-
 static enum outcome strike_with(struct phase *f, struct room *r, int *done)
 {
     struct system *s = f->s;
@@ -81,7 +69,7 @@ static enum outcome strike_with(struct phase *f, struct room *r, int *done)
             r->set[count++] = c;
     if (!count || approach(f, r, count) || impact(s, f->y, r->approach, count, r->set, r->e, r->u_plus, r->P))
         return interrupted(s->interruption, 0) ? OUTCOME_INTERRUPTED : OUTCOME_DONE;
-    const double loss = lost(s, f->y, u, r), change = fastest(s, r->du);
+    const double loss = jump_loss(s, f->y, u, r->u_plus, r->du, r->momentum), change = fastest(s, r->du);
     if (!(loss >= 0.0) || change * s->time <= COLLISION * REST_SPEED)
         return OUTCOME_DONE;
     struct impacts *impacts = &f->run->impacts;

@@ -243,3 +243,15 @@ end:
     give_back(s->arena, mark);
     return outcome;
 }
+
+double jump_loss(const struct system *s, const double *q, const double *u_minus, const double *u_plus, double *du,
+                 double *momentum)
+{
+    double loss = 0.0;
+    for (int i = 0; i < s->n; i++)
+        du[i] = u_plus[i] - u_minus[i];
+    s->model->momentum(s->k, q, du, momentum);
+    for (int i = 0; i < s->n; i++)
+        loss -= 0.5 * (u_minus[i] + u_plus[i]) * momentum[i];
+    return loss;
+}

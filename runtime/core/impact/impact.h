@@ -9,4 +9,8 @@
 enum outcome impact(struct system *s, const double *q, const double *u_minus, int count, const int *set,
                     const double *e, double *u_plus, double *P);
 
+/* Energy (J) that goes where velocities u_minus become u_plus at q, whatever does it; du[n] = u_plus - u_minus, momentum[n] is scratch */
+double jump_loss(const struct system *s, const double *q, const double *u_minus, const double *u_plus, double *du,
+                 double *momentum);
+
 #endif
