@@ -307,6 +307,9 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
     X(INSTANT, CCGEN_LIMIT(1e-10, 1e-4), OF_TIME, \
       "events within such a time crowd", \
       "ten times the time in which bounces are over (REST_TIME)") \
+    X(ENERGY_JUMPED, CCGEN_LIMIT(1e-6, 1e-2), OF_RELATIVE, \
+      "part of the energy, in motion and of the mechanism: what events add to it is no rounding if it is more", \
+      "a loop put flat lifts its links by what is unknown of their places, the root of rounding: 5e-8, four times that at most (MARGIN)") \
     X(UNSEEN, 16.0, OF_RELATIVE, \
       "times rounding and length: a gap that changes less between two events has not moved", \
       "sixteen units of the last digit: four bits of a change are known (as SHORTEST)") \
@@ -341,7 +344,8 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
     X(RATES_MISSED, ROUNDED_RATE) \
     X(PRESSED, ONWARD) \
     X(SIGMA_DROP, SIGMA_DROP_COARSE) \
-    X(ENERGY_ADDED, ENERGY_ASTRAY)
+    X(ENERGY_ADDED, ENERGY_ASTRAY) \
+    X(ENERGY_ADDED, ENERGY_JUMPED)
 /* clang-format on */
 
 #ifdef CCGEN_VARIABLE_TOLERANCES /* for tests that look what another size of one changes */

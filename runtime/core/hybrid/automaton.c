@@ -402,9 +402,73 @@ static enum outcome find_way_on(struct automaton *a, struct phase *f, enum outco
     return struck ? OUTCOME_DONE : begin_span(&a->span, f);
 }
 
+/* What a stage that takes no time begins with, to which the run goes back where it turns out wrong */
+struct before_stage {
+    double *y;        /* [size] */
+    double energy[2]; /* J: kinetic, potential */
+    size_t rows, impacts, struck, changes, closed;
+};
+
+static enum outcome note_stage(const struct phase *f, struct before_stage *before)
+{
+    const struct system *s = f->s;
+    const struct run *run = f->run;
+    before->y = TAKE(s->arena, double, s->size);
+    if (s->arena->ran_out)
+        return OUTCOME_NO_MEMORY;
+    memcpy(before->y, f->y, (size_t)s->size * sizeof *f->y);
+    s->model->energy(s->k, f->y, f->y + s->n, before->energy);
+    before->rows = run->record.count;
+    before->impacts = run->impacts.count;
+    before->struck = run->impacts.contact_count;
+    before->changes = run->modes.count;
+    before->closed = run->modes.contact_count;
+    return OUTCOME_DONE;
+}
+
+/* Whether the energy is more than before by no rounding: contacts have no energy to give. Each part of a stage sees to that by itself;
+ * what none has thought of is caught here, and taken back. */
+static int has_gained(struct phase *f, const struct before_stage *before)
+{
+    const struct system *s = f->s;
+    struct run *run = f->run;
+    double now[2];
+    s->model->energy(s->k, f->y, f->y + s->n, now);
+    const double gain = now[0] - before->energy[0] + (now[1] - before->energy[1]);
+    if (gain <= ENERGY_JUMPED * (fmax(f->at.energy_in_motion, before->energy[0]) + s->energy))
+        return 0;
+    memcpy(f->y, before->y, (size_t)s->size * sizeof *f->y);
+    run->record.count = before->rows;
+    run->impacts.count = before->impacts;
+    run->impacts.contact_count = before->struck;
+    run->modes.count = before->changes;
+    run->modes.contact_count = before->closed;
+    return 1;
+}
+
+/* Driven joints do work in impacts, and what takes time is looked after step by step. */
+static int takes_no_time(const struct automaton *a, const struct phase *f)
+{
+    return !f->s->model->drives && (a->stage == MEET || a->stage == STRIKE || a->stage == SELECT);
+}
+
+static enum outcome act(struct automaton *a, struct phase *f)
+{
+    if (!takes_no_time(a, f))
+        return ACTIONS[a->stage] ? ACTIONS[a->stage](a, f) : OUTCOME_DONE;
+    const struct mark mark = f->s->arena->top;
+    struct before_stage before;
+    enum outcome outcome = note_stage(f, &before);
+    outcome = outcome ? outcome : ACTIONS[a->stage](a, f);
+    if (!outcome && has_gained(f, &before))
+        outcome = OUTCOME_GAINED;
+    give_back(f->s->arena, mark);
+    return outcome;
+}
+
 enum outcome run_stage(struct automaton *a, struct phase *f)
 {
-    const enum outcome outcome = ACTIONS[a->stage] ? ACTIONS[a->stage](a, f) : OUTCOME_DONE;
+    const enum outcome outcome = act(a, f);
     if (may_step(a, f, outcome))
         return find_way_on(a, f, outcome);
     if (outcome)

@@ -63,12 +63,18 @@ static double energy(const struct phase *f, const double *y)
 }
 
 /* Whether y1 has the energy of y but for a small part of what is in motion: velocities that do not lead to a place where rows are
- * lost are not to be lost without an impact. */
+ * lost are not to be lost without an impact. None is gained: velocities nearest to given ones, as projections find them, have no more kinetic
+ * energy than those. Where no motion is nearest but in rounding, the quotient of two roundings may be anything. */
 static int keeps_energy(const struct phase *f)
 {
-    double parts[2];
-    f->s->model->energy(f->s->k, f->y, f->y + f->s->n, parts);
-    return energy(f, f->y1) >= parts[0] + parts[1] - ENERGY_ASTRAY * fmax(f->at.energy_in_motion, parts[0]);
+    double parts[2], given[2], found[2];
+    const int n = f->s->n;
+    f->s->model->energy(f->s->k, f->y, f->y + n, parts);
+    f->s->model->energy(f->s->k, f->y1, f->y + n, given);
+    f->s->model->energy(f->s->k, f->y1, f->y1 + n, found);
+    const double moves = fmax(f->at.energy_in_motion, parts[0]);
+    return found[0] + found[1] >= parts[0] + parts[1] - ENERGY_ASTRAY * moves &&
+           found[0] <= given[0] + ENERGY_ADDED * moves;
 }
 
 /* Put y1, a copy of the state, where the contacts f->set are closed; whether there is such a place, with rows of the closure

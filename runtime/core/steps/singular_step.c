@@ -121,7 +121,8 @@ void place_about_singularity(struct phase *f)
 {
     const double part = (f->at.place - f->t) / f->h;
     f->at.passage = FREE;
-    if (!(part > -CLEAR[0] && part < LOOK_AHEAD)) /* not where no place is known */
+    if (!(part > -CLEAR[0] &&
+          part < 1.0 + MIDDLE)) /* not where no place is known, or where a whole step before it leaves enough */
         return;
     f->at.passage = ACROSS;
     if (part < CLEAR[0])

@@ -78,7 +78,7 @@ enum outcome project_step_end(struct phase *f)
 
 enum outcome unprojected_step(struct phase *f, double h, struct tolerance tolerance)
 {
-    const int across = f->at.passage == ACROSS, other = across && f->passing && !active_count(f->s);
+    const int across = f->at.passage != FREE, other = across && f->passing && !active_count(f->s);
     f->by = other ? &gauss : f->run->method;
     f->steps = other ? f->passing : f->scratch;
     if (other) {
