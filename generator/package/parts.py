@@ -30,6 +30,8 @@ BANNERED = ("__init__.py", "_binding.pyx", "model.c", "lanes.c")
 NAMES = {*HEADERS, *ONE_LANE_HEADERS, *BANNERED, KEY, RECORD, "_binding.c", "equations.txt", DATA}
 EXTENSION = re.compile(r"_model_[0-9a-f]{16}\.([\w-]+\.)*(so|pyd)")
 BYTECODE = "__pycache__"
+COMPILED = re.compile(r".*\.pyc(\.\d+)?")
+"""Names of files of bytecode, those among them that Python is just writing and has not renamed yet."""
 SAID = re.compile(rb"(ritten|generated) by ccgen ")
 
 
@@ -55,8 +57,9 @@ def discard(folder: Path) -> None:
         for entry in known:
             path = Path(entry.path)
             if entry.name == BYTECODE:
-                for file in path.glob("*.pyc"):
-                    file.unlink(missing_ok=True)
+                for file in path.iterdir():
+                    if COMPILED.fullmatch(file.name):
+                        file.unlink(missing_ok=True)
                 path.rmdir()
             else:
                 path.unlink(missing_ok=True)
@@ -144,8 +147,11 @@ def _part(content: bytes) -> dict[str, object]:
 
 def _known(entry: os.DirEntry[str]) -> bool:
     if entry.name == BYTECODE and entry.is_dir(follow_symlinks=False):
-        with os.scandir(entry.path) as inside:
-            return all(file.name.endswith(".pyc") and file.is_file(follow_symlinks=False) for file in inside)
+        try:
+            with os.scandir(entry.path) as inside:
+                return all(COMPILED.fullmatch(file.name) and file.is_file(follow_symlinks=False) for file in inside)
+        except FileNotFoundError:
+            return True  # another package, without bytecode, has taken its place meanwhile
     named = entry.name in NAMES or EXTENSION.fullmatch(entry.name)
     return bool(named) and entry.is_file(follow_symlinks=False)
 

@@ -116,7 +116,8 @@ def test_files_added_to_a_package_stay(tmp_path: Path) -> None:
     assert (package / "notes.txt").read_text() == "mine"
     (package / "notes.txt").unlink()
     (package / "__pycache__").mkdir()
-    (package / "__pycache__" / "__init__.cpython-311.pyc").write_bytes(b"")
+    for name in ("__init__.cpython-311.pyc", "__init__.cpython-311.pyc.140234567890"):  # whole; just being written
+        (package / "__pycache__" / name).write_bytes(b"")
     generate(load_scene(scene), tmp_path)
     assert "gravity" in (package / "equations.txt").read_text()
     assert sorted(path.name for path in tmp_path.iterdir()) == ["bars", "bars.toml"]
