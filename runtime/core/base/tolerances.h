@@ -201,9 +201,12 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
     X(ACROSS_KNOWN, 64.0, OF_RELATIVE, \
       "times rounding / sigma^2: what velocities across a singular configuration are known to", \
       "sums of some tens of terms, each with its rounding (as TERM_ROUNDING; docs/theory section 8)") \
-    X(THROWN, 0.1, OF_TOLERANCE, \
-      "what putting a state back may add to its velocities", \
-      "a tenth keeps the whole error within the tolerance") \
+    X(GUIDED, 0.0625, OF_TOLERANCE, \
+      "what the estimate of a step about a singular configuration may be", \
+      "stages that are put back move by more than their polynomial shows: with a sixteenth, by an order of 16, steps are a sixth shorter") \
+    X(KNOWN_AT_LEAST, CCGEN_LIMIT(1e-9, 1e-4), OF_RELATIVE, \
+      "velocities are not taken for known less than that, however near rows are to dependence", \
+      "the default rtol: a step that misses more would be wrong for whoever has not asked for anything") \
     X(MAGNIFIED, 4.0, OF_RELATIVE, \
       "times what it missed: the way back of a state far from singular ones", \
       "a projection goes as 1 / sigma; elsewhere sigma is above a quarter") \

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "base/tolerances.h"
+#include "constraints/nullspace.h"
 #include "motion/derivative.h"
 #include "motion/projection.h"
 
@@ -78,7 +79,8 @@ enum outcome project_step_end(struct phase *f)
 
 enum outcome unprojected_step(struct phase *f, double h, struct tolerance tolerance)
 {
-    const int across = f->at.passage != FREE, other = across && f->passing && !active_count(f->s);
+    const int guided = f->at.passage == ACROSS || (f->at.passage == BEFORE && f->run->method == &gauss);
+    const int other = guided && f->passing && !active_count(f->s);
     f->by = other ? &gauss : f->run->method;
     f->steps = other ? f->passing : f->scratch;
     if (other) {
@@ -86,7 +88,7 @@ enum outcome unprojected_step(struct phase *f, double h, struct tolerance tolera
         if (f->run->method->restart)
             f->run->method->restart(f->scratch, f->s->size);
     }
-    f->s->projects_stages = across;
+    f->s->projects_stages = guided;
     const enum outcome outcome = f->by->step(f->s, f->steps, f->t, h, tolerance, f->y, f->dy, f->y1);
     f->s->projects_stages = 0;
     return outcome;
@@ -98,11 +100,32 @@ enum outcome evaluate_end_derivative(struct phase *f)
                                                                   : OUTCOME_DONE;
 }
 
+double unknown_velocity(const struct phase *f)
+{
+    if (f->at.passage == FREE || active_count(f->s))
+        return 0.0;
+    const double sigma = rank_margin(f->s, f->y);
+    return fmin(ACROSS_KNOWN * DBL_EPSILON / (sigma * sigma), KNOWN_AT_LEAST);
+}
+
+/* The tolerance of the step, and of what it begins with */
+static struct tolerance tolerance_of(const struct phase *f)
+{
+    struct tolerance tolerance = f->run->tolerance;
+    if (f->by == &gauss && f->at.passage != FREE) {
+        tolerance.rtol *= GUIDED;
+        tolerance.atol *= GUIDED;
+    }
+    tolerance.atol = fmax(tolerance.atol, unknown_velocity(f) * fastest(f->s, f->y + f->s->n) * f->s->time);
+    return tolerance;
+}
+
 enum outcome step_error(struct phase *f, double *error)
 {
     const struct method *method = f->by;
+    const struct tolerance tolerance = tolerance_of(f);
     const int n = f->s->n, size = f->s->size;
-    *error = method->measure(f->steps, size, f->run->tolerance, f->y, f->y1);
+    *error = method->measure(f->steps, size, tolerance, f->y, f->y1);
     if (!projects(f) || !f->s->model->rows || !(*error > 1.0 && isfinite(*error)))
         return OUTCOME_DONE; /* across contacts alone an error is one: one that is passed may have jumped */
     int count;
@@ -113,7 +136,7 @@ enum outcome step_error(struct phase *f, double *error)
             return outcome;
     }
     const double left = f->at.passage == ACROSS ? 0.0 : BELIEVED * *error;
-    *error = fmax(left, method->measure(f->steps, size, f->run->tolerance, f->y, f->y1));
+    *error = fmax(left, method->measure(f->steps, size, tolerance, f->y, f->y1));
     return OUTCOME_DONE;
 }
 

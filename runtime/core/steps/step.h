@@ -23,6 +23,7 @@ struct progress {
         energy_end[2]; /* kinetic and potential, at y if it is known, and at the end of a step of length energy_h */
     double energy_h, energy_in_motion; /* and the largest energy that has been in motion */
     double stretch, stretch_end;       /* length and end of a step that was refused for the energy it missed */
+    double longest;                    /* step since which steps have not become longer */
     double place;                      /* time at which a singular configuration is passed, or NAN: none is known */
     double own;                        /* length of the step there that the run's own method would have taken */
     enum passage passage;              /* how the step lies to it */
@@ -65,6 +66,10 @@ int projects(const struct phase *f);
 
 /* step of length h from (t, y) to y1, not put back yet */
 enum outcome unprojected_step(struct phase *f, double h, struct tolerance tolerance);
+
+/* Part of the velocities that is not known where a step past a singular configuration begins, rounding / sigma^2: no step ends with less
+ * than it began with, and shorter ones, which end nearer to it, end with more. 0 elsewhere */
+double unknown_velocity(const struct phase *f);
 
 /* what the error of the step to y1 amounts to; accepted up to 1. An error that fails is measured again without its part
  * across the closure, which projection removes: across a singular configuration that part is large and means nothing. Elsewhere

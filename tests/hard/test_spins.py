@@ -1,0 +1,90 @@
+"""Free loops that pass a line again and again: a signed sum of their lengths is zero, so that all links can lie in one.
+
+Elsewhere steps shrink towards the line without end; here they pass it, as a neighbour does whose lengths miss the line.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from ccgen.generator import loop
+from ccgen.runtime import Model, Run, simulate
+
+from ..support.reach import Reach
+from ..support.tiers import hard
+from ..support.workshop import Workshop
+
+SIZES = (4, 4, 4, 5, 6)
+MISSES = 1e-3
+"""Relative: how much longer a link of the neighbour is, which passes beside the line."""
+FASTEST = 100.0
+"""rad/s."""
+WALL = 3.0
+"""Metres from the middle to each wall of the box."""
+NORMALS = ([1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0])
+
+
+def loops(workshop: Workshop, n: int, walls: bool) -> Model:
+    box = [{"restitution": 0.7, "normal": [x, y], "point": [-WALL * x, -WALL * y]} for x, y in NORMALS]
+    model: Model = workshop.model(loop(n, ground=box) if walls else loop(n))
+    return model
+
+
+def lengths(n: int, rng: np.random.Generator) -> Any:
+    """Half of them lie forwards in the line and half of them back; no link is nearly as long as all others."""
+    while True:
+        found = rng.uniform(0.3, 0.7, n)
+        order = rng.permutation(n)
+        signs = np.ones(n)
+        signs[order[: n // 2]] = -1.0
+        found[order[-1]] -= signs @ found
+        if 0.2 < found[order[-1]] < 1.0 and found.max() < 0.95 * (found.sum() - found.max()):
+            return found
+
+
+def spin(workshop: Workshop, walls: bool, seed: int, rtol: float) -> tuple[Run, Run]:
+    """The run, and that of the neighbour."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.choice(SIZES))
+    sizes, plain = lengths(n, rng), loops(workshop, n, walls)
+    models = []
+    for first in (1.0, 1.0 + MISSES):
+        own = sizes * np.where(np.arange(n) == 0, first, 1.0)
+        models.append(plain.with_parameters({f"link_{k}.length": float(own[k]) for k in range(n)}))
+    velocities, fast = rng.normal(size=plain.start()[1].size), rng.uniform(0.1, 1.0) * FASTEST
+    while True:
+        turns = 0.5 * rng.normal(size=velocities.size)
+        turns[:2] = 0.0
+        try:
+            starts = [model.project(model.assemble(model.start()[0] + turns), velocities) for model in models]
+            break
+        except ValueError:  # too far from closed
+            continue
+    one, other = (
+        simulate(model, q, u * fast / np.abs(model.velocities(q, u)[:, 2]).max(), until=1.0, rtol=rtol, method="gauss")
+        for model, (q, u) in zip(models, starts, strict=True)
+    )
+    return one, other
+
+
+@pytest.mark.parametrize("walls", [False, True], ids=["free", "walls"])
+@pytest.mark.parametrize("rtol", [1e-11, 1e-13, 1e-15])
+@pytest.mark.parametrize("count", [10, hard(170)])
+def test_lines_are_passed(count: int, rtol: float, walls: bool, workshop: Workshop, reach: Reach) -> None:
+    """A few come close to a line and turn back, or strike a wall beside one, where velocities are not known better."""
+    rises, steps = [], []
+    for seed in range(count):
+        run, beside = spin(workshop, walls, seed, rtol)
+        assert run.success and beside.success, (seed, run.message, beside.message)
+        energy = np.sum(run.model.energy(run.q, run.u), axis=0) / np.sum(run.model.energy(run.q[0], run.u[0]))
+        rises.append(float(np.max(energy - np.minimum.accumulate(energy))))
+        if not run.impacts:
+            rises.append(float(np.abs(energy - 1.0).max()))
+        steps.append(len(run.t) / len(beside.t))
+    case = f"{count} loops past lines{' between walls' if walls else ''}, rtol {rtol:g}"
+    reach(f"{case}: energy, of that at the start, of 97 in 100", float(np.quantile(rises, 0.97)), 1e-12)
+    reach(f"{case}: energy, of that at the start, of all", max(rises), 1e-9)
+    reach(f"{case}: rows, of those of a neighbour that misses the line", max(steps), 50.0)
