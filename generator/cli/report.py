@@ -109,7 +109,7 @@ def print_warnings(run: Run) -> None:
         typer.echo(
             f"warning: {len(eased)} of {len(run.impacts)} impacts, the first at t = {eased[0].t:.6g} s, would have "
             f"gained energy by {run.model.data['law'].title()}'s law; their contacts have the largest part of their "
-            f'restitution that gains none, {least:.0%} of it at least; law = "stronge" at the grounds never gains',
+            f'restitution that gains none, {least:.0%} of it at least; law = "stronge" in [run] never gains',
             err=True,
         )
     if run.rest_speed > 0.0:

@@ -125,10 +125,6 @@ class Effect:
         """What may touch what; ``let`` names what depends on parameters alone."""
         return ()
 
-    def impact_law(self) -> str | None:
-        """The law of impact of its gaps; ``None`` where it leaves that to other effects."""
-        return None
-
     def planes(self) -> tuple[Plane, ...]:
         """Half-planes to be drawn: name, a point of the surface, outward normal."""
         return ()

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Discriminator, Field, Tag
 
-from ..effect_base.contact import DEPTH, LAW_MEANS, LAWS, Law, Radius
+from ..effect_base.contact import DEPTH, LAW_MEANS, Law, Radius
 from ..effect_base.direction import unit
 from ..effect_base.effect import Complain, Contact, ContactPoint, Effect, Entry, Level, Place, Plane, Rim, Surroundings
 from ..effect_base.points import choose_carrier, find_point
@@ -33,7 +33,7 @@ class GroundTable(Table):
     friction: float | None = Field(
         default=None, gt=0.0, description="Coulomb's coefficient of friction, a positive number"
     )
-    law: Law = Field(default=LAWS[0], description=LAW_MEANS)
+    law: Law | None = Field(default=None, description=LAW_MEANS)
     contacts: list[PointName] | None = Field(
         default=None, min_length=1, description='a list of points that touch it, such as ["joint_3", "link_0.A"]'
     )
@@ -53,8 +53,8 @@ class Ground(Effect):
     """The half-plane ``normal·(x - point) < 0`` is inside; ``contacts`` are the points that it keeps out,
     or the centres of discs: ``radii`` has one radius (m) or ``None``, a point, for each.
 
-    ``normal`` has length 1, ``point`` is in m, ``restitution`` is between 0 and 1, by the ``law`` of impact. Without
-    ``friction`` the ground is smooth.
+    ``normal`` has length 1, ``point`` is in m, ``restitution`` is between 0 and 1. Without ``friction`` the ground is
+    smooth.
     """
 
     index: int
@@ -64,7 +64,6 @@ class Ground(Effect):
     restitution: Parameter
     contacts: tuple[Contact, ...]
     friction: Parameter | None = None
-    law: Law = LAWS[0]
     radii: tuple[Parameter | None, ...] = ()
 
     def __post_init__(self) -> None:
@@ -117,9 +116,6 @@ class Ground(Effect):
     def contact_points(self) -> tuple[ContactPoint, ...]:
         return tuple((name, self.name, ref, radius) for (name, ref), radius in self._rounded())
 
-    def impact_law(self) -> str:
-        return self.law
-
     def level(self) -> Level:
         return Level(self.point.values(), self.normal.values())
 
@@ -157,7 +153,6 @@ def build(table: GroundTable, index: int, surroundings: Surroundings, complain: 
         friction=None
         if table.friction is None
         else Parameter(f"{name}.friction", f"fr_{index}", table.friction, NOT_NEGATIVE),
-        law=table.law,
         radii=radii,
     )
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Discriminator, Field, Tag
 
-from ..effect_base.contact import DEPTH, LAW_MEANS, LAWS, Law, Radius
+from ..effect_base.contact import DEPTH, LAW_MEANS, Law, Radius
 from ..effect_base.effect import Complain, ContactPoint, Effect, Entry, Place, Rim, Surroundings
 from ..effect_base.line import NO_DIRECTION, links_at
 from ..effect_base.points import choose_carrier, find_point
@@ -54,7 +54,7 @@ class TouchTable(Table):
     friction: float | None = Field(
         default=None, gt=0.0, description="Coulomb's coefficient of friction, a positive number"
     )
-    law: Law = Field(default=LAWS[0], description=LAW_MEANS)
+    law: Law | None = Field(default=None, description=LAW_MEANS)
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ class Body:
 
 @dataclass(frozen=True)
 class Touch(Effect):
-    """Keeps ``disc`` out of ``other``, with ``restitution`` (0 to 1) by the ``law`` of impact, and ``friction``.
+    """Keeps ``disc`` out of ``other``, with ``restitution`` (0 to 1) and ``friction``.
 
     ``ends`` are those of an edge in its link's frame, ``None`` where ``other`` is a disc.
     """
@@ -88,7 +88,6 @@ class Touch(Effect):
     ends: tuple[Point, Point] | None
     restitution: Parameter
     friction: Parameter | None = None
-    law: Law = LAWS[0]
 
     def __post_init__(self) -> None:
         if not self.disc.size + self.other.size > 0.0:
@@ -144,9 +143,6 @@ class Touch(Effect):
         discs = (self.disc, self.other) if self.other.end is None else (self.disc,)
         return tuple((body.title, self.name, body.start, body.radius) for body in discs)
 
-    def impact_law(self) -> str:
-        return self.law
-
     def check_start(self, place: Place) -> tuple[str, ...]:
         centre, start = place(self.disc.start), place(self.other.start)
         away = _distance(centre, start, place(self.other.end) if self.other.end else start)
@@ -188,7 +184,6 @@ def build(table: TouchTable, index: int, around: Surroundings, complain: Complai
         friction=None
         if table.friction is None
         else Parameter(f"{name}.friction", f"ft_{index}", table.friction, NOT_NEGATIVE),
-        law=table.law,
     )
 
 

@@ -6,7 +6,6 @@ from collections.abc import Collection
 
 import sympy as sp
 
-from ..effect_base.contact import law_of_all
 from ..effect_base.effect import Effect
 from ..equations.equations import Equations
 from ..equations.names import State, sliding_name
@@ -65,7 +64,7 @@ def model_data(
         "contacts": [[contact.point, contact.ground] for contact in equations.contacts],
         "stops": [contact.ground for contact in equations.contacts if contact.angular],
         "grounds": [plane for effect in scene.effects for plane in _planes(effect)],
-        "law": law_of_all(law for effect in scene.effects if (law := effect.impact_law()) is not None),
+        "law": scene.run.law,
         "outlines": [[_point(point) for point in link.points.values()] for link in mechanism.links],
         "discs": _discs(scene),
         "ground_names": list(mechanism.ground_points),

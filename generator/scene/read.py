@@ -13,6 +13,7 @@ from os import PathLike
 from pathlib import Path as File
 from typing import Any, NamedTuple, TypeVar
 
+from ..effect_base.contact import Law
 from ..effect_base.effect import Effect, Entry, Surroundings
 from ..effect_base.table import Table
 from ..effects import REGISTRY
@@ -22,6 +23,7 @@ from .bodies import Bodies, check_masses, general
 from .check import check, show, unknown_key
 from .driven import check_driven
 from .errors import Fault, Path, Report, SceneError
+from .law import law_of_all
 from .limits import MOST_JOINTS, MOST_LINKS, MOST_TABLES, too_large
 from .locate import locate
 from .module_names import hidden_module
@@ -75,7 +77,7 @@ class EffectTable(NamedTuple):
     table: Table
 
 
-Parts = tuple[Bodies | None, list[tuple[Path, Effect]], Start | None, RunTable | None]
+Parts = tuple[Bodies | None, list[tuple[Path, Effect]], Start | None, RunTable | None, Law]
 T = TypeVar("T", bound=Table)
 
 
@@ -138,12 +140,12 @@ def read_tables(tables: Tables, file: str, name: str, lines: Mapping[Path, int] 
             report.add((key,), unknown_key(key, KEYS))
     tables = _ground_link(tables, report)
     name = _name(tables, name, report)
-    bodies, effects, start, run = _read(tables, report)
+    bodies, effects, start, run, law = _read(tables, report)
     tell_behind(tables, bodies.mechanism if bodies else None, report, MODELS, _read_again)
     report.stop_if_any()
     if bodies is None or start is None or run is None:
         raise AssertionError("a scene without faults has all its parts")
-    settings = RunSettings(run.until, run.rtol, run.atol, run.on_gain)
+    settings = RunSettings(run.until, run.rtol, run.atol, run.on_gain, law)
     for path, effect in effects:
         for key, sentence in effect.remarks():
             report.remark((*path, key), sentence)
@@ -158,7 +160,7 @@ def _read(tables: Tables, report: Report, assemble: bool = True) -> Parts:
     run = _table(RunTable, tables, "run", report)
     effects = _effects(effect_tables, bodies, report) if bodies else []
     start = _start(begun, bodies, effects, report, assemble) if bodies and begun else None
-    return bodies, effects, start, run
+    return bodies, effects, start, run, law_of_all(tables, MODELS, report)
 
 
 def _read_again(tables: Tables, report: Report, changed: Collection[Path], whole: bool) -> Mechanism | None:

@@ -7,7 +7,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from ..effect_base.contact import OnGain
+from ..effect_base.contact import LAWS, Law, OnGain
 from ..effect_base.effect import Effect
 from ..mechanism.mechanism import Mechanism
 from .drawn import Anchor
@@ -61,12 +61,13 @@ class Start:
 @dataclass(frozen=True)
 class RunSettings:
     """How long and how exactly a simulation runs unless told otherwise: s, relative and absolute tolerance, and what
-    becomes of impacts that would gain energy."""
+    becomes of impacts that would gain energy. ``law`` is that of all impacts, which no option of a run changes."""
 
     until: float = 10.0
     rtol: float = 1e-9
     atol: float | None = None
     on_gain: OnGain = "reduce"
+    law: Law = LAWS[0]
 
 
 @dataclass(frozen=True)

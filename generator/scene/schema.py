@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import BeforeValidator, Discriminator, Field, Tag
 
 from ..effect_base.angle import Angle, read_angle
-from ..effect_base.contact import OnGain
+from ..effect_base.contact import LAW_MEANS, Law, OnGain
 from ..effect_base.table import EndName, Name, Pair, Positive, Table, number_or_list
 
 TAGS = ("<number>", "<list>", "<table>", "<text>")
@@ -172,6 +172,7 @@ class RunTable(Table):
         default=1e-9, description="the relative tolerance, a number between 0 and 1"
     )
     atol: Positive | None = Field(default=None, description="the absolute tolerance, a positive number")
+    law: Law | None = Field(default=None, description=LAW_MEANS)
     on_gain: OnGain = Field(
         default="reduce", description='what becomes of an impact that would gain energy, "reduce" or "stop"'
     )

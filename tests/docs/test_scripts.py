@@ -31,6 +31,10 @@ SMALL = {
     ),
     "docs/scripts/folding.py": ("four-bar", r"\| four-bar \| \d+ \| \d+ \|"),
     "docs/scripts/accuracy.py": ("", r"rtol 1e-12: times to"),
+    "docs/scripts/laws.py": (
+        "1 --seed 6",
+        r"\| newton \| 1 \| 1 \| .*\n\| poisson \| 1 \| 1 \| .*\n\| stronge \| 1 \| 1 \|",
+    ),
     "benchmarks/formulations.py": ("--links 3 --limit 1.5", r"\| 3 \| 249 \|"),
 }
 """Arguments with which a script takes seconds, and what it then says."""

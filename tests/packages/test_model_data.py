@@ -286,18 +286,16 @@ def test_domains_in_words(domain: tuple[Any, ...], good: tuple[float, ...], bad:
     assert [unmet(given, value) for value in bad] == [said] * len(bad)
 
 
-def test_impacts_follow_the_last_law_of_the_list_that_a_ground_has() -> None:
+def test_the_law_is_that_of_the_run() -> None:
+    """Also without a ground: stops follow it too. One that is not in the list falls to no other."""
     scene = load_scene(SCENES / "falling-hexagon.toml")
-    (ground,) = (effect for effect in scene.effects if effect.impact_law() is not None)
     derived = derive_scene(scene)
 
-    def law(*laws: str) -> object:
-        grounds = tuple(replace(ground, law=one) for one in laws)  # type: ignore[type-var]
-        return model_data(replace(scene, effects=grounds), *derived, "0", 1)["law"]
+    def law(name: Any, **changes: Any) -> object:
+        return model_data(replace(scene, run=replace(scene.run, law=name), **changes), *derived, "0", 1)["law"]
 
-    for k, weak in enumerate(LAWS):
-        for strong in LAWS[k:]:
-            assert law(weak, strong) == law(strong, weak) == strong
-    assert model_data(replace(scene, effects=()), *derived, "0", 1)["law"] == LAWS[0]
-    with pytest.raises(ValueError, match=r"law: found 'hooke', expected one of newton, poisson, stronge; add"):
-        law("newton", "hooke")
+    assert scene.run.law == LAWS[0]
+    for one in LAWS:
+        assert law(one) == law(one, effects=()) == one
+    with pytest.raises(ValueError, match=r"law\n +Input should be 'newton', 'poisson' or 'stronge'"):
+        law("hooke")

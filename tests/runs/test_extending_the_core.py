@@ -131,36 +131,50 @@ hinged = true
 [[ground]]
 point = [0.0, -1.2]
 restitution = {e}
-law = "{first}"
 contacts = ["link_1.B"]
 
 [[ground]]
 point = [0.0, -1.9]
 restitution = {e}
-law = "{second}"
 contacts = ["link_1.B"]
+
+[run]
+law = "{law}"
 """
 
 
 @pytest.mark.skipif(os.name != "posix" or not shutil.which("cc"), reason="needs cc")
 def test_the_law_is_that_of_scenes_that_name_it(ccgen: Path) -> None:
-    """Beside a ground with another law too: it stands last in the list, so all impacts follow it."""
-    scenes = {
-        "own": ("plastic", "plastic", 0.5),
-        "beside": ("newton", "plastic", 0.5),
-        "strange": ("stronge", "newton", 0.5),
-        "newton": ("newton", "newton", 0.5),
-        "none": ("newton", "newton", 0.0),
-    }
-    for name, (first, second, e) in scenes.items():
-        (ccgen / f"{name}.toml").write_text(TWO_RODS.format(first=first, second=second, e=e))
-    found = json.loads(run(ccgen, "-c", LAWS_OF_SCENES, str(ccgen), *scenes))
+    """In [run], or at a ground as older scenes do; grounds that disagree are refused, as with any other law."""
+    scenes = {"own": ("plastic", 0.5), "newton": ("newton", 0.5), "none": ("newton", 0.0)}
+    texts = {name: TWO_RODS.format(law=law, e=e) for name, (law, e) in scenes.items()}
+    texts["ground"] = at_grounds(texts["own"], "plastic")
+    for name, text in texts.items():
+        (ccgen / f"{name}.toml").write_text(text)
+    found = json.loads(run(ccgen, "-c", LAWS_OF_SCENES, str(ccgen), *texts))
     laws = {name: law for name, (law, _) in found.items()}
-    assert laws == {"own": "plastic", "beside": "plastic", "strange": "stronge", "newton": "newton", "none": "newton"}
+    assert laws == {"own": "plastic", "newton": "newton", "none": "newton", "ground": "plastic"}
     after = {name: np.array(u) for name, (_, u) in found.items()}
-    for name in ("own", "beside"):
+    for name in ("own", "ground"):
         assert np.abs(after[name] - after["none"]).max() <= 1e-12
         assert np.abs(after[name] - after["newton"]).max() > 0.1
+    (ccgen / "beside.toml").write_text(at_grounds(texts["own"], "newton", "plastic"))
+    refused = subprocess.run([sys.executable, *SHOW, "beside.toml"], **started(ccgen), check=False)
+    assert refused.returncode == 2 and not refused.stdout
+    told = (
+        'ground[1].law: found "newton" at ground[0].law, "plastic" at ground[1].law, expected one law for all impacts;'
+    )
+    assert told in refused.stderr and len(refused.stderr.splitlines()) == 1
+
+
+SHOW = ("-c", "from ccgen.generator.cli import main; main()", "show")
+
+
+def at_grounds(text: str, *laws: str) -> str:
+    """The scene with laws at its first grounds, and none in ``[run]``."""
+    before, *grounds = text.partition("[run]")[0].split("[[ground]]\n")
+    named = [f'law = "{law}"\n' for law in laws] + [""] * (len(grounds) - len(laws))
+    return before + "".join(f"[[ground]]\n{law}{ground}" for law, ground in zip(named, grounds, strict=True))
 
 
 STEPS = """
@@ -184,7 +198,7 @@ assert {one.method for one in compare(model, exact, tolerances=[1e-6])} == {*met
 
 @pytest.mark.skipif(os.name != "posix" or not shutil.which("cc"), reason="needs cc")
 def test_such_a_method_is_refused_without_a_step_in_python_and_by_the_command(ccgen: Path) -> None:
-    (ccgen / "own.toml").write_text(TWO_RODS.format(first="plastic", second="plastic", e=0.5))
+    (ccgen / "own.toml").write_text(TWO_RODS.format(law="plastic", e=0.5))
     said = run(ccgen, "-c", STEPS)
     expected = "step: found none beside method 'rk4', which has no estimate of its errors to choose steps by, expected"
     assert said.startswith(expected) and "dop853" in said and "moreau" not in said

@@ -187,6 +187,25 @@ TOGETHER: dict[str, tuple[str, set[str]]] = {
     "a link's name, and what names it": (BARS.replace('name = "rod"', 'name = "r o d"'), {"link[1].name"}),
     "a key that is meant otherwise": (CHAIN + '[[motor]]\njoint = "joint_0"\ntorqe = 1\n', {"motor[0].torqe"}),
     "another table is meant": (CHAIN + '[[motor]]\njoint = "nix"\nspeed = 1\n', {"motor[0].speed"}),
+    "laws of impact that differ, in tables that are wrong": (
+        CHAIN
+        + '[[ground]]\nrestitution = 3\nlaw = "poisson"\n[[ground]]\nrestitution = 0\nfriction = 0\nlaw = "newton"\n',
+        {"ground[0].restitution", "ground[1].friction", "ground[1].law"},
+    ),
+    "laws of impact, one that is none and two that differ": (
+        CHAIN
+        + '[[ground]]\nrestitution = 0\nlaw = "hooke"\n[[ground]]\nrestitution = 0\nlaw = "newton"\n'
+        + '[run]\nlaw = "poisson"\n',
+        {"ground[0].law", "ground[1].law"},
+    ),
+    "laws of impact, one that is none beside one": (
+        CHAIN + '[[ground]]\nrestitution = 0\nlaw = "stronge"\n[run]\nlaw = "hooke"',
+        {"run.law"},
+    ),
+    "a key that is meant as a law, beside another law": (
+        CHAIN + '[[ground]]\nrestitution = 0\nlaw = "stronge"\n[run]\nlwa = "newton"',
+        {"run.lwa", "ground[0].law"},
+    ),
     "not a number": (CHAIN + "[start]\ntilt = inf\nangles = [1, inf]\n", {"start.tilt", "start.angles[1]"}),
 }
 
