@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+import re
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -207,3 +208,15 @@ def test_what_is_no_state_of_the_model_is_refused(workshop: Workshop, tmp_path: 
     shorter = HybridState(**{**vars(state), "memory": state.memory[:-8]})
     with pytest.raises(ValueError, match="another model, method or precision"):
         simulate(model, until=1.0, state=shorter)
+
+
+def test_all_that_a_phase_remembers_is_part_of_the_state() -> None:
+    """Where the list of the state leaves one out, runs that go on may differ from those that were not ended."""
+    core = ROOT / "runtime" / "core"
+    declared = re.search(r"struct progress \{\n(.*?)\n\};", (core / "steps" / "step.h").read_text(), re.S)
+    assert declared
+    plain = re.sub(r"/\*.*?\*/", "", declared[1], flags=re.S)
+    members = {name for line in plain.split(";") for name in re.findall(r"(\w+)(?:\[\d+\])?\s*(?:,|$)", line.strip())}
+    assert {"since", "energy", "energy_end", "passage", "longest"} <= members
+    listed = set(re.findall(r"\bat->(\w+)", (core / "hybrid" / "state.c").read_text()))
+    assert members == listed
