@@ -58,7 +58,6 @@ static size_t walk(struct automaton *a, struct phase *f, enum way way, char *byt
                  {&at->stretch, number},
                  {&at->stretch_end, number},
                  {&at->place, number},
-                 {&at->longest, number},
                  {&at->own, number},
                  {&at->passage, sizeof at->passage},
                  {&at->gap_uncertainty, number},

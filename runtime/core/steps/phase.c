@@ -131,7 +131,7 @@ static enum outcome begin_phase(struct phase *f)
     f->at.since = f->t;
     f->at.energy_known = f->at.crawled = 0;
     f->at.place = NAN;
-    f->at.late = f->at.longest = 0.0;
+    f->at.late = 0.0;
     if (run->method->restart)
         run->method->restart(f->scratch, f->s->size);
     if (!outcome && f->h <= 0.0)

@@ -16,7 +16,6 @@
 
 #include "base/tolerances.h"
 #include "constraints/nullspace.h"
-#include "methods/gauss.h"
 
 static const double NEARLY = 1e-6; /* relative: what the length of a step need not be changed by */
 enum { LOOKS = 8, ROUNDS = 4 };    /* each round looks at a quarter of the last one's part of the step */
@@ -41,15 +40,17 @@ static int off_the_closure(const struct phase *f)
            s->missed > BESIDE * (f->run->tolerance.atol + f->run->tolerance.rtol) * s->length;
 }
 
-/* Whether rows are so near to dependence at the end of the step that velocities are not known to the tolerance there: looked at only where
- * putting it back has changed them by much more than they missed */
+/* Whether rows are so near to dependence at the end of the step that velocities are not known to the tolerance there, nearer than `near`.
+ * Putting a state back from such a place changes its velocities by 1 / sigma times what they missed: looked at only where they changed by a good
+ * part of that, and by more than far from singular configurations. */
 static int unsure(const struct phase *f)
 {
     const struct system *s = f->s;
-    if (!(s->moved_rate * s->length > MAGNIFIED * s->missed_rate))
+    const double moved = s->moved_rate * s->length;
+    if (!(moved > MAGNIFIED * s->missed_rate))
         return 0;
-    const double sigma = rank_margin(f->s, f->y1);
-    return sigma * sigma * rate_allowed(f) < ACROSS_KNOWN * DBL_EPSILON * fastest(s, f->y1 + s->n);
+    const double near = sqrt(ACROSS_KNOWN * DBL_EPSILON * fastest(s, f->y1 + s->n) / rate_allowed(f));
+    return MAGNIFIED * near * moved > s->missed_rate && rank_margin(f->s, f->y1) < near;
 }
 
 /* Coordinates at part x of the step, on the cubic through its beginning and `end` */
@@ -100,10 +101,7 @@ int crosses_singularity(struct phase *f, enum outcome back, double error, const 
     double part;
     if (!projects(f) || !f->s->model->rows || f->run->fixed_step > 0.0)
         return 0;
-    const int shrinks = f->run->method == &gauss && f->h < 0.5 * f->at.longest;
-    if (shrinks) /* in proportion to the distance, one after the other; looked at once for each half */
-        f->at.longest = f->h;
-    if (!(back || error > WILD || shrinks || off_the_closure(f) || (error <= 1.0 && unsure(f))) ||
+    if (!(back || error > WILD || off_the_closure(f) || (error <= 1.0 && unsure(f))) ||
         !nearest_part(f, end, LOOK_AHEAD, &part))
         return 0;
     f->at.place = f->t + part * f->h;

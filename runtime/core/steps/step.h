@@ -23,7 +23,6 @@ struct progress {
         energy_end[2]; /* kinetic and potential, at y if it is known, and at the end of a step of length energy_h */
     double energy_h, energy_in_motion; /* and the largest energy that has been in motion */
     double stretch, stretch_end;       /* length and end of a step that was refused for the energy it missed */
-    double longest;                    /* step since which steps have not become longer */
     double place;                      /* time at which a singular configuration is passed, or NAN: none is known */
     double own;                        /* length of the step there that the run's own method would have taken */
     enum passage passage;              /* how the step lies to it */

@@ -106,8 +106,6 @@ enum outcome accepted_step(struct phase *f, double *next)
                 *next = fmax(*next, whole);
             if (f->by != run->method) /* the length that the run's own method may have */
                 *next = f->at.own;
-            if (*next > f->h || !(f->at.longest >= f->h))
-                f->at.longest = f->h;
             run->steps++;
             return OUTCOME_DONE;
         }
