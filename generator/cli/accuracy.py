@@ -102,7 +102,7 @@ def price_accuracy(
     print_grounds(parting, reference)
     typer.echo(f"written: {table}, {picture}")
     if model.dof == 0 and all(one.worst <= error for one in measured if one.drift == "projected"):
-        typer.echo(advice_where_driven(measured, default_method(model), scene.run.rtol, parting.until))
+        typer.echo(advice_where_driven(measured, default_method(), scene.run.rtol, parting.until))
         return
     for level in (*(level for level in LEVELS if level > error), error):
         typer.echo(advice(measured, level, parting.until))
