@@ -77,7 +77,7 @@ def numbers(toss: Toss, rng: np.random.Generator) -> dict[str, float]:
     return values
 
 
-def run(model: Any, toss: Toss, until: float = SECONDS, rtol: float = RTOL) -> Any:
+def run(model: Any, toss: Toss, until: float = SECONDS, rtol: float = RTOL, method: str | None = None) -> Any:
     """Lengths, masses, start and velocities from the seed; ``model`` is that of :func:`scene`."""
     rng = np.random.default_rng(toss.seed)
     model = Model(model._descriptor, {**model.data, "law": toss.law}).with_parameters(numbers(toss, rng))
@@ -87,7 +87,7 @@ def run(model: Any, toss: Toss, until: float = SECONDS, rtol: float = RTOL) -> A
     q[2:] += rng.normal()
     q, u = model.project(q, u)
     q[1] += 0.2 + 1.5 * max(0.0, -float(model.gaps(q).min()))
-    return simulate(model, q, u, until=until, rtol=rtol)
+    return simulate(model, q, u, until=until, rtol=rtol, method=method)
 
 
 def faults(found: Any) -> list[str]:

@@ -73,7 +73,7 @@ def test_a_rough_run_goes_on_with_what_is_held(workshop: Workshop) -> None:
         stop = float(whole.t[int(part * len(whole.t))])
         first = simulate(model, until=stop)
         second, again = (simulate(model, until=3.0, state=first.state) for _ in range(2))
-        exact = run_with_stop(model, 3.0, stop, "dop853")
+        exact = run_with_stop(model, 3.0, stop, whole.method)
         rows = len(second.t)
         assert second.success == (exact["outcome"] == "done")
         for name, found in zip("tqu", rows_of(second), strict=True):

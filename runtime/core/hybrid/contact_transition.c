@@ -319,6 +319,19 @@ static enum outcome select_contacts(struct phase *f, struct decision *d, struct 
     return outcome || !d->count ? outcome : activate_selected(f, d, d->loss);
 }
 
+/* Whether what was brought to rest has turned the sliding of a contact around, whose direction its friction has */
+static int turns_sliding(const struct phase *f, const struct decision *d, double *slips)
+{
+    const struct system *s = f->s;
+    if (!s->friction)
+        return 0;
+    s->model->slips(s->k, f->y, f->y + s->n, slips);
+    for (int i = 0; i < d->count; i++)
+        if (stays(d, i) && d->mode[i] * slips[d->contact[i]] < -STILL * s->length / s->time)
+            return 1;
+    return 0;
+}
+
 static enum outcome select_and_project(struct phase *f, struct decision *d, struct mode_change loss, int resting)
 {
     enum outcome outcome = select_contacts(f, d, loss, resting);
@@ -353,19 +366,46 @@ enum outcome release_contacts(struct phase *f)
     return outcome;
 }
 
+/* Select, and again where that turns sliding around: every time takes energy, so that this ends. */
+static enum outcome select_consistently(struct phase *f, struct mode_change loss, int resting, int *chosen)
+{
+    struct system *s = f->s;
+    struct active_set *h = s->active;
+    const size_t c = s->model->contacts;
+    const struct mark mark = s->arena->top;
+    enum outcome outcome = OUTCOME_DONE;
+    int again = 1;
+    for (size_t i = 0; again && i <= c; i++) {
+        struct decision d;
+        double *slips = TAKE(s->arena, double, c);
+        again = 0;
+        if (take_decision(&d, s)) {
+            outcome = OUTCOME_NO_MEMORY;
+        } else {
+            outcome = find_vanishing(f, loss, &d.vanishing);
+            deactivate_all(h, c);
+            outcome = outcome ? outcome : select_and_project(f, &d, loss, resting);
+            again = !outcome && h->count && turns_sliding(f, &d, slips);
+            *chosen = d.chosen;
+            if (outcome == OUTCOME_JAMMED)
+                f->run->contact = d.count ? d.contact[0] : -1;
+        }
+        give_back(s->arena, mark);
+    }
+    return outcome;
+}
+
 enum outcome select_active_set(struct phase *f, struct mode_change loss, int resting)
 {
     struct active_set *h = f->s->active;
     struct run *run = f->run;
     const size_t c = f->s->model->contacts;
     const struct mark mark = f->s->arena->top;
-    struct decision d;
     signed char *how = TAKE(f->s->arena, signed char, c);
     enum outcome outcome = OUTCOME_NO_MEMORY;
-    if (!take_decision(&d, f->s)) {
-        outcome = find_vanishing(f, loss, &d.vanishing);
-        deactivate_all(h, c);
-        outcome = outcome ? outcome : select_and_project(f, &d, loss, resting);
+    int chosen = 0;
+    if (!f->s->arena->ran_out) {
+        outcome = select_consistently(f, loss, resting, &chosen);
         if (!h->count)
             memset(h->peak, 0, c * sizeof *h->peak);
         contact_modes(h, (int)c, how);
@@ -373,9 +413,7 @@ enum outcome select_active_set(struct phase *f, struct mode_change loss, int res
             outcome = OUTCOME_NO_MEMORY;
         if (!outcome && record_state(f))
             outcome = OUTCOME_NO_MEMORY;
-        run->choices += d.chosen > 0;
-        if (outcome == OUTCOME_JAMMED)
-            run->contact = d.count ? d.contact[0] : -1;
+        run->choices += chosen > 0;
     }
     give_back(f->s->arena, mark);
     return outcome;
