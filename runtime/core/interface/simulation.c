@@ -65,6 +65,7 @@ static enum outcome make_system(struct ccgen_simulation *it, const struct ccgen_
     s->friction = m->friction ? friction : NULL;
     if (!(s->law = find_law(settings->law ? settings->law : newton.name)))
         return OUTCOME_UNKNOWN_LAW;
+    s->projects_steps = settings->drift == DRIFT_PROJECTED;
     s->baumgarte = settings->drift == DRIFT_DAMPED ? BAUMGARTE : 0.0;
     s->refine = settings->acceleration_scale > 0.0;
     s->acceleration_scale = settings->acceleration_scale;
@@ -84,7 +85,6 @@ static enum outcome make_run(struct run *run, const struct ccgen_model *m, const
     run->step_budget = settings->step_budget ? settings->step_budget : STEP_BUDGET;
     run->duration = settings->duration > 0.0 ? settings->duration : 1.0;
     run->rate_budget = settings->rate_budget ? settings->rate_budget : RATE_BUDGET;
-    run->drift = (enum drift)settings->drift;
     run->on_gain = (enum gain)settings->on_gain;
     run->interruption.tick = settings->tick;
     run->interruption.context = settings->tick_context;
@@ -400,12 +400,13 @@ enum outcome advance(struct system *s, const struct method *method, struct toler
                      double t, double h, int count, const int *set, const signed char *mode, double *y)
 {
     tolerance.unit = s->unit;
-    struct run run = {.method = method, .tolerance = tolerance, .drift = drift};
+    struct run run = {.method = method, .tolerance = tolerance};
     struct phase f = {.s = s, .run = &run, .t = t, .at.place = NAN};
     const struct mark mark = s->arena->top;
     enum outcome outcome = OUTCOME_NO_MEMORY;
     if (!method->step)
         return OUTCOME_UNKNOWN_METHOD;
+    s->projects_steps = drift == DRIFT_PROJECTED;
     s->baumgarte = drift == DRIFT_DAMPED ? BAUMGARTE : 0.0;
     if (!take_phase(&f)) {
         if (count)

@@ -196,8 +196,8 @@ static double change(const struct gauss *g)
     return sqrt(sum / (STAGES * g->n));
 }
 
-/* What the last change means for the end of the step, less its part across the closure, which projection removes: near a singular
- * configuration accelerations are known badly in that direction alone. */
+/* What the last change means for the end of the step, less its part across the closure, where projection removes that: near a
+ * singular configuration accelerations are known badly in that direction alone. */
 static enum outcome change_along(struct gauss *g, struct system *s, double h, const double *y, double *now)
 {
     const int n = g->n;
@@ -208,8 +208,8 @@ static enum outcome change_along(struct gauss *g, struct system *s, double h, co
         by_q[i] = h * h * (weighed(WEIGHT2, f) - weighed(WEIGHT2, old));
         by_u[i] = h * (weighed(WEIGHT, f) - weighed(WEIGHT, old));
     }
-    enum outcome outcome = project_velocity(s, q, by_q);
-    if (!outcome)
+    enum outcome outcome = s->projects_steps ? project_velocity(s, q, by_q) : OUTCOME_DONE;
+    if (!outcome && s->projects_steps)
         outcome = project_velocity(s, q, by_u);
     for (int i = 0; i < n; i++) {
         const double miss = g->weight[i] * (fabs(by_u[i]) / h + fabs(by_q[i]) / (h * h));

@@ -29,6 +29,7 @@ struct system {
     double missed_rate;                /* and its velocities (m/s) */
     double moved_rate;                 /* and by how much that changed them (rad/s, and times length) */
     int projects_stages;               /* whether derivatives are those of the state put onto the closure */
+    int projects_steps;                /* whether the ends of steps are */
     double baumgarte; /* rate, per characteristic time, at which drift is damped by accelerations; 0: not that way */
     struct active_set *active;    /* contacts that stay closed, or NULL: constraints/active_set.h */
     double length;                /* a length of the mechanism (m), the scale of closure */

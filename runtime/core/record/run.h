@@ -37,7 +37,6 @@ struct run {
     double duration;   /* how long the motion is meant to go on (s) */
     long rate_budget;  /* steps and events within a characteristic time: steps/phase.c */
     const struct method *method;
-    enum drift drift;
     enum gain on_gain;
     struct interruption interruption; /* its `tick` and `context` */
     /* found */

@@ -32,7 +32,7 @@ enum outcome evaluate_derivative(struct phase *f)
 
 int projects(const struct phase *f)
 {
-    return active_count(f->s) || (f->s->model->rows && f->run->drift == DRIFT_PROJECTED);
+    return active_count(f->s) || (f->s->model->rows && f->s->projects_steps);
 }
 
 /* Where driven joint d is or, of velocities x, how fast it moves */
