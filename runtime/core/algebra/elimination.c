@@ -7,8 +7,8 @@
 static double largest(int n, const double *row)
 {
     double found = 0.0;
-    for (int j = 0; j < n; j++)
-        found = fmax(found, fabs(row[j]));
+    for (int j = 0; j < n; j++) /* no call of a library for each, as fmax may be */
+        found = fabs(row[j]) > found ? fabs(row[j]) : found;
     return found;
 }
 
@@ -47,10 +47,12 @@ int eliminate(int n, double *a, double *x, double least)
             sign = -sign;
         }
         sign = a[k * n + k] < 0.0 ? -sign : sign;
+        const double *pivot = a + k * n;
         for (int i = k + 1; i < n; i++) {
-            const double factor = a[i * n + k] / a[k * n + k];
+            double *row = a + i * n;
+            const double factor = row[k] / pivot[k];
             for (int j = k; j < n; j++)
-                a[i * n + j] -= factor * a[k * n + j];
+                row[j] -= factor * pivot[j];
             x[i] -= factor * x[k];
         }
     }

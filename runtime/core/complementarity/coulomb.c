@@ -24,11 +24,6 @@ enum { MOST = 50000, REFINEMENTS = 3 }; /* ways: at six contacts all, also in ex
  * its friction is against the sliding that it had (forward where it had none), holds it, or is the other way. */
 enum { ON, HELD_FAST, BACK, LEAST_ON, LEAST_HELD, LEAST_BACK, KINDS };
 
-static double root(const struct friction_problem *c, int row)
-{
-    return sqrt(fmax(c->W[(size_t)row * (2 * c->n + 1)], 0.0));
-}
-
 /* Whether no impulse moves contact i along its ground. */
 static int constrained_tangentially(const struct friction_problem *c, int i)
 {
@@ -37,16 +32,27 @@ static int constrained_tangentially(const struct friction_problem *c, int i)
     return tangent[c->n + i] <= DBL_EPSILON * own && fabs(tangent[i]) <= RATE_ROUNDING * own;
 }
 
-int sliding(const struct friction_problem *c, int i)
+int prepare_friction(struct friction_problem *c)
 {
-    if (c->mode[i] || !constrained_tangentially(c, i) || fabs(c->bt[i]) <= RATE_ROUNDING * fabs(c->bn[i]))
-        return c->mode[i];
-    return c->bt[i] > 0.0 ? 1 : -1;
-}
-
-int rough_at(const struct friction_problem *c, int i)
-{
-    return c->mu[i] > 0.0 && (sliding(c, i) || !constrained_tangentially(c, i));
+    const int n = c->n;
+    c->root = TAKE(c->arena, double, 2 * (size_t)n);
+    c->slides = TAKE(c->arena, signed char, n);
+    c->rough = TAKE(c->arena, char, n);
+    c->against = TAKE(c->arena, double, n);
+    if (c->arena->ran_out)
+        return 1;
+    for (int row = 0; row < 2 * n; row++)
+        c->root[row] = sqrt(fmax(c->W[(size_t)row * (2 * n + 1)], 0.0));
+    for (int i = 0; i < n; i++) {
+        const int fixed = constrained_tangentially(c, i);
+        c->slides[i] = c->mode[i];
+        if (!c->mode[i] && fixed && fabs(c->bt[i]) > RATE_ROUNDING * fabs(c->bn[i]))
+            c->slides[i] = c->bt[i] > 0.0 ? 1 : -1;
+        c->rough[i] = c->mu[i] > 0.0 && (c->slides[i] || !fixed);
+        const int forward = c->slides[i] ? c->slides[i] > 0 : c->bt[i] >= 0.0;
+        c->against[i] = !c->rough[i] ? 0.0 : forward ? -c->mu[i] : c->mu[i];
+    }
+    return 0;
 }
 
 /* Rate of a row, normals then tangents, and the size of its terms */
@@ -68,7 +74,7 @@ static int drowned(const struct friction_problem *c, const double *Pn, const dou
 {
     double load = 0.0, cause = 0.0;
     for (int i = 0; i < 2 * c->n; i++) {
-        const double root_W = root(c, i), b = i < c->n ? c->bn[i] : c->bt[i - c->n];
+        const double root_W = c->root[i], b = i < c->n ? c->bn[i] : c->bt[i - c->n];
         load = fmax(load, root_W * fabs(i < c->n ? Pn[i] : Pt[i - c->n]));
         cause = fmax(cause, c->least && i < c->n ? root_W * c->least[i] : 0.0);
         cause = fmax(cause, root_W > 0.0 ? fabs(b) / root_W : 0.0);
@@ -81,7 +87,7 @@ static void sizes(const struct friction_problem *c, const double *Pn, const doub
 {
     *load = *speed = 0.0;
     for (int i = 0; i < 2 * c->n; i++) {
-        const double root_W = root(c, i), b = i < c->n ? c->bn[i] : c->bt[i - c->n];
+        const double root_W = c->root[i], b = i < c->n ? c->bn[i] : c->bt[i - c->n];
         *load = fmax(*load, root_W * fabs(i < c->n ? Pn[i] : Pt[i - c->n]));
         *load = fmax(*load, c->least && i < c->n ? root_W * c->least[i] : 0.0);
         if (root_W > 0.0)
@@ -95,19 +101,19 @@ static double scaled_rate(const struct friction_problem *c, int row, const doubl
 {
     double size;
     const double rate = rate_of(c, row, Pn, Pt, &size);
-    size += MIXED * speed * root(c, row);
+    size += MIXED * speed * c->root[row];
     return size > 0.0 ? rate / size : 0.0;
 }
 
 /* As `coulomb_residual`, of the friction at contact i that slides with the scaled rate vt */
 static double friction_broken(const struct friction_problem *c, int i, double Pn, double Pt, double vt, double load)
 {
-    const double root_W = root(c, c->n + i), limit = c->mu[i] * Pn;
+    const double root_W = c->root[c->n + i], limit = c->mu[i] * Pn;
     const double size = root_W * limit + MIXED * load;
-    if (!(size > 0.0) || !rough_at(c, i))
+    if (!(size > 0.0) || !c->rough[i])
         return 0.0;
-    if (sliding(c, i))
-        return root_W * fabs(Pt + sliding(c, i) * limit) / size;
+    if (c->slides[i])
+        return root_W * fabs(Pt + c->slides[i] * limit) / size;
     const double beyond = root_W * (fabs(Pt) - limit) / size;
     const double within = root_W * (limit + copysign(Pt, vt * Pt)) / size;
     return fmax(beyond, fmin(fabs(vt), within));
@@ -121,7 +127,7 @@ double coulomb_residual(const struct friction_problem *c, const double *Pn, cons
     sizes(c, Pn, Pt, &load, &speed);
     for (int i = 0; i < c->n; i++) {
         const double extra = Pn[i] - (c->least ? c->least[i] : 0.0);
-        const double push = load > 0.0 ? root(c, i) * extra / load : 0.0, vn = scaled_rate(c, i, Pn, Pt, speed);
+        const double push = load > 0.0 ? c->root[i] * extra / load : 0.0, vn = scaled_rate(c, i, Pn, Pt, speed);
         const double vt = scaled_rate(c, c->n + i, Pn, Pt, speed);
         worst = fmax(worst, fmax(fmax(-vn, -push), fmin(vn, push)));
         worst = fmax(worst, friction_broken(c, i, Pn[i], Pt[i], vt, load));
@@ -143,7 +149,7 @@ double loaded(const struct friction_problem *c, const double *Pn)
 {
     double sum = 0.0;
     for (int i = 0; i < c->n; i++)
-        sum += root(c, i) * Pn[i];
+        sum += c->root[i] * Pn[i];
     return sum;
 }
 
@@ -151,19 +157,14 @@ double approaching(const struct friction_problem *c)
 {
     double sum = 0.0;
     for (int i = 0; i < c->n; i++)
-        sum += root(c, i) > 0.0 ? fmax(0.0, -c->bn[i]) / root(c, i) : 0.0;
+        sum += c->root[i] > 0.0 ? fmax(0.0, -c->bn[i]) / c->root[i] : 0.0;
     return sum;
 }
 
 /* Friction per normal impulse of contact i whose friction is at a limit */
 static double at_limit(const struct friction_problem *c, int i, int kind)
 {
-    if (!rough_at(c, i))
-        return 0.0;
-    if (sliding(c, i))
-        return -sliding(c, i) * c->mu[i];
-    const double against = c->bt[i] < 0.0 ? c->mu[i] : -c->mu[i];
-    return kind == ON || kind == LEAST_ON ? against : -against;
+    return c->slides[i] || kind == ON || kind == LEAST_ON ? c->against[i] : -c->against[i];
 }
 
 static int holds_fast(int kind)
@@ -185,7 +186,7 @@ static int unknowns_of_way(const struct friction_problem *c, const signed char *
 }
 
 /* Rows of the linear system of a way: by what its unknowns have to change so that the rates of row[rows] become zero from what
- * they are with Pn and Pt. A[rows][m], x[rows]. */
+ * they are with Pn and Pt, or without any (NULL). A[rows][m], x[rows]. */
 static void rows_of_way(const struct friction_problem *c, const signed char *way, int m, const int *column, int rows,
                         const int *row, const double *Pn, const double *Pt, double *A, double *x)
 {
@@ -193,7 +194,7 @@ static void rows_of_way(const struct friction_problem *c, const signed char *way
     for (int i = 0; i < rows; i++) {
         const double *own = c->W + (size_t)row[i] * 2 * n;
         double size;
-        x[i] = -rate_of(c, row[i], Pn, Pt, &size);
+        x[i] = Pn ? -rate_of(c, row[i], Pn, Pt, &size) : row[i] < n ? -c->bn[row[i]] : -c->bt[row[i] - n];
         for (int j = 0; j < m; j++) {
             const int k = column[j], slides = k < n && !holds_fast(way[k]);
             A[i * m + j] = own[k] + (slides ? at_limit(c, k, way[k]) * own[n + k] : 0.0);
@@ -222,7 +223,7 @@ static int of_way(const struct friction_problem *c, const signed char *way, doub
         Pt[i] = holds_fast(way[i]) ? 0.0 : at_limit(c, i, way[i]) * Pn[i];
     }
     const int m = unknowns_of_way(c, way, column);
-    rows_of_way(c, way, m, column, m, column, Pn, Pt, A, x);
+    rows_of_way(c, way, m, column, m, column, c->least ? Pn : NULL, Pt, A, x);
     if (m && !eliminate(m, A, x, SINGULAR_MODES))
         return 1;
     for (int j = 0; j < m; j++)
@@ -240,7 +241,7 @@ int impulses_of(const struct friction_problem *c, const char *push, const signed
     if (!c->arena->ran_out) {
         for (int i = 0; i < c->n; i++) {
             const int on = (limit[i] < 0) == (c->bt[i] >= 0.0);
-            const int kind = !rough_at(c, i) || sliding(c, i) ? ON : limit[i] == 0 ? HELD_FAST : on ? ON : BACK;
+            const int kind = !c->rough[i] || c->slides[i] ? ON : limit[i] == 0 ? HELD_FAST : on ? ON : BACK;
             way[i] = (signed char)(push[i] ? kind : LEAST_ON + kind);
         }
         wrong = of_way(c, way, A, x, column, Pn, Pt);
@@ -252,7 +253,7 @@ int impulses_of(const struct friction_problem *c, const char *push, const signed
 /* Which kinds contact i may be of, in a motion with the scaled rates vn and vt where `known`: their number */
 static int kinds_of(const struct friction_problem *c, int i, int known, double vn, double vt, signed char *kinds)
 {
-    const int bound = c->least && c->least[i] > 0.0, free = rough_at(c, i) && !sliding(c, i);
+    const int bound = c->least && c->least[i] > 0.0, free = c->rough[i] && !c->slides[i];
     const int slides = known && fabs(vt) > CONSISTENT, against = (vt < 0.0) == (c->bt[i] < 0.0);
     int count = 0;
     for (int kind = 0; kind < KINDS; kind++) {
@@ -272,7 +273,7 @@ static int same_motion(const struct friction_problem *c, const double *Pn, const
     double load, speed, size;
     sizes(c, Pn, Pt, &load, &speed);
     for (int row = 0; row < 2 * c->n; row++)
-        if (fabs(rate_of(c, row, Pn, Pt, &size) - rates[row]) > ALIKE * (size + speed * root(c, row)))
+        if (fabs(rate_of(c, row, Pn, Pt, &size) - rates[row]) > ALIKE * (size + speed * c->root[row]))
             return 0;
     return 1;
 }
@@ -314,20 +315,33 @@ static int unique(const struct friction_problem *c, struct search *s)
     return !of_way(c, s->way, s->A, s->x, s->column, s->Pn, s->Pt);
 }
 
+/* Whether no contact pulls, but for rounding: a part of `coulomb_residual` that most ways already break */
+static int none_pulls(const struct friction_problem *c, const double *Pn, const double *Pt)
+{
+    double load, speed;
+    sizes(c, Pn, Pt, &load, &speed);
+    for (int i = 0; i < c->n; i++)
+        if (c->root[i] * (Pn[i] - (c->least ? c->least[i] : 0.0)) < -CONSISTENT * load)
+            return 0;
+    return 1;
+}
+
 /* All ways, the last contact's changing fastest; the best so far is in Pn and Pt, where `found`. */
 static int try_all(const struct friction_problem *c, struct search *s, int known, int found, double *Pn, double *Pt)
 {
     const int n = c->n;
+    double least = found ? loaded(c, Pn) : INFINITY;
     memset(s->turn, 0, n * sizeof *s->turn);
     for (int done = 0; !done;) {
         for (int i = 0; i < n; i++)
             s->way[i] = s->kinds[i * KINDS + s->turn[i]];
         if (!of_way(c, s->way, s->A, s->x, s->column, s->Pn, s->Pt) &&
-            coulomb_residual(c, s->Pn, s->Pt) <= CONSISTENT &&
-            (!found || loaded(c, s->Pn) < (1.0 - LESS) * loaded(c, Pn)) && !adds(c, s->Pn, s->Pt) &&
+            (!found || loaded(c, s->Pn) < (1.0 - LESS) * least) && none_pulls(c, s->Pn, s->Pt) &&
+            coulomb_residual(c, s->Pn, s->Pt) <= CONSISTENT && !adds(c, s->Pn, s->Pt) &&
             (!known || same_motion(c, s->Pn, s->Pt, s->rates))) {
             memcpy(Pn, s->Pn, n * sizeof *Pn);
             memcpy(Pt, s->Pt, n * sizeof *Pt);
+            least = loaded(c, Pn);
             found = 1;
         }
         int i = n - 1;
@@ -389,7 +403,7 @@ static void way_of(const struct friction_problem *c, const double *Pn, const dou
         const int pushes = extra > 0.0 && scaled_rate(c, i, Pn, Pt, speed) <= CONSISTENT;
         const int limited = !(fabs(Pt[i]) < limit * (1.0 - 4.0 * DBL_EPSILON)),
                   on = (Pt[i] <= 0.0) == (c->bt[i] >= 0.0);
-        const int kind = !rough_at(c, i) || sliding(c, i) ? ON : !limited ? HELD_FAST : on ? ON : BACK;
+        const int kind = !c->rough[i] || c->slides[i] ? ON : !limited ? HELD_FAST : on ? ON : BACK;
         way[i] = (signed char)(pushes ? kind : LEAST_ON + kind);
     }
 }
@@ -401,7 +415,7 @@ static int rows_at_rest(const struct friction_problem *c, const double *Pn, cons
     int rows = 0;
     sizes(c, Pn, Pt, &load, &speed);
     for (int i = 0; i < 2 * c->n; i++)
-        if (root(c, i) > 0.0 && fabs(scaled_rate(c, i, Pn, Pt, speed)) <= CONSISTENT)
+        if (c->root[i] > 0.0 && fabs(scaled_rate(c, i, Pn, Pt, speed)) <= CONSISTENT)
             row[rows++] = i;
     return rows;
 }

@@ -4,7 +4,7 @@
 
 #include "base/arena.h"
 
-/* A problem of friction, as in friction.h. */
+/* A problem of friction, as in friction.h, and what is asked of it again and again. */
 struct friction_problem {
     int n;
     const double *W, *bn, *bt, *mu;
@@ -13,16 +13,18 @@ struct friction_problem {
     const double
         *from; /* [2n] rates before, or NULL: where given, no impulses are looked for that add energy to them */
     struct arena *arena; /* for scratch */
+    double *root;        /* [2n] of the compliance of each row, normals and then tangents */
+    signed char
+        *slides; /* [n] how a contact is known to slide: by mode[i], or as it does where no impulse moves it; else 0 */
+    char *rough; /* [n] whether it has friction: none where it rests and no impulse moves it along its ground */
+    double *against; /* [n] friction per normal impulse at the limit that is against its sliding, or forward sliding */
 };
+
+/* Take what follows the arena from the arena, and fill them from the rest; 0, or 1 when memory runs out. All below asks for it. */
+int prepare_friction(struct friction_problem *c);
 
 /* By how much impulses break the law, in parts of the sizes from which what is broken has been summed. */
 double coulomb_residual(const struct friction_problem *c, const double *Pn, const double *Pt);
-
-/* How contact i is known to slide: as slide[i] says, or as it does where no impulse moves it along its ground; else 0. */
-int sliding(const struct friction_problem *c, int i);
-
-/* Whether it has friction: none where it rests and no impulse moves it along its ground. */
-int rough_at(const struct friction_problem *c, int i);
 
 /* Rates[2n] that impulses give, normals and then tangents; 0 where they are rounding. */
 void rates_after(const struct friction_problem *c, const double *Pn, const double *Pt, double *rates);

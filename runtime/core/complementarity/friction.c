@@ -47,12 +47,12 @@ static int sweep(const struct friction_problem *c, double *Pn, double *Pt)
         double change = 0.0, largest = 0.0;
         for (int i = 0; i < n; i++) {
             const double *normal = c->W + (size_t)i * 2 * n, *tangent = normal + (size_t)n * 2 * n;
-            const int slides = sliding(c, i);
+            const int slides = c->slides[i];
             const double own = normal[i] - slides * c->mu[i] * normal[n + i], was = Pn[i], pulled = Pt[i];
             if (!(own > 0.0))
                 return 1;
             Pn[i] = fmax(c->least ? c->least[i] : 0.0, was - row_rate(c, i, Pn, Pt) / own);
-            const double limit = rough_at(c, i) ? c->mu[i] * Pn[i] : 0.0;
+            const double limit = c->rough[i] ? c->mu[i] * Pn[i] : 0.0;
             Pt[i] = slides ? -slides * limit : fmin(fmax(pulled, -limit), limit);
             if (!slides && limit > 0.0)
                 Pt[i] = fmin(fmax(Pt[i] - row_rate(c, n + i, Pn, Pt) / tangent[n + i], -limit), limit);
@@ -170,7 +170,7 @@ static void place_unknowns(const struct friction_problem *c, struct pivots *p)
 {
     p->m = c->n;
     for (int i = 0; i < c->n; i++) {
-        const int slides = sliding(c, i), unknown = rough_at(c, i) && !slides;
+        const int slides = c->slides[i], unknown = c->rough[i] && !slides;
         p->place[i] = unknown ? p->m : -1;
         p->m += unknown ? 2 : 0;
         p->k[i] = slides ? slides * c->mu[i] : unknown ? c->mu[i] : 0.0;

@@ -39,6 +39,18 @@ static double normalise(int n, double *W, double *b)
     return scale / w;
 }
 
+/* Forces x at m rough contacts, from the parts of the problem that are theirs; nonzero as `solve_friction` says */
+static int solve_rough(struct arena *arena, struct decision *d, int m)
+{
+    struct part *p = &d->part;
+    struct friction_problem problem = {
+        .n = m, .W = p->W, .bn = p->b, .bt = p->b + m, .mu = p->mu, .mode = p->mode, .arena = arena};
+    const struct mark mark = arena->top;
+    const int wrong = prepare_friction(&problem) ? 2 : solve_friction(&problem, p->x, p->x + m);
+    give_back(arena, mark);
+    return wrong;
+}
+
 /* Solve for the contacts that take part, but without `except`: P[all]. */
 static enum outcome solve(struct arena *arena, struct decision *d, int except, double *P)
 {
@@ -64,9 +76,8 @@ static enum outcome solve(struct arena *arena, struct decision *d, int except, d
         b[k++] = d->b[i];
     }
     memset(P, 0, d->all * sizeof *P);
-    const struct friction_problem problem = {m, W, b, b + m, mu, mode, NULL, NULL, arena};
     const double unit = normalise(width, W, b);
-    const int wrong = rough ? solve_friction(&problem, x, x + m) : solve_complementarity(arena, m, W, b, x);
+    const int wrong = rough ? solve_rough(arena, d, m) : solve_complementarity(arena, m, W, b, x);
     if (wrong)
         return rough && wrong == 1 ? OUTCOME_JAMMED : OUTCOME_REPEATS;
     k = 0;

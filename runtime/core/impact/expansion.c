@@ -82,8 +82,18 @@ static int solve_forces(const struct expansion *s, struct piece *p)
 {
     const int n = s->n;
     if (s->all > n) {
-        const struct friction_problem rough = {n, s->W, p->b, p->b + n, s->mu, p->mode, p->least, NULL, s->arena};
-        return solve_friction_least(&rough, p->P, p->F);
+        struct friction_problem rough = {.n = n,
+                                         .W = s->W,
+                                         .bn = p->b,
+                                         .bt = p->b + n,
+                                         .mu = s->mu,
+                                         .mode = p->mode,
+                                         .least = p->least,
+                                         .arena = s->arena};
+        const struct mark mark = s->arena->top;
+        const int wrong = prepare_friction(&rough) ? 2 : solve_friction_least(&rough, p->P, p->F);
+        give_back(s->arena, mark);
+        return wrong;
     }
     for (int i = 0; i < n; i++)
         for (int j = 0; j < n; j++)

@@ -8,20 +8,37 @@
 #include "complementarity/complementarity.h"
 #include "complementarity/friction.h"
 
-/* The impulses of one step at rough contacts, and the rates after it */
+/* The impulses of one step at rough contacts, and the rates after it; 0, or nonzero as `solve_friction` says */
+static int solve_rough(struct impact_problem *k, struct friction_problem *rough)
+{
+    if (prepare_friction(rough))
+        return 2;
+    const int wrong = k->from ? least_impulses(rough, NOTHING, k->P, k->F) : solve_friction_least(rough, k->P, k->F);
+    if (wrong)
+        return wrong;
+    if (k->from)
+        refine_impulses(rough, k->P, k->F);
+    rough->bn = k->rate;
+    rates_after(rough, k->P, k->F, k->after);
+    memcpy(k->rate, k->after, k->all * sizeof *k->rate);
+    return 0;
+}
+
 static enum outcome rough_step(struct impact_problem *k, const double *least)
 {
-    struct friction_problem rough = {k->count, k->W,    k->b,    k->rate + k->count, k->mu, k->mode,
-                                     least,    k->from, k->arena};
-    const int wrong = k->from ? least_impulses(&rough, NOTHING, k->P, k->F) : solve_friction_least(&rough, k->P, k->F);
-    if (k->from && !wrong)
-        refine_impulses(&rough, k->P, k->F);
-    if (wrong)
-        return wrong == 1 ? OUTCOME_JAMMED : OUTCOME_REPEATS;
-    rough.bn = k->rate;
-    rates_after(&rough, k->P, k->F, k->after);
-    memcpy(k->rate, k->after, k->all * sizeof *k->rate);
-    return OUTCOME_DONE;
+    struct friction_problem rough = {.n = k->count,
+                                     .W = k->W,
+                                     .bn = k->b,
+                                     .bt = k->rate + k->count,
+                                     .mu = k->mu,
+                                     .mode = k->mode,
+                                     .least = least,
+                                     .from = k->from,
+                                     .arena = k->arena};
+    const struct mark mark = k->arena->top;
+    const int wrong = solve_rough(k, &rough);
+    give_back(k->arena, mark);
+    return wrong == 1 ? OUTCOME_JAMMED : wrong ? OUTCOME_REPEATS : OUTCOME_DONE;
 }
 
 static enum outcome smooth_step(struct impact_problem *k, const double *least)
