@@ -75,25 +75,29 @@ class Compiled:
         values = np.array([] if self.folded else list(self._parameters.values()), dtype=float)
         angular = [index for index, (_, ground) in enumerate(self.contacts) if ground in self.stops]
         lengths = [index for index, (kind, _) in enumerate(self.data["coordinates"]) if kind != "angle"]
-        time, duration = self.time, self.duration
-        law = self.data["law"]
-        kernels = self.core.Kernels(self._descriptor, values, self.length, law, angular, time or 0.0, duration, lengths)
+        length, duration, law = self._extent(), self.duration, self.data["law"]
+        time = self._characteristic_time(length)
+        kernels = self.core.Kernels(self._descriptor, values, length, law, angular, time or 0.0, duration, lengths)
         if not np.all(np.isfinite(kernels.constants)):
             raise ValueError(
                 f"{self.name}: the equations have no finite constants with these values (a normal of no length?)"
             )
         lost, usual = (
-            kernels.rounding(*samples(self.q_names, self.length, time or duration, self.core.REAL)).max(axis=0).tolist()
+            kernels.rounding(*samples(self.q_names, length, time or duration, self.core.REAL)).max(axis=0).tolist()
         )
         if lost > ROUNDING * float(np.finfo(self.core.REAL).eps) * usual:
             kernels.refine_from_now(usual)
         self.usual = usual
         self.kernels: Kernels = kernels
+        self._length, self._time = length, time
         self._changes += 1
 
     @property
     def length(self) -> float:
         """A length of the mechanism (m): the largest extent of a link."""
+        return self._length
+
+    def _extent(self) -> float:
         extents = [float(np.ptp(outline, axis=0).max()) for outline in self.outlines if len(outline) > 1]
         return max(extents, default=0.0) or 1.0
 
@@ -103,8 +107,11 @@ class Compiled:
 
         So a mechanism of 1 m has 1 s on earth. ``None`` where nothing falls: then the motion's start tells its time.
         """
+        return self._time
+
+    def _characteristic_time(self, length: float) -> float | None:
         gravity = max((abs(self._parameters[path]) for path in self.data["accelerations"]), default=0.0)
-        time = math.sqrt(EARTH * self.length / gravity) if gravity else math.inf
+        time = math.sqrt(EARTH * length / gravity) if gravity else math.inf
         return time if math.isfinite(time) and time <= FALLS * self.duration else None
 
     @property

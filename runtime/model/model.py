@@ -37,6 +37,7 @@ class Model(Geometry):
         folder: Path | None = None,
     ) -> None:
         self._copy: tuple[Model | None, tuple[int, int]] = None, (0, 0)
+        self._start: tuple[int, FloatArray, FloatArray] | None = None
         super().__init__(descriptor, data, values, folder)
 
     def __repr__(self) -> str:
@@ -158,7 +159,10 @@ class Model(Geometry):
 
     def start(self) -> tuple[FloatArray, FloatArray]:
         """The scene's start (q, u); where parameters have changed since, the nearest that is closed and driven."""
-        return start(self)
+        if self._start is None or self._start[0] != self._changes:
+            self._start = self._changes, *start(self)
+        _, q, u = self._start
+        return q.copy(), u.copy()
 
     def state_from_poses(self, poses: ArrayLike, velocities: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """State (q, u) of links at ``poses`` (links, 3) moving with ``velocities`` (links, 3), or of a batch of them.

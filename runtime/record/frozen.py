@@ -14,7 +14,7 @@ def freeze(record: object, *names: str) -> None:
     for name in names:
         array = np.array(getattr(record, name))
         array = array if array.dtype.kind == "f" else array.astype(float)
-        if not finite(array):
+        if array.size and not finite(array):
             raise ValueError(f"{name} of the {type(record).__name__.lower()} holds a number that is not finite")
         array.flags.writeable = False
         object.__setattr__(record, name, array)

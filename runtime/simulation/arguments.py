@@ -188,6 +188,14 @@ def read_start(model: Model, q0: ArrayLike | None, u0: ArrayLike | None) -> tupl
     if q0 is None or u0 is None:
         own_q, own_u = model.start()
         q0, u0 = own_q if q0 is None else q0, own_u if u0 is None else u0
+    if not all(isinstance(given, np.ndarray) and given.shape == (len(model.q_names),) for given in (q0, u0)):
+        _check_shapes(model, q0, u0)
+    (qs, us), _ = model._state(q0, u0, ("q0", "u0"))
+    return qs[0], us[0]
+
+
+def _check_shapes(model: Model, q0: ArrayLike, u0: ArrayLike) -> None:
+    """Both are numbers of one state."""
     faults, shapes = Faults(), []
     for name, given in (("q0", q0), ("u0", u0)):
         with faults.collecting():
@@ -196,8 +204,6 @@ def read_start(model: Model, q0: ArrayLike | None, u0: ArrayLike | None) -> tupl
     n = len(model.q_names)
     if any(len(shape) != 1 for shape in shapes):
         raise ValueError(f"q0, u0: found shapes {shapes[0]} and {shapes[1]}, expected ({n},) for both")
-    (qs, us), _ = model._state(q0, u0, ("q0", "u0"))
-    return qs[0], us[0]
 
 
 def checked_start(model: Model, q0: ArrayLike | None, u0: ArrayLike | None) -> tuple[FloatArray, FloatArray]:
@@ -218,10 +224,10 @@ def checked_start(model: Model, q0: ArrayLike | None, u0: ArrayLike | None) -> t
     return q, u
 
 
-def _check_energy(model: Model, q0: ArrayLike, u0: ArrayLike) -> None:
+def _check_energy(model: Model, q0: FloatArray, u0: FloatArray) -> None:
     """The energy of a start is a number: of speeds from about 1e154 m/s on it is not."""
-    energies = dict(zip(("kinetic", "potential"), model.energy(q0, u0), strict=True))
-    for kind, energy in energies.items():
+    energies = model.kernels.of_state("energy", q0[None], u0[None])[0].tolist()
+    for kind, energy in zip(("kinetic", "potential"), energies, strict=True):
         if not math.isfinite(energy):
             what, largest = ("u0", u0) if kind == "kinetic" else ("q0", q0)
             raise ValueError(

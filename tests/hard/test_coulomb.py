@@ -41,6 +41,7 @@ def solve(tmp_path_factory: pytest.TempPathFactory) -> Solver:
         W, bn, bt, mu, least = (x.ctypes.data for x in arrays)
         mode, P = np.zeros(n, dtype=np.int8), np.zeros(2 * n)
         problem = Problem(n, W, bn, bt, mu, mode.ctypes.data, least, None, core.arena.ctypes.data)
+        assert core.call("prepare_friction", ctypes.byref(problem)) == 0
         return core.call("solve_friction", ctypes.byref(problem), P[:n], P[n:]), P
 
     return solved

@@ -64,7 +64,7 @@ def spin(workshop: Workshop, walls: bool, seed: int, rtol: float) -> tuple[Run, 
         except ValueError:  # too far from closed
             continue
     one, other = (
-        simulate(model, q, u * fast / np.abs(model.velocities(q, u)[:, 2]).max(), until=1.0, rtol=rtol, method="gauss")
+        simulate(model, q, u * fast / np.abs(model.velocities(q, u)[:, 2]).max(), until=1.0, rtol=rtol)
         for model, (q, u) in zip(models, starts, strict=True)
     )
     return one, other

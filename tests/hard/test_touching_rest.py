@@ -87,7 +87,7 @@ def test_a_hexagon_whose_joints_touch_each_other(rough: str, workshop: Workshop,
 
 @pytest.mark.parametrize("mu", [None, 0.3])
 def test_over_the_corners_of_a_hill(mu: float | None, workshop: Workshop, reach: Reach) -> None:
-    """Fixed edges with common ends: at a corner both touch. Rough, all go over it; smooth, slow ones may stop there."""
+    """Fixed edges with common ends: at a corner both touch, and all go over it, or rest."""
     corners = ((-1.0, -0.5), (-0.5, -0.1), (0.0, 0.0), (0.5, -0.1), (1.0, -0.5))
     points = ", ".join(f"P{k} = [{x}, {y}]" for k, (x, y) in enumerate(corners))
     edges = "".join(
@@ -108,7 +108,7 @@ def test_over_the_corners_of_a_hill(mu: float | None, workshop: Workshop, reach:
     how = "rough" if mu else "smooth"
     reach(f"over corners, {how}: penetration, m", deepest, 1e-10)
     reach(f"over corners, {how}: energy, J", drift, 1e-7)
-    reach(f"over corners, {how}: share that stops", 1 - ended / tosses, 0.0 if mu else 0.34)
+    reach(f"over corners, {how}: share that stops", 1 - ended / tosses, 0.0)
 
 
 TOSSED = """
@@ -164,7 +164,7 @@ def test_tossed_chains_that_touch_themselves(rough: str, workshop: Workshop, rea
     how = "rough" if rough else "smooth"
     reach(f"tossed chains that touch themselves, {how}: penetration, m", deepest, 1e-9)
     reach(f"tossed chains that touch themselves, {how}: rise of energy", risen, 1e-9)
-    reach(f"tossed chains that touch themselves, {how}: share that stops", 1 - ended / tosses, 0.25)
+    reach(f"tossed chains that touch themselves, {how}: share that stops", 1 - ended / tosses, 0.0)
     assert struck > 100
 
 

@@ -98,6 +98,8 @@ static double dop853_measure(const double *scratch, int size, struct tolerance t
     }
     if (motion > 0.0)
         sum5 = fmax(sum5, CHANCE * CHANCE * sum3 * pow(sum3 / motion, 2.0 / 3.0));
+    if (!isfinite(sum3 + sum5)) /* a quotient of such numbers may be 0 */
+        return INFINITY;
     return sum5 > 0.0 ? sum5 / sqrt((sum5 + 0.01 * sum3) * size) : 0.0;
 }
 

@@ -230,6 +230,8 @@ static double gauss_measure(const double *scratch, int size, struct tolerance to
         const double last = g->estimate[i] / scale, earlier = g->estimate[size + i] / scale;
         sum += last * last + earlier * earlier;
     }
+    if (!isfinite(sum + g->first)) /* a quotient of such numbers may be 0 */
+        return INFINITY;
     const double size_of = sqrt(sum / size), ratio = size_of / g->first;
     const double error = size_of > 0.0 ? MISSED * size_of * fmin(1.0, ratio) : 0.0;
     const double cautious = CAUTION * error, slow = 0.9 * g->contraction / WANTED;

@@ -120,7 +120,7 @@ static int exceeds_step_rate(const struct phase *f)
 /* Whether links have gone no further in the step than their places are known to near a line */
 static int stalls(const struct phase *f)
 {
-    return f->s->model->contacts && f->s->model->rows && f->h * fastest(f->s, f->y + f->s->n) < CRAWL;
+    return f->s->model->contacts && f->h * fastest(f->s, f->y + f->s->n) < CRAWL;
 }
 
 /* Where a phase begins: derivative, first step, and a method that knows of no step before */
@@ -266,13 +266,15 @@ static enum outcome find_standing_event(struct phase *f, struct event *event)
     at->crawled = stalls(f) ? at->crawled + 1 : 0;
     if (!at->crawled || at->crawled % CRAWLS)
         return outcome;
-    outcome = snap_to_singularity(f, 1, &closed);
+    outcome = f->s->model->rows ? snap_to_singularity(f, 1, &closed) : OUTCOME_DONE;
     if (!outcome && interrupted(f->s->interruption, 0)) {
         at->under_way = 0; /* the phase begins anew: the state may have been changed without accelerations */
         return OUTCOME_INTERRUPTED;
     }
     if (closed)
         *event = (struct event){f->set[0], 1.0, FLAT, 1.0};
+    else if (!outcome && at->crawled >= f->run->rate_budget / 10 && at->crawled * f->h < STANDSTILL * f->s->time)
+        outcome = OUTCOME_STEP_TOO_SMALL;
     return outcome;
 }
 

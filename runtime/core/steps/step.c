@@ -125,6 +125,10 @@ enum outcome step_error(struct phase *f, double *error)
     const struct method *method = f->by;
     const struct tolerance tolerance = tolerance_of(f);
     const int n = f->s->n, size = f->s->size;
+    *error = INFINITY; /* where y1 is, errors relative to it are not */
+    for (int i = 0; i < size; i++)
+        if (!isfinite(f->y1[i]))
+            return OUTCOME_DONE;
     *error = method->measure(f->steps, size, tolerance, f->y, f->y1);
     if (!projects(f) || !f->s->model->rows || !(*error > 1.0 && isfinite(*error)))
         return OUTCOME_DONE; /* across contacts alone an error is one: one that is passed may have jumped */
