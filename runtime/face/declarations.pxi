@@ -166,7 +166,6 @@ cdef extern from *:
         real fixed_step
         long step_budget, rate_budget
         const method *method
-        drift drift
         gain on_gain
         interruption interruption
         record record

@@ -163,7 +163,7 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
       "steps that move less may be stuck beside a line of links", \
       "the root of rounding: what is unknown there, docs/theory 8.3") \
     X(STANDSTILL, 1e-5, OF_TIME, \
-      "steps in a row that take less, a tenth of what a window may have and each less than CRAWL, are stuck", \
+      "a tenth of the steps of a window, if they take less in a row and none moves more than rounding beside a line, are stuck", \
       "a span of time stepping, which passes what they are stuck at, takes ten times that") \
     X(ADRIFT, CCGEN_LIMIT(1e-11, 1e-4), OF_LENGTH, \
       "a carried contact with such a gap is open", \
