@@ -38,7 +38,7 @@ struct ccgen_settings {
     const char *law;              /* of impact, a name in core/impact/all_laws.h; newton */
     double acceleration_scale; /* accelerations that are usual (rad/s^2): they are refined to full digits, as masses far
                                    * apart want it; 0: not */
-    const char *method;        /* a name in core/methods/all_methods.h; NULL: dop853 with contacts, else gauss */
+    const char *method;        /* a name in core/methods/all_methods.h; NULL: gauss */
     double rtol, atol;         /* tolerances; 1e-9, and as rtol. atol is in rad, times `length` of lengths, both per
                                   characteristic time of velocities */
     double fixed_step;         /* s; 0: as the tolerances ask for, which only a method that estimates its errors can */

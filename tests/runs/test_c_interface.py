@@ -172,6 +172,16 @@ def test_what_is_recorded_is_what_was_reached(library: Library, workshop: Worksh
     assert simulation.rows()[0].tolist() == [reached[0]]
 
 
+def test_without_a_method_it_is_that_of_python(library: Library, workshop: Workshop) -> None:
+    model = workshop.model(load_scene(SCENE))
+    run = simulate(model, until=1.5, rtol=1e-9)
+    simulation = library.create(model)[1]
+    assert simulation.reset(*model.start()) == "done"
+    while simulation.step_to_event(1.5)[1].kind:
+        pass
+    assert run.impacts and np.array_equal(simulation.rows()[0], run.t)
+
+
 def test_a_model_of_another_contract_is_refused(library: Library, workshop: Workshop) -> None:
     model = workshop.model(load_scene(SCENE))
     other = Descriptor.from_buffer_copy(Descriptor.from_address(model.kernels.address))

@@ -184,6 +184,20 @@ def test_damaged_states_are_refused(workshop: Workshop, tmp_path: Path) -> None:
             assert "another model, method or precision" in str(error)
 
 
+@pytest.mark.parametrize("bits", [0x80, 0xC0])
+def test_damage_in_several_places_does_not_cancel(bits: int, workshop: Workshop) -> None:
+    """The top bits of two numbers, as two signs: what is multiplied carries upwards alone."""
+    model = workshop.model(load_scene(SCENES / "falling-hexagon.toml"))
+    state = simulate(model, until=0.9).state
+    rng = np.random.default_rng(2)
+    for _ in range(300):
+        memory = bytearray(state.memory)
+        for word in rng.choice(np.arange(16, len(memory) // 8), 2, replace=False):
+            memory[8 * word + 7] ^= bits
+        with pytest.raises(ValueError, match="another model, method or precision"):
+            simulate(model, until=0.9001, state=HybridState(**{**vars(state), "memory": bytes(memory)}))
+
+
 def test_what_is_no_state_of_the_model_is_refused(workshop: Workshop, tmp_path: Path) -> None:
     model, other = (workshop.model(load_scene(SCENES / f"{name}.toml")) for name in ("four-bar", "falling-hexagon"))
     state = simulate(model, until=0.1).state

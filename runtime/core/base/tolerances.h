@@ -160,7 +160,7 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
       "times the flight before an impact: the first step tried after it", \
       "bounces shorten by the restitution: the next is not longer, and steps grow sixfold") \
     X(CRAWL, CCGEN_LIMIT(1e-8, 1e-4), OF_UNIT, \
-      "steps that move less may be stuck beside a line of links", \
+      "steps that move less may be stuck where links lie in a line", \
       "the root of rounding: what is unknown there, docs/theory 8.3") \
     X(STANDSTILL, 1e-5, OF_TIME, \
       "a tenth of the steps of a window, if they take less in a row and none moves more than rounding beside a line, are stuck", \

@@ -17,10 +17,13 @@ struct friction_problem {
     signed char
         *slides; /* [n] how a contact is known to slide: by mode[i], or as it does where no impulse moves it; else 0 */
     char *rough; /* [n] whether it has friction: none where it rests and no impulse moves it along its ground */
-    double *against; /* [n] friction per normal impulse at the limit that is against its sliding, or forward sliding */
+    double *
+        against; /* [n] friction per normal impulse at one limit, -mu or mu: that against its sliding, or where it rests
+                          * against the sliding of bt; 0 without friction */
 };
 
-/* Take what follows the arena from the arena, and fill them from the rest; 0, or 1 when memory runs out. All below asks for it. */
+/* Take root, slides, rough and against from the arena, and fill them from the rest; the caller gives them back with a mark of its
+ * own. 0, or 1 when memory runs out. All below asks for it. */
 int prepare_friction(struct friction_problem *c);
 
 /* By how much impulses break the law, in parts of the sizes from which what is broken has been summed. */

@@ -338,7 +338,7 @@ static int turns_sliding(const struct phase *f, const struct decision *d, double
         return 0;
     s->model->slips(s->k, f->y, f->y + s->n, slips);
     for (int i = 0; i < d->count; i++)
-        if (stays(d, i) && d->mode[i] * slips[d->contact[i]] < -STILL * s->length / s->time)
+        if (stays(d, i) && !d->touches[i] && d->mode[i] * slips[d->contact[i]] < -STILL * s->length / s->time)
             return 1;
     return 0;
 }
@@ -377,13 +377,14 @@ enum outcome release_contacts(struct phase *f)
     return outcome;
 }
 
-/* Select, and again where that turns sliding around: every time takes energy, so that this ends. */
+/* Select, and again where that turns sliding around. Every time takes energy; where it does not end, time stepping goes on. */
 static enum outcome select_consistently(struct phase *f, struct mode_change loss, int resting, int *chosen)
 {
     struct system *s = f->s;
     struct active_set *h = s->active;
     const size_t c = s->model->contacts;
     const struct mark mark = s->arena->top;
+    const struct mode_change none = {-1, DETACHES};
     enum outcome outcome = OUTCOME_DONE;
     int again = 1;
     for (size_t i = 0; again && i <= c; i++) {
@@ -393,7 +394,8 @@ static enum outcome select_consistently(struct phase *f, struct mode_change loss
         if (take_decision(&d, s)) {
             outcome = OUTCOME_NO_MEMORY;
         } else {
-            outcome = find_vanishing(f, loss, &d.vanishing);
+            /* what vanishes is told by those that were held until the event: not by those just found */
+            outcome = find_vanishing(f, i ? none : loss, &d.vanishing);
             deactivate_all(h, c);
             outcome = outcome ? outcome : select_and_project(f, &d, loss, resting);
             again = !outcome && h->count && turns_sliding(f, &d, slips);
@@ -403,7 +405,7 @@ static enum outcome select_consistently(struct phase *f, struct mode_change loss
         }
         give_back(s->arena, mark);
     }
-    return outcome;
+    return again ? OUTCOME_REPEATS : outcome;
 }
 
 enum outcome select_active_set(struct phase *f, struct mode_change loss, int resting)

@@ -21,7 +21,7 @@ static struct kind kind_of(const struct phase *f)
     struct kind kind;
     memset(&kind, 0, sizeof kind);
     memcpy(kind.magic, "ccgen\n", 6);
-    kind.version = 3;
+    kind.version = 4;
     kind.number = (int)sizeof(double);
     kind.size = f->s->size;
     kind.contacts = f->s->model->contacts;
@@ -46,6 +46,7 @@ static size_t walk(struct automaton *a, struct phase *f, enum way way, char *byt
                  {&f->h, number},
                  {&at->under_way, sizeof at->under_way},
                  {&at->crawled, sizeof at->crawled},
+                 {&at->crawls_since, number},
                  {&at->since, number},
                  {&at->next, number},
                  {&at->late, number},
@@ -143,13 +144,17 @@ static uint64_t sum_of(const char *bytes, size_t size)
     for (; at + sizeof sums <= size; at += sizeof sums) {
         uint64_t words[SUMS];
         memcpy(words, bytes + at, sizeof words);
-        for (int i = 0; i < SUMS; i++)
+        for (int i = 0; i < SUMS; i++) {
             sums[i] = (sums[i] ^ words[i]) * prime;
+            sums[i] ^= sums[i] >> 32; /* products carry upwards only: two signs would cancel */
+        }
     }
     for (; at < size; at++)
         sum = (sum ^ (unsigned char)bytes[at]) * prime;
-    for (int i = 0; i < SUMS; i++)
+    for (int i = 0; i < SUMS; i++) {
         sum = (sum ^ sums[i]) * prime;
+        sum ^= sum >> 32;
+    }
     return sum;
 }
 

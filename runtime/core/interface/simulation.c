@@ -9,6 +9,7 @@
 #include "hybrid/contact_transition.h"
 #include "hybrid/state.h"
 #include "impact/law.h"
+#include "methods/gauss.h"
 #include "model/contacts.h"
 #include "model/scales.h"
 #include "motion/projection.h"
@@ -74,11 +75,11 @@ static enum outcome make_system(struct ccgen_simulation *it, const struct ccgen_
     return OUTCOME_DONE;
 }
 
-static enum outcome make_run(struct run *run, const struct ccgen_model *m, const struct ccgen_settings *settings)
+static enum outcome make_run(struct run *run, const struct ccgen_settings *settings)
 {
     const double rtol = settings->rtol > 0.0 ? settings->rtol : RTOL;
     run->tolerance = (struct tolerance){rtol, settings->atol > 0.0 ? settings->atol : rtol, NULL};
-    run->method = find_method(settings->method ? settings->method : m->contacts ? "dop853" : "gauss");
+    run->method = find_method(settings->method ? settings->method : gauss.name);
     run->stops = settings->stops;
     run->stop_count = settings->stop_count;
     run->fixed_step = settings->fixed_step;
@@ -107,7 +108,7 @@ static enum outcome fill(struct ccgen_simulation *it, const struct ccgen_model *
     it->phase = (struct phase){.s = &it->system, .run = &it->run};
     if (m->version != CCGEN_CONTRACT_VERSION)
         return OUTCOME_OTHER_CONTRACT;
-    enum outcome outcome = make_run(&it->run, m, settings);
+    enum outcome outcome = make_run(&it->run, settings);
     if (!outcome && it->run.method->order == 0 && m->drives) /* steps in time do not keep to a prescribed motion */
         outcome = OUTCOME_BAD_SETTINGS;
     if (!outcome)

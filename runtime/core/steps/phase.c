@@ -117,10 +117,19 @@ static int exceeds_step_rate(const struct phase *f)
     return exceeds;
 }
 
-/* Whether links have gone no further in the step than their places are known to near a line */
+/* Whether links have gone no further in the step than their places are known to where they lie in a line, by themselves or with grounds */
 static int stalls(const struct phase *f)
 {
     return f->s->model->contacts && f->h * fastest(f->s, f->y + f->s->n) < CRAWL;
+}
+
+/* Whether so many steps have moved nothing, and taken next to no time, that none will. Prescribed motions and steps of fixed length have no
+ * other way on: they keep the whole budget of a window. */
+static int is_stuck(const struct phase *f)
+{
+    const struct run *run = f->run;
+    return run->fixed_step == 0.0 && !f->s->model->drives && f->at.crawled >= run->rate_budget / 10 &&
+           f->t - f->at.crawls_since < STANDSTILL * f->s->time;
 }
 
 /* Where a phase begins: derivative, first step, and a method that knows of no step before */
@@ -264,6 +273,8 @@ static enum outcome find_standing_event(struct phase *f, struct event *event)
         return outcome;
     }
     at->crawled = stalls(f) ? at->crawled + 1 : 0;
+    if (at->crawled <= 1)
+        at->crawls_since = f->t;
     if (!at->crawled || at->crawled % CRAWLS)
         return outcome;
     outcome = f->s->model->rows ? snap_to_singularity(f, 1, &closed) : OUTCOME_DONE;
@@ -273,7 +284,7 @@ static enum outcome find_standing_event(struct phase *f, struct event *event)
     }
     if (closed)
         *event = (struct event){f->set[0], 1.0, FLAT, 1.0};
-    else if (!outcome && at->crawled >= f->run->rate_budget / 10 && at->crawled * f->h < STANDSTILL * f->s->time)
+    else if (!outcome && is_stuck(f))
         outcome = OUTCOME_STEP_TOO_SMALL;
     return outcome;
 }

@@ -125,7 +125,7 @@ enum outcome step_error(struct phase *f, double *error)
     const struct method *method = f->by;
     const struct tolerance tolerance = tolerance_of(f);
     const int n = f->s->n, size = f->s->size;
-    *error = INFINITY; /* where y1 is, errors relative to it are not */
+    *error = INFINITY; /* of an end that is not finite; errors divided by its size would be 0, or no number */
     for (int i = 0; i < size; i++)
         if (!isfinite(f->y1[i]))
             return OUTCOME_DONE;

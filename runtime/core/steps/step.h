@@ -12,13 +12,14 @@ enum passage { FREE, BEFORE, ACROSS };
 
 /* What a phase takes over from one step to the next, beside the state and what the method keeps */
 struct progress {
-    int under_way;    /* whether the phase has begun, and goes on */
-    int crawled;      /* steps in a row that moved nothing */
-    double since;     /* when it began */
-    double next;      /* length of the step to try next */
-    double late;      /* what rounding took from the time: many equal steps are as long as they say */
-    int energy_known; /* whether `energy` is that of the state */
-    int bounded;      /* whether the step may not go on past its end */
+    int under_way;       /* whether the phase has begun, and goes on */
+    int crawled;         /* steps in a row that moved nothing */
+    double crawls_since; /* when they began (s) */
+    double since;        /* when it began */
+    double next;         /* length of the step to try next */
+    double late;         /* what rounding took from the time: many equal steps are as long as they say */
+    int energy_known;    /* whether `energy` is that of the state */
+    int bounded;         /* whether the step may not go on past its end */
     double energy[2],
         energy_end[2]; /* kinetic and potential, at y if it is known, and at the end of a step of length energy_h */
     double energy_h, energy_in_motion; /* and the largest energy that has been in motion */
