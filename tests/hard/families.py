@@ -618,17 +618,22 @@ def run(model: Any, thrown: Throw, limit: float) -> Result:
     return Result(found, wall, tuple(faults(found, thrown.rtol)))
 
 
+def scale_and_rise(found: Any) -> tuple[float, float]:
+    """The scale of the energy (J), and by how much of it the energy rises."""
+    kinetic, potential = found.model.energy(found.q, found.u)
+    energy = kinetic + potential
+    scale = float(kinetic.max() + np.ptp(potential)) or 1.0
+    return scale, float(np.max(energy - np.minimum.accumulate(energy))) / scale
+
+
 def faults(found: Any, rtol: float) -> list[str]:
     """What must never be, whether the run reached its end or stopped and said why; by the scales of energy and length.
 
     Energy may rise by what a hundred tolerances, or roundings of accelerations that the run tells of, come to.
     """
     model = found.model
-    kinetic, potential = model.energy(found.q, found.u)
-    energy = kinetic + potential
-    scale = float(kinetic.max() + np.ptp(potential)) or 1.0
+    scale, rise = scale_and_rise(found)
     length = size(model)
-    rise = float(np.max(energy - np.minimum.accumulate(energy))) / scale
     most = 100.0 * max(rtol, found.acceleration_error)
     active = model.kernels.works
     depth = -float(found.model.gaps(found.q).min()) / length

@@ -133,7 +133,7 @@ static int is_sound(const struct automaton *a, const struct phase *f)
     return !wrong && (a->stage != MEET || a->event.watch < switching_count(f->s));
 }
 
-/* The sum of a state's bytes but its own, which damage changes: FNV-1a of words instead of bytes. Several sums in turn, of which
+/* The sum of a state's bytes but its own, which damage changes: as FNV-1a, of words and with a shift. Several sums in turn, of which
  * none waits for another: short runs feel it. */
 static uint64_t sum_of(const char *bytes, size_t size)
 {
