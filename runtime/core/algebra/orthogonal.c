@@ -4,6 +4,15 @@
 #include <math.h>
 #include <string.h>
 
+#include "algebra/dot.h"
+
+/* x <- x - factor v */
+static void subtract(int n, double factor, const double *v, double *x)
+{
+    for (int i = 0; i < n; i++)
+        x[i] -= factor * v[i];
+}
+
 int reduce_columns(int n, int columns, double *g, double nearest, double *diagonal, double *beta, int *order)
 {
     const int most = n < columns ? n : columns;
@@ -12,11 +21,9 @@ int reduce_columns(int n, int columns, double *g, double nearest, double *diagon
         int best = k;
         double length = -1.0;
         for (int j = k; j < (order ? columns : k + 1); j++) {
-            double sum = 0.0;
-            for (int i = k; i < n; i++)
-                sum += g[(size_t)j * n + i] * g[(size_t)j * n + i];
-            if (sum > length) {
-                length = sum;
+            const double *column = g + (size_t)j * n + k, square = dot(n - k, column, column);
+            if (square > length) {
+                length = square;
                 best = j;
             }
         }
@@ -38,16 +45,10 @@ int reduce_columns(int n, int columns, double *g, double nearest, double *diagon
         double *v = g + (size_t)k * n;
         diagonal[k] = v[k] > 0.0 ? -length : length;
         v[k] -= diagonal[k];
-        double norm = 0.0;
-        for (int i = k; i < n; i++)
-            norm += v[i] * v[i];
-        beta[k] = 2.0 / norm;
+        beta[k] = 2.0 / dot(n - k, v + k, v + k);
         for (int j = k + 1; j < columns; j++) {
-            double *w = g + (size_t)j * n, sum = 0.0;
-            for (int i = k; i < n; i++)
-                sum += v[i] * w[i];
-            for (int i = k; i < n; i++)
-                w[i] -= beta[k] * sum * v[i];
+            double *w = g + (size_t)j * n + k;
+            subtract(n - k, beta[k] * dot(n - k, v + k, w), v + k, w);
         }
     }
     return most;
@@ -57,12 +58,8 @@ void reflect(int n, int rank, const double *g, const double *beta, int transpose
 {
     for (int step = 0; step < rank; step++) {
         const int k = transposed ? step : rank - 1 - step;
-        const double *v = g + (size_t)k * n;
-        double sum = 0.0;
-        for (int i = k; i < n; i++)
-            sum += v[i] * x[i];
-        for (int i = k; i < n; i++)
-            x[i] -= beta[k] * sum * v[i];
+        const double *v = g + (size_t)k * n + k;
+        subtract(n - k, beta[k] * dot(n - k, v, x + k), v, x + k);
     }
 }
 
@@ -80,24 +77,28 @@ void take_least_norm(struct arena *arena, struct least_norm *room, size_t column
     room->rows = TAKE(arena, double, (columns * columns));
     room->diagonal = TAKE(arena, double, columns);
     room->beta = TAKE(arena, double, columns);
-    room->right = TAKE(arena, double, columns);
+    room->kept = 0;
 }
 
-void find_least_norm(int n, int columns, int rank, const double *g, const double *diagonal, const double *beta,
-                     const int *order, const double *length, const double *weight, double *b,
-                     const struct least_norm *room, double *x)
+void prepare_least_norm(int n, int columns, int rank, const double *g, const double *diagonal, const int *order,
+                        const double *length, const double *weight, struct least_norm *room)
 {
-    reflect(n, rank, g, beta, 1, b);
     for (int k = 0; k < rank; k++)
         for (int j = 0; j < columns; j++) {
             const double entry = j < k ? 0.0 : j == k ? diagonal[k] : g[(size_t)j * n + k];
             const double scaled = length ? entry * length[order[j]] : entry;
             room->rows[(size_t)k * columns + order[j]] = weight ? scaled * weight[order[j]] : scaled;
         }
+    room->kept = reduce_columns(columns, rank, room->rows, 0.0, room->diagonal, room->beta, NULL);
+}
+
+void find_least_norm(int n, int columns, int rank, const double *g, const double *beta, double *b,
+                     const struct least_norm *room, double *x)
+{
+    reflect(n, rank, g, beta, 1, b);
     memset(x, 0, columns * sizeof *x);
-    memcpy(room->right, b, rank * sizeof *b);
-    const int kept = reduce_columns(columns, rank, room->rows, 0.0, room->diagonal, room->beta, NULL);
-    solve_transposed_triangle(columns, kept, room->rows, room->diagonal, room->right);
-    memcpy(x, room->right, kept * sizeof *x);
-    reflect(columns, kept, room->rows, room->beta, 0, x);
+    memcpy(x, b, rank * sizeof *b);
+    solve_transposed_triangle(columns, room->kept, room->rows, room->diagonal, x);
+    memset(x + room->kept, 0, (columns - room->kept) * sizeof *x);
+    reflect(columns, room->kept, room->rows, room->beta, 0, x);
 }

@@ -16,17 +16,22 @@ void reflect(int n, int rank, const double *g, const double *beta, int transpose
 /* x <- T^-T x for the upper triangle left by `reduce_columns` */
 void solve_transposed_triangle(int n, int rank, const double *g, const double *diagonal, double *x);
 
-/* Room for a second factorisation, of the rows of a triangle */
+/* A second factorisation, of the rows of a triangle */
 struct least_norm {
-    double *rows, *diagonal, *beta, *right; /* [columns][columns], [columns] */
+    double *rows, *diagonal, *beta; /* [columns][columns], [columns] */
+    int kept;
 };
 
 void take_least_norm(struct arena *arena, struct least_norm *room, size_t columns);
 
-/* x[columns] of least norm with b = sum of x[j] times column j times its length times its weight (each 1 where that is NULL), the columns
- * being those of which `reduce_columns` has kept `rank` in g. What of b[n] they do not reach is left out; b is destroyed. */
-void find_least_norm(int n, int columns, int rank, const double *g, const double *diagonal, const double *beta,
-                     const int *order, const double *length, const double *weight, double *b,
+/* Factorise the rows of the triangle of which `reduce_columns` has kept `rank` columns in g, each column times its length and its weight
+ * (each 1 where that is NULL). */
+void prepare_least_norm(int n, int columns, int rank, const double *g, const double *diagonal, const int *order,
+                        const double *length, const double *weight, struct least_norm *room);
+
+/* x[columns] of least norm with b = sum of x[j] times column j times its length times its weight. What of b[n] they do not reach is left
+ * out; b is destroyed. */
+void find_least_norm(int n, int columns, int rank, const double *g, const double *beta, double *b,
                      const struct least_norm *room, double *x);
 
 #endif

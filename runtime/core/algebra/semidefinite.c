@@ -17,7 +17,7 @@ void take_semidefinite(struct arena *arena, struct semidefinite *room, size_t n)
     take_least_norm(arena, &room->least_norm, n);
 }
 
-void solve_semidefinite(int n, const double *W, const double *r, double *x, const struct semidefinite *room)
+void solve_semidefinite(int n, const double *W, const double *r, double *x, struct semidefinite *room)
 {
     memcpy(x, r, (size_t)n * sizeof *x);
     if (!cholesky(n, W, n, NULL, DEPENDENT_PIVOT, room->a)) {
@@ -29,8 +29,8 @@ void solve_semidefinite(int n, const double *W, const double *r, double *x, cons
     for (int j = 0; j < n; j++)
         room->order[j] = j;
     const int rank = reduce_columns(n, n, room->a, DEPENDENT_PIVOT, room->diagonal, room->beta, room->order);
-    find_least_norm(n, n, rank, room->a, room->diagonal, room->beta, room->order, NULL, NULL, room->right,
-                    &room->least_norm, x);
+    prepare_least_norm(n, n, rank, room->a, room->diagonal, room->order, NULL, NULL, &room->least_norm);
+    find_least_norm(n, n, rank, room->a, room->beta, room->right, &room->least_norm, x);
 }
 
 int solve_definite_well(int n, const double *W, double *x, double *scratch)

@@ -31,7 +31,7 @@ static double residual(int n, const double *W, const double *b, const double *P,
 }
 
 /* All contacts pushing: P = -W^-1 b, of least norm where rows are dependent. 0 if it is a solution. */
-static int all_push(int n, const double *W, const double *b, double scale, const struct semidefinite *room, double *r,
+static int all_push(int n, const double *W, const double *b, double scale, struct semidefinite *room, double *r,
                     double *P)
 {
     for (int i = 0; i < n; i++)

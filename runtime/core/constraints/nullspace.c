@@ -13,18 +13,10 @@
 #include <string.h>
 
 #include "algebra/cholesky.h"
-#include "algebra/orthogonal.h"
 #include "base/tolerances.h"
 #include "constraints/active_set.h"
 
 enum { PASSES = 3 }; /* of refinement */
-
-/* The rows of the closure, of driven joints and of held contacts as columns of g, factorised */
-struct factors {
-    double *g, *length, *diagonal, *beta; /* [rows][n], [rows] */
-    double *right;                        /* [rows] right-hand sides */
-    int *order;                           /* [rows] */
-};
 
 static void take_factors(struct arena *arena, struct factors *f, size_t n, size_t rows)
 {
@@ -186,62 +178,93 @@ static void correct_along(size_t n, size_t count, const double *null, const doub
             x[l] += more[j] * null[j * n + l];
 }
 
+static enum outcome take_nullspace(struct system *s, size_t rows, struct nullspace *z)
+{
+    const size_t n = s->n;
+    struct arena *arena = s->arena;
+    take_factors(arena, &z->factors, n, rows);
+    take_least_norm(arena, &z->least_norm, rows);
+    z->particular = TAKE(arena, double, n);
+    z->null = TAKE(arena, double, (n * n));
+    z->mass = TAKE(arena, double, (n * n));
+    z->weight = TAKE(arena, double, rows);
+    z->b = TAKE(arena, double, n);
+    z->more = TAKE(arena, double, n);
+    z->every = TAKE(arena, double, rows);
+    return arena->ran_out ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
+}
+
+/* The motion of least size in units that the rows ask for */
+static void write_particular(const struct system *s, const struct nullspace *z)
+{
+    const struct factors *f = &z->factors;
+    double *x = z->particular;
+    memset(x, 0, (size_t)s->n * sizeof *x);
+    for (int k = 0; k < z->rank; k++)
+        x[k] = f->right[f->order[k]] / f->length[f->order[k]];
+    solve_transposed_triangle(s->n, z->rank, f->g, f->diagonal, x);
+    reflect(s->n, z->rank, f->g, f->beta, 0, x);
+    for (int i = 0; i < s->n; i++)
+        x[i] *= s->unit[i];
+}
+
+enum outcome factorise_motions(struct system *s, const double *q, int held, const double *y, const double *t,
+                               double nearest, struct nullspace *z)
+{
+    const int fixed = s->model->rows + s->model->drives, rows = fixed + held;
+    *z = (struct nullspace){.q = q, .rows = rows, .fixed = fixed, .accelerates = t != NULL};
+    const enum outcome outcome = take_nullspace(s, rows, z);
+    double *push = TAKE_ZEROS(s->arena, double, s->model->contacts);
+    const struct factors *f = &z->factors;
+    s->rank_deficient++;
+    if (outcome || s->arena->ran_out)
+        return OUTCOME_NO_MEMORY;
+    if (interrupted(s->interruption, 0))
+        return OUTCOME_INTERRUPTED;
+    write_rows(s, q, held, y, t, push, f);
+    for (int j = 0; j < rows; j++) {
+        f->order[j] = j;
+        z->weight[j] = j < fixed ? 1.0 : s->active->weight[j - fixed];
+    }
+    z->rank = reduce_columns(s->n, rows, f->g, nearest, f->diagonal, f->beta, f->order);
+    write_particular(s, z);
+    write_null_motions(s, q, z->rank, f->g, f->beta, z->null, z->mass, z->b);
+    const int free_ = s->n - z->rank;
+    if (cholesky(free_, z->mass, free_, NULL, 0.0, z->mass))
+        return OUTCOME_NOT_FINITE;
+    prepare_least_norm(s->n, rows, z->rank, f->g, f->diagonal, f->order, f->length, z->weight, &z->least_norm);
+    return OUTCOME_DONE;
+}
+
+void choose_motion(struct system *s, const struct nullspace *z, affine *residual, const void *context, double *x,
+                   double *lambda)
+{
+    const size_t n = s->n, free_ = n - z->rank, closed = s->model->rows;
+    memcpy(x, z->particular, n * sizeof *x);
+    residual(s, z->q, context, x, z->b);
+    for (int pass = 0; pass < (s->refine ? PASSES : 1); pass++) { /* refined where masses differ by many orders */
+        correct_along(n, free_, z->null, z->mass, z->b, z->more, x);
+        residual(s, z->q, context, x, z->b);
+    }
+    if (s->refine && free_)
+        note_inexact(s, x, (int)free_, z->more, z->accelerates ? s->acceleration_scale : 0.0);
+    for (size_t i = 0; i < n; i++)
+        z->b[i] *= s->unit[i];
+    find_least_norm((int)n, z->rows, z->rank, z->factors.g, z->factors.beta, z->b, &z->least_norm, z->every);
+    for (int j = 0; j < z->rows; j++)
+        z->every[j] *= z->weight[j];
+    memcpy(lambda, z->every, closed * sizeof *lambda);
+    memcpy(lambda + closed, z->every + z->fixed, (z->rows - z->fixed) * sizeof *lambda);
+}
+
 enum outcome solve_in_nullspace(struct system *s, const double *q, int held, const double *y, const double *t,
                                 double nearest, affine *residual, const void *context, double *x, double *lambda)
 {
-    const struct ccgen_model *m = s->model;
-    const size_t n = s->n, fixed = m->rows + m->drives, rows = fixed + held;
-    struct arena *arena = s->arena;
-    const struct mark mark = arena->top;
-    struct factors f;
-    struct least_norm room;
-    take_factors(arena, &f, n, rows);
-    take_least_norm(arena, &room, rows);
-    double *weight = TAKE(arena, double, rows), *every = TAKE(arena, double, rows);
-    double *null = TAKE(arena, double, (n * n)), *mass = TAKE(arena, double, (n * n));
-    double *b = TAKE(arena, double, n), *p = TAKE(arena, double, n), *more = TAKE(arena, double, n);
-    double *push = TAKE_ZEROS(arena, double, m->contacts);
-    enum outcome outcome = OUTCOME_NO_MEMORY;
-    s->rank_deficient++;
-    if (arena->ran_out)
-        goto end;
-    outcome = OUTCOME_INTERRUPTED;
-    if (interrupted(s->interruption, 0))
-        goto end;
-    write_rows(s, q, held, y, t, push, &f);
-    for (size_t j = 0; j < rows; j++)
-        f.order[j] = (int)j;
-    const int rank = reduce_columns((int)n, (int)rows, f.g, nearest, f.diagonal, f.beta, f.order);
-    const size_t free_ = n - rank;
-    for (size_t j = 0; j < rows; j++)
-        weight[j] = j < fixed ? 1.0 : s->active->weight[j - fixed];
-    memset(x, 0, n * sizeof *x);
-    for (int k = 0; k < rank; k++)
-        x[k] = f.right[f.order[k]] / f.length[f.order[k]];
-    solve_transposed_triangle((int)n, rank, f.g, f.diagonal, x);
-    reflect((int)n, rank, f.g, f.beta, 0, x);
-    for (size_t i = 0; i < n; i++)
-        x[i] *= s->unit[i];
-    write_null_motions(s, q, rank, f.g, f.beta, null, mass, p);
-    outcome = OUTCOME_NOT_FINITE;
-    if (cholesky((int)free_, mass, (int)free_, NULL, 0.0, mass))
-        goto end;
-    residual(s, q, context, x, b);
-    for (int pass = 0; pass < (s->refine ? PASSES : 1); pass++) { /* refined where masses differ by many orders */
-        correct_along(n, free_, null, mass, b, more, x);
-        residual(s, q, context, x, b);
-    }
-    if (s->refine && free_)
-        note_inexact(s, x, (int)free_, more, t ? s->acceleration_scale : 0.0);
-    for (size_t i = 0; i < n; i++)
-        b[i] *= s->unit[i];
-    find_least_norm((int)n, (int)rows, rank, f.g, f.diagonal, f.beta, f.order, f.length, weight, b, &room, every);
-    for (size_t j = 0; j < rows; j++)
-        every[j] *= weight[j];
-    outcome = OUTCOME_DONE;
-    memcpy(lambda, every, m->rows * sizeof *lambda);
-    memcpy(lambda + m->rows, every + fixed, held * sizeof *lambda);
-end:
-    give_back(arena, mark);
+    const struct mark mark = s->arena->top;
+    struct nullspace z;
+    const enum outcome outcome = factorise_motions(s, q, held, y, t, nearest, &z);
+    if (!outcome)
+        choose_motion(s, &z, residual, context, x, lambda);
+    give_back(s->arena, mark);
     return outcome;
 }

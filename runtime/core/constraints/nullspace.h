@@ -2,15 +2,44 @@
 #ifndef CCGEN_NULLSPACE_H
 #define CCGEN_NULLSPACE_H
 
+#include "algebra/orthogonal.h"
 #include "model/system.h"
 
 /* out[n] = M x + (terms that do not depend on x): what A^T lambda must balance */
 typedef void affine(const struct system *s, const double *q, const void *context, const double *x, double *out);
 
-/* x[n] and lambda[rows + held] of least norm with A x = y (on the rows that count) and residual(x) = A^T lambda. The rows
+/* The rows of the closure, of driven joints and of held contacts as columns of g, factorised */
+struct factors {
+    double *g, *length, *diagonal, *beta; /* [rows][n], [rows] */
+    double *right;                        /* [rows] right-hand sides */
+    int *order;                           /* [rows] */
+};
+
+/* A place, its rows factorised, and all motions that these leave: one of them, and those that none of the rows sees */
+struct nullspace {
+    const double *q;       /* [n] */
+    int rows, fixed, rank; /* all rows, those of the closure and of driven joints, those that count */
+    int accelerates;       /* motions are accelerations, not jumps */
+    struct factors factors;
+    double *particular;  /* [n] */
+    double *null, *mass; /* [n - rank][n] and the factor of their masses */
+    double *weight;      /* [rows] */
+    struct least_norm least_norm;
+    double *b, *more, *every; /* scratch: [n], [n], [rows] */
+};
+
+/* All motions x[n] with A x = y on the rows that count, from the arena. The rows
  * of A are those of the closure, and of the first `held` rows of the held contacts below them. A row nearer to the span of
  * the others than `nearest`, relative to its joint's rows, does not count. Driven joints have the prescribed accelerations
  * at time *t, or do not move against each other where `t` is NULL. */
+enum outcome factorise_motions(struct system *s, const double *q, int held, const double *y, const double *t,
+                               double nearest, struct nullspace *z);
+
+/* That of these motions, and lambda[rows + held] of least norm, with residual(x) = A^T lambda */
+void choose_motion(struct system *s, const struct nullspace *z, affine *residual, const void *context, double *x,
+                   double *lambda);
+
+/* Both at once */
 enum outcome solve_in_nullspace(struct system *s, const double *q, int held, const double *y, const double *t,
                                 double nearest, affine *residual, const void *context, double *x, double *lambda);
 

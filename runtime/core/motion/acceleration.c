@@ -70,39 +70,47 @@ static int sliding_friction(const struct system *s, const double *q, double *pus
     return any;
 }
 
-/* On the robust path, with the friction that the forces h->force bring where contacts slide; the forces that it finds in
- * h->force and, of those that slide, in slid[]. Returns how many slide in *sliding. Multipliers where lambda is not NULL. */
-static enum outcome accelerate_with(struct system *s, double t, const double *q, const double *u, double *u_dot,
-                                    double *lambda, double *slid, int *sliding)
+/* What the robust path works with, where it has been taken at one state */
+struct robust {
+    struct nullspace motions;
+    struct motion motion;
+    double *forces;          /* [rows + held] */
+    double *push, *friction; /* [contacts] zeros, [n] */
+};
+
+static enum outcome take_robust_path(struct system *s, double t, const double *q, const double *u, struct robust *r)
 {
     const struct ccgen_model *m = s->model;
     const int held = active_rows(s, 1);
-    struct motion motion = {u, t, NULL};
-    const struct mark mark = s->arena->top;
-    double *bias = TAKE(s->arena, double, m->rows + held), *forces = TAKE(s->arena, double, m->rows + held);
+    double *bias = TAKE(s->arena, double, m->rows + held);
     double *rates = TAKE(s->arena, double, m->contacts), *slips = TAKE(s->arena, double, m->contacts);
-    double *push = TAKE_ZEROS(s->arena, double, m->contacts), *friction = TAKE(s->arena, double, s->n);
-    enum outcome outcome = OUTCOME_NO_MEMORY;
-    *sliding = 0;
+    r->motion = (struct motion){u, t, NULL};
+    r->forces = TAKE(s->arena, double, m->rows + held);
+    r->push = TAKE_ZEROS(s->arena, double, m->contacts);
+    r->friction = TAKE(s->arena, double, s->n);
     if (s->arena->ran_out)
-        goto end;
+        return OUTCOME_NO_MEMORY;
     bias_of_active(s, q, u, rates, slips, bias + m->rows);
     m->closure_bias(s->k, q, u, bias);
     for (int i = 0; i < m->rows + held; i++)
         bias[i] = -bias[i];
-    if (sliding_friction(s, q, push, friction))
-        motion.friction = friction;
-    outcome = solve_in_nullspace(s, q, held, bias, &t, RANK_TOLERANCE, flight_residual, &motion, u_dot, forces);
-    for (int i = 0; i < held && !outcome; i++) {
-        s->active->force[i] = forces[m->rows + i];
-        if (i < s->active->count && against(s->active->mode[i]))
-            slid[(*sliding)++] = s->active->force[i];
+    return factorise_motions(s, q, held, bias, &t, RANK_TOLERANCE, &r->motions);
+}
+
+/* On the robust path, with the friction that the forces h->force bring where contacts slide; the forces that it finds in
+ * h->force and, of those that slide, in slid[]. Returns how many slide. */
+static int accelerate_with(struct system *s, struct robust *r, double *u_dot, double *slid)
+{
+    struct active_set *h = s->active;
+    int sliding = 0;
+    r->motion.friction = sliding_friction(s, r->motions.q, r->push, r->friction) ? r->friction : NULL;
+    choose_motion(s, &r->motions, flight_residual, &r->motion, u_dot, r->forces);
+    for (int i = 0; i < active_rows(s, 1); i++) {
+        h->force[i] = r->forces[s->model->rows + i];
+        if (i < h->count && against(h->mode[i]))
+            slid[sliding++] = h->force[i];
     }
-    if (lambda && !outcome)
-        memcpy(lambda, forces, m->rows * sizeof *lambda);
-end:
-    give_back(s->arena, mark);
-    return outcome;
+    return sliding;
 }
 
 /* Set the forces of the contacts that slide, all scaled by `scale`, or but number `one` zero where `all` is not given. */
@@ -117,35 +125,33 @@ static void set_trial_forces(struct active_set *h, const double *all, int one, d
 
 /* On the robust path. The friction of contacts that slide follows from forces that it changes, p -> g + J p: J column by
  * column, then p = (1 - J)^-1 g, then once more for what rounding has lost. Where 1 - J has lost rank or its
- * determinant is negative, friction jams. */
+ * determinant is negative, friction jams. Multipliers where lambda is not NULL. */
 static enum outcome accelerate_in_nullspace(struct system *s, double t, const double *q, const double *u, double *u_dot,
                                             double *lambda)
 {
     struct active_set *h = s->active;
     const size_t count = active_count(s);
     const struct mark mark = s->arena->top;
+    struct robust robust;
     double *g = TAKE(s->arena, double, count), *p = TAKE_ZEROS(s->arena, double, count);
     double *found = TAKE(s->arena, double, count);
     double *J = TAKE(s->arena, double, (count * count)), *copy = TAKE(s->arena, double, (count * count));
-    enum outcome outcome = OUTCOME_NO_MEMORY;
-    int k = 0, unused;
     double scale = DBL_MIN;
-    if (s->arena->ran_out)
+    enum outcome outcome = s->arena->ran_out ? OUTCOME_NO_MEMORY : take_robust_path(s, t, q, u, &robust);
+    if (outcome)
         goto end;
     if (count)
         set_trial_forces(h, NULL, -1, 0.0);
-    outcome = accelerate_with(s, t, q, u, u_dot, lambda, g, &k);
-    if (outcome || !k)
-        goto end;
+    const int k = accelerate_with(s, &robust, u_dot, g);
     for (int i = 0; i < k; i++)
         scale = fmax(scale, fabs(g[i]));
-    for (int j = 0; j < k && !outcome; j++) {
+    for (int j = 0; j < k; j++) {
         set_trial_forces(h, NULL, j, scale);
-        outcome = accelerate_with(s, t, q, u, u_dot, lambda, found, &unused);
+        accelerate_with(s, &robust, u_dot, found);
         for (int i = 0; i < k; i++)
             J[i * k + j] = (i == j) - (found[i] - g[i]) / scale;
     }
-    for (int pass = 0; pass <= REFINEMENTS && !outcome; pass++) {
+    for (int pass = 0; k && pass <= REFINEMENTS; pass++) {
         memcpy(copy, J, (size_t)k * k * sizeof *J);
         if (eliminate(k, copy, g, SLIDING_PIVOT) <= 0) {
             outcome = OUTCOME_JAMMED;
@@ -154,10 +160,12 @@ static enum outcome accelerate_in_nullspace(struct system *s, double t, const do
         for (int i = 0; i < k; i++)
             p[i] += g[i];
         set_trial_forces(h, p, -1, 1.0);
-        outcome = accelerate_with(s, t, q, u, u_dot, lambda, g, &unused);
+        accelerate_with(s, &robust, u_dot, g);
         for (int i = 0; i < k; i++)
             g[i] -= p[i];
     }
+    if (lambda)
+        memcpy(lambda, robust.forces, s->model->rows * sizeof *lambda);
 end:
     give_back(s->arena, mark);
     return outcome;
