@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -31,9 +32,12 @@ class Problem(ctypes.Structure):
 
 
 @pytest.fixture(scope="module")
-def solve(tmp_path_factory: pytest.TempPathFactory) -> Solver:
-    """``solve_friction``, compiled by itself: its outcome and the impulses, normals and then tangents."""
-    core = Functions(tmp_path_factory.mktemp("friction"), "base", "algebra", "complementarity")
+def core(tmp_path_factory: pytest.TempPathFactory) -> Functions:
+    return Functions(tmp_path_factory.mktemp("friction"), "base", "algebra", "complementarity")
+
+
+def _solver(core: Functions, name: str, *given: int) -> Solver:
+    """The function ``name``: its outcome and the impulses, normals and then tangents."""
 
     def solved(c: Rough) -> tuple[int, Any]:
         n = len(c.mu)
@@ -42,9 +46,19 @@ def solve(tmp_path_factory: pytest.TempPathFactory) -> Solver:
         mode, P = np.zeros(n, dtype=np.int8), np.zeros(2 * n)
         problem = Problem(n, W, bn, bt, mu, mode.ctypes.data, least, None, core.arena.ctypes.data)
         assert core.call("prepare_friction", ctypes.byref(problem)) == 0
-        return core.call("solve_friction", ctypes.byref(problem), P[:n], P[n:]), P
+        return core.call(name, ctypes.byref(problem), *given, P[:n], P[n:]), P
 
     return solved
+
+
+@pytest.fixture(scope="module")
+def solve(core: Functions) -> Solver:
+    return _solver(core, "solve_friction")
+
+
+@pytest.fixture(scope="module")
+def least(core: Functions) -> Solver:
+    return _solver(core, "least_impulses", 0)
 
 
 def _rows(kind: str, n: int, rng: np.random.Generator) -> Any:
@@ -108,6 +122,54 @@ def test_answers_meet_coulombs_law(law: str, kind: str, solve: Solver) -> None:
         if n <= 2 and np.ptp(c.mu) == 0.0:
             assert not closed_contacts.motions(c.W, c.b, float(c.mu[0]), np.zeros(n))
     assert none < 60
+
+
+def _ways(c: Rough) -> Iterator[Any]:
+    """The impulses of every way that has a system far from singular: each contact has its least impulse or comes to
+    rest, and its friction is at one limit, at the other, or brings its sliding to rest."""
+    n = len(c.mu)
+    root = np.sqrt(np.maximum(np.diag(c.W), 1e-300))
+    kinds = [
+        [(pushes, friction) for pushes in (0, 1) for friction in ((-1, 0, 1) if mu > 0.0 else (-1,))] for mu in c.mu
+    ]
+    for way in product(*kinds):
+        S, shift, known = np.zeros((2 * n, 2 * n)), np.zeros(2 * n), []
+        for i, (pushes, friction) in enumerate(way):
+            S[i, i], shift[i] = pushes, 0.0 if pushes else c.least[i]
+            S[n + i, n + i], S[n + i, i] = friction == 0, friction * c.mu[i] * pushes
+            shift[n + i] = 0.0 if friction == 0 else friction * c.mu[i] * shift[i]
+            known += [i] * pushes + [n + i] * (friction == 0)
+        A, right = (c.W @ S)[np.ix_(known, known)], -(c.b + c.W @ shift)[known]
+        A, right = A / root[known][:, None] / root[known], right / root[known]
+        if known and np.linalg.cond(A) > 1e6:
+            continue
+        x = np.zeros(2 * n)
+        x[known] = (np.linalg.solve(A, right) if known else right) / root[known]
+        yield S @ x + shift
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("law", LAWS)
+def test_no_way_has_less_impulses(law: str, kind: str, least: Solver) -> None:
+    """Of up to three contacts all ways are tried here as well, each by LAPACK: none that keeps the law has less."""
+    rng = np.random.default_rng([KINDS.index(kind), LAWS.index(law), 1])
+    compared = 0
+    for _ in range(40):
+        n, e = int(rng.integers(1, 4)), float(rng.choice([0.0, 0.3, 0.7, 1.0]))
+        c = _struck(kind, n, rng)
+        outcome, P = least(c)
+        if law == "newton":
+            c.b[:n] *= 1.0 + e
+        elif law == "expansion" and outcome == 0:
+            c = _after(c, P, e)
+        outcome, P = least(c)
+        load = np.sqrt(np.diag(c.W))[:n]
+        assert outcome or not broken(c, P, TOLERANCE)
+        for other in _ways(c):
+            if not broken(c, other, 1e-11):
+                assert outcome == 0 and load @ P[:n] <= load @ other[:n] * (1.0 + 1e-7)
+                compared += 1
+    assert compared > 20
 
 
 def test_a_strike_much_slower_than_the_sliding(solve: Solver) -> None:

@@ -46,6 +46,12 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
     X(MIXED, CCGEN_LIMIT(1e-4, 1e-1), OF_RELATIVE, \
       "the part of the largest terms of all rows that counts as a row's own", \
       "what the law may be missed by (CONSISTENT) times it is 1e-14 of those terms: some tens of their roundings") \
+    X(LEADING_PIVOT, 1e-2, OF_RELATIVE, \
+      "a pivot taken in the order of the unknowns is small, its triangles large: nothing is concluded from them", \
+      "chosen: triangles a hundred times as large as their system lose four digits of it, and a few more where it is near to singular") \
+    X(SEEN_AT_ONCE, CCGEN_LIMIT(1e-3, 1e-1), OF_RELATIVE, \
+      "part of the largest impulse: one that pulls by more does so in all digits, and its way needs no solution of its own", \
+      "chosen: such triangles leave more digits than three; what pulls less is solved with exchange of rows") \
     X(SINGULAR_MODES, CCGEN_LIMIT(1e-11, 1e-5), OF_RELATIVE, \
       "a choice of sticking and sliding with such a pivot has no impulses of its own", \
       "sums of some hundred entries lose up to four digits, and what is left of five more may be rounding (as DEPENDENT_PIVOT)") \
@@ -183,6 +189,9 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
     X(JAGGED, 0.1, OF_RELATIVE, \
       "part of a force that samples may not foretell, and yet may be rounding", \
       "chosen: where a loop is all but flat forces have one digit or none") \
+    X(FALLING, 0.45, OF_RELATIVE, \
+      "a negative value with more than this part of what it is twice as far from its zero has been negative all the way", \
+      "what falls from zero has a half of it, or tends to that from a quarter; what rises first and then falls has less than a quarter") \
     X(SHALLOW, 0.1, OF_RELATIVE, \
       "part of the samples: a parabola with its least above has not come near zero", \
       "a parabola through three samples of a cubic misses by less") \

@@ -1,4 +1,4 @@
-/* Coulomb's law at rough contacts: what must hold of impulses, and all ways in which it can; see coulomb.c. */
+/* Coulomb's law at rough contacts: what must hold of impulses; see coulomb.c. */
 #ifndef CCGEN_COULOMB_H
 #define CCGEN_COULOMB_H
 
@@ -29,28 +29,21 @@ int prepare_friction(struct friction_problem *c);
 /* By how much impulses break the law, in parts of the sizes from which what is broken has been summed. */
 double coulomb_residual(const struct friction_problem *c, const double *Pn, const double *Pt);
 
+/* Rate of a row, normals then tangents, and the size of its terms */
+double rate_of(const struct friction_problem *c, int row, const double *Pn, const double *Pt, double *size);
+
+/* The largest impulse as it loads its contact, and the largest speed, both in units of the root of an energy */
+void load_and_speed(const struct friction_problem *c, const double *Pn, const double *Pt, double *load, double *speed);
+
+/* Rate of a row in parts of what its rounding is in parts of, where the largest speed is `speed` */
+double scaled_rate(const struct friction_problem *c, int row, const double *Pn, const double *Pt, double speed);
+
 /* Rates[2n] that impulses give, normals and then tangents; 0 where they are rounding. */
 void rates_after(const struct friction_problem *c, const double *Pn, const double *Pt, double *rates);
-
-/* Impulses where contact i pushes as push[i] says, and its friction is at its limit backward (-1) or forward (1), or holds it
- * (0), from one linear system. Returns 0; 1 where it has no unique solution, or there is no memory. */
-int impulses_of(const struct friction_problem *c, const char *push, const signed char *limit, double *Pn, double *Pt);
 
 /* Normal impulses summed as they load their contacts, N s (m/s per N s)^(1/2), and what approaches in the same unit: what ends it
  * where each contact is alone and smooth. */
 double loaded(const struct friction_problem *c, const double *Pn);
 double approaching(const struct friction_problem *c);
-
-/* Impulses that are consistent to the last digits: what the rows of their way still miss is solved for once more, and again. How
- * friction compares with its limit does not enter, so it may be far below. */
-void refine_impulses(const struct friction_problem *c, double *Pn, double *Pt);
-
-/* What is known: nothing; consistent impulses; or the motion too, which is theirs. */
-enum known { NOTHING, IMPULSES, MOTION };
-
-/* The consistent impulses of least normal ones, summed as they load their contacts, of all ways to stay, slide or leave that have
- * unique ones, and of Pn and Pt, where those are known. Where the motion is, ways are tried at those contacts alone that come to
- * rest with it. Returns 0; 1 where none are found; 2 where there are too many ways to try, or no memory. */
-int least_impulses(const struct friction_problem *c, enum known given, double *Pn, double *Pt);
 
 #endif

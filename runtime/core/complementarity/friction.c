@@ -19,6 +19,8 @@
 
 #include "base/tolerances.h"
 #include "complementarity/coulomb.h"
+#include "complementarity/least_impulses.h"
+#include "complementarity/ways.h"
 #include "complementarity/lemke.h"
 
 enum { SWEEPS = 20000, RESTARTS = 12, SHIFTS = 3 };

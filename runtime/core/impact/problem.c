@@ -7,6 +7,8 @@
 #include "base/tolerances.h"
 #include "complementarity/complementarity.h"
 #include "complementarity/friction.h"
+#include "complementarity/least_impulses.h"
+#include "complementarity/ways.h"
 
 /* The impulses of one step at rough contacts, and the rates after it; 0, or nonzero as `solve_friction` says */
 static int solve_rough(struct impact_problem *k, struct friction_problem *rough)
