@@ -52,10 +52,12 @@ static enum outcome locate_mode_event(struct phase *f, struct event event, doubl
     outcome = outcome ? outcome : switching_functions(f->s, f->t + high, f->y1, f->dy1, value);
     const double end = value[event.watch];
     outcome = outcome ? outcome : switching_functions(f->s, f->t, f->y, f->dy1, value);
-    double at_low = value[event.watch];
-    for (int i = 0; !outcome && at_low <= 0.0 && event.theta > 0.0 && i < LANDINGS;
+    double at_low = value[event.watch], at_twice = NAN;
+    for (int i = 0;
+         !outcome && at_low <= 0.0 && event.theta > 0.0 && !falls_from_zero(at_low, at_twice) && i < LANDINGS;
          i++) { /* zero at first, then positive */
         low = ldexp(h, -i - 1);
+        at_twice = i ? at_low : NAN;
         outcome = projected_step(f, low);
         outcome = outcome ? outcome : switching_functions(f->s, f->t + low, f->y1, f->dy1, value);
         at_low = value[event.watch];

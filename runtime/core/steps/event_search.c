@@ -193,13 +193,19 @@ static struct event first_closing(struct search *search)
     return first;
 }
 
+int falls_from_zero(double value, double at_twice)
+{
+    return value < 0.0 && value <= FALLING * at_twice;
+}
+
 /* Event of a watched value that is lost at theta b. A value that is zero at a, as the sliding of what begins to slide, may
  * become positive before it is lost. */
 static double watched_piece(struct search *search, int index, double a, double at_a, double b, double at_b)
 {
-    double from = a;
-    for (int i = 0; i < HALVINGS && at_a <= 0.0; i++) {
+    double from = a, at_twice = NAN;
+    for (int i = 0; i < HALVINGS && at_a <= 0.0 && !falls_from_zero(at_a, at_twice); i++) {
         from = a + ldexp(b - a, -i - 1);
+        at_twice = i ? at_a : at_b;
         at_a = one_watched(search, index, from);
     }
     return at_a > 0.0 ? root(search, one_watched, index, from, at_a, b, at_b) : a;

@@ -21,4 +21,7 @@ struct event {
 enum outcome find_event(struct system *s, const struct method *method, const double *steps, double t, double h,
                         double slow, struct event *event);
 
+/* Whether a value that is zero at a start is negative all the way from there to where it is `value`, as it is `at_twice` twice as far away */
+int falls_from_zero(double value, double at_twice);
+
 #endif
