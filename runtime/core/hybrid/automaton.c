@@ -17,6 +17,7 @@ enum {
     REPEATS = 1000, /* impacts at one instant */
     RATTLE = 1000,  /* the same of events between which no closed contact moves */
     HALVINGS = 30,  /* of a part of restitution: to a billionth */
+    FEW = 6,        /* coordinates: of two free bodies, or of a loop of four links */
     IDLE =
         10 /* events of a gap that neither take time nor lead to an impact, before its contact is said to be at rest */
 };
@@ -171,7 +172,8 @@ static int chatters(struct phase *f, double since)
 /* Bring bounces to rest that are the slower the fewer events a window has had: where events become ever more, bounces are ever
  * smaller, and would never end. A ball with e = 0.99 has come to bounces of 10^-12 of the height that it fell from in the last second, one with 0.999 to a
  * millionth, when a two-hundredth of the steps and events that a window may have are spent, which are 1000. The speed then doubles so that it
- * comes to a length in a window before as many again have gone by. */
+ * comes to a length in a window before as many again have gone by. An event costs as the mechanism has coordinates: with more than a few it
+ * may have fewer, in proportion, so that windows cost alike. */
 static void slow_down(struct automaton *a, struct phase *f)
 {
     struct run *run = f->run;
@@ -179,7 +181,8 @@ static void slow_down(struct automaton *a, struct phase *f)
         a->window = f->t;
         a->earlier = a->events;
     }
-    const long patience = run->rate_budget / 200, each = run->rate_budget / 6400 + 1;
+    const long most = run->rate_budget / 200, n = f->s->n;
+    const long patience = n > FEW ? most * FEW / n : most, each = patience / 32 + 1;
     const long beyond = a->events - a->earlier - patience;
     f->at.slow = beyond <= 0 ? 0.0 : fmin(ldexp(CROWDED_SPEED, (int)(beyond / each)), 1.0);
     run->rest_speed = fmax(run->rest_speed, f->at.slow * f->s->length / f->s->time);
