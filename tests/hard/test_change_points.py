@@ -85,7 +85,7 @@ LONG_ROW = Branch(
 )
 SEVERAL = {"n-four-bar": ROW, **BRANCHES, "row of 40": LONG_ROW}
 TOLERANCES = np.geomspace(1e-9, 1e-12, 25)
-LOSS = {"gauss": 10.0, "dop853": 300.0}
+LOSS = {"gauss": 10.0, "dop853": 300.0, "dopri5": 700.0, "radau": 30.0}
 """Times rtol: what a run of 10 s may lose. The pendulum that each amounts to is off by 100 to 690 rtol when SciPy's
 DOP853 integrates its one angle."""
 END = 10.0

@@ -120,7 +120,7 @@ static int is_sound(const struct automaton *a, const struct phase *f)
 {
     const struct active_set *h = &f->active;
     const int c = f->s->model->contacts;
-    int wrong = a->stage >= STAGES_OF_RUN || f->at.passage > ACROSS || h->count < 0 || h->count > c ||
+    int wrong = a->stage >= STAGES_OF_RUN || f->at.passage > ABOUT || h->count < 0 || h->count > c ||
                 h->rows < h->count || h->rows > 2 * h->count || h->implied < 0 || h->implied > c ||
                 a->event.contact < -1 || a->event.contact >= c || a->event.watch < FLAT || a->loss.contact < -1 ||
                 a->loss.contact >= c || a->events < 0 || f->run->steps < 0;

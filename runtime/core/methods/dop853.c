@@ -143,5 +143,13 @@ static void dop853_interpolate(const double *scratch, int size, double theta, do
 }
 
 const struct method dop853 = {
-    "dop853",          8, 1, dop853_scratch, NULL, NULL, dop853_step, dop853_estimates, dop853_measure, dop853_prepare,
-    dop853_interpolate};
+    .name = "dop853",
+    .order = 8,
+    .derivatives = 1,
+    .scratch = dop853_scratch,
+    .step = dop853_step,
+    .estimates = dop853_estimates,
+    .measure = dop853_measure,
+    .prepare = dop853_prepare,
+    .interpolate = dop853_interpolate,
+};

@@ -99,5 +99,13 @@ static void dopri5_interpolate(const double *scratch, int size, double theta, do
 }
 
 const struct method dopri5 = {
-    "dopri5",          5, 1, dopri5_scratch, NULL, NULL, dopri5_step, dopri5_estimates, dopri5_measure, dopri5_prepare,
-    dopri5_interpolate};
+    .name = "dopri5",
+    .order = 5,
+    .derivatives = 1,
+    .scratch = dopri5_scratch,
+    .step = dopri5_step,
+    .estimates = dopri5_estimates,
+    .measure = dopri5_measure,
+    .prepare = dopri5_prepare,
+    .interpolate = dopri5_interpolate,
+};

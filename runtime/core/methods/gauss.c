@@ -289,14 +289,15 @@ static void gauss_interpolate(const double *scratch, int size, double theta, dou
         y[i] += theta * g->miss[i];
 }
 
-const struct method gauss = {"gauss",
-                             ORDER,
-                             0,
-                             gauss_scratch,
-                             gauss_restart,
-                             gauss_memory,
-                             gauss_step,
-                             gauss_estimates,
-                             gauss_measure,
-                             gauss_prepare,
-                             gauss_interpolate};
+const struct method gauss = {
+    .name = "gauss",
+    .order = ORDER,
+    .scratch = gauss_scratch,
+    .restart = gauss_restart,
+    .memory = gauss_memory,
+    .step = gauss_step,
+    .estimates = gauss_estimates,
+    .measure = gauss_measure,
+    .prepare = gauss_prepare,
+    .interpolate = gauss_interpolate,
+};

@@ -25,7 +25,8 @@ static inline struct tolerance to_rounding(const struct system *s)
 
 struct method {
     const char *name;
-    int order;       /* of the solution that is carried on */
+    int order; /* of the solution that is carried on */
+    int damps; /* whether it damps what stages have wrong across the closure, so that its estimate does not show it */
     int derivatives; /* whether every step, and not only the first after a restart, needs dy at its start */
     /* numbers of scratch that a method needs, zeros at first; the same scratch goes to all its calls */
     size_t (*scratch)(const struct system *s);

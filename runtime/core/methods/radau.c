@@ -409,5 +409,14 @@ static void radau_interpolate(const double *scratch, int size, double theta, dou
 }
 
 const struct method radau = {
-    "radau",          ORDER, 1, radau_scratch, NULL, NULL, radau_step, radau_estimates, radau_measure, radau_prepare,
-    radau_interpolate};
+    .name = "radau",
+    .order = ORDER,
+    .damps = 1,
+    .derivatives = 1,
+    .scratch = radau_scratch,
+    .step = radau_step,
+    .estimates = radau_estimates,
+    .measure = radau_measure,
+    .prepare = radau_prepare,
+    .interpolate = radau_interpolate,
+};

@@ -6,7 +6,8 @@
  * shows; what the end of a step gets wrong, the next step makes larger. Steps near such a configuration are therefore placed:
  * one that would end beside it ends well before it, and the next passes it between two of its stages, with every stage put
  * onto the closure first, by a method that looks at neither of its ends: collocation (gauss.c). A state that an event or the
- * end of a run has left beside the configuration is passed over likewise. The solution of the equations is the same, and so
+ * end of a run has left beside the configuration is passed over likewise. The run's own method goes on where velocities are known
+ * to the tolerance again: short steps nearer by would estimate rounding. The solution of the equations is the same, and so
  * is the order of the method.
  */
 #include "steps/singular_step.h"
@@ -26,17 +27,23 @@ static const double CLEAR[] = {0.005, 0.0608, 0.1695, 0.3228, 0.5, 0.6772, 0.830
 enum { CLEARS = sizeof CLEAR / sizeof *CLEAR };
 static const double MIDDLE = 0.5, LATE = 0.9;
 
-/* What velocities may be wrong by (1/s) at the end of a step */
-static double rate_allowed(const struct phase *f)
+/* What velocities of state y may be wrong by (1/s) */
+static double rate_allowed(const struct phase *f, const double *y)
 {
-    return f->run->tolerance.atol / f->s->time + f->run->tolerance.rtol * fastest(f->s, f->y1 + f->s->n);
+    return f->run->tolerance.atol / f->s->time + f->run->tolerance.rtol * fastest(f->s, y + f->s->n);
+}
+
+/* How near to dependence rows are where velocities of state y are just known to the tolerance */
+static double doubtful_margin(const struct phase *f, const double *y)
+{
+    return sqrt(ACROSS_KNOWN * DBL_EPSILON * fastest(f->s, y + f->s->n) / rate_allowed(f, y));
 }
 
 /* Whether the end of the step lay beside the closure by more than its error may be, before it was put back to y1 */
 static int off_the_closure(const struct phase *f)
 {
     const struct system *s = f->s;
-    return s->missed_rate > BESIDE * rate_allowed(f) * s->length ||
+    return s->missed_rate > BESIDE * rate_allowed(f, f->y1) * s->length ||
            s->missed > BESIDE * (f->run->tolerance.atol + f->run->tolerance.rtol) * s->length;
 }
 
@@ -49,8 +56,28 @@ static int unsure(const struct phase *f)
     const double moved = s->moved_rate * s->length;
     if (!(moved > MAGNIFIED * s->missed_rate))
         return 0;
-    const double near = sqrt(ACROSS_KNOWN * DBL_EPSILON * fastest(s, f->y1 + s->n) / rate_allowed(f));
+    const double near = doubtful_margin(f, f->y1);
     return MAGNIFIED * near * moved > s->missed_rate && rank_margin(f->s, f->y1) < near;
+}
+
+/* Whether the step is so short that it could begin where velocities are not known to the tolerance before a look ahead has found the place */
+static int could_begin_in_doubt(const struct phase *f)
+{
+    return LOOK_AHEAD * f->h * fastest(f->s, f->y + f->s->n) < fmin(doubtful_margin(f, f->y), SIGMA_DROP);
+}
+
+/* Whether it does. Away from passages rows may be as near as that to dependence for long, which the run's own method bears. */
+static int begins_in_doubt(const struct phase *f)
+{
+    return !active_count(f->s) && rank_margin(f->s, f->y) < fmin(doubtful_margin(f, f->y), SIGMA_DROP);
+}
+
+/* Whether the step may have passed dependence without a sign: its stages lay on the closure, or its method damps what they had
+ * wrong. The angle between two links changes by no more than twice the fastest rotation; rows come no faster nearer to dependence. */
+static int may_hide(const struct phase *f)
+{
+    return (f->at.passage == ABOUT || f->by->damps) &&
+           rank_margin(f->s, f->y1) < 2.0 * LOOK_AHEAD * f->h * fastest(f->s, f->y1 + f->s->n);
 }
 
 /* Coordinates at part x of the step, on the cubic through its beginning and `end` */
@@ -101,7 +128,7 @@ int crosses_singularity(struct phase *f, enum outcome back, double error, const 
     double part;
     if (!projects(f) || !f->s->model->rows || f->run->fixed_step > 0.0)
         return 0;
-    if (!(back || error > WILD || off_the_closure(f) || (error <= 1.0 && unsure(f))) ||
+    if (!(back || error > WILD || off_the_closure(f) || may_hide(f) || (error <= 1.0 && unsure(f))) ||
         !nearest_part(f, end, LOOK_AHEAD, &part))
         return 0;
     f->at.place = f->t + part * f->h;
@@ -121,7 +148,12 @@ int misplaced(struct phase *f, const double *end)
 void place_about_singularity(struct phase *f)
 {
     const double part = (f->at.place - f->t) / f->h;
-    f->at.passage = FREE;
+    const enum passage was = f->at.passage;
+    f->at.passage = f->passing && (was != FREE || could_begin_in_doubt(f)) && begins_in_doubt(f) ? ABOUT : FREE;
+    if (was == FREE && f->at.passage == ABOUT)
+        f->at.own = f->h;
+    if (was == ABOUT && f->at.passage == FREE)
+        f->h = fmin(f->h, f->at.own);
     if (!(part > -CLEAR[0] &&
           part < 1.0 + MIDDLE)) /* not where no place is known, or where a whole step before it leaves enough */
         return;

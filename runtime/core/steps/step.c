@@ -79,7 +79,7 @@ enum outcome project_step_end(struct phase *f)
 
 enum outcome unprojected_step(struct phase *f, double h, struct tolerance tolerance)
 {
-    const int guided = f->at.passage == ACROSS || (f->at.passage == BEFORE && f->run->method == &gauss);
+    const int guided = f->at.passage != FREE;
     const int other = guided && f->passing && !active_count(f->s);
     f->by = other ? &gauss : f->run->method;
     f->steps = other ? f->passing : f->scratch;

@@ -6,9 +6,9 @@
 #include "record/run.h"
 #include "steps/event_search.h"
 
-/* How a step lies to a singular configuration: far from it, so that it ends well before it, or across it, with its stages on the
- * closure: singular_step.h */
-enum passage { FREE, BEFORE, ACROSS };
+/* How a step lies to a singular configuration: far from it, so that it ends well before it, across it, or about one, at no known
+ * place. All but the first have their stages on the closure: singular_step.h */
+enum passage { FREE, BEFORE, ACROSS, ABOUT };
 
 /* What a phase takes over from one step to the next, beside the state and what the method keeps */
 struct progress {

@@ -66,8 +66,8 @@ static enum outcome project_and_place(struct phase *f, const double *error, int 
     double *end = f->dy1;
     memcpy(end, f->y1, (size_t)f->s->size * sizeof *end);
     const enum outcome back = project_step_end(f);
-    *again =
-        f->at.passage == FREE ? crosses_singularity(f, back, *error, end) : !back && *error <= 1.0 && misplaced(f, end);
+    *again = f->at.passage == FREE || f->at.passage == ABOUT ? crosses_singularity(f, back, *error, end)
+                                                             : !back && *error <= 1.0 && misplaced(f, end);
     return *error <= 1.0 ? back : OUTCOME_DONE;
 }
 
@@ -104,7 +104,7 @@ enum outcome accepted_step(struct phase *f, double *next)
             *next = f->h * fmin(fmax(change, LEAST_CHANGE), refused ? 1.0 : LARGEST_CHANGE);
             if (f->at.passage == BEFORE)
                 *next = fmax(*next, whole);
-            if (f->by != run->method) /* the length that the run's own method may have */
+            if (f->by != run->method && f->at.passage == ACROSS) /* the length that the run's own method may have */
                 *next = f->at.own;
             run->steps++;
             return OUTCOME_DONE;
