@@ -169,7 +169,7 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
       "steps that move less may be stuck where links lie in a line", \
       "the root of rounding: what is unknown there, docs/theory 8.3") \
     X(STANDSTILL, 1e-5, OF_TIME, \
-      "a tenth of the steps of a window, if they take less in a row and none moves more than rounding beside a line, are stuck", \
+      "a hundredth of the steps of a window, if they take less in a row and none moves more than rounding beside a line, are stuck", \
       "a span of time stepping, which passes what they are stuck at, takes ten times that") \
     X(ADRIFT, CCGEN_LIMIT(1e-11, 1e-4), OF_LENGTH, \
       "a carried contact with such a gap is open", \
@@ -243,6 +243,9 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
     X(WIDER, 4.0, OF_RELATIVE, \
       "times what is unknown: what is closed where steps get no further", \
       "of a contact, its two links and the ground each is unknown by as much (as MARGIN)") \
+    X(NO_ACCELERATION, CCGEN_LIMIT(6e-6, 5e-3), OF_RELATIVE, \
+      "nearer than that to dependence no acceleration is known", \
+      "the cube root of rounding: accelerations are known to rounding / sigma^3 (docs/theory section 8)") \
     X(TURNS, 4.0, OF_RELATIVE, \
       "times what is unknown and the links: the distance at which rows may depend", \
       "of a contact, its two links and the ground each is unknown by as much (as MARGIN)") \

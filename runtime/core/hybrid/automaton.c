@@ -282,10 +282,12 @@ static enum outcome step(struct automaton *a, struct phase *f)
 {
     if (f->run->method->order == 0)
         return step_to_end(&a->span, f);
+    int closed;
     const enum outcome outcome = step_through_span(&a->span, f);
-    if (!outcome && !a->span.under_way)
-        hand_over(a, f);
-    return outcome;
+    if (outcome || a->span.under_way)
+        return outcome;
+    hand_over(a, f);
+    return lay_flat(f, &closed);
 }
 
 /* Whether time stepping may get further where a stage has failed so: what is unknown there is what contacts do. Prescribed motions that are
@@ -302,8 +304,8 @@ static int may_step(const struct automaton *a, const struct phase *f, enum outco
         return 1;
     case OUTCOME_GAINED:
         return f->run->on_gain == GAIN_REDUCES;
-    case OUTCOME_CROWDED: /* by steps in flight is no matter of contacts */
-        return f->run->fixed_step == 0.0 && a->events - a->earlier > f->run->rate_budget / 1000;
+    case OUTCOME_CROWDED: /* by steps in flight is no matter of contacts, but where links all but lie in a line */
+        return f->run->fixed_step == 0.0 && (a->events - a->earlier > f->run->rate_budget / 1000 || is_crawling(f));
     case OUTCOME_STEP_TOO_SMALL:
     case OUTCOME_NOT_CLOSED:
     case OUTCOME_ESCAPED:

@@ -332,8 +332,18 @@ static int finds_way_on(struct phase *f, int count, double gap_uncertainty)
     return too_fast(f, count, gap_uncertainty, fall, &down) && down && keeps_energy(f);
 }
 
-/* Close the contacts with gaps below `gap_uncertainty` if that makes closure rows fewer than `rank`; whether it was done. */
-static int snap_below(struct phase *f, double gap_uncertainty, double miss, int rank, double *closure,
+/* Take all velocities from y1, if it is to stay where it has been put. */
+static int stays(struct phase *f, int count, double gap_uncertainty)
+{
+    (void)count, (void)gap_uncertainty;
+    memset(f->y1 + f->s->n, 0, f->s->n * sizeof *f->y1);
+    return 1;
+}
+
+/* Close the contacts with gaps below `gap_uncertainty` if that makes closure rows fewer than `rank`, with the velocities that goes_on gives; whether
+ * it was done. */
+static int snap_below(struct phase *f, double gap_uncertainty, double miss, int rank,
+                      int (*goes_on)(struct phase *f, int count, double gap_uncertainty), double *closure,
                       enum outcome *outcome)
 {
     struct system *s = f->s;
@@ -352,7 +362,7 @@ static int snap_below(struct phase *f, double gap_uncertainty, double miss, int 
         memcpy(mode, h->mode, held);
         memcpy(weight, h->weight, rows * sizeof *weight);
         activate(h, count, f->set, smooth); /* FRICTIONLESS */
-        done = closes_contacts(f, count, miss, rank, closure) && finds_way_on(f, count, gap_uncertainty);
+        done = closes_contacts(f, count, miss, rank, closure) && goes_on(f, count, gap_uncertainty);
         activate(h, held, set, mode);
         memcpy(h->weight, weight, rows * sizeof *weight);
         *outcome = done ? commit_snap(f, count) : OUTCOME_DONE;
@@ -394,10 +404,32 @@ enum outcome snap_to_singularity(struct phase *f, int stuck, int *closed)
     const double gap_uncertainty = unknown(sigma, miss);
     for (int wider = 0; sigma <= TURNS * s->model->links * gap_uncertainty && wider <= stuck && !*closed && !outcome;
          wider++)
-        *closed = snap_below(f, (wider ? WIDER : 1.0) * gap_uncertainty, miss, rank, closure, &outcome);
+        *closed = snap_below(f, (wider ? WIDER : 1.0) * gap_uncertainty, miss, rank, finds_way_on, closure, &outcome);
     if (!*closed && rank < rows && !outcome) /* a row that is left out already: how near, is not known either */
-        *closed = snap_below(f, MARGIN * RANK_TOLERANCE, miss, rank + 1, closure, &outcome);
+        *closed = snap_below(f, MARGIN * RANK_TOLERANCE, miss, rank + 1, finds_way_on, closure, &outcome);
 end:
+    give_back(s->arena, mark);
+    return outcome;
+}
+
+enum outcome lay_flat(struct phase *f, int *closed)
+{
+    struct system *s = f->s;
+    double sigma;
+    enum outcome outcome = OUTCOME_DONE;
+    *closed = 0;
+    if (!s->model->rows || fastest(s, f->y + s->n) * s->time > CRAWL)
+        return outcome;
+    const struct mark mark = s->arena->top;
+    double *closure = TAKE(s->arena, double, s->model->rows);
+    if (s->arena->ran_out)
+        outcome = OUTCOME_NO_MEMORY;
+    else {
+        const double miss = closure_miss(f, closure);
+        const int rank = row_rank(s, f->y, &sigma);
+        if (sigma <= TURNS * s->model->links * NO_ACCELERATION)
+            *closed = snap_below(f, NO_ACCELERATION, miss, rank, stays, closure, &outcome);
+    }
     give_back(s->arena, mark);
     return outcome;
 }

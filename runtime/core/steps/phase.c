@@ -123,12 +123,16 @@ static int stalls(const struct phase *f)
     return f->s->model->contacts && f->h * fastest(f->s, f->y + f->s->n) < CRAWL;
 }
 
-/* Whether so many steps have moved nothing, and taken next to no time, that none will. Prescribed motions and steps of fixed length have no
+int is_crawling(const struct phase *f)
+{
+    return f->at.crawled >= f->run->rate_budget / 100;
+}
+
+/* Whether steps crawl and have taken next to no time, so that none will get on. Prescribed motions and steps of fixed length have no
  * other way on: they keep the whole budget of a window. */
 static int is_stuck(const struct phase *f)
 {
-    const struct run *run = f->run;
-    return run->fixed_step == 0.0 && !f->s->model->drives && f->at.crawled >= run->rate_budget / 10 &&
+    return f->run->fixed_step == 0.0 && !f->s->model->drives && is_crawling(f) &&
            f->t - f->at.crawls_since < STANDSTILL * f->s->time;
 }
 
