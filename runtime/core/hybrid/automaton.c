@@ -19,7 +19,8 @@ enum {
     HALVINGS = 30,  /* of a part of restitution: to a billionth */
     FEW = 6,        /* coordinates: of two free bodies, or of a loop of four links */
     IDLE =
-        10 /* events of a gap that neither take time nor lead to an impact, before its contact is said to be at rest */
+        10, /* events of a gap that neither take time nor lead to an impact, before its contact is said to be at rest */
+    EACH = 64 /* events of each contact that crowds, at least, before any comes to rest sooner */
 };
 
 static const struct event NO_EVENT = {-1, 0.0, LOST, 1.0};
@@ -33,6 +34,7 @@ struct blow {
     double *P;             /* [2 contacts] impulses, normal ones and then those of friction */
     double *rates;         /* [contacts] scratch */
     double *du, *momentum; /* [n] scratch */
+    double taken;          /* J: what the contacts take */
 };
 
 /* 0, or 1 when memory runs out */
@@ -71,37 +73,42 @@ static double contact_loss(const struct phase *f, const struct blow *b, const do
     return loss - friction_work(f, b, u_plus);
 }
 
-/* The impact with the restitution of all contacts times `share`, and the energy (J) that it takes: all that the mechanism loses where driven
- * joints, which do not change their speeds, do work in an impact too */
-static enum outcome strike_with(struct phase *f, struct blow *b, double share, double *loss)
+/* The impact with the restitution of all contacts times `share`, and the energy that they take by that: b->taken */
+static enum outcome strike_with(struct phase *f, struct blow *b, double share)
 {
     double *u_plus = f->y1 + f->s->n;
     for (int i = 0; i < b->count; i++)
         b->less[i] = share * b->e[i];
     const enum outcome outcome = impact(f->s, f->y, f->y + f->s->n, b->count, f->set, b->less, u_plus, b->P);
-    *loss = f->s->model->drives ? jump_loss(f->s, f->y, f->y + f->s->n, u_plus, b->du, b->momentum)
-                                : contact_loss(f, b, u_plus);
+    b->taken = contact_loss(f, b, u_plus);
     return outcome;
 }
 
-/* The impact with the restitution that contacts have, or where that would gain energy, the largest part of it that does not
- * (docs/events.md, "Striking"): by bisection, for what an impact gains grows with restitution, and without any it never gains. Only an impact
- * whose own energy does not rise is taken: with a tolerance there, thousands of them add up. *share is that part. */
-static enum outcome strike_together(struct phase *f, struct blow *b, double *share, double *loss)
+/* The energy (J) that the mechanism loses in the impact to u_plus: driven joints, which do not change their speeds, do work in it too. */
+static double loss_of(const struct phase *f, const struct blow *b, const double *u_plus)
 {
-    enum outcome outcome = strike_with(f, b, *share = 1.0, loss);
+    return f->s->model->drives ? jump_loss(f->s, f->y, f->y + f->s->n, u_plus, b->du, b->momentum) : b->taken;
+}
+
+/* The impact with the restitution that contacts have, or where that would gain energy, the largest part of it that does not
+ * (docs/events.md, "Striking"): by bisection, since without any it never gains; where contacts differ in restitution it need not grow with the part, and
+ * a part is found that does not gain. Only one in which contacts give no energy is taken: with a tolerance there, thousands of them add up. *share
+ * is that part. */
+static enum outcome strike_together(struct phase *f, struct blow *b, double *share)
+{
+    enum outcome outcome = strike_with(f, b, *share = 1.0);
     if (outcome != OUTCOME_GAINED || f->run->on_gain == GAIN_STOPS)
         return outcome;
     double above = 1.0, tried = 0.0;
     *share = 0.0;
-    outcome = strike_with(f, b, tried, loss);
-    if (outcome || *loss < 0.0)
+    outcome = strike_with(f, b, tried);
+    if (outcome || b->taken < 0.0)
         return outcome ? outcome : OUTCOME_GAINED;
     for (int i = 0; i < HALVINGS; i++) {
         tried = 0.5 * (*share + above);
-        *(strike_with(f, b, tried, loss) || *loss < 0.0 ? &above : share) = tried;
+        *(strike_with(f, b, tried) || b->taken < 0.0 ? &above : share) = tried;
     }
-    return tried == *share ? OUTCOME_DONE : strike_with(f, b, *share, loss);
+    return tried == *share ? OUTCOME_DONE : strike_with(f, b, *share);
 }
 
 /* All impacts of one instant: those contacts that are closed and not opening are struck together; if a closed contact is
@@ -122,7 +129,7 @@ static enum outcome resolve_with(struct phase *f, int trigger, struct blow *b)
             const double closed = gap_tolerance(f, c), still = rest_velocity(f, c);
             if ((f->gaps[c] <= closed || (c == trigger && !repeat)) && f->rates[c] <= still) {
                 approaching |= f->rates[c] < -still || (c == trigger && !repeat && f->rates[c] < 0.0);
-                b->e[b->count] = f->at.slow > 0.0 && fabs(f->rates[c]) <= still ? 0.0 : f->s->restitution[c];
+                b->e[b->count] = is_crowded(f, c) && fabs(f->rates[c]) <= still ? 0.0 : f->s->restitution[c];
                 f->set[b->count++] = c;
             }
         }
@@ -132,14 +139,16 @@ static enum outcome resolve_with(struct phase *f, int trigger, struct blow *b)
             return OUTCOME_REPEATS;
         activate(f->s->active, 0, NULL, NULL); /* what was held may leave now */
         const double *u_plus = f->y1 + n;
-        double share, loss;
-        const enum outcome outcome = strike_together(f, b, &share, &loss);
+        double share;
+        const enum outcome outcome = strike_together(f, b, &share);
         if (outcome) {
             run->contact = f->set[0];
             return outcome;
         }
-        if (record_state(f) || append_impact(&run->impacts, f->t, f->y + n, u_plus, n, b->count, f->set, b->P, loss,
-                                             share, run->record.count))
+        if (!memcmp(f->y + n, u_plus, n * sizeof *u_plus)) /* what approached did so by rounding: nothing has struck */
+            continue;
+        if (record_state(f) || append_impact(&run->impacts, f->t, f->y + n, u_plus, n, b->count, f->set, b->P,
+                                             loss_of(f, b, u_plus), share, run->record.count))
             return OUTCOME_NO_MEMORY;
         memcpy(f->y + n, u_plus, n * sizeof *u_plus);
         if (record_state(f))
@@ -157,10 +166,13 @@ static enum outcome resolve_impacts(struct phase *f, int trigger)
     return outcome;
 }
 
-/* Whether the closed contacts have moved since an event `since` ago by less than positions can show */
-static int chatters(struct phase *f, double since)
+/* Whether the closed contacts have moved since an event `since` ago by less than positions can show. An event of a contact that slides, or begins to, is
+ * no rattling: held contacts do not move at all. */
+static int chatters(const struct automaton *a, struct phase *f, double since)
 {
     const struct ccgen_model *m = f->s->model;
+    if (a->event.watch >= 0 && mode_change_of(f->s, a->event.watch).how != DETACHES)
+        return 0;
     contact_gaps(f->s, f->y, f->gaps);
     contact_rates(f->s, f->y, f->y + f->s->n, f->rates);
     for (int c = 0; c < m->contacts; c++)
@@ -170,20 +182,30 @@ static int chatters(struct phase *f, double since)
 }
 
 /* Bring bounces to rest that are the slower the fewer events a window has had: where events become ever more, bounces are ever
- * smaller, and would never end. A ball with e = 0.99 has come to bounces of 10^-12 of the height that it fell from in the last second, one with 0.999 to a
+ * smaller, and would never end. Only contacts that have had more than ORDINARY events themselves are brought to rest, and only what they had more
+ * counts, so that many bodies that each strike now and then are no crowd. A ball with e = 0.99 has come to bounces of 10^-12 of the height that it fell from in the last second, one with 0.999 to a
  * millionth, when a two-hundredth of the steps and events that a window may have are spent, which are 1000. The speed then doubles so that it
  * comes to a length in a window before as many again have gone by. An event costs as the mechanism has coordinates: with more than a few it
- * may have fewer, in proportion, so that windows cost alike. */
+ * may have fewer, in proportion, so that windows cost alike, but EACH for every contact that crowds: bounces of two thirds of the speed before have come
+ * to 10^-11 of it by then. */
 static void slow_down(struct automaton *a, struct phase *f)
 {
     struct run *run = f->run;
     if (f->t >= a->window + window_of(f)) {
         a->window = f->t;
         a->earlier = a->events;
+        memset(f->met, 0, f->s->model->contacts * sizeof *f->met);
     }
+    long crowd = 0, crowded = 0;
+    f->met[a->event.contact]++;
+    for (int c = 0; c < f->s->model->contacts; c++)
+        if (f->met[c] > (int)ORDINARY) {
+            crowd += f->met[c] - (int)ORDINARY;
+            crowded += EACH;
+        }
     const long most = run->rate_budget / 200, n = f->s->n;
-    const long patience = n > FEW ? most * FEW / n : most, each = patience / 32 + 1;
-    const long beyond = a->events - a->earlier - patience;
+    const long share = n > FEW ? most * FEW / n : most, patience = share > crowded ? share : crowded;
+    const long beyond = crowd - patience, each = patience / 32 + 1;
     f->at.slow = beyond <= 0 ? 0.0 : fmin(ldexp(CROWDED_SPEED, (int)(beyond / each)), 1.0);
     run->rest_speed = fmax(run->rest_speed, f->at.slow * f->s->length / f->s->time);
 }
@@ -192,7 +214,7 @@ static void slow_down(struct automaton *a, struct phase *f)
 static enum outcome meet(struct automaton *a, struct phase *f)
 {
     const double now = f->t - INSTANT * fmax(f->s->time, fabs(f->t)), since = f->at.since;
-    a->still = chatters(f, f->t - since) ? a->still + 1 : 0;
+    a->still = chatters(a, f, f->t - since) ? a->still + 1 : 0;
     a->crowds = a->still >= RATTLE || (a->events >= CROWD && now <= a->last[(a->events - CROWD) % (2 * CROWD)]);
     if (a->events >= 2 * CROWD && now <= a->last[a->events % (2 * CROWD)]) {
         f->run->contact = a->event.contact;
@@ -392,15 +414,16 @@ void start_automaton(struct automaton *a)
 /* Where a stage has failed so: friction that jams has an impact without collision, once at an instant, all else goes on by time stepping. */
 static enum outcome find_way_on(struct automaton *a, struct phase *f, enum outcome failed)
 {
-    int struck = 0;
+    int contact = -1;
     if (failed == OUTCOME_JAMMED && !(a->jammed == f->t)) {
-        a->jammed = f->t;
-        const enum outcome outcome = strike_without_collision(f, &struck);
+        const enum outcome outcome = strike_without_collision(f, &contact);
         if (outcome)
             return outcome;
+        a->jammed = f->t;
     }
     f->at.under_way = 0;
-    a->event = NO_EVENT; /* what led here is no longer what the state is about */
+    const int struck = contact >= 0; /* what led here is no longer what the state is about */
+    a->event = struck ? (struct event){contact, 1.0, JAMS, 1.0} : NO_EVENT;
     a->loss = NO_LOSS;
     a->idle = 0;
     a->stage = struck ? STRIKE : STEP;

@@ -57,7 +57,7 @@ static enum outcome approach(struct phase *f, struct room *r, int count)
     return outcome;
 }
 
-static enum outcome strike_with(struct phase *f, struct room *r, int *done)
+static enum outcome strike_with(struct phase *f, struct room *r, int *contact)
 {
     struct system *s = f->s;
     double *u = f->y + s->n;
@@ -77,16 +77,16 @@ static enum outcome strike_with(struct phase *f, struct room *r, int *done)
         append_impact(impacts, f->t, u, r->u_plus, s->n, count, r->set, r->P, loss, 1.0, f->run->record.count))
         return OUTCOME_NO_MEMORY;
     memcpy(u, r->u_plus, s->n * sizeof *u);
-    *done = 1;
+    *contact = r->set[0];
     return record_state(f) ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
 }
 
-enum outcome strike_without_collision(struct phase *f, int *done)
+enum outcome strike_without_collision(struct phase *f, int *contact)
 {
     const struct mark mark = f->s->arena->top;
     struct room r;
-    *done = 0;
-    const enum outcome outcome = take_room(f->s, &r) ? OUTCOME_NO_MEMORY : strike_with(f, &r, done);
+    *contact = -1;
+    const enum outcome outcome = take_room(f->s, &r) ? OUTCOME_NO_MEMORY : strike_with(f, &r, contact);
     give_back(f->s->arena, mark);
     return outcome;
 }

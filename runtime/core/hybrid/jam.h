@@ -4,8 +4,8 @@
 
 #include "steps/step.h"
 
-/* Resolve the impact without collision of the contacts that are closed and at rest along their normals: whether there is one is in *done. It
+/* Resolve the impact without collision of the contacts that are closed and at rest along their normals: *contact is the first of them, or -1 where there is none. It
  * is recorded as an impact. */
-enum outcome strike_without_collision(struct phase *f, int *done);
+enum outcome strike_without_collision(struct phase *f, int *contact);
 
 #endif

@@ -21,7 +21,7 @@ static struct kind kind_of(const struct phase *f)
     struct kind kind;
     memset(&kind, 0, sizeof kind);
     memcpy(kind.magic, "ccgen\n", 6);
-    kind.version = 4;
+    kind.version = 5;
     kind.number = (int)sizeof(double);
     kind.size = f->s->size;
     kind.contacts = f->s->model->contacts;
@@ -85,6 +85,7 @@ static size_t walk(struct automaton *a, struct phase *f, enum way way, char *byt
                  {h->weight, 2 * c * number},
                  {h->least, c * number},
                  {h->peak, c * number},
+                 {f->met, c * sizeof *f->met},
                  {&a->stage, sizeof a->stage},
                  {&a->event.contact, sizeof a->event.contact},
                  {&a->event.watch, sizeof a->event.watch},
@@ -122,7 +123,7 @@ static int is_sound(const struct automaton *a, const struct phase *f)
     const int c = f->s->model->contacts;
     int wrong = a->stage >= STAGES_OF_RUN || f->at.passage > ABOUT || h->count < 0 || h->count > c ||
                 h->rows < h->count || h->rows > 2 * h->count || h->implied < 0 || h->implied > c ||
-                a->event.contact < -1 || a->event.contact >= c || a->event.watch < FLAT || a->loss.contact < -1 ||
+                a->event.contact < -1 || a->event.contact >= c || a->event.watch < JAMS || a->loss.contact < -1 ||
                 a->loss.contact >= c || a->events < 0 || f->run->steps < 0;
     for (int i = 0; i < h->count && !wrong; i++)
         wrong = h->set[i] < 0 || h->set[i] >= c || h->mode[i] < AT_LIMIT_BACKWARD || h->mode[i] > OPEN;

@@ -75,7 +75,7 @@ enum outcome impact_step(struct impact_problem *k, const double *extra, const do
 }
 
 /* Whether the impulses add energy: half their product with the rates before and after. What the rates found miss of those that the
- * velocities have (`after`) is rounding, and so is a part IMPACT_GAIN of the energy that there is. Smooth contacts never add any. */
+ * velocities have (`after`) is rounding, and so is a part IMPACT_GAIN of the energy that there is. */
 int adds_energy(const struct impact_problem *k, const double *after, const double *total)
 {
     double gain = 0.0, rounding = IMPACT_GAIN * k->energy;
@@ -83,5 +83,5 @@ int adds_energy(const struct impact_problem *k, const double *after, const doubl
         gain += 0.5 * total[i] * (k->before[i] + after[i]);
         rounding += fabs(total[i] * (after[i] - k->rate[i]));
     }
-    return k->all > k->count && gain > rounding;
+    return gain > rounding;
 }

@@ -21,8 +21,8 @@ static const double RTOL = 1e-9;
 static const long STEP_BUDGET = 10000000, RATE_BUDGET = 200000;
 
 /* Bytes of scratch that functions have at one time at most. The largest arrays are squares. With n coordinates, r rows of the closure and
- * of drives, and k contacts: a decision on which contacts are held has 43 k^2 numbers, with its problem of friction and the tableau
- * in which that is pivoted, and an impact has 31 k^2 and its columns, 2 k n; the null space has 2 n^2, and (r + 2 k) (n + r + 2 k)
+ * of drives, and k contacts: a decision on which contacts are held has 45 k^2 numbers, with its problem of friction and the tableau
+ * in which that is pivoted, and an impact has 33 k^2 and its columns, 2 k n; the null space has 2 n^2, and (r + 2 k) (n + r + 2 k)
  * of rows where contacts are held, while a decision has 18 k^2 and columns. All are less than 2 (n + r + 5 k)^2. What grows with
  * the sizes themselves is less than 64 times them. */
 static size_t scratch_of(const struct ccgen_model *m)
@@ -185,6 +185,7 @@ static enum outcome begin(struct ccgen_simulation *it, double t)
     run->contact = -1;
     begin_window(run, t);
     clear_active_set(&f->active, it->system.model);
+    memset(f->met, 0, it->system.model->contacts * sizeof *f->met);
     start_automaton(&it->automaton);
     enum outcome outcome = project_position(&it->system, f->y);
     outcome = outcome ? outcome : project_velocity(&it->system, f->y, f->y + it->system.n);
@@ -261,7 +262,12 @@ static enum outcome go_on(struct ccgen_simulation *it, double until, int to_even
             *impacts = run->impacts.count;
             *met = 1;
         }
+        const size_t before = run->impacts.count;
         outcome = run_whole_stage(it);
+        if (*stage == STRIKE && it->automaton.event.watch == JAMS && !*met) {
+            *impacts = before;
+            *met = 1;
+        }
     } while (!outcome && *stage != END && !(to_event && *met && *stage == MOVE));
     it->system.interruption = NULL;
     if (it->phase.t > run->record.t[run->record.count - 1] && record_state(&it->phase))
@@ -286,7 +292,10 @@ int ccgen_step_to_event(struct ccgen_simulation *it, double until, struct ccgen_
     *event = (struct ccgen_event){CCGEN_NO_EVENT, it->phase.t, -1, it->run.impacts.count - impacts};
     if (met && !outcome) {
         event->contact = found->contact;
-        event->kind = found->watch == CLOSES ? CCGEN_CLOSES : found->watch == FLAT ? CCGEN_FLATTENS : CCGEN_CHANGES;
+        event->kind = found->watch == CLOSES ? CCGEN_CLOSES
+                      : found->watch == FLAT ? CCGEN_FLATTENS
+                      : found->watch == JAMS ? CCGEN_JAMS
+                                             : CCGEN_CHANGES;
     }
     return outcome;
 }

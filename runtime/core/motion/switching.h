@@ -4,7 +4,7 @@
 
 #include "constraints/active_set.h"
 
-/* how a held contact ends being held as it is; STIRS: what touched without pressing presses or pulls */
+/* how a held contact ends being held as it is; LOADS: what touched without pressing presses or pulls */
 enum { DETACHES, SLIP_ENDS, SLIPS_FORWARD, SLIPS_BACKWARD, LOADS };
 
 struct mode_change {

@@ -35,7 +35,7 @@ struct search {
     double *velocities;                      /* [links][3] */
     double *gap_a, *rate_a, *gap_b, *rate_b; /* [contacts] at both ends of a piece */
     double *samples;                         /* [SAMPLES + 1][3 contacts] watched values in a window */
-    double slow; /* times extent: a closed contact is not falling before its rate is beyond this */
+    const double *slow; /* [contacts] times extent: a closed contact is not falling before its rate is beyond this */
     long interval_count;
 };
 
@@ -130,7 +130,7 @@ static double root(struct search *search, double (*f)(struct search *, int, doub
 static double first_event_in_interval(struct search *search, int contact, double a, double ga, double ra, double b,
                                       double gb, double rb)
 {
-    const double extent = search->s->extent[contact], slow = search->slow * extent;
+    const double extent = search->s->extent[contact], slow = search->slow[contact] * extent;
     if (ga <= 0.0 || (ga <= SHUT * extent && fabs(ra) <= slow)) {
         if (ra < -slow)
             return a;
@@ -151,15 +151,15 @@ static double first_event_in_interval(struct search *search, int contact, double
         rb < 0.0) { /* it rises first: past the top there is one entry, and no rounding near a */
         const double top = root(search, rate, contact, a, ra, b, rb);
         const double highest = gap(search, contact, top);
-        return highest > 0.0 ? root(search, gap, contact, top, highest, b, gb < 0.0 ? gb : -1e-300) : top;
+        return highest > 0.0 ? root(search, gap, contact, top, highest, b, gb < 0.0 ? gb : -DBL_MIN) : top;
     }
     if (gb <= 0.0)
-        return root(search, gap, contact, a, ga, b, gb < 0.0 ? gb : -1e-300);
+        return root(search, gap, contact, a, ga, b, gb < 0.0 ? gb : -DBL_MIN);
     if (ra < 0.0 && rb > 0.0) {
         const double bottom = root(search, rate, contact, a, ra, b, rb);
         const double lowest = gap(search, contact, bottom);
         if (lowest <= 0.0)
-            return root(search, gap, contact, a, ga, bottom, lowest < 0.0 ? lowest : -1e-300);
+            return root(search, gap, contact, a, ga, bottom, lowest < 0.0 ? lowest : -DBL_MIN);
     }
     return 2.0;
 }
@@ -355,7 +355,7 @@ static struct event first_loss(struct search *search)
 }
 
 enum outcome find_event(struct system *s, const struct method *method, const double *steps, double t, double h,
-                        double slow, struct event *event)
+                        const double *slow, struct event *event)
 {
     const size_t size = s->size, contacts = s->model->contacts, watched = WATCHED_MOST * contacts;
     const struct mark mark = s->arena->top;

@@ -4,22 +4,22 @@
 
 #include "methods/method.h"
 
-enum { CLOSES = -1, LOST = -2, FLAT = -3 };
+enum { CLOSES = -1, LOST = -2, FLAT = -3, JAMS = -4 };
 
 struct event {
     int contact;  /* -1: none */
     double theta; /* part of the step */
     int watch; /* CLOSES: the contact's gap; LOST: it was carried, and is not; FLAT: it was closed where rows of the closure
-                   * are lost; else the watched value that is negative */
+                   * are lost; JAMS: its friction jams; else the watched value that is negative */
     double behind; /* part of the step at which that value is negative */
 };
 
 /* *event: the first within the step from t to t + h that `method` has prepared. Either the gap of some contact is not positive
  * and falling. That is one-sided: a gap that is closed but opening is no event, and a gap that dips below zero and returns
- * within the step is one. A contact that is closed at the start of the step falls only if its rate is below -slow times
+ * within the step is one. A contact that is closed at the start of the step falls only if its rate is below -slow[contact] times
  * its extent, or if it never opens. Held contacts do not fall; with them an event is that a watched value becomes negative. */
 enum outcome find_event(struct system *s, const struct method *method, const double *steps, double t, double h,
-                        double slow, struct event *event);
+                        const double *slow, struct event *event);
 
 /* Whether a value that is zero at a start is negative all the way from there to where it is `value`, as it is `at_twice` twice as far away */
 int falls_from_zero(double value, double at_twice);

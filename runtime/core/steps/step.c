@@ -10,14 +10,15 @@
 #include "motion/derivative.h"
 #include "motion/projection.h"
 
-double rest_speed(const struct phase *f)
+int is_crowded(const struct phase *f, int contact)
 {
-    return fmax(REST_SPEED, f->at.slow);
+    return f->at.slow > 0.0 && f->met[contact] > (int)ORDINARY;
 }
 
 double rest_velocity(const struct phase *f, int contact)
 {
-    return rest_speed(f) * f->s->extent[contact] / f->s->time;
+    const double speed = is_crowded(f, contact) ? fmax(REST_SPEED, f->at.slow) : REST_SPEED;
+    return speed * f->s->extent[contact] / f->s->time;
 }
 
 double gap_tolerance(const struct phase *f, int contact)
