@@ -172,7 +172,7 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
       "steps that move less may be stuck where links lie in a line", \
       "the root of rounding: what is unknown there, docs/theory 8.3") \
     X(STANDSTILL, 1e-5, OF_TIME, \
-      "a hundredth of the steps of a window, if they take less in a row and none moves more than rounding beside a line, are stuck", \
+      "a twentieth of the steps of a window, if they take less in a row and none moves more than rounding beside a line, are stuck", \
       "a span of time stepping, which passes what they are stuck at, takes ten times that") \
     X(ADRIFT, CCGEN_LIMIT(1e-11, 1e-4), OF_LENGTH, \
       "a carried contact with such a gap is open", \

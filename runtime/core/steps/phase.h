@@ -12,7 +12,7 @@ enum outcome integrate_to_event(struct phase *f, struct event *event);
  * ten-thousandth where that is more, for a run that would take forever is to end */
 double window_of(const struct phase *f);
 
-/* Whether a hundredth of the steps that a window may have, in a row, have each moved less than is known where links lie in a line */
+/* Whether a twentieth of the steps that a window may have, in a row, have each moved less than is known where links lie in a line */
 int is_crawling(const struct phase *f);
 
 /* Arrays of a flight, whose system and run are set, and of its active set, which becomes the system's, from the system's arena; 0, or 1
