@@ -12,6 +12,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from ccgen.runtime import methods
+
 from ..support.command_line import CCGEN, PENDULUM, Done, ccgen, written
 from ..support.folders import SCENES
 from ..support.tiers import hard
@@ -69,6 +71,10 @@ def test_version_and_help(tmp_path: Path) -> None:
         done = ccgen(*options, at=tmp_path)
         assert (done.returncode, done.stderr) == (0, "")
         assert "Usage: ccgen" in done.stdout
+    *most, last = methods()
+    told = " ".join(ccgen("run", "--help", at=tmp_path).stdout.split())
+    named = re.search(r"integration method: (\S.*?) or (\w+) \[gauss\]", told)
+    assert named and {*named[1].split(", "), named[2]} == {*most, last}
 
 
 # Running
