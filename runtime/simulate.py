@@ -39,8 +39,8 @@ def simulate(
 ) -> Run | Any:
     """Integrate ``model`` from (``q0``, ``u0``) at t = 0, or from the ``state`` of another run, to ``until`` (s).
 
-    ``state=run.state`` goes on by the same bits as a run to the later end with a stop there: with the method, drift and
-    step of that run, and with its tolerances unless others are given. The new run begins at ``state.t``.
+    ``state=run.state`` goes on by the same bits as a run to the later end with a stop there: with the method of that
+    run, and with its drift, step, tolerances and ``on_gain`` unless others are given. Its rows begin at ``state.t``.
 
     A batch of starts, ``q0`` (b, nq) and ``u0`` (b, nu) or one for all, gives a list of runs, made side by side on the
     machine's processors and equal to single runs in every bit. Where Ctrl-C ends it and ``keep_interrupted`` is set,

@@ -74,7 +74,10 @@ def run(
     scene: SceneFile,
     until: Annotated[str | None, typer.Option(metavar="T", help="end of the run in s")] = None,
     rtol: Annotated[str | None, typer.Option(metavar="TOL", help="relative tolerance")] = None,
-    method: Annotated[str | None, typer.Option(metavar="NAME", help="integration method")] = None,
+    method: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="integration method: gauss, dop853, dopri5, radau or moreau [gauss]"),
+    ] = None,
     step: Annotated[
         str | None, typer.Option(metavar="H", help="length of all steps in s, instead of one that rtol chooses")
     ] = None,

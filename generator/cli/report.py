@@ -9,15 +9,26 @@ import numpy as np
 import typer
 
 if TYPE_CHECKING:
-    from ccgen.runtime import Impact, Model, Run
+    from ccgen.runtime import Impact, Model, Phase, Run
 
 SHOWN = 40
 """Impacts printed; a longer list is cut, the result file has them all."""
-CONTACTS = 8
-"""Stretches of contact printed, the last ones."""
+STRETCHES = 8
+"""Stretches of contact and of time stepping printed, the last ones."""
+JAMS = " (friction jams)"
+"""Behind the contacts of an impact without collision."""
+HELD = {
+    "smooth": ("", ""),
+    "sticks": (" sticks", " stick"),
+    "slides": (" slides", " slide"),
+    "at": (" is at the limit", " are at the limit"),
+    "carried": (" is carried", " are carried"),
+    "touches": (" touches", " touch"),
+}
+"""What is printed of one contact and of several, by the first word of ``Phase.how``."""
 WIDTH = 140
 DRIFT = 1e-4
-"""Share of the energy that moves beyond which a drift is warned of."""
+"""Share of the energy that moves beyond which a drift is warned of; of the scale of energy where nothing moves."""
 INEXACT = 1e-9
 """Part of the largest acceleration beyond which an error that masses are at fault for is warned of."""
 
@@ -38,9 +49,12 @@ def print_impacts(model: Model, run: Run) -> None:
     speed, push = units if model.stops else ("m/s", "N s")
     for title in (f"speed before, {speed}", f"impulse, {push}", "energy lost, J", "energy after, J"):
         table.add_column(title, justify="right", no_wrap=True)
-    for number, impact in enumerate(run.impacts[:SHOWN], 1):
-        table.add_row(str(number), *row(model, run, impact))
+    rows = [row(model, run, impact) for impact in run.impacts[:SHOWN]]
+    for number, cells in enumerate(rows, 1):
+        table.add_row(str(number), *cells)
     Console(width=WIDTH, highlight=False, soft_wrap=True).print(table)
+    if any(JAMS in contacts for _, contacts, *_ in rows):
+        typer.echo("friction jams: an impact without collision, where a contact that slides has no forces (Painleve)")
     if len(run.impacts) > SHOWN:
         typer.echo(f"and {len(run.impacts) - SHOWN} more, in result.npz")
 
@@ -51,6 +65,8 @@ def row(model: Model, run: Run, impact: Impact) -> tuple[str, ...]:
     rates = model.gap_rates(q, impact.u_minus)
     speeds = [rates[model.contacts.index(contact)] for contact in impact.contacts]
     names = _names(model, impact.contacts)
+    if without_collision(model, impact, speeds):
+        names = [name + JAMS for name in names]
     return (
         f"{impact.t:.12f}",
         "\n".join(names),
@@ -67,21 +83,53 @@ def _names(model: Model, contacts: Sequence[tuple[str, str]]) -> list[str]:
     return [point if single else f"{point} on {ground}" for point, ground in contacts]
 
 
+def without_collision(model: Model, impact: Impact, speeds: Sequence[float]) -> bool:
+    """Whether rough contacts have impulses although none of them approaches: friction jams (docs/theory, 5.11).
+
+    ``speeds`` are the rates of the gaps before. What is slower than a contact at rest does not approach.
+    """
+    if max(impact.impulses) <= 0.0 or not np.any(impact.friction):
+        return False
+    from ccgen.runtime.model.thresholds import characteristic_time
+
+    slow = model.core.TOLERANCES["REST_SPEED"].value / characteristic_time(model)
+    units = [1.0 if ground in model.stops else model.length for _, ground in impact.contacts]
+    return all(speed >= -slow * unit for speed, unit in zip(speeds, units, strict=True))
+
+
 def print_contacts(model: Model, run: Run) -> None:
-    """Stretches of contact, from when to when, and the points that stay closed; one line for each set of points."""
+    """Stretches of contact, from when to when, the points that stay closed and how each does, and of time stepping.
+
+    What follows without a gap and reads alike is one stretch.
+    """
     stretches: list[list[Any]] = []
     for phase in run.phases:
-        if phase.kind != "contact":
+        if phase.kind not in ("contact", "steps"):
             continue
-        words = ", ".join(_names(model, phase.contacts))
+        words = _held(model, phase)
         if stretches and stretches[-1][1:] == [phase.start, words]:
             stretches[-1][1] = phase.end
         else:
             stretches.append([phase.start, phase.end, words])
-    for start, end, words in stretches[-CONTACTS:]:
-        typer.echo(f"contact from {start:.12g} s to {end:.12g} s: {words}")
-    if len(stretches) > CONTACTS:
-        typer.echo(f"and {len(stretches) - CONTACTS} stretches of contact before, in result.npz")
+    for start, end, words in stretches[-STRETCHES:]:
+        kind, points = ("contact", f": {words}") if words else ("time stepping", "")
+        typer.echo(f"{kind} {_interval(start, end)}{points}")
+    if (before := len(stretches) - STRETCHES) > 0:
+        typer.echo(f"and {before} such stretch{'es' * (before > 1)} before, in result.npz")
+
+
+def _held(model: Model, phase: Phase) -> str:
+    """The contacts of a phase in groups: those that stick, those that slide, …; nothing of time stepping."""
+    groups: dict[str, list[str]] = {}
+    for name, how in zip(_names(model, phase.contacts), phase.how, strict=True):
+        groups.setdefault(how.replace(",", " ").split()[0], []).append(name)
+    return "; ".join(", ".join(names) + HELD[how][len(names) > 1] for how, names in groups.items())
+
+
+def _interval(start: float, end: float) -> str:
+    """From when to when; where the digits do not tell the two apart, when and for how long."""
+    first, last = f"{start:.12g}", f"{end:.12g}"
+    return f"from {first} s to {last} s" if first != last else f"at {first} s for {end - start:.1g} s"
 
 
 def energy_moved(run: Run) -> float:
@@ -90,20 +138,50 @@ def energy_moved(run: Run) -> float:
     return float(np.max(kinetic + potential) - np.min(potential))
 
 
+def energy_scale(run: Run) -> float:
+    """An energy (J) of the mechanism's size, also of one that rests: the largest kinetic energy that it has where it
+    begins, if one coordinate alone moves by a radian, or a length of the mechanism, in its characteristic time."""
+    from ccgen.runtime.model.thresholds import characteristic_time
+
+    model = run.model
+    angular = np.isin(np.arange(len(model.u_names)), model.angular)
+    rates = np.diag(np.where(angular, 1.0, model.length)) / characteristic_time(model)
+    kinetic, _ = model.energy(np.tile(run.q[0], (len(rates), 1)), rates)
+    return float(np.max(kinetic))
+
+
+def moves(run: Run) -> bool:
+    """Whether the energy that moves is more than the rounding of energies."""
+    potential = float(np.max(np.abs(run.model.energy(run.q, run.u)[1])))
+    rounding: float = run.model.core.TOLERANCES["ENERGY_ROUNDING"].value
+    return energy_moved(run) > rounding * (energy_scale(run) + potential)
+
+
+def drift_of_energy(run: Run) -> str:
+    """By how much the energy drifts, in words, where that is too much; else empty.
+
+    A drift is compared with the energy that moves. Where nothing moves, it can only be of the work of loads that hold
+    each other, whose rounding grows with them and with time: it is compared with the scale of energy.
+    """
+    if not moves(run):
+        too_much = run.energy_drift > DRIFT * energy_scale(run)
+        return f"{run.energy_drift:.2g} J although nothing moves" if too_much else ""
+    share = run.energy_drift / energy_moved(run)
+    return f"{100 * share:.2g} % of the energy that moves" if share > DRIFT else ""
+
+
 def print_audit(run: Run) -> None:
     """How far the run got, at what cost, and how exact it was."""
     steps = int(np.count_nonzero(np.diff(run.t)))
-    moved = energy_moved(run)
+    kept = f"{run.energy_drift:.1e} J" + (f" of {energy_moved(run):.3g} J" if moves(run) else ", nothing moves")
     typer.echo(
         f"t = {run.t[-1]:.10g} s, impacts: {len(run.impacts)}, steps: {steps}, evaluations: {run.nfev}\n"
-        f"audit: loops closed to {run.closure_max:.1e} m, energy kept to {run.energy_drift:.1e} J of {moved:.3g} J; "
-        f"method {run.method}"
+        f"audit: loops closed to {run.closure_max:.1e} m, energy kept to {kept}; method {run.method}"
     )
 
 
 def print_warnings(run: Run) -> None:
     """What makes the run's figures doubtful, on standard error."""
-    moved = energy_moved(run)
     if eased := [impact for impact in run.impacts if impact.restitution_share < 1.0]:
         least = min(impact.restitution_share for impact in eased)
         typer.echo(
@@ -136,8 +214,7 @@ def print_warnings(run: Run) -> None:
             "largest only; make light links that carry heavy ones heavier, or leave them out",
             err=True,
         )
-    if run.energy_drift > DRIFT * moved:
-        share = f"{100 * run.energy_drift / moved:.2g} % of the energy that moves"
+    if drift := drift_of_energy(run):
         typer.echo(
-            f"warning: the energy drifts by {share}; ask for a smaller rtol, or trust only the beginning", err=True
+            f"warning: the energy drifts by {drift}; ask for a smaller rtol, or trust only the beginning", err=True
         )

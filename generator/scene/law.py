@@ -24,7 +24,8 @@ def law_of_all(tables: Mapping[str, Any], models: Mapping[str, type[Table]], rep
     if len(named) > 1:
         _, (second, *_), *_ = named.values()
         found = ", ".join(f'"{law}" at {" and ".join(map(key_text, paths))}' for law, paths in named.items())
-        report.add(second, f"found {found}, expected one law for all impacts; write it once, as {KEY} in [run]")
+        told = f"found {found}, expected one law for all impacts; write it once, as {KEY} in [run]"
+        report.add(second, told, also=[path for paths in named.values() for path in paths])
     return next(iter(named), LAWS[0])
 
 

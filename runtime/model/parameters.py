@@ -83,7 +83,11 @@ class Parameters(MutableMapping[str, float]):
             from difflib import get_close_matches
 
             near = get_close_matches(str(name), self._values, n=3) or list(self._values)[:3]
-            raise UnknownName(f"the model has no parameter {name!r}; it has, among others, {', '.join(near)}")
+            raise UnknownName(
+                f"{name}: found no such parameter, expected one of the model, as {', '.join(near)}; correct the name"
+                if near
+                else f"{name}: found no such parameter, expected none: the model has no parameters"
+            )
 
     def _checked(self, name: str, value: float) -> float:
         self._known(name)

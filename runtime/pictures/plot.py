@@ -126,14 +126,15 @@ def _heights(axes: Any, run: Record, frames: Frames) -> None:
     lines, or, where none slides, heights of the joints."""
     model, gaps = run.model, run.model.gaps(frames.q)
     heights: dict[str, FloatArray] = {}
+    nearest = False  # of several grounds that one point can touch
     for (point, ground), gap in zip(model.contacts, gaps.T, strict=True):
         if ground not in model.stops:
+            nearest |= point in heights
             heights[point] = np.minimum(heights.get(point, gap), gap)
     along = {} if heights else dict(model.slides(frames.q))
     grounds = {ground for _, ground in model.contacts} <= {*model.ground_planes(), *model.stops}
-    axes.set_ylabel(
-        ("above ground [m]" if grounds else "gap [m]") if heights else "along line [m]" if along else "height [m]"
-    )
+    above = "above nearest ground [m]" if nearest else "above ground [m]"
+    axes.set_ylabel((above if grounds else "gap [m]") if heights else "along line [m]" if along else "height [m]")
     heights = heights or along or {joint: frames.joints[:, k, 1] for k, joint in enumerate(model.joints)}
     named_curves(axes, frames.t, heights)
 

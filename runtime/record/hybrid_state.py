@@ -85,8 +85,17 @@ class HybridState:
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> HybridState:
-        """The state that :meth:`save` wrote. Raises ``ValueError`` for a file that holds none."""
-        content = read_path(path, "an .npz file").read_bytes()
+        """The state that :meth:`save` wrote.
+
+        Raises ``FileNotFoundError`` where there is no such file, and ``ValueError`` for one that holds no state.
+        """
+        source = read_path(path, "an .npz file")
+        if not source.is_file():
+            found = "a folder" if source.is_dir() else "no such file"
+            raise FileNotFoundError(
+                f"{path}: found {found}, expected the .npz file that HybridState.save wrote; correct the path"
+            )
+        content = source.read_bytes()
         try:
             if not content.startswith(ZIPPED):  # NumPy would take it for a pickle, and advise to load that
                 raise ValueError("no .npz file")

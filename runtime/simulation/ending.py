@@ -18,7 +18,7 @@ def message_of(model: Model, until: float, found: dict[str, Any], fixed: bool) -
         return f"reached t = {until:g} s"
     if "met" in found:
         return f"stopped at t = {t:.12g} s: {found['met']}"
-    contact = "a contact"
+    contact, driven = "a contact", [drive["joint"] for drive in model.data["drives"]]
     if found["contact"] >= 0:
         contact = "{} on {}".format(*model.contacts[found["contact"]])
     reasons = {
@@ -28,7 +28,7 @@ def message_of(model: Model, until: float, found: dict[str, Any], fixed: bool) -
         "step_too_small": "no step is small enough for the tolerance; "
         "ask for a larger rtol, or, where a loop lies in a line, for another",
         "not_closed": "the loops cannot be kept closed; ask for a smaller rtol",
-        **{key: failed_impact(key, contact, model.data["law"]) for key in ("repeats", "jammed", "gained")},
+        **{key: failed_impact(key, contact, model.data["law"], driven) for key in ("repeats", "jammed", "gained")},
         "budget": f"{STEP_BUDGET} steps are spent; ask for a larger rtol or an earlier end",
         "crowded": f"{RATE_BUDGET} steps and events within a characteristic time are spent; ask for a larger "
         "rtol, or change the start a little if the mechanism is jammed there",
@@ -51,10 +51,9 @@ def message_of(model: Model, until: float, found: dict[str, Any], fixed: bool) -
     }
     reason = reasons[outcome]
     if outcome in ("repeats", "jammed", "gained") and (hit := driven_against(model, found["q"][-1], found["u"][-1])):
-        driven = ", ".join(drive["joint"] for drive in model.data["drives"])
         reason = (
-            f"{hit[0]} is driven into {hit[1]} by {driven}, whose prescribed motion no impact can change; keep it "
-            "clear of there, or move the joint by a [[motor]], which can give way"
+            f"{hit[0]} is driven into {hit[1]} by {', '.join(driven)}, whose prescribed motion no impact can change; "
+            "keep it clear of there, or move the joint by a [[motor]], which can give way"
         )
     return f"stopped at t = {t:.12g} s: {reason}"
 

@@ -10,9 +10,19 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ccgen.generator.cli.report import energy_moved, row
+from ccgen.generator import chain
+from ccgen.generator.cli.report import (
+    drift_of_energy,
+    energy_moved,
+    energy_scale,
+    print_audit,
+    print_contacts,
+    print_impacts,
+    print_warnings,
+    row,
+)
 from ccgen.generator.program.program import Counts
-from ccgen.runtime import simulate
+from ccgen.runtime import Phase, simulate
 
 from ..support.command_line import PENDULUM, ccgen
 from ..support.folders import SCENES
@@ -46,6 +56,192 @@ def test_the_audit_has_its_scale(tmp_path: Path) -> None:
     done = ccgen("run", "pendulum.toml", at=tmp_path)
     assert done.returncode == 0
     assert re.search(r"energy kept to [\d.e+-]+ J of 4\.\d+ J; method gauss", done.stdout)
+
+
+CHALK = """\
+name = "chalk"
+[ground_link]
+points = { O = [0, 1.0] }
+[[link]]
+name = "cart"
+mass = 1.0
+inertia = 0.01
+com = [0, 0]
+points = { C = [0, 0] }
+[[link]]
+name = "rod"
+mass = 1.0
+inertia = 0.1
+com = [0.6, 0]
+points = { H = [0, 0], T = [1.2, 0] }
+[[joint]]
+name = "rail"
+type = "prismatic"
+between = ["ground.O", "cart.C"]
+axis = [1, 0]
+[[joint]]
+name = "hinge"
+between = ["cart.C", "rod.H"]
+[start]
+angles = { rod = "-56.4426902380793 deg" }
+[gravity]
+[[ground]]
+restitution = 0.2
+friction = 1.5
+contacts = ["rod.T"]
+[[motor]]
+joint = "rail"
+force = 60
+[run]
+until = 2.0
+"""
+"""A rod that a cart pushes over the floor as chalk over a board, and that friction holds: nothing ever moves."""
+
+
+def test_a_run_in_which_nothing_moves(tmp_path: Path) -> None:
+    (tmp_path / "chalk.toml").write_text(CHALK)
+    done = ccgen("run", "chalk.toml", at=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "contact from 0 s to 2 s: rod.T sticks\n" in done.stdout
+    assert re.search(r"energy kept to [\d.e+-]+ J, nothing moves; method gauss\n", done.stdout)
+
+
+def test_a_drift_where_nothing_moves_is_part_of_the_scale_of_energy(
+    workshop: Workshop, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Rounding of the work of loads that hold each other is no drift, however large they are and however long."""
+    model = workshop.model(CHALK)
+    run = simulate(model, until=20.0, params={"motor_0.force": 6e4})
+    scale = energy_scale(run)
+    weight = 2.0 * 9.81
+    assert 0.01 < scale / (weight * model.length) < 1.0
+    print_warnings(run)
+    assert run.energy_drift > 0.0 == energy_moved(run)  # which no share can be said of
+    assert capsys.readouterr().err == ""
+
+    def drifting(energy_drift: float) -> Any:
+        return SimpleNamespace(model=model, q=run.q, u=run.u, energy_drift=energy_drift)
+
+    assert drift_of_energy(drifting(0.9e-4 * scale)) == ""
+    assert drift_of_energy(drifting(1.1e-4 * scale)) == f"{1.1e-4 * scale:.2g} J although nothing moves"
+
+
+def test_a_drift_is_part_of_what_moves_however_little_that_is(workshop: Workshop) -> None:
+    """A pendulum that swings by a thousandth of a degree."""
+    model = workshop.model(PENDULUM)
+    run = simulate(model, [-np.pi / 2 + 2e-5], [0.0], until=2.0)
+    moved = energy_moved(run)
+    assert 0.9 < moved / (0.25 * 9.81 * 4e-10) < 1.0 + 1e-6
+    found: Any = SimpleNamespace(model=model, q=run.q, u=run.u, energy_drift=0.5 * moved)
+    assert drift_of_energy(found) == "50 % of the energy that moves"
+    found.energy_drift = 0.9e-4 * moved
+    assert drift_of_energy(found) == ""
+
+
+def test_a_mechanism_at_rest_without_loads_is_at_rest(workshop: Workshop, capsys: pytest.CaptureFixture[str]) -> None:
+    """No weight, no motion, no energy at all."""
+    run = simulate(workshop.model(chain(2, gravity=False)), until=1.0)
+    assert energy_moved(run) == run.energy_drift == 0.0
+    print_audit(run)
+    print_warnings(run)
+    printed = capsys.readouterr()
+    assert "energy kept to 0.0e+00 J, nothing moves; " in printed.out and not printed.err
+
+
+JAMMED = """\
+name = "jammed"
+[chain]
+links = 1
+length = 1.0
+mass = 1.0
+[start]
+position = [0.0, 0.0]
+angles = ["58 deg"]
+velocity = [-2.0, 0.0]
+[gravity]
+[[ground]]
+restitution = 0.0
+friction = 1.5
+[run]
+until = 2.0
+"""
+"""A rod slides on its lower end, the other one ahead: Painleve's. Then it falls over onto both ends."""
+
+
+def test_an_impact_without_collision_is_called_so(workshop: Workshop, capsys: pytest.CaptureFixture[str]) -> None:
+    """Nothing approaches in the first impact; in the second one end does, and the other, which does not, is struck."""
+    model = workshop.model(JAMMED)
+    run = simulate(model)
+    print_impacts(model, run)
+    heading, first, *second, note = capsys.readouterr().out.splitlines()
+    assert heading.startswith("#") and first.split()[1:6] == [
+        "0.000000000000",
+        "link_0.A",
+        "(friction",
+        "jams)",
+        "0.000000000",
+    ]
+    assert len(second) == 2 and not any("jams" in line for line in second)
+    assert note == "friction jams: an impact without collision, where a contact that slides has no forces (Painleve)"
+    print_contacts(model, run)
+    kinds = [line.split(": ")[1] for line in capsys.readouterr().out.splitlines()]
+    assert kinds == ["link_0.A sticks", "link_0.A slides", "link_0.A, link_0.B stick"]
+
+
+A, B = ("rod.A", "floor"), ("rod.B", "floor")
+
+
+def contacts_of(*phases: Phase, capsys: pytest.CaptureFixture[str]) -> list[str]:
+    """What is printed of these phases of a model with one ground."""
+    model: Any = SimpleNamespace(contacts=[A, B], stops=[])
+    run: Any = SimpleNamespace(phases=phases)
+    print_contacts(model, run)
+    return capsys.readouterr().out.splitlines()
+
+
+def test_stretches_say_how_contacts_stay_closed(capsys: pytest.CaptureFixture[str]) -> None:
+    """Phases that read alike are one stretch, whichever way a contact slides, and through impacts of others."""
+    printed = contacts_of(
+        Phase("flight", 0.0, 0.5),
+        Phase("impact", 0.5, 0.5),
+        Phase("contact", 0.5, 1.0, (A,), ("slides forward",)),
+        Phase("contact", 1.0, 1.25, (A,), ("slides backward",)),
+        Phase("impact", 1.25, 1.25),
+        Phase("contact", 1.25, 1.5, (A,), ("slides backward",)),
+        Phase("contact", 1.5, 2.0, (A, B), ("sticks", "at the limit, forward")),
+        Phase("steps", 2.0, 2.25, step=1e-3),
+        Phase("steps", 2.25, 2.5, step=1e-3),
+        Phase("contact", 2.5, 3.0, (A, B), ("sticks", "sticks")),
+        Phase("contact", 3.0, 3.5, (A, B), ("smooth", "smooth")),
+        Phase("contact", 3.5, 4.0, (A, B), ("carried", "touches")),
+        capsys=capsys,
+    )
+    assert printed == [
+        "contact from 0.5 s to 1.5 s: rod.A slides",
+        "contact from 1.5 s to 2 s: rod.A sticks; rod.B is at the limit",
+        "time stepping from 2 s to 2.5 s",
+        "contact from 2.5 s to 3 s: rod.A, rod.B stick",
+        "contact from 3 s to 3.5 s: rod.A, rod.B",
+        "contact from 3.5 s to 4 s: rod.A is carried; rod.B touches",
+    ]
+
+
+def test_a_stretch_shorter_than_its_digits_is_no_interval(capsys: pytest.CaptureFixture[str]) -> None:
+    short = Phase("contact", 1.727, 1.727 + 2e-13, (A,), ("slides forward",))
+    assert contacts_of(short, capsys=capsys) == ["contact at 1.727 s for 2e-13 s: rod.A slides"]
+    short = Phase("steps", 1.727, 1.727 + 2e-13, step=1e-14)
+    assert contacts_of(short, capsys=capsys) == ["time stepping at 1.727 s for 2e-13 s"]
+
+
+def test_one_stretch_that_is_left_out_is_one(capsys: pytest.CaptureFixture[str]) -> None:
+    apart = [Phase("contact", k, k + 0.5, (A,), ("sticks",)) for k in range(10)]
+    assert len(contacts_of(*apart[:8], capsys=capsys)) == 8
+    for count, told in (
+        (9, "and 1 such stretch before, in result.npz"),
+        (10, "and 2 such stretches before, in result.npz"),
+    ):
+        *_, last = printed = contacts_of(*apart[:count], capsys=capsys)
+        assert last == told and len(printed) == 9 and printed[0].startswith(f"contact from {count - 8} s")
 
 
 @pytest.mark.hard

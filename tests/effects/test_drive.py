@@ -297,6 +297,59 @@ def test_a_drive_into_a_ground_is_named(restitution: float, more: str, workshop:
     assert free.success and free.impacts
 
 
+CHALK = """
+name = "chalk"
+[ground_link]
+points = {{ O = [0, 1.0] }}
+[[link]]
+name = "cart"
+mass = 1.0
+inertia = 0.01
+com = [0, 0]
+points = {{ C = [0, 0] }}
+[[link]]
+name = "rod"
+mass = 1.0
+inertia = 0.1
+com = [0.6, 0]
+points = {{ H = [0, 0], T = [1.2, 0] }}
+[[joint]]
+name = "rail"
+type = "prismatic"
+between = ["ground.O", "cart.C"]
+axis = [1, 0]
+[[joint]]
+name = "hinge"
+between = ["cart.C", "rod.H"]
+[start]
+angles = {{ rod = "-56.4426902380793 deg" }}
+[gravity]
+[[ground]]
+restitution = 0.2
+friction = {friction}
+contacts = ["rod.T"]
+[[{table}]]
+joint = "rail"
+{way}
+[run]
+until = 0.2
+"""
+"""A rod that a cart pushes over the floor, its tip ahead, as chalk over a board."""
+
+
+def test_a_drive_against_which_friction_jams_is_named(workshop: Workshop) -> None:
+    """With friction of 1.5 the tip can neither slide nor stick. Both ways out that the message names are ways out."""
+
+    def pushed(friction: float, table: str = "drive", way: str = "speed = 0.5") -> Any:
+        return simulate(workshop.model(CHALK.format(friction=friction, table=table, way=way)))
+
+    jammed = pushed(1.5)
+    assert not jammed.success and "friction jams: the forces at rod.T on ground_0 have no solution" in jammed.message
+    assert "take less friction or another start, or move rail by a [[motor]], which can give way" in jammed.message
+    assert pushed(0.3).success
+    assert pushed(1.5, "motor", "force = 60.0").success
+
+
 ROCKING = """
 name = "rocking"
 [ground_link]

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ccgen.generator import load_scene
+from ccgen.generator import chain, load_scene
 from ccgen.runtime import Model, Run, simulate
 from ccgen.runtime.pictures.frames import sample, view_of
 from ccgen.runtime.pictures.plot import draw
@@ -74,6 +74,20 @@ def test_the_figure_shows_lengths_where_nothing_touches(slider: Run) -> None:
 def test_the_figure_shows_heights_where_something_touches(rolling: Run) -> None:
     pytest.importorskip("matplotlib")
     assert draw(rolling).subfigs[1].axes[1].get_ylabel() == "above ground [m]"
+
+
+def test_the_figure_names_the_nearest_of_several_grounds(workshop: Workshop) -> None:
+    """A rod between a floor and a wall: each end has one curve, its distance from the nearer of the two."""
+    pytest.importorskip("matplotlib")
+    walls = [{"restitution": 0.5}, {"restitution": 0.5, "point": [-2.0, 0.0], "normal": [1.0, 0.0]}]
+    run = simulate(workshop.model(chain(1, gravity=True, start={"height": 1.0}, ground=walls)), until=0.1)
+    assert len(run.model.contacts) == 4
+    below = draw(run).subfigs[1].axes[1]
+    assert below.get_ylabel() == "above nearest ground [m]"
+    gaps = run.model.gaps(run.q[0])
+    for line in below.lines[:2]:
+        of_point = [gap for (point, _), gap in zip(run.model.contacts, gaps, strict=True) if point == line.get_label()]
+        assert line.get_ydata()[0] == pytest.approx(min(of_point), abs=1e-12)
 
 
 def test_the_view_holds_the_discs(rolling: Run) -> None:

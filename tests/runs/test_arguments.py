@@ -266,8 +266,8 @@ def test_all_wrong_arguments_of_a_run_are_told(model: Any) -> None:
         lines = said(simulate, model, **WRONG_RUN, **start)
         expected = [
             *(name for name in WRONG_RUN if name != "params"),
-            "link_0.mass",
-            "the model has no parameter",
+            "link_0.mass: found -1.0, expected",
+            "link_9.mass: found no such parameter, expected one of the model, as link_",
             *names,
         ]
         for name in expected:
@@ -291,7 +291,9 @@ def test_all_wrong_parameters_are_told(model: Any) -> None:
     lines = said(model.with_parameters, wrong)
     assert [line.partition(":")[0] for line in lines] == list(wrong)
     lines = said(model.with_parameters, {"link_9.mass": 1.0, "wind.speed": 1.0}, kind=KeyError)
-    assert len(lines) == 2 and "no parameter 'link_9.mass'" in lines[0] and "no parameter 'wind.speed'" in lines[1]
+    told = "found no such parameter, expected one of the model, as "
+    assert [line.partition(told)[0] for line in lines] == ["link_9.mass: ", "wind.speed: "]
+    assert all(line.endswith("; correct the name") and told in line for line in lines)
     assert len(said(model.with_parameters, {"link_9.mass": 1.0, "link_0.mass": -1.0})) == 2
     assert "parameters: found int" in said(model.with_parameters, 3, kind=TypeError)[0]
 
@@ -351,6 +353,16 @@ def test_files_that_have_no_name(model: Any) -> None:
     for call in calls:
         with pytest.raises(TypeError, match=r"path: found 3, expected .+"):
             call(3)
+
+
+@pytest.mark.quick
+def test_a_state_that_is_not_there_is_asked_for(tmp_path: Any) -> None:
+    from ccgen.runtime import HybridState
+
+    for path, found in ((tmp_path / "none.npz", "no such file"), (tmp_path, "a folder")):
+        (line,) = said(HybridState.load, path, kind=FileNotFoundError)
+        expected = "the .npz file that HybridState.save wrote; correct the path"
+        assert line == f"{path}: found {found}, expected {expected}"
 
 
 @pytest.mark.quick

@@ -165,6 +165,11 @@ def test_the_law_is_that_of_scenes_that_name_it(ccgen: Path) -> None:
         'ground[1].law: found "newton" at ground[0].law, "plastic" at ground[1].law, expected one law for all impacts;'
     )
     assert told in refused.stderr and len(refused.stderr.splitlines()) == 1
+    three = TWO_RODS.format(law="newton", e=0.5).replace("[[ground]]", '[[ground]]\nlaw = "plastic"', 1)
+    (ccgen / "three.toml").write_text(three.replace("point = [0.0, -1.9]", 'law = "poisson"\npoint = [0.0, -1.9]'))
+    refused = subprocess.run([sys.executable, *SHOW, "three.toml"], **started(ccgen), check=False)
+    told = 'found "newton" at run.law, "plastic" at ground[0].law, "poisson" at ground[1].law, expected one law'
+    assert told in refused.stderr and len(refused.stderr.splitlines()) == 1
 
 
 SHOW = ("-c", "from ccgen.generator.cli import main; main()", "show")

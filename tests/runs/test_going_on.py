@@ -159,6 +159,38 @@ def test_a_flight_that_spends_its_rate_stops_and_goes_on(workshop: Workshop, mon
     assert simulate(model, until=1.0, state=stopped.state).success
 
 
+GAINING = """
+name = "kane"
+[chain]
+links = 2
+hinged = true
+[start]
+angles = ["-70 deg", "-60 deg"]
+angular_velocities = [1.0, 0.5]
+[gravity]
+[[ground]]
+point = [0, -1.8057182352]
+restitution = 0.7
+friction = 0.5
+contacts = ["link_1.B"]
+[run]
+until = 0.6
+"""
+"""A double pendulum whose tip strikes rough ground: by Newton's law its first impact would add energy."""
+
+
+def test_what_becomes_of_a_gain_may_change_on_the_way(workshop: Workshop) -> None:
+    """Gone on with as before, unless told otherwise."""
+    model = workshop.model(GAINING)
+    for before, other in (("reduce", "stop"), ("stop", "reduce")):
+        state = simulate(model, until=0.3, on_gain=before).state
+        for given, holds in ((None, before), (before, before), (other, other)):
+            run = simulate(model, state=state, on_gain=given)
+            assert run.success == (holds == "reduce"), (before, given)
+            assert ("would add energy" in run.message) == (holds == "stop")
+            assert run.state.settings["on_gain"] == holds
+
+
 def test_damaged_states_are_refused(workshop: Workshop, tmp_path: Path) -> None:
     """Whatever byte of the file is changed: a sentence, or the state as it was."""
     model = workshop.model(load_scene(SCENES / "falling-hexagon.toml"))

@@ -147,4 +147,5 @@ def test_a_wrong_name_in_the_run(value: object) -> None:
         loop(4, run={"law": value})
     (fault,) = caught.value.faults
     assert fault.key == "run.law"
-    assert fault.message.endswith(", expected the law of all impacts: newton, poisson or stronge; correct it")
+    names = f"{', '.join(LAWS[:-1])} or {LAWS[-1]}"
+    assert fault.message.endswith(f", expected the law of all impacts: {names}; correct it")
