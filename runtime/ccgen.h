@@ -46,7 +46,9 @@ struct ccgen_settings {
     int on_gain;         /* what becomes of an impact that would gain energy, a number that ccgen_gain_name names; 0: it
                                   has the largest part of its restitution that does not */
     long step_budget;    /* steps in all; ten million */
-    long rate_budget;    /* steps and events within a characteristic time, or a tenth of the duration; 200,000 */
+    /* steps and events within a characteristic time, or a tenth of the duration; 200,000. With fewer, slow contacts come to rest sooner where
+     * events crowd: from a two-hundredth of these events on (docs/events.md). */
+    long rate_budget;
     const double *stops; /* [stop_count] times that grow, at which steps end: where inputs have kinks */
     size_t stop_count;
     /* the model's inputs[inputs] at a state; NULL: all are 0. A nonzero answer interrupts the motion. */

@@ -112,6 +112,7 @@ cdef extern from *:
                     real *u_dot, real *lambda_, real *push, real *reaction, obstruction *found) nogil
     int joint_impulses(system *s, const real *q, const real *du, const real *P, real *reaction) nogil
     int find_closed(const system *s, size_t count, const real *q, char *closed) nogil
+    void find_unknown(system *s, size_t count, const real *q, char *unknown) nogil
     real rounding_of_acceleration(system *s, real t, const real *q, const real *u, real *whole) nogil
 
 cdef extern from *:

@@ -13,6 +13,16 @@ cdef class Contacting(Evaluations):
             raise MemoryError
         return np.asarray(out)[:b].astype(bool)
 
+    def unknown(self, const real[:, ::1] q):
+        """Whether links lie so nearly in a line at each configuration (b, n) that no force is known: (b,) of truth values."""
+        cdef _Memory memory = _Memory()
+        cdef system s = self._system(memory)
+        cdef size_t b = q.shape[0]
+        cdef char[::1] out = np.zeros(b + 1, dtype=np.int8)
+        if b:
+            find_unknown(&s, b, &q[0, 0], &out[0])
+        return np.asarray(out)[:b].astype(bool)
+
     def motion(self, const real[:, ::1] q, const real[:, ::1] u, t, chosen=None, Supply supply=None):
         """Quasi-accelerations (b, n), multipliers (b, rows), contact forces (b, 2 contacts), normal ones first, and joint
         reactions (b, 3 joints) at one time or at times (b,), without the GIL; and, where a state has none, its number, the

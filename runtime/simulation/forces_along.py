@@ -18,7 +18,8 @@ from .advance import Advance
 class Along:
     """The motion along a run: in which of the ``ways`` contacts were held from each of the times ``since`` on.
 
-    From when to when it went on by time stepping, ``stepped`` (k, 2) tells: forces are not numbers there.
+    From when to when it went on by time stepping, ``stepped`` (k, 2) tells: forces are not numbers there, nor where links lie so
+    nearly in a line, at less than 6e-6 from it, that rounding leaves no acceleration known (docs/theory.md, section 8).
     ``advance`` has the model and its inputs. Can be pickled with the run.
     """
 
@@ -44,6 +45,8 @@ class Along:
             held = self.ways[one] if one >= 0 else ()
             found.fill_in_contact(rows, q[rows], u[rows], t[rows], held, supply)
         unknown = ((t[:, None] >= self.stepped[:, 0]) & (t[:, None] < self.stepped[:, 1])).any(axis=1)
+        if model.rows:
+            unknown |= model.kernels.unknown(np.ascontiguousarray(q))
         for part in (found.motion.u_dot, found.motion.multipliers, found.motion.pushes, found.motion.reactions):
             part[unknown] = np.nan
         return found.motion

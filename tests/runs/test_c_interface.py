@@ -138,6 +138,35 @@ def test_what_cannot_be_is_a_code(library: Library, workshop: Workshop) -> None:
     assert library.outcome(999) == library.outcome(-1) == "no outcome"
 
 
+JAMS = """name = "jams"
+[[link]]
+name = "rod"
+mass = 1.0
+inertia = 0.08333333333333333
+com = [0.5, 0]
+points = { A = [0, 0] }
+[gravity]
+[[ground]]
+friction = 2.0
+"""
+
+
+def test_an_impact_without_collision_is_an_event(library: Library, workshop: Workshop) -> None:
+    """A rod that slides into jamming: the same time, impact and velocities as by Python."""
+    model = workshop.model(JAMS)
+    q, u = np.array([0.0, 0.0, 0.65]), np.array([-3.0, 0.0, 3.0])
+    run = simulate(model, q, u, until=0.05)
+    jams = library.create(model)[1]
+    assert jams.reset(q, u) == "done"
+    events = []
+    while (event := jams.step_to_event(0.05)[1]).kind:
+        events.append((event.kind, event.contact, event.impacts, event.t))
+        if len(events) == 1:
+            np.testing.assert_allclose(jams.motion()[2], run.impacts[0].u_plus, rtol=1e-9, atol=1e-9)
+    assert len(run.impacts) == 1 and [event[:3] for event in events] == [(4, 0, 1)]
+    assert events[0][3] == pytest.approx(run.impacts[0].t, rel=1e-12)
+
+
 def test_a_simulation_is_used_again(library: Library, workshop: Workshop) -> None:
     """After whatever it did before, and beside another of the same model, it does the same to the last bit."""
     model = workshop.model(load_scene(SCENE))

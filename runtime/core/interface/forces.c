@@ -74,6 +74,15 @@ enum outcome find_closed(const struct system *s, size_t count, const double *q, 
     return outcome;
 }
 
+void find_unknown(struct system *s, size_t count, const double *q, char *unknown)
+{
+    const int rows = s->model->rows + s->model->drives;
+    for (size_t i = 0; i < count; i++) {
+        double sigma;
+        unknown[i] = s->model->rows && row_rank(s, q + i * s->n, &sigma) == rows && sigma < NO_ACCELERATION;
+    }
+}
+
 /* Hold what the runtime would hold at the state, which is not moved. */
 static enum outcome hold_asked(struct room *r, double t, const double *q, const double *u, struct obstruction *found)
 {

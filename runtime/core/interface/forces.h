@@ -47,4 +47,8 @@ enum outcome joint_impulses(struct system *s, const double *q, const double *du,
 /* closed[count]: whether a contact is closed at q[count][n], its gap being zero but for rounding */
 enum outcome find_closed(const struct system *s, size_t count, const double *q, char *closed);
 
+/* unknown[count]: whether closure rows are so near to dependence at q[count][n] that no acceleration is known, and no force; where they are
+ * dependent to rounding they are known again */
+void find_unknown(struct system *s, size_t count, const double *q, char *unknown);
+
 #endif
