@@ -43,9 +43,9 @@ struct ccgen_settings {
                                   characteristic time of velocities */
     double fixed_step;         /* s; 0: as the tolerances ask for, which only a method that estimates its errors can */
     int drift;                 /* how loops are kept shut, a number that ccgen_drift_name names; 0: by projection */
-    int on_gain;         /* what becomes of an impact that would gain energy, a number that ccgen_gain_name names; 0: it
+    int on_gain;      /* what becomes of an impact that would gain energy, a number that ccgen_gain_name names; 0: it
                                   has the largest part of its restitution that does not */
-    long step_budget;    /* steps in all; ten million */
+    long step_budget; /* steps in all; ten million */
     /* steps and events within a characteristic time, or a tenth of the duration; 200,000. With fewer, slow contacts come to rest sooner where
      * events crowd: from a two-hundredth of these events on (docs/events.md). */
     long rate_budget;

@@ -147,7 +147,9 @@ com = [0.5, 0]
 points = { A = [0, 0] }
 [gravity]
 [[ground]]
+restitution = 0.0
 friction = 2.0
+contacts = ["rod.A"]
 """
 
 
