@@ -43,7 +43,7 @@ def test_many_that_strike_now_and_then_are_no_crowd(workshop: Workshop, tmp_path
 
 
 def test_a_shaken_block_goes_on_to_slide(workshop: Workshop) -> None:
-    """Stick and slip in turn, 1,600 events: none of a contact that slides is rattling, and sliding is told as sliding."""
+    """Stick and slip in turn, 1,600 events: none of a contact that slides is rattling, and it is told as sliding."""
     text = block(1.0, 0.4, 0.3) + '\n[[force]]\npoint = "block.C"\nvector = ["12*sin(2*pi*10*t)", 0]\n'
     run = simulate(workshop.model(text.replace("points = {", "points = { C = [0, -0.15], ")), until=80.0)
     assert run.success and sum(phase.how != () for phase in run.phases) > 1500

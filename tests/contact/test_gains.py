@@ -47,8 +47,8 @@ def given(model: Any, q: Any, u: Any, after: Any, P: Any) -> float:
 
 
 def test_restitution_beside_a_drive_is_decided_by_what_contacts_give(workshop: Workshop) -> None:
-    """A drive does work in an impact, at e = 0 too, which is no fault of restitution: the run goes on with the largest part of
-    restitution with which the contact gives nothing, as a bisection by hand finds it."""
+    """A drive does work in an impact, at e = 0 too, which is no fault of restitution: the run goes on with the largest
+    part of restitution with which the contact gives nothing, as a bisection by hand finds it."""
     model, rng = workshop.model(DRIVEN), np.random.default_rng(0)
     contact, found = np.array([0], dtype=np.int32), 0
     while found < 25:
@@ -90,15 +90,15 @@ contacts = ["rod.B"]
 
 @pytest.mark.parametrize("leaving", [0.5, 1e-3, 1e-6])
 def test_smooth_impacts_are_asked_what_they_gain(leaving: float, workshop: Workshop) -> None:
-    """A rod strikes with an elastic end while its dead end leaves: Newton's law stops the dead end by a pull that it has not,
-    and the rod would gain a third of its energy, or leaving / 10 of it."""
+    """A rod strikes with an elastic end while its dead end leaves: Newton's law would keep that from leaving, and the
+    rod would gain a third of its energy, or a tenth of ``leaving`` of it."""
     model = workshop.model(ROD)
     q, u = np.zeros(3), np.array([0.0, -1.0, 1.0 + leaving])
     both = np.array([0, 1], dtype=np.int32)
-    after, P, outcome = model.kernels.impact(q, u, both, np.array([1.0, 0.0]))
+    after, _, outcome = model.kernels.impact(q, u, both, np.array([1.0, 0.0]))
     energies = [float(np.sum(model.energy(q[None], x[None]))) for x in (u, after)]
     assert outcome == "gained" or energies[1] <= energies[0] * (1 + 1e-12)
     resting = np.array([0.0, -1.0, 1.0 - leaving])  # it approaches too: nothing is gained
-    after, P, outcome = model.kernels.impact(q, resting, both, np.array([1.0, 0.0]))
+    after, _, outcome = model.kernels.impact(q, resting, both, np.array([1.0, 0.0]))
     energies = [float(np.sum(model.energy(q[None], x[None]))) for x in (resting, after)]
     assert outcome == "done" and energies[1] <= energies[0] * (1 + 1e-12)

@@ -142,8 +142,8 @@ def by_newton(workshop: Workshop, seed: int) -> Start:
 
 @pytest.mark.hard
 def test_what_an_event_gains_is_taken_back(vary: Any, library: Library, workshop: Workshop) -> None:
-    """Impacts that gain energy are found out in the impact; where they are not, by the look at what any event adds; where
-    that is left out too, runs rise."""
+    """Impacts that gain energy are found out in the impact; where they are not, by the look at what any event adds;
+    where that is left out too, runs rise."""
     starts = [by_newton(workshop, seed) for seed in range(20)]
     vary("IMPACT_GAIN", 1e30)
     for start in starts:
