@@ -111,13 +111,19 @@ def test_no_digits_are_lost_in_a_few_runs(name: str, method: str, workshop: Work
 
 
 @pytest.mark.hard
-@pytest.mark.parametrize("method", LOSS)
-@pytest.mark.parametrize("name", SEVERAL)
+@pytest.mark.parametrize(
+    ("name", "method"),
+    [(name, method) for name in SEVERAL for method in LOSS if name != "row of 40" or method in ("gauss", "dop853")],
+)
 def test_no_digits_are_lost_wherever_steps_end(name: str, method: str, workshop: Workshop, reach: Reach) -> None:
     """Under sixteen masses, and as many lengths with them, at 25 tolerances: the same motion with other roundings.
-    Steps end anywhere about the places where it could go on in several ways. Of the row of 40, as few as above."""
-    few = name == "row of 40"
-    _survey(name, method, range(1, 16, 7) if few else range(16), 12 if few else 1, workshop, reach)
+    Steps end anywhere about the places where it could go on in several ways. Of the row of 40, as few as above; by
+    `dopri5` and `radau`, which take most steps, six masses at seven tolerances, and no row of 40."""
+    if name == "row of 40":
+        masses, every = range(1, 16, 7), 12
+    else:
+        masses, every = (range(16), 1) if method in ("gauss", "dop853") else (range(0, 16, 3), 4)
+    _survey(name, method, masses, every, workshop, reach)
 
 
 def _survey(name: str, method: str, masses: range, every: int, workshop: Workshop, reach: Reach) -> None:

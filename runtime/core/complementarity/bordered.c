@@ -162,13 +162,19 @@ static void add_rates(const struct friction_problem *c, const struct bordered *b
             b->after[row] += b->x[j] * b->column[j][row];
 }
 
+/* How much friction contact i has at most for a unit of its normal impulse, in the scales of both */
+static double limit_ratio(const struct friction_problem *c, int i)
+{
+    return c->root[i] > 0.0 ? fabs(c->against[i]) * c->root[c->n + i] / c->root[i] : 0.0;
+}
+
 /* Whether the motion breaks the law at contact i: it approaches, or friction is the wrong way */
 static int is_broken(const struct friction_problem *c, const signed char *way, int i, double load, double speed,
                      const struct bordered *b)
 {
     const int n = c->n, kind = way[i];
     const double approach = -b->after[i], slip = b->after[n + i], normal = b->impulse[i];
-    const double limit = c->root[i] > 0.0 ? fabs(c->against[i]) * c->root[n + i] / c->root[i] * normal : 0.0;
+    const double limit = limit_ratio(c, i) * normal;
     if (kind >= LEAST_ON && approach > SEEN_AT_ONCE * speed)
         return 1;
     if (!c->rough[i] || c->slides[i])
@@ -188,7 +194,7 @@ int is_ruled_out(const struct friction_problem *c, const signed char *way, doubl
     solve_triangles(c, way, b);
     for (int i = 0; i < n; i++) {
         const double least = c->least ? c->root[i] * c->least[i] : 0.0, normal = b->impulse[i];
-        const double limit = c->root[i] > 0.0 ? fabs(c->against[i]) * c->root[n + i] / c->root[i] : 0.0;
+        const double limit = limit_ratio(c, i);
         load = fmax(load, fmax(fmax(fabs(normal), limit * fabs(normal)), fmax(fabs(b->impulse[n + i]), least)));
         speed = fmax(speed, fmax(fabs(b->rate[i]), fabs(b->rate[n + i])));
         pull = fmax(pull, least - normal);

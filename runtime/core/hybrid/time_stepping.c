@@ -426,8 +426,10 @@ static enum outcome with_room(struct span *span, struct phase *f, double end, do
     struct room r;
     enum outcome outcome = take_room(f->s, &r) ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
     if (!outcome) {
-        r.scale = heaviest(f->s, f->y);
-        outcome = go_through(span, f, &r, end, longest);
+        if (!(span->scale > 0.0))
+            span->scale = heaviest(f->s, f->y);
+        r.scale = span->scale;
+        outcome = r.scale < 0.0 ? OUTCOME_NO_MEMORY : go_through(span, f, &r, end, longest);
     }
     give_back(f->s->arena, mark);
     return outcome;
@@ -441,6 +443,7 @@ enum outcome begin_span(struct span *span, struct phase *f)
     span->length = again ? fmin(LONGER * span->length, LONGEST * time) : SPAN * time;
     span->ends = f->t + span->length;
     span->step = span->length / PER_SPAN;
+    span->scale = 0.0;
     span->under_way = 1;
     return release_contacts(f);
 }

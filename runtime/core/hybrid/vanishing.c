@@ -91,7 +91,7 @@ static double largest_change(const struct active_set *h, const double *force, co
 static enum outcome look_ahead(struct phase *f, struct vanishing *v, const double *W, int step)
 {
     const double least = sqrt(2.0 * PLACE_ROUNDING * f->s->length * FORCE_ROUNDING / v->noise);
-    const double kink = next_stop(f->run, f->t) - f->t, most = fmax(AHEAD * f->h, least);
+    const double kink = next_kink(f->run, f->t) - f->t, most = fmax(AHEAD * f->h, least);
     const double last = fmin(most, kink);
     for (double ahead = fmin(least, last);; ahead = fmin(FURTHER_AHEAD * ahead, last)) {
         const enum outcome outcome = isfinite(ahead) ? follow(f, ahead) : OUTCOME_NOT_FINITE;

@@ -171,7 +171,7 @@ int record_state(struct phase *f)
     return append_row(&f->run->record, f->t, f->y, width);
 }
 
-double next_stop(const struct run *run, double t)
+double next_kink(const struct run *run, double t)
 {
     size_t low = 0, high = run->stop_count; /* stops before low are not after t, those from high on are */
     while (low < high) {
@@ -181,5 +181,10 @@ double next_stop(const struct run *run, double t)
         else
             high = middle;
     }
-    return low < run->stop_count ? fmin(run->stops[low], run->until) : run->until;
+    return low < run->stop_count ? run->stops[low] : INFINITY;
+}
+
+double next_stop(const struct run *run, double t)
+{
+    return fmin(next_kink(run, t), run->until);
 }

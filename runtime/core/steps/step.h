@@ -84,7 +84,10 @@ enum outcome projected_step(struct phase *f, double h);
 /* record the present state, unless it is the last row already; 0, or 1 when memory runs out */
 int record_state(struct phase *f);
 
-/* the first time after t at which a step has to end */
+/* the first time after t at which inputs have a kink, or infinity */
+double next_kink(const struct run *run, double t);
+
+/* the first time after t at which a step has to end: that, or the end of the run */
 double next_stop(const struct run *run, double t);
 
 /* put the end of a step back onto the closure and the held contacts; driven joints stay as prescribed: where the loops close only
