@@ -51,6 +51,6 @@ def test_tossed_squares_come_to_rest_flat(count: int, rtol: float, workshop: Wor
     case = f"{count} tossed squares, rtol {rtol:g}"
     reach(f"{case}: energy rises, of that at the start", max(rises), 1e-8)
     reach(f"{case}: penetration, m", max(depths), 1e-10)
-    reach(f"{case}: longest share of time by steps", max(shares), 1e-2)
-    reach(f"{case}: share of time by steps of all", float(np.mean(shares)), 1e-3)
+    reach(f"{case}: longest share of time by steps", max(shares), 5e-2)
+    reach(f"{case}: share of time by steps of all", float(np.mean(shares)), 5e-3)
     reach(f"{case}: squares above the ground at the end", sum(height > 1e-6 for height in heights), 0)
