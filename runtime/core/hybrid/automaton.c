@@ -129,7 +129,7 @@ static enum outcome resolve_with(struct phase *f, int trigger, struct blow *b)
             const double closed = gap_tolerance(f, c), still = rest_velocity(f, c);
             if ((f->gaps[c] <= closed || (c == trigger && !repeat)) && f->rates[c] <= still) {
                 approaching |= f->rates[c] < -still || (c == trigger && !repeat && f->rates[c] < 0.0);
-                b->e[b->count] = is_crowded(f, c) && fabs(f->rates[c]) <= still ? 0.0 : f->s->restitution[c];
+                b->e[b->count] = f->at.slow > 0.0 && fabs(f->rates[c]) <= still ? 0.0 : f->s->restitution[c];
                 f->set[b->count++] = c;
             }
         }
@@ -147,6 +147,8 @@ static enum outcome resolve_with(struct phase *f, int trigger, struct blow *b)
         }
         if (!memcmp(f->y + n, u_plus, n * sizeof *u_plus)) /* what approached did so by rounding: nothing has struck */
             continue;
+        for (int i = 0; i < b->count; i++)
+            f->met[f->set[i]] += f->rates[f->set[i]] < 0.0;
         if (record_state(f) || append_impact(&run->impacts, f->t, f->y + n, u_plus, n, b->count, f->set, b->P,
                                              loss_of(f, b, u_plus), share, run->record.count))
             return OUTCOME_NO_MEMORY;
@@ -182,8 +184,8 @@ static int chatters(const struct automaton *a, struct phase *f, double since)
 }
 
 /* Bring bounces to rest that are the slower the fewer events a window has had: where events become ever more, bounces are ever
- * smaller, and would never end. Only contacts that have had more than ORDINARY events themselves are brought to rest, and only what they had more
- * counts, so that many bodies that each strike now and then are no crowd. A ball with e = 0.99 has come to bounces of 10^-12 of the height that it fell from in the last second, one with 0.999 to a
+ * smaller, and would never end. Only events of contacts
+ * that have had more than ORDINARY themselves count: many bodies that each strike now and then are no crowd. A ball with e = 0.99 has come to bounces of 10^-12 of the height that it fell from in the last second, one with 0.999 to a
  * millionth, when a two-hundredth of the steps and events that a window may have are spent, which are 1000. The speed then doubles so that it
  * comes to a length in a window before as many again have gone by. An event costs as the mechanism has coordinates: with more than a few it
  * may have fewer, in proportion, so that windows cost alike, but EACH for every contact that crowds: bounces of two thirds of the speed before have come
@@ -194,18 +196,18 @@ static void slow_down(struct automaton *a, struct phase *f)
     if (f->t >= a->window + window_of(f)) {
         a->window = f->t;
         a->earlier = a->events;
+        a->crowd = 0;
         memset(f->met, 0, f->s->model->contacts * sizeof *f->met);
     }
-    long crowd = 0, crowded = 0;
-    f->met[a->event.contact]++;
+    if (a->event.watch != CLOSES) /* those that close are counted as they strike, with those that strike beside them */
+        f->met[a->event.contact]++;
+    a->crowd += f->met[a->event.contact] > (int)ORDINARY;
+    long crowded = 0;
     for (int c = 0; c < f->s->model->contacts; c++)
-        if (f->met[c] > (int)ORDINARY) {
-            crowd += f->met[c] - (int)ORDINARY;
-            crowded += EACH;
-        }
+        crowded += f->met[c] > (int)ORDINARY ? EACH : 0;
     const long most = run->rate_budget / 200, n = f->s->n;
     const long share = n > FEW ? most * FEW / n : most, patience = share > crowded ? share : crowded;
-    const long beyond = crowd - patience, each = patience / 32 + 1;
+    const long beyond = a->crowd - patience, each = patience / 32 + 1;
     f->at.slow = beyond <= 0 ? 0.0 : fmin(ldexp(CROWDED_SPEED, (int)(beyond / each)), 1.0);
     run->rest_speed = fmax(run->rest_speed, f->at.slow * f->s->length / f->s->time);
 }

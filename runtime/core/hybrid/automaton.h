@@ -30,6 +30,7 @@ struct automaton {
     int idle;                /* events in a row that changed nothing */
     long events, still;      /* events, and those in a row between which nothing moved */
     double window;           /* when the present window began, in which events are counted, */
+    long crowd;              /* events in it of contacts that crowd */
     long earlier;            /* and the events before it */
     double last[2 * CROWD];  /* instants of the last ones */
     double jammed;           /* when friction jammed last */

@@ -100,6 +100,7 @@ static size_t walk(struct automaton *a, struct phase *f, enum way way, char *byt
                  {&a->still, sizeof a->still},
                  {&a->window, number},
                  {&a->earlier, sizeof a->earlier},
+                 {&a->crowd, sizeof a->crowd},
                  {&a->jammed, number},
                  {&a->span.length, number},
                  {&a->span.ends, number},

@@ -10,14 +10,9 @@
 #include "motion/derivative.h"
 #include "motion/projection.h"
 
-int is_crowded(const struct phase *f, int contact)
-{
-    return f->at.slow > 0.0 && f->met[contact] > (int)ORDINARY;
-}
-
 double rest_velocity(const struct phase *f, int contact)
 {
-    const double speed = is_crowded(f, contact) ? fmax(REST_SPEED, f->at.slow) : REST_SPEED;
+    const double speed = fmax(REST_SPEED, f->at.slow);
     return speed * f->s->extent[contact] / f->s->time;
 }
 

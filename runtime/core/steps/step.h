@@ -51,9 +51,6 @@ struct phase {
     struct progress at;
 };
 
-/* whether a contact has had so many events of late that it comes to rest at a higher speed, f->at.slow, where they crowd */
-int is_crowded(const struct phase *f, int contact);
-
 /* speed (m/s) below which a closed contact neither opens nor closes */
 double rest_velocity(const struct phase *f, int contact);
 
