@@ -165,9 +165,6 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
     X(LONGEST_REBOUND, 10.0, OF_RELATIVE, \
       "times the flight before an impact: the first step tried after it", \
       "bounces shorten by the restitution: the next is not longer, and steps grow sixfold") \
-    X(ORDINARY, 16.0, OF_RELATIVE, \
-      "events of a contact in a window of crowds that are no crowd", \
-      "bounces of half the speed before have come to 10^-5 of it by then: what accumulates has more, what strikes now and then has fewer") \
     X(CRAWL, CCGEN_LIMIT(1e-8, 1e-4), OF_UNIT, \
       "steps that move less may be stuck where links lie in a line", \
       "the root of rounding: what is unknown there, docs/theory 8.3") \
@@ -316,6 +313,9 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
     X(EDGE_GIVEN, CCGEN_LIMIT(1e-6, 1e-3), OF_RELATIVE, \
       "the same where a contact has just begun to slide, by an event that was located on that limit", \
       "chosen: what others that begin to slide at the same instant change of the forces is more than rounding") \
+    X(ORDINARY, 16.0, OF_RELATIVE, \
+      "events of a contact in a window of crowds that are no crowd", \
+      "bounces of half the speed before have come to 10^-5 of it by then: what accumulates has more, what strikes now and then has fewer") \
     X(CROWDED_SPEED, CCGEN_LIMIT(1e-8, 1e-3), OF_SPEED, \
       "a closed contact that moves slower is at rest where events crowd; the speed doubles with their number", \
       "a hundred times what rests else (REST_SPEED): a bounce at it is no higher than 1e-16 of the length, the rounding of places") \
