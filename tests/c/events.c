@@ -55,16 +55,14 @@ int first_event(int contacts, const double *table, double turning, double slow, 
     const struct method method = {.name = "known", .interpolate = known_motion};
     const double k[2] = {contacts, turning};
     struct arena arena = {0};
-    double *extent = TAKE(&arena, double, contacts), *resting = TAKE(&arena, double, contacts);
-    for (int c = 0; c < contacts; c++) {
+    double *extent = TAKE(&arena, double, contacts);
+    for (int c = 0; c < contacts; c++)
         extent[c] = 1.0;
-        resting[c] = slow;
-    }
     struct system s = {.model = &model, .k = k, .n = contacts, .size = 2 * contacts, .extent = extent, .length = 1.0};
     s.time = 1.0;
     s.arena = &arena;
     struct event found = {-1, 2.0, CLOSES, 1.0};
-    const enum outcome outcome = find_event(&s, &method, table, 0.0, 1.0, resting, &found);
+    const enum outcome outcome = find_event(&s, &method, table, 0.0, 1.0, slow, &found);
     *theta = found.theta;
     free_arena(&arena);
     return outcome ? -2 : found.contact;

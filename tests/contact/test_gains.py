@@ -51,7 +51,7 @@ def test_restitution_beside_a_drive_is_decided_by_what_contacts_give(workshop: W
     part of restitution with which the contact gives nothing, as a bisection by hand finds it."""
     model, rng = workshop.model(DRIVEN), np.random.default_rng(0)
     contact, found = np.array([0], dtype=np.int32), 0
-    while found < 25:
+    for _ in range(20000):
         q, u = rng.uniform(-np.pi, np.pi, 3), np.array([2.0, *rng.normal(size=2) * 4])
         if model.kernels.impact(q, u, contact, np.array([0.7]))[2] != "gained":
             continue
@@ -67,6 +67,9 @@ def test_restitution_beside_a_drive_is_decided_by_what_contacts_give(workshop: W
         if run.impacts:
             found += 1
             assert run.impacts[0].restitution_share == pytest.approx(below, abs=1e-4)
+        if found == 25:
+            return
+    pytest.fail(f"only {found} of 20,000 states gain energy and strike")
 
 
 ROD = """name = "rod"
@@ -97,7 +100,7 @@ def test_smooth_impacts_are_asked_what_they_gain(leaving: float, workshop: Works
     both = np.array([0, 1], dtype=np.int32)
     after, _, outcome = model.kernels.impact(q, u, both, np.array([1.0, 0.0]))
     energies = [float(np.sum(model.energy(q[None], x[None]))) for x in (u, after)]
-    assert outcome == "gained" or energies[1] <= energies[0] * (1 + 1e-12)
+    assert outcome == "gained" and energies[1] > energies[0]
     resting = np.array([0.0, -1.0, 1.0 - leaving])  # it approaches too: nothing is gained
     after, _, outcome = model.kernels.impact(q, resting, both, np.array([1.0, 0.0]))
     energies = [float(np.sum(model.energy(q[None], x[None]))) for x in (resting, after)]

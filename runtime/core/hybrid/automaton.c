@@ -8,16 +8,15 @@
 #include "base/tolerances.h"
 #include "hybrid/contact_transition.h"
 #include "hybrid/jam.h"
+#include "hybrid/striking.h"
 #include "impact/impact.h"
 #include "steps/flat_loop.h"
 #include "steps/phase.h"
 #include "model/contacts.h"
 
 enum {
-    REPEATS = 1000, /* impacts at one instant */
-    RATTLE = 1000,  /* the same of events between which no closed contact moves */
-    HALVINGS = 30,  /* of a part of restitution: to a billionth */
-    FEW = 6,        /* coordinates: of two free bodies, or of a loop of four links */
+    RATTLE = 1000, /* events in a row between which no closed contact moves */
+    FEW = 6,       /* coordinates: of two free bodies, or of a loop of four links */
     IDLE =
         10, /* events of a gap that neither take time nor lead to an impact, before its contact is said to be at rest */
     EACH = 64 /* events of each contact that crowds, at least, before any comes to rest sooner */
@@ -25,148 +24,6 @@ enum {
 
 static const struct event NO_EVENT = {-1, 0.0, LOST, 1.0};
 static const struct mode_change NO_LOSS = {-1, DETACHES};
-
-/* What an impact of the contacts f->set is about */
-struct blow {
-    int count;
-    double *e;             /* [contacts] restitution */
-    double *less;          /* [contacts] restitution that was tried in its place */
-    double *P;             /* [2 contacts] impulses, normal ones and then those of friction */
-    double *rates;         /* [contacts] scratch */
-    double *du, *momentum; /* [n] scratch */
-    double taken;          /* J: what the contacts take */
-};
-
-/* 0, or 1 when memory runs out */
-static int take_blow(const struct system *s, struct blow *b)
-{
-    const size_t contacts = s->model->contacts;
-    b->e = TAKE(s->arena, double, contacts);
-    b->less = TAKE(s->arena, double, contacts);
-    b->P = TAKE(s->arena, double, 2 * contacts);
-    b->rates = TAKE(s->arena, double, contacts);
-    b->du = TAKE(s->arena, double, s->n);
-    b->momentum = TAKE(s->arena, double, s->n);
-    return s->arena->ran_out;
-}
-
-/* Work (J) of the impulses of friction */
-static double friction_work(const struct phase *f, const struct blow *b, const double *u_plus)
-{
-    const struct system *s = f->s;
-    double *slips = b->rates, work = 0.0;
-    for (int side = 0; s->friction && side < 2; side++) {
-        s->model->slips(s->k, f->y, side ? u_plus : f->y + s->n, slips);
-        for (int i = 0; i < b->count; i++)
-            work += 0.5 * b->P[b->count + i] * slips[f->set[i]];
-    }
-    return work;
-}
-
-/* Energy (J) that the contacts take, at speeds f->rates before the impact */
-static double contact_loss(const struct phase *f, const struct blow *b, const double *u_plus)
-{
-    double loss = 0.0, *after = b->rates;
-    contact_rates(f->s, f->y, u_plus, after);
-    for (int i = 0; i < b->count; i++)
-        loss -= 0.5 * b->P[i] / lever_of(f->s, f->set[i]) * (f->rates[f->set[i]] + after[f->set[i]]);
-    return loss - friction_work(f, b, u_plus);
-}
-
-/* The impact with the restitution of all contacts times `share`, and the energy that they take by that: b->taken */
-static enum outcome strike_with(struct phase *f, struct blow *b, double share)
-{
-    double *u_plus = f->y1 + f->s->n;
-    for (int i = 0; i < b->count; i++)
-        b->less[i] = share * b->e[i];
-    const enum outcome outcome = impact(f->s, f->y, f->y + f->s->n, b->count, f->set, b->less, u_plus, b->P);
-    b->taken = contact_loss(f, b, u_plus);
-    return outcome;
-}
-
-/* The energy (J) that the mechanism loses in the impact to u_plus: driven joints, which do not change their speeds, do work in it too. */
-static double loss_of(const struct phase *f, const struct blow *b, const double *u_plus)
-{
-    return f->s->model->drives ? jump_loss(f->s, f->y, f->y + f->s->n, u_plus, b->du, b->momentum) : b->taken;
-}
-
-/* The impact with the restitution that contacts have, or where that would gain energy, the largest part of it that does not
- * (docs/events.md, "Striking"): by bisection, since without any it never gains; where contacts differ in restitution it need not grow with the part, and
- * a part is found that does not gain. Only one in which contacts give no energy is taken: with a tolerance there, thousands of them add up. *share
- * is that part. */
-static enum outcome strike_together(struct phase *f, struct blow *b, double *share)
-{
-    enum outcome outcome = strike_with(f, b, *share = 1.0);
-    if (outcome != OUTCOME_GAINED || f->run->on_gain == GAIN_STOPS)
-        return outcome;
-    double above = 1.0, tried = 0.0;
-    *share = 0.0;
-    outcome = strike_with(f, b, tried);
-    if (outcome || b->taken < 0.0)
-        return outcome ? outcome : OUTCOME_GAINED;
-    for (int i = 0; i < HALVINGS; i++) {
-        tried = 0.5 * (*share + above);
-        *(strike_with(f, b, tried) || b->taken < 0.0 ? &above : share) = tried;
-    }
-    return tried == *share ? OUTCOME_DONE : strike_with(f, b, *share);
-}
-
-/* All impacts of one instant: those contacts that are closed and not opening are struck together; if a closed contact is
- * left approaching, another impact follows. `trigger` is the contact whose event led here, or -1. */
-static enum outcome resolve_with(struct phase *f, int trigger, struct blow *b)
-{
-    const struct ccgen_model *m = f->s->model;
-    struct run *run = f->run;
-    const int n = f->s->n;
-    for (int repeat = 0;; repeat++) {
-        if (interrupted(f->s->interruption, 0))
-            return OUTCOME_INTERRUPTED;
-        int approaching = 0;
-        b->count = 0;
-        contact_gaps(f->s, f->y, f->gaps);
-        contact_rates(f->s, f->y, f->y + n, f->rates);
-        for (int c = 0; c < m->contacts; c++) {
-            const double closed = gap_tolerance(f, c), still = rest_velocity(f, c);
-            if ((f->gaps[c] <= closed || (c == trigger && !repeat)) && f->rates[c] <= still) {
-                approaching |= f->rates[c] < -still || (c == trigger && !repeat && f->rates[c] < 0.0);
-                b->e[b->count] = f->at.slow > 0.0 && fabs(f->rates[c]) <= still ? 0.0 : f->s->restitution[c];
-                f->set[b->count++] = c;
-            }
-        }
-        if (!approaching)
-            break;
-        if (repeat == REPEATS)
-            return OUTCOME_REPEATS;
-        activate(f->s->active, 0, NULL, NULL); /* what was held may leave now */
-        const double *u_plus = f->y1 + n;
-        double share;
-        const enum outcome outcome = strike_together(f, b, &share);
-        if (outcome) {
-            run->contact = f->set[0];
-            return outcome;
-        }
-        if (!memcmp(f->y + n, u_plus, n * sizeof *u_plus)) /* what approached did so by rounding: nothing has struck */
-            continue;
-        for (int i = 0; i < b->count; i++)
-            f->met[f->set[i]] += f->rates[f->set[i]] < 0.0;
-        if (record_state(f) || append_impact(&run->impacts, f->t, f->y + n, u_plus, n, b->count, f->set, b->P,
-                                             loss_of(f, b, u_plus), share, run->record.count))
-            return OUTCOME_NO_MEMORY;
-        memcpy(f->y + n, u_plus, n * sizeof *u_plus);
-        if (record_state(f))
-            return OUTCOME_NO_MEMORY;
-    }
-    return OUTCOME_DONE;
-}
-
-static enum outcome resolve_impacts(struct phase *f, int trigger)
-{
-    const struct mark mark = f->s->arena->top;
-    struct blow blow;
-    const enum outcome outcome = take_blow(f->s, &blow) ? OUTCOME_NO_MEMORY : resolve_with(f, trigger, &blow);
-    give_back(f->s->arena, mark);
-    return outcome;
-}
 
 /* Whether the closed contacts have moved since an event `since` ago by less than positions can show. An event of a contact that slides, or begins to, is
  * no rattling: held contacts do not move at all. */
@@ -306,12 +163,11 @@ static enum outcome step(struct automaton *a, struct phase *f)
 {
     if (f->run->method->order == 0)
         return step_to_end(&a->span, f);
-    int closed;
     const enum outcome outcome = step_through_span(&a->span, f);
     if (outcome || a->span.under_way)
         return outcome;
     hand_over(a, f);
-    return lay_flat(f, &closed);
+    return lay_flat(f);
 }
 
 /* Whether time stepping may get further where a stage has failed so: what is unknown there is what contacts do. Prescribed motions that are

@@ -35,7 +35,7 @@ struct search {
     double *velocities;                      /* [links][3] */
     double *gap_a, *rate_a, *gap_b, *rate_b; /* [contacts] at both ends of a piece */
     double *samples;                         /* [SAMPLES + 1][3 contacts] watched values in a window */
-    const double *slow; /* [contacts] times extent: a closed contact is not falling before its rate is beyond this */
+    double slow; /* times extent: a closed contact is not falling before its rate is beyond this */
     long interval_count;
 };
 
@@ -130,7 +130,7 @@ static double root(struct search *search, double (*f)(struct search *, int, doub
 static double first_event_in_interval(struct search *search, int contact, double a, double ga, double ra, double b,
                                       double gb, double rb)
 {
-    const double extent = search->s->extent[contact], slow = search->slow[contact] * extent;
+    const double extent = search->s->extent[contact], slow = search->slow * extent;
     if (ga <= 0.0 || (ga <= SHUT * extent && fabs(ra) <= slow)) {
         if (ra < -slow)
             return a;
@@ -355,7 +355,7 @@ static struct event first_loss(struct search *search)
 }
 
 enum outcome find_event(struct system *s, const struct method *method, const double *steps, double t, double h,
-                        const double *slow, struct event *event)
+                        double slow, struct event *event)
 {
     const size_t size = s->size, contacts = s->model->contacts, watched = WATCHED_MOST * contacts;
     const struct mark mark = s->arena->top;

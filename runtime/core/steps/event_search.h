@@ -16,10 +16,10 @@ struct event {
 
 /* *event: the first within the step from t to t + h that `method` has prepared. Either the gap of some contact is not positive
  * and falling. That is one-sided: a gap that is closed but opening is no event, and a gap that dips below zero and returns
- * within the step is one. A contact that is closed at the start of the step falls only if its rate is below -slow[contact] times
+ * within the step is one. A contact that is closed at the start of the step falls only if its rate is below -slow times
  * its extent, or if it never opens. Held contacts do not fall; with them an event is that a watched value becomes negative. */
 enum outcome find_event(struct system *s, const struct method *method, const double *steps, double t, double h,
-                        const double *slow, struct event *event);
+                        double slow, struct event *event);
 
 /* Whether a value that is zero at a start is negative all the way from there to where it is `value`, as it is `at_twice` twice as far away */
 int falls_from_zero(double value, double at_twice);

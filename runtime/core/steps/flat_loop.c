@@ -412,12 +412,11 @@ end:
     return outcome;
 }
 
-enum outcome lay_flat(struct phase *f, int *closed)
+enum outcome lay_flat(struct phase *f)
 {
     struct system *s = f->s;
     double sigma;
     enum outcome outcome = OUTCOME_DONE;
-    *closed = 0;
     if (!s->model->rows || fastest(s, f->y + s->n) * s->time > CRAWL)
         return outcome;
     const struct mark mark = s->arena->top;
@@ -428,7 +427,7 @@ enum outcome lay_flat(struct phase *f, int *closed)
         const double miss = closure_miss(f, closure);
         const int rank = row_rank(s, f->y, &sigma);
         if (sigma <= TURNS * s->model->links * NO_ACCELERATION)
-            *closed = snap_below(f, NO_ACCELERATION, miss, rank, stays, closure, &outcome);
+            snap_below(f, NO_ACCELERATION, miss, rank, stays, closure, &outcome);
     }
     give_back(s->arena, mark);
     return outcome;

@@ -13,7 +13,7 @@ enum outcome snap_to_singularity(struct phase *f, int stuck, int *closed);
 
 /* The same for a loop at rest, nearer to such a place than any acceleration is known from: it comes to rest there. What falls by that is lost as in
  * an impact. */
-enum outcome lay_flat(struct phase *f, int *closed);
+enum outcome lay_flat(struct phase *f);
 
 /* f->dy, as `evaluate_derivative` has it, of a state put where rows are lost. What leaves such a place goes along it to second order of the
  * closure, and its accelerations, which rows that are lost leave free, are those of the limit along its motion. */

@@ -35,7 +35,6 @@ int take_phase(struct phase *f)
     f->peak = TAKE_ZEROS(arena, double, c);
     f->gaps = TAKE_ZEROS(arena, double, c);
     f->rates = TAKE_ZEROS(arena, double, c);
-    f->resting = TAKE_ZEROS(arena, double, c);
     f->met = TAKE_ZEROS(arena, int, c);
     f->set = TAKE_ZEROS(arena, int, c);
     if (take_active_set(arena, &f->active, s->model))
@@ -49,15 +48,13 @@ int take_phase(struct phase *f)
  * shorter step turns out to have no event, it stands as the step taken. */
 static enum outcome search_step(struct phase *f, struct event *event)
 {
-    for (int c = 0; c < f->s->model->contacts; c++)
-        f->resting[c] = rest_velocity(f, c) / f->s->extent[c];
     for (int i = 0;; i++) {
         enum outcome outcome = evaluate_end_derivative(f);
         if (!outcome)
             outcome = f->by->prepare(f->s, f->steps, f->t, f->h, f->y, f->dy, f->y1, f->dy1);
         if (outcome)
             return outcome;
-        if ((outcome = find_event(f->s, f->by, f->steps, f->t, f->h, f->resting, event)))
+        if ((outcome = find_event(f->s, f->by, f->steps, f->t, f->h, rest_speed(f) / f->s->time, event)))
             return outcome;
         const double shorter = 2.0 * event->theta * f->h;
         if (event->contact < 0 || event->theta > EARLY || f->t + shorter <= f->t || i == SHORTER)

@@ -10,10 +10,14 @@
 #include "motion/derivative.h"
 #include "motion/projection.h"
 
+double rest_speed(const struct phase *f)
+{
+    return fmax(REST_SPEED, f->at.slow);
+}
+
 double rest_velocity(const struct phase *f, int contact)
 {
-    const double speed = fmax(REST_SPEED, f->at.slow);
-    return speed * f->s->extent[contact] / f->s->time;
+    return rest_speed(f) * f->s->extent[contact] / f->s->time;
 }
 
 double gap_tolerance(const struct phase *f, int contact)

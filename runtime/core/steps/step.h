@@ -44,14 +44,16 @@ struct phase {
     double *kept; /* what the method knew before a step, or knows now, on its way to or from the bytes of a state, */
     double *peak; /* and active.peak before a step */
     double *gaps, *rates; /* [contacts] where they were last looked at, for those that go on from there */
-    double *resting;      /* [contacts] 1/s, times extent: slower ones rest */
     int *met;             /* [contacts] events that each has had since its window of crowds began */
     int *set; /* [contacts] those that strike, are held, or close where rows are lost, on their way from finding them */
     struct active_set active; /* of the system */
     struct progress at;
 };
 
-/* speed (m/s) below which a closed contact neither opens nor closes */
+/* speed, of lengths in a characteristic time, below which a closed contact neither opens nor closes */
+double rest_speed(const struct phase *f);
+
+/* and that speed (m/s) */
 double rest_velocity(const struct phase *f, int contact);
 
 /* gap (m, rad) below which a contact is closed */
