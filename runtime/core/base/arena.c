@@ -29,7 +29,7 @@ void *take_elsewhere(struct arena *arena, size_t size, size_t alignment, size_t 
 {
     const size_t beside = alignment + CCGEN_APART + size;
     if (count > (SIZE_MAX - beside) / size || reserve(arena, count * size + beside)) {
-        arena->ran_out = 1;
+        arena->ran_out = arena->has_run_out = 1;
         return NULL;
     }
     return take_array(arena, size, alignment, count);

@@ -50,6 +50,7 @@ struct mark {
 struct arena {
     struct mark top;
     int ran_out;         /* whether memory for some array was not there, since something was last given back */
+    int has_run_out;     /* the same, until whoever asks sets it back: what lies between need not pass it on */
     struct chunk *first; /* all memory of the arena, in the order in which it is taken */
 };
 

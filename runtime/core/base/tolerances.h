@@ -316,6 +316,12 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
     X(ORDINARY, 16.0, OF_RELATIVE, \
       "events of a contact in a window of crowds that are no crowd", \
       "bounces of half the speed before have come to 10^-5 of it by then: what accumulates has more, what strikes now and then has fewer") \
+    X(EACH, 64.0, OF_RELATIVE, \
+      "events of each contact that crowds, at least, in a window of crowds before any comes to rest sooner", \
+      "bounces of two thirds of the speed before have come to 10^-11 of it by then") \
+    X(FEW, 6.0, OF_RELATIVE, \
+      "coordinates: mechanisms with more may have fewer events in a window of crowds, in proportion", \
+      "as two free bodies have, or a loop of four links: below it an event costs little beside what every event does") \
     X(CROWDED_SPEED, CCGEN_LIMIT(1e-8, 1e-3), OF_SPEED, \
       "a closed contact that moves slower is at rest where events crowd; the speed doubles with their number", \
       "a hundred times what rests else (REST_SPEED): a bounce at it is no higher than 1e-16 of the length, the rounding of places") \
@@ -328,6 +334,18 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
     X(INSTANT, CCGEN_LIMIT(1e-10, 1e-4), OF_TIME, \
       "events within such a time crowd", \
       "ten times the time in which bounces are over (REST_TIME)") \
+    X(CROWD, 200.0, OF_RELATIVE, \
+      "events within an instant (INSTANT): what bounces is at rest, and after twice as many time stepping goes on", \
+      "bounces of nine tenths of the speed before have come to 10^-9 of it by then") \
+    X(RATTLE, 1000.0, OF_RELATIVE, \
+      "events in a row between which no closed contact moves: what bounces is at rest", \
+      "chosen: they take time, and are bounces of rounding; five times as many as without time (CROWD)") \
+    X(IDLE, 10.0, OF_RELATIVE, \
+      "events of one gap in a row that neither take time nor lead to an impact: its contact is at rest", \
+      "chosen: rounding of a gap makes one or two of them") \
+    X(REPEATS, 1000.0, OF_RELATIVE, \
+      "impacts at one instant, after which time stepping goes on", \
+      "chosen: a row of n bodies that strike one after another has about n^2 / 2 of them, forty bodies 800") \
     X(ENERGY_JUMPED, CCGEN_LIMIT(1e-6, 1e-2), OF_RELATIVE, \
       "part of the energy, in motion and of the mechanism: what events add to it is no rounding if it is more", \
       "a loop put flat lifts its links by what is unknown of their places, the root of rounding: 5e-8, four times that at most (MARGIN)") \

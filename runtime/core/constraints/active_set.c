@@ -38,6 +38,23 @@ void clear_active_set(struct active_set *h, const struct ccgen_model *m)
     memset(h->closed, WATCHED, c * sizeof *h->closed);
 }
 
+void copy_active_set(struct active_set *to, const struct active_set *from, int contacts)
+{
+    const size_t c = contacts;
+    to->count = from->count;
+    to->rows = from->rows;
+    to->implied = from->implied;
+    to->window = from->window;
+    memcpy(to->set, from->set, c * sizeof *to->set);
+    memcpy(to->mode, from->mode, c * sizeof *to->mode);
+    memcpy(to->of, from->of, 2 * c * sizeof *to->of);
+    memcpy(to->force, from->force, 2 * c * sizeof *to->force);
+    memcpy(to->least, from->least, c * sizeof *to->least);
+    memcpy(to->peak, from->peak, c * sizeof *to->peak);
+    memcpy(to->weight, from->weight, 2 * c * sizeof *to->weight);
+    memcpy(to->closed, from->closed, c * sizeof *to->closed);
+}
+
 void contact_modes(const struct active_set *h, int contacts, signed char *modes)
 {
     for (int c = 0; c < contacts; c++)

@@ -57,6 +57,9 @@ int take_active_set(struct arena *arena, struct active_set *h, const struct ccge
 /* Nothing is held, and nothing is known of forces. */
 void clear_active_set(struct active_set *h, const struct ccgen_model *m);
 
+/* What `from` is; both belong to the same model. */
+void copy_active_set(struct active_set *to, const struct active_set *from, int contacts);
+
 /* How each contact is held, modes[contacts]: enum contact_mode */
 void contact_modes(const struct active_set *h, int contacts, signed char *modes);
 

@@ -14,14 +14,6 @@
 #include "steps/phase.h"
 #include "model/contacts.h"
 
-enum {
-    RATTLE = 1000, /* events in a row between which no closed contact moves */
-    FEW = 6,       /* coordinates: of two free bodies, or of a loop of four links */
-    IDLE =
-        10, /* events of a gap that neither take time nor lead to an impact, before its contact is said to be at rest */
-    EACH = 64 /* events of each contact that crowds, at least, before any comes to rest sooner */
-};
-
 static const struct event NO_EVENT = {-1, 0.0, LOST, 1.0};
 static const struct mode_change NO_LOSS = {-1, DETACHES};
 
@@ -61,9 +53,9 @@ static void slow_down(struct automaton *a, struct phase *f)
     a->crowd += f->met[a->event.contact] > (int)ORDINARY;
     long crowded = 0;
     for (int c = 0; c < f->s->model->contacts; c++)
-        crowded += f->met[c] > (int)ORDINARY ? EACH : 0;
+        crowded += f->met[c] > (int)ORDINARY ? (long)EACH : 0;
     const long most = run->rate_budget / 200, n = f->s->n;
-    const long share = n > FEW ? most * FEW / n : most, patience = share > crowded ? share : crowded;
+    const long share = n > (long)FEW ? most * (long)FEW / n : most, patience = share > crowded ? share : crowded;
     const long beyond = a->crowd - patience, each = patience / 32 + 1;
     f->at.slow = beyond <= 0 ? 0.0 : fmin(ldexp(CROWDED_SPEED, (int)(beyond / each)), 1.0);
     run->rest_speed = fmax(run->rest_speed, f->at.slow * f->s->length / f->s->time);
@@ -72,14 +64,18 @@ static void slow_down(struct automaton *a, struct phase *f)
 /* Count an event, and whether events still take time; put links that have come into a line there. */
 static enum outcome meet(struct automaton *a, struct phase *f)
 {
-    const double now = f->t - INSTANT * fmax(f->s->time, fabs(f->t)), since = f->at.since;
-    a->still = chatters(a, f, f->t - since) ? a->still + 1 : 0;
-    a->crowds = a->still >= RATTLE || (a->events >= CROWD && now <= a->last[(a->events - CROWD) % (2 * CROWD)]);
-    if (a->events >= 2 * CROWD && now <= a->last[a->events % (2 * CROWD)]) {
+    a->still = chatters(a, f, f->t - f->at.since) ? a->still + 1 : 0;
+    if (f->t > a->instant + INSTANT * fmax(f->s->time, fabs(f->t))) {
+        a->instant = f->t;
+        a->at_once = 0;
+    }
+    a->at_once++;
+    a->crowds = a->still >= (long)RATTLE || a->at_once > (long)CROWD;
+    if (a->at_once > 2 * (long)CROWD) {
         f->run->contact = a->event.contact;
         return OUTCOME_ACCUMULATION;
     }
-    a->last[a->events++ % (2 * CROWD)] = f->t;
+    a->events++;
     slow_down(a, f);
     f->run->events++;
     a->loss = a->event.watch >= 0 ? mode_change_of(f->s, a->event.watch) : NO_LOSS;
@@ -138,9 +134,9 @@ static enum outcome select_held(struct automaton *a, struct phase *f)
     a->idle = idle ? a->idle + 1 : 0;
     return (f->at.slow > 0.0 ? select_slow : select_active_set)(
         f, a->struck ? NO_LOSS : a->loss, /* what was lost is asked anew where an impact has changed it */
-        a->crowds         ? ALL_REST
-        : a->idle >= IDLE ? a->event.contact
-                          : NONE_RESTS);
+        a->crowds              ? ALL_REST
+        : a->idle >= (int)IDLE ? a->event.contact
+                               : NONE_RESTS);
 }
 
 /* Event by event again: nothing is known but the state, and that time stepping has led there. */
@@ -153,8 +149,8 @@ static void hand_over(struct automaton *a, struct phase *f)
     a->loss = NO_LOSS;
     a->crowds = a->struck = a->idle = 0;
     a->still = 0;
-    for (int i = 0; i < 2 * CROWD; i++)
-        a->last[i] = -INFINITY;
+    a->instant = -INFINITY;
+    a->at_once = 0;
     run->window = f->t;
     run->spent_before = run->steps + run->rejected + run->events;
 }
@@ -267,6 +263,7 @@ void start_automaton(struct automaton *a)
     a->event = NO_EVENT;
     a->loss = NO_LOSS;
     a->jammed = NAN;
+    a->instant = -INFINITY;
 }
 
 /* Where a stage has failed so: friction that jams has an impact without collision, once at an instant, all else goes on by time stepping. */
@@ -292,6 +289,7 @@ static enum outcome find_way_on(struct automaton *a, struct phase *f, enum outco
 struct before_stage {
     double *y;        /* [size] */
     double energy[2]; /* J: kinetic, potential */
+    struct active_set active;
     size_t rows, impacts, struck, changes, closed;
 };
 
@@ -300,8 +298,9 @@ static enum outcome note_stage(const struct phase *f, struct before_stage *befor
     const struct system *s = f->s;
     const struct run *run = f->run;
     before->y = TAKE(s->arena, double, s->size);
-    if (s->arena->ran_out)
+    if (take_active_set(s->arena, &before->active, s->model))
         return OUTCOME_NO_MEMORY;
+    copy_active_set(&before->active, &f->active, s->model->contacts);
     memcpy(before->y, f->y, (size_t)s->size * sizeof *f->y);
     s->model->energy(s->k, f->y, f->y + s->n, before->energy);
     before->rows = run->record.count;
@@ -324,6 +323,7 @@ static int has_gained(struct phase *f, const struct before_stage *before)
     if (gain <= ENERGY_JUMPED * (fmax(f->at.energy_in_motion, before->energy[0]) + s->energy))
         return 0;
     memcpy(f->y, before->y, (size_t)s->size * sizeof *f->y);
+    copy_active_set(&f->active, &before->active, s->model->contacts);
     run->record.count = before->rows;
     run->impacts.count = before->impacts;
     run->impacts.contact_count = before->struck;
@@ -354,7 +354,10 @@ static enum outcome act(struct automaton *a, struct phase *f)
 
 enum outcome run_stage(struct automaton *a, struct phase *f)
 {
-    const enum outcome outcome = act(a, f);
+    f->s->arena->has_run_out = 0;
+    enum outcome outcome = act(a, f);
+    if (f->s->arena->has_run_out) /* what was decided without all arrays is not to be trusted */
+        outcome = OUTCOME_NO_MEMORY;
     if (may_step(a, f, outcome))
         return find_way_on(a, f, outcome);
     if (outcome)

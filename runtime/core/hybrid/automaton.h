@@ -6,8 +6,6 @@
 #include "motion/switching.h"
 #include "steps/step.h"
 
-enum { CROWD = 200 /* events within an instant before what bounces is said to be at rest */ };
-
 /* What the automaton does next; automaton.c has a table of what leads where. */
 enum stage {
     START,
@@ -32,7 +30,8 @@ struct automaton {
     double window;           /* when the present window began, in which events are counted, */
     long crowd;              /* events in it of contacts that crowd */
     long earlier;            /* and the events before it */
-    double last[2 * CROWD];  /* instants of the last ones */
+    double instant;          /* when the present instant began: events within INSTANT of it are at once */
+    long at_once;            /* events in it */
     double jammed;           /* when friction jammed last */
     struct span span;        /* of time stepping, the present or the last one */
 };

@@ -21,7 +21,7 @@ static struct kind kind_of(const struct phase *f)
     struct kind kind;
     memset(&kind, 0, sizeof kind);
     memcpy(kind.magic, "ccgen\n", 6);
-    kind.version = 5;
+    kind.version = 6;
     kind.number = (int)sizeof(double);
     kind.size = f->s->size;
     kind.contacts = f->s->model->contacts;
@@ -107,7 +107,8 @@ static size_t walk(struct automaton *a, struct phase *f, enum way way, char *byt
                  {&a->span.step, number},
                  {&a->span.scale, number},
                  {&a->span.under_way, sizeof a->span.under_way},
-                 {a->last, sizeof a->last}};
+                 {&a->instant, number},
+                 {&a->at_once, sizeof a->at_once}};
     size_t size = 0;
     for (size_t i = 0; i < sizeof parts / sizeof *parts; size += parts[i++].size) {
         if (way == GET && parts[i].size)

@@ -8,10 +8,7 @@
 #include "impact/impact.h"
 #include "model/contacts.h"
 
-enum {
-    REPEATS = 1000, /* impacts at one instant */
-    HALVINGS = 30   /* of a part of restitution: to a billionth */
-};
+enum { HALVINGS = 30 /* of a part of restitution: to a billionth */ };
 
 /* What an impact of the contacts f->set is about */
 struct blow {
@@ -120,7 +117,7 @@ static enum outcome resolve_with(struct phase *f, int trigger, struct blow *b)
         }
         if (!approaching)
             break;
-        if (repeat == REPEATS)
+        if (repeat == (int)REPEATS)
             return OUTCOME_REPEATS;
         activate(f->s->active, 0, NULL, NULL); /* what was held may leave now */
         const double *u_plus = f->y1 + n;

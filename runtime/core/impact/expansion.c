@@ -16,6 +16,7 @@
 #include "base/tolerances.h"
 #include "complementarity/complementarity.h"
 #include "complementarity/friction.h"
+#include "impact/problem.h"
 
 enum { PIECES = 32 };                           /* per contact */
 static const double FAR = 16.0, FARTHEST = 1e9; /* times what the largest push does to its own row */
@@ -52,15 +53,6 @@ static int take_piece(struct arena *arena, struct piece *p, size_t n)
 static double root(const struct expansion *s, int i)
 {
     return sqrt(fmax(s->W[(size_t)i * (s->all + 1)], 0.0));
-}
-
-/* Normal impulses summed as they load their contacts */
-static double load_of(const struct expansion *s, const double *P)
-{
-    double load = 0.0;
-    for (int i = 0; i < s->n; i++)
-        load += root(s, i) * P[i];
-    return load;
 }
 
 /* Rates per x. What is closed, or sticks, stays so where only rounding says otherwise. */
@@ -140,13 +132,6 @@ static double until_zero(double value, double change)
     return value * change < 0.0 ? -value / change : INFINITY;
 }
 
-/* Smallest x > 0 with v x + a x^2 / 2 = work, where v >= 0; infinite where there is none */
-static double until_work(double v, double a, double work)
-{
-    const double square = v * v + 2.0 * a * work;
-    return square < 0.0 || v + sqrt(square) == 0.0 ? INFINITY : 2.0 * work / (v + sqrt(square));
-}
-
 /* Until contact i has given back what it has */
 static double until_given(const struct expansion *s, const struct piece *p, int i)
 {
@@ -157,7 +142,7 @@ static double until_given(const struct expansion *s, const struct piece *p, int 
 /* How far a piece goes that may load the contacts by `most`; 0 where it gives nothing back */
 static double length_of(const struct expansion *s, const struct piece *p, double most)
 {
-    double longest = most / load_of(s, p->P);
+    double longest = most / load_of(s->n, s->all, s->W, p->P);
     int back = 0;
     for (int i = 0; i < s->all; i++)
         longest = fmin(longest, until_zero(s->rate[i], p->rate[i]));
@@ -192,7 +177,7 @@ int expand(struct expansion *s)
     struct piece p;
     const struct mark mark = s->arena->top;
     const int n = s->n, wrong = take_piece(s->arena, &p, n);
-    double most = MOST * load_of(s, s->P);
+    double most = MOST * load_of(n, s->all, s->W, s->P);
     int giving = 0;
     for (int i = 0; i < n && !wrong; i++) {
         p.left[i] = s->goal ? s->goal[i] : s->wanted[i];
@@ -206,7 +191,7 @@ int expand(struct expansion *s)
         if (!(dx > 0.0))
             break;
         giving = advance_expansion(s, &p, dx);
-        most -= load_of(s, p.P) * dx;
+        most -= load_of(n, s->all, s->W, p.P) * dx;
     }
     give_back(s->arena, mark);
     return wrong;

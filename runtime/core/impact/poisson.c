@@ -2,19 +2,9 @@
  * impulses. */
 #include "impact/law.h"
 
-#include <math.h>
 #include <string.h>
 
 #include "impact/expansion.h"
-
-/* Normal impulses summed as they load their contacts */
-static double load_of(const struct impact_problem *k, const double *P)
-{
-    double load = 0.0;
-    for (int i = 0; i < k->count; i++)
-        load += sqrt(fmax(k->W[(size_t)i * (k->all + 1)], 0.0)) * P[i];
-    return load;
-}
 
 /* Poisson's law: at least e times the impulses of compression. Friction may leave expansion as one step no impulses, only ones
  * that add energy, or much larger ones: it is then followed along the impulses. */
@@ -30,7 +20,8 @@ static enum outcome poisson_impulses(struct impact_problem *k, double *total)
     for (int i = 0; i < n; i++)
         k->wanted[i] = k->least[i] = k->e[i] * total[i];
     const enum outcome outcome = impact_step(k, NULL, k->least, total);
-    if (k->all == n || (!outcome && load_of(k, k->P) <= MOST * load_of(k, P) && !adds_energy(k, k->rate, total)))
+    if (k->all == n || (!outcome && load_of(n, k->all, k->W, k->P) <= MOST * load_of(n, k->all, k->W, P) &&
+                        !adds_energy(k, k->rate, total)))
         return outcome;
     memcpy(total, P, 2 * n * sizeof *P);
     memcpy(k->rate, rate, k->all * sizeof *rate);

@@ -85,3 +85,17 @@ int adds_energy(const struct impact_problem *k, const double *after, const doubl
     }
     return gain > rounding;
 }
+
+double load_of(int n, int all, const double *W, const double *P)
+{
+    double load = 0.0;
+    for (int i = 0; i < n; i++)
+        load += sqrt(fmax(W[(size_t)i * (all + 1)], 0.0)) * P[i];
+    return load;
+}
+
+double until_work(double v, double a, double work)
+{
+    const double square = v * v + 2.0 * a * work;
+    return square < 0.0 || v + sqrt(square) == 0.0 ? INFINITY : 2.0 * work / (v + sqrt(square));
+}

@@ -30,4 +30,11 @@ enum outcome impact_step(struct impact_problem *k, const double *extra, const do
 /* Whether impulses total[2 count] add energy that rates `after` the impact tell of: more than rounding */
 int adds_energy(const struct impact_problem *k, const double *after, const double *total);
 
+/* Normal impulses P[n] summed as they load their contacts: each times the root of its entry in the diagonal of W[all][all] */
+double load_of(int n, int all, const double *W, const double *P);
+
+/* Smallest x > 0 with v x + a x^2 / 2 = work, where v >= 0: the impulse by which a contact that opens at v, and faster by a per impulse,
+ * has given back that work (Stronge, Impact Mechanics, 2000, section 3.3); infinite where there is none */
+double until_work(double v, double a, double work);
+
 #endif

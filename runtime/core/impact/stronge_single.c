@@ -18,6 +18,7 @@
 #include <math.h>
 
 #include "base/tolerances.h"
+#include "impact/problem.h"
 
 enum { PIECES = 32 };
 
@@ -38,13 +39,6 @@ static double friction_of(const double *W, double mu, double vt)
     if (constrained_tangentially(W))
         return 0.0;
     return fabs(W[2]) <= mu * W[3] ? -W[2] / W[3] : copysign(mu, -W[2]);
-}
-
-/* Smallest dp > 0 with vn dp + a dp^2 / 2 = work, where vn >= 0; infinite where there is none. */
-static double until_work(double vn, double a, double work)
-{
-    const double square = vn * vn + 2.0 * a * work;
-    return square < 0.0 || vn + sqrt(square) == 0.0 ? INFINITY : 2.0 * work / (vn + sqrt(square));
 }
 
 int stronge_single(const double *W, double mu, double e, const double *rate, double *P, double *F)
