@@ -31,7 +31,7 @@ export NO_COMPILER
 
 help:
 	@echo "make hexagon     simulate the falling hexagon and draw it"
-	@echo "make quick       a part of the tests within a minute, for every save; ARGS goes to pytest"
+	@echo "make quick       a part of the tests in about a minute, for every save; ARGS goes to pytest"
 	@echo "make test        all tests but the long ones; ARGS=\"-k impact\" goes to pytest"
 	@echo "make hard        the long tests: surveys, random sweeps, large mechanisms"
 	@echo "make figures     all hard cases, with the largest counts, and the figures that they reach"

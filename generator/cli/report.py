@@ -141,13 +141,8 @@ def energy_moved(run: Run) -> float:
 def energy_scale(run: Run) -> float:
     """An energy (J) of the mechanism's size, also of one that rests: the largest kinetic energy that it has where it
     begins, if one coordinate alone moves by a radian, or a length of the mechanism, in its characteristic time."""
-    from ccgen.runtime.model.thresholds import characteristic_time
-
-    model = run.model
-    angular = np.isin(np.arange(len(model.u_names)), model.angular)
-    rates = np.diag(np.where(angular, 1.0, model.length)) / characteristic_time(model)
-    kinetic, _ = model.energy(np.tile(run.q[0], (len(rates), 1)), rates)
-    return float(np.max(kinetic))
+    scale: float = run.model.kernels.heaviest(run.q[0])
+    return scale
 
 
 def moves(run: Run) -> bool:

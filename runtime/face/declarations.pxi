@@ -77,6 +77,7 @@ cdef extern from *:
         long evaluations
         long rank_deficient
     void set_units(system *s) nogil
+    real heaviest(system *s, const real *q) nogil
     void set_levers(system *s, const unsigned char *angular, real *lever, real *extent) nogil
     struct input_table:
         size_t count

@@ -172,6 +172,16 @@ cdef class Evaluations:
         s.refine, s.acceleration_scale = self.refine, self.usual
         return s
 
+    def heaviest(self, const real[::1] q):
+        """Kinetic energy (J) of the coordinate that has the most at a speed of its unit, a radian or the length in the
+        characteristic time."""
+        cdef _Memory memory = _Memory()
+        cdef system s = self._system(memory)
+        cdef real found = heaviest(&s, &q[0])
+        if found < 0.0:
+            raise MemoryError
+        return found
+
     def acceleration(self, const real[:, ::1] q, const real[:, ::1] u, t, bint side_by_side=True, bint forces=True):
         """Quasi-accelerations (b, n), multipliers (b, rows), of no state unless ``forces``, and the outcome of each state
         that has none, by number, at one time ``t`` or at times (b,); where there are as many states as the model has lanes,

@@ -23,6 +23,7 @@ from ccgen.generator.cli.report import (
 )
 from ccgen.generator.program.program import Counts
 from ccgen.runtime import Phase, simulate
+from ccgen.runtime.model.thresholds import characteristic_time
 
 from ..support.command_line import PENDULUM, ccgen
 from ..support.folders import SCENES
@@ -49,6 +50,12 @@ def test_the_energy_that_moves_is_that_of_the_fall(workshop: Workshop) -> None:
     """A rod of 1 kg and 1 m falls from level and passes the lowest point, half a metre down, between two rows."""
     moved = energy_moved(simulate(workshop.model(PENDULUM), until=20.0))
     assert 0.99 * 9.81 * 0.5 < moved <= (1.0 + 1e-9) * 9.81 * 0.5
+
+
+def test_the_scale_of_energy_is_that_of_a_radian_in_the_characteristic_time(workshop: Workshop) -> None:
+    """The rod's moment of inertia about its hinge is a third of 1 kg m2."""
+    run = simulate(workshop.model(PENDULUM), until=0.5)
+    assert energy_scale(run) == pytest.approx(0.5 / 3.0 / characteristic_time(run.model) ** 2, rel=1e-14)
 
 
 def test_the_audit_has_its_scale(tmp_path: Path) -> None:

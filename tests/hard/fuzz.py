@@ -1,5 +1,5 @@
-"""Random loops on random grounds: what must hold whatever happens. ``test_fuzz.py`` draws from here; every failure that
-is found becomes a named case of its own."""
+"""Random loops on random grounds: what must hold whatever happens. ``test_fuzz.py`` draws from here, and so does
+``docs/scripts/laws.py``; every failure that is found becomes a named case of its own."""
 
 from __future__ import annotations
 
@@ -37,15 +37,18 @@ class Toss:
     seed: int
 
 
-def tosses(count: int, seed: int) -> Iterator[Toss]:
-    """The first ``count`` tosses of ``seed``, all choices as likely as each other: the same on every machine."""
+def tosses(count: int, seed: int, rough: bool | None = None, law: str | None = None) -> Iterator[Toss]:
+    """The first ``count`` tosses of ``seed``, all choices as likely as each other: the same on every machine.
+
+    ``rough`` and ``law`` are drawn where they are not given; given, they make other tosses of the seed.
+    """
     rng = np.random.default_rng(seed)
     for _ in range(count):
         yield Toss(
             n=int(rng.integers(3, 13)),
             planes=int(rng.integers(1, 3)),
-            rough=bool(rng.integers(2)),
-            law=("newton", "poisson")[rng.integers(2)],
+            rough=bool(rng.integers(2)) if rough is None else rough,
+            law=("newton", "poisson")[rng.integers(2)] if law is None else law,
             restitution=RESTITUTIONS[rng.integers(len(RESTITUTIONS))],
             friction=FRICTIONS[rng.integers(len(FRICTIONS))],
             seed=int(rng.integers(2**31)),
@@ -90,10 +93,15 @@ def run(model: Any, toss: Toss, until: float = SECONDS, rtol: float = RTOL, meth
     return simulate(model, q, u, until=until, rtol=rtol, method=method)
 
 
+def rise_of_energy(found: Any) -> float:
+    """The most that the energy rises by, in parts of that at the start."""
+    energy = np.sum(found.model.energy(found.q, found.u), axis=0)
+    return float(np.max(energy - np.minimum.accumulate(energy))) / max(1.0, abs(float(energy[0])))
+
+
 def faults(found: Any) -> list[str]:
     """What must never be, whether the run reached its end or not."""
-    energy = np.sum(found.model.energy(found.q, found.u), axis=0)
-    rise = float(np.max(energy - np.minimum.accumulate(energy))) / max(1.0, abs(float(energy[0])))
+    rise = rise_of_energy(found)
     depth = -float(found.model.gaps(found.q).min())
     wrong = []
     if not (np.all(np.isfinite(found.q)) and np.all(np.isfinite(found.u))):

@@ -13,7 +13,8 @@ import pytest
 
 from ..support.endings import DONE
 from ..support.workshop import Workshop
-from .families import FAMILIES, Throw, run, scale_and_rise, throw, throws
+from .families import FAMILIES, Throw, throw, throws
+from .family_runs import run, scale_and_rise
 
 EXAMPLES = int(os.environ.get("CCGEN_FAMILIES", "144"))
 SEED = int(os.environ.get("CCGEN_FAMILIES_SEED", "0"))
