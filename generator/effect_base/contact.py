@@ -6,6 +6,8 @@ from typing import Annotated, Literal, get_args
 
 from pydantic import Field
 
+from .written_numbers import Measured
+
 Law = Literal["newton", "poisson", "stronge"]
 """What restitution means: a ratio of speeds, of impulses, or, squared, of work. This is the generator's only list of
 laws. All impacts of a scene follow one of them, the first where it names none."""
@@ -18,7 +20,7 @@ LAW_MEANS = f"the law of all impacts: {', '.join(LAWS[:-1])} or {LAWS[-1]}"
 OnGain = Literal["reduce", "stop"]
 """What becomes of an impact that would gain energy: it has less restitution, or the run stops."""
 
-Radius = Annotated[float, Field(ge=0.0)]
+Radius = Annotated[float, Field(ge=0.0), Measured("m")]
 
 DEPTH = 1e-9
 """A start deeper than this (m) is inside the ground; less is rounding."""

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar, Literal
+from types import UnionType
+from typing import Annotated, Any, ClassVar, Literal, Union, get_args, get_origin
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler
+from pydantic_core import CoreSchema, core_schema
+
+from .written_numbers import Length, Number
 
 NAME = r"^[A-Za-z][A-Za-z0-9_]*$"
 """Names of links, points, joints and effects."""
@@ -20,12 +24,63 @@ class Table(BaseModel):
     INSTEAD: ClassVar[Mapping[str, str]] = {}
     """Keys that show that another table is meant, each with that: nothing else of such a table is judged."""
 
+    ONE_OF: ClassVar[tuple[str, ...]] = ()
+    """Keys of which a table of this kind has to have exactly one."""
+    NAMED: ClassVar[Any] = None
+    """The kind of values in a table whose keys are names that the scene gives."""
+
     model_config = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False, frozen=True)
+
+
+def kind_of_key(model: type[Table], key: str) -> Any:
+    """The type of a key's value with all its marks; ``None`` of a key that the table does not know."""
+    field = model.model_fields.get(key)
+    if field is None:
+        return model.NAMED
+    return Annotated[(field.annotation, *field.metadata)] if field.metadata else field.annotation
+
+
+def alternatives(kind: Any) -> Iterator[Any]:
+    """All alternatives of a type, without their marks."""
+    if get_origin(kind) is Annotated:
+        yield from alternatives(get_args(kind)[0])
+    elif get_origin(kind) in (Union, UnionType):
+        for one in get_args(kind):
+            yield from alternatives(one)
+    else:
+        yield kind
+
+
+def inside(kind: Any, part: str | int) -> Any:
+    """The type of an item of a list, of a value in a mapping, or of a key of a table; ``None`` where there is none."""
+    wanted = list if isinstance(part, int) else dict
+    for one in alternatives(kind):
+        if isinstance(part, str) and isinstance(one, type) and issubclass(one, Table):
+            return kind_of_key(one, part)
+        if get_origin(one) is wanted:
+            return get_args(one)[-1]
+    return None
+
+
+def innermost(model: type[Table], place: Sequence[str | int]) -> tuple[type[Table], tuple[str | int, ...]]:
+    """The table in ``model`` that the last part of a place belongs to, however deep, and the place in that."""
+    owner, since, kind = model, 0, kind_of_key(model, str(place[0]))
+    for index, part in enumerate(place[1:], start=1):
+        tables = [one for one in alternatives(kind) if isinstance(one, type) and issubclass(one, Table)]
+        if tables and isinstance(part, str):
+            owner, since = tables[0], index
+        kind = inside(kind, part)
+    return owner, tuple(place[since:])
 
 
 def number_or_list(value: Any) -> str:
     """Which alternative of such a value is meant, as pydantic's tag."""
     return "<list>" if isinstance(value, list) else "<number>"
+
+
+def text_or_list(value: Any) -> str:
+    """The same of a name or a place."""
+    return "<list>" if isinstance(value, list) else "<text>"
 
 
 @dataclass(frozen=True)
@@ -36,6 +91,22 @@ class Named:
     kind: Literal["joint", "link", "point", "end"]
 
 
+class Columns:
+    """Marks a list whose values are of these kinds, in this order: ``Columns(Length, Length, Angle)``."""
+
+    def __init__(self, *kinds: Any) -> None:
+        self.kinds = kinds
+
+    def __repr__(self) -> str:
+        return f"Columns{self.kinds}"
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        count = len(self.kinds)
+        row = core_schema.tuple_schema([handler.generate_schema(kind) for kind in self.kinds], strict=False)
+        whole = core_schema.chain_schema([core_schema.list_schema(min_length=count, max_length=count), row])
+        return core_schema.no_info_after_validator_function(list, whole)
+
+
 JointName = Annotated[str, Named("joint")]
 LinkName = Annotated[str, Named("link")]
 PointName = Annotated[str, Named("point")]
@@ -43,4 +114,6 @@ EndName = Annotated[str, Named("end")]
 
 Name = Annotated[str, Field(pattern=NAME)]
 Positive = Annotated[float, Field(gt=0.0)]
-Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
+NotNegative = Annotated[float, Field(ge=0.0)]
+Position = Annotated[list[Length], Field(min_length=2, max_length=2)]
+Direction = Annotated[list[Number], Field(min_length=2, max_length=2)]

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field
 
 from ..effect_base.effect import Complain, Effect, Entry, Place, Surroundings
 from ..effect_base.line import Line, find_line
 from ..effect_base.table import Name, PointName, Positive, Table
+from ..effect_base.written_numbers import Measured
 from ..mechanism.links import NOT_NEGATIVE, Parameter
 
 if TYPE_CHECKING:
@@ -26,7 +27,7 @@ class DamperTable(Table):
     between: list[PointName] = Field(
         min_length=2, max_length=2, description='the two points it joins, ["link.point", "ground.point"]'
     )
-    damping: Positive = Field(description="the damping in N s/m, a positive number")
+    damping: Annotated[Positive, Measured("N s/m")] = Field(description="the damping in N s/m, a positive number")
 
 
 @dataclass(frozen=True)

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field
 
 from ..effect_base.effect import Complain, Effect, Entry, Surroundings
 from ..effect_base.line import links_at
 from ..effect_base.points import find_point
-from ..effect_base.table import Name, PointName, Positive, Table
+from ..effect_base.table import Name, NotNegative, PointName, Positive, Table
+from ..effect_base.written_numbers import Measured
 from ..mechanism.joints import PointRef
 from ..mechanism.links import GROUND, NOT_NEGATIVE, POSITIVE, Domain, Parameter
 
@@ -30,11 +31,10 @@ class DragTable(Table):
 
     name: Name | None = Field(default=None, description="a name of letters, digits and _, beginning with a letter")
     point: PointName = Field(description='the point on which it acts, such as "link_0.B" or "joint_1"')
-    linear: Positive | None = Field(default=None, description="the linear drag in N s/m, a positive number")
-    quadratic: Positive | None = Field(default=None, description="the quadratic drag in N s²/m², a positive number")
-    speed: float | None = Field(
+    linear: Annotated[Positive, Measured("N s/m")] | None = Field(default=None, description="the linear drag in N s/m, a positive number")
+    quadratic: Annotated[Positive, Measured("N s²/m²")] | None = Field(default=None, description="the quadratic drag in N s²/m², a positive number")
+    speed: Annotated[NotNegative, Measured("m/s")] | None = Field(
         default=None,
-        ge=0.0,
         description="the speed below which quadratic drag is linear in m/s, zero or a positive number",
     )
 

@@ -5,14 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field
 
 from ..effect_base.effect import Complain, Effect, Entry, Surroundings
-from ..effect_base.expression_of_time import AngleLaw, Expression, Law, Quantity, own_parameters, quantity
+from ..effect_base.expression_of_time import Expression, InTime, Law, Quantity, own_parameters, quantity
 from ..effect_base.points import find_joint
 from ..effect_base.table import JointName, Name, Table
+from ..effect_base.written_numbers import wrong_kind
 from ..mechanism.links import Parameter
 from ..mechanism.mechanism import Mechanism
 
@@ -29,13 +30,13 @@ class DriveTable(Table):
 
     name: Name | None = Field(default=None, description="a name of letters, digits and _, beginning with a letter")
     joint: JointName = Field(description="the name of the joint whose motion is given")
-    speed: Law | None = Field(
+    speed: Annotated[Law, InTime("rad/s", "m/s")] | None = Field(
         default=None, description="the joint's rate in rad/s, a number or an expression of t (m/s where it slides)"
     )
-    angle: AngleLaw | None = Field(
+    angle: Annotated[Law, InTime("rad")] | None = Field(
         default=None, description='the joint\'s angle in rad, a number, an expression of t or a text such as "30 deg"'
     )
-    position: Law | None = Field(
+    position: Annotated[Law, InTime("m")] | None = Field(
         default=None, description="the length along the line in m, a number or an expression of t"
     )
 
@@ -104,6 +105,9 @@ def build(table: DriveTable, index: int, around: Surroundings, complain: Complai
         complain((), f"found {found}, expected one of speed and {aim}; give one")
         return None
     law = getattr(table, given[0])
+    if given[0] == "speed" and (wrong := wrong_kind(law, "m/s" if aim == "position" else "rad/s")):
+        complain(("speed",), wrong)
+        return None
     if isinstance(law, Expression) and not law.has_rate():
         complain((given[0],), "found abs in a prescribed motion, expected one that is smooth; write it without abs")
         return None

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from pydantic import Field
 
 from ..effect_base.effect import Complain, Effect, Entry, Surroundings
-from ..effect_base.expression_of_time import Law, Quantity, own_parameters, quantity, term
+from ..effect_base.expression_of_time import InTime, Law, Quantity, own_parameters, quantity, term
 from ..effect_base.points import find_point
 from ..effect_base.table import Name, PointName, Table
 from ..mechanism.joints import PointRef
@@ -32,7 +32,7 @@ class ForceTable(Table):
 
     name: Name | None = Field(default=None, description="a name of letters, digits and _, beginning with a letter")
     point: PointName = Field(description='the point it acts on, a joint or "link.point"')
-    vector: Annotated[list[Law], Field(min_length=2, max_length=2)] = Field(
+    vector: Annotated[list[Annotated[Law, InTime("N")]], Field(min_length=2, max_length=2)] = Field(
         description="the force [x, y] in N, numbers or expressions of t"
     )
     frame: Frame = Field(default="fixed", description=FRAME)

@@ -11,7 +11,8 @@ from pydantic_core import PydanticCustomError
 
 from ..effect_base.direction import unit
 from ..effect_base.effect import Complain, Effect, Entry, Surroundings
-from ..effect_base.table import Pair, Table
+from ..effect_base.table import Direction, Table
+from ..effect_base.written_numbers import Measured
 from ..mechanism.links import Parameter, Point
 
 if TYPE_CHECKING:
@@ -30,10 +31,10 @@ def _read_g(value: object) -> object:
 class GravityTable(Table):
     """The table ``[gravity]``."""
 
-    g: Annotated[float, BeforeValidator(_read_g)] = Field(
+    g: Annotated[float, Measured("m/s²"), BeforeValidator(_read_g)] = Field(
         default=9.81, description="the acceleration of gravity in m/s², a finite number"
     )
-    direction: Pair = Field(
+    direction: Direction = Field(
         default=[0.0, -1.0], description="the direction in which things fall, [x, y], not both zero"
     )
 

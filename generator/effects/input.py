@@ -12,7 +12,7 @@ from pydantic import Field
 from ..effect_base.direction import unit
 from ..effect_base.effect import Complain, Effect, Entry, Surroundings
 from ..effect_base.points import find_joint
-from ..effect_base.table import JointName, LinkName, Name, Pair, PointName, Table
+from ..effect_base.table import Direction, JointName, LinkName, Name, PointName, Table
 from ..mechanism.joints import PointRef
 from ..mechanism.links import Parameter
 from .force import FRAME, Frame, find_loaded
@@ -32,7 +32,7 @@ class InputTable(Table):
 
     name: Name = Field(description="a name of letters, digits and _, beginning with a letter, by which it is given")
     point: PointName | None = Field(default=None, description='the point that a force acts on, a joint or "link.point"')
-    direction: Pair | None = Field(default=None, description="the direction of the force, [x, y], not both zero")
+    direction: Direction | None = Field(default=None, description="the direction of the force, [x, y], not both zero")
     frame: Frame | None = Field(default=None, description=FRAME)
     joint: JointName | None = Field(
         default=None, description="the name of the joint that a torque turns or a force slides"

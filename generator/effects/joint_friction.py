@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field
 
 from ..effect_base.effect import Complain, Effect, Entry, Surroundings
 from ..effect_base.points import find_joint
 from ..effect_base.table import JointName, Name, Positive, Table
+from ..effect_base.written_numbers import Measured, wrong_kind
 from ..mechanism.links import NOT_NEGATIVE, POSITIVE, Domain, Parameter
 
 if TYPE_CHECKING:
@@ -26,14 +27,14 @@ class FrictionTable(Table):
     joints: list[JointName] | None = Field(
         default=None, min_length=1, description='a list of joints, such as ["joint_1", "joint_2"] (default: all)'
     )
-    viscous: Positive | None = Field(
+    viscous: Annotated[Positive, Measured("N m s/rad", "N s/m")] | None = Field(
         default=None, description="the viscous friction in N m s/rad, a positive number (N s/m where it slides)"
     )
-    dry: Positive | None = Field(
+    dry: Annotated[Positive, Measured("N m", "N")] | None = Field(
         default=None,
         description="the moment of dry friction in N m, a positive number (the force in N where it slides)",
     )
-    rate: Positive | None = Field(
+    rate: Annotated[Positive, Measured("rad/s", "m/s")] | None = Field(
         default=None,
         description="the rate about which dry friction changes its sign in rad/s, a positive number (m/s on a line)",
     )
@@ -97,7 +98,7 @@ def build(table: FrictionTable, index: int, around: Surroundings, complain: Comp
     if table.dry is None and table.rate is not None:
         complain(("rate",), "found without dry friction, expected only with it; remove it or add dry")
         return None
-    if joints is None:
+    if joints is None or not _check_units(table, around.mechanism.joints[joints[0]].slides, complain):
         return None
     label = f"joint_friction_{index}"
     name = table.name or label
@@ -113,6 +114,17 @@ def build(table: FrictionTable, index: int, around: Surroundings, complain: Comp
         parameter("dry", "T", table.dry),
         parameter("rate", "w0", (table.rate or RATE) if table.dry else None, POSITIVE),
     )
+
+
+def _check_units(table: FrictionTable, slides: bool, complain: Complain) -> bool:
+    """Units that are written are those of the kind of joint."""
+    units = {"viscous": "N s/m", "dry": "N", "rate": "m/s"}
+    if not slides:
+        units = {"viscous": "N m s/rad", "dry": "N m", "rate": "rad/s"}
+    wrong = {key: sentence for key, unit in units.items() if (sentence := wrong_kind(getattr(table, key), unit))}
+    for key, sentence in wrong.items():
+        complain((key,), sentence)
+    return not wrong
 
 
 def _joints(table: FrictionTable, around: Surroundings, complain: Complain) -> tuple[int, ...] | None:

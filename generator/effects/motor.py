@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 from pydantic import Field
 
 from ..effect_base.effect import Complain, Effect, Entry, Surroundings
-from ..effect_base.expression_of_time import AngleLaw, Expression, Law, Quantity, own_parameters, quantity, term
+from ..effect_base.expression_of_time import Expression, InTime, Law, Quantity, own_parameters, quantity, term
 from ..effect_base.points import find_joint
-from ..effect_base.table import JointName, Name, Pair, Table
+from ..effect_base.table import Columns, JointName, Name, NotNegative, Table
+from ..effect_base.written_numbers import Measured, wrong_kind
 from ..mechanism.links import NOT_NEGATIVE, Parameter
 
 if TYPE_CHECKING:
@@ -20,7 +21,11 @@ if TYPE_CHECKING:
 
     from ..derive.motion import Couple, Force, Motion
 
-Gain = Annotated[float, Field(ge=0.0)]
+Row = Annotated[
+    list[float],
+    Field(min_length=2, max_length=2),
+    Columns(Annotated[float, Measured("s")], Annotated[float, Measured("N m", "N")]),
+]
 ROWS = 500
 """Rows of a table, all of which stand in the equations: so many take some seconds to derive."""
 TURNING, SLIDING = ("torque", "table", "angle"), ("force", "table", "position")
@@ -36,23 +41,23 @@ class MotorTable(Table):
 
     name: Name | None = Field(default=None, description="a name of letters, digits and _, beginning with a letter")
     joint: JointName = Field(description="the name of the joint that it moves")
-    torque: Law | None = Field(default=None, description="a torque in N m, a number or an expression of t")
-    force: Law | None = Field(default=None, description="a force along the line in N, a number or an expression of t")
-    table: list[Pair] | None = Field(
+    torque: Annotated[Law, InTime("N m")] | None = Field(default=None, description="a torque in N m, a number or an expression of t")
+    force: Annotated[Law, InTime("N")] | None = Field(default=None, description="a force along the line in N, a number or an expression of t")
+    table: list[Row] | None = Field(
         default=None,
         min_length=2,
         description="a torque over time, rows [t, torque] in s and N m, at least two",
     )
-    angle: AngleLaw | None = Field(
+    angle: Annotated[Law, InTime("rad")] | None = Field(
         default=None, description='the wanted angle in rad, a number, an expression of t or a text such as "30 deg"'
     )
-    position: Law | None = Field(
+    position: Annotated[Law, InTime("m")] | None = Field(
         default=None, description="the wanted length along the line in m, a number or an expression of t"
     )
-    stiffness: Gain | None = Field(
+    stiffness: Annotated[NotNegative, Measured("N m/rad", "N/m")] | None = Field(
         default=None, description="the stiffness in N m/rad, zero or a positive number (N/m where it slides)"
     )
-    damping: Gain | None = Field(
+    damping: Annotated[NotNegative, Measured("N m s/rad", "N s/m")] | None = Field(
         default=None, description="the damping in N m s/rad, zero or a positive number (N s/m where it slides)"
     )
 
@@ -154,6 +159,8 @@ def build(table: MotorTable, index: int, around: Surroundings, complain: Complai
     else:
         slides = around.mechanism.joints[joint].slides
     sound = _check_kind(table, slides, complain)
+    if joint is not None:
+        sound = _check_units(table, slides, complain) and sound
     if joint is None or not sound:
         return None
     name = table.name or f"motor_{index}"
@@ -218,6 +225,20 @@ def _check_kind(table: MotorTable, slides: bool, complain: Complain) -> bool:
             complain(("table", i), f"found t = {after[0]:g} after t = {row[0]:g}, expected times that grow; correct it")
             sound = False
     return sound and len(given) == 1
+
+
+def _check_units(table: MotorTable, slides: bool, complain: Complain) -> bool:
+    """Units that are written are those of the kind of joint."""
+    stiffness, damping, effort = ("N/m", "N s/m", "N") if slides else ("N m/rad", "N m s/rad", "N m")
+    found: list[tuple[tuple[str | int, ...], float | None, str]] = [
+        (("stiffness",), table.stiffness, stiffness),
+        (("damping",), table.damping, damping),
+        *((("table", row, 1), values[1], effort) for row, values in enumerate(table.table or ())),
+    ]
+    wrong = [(key, sentence) for key, number, unit in found if (sentence := wrong_kind(number, unit))]
+    for key, sentence in wrong:
+        complain(key, sentence)
+    return not wrong
 
 
 def _a(aim: str) -> str:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field
 
 from ..effect_base.effect import Complain, Effect, Entry, Place, Surroundings
 from ..effect_base.line import Line, find_line
 from ..effect_base.table import Name, PointName, Positive, Table
+from ..effect_base.written_numbers import Length, Measured
 from ..mechanism.links import NOT_NEGATIVE, Parameter
 
 if TYPE_CHECKING:
@@ -26,8 +27,8 @@ class SpringTable(Table):
     between: list[PointName] = Field(
         min_length=2, max_length=2, description='the two points it joins, ["link.point", "ground.point"]'
     )
-    stiffness: Positive = Field(description="the stiffness in N/m, a positive number")
-    length: float = Field(default=0.0, ge=0.0, description="the length at rest in m, zero or a positive number")
+    stiffness: Annotated[Positive, Measured("N/m")] = Field(description="the stiffness in N/m, a positive number")
+    length: Length = Field(default=0.0, ge=0.0, description="the length at rest in m, zero or a positive number")
 
 
 @dataclass(frozen=True)

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 from pydantic import Field
 
-from ..effect_base.angle import Angle, as_written
 from ..effect_base.effect import Complain, Effect, Entry, Surroundings, Turned
 from ..effect_base.points import find_joint
 from ..effect_base.table import JointName, Name, Table
+from ..effect_base.written_numbers import Angle, Number, as_written
 from ..mechanism.joints import Joint
 from ..mechanism.links import FROM_0_TO_1, Parameter
 
@@ -33,7 +33,7 @@ class StopTable(Table):
     highest: Angle | None = Field(
         default=None, description='the joint\'s highest angle in rad, or a text such as "60 deg"'
     )
-    restitution: float = Field(ge=0.0, le=1.0, description="the coefficient of restitution, a number from 0 to 1")
+    restitution: Number = Field(ge=0.0, le=1.0, description="the coefficient of restitution, a number from 0 to 1")
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ class Stop(Effect):
         sides = {"lowest": "at least", "highest": "at most"}
         return tuple(
             f"the start has {self.joint.name} at {found:.6g} rad, expected {sides[limit.key]} "
-            f"{as_written(limit.value)}, whole turns counted; turn the start or move the stop"
+            f"{as_written(limit.value, 'rad')}, whole turns counted; turn the start or move the stop"
             for limit in self.limits
             if limit.sign * (found - limit.value) < -DEPTH
         )
@@ -109,7 +109,7 @@ def build(table: StopTable, index: int, around: Surroundings, complain: Complain
     if not limits:
         complain((), "found neither lowest nor highest, expected one of them or both; add one")
     if len(limits) == 2 and not limits[0].value < limits[1].value:
-        low, high = (as_written(limit.value) for limit in limits)
+        low, high = (as_written(limit.value, "rad") for limit in limits)
         complain(("lowest",), f"found {low}, expected less than the highest angle, {high}; exchange them")
         return None
     if joint is None or not limits:

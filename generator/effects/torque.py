@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field
 
 from ..effect_base.effect import Complain, Effect, Entry, Surroundings
-from ..effect_base.expression_of_time import Law, Quantity, own_parameters, quantity, term
+from ..effect_base.expression_of_time import InTime, Law, Quantity, own_parameters, quantity, term
 from ..effect_base.table import LinkName, Name, Table
 from ..mechanism.links import Parameter
 from ..mechanism.mechanism import Mechanism
@@ -25,7 +25,7 @@ class TorqueTable(Table):
 
     name: Name | None = Field(default=None, description="a name of letters, digits and _, beginning with a letter")
     link: LinkName = Field(description="the name of the link it acts on")
-    torque: Law = Field(description="a torque in N m, a number or an expression of t")
+    torque: Annotated[Law, InTime("N m")] = Field(description="a torque in N m, a number or an expression of t")
 
 
 @dataclass(frozen=True)

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field
 
-from ..effect_base.angle import Angle
 from ..effect_base.effect import Complain, Effect, Entry, Surroundings
 from ..effect_base.points import find_joint
 from ..effect_base.table import JointName, Name, Positive, Table
+from ..effect_base.written_numbers import Angle, Measured
 from ..mechanism.links import ANY, NOT_NEGATIVE, Domain, Parameter
 
 if TYPE_CHECKING:
@@ -25,9 +25,9 @@ class TorsionTable(Table):
 
     name: Name | None = Field(default=None, description="a name of letters, digits and _, beginning with a letter")
     joint: JointName = Field(description='the joint at which it acts, such as "joint_1"')
-    stiffness: Positive | None = Field(default=None, description="the stiffness in N m/rad, a positive number")
+    stiffness: Annotated[Positive, Measured("N m/rad")] | None = Field(default=None, description="the stiffness in N m/rad, a positive number")
     angle: Angle = Field(default=0.0, description='the joint\'s angle at rest in rad, or a text such as "30 deg"')
-    damping: Positive | None = Field(default=None, description="the damping in N m s/rad, a positive number")
+    damping: Annotated[Positive, Measured("N m s/rad")] | None = Field(default=None, description="the damping in N m s/rad, a positive number")
 
 
 @dataclass(frozen=True)

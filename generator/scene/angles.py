@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+import ast
 import math
 import sys
 from collections.abc import Iterator, Mapping
 
-from pydantic_core import PydanticCustomError
-
-from ..effect_base.angle import read_angle
+from ..effect_base.arithmetic import ExpressionError, Names, Written, parsed
+from ..effect_base.written_numbers import read_number
 from .errors import Path, Report
 
 ANGLES = ("tilt", "angles", "angle", "axis", "lowest", "highest", "poses")
@@ -20,7 +20,7 @@ LARGEST = KNOWN / sys.float_info.epsilon
 """The largest such angle (rad): the last place of one beyond it is larger than that."""
 
 
-def judge_angles(raw: Mapping[str, object], path: Path, report: Report) -> bool:
+def judge_angles(raw: Mapping[str, object], path: Path, names: Names, report: Report) -> bool:
     """Note angles in the table ``raw`` that are too large to have digits, and remark on those that have no unit and
     are larger than a full turn. Whether none is too large; what is no finite number is told with the others of a table.
     """
@@ -28,8 +28,8 @@ def judge_angles(raw: Mapping[str, object], path: Path, report: Report) -> bool:
     for key in ANGLES:
         for where, given in _angles_in(key, raw.get(key)):
             try:
-                angle = read_angle(given)
-            except PydanticCustomError:
+                angle = read_number(given, ("rad",), names) if isinstance(given, str) else given
+            except ExpressionError:
                 continue
             if isinstance(angle, bool) or not isinstance(angle, int | float) or not _finite(angle):
                 continue
@@ -37,10 +37,21 @@ def judge_angles(raw: Mapping[str, object], path: Path, report: Report) -> bool:
                 message = f"expected at most {LARGEST:.2g} rad, beyond which no digits are left of where links point"
                 report.add((*path, *where), f"found an angle of {angle:.3g} rad, {message}; leave out full turns")
                 fine = False
-            elif angle is given and abs(angle) > 2.0 * math.pi:
+            elif abs(angle) > 2.0 * math.pi and not _says_its_unit(angle, names):
                 turns = f"{abs(angle) / (2.0 * math.pi):.3g} turns"
-                report.remark((*path, *where), f'{given:g} is taken as rad, {turns}; write "{given:g} deg" for degrees')
+                what = f'"{given}", {angle:g},' if isinstance(given, str) else f"{angle:g}"
+                report.remark((*path, *where), f'{what} is taken as rad, {turns}; write "{angle:g} deg" for degrees')
     return fine
+
+
+def _says_its_unit(angle: float, names: Names) -> bool:
+    """Whether an angle has a unit, or comes from numbers that have one, or is a multiple of pi."""
+    if not isinstance(angle, Written):
+        return False
+    if angle.dimension is not None:
+        return True
+    used = [node.id for node in ast.walk(parsed(angle.text)) if isinstance(node, ast.Name)]
+    return "pi" in used or any(isinstance(names.get(name), Written) for name in used)
 
 
 def _finite(number: float) -> bool:

@@ -11,7 +11,7 @@ from collections.abc import Callable, Collection, Mapping
 from difflib import get_close_matches
 from typing import Any
 
-from ..effect_base.table import Table
+from ..effect_base.table import Table, innermost, kind_of_key
 from ..mechanism.mechanism import Mechanism
 from .errors import Path, Report
 from .stand_ins import Names, names, stand_in
@@ -91,9 +91,10 @@ class _Reading:
     def _mend(self, path: Path) -> bool:
         """Whether there is something else to read at ``path``; then it stands there."""
         depth, model = _depth(path), self.models[str(path[0])]
-        key = str(path[depth])
-        if key not in model.model_fields:
-            self._leave_out(path, key, model)
+        owner, place = innermost(model, path[depth:])
+        key = str(place[0])
+        if kind_of_key(owner, key) is None:
+            self._leave_out(path, key, owner)
         else:
             order = self.order.setdefault(path, len(self.order))
             number = self.index + _READINGS * order + (_READINGS + 1) * self.tries[path]

@@ -15,7 +15,9 @@ from ..mechanism.joints import Joint, PointRef
 from ..mechanism.links import ANY, GROUND, POSITIVE, Domain, Link, Parameter, Point
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.modules import varied
+from ..mechanism.uniform_bodies import Mass
 from .errors import Path, Report
+from .link_mass import link_mass
 from .schema import GroundLinkTable, JointTable, LinkTable
 from .weld import Body, Weld, Welded, merge
 
@@ -88,7 +90,11 @@ def general(
     unknown = _unknown_links(names, points, joints) if told else {}
     ends = [_ends(index, joint, names, points, unknown, report) for index, joint in enumerate(joints)]
     fine = sum(not _check_keys(index, joint, report) for index, joint in enumerate(joints) if joint) == 0 and fine
-    bodies = [_body(name, table) for name, table in zip(names, links, strict=True) if table]
+    bodies = [
+        _body(name, table, link_mass(table, ("link", index), report))
+        for index, (name, table) in enumerate(zip(names, links, strict=True))
+        if table
+    ]
     for index, body in enumerate(bodies):
         if body.inertia and not body.mass:
             message = f"found {body.inertia:.6g} with a mass of 0, expected 0 for a link without mass; give it a mass"
@@ -189,9 +195,9 @@ def _points(raw: object) -> tuple[str, ...] | None:
     return tuple(points) if isinstance(points, Mapping) else None
 
 
-def _body(name: str, table: LinkTable) -> Body:
+def _body(name: str, table: LinkTable, mass: Mass) -> Body:
     points = {key: complex(*xy) for key, xy in table.points.items()}
-    return Body(name, table.mass, table.inertia, complex(*table.com), points)
+    return Body(name, mass.mass, mass.inertia, mass.com, points)
 
 
 def _link(index: int, body: Body, kept: Collection[tuple[int, str, str]] = ()) -> Link:

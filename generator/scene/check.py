@@ -9,10 +9,11 @@ from typing import Any, TypeVar
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
-from ..effect_base.table import Table
+from ..effect_base.arithmetic import Names
+from ..effect_base.table import Table, innermost
+from ..effect_base.written_numbers import TOLD
 from .angles import judge_angles
 from .errors import Path, Report
-from .quantities import without_unit
 from .schema import TAGS
 
 T = TypeVar("T", bound=Table)
@@ -28,29 +29,31 @@ _LONG = 10**40
 """Whole numbers from here on are told by their length."""
 
 
-def check(model: type[T], raw: object, path: Path, report: Report) -> T | None:
-    """The table ``raw`` as ``model``; faults go to ``report``.
+def check(model: type[T], raw: object, path: Path, names: Names, report: Report) -> T | None:
+    """The table ``raw`` as ``model``, ``names`` standing for numbers in it; faults go to ``report``.
 
     A table with faults gives ``None``; what else is wrong with it is found by reading it again (``behind.py``).
     """
     if not isinstance(raw, Mapping):
         report.add(path, f"found {show(raw)}, expected a table; write {_header(path)}")
         return None
-    fine = judge_angles(raw, path, report)
+    fine = judge_angles(raw, path, names, report)
     try:
-        table = model.model_validate(dict(raw))
+        table = model.model_validate(dict(raw), context=names)
         return table if fine else None
     except ValidationError as error:
         faults = error.errors(include_url=False)
     unknown = {str(fault["loc"][0]) for fault in faults if fault["type"] == "extra_forbidden"}
     for fault in faults:
+        place = _place(fault["loc"])
+        owner, inner = innermost(model, place)
         if fault["type"] == "extra_forbidden":
-            key = str(fault["loc"][0])
-            elsewhere = model.INSTEAD.get(key) or model.MISPLACED.get(key)
+            key = str(inner[-1])
+            elsewhere = owner.INSTEAD.get(key) or owner.MISPLACED.get(key)
             message = f"found {key}, expected it elsewhere: {elsewhere}" if elsewhere else ""
-            report.add((*path, *map(str, fault["loc"])), message or unknown_key(key, model.model_fields))
-        elif not unknown & model.INSTEAD.keys():
-            report.add(path + _place(fault["loc"]), _sentence(model, fault))
+            report.add(path + place, message or unknown_key(key, owner.model_fields))
+        elif fault["type"] != TOLD and not unknown & model.INSTEAD.keys():
+            report.add(path + place, _sentence(owner, inner, fault))
     return None
 
 
@@ -85,10 +88,10 @@ def _place(loc: tuple[int | str, ...]) -> Path:
     return tuple(part for part in loc if part not in TAGS)
 
 
-def _sentence(model: type[Table], fault: ErrorDetails) -> str:
-    field = model.model_fields[str(fault["loc"][0])]
+def _sentence(model: type[Table], place: Path, fault: ErrorDetails) -> str:
+    field = model.model_fields[str(place[0])]
     expected = field.description or "another value"
-    if fault["type"] == "missing" and len(fault["loc"]) == 1:
+    if fault["type"] == "missing" and len(place) == 1:
         return f"missing, expected {expected}; add it"
     found = fault["input"]
     text = repr(found) if fault["type"] == "int_type" and isinstance(found, float) else show(found)
@@ -99,8 +102,6 @@ def _advice(fault: ErrorDetails) -> str:
     value, kind = fault["input"], fault["type"]
     if "advice" in fault.get("ctx", {}):
         return str(fault["ctx"]["advice"])
-    if isinstance(value, str) and kind in ("float_type", "int_type"):
-        return without_unit(value)
     if isinstance(value, str) and kind == "literal_error" and (meant := MEANT.get(value.lower())):
         return f'write "{meant}"'
     if isinstance(value, str) and kind == "list_type" and "," in value:

@@ -20,10 +20,12 @@ from ..effects import REGISTRY
 from ..mechanism.mechanism import Mechanism
 from .behind import tell_behind
 from .bodies import Bodies, check_masses, general
+from ..effect_base.arithmetic import Names
 from .check import check, show, unknown_key
 from .driven import check_driven
 from .errors import Fault, Path, Report, SceneError
 from .law import law_of_all
+from .let import read_names
 from .limits import MOST_JOINTS, MOST_LINKS, MOST_TABLES, too_large
 from .locate import locate
 from .module_names import hidden_module
@@ -34,6 +36,7 @@ from .schema import (
     FourBarsTable,
     GroundLinkTable,
     JointTable,
+    LetTable,
     LinkTable,
     LoopTable,
     PinnedTable,
@@ -50,6 +53,7 @@ SHORTHAND: dict[str, type[LoopTable] | type[ChainTable] | type[PinnedTable] | ty
     "four_bars": FourBarsTable,
 }
 MODELS: dict[str, type[Table]] = {
+    "let": LetTable,
     **SHORTHAND,
     "link": LinkTable,
     "joint": JointTable,
@@ -58,11 +62,11 @@ MODELS: dict[str, type[Table]] = {
     "run": RunTable,
     **{entry.key: entry.table for entry in REGISTRY},
 }
-PLACING = (*SHORTHAND, "link", "joint", "ground_link", "start")
+PLACING = ("let", *SHORTHAND, "link", "joint", "ground_link", "start")
 """Tables that say where links are and what holds them,"""
-NOT_PLACING: frozenset[str | int] = frozenset({"mass", "inertia"})
+NOT_PLACING: frozenset[str | int] = frozenset({"mass", "inertia", "rod", "plate", "disc", "point_mass"})
 """but for these keys."""
-KEYS = ("name", *SHORTHAND, "link", "joint", "ground_link", "start", "run", *(entry.key for entry in REGISTRY))
+KEYS = ("name", "let", *SHORTHAND, "link", "joint", "ground_link", "start", "run", *(entry.key for entry in REGISTRY))
 
 Tables = Mapping[str, Any]
 Gravity = bool | float | Tables
@@ -154,10 +158,11 @@ def read_tables(tables: Tables, file: str, name: str, lines: Mapping[Path, int] 
 
 def _read(tables: Tables, report: Report, assemble: bool = True) -> Parts:
     """The parts that ``tables`` describe, as far as they are right; ``assemble``: the start is made consistent."""
-    bodies = _bodies(tables, report)
-    effect_tables = _effect_tables(tables, report)
-    begun = _table(StartTable, tables, "start", report)
-    run = _table(RunTable, tables, "run", report)
+    names = read_names(tables.get("let", {}), report)
+    bodies = _bodies(tables, names, report)
+    effect_tables = _effect_tables(tables, names, report)
+    begun = _table(StartTable, tables, "start", names, report)
+    run = _table(RunTable, tables, "run", names, report)
     effects = _effects(effect_tables, bodies, report) if bodies else []
     start = _start(begun, bodies, effects, report, assemble) if bodies and begun else None
     return bodies, effects, start, run, law_of_all(tables, MODELS, report)
@@ -200,21 +205,21 @@ def _name(tables: Tables, default: str, report: Report) -> str:
     return "scene"
 
 
-def _table(model: type[T], tables: Tables, key: str, report: Report) -> T | None:
+def _table(model: type[T], tables: Tables, key: str, names: Names, report: Report) -> T | None:
     """The table ``key``, empty where it is missing."""
-    return check(model, tables.get(key, {}), (key,), report)
+    return check(model, tables.get(key, {}), (key,), names, report)
 
 
-def _tables(model: type[T], tables: Tables, key: str, report: Report) -> list[T | None]:
+def _tables(model: type[T], tables: Tables, key: str, names: Names, report: Report) -> list[T | None]:
     """The array of tables ``key``."""
     raw = tables.get(key, [])
     if not isinstance(raw, list):
         report.add((key,), f"found {show(raw)}, expected an array of tables; write [[{key}]]")
         return []
-    return [check(model, one, (key, index), report) for index, one in enumerate(raw)]
+    return [check(model, one, (key, index), names, report) for index, one in enumerate(raw)]
 
 
-def _bodies(tables: Tables, report: Report) -> Bodies | None:
+def _bodies(tables: Tables, names: Names, report: Report) -> Bodies | None:
     """The mechanism in the one form that the scene uses, ``None`` after faults."""
     forms = [key for key in (*SHORTHAND, "link") if key in tables]
     for key in forms[1:]:
@@ -228,13 +233,13 @@ def _bodies(tables: Tables, report: Report) -> Bodies | None:
             report.add((key, most), message)
             return None
     raw = tables.get("link", [])
-    links = _tables(LinkTable, tables, "link", report)
-    joints = _tables(JointTable, tables, "joint", report)
-    ground = _table(GroundLinkTable, tables, "ground_link", report) if "ground_link" in tables else None
+    links = _tables(LinkTable, tables, "link", names, report)
+    joints = _tables(JointTable, tables, "joint", names, report)
+    ground = _table(GroundLinkTable, tables, "ground_link", names, report) if "ground_link" in tables else None
     for key in ("joint", "ground_link"):
         if key in tables and "link" not in forms:
             report.add((key,), "found without [[link]], expected only with it; remove it or describe the links")
-    rods = [(form, check(SHORTHAND[form], tables[form], (form,), report)) for form in forms if form != "link"]
+    rods = [(form, check(SHORTHAND[form], tables[form], (form,), names, report)) for form in forms if form != "link"]
     built = [shorthand(form, table, report) for form, table in rods if table]
     if len(forms) != 1:
         return None
@@ -245,7 +250,7 @@ def _bodies(tables: Tables, report: Report) -> Bodies | None:
     return built[0] if built else None
 
 
-def _effect_tables(tables: Tables, report: Report) -> list[EffectTable]:
+def _effect_tables(tables: Tables, names: Names, report: Report) -> list[EffectTable]:
     """The tables of all effects that the scene names, in the order of the registry."""
     found: list[EffectTable] = []
     for entry in REGISTRY:
@@ -259,9 +264,9 @@ def _effect_tables(tables: Tables, report: Report) -> list[EffectTable]:
                 )
                 report.add((entry.key, MOST_TABLES), f"{message} for each; leave out what is not needed")
                 given = given[:MOST_TABLES]
-            many = enumerate(_tables(entry.table, {entry.key: given}, entry.key, report))
+            many = enumerate(_tables(entry.table, {entry.key: given}, entry.key, names, report))
             found += [EffectTable(entry, index, (entry.key, index), table) for index, table in many if table]
-        elif table := _table(entry.table, tables, entry.key, report):
+        elif table := _table(entry.table, tables, entry.key, names, report):
             found.append(EffectTable(entry, 0, (entry.key,), table))
     return found
 

@@ -13,7 +13,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from annotated_types import MinLen
 from pydantic.fields import FieldInfo
 
-from ..effect_base.table import Named, Table
+from ..effect_base.table import Named, Table, inside, kind_of_key
 from ..mechanism.mechanism import Mechanism
 from .errors import Path
 
@@ -58,13 +58,10 @@ def stand_in(model: type[Table], place: Path, number: int, known: Names) -> obje
 
     Values of different ``number`` differ, as far as there are several of a kind.
     """
-    field = model.model_fields.get(str(place[0]))
-    if field is None:
-        return None
-    kind: Any = Annotated[(field.annotation, *field.metadata)] if field.metadata else field.annotation
+    kind = kind_of_key(model, str(place[0]))
     for part in place[1:]:
-        kind = _inside(kind, part)
-    return _value(kind, number, known)
+        kind = inside(kind, part)
+    return None if kind is None else _value(kind, number, known)
 
 
 def _bare(kind: Any) -> tuple[Any, list[Any]]:
@@ -80,23 +77,6 @@ def _bare(kind: Any) -> tuple[Any, list[Any]]:
             return kind, marks
 
 
-def _alternatives(kind: Any) -> Iterator[Any]:
-    """All alternatives of a type, without their marks."""
-    if get_origin(kind) is Annotated:
-        yield from _alternatives(get_args(kind)[0])
-    elif get_origin(kind) in (Union, UnionType):
-        for one in get_args(kind):
-            yield from _alternatives(one)
-    else:
-        yield kind
-
-
-def _inside(kind: Any, part: str | int) -> Any:
-    """The type of an item of a list, or of a value in a table."""
-    wanted = list if isinstance(part, int) else dict
-    return next((get_args(one)[-1] for one in _alternatives(kind) if get_origin(one) is wanted), None)
-
-
 def _value(kind: Any, number: int, known: Names) -> object:
     kind, marks = _bare(kind)
     given = {name: getattr(mark, name) for mark in marks for name in ("ge", "gt", "le", "lt") if hasattr(mark, name)}
@@ -107,6 +87,9 @@ def _value(kind: Any, number: int, known: Names) -> object:
     if get_origin(kind) is dict:
         count = max(least, number % 2)  # what is not found in it is another thing each time
         return {f"stand_in_{number}_{index}": _value(get_args(kind)[1], number, known) for index in range(count)}
+    if isinstance(kind, type) and issubclass(kind, Table):
+        keys = [key for key, field in kind.model_fields.items() if field.is_required()]
+        return {key: _value(kind_of_key(kind, key), number, known) for key in (*kind.ONE_OF[:1], *keys)}
     if get_origin(kind) is Literal:
         return get_args(kind)[number % len(get_args(kind))]
     if kind is str:

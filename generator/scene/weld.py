@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 from ..mechanism.joints import PointRef
 from ..mechanism.links import GROUND
+from ..mechanism.uniform_bodies import Mass, together
 from .errors import Report
 
 AGREE = 1e-9
@@ -131,7 +132,6 @@ def _composed(owner: int, frames: Sequence[Frame], bodies: Sequence[Body]) -> Bo
     parts = [(body, frame) for body, frame in zip(bodies, frames, strict=True) if frame.owner == owner]
     if len(parts) == 1:
         return Body(bodies[owner].name, bodies[owner].mass, bodies[owner].inertia, bodies[owner].com, {})
-    mass = sum(body.mass for body, _ in parts)
-    com = sum(body.mass * frame.put(body.com) for body, frame in parts) / mass if mass else bodies[owner].com
-    inertia = sum(body.inertia + body.mass * abs(frame.put(body.com) - com) ** 2 for body, frame in parts)
-    return Body(bodies[owner].name, mass, inertia, complex(com), {})
+    whole = together([Mass(body.mass, frame.put(body.com), body.inertia) for body, frame in parts])
+    com = whole.com if whole.mass else bodies[owner].com
+    return Body(bodies[owner].name, whole.mass, whole.inertia, com, {})

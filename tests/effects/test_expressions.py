@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from ccgen.generator.effect_base import expression_of_time as expressions
-from ccgen.generator.effect_base.expression_of_time import Expression, ExpressionError
+from ccgen.generator.effect_base.arithmetic import ExpressionError
+from ccgen.generator.effect_base.expression_of_time import Expression
 
 from ..support.active import ROD
 from ..support.workshop import Workshop
@@ -85,7 +86,9 @@ REFUSED = {
     "sin(t, 2)": "sin(...) takes one argument",
     "sin(x=t)": "sin(...) takes one argument",
     "sin(*t)": "is not arithmetic",
-    "asin(t)": "asin(...) is not known here",
+    "asin(t)": "asin(...) is not known of t, of numbers alone",
+    "atan2(1)*t": "atan2(...) takes two arguments",
+    "asinh(t)": "asinh(...) is not known here",
     "'t'": "is not arithmetic",
     "True": "is not arithmetic",
     "1j*t": "is not arithmetic",

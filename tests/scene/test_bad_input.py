@@ -61,7 +61,7 @@ points = { A = [0, 0], B = [1, 0], O = [1, 1] }"""
 CASES: dict[str, tuple[str, str, str, int, str, tuple[str, ...]]] = {
     "unknown key": (GOOD, "links = 4", "links = 4\nlenght = 1", 4, "loop.lenght", ("unknown key", 'write "length"')),
     "unknown table": (GOOD, "[run]", "[runs]", 10, "runs", ("unknown key", 'write "run"')),
-    "wrong type": (GOOD, "g = 9.81", 'g = "9.81"', 7, "gravity.g", ('found "9.81"', "expected", "without quotes")),
+    "wrong type": (GOOD, "g = 9.81", 'g = "fast"', 7, "gravity.g", ('found "fast"', "expected", "without quotes")),
     "not a whole number": (GOOD, "links = 4", "links = 4.0", 3, "loop.links", ("found 4.0", "whole number")),
     "true is no number": (GOOD, "g = 9.81", "g = true", 7, "gravity.g", ("found true", "finite number")),
     "zero links": (GOOD, "links = 4", "links = 0", 3, "loop.links", ("found 0", "a whole number from 1 to 2000")),

@@ -11,7 +11,7 @@ from typing import Any, get_args
 import pytest
 from pydantic.fields import FieldInfo
 
-from ccgen.generator.effect_base.expression_of_time import read_angle_law, read_law
+from ccgen.generator.effect_base.expression_of_time import InTime
 from ccgen.generator.effect_base.table import Named, Table
 from ccgen.generator.effects import REGISTRY
 from ccgen.generator.scene import SceneError, read_tables
@@ -48,6 +48,7 @@ SCENES: dict[str, str] = {
     **dict.fromkeys(("link", "joint", "ground_link"), BARS),
     "start": "[chain]\nlinks = 3\n[start]\nangles = [0, 1, 2]\n",
     "run": SCENE + "[run]\n",
+    "let": SCENE + "[let]\na = 1\n",
 }
 """A good scene for every kind of table."""
 NOTHING: list[Any] = [[[]]]
@@ -78,7 +79,7 @@ def wrong_values(model: type[Table], key: str) -> Iterator[object]:
         yield [0, 0]
     if key in PER_LINK and "list[" in marks(field):
         yield [1.0, 1.0]
-    if read_law.__name__ in marks(field) or read_angle_law.__name__ in marks(field):
+    if InTime.__name__ in marks(field):
         yield ["sin(", 1] if "list[" in marks(field) else "sin("
 
 
