@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 import math
 import warnings
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from difflib import get_close_matches
 
 from .units import Dimension, kind_of
@@ -88,16 +88,15 @@ def parsed(text: str) -> ast.expr:
             warnings.simplefilter("ignore")
             return ast.parse(" ".join(text.split()), mode="eval").body
     except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
-        raise ExpressionError("it cannot be read; write it like 2*sin(3*t) + 0.5, with * for products") from error
+        raise ExpressionError("it cannot be read; write it like 2*sin(pi/6) + 0.5, with * for products") from error
 
 
 def free_names(tree: ast.expr) -> Iterator[str]:
     """Names in an expression that are no functions' and no constants', each as often as it stands there."""
     called = {id(node.func) for node in ast.walk(tree) if isinstance(node, ast.Call)}
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load) and node.id not in RESERVED:
-            if id(node) in called:
-                continue
+    found = [node for node in ast.walk(tree) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load)]
+    for node in sorted(found, key=lambda node: node.col_offset):
+        if node.id not in RESERVED and id(node) not in called:
             yield node.id
 
 
@@ -155,16 +154,19 @@ def _check_names(tree: ast.expr, names: Names, of_time: bool) -> None:
         close = get_close_matches(unknown[0], allowed, 1)
         advice = f'write "{close[0]}"' if close else "write a number without quotes, or give a name its value in [let]"
         told = f"{' and '.join(unknown)} {'is' if len(unknown) == 1 else 'are'} not known here"
-        raise ExpressionError(f"{told}; {_help(names, of_time)}; {advice}")
+        raise ExpressionError(f"{told}; {_told(allowed)}; {advice}")
     if moves(tree) and not of_time:
-        raise ExpressionError(f"t is the time, and this is a number that stays; {_help(names, of_time)}")
+        raise ExpressionError(f"t is the time, and this is a number that stays; {_told(allowed)}")
 
 
-def _help(names: Names, of_time: bool = True) -> str:
-    known = (*(("t",) if of_time else ()), "pi", *names)
-    told = f"names are {', '.join(known[:-1])} and {known[-1]}" if len(known) > 1 else "only name is pi"
-    functions = FUNCTIONS if of_time else _EVERY
-    return f"the {told}, the functions {', '.join(functions)}"
+def _told(allowed: Sequence[str]) -> str:
+    if len(allowed) == 1:
+        return f"the only name is {allowed[0]}"
+    return f"the names are {', '.join(allowed[:-1])} and {allowed[-1]}"
+
+
+def _help(names: Names) -> str:
+    return f"{_told(('t', 'pi', *names))}, the functions {', '.join(FUNCTIONS)}, and of numbers {', '.join(OF_NUMBERS)}"
 
 
 def _check(node: ast.expr, depth: int, names: Names) -> int:
@@ -191,7 +193,7 @@ def _check(node: ast.expr, depth: int, names: Names) -> int:
         case ast.BinOp(left=left, op=op, right=right) if isinstance(op, _OPERATORS):
             powers = _check(left, depth + 1, names), _check(right, depth + 1, names)
             return max(powers) if isinstance(op, ast.Add | ast.Sub) else sum(powers)
-    raise ExpressionError(f"{_excerpt(node)} is not arithmetic; use + - * / **, numbers, and no more: {_help(names)}")
+    raise ExpressionError(_not_arithmetic(node, names))
 
 
 def _check_call(
@@ -201,7 +203,7 @@ def _check_call(
     if name not in _EVERY:
         raise ExpressionError(f"{name}(...) is not known here; {_help(names)}")
     if any(isinstance(argument, ast.Starred) for argument in arguments):
-        raise ExpressionError(f"{_excerpt(node)} is not arithmetic; use + - * / **, numbers, and no more: {_help(names)}")
+        raise ExpressionError(_not_arithmetic(node, names))
     wanted = 2 if name == "atan2" else 1
     if len(arguments) != wanted or keywords:
         told = "two arguments" if wanted == 2 else "one argument"
@@ -230,6 +232,10 @@ def _check_exponent(base: ast.expr, exponent: ast.expr, depth: int, names: Names
     return abs(int(value))
 
 
+def _not_arithmetic(node: ast.expr, names: Names) -> str:
+    return f"{_excerpt(node)} is not arithmetic; use + - * / **, numbers, and no more: {_help(names)}"
+
+
 def _excerpt(node: ast.expr) -> str:
     text = ast.unparse(node)
     return text if len(text) < 40 else f"{text[:36]}..."
@@ -241,11 +247,11 @@ class _Numbers(ast.NodeTransformer):
     def __init__(self, names: Names) -> None:
         self.names = names
 
-    def visit_Call(self, node: ast.Call) -> ast.Call:  # noqa: N802 (ast's name)
+    def visit_Call(self, node: ast.Call) -> ast.Call:
         node.args = [self.visit(argument) for argument in node.args]
         return node
 
-    def visit_Name(self, node: ast.Name) -> ast.expr:  # noqa: N802 (ast's name)
+    def visit_Name(self, node: ast.Name) -> ast.expr:
         value = self.names.get(node.id)
         if value is None or node.id in RESERVED:
             return node

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from ..derive.motion import Motion
     from ..derive.terms_of_effects import Let
 
+
 @dataclass(frozen=True)
 class Expression:
     """An expression of t (s), checked; ``text`` is its normal form. Its numbers are not parameters."""

@@ -48,26 +48,25 @@ _NUMBER = Dimension()
 _FORCE = Dimension(kg=1, m=1, s=-2)
 _ENERGY = Dimension(kg=1, m=2, s=-2)
 
+_BY_DIMENSION: tuple[tuple[Dimension, Mapping[str, Factor]], ...] = (
+    (_NUMBER, {"1": Fraction(1), "%": Fraction(1, 100)}),
+    (_MASS, {"kg": Fraction(1), "g": Fraction("1e-3"), "mg": Fraction("1e-6"), "t": Fraction(1000),
+             "lb": Fraction("0.45359237")}),
+    (_LENGTH, {"m": Fraction(1), "km": Fraction(1000), "dm": Fraction("0.1"), "cm": Fraction("0.01"),
+               "mm": Fraction("1e-3"), "um": Fraction("1e-6"), "µm": Fraction("1e-6"),
+               "in": Fraction("0.0254"), "ft": Fraction("0.3048")}),
+    (_TIME, {"s": Fraction(1), "ms": Fraction("1e-3"), "us": Fraction("1e-6"), "µs": Fraction("1e-6"),
+             "min": Fraction(60), "h": Fraction(3600)}),
+    (_ANGLE, {"rad": Fraction(1), "mrad": Fraction("1e-3"), "deg": math.radians(1.0), "rev": 2.0 * math.pi}),
+    (Dimension(s=-1, rad=1), {"rpm": math.pi / 30.0}),
+    (Dimension(s=-1), {"Hz": Fraction(1)}),
+    (_FORCE, {"N": Fraction(1), "mN": Fraction("1e-3"), "kN": Fraction(1000)}),
+    (_ENERGY, {"Nm": Fraction(1), "kNm": Fraction(1000), "J": Fraction(1), "kJ": Fraction(1000)}),
+    (Dimension(kg=1, m=2, s=-3), {"W": Fraction(1), "kW": Fraction(1000)}),
+)  # fmt: skip
 UNITS: Mapping[str, Unit] = {
-    name: Unit(factor, dimension)
-    for dimension, named in (
-        (_NUMBER, {"1": Fraction(1), "%": Fraction(1, 100)}),
-        (_MASS, {"kg": Fraction(1), "g": Fraction(1, 10**3), "mg": Fraction(1, 10**6), "t": Fraction(1000),
-                 "lb": Fraction("0.45359237")}),
-        (_LENGTH, {"m": Fraction(1), "km": Fraction(1000), "dm": Fraction(1, 10), "cm": Fraction(1, 100),
-                   "mm": Fraction(1, 10**3), "um": Fraction(1, 10**6), "µm": Fraction(1, 10**6),
-                   "in": Fraction("0.0254"), "ft": Fraction("0.3048")}),
-        (_TIME, {"s": Fraction(1), "ms": Fraction(1, 10**3), "us": Fraction(1, 10**6), "µs": Fraction(1, 10**6),
-                 "min": Fraction(60), "h": Fraction(3600)}),
-        (_ANGLE, {"rad": Fraction(1), "mrad": Fraction(1, 10**3), "deg": math.radians(1.0), "rev": 2.0 * math.pi}),
-        (Dimension(s=-1, rad=1), {"rpm": math.pi / 30.0}),
-        (Dimension(s=-1), {"Hz": Fraction(1)}),
-        (_FORCE, {"N": Fraction(1), "mN": Fraction(1, 10**3), "kN": Fraction(1000)}),
-        (_ENERGY, {"Nm": Fraction(1), "kNm": Fraction(1000), "J": Fraction(1), "kJ": Fraction(1000)}),
-        (Dimension(kg=1, m=2, s=-3), {"W": Fraction(1), "kW": Fraction(1000)}),
-    )
-    for name, factor in named.items()
-}  # fmt: skip
+    name: Unit(factor, dimension) for dimension, named in _BY_DIMENSION for name, factor in named.items()
+}
 """All units, by dimension; a tonne is t, a turn is rev."""
 
 KINDS: Mapping[str, tuple[str, str]] = {

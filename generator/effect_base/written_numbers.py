@@ -50,17 +50,18 @@ class Measured:
         if not isinstance(value, str):
             plain: float = number(value)
             return plain
-        with faults_as_advice():
-            written = read_number(value, self.units, info.context or NO_NAMES)
+        written = self._text(value, info)
         number(float(written))
         return written
 
     def _read_whole(self, value: Any, number: ValidatorFunctionWrapHandler, info: ValidationInfo) -> int:
-        given = self._read(value, lambda one: one, info) if isinstance(value, str) else value
-        if isinstance(given, Written) and given.is_integer():
-            given = int(given)
-        whole: int = number(given)
+        given = self._text(value, info) if isinstance(value, str) else value
+        whole: int = number(int(given) if isinstance(given, Written) and given.is_integer() else given)
         return whole
+
+    def _text(self, text: str, info: ValidationInfo) -> Written:
+        with faults_as_advice():
+            return read_number(text, self.units, info.context or NO_NAMES)
 
 
 @contextmanager
@@ -164,8 +165,9 @@ def _unknown(number: str, unit: str, units: Sequence[str] | None) -> str:
     first = re.match(r"[A-Za-zµ%]+", unit)
     if first and first[0] in UNITS and re.search(r"[-+*(]", unit):
         return _ALONE.format(f"{number} {first[0]}")
-    product = f'write "{number}*{unit}" for a product'
-    return f'"{unit}" is no unit that is known; the units are {_UNIT_NAMES}, their products and quotients; {product}'
+    product = "*".join((number, *unit.split()))
+    known = f"the units are {_UNIT_NAMES}, their products and quotients"
+    return f'"{unit}" is no unit that is known; {known}; write "{product}" for a product'
 
 
 Number = Annotated[float, Measured("1")]

@@ -31,8 +31,12 @@ class DragTable(Table):
 
     name: Name | None = Field(default=None, description="a name of letters, digits and _, beginning with a letter")
     point: PointName = Field(description='the point on which it acts, such as "link_0.B" or "joint_1"')
-    linear: Annotated[Positive, Measured("N s/m")] | None = Field(default=None, description="the linear drag in N s/m, a positive number")
-    quadratic: Annotated[Positive, Measured("N s²/m²")] | None = Field(default=None, description="the quadratic drag in N s²/m², a positive number")
+    linear: Annotated[Positive, Measured("N s/m")] | None = Field(
+        default=None, description="the linear drag in N s/m, a positive number"
+    )
+    quadratic: Annotated[Positive, Measured("N s²/m²")] | None = Field(
+        default=None, description="the quadratic drag in N s²/m², a positive number"
+    )
     speed: Annotated[NotNegative, Measured("m/s")] | None = Field(
         default=None,
         description="the speed below which quadratic drag is linear in m/s, zero or a positive number",

@@ -41,8 +41,12 @@ class MotorTable(Table):
 
     name: Name | None = Field(default=None, description="a name of letters, digits and _, beginning with a letter")
     joint: JointName = Field(description="the name of the joint that it moves")
-    torque: Annotated[Law, InTime("N m")] | None = Field(default=None, description="a torque in N m, a number or an expression of t")
-    force: Annotated[Law, InTime("N")] | None = Field(default=None, description="a force along the line in N, a number or an expression of t")
+    torque: Annotated[Law, InTime("N m")] | None = Field(
+        default=None, description="a torque in N m, a number or an expression of t"
+    )
+    force: Annotated[Law, InTime("N")] | None = Field(
+        default=None, description="a force along the line in N, a number or an expression of t"
+    )
     table: list[Row] | None = Field(
         default=None,
         min_length=2,

@@ -25,9 +25,13 @@ class TorsionTable(Table):
 
     name: Name | None = Field(default=None, description="a name of letters, digits and _, beginning with a letter")
     joint: JointName = Field(description='the joint at which it acts, such as "joint_1"')
-    stiffness: Annotated[Positive, Measured("N m/rad")] | None = Field(default=None, description="the stiffness in N m/rad, a positive number")
+    stiffness: Annotated[Positive, Measured("N m/rad")] | None = Field(
+        default=None, description="the stiffness in N m/rad, a positive number"
+    )
     angle: Angle = Field(default=0.0, description='the joint\'s angle at rest in rad, or a text such as "30 deg"')
-    damping: Annotated[Positive, Measured("N m s/rad")] | None = Field(default=None, description="the damping in N m s/rad, a positive number")
+    damping: Annotated[Positive, Measured("N m s/rad")] | None = Field(
+        default=None, description="the damping in N m s/rad, a positive number"
+    )
 
 
 @dataclass(frozen=True)

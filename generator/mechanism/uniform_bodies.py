@@ -53,7 +53,7 @@ def point(mass: float, place: complex) -> Mass:
 
 def polygon_area(corners: Sequence[complex]) -> float:
     """The area (m²) inside a polygon that does not cross itself, its corners in order round it, either way."""
-    return float(abs(sum(_crosses(_exact(corners)))) / 2)
+    return float(abs(sum(_crosses(_exact(corners)), Fraction(0))) / 2)
 
 
 def polygon(mass: float, corners: Sequence[complex]) -> Mass:
@@ -65,7 +65,7 @@ def polygon(mass: float, corners: Sequence[complex]) -> Mass:
     """
     points = _exact(corners)
     crosses = _crosses(points)
-    twice = sum(crosses)
+    twice = sum(crosses, Fraction(0))
     pairs = [*pairwise([*points, points[0]])]
     x, y = (
         sum(c * (a[axis] + b[axis]) for c, (a, b) in zip(crosses, pairs, strict=True)) / (3 * twice) for axis in (0, 1)

@@ -116,7 +116,7 @@ class _Reading:
         owner: Any = self.tables
         for part in path[:-1]:
             owner = owner[part]
-        for meant in get_close_matches(key, model.model_fields, 1):
+        for meant in get_close_matches(key, model.model_fields, 1) if key not in model.MISPLACED else ():
             if meant not in owner:
                 self._put((*path[:-1], meant), owner[key])
         self.tables = _put(self.tables, path, _REMOVED)

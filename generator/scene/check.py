@@ -53,7 +53,7 @@ def check(model: type[T], raw: object, path: Path, names: Names, report: Report)
             message = f"found {key}, expected it elsewhere: {elsewhere}" if elsewhere else ""
             report.add(path + place, message or unknown_key(key, owner.model_fields))
         elif fault["type"] != TOLD and not unknown & model.INSTEAD.keys():
-            report.add(path + place, _sentence(owner, inner, fault))
+            report.add(path + place, _sentence(owner, inner, fault, _written_at(raw, place)))
     return None
 
 
@@ -88,13 +88,26 @@ def _place(loc: tuple[int | str, ...]) -> Path:
     return tuple(part for part in loc if part not in TAGS)
 
 
-def _sentence(model: type[Table], place: Path, fault: ErrorDetails) -> str:
+def _written_at(raw: object, place: Path) -> object:
+    """What a table has at a place, ``None`` where it has nothing there."""
+    for part in place:
+        inside = part in raw if isinstance(raw, Mapping) else isinstance(raw, list) and part in range(len(raw))
+        if not inside:
+            return None
+        raw = raw[part]  # type: ignore[index]
+    return raw
+
+
+def _sentence(model: type[Table], place: Path, fault: ErrorDetails, written: object) -> str:
+    """``written``: what stands in the file, of which the fault may name the number."""
     field = model.model_fields[str(place[0])]
     expected = field.description or "another value"
     if fault["type"] == "missing" and len(place) == 1:
         return f"missing, expected {expected}; add it"
     found = fault["input"]
     text = repr(found) if fault["type"] == "int_type" and isinstance(found, float) else show(found)
+    if isinstance(written, str) and isinstance(found, float):
+        text = f"{show(written)} ({text})"
     return f"found {text}, expected {expected}; {_advice(fault)}"
 
 

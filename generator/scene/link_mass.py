@@ -82,7 +82,7 @@ def _rod(body: RodTable, link: LinkTable, path: Path, report: Report) -> Mass | 
     mass = _heaviness(body, length * (body.width or 0.0), length, path, report)
     if mass is None or ends is None or not length:
         return None
-    return _computed(lambda: rod(mass, *ends, body.width or 0.0), path, report)
+    return _computed(lambda: rod(mass, ends[0], ends[1], body.width or 0.0), path, report)
 
 
 def _plate(body: PlateTable, link: LinkTable, path: Path, report: Report) -> Mass | None:

@@ -13,6 +13,7 @@ from os import PathLike
 from pathlib import Path as File
 from typing import Any, NamedTuple, TypeVar
 
+from ..effect_base.arithmetic import Names
 from ..effect_base.contact import Law
 from ..effect_base.effect import Effect, Entry, Surroundings
 from ..effect_base.table import Table
@@ -20,7 +21,6 @@ from ..effects import REGISTRY
 from ..mechanism.mechanism import Mechanism
 from .behind import tell_behind
 from .bodies import Bodies, check_masses, general
-from ..effect_base.arithmetic import Names
 from .check import check, show, unknown_key
 from .driven import check_driven
 from .errors import Fault, Path, Report, SceneError
@@ -67,6 +67,8 @@ PLACING = ("let", *SHORTHAND, "link", "joint", "ground_link", "start")
 NOT_PLACING: frozenset[str | int] = frozenset({"mass", "inertia", "rod", "plate", "disc", "point_mass"})
 """but for these keys."""
 KEYS = ("name", "let", *SHORTHAND, "link", "joint", "ground_link", "start", "run", *(entry.key for entry in REGISTRY))
+OTHER_NAMES_OF_LET = ("variables", "constants", "parameters", "define")
+"""Where somebody may look for it first."""
 
 Tables = Mapping[str, Any]
 Gravity = bool | float | Tables
@@ -140,9 +142,9 @@ def read_tables(tables: Tables, file: str, name: str, lines: Mapping[Path, int] 
     """
     report = Report(file, lines)
     for key in tables:
-        if key not in KEYS:
+        if key not in KEYS and (key not in OTHER_NAMES_OF_LET or "let" in tables):
             report.add((key,), unknown_key(key, KEYS))
-    tables = _ground_link(tables, report)
+    tables = _let(_ground_link(tables, report), report)
     name = _name(tables, name, report)
     bodies, effects, start, run, law = _read(tables, report)
     tell_behind(tables, bodies.mechanism if bodies else None, report, MODELS, _read_again)
@@ -188,6 +190,15 @@ def _ground_link(tables: Tables, report: Report) -> Tables:
     return {key: value for key, value in tables.items() if key != "ground"} | {
         "ground_link": {"points": ground["points"]}
     }
+
+
+def _let(tables: Tables, report: Report) -> Tables:
+    """The tables with one of another name for ``[let]`` read as that; a fault."""
+    for key in OTHER_NAMES_OF_LET:
+        if key in tables and "let" not in tables:
+            report.add((key,), f"found [{key}], expected names of numbers in [let]; write [let]")
+            return {("let" if one == key else one): table for one, table in tables.items()}
+    return tables
 
 
 def _name(tables: Tables, default: str, report: Report) -> str:

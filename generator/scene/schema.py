@@ -68,9 +68,7 @@ Axis = Annotated[Annotated[Angle, Tag("<number>")] | Annotated[Direction, Tag("<
 Points = dict[str, Position]
 Speed = Annotated[float, Measured("m/s")]
 Pose = Annotated[list[float], Field(min_length=3, max_length=3), Columns(Length, Length, Angle)]
-Spot = Annotated[
-    Annotated[str, Tag("<text>")] | Annotated[Position, Tag("<list>")], Discriminator(text_or_list)
-]
+Spot = Annotated[Annotated[str, Tag("<text>")] | Annotated[Position, Tag("<list>")], Discriminator(text_or_list)]
 """A point of the link by its name, or a place in its frame."""
 MOST_CORNERS = 500
 """Corners of one plate: each edge is compared with all others."""
@@ -119,8 +117,12 @@ class FourBarsTable(Table):
     """``[four_bars]``: uprights in a row on the ground, each joined to the next by a bar."""
 
     count: Whole = Field(ge=1, le=600, description="the number of four-bars, a whole number from 1 to 600")
-    length: Annotated[Positive, Measured("m")] = Field(default=1.0, description="the length of every link in m, a positive number")
-    mass: Annotated[Positive, Measured("kg")] = Field(default=1.0, description="the mass of every link in kg, a positive number")
+    length: Annotated[Positive, Measured("m")] = Field(
+        default=1.0, description="the length of every link in m, a positive number"
+    )
+    mass: Annotated[Positive, Measured("kg")] = Field(
+        default=1.0, description="the mass of every link in kg, a positive number"
+    )
 
 
 class Body(Table):
@@ -128,7 +130,9 @@ class Body(Table):
 
     ONE_OF: ClassVar[tuple[str, ...]] = ("mass", "mass_per_area", "density")
 
-    mass: Annotated[Positive, Measured("kg")] | None = Field(default=None, description="a mass in kg, a positive number")
+    mass: Annotated[Positive, Measured("kg")] | None = Field(
+        default=None, description="a mass in kg, a positive number"
+    )
     mass_per_area: Annotated[Positive, Measured("kg/m²")] | None = Field(
         default=None, description="a mass per area in kg/m², a positive number"
     )
@@ -161,7 +165,7 @@ class PlateTable(Body):
 
     corners: Annotated[list[Spot], Field(min_length=3, max_length=MOST_CORNERS)] | None = Field(
         default=None,
-        description=f'its corners in order round it, 3 to {MOST_CORNERS} points of the link or [x, y] in m, '
+        description=f"its corners in order round it, 3 to {MOST_CORNERS} points of the link or [x, y] in m, "
         '["A", "B", "C"]',
     )
 
@@ -250,7 +254,9 @@ class StartTable(Table):
     }
 
     position: Position | None = Field(default=None, description="where the first link's frame begins, [x, y] in m")
-    velocity: Annotated[list[Speed], Field(min_length=2, max_length=2)] | None = Field(default=None, description="the velocity of that point, [x, y] in m/s")
+    velocity: Annotated[list[Speed], Field(min_length=2, max_length=2)] | None = Field(
+        default=None, description="the velocity of that point, [x, y] in m/s"
+    )
     height: Length | None = Field(default=None, description="the height of the lowest joint in m, a finite number")
     tilt: Angle = Field(default=0.0, description='an angle in rad, or a text such as "10 deg" or "0.2 rad"')
     angles: Angles | None = Field(
@@ -283,11 +289,15 @@ class RunTable(Table):
         "step": "a fixed step is an option; write ccgen run --step H, or simulate(step=...)",
     }
 
-    until: Annotated[Positive, Measured("s")] = Field(default=10.0, description="the time at which the run ends in s, a positive number")
+    until: Annotated[Positive, Measured("s")] = Field(
+        default=10.0, description="the time at which the run ends in s, a positive number"
+    )
     rtol: Annotated[Number, Field(gt=0.0, lt=1.0)] = Field(
         default=1e-9, description="the relative tolerance, a number between 0 and 1"
     )
-    atol: Annotated[Positive, Measured("1")] | None = Field(default=None, description="the absolute tolerance, a positive number")
+    atol: Annotated[Positive, Measured("1")] | None = Field(
+        default=None, description="the absolute tolerance, a positive number"
+    )
     law: Law | None = Field(default=None, description=LAW_MEANS)
     on_gain: OnGain = Field(
         default="reduce", description='what becomes of an impact that would gain energy, "reduce" or "stop"'

@@ -176,7 +176,7 @@ BAD: dict[str, tuple[str, str, str, tuple[str, ...]]] = {
         "ground[0].radius",
         ("found 2 values", "expected 3", "one number for all"),
     ),
-    "text": ("[0.1, 0, 0.25]", '"0.1"', "ground[0].radius", ('found "0.1"', "without quotes")),
+    "text": ("[0.1, 0, 0.25]", '"far"', "ground[0].radius", ('found "far"', "without quotes")),
     "start inside": (
         "height = 2.0",
         "height = 0.05",

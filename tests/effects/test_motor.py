@@ -151,7 +151,7 @@ BAD: dict[str, Wrong] = {
         '[[motor]]\njoint = "joint_0"\ntable = [[0, 1], [1, "t"]]',
         3,
         "motor[0].table[1][1]",
-        "write a number without quotes",
+        "t is the time, and this is a number that stays",
     ),
     "table that goes back": (
         '[[motor]]\njoint = "joint_0"\ntable = [[0, 1], [2, 1],\n[2, 3]]',

@@ -245,8 +245,8 @@ def test_every_fault_of_a_drawing_at_once() -> None:
     [
         ("joints = { joint_1 = [0] }", "start.joints.joint_1", "write 2 values"),
         ("joints = [[0, 1]]", "start.joints", "a table by name"),
-        ('poses = { link_0 = [0, 1, "ten"] }', "start.poses.link_0", '"30 deg"'),
-        ('poses = { link_0 = ["1 deg", 1, 0] }', "start.poses.link_0[0]", "write a number without quotes"),
+        ('poses = { link_0 = [0, 1, "ten"] }', "start.poses.link_0[2]", "ten is not known here"),
+        ('poses = { link_0 = ["1 deg", 1, 0] }', "start.poses.link_0[0]", "that is an angle, not a length in m"),
         ("poses = { link_0 = [0, 1] }", "start.poses.link_0", "write 3 values"),
         ("joints = { joint_1 = [0, nan] }", "start.joints.joint_1[1]", "finite number"),
     ],

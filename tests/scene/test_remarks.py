@@ -104,7 +104,9 @@ def test_every_angle_of_a_scene_is_judged() -> None:
     found = set()
     for table in tables:
         for key, field in table.model_fields.items():
-            found |= {key} if re.search(r"(Measured|InTime)\(rad\)", repr((field.annotation, field.metadata))) else set()
+            found |= (
+                {key} if re.search(r"(Measured|InTime)\(rad\)", repr((field.annotation, field.metadata))) else set()
+            )
     assert found | {"poses"} == set(written.ANGLES)
 
 
