@@ -104,7 +104,7 @@ def read_unit(text: str) -> Unit | None:
     ``None`` if one is not known, or if it could be read in two ways, as ``W/m s``: several units behind a stroke stand
     in parentheses.
     """
-    above, stroke, below = text.replace("\u03bc", "µ").strip().partition("/")
+    above, stroke, below = text.strip().partition("/")
     below = below.strip()
     grouped = re.fullmatch(r"\(([^()]*)\)", below)
     words = [(word, 1) for word in re.split(r"[\s*·]+", above.strip())]

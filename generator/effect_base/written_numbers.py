@@ -94,6 +94,7 @@ def read_quantity(text: str, units: Sequence[str] | None) -> Written | None:
     """
     if len(text) > LONGEST:
         raise ExpressionError(f"it has {len(text)} characters; write one of at most {LONGEST}")
+    text = text.replace("\u03bc", "µ")
     if comma := _COMMA.fullmatch(text):
         whole, unit = f"{comma[1]}.{comma[2]}", comma[3] or ""
         raise ExpressionError(f'it has a comma; write "{whole}{unit}"' if unit else f"it has a comma; write {whole}")
@@ -125,15 +126,13 @@ def check_dimension(number: float, units: Sequence[str]) -> None:
     raise ExpressionError(f"that is {kind_of(measured)}, not {kinds}; {instead}")
 
 
-def wrong_kind(number: object, *units: str) -> str:
-    """What is wrong with a number that may measure several things and is one of ``units`` here; nothing if it fits."""
-    if not isinstance(number, Written):
+def wrong_kind(number: object, unit: str) -> str:
+    """What is wrong with a number whose key may measure several things and is ``unit`` here; nothing if it fits."""
+    measured = number.dimension if isinstance(number, Written) else None
+    if not isinstance(number, Written) or measured is None or measured.fits(dimension_of(unit)):
         return ""
-    try:
-        check_dimension(number, units)
-    except ExpressionError as error:
-        return f'found "{number.text}", expected {KINDS[units[0]][0]} in {units[0]}; {error}'
-    return ""
+    kind, example = KINDS[unit]
+    return f'found "{number.text}", {kind_of(measured)}, expected {kind} in {unit}; write one such as "{example}"'
 
 
 def as_written(number: float, unit: str) -> str:

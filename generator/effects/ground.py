@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Discriminator, Field, Tag
 
-from ..effect_base.contact import DEPTH, LAW_MEANS, Law, Radius
+from ..effect_base.contact import DEPTH, LAW_MEANS, Friction, Law, Radius, Restitution
 from ..effect_base.direction import unit
 from ..effect_base.effect import Complain, Contact, ContactPoint, Effect, Entry, Level, Place, Plane, Rim, Surroundings
 from ..effect_base.points import choose_carrier, find_point
 from ..effect_base.table import Direction, Name, PointName, Position, Table, number_or_list
-from ..effect_base.written_numbers import Number
 from ..mechanism.joints import PointRef
 from ..mechanism.links import FROM_0_TO_1, GROUND, NOT_NEGATIVE, Parameter, Point
 from ..mechanism.mechanism import Mechanism
@@ -30,10 +29,8 @@ class GroundTable(Table):
     name: Name | None = Field(default=None, description="a name of letters, digits and _, beginning with a letter")
     point: Position = Field(default=[0.0, 0.0], description="a point of the surface, [x, y] in m")
     normal: Direction = Field(default=[0.0, 1.0], description="the direction out of the ground, [x, y], not both zero")
-    restitution: Number = Field(ge=0.0, le=1.0, description="the coefficient of restitution, a number from 0 to 1")
-    friction: Number | None = Field(
-        default=None, gt=0.0, description="Coulomb's coefficient of friction, a positive number"
-    )
+    restitution: Restitution = Field(description="the coefficient of restitution, a number from 0 to 1")
+    friction: Friction | None = Field(default=None, description="Coulomb's coefficient of friction, a positive number")
     law: Law | None = Field(default=None, description=LAW_MEANS)
     contacts: list[PointName] | None = Field(
         default=None, min_length=1, description='a list of points that touch it, such as ["joint_3", "link_0.A"]'

@@ -10,8 +10,8 @@ from pydantic import Field
 
 from ..effect_base.effect import Complain, Effect, Entry, Place, Surroundings
 from ..effect_base.line import Line, find_line
-from ..effect_base.table import Name, PointName, Positive, Table
-from ..effect_base.written_numbers import Length, Measured
+from ..effect_base.table import Name, NotNegative, PointName, Positive, Table
+from ..effect_base.written_numbers import Measured
 from ..mechanism.links import NOT_NEGATIVE, Parameter
 
 if TYPE_CHECKING:
@@ -28,7 +28,9 @@ class SpringTable(Table):
         min_length=2, max_length=2, description='the two points it joins, ["link.point", "ground.point"]'
     )
     stiffness: Annotated[Positive, Measured("N/m")] = Field(description="the stiffness in N/m, a positive number")
-    length: Length = Field(default=0.0, ge=0.0, description="the length at rest in m, zero or a positive number")
+    length: Annotated[NotNegative, Measured("m")] = Field(
+        default=0.0, description="the length at rest in m, zero or a positive number"
+    )
 
 
 @dataclass(frozen=True)

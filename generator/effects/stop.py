@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING
 
 from pydantic import Field
 
+from ..effect_base.contact import Restitution
 from ..effect_base.effect import Complain, Effect, Entry, Surroundings, Turned
 from ..effect_base.points import find_joint
 from ..effect_base.table import JointName, Name, Table
-from ..effect_base.written_numbers import Angle, Number, as_written
+from ..effect_base.written_numbers import Angle, as_written
 from ..mechanism.joints import Joint
 from ..mechanism.links import FROM_0_TO_1, Parameter
 
@@ -33,7 +34,7 @@ class StopTable(Table):
     highest: Angle | None = Field(
         default=None, description='the joint\'s highest angle in rad, or a text such as "60 deg"'
     )
-    restitution: Number = Field(ge=0.0, le=1.0, description="the coefficient of restitution, a number from 0 to 1")
+    restitution: Restitution = Field(description="the coefficient of restitution, a number from 0 to 1")
 
 
 @dataclass(frozen=True)

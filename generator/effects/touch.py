@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Discriminator, Field, Tag
 
-from ..effect_base.contact import DEPTH, LAW_MEANS, Law, Radius
+from ..effect_base.contact import DEPTH, LAW_MEANS, Friction, Law, Radius, Restitution
 from ..effect_base.effect import Complain, ContactPoint, Effect, Entry, Place, Rim, Surroundings
 from ..effect_base.line import NO_DIRECTION, links_at
 from ..effect_base.points import choose_carrier, find_point
 from ..effect_base.table import Name, PointName, Table, number_or_list, text_or_list
-from ..effect_base.written_numbers import Number
 from ..mechanism.joints import PointRef
 from ..mechanism.links import FROM_0_TO_1, GROUND, NOT_NEGATIVE, Parameter, Point
 from ..mechanism.mechanism import Mechanism
@@ -47,10 +46,8 @@ class TouchTable(Table):
     ] = Field(
         description="the radius of the discs in m, not negative, or a list of two: of an edge, half of its thickness"
     )
-    restitution: Number = Field(ge=0.0, le=1.0, description="the coefficient of restitution, a number from 0 to 1")
-    friction: Number | None = Field(
-        default=None, gt=0.0, description="Coulomb's coefficient of friction, a positive number"
-    )
+    restitution: Restitution = Field(description="the coefficient of restitution, a number from 0 to 1")
+    friction: Friction | None = Field(default=None, description="Coulomb's coefficient of friction, a positive number")
     law: Law | None = Field(default=None, description=LAW_MEANS)
 
 

@@ -87,9 +87,9 @@ def crossing_edges(corners: Sequence[complex]) -> tuple[int, int] | None:
     count = len(points)
     edges = [*pairwise([*points, points[0]])]
     boxes = [tuple(sorted(pair) for pair in zip(*edge, strict=True)) for edge in edges]
+    if point_edges := [i for i, (a, b) in enumerate(edges) if a == b]:
+        return point_edges[0], point_edges[0]
     for i, (a, b) in enumerate(edges):
-        if a == b:
-            return i, i
         for j in range(i + 1, count):
             if all(one[0] <= other[1] and other[0] <= one[1] for one, other in zip(boxes[i], boxes[j], strict=True)):
                 c, d = edges[j]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
@@ -55,13 +54,15 @@ def _finite(parts: Sequence[Mass], path: Path, report: Report) -> Mass | None:
     if not parts:
         return None
     whole = together(parts)
-    numbers = (whole.mass, whole.com.real, whole.com.imag, whole.inertia)
-    tiny = whole.inertia == 0.0 and any(part.inertia or part.com != whole.com for part in parts)
-    if all(map(math.isfinite, numbers)) and not tiny:
+    if all(map(math.isfinite, (whole.mass, whole.com.real, whole.com.imag, whole.inertia))):
         return whole
-    message = f"found a mass of {whole.mass:.3g} kg and an inertia of {whole.inertia:.3g} kg m²"
-    report.add(path, f"{message}, expected positive finite numbers; change lengths or masses")
+    report.add(path, _beyond(whole))
     return None
+
+
+def _beyond(found: Mass) -> str:
+    message = f"found a mass of {found.mass:.3g} kg and an inertia of {found.inertia:.3g} kg m²"
+    return f"{message}, expected positive finite numbers; change lengths or masses"
 
 
 def _rod(body: RodTable, link: LinkTable, path: Path, report: Report) -> Mass | None:
@@ -82,7 +83,7 @@ def _rod(body: RodTable, link: LinkTable, path: Path, report: Report) -> Mass | 
     mass = _heaviness(body, length * (body.width or 0.0), length, path, report)
     if mass is None or ends is None or not length:
         return None
-    return _computed(lambda: rod(mass, ends[0], ends[1], body.width or 0.0), path, report)
+    return _computed(mass, lambda: rod(mass, ends[0], ends[1], body.width or 0.0), path, report)
 
 
 def _plate(body: PlateTable, link: LinkTable, path: Path, report: Report) -> Mass | None:
@@ -100,7 +101,7 @@ def _plate(body: PlateTable, link: LinkTable, path: Path, report: Report) -> Mas
     mass = _heaviness(body, polygon_area(corners) if corners and not crossing else 1.0, 0.0, path, report)
     if mass is None or corners is None or crossing:
         return None
-    return _computed(lambda: polygon(mass, corners), path, report)
+    return _computed(mass, lambda: polygon(mass, corners), path, report)
 
 
 def _crossing_sentence(edges: tuple[int, int], names: Sequence[str]) -> str:
@@ -128,7 +129,7 @@ def _disc(body: DiscTable, link: LinkTable, path: Path, report: Report) -> Mass 
     places = _spots([centre], link, path, report, key="centre")
     if mass is None or places is None or not fine:
         return None
-    return _computed(lambda: disc(mass, places[0], body.radius, inner), path, report)
+    return _computed(mass, lambda: disc(mass, places[0], body.radius, inner), path, report)
 
 
 def _point_mass(body: PointMassTable, link: LinkTable, path: Path, report: Report) -> Mass | None:
@@ -144,13 +145,16 @@ _READERS: dict[type, Callable[[Any, LinkTable, Path, Report], Mass | None]] = {
 }
 
 
-def _computed(compute: Callable[[], Mass], path: Path, report: Report) -> Mass | None:
-    """The body, or ``None`` after the fault that it is too large."""
+def _computed(mass: float, compute: Callable[[], Mass], path: Path, report: Report) -> Mass | None:
+    """The body of this mass (kg), or ``None`` after the fault that no double holds its mass or inertia."""
     try:
-        return compute()
+        found = compute() if 0.0 < mass < math.inf else Mass(mass, 0j, math.nan)
     except OverflowError:
-        report.add(path, f"found a body beyond {sys.float_info.max:.3g}, expected finite numbers; make it smaller")
-        return None
+        found = Mass(mass, 0j, math.inf)
+    if 0.0 < found.inertia < math.inf:
+        return found
+    report.add(path, _beyond(found))
+    return None
 
 
 def _heaviness(body: Body, area: float, length: float, path: Path, report: Report) -> float | None:

@@ -20,7 +20,7 @@ from ..effect_base.table import (
     number_or_list,
     text_or_list,
 )
-from ..effect_base.written_numbers import Angle, Length, Measured, Number, Whole
+from ..effect_base.written_numbers import Angle, Length, Measured, Whole
 
 TAGS = ("<number>", "<list>", "<table>", "<text>")
 """Marks that pydantic puts into the place of a fault to say which alternative of a value was meant."""
@@ -292,7 +292,7 @@ class RunTable(Table):
     until: Annotated[Positive, Measured("s")] = Field(
         default=10.0, description="the time at which the run ends in s, a positive number"
     )
-    rtol: Annotated[Number, Field(gt=0.0, lt=1.0)] = Field(
+    rtol: Annotated[float, Field(gt=0.0, lt=1.0), Measured("1")] = Field(
         default=1e-9, description="the relative tolerance, a number between 0 and 1"
     )
     atol: Annotated[Positive, Measured("1")] | None = Field(
