@@ -53,7 +53,10 @@ def point(mass: float, place: complex) -> Mass:
 
 def polygon_area(corners: Sequence[complex]) -> float:
     """The area (m²) inside a polygon that does not cross itself, its corners in order round it, either way."""
-    return float(abs(sum(_crosses(_exact(corners)), Fraction(0))) / 2)
+    try:
+        return float(abs(sum(_crosses(_exact(corners)), Fraction(0))) / 2)
+    except OverflowError:
+        return math.inf
 
 
 def polygon(mass: float, corners: Sequence[complex]) -> Mass:

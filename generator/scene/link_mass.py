@@ -53,7 +53,10 @@ def _finite(parts: Sequence[Mass], path: Path, report: Report) -> Mass | None:
     """All bodies together; ``None`` after the fault that no double holds what they weigh."""
     if not parts:
         return None
-    whole = together(parts)
+    try:
+        whole = together(parts)
+    except OverflowError:
+        whole = Mass(math.fsum(part.mass for part in parts), 0j, math.inf)
     if all(map(math.isfinite, (whole.mass, whole.com.real, whole.com.imag, whole.inertia))):
         return whole
     report.add(path, _beyond(whole))
@@ -73,7 +76,7 @@ def _rod(body: RodTable, link: LinkTable, path: Path, report: Report) -> Mass | 
         return None
     between: Sequence[str | list[float]] = body.between if body.between is not None else [*link.points]
     ends = _spots(between, link, (*path, "between") if body.between is not None else path, report)
-    length = abs(ends[1] - ends[0]) if ends else 1.0
+    length = math.dist(*((end.real, end.imag) for end in ends)) if ends else 1.0
     if length == 0.0:
         names = " and ".join(map(_named, between))
         report.add(

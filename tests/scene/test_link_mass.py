@@ -237,6 +237,21 @@ WRONG: dict[str, tuple[dict[str, Any], dict[str, Any], dict[str, str]]] = {
         {"rod": {"mass": 1e300, "width": 1e200}},
         {"rod": "found a mass of 1e+300 kg and an inertia of inf kg m², expected positive finite"},
     ),
+    "too long": (
+        {"A": [1e308, 1e308], "B": [-1e308, -1e308]},
+        {"rod": {"mass_per_length": 1}},
+        {"rod": "found a mass of inf kg"},
+    ),
+    "too wide": (
+        {"A": [0, 0], "B": [1e200, 0], "C": [0, 1e200]},
+        {"plate": {"mass_per_area": 1}},
+        {"plate": "found a mass of inf kg"},
+    ),
+    "too far from each other": (
+        {"A": [-1e200, 0], "B": [1e200, 0]},
+        {"point_mass": [{"mass": 1, "at": "A"}, {"mass": 1, "at": "B"}]},
+        {"point_mass": "found a mass of 2 kg and an inertia of inf kg m²"},
+    ),
     "too small": (
         {"A": [0, 0], "B": [1e-200, 0]},
         {"rod": {"mass": 1}},
