@@ -12,7 +12,8 @@ from contextlib import contextmanager
 from fractions import Fraction
 from typing import Annotated, Any
 
-from pydantic import GetCoreSchemaHandler, ValidationInfo, ValidatorFunctionWrapHandler
+from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo, ValidatorFunctionWrapHandler
+from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from .arithmetic import LONGEST, NO_NAMES, ExpressionError, Names, NameWithoutValue, Written, calculate
@@ -45,6 +46,9 @@ class Measured:
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         read = self._read_whole if source is int else self._read
         return core_schema.with_info_wrap_validator_function(read, handler(source))
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        return {"anyOf": [handler(schema), {"type": "string"}]}
 
     def _read(self, value: Any, number: ValidatorFunctionWrapHandler, info: ValidationInfo) -> float:
         if not isinstance(value, str):

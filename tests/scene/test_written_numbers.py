@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import pickle
 import re
@@ -235,3 +236,10 @@ def test_a_fault_shows_the_text_and_its_number() -> None:
         'found "-400 g" (-0.4)',
         'found "3/2" (1.5)',
     ]
+
+
+@pytest.mark.parametrize("kind", MODELS)
+def test_editors_are_told_that_numbers_may_be_texts(kind: str) -> None:
+    """Tables have a JSON schema, in which what is a number may be a text too."""
+    text = json.dumps(MODELS[kind].model_json_schema())
+    assert kind == "let" or '"string"' in text
