@@ -162,6 +162,8 @@ def _unknown(number: str, unit: str, units: Sequence[str] | None) -> str:
         return f'write "{number} deg"'
     if re.fullmatch(r"deg\w+|°\w*", unit) and (units is None or "rad" in units):
         return f'write "{number} deg", or a number of rad without quotes'
+    if unit.lower() in UNITS:
+        return f'write "{number} {unit.lower()}"'
     several = re.fullmatch(r"([^/]*)/\s*([^()/]+)", unit)
     if several and read_unit(f"{several[1]}/({several[2]})"):
         return f'"{unit}" could be read in two ways; write "{several[1]}/({several[2]})" for all of it below the stroke'

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from tomllib import TOMLDecodeError
 
+from ..effect_base.units import read_unit
 from ..effects import REGISTRY
 from .errors import Fault
 
@@ -12,6 +13,8 @@ MANY = ("link", "joint", *(entry.key for entry in REGISTRY if entry.many))
 """Tables of which a scene may have several."""
 
 _HEADER = re.compile(r"^[ \t]*\[[ \t]*([A-Za-z_]+)[ \t]*\][ \t]*(?:#.*)?$", re.MULTILINE)
+_BARE = re.compile(r"[=\[,]\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*([A-Za-zµ%°][^,\]}#\"]*)")
+"""A number with something like a unit behind it, without quotes."""
 _QUOTES = "\u201c\u201d\u201e\u2018\u2019"
 
 
@@ -38,6 +41,9 @@ def _advice(line: str) -> str:
         return 'write straight quotes, ", for curved ones'
     if re.match(r"[ \t]*[A-Za-z0-9_-]+[ \t]*:", line):
         return "write = for :"
+    for bare in _BARE.finditer(line):
+        if read_unit(bare[2]):
+            return f'write "{bare[1]} {bare[2].strip()}", in quotes, for a number with its unit'
     if line.count('"') % 2:
         return "close the quotes, or correct the line"
     return "correct the line"

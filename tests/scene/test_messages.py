@@ -54,6 +54,20 @@ SLIPS: dict[str, tuple[str, str, int, str, tuple[str, ...]]] = {
         ("found [joint]", "write [[joint]]"),
     ),
     "ground for ground_link": ("[ground_link]", "[ground]", 2, "ground", ("with points", "write [ground_link]")),
+    "a unit without quotes": (
+        "mass = 1\ninertia = 0.1\ncom = [0.1",
+        "mass = 400 g\ninertia = 0.1\ncom = [0.1",
+        6,
+        "",
+        ('write "400 g", in quotes, for a number with its unit',),
+    ),
+    "a unit without quotes in a point": (
+        "Q = [0.6, 0]",
+        "Q = [60 cm, 0]",
+        3,
+        "",
+        ('write "60 cm", in quotes, for a number with its unit',),
+    ),
     "a comma in a number": (
         "mass = 1\ninertia = 0.1\ncom = [0.1",
         'mass = "0,4"\ninertia = 0.1\ncom = [0.1',

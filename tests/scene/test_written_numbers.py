@@ -59,6 +59,8 @@ WRONG_TEXTS: dict[str, tuple[str, tuple[str, ...], str]] = {
     "a moment for a stiffness": ("5 N m", ("N m/rad",), "that is a moment, not a stiffness against turning in N m/rad"),
     "turns or radians": ("10 Hz", ("rad/s",), "Hz may mean turns or radians per second; write rpm, rev/s or rad/s"),
     "an unknown unit": ("2 furlong", ("m",), '"furlong" is no unit that is known; the units are %, kg, g'),
+    "a unit in capitals": ("20 CM", ("m",), 'write "20 cm"'),
+    "a unit that is another in capitals": ("20 MN", ("N",), '"MN" is no unit that is known'),
     "a product without a sign": ("2 rho l", ("kg",), 'write "2*rho*l" for a product'),
     "a unit in two ways": ("2 W/m s", ("N",), '"W/m s" could be read in two ways; write "W/(m s)"'),
     "two strokes": ("3 m//s", ("m/s",), '"m//s" is no unit that is known'),
