@@ -215,6 +215,7 @@ JOINT_UNITS: list[tuple[str, str, dict[str, Any], str, str]] = [
     ("revolute", "drive", {"speed": "20 mm/s"}, "speed", "a speed, expected an angular velocity in rad/s"),
     ("prismatic", "drive", {"speed": "20 rpm"}, "speed", "an angular velocity, expected a speed in m/s"),
     ("revolute", "motor", {"angle": 1, "stiffness": "5 N/m"}, "stiffness", "a stiffness, expected a stiffness against"),
+    ("revolute", "motor", {"angle": 1, "stiffness": 1, "limit": "5 N"}, "limit", "a force, expected a moment in N m"),
     ("prismatic", "motor", {"table": [[0, 1], [1, "2 N m"]]}, "table[1][1]", "a moment, expected a force in N"),
     ("prismatic", "joint_friction", {"dry": "2 N m"}, "dry", "a moment, expected a force in N"),
     ("revolute", "joint_friction", {"viscous": "2 N s/m"}, "viscous", "a damping, expected a damping against turning"),
