@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
-
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -27,11 +24,7 @@ def joint_rates(model: Geometry, q: ArrayLike, u: ArrayLike) -> dict[str, FloatA
 def slide_rates(model: Geometry, q: ArrayLike, u: ArrayLike) -> dict[str, FloatArray]:
     """Per sliding joint how fast it goes along its line (m/s), as its first link sees it."""
     poses, velocities = model.poses(q), model.velocities(q, u)
-    lines, flat = model.lines, (-1, len(model.links), 3)
-    return {
-        name: _each(lambda pose, rate, name=name: lines.rate("slide", name, pose, rate), poses, velocities, flat)
-        for name in model.data["lines"]
-    }
+    return {name: _rates(model, name, poses, velocities) for name in model.data["lines"]}
 
 
 def turning(model: Geometry) -> list[str]:
@@ -48,9 +41,8 @@ def _against(model: Geometry, joint: str, of_links: FloatArray) -> FloatArray:
     return np.asarray(sides[1] - sides[0])
 
 
-def _each(
-    rate: Callable[[FloatArray, FloatArray], Any], poses: FloatArray, velocities: FloatArray, flat: tuple[int, ...]
-) -> FloatArray:
-    """``rate`` of each state's poses and velocities (..., links, 3)."""
-    found = [rate(*one) for one in zip(poses.reshape(flat), velocities.reshape(flat), strict=True)]
-    return np.array(found).reshape(poses.shape[:-2])
+def _rates(model: Geometry, joint: str, poses: FloatArray, velocities: FloatArray) -> FloatArray:
+    """That of one joint (...), for poses and velocities (..., links, 3)."""
+    flat, lines = (-1, *poses.shape[-2:]), model.lines
+    pairs = zip(poses.reshape(flat), velocities.reshape(flat), strict=True)
+    return np.array([lines.rate("slide", joint, *pair) for pair in pairs]).reshape(poses.shape[:-2])

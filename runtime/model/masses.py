@@ -27,10 +27,10 @@ def mass_matrix(model: Compiled, q: ArrayLike) -> FloatArray:
 def motions(model: Compiled, q: ArrayLike) -> FloatArray:
     """A basis Z (nu, dof) of the velocities that keep loops shut and driven joints still, with ZᵀMZ = 1.
 
-    The core says which rows count (theory, section 8). Its basis Z₀ becomes Z₀ K, with K Kᵀ = (Z₀ᵀ M Z₀)⁻¹: then Z Zᵀ is
-    what velocities an impulse at each coordinate gives. Column by column, the coordinate is taken that those columns
-    already there leave easiest to move; the column is the motion that an impulse there gives while coordinates of the
-    columns before stand still, with half a joule of kinetic energy.
+    The core says which rows count (theory, section 8). Its basis Z₀ becomes Z₀ K, with K Kᵀ = (Z₀ᵀ M Z₀)⁻¹: then Z Zᵀ
+    has the velocities that an impulse at each coordinate gives. Column by column, the coordinate is taken that those
+    columns already there leave easiest to move; the column is the motion that an impulse there gives while coordinates
+    of the columns before stand still, with half a joule of kinetic energy.
     """
     need_doubles(model.precision, model.name, "motions")
     states, single = model._batch(q, "q", len(model.q_names))

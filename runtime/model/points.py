@@ -18,21 +18,25 @@ GROUND = -1
 
 
 def point_jacobian(model: Geometry, name: str, q: ArrayLike) -> FloatArray:
-    """Derivatives J (2, nu) of the point's velocity by u: velocities at unit u, in which they are linear.
-
-    The point's link moves with its frame's origin and turns about it. A batch gives (b, 2, nu).
-    """
-    places = model.point(name, q)
+    """Derivatives J (2, nu) of the point's velocity by u. A batch gives (b, 2, nu)."""
     states, single = model._batch(q, "q", len(model.q_names))
-    link, count, nu = link_of(model, name), len(states), len(model.u_names)
-    if link == GROUND:
-        return np.zeros((*np.shape(q)[:-1], 2, nu), dtype=model.core.REAL)
-    units = np.tile(np.eye(nu, dtype=model.core.REAL), (count, 1))
-    moving = model.kernels.of_state("velocities", np.repeat(states, nu, axis=0), units)
-    moving = moving.reshape(count, nu, len(model.links), 3)[:, :, link].transpose(0, 2, 1)
-    arms = places.reshape(count, 2) - model.poses(states)[:, link, :2]
-    found = moving[:, :2] + turned(arms)[:, :, None] * moving[:, 2:]
+    found = jacobian_at(model, link_of(model, name), model.point(name, states), states)
     return np.ascontiguousarray(found[0] if single else found)
+
+
+def jacobian_at(model: Geometry, link: int, places: FloatArray, q: FloatArray) -> FloatArray:
+    """That (b, 2, nu) of points fixed in the link that are at ``places`` (b, 2) at configurations q (b, nq).
+
+    Velocities are linear in u: columns are those at unit u. The link moves with its frame's origin and turns about it.
+    """
+    count, nu = len(q), len(model.u_names)
+    if link == GROUND:
+        return np.zeros((count, 2, nu), dtype=model.core.REAL)
+    units = np.tile(np.eye(nu, dtype=model.core.REAL), (count, 1))
+    moving = model.kernels.of_state("velocities", np.repeat(q, nu, axis=0), units)
+    moving = moving.reshape(count, nu, len(model.links), 3)[:, :, link].transpose(0, 2, 1)
+    arms = places - model.poses(q)[:, link, :2]
+    return np.asarray(moving[:, :2] + turned(arms)[:, :, None] * moving[:, 2:])
 
 
 def point_velocity(model: Geometry, name: str, q: ArrayLike, u: ArrayLike) -> FloatArray:

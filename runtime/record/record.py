@@ -164,7 +164,7 @@ class Record:
         return self._forces(t, "reactions")
 
     def accelerations(self, t: ArrayLike) -> FloatArray:
-        """Quasi-accelerations (nu,) at t, or (b, nu) for a row of times, with what contacts push, as in ``reactions``."""
+        """Quasi-accelerations (nu,) at t, or (b, nu) for a row of times, with what contacts push; as ``reactions``."""
         return self._forces(t, "u_dot")
 
     def joint_angles(self, t: ArrayLike | None = None) -> dict[str, FloatArray]:
