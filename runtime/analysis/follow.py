@@ -1,4 +1,4 @@
-"""Inverse kinematics along a path: configurations one after another, and the rates and accelerations that go with it."""
+"""Inverse kinematics along a path: one configuration after another, and the rates and accelerations of the motion."""
 
 from __future__ import annotations
 
@@ -14,7 +14,6 @@ from ..faults import Faults
 from ..model.model import Model
 from ..model.numbers import read_numbers
 from ..precision import need_doubles
-from .contacts import DEEPEST, inside
 from .nearing import Nearing
 from .reach import OutOfReach, configuration, met, reached
 from .wants import Wanted, Wants, read_wanted
@@ -56,21 +55,18 @@ def follow(
     must give.
 
     Between places joints are brought along in parts where they go far. Raises ``OutOfReach`` where a place is out of
-    reach, and ``ValueError`` where joints would jump from one branch to another, a contact would be behind its
-    surface, or no velocities give the wanted ones, each with the number of the place.
+    reach, and ``ValueError`` where joints would jump from one branch to another, or no velocities give the wanted
+    ones, each with the number of the place. No gap of a contact becomes negative.
     """
     need_doubles(model.precision, model.name, "inverse kinematics")
     start = configuration(model, q)
     named = read_wanted(model, points, angles, slides)
     values, rates = _read_paths(named)
     wants = Wants(model, [one for one, _ in named], values[0], np.zeros(values.shape[1], dtype=bool))
-    rows = [_at_first(model, start, wants)]
+    rows = [_reached(model, start, wants, 0)]
     for number in range(1, len(values)):
         rows.append(_next(model, rows[-1], wants, values[number - 1], values[number], number))
     found = np.array(rows)
-    for number, one in enumerate(found):
-        if depth := inside(model, one, DEEPEST):
-            raise ValueError(f"{model.name}: place {number} has {depth}, expected a path outside all surfaces")
     if rates is None:
         return Followed(found)
     moving = [_rates(model, wants, one, v, a, k) for k, (one, v, a) in enumerate(zip(found, *rates, strict=True))]
@@ -106,16 +102,12 @@ def _read_paths(named: list[tuple[Wanted, Any]]) -> tuple[FloatArray, tuple[Floa
     return (every, None) if every.ndim == 2 else (every[0], (every[1], every[2]))
 
 
-def _at_first(model: Model, q: FloatArray, wants: Wants) -> FloatArray:
-    return _refused_at(0, lambda: reached(model, q, wants))
-
-
-def _refused_at(number: int, ask: Any) -> FloatArray:
+def _reached(model: Model, q: FloatArray, wants: Wants, number: int) -> FloatArray:
+    """That of place ``number`` of a path."""
     try:
-        found: FloatArray = ask()
+        return reached(model, q, wants)
     except OutOfReach as error:
         raise OutOfReach(f"place {number}: {error}", error.q, error.misses) from None
-    return found
 
 
 def _next(model: Model, q: FloatArray, wants: Wants, before: FloatArray, after: FloatArray, number: int) -> FloatArray:
@@ -132,7 +124,7 @@ def _next(model: Model, q: FloatArray, wants: Wants, before: FloatArray, after: 
             continue
         step /= 2.0
         if step < SHORTEST:
-            other = _refused_at(number, lambda: reached(model, q, nearing.wants))
+            other = _reached(model, q, nearing.wants, number)
             far = float(np.max(np.abs(nearing.metric @ (other - q))))
             raise ValueError(
                 f"{model.name}: place {number} is reached on another branch only, {far:.3g} rad or lengths away in the "
@@ -155,8 +147,8 @@ def _rates(
         left = float(np.max(np.abs(rows @ found - right)))
         if left > KEPT * max(float(np.max(np.abs(right))), float(np.max(np.abs(rows) @ np.abs(found)))):
             raise ValueError(
-                f"{model.name}: no {what} at place {number} give the wanted ones, which are off by {left:.3g} at least; "
-                "the mechanism cannot move so there"
+                f"{model.name}: no {what} at place {number} give the wanted ones, which are off by {left:.3g} at "
+                "least; the mechanism cannot move so there"
             )
         return np.asarray(found)
 

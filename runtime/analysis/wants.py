@@ -134,7 +134,9 @@ class Wants:
 
     def __init__(self, model: Model, wanted: list[Wanted], values: FloatArray, left: BoolArray) -> None:
         self.model, self.wanted, self.values, self.open = model, wanted, values, left
-        self.scale = np.concatenate([np.full(one.width, model.length if one.unit == "rad" else 1.0) for one in wanted])
+        self.scale: FloatArray = np.concatenate(
+            [np.full(one.width, model.length if one.unit == "rad" else 1.0) for one in wanted]
+        )
         self.turns = np.concatenate([np.full(one.width, one.unit == "rad") for one in wanted])
 
     def at(self, values: FloatArray) -> Wants:

@@ -9,7 +9,7 @@ from ..arrays import FloatArray
 from ..precision import need_doubles
 from .compiled import Compiled
 
-EASY = 0.5
+EASY = 0.3
 """The next motion is that of the first coordinate that is at least this part as easy to move as the easiest: so equal
 ones are taken in their order, whatever their rounding."""
 
