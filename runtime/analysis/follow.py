@@ -60,8 +60,9 @@ def follow(
     """
     need_doubles(model.precision, model.name, "inverse kinematics")
     start = configuration(model, q)
-    named = read_wanted(model, points, angles, slides)
-    values, rates = _read_paths(named)
+    faults = Faults()
+    named = read_wanted(model, points, angles, slides, faults)
+    values, rates = _read_paths(named, faults)
     wants = Wants(model, [one for one, _ in named], values[0], np.zeros(values.shape[1], dtype=bool))
     rows = [_reached(model, start, wants, 0)]
     for number in range(1, len(values)):
@@ -73,12 +74,13 @@ def follow(
     return Followed(found, *(np.array(part) for part in zip(*moving, strict=True)))
 
 
-def _read_paths(named: list[tuple[Wanted, Any]]) -> tuple[FloatArray, tuple[FloatArray, FloatArray] | None]:
+def _read_paths(
+    named: list[tuple[Wanted, Any]], faults: Faults
+) -> tuple[FloatArray, tuple[FloatArray, FloatArray] | None]:
     """Values (n, k) along the path, and their first and second derivatives where they are given.
 
-    Raises ``ValueError`` with all that is wrong with them.
+    Raises ``ValueError`` with all that is wrong with them, the ``faults`` noted before among it.
     """
-    faults = Faults()
     paths: list[FloatArray] = []
     for one, given in named:
         what, shape = f"{one.kind}: {one.name}", ", 2" if one.width == 2 else ","
@@ -124,7 +126,7 @@ def _next(model: Model, q: FloatArray, wants: Wants, before: FloatArray, after: 
             continue
         step /= 2.0
         if step < SHORTEST:
-            other = _reached(model, q, nearing.wants, number)
+            other = _reached(model, q, wants.at(after), number)
             far = float(np.max(np.abs(nearing.metric @ (other - q))))
             raise ValueError(
                 f"{model.name}: place {number} is reached on another branch only, {far:.3g} rad or lengths away in the "

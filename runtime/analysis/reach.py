@@ -155,11 +155,13 @@ def _refusal(way: Nearing, q: FloatArray, closest: FloatArray) -> OutOfReach:
     model, wants = way.model, way.wants
     parts = wants.parts()
     differences = wants.differences(closest)
+    far = {one.name: float(np.linalg.norm(wants.misses(closest)[part])) for one, part in parts}
+    least = min(WITHIN * model.length, 0.5 * max(far.values()))
     off = {one.name: float(np.linalg.norm(differences[part])) for one, part in parts}
     lines = [
         _sentence(one, wants.values[part], wants.open[part], one.value(closest), off[one.name])
         for one, part in parts
-        if np.linalg.norm(wants.misses(closest)[part]) > WITHIN * model.length
+        if far[one.name] > least
     ]
     barred = [f"{point} on {ground}" for (point, ground), gap in zip(model.contacts, way.gaps(closest), strict=True)
               if gap <= CLOSED * model.length]  # fmt: skip

@@ -176,13 +176,14 @@ class Wants:
 
 
 def read_wanted(
-    model: Model, points: Mapping[str, Any] | None, angles: Mapping[str, Any] | None, slides: Mapping[str, Any] | None
+    model: Model,
+    points: Mapping[str, Any] | None,
+    angles: Mapping[str, Any] | None,
+    slides: Mapping[str, Any] | None,
+    faults: Faults,
 ) -> list[tuple[Wanted, Any]]:
-    """The quantities that these arguments name, each with what was given for it.
-
-    Raises ``ValueError`` with all names that the model has not.
-    """
-    faults = Faults()
+    """The quantities that these arguments name, each with what was given for it; names that the model has not are
+    noted among the ``faults``."""
     found: list[tuple[Wanted, Any]] = []
     lines = model.data["lines"]
     turns = [*model.links, *turning(model)]
@@ -210,7 +211,6 @@ def read_wanted(
             found.append((Length(model, name), value))
     if not found and not faults:
         faults.add("points, angles, slides: found nothing wanted, expected at least one; or use model.assemble(q)")
-    faults.stop_if_any()
     return found
 
 
@@ -219,7 +219,7 @@ def read_wants(
 ) -> Wants:
     """Wants of one configuration: a point's (x, y), where one of the two may be None; an angle or a length."""
     faults, values, left = Faults(), [], []
-    named = read_wanted(model, points, angles, slides)
+    named = read_wanted(model, points, angles, slides, faults)
     for one, given in named:
         with faults.collecting():
             number = _numbers(one, given)
