@@ -159,7 +159,7 @@ def _refusal(way: Nearing, q: FloatArray, closest: FloatArray) -> OutOfReach:
     least = min(WITHIN * model.length, 0.5 * max(far.values()))
     off = {one.name: float(np.linalg.norm(differences[part])) for one, part in parts}
     lines = [
-        _sentence(one, wants.values[part], wants.open[part], one.value(closest), off[one.name])
+        _sentence(one, wants.values[part], wants.open[part], _rounded(one.value(closest), model.length), off[one.name])
         for one, part in parts
         if far[one.name] > least
     ]
@@ -176,6 +176,11 @@ def _refusal(way: Nearing, q: FloatArray, closest: FloatArray) -> OutOfReach:
 def _alone(model: Model, q: FloatArray, wants: Wants, which: int) -> bool:
     way = Nearing(model, wants.alone(which))
     return way.miss(_closest(way, q)) <= WITHIN * model.length
+
+
+def _rounded(values: FloatArray, length: float) -> FloatArray:
+    """What is rounding beside the mechanism's ``length`` is 0."""
+    return np.where(np.abs(values) <= 1e-12 * length, 0.0, values)
 
 
 def _sentence(one: Wanted, values: FloatArray, left: BoolArray, nearest: FloatArray, off: float) -> str:

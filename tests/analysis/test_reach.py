@@ -125,7 +125,7 @@ def test_how_far_out_of_reach(arm: Any) -> None:
         assert arm.point("fore.T", caught.value.q) == pytest.approx([x * edge / far, y * edge / far], abs=1e-7)
         again = pickle.loads(pickle.dumps(caught.value))
         assert str(again) == str(caught.value) and again.misses == caught.value.misses
-    with pytest.raises(OutOfReach, match=r"found \(2, 0\) m.*the nearest is \(1, .*\) m, 1 m away$"):
+    with pytest.raises(OutOfReach, match=r"found \(2, 0\) m.*the nearest is \(1, 0\) m, 1 m away$"):
         reach(arm, [0.3, 0.9], {"fore.T": (2.0, 0.0)})
 
 
@@ -152,6 +152,39 @@ def test_out_of_reach_of_a_closed_loop(workshop: Workshop) -> None:
         reach(model, model.start()[0], {"tip": (0.1, 0.9)})
     assert caught.value.misses["tip"] == pytest.approx(0.9 - np.sqrt(0.5**2 - 0.1**2), abs=1e-12)
     assert np.max(np.abs(model.closure(caught.value.q))) <= 1e-14
+
+
+def nearest_in_rings(place: Array) -> float:
+    """How far a place is from those at 0.1 m to 0.5 m from both (0, 0) and (0.2, 0): of the five-bar's tip."""
+    feet = np.array([[0.0, 0.0], [0.2, 0.0]])
+    candidates = [place]
+    for foot in feet:
+        way = (place - foot) / np.linalg.norm(place - foot)
+        candidates += [foot + edge * way for edge in (0.1, 0.5)]
+    for one in (0.1, 0.5):
+        for other in (0.1, 0.5):  # corners: where circles about both feet meet
+            x = (one**2 - other**2 + 0.2**2) / 0.4
+            candidates += [np.array([x, sign * np.sqrt(max(one**2 - x**2, 0.0))]) for sign in (1.0, -1.0)]
+    spans = np.linalg.norm(np.array(candidates)[:, None] - feet, axis=2)
+    inside = np.all((spans >= 0.1 - 1e-12) & (spans <= 0.5 + 1e-12), axis=1)
+    return float(min(np.linalg.norm(np.array(candidates)[inside] - place, axis=1)))
+
+
+def test_everywhere_around_a_five_bar(workshop: Workshop) -> None:
+    """Within reach it is there; beyond it is as far as the place is from two rings."""
+    model, rng = workshop.model(FIVE_BAR), np.random.default_rng(6)
+    q, beyond = model.start()[0], 0
+    for _ in range(25):
+        place = rng.uniform([-0.6, -0.7], [0.8, 0.7])
+        far = nearest_in_rings(place)
+        try:
+            found = reach(model, q, {"tip": tuple(place)})
+        except OutOfReach as refusal:
+            assert refusal.misses["tip"] == pytest.approx(far, abs=1e-9) and far > 0.0
+            beyond += 1
+        else:
+            assert model.point("tip", found) == pytest.approx(place, abs=1e-13)
+    assert 5 <= beyond <= 20
 
 
 def test_wants_that_contradict(arm: Any) -> None:
