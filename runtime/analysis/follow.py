@@ -14,14 +14,9 @@ from ..faults import Faults
 from ..model.model import Model
 from ..model.numbers import read_numbers
 from ..precision import need_doubles
-from .nearing import Nearing
-from .reach import OutOfReach, configuration, met, reached
+from .reach import OutOfReach, by_parts, configuration, reached
 from .wants import Wanted, Wants, read_wanted
 
-JUMP = 0.5
-"""Joints that move farther than this (rad, lengths) from one place of a path to the next are brought there in parts."""
-SHORTEST = 1e-3
-"""The least part; a path along which joints jump in less is not followed."""
 KEPT = 1e-8
 """Rates that leave a larger part of the wanted ones, or of what the mechanism's own make, do not give the motion."""
 RANK = 1e-10
@@ -66,7 +61,7 @@ def follow(
     wants = Wants(model, [one for one, _ in named], values[0], np.zeros(values.shape[1], dtype=bool))
     rows = [_reached(model, start, wants, 0)]
     for number in range(1, len(values)):
-        rows.append(_next(model, rows[-1], wants, values[number - 1], values[number], number))
+        rows.append(_next(model, rows[-1], wants.at(values[number]), number))
     found = np.array(rows)
     if rates is None:
         return Followed(found)
@@ -112,27 +107,17 @@ def _reached(model: Model, q: FloatArray, wants: Wants, number: int) -> FloatArr
         raise OutOfReach(f"place {number}: {error}", error.q, error.misses) from None
 
 
-def _next(model: Model, q: FloatArray, wants: Wants, before: FloatArray, after: FloatArray, number: int) -> FloatArray:
-    """The configuration at the next place, by steps in which joints go less far than JUMP."""
-    part, step = 0.0, 1.0
-    way = after - before
-    way = np.where(wants.turns, np.remainder(way + np.pi, 2.0 * np.pi) - np.pi, way)
-    while part < 1.0:
-        target = min(part + step, 1.0)
-        nearing = Nearing(model, wants.at(before + target * way))
-        found = met(nearing, q)
-        if found is not None and np.max(np.abs(nearing.metric @ (found - q))) <= JUMP:
-            q, part, step = found, target, 2.0 * step
-            continue
-        step /= 2.0
-        if step < SHORTEST:
-            other = _reached(model, q, wants.at(after), number)
-            far = float(np.max(np.abs(nearing.metric @ (other - q))))
-            raise ValueError(
-                f"{model.name}: place {number} is reached on another branch only, {far:.3g} rad or lengths away in the "
-                "joints; go another way, or begin elsewhere"
-            )
-    return q
+def _next(model: Model, q: FloatArray, wants: Wants, number: int) -> FloatArray:
+    """The configuration at the next place."""
+    found = by_parts(model, q, wants)
+    if found is None:
+        other = _reached(model, q, wants, number)
+        far = float(np.max(np.abs(model.displacements() @ (other - q))))
+        raise ValueError(
+            f"{model.name}: place {number} is reached on another branch only, {far:.3g} rad or lengths away in the "
+            "joints; go another way, or begin elsewhere"
+        )
+    return found
 
 
 def _rates(

@@ -51,6 +51,14 @@ class Nearing:
         """How far wants miss in all: root of the sum of squares (m)."""
         return float(np.linalg.norm(self.wants.misses(q)))
 
+    def farthest(self, q: FloatArray, other: FloatArray) -> float:
+        """How far a joint moves at most from one configuration to another (rad, lengths)."""
+        return float(np.max(np.abs(self.metric @ (other - q))))
+
+    def distance(self, q: FloatArray, other: FloatArray) -> float:
+        """How far all do: root of the sum of squares."""
+        return float(np.linalg.norm(self.metric @ (other - q)))
+
     def gaps(self, q: FloatArray) -> FloatArray:
         """Gaps as lengths (contacts,)."""
         return -self.contacts.depths(q) * self.model.length
@@ -62,7 +70,7 @@ class Nearing:
             step, damping, lower = self._lower(q, damping, cost)
             if step is None or lower >= cost:
                 break
-            moved = float(np.max(np.abs(self.metric @ (step - q))))
+            moved = self.farthest(q, step)
             q, cost = step, lower
             if moved <= SMALL:
                 break
@@ -90,7 +98,7 @@ class Nearing:
         """The step along ``spread`` (nu, k) that is best for that slope (k,) and these curvatures, of all that keep
         gaps from becoming negative."""
         best = -slope / bent
-        far = float(np.max(np.abs(self.metric @ (spread @ best)), initial=0.0))
+        far = self.farthest(q, q + spread @ best)
         best *= min(1.0, FARTHEST / max(far, 1e-300))
         if len(self.contacts):
             stretch = spread / np.sqrt(bent)

@@ -19,6 +19,10 @@ STARTS = 16
 """From as many configurations a reachable one is looked for, before wants are said to be out of reach."""
 WITHIN = 1e-7
 """Wants that miss by less than this part of the mechanism's length, where they miss least, are met exactly."""
+JUMP = 0.5
+"""Joints that move farther than this (rad, lengths) are brought there in parts, so that they stay on their branch."""
+SHORTEST = 1e-3
+"""The least part; a way on which joints jump in less ends there."""
 GOLDEN = (0.6180339887498949, 0.7548776662466927)
 """Steps of a sequence that fills all turns evenly."""
 
@@ -69,7 +73,7 @@ def reached(model: Model, q: FloatArray, wants: Wants) -> FloatArray:
     way = Nearing(model, wants)
     found = met(way, q)
     if found is not None:
-        return found
+        return found if way.farthest(q, found) <= JUMP else _nearer(way, q, found)
     closest = _closest(way, q)
     if way.miss(closest) <= WITHIN * model.length:
         found = met(way, q, closest)
@@ -77,6 +81,36 @@ def reached(model: Model, q: FloatArray, wants: Wants) -> FloatArray:
         if found is not None:
             return found
     raise _refusal(way, q, closest)
+
+
+def _nearer(way: Nearing, q: FloatArray, found: FloatArray) -> FloatArray:
+    """Of what was found at once and what is found by parts, the nearer to ``q``: Newton's steps may change branches."""
+    try:
+        led = by_parts(way.model, way.model.assemble(q), way.wants)
+    except ValueError:  # loops cannot be closed from there
+        return found
+    other = None if led is None else met(way, q, led)
+    if other is None or way.distance(q, found) <= way.distance(q, other):
+        return found
+    return other
+
+
+def by_parts(model: Model, q: FloatArray, wants: Wants) -> FloatArray | None:
+    """The configuration to which a closed ``q`` is led as its values go straight to those that are wanted, each step
+    to the nearest and none farther than JUMP; ``None`` where it would have to jump."""
+    way = -wants.differences(q)
+    first, part, step = wants.values - way, 0.0, 1.0
+    while part < 1.0:
+        target = min(part + step, 1.0)
+        nearing = Nearing(model, wants.at(first + target * way))
+        found = met(nearing, q)
+        if found is not None and nearing.farthest(q, found) <= JUMP:
+            q, part, step = found, target, 2.0 * step
+            continue
+        step /= 2.0
+        if step < SHORTEST:
+            return None
+    return q
 
 
 def configuration(model: Model, q: ArrayLike) -> FloatArray:

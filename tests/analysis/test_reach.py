@@ -10,9 +10,12 @@ import pytest
 
 from ccgen.generator import load_scene
 from ccgen.runtime import OutOfReach, reach
+from ccgen.runtime.analysis.wants import read_wanted
+from ccgen.runtime.faults import Faults
 
 from ..oracles.maximal import Array
 from ..support.folders import SCENES
+from ..support.mixed_joints import KINDS, mixed
 from ..support.platforms import ARM, FIVE_BAR, FORE, STOPPED, UPPER
 from ..support.workshop import Workshop
 
@@ -108,6 +111,45 @@ def test_stops_bar_one_elbow(workshop: Workshop) -> None:
     far = np.hypot(UPPER, FORE)
     found = reach(stopped, [0.2, 1.2], {"fore.T": (far, 0.0)})
     assert found == pytest.approx(arm_angles(far, 0.0, -1.0), abs=1e-12)
+
+
+@pytest.mark.parametrize("number", range(len(KINDS)))
+def test_random_mechanisms_find_back(number: int, workshop: Workshop) -> None:
+    """Where a motion has led from here is reached from here, told by all that can be wanted."""
+    model, q, _ = mixed(workshop, number)
+    rng, free = np.random.default_rng(number), model.motions(q)
+    for _ in range(5):
+        step = free @ rng.normal(size=free.shape[1])
+        there = model.assemble(q + 0.3 * step / np.max(np.abs(step)))
+        name = str(rng.choice(model.points[len(model.joints) :]))
+        found = reach(model, q, {name: tuple(model.point(name, there))})
+        assert model.point(name, found) == pytest.approx(model.point(name, there), abs=1e-12)
+        assert np.max(np.abs(model.closure(found)), initial=0.0) <= 1e-13
+        moved = [model.displacements() @ (one - q) for one in (found, there)]
+        assert np.linalg.norm(moved[0]) <= np.linalg.norm(moved[1]) * (1.0 + 1e-9)  # nearest, so no farther
+        angles, slides = model.joint_angles(there), model.slides(there)
+        found = reach(model, q, None, angles, slides)  # all but where a floating one is
+        assert model.displacements()[: len(model.joints)] @ (found - there) == pytest.approx(0.0, abs=1e-10)
+
+
+@pytest.mark.parametrize("number", range(len(KINDS)))
+def test_derivatives_of_what_is_wanted(number: int, workshop: Workshop) -> None:
+    """Rows and second derivatives along q + u t against differences."""
+    model, q, u = mixed(workshop, number)
+    named = read_wanted(
+        model,
+        {name: (0, 0) for name in model.points if np.any(model.point_jacobian(name, q))},
+        dict.fromkeys(model.joint_angles(q), 0.0),
+        dict.fromkeys(model.slides(q), 0.0),
+        Faults(),
+    )
+    h, weights = 1e-2, np.array([1 / 280, -4 / 105, 1 / 5, -4 / 5, 0, 4 / 5, -1 / 5, 4 / 105, -1 / 280])
+    path = q + u * h * np.arange(-4, 5)[:, None]
+    for one, _ in named:
+        values = np.array([one.value(at) for at in path])
+        rates = np.array([one.rows(at) @ u for at in path])
+        assert rates[4] == pytest.approx(weights @ values / h, abs=1e-8)
+        assert one.bias(q, u[None])[0] == pytest.approx(weights @ rates / h, abs=1e-8)
 
 
 # -- out of reach ------------------------------------------------------------------------------------------------------

@@ -10,32 +10,19 @@ import pytest
 
 from ccgen.generator import load_scene
 
-from ..oracles import random_mechanisms
 from ..oracles.maximal import GROUND, Array
 from ..support.drawn_linkages import BASE, COUPLER, CRANK, ROCKER, four_bar
 from ..support.folders import SCENES
+from ..support.mixed_joints import KINDS, mixed
 from ..support.workshop import Workshop
 
 HINGED = 'name = "hinged"\n[chain]\nlinks = 1\nhinged = true\nlength = 2.0\nmass = 3.0\n[gravity]\ng = 9.81\n'
 DOUBLE = HINGED.replace("links = 1", "links = 2").replace('"hinged"', '"double"')
 
-KINDS = (
-    (["revolute", "prismatic", "pin-in-slot"], [GROUND, 0, 1], [("revolute", GROUND, 2)], 3),
-    (["pin-in-slot", "revolute", "revolute", "prismatic"], [GROUND, 0, 1, 1], [("pin-in-slot", 0, 3)], 5),
-    (["revolute", "revolute", "prismatic", "revolute"], [-2, 0, 1, 2], [("pin-in-slot", 3, 0)], 8),
-    (["prismatic", "pin-in-slot", "revolute"], [GROUND, 0, 1], [("prismatic", GROUND, 2)], 2),
-)
-"""Kinds of joints and parents of links, more joints, and a seed."""
-
 
 @pytest.fixture(params=range(len(KINDS)))
 def mechanism(request: pytest.FixtureRequest, workshop: Workshop) -> tuple[Any, Array, Array]:
-    """A random mechanism with joints that slide, and a state of it."""
-    kinds, parents, extra, seed = KINDS[request.param]
-    sketch = random_mechanisms.draw(kinds, parents, extra, [], seed, False)
-    model = workshop.model(sketch.toml("random-mechanism"))
-    q, _ = model.state_from_poses(sketch.poses, np.zeros_like(sketch.poses))
-    return model, *model.project(q, np.random.default_rng(3).normal(size=len(q)))
+    return mixed(workshop, request.param)
 
 
 def derivative(values: Array, h: float) -> Array:
