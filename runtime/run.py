@@ -59,8 +59,8 @@ class Run(Record):
         number or a row of them, or at the rows of the run.
 
         Accelerations are with what contacts push then, as in ``reactions``: not numbers in phases of kind "steps", nor
-        beside a line of links, nor at the last row of a run that stopped early. At an impact time all is as after it;
-        of the two rows of an impact the first is as before it.
+        beside a line of links, nor, of the rows, at the last one of a run that stopped early. At an impact time all is
+        as after it; of the two rows of an impact the first is as before it.
         """
         return point_motion(self, name, t)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -128,6 +129,15 @@ def test_motions_of_points_can_be_kept(leaning: Run) -> None:
     for one in (found, again):
         with pytest.raises(ValueError, match="read-only"):
             one.acceleration[0] = 0.0
+
+
+def test_the_end_of_a_run_that_stopped_has_no_acceleration(leaning: Run) -> None:
+    """There may be none, as where friction jams."""
+    found = replace(leaning, success=False, message="stopped").point("rod.T")
+    assert np.all(np.isnan(found.acceleration[-1])) and np.all(np.isfinite(found.velocity))
+    assert np.array_equal(found.acceleration[:-1], leaning.point("rod.T").acceleration[:-1])
+    with pytest.raises(ValueError, match="this run knows no accelerations: it was not made by simulate"):
+        replace(leaning, motion=None).point("rod.T")
 
 
 def test_wrong_points_and_times_are_refused(leaning: Run) -> None:

@@ -105,8 +105,8 @@ int free_motions(struct system *s, const double *q, double *motions)
 {
     const int n = s->n;
     const struct mark mark = s->arena->top;
-    struct factors f;
-    const int rank = factorise_rows(s, q, &f);
+    struct factors f = {0};
+    const int rank = s->model->rows + s->model->drives ? factorise_rows(s, q, &f) : 0;
     for (int j = rank; rank >= 0 && j < n; j++) {
         double *x = motions + (size_t)(j - rank) * n;
         memset(x, 0, n * sizeof *x);
