@@ -51,6 +51,17 @@ def test_tip_of_a_turning_rod(workshop: Workshop) -> None:
         assert np.array_equal(still, [0.0, 0.0])
 
 
+@pytest.mark.parametrize(("precision", "digits"), [("float", 1e-6), ("wide", 1e-15)])
+def test_points_in_other_numbers(precision: str, digits: float, workshop: Workshop) -> None:
+    model = workshop.model(HINGED, precision)
+    found = model.point_acceleration("link_0.B", [0.3], [3.0], u_dot=[5.0])
+    wanted = [-18.0 * np.cos(0.3) - 10.0 * np.sin(0.3), -18.0 * np.sin(0.3) + 10.0 * np.cos(0.3)]
+    assert found.dtype == model.core.REAL and np.max(np.abs(found - wanted)) <= 20.0 * digits
+    assert model.mass_matrix([0.3]).dtype == model.core.REAL
+    with pytest.raises(ValueError, match=rf'found a model in precision="{precision}", expected "double" for motions'):
+        model.motions([0.3])
+
+
 def test_piston(workshop: Workshop) -> None:
     """x = r cos θ + √(l² − r² sin² θ), differentiated twice."""
     model, r, length = workshop.model(load_scene(SCENES / "slider-crank.toml")), 0.2, 0.6
