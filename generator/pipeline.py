@@ -177,7 +177,8 @@ def _write_model(scene: Scene, banner: Banner, folder: Path, tell: Progress, var
         parameters=len(program.parameters),
         constants=routines.packed_from + len(routines.packed_constants),
         drives=len(driven) // 2,
-        inputs=sum(len(effect.inputs()) for effect in scene.effects),
+        inputs=sum(len(effect.inputs()) + len(effect.sides()) for effect in scene.effects),
+        switches=sum(len(effect.sides()) for effect in scene.effects),
     )
     data = model_data(scene, topology, equations, banner.hash, contract_version(), numbers.name)
     (folder / "equations.txt").write_text(write_listing(scene.name, equations, index))

@@ -18,7 +18,7 @@
 #ifndef CCGEN_MODEL_H
 #define CCGEN_MODEL_H
 
-#define CCGEN_CONTRACT_VERSION 9
+#define CCGEN_CONTRACT_VERSION 10
 
 /* 1 where x is positive, else 0: formulas with branches */
 static inline double unit_step(double x)
@@ -76,6 +76,10 @@ typedef void ccgen_inverse_dynamics(const double *k, const double *q, const doub
 typedef void ccgen_power(const double *k, const double *q, const double *u, double t, const double *inputs,
                          const double *u_dot, const double *lambda, double *power);
 
+/* value[switches] of the switching functions, from the first inputs alone; see `switches` below */
+typedef void ccgen_switching(const double *k, const double *q, const double *u, double t, const double *inputs,
+                             double *value);
+
 /* relative[drives] (rad/s^2 or m/s^2): prescribed accelerations of the driven joints */
 typedef void ccgen_prescribed(const double *k, double t, double *relative);
 
@@ -101,6 +105,8 @@ struct ccgen_model {
     const char *name;
     const char *hash; /* of the canonical scene; must match the package's data */
     int nq, nu, base, rows, links, joints, points, contacts, parameters, constants, inputs, drives;
+    int switches; /* effects whose loads have kinks: the last `switches` of the inputs are not the scene's own, but say on which
+                   * side of its kink each is: 1 where its switching function is positive, else 0 */
     const int *partner; /* [rows]: the other row of the same cut pin, or the row itself */
     const int *driven;  /* [drives][2]: coordinate of a driven joint, and the one that it is measured from or -1 */
     ccgen_constants *derive_constants;
@@ -136,6 +142,7 @@ struct ccgen_model {
     ccgen_acceleration_states *acceleration_states;
     ccgen_stages *stages;
     ccgen_contact_response *contact_response; /* NULL without contacts */
+    ccgen_switching *switching;               /* NULL without switches */
 };
 
 #endif

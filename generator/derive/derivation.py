@@ -53,7 +53,9 @@ class _Derivation:
         self.q = Argument("q", self.state.q, "coordinates")
         self.u = Argument("u", self.state.u, "quasi-velocities, u = dq/dt")
         names = tuple(sp.Symbol(f"in_{name}") for effect in effects for name in effect.inputs())
-        self.acted = (Argument("t", (TIME,), "time, s"), Argument("inputs", names, "inputs of the scene"))
+        sides = tuple(sp.Symbol(f"side_{name}") for effect in effects for name in effect.sides())
+        meaning = "inputs of the scene" + (", and the sides of their kinks on which effects are" if sides else "")
+        self.acted = (Argument("t", (TIME,), "time, s"), Argument("inputs", names + sides, meaning))
 
     def equations(self) -> Equations:
         """Derive everything, kernel by kernel."""
@@ -62,7 +64,7 @@ class _Derivation:
         self.motion = Motion(self.kinematics, self.closure, self.place, self.velocity)
         self.loads = self._loads()
         self.drives = self._drives()
-        kernels = [*self._dynamics(), *self._closure(), *self._motion(), *self._contact()]
+        kernels = [*self._dynamics(), *self._closure(), *self._motion(), *self._contact(), *self._switching()]
         parameters = [*self.mechanism.parameters(), *(p for effect in self.effects for p in effect.parameters())]
         blocks, modules = tuple(self.ledger.blocks), tuple(map(self._state_of, self.plan.modules))
         names = tuple(ContactName(gap.name, gap.ground, gap.angular) for gap in self.contacts)
@@ -111,6 +113,15 @@ class _Derivation:
         output = Output("power", (power,), "power of the effects that have no potential, W")
         solved = (inverse.u_dot, inverse.multipliers) if self.drives else ()
         return [Kernel("power", (self.q, self.u, *self.acted, *solved), (output,), "power of the effects")]
+
+    def _switching(self) -> list[Kernel]:
+        """The switching functions, if any effect has kinks: where one changes its sign a step of a run ends."""
+        values = tuple(value for effect in self.effects for value in effect.switching(self.motion))
+        self.ledger.close("switching functions")
+        if not values:
+            return []
+        output = Output("value", values, "switching functions of the effects")
+        return [Kernel("switching", (self.q, self.u, *self.acted), (output,), "switching functions")]
 
     def _dynamics(self) -> list[Kernel]:
         """Accelerations and velocity jumps, by the plan and by the one to go to where its guards fail."""

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import sympy as sp
 
 from ..equations.names import slide_name, sliding_name
+from ..equations.step import step
 from ..mechanism.joints import Joint, PointRef
 from ..mechanism.links import GROUND, Parameter
 from .closure import Closure
@@ -60,6 +61,14 @@ class Motion:
     def input(self, name: str) -> sp.Expr:
         """The value of an input, given at run time."""
         return sp.Symbol(f"in_{name}")
+
+    def side(self, name: str) -> sp.Expr:
+        """1 where the switching function of a kink is positive, else 0."""
+        return sp.Symbol(f"side_{name}")
+
+    def step(self, value: sp.Expr) -> sp.Expr:
+        """1 where a value is positive, else 0: of a potential, what :meth:`side` is of loads."""
+        return step(value)
 
     def joint(self, index: int) -> Joint:
         return self.kinematics.mechanism.joints[index]

@@ -33,6 +33,14 @@ class Terms(Protocol):
         """Names of inputs that are given at run time."""
         ...
 
+    def sides(self) -> tuple[str, ...]:
+        """Names of the kinks of its loads."""
+        ...
+
+    def switching(self, motion: Motion) -> Sequence[sp.Expr]:
+        """Functions whose signs tell on which sides of them the loads are."""
+        ...
+
     def loads(self, motion: Motion) -> Sequence[Force | Couple]:
         """Forces and moments on links; inputs and time are expressions of ``motion``."""
         ...

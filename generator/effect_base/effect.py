@@ -88,6 +88,16 @@ class Effect:
         """Parameters that are times (s) at which a load has a kink: steps of a run end there."""
         return ()
 
+    def sides(self) -> tuple[str, ...]:
+        """Names of the kinks of its loads: ``motion.side(name)`` is 1 where the kink's switching function is positive,
+        else 0. Steps of a run end where that changes its sign. Where loads jump there, the function may not depend on
+        velocities that the jump turns back, or no motion would be possible on either side."""
+        return ()
+
+    def switching(self, motion: Motion) -> Sequence[Expr]:
+        """The switching functions of :meth:`sides`, of the state, time and inputs."""
+        return ()
+
     def loads(self, motion: Motion) -> Sequence[Force | Couple]:
         """Forces and moments on links."""
         return ()

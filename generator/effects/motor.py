@@ -12,7 +12,7 @@ from pydantic import Field
 from ..effect_base.effect import Complain, Effect, Entry, Surroundings
 from ..effect_base.expression_of_time import AngleLaw, Expression, Law, Quantity, own_parameters, quantity, term
 from ..effect_base.points import find_joint
-from ..effect_base.table import JointName, Name, Pair, Table
+from ..effect_base.table import JointName, Name, Pair, Positive, Table
 from ..mechanism.links import NOT_NEGATIVE, Parameter
 
 if TYPE_CHECKING:
@@ -55,6 +55,10 @@ class MotorTable(Table):
     damping: Gain | None = Field(
         default=None, description="the damping in N m s/rad, zero or a positive number (N s/m where it slides)"
     )
+    limit: Positive | None = Field(
+        default=None,
+        description="the most torque towards a wanted angle, in N m, a positive number (N where it slides)",
+    )
 
 
 @dataclass(frozen=True)
@@ -96,16 +100,33 @@ class Rows:
 
 @dataclass(frozen=True)
 class Servo:
-    """Proportional-derivative law: stiffness (φ_w − φ) + damping (dφ_w/dt − dφ/dt), φ of second link against first."""
+    """Proportional-derivative law: stiffness (φ_w − φ) + damping (dφ_w/dt − dφ/dt), φ of second link against first.
+
+    With a ``limit`` no more than that, either way.
+    """
 
     angle: Quantity
     stiffness: Parameter | None
     damping: Parameter | None
+    limit: Parameter | None
 
     def parameters(self) -> tuple[Parameter, ...]:
-        return own_parameters(self.angle, self.stiffness, self.damping)
+        return own_parameters(self.angle, self.stiffness, self.damping, self.limit)
 
     def realise(self, motion: Motion, motor: Motor) -> Expr:
+        asked = self.ask(motion, motor)
+        if self.limit is None:
+            return asked
+        above, below = (motion.side(name) for name in motor.sides())
+        return asked * (1 - above - below) + motion.value(self.limit) * (above - below)
+
+    def beyond(self, motion: Motion, motor: Motor) -> tuple[Expr, Expr]:
+        """By how much more than the limit is asked for, forward and backward."""
+        asked, limit = self.ask(motion, motor), motion.value(self.limit)
+        return asked - limit, -asked - limit
+
+    def ask(self, motion: Motion, motor: Motor) -> Expr:
+        """The law without its limit."""
         import sympy as sp
 
         name = f"angle_motor_{motor.index}"
@@ -113,7 +134,8 @@ class Servo:
         if isinstance(self.angle, Expression) and self.damping:
             rate = motion.let(f"rate_motor_{motor.index}", self.angle.rate(motion, f"{name}_part"))
         behind, slow = wanted - motion.joint_position(motor.joint), rate - motion.joint_speed(motor.joint)
-        return motion.value(self.stiffness) * behind + motion.value(self.damping) * slow
+        asked = motion.value(self.stiffness) * behind + motion.value(self.damping) * slow
+        return motion.let(f"asked_motor_{motor.index}", asked) if self.limit else asked
 
 
 @dataclass(frozen=True)
@@ -133,6 +155,14 @@ class Motor(Effect):
 
     def instants(self) -> tuple[Parameter, ...]:
         return tuple(t for t, _ in self.drive.rows) if isinstance(self.drive, Rows) else ()
+
+    def sides(self) -> tuple[str, ...]:
+        if isinstance(self.drive, Servo) and self.drive.limit:
+            return f"motor_{self.index}_above", f"motor_{self.index}_below"
+        return ()
+
+    def switching(self, motion: Motion) -> Sequence[Expr]:
+        return self.drive.beyond(motion, self) if isinstance(self.drive, Servo) and self.drive.limit else ()
 
     def loads(self, motion: Motion) -> Sequence[Force | Couple]:
         return motion.joint_effort(self.joint, self._torque(motion))
@@ -170,8 +200,10 @@ def _drive(table: MotorTable, index: int, name: str, slides: bool) -> Given | Ro
         Parameter(f"{name}.{key}", f"{symbol}_motor_{index}", value, NOT_NEGATIVE) if value else None
         for key, symbol, value in (("stiffness", "k", table.stiffness), ("damping", "d", table.damping))
     )
+    limit = Parameter(f"{name}.limit", f"most_motor_{index}", table.limit, NOT_NEGATIVE) if table.limit else None
     key, law = ("angle", table.angle) if table.angle is not None else ("position", table.position)
-    return Servo(quantity(law if law is not None else 0.0, f"{name}.{key}", f"phi_motor_{index}"), stiffness, damping)
+    wanted = quantity(law if law is not None else 0.0, f"{name}.{key}", f"phi_motor_{index}")
+    return Servo(wanted, stiffness, damping, limit)
 
 
 def _rows(table: list[list[float]], index: int, name: str, kind: str) -> tuple[tuple[Parameter, Parameter], ...]:
@@ -200,7 +232,7 @@ def _check_kind(table: MotorTable, slides: bool, complain: Complain) -> bool:
         complain((key,), message)
     if wrong:
         return False
-    gains = [key for key in ("stiffness", "damping") if getattr(table, key) is not None]
+    gains = [key for key in ("stiffness", "damping", "limit") if getattr(table, key) is not None]
     aim = kinds[2]
     if given and aim not in given:
         for key in gains:

@@ -1,10 +1,10 @@
-"""Spring: a linear spring without mass between two points."""
+"""Spring: a linear spring without mass between two points; a rope that only pulls, a buffer that only pushes."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from pydantic import Field
 
@@ -19,6 +19,9 @@ if TYPE_CHECKING:
     from ..derive.motion import Force, Motion
 
 
+Acts = Literal["both", "pull", "push"]
+
+
 class SpringTable(Table):
     """One ``[[spring]]``."""
 
@@ -28,6 +31,26 @@ class SpringTable(Table):
     )
     stiffness: Positive = Field(description="the stiffness in N/m, a positive number")
     length: float = Field(default=0.0, ge=0.0, description="the length at rest in m, zero or a positive number")
+    acts: Acts = Field(
+        default="both",
+        description='"both" ways, "pull" only when it is longer than at rest, as a rope, or "push" only when it is '
+        "shorter, as a buffer",
+    )
+    damping: Positive | None = Field(
+        default=None,
+        description='the damping in N s/m while it acts, a positive number, with acts "pull" or "push" only',
+    )
+
+
+@dataclass(frozen=True)
+class OneWay:
+    """A spring that acts only where ``sign`` times its elongation is positive: 1 as a rope, -1 as a buffer.
+
+    There it has ``damping`` (N s/m) too; where that would turn its force round there is none.
+    """
+
+    sign: int
+    damping: Parameter | None
 
 
 @dataclass(frozen=True)
@@ -38,24 +61,72 @@ class Spring(Effect):
     line: Line
     stiffness: Parameter
     length: Parameter | None
+    one_way: OneWay | None = None
 
     def parameters(self) -> tuple[Parameter, ...]:
-        return (self.stiffness, *((self.length,) if self.length else ()))
+        damping = self.one_way.damping if self.one_way else None
+        return (self.stiffness, *(p for p in (self.length, damping) if p))
+
+    def sides(self) -> tuple[str, ...]:
+        if self.one_way is None:
+            return ()
+        return (self.line.label, *((self._loaded,) if self.one_way.damping else ()))
+
+    def switching(self, motion: Motion) -> Sequence[Expr]:
+        """Its elongation, and with damping its tension, both in the way in which it acts."""
+        if self.one_way is None:
+            return ()
+        values = (self._elongation(motion), *((self._tension(motion),) if self.one_way.damping else ()))
+        return tuple(self.one_way.sign * value for value in values)
 
     def loads(self, motion: Motion) -> Sequence[Force]:
         """k (L − L₀) along the line; without a length at rest, k times the vector between the points."""
         tension = motion.value(self.stiffness)
-        if self.length:
+        if self.one_way and self.one_way.damping:
+            tension = motion.let(f"tension_{self.line.label}", self._force(motion) / self.line.length(motion))
+        elif self.length:
             slack = 1 - motion.value(self.length) / self.line.length(motion)
-            tension = motion.let(f"tension_{self.line.label}", tension * slack)
+            acts = motion.side(self.line.label) if self.one_way else 1
+            tension = motion.let(f"tension_{self.line.label}", acts * tension * slack)
         return self.line.pull(motion, tension)
 
     def potential(self, motion: Motion) -> Expr:
-        """½ k (L − L₀)²."""
+        """½ k (L − L₀)², where it acts."""
         stiffness = motion.value(self.stiffness)
         if self.length is None:
             return stiffness * self.line.square(motion) / 2
-        return stiffness * (self.line.length(motion) - motion.value(self.length)) ** 2 / 2
+        energy = stiffness * (self.line.length(motion) - motion.value(self.length)) ** 2 / 2
+        return energy * motion.step(self.one_way.sign * self._elongation(motion)) if self.one_way else energy
+
+    def power(self, motion: Motion) -> Expr:
+        """What damping takes: the power of the force, less that of its part k (L − L₀), which has a potential."""
+        import sympy as sp
+
+        if self.one_way is None or self.one_way.damping is None:
+            return sp.S.Zero
+        elastic = motion.side(self.line.label) * motion.value(self.stiffness) * self._elongation(motion)
+        return (elastic - self._force(motion)) * self._lengthening(motion)
+
+    @property
+    def _loaded(self) -> str:
+        return f"{self.line.label}_loaded"
+
+    def _elongation(self, motion: Motion) -> Expr:
+        return self.line.length(motion) - motion.value(self.length)
+
+    def _lengthening(self, motion: Motion) -> Expr:
+        """dL/dt."""
+        return self.line.stretching(motion) / self.line.length(motion)
+
+    def _tension(self, motion: Motion) -> Expr:
+        """k (L − L₀) + c dL/dt, whether it acts or not."""
+        elastic = motion.value(self.stiffness) * self._elongation(motion)
+        damping = self.one_way.damping if self.one_way else None
+        return motion.let(f"strain_{self.line.label}", elastic + motion.value(damping) * self._lengthening(motion))
+
+    def _force(self, motion: Motion) -> Expr:
+        """The tension where it is longer (shorter) than at rest and pulls (pushes)."""
+        return motion.side(self.line.label) * motion.side(self._loaded) * self._tension(motion)
 
     def check_start(self, place: Place) -> tuple[str, ...]:
         if self.length is None or not self.line.is_point(place):
@@ -74,7 +145,17 @@ def build(table: SpringTable, index: int, around: Surroundings, complain: Compla
     if line is None:
         return None
     length = Parameter(f"{name}.length", f"L0_{label}", table.length, NOT_NEGATIVE) if table.length else None
-    return Spring(name, line, Parameter(f"{name}.stiffness", f"k_{label}", table.stiffness, NOT_NEGATIVE), length)
+    damping = Parameter(f"{name}.damping", f"c_{label}", table.damping, NOT_NEGATIVE) if table.damping else None
+    if table.acts != "both" and length is None:
+        complain(("acts",), f'found "{table.acts}" without a length, expected a length at rest beside it; add length')
+        return None
+    if table.acts == "both" and damping:
+        message = "found damping of a spring that acts both ways, expected a [[damper]] between the same points"
+        complain(("damping",), f'{message}; write one, or acts = "pull" or "push"')
+        return None
+    one_way = None if table.acts == "both" else OneWay(1 if table.acts == "pull" else -1, damping)
+    stiffness = Parameter(f"{name}.stiffness", f"k_{label}", table.stiffness, NOT_NEGATIVE)
+    return Spring(name, line, stiffness, length, one_way)
 
 
 ENTRY = Entry("spring", True, SpringTable, build)

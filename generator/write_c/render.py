@@ -57,6 +57,7 @@ class Sizes:
     constants: int
     inputs: int
     drives: int
+    switches: int
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ cdef extern from *:
         int version
         const char *name
         const char *hash
-        int nq, nu, base, rows, links, joints, points, contacts, parameters, constants, inputs, drives, lanes
+        int nq, nu, base, rows, links, joints, points, contacts, parameters, constants, inputs, drives, switches, lanes
         void (*derive_constants)(const real *p, real *k) noexcept nogil
         int (*acceleration)(const real *k, const real *q, const real *u, real t, const real *inputs,
                             real *u_dot, real *lambda_) noexcept nogil
@@ -85,6 +85,8 @@ cdef extern from *:
         const real *t
         const real *values
         size_t row
+    int own_inputs(const ccgen_model *m)
+    void find_sides(const ccgen_model *m, const real *k, real t, const real *q, const real *u, real *inputs) noexcept nogil
     int input_from_table(void *table, real t, const real *q, const real *u, real *inputs) noexcept nogil
     int system_acceleration(system *s, real t, const real *q, const real *u, real *u_dot, real *lambda_) nogil
     int system_acceleration_lanes(system *s, const real *t, const real *q, const real *u, real *u_dot,

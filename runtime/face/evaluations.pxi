@@ -68,7 +68,7 @@ cdef class Evaluations:
             )
         m = self.m
         self.sizes = dict(n=m.nu, rows=m.rows, links=m.links, joints=m.joints, points=m.points, contacts=m.contacts,
-                          parameters=m.parameters)
+                          parameters=m.parameters, switches=m.switches)
         self.p = np.array([*parameters, 0.0], dtype=REAL)
         if len(parameters) != m.parameters:
             raise ValueError(f"found {len(parameters)} parameter values, expected {m.parameters}")
@@ -200,6 +200,7 @@ cdef class Evaluations:
         in lanes, unless each is to be what it is alone."""
         cdef Py_ssize_t i, block, first, b = q.shape[0], lanes = self.m.lanes
         cdef bint in_lanes = side_by_side and b >= lanes and not self.refine and self.m.acceleration_states is not NULL
+        in_lanes = in_lanes and not self.m.switches  # all lanes would be on one side
         if not in_lanes:
             lanes = 1
         cdef _Times times = _Times(t, b, lanes)
@@ -234,9 +235,9 @@ cdef class Evaluations:
         cdef real *found = &out[0]
         cdef real *multipliers = &rows[0]
         cdef const real *k = &self.k[0]
-        cdef const real *inputs = &self.inputs[0]
         if not b or t.shape[0] != b or u.shape[0] != b:
             raise ValueError(f"found {t.shape[0]}, {b} and {u.shape[0]} times, q and u, expected equally many, at least 1")
+        cdef const real *inputs = self._given(t[0], &q[0, 0], &u[0, 0])
         with nogil:
             for i in range(calls):
                 self.m.acceleration(k, &q[state, 0], &u[state, 0], t[state], inputs, found, multipliers)
@@ -276,14 +277,22 @@ cdef class Evaluations:
     def set_inputs(self, inputs):
         """Values of the inputs for the calls that follow."""
         cdef real[::1] values = np.ascontiguousarray(inputs, dtype=REAL)
-        self.inputs[: self.m.inputs] = values
+        self.inputs[: own_inputs(self.m)] = values
+
+    cdef real *_given(self, real t, const real *q, const real *u):
+        """The inputs, and the sides on which effects are at a state."""
+        if self.m.switches:
+            find_sides(self.m, &self.k[0], t, q, u, &self.inputs[0])
+        return &self.inputs[0]
 
     def inverse_dynamics(self, const real[:, ::1] q, const real[:, ::1] u, real t, const real[:, ::1] u_dot):
         """Generalized forces M u_dot + h of the open chain (b, n)."""
         cdef Py_ssize_t i, b = q.shape[0]
         cdef real[:, ::1] out = empty((b, self.m.nu))
+        cdef real *given
         for i in range(b):
-            self.m.inverse_dynamics(&self.k[0], &q[i, 0], &u[i, 0], t, &self.inputs[0], &u_dot[i, 0], &out[i, 0])
+            given = self._given(t, &q[i, 0], &u[i, 0])
+            self.m.inverse_dynamics(&self.k[0], &q[i, 0], &u[i, 0], t, given, &u_dot[i, 0], &out[i, 0])
         return np.asarray(out)
 
     def reactions(self, const real[:, ::1] q, const real[:, ::1] u, t, const real[:, ::1] u_dot,
@@ -293,9 +302,10 @@ cdef class Evaluations:
         cdef Py_ssize_t i, b = q.shape[0]
         cdef real[:, ::1] out = empty((b, 3 * self.m.joints + 1))
         cdef _Times times = _Times(t, b)
+        cdef real *given
         for i in range(b):
-            self.m.reactions(&self.k[0], &q[i, 0], &u[i, 0], times.at(i), &self.inputs[0], &u_dot[i, 0], &multipliers[i, 0],
-                             &out[i, 0])
+            given = self._given(times.at(i), &q[i, 0], &u[i, 0])
+            self.m.reactions(&self.k[0], &q[i, 0], &u[i, 0], times.at(i), given, &u_dot[i, 0], &multipliers[i, 0], &out[i, 0])
         return np.asarray(out)[:, : 3 * self.m.joints]
 
     def of_q(self, str name, const real[:, ::1] q):

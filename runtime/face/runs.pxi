@@ -65,7 +65,7 @@ cdef class Kernels(Contacting):
             if supply is not None:
                 supply.attach(&it.system)
             else:
-                memcpy(it.system.inputs, &self.inputs[0], self.m.inputs * sizeof(real))
+                memcpy(it.system.inputs, &self.inputs[0], own_inputs(self.m) * sizeof(real))
             if state is None:
                 from_q, from_u = &q[0], &u[0]
             elif <size_t>len(state) != ccgen_state_size(it):

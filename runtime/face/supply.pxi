@@ -41,7 +41,7 @@ cdef class Supply:
                 raise ValueError("a table needs as many rows as times, and at least one")
 
     cdef void attach(self, system *s) except *:
-        self.n, self.width, self.error = s.n, s.model.inputs, None
+        self.n, self.width, self.error = s.n, own_inputs(s.model), None
         if self.function is not None:
             s.input_source, s.context = _supply, <void *>self
             return

@@ -302,6 +302,17 @@ def test_sweeps_are_measured_across_the_closure_where_nothing_projects(
 
 
 @pytest.mark.quick
+def test_a_step_back_is_as_exact_as_one_forward(workshop: Workshop) -> None:
+    """`Run.at` takes such steps; those by `gauss` were of another method, and off by 10⁻⁸."""
+    advance = simulate(workshop.model(PENDULUM), until=0.1, rtol=1e-12).advance
+    assert advance is not None and advance.method == "gauss"
+    angle = exact_pendulum(np.array([0.3, 0.4, 0.5]))
+    speed = -np.sqrt(-3.0 * 9.81 * np.sin(angle[1]))
+    for way in (1, -1):
+        found, _ = advance(0.4, np.array([angle[1]]), np.array([speed]), 0.1 * way)
+        assert found[0] == pytest.approx(angle[1 + way], abs=1e-14)
+
+
 def test_unknown_methods_are_refused_with_all_names(workshop: Workshop) -> None:
     with pytest.raises(ValueError, match="found 'rk4', expected one of " + ", ".join(methods())):
         simulate(workshop.model(PENDULUM), method="rk4")

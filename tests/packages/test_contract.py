@@ -69,6 +69,12 @@ speed = 1.0
 [[input]]
 name = "push"
 joint = "joint_1"
+
+[[motor]]
+joint = "joint_1"
+angle = 0.5
+stiffness = 3.0
+limit = 1.0
 """
 
 

@@ -164,6 +164,7 @@ class Written:
             constants=routines.packed_from + len(routines.packed_constants),
             inputs=0,
             drives=0,
+            switches=0,
         )
         return render_c(Banner(name, name, "0", "0"), routines, sizes, tables, self.topology.root, self.index), sizes
 

@@ -94,6 +94,9 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
       "held contacts with such a pivot, where some slide, go to the null-space path", \
       "what a solution loses is the inverse of its least pivot: ten digits are kept (as WELL_PIVOT)") \
     LAYER(motion) \
+    X(NEXT_SIDE, CCGEN_LIMIT(1e-8, 1e-3), OF_TIME, \
+      "a switching function of an effect that changes by its own size within it is at zero: the motion goes to where it is then", \
+      "the root of rounding: steps end at zeros to rounding, which is far less than what changes in it, and bends over it are rounding") \
     X(RANK_TOLERANCE_PROJECTED, CCGEN_LIMIT(1e-5, 6e-3), OF_RELATIVE, \
       "rows this near are taken for dependent where a state is put back", \
       "a way back of miss / sigma has a second-order part, (miss / sigma)^2: from here on no more than 1e-14 where the miss is 1e-12") \

@@ -86,6 +86,7 @@ static size_t walk(struct automaton *a, struct phase *f, enum way way, char *byt
                  {h->least, c * number},
                  {h->peak, c * number},
                  {f->met, c * sizeof *f->met},
+                 {f->sides, f->s->model->switches * number},
                  {&a->stage, sizeof a->stage},
                  {&a->event.contact, sizeof a->event.contact},
                  {&a->event.watch, sizeof a->event.watch},

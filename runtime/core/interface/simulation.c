@@ -422,15 +422,18 @@ enum outcome advance(struct system *s, const struct method *method, struct toler
         if (count)
             activate(&f.active, count, set, mode);
         memcpy(f.y, y, (size_t)s->size * sizeof *y);
-        outcome = evaluate_derivative(&f);
+        outcome = hold_sides(&f, h < 0.0 ? -1 : 1);
+        outcome = outcome ? outcome : evaluate_derivative(&f);
         if (!outcome)
-            outcome = s->model->contacts || tolerance.rtol == 0.0 || !estimates_errors(method) || h < 0.0
+            outcome = s->model->contacts || s->model->switches || tolerance.rtol == 0.0 || !estimates_errors(method) ||
+                              h < 0.0
                           ? projected_step(&f, h)
                           : integrate_to(&f, t + h);
         if (!outcome)
             memcpy(y, f.y1, (size_t)s->size * sizeof *y);
     }
     s->active = NULL;
+    s->sides = NULL;
     give_back(s->arena, mark);
     return outcome;
 }

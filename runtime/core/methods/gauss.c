@@ -191,7 +191,7 @@ static enum outcome gauss_step(struct system *s, double *scratch, double t, doub
     }
     int converged = 0;
     enum outcome outcome = OUTCOME_DONE;
-    if (!active_count(s) && h > SHORT * fmax(fabs(t), s->time))
+    if (!active_count(s) && fabs(h) > SHORT * fmax(fabs(t), s->time))
         outcome = gauss_solve(g, s, t, h, tolerance, y, dy, &converged);
     g->known = g->replaced = 0;
     g->tried = 1;

@@ -100,20 +100,21 @@ static void prepare_sweeps(struct gauss *g, const struct system *s, double h, st
     gauss_pack(g, ONCE, h, g->once);
     gauss_pack(g, TWICE, h * h, g->twice);
     memcpy(g->node, NODE, sizeof NODE);
+    const double length = fabs(h); /* steps may go back */
     double speed = 0.0, force = 0.0, angle = 1.0;
     for (int i = 0; i < n; i++) {
         speed = fmax(speed, fabs(y[n + i]) / s->unit[i]);
         force = fmax(force, fabs(g->f[i * STAGES]) / s->unit[i]);
         angle = fmax(angle, s->lengths[i] ? 0.0 : fabs(y[i]));
     }
-    const double noise = UNIT * (speed + h * force * angle); /* the last digit of an angle turns forces */
+    const double noise = UNIT * (speed + length * force * angle); /* the last digit of an angle turns forces */
     g->grain = DBL_MIN;
     for (int i = 0; i < n; i++) {
-        const double q = fabs(y[i]), noise_u = noise * s->unit[i], noise_q = UNIT * q + h * noise_u;
+        const double q = fabs(y[i]), noise_u = noise * s->unit[i], noise_q = UNIT * q + length * noise_u;
         const double scale_u = fmax(allowed_error(tolerance, n + i, fabs(y[n + i])), noise_u);
         const double scale_q = fmax(allowed_error(tolerance, i, q), noise_q);
         g->slope[i] = h * y[n + i];
-        g->weight[i] = scale_u > 0.0 ? h * (1.0 / scale_u + 0.5 * h / scale_q) : 0.0;
+        g->weight[i] = scale_u > 0.0 ? length * (1.0 / scale_u + 0.5 * length / scale_q) : 0.0;
         g->grain = fmax(g->grain, scale_u > 0.0 ? noise_u / scale_u : 0.0);
     }
 }
@@ -212,7 +213,7 @@ static enum outcome change_along(struct gauss *g, struct system *s, double h, co
     if (!outcome && s->projects_steps)
         outcome = project_velocity(s, q, by_u);
     for (int i = 0; i < n; i++) {
-        const double miss = g->weight[i] * (fabs(by_u[i]) / h + fabs(by_q[i]) / (h * h));
+        const double miss = g->weight[i] * (fabs(by_u[i] / h) + fabs(by_q[i]) / (h * h));
         sum += miss * miss;
     }
     *now = sqrt(sum / n);

@@ -1,13 +1,35 @@
 /* Inputs of the model: what supplies them is asked at every state; a table is interpolated. */
 #include "model/inputs.h"
 
+#include <string.h>
+
+int own_inputs(const struct ccgen_model *m)
+{
+    return m->inputs - m->switches;
+}
+
+void find_sides(const struct ccgen_model *m, const double *k, double t, const double *q, const double *u,
+                double *inputs)
+{
+    double *sides = inputs + own_inputs(m);
+    m->switching(k, q, u, t, inputs, sides);
+    for (int i = 0; i < m->switches; i++)
+        sides[i] = unit_step(sides[i]);
+}
+
 enum outcome supply_inputs(struct system *s, double t, const double *q, const double *u)
 {
-    if (!s->input_source || !s->input_source(s->context, t, q, u, s->inputs))
-        return OUTCOME_DONE;
-    if (s->interruption)
-        s->interruption->ended = 1;
-    return OUTCOME_INTERRUPTED;
+    const struct ccgen_model *m = s->model;
+    if (s->input_source && s->input_source(s->context, t, q, u, s->inputs)) {
+        if (s->interruption)
+            s->interruption->ended = 1;
+        return OUTCOME_INTERRUPTED;
+    }
+    if (m->switches && s->sides)
+        memcpy(s->inputs + own_inputs(m), s->sides, m->switches * sizeof *s->sides);
+    else if (m->switches)
+        find_sides(m, s->k, t, q, u, s->inputs);
+    return OUTCOME_DONE;
 }
 
 int input_from_table(void *context, double t, const double *q, const double *u, double *inputs)

@@ -19,7 +19,8 @@ struct system {
     const struct impact_law *law; /* of impact: impact/law.h */
     int n;                        /* nq = nu */
     int size;                     /* entries of y */
-    double *inputs;               /* of the model, constant unless there is a supply */
+    double *inputs;      /* of the model, constant unless there is a supply; the sides of effects behind them */
+    const double *sides; /* [switches] those that a step is on, or NULL: each state is on its own */
     /* gives the inputs at a state, if set; a nonzero answer stops the run */
     int (*input_source)(void *context, double t, const double *q, const double *u, double *inputs);
     void *context;                     /* of the supply */

@@ -29,7 +29,7 @@ static enum outcome supply_lanes(struct system *s, const double *t, const double
 {
     const int lanes = s->model->lanes, count = s->model->inputs;
     for (int l = 0; l < lanes; l++) {
-        if (s->input_source) {
+        if (s->input_source || s->model->switches) {
             take(s->n, lanes, l, q, one);
             take(s->n, lanes, l, u, one + s->n);
             const enum outcome outcome = supply_inputs(s, t[l], one, one + s->n);

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "base/tolerances.h"
+#include "motion/sides.h"
 #include "motion/switching.h"
 #include "model/contacts.h"
 
@@ -43,15 +44,29 @@ static enum outcome locate_gap_event(struct phase *f, struct event event)
     return OUTCOME_DONE;
 }
 
-/* The same for a watched value of held contacts: false position with the Illinois modification. value[watched] is scratch. */
-static enum outcome locate_mode_event(struct phase *f, struct event event, double *value)
+/* Watched values of held contacts at (t, y), */
+static enum outcome watch_contacts(struct phase *f, double t, const double *y, double *value)
+{
+    return switching_functions(f->s, t, y, f->dy1, value);
+}
+
+/* and those of effects with kinks */
+static enum outcome watch_effects(struct phase *f, double t, const double *y, double *value)
+{
+    return side_functions(f->s, t, y, f->s->sides, value);
+}
+
+typedef enum outcome watched_values(struct phase *f, double t, const double *y, double *value);
+
+/* The same for a watched value: false position with the Illinois modification. value[watched] is scratch. */
+static enum outcome locate_sign_change(struct phase *f, struct event event, watched_values *watch, double *value)
 {
     double low = 0.0, high = event.behind * f->h, h = event.theta * f->h;
     enum outcome outcome =
         event.behind < 1.0 ? projected_step(f, high) : OUTCOME_DONE; /* it may be positive again at the end */
-    outcome = outcome ? outcome : switching_functions(f->s, f->t + high, f->y1, f->dy1, value);
+    outcome = outcome ? outcome : watch(f, f->t + high, f->y1, value);
     const double end = value[event.watch];
-    outcome = outcome ? outcome : switching_functions(f->s, f->t, f->y, f->dy1, value);
+    outcome = outcome ? outcome : watch(f, f->t, f->y, value);
     double at_low = value[event.watch], at_twice = NAN;
     for (int i = 0;
          !outcome && at_low <= 0.0 && event.theta > 0.0 && !falls_from_zero(at_low, at_twice) && i < LANDINGS;
@@ -59,7 +74,7 @@ static enum outcome locate_mode_event(struct phase *f, struct event event, doubl
         low = ldexp(h, -i - 1);
         at_twice = i ? at_low : NAN;
         outcome = projected_step(f, low);
-        outcome = outcome ? outcome : switching_functions(f->s, f->t + low, f->y1, f->dy1, value);
+        outcome = outcome ? outcome : watch(f, f->t + low, f->y1, value);
         at_low = value[event.watch];
     }
     if (outcome)
@@ -67,7 +82,7 @@ static enum outcome locate_mode_event(struct phase *f, struct event event, doubl
     double at_high = end < 0.0 ? end : -at_low, lost = end;
     const double jump = JUMP * at_low;
     for (int i = 0, side = 0; !outcome && at_low > 0.0 && f->t + h > f->t; i++) {
-        if ((outcome = projected_step(f, h)) || (outcome = switching_functions(f->s, f->t + h, f->y1, f->dy1, value)))
+        if ((outcome = projected_step(f, h)) || (outcome = watch(f, f->t + h, f->y1, value)))
             return outcome;
         const double now = value[event.watch];
         if (now > 0.0) {
@@ -102,7 +117,19 @@ enum outcome locate_event(struct phase *f, struct event event)
         return locate_gap_event(f, event);
     const struct mark mark = arena->top;
     double *value = TAKE(arena, double, switching_count(f->s));
-    const enum outcome outcome = arena->ran_out ? OUTCOME_NO_MEMORY : locate_mode_event(f, event, value);
+    const enum outcome outcome =
+        arena->ran_out ? OUTCOME_NO_MEMORY : locate_sign_change(f, event, watch_contacts, value);
+    give_back(arena, mark);
+    return outcome;
+}
+
+enum outcome locate_kink(struct phase *f, struct event event)
+{
+    struct arena *arena = f->s->arena;
+    const struct mark mark = arena->top;
+    double *value = TAKE(arena, double, f->s->model->switches);
+    const enum outcome outcome =
+        arena->ran_out ? OUTCOME_NO_MEMORY : locate_sign_change(f, event, watch_effects, value);
     give_back(arena, mark);
     return outcome;
 }

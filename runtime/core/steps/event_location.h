@@ -7,4 +7,7 @@
 /* Step from (t, y) to y1 at the event, of length f->h, as accurate as any step's end; 0 where the event is at t. */
 enum outcome locate_event(struct phase *f, struct event event);
 
+/* The same, of an effect that comes to the other side of its kink */
+enum outcome locate_kink(struct phase *f, struct event event);
+
 #endif

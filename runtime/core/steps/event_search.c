@@ -13,6 +13,7 @@
 #include <string.h>
 
 #include "base/tolerances.h"
+#include "motion/sides.h"
 #include "motion/switching.h"
 #include "model/contacts.h"
 
@@ -30,11 +31,12 @@ struct search {
     const struct method *method;
     const double *steps;
     double t, h;
-    double *y, *dy;                          /* [size] at a sample */
-    double *values;                          /* [3 contacts] all gaps, rates or watched values there */
-    double *velocities;                      /* [links][3] */
-    double *gap_a, *rate_a, *gap_b, *rate_b; /* [contacts] at both ends of a piece */
-    double *samples;                         /* [SAMPLES + 1][3 contacts] watched values in a window */
+    double *y, *dy;                                   /* [size] at a sample */
+    double *values;                                   /* [all] all gaps, rates or watched values there */
+    void (*watch)(struct search *, double, double *); /* all watched values at a part of the step */
+    double *velocities;                               /* [links][3] */
+    double *gap_a, *rate_a, *gap_b, *rate_b;          /* [contacts] at both ends of a piece */
+    double *samples;                                  /* [SAMPLES + 1][watched] watched values in a window */
     double slow; /* times extent: a closed contact is not falling before its rate is beyond this */
     long interval_count;
 };
@@ -79,8 +81,8 @@ static long interval_count(struct search *search)
     return wanted > SAMPLES && wanted < LONG_MAX / 2 ? (long)wanted + 1 : SAMPLES;
 }
 
-/* the watched values at theta; what cannot be computed counts as lost */
-static void watch_at(struct search *search, double theta, double *values)
+/* the watched values of held contacts at theta; what cannot be computed counts as lost */
+static void watch_contacts(struct search *search, double theta, double *values)
 {
     struct system *s = search->s;
     search->method->interpolate(search->steps, s->size, theta, search->y);
@@ -89,9 +91,19 @@ static void watch_at(struct search *search, double theta, double *values)
             values[i] = -1.0;
 }
 
+/* and of effects with kinks */
+static void watch_effects(struct search *search, double theta, double *values)
+{
+    struct system *s = search->s;
+    search->method->interpolate(search->steps, s->size, theta, search->y);
+    if (side_functions(s, search->t + theta * search->h, search->y, s->sides, values))
+        for (int i = 0; i < s->model->switches; i++)
+            values[i] = -1.0;
+}
+
 static double one_watched(struct search *search, int index, double theta)
 {
-    watch_at(search, theta, search->values);
+    search->watch(search, theta, search->values);
     return search->values[index];
 }
 
@@ -211,11 +223,13 @@ static double watched_piece(struct search *search, int index, double a, double a
     return at_a > 0.0 ? root(search, one_watched, index, from, at_a, b, at_b) : a;
 }
 
-/* What watched value `index` is known to */
+/* What watched value `index` is known to: those of effects as far as rounding lets them be */
 static double watched_noise(const struct search *search, int index)
 {
     const struct system *s = search->s;
     const struct active_set *h = s->active;
+    if (search->watch == watch_effects)
+        return 0.0;
     const struct mode_change loss = mode_change_of(s, index);
     double peak = 0.0;
     if (loss.how == SLIP_ENDS)
@@ -327,12 +341,12 @@ static struct event first_loss(struct search *search)
     double window = h->window > 0.0 ? fmin(widest, fmax(least, WINDOW_GROWTH * h->window / search->h)) : widest,
            before = INFINITY;
     int rounding = 0;
-    watch_at(search, 0.0, samples);
+    search->watch(search, 0.0, samples);
     for (double a = 0.0; a < 1.0 && first.contact < 0;) {
         window = a + 1.01 * window >= 1.0 ? 1.0 - a : window;
         const double width = window / SAMPLES;
         for (int i = 1; i <= SAMPLES; i++)
-            watch_at(search, i == SAMPLES && a + window >= 1.0 ? 1.0 : a + i * width, samples + i * count);
+            search->watch(search, i == SAMPLES && a + window >= 1.0 ? 1.0 : a + i * width, samples + i * count);
         const double wrong = rounding ? 0.0 : unresolved(search, samples, count);
         rounding |= wrong < JAGGED && wrong > 0.5 * before; /* it does not become less in a shorter window */
         if (wrong > 0.0 && !rounding && window > least) {
@@ -354,38 +368,71 @@ static struct event first_loss(struct search *search)
     return first;
 }
 
+/* First kink of an effect: functions of the state alone, that a step resolves as it does the state. */
+static struct event first_kink(struct search *search)
+{
+    const struct ccgen_model *m = search->s->model;
+    struct event first = {-1, 2.0, -1, 1.0};
+    double *samples = search->samples, behind;
+    const double width = 1.0 / (double)search->interval_count;
+    const int count = m->switches;
+    search->watch(search, 0.0, samples);
+    for (long from = 0; from < search->interval_count && first.watch < 0; from += SAMPLES) {
+        for (int i = 1; i <= SAMPLES; i++)
+            search->watch(search, fmin((double)(from + i) * width, 1.0), samples + i * count);
+        for (int w = 0; w < count; w++) {
+            const double theta = first_in_window(search, w, count, (double)from * width, width, samples, &behind);
+            if (theta < first.theta)
+                first = (struct event){-1, fmin(theta, 1.0), w, fmin(behind, 1.0)};
+        }
+        memcpy(samples, samples + SAMPLES * count, count * sizeof *samples);
+    }
+    return first;
+}
+
+static enum outcome take_search(struct search *search, size_t watched)
+{
+    struct system *s = search->s;
+    const size_t contacts = s->model->contacts;
+    search->y = TAKE(s->arena, double, s->size);
+    search->dy = TAKE(s->arena, double, s->size);
+    search->values = TAKE(s->arena, double, watched);
+    search->velocities = TAKE(s->arena, double, 3 * (size_t)s->model->links);
+    search->gap_a = TAKE(s->arena, double, contacts);
+    search->rate_a = TAKE(s->arena, double, contacts);
+    search->gap_b = TAKE(s->arena, double, contacts);
+    search->rate_b = TAKE(s->arena, double, contacts);
+    search->samples = TAKE(s->arena, double, (SAMPLES + 1) * watched);
+    if (s->arena->ran_out)
+        return OUTCOME_NO_MEMORY;
+    search->interval_count = interval_count(search);
+    return OUTCOME_DONE;
+}
+
 enum outcome find_event(struct system *s, const struct method *method, const double *steps, double t, double h,
                         double slow, struct event *event)
 {
-    const size_t size = s->size, contacts = s->model->contacts, watched = WATCHED_MOST * contacts;
-    const struct mark mark = s->arena->top;
     struct search search = {
-        .s = s,
-        .method = method,
-        .steps = steps,
-        .t = t,
-        .h = h,
-        .y = TAKE(s->arena, double, size),
-        .dy = TAKE(s->arena, double, size),
-        .values = TAKE(s->arena, double, watched),
-        .velocities = TAKE(s->arena, double, 3 * (size_t)s->model->links),
-        .gap_a = TAKE(s->arena, double, contacts),
-        .rate_a = TAKE(s->arena, double, contacts),
-        .gap_b = TAKE(s->arena, double, contacts),
-        .rate_b = TAKE(s->arena, double, contacts),
-        .samples = TAKE(s->arena, double, (SAMPLES + 1) * watched),
-        .slow = slow,
-    };
-    const enum outcome outcome = s->arena->ran_out ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
-    if (outcome)
-        goto end;
-    search.interval_count = interval_count(&search);
-    *event = first_closing(&search);
-    if (active_count(s)) {
-        const struct event loss = first_loss(&search);
+        .s = s, .method = method, .steps = steps, .t = t, .h = h, .slow = slow, .watch = watch_contacts};
+    const struct mark mark = s->arena->top;
+    const enum outcome outcome = take_search(&search, WATCHED_MOST * (size_t)s->model->contacts);
+    if (!outcome) {
+        *event = first_closing(&search);
+        const struct event loss = active_count(s) ? first_loss(&search) : *event;
         *event = loss.theta < event->theta ? loss : *event;
     }
-end:
+    give_back(s->arena, mark);
+    return outcome;
+}
+
+enum outcome find_kink(struct system *s, const struct method *method, const double *steps, double t, double h,
+                       struct event *event)
+{
+    struct search search = {.s = s, .method = method, .steps = steps, .t = t, .h = h, .watch = watch_effects};
+    const struct mark mark = s->arena->top;
+    const enum outcome outcome = take_search(&search, s->model->switches);
+    if (!outcome)
+        *event = first_kink(&search);
     give_back(s->arena, mark);
     return outcome;
 }

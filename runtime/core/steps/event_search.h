@@ -21,6 +21,11 @@ struct event {
 enum outcome find_event(struct system *s, const struct method *method, const double *steps, double t, double h,
                         double slow, struct event *event);
 
+/* *event: the first instant at which an effect comes to the other side of its kink: its number is event->watch, there is no contact; the
+ * number is -1 where there is none. */
+enum outcome find_kink(struct system *s, const struct method *method, const double *steps, double t, double h,
+                       struct event *event);
+
 /* Whether a value that is zero at a start is negative all the way from there to where it is `value`, as it is `at_twice` twice as far away */
 int falls_from_zero(double value, double at_twice);
 

@@ -9,6 +9,7 @@
 #include "steps/event_location.h"
 #include "steps/flat_loop.h"
 #include "steps/step_control.h"
+#include "motion/sides.h"
 #include "model/contacts.h"
 #include "model/scales.h"
 
@@ -36,6 +37,8 @@ int take_phase(struct phase *f)
     f->gaps = TAKE_ZEROS(arena, double, c);
     f->rates = TAKE_ZEROS(arena, double, c);
     f->met = TAKE_ZEROS(arena, int, c);
+    f->sides = TAKE_ZEROS(arena, double, s->model->switches);
+    f->kink = -1;
     f->set = TAKE_ZEROS(arena, int, c);
     if (take_active_set(arena, &f->active, s->model))
         return 1;
@@ -137,11 +140,23 @@ static int is_stuck(const struct phase *f)
            f->t - f->at.crawls_since < STANDSTILL * f->s->time;
 }
 
-/* Where a phase begins: derivative, first step, and a method that knows of no step before */
+enum outcome hold_sides(struct phase *f, int direction)
+{
+    struct system *s = f->s;
+    if (!s->model->switches)
+        return OUTCOME_DONE;
+    const enum outcome outcome = choose_sides(s, f->t, f->y, f->dy1, f->y1, direction, f->sides);
+    s->sides = f->sides;
+    return outcome;
+}
+
+/* Where a phase begins: sides of effects, derivative, first step, and a method that knows of no step before */
 static enum outcome begin_phase(struct phase *f)
 {
     const struct run *run = f->run;
-    enum outcome outcome = f->at.gap_uncertainty > 0.0 ? leave_singularity(f) : evaluate_derivative(f);
+    enum outcome outcome = hold_sides(f, 1);
+    if (!outcome)
+        outcome = f->at.gap_uncertainty > 0.0 ? leave_singularity(f) : evaluate_derivative(f);
     f->at.since = f->t;
     f->at.energy_known = f->at.crawled = 0;
     f->at.place = NAN;
@@ -199,7 +214,32 @@ static void undo_step(struct phase *f, const struct before_step *before)
     f->run->rejected = before->rejected;
 }
 
-/* One step, or the part of it up to its first event, to y1 a time f->h later. Its end is `stop`, unless that is NAN. Where no
+/* The effect f->kink comes to the other side: what the method knows of the steps before is of no use beyond. */
+static enum outcome pass_kink(struct phase *f)
+{
+    f->sides[f->kink] = 1.0 - f->sides[f->kink];
+    f->kink = -1;
+    if (f->run->method->restart)
+        f->run->method->restart(f->scratch, f->s->size);
+    const enum outcome outcome = evaluate_derivative(f);
+    f->at.under_way &= !outcome; /* who goes on then finds the derivative first */
+    return outcome;
+}
+
+/* Have the step just taken end at its first kink, so that all of it is smooth: no method keeps its order across one. */
+static enum outcome end_at_kink(struct phase *f)
+{
+    struct event kink;
+    enum outcome outcome = evaluate_end_derivative(f);
+    outcome = outcome ? outcome : f->by->prepare(f->s, f->steps, f->t, f->h, f->y, f->dy, f->y1, f->dy1);
+    outcome = outcome ? outcome : find_kink(f->s, f->by, f->steps, f->t, f->h, &kink);
+    if (outcome || kink.watch < 0)
+        return outcome;
+    f->kink = kink.watch;
+    return locate_kink(f, kink);
+}
+
+/* One step, or the part of it up to its first kink or event, to y1 a time f->h later. Its end is `stop`, unless that is NAN. Where no
  * step ends there, *again is set, and the next try is shorter. */
 static enum outcome try_step(struct phase *f, struct event *event, double *stop, int *again)
 {
@@ -216,7 +256,17 @@ static enum outcome try_step(struct phase *f, struct event *event, double *stop,
         return outcome;
     if (last && f->h == whole)
         at->next = fmax(at->next, wanted);
+    f->kink = -1;
+    if (f->s->model->switches && (outcome = end_at_kink(f)))
+        return outcome;
+    if (f->kink >= 0 && !(f->t + f->h > f->t)) { /* it begins there */
+        *again = 1;
+        return pass_kink(f);
+    }
+    const double smooth = f->h;
     outcome = f->s->model->contacts ? search_step(f, event) : evaluate_end_derivative(f);
+    if (event->contact >= 0 || f->h != smooth)
+        f->kink = -1;
     if (!outcome && interrupted(f->s->interruption, 0)) /* what was found without accelerations is none */
         outcome = OUTCOME_INTERRUPTED;
     if (!outcome && event->contact >= 0)
@@ -233,6 +283,7 @@ static enum outcome try_step(struct phase *f, struct event *event, double *stop,
     if (!outcome && turned_far(f->s, f->y1))
         outcome = OUTCOME_TURNED_FAR;
     if (outcome && outcome != OUTCOME_INTERRUPTED && run->fixed_step == 0.0 && f->h > shortest(f)) {
+        f->kink = -1;
         at->next = LEAST_CHANGE * f->h; /* no step ends there, or it ends too late: come nearer first */
         event->contact = -1;
         run->rejected++;
@@ -294,7 +345,7 @@ static enum outcome find_standing_event(struct phase *f, struct event *event)
     return outcome;
 }
 
-enum outcome integrate_to_event(struct phase *f, struct event *event)
+static enum outcome go_to_event(struct phase *f, struct event *event)
 {
     enum outcome outcome = f->at.under_way ? OUTCOME_DONE : begin_phase(f);
     event->contact = -1;
@@ -302,7 +353,7 @@ enum outcome integrate_to_event(struct phase *f, struct event *event)
         if ((outcome = within_budget(f)))
             break;
         const struct before_step before = note_step(f);
-        double stop;
+        double stop = NAN;
         int again;
         outcome = try_step(f, event, &stop, &again);
         if (outcome == OUTCOME_INTERRUPTED) {
@@ -317,8 +368,18 @@ enum outcome integrate_to_event(struct phase *f, struct event *event)
         }
         commit_step(f, stop);
         outcome = record_state(f) ? OUTCOME_NO_MEMORY : find_standing_event(f, event);
+        if (!outcome && f->kink >= 0 && event->contact < 0)
+            outcome = pass_kink(f);
     }
     f->h = f->at.next;
     f->at.under_way &= event->contact < 0;
+    return outcome;
+}
+
+enum outcome integrate_to_event(struct phase *f, struct event *event)
+{
+    f->s->sides = f->sides;
+    const enum outcome outcome = go_to_event(f, event);
+    f->s->sides = NULL; /* between phases each state is on the side on which it is */
     return outcome;
 }

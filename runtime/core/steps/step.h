@@ -47,6 +47,8 @@ struct phase {
     int *met;             /* [contacts] events that each has had since its window of crowds began */
     int *set; /* [contacts] those that strike, are held, or close where rows are lost, on their way from finding them */
     struct active_set active; /* of the system */
+    double *sides;            /* [switches] of their kinks on which effects are in this phase */
+    int kink;                 /* number of the effect at whose kink the step ends, or -1 */
     struct progress at;
 };
 
