@@ -3,7 +3,9 @@
 from ._core import methods
 from .analysis.crank import DrivingTorque, driving_torque
 from .analysis.equilibrium import Equilibrium, static_equilibrium
+from .analysis.follow import Followed, follow
 from .analysis.inverse_dynamics import inverse_dynamics, momentum
+from .analysis.reach import OutOfReach, reach
 from .loading.load import load_model
 from .model.model import Model
 from .record.hybrid_state import HybridState
@@ -15,16 +17,20 @@ from .simulate import simulate
 __all__ = [
     "DrivingTorque",
     "Equilibrium",
+    "Followed",
     "HybridState",
     "Impact",
     "Model",
+    "OutOfReach",
     "Phase",
     "Run",
     "driving_torque",
+    "follow",
     "inverse_dynamics",
     "load_model",
     "methods",
     "momentum",
+    "reach",
     "simulate",
     "static_equilibrium",
 ]

@@ -9,12 +9,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .files import read_path, write_whole
 from .pictures.gif import write_gif
 from .pictures.player import write_player
 from .pictures.plot import draw
 from .record.hybrid_state import HybridState
+from .record.point_motion import PointMotion, point_motion
 from .record.record import Record
 from .record.tables import arrays, dataframe, dataset
 
@@ -51,6 +53,16 @@ class Run(Record):
         memory, settings = self.left
         end = self.t[-1].item()
         return HybridState(self.model.name, end, self.q[-1], self.u[-1], dict(self.model.parameters), settings, memory)
+
+    def point(self, name: str, t: ArrayLike | None = None) -> PointMotion:
+        """Position, velocity and acceleration of a joint or a named point, as ``model.point`` knows them, at t (s), a
+        number or a row of them, or at the rows of the run.
+
+        Accelerations are with what contacts push then, as in ``reactions``: not numbers in phases of kind "steps", nor
+        beside a line of links, nor, of the rows, at the last one of a run that stopped early. At an impact time all is
+        as after it; of the two rows of an impact the first is as before it.
+        """
+        return point_motion(self, name, t)
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write everything recorded to an .npz file, whole or not at all; `numpy.load` reads it."""

@@ -94,6 +94,7 @@ cdef extern from *:
     size_t lanes_scratch(const system *s) nogil
     int system_impulse(system *s, const real *q, const real *f, const real *y, real nearest, real *du,
                        real *Lambda) nogil
+    int free_motions(system *s, const real *q, real *motions) nogil
     const real RANK_TOLERANCE
     bint numbers_within "all_within"(size_t n, const real *x, real limit) nogil
     bint numbers_finite "all_finite"(size_t n, const real *x) nogil

@@ -182,6 +182,18 @@ cdef class Evaluations:
             raise MemoryError
         return found
 
+    def motions(self, const real[::1] q):
+        """A basis (n - rank, n) of the motions that keep loops shut and driven joints still at q (n,), rows that count as the
+        core counts them; orthonormal in units of the coordinates."""
+        cdef _Memory memory = _Memory()
+        cdef system s = self._system(memory)
+        found = empty((self.m.nu, self.m.nu))
+        cdef real[:, ::1] out = found
+        cdef int rank = free_motions(&s, &q[0], &out[0, 0])
+        if rank < 0:
+            raise MemoryError
+        return found[: self.m.nu - rank]
+
     def acceleration(self, const real[:, ::1] q, const real[:, ::1] u, t, bint side_by_side=True, bint forces=True):
         """Quasi-accelerations (b, n), multipliers (b, rows), of no state unless ``forces``, and the outcome of each state
         that has none, by number, at one time ``t`` or at times (b,); where there are as many states as the model has lanes,

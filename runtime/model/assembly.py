@@ -43,16 +43,18 @@ def nearest_closed(
     jacobian: Callable[[FloatArray], FloatArray],
     displacements: FloatArray,
     start: FloatArray,
+    begin: FloatArray | None = None,
 ) -> FloatArray:
     """The q (n,) that minimises |T (q − start)| under closure(q) = 0, for the linear map ``displacements`` T (m, n).
 
     Each pass takes the nearest point to ``start`` on the closure linearised where the last pass ended (a least-norm
     problem, so dependent rows do no harm), shortened while that would open the loops further. A fixed point satisfies
-    the conditions of the constrained minimum. Raises ``ValueError`` with the miss that remains when loops stay open.
+    the conditions of the constrained minimum. Passes begin at ``start``, or at ``begin``. Raises ``ValueError`` with
+    the miss that remains when loops stay open.
     """
     root = np.linalg.cholesky(displacements.T @ displacements)
-    q, miss = start.copy(), float(np.max(np.abs(closure(start))))
-    rounding = rounding_of(jacobian(start), start)
+    q = (start if begin is None else begin).copy()
+    miss, rounding = float(np.max(np.abs(closure(q)))), rounding_of(jacobian(q), q)
     for _ in range(PASSES):
         a = np.asarray(jacobian(q), dtype=float)  # the last digits come from the passes, not from the solution
         scaled = np.linalg.solve(root, a.T).T

@@ -36,6 +36,14 @@ class Lines:
         found = [self.coordinate("slide", joint, one) for one in poses.reshape(-1, *poses.shape[-2:])]
         return np.array(found).reshape(poses.shape[:-2])
 
+    def ends(self, joint: str, poses: FloatArray) -> FloatArray:
+        """Where the first and the second link's points are (2, 2), in m, for poses (links, 3)."""
+        places = [
+            point if link < 0 else poses[link, :2] + _turn(poses[link], point)
+            for link, point in zip(self.data[joint]["links"], self._points(joint), strict=True)
+        ]
+        return np.array(places)
+
     def direction(self, joint: str, poses: FloatArray) -> FloatArray:
         """The line's direction, of length 1 (2,), for poses (links, 3)."""
         return self._line(joint, poses)[0]
@@ -55,12 +63,8 @@ class Lines:
 
     def _line(self, joint: str, poses: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The line's direction, of length 1, and the way from the first point to the second (m)."""
-        line = self.data[joint]
-        first, second = line["links"]
-        places = [
-            point if link < 0 else poses[link, :2] + _turn(poses[link], point)
-            for link, point in zip((first, second), self._points(joint), strict=True)
-        ]
+        line, places = self.data[joint], self.ends(joint, poses)
+        first = line["links"][0]
         angle = self._coordinates([[line["axis"], 0.0]])[0, 0] + (0.0 if first < 0 else poses[first, 2])
         return np.array([np.cos(angle), np.sin(angle)]), places[1] - places[0]
 

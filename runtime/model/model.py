@@ -17,6 +17,9 @@ from .dynamics import at_states, impact
 from .forces import Contacts
 from .geometry import Geometry
 from .inputs import Values
+from .joint_motion import joint_angles, joint_rates, slide_rates
+from .masses import mass_matrix, motions
+from .points import point_acceleration, point_jacobian, point_velocity
 from .poses import read_states
 from .start import degrees_of_freedom, start
 
@@ -137,6 +140,62 @@ class Model(Geometry):
         would add energy.
         """
         return impact(self, q, u, contacts, restitution)
+
+    # -- kinematics ------------------------------------------------------------------------------------------------
+
+    def point_jacobian(self, name: str, q: ArrayLike) -> FloatArray:
+        """Derivatives (2, nu) by u of the velocity of a joint or a named point, as ``point`` knows them."""
+        return point_jacobian(self, name, q)
+
+    def point_velocity(self, name: str, q: ArrayLike, u: ArrayLike) -> FloatArray:
+        """Velocity (2,) in m/s of a joint or a named point, as ``point`` knows them."""
+        return point_velocity(self, name, q, u)
+
+    def point_acceleration(
+        self,
+        name: str,
+        q: ArrayLike,
+        u: ArrayLike,
+        t: ArrayLike = 0.0,
+        inputs: Values | None = None,
+        contacts: Contacts = None,
+        *,
+        u_dot: ArrayLike | None = None,
+    ) -> FloatArray:
+        """Acceleration (2,) in m/s² of a joint or a named point (theory, eq. 2.4 and 2.6), that of the mechanism being
+        as in ``acceleration``, or ``u_dot`` (nu,) where it is given. Those along a run: ``run.point``.
+        """
+        if u_dot is None:
+            u_dot = at_states(self, q, u, t, inputs, contacts, "u_dot")
+        elif inputs is not None or contacts is not None:
+            raise ValueError("u_dot: found beside inputs or contacts, expected alone: accelerations are given by it")
+        return point_acceleration(self, name, q, u, u_dot)
+
+    def joint_angles(self, q: ArrayLike) -> dict[str, FloatArray]:
+        """Per joint that turns the angle of its second link against its first (rad), turns counted; as ``slides``."""
+        return joint_angles(self, q)
+
+    def joint_rates(self, q: ArrayLike, u: ArrayLike) -> dict[str, FloatArray]:
+        """Rates (rad/s) of the ``joint_angles``."""
+        return joint_rates(self, q, u)
+
+    def slide_rates(self, q: ArrayLike, u: ArrayLike) -> dict[str, FloatArray]:
+        """Rates (m/s) of the ``slides``."""
+        return slide_rates(self, q, u)
+
+    def mass_matrix(self, q: ArrayLike) -> FloatArray:
+        """Mass matrix M (nu, nu) of the open chain in u: the kinetic energy is uᵀ M u / 2 (theory, eq. 7.2)."""
+        return mass_matrix(self, q)
+
+    def motions(self, q: ArrayLike) -> FloatArray:
+        """The motions (nu, dof) at one configuration that keep loops shut and driven joints still: columns Z with
+        Zᵀ M Z = 1, more of them where closure rows depend on each other (theory, section 8).
+
+        Column k has a coordinate of its own, at which it is positive and all later columns are zero: it is the motion
+        that an impulse there gives while the coordinates of the columns before stand still, with half a joule of
+        kinetic energy. Coordinates are taken by how easily they move, of like ones the first.
+        """
+        return motions(self, q)
 
     # -- programs in C ---------------------------------------------------------------------------------------------
 

@@ -53,6 +53,15 @@ class Drawable(Protocol):
     def point(self, name: str, q: FloatArray, /) -> FloatArray:
         """(..., 2): where a joint or a link's point is."""
 
+    def point_velocity(self, name: str, q: FloatArray, u: FloatArray, /) -> FloatArray:
+        """(..., 2): its velocity, m/s."""
+
+    def point_acceleration(self, name: str, q: FloatArray, u: FloatArray, /, *, u_dot: FloatArray) -> FloatArray:
+        """(..., 2): its acceleration, m/s², where the mechanism has ``u_dot``."""
+
+    def joint_angles(self, q: FloatArray, /) -> Mapping[str, FloatArray]:
+        """For each joint that turns (...): the angle of its second link against its first, rad."""
+
     def gaps(self, q: FloatArray, /) -> FloatArray:
         """(..., contacts): gap of every contact, m; of a stop, rad."""
 

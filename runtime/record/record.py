@@ -163,6 +163,17 @@ class Record:
         """
         return self._forces(t, "reactions")
 
+    def accelerations(self, t: ArrayLike) -> FloatArray:
+        """Quasi-accelerations (nu,) at t, or (b, nu) for a row of times, with what contacts push; as ``reactions``."""
+        return self._forces(t, "u_dot")
+
+    def joint_angles(self, t: ArrayLike | None = None) -> dict[str, FloatArray]:
+        """Per joint that turns the angle of its second link against its first (rad) at t, or at the rows of the run.
+
+        Turns are counted: an angle goes on beyond 2π.
+        """
+        return dict(self.model.joint_angles(self.q if t is None else self.at(t)[0]))
+
     def _forces(self, t: ArrayLike, what: str) -> FloatArray:
         if self.motion is None:
             raise ValueError("this run knows no forces: it was not made by simulate")

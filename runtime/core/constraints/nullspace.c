@@ -101,6 +101,24 @@ int row_rank(struct system *s, const double *q, double *nearest)
     return rank;
 }
 
+int free_motions(struct system *s, const double *q, double *motions)
+{
+    const int n = s->n;
+    const struct mark mark = s->arena->top;
+    struct factors f = {0};
+    const int rank = s->model->rows + s->model->drives ? factorise_rows(s, q, &f) : 0;
+    for (int j = rank; rank >= 0 && j < n; j++) {
+        double *x = motions + (size_t)(j - rank) * n;
+        memset(x, 0, n * sizeof *x);
+        x[j] = 1.0;
+        reflect(n, rank, f.g, f.beta, 0, x);
+        for (int i = 0; i < n; i++)
+            x[i] *= s->unit[i];
+    }
+    give_back(s->arena, mark);
+    return rank;
+}
+
 int left_null_vector(struct system *s, const double *q, int number, double *lambda)
 {
     const int n = s->n, rows = s->model->rows + s->model->drives;

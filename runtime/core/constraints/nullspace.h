@@ -50,6 +50,10 @@ double rank_margin(struct system *s, const double *q);
 /* How many of these rows count, and how near the nearest of them comes */
 int row_rank(struct system *s, const double *q, double *nearest);
 
+/* motions[n - rank][n]: a basis of the motions that none of these rows that count sees, orthonormal in units; the rank, or -1 when
+ * memory runs out */
+int free_motions(struct system *s, const double *q, double *motions);
+
 /* lambda[rows + drives] with lambda . A = 0 for row number 0, 1, ... of those that do not count; whether there is one */
 int left_null_vector(struct system *s, const double *q, int number, double *lambda);
 
