@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from sympy import Expr
 
     from ..derive.motion import Force, Motion
+    from ..mechanism.mechanism import Mechanism
 
 
 Acts = Literal["both", "pull", "push"]
@@ -69,6 +70,10 @@ class Spring(Effect):
     def parameters(self) -> tuple[Parameter, ...]:
         damping = self.one_way.damping if self.one_way else None
         return (self.stiffness, *(p for p in (self.length, damping) if p))
+
+    def describe(self, mechanism: Mechanism) -> str:
+        told = super().describe(mechanism)
+        return told if self.one_way is None else f"{told}, {'pulls' if self.one_way.sign > 0 else 'pushes'} only"
 
     def sides(self) -> tuple[str, ...]:
         if self.one_way is None:

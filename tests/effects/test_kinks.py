@@ -239,7 +239,9 @@ def test_what_has_no_kink_says_nothing_of_any(tmp_path: Path) -> None:
     plain = listing(load_scene(tmp_path / "scene.toml"))
     assert "side_" not in plain and "switching" not in plain
     (tmp_path / "scene.toml").write_text(WEIGHT + ROPE, encoding="utf-8")
-    assert "side_spring_0" in listing(load_scene(tmp_path / "scene.toml"))
+    scene = load_scene(tmp_path / "scene.toml")
+    assert "side_spring_0" in listing(scene)
+    assert [effect.describe(scene.mechanism) for effect in scene.effects][1].endswith(", pulls only")
 
 
 BAND = '[[spring]]\nbetween = ["ground.O", "link_0.B"]\nstiffness = 100\n'
