@@ -91,6 +91,7 @@ KINDS: Mapping[str, tuple[str, str]] = {
     "kg/m³": ("a density", "7.85 g/cm^3"),
     "m²": ("an area", "3 cm^2"),
     "1/s": ("a frequency", "10 Hz"),
+    "s/m": ("a damping per speed", "0.3 s/m"),
     "W": ("a power", "2 W"),
 }
 """What units in SI measure, and how a text of that kind may look."""

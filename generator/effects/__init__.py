@@ -2,6 +2,7 @@
 
 from ..effect_base.effect import Contact, Effect, Entry, Level, Surroundings
 from . import (
+    compliant_ground,
     damper,
     drag,
     drive,
@@ -21,6 +22,7 @@ from . import (
 REGISTRY: tuple[Entry, ...] = (
     gravity.ENTRY,
     ground.ENTRY,
+    compliant_ground.ENTRY,
     stop.ENTRY,
     touch.ENTRY,
     spring.ENTRY,

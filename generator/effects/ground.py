@@ -23,15 +23,13 @@ if TYPE_CHECKING:
     from ..derive.terms_of_effects import Let
 
 
-class GroundTable(Table):
-    """One ``[[ground]]``."""
+class HalfPlaneTable(Table):
+    """A half-plane, and what touches it."""
 
     name: Name | None = Field(default=None, description="a name of letters, digits and _, beginning with a letter")
     point: Position = Field(default=[0.0, 0.0], description="a point of the surface, [x, y] in m")
     normal: Direction = Field(default=[0.0, 1.0], description="the direction out of the ground, [x, y], not both zero")
-    restitution: Restitution = Field(description="the coefficient of restitution, a number from 0 to 1")
     friction: Friction | None = Field(default=None, description="Coulomb's coefficient of friction, a positive number")
-    law: Law | None = Field(default=None, description=LAW_MEANS)
     contacts: list[PointName] | None = Field(
         default=None, min_length=1, description='a list of points that touch it, such as ["joint_3", "link_0.A"]'
     )
@@ -44,6 +42,28 @@ class GroundTable(Table):
         default=None,
         description="the radius in m of discs about the contacts, not negative, or a list with one per contact",
     )
+
+
+class GroundTable(HalfPlaneTable):
+    """One ``[[ground]]``."""
+
+    restitution: Restitution = Field(description="the coefficient of restitution, a number from 0 to 1")
+    law: Law | None = Field(default=None, description=LAW_MEANS)
+
+
+@dataclass(frozen=True)
+class HalfPlane:
+    """The half-plane ``normal·(x - point) < 0``, ``point`` in m and ``normal`` of length 1, and what touches it:
+    points, or the centres of discs, ``radii`` having one radius (m) or ``None``, a point, for each."""
+
+    normal: Point
+    point: Point
+    contacts: tuple[Contact, ...]
+    radii: tuple[Parameter | None, ...]
+
+    def rounded(self) -> list[tuple[Contact, Parameter | None]]:
+        """Contacts and their radii."""
+        return list(zip(self.contacts, self.radii or (None,) * len(self.contacts), strict=True))
 
 
 @dataclass(frozen=True)
@@ -131,27 +151,43 @@ class Ground(Effect):
         )
 
 
-def build(table: GroundTable, index: int, surroundings: Surroundings, complain: Complain) -> Ground | None:
+def read_half_plane(
+    table: HalfPlaneTable, name: str, label: str, around: Surroundings, complain: Complain
+) -> HalfPlane | None:
+    """The half-plane of a table, its parameters under ``name``, symbols with ``label``; ``None`` after complaints."""
     normal = unit(table.normal)
     if normal is None:
         complain(("normal",), f"found {table.normal}, expected a direction, not both zero; write [0, 1] for a floor")
-    contacts = _contacts(table, surroundings, complain)
-    radii = _radii(table, index, contacts, complain) if contacts is not None else None
-    fixed = _check_carriers(table, contacts or (), radii or (), surroundings.mechanism, complain)
+    contacts = _contacts(table, around, complain)
+    radii = _radii(table, name, label, contacts, complain) if contacts is not None else None
+    fixed = _check_carriers(table, contacts or (), radii or (), around.mechanism, complain)
     if contacts is None or radii is None or not fixed or normal is None:
         return None
+    return HalfPlane(
+        _point(f"{name}.normal", f"n_{label}", *normal),
+        _point(f"{name}.point", f"o_{label}", *table.point),
+        contacts,
+        radii,
+    )
+
+
+def build(table: GroundTable, index: int, surroundings: Surroundings, complain: Complain) -> Ground | None:
+    """The record of a table, or ``None`` after having complained."""
     name = table.name or f"ground_{index}"
+    plane = read_half_plane(table, name, str(index), surroundings, complain)
+    if plane is None:
+        return None
     return Ground(
         index=index,
         name=name,
-        normal=_point(f"{name}.normal", f"n_{index}", *normal),
-        point=_point(f"{name}.point", f"o_{index}", *table.point),
+        normal=plane.normal,
+        point=plane.point,
         restitution=Parameter(f"{name}.restitution", f"e_{index}", table.restitution, FROM_0_TO_1),
-        contacts=contacts,
+        contacts=plane.contacts,
         friction=None
         if table.friction is None
         else Parameter(f"{name}.friction", f"fr_{index}", table.friction, NOT_NEGATIVE),
-        radii=radii,
+        radii=plane.radii,
     )
 
 
@@ -161,7 +197,7 @@ def _point(path: str, symbol: str, x: float, y: float) -> Point:
     )
 
 
-def _contacts(table: GroundTable, around: Surroundings, complain: Complain) -> tuple[Contact, ...] | None:
+def _contacts(table: HalfPlaneTable, around: Surroundings, complain: Complain) -> tuple[Contact, ...] | None:
     """The points that touch: those listed, or the usual ones. ``None`` after a complaint."""
     if table.contacts is None:
         if not around.contacts:
@@ -180,12 +216,11 @@ def _contacts(table: GroundTable, around: Surroundings, complain: Complain) -> t
 
 
 def _radii(
-    table: GroundTable, index: int, contacts: tuple[Contact, ...], complain: Complain
+    table: HalfPlaneTable, name: str, label: str, contacts: tuple[Contact, ...], complain: Complain
 ) -> tuple[Parameter | None, ...] | None:
     """One radius per contact, one parameter for all if the scene gives one number. ``None`` after a complaint."""
-    name = table.name or f"ground_{index}"
     if not isinstance(table.radius, list):
-        shared = Parameter(f"{name}.radius", f"rd_{index}", table.radius, NOT_NEGATIVE) if table.radius else None
+        shared = Parameter(f"{name}.radius", f"rd_{label}", table.radius, NOT_NEGATIVE) if table.radius else None
         return (shared,) * len(contacts) if shared else ()
     if len(table.radius) != len(contacts):
         complain(
@@ -195,13 +230,13 @@ def _radii(
         )
         return None
     return tuple(
-        Parameter(f"{name}.radius.{point}", f"rd_{index}_{k}", value, NOT_NEGATIVE) if value else None
+        Parameter(f"{name}.radius.{point}", f"rd_{label}_{k}", value, NOT_NEGATIVE) if value else None
         for k, ((point, _), value) in enumerate(zip(contacts, table.radius, strict=True))
     )
 
 
 def _check_carriers(
-    table: GroundTable,
+    table: HalfPlaneTable,
     contacts: tuple[Contact, ...],
     radii: tuple[Parameter | None, ...],
     mechanism: Mechanism,

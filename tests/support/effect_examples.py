@@ -13,6 +13,7 @@ angles = [-0.9, 0.4, 1.1]
 EXAMPLES: dict[str, str] = {
     "gravity": "[gravity]\ndirection = [1, -3]\n",
     "ground": "[[ground]]\nnormal = [0.3, 1]\npoint = [0, -9]\nrestitution = 0.2\n",
+    "compliant_ground": "[[compliant_ground]]\npoint = [0, -9]\nload = 30\ndamping = 0.2\nfriction = 0.4\n",
     "spring": '[[spring]]\nbetween = ["ground.O", "link_2.B"]\nstiffness = 3\nlength = 0.4\n',
     "damper": '[[damper]]\nbetween = ["ground.O", "link_2.B"]\ndamping = 3\n',
     "stop": '[[stop]]\njoint = "joint_1"\nlowest = "-3 deg"\nhighest = 2\nrestitution = 0.2\n',
