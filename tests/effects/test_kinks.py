@@ -11,6 +11,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
+from ccgen.generator import loop
 from ccgen.generator.pipeline import listing
 from ccgen.generator.scene import load_scene
 from ccgen.runtime import HybridState, Model, simulate, static_equilibrium
@@ -224,6 +225,34 @@ def test_a_loop_keeps_its_energy(acts: str, workshop: Workshop) -> None:
     assert run.success and run.energy_drift <= 1e-10
     other = simulate(model, until=10.0, rtol=1e-12, method="dop853")
     assert run.q[-1] == pytest.approx(other.q[-1], abs=1e-8)
+
+
+@pytest.mark.parametrize("acts", ["pull", "push"])
+def test_a_contact_that_keeps_it_at_its_length(acts: str, workshop: Workshop) -> None:
+    """A weight rests on a floor where the spring begins to act: rounding alone has a sign there, and ends no step."""
+    floor = '[[ground]]\npoint = [0, -1]\nrestitution = 0.0\ncontacts = ["weight.c"]\n'
+    run = simulate(workshop.model(WEIGHT + ROPE.replace("pull", acts) + floor), until=20.0)
+    assert run.success and run.q[-1, 0] == pytest.approx(LENGTH, abs=1e-14)
+    assert len(run.t) <= 60
+
+
+def test_buffers_between_joints_that_come_to_rest(workshop: Workshop) -> None:
+    """Contacts that stick keep a buffer of a fallen hexagon at its length, which dense output misses by the tolerance:
+    steps ended at kinks that were none, 200,000 of them, and runs stopped."""
+    buffers = [
+        {"between": ["joint_0", "joint_3"], "stiffness": 200.0, "length": 1.2, "acts": "push"},
+        {"between": ["joint_1", "joint_4"], "stiffness": 800.0, "length": 1.0, "acts": "push"},
+    ]
+    ground = [{"restitution": 0.5, "friction": 0.4}]
+    model = workshop.model(loop(6, gravity=True, start={"height": 1.0}, ground=ground, spring=buffers))
+    for seed in (3, 5):
+        rng = np.random.default_rng(seed)
+        q, u = model.start()
+        q, u = q + np.append([0.0, 0.0], np.full(6, rng.normal())), u + 2.0 * rng.normal(size=u.size)
+        q, u = model.project(q, u)
+        q[1] += 0.2 + 1.5 * max(0.0, -float(model.gaps(q).min()))
+        run = simulate(model, q, u, until=3.0)
+        assert run.success and run.energy_drift <= 1e-5
 
 
 def test_time_stepping_comes_to_it(workshop: Workshop) -> None:

@@ -94,6 +94,9 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
       "held contacts with such a pivot, where some slide, go to the null-space path", \
       "what a solution loses is the inverse of its least pivot: ten digits are kept (as WELL_PIVOT)") \
     LAYER(motion) \
+    X(SIDE_ROUNDING, (256.0 * DBL_EPSILON), OF_UNIT, \
+      "a switching function of an effect changes its sign where it is more than a state off by this makes of it", \
+      "states on the closure and on their grounds are known to some hundred roundings: what contacts or loops keep at zero would change its sign at every step") \
     X(NEXT_SIDE, CCGEN_LIMIT(1e-8, 1e-3), OF_TIME, \
       "a switching function of an effect that changes by its own size within it is at zero: the motion goes to where it is then", \
       "the root of rounding: steps end at zeros to rounding, which is far less than what changes in it, and bends over it are rounding") \

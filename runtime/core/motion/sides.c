@@ -20,6 +20,28 @@ enum outcome side_functions(struct system *s, double t, const double *y, const d
     return OUTCOME_DONE;
 }
 
+enum outcome side_noise(struct system *s, double t, const double *y, double *moved, double *value, double *there,
+                        double *noise)
+{
+    enum { PATTERNS = 4 }; /* of signs: differences of neighbours see one, of others another */
+    const struct ccgen_model *m = s->model;
+    const enum outcome outcome = supply_inputs(s, t, y, y + s->n);
+    for (int i = 0; i < m->switches; i++)
+        noise[i] = 0.0;
+    if (!outcome)
+        m->switching(s->k, y, y + s->n, t, s->inputs, value);
+    for (int pattern = 0; pattern < PATTERNS && !outcome; pattern++) {
+        for (int i = 0; i < 2 * s->n; i++) {
+            const double part = SIDE_ROUNDING * fmax(fabs(y[i]), s->unit[i]);
+            moved[i] = y[i] + (pattern && (i % s->n) >> (pattern - 1) & 1 ? -part : part);
+        }
+        m->switching(s->k, moved, moved + s->n, t, s->inputs, there);
+        for (int i = 0; i < m->switches; i++)
+            noise[i] = fmax(noise[i], fabs(there[i] - value[i]));
+    }
+    return outcome;
+}
+
 enum outcome choose_sides(struct system *s, double t, const double *y, double *dy, double *ahead, int direction,
                           double *sides)
 {

@@ -37,6 +37,7 @@ struct search {
     double *velocities;                               /* [links][3] */
     double *gap_a, *rate_a, *gap_b, *rate_b;          /* [contacts] at both ends of a piece */
     double *samples;                                  /* [SAMPLES + 1][watched] watched values in a window */
+    double *noise;                                    /* [switches] what those of effects are known to */
     double slow; /* times extent: a closed contact is not falling before its rate is beyond this */
     long interval_count;
 };
@@ -229,7 +230,7 @@ static double watched_noise(const struct search *search, int index)
     const struct system *s = search->s;
     const struct active_set *h = s->active;
     if (search->watch == watch_effects)
-        return 0.0;
+        return search->noise[index];
     const struct mode_change loss = mode_change_of(s, index);
     double peak = 0.0;
     if (loss.how == SLIP_ENDS)
@@ -317,7 +318,7 @@ static double first_in_window(struct search *search, int index, int count, doubl
         const int first = i == 1 ? 0 : i - 2; /* of three samples, the piece that ends at i among them */
         double place, least, theta = 2.0;
         *behind = a + i * width;
-        if (v[i] < 0.0)
+        if (v[i] < (search->watch == watch_effects ? -search->noise[index] : 0.0))
             return watched_piece(search, index, a + (i - 1) * width, v[i - 1], *behind, v[i]);
         const int before = v[first] > 0.0 && v[first + 1] > 0.0 && v[first + 2] > 0.0;
         if (before && dips(v + first, &place, &least))
@@ -430,7 +431,12 @@ enum outcome find_kink(struct system *s, const struct method *method, const doub
 {
     struct search search = {.s = s, .method = method, .steps = steps, .t = t, .h = h, .watch = watch_effects};
     const struct mark mark = s->arena->top;
-    const enum outcome outcome = take_search(&search, s->model->switches);
+    search.noise = TAKE(s->arena, double, s->model->switches);
+    enum outcome outcome = take_search(&search, s->model->switches);
+    if (!outcome) {
+        method->interpolate(steps, s->size, 0.0, search.y);
+        outcome = side_noise(s, t, search.y, search.dy, search.values, search.samples, search.noise);
+    }
     if (!outcome)
         *event = first_kink(&search);
     give_back(s->arena, mark);
