@@ -135,6 +135,9 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
       "rates that are this part of the fastest motion are rounding", \
       "rates are sums over the links as places are: some thousand roundings (as SHUT)") \
     LAYER(steps) \
+    X(SLOPE, CCGEN_LIMIT(1e-6, 1e-3), OF_RELATIVE, \
+      "part of a piece of a step over whose change the slope of a switching function is taken", \
+      "ten digits are left of a slope whose values have sixteen, and its bend over a millionth is as little") \
     X(SHUT, CCGEN_LIMIT(1e-12, 1e-5), OF_LENGTH, \
       "a gap this small is closed", \
       "places are sums over the links: some thousand roundings; no more than any gap_tolerance") \

@@ -224,13 +224,11 @@ static double watched_piece(struct search *search, int index, double a, double a
     return at_a > 0.0 ? root(search, one_watched, index, from, at_a, b, at_b) : a;
 }
 
-/* What watched value `index` is known to: those of effects as far as rounding lets them be */
+/* What watched value `index` is known to */
 static double watched_noise(const struct search *search, int index)
 {
     const struct system *s = search->s;
     const struct active_set *h = s->active;
-    if (search->watch == watch_effects)
-        return search->noise[index];
     const struct mode_change loss = mode_change_of(s, index);
     double peak = 0.0;
     if (loss.how == SLIP_ENDS)
@@ -318,7 +316,7 @@ static double first_in_window(struct search *search, int index, int count, doubl
         const int first = i == 1 ? 0 : i - 2; /* of three samples, the piece that ends at i among them */
         double place, least, theta = 2.0;
         *behind = a + i * width;
-        if (v[i] < (search->watch == watch_effects ? -search->noise[index] : 0.0))
+        if (v[i] < 0.0)
             return watched_piece(search, index, a + (i - 1) * width, v[i - 1], *behind, v[i]);
         const int before = v[first] > 0.0 && v[first + 1] > 0.0 && v[first + 2] > 0.0;
         if (before && dips(v + first, &place, &least))
@@ -369,24 +367,48 @@ static struct event first_loss(struct search *search)
     return first;
 }
 
+/* Slope of watched value `index` over theta, from a difference over a millionth of a piece */
+static double watched_slope(struct search *search, int index, double theta)
+{
+    const double step = SLOPE / (double)search->interval_count, from = fmin(theta, 1.0 - step);
+    const double before = one_watched(search, index, from);
+    return (one_watched(search, index, from + step) - before) / step;
+}
+
+/* First kink of effect `index` in the piece from theta a to b, or 2: its function is negative at b, or falls at a and rises at b and is negative where it is
+ * least. Functions of distances are sharp there: a point that flies past another has no parabola. */
+static double kink_in_piece(struct search *search, int index, double a, double at_a, double b, double at_b,
+                            double *behind)
+{
+    *behind = b;
+    if (at_b < -search->noise[index])
+        return watched_piece(search, index, a, at_a, b, at_b);
+    const double falls = watched_slope(search, index, a), rises = watched_slope(search, index, b);
+    if (at_a <= 0.0 || falls >= 0.0 || rises <= 0.0)
+        return 2.0;
+    const double bottom = root(search, watched_slope, index, a, falls, b, rises);
+    const double least = one_watched(search, index, bottom);
+    *behind = bottom;
+    return least < -search->noise[index] ? root(search, one_watched, index, a, at_a, bottom, least) : 2.0;
+}
+
 /* First kink of an effect: functions of the state alone, that a step resolves as it does the state. */
 static struct event first_kink(struct search *search)
 {
-    const struct ccgen_model *m = search->s->model;
+    const int count = search->s->model->switches;
     struct event first = {-1, 2.0, -1, 1.0};
-    double *samples = search->samples, behind;
-    const double width = 1.0 / (double)search->interval_count;
-    const int count = m->switches;
-    search->watch(search, 0.0, samples);
-    for (long from = 0; from < search->interval_count && first.watch < 0; from += SAMPLES) {
-        for (int i = 1; i <= SAMPLES; i++)
-            search->watch(search, fmin((double)(from + i) * width, 1.0), samples + i * count);
+    double *at_a = search->samples, *at_b = at_a + count, behind;
+    search->watch(search, 0.0, at_a);
+    for (long i = 1; i <= search->interval_count && first.watch < 0; i++) {
+        const double a = (double)(i - 1) / (double)search->interval_count;
+        const double b = (double)i / (double)search->interval_count;
+        search->watch(search, b, at_b);
         for (int w = 0; w < count; w++) {
-            const double theta = first_in_window(search, w, count, (double)from * width, width, samples, &behind);
+            const double theta = kink_in_piece(search, w, a, at_a[w], b, at_b[w], &behind);
             if (theta < first.theta)
-                first = (struct event){-1, fmin(theta, 1.0), w, fmin(behind, 1.0)};
+                first = (struct event){-1, theta, w, behind};
         }
-        memcpy(samples, samples + SAMPLES * count, count * sizeof *samples);
+        memcpy(at_a, at_b, count * sizeof *at_a);
     }
     return first;
 }

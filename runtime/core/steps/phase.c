@@ -252,6 +252,8 @@ static enum outcome confirm_kink(struct phase *f, const struct event *kink, int 
 static enum outcome end_at_kink(struct phase *f)
 {
     struct event kink;
+    if (!f->s->model->switches)
+        return OUTCOME_DONE;
     enum outcome outcome = evaluate_end_derivative(f);
     outcome = outcome ? outcome : f->by->prepare(f->s, f->steps, f->t, f->h, f->y, f->dy, f->y1, f->dy1);
     outcome = outcome ? outcome : find_kink(f->s, f->by, f->steps, f->t, f->h, &kink);
@@ -282,11 +284,14 @@ static enum outcome try_step(struct phase *f, struct event *event, double *stop,
     if (last && f->h == whole)
         at->next = fmax(at->next, wanted);
     f->kink = -1;
-    if (f->s->model->switches && (outcome = end_at_kink(f)))
+    if (f->flips <= 2 * f->s->model->switches && (outcome = end_at_kink(f))) /* more at one instant are rounding */
         return outcome;
     if (f->kink >= 0 && !(f->t + f->h > f->t)) { /* it begins there */
+        at->next = fmin(at->next,
+                        LEAST_CHANGE * whole); /* where it crosses again at once, shorter steps show what is rounding */
+        f->flips++;
         *again = 1;
-        return pass_kink(f);
+        return OUTCOME_DONE;
     }
     const double smooth = f->h;
     outcome = f->s->model->contacts ? search_step(f, event) : evaluate_end_derivative(f);
@@ -323,6 +328,7 @@ static enum outcome try_step(struct phase *f, struct event *event, double *stop,
 static void commit_step(struct phase *f, double stop)
 {
     struct progress *at = &f->at;
+    f->flips = 0;
     commit_energy(f);
     const double step = f->h + at->late, then = isnan(stop) ? f->t + step : stop;
     at->late = then == stop ? 0.0 : step - (then - f->t);
@@ -385,6 +391,8 @@ static enum outcome go_to_event(struct phase *f, struct event *event)
             undo_step(f, &before);
             event->contact = -1;
         }
+        if (!outcome && again && f->kink >= 0)
+            outcome = pass_kink(f);
         if (outcome || again)
             continue;
         if (event->contact >= 0) {

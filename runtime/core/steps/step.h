@@ -49,6 +49,7 @@ struct phase {
     struct active_set active; /* of the system */
     double *sides;            /* [switches] of their kinks on which effects are in this phase */
     int kink;                 /* number of the effect at whose kink the step ends, or -1 */
+    int flips;                /* how often effects have changed sides at this instant */
     struct progress at;
 };
 
