@@ -33,8 +33,8 @@ class ExpandedForm:
 
     ``multipliers`` are the λ, one per row of ``A``; ``contacts`` names the point and the ground of each row of ``N``;
     ``definitions`` are the names in ``N`` that stand for expressions in parameters and q. ``Q`` is ``None`` where
-    nothing but gravity acts; ``forces`` are the names in it, which effects have given to expressions in q, u, t and
-    inputs.
+    nothing but gravity acts; ``forces`` are the names in it, which effects have given to expressions in q, u, t,
+    inputs and the sides of kinks.
     """
 
     state: State

@@ -36,9 +36,9 @@ def test_the_closed_form_with_every_effect_moves_as_the_recursion(form: str, wor
     rng = np.random.default_rng(8)
     nu, rows = len(shape.state.u), len(shape.multipliers)
     for _ in range(4):
-        q, u, inputs = rng.uniform(-2, 2, nu), rng.uniform(-2, 2, nu), rng.uniform(-2, 2, 2)
+        q, u, inputs = rng.uniform(-2, 2, nu), rng.uniform(-2, 2, nu), rng.uniform(-2, 2, len(_inputs(read)))
         data = values | dict(zip([*shape.state.q, *shape.state.u], [*q, *u], strict=True))
-        data |= {sp.Symbol("t"): 0.37, sp.Symbol("in_input_0"): inputs[0], sp.Symbol("in_push"): inputs[1]}
+        data |= {sp.Symbol("t"): 0.37, **dict(zip(map(sp.Symbol, _inputs(read)), inputs, strict=True))}
         for a in shape.forces:
             data[a.symbol] = float(a.expression.subs(data))
         m, h, loads, a, bias = (np.array(part.subs(data), dtype=float) for part in matrices)
