@@ -2,7 +2,6 @@
 #include "motion/sides.h"
 
 #include <math.h>
-#include <string.h>
 
 #include "base/tolerances.h"
 #include "model/inputs.h"
