@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,7 +14,7 @@ from .files import read_path, write_whole
 from .pictures.gif import write_gif
 from .pictures.player import write_player
 from .pictures.plot import draw
-from .record.hybrid_state import HybridState
+from .record.hybrid_state import NUMBERS, WORDS, HybridState
 from .record.point_motion import PointMotion, point_motion
 from .record.record import Record
 from .record.tables import arrays, dataframe, dataset
@@ -43,14 +42,15 @@ class Run(Record):
     `left` is the core's record of it, and how the run was integrated.
     """
 
-    left: tuple[bytes, Mapping[str, Any]] | None = field(default=None, repr=False)
+    left: tuple[bytes, object] | None = field(default=None, repr=False)
 
     @property
     def state(self) -> HybridState | None:
         """Where the run has come to."""
         if self.left is None:
             return None
-        memory, settings = self.left
+        memory, asked = self.left
+        settings = {name: getattr(asked, name) for name in (*NUMBERS, *WORDS)}
         end = self.t[-1].item()
         return HybridState(self.model.name, end, self.q[-1], self.u[-1], dict(self.model.parameters), settings, memory)
 

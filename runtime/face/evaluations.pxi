@@ -362,11 +362,14 @@ cdef class Evaluations:
                 kernel(&self.k[0], &q[i, 0], &u[i, 0], &out[i, 0])
         return found[:, :size]
 
-    def audit(self, const real[:, ::1] q, const real[:, ::1] u, const real[::1] spent):
-        """Over states (b, n): largest gap of a cut joint (m), largest speed at which one opens (m/s), and largest change
-        of energy since the first state (J) other than what was ``spent`` (b,) on the mechanism until then."""
+    def audit(self, const real[:, ::1] q, const real[:, ::1] u, const real[::1] spent, Py_ssize_t every):
+        """Over states (b, n): largest gap of a cut joint (m), largest speed at which one opens (m/s), largest change
+        of energy since the first state (J) other than what was ``spent`` (b,) on the mechanism until then, and of one state in
+        ``every`` the largest of both numbers of ``rounding``, at t = 0."""
         cdef Py_ssize_t i, j
-        cdef real first = 0.0, gap = 0.0, speed = 0.0, drift = 0.0
+        cdef real first = 0.0, gap = 0.0, speed = 0.0, drift = 0.0, lost = 0.0, whole = 0.0, size
+        cdef _Memory memory = _Memory()
+        cdef system s = self._system(memory)
         cdef real energy[2]
         cdef real[::1] miss = empty(self.m.rows + 1)
         for i in range(q.shape[0]):
@@ -374,6 +377,9 @@ cdef class Evaluations:
             if i == 0:
                 first = energy[0] + energy[1]
             drift = _larger(drift, energy[0] + energy[1] - first - spent[i])
+            if i % every == 0:
+                lost = _larger(lost, rounding_of_acceleration(&s, 0.0, &q[i, 0], &u[i, 0], &size))
+                whole = _larger(whole, size)
             if not self.m.rows:
                 continue
             self.m.closure(&self.k[0], &q[i, 0], &miss[0])
@@ -382,7 +388,7 @@ cdef class Evaluations:
             self.m.closure_rate(&self.k[0], &q[i, 0], &u[i, 0], &miss[0])
             for j in range(self.m.rows):
                 speed = _larger(speed, miss[j])
-        return gap, speed, drift
+        return gap, speed, drift, lost, whole
 
     def project(self, q, u):
         """Nearest state on the closure in the mass metric, (b, n) each, and the outcome of each state."""

@@ -30,12 +30,18 @@ def assemble(model: Geometry, q: ArrayLike) -> FloatArray:
 def project(model: Geometry, q: ArrayLike, u: ArrayLike) -> tuple[FloatArray, FloatArray]:
     """The state on the closure nearest to (q, u), or to each of a batch. Raises ``ValueError`` where none is found."""
     states, single = model._state(q, u)
-    new_q, new_u, outcomes = model.kernels.project(*states)
+    new_q, new_u = put_onto_closure(model, *states, single=single)
+    return (new_q[0], new_u[0]) if single else (new_q, new_u)
+
+
+def put_onto_closure(model: Geometry, q: FloatArray, u: FloatArray, *, single: bool) -> tuple[FloatArray, FloatArray]:
+    """The same of states (b, n) that are known to be numbers; ``single`` says whether a caller knows of one alone."""
+    new_q, new_u, outcomes = model.kernels.project(q, u)
     for index, outcome in enumerate(outcomes):
         if outcome != "done":
             which = "the state" if single else f"state {index}"
             raise ValueError(f"{model.name}: {which} cannot be put onto the closure: {UNPROJECTED[outcome]}")
-    return (new_q[0], new_u[0]) if single else (new_q, new_u)
+    return new_q, new_u
 
 
 def nearest_closed(

@@ -46,7 +46,7 @@ class Advance:
     stepped: tuple[tuple[FloatArray, FloatArray, FloatArray], ...] = ()
 
     def __post_init__(self) -> None:
-        if not callable(self.inputs):
+        if self.inputs is not None and not callable(self.inputs):
             self.inputs = copy.deepcopy(self.inputs)  # the caller may change his
 
     def __call__(self, t0: float, q0: FloatArray, u0: FloatArray, h: float) -> tuple[FloatArray, FloatArray]:

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,6 +12,7 @@ from numpy.typing import ArrayLike
 from .._core import DRIFTS, GAINS, methods
 from ..arrays import FloatArray
 from ..faults import Faults
+from ..model.assembly import put_onto_closure
 from ..model.drives import drive_misses, drive_rows, drive_speeds
 from ..model.model import Model
 from ..model.numbers import read_numbers
@@ -21,6 +21,8 @@ STEP_BUDGET = 10_000_000
 """Steps of a run, refused ones included."""
 RATE_BUDGET = 200_000
 """Steps, refused ones and events included, within a characteristic time, or a tenth of the duration if that is less."""
+METHODS, ESTIMATING = methods(), methods(estimating=True)
+"""All, and those that choose their steps."""
 TIME_STEPPING = "moreau"
 """The method without events: docs/theory, section 5.11."""
 LEAST = {"float": 1e-6, "double": 1e-15, "wide": 1e-18}
@@ -31,8 +33,7 @@ DEPTH = 1e-8
 """A start deeper inside a ground than this, relative to the mechanism's length, is refused; less is rounding."""
 
 
-@dataclass(frozen=True)
-class Settings:
+class Settings(NamedTuple):
     """How a run goes: ``step`` is that of steps of fixed length, else zero; ``own_rtol`` the scene's tolerance."""
 
     until: float
@@ -93,7 +94,7 @@ def settings_of(
     if name == TIME_STEPPING and model.data["drives"]:
         faults.add(
             f"method: found {name!r} for a model with driven joints, expected one of "
-            f"{', '.join(methods(estimating=True))}: steps in time do not keep to a prescribed motion; choose one"
+            f"{', '.join(ESTIMATING)}: steps in time do not keep to a prescribed motion; choose one"
         )
     if step is not None:
         with faults.collecting():
@@ -152,12 +153,12 @@ def check_rtol(rtol: Any, least: float = LEAST["double"]) -> None:
 
 def check_method(name: object, step: object) -> None:
     """Raise ``ValueError`` unless there is such a method, and it can choose its steps where no ``step`` is given."""
-    if name not in methods():
-        raise ValueError(f"method: found {name!r}, expected one of {', '.join(methods())}; choose one")
-    if step is None and name not in (adaptive := methods(estimating=True)):
+    if name not in METHODS:
+        raise ValueError(f"method: found {name!r}, expected one of {', '.join(METHODS)}; choose one")
+    if step is None and name not in ESTIMATING:
         raise ValueError(
             f"step: found none beside method {name!r}, which has no estimate of its errors to choose steps by, "
-            f"expected a number of seconds; give one, or choose one of {', '.join(adaptive)}"
+            f"expected a number of seconds; give one, or choose one of {', '.join(ESTIMATING)}"
         )
 
 
@@ -210,7 +211,7 @@ def checked_start(model: Model, q0: ArrayLike | None, u0: ArrayLike | None) -> t
     """A state from which a run can begin, put onto the closure. Raises ``ValueError`` for others."""
     q0, u0 = read_start(model, q0, u0)
     _check_energy(model, q0, u0)
-    q, u = model.project(q0, u0)
+    (q,), (u,) = put_onto_closure(model, q0[None], u0[None], single=True)
     if model.data["drives"]:
         _check_driven(model, q, u)
     depths = -model.gaps(q) if model.contacts else np.zeros(0)

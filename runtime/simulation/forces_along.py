@@ -13,6 +13,9 @@ from ..model.compiled import Compiled
 from ..model.forces import Held, Motion, Parts
 from .advance import Advance
 
+NEVER = np.zeros((0, 2))
+"""No time by time stepping."""
+
 
 @dataclass(frozen=True, eq=False)
 class Along:
@@ -61,6 +64,8 @@ class Along:
 
 def along(advance: Advance, found: Mapping[str, Any]) -> Along:
     """The motion along the run that the core recorded."""
+    if not found["held"] and not found["stepping"]:
+        return Along(advance, found["hold_t"], (), (), NEVER)
     numbers: dict[tuple[tuple[int, str, float], ...], int] = {}
     which = []
     for held, shares in zip(found["held"], found["shares"], strict=True):

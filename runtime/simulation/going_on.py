@@ -2,17 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 from ..model.model import Model
-from ..record.hybrid_state import NUMBERS, WORDS, HybridState
-from .arguments import Settings
-
-
-def left_at(found: Mapping[str, Any], settings: Settings) -> tuple[bytes, Mapping[str, Any]]:
-    """The core's record of where it has left a run, and what another has to have in common with it to go on."""
-    return found["state"], {name: getattr(settings, name) for name in (*NUMBERS, *WORDS)}
+from ..record.hybrid_state import HybridState
 
 
 def check_state(model: Model | None, state: HybridState, q0: object, u0: object) -> None:

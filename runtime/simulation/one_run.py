@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from numpy.typing import ArrayLike
 
@@ -17,7 +16,7 @@ from ..run import Run
 from .advance import Advance
 from .arguments import RATE_BUDGET, STEP_BUDGET, Settings, check_calls, checked_start, read_start, settings_of, stops_of
 from .dead_point import cut, dead_point
-from .going_on import check_end, check_state, left_at
+from .going_on import check_end, check_state
 from .result import run_of
 
 if TYPE_CHECKING:
@@ -27,8 +26,7 @@ GOES_ON = ("done", "interrupted", "no_memory", "turned_far")
 """Ends of a run that say nothing of the motion after it."""
 
 
-@dataclass(frozen=True)
-class Options:
+class Options(NamedTuple):
     """What a run is asked for beside its start: ``kinks`` are times at which the ``supply`` of its inputs has some."""
 
     settings: Settings
@@ -157,5 +155,5 @@ def simulate_one(
     advance = Advance(
         model, asked.method, asked.drift, found["hold_t"], held, tolerances, scales, inputs, supply, stepped
     )
-    left = None if "met" in found else left_at(found, asked)  # not where rows are cut off
+    left = None if "met" in found else (found["state"], asked)  # not where rows are cut off
     return run_of(model, advance, asked.until, found, asked.step > 0.0, left)

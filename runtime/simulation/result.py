@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -26,7 +25,7 @@ def run_of(
     until: float,
     found: dict[str, Any],
     fixed: bool,
-    left: tuple[bytes, Mapping[str, Any]] | None,
+    left: tuple[bytes, object] | None,
 ) -> Run:
     """The run from what the core recorded, with its audits, and what it has ``left`` to go on from."""
     impacts = _impacts(model, found)
@@ -35,7 +34,7 @@ def run_of(
     for impact, row in zip(impacts, found["after"], strict=True):
         spent[row:] -= impact.energy_loss
     gained = _account_for_steps(model, found, spent)
-    closure_max, closure_rate_max, energy_drift = model.kernels.audit(q, u, spent)
+    closure_max, closure_rate_max, energy_drift, *rounding = model.kernels.audit(q, u, spent, t.size // AUDITED + 1)
 
     return Run(
         model=model,
@@ -56,7 +55,7 @@ def run_of(
         rest_speed=found["rest_speed"],
         choices=found["choices"],
         closure_rate_max=closure_rate_max,
-        acceleration_error=_acceleration_error(model, found),
+        acceleration_error=_acceleration_error(model, found, *rounding),
         left=left,
     )
 
@@ -79,13 +78,10 @@ def _account_for_steps(model: Model, found: dict[str, Any], spent: FloatArray) -
     return gained
 
 
-def _acceleration_error(model: Model, found: dict[str, Any]) -> float:
-    """What refinement has left; without it, the rounding at a few rows."""
+def _acceleration_error(model: Model, found: dict[str, Any], lost: float, whole: float) -> float:
+    """What refinement has left; without it what is ``lost`` by rounding at a few rows, of accelerations so large."""
     if model.kernels.refined:
         return float(found["inexact"])
-    every = found["t"].size // AUDITED + 1
-    q, u = np.ascontiguousarray(found["q"][::every]), np.ascontiguousarray(found["u"][::every])
-    lost, whole = model.kernels.rounding(q, u).max(axis=0).tolist()
     return lost / max(whole, model.usual) if lost else 0.0
 
 
