@@ -1,4 +1,4 @@
-"""What the regular path costs now against an earlier commit: accelerations, a flight and a drop, in one run.
+"""What the regular path costs now against an earlier commit: accelerations, flights, a drop and a walk, in one run.
 
 Both are installed from their commits and measured in turn, each in processes of its own. Prints a markdown table;
 `python benchmarks/since.py --help` lists the options, README.md explains the rest.
@@ -76,9 +76,10 @@ def main() -> None:
             found = accelerations(checkout, package, options.rounds) | runs(package, options.rounds)
             side.update({name: min(value, side.get(name, value)) for name, value in found.items()})
     print("| | before | now | ratio |\n|---|---|---|---|")
-    for name, before in least[0].items():
-        now = least[1][name]
-        print(f"| {name} | {before:.0f} | {now:.0f} | {now / before:.2f} |")
+    for name, now in least[1].items():
+        before = least[0].get(name)
+        told = f"– | {now:.0f} | –" if before is None else f"{before:.0f} | {now:.0f} | {now / before:.2f}"
+        print(f"| {name} | {told} |")
 
 
 if __name__ == "__main__":

@@ -62,7 +62,10 @@ def main() -> None:
 
     file = folder / "walker.toml"
     file.write_text(walker())
-    animal = load_model(generate(load_scene(file), out=folder / "walk"))
+    try:
+        animal = load_model(generate(load_scene(file), out=folder / "walk"))
+    except ValueError:
+        animal = None  # a commit that knows of no friction
 
     def flight(until: float = 10.0) -> object:
         return simulate(flier, *start, until=until, rtol=1e-10, method="dop853")
@@ -77,8 +80,9 @@ def main() -> None:
         "flight, 1 s, µs": least(lambda: flight(1.0), rounds),
         "flight, 10 s, µs": least(flight, rounds),
         "drop, 1.2 s, µs": least(drop, rounds),
-        "walk, 0.2 s, µs": least(walk, rounds // 10),
     }
+    if animal is not None:
+        found["walk, 0.2 s, µs"] = least(walk, rounds // 10)
     print(json.dumps(found))
 
 
