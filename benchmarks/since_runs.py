@@ -10,6 +10,7 @@ from pathlib import Path
 from workload import workload
 
 from ccgen.generator import generate, load_scene, loop
+from ccgen.generator.scene.errors import SceneError
 from ccgen.runtime import load_model, simulate
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -64,7 +65,7 @@ def main() -> None:
     file.write_text(walker())
     try:
         animal = load_model(generate(load_scene(file), out=folder / "walk"))
-    except ValueError:
+    except SceneError:
         animal = None  # a commit that knows of no friction
 
     def flight(until: float = 10.0) -> object:
