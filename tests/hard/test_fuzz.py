@@ -59,8 +59,8 @@ def _reach_their_end(drawn: Iterable[Toss], workshop: Workshop) -> None:
         told["of a speed of rest"] += found.rest_speed > 0.0
     print(
         f"{len(times)} tosses, {len(wrong)} wrong; {dict(told)}; {stepped / (SECONDS * len(times)):.1e} of the time by "
-        f"steps; seconds of the processor each: median {np.median(times):.2f}, 99 in 100 {np.quantile(times, 0.99):.1f}, most "
-        f"{max(times):.1f}"
+        f"steps; seconds of the processor each: median {np.median(times):.2f}, "
+        f"99 in 100 {np.quantile(times, 0.99):.1f}, most {max(times):.1f}"
     )
     assert not wrong, "\n".join(wrong)
 

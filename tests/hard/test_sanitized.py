@@ -14,9 +14,10 @@ import pytest
 from ccgen.generator import generate, load_scene, loop
 from ccgen.runtime import load_model
 
-from ..hard.fuzz import scene
 from ..support.folders import ROOT
-from ..support.tiers import all_hard_but
+from .fuzz import scene
+
+pytestmark = pytest.mark.hard
 
 CORE = ROOT / "runtime" / "core"
 SANITIZERS = "-fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer -g -O1 -std=c11"
@@ -61,7 +62,7 @@ def compiled(program: str, scene_name: str, core: Path, folder: Path, *flags: st
     return folder / program
 
 
-@pytest.mark.parametrize("name", all_hard_but("rough", of=SCENES))
+@pytest.mark.parametrize("name", SCENES)
 def test_tosses_under_the_sanitizers(name: str, core: Path, tmp_path: Path) -> None:
     tosses = compiled("tosses", name, core, tmp_path)
     done = subprocess.run([tosses, COUNT], capture_output=True, text=True, check=False, timeout=600)
