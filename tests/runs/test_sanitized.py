@@ -14,8 +14,8 @@ import pytest
 from ccgen.generator import generate, load_scene, loop
 from ccgen.runtime import load_model
 
+from ..hard.fuzz import scene
 from ..support.folders import ROOT
-from .fuzz import scene
 
 pytestmark = pytest.mark.hard
 
