@@ -47,8 +47,8 @@ def check_driven(mechanism: Mechanism, effects: Sequence[tuple[Path, Effect]], r
 
 
 def drive_layout(layout: Layout, mechanism: Mechanism, effects: Sequence[Effect]) -> tuple[Layout, tuple[Speed, ...]]:
-    """The layout with the positions that drives ask for at t = 0, and the speeds that they ask for."""
-    held, lengths, speeds = list(layout.held), list(layout.lengths), []
+    """The layout with the positions that drives ask for at t = 0, and the speeds that they and meshes ask for."""
+    held, lengths, speeds = list(layout.held), list(layout.lengths), list[Speed]()
     numbers = {line.joint: len(layout.base) + k for k, line in enumerate(layout.lines)}
     for effect in effects:
         for index in effect.driven():
@@ -64,4 +64,12 @@ def drive_layout(layout: Layout, mechanism: Mechanism, effects: Sequence[Effect]
                 first, second = joint.first.link, joint.second.link
                 held += [Held(index, first, second, position)] if position is not None else []
             speeds.append(Speed(index, row, speed))
+        if mesh := effect.mesh():
+            row = np.zeros(len(layout.base) + len(layout.lines))
+            for link, lever in mesh.levers().items():
+                if link != GROUND:
+                    row[link] += lever
+            for joint, sign in mesh.lengths().items():
+                row[numbers[joint]] += sign * layout.unit
+            speeds.append(Speed(mesh.joints[0], row / (np.abs(row).max() or 1.0), 0.0))
     return replace(layout, held=tuple(held), lengths=tuple(lengths)), tuple(speeds)

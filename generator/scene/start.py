@@ -80,7 +80,7 @@ def begin(sketch: Sketch, bodies: Bodies, effects: Sequence[tuple[Path, Effect]]
     along = [told.index(line.joint) for line in layout.lines]
     slides, sliding = ([of[k] for k in along] for of in (sketch.slides, sketch.sliding))
     wanted = np.array([*sketch.angles, *((slide or 0.0) / layout.unit for slide in slides)])
-    drives = [(path, effect) for path, effect in effects if effect.driven()]
+    drives = [(path, effect) for path, effect in effects if effect.driven() or effect.mesh()]
     driven, prescribed = drive_layout(layout, bodies.mechanism, [effect for _, effect in drives])
     if not _check_slides(slides, len(sketch.angles), driven, bodies.mechanism, report):
         return None
