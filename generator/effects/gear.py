@@ -131,11 +131,10 @@ def _radii(
             )
             return None
         return first, second
-    ratio = table.teeth[1] / table.teeth[0] if table.teeth else float(table.ratio or 1.0)
-    share = abs(1.0 - ratio) if table.internal else 1.0 + ratio
+    first, second = table.teeth or (1.0, float(table.ratio or 1.0))
+    share = abs(first - second) if table.internal else first + second
     if apart == 0.0:
-        largest = size(mechanism) / max(1.0, ratio)
-        return largest, largest * ratio
+        apart, share = size(mechanism), max(first, second)
     if share == 0.0:
         complain(
             (key,),
@@ -143,7 +142,7 @@ def _radii(
             "ring that is larger; change it, or leave out internal",
         )
         return None
-    return apart / share, apart / share * ratio
+    return apart * first / share, apart * second / share
 
 
 ENTRY = Entry("gear", True, GearTable, build)
