@@ -181,18 +181,20 @@ def test_the_second_wheel_strikes_the_stop(workshop: Workshop) -> None:
 
 def test_a_four_bar_with_a_geared_pair_closes_the_loop(workshop: Workshop) -> None:
     """A five-bar whose cranks are geared 1 : -1 is symmetric: its tip stays on the line between the cranks."""
-    text = 'name = "geared"\n[ground_link]\npoints = { O = [-0.1, 0], Q = [0.1, 0] }\n'
+    text = 'name = "geared"\n[ground_link]\npoints = { O = [-0.15, 0], Q = [0.15, 0] }\n'
     for name, long in (("left", 0.1), ("first", 0.4), ("second", 0.4), ("right", 0.1)):
         text += f'[[link]]\nname = "{name}"\nrod = {{ mass = 1.0 }}\npoints = {{ A = [0, 0], B = [{long}, 0] }}\n'
     text += joint("o", "ground.O", "left.A") + joint("l", "left.B", "first.A") + joint("tip", "first.B", "second.B")
     text += joint("r", "right.B", "second.A") + joint("q", "ground.Q", "right.A")
-    text += "[start]\nangles = { left = 2.0, right = 1.141592653589793, first = 1.2, second = 1.94 }\n"
+    open_ = math.acos((0.15 + 0.1 * math.cos(1.0)) / 0.4)
+    angles = {"left": math.pi - 1.0, "right": 1.0, "first": open_, "second": math.pi - open_}
+    text += "[start]\nangles = { " + ", ".join(f"{name} = {angle!r}" for name, angle in angles.items()) + " }\n"
     text += "angular_velocities = { left = 4 }\n[gravity]\ng = 9.81\n"
     model = workshop.model(text + '[[gear]]\njoints = ["o", "q"]\nteeth = [30, 30]\n')
     assert model.dof == 1
     run = simulate(model, until=2.0)
     assert run.success, run.message
-    tip = model.points(run.q)[:, model.joints.index("tip")]
+    tip = model.point("tip", run.q)
     assert np.max(np.abs(tip[:, 0] - tip[0, 0])) <= 1e-9
     assert abs(tip[0, 0]) <= 1e-12
     assert np.max(np.abs(run.q[:, 0] + run.q[:, 3] - math.pi)) <= 1e-11
