@@ -50,7 +50,7 @@ class Implied:
 
 
 def implied(mechanism: Mechanism, driven: Collection[int] = (), tolerance: float = SAME) -> tuple[Implied, ...]:
-    """The joints that others imply, one left of each class: ``driven`` ones and racks first, then prismatic ones, pins, slots.
+    """The joints that others imply, one left of each class: ``driven`` ones, racks, prismatic ones, pins, slots.
 
     Cost grows with the number of joints times the number on one pin.
     """

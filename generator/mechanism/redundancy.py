@@ -112,9 +112,10 @@ class JointEquations:
                 turned = self._angle(joint.second, poses) - self._angle(joint.first, poses) - angle
                 found[at.start + 1] = np.remainder(turned + np.pi, 2.0 * np.pi) - np.pi
         for at, mesh in zip(self.rows[len(self.mechanism.joints) :], self.mechanism.meshes, strict=True):
-            turned = [lever * (poses - self.begun)[k, 2] for k, lever in mesh.levers().items() if k != GROUND]
-            slid = [sign * (self._length(j, poses) - self._length(j, self.begun)) for j, sign in mesh.lengths().items()]
-            found[at] = (sum(turned) + sum(slid)) / self.size
+            passed = [lever * (poses - self.begun)[k, 2] for k, lever in mesh.levers().items() if k != GROUND]
+            for index, sign in mesh.lengths().items():
+                passed.append(sign * (self._length(index, poses) - self._length(index, self.begun)))
+            found[at] = sum(passed) / self.size
         return found
 
     def jacobian(self, poses: Real) -> Real:

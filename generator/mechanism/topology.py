@@ -113,15 +113,15 @@ class Topology:
     @property
     def rows(self) -> tuple[tuple[int, str], ...]:
         """The closure rows in order: cut joint and direction, then those of the meshes."""
-        return tuple((cut.joint, row) for cut in (*self.cuts, *self.meshes) for row in cut.rows)
+        of_cuts = ((cut.joint, row) for cut in self.cuts for row in cut.rows)
+        return (*of_cuts, *((mesh.joint, row) for mesh in self.meshes for row in mesh.rows))
 
     @property
     def partners(self) -> tuple[int, ...]:
         """Per closure row the other row of the same pin, or the row itself."""
         first = {joint: index for index, (joint, row) in reversed(list(enumerate(self.rows))) if row in ("x", "y")}
         return tuple(
-            2 * first[joint] + 1 - index if row in ("x", "y") else index
-            for index, (joint, row) in enumerate(self.rows)
+            2 * first[joint] + 1 - index if row in ("x", "y") else index for index, (joint, row) in enumerate(self.rows)
         )
 
     @property

@@ -197,7 +197,8 @@ def _check_meshed(
     report.add(
         path,
         f"found {driven} driven, whose motions {effect.title} joins, expected drives of joints that move apart from "
-        f"each other; with its gears the mechanism has {free} degree{'s' * (free != 1)} of freedom here; remove a drive",
+        f"each other; with what meshes the mechanism has {free} degree{'s' * (free != 1)} of freedom here; "
+        "remove a drive",
     )
     return False
 

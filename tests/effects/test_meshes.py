@@ -119,7 +119,7 @@ def test_a_pinion_pulls_a_rack_uphill(reverse: bool, sign: float, workshop: Work
         + disc("bar", mass, 0.01)
         + joint("axle", "ground.O", "wheel.C")
         + '[[joint]]\nname = "guide"\ntype = "prismatic"\naxis = "30 deg"\nbetween = ["ground.Q", "bar.C"]\n'
-        + '[start]\nangles = { bar = 0 }\nslides = { guide = 0.2 }\nangular_velocities = { wheel = 1.5 }\n'
+        + "[start]\nangles = { bar = 0 }\nslides = { guide = 0.2 }\nangular_velocities = { wheel = 1.5 }\n"
         + f'[gravity]\ng = 9.81\n[[rack]]\npinion = "axle"\nslide = "guide"\nradius = {r}\n'
         + f'reverse = {str(reverse).lower()}\n[[torque]]\nlink = "wheel"\ntorque = {torque}\n'
     )
@@ -149,8 +149,8 @@ def test_a_wheel_that_rolls_is_a_rack_under_a_cart(workshop: Workshop) -> None:
 
 
 def test_an_impulse_goes_through_a_mesh_in_the_ratio_of_inertias(workshop: Workshop) -> None:
-    """The first wheel strikes a stop: with J = J1 + J2 / i², the stop's impulse is (1 + e) J w, of which the mesh passes
-    on (1 + e) J2 w / i²."""
+    """The first wheel strikes a stop: with J = J1 + J2 / i², the stop's impulse is (1 + e) J w, of which the mesh
+    passes on (1 + e) J2 w / i²."""
     ratio, first, second, e, w = -2.5, 0.02, 0.08, 0.5, 3.0
     stop = f'[[stop]]\njoint = "a"\nhighest = 1.2\nrestitution = {e}\n'
     begin = f"[start]\nangular_velocities = {{ one = {w} }}\n"
@@ -222,7 +222,8 @@ WRONG: list[tuple[Any, str]] = [
     ('[[belt]]\njoints = ["a", "b"]\nradii = [0.1, -1]\n', "belt[0].radii[1]: found -1"),
     ('[[rack]]\npinion = "a"\nslide = "b"\nradius = 0.1\n', 'rack[0].slide: found "b", expected a joint; its links'),
     (
-        '[[gear]]\njoints = ["a", "b"]\nratio = 2\n[[drive]]\njoint = "a"\nspeed = 1\n[[drive]]\njoint = "b"\nspeed = 1\n',
+        '[[gear]]\njoints = ["a", "b"]\nratio = 2\n'
+        '[[drive]]\njoint = "a"\nspeed = 1\n[[drive]]\njoint = "b"\nspeed = 1\n',
         "found a, b driven, whose motions gear_0 joins, expected drives of joints that move apart",
     ),
     (

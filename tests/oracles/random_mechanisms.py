@@ -172,10 +172,9 @@ class Sketch:
         """The scene's text; floats are written so that they read back equal."""
         lines = [f'name = "{name}"', "[start]", f"angles = {[float(a) for a in self.poses[:, 2]]}"]
         if self.meshed and self.slots:  # wheels mesh as they stand in the drawing
-            slid = {
-                joint: self._slid(self.slots[k]) for joint, (kind, k) in enumerate(self.kinds) if kind == "slot"
-            }
-            lines.append("slides = {" + ", ".join(f"joint_{joint} = {length!r}" for joint, length in slid.items()) + "}")
+            slid = {joint: self._slid(self.slots[k]) for joint, (kind, k) in enumerate(self.kinds) if kind == "slot"}
+            lengths = ", ".join(f"joint_{joint} = {length!r}" for joint, length in slid.items())
+            lines.append(f"slides = {{ {lengths} }}")
         if not any(GROUND in (pin.a, pin.b) for pin in (*self.pins, *self.slots)):
             lines.append(f"position = {[float(p) for p in self.poses[0, :2]]}")
         if self.gravity:

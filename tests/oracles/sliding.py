@@ -107,7 +107,9 @@ def _line_row(direction: Array, a: _Body, b: _Body) -> tuple[Array, Any]:
     return direction @ (b.columns - a.columns) + (turned_ @ apart) * a.turn, -bias
 
 
-def _rows(system: System, slots: Sequence[Slot], poses: Array, velocities: Array, given: Sequence[Prescribed] = ()) -> _Rows:
+def _rows(
+    system: System, slots: Sequence[Slot], poses: Array, velocities: Array, given: Sequence[Prescribed] = ()
+) -> _Rows:
     lines, right, miss = [], [], []
     for pin in system.pins:
         a = _Body(system, poses, velocities, pin.a, pin.on_a)
@@ -130,9 +132,9 @@ def _rows(system: System, slots: Sequence[Slot], poses: Array, velocities: Array
             miss.append(system.dtype(np.remainder(turn + np.pi, 2 * np.pi) - np.pi))
     for one in given:
         parts = one.parts if isinstance(one, Meshed) else ((1.0, one),)
-        found = [(factor, *_given_row(system, poses, velocities, part)) for factor, part in parts]
-        lines.append(sum(factor * row for factor, row, _ in found))
-        right.append(sum(factor * (rest + part.acceleration) for (factor, _, rest), (_, part) in zip(found, parts)))
+        found = [(factor, part, *_given_row(system, poses, velocities, part)) for factor, part in parts]
+        lines.append(sum(factor * row for factor, _, row, _ in found))
+        right.append(sum(factor * (rest + part.acceleration) for factor, part, _, rest in found))
     return _Rows(np.array(lines), np.array(right), np.array(miss))
 
 

@@ -63,7 +63,7 @@ CART = (
     + disc("wheel", 1.0, 0.01)
     + '[[joint]]\nname = "road"\ntype = "prismatic"\naxis = 0\nbetween = ["ground.O", "body.C"]\n'
     + joint("axle", "body.C", "wheel.C")
-    + '[gravity]\ndirection = [0.3420201433256687, -0.9396926207859084]\n'
+    + "[gravity]\ndirection = [0.3420201433256687, -0.9396926207859084]\n"
     + '[[rack]]\npinion = "axle"\nslide = "road"\nradius = 0.1\n'
 )
 """A wheel that rolls under a cart, gravity being inclined by 20°."""
