@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 from ccgen.generator import SceneError
-from ccgen.runtime import simulate
+from ccgen.generator.mechanism.redundancy import mobility
+from ccgen.runtime import inverse_dynamics, simulate, static_equilibrium
+from ccgen.runtime.model.meshes import mesh_names, mesh_torques
 
 from ..support.gear_scenes import CART, GROUND_PAIR, PLANETARY, TEETH, disc, joint, planets
 from ..support.workshop import Workshop
@@ -244,3 +246,36 @@ def test_a_weld_is_no_joint_of_a_gear(workshop: Workshop) -> None:
     weld = disc("three", 1.0, 0.1) + '[[joint]]\nname = "w"\ntype = "weld"\nbetween = ["two.E", "three.C"]\n'
     found = _wrong(GROUND_PAIR + weld + '[[gear]]\njoints = ["a", "w"]\nratio = 2\n', workshop)
     assert "it is a weld, whose links do not move against each other" in found
+
+
+def test_meshes_of_further_planets_are_told_as_redundant(workshop: Workshop) -> None:
+    """Each planet beyond the first has two rows for its one turn: one row too many each."""
+    alone, three = (workshop.scene(PLANETARY + planets(count)).mechanism for count in (1, 3))
+    poses = [scene.start.poses for scene in (workshop.scene(PLANETARY + planets(count)) for count in (1, 3))]
+    assert mobility(alone, poses[0]).groups == ()
+    found = mobility(three, poses[1])
+    assert found.freedom == 2
+    (group,) = found.groups
+    assert group.surplus == 2 and group.joints == tuple(range(6, 12))
+
+
+def test_a_train_at_rest_carries_what_its_load_asks(workshop: Workshop) -> None:
+    """A motor on the sun against a spring on the ring, the arm held: T_ring = T_sun z_ring / z_sun."""
+    torsion = '[[torsion]]\njoint = "ring_axle"\nstiffness = 20\n'
+    hold = '[[drive]]\njoint = "arm_axle"\nspeed = 0\n[[motor]]\njoint = "sun_axle"\ntorque = 0.5\n'
+    model = workshop.model(PLANETARY + planets(1) + torsion + hold)
+    found = static_equilibrium(model)
+    assert found.stability == "stable"
+    assert mesh_names(model) == ("sun_0", "ring_0")
+    torques = mesh_torques(model, found.meshes)
+    assert torques == pytest.approx([-0.5, -0.5 * RING / SUN], rel=1e-9)
+    ring = found.q[model.q_names.index("theta_2")]
+    assert abs(ring) == pytest.approx(0.5 * RING / SUN / 20.0, rel=1e-9)
+
+
+def test_inverse_dynamics_count_the_wheels_behind_a_mesh(workshop: Workshop) -> None:
+    """The torque on the first wheel for a motion is its equivalent inertia times its acceleration."""
+    model = workshop.model(GROUND_PAIR + '[[gear]]\njoints = ["a", "b"]\nteeth = [20, 50]\n')
+    q, u = model.start()
+    torques = inverse_dynamics(model, q, u, np.array([3.0, -1.2]), ["a"])
+    assert np.ravel(torques) == pytest.approx([3.0 * (0.02 + 0.08 / 2.5**2)], rel=1e-12)
