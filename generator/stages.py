@@ -89,7 +89,7 @@ def less_effect(scene: Scene, index: int, choice: Choice, fold: bool = False) ->
     the same name if there is one.
     """
     rest = scene.without(index)
-    if rest.driven == scene.driven:
+    if rest.driven == scene.driven and rest.mechanism.meshes == scene.mechanism.meshes:
         return rest, choice
     try:
         return rest, plan_scene(rest, choice.plan.name, fold=fold)[1]

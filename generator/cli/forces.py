@@ -37,7 +37,7 @@ def print_forces(run: Run) -> None:
     except ValueError as error:
         typer.echo(f"no forces: {error}")
         return
-    rows = [*_contacts(run, found), *_joints(run, found)]
+    rows = [*_contacts(run, found), *_joints(run, found), *_meshes(run, found)]
     if not rows:
         return
     width = max(len(name) for name, _, _, _ in rows)
@@ -86,6 +86,20 @@ def _joints(run: Run, found: History) -> list[Row]:
         (run.model.joints[j], f"{sizes[peaks[j], j]:.6g} N", float(found.t[peaks[j]]), "")
         for j in order[:LARGEST]
         if sizes[peaks[j], j] > 0.0
+    ]
+
+
+def _meshes(run: Run, found: History) -> list[Row]:
+    """Those whose tangential forces are largest."""
+    from ccgen.runtime.model.meshes import mesh_names
+
+    names, sizes = mesh_names(run.model), np.abs(found.meshes)
+    peaks = first_largest(sizes)
+    order = sorted(range(len(names)), key=lambda k: -sizes[peaks[k], k])
+    return [
+        (names[k], f"{sizes[peaks[k], k]:.6g} N", float(found.t[peaks[k]]), "")
+        for k in order[:LARGEST]
+        if sizes[peaks[k], k] > 0.0
     ]
 
 

@@ -71,6 +71,7 @@ def equilibrium(scene_file: Path, nearest: bool, detail: Detail, faults: Faults)
     typer.echo("joint            force x [N]     force y [N]  moment [N m]  on")
     for name, (x, y, moment), link in zip(model.joints, found.reactions, model.outboard, strict=True):
         typer.echo(f"{name:12} {x:z15.9g} {y:z15.9g} {moment:z13.6g}  {link}")
+    _tell_meshes(model, found.meshes)
     if found.closed:
         typer.echo("contact                         normal        friction")
     for k, contact in enumerate(model.contacts):
@@ -87,6 +88,16 @@ def _tell_time(model: Model, q: FloatArray) -> None:
     loads = [model.kernels.inverse_dynamics(q[None], rest, t, rest) for t in (0.0, *SOME_TIMES)]
     if any(np.any(later != loads[0]) for later in loads[1:]):
         typer.echo("note: loads that depend on time are those at t = 0 throughout")
+
+
+def _tell_meshes(model: Model, forces: FloatArray) -> None:
+    """One line for each gear, rack and belt."""
+    from ccgen.runtime.model.meshes import mesh_names, mesh_torques
+
+    if names := mesh_names(model):
+        typer.echo("mesh               force [N]  torque on the first wheel [N m]")
+    for name, force, torque in zip(names, forces, mesh_torques(model, forces), strict=True):
+        typer.echo(f"{name:12} {force:z15.9g} {torque:z32.9g}")
 
 
 def _named(contacts: Iterable[tuple[str, str]]) -> str:

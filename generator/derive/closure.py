@@ -11,6 +11,7 @@ from ..mechanism.links import GROUND
 from ..mechanism.topology import Cut
 from .displacement import Displacement, between
 from .kinematics import Kinematics
+from .meshing import Meshing
 from .vectors import ZERO, Vector, add, dot, perp, scale
 
 FIXED: dict[str, Vector] = {"x": (sp.S.One, sp.S.Zero), "y": (sp.S.Zero, sp.S.One)}
@@ -43,11 +44,12 @@ class Line:
 class Closure:
     """Rows of every cut joint (eq. 3.1): (point on the second side) − (point on the first side) = 0.
 
-    A pin has rows x and y; a joint that slides has one row n, across its line.
+    A pin has rows x and y; a joint that slides has one row n, across its line. Meshes have one row m each, behind them.
     """
 
     def __init__(self, kinematics: Kinematics) -> None:
         self.kinematics, self.topology = kinematics, kinematics.topology
+        self.meshing = Meshing(kinematics)
         self.displacements: dict[int, Displacement] = {}
         self.lines: dict[int, Line] = {}
         for cut in self.topology.cuts:
@@ -88,15 +90,16 @@ class Closure:
 
     def residual(self) -> tuple[sp.Expr, ...]:
         """The rows themselves (m)."""
-        return self._rows(lambda cut: self.displacements[cut.joint].vector())
+        return (*self._rows(lambda cut: self.displacements[cut.joint].vector()), *self.meshing.residual())
 
     def rate(self) -> tuple[sp.Expr, ...]:
         """A u (m/s), eq. 3.2."""
-        return self._rows(lambda cut: self._line_drift(cut) or self.displacements[cut.joint].rate())
+        rates = self._rows(lambda cut: self._line_drift(cut) or self.displacements[cut.joint].rate())
+        return (*rates, *self.meshing.rate())
 
     def bias(self) -> tuple[sp.Expr, ...]:
         """Ȧ u (m/s²): what the rows accelerate at with u̇ = 0, eq. 3.2 differentiated."""
-        return self._rows(self._bias)
+        return (*self._rows(self._bias), *self.meshing.bias())
 
     def jacobian(self) -> tuple[sp.Expr, ...]:
         """A, row by row (eq. 3.2)."""
@@ -108,7 +111,7 @@ class Closure:
                 columns[spin] = add(columns.get(spin, (sp.S.Zero,) * 2), scale(sp.S.NegativeOne, perp(line.distance)))
             for direction in self._directions(cut):
                 entries += [dot(direction, columns[u]) if u in columns else sp.S.Zero for u in state.u]
-        return tuple(entries)
+        return (*entries, *self.meshing.jacobian())
 
     def _line_drift(self, cut: Cut) -> Vector | None:
         line = self.lines.get(cut.joint)

@@ -20,6 +20,7 @@ from ..mechanism.links import GROUND
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.topology import Branch, Topology
 from .expanded_forces import expanded_forces
+from .meshing import passed
 from .terms_of_effects import Terms
 from .vectors import ZERO, Vector, add, dot, less, local, perp, scale, symbol
 
@@ -197,7 +198,7 @@ class _Expansion:
             ends = zip(self.position(cut.second), self.position(cut.first), strict=True)
             gap = [second - first for second, first in ends]
             rows += gap if cut.kind == "revolute" else [dot(perp(self._line(cut.joint)), (gap[0], gap[1]))]
-        return rows
+        return [*rows, *(passed(row.mesh, self.state) for row in self.topology.meshes)]
 
     def _line(self, joint: int) -> Vector:
         """Direction of a sliding joint's line (eq. 2.5)."""

@@ -116,6 +116,7 @@ class Recursion:
             for side, factor in ((cut.first, -1), (cut.second, 1)):
                 if side.link == link:
                     self._closure_side(link, cut, factor, form)
+        self._mesh(link, form)
         eliminator = Eliminator(link, form, self.ledger)
         self.solutions[link] = found = self._eliminate(link, form, eliminator)
         if link == self.kinematics.topology.root and link != GROUND:
@@ -176,6 +177,8 @@ class Recursion:
         form.hessian, form.linear = moved.hessian, moved.linear
         force = self.impulses[self.kinematics.state.u.index(slide.speed)]
         form.add_l(IMPACT, SLIDE, -force)
+        for row, factor in self.closure.meshing.along(self.kinematics.topology.branch(link).joint):
+            form.add_h(SLIDE, multiplier(row.joint, "m"), sp.Integer(-factor))
 
     def _reach(self, pivot: Pivot) -> sp.Expr:
         """What a dyad's guard compares the square of its determinant with, from the squares of both arms."""
@@ -344,6 +347,25 @@ class Recursion:
                 side.add_l(IMPACT, v, self.jumps[v])
             rows: dict[Variable, dict[Variable, sp.Expr]] = carried(row.arm)
             form.add(side.substitute(Substitution({A_X: {}, A_Y: {}} if link == GROUND else rows)))
+
+    def _mesh(self, link: int, form: Form) -> None:
+        """−λ·(lever · α) of each mesh that the link is in (eq. 3.4), what is prescribed along its joint's line, and the
+        impact's right side once."""
+        topology, meshing = self.kinematics.topology, self.closure.meshing
+        for row, lever in meshing.at(link):
+            side = Form([ALPHA, v := multiplier(row.joint, "m")])
+            side.add_h(ALPHA, v, -lever)
+            form.add(side)
+        branch = None if link == topology.root else topology.branch(link)
+        for row, factor in meshing.along(branch.joint) if branch and branch.slides else ():
+            side = Form([v := multiplier(row.joint, "m")])
+            side.add_l(FLIGHT, v, -factor * (self._driven_slide(link) or sp.S.Zero))
+            form.add(side)
+        for row in topology.meshes:
+            if row.meeting == link:
+                side = Form([v := multiplier(row.joint, "m")])
+                side.add_l(IMPACT, v, self.jumps[v])
+                form.add(side)
 
     # -- outwards --------------------------------------------------------------------------------------------------
 

@@ -179,6 +179,8 @@ class Inverse:
                 result[cut.joint] = force
                 felt[side.link] = add(felt.get(side.link, ZERO), scale(sp.Integer(factor), force))
                 moment[side.link] = moment.get(side.link, sp.S.Zero) + factor * dot(perp(sides[0].arm), force)
+        if given:
+            self._meshed(given, felt, moment)
         moments: dict[int, sp.Expr] = {}
         for branch in reversed(self.topology.branches):
             link, parent = branch.link, branch.parent
@@ -194,6 +196,23 @@ class Inverse:
                 moment[parent] += moments[branch.joint]
         self.ledger.close(title)
         return result, moments
+
+    def _meshed(
+        self, given: dict[tuple[int, str], sp.Symbol], felt: dict[int, Vector], moment: dict[int, sp.Expr]
+    ) -> None:
+        """Takes from what links need what meshes give them: moments, and forces along lines (eq. 3.4)."""
+        meshing = self.closure.meshing
+        for row in self.topology.meshes:
+            force = given[row.joint, "m"]
+            for link, lever in meshing.levers[row.joint].items():
+                moment[link] = moment.get(link, sp.S.Zero) - lever * force
+            for joint, sign in meshing.lengths[row.joint].items():
+                branch = next(one for one in self.topology.branches if one.joint == joint)
+                push = scale(sign * force, self.kinematics.slides[branch.link].direction)
+                felt[branch.link] = add(felt.get(branch.link, ZERO), scale(sp.S.NegativeOne, push))
+                felt[branch.parent] = add(felt.get(branch.parent, ZERO), push)
+                turned = dot(perp(self.kinematics.r[branch.parent, joint]), push)
+                moment[branch.parent] = moment.get(branch.parent, sp.S.Zero) + turned
 
     def drive_power(self) -> sp.Expr:
         """What joints with prescribed motion put in (W): moment times relative rate, or force times sliding speed."""

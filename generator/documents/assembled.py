@@ -54,6 +54,7 @@ def implied_lines(scene: Scene) -> list[str]:
 
 
 def _group(mechanism: Mechanism, group: Group) -> str:
-    names = ", ".join(mechanism.joints[joint].name for joint in group.joints)
+    held = [*(joint.name for joint in mechanism.joints), *(mesh.name for mesh in mechanism.meshes)]
+    names = ", ".join(held[joint] for joint in group.joints)
     count = f"{group.surplus} equation{'s' * (group.surplus != 1)}"
     return f"{names} together have {count} more than they need, so their reactions are not determined by the motion"

@@ -65,4 +65,6 @@ def name_index(scene: Scene, topology: Topology) -> tuple[str, ...]:
     joints = ", ".join(f"{j} {joint.name}" for j, joint in enumerate(scene.mechanism.joints))
     cuts = ", ".join(scene.mechanism.joints[cut.joint].name for cut in topology.cuts)
     root = scene.mechanism.link_name(topology.root)
-    return (f"links: {links}", f"joints: {joints or 'none'}", f"root: {root}; cut joints: {cuts or 'none'}")
+    meshes = ", ".join(f"{row.joint} {row.mesh.name}" for row in topology.meshes)
+    told = (f"links: {links}", f"joints: {joints or 'none'}", f"root: {root}; cut joints: {cuts or 'none'}")
+    return (*told, f"meshes: {meshes}") if meshes else told

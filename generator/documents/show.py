@@ -17,7 +17,7 @@ from ..planning.choose import Choice
 from ..program.dialects import LISTING, write
 from ..program.prices import Price
 from ..program.program import lower
-from ..scene.driven import drive_layout
+from ..scene.driven import drive_layout, mesh_speeds
 from ..scene.scene import Scene
 from ..stages import derive_scene, plan_scene, prices
 from .assembled import branch_lines, mobility_of, redundancy_lines
@@ -110,7 +110,9 @@ def _mobility(mechanism: Mechanism, driven: int) -> str:
     count = f"3 x {links} links - 2 x {others} joints"
     count += f" - {slots} pin{'s in slots' if slots > 1 else ' in a slot'}" if slots else ""
     count += f" - {_driven(driven)}" if driven else ""
-    return f"{3 * links - 2 * others - slots - driven} by Grübler's count: {count}"
+    meshes = len(mechanism.meshes)
+    count += f" - {meshes} mesh{'es' * (meshes != 1)}" if meshes else ""
+    return f"{3 * links - 2 * others - slots - driven - meshes} by Grübler's count: {count}"
 
 
 def _driven(count: int) -> str:
@@ -151,6 +153,7 @@ def _freedom(scene: Scene, topology: Topology, count: int) -> str:
     layout = lay_out(scene.mechanism, driven=scene.driven)
     _, speeds = drive_layout(layout, scene.mechanism, scene.effects)
     shut = layout.jacobian(layout.read_off(np.array(scene.start.poses)))
+    shut = np.vstack([shut, *(speed.row for speed in mesh_speeds(layout, scene.mechanism))])
     size, told = shut.shape[1] + 2 * layout.floating, np.vstack([shut, *(speed.row for speed in speeds)])
     closed, left = (size - int(np.linalg.matrix_rank(a, tol=RANK_TOLERANCE)) for a in (shut, told))
     text = f"{left} = {count} quasi-velocities - rank {count - closed} of the {rows} closure rows at the start"

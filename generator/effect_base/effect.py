@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from ..mechanism.joints import PointRef
 from ..mechanism.links import Parameter, Point
 from ..mechanism.mechanism import Mechanism
+from ..mechanism.meshes import Mesh, MeshTerm
 from .table import Table
 
 if TYPE_CHECKING:
@@ -118,6 +119,14 @@ class Effect:
     def drives(self, motion: Motion) -> Sequence[tuple[int, Expr]]:
         """The driven joints' accelerations (rad/s², or m/s² along their lines)."""
         return ()
+
+    def mesh(self) -> Mesh | None:
+        """The row that the effect asks of joints' angles and lengths."""
+        return None
+
+    def assembled(self, position: Callable[[MeshTerm], float]) -> Effect:
+        """The effect as the start has it: ``position`` is that of what a term of a mesh has (rad or m)."""
+        return self
 
     def potential(self, motion: Motion) -> Expr:
         """Potential energy (J) of the loads that have one."""

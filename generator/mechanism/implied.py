@@ -50,11 +50,12 @@ class Implied:
 
 
 def implied(mechanism: Mechanism, driven: Collection[int] = (), tolerance: float = SAME) -> tuple[Implied, ...]:
-    """The joints that others imply, one left of each class: ``driven`` ones first, then prismatic ones, pins, slots.
+    """The joints that others imply, one left of each class: ``driven`` ones, racks, prismatic ones, pins, slots.
 
     Cost grows with the number of joints times the number on one pin.
     """
     finder = _Finder(mechanism, tolerance)
+    driven = {*driven, *(joint for mesh in mechanism.meshes for joint in mesh.slides)}
     order = {"prismatic": 0, "revolute": 1, "pin-in-slot": 2}
     joints = sorted(range(len(mechanism.joints)), key=lambda k: (k not in driven, order[mechanism.joints[k].kind], k))
     return tuple(sorted(filter(None, map(finder.judge, joints)), key=lambda found: found.joint))

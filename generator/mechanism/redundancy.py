@@ -30,7 +30,10 @@ _TRIES, _STEPS, _FAR = 6, 60, 0.2
 
 @dataclass(frozen=True)
 class Group:
-    """Joints that hold each other: they have ``surplus`` equations more than are independent."""
+    """Joints that hold each other: they have ``surplus`` equations more than are independent.
+
+    Numbers from that of the joints on are those of meshes.
+    """
 
     joints: tuple[int, ...]
     surplus: int
@@ -85,7 +88,8 @@ class JointEquations:
         arms = [abs(self.local(end)) for joint in mechanism.joints for end in (joint.first, joint.second)]
         self.size = max(arms, default=0.0) or 1.0
         self.count = poses.size
-        sizes = [1 if joint.kind == "pin-in-slot" else 2 for joint in mechanism.joints]
+        sizes = [1 if joint.kind == "pin-in-slot" else 2 for joint in mechanism.joints] + [1] * len(mechanism.meshes)
+        self.begun = poses.copy()
         ends = np.cumsum([0, *sizes])
         self.rows = [slice(int(a), int(b)) for a, b in pairwise(ends)]
         self.height = int(ends[-1])
@@ -96,7 +100,7 @@ class JointEquations:
     def residual(self, poses: Real) -> Real:
         """Second point less first point of every pin; across its line, and a held angle, where a joint slides."""
         rows, found = poses.tolist(), np.zeros(self.height)
-        for at, joint in zip(self.rows, self.mechanism.joints, strict=True):
+        for at, joint in zip(self.rows, self.mechanism.joints, strict=False):
             gap = (place(self.mechanism, rows, joint.second) - place(self.mechanism, rows, joint.first)) / self.size
             if not joint.slides:
                 found[at] = gap.real, gap.imag
@@ -107,13 +111,18 @@ class JointEquations:
                 angle = joint.angle.value if joint.angle else 0.0
                 turned = self._angle(joint.second, poses) - self._angle(joint.first, poses) - angle
                 found[at.start + 1] = np.remainder(turned + np.pi, 2.0 * np.pi) - np.pi
+        for at, mesh in zip(self.rows[len(self.mechanism.joints) :], self.mechanism.meshes, strict=True):
+            passed = [lever * (poses - self.begun)[k, 2] for k, lever in mesh.levers().items() if k != GROUND]
+            for index, sign in mesh.lengths().items():
+                passed.append(sign * (self._length(index, poses) - self._length(index, self.begun)))
+            found[at] = sum(passed) / self.size
         return found
 
     def jacobian(self, poses: Real) -> Real:
         """Derivatives of the residual by x and y in units of the size and by the angles, shape (rows, 3 nl)."""
         found: Real = np.zeros((self.height, self.count))
         places = poses.tolist()
-        for at, joint in zip(self.rows, self.mechanism.joints, strict=True):
+        for at, joint in zip(self.rows, self.mechanism.joints, strict=False):
             gap = place(self.mechanism, places, joint.second) - place(self.mechanism, places, joint.first)
             for ref, sign in ((joint.first, -1.0), (joint.second, 1.0)):
                 if ref.link == GROUND:
@@ -130,7 +139,31 @@ class JointEquations:
                 found[at.start, columns] = sign * (np.array([across.real, across.imag]) @ block)
                 if not joint.turns:
                     found[at.start + 1, columns] = (0.0, 0.0, sign)
+        for at, mesh in zip(self.rows[len(self.mechanism.joints) :], self.mechanism.meshes, strict=True):
+            for link, lever in mesh.levers().items():
+                if link != GROUND:
+                    found[at.start, 3 * link + 2] += lever / self.size
+            for index, sign in mesh.lengths().items():
+                found[at.start] += sign * self._along_row(self.mechanism.joints[index], poses)
         return found
+
+    def _length(self, index: int, poses: Real) -> float:
+        """How far (m) a sliding joint is along its line."""
+        joint, places = self.mechanism.joints[index], poses.tolist()
+        gap = place(self.mechanism, places, joint.second) - place(self.mechanism, places, joint.first)
+        return float((gap * self._along(joint, poses).conjugate()).real)
+
+    def _along_row(self, joint: Joint, poses: Real) -> Real:
+        """Derivatives of that in units of the size, shape (3 nl,)."""
+        row, along, places = np.zeros(self.count), self._along(joint, poses), poses.tolist()
+        gap = place(self.mechanism, places, joint.second) - place(self.mechanism, places, joint.first)
+        for ref, sign in ((joint.first, -1.0), (joint.second, 1.0)):
+            if ref.link != GROUND:
+                turned = 1j * self.local(ref) * np.exp(1j * poses[ref.link, 2]) / self.size
+                turned += 1j * gap / self.size if sign < 0.0 else 0.0
+                block = [along.real, along.imag, (turned * along.conjugate()).real]
+                row[3 * ref.link : 3 * ref.link + 3] += sign * np.array(block)
+        return row
 
     def _angle(self, ref: PointRef, poses: Real) -> float:
         return 0.0 if ref.link == GROUND else float(poses[ref.link, 2])
@@ -150,7 +183,7 @@ class JointEquations:
 
     def groups(self, stresses: Real) -> tuple[Group, ...]:
         """Joints that a self-stress connects, each group with the number of its own stresses."""
-        joints = len(self.mechanism.joints)
+        joints = len(self.rows)
         shares = stresses @ stresses.T
         linked = np.array([[np.abs(shares[a, b]).max() > _CARRIES for b in self.rows] for a in self.rows])
         left = [joint for joint in range(joints) if linked[joint, joint]]

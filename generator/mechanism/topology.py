@@ -18,6 +18,7 @@ from .implied import Implied, implied
 from .joints import Joint, Kind, PointRef
 from .links import GROUND
 from .mechanism import Mechanism
+from .meshes import Mesh
 
 
 @dataclass(frozen=True)
@@ -75,16 +76,35 @@ class Cut:
 
 
 @dataclass(frozen=True)
+class MeshRow:
+    """The closure row of a mesh; its multiplier has the number ``joint``, behind those of all joints.
+
+    The branches of all links in it meet at ``meeting``, and so does that of a sliding joint's parent: what the row
+    depends on goes further out.
+    """
+
+    mesh: Mesh
+    joint: int
+    meeting: int
+    rank: int = 0
+
+    @property
+    def rows(self) -> tuple[str, ...]:
+        return ("m",)
+
+
+@dataclass(frozen=True)
 class Topology:
     """The virtual open chain. ``root`` is the ground or the floating root link; ``branches`` run from root to tips.
 
-    ``implied`` joints are in neither tree nor cuts: others hold what they hold.
+    ``implied`` joints are in neither tree nor cuts: others hold what they hold. ``meshes`` are closed as cuts are.
     """
 
     root: int
     branches: tuple[Branch, ...]
     cuts: tuple[Cut, ...]
     implied: tuple[Implied, ...] = ()
+    meshes: tuple[MeshRow, ...] = ()
 
     @property
     def floating(self) -> bool:
@@ -92,16 +112,22 @@ class Topology:
 
     @property
     def rows(self) -> tuple[tuple[int, str], ...]:
-        """The closure rows in order: cut joint and direction."""
-        return tuple((cut.joint, row) for cut in self.cuts for row in cut.rows)
+        """The closure rows in order: cut joint and direction, then those of the meshes."""
+        of_cuts = ((cut.joint, row) for cut in self.cuts for row in cut.rows)
+        return (*of_cuts, *((mesh.joint, row) for mesh in self.meshes for row in mesh.rows))
 
     @property
     def partners(self) -> tuple[int, ...]:
         """Per closure row the other row of the same pin, or the row itself."""
-        first = {joint: index for index, (joint, row) in reversed(list(enumerate(self.rows))) if row != "n"}
+        first = {joint: index for index, (joint, row) in reversed(list(enumerate(self.rows))) if row in ("x", "y")}
         return tuple(
-            index if row == "n" else 2 * first[joint] + 1 - index for index, (joint, row) in enumerate(self.rows)
+            2 * first[joint] + 1 - index if row in ("x", "y") else index for index, (joint, row) in enumerate(self.rows)
         )
+
+    @property
+    def links(self) -> frozenset[int]:
+        """Links of the tree, the root among them."""
+        return frozenset({self.root} | {branch.link for branch in self.branches})
 
     def branch(self, link: int) -> Branch:
         """The branch that carries ``link``; the root has none (``KeyError``)."""
@@ -183,7 +209,20 @@ def hang(mechanism: Mechanism, root: int, kept: Collection[int], idle: tuple[Imp
             inwards = set(paths[joint.first.link])
             meeting = next(link for link in paths[joint.second.link] if link in inwards)
             cuts.append(Cut(index, joint.first, joint.second, meeting, joint.kind))
-    return Topology(tree.root, tree.branches, tuple(cuts), tree.implied)
+    meshes = [_mesh_row(mechanism, tree, number) for number in range(len(mechanism.meshes))] if branches else []
+    return Topology(tree.root, tree.branches, tuple(cuts), tree.implied, tuple(meshes))
+
+
+def _mesh_row(mechanism: Mechanism, tree: Topology, number: int) -> MeshRow:
+    """The row of a mesh, and where the branches of what is in it meet."""
+    mesh, branches = mechanism.meshes[number], {branch.joint: branch for branch in tree.branches}
+    links = set(mesh.levers())
+    for joint in mesh.slides:
+        if joint in branches:
+            links |= {branches[joint].link, branches[joint].parent}
+    paths = [tree.path(link) if link in tree.links else (tree.root,) for link in sorted(links)]
+    meeting = next(link for link in paths[0] if all(link in path for path in paths))
+    return MeshRow(mesh, len(mechanism.joints) + number, meeting)
 
 
 def _grow(mechanism: Mechanism, root: int, usable: Iterable[int]) -> tuple[Branch, ...]:
@@ -207,9 +246,10 @@ def _grow(mechanism: Mechanism, root: int, usable: Iterable[int]) -> tuple[Branc
 def _keep(mechanism: Mechanism, usable: Iterable[int], grown: tuple[Branch, ...], driven: Collection[int]) -> set[int]:
     """Joints of the tree: the preferred ones that form no ring (Kruskal's algorithm), ``grown`` ones before others."""
     order = {branch.joint: place for place, branch in enumerate(grown)}
+    first = {*driven, *(joint for mesh in mechanism.meshes for joint in mesh.slides)}
 
     def preference(index: int) -> tuple[int, int, int]:
-        rank = 0 if index in driven else _rank(mechanism, mechanism.joints[index])
+        rank = 0 if index in first else _rank(mechanism, mechanism.joints[index])
         return rank, order.get(index, len(order)), index
 
     piece = {link: link for link in range(GROUND, len(mechanism.links))}

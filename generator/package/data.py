@@ -42,7 +42,7 @@ def model_data(
         "between": [[joint.first.link, joint.second.link] for joint in mechanism.joints],
         "outboard": _outboard(mechanism, topology),
         "cuts": [mechanism.joints[cut.joint].name for cut in topology.cuts],
-        "rows": [f"{mechanism.joints[joint].name}.{row}" for joint, row in topology.rows],
+        "rows": [*_rows(mechanism, topology), *(f"{row.mesh.name}.mesh" for row in topology.meshes)],
         "lines": _lines(mechanism),
         "coordinates": _coordinates(mechanism, topology),
         "leaders": [topology.leader(k) for k in range(len(mechanism.links))],
@@ -76,6 +76,10 @@ def model_data(
         "run": {"until": scene.run.until, "rtol": scene.run.rtol, "atol": scene.run.atol, "on_gain": scene.run.on_gain},
     }
     return ModelData.model_validate(data).model_dump()
+
+
+def _rows(mechanism: Mechanism, topology: Topology) -> list[str]:
+    return [f"{mechanism.joints[cut.joint].name}.{row}" for cut in topology.cuts for row in cut.rows]
 
 
 def _discs(scene: Scene) -> list[Json]:

@@ -17,7 +17,7 @@ from ..equations.names import A_X, A_Y, ALPHA, SLIDE, Variable, multiplier, turn
 from ..mechanism.links import GROUND
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.modules import alike
-from ..mechanism.topology import Branch, Cut, Topology
+from ..mechanism.topology import Branch, Cut, MeshRow, Topology
 from .fill import by_least_fill, take_out
 from .pattern import Pattern, Sweep
 from .plan import Pivot, Plan
@@ -127,7 +127,8 @@ def choose(
     check_plan(wanted)
     sweep = Sweep(mechanism, topology, driven)
     modules = alike(mechanism)
-    dyads = _with_dyads(sweep, [cut for cut in topology.cuts if cut.joint in sound])
+    meshed = bool(topology.meshes)  # their rows share links with those of dyads and segments
+    dyads = None if meshed else _with_dyads(sweep, [cut for cut in topology.cuts if cut.joint in sound])
     limit = max(FAR * dyads[1], LONGEST) if dyads and wanted != TIP_TO_ROOT else math.inf
     own, cost = _summed(sweep.run(_Order(sweep, {}), limit))
     found = [Candidate(topology, Plan(TIP_TO_ROOT, own, None, modules), cost, cost)]
@@ -135,7 +136,7 @@ def choose(
         otherwise = Plan(TIP_TO_ROOT, own) if cost <= LONGEST else None
         plan = Plan(DYADS, dyads[0], otherwise, modules)
         found.append(Candidate(topology, plan, dyads[1], WORTH * dyads[1]))
-    found += _in_segments(mechanism, topology, driven, loaded, folded)
+    found += [] if meshed else _in_segments(mechanism, topology, driven, loaded, folded)
     return _best(found, wanted)
 
 
@@ -203,10 +204,12 @@ class _Order:
         self.closed = {cut.joint for cuts in self.dyads.values() for cut in cuts}
         self.waiting = {v for cuts in self.dyads.values() for cut in cuts for v in _dyad(cut)}
         root, severed, branches = self.sweep.topology.root, set(self.sweep.severed), self.sweep.branches
-        self.loops: dict[int, list[Cut]] = {}
+        self.loops: dict[int, list[Cut | MeshRow]] = {}
         for cut in (cut for cut in self.sweep.cuts if cut.joint not in self.closed):
             link = root if severed & _between(cut, branches) else cut.meeting
             self.loops.setdefault(link, []).append(cut)
+        for row in self.sweep.topology.meshes:
+            self.loops.setdefault(row.meeting, []).append(row)
 
     def __call__(self, link: int, pattern: Pattern) -> tuple[Pivot, ...]:
         if not self.dyads:
@@ -262,7 +265,7 @@ def _outside(link: int, pattern: Pattern) -> dict[Variable, set[Variable]]:
     return {own.get(v, v): {own.get(w, w) for w in near} for v, near in pattern.near.items()}
 
 
-def _least_fill(cuts: list[Cut], pattern: Pattern) -> list[Cut]:
+def _least_fill(cuts: list[Cut | MeshRow], pattern: Pattern) -> list[Cut | MeshRow]:
     """Loops that meet at a link, in an order of least fill by the multipliers that they share."""
     at = {cut.joint: cut for cut in cuts}
     near = {joint: {joint} for joint in at}

@@ -83,6 +83,14 @@ class Sweep:
         for branch in topology.branches:
             if branch.link not in severed:
                 self.outboard.setdefault(branch.parent, []).append(branch)
+        self.meshed: dict[int, list[Variable]] = {}
+        self.along: dict[int, list[Variable]] = {}
+        for row in topology.meshes:
+            v = multiplier(row.joint, "m")
+            for link in row.mesh.levers():
+                self.meshed.setdefault(link, []).append(v)
+            for joint in row.mesh.slides:
+                self.along.setdefault(joint, []).append(v)
         self.sides: dict[int, list[tuple[int, PointRef, int]]] = {}
         for index, cut in enumerate(self.cuts):
             for ref, sign in ((cut.first, 1), (cut.second, -1)):
@@ -134,6 +142,10 @@ class Sweep:
                     pattern.add(v, w, value)
         for index, ref, sign in self.sides.get(link, ()):
             self._close(link, index, ref, sign, pattern)
+        for v in self.meshed.get(link, ()):
+            pattern.near.setdefault(v, set())
+            if link != GROUND:
+                pattern.add(ALPHA, v, GENERAL)
         return pattern, cost
 
     def _carry(self, link: int, branch: Branch, child: Pattern, pattern: Pattern) -> float:
@@ -188,6 +200,8 @@ class Sweep:
                 if pattern.get(A_X, v) or pattern.get(A_Y, v):
                     pattern.add(SLIDE, v, GENERAL)
             pattern.add(SLIDE, SLIDE, GENERAL)
+            for v in self.along.get(self.branches[link].joint, ()):
+                pattern.add(SLIDE, v, GENERAL)
         touched = pattern.touched(here)
         cost = _dyad_cost(pattern, here, touched) if is_dyad(here) else pivot_cost(len(here), len(touched))
         if is_dyad(here):

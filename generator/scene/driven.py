@@ -16,7 +16,8 @@ from .errors import Path, Report
 
 
 def check_driven(mechanism: Mechanism, effects: Sequence[tuple[Path, Effect]], report: Report) -> bool:
-    """No joint is driven twice, and no driven joint lies in a ring of joints that hold or are given their motion."""
+    """No joint is driven twice, and no driven joint or rack lies in a ring of joints that hold or are given their
+    motion."""
     found: dict[int, str] = {}
     fine = True
     for path, effect in effects:
@@ -26,7 +27,7 @@ def check_driven(mechanism: Mechanism, effects: Sequence[tuple[Path, Effect]], r
                 report.add((*path, "joint"), f"{message} joint; remove one of them")
                 fine = False
             found.setdefault(joint, effect.title)
-    if not found:
+    if not found and not any(mesh.slides for mesh in mechanism.meshes):
         return fine
     from ..mechanism.topology import span  # only scenes with drives need the spanning tree here
 
@@ -43,7 +44,26 @@ def check_driven(mechanism: Mechanism, effects: Sequence[tuple[Path, Effect]], r
                 )
                 report.add((*path, "joint"), f"{message}, expected a joint that is free; remove a drive")
                 fine = False
+        for joint in mesh.slides if (mesh := effect.mesh()) else ():
+            if joint in cut:
+                message = f"found {mechanism.joints[joint].name}, which closes a ring of joints that slide"
+                report.add((*path, "slide"), f"{message}, expected another one of its ring; name that")
+                fine = False
     return fine
+
+
+def mesh_speeds(layout: Layout, mechanism: Mechanism) -> tuple[Speed, ...]:
+    """What meshes ask of the rates: each row, of entries up to 1, is to stay as it is."""
+    numbers, speeds = {line.joint: len(layout.base) + k for k, line in enumerate(layout.lines)}, list[Speed]()
+    for mesh in mechanism.meshes:
+        row = np.zeros(len(layout.base) + len(layout.lines))
+        for link, lever in mesh.levers().items():
+            if link != GROUND:
+                row[link] += lever
+        for joint, sign in mesh.lengths().items():
+            row[numbers[joint]] += sign * layout.unit
+        speeds.append(Speed(mesh.joints[0], row / (np.abs(row).max() or 1.0), 0.0))
+    return tuple(speeds)
 
 
 def drive_layout(layout: Layout, mechanism: Mechanism, effects: Sequence[Effect]) -> tuple[Layout, tuple[Speed, ...]]:

@@ -28,6 +28,7 @@ from .law import law_of_all
 from .let import read_names
 from .limits import MOST_JOINTS, MOST_LINKS, MOST_TABLES, too_large
 from .locate import locate
+from .meshed import as_assembled, meshed
 from .module_names import hidden_module
 from .not_toml import not_toml
 from .scene import RunSettings, Scene, Start
@@ -166,7 +167,11 @@ def _read(tables: Tables, report: Report, assemble: bool = True) -> Parts:
     begun = _table(StartTable, tables, "start", names, report)
     run = _table(RunTable, tables, "run", names, report)
     effects = _effects(effect_tables, bodies, report) if bodies else []
+    bodies = meshed(bodies, effects) if bodies else None
     start = _start(begun, bodies, effects, report, assemble) if bodies and begun else None
+    if bodies and start:
+        effects = as_assembled(bodies.mechanism, effects, start.poses)
+        bodies = meshed(bodies, effects)
     return bodies, effects, start, run, law_of_all(tables, MODELS, report)
 
 

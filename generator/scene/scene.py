@@ -98,7 +98,10 @@ class Scene:
         sketch = self.start.sketch
         if sketch.height is not None:
             sketch = dataclasses.replace(sketch, height=None, position=self.start.poses[0][:2])
-        return dataclasses.replace(self, effects=effects, start=dataclasses.replace(self.start, sketch=sketch))
+        meshes = tuple(mesh for effect in effects if (mesh := effect.mesh()))
+        mechanism = dataclasses.replace(self.mechanism, meshes=meshes)
+        start = dataclasses.replace(self.start, sketch=sketch)
+        return dataclasses.replace(self, mechanism=mechanism, effects=effects, start=start)
 
     @property
     def driven(self) -> tuple[int, ...]:

@@ -17,7 +17,7 @@ from ..mechanism.loops import loops
 from ..mechanism.mechanism import Mechanism
 from .bodies import Bodies
 from .drawn import anchors, drawn_lengths, offset, spread
-from .driven import drive_layout
+from .driven import drive_layout, mesh_speeds
 from .errors import Path, Report
 from .scene import Sketch, Start
 from .schema import StartTable
@@ -81,6 +81,7 @@ def begin(sketch: Sketch, bodies: Bodies, effects: Sequence[tuple[Path, Effect]]
     slides, sliding = ([of[k] for k in along] for of in (sketch.slides, sketch.sliding))
     wanted = np.array([*sketch.angles, *((slide or 0.0) / layout.unit for slide in slides)])
     drives = [(path, effect) for path, effect in effects if effect.driven()]
+    meshes = mesh_speeds(layout, bodies.mechanism)
     driven, prescribed = drive_layout(layout, bodies.mechanism, [effect for _, effect in drives])
     if not _check_slides(slides, len(sketch.angles), driven, bodies.mechanism, report):
         return None
@@ -98,8 +99,10 @@ def begin(sketch: Sketch, bodies: Bodies, effects: Sequence[tuple[Path, Effect]]
         return None
     asked = [*sketch.rates, *(rate if rate is None else rate / layout.unit for rate in sliding)]
     given = {index: rate for index, rate in enumerate(asked) if rate is not None}
+    if meshes and not _check_meshed(layout, found, prescribed, meshes, bodies.mechanism, effects, report):
+        return None
     try:
-        speeds = rates(layout, found, given, speeds=prescribed)
+        speeds = rates(layout, found, given, speeds=(*prescribed, *meshes))
     except Contradiction as error:
         if not _report_stuck(layout, found, prescribed, drives, bodies.mechanism, report):
             _report_rates(error, drives, layout, bodies.mechanism, report)
@@ -170,6 +173,34 @@ def _report_stuck(
         message += f"; the first point of {', '.join(slots)} has the slot: exchange points if it is in the other link"
     report.add(drives[-1][0], message)
     return True
+
+
+def _check_meshed(
+    layout: Layout,
+    x: Real,
+    prescribed: Sequence[Speed],
+    meshes: Sequence[Speed],
+    mechanism: Mechanism,
+    effects: Sequence[tuple[Path, Effect]],
+    report: Report,
+) -> bool:
+    """Whether meshes let drives move their joints as they will: no mesh joins what two drives give."""
+    rows = np.vstack([layout.jacobian(x), *(one.row for one in meshes)])
+    _, values, motions = np.linalg.svd(rows)
+    left = motions[int(np.sum(values > _RANK)) :]
+    moved = np.array([one.row for one in prescribed]).reshape(len(prescribed), len(x)) @ left.T
+    if int(np.linalg.matrix_rank(moved, tol=_RANK)) == len(prescribed):
+        return True
+    driven = ", ".join(mechanism.joints[one.joint].name for one in prescribed)
+    path, effect = next((path, effect) for path, effect in effects if effect.mesh())
+    free = len(left) + 2 * layout.floating
+    report.add(
+        path,
+        f"found {driven} driven, whose motions {effect.title} joins, expected drives of joints that move apart from "
+        f"each other; with what meshes the mechanism has {free} degree{'s' * (free != 1)} of freedom here; "
+        "remove a drive",
+    )
+    return False
 
 
 def _still(rates: Real) -> bool:

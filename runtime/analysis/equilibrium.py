@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from ..arrays import BoolArray, FloatArray
 from ..model.drives import drive_columns
+from ..model.meshes import mesh_forces
 from ..model.model import Model
 from ..precision import need_doubles
 from .contacts import DEEPEST, Hold, inside
@@ -51,6 +52,7 @@ class Equilibrium:
     order of the model's ``contacts``, are normal force and friction, the latter along the normal turned clockwise, on
     the point or the first disc, in N (of stops in N m); 0 where open. ``ranges`` (contacts, 2, 2) are the lowest and
     highest value that each can have; they differ where forces are not ``unique``, and ``inf`` is one without a bound.
+    ``meshes`` (meshes,) are the tangential forces (N) of gears, racks and belts, in the order of their rows.
     ``note`` says in words what a rest on contacts leaves open; it is empty where that is nothing.
     """
 
@@ -63,6 +65,7 @@ class Equilibrium:
     contact_forces: FloatArray
     ranges: FloatArray
     note: str
+    meshes: FloatArray
 
     @property
     def unique(self) -> bool:
@@ -116,6 +119,7 @@ def static_equilibrium(
         hold.forces,
         hold.ranges,
         _note(statics, found, hold),
+        mesh_forces(model, statics.multipliers(found, hold.forces)),
     )
 
 

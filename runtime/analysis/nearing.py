@@ -111,7 +111,7 @@ class Nearing:
 
     def _shut(self, q: FloatArray) -> FloatArray | None:
         """The nearest closed configuration; ``None`` where there is none."""
-        if not self.model.cuts:
+        if not self.model.rows:
             return q
         try:
             return nearest_closed(self.model.closure, self.model.jacobian, self.metric, q)

@@ -21,7 +21,7 @@ UNPROJECTED = {
 def assemble(model: Geometry, q: ArrayLike) -> FloatArray:
     """The consistent configuration nearest to ``q`` (or to each of a batch); ``ValueError`` where none is found."""
     states, single = model._batch(q, "q", len(model.q_names))
-    if not model.cuts:
+    if not model.rows:
         return states[0].copy() if single else states.copy()
     found = np.array([nearest_closed(model.closure, model.jacobian, model.displacements(), one) for one in states])
     return found[0] if single else found

@@ -17,7 +17,7 @@ def start(model: Geometry) -> tuple[FloatArray, FloatArray]:
     poses = np.array(model.data["start"]["poses"], dtype=float)
     velocities = np.array(model.data["start"]["velocities"], dtype=float)
     q, u = read_off(model, poses), read_rates(model, poses, velocities)
-    if model.cuts and np.max(np.abs(model.closure(q))) > joint_miss(model.core.REAL, model.length):
+    if model.rows and np.max(np.abs(model.closure(q))) > joint_miss(model.core.REAL, model.length):
         q = assemble(model, q)
     if model.data["drives"]:
         q, u = put_where_driven(model, q, u)

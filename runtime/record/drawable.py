@@ -25,6 +25,10 @@ class Drawable(Protocol):
     @property
     def parameters(self) -> Mapping[str, float]: ...
     @property
+    def rows(self) -> Sequence[str]:
+        """Names of the closure rows."""
+
+    @property
     def contacts(self) -> Sequence[tuple[str, str]]:
         """(point, ground) names of every contact that is watched."""
 

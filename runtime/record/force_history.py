@@ -12,6 +12,7 @@ import numpy as np
 
 from ..arrays import FloatArray
 from ..files import read_path, write_whole
+from ..model.meshes import mesh_forces, mesh_names
 from .record import Record
 
 INSTANTS = 1000
@@ -22,7 +23,8 @@ BEFORE = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class History:
-    """Forces at times t (n,): ``pushes`` (n, contacts, 2) and ``reactions`` (n, joints, 3), as those of a run.
+    """Forces at times t (n,): ``pushes`` (n, contacts, 2), ``reactions`` (n, joints, 3) and those of the ``meshes``
+    (n, meshes), as those of a run.
 
     Instants at which forces jump are there twice, with what they are just before and after.
     """
@@ -30,6 +32,7 @@ class History:
     t: FloatArray
     pushes: FloatArray
     reactions: FloatArray
+    meshes: FloatArray
 
 
 def history(run: Record, instants: int = INSTANTS) -> History:
@@ -53,7 +56,8 @@ def history(run: Record, instants: int = INSTANTS) -> History:
     t, known = t[order], np.isfinite(motion.pushes).all(axis=(1, 2)) & np.isfinite(motion.reactions).all(axis=(1, 2))
     if not known.any():
         raise ValueError("this run knows no forces: it went by time stepping, which records none")
-    return History(t[known], motion.pushes[known], motion.reactions[known])
+    meshes = mesh_forces(run.model, motion.multipliers[known])
+    return History(t[known], motion.pushes[known], motion.reactions[known], meshes)
 
 
 def _just_before(run: Record, jumps: FloatArray) -> FloatArray:
@@ -77,17 +81,17 @@ def columns(run: Record) -> list[str]:
         )
     for joint in run.model.joints:
         found += [f"{joint}: x [N]", f"{joint}: y [N]", f"{joint}: moment [N m]"]
-    return found
+    return [*found, *(f"{mesh}: force [N]" for mesh in mesh_names(run.model))]
 
 
 def write_csv(run: Record, path: str | os.PathLike[str]) -> Path:
-    """Write the forces of contacts and joints over time as CSV, headings with units first; times as of ``history``."""
+    """Write the forces of contacts, joints, meshes as CSV, headings with units first; times as of ``history``."""
     target = read_path(path, "a file")
     found = history(run)
     count = len(found.t)
     rubs = np.array([(True, ground not in run.model.stops) for _, ground in run.model.contacts], dtype=bool).ravel()
     pushes = found.pushes.reshape(count, -1)[:, rubs]
-    numbers = np.column_stack([found.t, pushes, found.reactions.reshape(count, -1)])
+    numbers = np.column_stack([found.t, pushes, found.reactions.reshape(count, -1), found.meshes])
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
     table.writerow(columns(run))

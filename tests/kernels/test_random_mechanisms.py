@@ -17,14 +17,14 @@ from ccgen.runtime.model.drives import drive_rows
 
 from ..oracles import maximal, random_mechanisms, sliding
 from ..oracles.maximal import GROUND, Array
-from ..oracles.random_mechanisms import KINDS, LOADS, Sketch
+from ..oracles.random_mechanisms import KINDS, LOADS, MESHES, Sketch
 from ..support.random_mechanism_checks import BOUND, EXAMPLES, FEW, check_forces, quasi_accelerations
 from ..support.workshop import Workshop
 
 
 @st.composite
-def sketches(choose: st.DrawFn) -> Sketch:
-    """One to six links, up to three more joints, up to three loads."""
+def sketches(choose: st.DrawFn, meshes: bool = False) -> Sketch:
+    """One to six links, up to three more joints, up to three loads; with ``meshes`` up to three of these before."""
     n = choose(st.integers(1, 6))
     kinds = choose(st.lists(st.sampled_from(KINDS), min_size=n, max_size=n))
     parents = [choose(st.integers(GROUND, k - 1)) for k in range(n)]
@@ -36,6 +36,8 @@ def sketches(choose: st.DrawFn) -> Sketch:
     pairs = st.tuples(st.sampled_from(KINDS), st.integers(lowest, n - 1), st.integers(0, n - 1))
     extra = [pair for pair in choose(st.lists(pairs, max_size=3)) if pair[1] != pair[2]]
     loads = choose(st.lists(st.sampled_from(LOADS), max_size=3))
+    if meshes:
+        loads = choose(st.lists(st.sampled_from(MESHES), min_size=1, max_size=3)) + loads
     return random_mechanisms.draw(kinds, parents, extra, loads, choose(st.integers(0, 10**6)), choose(st.booleans()))
 
 
@@ -54,7 +56,7 @@ def check(sketch: Sketch, workshop: Workshop) -> None:
     back = model.state_from_poses(poses, velocities)
     assert np.max(np.abs(back[1] - u)) <= 1e-10 * max(1.0, np.abs(u).max())
     acting = sketch.acting(poses, velocities)
-    motion = sliding.accelerate(system, slots, poses, velocities, acting.wrenches, sketch.given)
+    motion = sliding.accelerate(system, slots, poses, velocities, acting.wrenches, sketch.prescribed)
     wanted = quasi_accelerations(model, poses, velocities, motion.frames)
     found = model.acceleration(q, u)
     scale = max(np.max(np.abs(motion.frames)), 1.0)
@@ -85,7 +87,7 @@ def _check_impulses(model: Any, sketch: Sketch, q: Array, rng: np.random.Generat
     still = np.zeros(len(model.rows))
     du, inside, outcomes = model.kernels.impulse(q[None], f[None], still[None])
     assert outcomes == ["done"]
-    frames, efforts = sliding.jump(sketch.system, sketch.slots, poses, struck, sketch.given)
+    frames, efforts = sliding.jump(sketch.system, sketch.slots, poses, struck, sketch.prescribed)
     scale = max(float(np.max(np.abs(frames))), 1.0)
     assert np.max(np.abs(model.velocities(q, du[0]) - frames)) <= BOUND * scale
     order = [sketch.driven.index(model.joints.index(drive["joint"])) for drive in model.data["drives"]]
@@ -119,4 +121,17 @@ def test_a_few_random_mechanisms_are_those_of_the_dense_reference(sketch: Sketch
 @settings(DRAWN, max_examples=EXAMPLES)
 @given(sketch=sketches())
 def test_random_mechanisms_are_those_of_the_dense_reference(sketch: Sketch, workshop: Workshop) -> None:
+    check(sketch, workshop)
+
+
+@settings(DRAWN, max_examples=FEW)
+@given(sketch=sketches(meshes=True))
+def test_a_few_random_gears_are_those_of_the_dense_reference(sketch: Sketch, workshop: Workshop) -> None:
+    check(sketch, workshop)
+
+
+@pytest.mark.hard
+@settings(DRAWN, max_examples=EXAMPLES)
+@given(sketch=sketches(meshes=True))
+def test_random_gears_are_those_of_the_dense_reference(sketch: Sketch, workshop: Workshop) -> None:
     check(sketch, workshop)

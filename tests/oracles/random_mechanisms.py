@@ -15,10 +15,11 @@ import numpy as np
 from . import sliding
 from .loads import Acting
 from .maximal import GROUND, Array, Pin, System, turned
-from .sliding import Given, Slot
+from .sliding import Given, Meshed, Prescribed, Slot
 
 KINDS = ("revolute", "prismatic", "pin-in-slot")
 LOADS = ("spring", "damper", "torsion", "joint_friction", "drag", "force", "torque", "motor", "drive")
+MESHES = ("gear", "belt", "rack")
 MOST_BENT = 400.0
 """Loops whose rows are nearer to dependent than this condition number are not closed."""
 
@@ -40,6 +41,12 @@ class Sketch:
     loads: list[tuple[str, tuple[object, ...]]] = field(default_factory=list)
     given: list[Given] = field(default_factory=list)
     driven: list[int] = field(default_factory=list)
+    meshed: list[Meshed] = field(default_factory=list)
+
+    @property
+    def prescribed(self) -> list[Prescribed]:
+        """What drives give, then what meshes ask."""
+        return [*self.given, *self.meshed]
 
     @property
     def system(self) -> System:
@@ -79,6 +86,15 @@ class Sketch:
         self.kinds.append(("slot", len(self.slots) - 1))
         text = f'[[joint]]\nname = "{name}"\ntype = "{kind}"\naxis = {axis!r}\nbetween = ["{one[0]}", "{other[0]}"]'
         self.tables.append(text + (f"\nangle = {held!r}" if held is not None else ""))
+
+    def _slid(self, slot: Slot) -> float:
+        """How far along its line the slot is in the drawing."""
+        ends = [
+            np.asarray(on) if k == GROUND else self.poses[k, :2] + turned(self.poses[k, 2], on)
+            for k, on in ((slot.a, slot.on_a), (slot.b, slot.on_b))
+        ]
+        along = self.angle(slot.a) + slot.axis
+        return float((ends[1] - ends[0]) @ np.array([np.cos(along), np.sin(along)]))
 
     def unjoin(self) -> None:
         """Take the last joint away again."""
@@ -138,8 +154,8 @@ class Sketch:
         if joint in self.driven or (slot and slot.angle is None):
             return False
         self.given.append(Given(ends.a, ends.b, acceleration, slot))
-        freedoms = sliding.freedoms(self.system, self.slots, self.given)
-        if freedoms < 0 or sliding.conditioning(self.system, self.slots, self.poses, self.given) > MOST_BENT:
+        freedoms = sliding.freedoms(self.system, self.slots, self.prescribed)
+        if freedoms < 0 or sliding.conditioning(self.system, self.slots, self.poses, self.prescribed) > MOST_BENT:
             self.given.pop()
             return False
         self.driven.append(joint)
@@ -155,6 +171,10 @@ class Sketch:
     def toml(self, name: str) -> str:
         """The scene's text; floats are written so that they read back equal."""
         lines = [f'name = "{name}"', "[start]", f"angles = {[float(a) for a in self.poses[:, 2]]}"]
+        if self.meshed and self.slots:  # wheels mesh as they stand in the drawing
+            slid = {joint: self._slid(self.slots[k]) for joint, (kind, k) in enumerate(self.kinds) if kind == "slot"}
+            lengths = ", ".join(f"joint_{joint} = {length!r}" for joint, length in slid.items())
+            lines.append(f"slides = {{ {lengths} }}")
         if not any(GROUND in (pin.a, pin.b) for pin in (*self.pins, *self.slots)):
             lines.append(f"position = {[float(p) for p in self.poses[0, :2]]}")
         if self.gravity:
@@ -181,6 +201,62 @@ def _slide_effort(sketch: Sketch, acting: Acting, index: int, effort: float) -> 
         there = acting.at((slot.b, slot.on_b))[0]
         arm = there - acting.poses[slot.a, :2] - turned(acting.poses[slot.a, 2], sketch.com[slot.a])
         acting.wrenches[slot.a] -= (*(effort * along), effort * (arm[0] * along[1] - arm[1] * along[0]))
+
+
+def _shared(one: Pin | Slot, other: Pin | Slot) -> tuple[int, int, int] | None:
+    """The only link of both joints, and the other link of each; ``None`` if they share none or both."""
+    common = {one.a, one.b} & {other.a, other.b}
+    if len(common) != 1:
+        return None
+    (carrier,) = common
+    return carrier, one.a + one.b - carrier, other.a + other.b - carrier
+
+
+def _mesh(sketch: Sketch, kind: str, rng: np.random.Generator) -> None:
+    """Wheels that mesh, on two joints that share a link, unless the rows would depend on each other."""
+    joints = [
+        (joint, (sketch.pins if kind == "pin" else sketch.slots)[index])
+        for joint, (kind, index) in enumerate(sketch.kinds)
+    ]
+    pins = [(joint, pin) for joint, pin in joints if isinstance(pin, Pin)]
+    seconds = [(j, s) for j, s in joints if isinstance(s, Slot) and s.angle is not None] if kind == "rack" else pins
+    pairs = [
+        (one, other, found)
+        for one in pins
+        for other in seconds
+        if one[0] != other[0] and (found := _shared(one[1], other[1])) is not None
+    ]
+    if not pairs:
+        return
+    (first, pin), (second, other), (carrier, wheel, far) = pairs[int(rng.integers(len(pairs)))]
+    size, more = (float(x) for x in rng.uniform(0.3, 2.0, 2))
+    flip = bool(rng.random() < 0.5)
+    named = "ground" if carrier == GROUND else f"body_{carrier}"
+    turning = Given(carrier, wheel, 0.0)
+    if kind == "rack":
+        assert isinstance(other, Slot)
+        sign = (-1.0 if flip else 1.0) * (1.0 if other.a == carrier else -1.0)
+        parts = ((size, turning), (-sign, Given(other.a, other.b, 0.0, other)))
+        text = f'[[rack]]\npinion = "joint_{first}"\nslide = "joint_{second}"\nradius = {size!r}'
+        text += "\nreverse = true" if flip else ""
+    else:
+        text = f'[[{kind}]]\njoints = ["joint_{first}", "joint_{second}"]\ncarrier = "{named}"\n'
+        sign = (1.0 if flip else -1.0) if kind == "belt" else (-1.0 if flip else 1.0)
+        if kind == "belt":
+            text += f"radii = [{size!r}, {more!r}]" + ("\ncrossed = true" if flip else "")
+        else:
+            ends = [p.on_a if p.a == carrier else p.on_b for p in (pin, other)]
+            apart = float(np.hypot(ends[1][0] - ends[0][0], ends[1][1] - ends[0][1]))
+            share = abs(1.0 - more) if flip else 1.0 + more
+            size, more = apart / share, apart / share * more
+            text += f"ratio = {more / size!r}" + ("\ninternal = true" if flip else "")
+        parts = ((size, turning), (sign * more, Given(carrier, far, 0.0)))
+    sketch.meshed.append(Meshed(parts))
+    freedoms = sliding.freedoms(sketch.system, sketch.slots, sketch.prescribed)
+    if freedoms < 1 or sliding.conditioning(sketch.system, sketch.slots, sketch.poses, sketch.prescribed) > MOST_BENT:
+        sketch.meshed.pop()
+        return
+    sketch.tables.append(text)
 
 
 def _own(acting: Acting, link: int) -> float:
@@ -273,7 +349,9 @@ def draw(
         if freedoms < 1 or sliding.conditioning(sketch.system, sketch.slots, poses) > MOST_BENT:
             sketch.unjoin()
     for kind in loads:
-        if sketch.kinds or kind not in ("joint_friction", "motor", "torsion", "drive"):
+        if kind in MESHES:
+            _mesh(sketch, kind, rng)
+        elif sketch.kinds or kind not in ("joint_friction", "motor", "torsion", "drive"):
             sketch.load(kind, rng)
     return sketch
 

@@ -45,6 +45,16 @@ class Given:
 
 
 @dataclass(frozen=True)
+class Meshed:
+    """A sum of factors times what ``Given`` records name, whose second rate is zero: wheels that mesh."""
+
+    parts: tuple[tuple[float, Given], ...]
+
+
+Prescribed = Given | Meshed
+
+
+@dataclass(frozen=True)
 class Motion:
     """Accelerations of the link frames, (links, 3); force of each pin on its link ``b``, (pins, 2); of each slot on
     link ``b`` at its point, with the moment of a held angle, (slots, 3); what prescribed motion takes, (given,)."""
@@ -97,7 +107,9 @@ def _line_row(direction: Array, a: _Body, b: _Body) -> tuple[Array, Any]:
     return direction @ (b.columns - a.columns) + (turned_ @ apart) * a.turn, -bias
 
 
-def _rows(system: System, slots: Sequence[Slot], poses: Array, velocities: Array, given: Sequence[Given] = ()) -> _Rows:
+def _rows(
+    system: System, slots: Sequence[Slot], poses: Array, velocities: Array, given: Sequence[Prescribed] = ()
+) -> _Rows:
     lines, right, miss = [], [], []
     for pin in system.pins:
         a = _Body(system, poses, velocities, pin.a, pin.on_a)
@@ -119,14 +131,20 @@ def _rows(system: System, slots: Sequence[Slot], poses: Array, velocities: Array
             turn = float(b.angle - a.angle - slot.angle)
             miss.append(system.dtype(np.remainder(turn + np.pi, 2 * np.pi) - np.pi))
     for one in given:
-        slot = one.slot or Slot(one.a, (0.0, 0.0), 0.0, one.b, (0.0, 0.0))
-        a = _Body(system, poses, velocities, slot.a, slot.on_a)
-        b = _Body(system, poses, velocities, slot.b, slot.on_b)
-        along = turned(np.asarray(a.angle + system.dtype(slot.axis)), (1.0, 0.0))
-        row, rest = _line_row(along, a, b) if one.slot else (b.turn - a.turn, system.dtype(0))
-        lines.append(row)
-        right.append(rest + one.acceleration)
+        parts = one.parts if isinstance(one, Meshed) else ((1.0, one),)
+        found = [(factor, part, *_given_row(system, poses, velocities, part)) for factor, part in parts]
+        lines.append(sum(factor * row for factor, _, row, _ in found))
+        right.append(sum(factor * (rest + part.acceleration) for factor, part, _, rest in found))
     return _Rows(np.array(lines), np.array(right), np.array(miss))
+
+
+def _given_row(system: System, poses: Array, velocities: Array, one: Given) -> tuple[Array, Any]:
+    """Row of a joint's angle or length, and −(its second rate without accelerations)."""
+    slot = one.slot or Slot(one.a, (0.0, 0.0), 0.0, one.b, (0.0, 0.0))
+    a = _Body(system, poses, velocities, slot.a, slot.on_a)
+    b = _Body(system, poses, velocities, slot.b, slot.on_b)
+    along = turned(np.asarray(a.angle + system.dtype(slot.axis)), (1.0, 0.0))
+    return _line_row(along, a, b) if one.slot else (b.turn - a.turn, system.dtype(0))
 
 
 def accelerate(
@@ -135,7 +153,7 @@ def accelerate(
     poses: ArrayLike,
     velocities: ArrayLike,
     wrenches: Array | None = None,
-    given: Sequence[Given] = (),
+    given: Sequence[Prescribed] = (),
 ) -> Motion:
     """Accelerations and joint forces under gravity down y and ``wrenches`` about the centres of mass (links, 3)."""
     poses, velocities = np.asarray(poses, system.dtype), np.asarray(velocities, system.dtype)
@@ -157,7 +175,7 @@ def _saddle(system: System, rows: _Rows) -> Array:
 
 
 def strike(
-    system: System, slots: Sequence[Slot], poses: ArrayLike, impulses: Array, given: Sequence[Given] = ()
+    system: System, slots: Sequence[Slot], poses: ArrayLike, impulses: Array, given: Sequence[Prescribed] = ()
 ) -> Motion:
     """Velocity jumps in place of accelerations, impulses in place of forces: under ``impulses`` about the centres of
     mass (links, 3), no joint opening and no prescribed motion changing."""
@@ -171,7 +189,7 @@ def strike(
 
 
 def jump(
-    system: System, slots: Sequence[Slot], poses: ArrayLike, impulses: Array, given: Sequence[Given] = ()
+    system: System, slots: Sequence[Slot], poses: ArrayLike, impulses: Array, given: Sequence[Prescribed] = ()
 ) -> tuple[Array, Array]:
     """The jumps of ``strike`` (links, 3), and the impulses that prescribed motion takes (given,)."""
     found = strike(system, slots, poses, impulses, given)
@@ -198,12 +216,12 @@ def misses(system: System, slots: Sequence[Slot], poses: ArrayLike, velocities: 
     return float(np.max(np.abs(rows.miss))), float(np.max(np.abs(rows.jacobian @ centre)))
 
 
-def freedoms(system: System, slots: Sequence[Slot], given: Sequence[Given] = ()) -> int:
+def freedoms(system: System, slots: Sequence[Slot], given: Sequence[Prescribed] = ()) -> int:
     """3 per link, less the rows of all joints and of prescribed motion."""
     return 3 * system.size - 2 * len(system.pins) - sum(1 if s.angle is None else 2 for s in slots) - len(given)
 
 
-def conditioning(system: System, slots: Sequence[Slot], poses: ArrayLike, given: Sequence[Given] = ()) -> float:
+def conditioning(system: System, slots: Sequence[Slot], poses: ArrayLike, given: Sequence[Prescribed] = ()) -> float:
     """Condition number of G M⁻¹ Gᵀ with rows of length one: how near to dependent the joints are."""
     poses = np.asarray(poses, system.dtype)
     rows = _rows(system, slots, poses, np.zeros_like(poses), given).jacobian

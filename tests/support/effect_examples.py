@@ -1,14 +1,40 @@
-"""A chain that names no effect, and a table of every effect for it."""
+"""A chain with a slider that names no effect, and a table of every effect for it."""
 
 from __future__ import annotations
 
 SCENE = """
 name = "plain"
-[chain]
-links = 3
-hinged = true
+[ground_link]
+points = { O = [0, 0] }
+[[link]]
+name = "link_0"
+rod = { mass = 1 }
+points = { A = [0, 0], B = [1, 0] }
+[[link]]
+name = "link_1"
+rod = { mass = 1 }
+points = { A = [0, 0], B = [1, 0] }
+[[link]]
+name = "link_2"
+rod = { mass = 1 }
+points = { A = [0, 0], B = [1, 0] }
+[[link]]
+name = "slider"
+rod = { mass = 1 }
+points = { A = [0, 0], B = [0.2, 0] }
+[[joint]]
+between = ["ground.O", "link_0.A"]
+[[joint]]
+between = ["link_0.B", "link_1.A"]
+[[joint]]
+between = ["link_1.B", "link_2.A"]
+[[joint]]
+name = "guide"
+type = "prismatic"
+axis = 0.3
+between = ["link_0.A", "slider.A"]
 [start]
-angles = [-0.9, 0.4, 1.1]
+angles = { link_0 = -0.9, link_1 = 0.4, link_2 = 1.1 }
 """
 EXAMPLES: dict[str, str] = {
     "gravity": "[gravity]\ndirection = [1, -3]\n",
@@ -23,6 +49,9 @@ EXAMPLES: dict[str, str] = {
     "drag": '[[drag]]\npoint = "link_2.B"\nlinear = 0.3\nquadratic = 0.2\n',
     "motor": '[[motor]]\njoint = "joint_0"\nangle = "sin(2*t)"\nstiffness = 3\ndamping = 0.2\n',
     "drive": '[[drive]]\njoint = "joint_1"\nangle = "sin(3*t)"\n',
+    "gear": '[[gear]]\njoints = ["joint_1", "joint_2"]\nratio = 2\n',
+    "rack": '[[rack]]\npinion = "joint_1"\nslide = "guide"\nradius = 0.1\n',
+    "belt": '[[belt]]\njoints = ["joint_0", "joint_1"]\nradii = [0.1, 0.2]\n',
     "force": '[[force]]\npoint = "link_2.B"\nvector = ["2*cos(t)", 1]\nframe = "link"\n',
     "torque": '[[torque]]\nlink = "link_1"\ntorque = "exp(-t)"\n',
     "input": '[[input]]\nname = "input_0"\njoint = "joint_1"\n',
