@@ -44,7 +44,7 @@ from .schema import (
     StartTable,
 )
 from .shorthand import shorthand
-from .start import begin, check_effects, check_energy, lift, sketch
+from .start import begin, check_effects, check_energy, lift, settle, sketch
 
 SHORTHAND: dict[str, type[LoopTable] | type[ChainTable] | type[PinnedTable] | type[FourBarsTable]] = {
     "loop": LoopTable,
@@ -167,6 +167,8 @@ def _read(tables: Tables, report: Report, assemble: bool = True) -> Parts:
     run = _table(RunTable, tables, "run", names, report)
     effects = _effects(effect_tables, bodies, report) if bodies else []
     start = _start(begun, bodies, effects, report, assemble) if bodies and begun else None
+    if bodies and start:
+        effects = settle(start, bodies, effects)
     return bodies, effects, start, run, law_of_all(tables, MODELS, report)
 
 
