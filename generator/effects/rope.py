@@ -199,8 +199,8 @@ def _check_way(way: Sequence[Written], points: Sequence[PointRef], mechanism: Me
     """No point twice in a row, and a piece at least whose length can change."""
     fine = True
     if len(way) > 2:
-        for (key, title), (one, other) in zip(way[1:], pairwise(points), strict=True):
-            if one == other:
+        for (_, before), (key, title) in pairwise(way):
+            if title == before:
                 complain(key, f'found "{title}" twice in a row, expected another point; remove one of them')
                 fine = False
     links = [links_at(title, ref, mechanism) for (_, title), ref in zip(way, points, strict=True)]

@@ -393,5 +393,5 @@ def test_what_is_said_and_drawn_of_journals(workshop: Workshop, tmp_path: Path) 
         model.with_parameters({"main_bearing.clearance": 0.0})
     far = model.start()[0].copy()
     far[model.q_names.index("slide_0")] += 0.001
-    with pytest.raises(ValueError, match=r"inside main_bearing by .* m; change the start"):
+    with pytest.raises(ValueError, match=r"inside big_end by .* m; change the start"):
         simulate(model, q0=far, u0=model.start()[1], until=0.01)
