@@ -36,7 +36,7 @@ class RopeGap:
         return tuple(dict.fromkeys(point for piece in self.pieces for point in piece))
 
     def value(self, at: Positions) -> sp.Expr:
-        """Eq. 5.22, or 5.23 of a rope without eyelets."""
+        """Eq. 5.22, or eq. 5.23 of a rope without eyelets."""
         if self._plain:
             reach = self._reach(at, 0)
             return (self.length - dot(reach, reach) / self.length) / 2
