@@ -25,6 +25,7 @@ TRACES = {
     "equal-length-slider-crank": (("rod.A", "rod.B"), 0.8),
     "quick-return": (("lever.D", "ram.tool"), 0.6),
     "newtons-cradle": (("ball_0.centre", "ball_4.centre"), 0.46),
+    "loose-slider-crank": (("crank.pin", "rod.small_end", "slider.pin"), 0.21),
     "massless-coupler": (("coupler.A", "coupler.B"), 0.6),
 }
 """Points whose paths are drawn, and until when (s)."""

@@ -2,7 +2,8 @@
 
 Both are the distance of a centre from a point of the other link, less radii: from the centre of the other disc, or from
 the nearest point of a segment with round ends. Where that point is inside the segment the common normal turns with the
-edge, else with the line between two points; all else is one set of formulas.
+edge, else with the line between two points; all else is one set of formulas. What a disc inside a round hole or a slot
+has in common with this, :class:`Pair`, is here too; the rest is in ``containing.py``.
 """
 
 from __future__ import annotations
@@ -26,30 +27,26 @@ class Edge:
 
 
 @dataclass(frozen=True)
-class Meeting:
-    """Where a disc and another body are nearest: all vectors in fixed axes.
+class Nearest:
+    """The point of the other body that is nearest to a disc's centre: all vectors in fixed axes.
 
-    ``normal`` points from the other body to the disc, whose centre is ``distance`` (m) from the nearest point; this is
-    ``foot`` away from the other body's point. ``inside`` is 1 where it lies inside an edge, else 0.
+    It is ``foot`` away from the other body's point, and the centre is ``off`` away from it. ``inside`` is 1 where it
+    lies inside an edge, whose direction is ``along``, else 0.
     """
 
     foot: Vector
-    distance: sp.Expr
-    normal: Vector
+    off: Vector
     inside: sp.Expr
-
-    @property
-    def tangent(self) -> Vector:
-        """The direction of sliding: the normal turned by a right angle, clockwise."""
-        return (self.normal[1], -self.normal[0])
+    along: Vector
 
 
-@dataclass(frozen=True)
-class TouchGap:
-    """A disc of ``radius`` about ``disc`` before another body about ``other``: a disc, or an edge from there.
+@dataclass(frozen=True, kw_only=True)
+class Pair:
+    """A disc of ``radius`` about ``disc``, and another body about ``other``: round about that point, or about an edge
+    from there.
 
-    ``thickness`` is the other disc's radius, or half of what the edge is thick (m). ``label`` tells the names of its
-    quantities from those of others.
+    ``thickness`` is how far the surface of the other body is from there (m), negative where the disc is inside it.
+    ``label`` tells the names of its quantities from those of others.
     """
 
     name: str
@@ -67,6 +64,73 @@ class TouchGap:
     def points(self) -> tuple[PointRef, ...]:
         return (self.disc, self.other, *((self.edge.end,) if self.edge else ()))
 
+    def _nearest(self, at: Positions) -> Nearest:
+        """The nearest point of the other body."""
+        name, foot, inside, along = self.label, ZERO, sp.S.Zero, ZERO
+        off = at.let_vector(f"reach_{name}", at.distance(self.other, self.disc))
+        if self.edge:
+            length = self.edge.length
+            along = at.let_vector(f"edge_{name}", scale(1 / length, at.distance(self.other, self.edge.end)))
+            place = at.let(f"place_{name}", dot(along, off))
+            beyond = at.let(f"beyond_{name}", step(place - length))
+            inside = at.let(f"inside_{name}", step(place) - beyond)
+            foot = at.let_vector(f"foot_{name}", scale(inside * place + beyond * length, along))
+            off = at.let_vector(f"off_{name}", less(off, foot))
+        return Nearest(foot, off, inside, along)
+
+    def _drift(self, at: Velocities) -> Vector:
+        """v_cf: velocity of the centre against the material point of the other body that is nearest (m/s)."""
+        swing = scale(-at.rate(self.other.link), perp(self._nearest(at).foot))
+        return at.let_vector(f"drift_{self.label}", add(at.approach(self.other, self.disc), swing))
+
+    def _bend(self, at: Accelerations) -> Vector:
+        """a_cf: acceleration of the centre against that point with u̇ = 0 (m/s²)."""
+        inwards = scale(at.rate(self.other.link) ** 2, self._nearest(at).foot)
+        return at.let_vector(f"bend_{self.label}", add(at.bend(self.other, self.disc), inwards))
+
+    def _rolling(self, at: Velocities) -> sp.Expr:
+        """How fast the surfaces move against each other because both bodies turn (m/s), eq. 5.14."""
+        return self.radius * at.rate(self.disc.link) + self.thickness * at.rate(self.other.link)
+
+    def _across(self, at: Accelerations, impulse: sp.Expr, tangent: Vector) -> dict[int, Wrench]:
+        """An impulse across the normal at the touching place, which is off the centre and off the nearest point."""
+        return self._opposite(at, scale(impulse, tangent), self.radius * impulse, self.thickness * impulse)
+
+    def _opposite(
+        self, at: Accelerations, impulse: Vector, moment: sp.Expr = sp.S.Zero, turned: sp.Expr = sp.S.Zero
+    ) -> dict[int, Wrench]:
+        """An impulse on the disc's centre and its opposite on the nearest point, with a moment on each."""
+        arms = (at.arm(self.disc), add(at.arm(self.other), self._nearest(at).foot))
+        back = scale(sp.S.NegativeOne, impulse)
+        return {
+            self.disc.link: (impulse, dot(perp(arms[0]), impulse) + moment),
+            self.other.link: (back, dot(perp(arms[1]), back) + turned),
+        }
+
+
+@dataclass(frozen=True)
+class Meeting:
+    """Where a disc and another body are nearest: all vectors in fixed axes.
+
+    ``normal`` points from the other body to the disc, whose centre is ``distance`` (m) from the nearest point. That is
+    inside an edge where ``inside`` is 1, not 0.
+    """
+
+    distance: sp.Expr
+    normal: Vector
+    inside: sp.Expr
+
+    @property
+    def tangent(self) -> Vector:
+        """The direction of sliding: the normal turned by a right angle, clockwise."""
+        return (self.normal[1], -self.normal[0])
+
+
+@dataclass(frozen=True, kw_only=True)
+class TouchGap(Pair):
+    """A disc before another disc, or before an edge. ``thickness`` is the other disc's radius, or half of what the edge
+    is thick (m)."""
+
     def value(self, at: Positions) -> sp.Expr:
         """Eq. 5.13."""
         return self._meet(at).distance - self.radius - self.thickness
@@ -82,8 +146,7 @@ class TouchGap:
 
     def slip(self, at: Accelerations) -> sp.Expr:
         """Of the material points that touch, eq. 5.14."""
-        rolling = self.radius * at.rate(self.disc.link) + self.thickness * at.rate(self.other.link)
-        return self._sideways(at) + rolling
+        return self._sideways(at) + self._rolling(at)
 
     def slip_bias(self, at: Accelerations) -> sp.Expr:
         """Eq. 5.16: τ·a_cf + Ω ν·v_cf."""
@@ -91,48 +154,19 @@ class TouchGap:
 
     def push(self, at: Accelerations, impulse: sp.Expr) -> dict[int, Wrench]:
         """Along the common normal, through the disc's centre and the point of the other body that is nearest."""
-        return self._opposite(at, scale(impulse, self._meet(at).normal), sp.S.Zero, sp.S.Zero)
+        return self._opposite(at, scale(impulse, self._meet(at).normal))
 
     def drag(self, at: Accelerations, impulse: sp.Expr) -> dict[int, Wrench]:
-        """Across it at the touching place, which is off the centre and off the nearest point by the radii."""
-        along = scale(impulse, self._meet(at).tangent)
-        return self._opposite(at, along, self.radius * impulse, self.thickness * impulse)
-
-    def _opposite(self, at: Accelerations, impulse: Vector, moment: sp.Expr, turned: sp.Expr) -> dict[int, Wrench]:
-        """An impulse on the disc's centre and its opposite on the nearest point, with a moment on each."""
-        arms = (at.arm(self.disc), add(at.arm(self.other), self._meet(at).foot))
-        back = scale(sp.S.NegativeOne, impulse)
-        return {
-            self.disc.link: (impulse, dot(perp(arms[0]), impulse) + moment),
-            self.other.link: (back, dot(perp(arms[1]), back) + turned),
-        }
+        return self._across(at, impulse, self._meet(at).tangent)
 
     # -- geometry --------------------------------------------------------------------------------------------------
 
     def _meet(self, at: Positions) -> Meeting:
-        """The nearest point of the other body, and the common normal."""
-        name, foot, inside = self.label, ZERO, sp.S.Zero
-        reach = at.let_vector(f"reach_{name}", at.distance(self.other, self.disc))
-        if self.edge:
-            length = self.edge.length
-            along = at.let_vector(f"edge_{name}", scale(1 / length, at.distance(self.other, self.edge.end)))
-            place = at.let(f"place_{name}", dot(along, reach))
-            beyond = at.let(f"beyond_{name}", step(place - length))
-            inside = at.let(f"inside_{name}", step(place) - beyond)
-            foot = at.let_vector(f"foot_{name}", scale(inside * place + beyond * length, along))
-            reach = at.let_vector(f"off_{name}", less(reach, foot))
-        distance = at.let(f"apart_{name}", sp.sqrt(dot(reach, reach)))
-        return Meeting(foot, distance, at.let_vector(f"normal_{name}", scale(1 / distance, reach)), inside)
-
-    def _drift(self, at: Velocities) -> Vector:
-        """v_cf: velocity of the centre against the material point of the other body that is nearest (m/s)."""
-        swing = scale(-at.rate(self.other.link), perp(self._meet(at).foot))
-        return at.let_vector(f"drift_{self.label}", add(at.approach(self.other, self.disc), swing))
-
-    def _bend(self, at: Accelerations) -> Vector:
-        """a_cf: acceleration of the centre against that point with u̇ = 0 (m/s²)."""
-        inwards = scale(at.rate(self.other.link) ** 2, self._meet(at).foot)
-        return at.let_vector(f"bend_{self.label}", add(at.bend(self.other, self.disc), inwards))
+        """The distance to the nearest point of the other body, and the common normal."""
+        nearest = self._nearest(at)
+        distance = at.let(f"apart_{self.label}", sp.sqrt(dot(nearest.off, nearest.off)))
+        normal = at.let_vector(f"normal_{self.label}", scale(1 / distance, nearest.off))
+        return Meeting(distance, normal, nearest.inside)
 
     def _sideways(self, at: Accelerations) -> sp.Expr:
         """τ·v_cf (m/s)."""

@@ -26,9 +26,12 @@ Contact = tuple[str, PointRef]
 Plane = tuple[str, Point, Point]
 """A half-plane: its name, a point of its surface, its outward normal."""
 
-Rim = tuple[PointRef, PointRef | None, Parameter | None]
+Rim = tuple[PointRef, PointRef | None, Parameter | tuple[Parameter, ...] | None]
 """What is drawn of a contact's surface: a disc about a point, or an edge to a second point; its radius (m) or half its
-thickness, ``None`` where that is zero."""
+thickness, which may be the sum of several, ``None`` where that is zero."""
+
+Drawn = tuple[str, tuple[PointRef, ...]]
+"""A rope: its name, and the points in whose order it is drawn."""
 
 ContactPoint = tuple[str, str, PointRef, Parameter | None]
 """A point or a disc about it: its name, what it touches, where it sits, its radius (m), ``None`` where that is zero."""
@@ -152,6 +155,10 @@ class Effect:
         """Discs and edges to be drawn."""
         return ()
 
+    def ropes(self) -> tuple[Drawn, ...]:
+        """Ropes to be drawn."""
+        return ()
+
     def contact_points(self) -> tuple[ContactPoint, ...]:
         """What touches what, in the order of :meth:`gaps`, as far as points or discs do."""
         return ()
@@ -163,6 +170,10 @@ class Effect:
     def remarks(self) -> tuple[tuple[str, str], ...]:
         """Keys of its table whose values may be meant otherwise than they are understood, each with a sentence."""
         return ()
+
+    def settled(self, place: Place) -> Effect:
+        """The effect with what the scene leaves to the start, as the length of a rope."""
+        return self
 
     def check_start(self, place: Place) -> tuple[str, ...]:
         """What is wrong with the start as far as this effect is concerned, one sentence each."""

@@ -67,6 +67,7 @@ def model_data(
         "law": scene.run.law,
         "outlines": [[_point(point) for point in link.points.values()] for link in mechanism.links],
         "discs": _discs(scene),
+        **({"ropes": ropes} if (ropes := _ropes(scene)) else {}),
         "ground_names": list(mechanism.ground_points),
         "ground_points": [_point(point) for point in mechanism.ground_points.values()],
         "start": {
@@ -75,7 +76,7 @@ def model_data(
         },
         "run": {"until": scene.run.until, "rtol": scene.run.rtol, "atol": scene.run.atol, "on_gain": scene.run.on_gain},
     }
-    return ModelData.model_validate(data).model_dump()
+    return ModelData.model_validate(data).model_dump(exclude_unset=True)
 
 
 def _rows(mechanism: Mechanism, topology: Topology) -> list[str]:
@@ -91,9 +92,22 @@ def _discs(scene: Scene) -> list[Json]:
             "link": ref.link,
             "point": _point(point(ref)),
             "end": _point(point(end)) if end else None,
-            "radius": _coordinate(radius),
+            "radius": [part.path for part in radius] if isinstance(radius, tuple) else _coordinate(radius),
         }
         for ref, end, radius in found
+    ]
+
+
+def _ropes(scene: Scene) -> list[Json]:
+    """Each rope with its points."""
+    return [
+        {
+            "name": name,
+            "links": [ref.link for ref in refs],
+            "points": [_point(scene.mechanism.point(ref)) for ref in refs],
+        }
+        for effect in scene.effects
+        for name, refs in effect.ropes()
     ]
 
 

@@ -29,7 +29,7 @@ def entry(meaning: str, shape: str = "", unit: str = "") -> Any:
 
 
 class Data(BaseModel):
-    """A table of the data: all of its keys are there, and no other."""
+    """A table of the data: all of its keys are there but those with defaults, and no other."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
@@ -84,7 +84,17 @@ class DiscData(Data):
     link: Index = entry("its link; -1: the ground")
     point: Place = entry("its centre, or one end, in the link's frame", "[2]", "m")
     end: Place | None = entry("the other end of an edge; null for a disc", "[2]", "m")
-    radius: Coordinate = entry("its radius, or half of an edge's thickness", unit="m")
+    radius: Coordinate | list[str] = entry("its radius, or half of an edge's thickness; of a list the sum", unit="m")
+
+
+class RopeData(Data):
+    """A rope."""
+
+    name: str = entry("its name")
+    links: Annotated[list[Index], Field(min_length=2)] = entry(
+        "the links of its points, in order; -1: the ground", "[...]"
+    )
+    points: Annotated[list[Place], Field(min_length=2)] = entry("where these are in the links' frames", "[...][2]", "m")
 
 
 class StartData(Data):
@@ -148,6 +158,7 @@ class ModelData(Data):
     law: Law = entry("the law of impact")
     outlines: list[list[Place]] = entry("each link's named points in its frame", "[links][...][2]", "m")
     discs: list[DiscData] = entry("discs and edges to be drawn")
+    ropes: list[RopeData] = Field(default=[], description="ropes to be drawn; left out where there are none")
     ground_names: list[str] = entry("names of the ground's points")
     ground_points: list[Place] = entry("where they are", "[...][2]", "m")
     start: StartData = entry("where a run begins")

@@ -45,7 +45,7 @@ from .schema import (
     StartTable,
 )
 from .shorthand import shorthand
-from .start import begin, check_effects, check_energy, lift, sketch
+from .start import begin, check_effects, check_energy, lift, settle, sketch
 
 SHORTHAND: dict[str, type[LoopTable] | type[ChainTable] | type[PinnedTable] | type[FourBarsTable]] = {
     "loop": LoopTable,
@@ -170,7 +170,7 @@ def _read(tables: Tables, report: Report, assemble: bool = True) -> Parts:
     bodies = meshed(bodies, effects) if bodies else None
     start = _start(begun, bodies, effects, report, assemble) if bodies and begun else None
     if bodies and start:
-        effects = as_assembled(bodies.mechanism, effects, start.poses)
+        effects = settle(start, bodies, as_assembled(bodies.mechanism, effects, start.poses))
         bodies = meshed(bodies, effects)
     return bodies, effects, start, run, law_of_all(tables, MODELS, report)
 

@@ -270,6 +270,11 @@ def check_effects(start: Start, bodies: Bodies, effects: Sequence[tuple[Path, Ef
             report.add(path, sentence)
 
 
+def settle(start: Start, bodies: Bodies, effects: Sequence[tuple[Path, Effect]]) -> list[tuple[Path, Effect]]:
+    """The effects with what they take from the start."""
+    return [(path, effect.settled(lambda ref: place(bodies.mechanism, start, ref))) for path, effect in effects]
+
+
 def check_energy(start: Start, mechanism: Mechanism, report: Report) -> None:
     """The kinetic energy of the start is a number."""
     total = 0.0

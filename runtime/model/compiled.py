@@ -18,6 +18,7 @@ from .disc import Disc
 from .inputs import Values, read_values
 from .numbers import read_numbers
 from .parameters import Parameters
+from .rope import Rope
 from .samples import ROUNDING, samples
 from .tolerances import check_angles, largest_angle
 
@@ -133,9 +134,17 @@ class Compiled:
     def discs(self) -> tuple[Disc, ...]:
         """Discs and edges of links and of the ground, by which they touch."""
         return tuple(
-            Disc(disc["link"], ends[0], self._coordinates([[disc["radius"], 0.0]])[0, 0].item(), *ends[1:])
+            Disc(disc["link"], ends[0], self._size(disc["radius"]), *ends[1:])
             for disc in self.data["discs"]
             for ends in [self._coordinates([disc[end] for end in ("point", "end") if disc[end]])]
+        )
+
+    @property
+    def ropes(self) -> tuple[Rope, ...]:
+        """Ropes between points of links and of the ground."""
+        return tuple(
+            Rope(rope["name"], tuple(rope["links"]), self._coordinates(rope["points"]))
+            for rope in self.data.get("ropes", ())
         )
 
     @property
@@ -150,6 +159,11 @@ class Compiled:
             point, normal = self._coordinates([plane["point"], plane["normal"]])
             planes[plane["name"]] = (point, normal / np.linalg.norm(normal))
         return planes
+
+    def _size(self, radius: str | float | list[str]) -> float:
+        """A radius (m): of a list the sum of these parameters."""
+        parts = radius if isinstance(radius, list) else [radius]
+        return sum((self._coordinates([[part, 0.0]])[0, 0].item() for part in parts), start=0.0)
 
     def _coordinates(self, points: Sequence[Sequence[str | float]]) -> FloatArray:
         values = [[self._parameters[c] if isinstance(c, str) else c for c in point] for point in points]

@@ -63,6 +63,10 @@ def content(run: Record) -> dict[str, Any]:
             for name, (point, normal) in model.ground_planes().items()
         ],
         "fixed": _surfaces(model, -1, length),
+        "ropes": [
+            [[link, *_numbers(point, length)] for link, point in zip(rope.links, rope.points, strict=True)]
+            for rope in model.ropes
+        ],
         "impacts": [{"number": k, **_impact(run, impact, length)} for k, impact in shown_impacts(run)],
         "impactCount": len(run.impacts),
         "view": _view(view, length),

@@ -191,6 +191,7 @@ class Drawing:
         axes.plot(*pivots.T, marker=6, linestyle="", color=SOFT, markersize=13, zorder=1)  # triangles below
         self._links = [self._link(k, len(outline)) for k, outline in enumerate(model.outlines)]
         self._discs = [self._disc(disc) for disc in model.discs]
+        self._ropes = [axes.plot([], [], color=INK, linewidth=1.0, zorder=4)[0] for _ in model.ropes]
         size = 5.0 if len(model.joints) <= 16 else 2.5
         (self._joints,) = axes.plot(
             [], [], "o", color="white", markeredgecolor=INK, markersize=size, markeredgewidth=1.1, zorder=5
@@ -242,6 +243,8 @@ class Drawing:
             if disc.fixed:
                 continue
             rim.set_data(*placed(disc.outline, frames.poses[k, disc.link]).T)
+        for rope, line in zip(self.model.ropes, self._ropes, strict=True):
+            line.set_data(*rope.way(frames.poses[k]).T)
         self._joints.set_data(*frames.joints[k].T)
         low, high = centre - self.view.half, centre + self.view.half
         self.axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))

@@ -7,6 +7,7 @@ from typing import Protocol
 
 from ..arrays import FloatArray
 from ..model.disc import Disc
+from ..model.rope import Rope
 
 
 class Drawable(Protocol):
@@ -43,6 +44,10 @@ class Drawable(Protocol):
     @property
     def discs(self) -> Sequence[Disc]:
         """Discs and edges of links, and of the ground, that touch something."""
+
+    @property
+    def ropes(self) -> Sequence[Rope]:
+        """Ropes between points of links, and of the ground."""
 
     @property
     def ground_points(self) -> FloatArray:

@@ -220,6 +220,9 @@ def checked_start(model: Model, q0: ArrayLike | None, u0: ArrayLike | None) -> t
         if ground in model.stops:
             _check_limits(model, ground)
             raise ValueError(f"the start has {point} beyond {ground} by {depths.max():.6g} rad; turn the start")
+        if ground in {rope.name for rope in model.ropes}:
+            message = f"the start needs {ground} to be longer by {depths.max():.6g} m"
+            raise ValueError(f"{message}; change the start, or make it longer")
         advice = "raise or move the start" if ground in model.ground_planes() else "change the start or the radii"
         raise ValueError(f"the start has {point} inside {ground} by {depths.max():.6g} m; {advice}")
     return q, u

@@ -9,6 +9,7 @@ import pytest
 from ccgen.generator import load_scene
 from ccgen.generator.pipeline import listing
 
+from ..support.effect_examples import EXAMPLES, SCENE
 from ..support.folders import ROOT
 from ..support.touching_scenes import disc_on_plank
 from ..support.workshop import Workshop
@@ -20,6 +21,7 @@ SCENES = (
     "falling-hexagon",
     "four-bar",
     "jansen-driven",
+    "loose-slider-crank",
     "strandbeest",
     "flyer",
     "massless-coupler",
@@ -111,6 +113,24 @@ def test_every_name_of_slots_in_slots_is_in_the_table(workshop: Workshop) -> Non
 def test_every_name_of_links_that_touch_is_in_the_table(workshop: Workshop) -> None:
     text = listing(workshop.scene(disc_on_plank(0.3, 0.2, "restitution = 0.0\nfriction = 0.5")))
     assert {"span_touch_0", "inside_touch_0", "off_touch_0_x", "turn_touch_0", "rt_0_1", "ft_0"} <= names(text)
+    assert unknown(text) == []
+
+
+def test_every_name_of_ropes_and_journals_is_in_the_table(workshop: Workshop) -> None:
+    text = listing(
+        workshop.scene(
+            SCENE
+            + EXAMPLES["rope"]
+            + EXAMPLES["rope"].replace('["link_1.B"]', "[]").replace("length = 4\n", "")
+            + EXAMPLES["rope"].replace('["link_1.B"]', '["link_1.A", "link_1.B"]').replace("4", "9")
+            + EXAMPLES["journal"]
+            + EXAMPLES["journal"].replace('["link_0.A", "link_0.B"]', '"ground.O"').replace("2.5", "9.0")
+        )
+    )
+    assert {"fixed_rope_2", "span_rope_0_1", "pull_rope_1_x", "L_rope_1", "e_rope_0"} <= names(text)
+    assert {"inside_journal_0", "off_journal_0_x", "tangent_journal_1_x", "along_journal_0", "f_journal_0"} <= names(
+        text
+    )
     assert unknown(text) == []
 
 

@@ -50,7 +50,13 @@ def scene(**laws: str) -> Scene:
 
 
 def test_tables_that_name_it() -> None:
-    assert {kind for kind, model in MODELS.items() if "law" in model.model_fields} == {"run", "ground", "touch"}
+    assert {kind for kind, model in MODELS.items() if "law" in model.model_fields} == {
+        "run",
+        "ground",
+        "touch",
+        "journal",
+        "rope",
+    }
 
 
 def test_newtons_where_none_is_named() -> None:

@@ -44,6 +44,9 @@ EXAMPLES: dict[str, str] = {
     "damper": '[[damper]]\nbetween = ["ground.O", "link_2.B"]\ndamping = 3\n',
     "stop": '[[stop]]\njoint = "joint_1"\nlowest = "-3 deg"\nhighest = 2\nrestitution = 0.2\n',
     "touch": '[[touch]]\nbetween = ["link_2.B", "link_0"]\nradius = 0.01\nrestitution = 0.2\nfriction = 0.3\n',
+    "journal": '[[journal]]\nbetween = ["link_2.B", ["link_0.A", "link_0.B"]]\nradius = 0.01\nclearance = 2.5\n'
+    "restitution = 0.2\nfriction = 0.3\n",
+    "rope": '[[rope]]\nbetween = ["ground.O", "link_2.B"]\nover = ["link_1.B"]\nlength = 4\nrestitution = 0.2\n',
     "torsion": '[[torsion]]\njoint = "joint_1"\nstiffness = 3\nangle = "30 deg"\ndamping = 0.3\n',
     "joint_friction": '[[joint_friction]]\njoints = ["joint_0", "joint_2"]\nviscous = 0.2\ndry = 0.1\n',
     "drag": '[[drag]]\npoint = "link_2.B"\nlinear = 0.3\nquadratic = 0.2\n',

@@ -60,8 +60,11 @@ def _sliding_acceleration(model: Any, joint: str, poses: Array, velocities: Arra
     return float(d @ (ab - aa - alpha * perp(pb - pa) - omega * perp(vb - va)) + omega * perp(d) @ seen)
 
 
-def check_forces(model: Any, sketch: Sketch, q: Array, u: Array, motion: sliding.Motion) -> None:
-    reactions, scale = model.reactions(q, u), 1.0
+def check_forces(
+    model: Any, sketch: Sketch, q: Array, u: Array, motion: sliding.Motion, contacts: dict[Any, str] | None = None
+) -> None:
+    """Joint forces under ``contacts`` that are held as said."""
+    reactions, scale = model.reactions(q, u, contacts=contacts), 1.0
     scale = max(np.max(np.abs(motion.pins), initial=1.0), np.max(np.abs(motion.slots), initial=1.0))
     for joint, (kind, index) in enumerate(sketch.kinds):
         ends = sketch.pins[index] if kind == "pin" else sketch.slots[index]

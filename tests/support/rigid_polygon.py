@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccgen.runtime.model.disc import Disc
+from ccgen.runtime.model.rope import Rope
 from ccgen.runtime.record.impact import Impact
 from ccgen.runtime.record.phase import Phase
 from ccgen.runtime.run import Run
@@ -60,6 +61,10 @@ class PolygonModel:
 
     @property
     def discs(self) -> tuple[Disc, ...]:
+        return ()
+
+    @property
+    def ropes(self) -> tuple[Rope, ...]:
         return ()
 
     def slides(self, q: Array) -> dict[str, Array]:
