@@ -3,6 +3,7 @@
 from ..effect_base.effect import Contact, Effect, Entry, Level, Surroundings
 from . import (
     compliant_ground,
+    compliant_touch,
     damper,
     drag,
     drive,
@@ -25,6 +26,7 @@ REGISTRY: tuple[Entry, ...] = (
     compliant_ground.ENTRY,
     stop.ENTRY,
     touch.ENTRY,
+    compliant_touch.ENTRY,
     spring.ENTRY,
     damper.ENTRY,
     torsion.ENTRY,

@@ -11,6 +11,7 @@
 #include "steps/step_control.h"
 #include "motion/sides.h"
 #include "model/contacts.h"
+#include "model/inputs.h"
 #include "model/scales.h"
 
 enum {
@@ -38,12 +39,22 @@ int take_phase(struct phase *f)
     f->rates = TAKE_ZEROS(arena, double, c);
     f->met = TAKE_ZEROS(arena, int, c);
     f->sides = TAKE_ZEROS(arena, double, s->model->switches);
+    f->latched = TAKE_ZEROS(arena, double, s->model->latches);
     f->kink = -1;
     f->set = TAKE_ZEROS(arena, int, c);
     if (take_active_set(arena, &f->active, s->model))
         return 1;
     s->active = c ? &f->active : NULL;
+    s->latched = f->latched;
     return 0;
+}
+
+void forget_latches(struct phase *f)
+{
+    for (int i = 0; i < f->s->model->latches; i++)
+        f->latched[i] = NAN;
+    for (int i = 0; i < f->s->model->switches; i++)
+        f->sides[i] = 0.0;
 }
 
 /* Prepare the dense output of the step just taken and look for its first event. An event early in a long step is looked for
@@ -150,11 +161,68 @@ enum outcome hold_sides(struct phase *f, int direction)
     return outcome;
 }
 
+/* Set what effects hold that have come to their side since they were on the sides before[switches], or hold nothing there yet. */
+static enum outcome latch(struct phase *f, const double *before)
+{
+    struct system *s = f->s;
+    const struct ccgen_model *m = s->model;
+    const struct mark mark = s->arena->top;
+    if (!m->latches)
+        return OUTCOME_DONE;
+    double *value = TAKE(s->arena, double, m->latches);
+    enum outcome outcome = s->arena->ran_out ? OUTCOME_NO_MEMORY : supply_inputs(s, f->t, f->y, f->y + s->n);
+    if (!outcome)
+        m->latching(s->k, f->y, f->y + s->n, f->t, s->inputs, value);
+    for (int i = 0; i < m->latches && !outcome; i++) {
+        const int at = m->latched_at[i];
+        if (f->sides[at] > 0.0 && (before[at] <= 0.0 || isnan(f->latched[i])))
+            f->latched[i] = value[i];
+    }
+    record_latches(f);
+    give_back(s->arena, mark);
+    return outcome;
+}
+
+/* The sides with which a phase begins, and what effects hold that have come to theirs without a step that ended there */
+static enum outcome begin_sides(struct phase *f)
+{
+    const size_t switches = f->s->model->switches;
+    const struct mark mark = f->s->arena->top;
+    if (!switches)
+        return OUTCOME_DONE;
+    double *before = TAKE(f->s->arena, double, switches);
+    enum outcome outcome = f->s->arena->ran_out ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
+    if (!outcome)
+        memcpy(before, f->sides, switches * sizeof *before);
+    outcome = outcome ? outcome : hold_sides(f, 1);
+    outcome = outcome ? outcome : latch(f, before);
+    give_back(f->s->arena, mark);
+    return outcome;
+}
+
+enum outcome follow_sides(struct phase *f)
+{
+    struct system *s = f->s;
+    const size_t switches = s->model->switches;
+    const struct mark mark = s->arena->top;
+    if (!s->model->latches)
+        return OUTCOME_DONE;
+    double *before = TAKE(s->arena, double, switches);
+    enum outcome outcome = s->arena->ran_out ? OUTCOME_NO_MEMORY : supply_inputs(s, f->t, f->y, f->y + s->n);
+    if (!outcome) {
+        memcpy(before, f->sides, switches * sizeof *before);
+        memcpy(f->sides, s->inputs + own_inputs(s->model), switches * sizeof *before);
+        outcome = latch(f, before);
+    }
+    give_back(s->arena, mark);
+    return outcome;
+}
+
 /* Where a phase begins: sides of effects, derivative, first step, and a method that knows of no step before */
 static enum outcome begin_phase(struct phase *f)
 {
     const struct run *run = f->run;
-    enum outcome outcome = hold_sides(f, 1);
+    enum outcome outcome = begin_sides(f);
     if (!outcome)
         outcome = f->at.gap_uncertainty > 0.0 ? leave_singularity(f) : evaluate_derivative(f);
     f->at.since = f->t;
@@ -217,11 +285,19 @@ static void undo_step(struct phase *f, const struct before_step *before)
 /* The effect f->kink comes to the other side: what the method knows of the steps before is of no use beyond. */
 static enum outcome pass_kink(struct phase *f)
 {
+    const struct mark mark = f->s->arena->top;
+    const size_t switches = f->s->model->switches;
+    double *before = TAKE(f->s->arena, double, switches);
+    if (f->s->arena->ran_out)
+        return OUTCOME_NO_MEMORY;
+    memcpy(before, f->sides, switches * sizeof *before);
     f->sides[f->kink] = 1.0 - f->sides[f->kink];
     f->kink = -1;
     if (f->run->method->restart)
         f->run->method->restart(f->scratch, f->s->size);
-    const enum outcome outcome = evaluate_derivative(f);
+    enum outcome outcome = latch(f, before);
+    give_back(f->s->arena, mark);
+    outcome = outcome ? outcome : evaluate_derivative(f);
     f->at.under_way &= !outcome; /* who goes on then finds the derivative first */
     return outcome;
 }
