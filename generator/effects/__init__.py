@@ -2,6 +2,7 @@
 
 from ..effect_base.effect import Contact, Effect, Entry, Level, Surroundings
 from . import (
+    brake,
     compliant_ground,
     compliant_touch,
     damper,
@@ -31,6 +32,7 @@ REGISTRY: tuple[Entry, ...] = (
     damper.ENTRY,
     torsion.ENTRY,
     joint_friction.ENTRY,
+    brake.ENTRY,
     drag.ENTRY,
     motor.ENTRY,
     drive.ENTRY,

@@ -20,8 +20,9 @@ EXAMPLES: dict[str, str] = {
     "touch": '[[touch]]\nbetween = ["link_2.B", "link_0"]\nradius = 0.01\nrestitution = 0.2\nfriction = 0.3\n',
     "compliant_touch": '[[compliant_touch]]\nbetween = ["link_2.B", "link_0"]\nradius = 0.01\nload = 3\ndepth = 0.1\n'
     "damping = 0.2\nfriction = 0.4\n",
-    "torsion": '[[torsion]]\njoint = "joint_1"\nstiffness = 3\nangle = "30 deg"\ndamping = 0.3\n',
+    "torsion": '[[torsion]]\njoint = "joint_1"\nstiffness = 3\nangle = "30 deg"\ndamping = 0.3\nplay = 0.1\n',
     "joint_friction": '[[joint_friction]]\njoints = ["joint_0", "joint_2"]\nviscous = 0.2\ndry = 0.1\n',
+    "brake": '[[brake]]\njoint = "joint_2"\ntorque = "1 + sin(t)"\nrate = 0.2\nbegins = 0.1\nends = 0.9\n',
     "drag": '[[drag]]\npoint = "link_2.B"\nlinear = 0.3\nquadratic = 0.2\n',
     "motor": '[[motor]]\njoint = "joint_0"\nangle = "sin(2*t)"\nstiffness = 3\ndamping = 0.2\n',
     "drive": '[[drive]]\njoint = "joint_1"\nangle = "sin(3*t)"\n',

@@ -24,6 +24,7 @@
 #include "model/scales.h"
 #include "motion/derivative.h"
 #include "motion/projection.h"
+#include "steps/kinks.h"
 
 enum {
     HALVINGS = 30, /* of a part of restitution */

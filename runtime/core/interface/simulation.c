@@ -13,6 +13,7 @@
 #include "model/contacts.h"
 #include "model/scales.h"
 #include "motion/projection.h"
+#include "steps/kinks.h"
 #include "steps/phase.h"
 #include "steps/step_control.h"
 

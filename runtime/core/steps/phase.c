@@ -9,9 +9,9 @@
 #include "steps/event_location.h"
 #include "steps/flat_loop.h"
 #include "steps/step_control.h"
+#include "steps/kinks.h"
 #include "motion/sides.h"
 #include "model/contacts.h"
-#include "model/inputs.h"
 #include "model/scales.h"
 
 enum {
@@ -47,14 +47,6 @@ int take_phase(struct phase *f)
     s->active = c ? &f->active : NULL;
     s->latched = f->latched;
     return 0;
-}
-
-void forget_latches(struct phase *f)
-{
-    for (int i = 0; i < f->s->model->latches; i++)
-        f->latched[i] = NAN;
-    for (int i = 0; i < f->s->model->switches; i++)
-        f->sides[i] = 0.0;
 }
 
 /* Prepare the dense output of the step just taken and look for its first event. An event early in a long step is looked for
@@ -151,73 +143,6 @@ static int is_stuck(const struct phase *f)
            f->t - f->at.crawls_since < STANDSTILL * f->s->time;
 }
 
-enum outcome hold_sides(struct phase *f, int direction)
-{
-    struct system *s = f->s;
-    if (!s->model->switches)
-        return OUTCOME_DONE;
-    const enum outcome outcome = choose_sides(s, f->t, f->y, f->dy1, f->y1, direction, f->sides);
-    s->sides = f->sides;
-    return outcome;
-}
-
-/* Set what effects hold that have come to their side since they were on the sides before[switches], or hold nothing there yet. */
-static enum outcome latch(struct phase *f, const double *before)
-{
-    struct system *s = f->s;
-    const struct ccgen_model *m = s->model;
-    const struct mark mark = s->arena->top;
-    if (!m->latches)
-        return OUTCOME_DONE;
-    double *value = TAKE(s->arena, double, m->latches);
-    enum outcome outcome = s->arena->ran_out ? OUTCOME_NO_MEMORY : supply_inputs(s, f->t, f->y, f->y + s->n);
-    if (!outcome)
-        m->latching(s->k, f->y, f->y + s->n, f->t, s->inputs, value);
-    for (int i = 0; i < m->latches && !outcome; i++) {
-        const int at = m->latched_at[i];
-        if (f->sides[at] > 0.0 && (before[at] <= 0.0 || isnan(f->latched[i])))
-            f->latched[i] = value[i];
-    }
-    record_latches(f);
-    give_back(s->arena, mark);
-    return outcome;
-}
-
-/* The sides with which a phase begins, and what effects hold that have come to theirs without a step that ended there */
-static enum outcome begin_sides(struct phase *f)
-{
-    const size_t switches = f->s->model->switches;
-    const struct mark mark = f->s->arena->top;
-    if (!switches)
-        return OUTCOME_DONE;
-    double *before = TAKE(f->s->arena, double, switches);
-    enum outcome outcome = f->s->arena->ran_out ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
-    if (!outcome)
-        memcpy(before, f->sides, switches * sizeof *before);
-    outcome = outcome ? outcome : hold_sides(f, 1);
-    outcome = outcome ? outcome : latch(f, before);
-    give_back(f->s->arena, mark);
-    return outcome;
-}
-
-enum outcome follow_sides(struct phase *f)
-{
-    struct system *s = f->s;
-    const size_t switches = s->model->switches;
-    const struct mark mark = s->arena->top;
-    if (!s->model->latches)
-        return OUTCOME_DONE;
-    double *before = TAKE(s->arena, double, switches);
-    enum outcome outcome = s->arena->ran_out ? OUTCOME_NO_MEMORY : supply_inputs(s, f->t, f->y, f->y + s->n);
-    if (!outcome) {
-        memcpy(before, f->sides, switches * sizeof *before);
-        memcpy(f->sides, s->inputs + own_inputs(s->model), switches * sizeof *before);
-        outcome = latch(f, before);
-    }
-    give_back(s->arena, mark);
-    return outcome;
-}
-
 /* Where a phase begins: sides of effects, derivative, first step, and a method that knows of no step before */
 static enum outcome begin_phase(struct phase *f)
 {
@@ -285,18 +210,10 @@ static void undo_step(struct phase *f, const struct before_step *before)
 /* The effect f->kink comes to the other side: what the method knows of the steps before is of no use beyond. */
 static enum outcome pass_kink(struct phase *f)
 {
-    const struct mark mark = f->s->arena->top;
-    const size_t switches = f->s->model->switches;
-    double *before = TAKE(f->s->arena, double, switches);
-    if (f->s->arena->ran_out)
-        return OUTCOME_NO_MEMORY;
-    memcpy(before, f->sides, switches * sizeof *before);
-    f->sides[f->kink] = 1.0 - f->sides[f->kink];
+    enum outcome outcome = change_side(f, f->kink);
     f->kink = -1;
     if (f->run->method->restart)
         f->run->method->restart(f->scratch, f->s->size);
-    enum outcome outcome = latch(f, before);
-    give_back(f->s->arena, mark);
     outcome = outcome ? outcome : evaluate_derivative(f);
     f->at.under_way &= !outcome; /* who goes on then finds the derivative first */
     return outcome;
