@@ -108,6 +108,8 @@ struct ccgen_model {
     int nq, nu, base, rows, links, joints, points, contacts, parameters, constants, inputs, drives;
     int switches; /* effects whose loads have kinks: as many inputs behind the scene's own say on which side of its kink each is:
                    * 1 where its switching function is positive, else 0 */
+    int latches;  /* values that effects hold: the last `latches` of the inputs. Each is set when a switching function becomes
+                   * positive, and holds until that does so again */
     const int *partner; /* [rows]: the other row of the same cut pin, or the row itself */
     const int *driven;  /* [drives][2]: coordinate of a driven joint, and the one that it is measured from or -1 */
     ccgen_constants *derive_constants;
@@ -144,8 +146,6 @@ struct ccgen_model {
     ccgen_stages *stages;
     ccgen_contact_response *contact_response; /* NULL without contacts */
     ccgen_switching *switching;               /* NULL without switches */
-    int latches; /* values that effects hold: the last `latches` of the inputs. Each is set when a switching function becomes positive,
-                  * and holds until that does so again */
     const int *latched_at;     /* [latches]: which function that is; this and the next NULL without latches */
     ccgen_switching *latching; /* value[latches] that are set */
 };
