@@ -177,12 +177,15 @@ def _write_model(scene: Scene, banner: Banner, folder: Path, tell: Progress, var
         parameters=len(program.parameters),
         constants=routines.packed_from + len(routines.packed_constants),
         drives=len(driven) // 2,
-        inputs=sum(len(effect.inputs()) + len(effect.sides()) for effect in scene.effects),
+        inputs=sum(len((*effect.inputs(), *effect.sides(), *effect.latches())) for effect in scene.effects),
         switches=sum(len(effect.sides()) for effect in scene.effects),
+        latches=sum(len(effect.latches()) for effect in scene.effects),
     )
     data = model_data(scene, topology, equations, banner.hash, contract_version(), numbers.name)
     (folder / "equations.txt").write_text(write_listing(scene.name, equations, index))
-    tables = {"partner": topology.partners, "driven": driven}
+    sides = [side for effect in scene.effects for side in effect.sides()]
+    latched_at = [sides.index(side) for effect in scene.effects for _, side in effect.latches()]
+    tables = {"partner": topology.partners, "driven": driven, "latched_at": latched_at}
     model = render_c(banner, routines, sizes, tables, topology.root, index, numbers)
     (folder / "model.c").write_text(model)
     lanes = render_lanes(banner, routines) if numbers.double else render_one_lane(banner, numbers)

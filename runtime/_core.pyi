@@ -82,6 +82,7 @@ class Kernels:
         t: float | Array,
         chosen: Sequence[tuple[int, str, float]] | None = None,
         supply: Supply | None = None,
+        latched: Array | None = None,
     ) -> tuple[Array, Array, Array, Array, tuple[int, str, str, int, float] | None]: ...
     def contact_reactions(self, q: Array, P: Array) -> Array: ...
     def joint_impulses(self, q: Array, du: Array, P: Array) -> tuple[Array, list[str]]: ...
@@ -103,6 +104,7 @@ class Kernels:
         rtol: float = ...,
         atol: float = ...,
         scales: tuple[float, float] | None = None,
+        latched: Array | Sequence[float] = (),
     ) -> tuple[Array, Array, str]: ...
     def simulate(
         self,

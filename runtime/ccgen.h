@@ -104,7 +104,7 @@ CCGEN_PUBLIC void ccgen_get_state(const struct ccgen_simulation *simulation, voi
 CCGEN_PUBLIC int ccgen_set_state(struct ccgen_simulation *simulation, const void *bytes);
 
 /* Rows that are recorded, one for the start, for every step and for every choice of contacts that moves the state, two for every impact: their times t[rows], and the rows themselves, each with
- * *width numbers, q and u first. They stay where they are until the simulation goes on. */
+ * *width numbers, q and u first and what effects hold last. They stay where they are until the simulation goes on. */
 CCGEN_PUBLIC size_t ccgen_rows(const struct ccgen_simulation *simulation, const double **t, const double **rows,
                                size_t *width);
 

@@ -18,7 +18,7 @@
 #ifndef CCGEN_MODEL_H
 #define CCGEN_MODEL_H
 
-#define CCGEN_CONTRACT_VERSION 10
+#define CCGEN_CONTRACT_VERSION 11
 
 /* 1 where x is positive, else 0: formulas with branches */
 static inline double unit_step(double x)
@@ -76,7 +76,8 @@ typedef void ccgen_inverse_dynamics(const double *k, const double *q, const doub
 typedef void ccgen_power(const double *k, const double *q, const double *u, double t, const double *inputs,
                          const double *u_dot, const double *lambda, double *power);
 
-/* value[switches] of the switching functions, from the first inputs alone; see `switches` below */
+/* value[switches] of the switching functions, from the inputs but the sides; or value[latches] that effects would hold from now
+ * on, from the scene's own inputs alone; see `switches` and `latches` below */
 typedef void ccgen_switching(const double *k, const double *q, const double *u, double t, const double *inputs,
                              double *value);
 
@@ -105,8 +106,10 @@ struct ccgen_model {
     const char *name;
     const char *hash; /* of the canonical scene; must match the package's data */
     int nq, nu, base, rows, links, joints, points, contacts, parameters, constants, inputs, drives;
-    int switches; /* effects whose loads have kinks: the last `switches` of the inputs are not the scene's own, but say on which
-                   * side of its kink each is: 1 where its switching function is positive, else 0 */
+    int switches; /* effects whose loads have kinks: as many inputs behind the scene's own say on which side of its kink each is:
+                   * 1 where its switching function is positive, else 0 */
+    int latches;  /* values that effects hold: the last `latches` of the inputs. Each is set when a switching function becomes
+                   * positive, and holds until that does so again */
     const int *partner; /* [rows]: the other row of the same cut pin, or the row itself */
     const int *driven;  /* [drives][2]: coordinate of a driven joint, and the one that it is measured from or -1 */
     ccgen_constants *derive_constants;
@@ -143,6 +146,8 @@ struct ccgen_model {
     ccgen_stages *stages;
     ccgen_contact_response *contact_response; /* NULL without contacts */
     ccgen_switching *switching;               /* NULL without switches */
+    const int *latched_at;     /* [latches]: which function that is; this and the next NULL without latches */
+    ccgen_switching *latching; /* value[latches] that are set */
 };
 
 #endif

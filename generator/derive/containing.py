@@ -26,22 +26,22 @@ class ContainedGap(Pair):
 
     def value(self, at: Positions) -> sp.Expr:
         """Eq. 5.19: (c² − ρ²) / 2c."""
-        off = self._nearest(at).off
+        off = self.nearest(at).off
         return (self.reach - dot(off, off) / self.reach) / 2
 
     def closing(self, at: Velocities) -> sp.Expr:
         """Eq. 5.20: −ρ·v_cf / c."""
-        return -dot(self._nearest(at).off, self._drift(at)) / self.reach
+        return -dot(self.nearest(at).off, self._drift(at)) / self.reach
 
     def bias(self, at: Accelerations) -> sp.Expr:
         """Eq. 5.21: −(v_cf² + ρ·a_cf − ξ̇²) / c, the last inside a slot only."""
-        nearest, drift = self._nearest(at), self._drift(at)
+        nearest, drift = self.nearest(at), self._drift(at)
         curved = dot(drift, drift) + dot(nearest.off, self._bend(at))
         if self.edge:
             curved -= nearest.inside * self._along(at) ** 2
         return -curved / self.reach
 
-    def slip(self, at: Accelerations) -> sp.Expr:
+    def slip(self, at: Velocities) -> sp.Expr:
         """Of the material points that touch, eq. 5.20."""
         return dot(self._tangent(at), self._drift(at)) + self._rolling(at)
 
@@ -49,24 +49,24 @@ class ContainedGap(Pair):
         """Eq. 5.21: (ρ⊥·a_cf − ξ̇ η̇) / c, the last inside a slot only."""
         turned = dot(self._tangent(at), self._bend(at))
         if self.edge:
-            nearest = self._nearest(at)
+            nearest = self.nearest(at)
             across = dot(perp(nearest.along), self._drift(at))
             turned -= nearest.inside * self._along(at) * across / self.reach
         return turned
 
     def push(self, at: Accelerations, impulse: sp.Expr) -> dict[int, Wrench]:
         """Towards the middle, through the disc's centre and the nearest point of the middle."""
-        return self._opposite(at, scale(-impulse / self.reach, self._nearest(at).off))
+        return self._opposite(at, scale(-impulse / self.reach, self.nearest(at).off))
 
     def drag(self, at: Accelerations, impulse: sp.Expr) -> dict[int, Wrench]:
         return self._across(at, impulse, self._tangent(at))
 
     def _tangent(self, at: Positions) -> Vector:
         """The direction of sliding: the normal −ρ/c turned by a right angle, clockwise; of length 1 in contact."""
-        return at.let_vector(f"tangent_{self.label}", scale(1 / self.reach, perp(self._nearest(at).off)))
+        return at.let_vector(f"tangent_{self.label}", scale(1 / self.reach, perp(self.nearest(at).off)))
 
     def _along(self, at: Velocities) -> sp.Expr:
         """ξ̇: how fast the nearest point goes along the slot (m/s), where it is inside it."""
-        nearest = self._nearest(at)
+        nearest = self.nearest(at)
         turning = at.rate(self.other.link) * dot(perp(nearest.along), nearest.off)
         return at.let(f"along_{self.label}", dot(nearest.along, self._drift(at)) + turning)

@@ -54,8 +54,10 @@ class _Derivation:
         self.u = Argument("u", self.state.u, "quasi-velocities, u = dq/dt")
         names = tuple(sp.Symbol(f"in_{name}") for effect in effects for name in effect.inputs())
         sides = tuple(sp.Symbol(f"side_{name}") for effect in effects for name in effect.sides())
+        latched = tuple(sp.Symbol(f"latched_{name}") for effect in effects for name, _ in effect.latches())
         meaning = "inputs of the scene" + (", and the sides of their kinks on which effects are" if sides else "")
-        self.acted = (Argument("t", (TIME,), "time, s"), Argument("inputs", names + sides, meaning))
+        meaning += ", and what they hold" if latched else ""
+        self.acted = (Argument("t", (TIME,), "time, s"), Argument("inputs", names + sides + latched, meaning))
 
     def equations(self) -> Equations:
         """Derive everything, kernel by kernel."""
@@ -121,7 +123,13 @@ class _Derivation:
         if not values:
             return []
         output = Output("value", values, "switching functions of the effects")
-        return [Kernel("switching", (self.q, self.u, *self.acted), (output,), "switching functions")]
+        found = [Kernel("switching", (self.q, self.u, *self.acted), (output,), "switching functions")]
+        held = tuple(value for effect in self.effects for value in effect.latching(self.motion))
+        self.ledger.close("what effects hold")
+        if held:
+            output = Output("value", held, "what effects hold from when it is set")
+            found.append(Kernel("latching", (self.q, self.u, *self.acted), (output,), "what effects hold"))
+        return found
 
     def _dynamics(self) -> list[Kernel]:
         """Accelerations and velocity jumps, by the plan and by the one to go to where its guards fail."""

@@ -66,6 +66,10 @@ class Motion:
         """1 where the switching function of a kink is positive, else 0."""
         return sp.Symbol(f"side_{name}")
 
+    def latched(self, name: str) -> sp.Expr:
+        """A value that an effect holds since the switching function of one of its kinks became positive."""
+        return sp.Symbol(f"latched_{name}")
+
     def step(self, value: sp.Expr) -> sp.Expr:
         """1 where a value is positive, else 0: of a potential, what :meth:`side` is of loads."""
         return step(value)

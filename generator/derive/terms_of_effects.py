@@ -41,6 +41,14 @@ class Terms(Protocol):
         """Functions whose signs tell on which sides of them the loads are."""
         ...
 
+    def latches(self) -> tuple[tuple[str, str], ...]:
+        """Names of values that it holds, and of the kink that sets each."""
+        ...
+
+    def latching(self, motion: Motion) -> Sequence[sp.Expr]:
+        """Those values where they are set."""
+        ...
+
     def loads(self, motion: Motion) -> Sequence[Force | Couple]:
         """Forces and moments on links; inputs and time are expressions of ``motion``."""
         ...

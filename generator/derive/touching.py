@@ -64,28 +64,39 @@ class Pair:
     def points(self) -> tuple[PointRef, ...]:
         return (self.disc, self.other, *((self.edge.end,) if self.edge else ()))
 
-    def _nearest(self, at: Positions) -> Nearest:
+    def nearest(self, at: Positions) -> Nearest:
         """The nearest point of the other body."""
         name, foot, inside, along = self.label, ZERO, sp.S.Zero, ZERO
-        off = at.let_vector(f"reach_{name}", at.distance(self.other, self.disc))
+        off = self._reach(at)
         if self.edge:
-            length = self.edge.length
-            along = at.let_vector(f"edge_{name}", scale(1 / length, at.distance(self.other, self.edge.end)))
-            place = at.let(f"place_{name}", dot(along, off))
+            length, along, place = self.edge.length, self._direction(at, self.edge), self.place(at)
             beyond = at.let(f"beyond_{name}", step(place - length))
             inside = at.let(f"inside_{name}", step(place) - beyond)
             foot = at.let_vector(f"foot_{name}", scale(inside * place + beyond * length, along))
             off = at.let_vector(f"off_{name}", less(off, foot))
         return Nearest(foot, off, inside, along)
 
+    def place(self, at: Positions) -> sp.Expr:
+        """How far along the edge the disc's centre is (m), which lies beside it between 0 and its length."""
+        assert self.edge is not None
+        return at.let(f"place_{self.label}", dot(self._direction(at, self.edge), self._reach(at)))
+
+    def _reach(self, at: Positions) -> Vector:
+        """From the other body's point to the disc's centre (m)."""
+        return at.let_vector(f"reach_{self.label}", at.distance(self.other, self.disc))
+
+    def _direction(self, at: Positions, edge: Edge) -> Vector:
+        """The direction of an edge."""
+        return at.let_vector(f"edge_{self.label}", scale(1 / edge.length, at.distance(self.other, edge.end)))
+
     def _drift(self, at: Velocities) -> Vector:
         """v_cf: velocity of the centre against the material point of the other body that is nearest (m/s)."""
-        swing = scale(-at.rate(self.other.link), perp(self._nearest(at).foot))
+        swing = scale(-at.rate(self.other.link), perp(self.nearest(at).foot))
         return at.let_vector(f"drift_{self.label}", add(at.approach(self.other, self.disc), swing))
 
     def _bend(self, at: Accelerations) -> Vector:
         """a_cf: acceleration of the centre against that point with u̇ = 0 (m/s²)."""
-        inwards = scale(at.rate(self.other.link) ** 2, self._nearest(at).foot)
+        inwards = scale(at.rate(self.other.link) ** 2, self.nearest(at).foot)
         return at.let_vector(f"bend_{self.label}", add(at.bend(self.other, self.disc), inwards))
 
     def _rolling(self, at: Velocities) -> sp.Expr:
@@ -100,7 +111,7 @@ class Pair:
         self, at: Accelerations, impulse: Vector, moment: sp.Expr = sp.S.Zero, turned: sp.Expr = sp.S.Zero
     ) -> dict[int, Wrench]:
         """An impulse on the disc's centre and its opposite on the nearest point, with a moment on each."""
-        arms = (at.arm(self.disc), add(at.arm(self.other), self._nearest(at).foot))
+        arms = (at.arm(self.disc), add(at.arm(self.other), self.nearest(at).foot))
         back = scale(sp.S.NegativeOne, impulse)
         return {
             self.disc.link: (impulse, dot(perp(arms[0]), impulse) + moment),
@@ -133,48 +144,48 @@ class TouchGap(Pair):
 
     def value(self, at: Positions) -> sp.Expr:
         """Eq. 5.13."""
-        return self._meet(at).distance - self.radius - self.thickness
+        return self.meet(at).distance - self.radius - self.thickness
 
     def closing(self, at: Velocities) -> sp.Expr:
-        return at.let(f"closing_{self.label}", dot(self._meet(at).normal, self._drift(at)))
+        return at.let(f"closing_{self.label}", dot(self.meet(at).normal, self._drift(at)))
 
     def bias(self, at: Accelerations) -> sp.Expr:
         """Eq. 5.16: ν·a_cf − Ω (2 τ·v_cf + Ω D)."""
-        meeting, turn = self._meet(at), self._turn(at)
+        meeting, turn = self.meet(at), self._turn(at)
         curved = turn * (2 * self._sideways(at) + turn * meeting.distance)
         return dot(meeting.normal, self._bend(at)) - curved
 
-    def slip(self, at: Accelerations) -> sp.Expr:
+    def slip(self, at: Velocities) -> sp.Expr:
         """Of the material points that touch, eq. 5.14."""
         return self._sideways(at) + self._rolling(at)
 
     def slip_bias(self, at: Accelerations) -> sp.Expr:
         """Eq. 5.16: τ·a_cf + Ω ν·v_cf."""
-        return dot(self._meet(at).tangent, self._bend(at)) + self._turn(at) * self.closing(at)
+        return dot(self.meet(at).tangent, self._bend(at)) + self._turn(at) * self.closing(at)
 
     def push(self, at: Accelerations, impulse: sp.Expr) -> dict[int, Wrench]:
         """Along the common normal, through the disc's centre and the point of the other body that is nearest."""
-        return self._opposite(at, scale(impulse, self._meet(at).normal))
+        return self._opposite(at, scale(impulse, self.meet(at).normal))
 
     def drag(self, at: Accelerations, impulse: sp.Expr) -> dict[int, Wrench]:
-        return self._across(at, impulse, self._meet(at).tangent)
+        return self._across(at, impulse, self.meet(at).tangent)
 
     # -- geometry --------------------------------------------------------------------------------------------------
 
-    def _meet(self, at: Positions) -> Meeting:
+    def meet(self, at: Positions) -> Meeting:
         """The distance to the nearest point of the other body, and the common normal."""
-        nearest = self._nearest(at)
+        nearest = self.nearest(at)
         distance = at.let(f"apart_{self.label}", sp.sqrt(dot(nearest.off, nearest.off)))
         normal = at.let_vector(f"normal_{self.label}", scale(1 / distance, nearest.off))
         return Meeting(distance, normal, nearest.inside)
 
     def _sideways(self, at: Accelerations) -> sp.Expr:
         """τ·v_cf (m/s)."""
-        return at.let(f"sideways_{self.label}", dot(self._meet(at).tangent, self._drift(at)))
+        return at.let(f"sideways_{self.label}", dot(self.meet(at).tangent, self._drift(at)))
 
     def _turn(self, at: Accelerations) -> sp.Expr:
         """Ω (rad/s), eq. 5.15: the normal turns with the edge where the disc is beside it, else with the line."""
-        meeting = self._meet(at)
+        meeting = self.meet(at)
         line = -self._sideways(at) / meeting.distance
         rate = meeting.inside * at.rate(self.other.link) + (1 - meeting.inside) * line
         return at.let(f"turn_{self.label}", rate)

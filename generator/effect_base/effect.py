@@ -102,6 +102,16 @@ class Effect:
         """The switching functions of :meth:`sides`, of the state, time and inputs."""
         return ()
 
+    def latches(self) -> tuple[tuple[str, str], ...]:
+        """Names of values that it holds, each with that of :meth:`sides` whose function sets it when it becomes
+        positive: ``motion.latched(name)`` is what :meth:`latching` gave then, until that is so again; before the first
+        time, zero within steps. It may stand in loads, power and switching functions."""
+        return ()
+
+    def latching(self, motion: Motion) -> Sequence[Expr]:
+        """The values of :meth:`latches` where they are set, of the state, time and inputs."""
+        return ()
+
     def loads(self, motion: Motion) -> Sequence[Force | Couple]:
         """Forces and moments on links."""
         return ()

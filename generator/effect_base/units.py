@@ -62,6 +62,8 @@ _BY_DIMENSION: tuple[tuple[Dimension, Mapping[str, Factor]], ...] = (
     (Dimension(s=-1), {"Hz": Fraction(1)}),
     (_FORCE, {"N": Fraction(1), "mN": Fraction("1e-3"), "kN": Fraction(1000)}),
     (_ENERGY, {"Nm": Fraction(1), "kNm": Fraction(1000), "J": Fraction(1), "kJ": Fraction(1000)}),
+    (Dimension(kg=1, m=-1, s=-2), {"Pa": Fraction(1), "kPa": Fraction(1000), "MPa": Fraction(10**6),
+                                   "GPa": Fraction(10**9)}),
     (Dimension(kg=1, m=2, s=-3), {"W": Fraction(1), "kW": Fraction(1000)}),
 )  # fmt: skip
 UNITS: Mapping[str, Unit] = {
@@ -93,6 +95,7 @@ KINDS: Mapping[str, tuple[str, str]] = {
     "1/s": ("a frequency", "10 Hz"),
     "s/m": ("a damping per speed", "0.3 s/m"),
     "W": ("a power", "2 W"),
+    "Pa": ("a pressure", "210 GPa"),
 }
 """What units in SI measure, and how a text of that kind may look."""
 

@@ -1,4 +1,9 @@
-"""Friction in joints: viscous, and dry friction smoothed about standstill."""
+"""Friction in joints: viscous, and dry friction smoothed about standstill, with Stribeck's curve if it is asked for.
+
+Dry friction falls from its breakaway value to Coulomb's as in B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit,
+A survey of models, analysis tools and compensation methods for the control of machines with friction, Automatica 30,
+1994.
+"""
 
 from __future__ import annotations
 
@@ -38,17 +43,28 @@ class FrictionTable(Table):
         default=None,
         description="the rate about which dry friction changes its sign in rad/s, a positive number (m/s on a line)",
     )
+    breakaway: Annotated[Positive, Measured("N m", "N")] | None = Field(
+        default=None,
+        description="the moment of dry friction near standstill in N m, more than dry (the force in N where it slides)",
+    )
+    stribeck: Annotated[Positive, Measured("rad/s", "m/s")] | None = Field(
+        default=None,
+        description="the rate at which e⁻¹ of what breakaway is more is left, in rad/s, positive (m/s on a line)",
+    )
 
 
 RATE = 0.01
 """Default of the rate (rad/s or m/s) at which smoothed dry friction has reached tanh 1 = 76 % of its moment."""
+SMOOTHED = 0.01
+"""The same with Stribeck's curve, as a part of its rate."""
 
 
 @dataclass(frozen=True)
 class JointFriction(Effect):
     """Resists the motion of joints (indices) with ``viscous`` · ω + ``dry`` · tanh(ω / ``rate``), each the same.
 
-    All of them turn, or all slide. ``viscous`` is in N m s/rad, ``dry`` in N m (N s/m and N where they slide); what is
+    Where there is ``breakaway`` it stands for ``dry`` with the part exp(−(ω/``stribeck``)²), ``dry`` with the rest. All
+    of them turn, or all slide. ``viscous`` is in N m s/rad, ``dry`` in N m (N s/m and N where they slide); what is
     ``None`` is absent.
     """
 
@@ -58,9 +74,12 @@ class JointFriction(Effect):
     viscous: Parameter | None
     dry: Parameter | None
     rate: Parameter | None
+    breakaway: Parameter | None = None
+    stribeck: Parameter | None = None
 
     def parameters(self) -> tuple[Parameter, ...]:
-        return tuple(p for p in (self.viscous, self.dry, self.rate) if p is not None)
+        given = (self.viscous, self.dry, self.rate, self.breakaway, self.stribeck)
+        return tuple(p for p in given if p is not None)
 
     def loads(self, motion: Motion) -> Sequence[Force | Couple]:
         """The moment resists on the joint's second link, and drags the first along."""
@@ -70,19 +89,23 @@ class JointFriction(Effect):
         return loads
 
     def power(self, motion: Motion) -> Expr:
-        """−ω (c ω + T tanh(ω/ω₀)) of every joint."""
+        """−ω (c ω + T(ω) tanh(ω/ω₀)) of every joint."""
         power = motion.value(None)
         for index in self.joints:
             power -= self._slip(motion, index) * self._moment(motion, index)
         return power
 
     def _moment(self, motion: Motion, index: int) -> Expr:
-        from sympy import tanh
+        from sympy import exp, tanh
 
         omega = self._slip(motion, index)
         moment = motion.value(self.viscous) * omega
         if self.dry:
-            moment += motion.value(self.dry) * tanh(omega / motion.value(self.rate))
+            dry = motion.value(self.dry)
+            if self.breakaway:
+                near = exp(-((omega / motion.value(self.stribeck)) ** 2))
+                dry += (motion.value(self.breakaway) - dry) * motion.let(f"near_{self.label}_{index}", near)
+            moment += dry * tanh(omega / motion.value(self.rate))
         return motion.let(f"moment_{self.label}_{index}", moment)
 
     def _slip(self, motion: Motion, index: int) -> Expr:
@@ -98,10 +121,14 @@ def build(table: FrictionTable, index: int, around: Surroundings, complain: Comp
     if table.dry is None and table.rate is not None:
         complain(("rate",), "found without dry friction, expected only with it; remove it or add dry")
         return None
+    if not _check_stribeck(table, complain):
+        return None
     if joints is None or not _check_units(table, around.mechanism.joints[joints[0]].slides, complain):
         return None
     label = f"joint_friction_{index}"
     name = table.name or label
+
+    usual = SMOOTHED * table.stribeck if table.stribeck else RATE
 
     def parameter(key: str, symbol: str, value: float | None, domain: Domain = NOT_NEGATIVE) -> Parameter | None:
         return Parameter(f"{name}.{key}", f"{symbol}_{label}", value, domain) if value else None
@@ -112,15 +139,41 @@ def build(table: FrictionTable, index: int, around: Surroundings, complain: Comp
         joints,
         parameter("viscous", "c", table.viscous),
         parameter("dry", "T", table.dry),
-        parameter("rate", "w0", (table.rate or RATE) if table.dry else None, POSITIVE),
+        parameter("rate", "w0", (table.rate or usual) if table.dry else None, POSITIVE),
+        parameter("breakaway", "Tb", table.breakaway),
+        parameter("stribeck", "ws", table.stribeck, POSITIVE),
     )
+
+
+def _check_stribeck(table: FrictionTable, complain: Complain) -> bool:
+    """A curve that falls: breakaway is more than dry, and its rate well beyond that of the change of sign."""
+    for key, other in (("breakaway", "stribeck"), ("stribeck", "breakaway")):
+        if getattr(table, key) is not None and getattr(table, other) is None:
+            complain((key,), f"found without {other}, expected both or neither; add {other} or remove {key}")
+            return False
+    if table.breakaway is None or table.stribeck is None:
+        return True
+    if table.dry is None:
+        complain(
+            ("breakaway",), "found without dry friction, expected only with it; add dry, or remove it and stribeck"
+        )
+        return False
+    if not table.breakaway > table.dry:
+        told = f"found {table.breakaway:g}, expected more than dry, {table.dry:g}, to which it falls; correct one"
+        complain(("breakaway",), told)
+        return False
+    if table.rate is not None and not table.rate < table.stribeck:
+        told = f"found {table.rate:g}, expected less than stribeck, {table.stribeck:g}, or breakaway is never reached"
+        complain(("rate",), f"{told}; correct one")
+        return False
+    return True
 
 
 def _check_units(table: FrictionTable, slides: bool, complain: Complain) -> bool:
     """Units that are written are those of the kind of joint."""
-    units = {"viscous": "N s/m", "dry": "N", "rate": "m/s"}
+    units = {"viscous": "N s/m", "dry": "N", "rate": "m/s", "breakaway": "N", "stribeck": "m/s"}
     if not slides:
-        units = {"viscous": "N m s/rad", "dry": "N m", "rate": "rad/s"}
+        units = {"viscous": "N m s/rad", "dry": "N m", "rate": "rad/s", "breakaway": "N m", "stribeck": "rad/s"}
     wrong = {key: sentence for key, unit in units.items() if (sentence := wrong_kind(getattr(table, key), unit))}
     for key, sentence in wrong.items():
         complain((key,), sentence)

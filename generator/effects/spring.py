@@ -1,4 +1,5 @@
-"""Spring: a linear spring without mass between two points; a rope that only pulls, a buffer that only pushes."""
+"""Spring: a linear spring without mass between two points; a rope that only pulls, a buffer that only pushes, a
+spring with play."""
 
 from __future__ import annotations
 
@@ -8,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field
 
+from ..effect_base.dead_zone import DeadZone
 from ..effect_base.effect import Complain, Effect, Entry, Place, Surroundings
 from ..effect_base.line import Line, find_line
 from ..effect_base.table import Name, NotNegative, PointName, Positive, Table
@@ -42,7 +44,11 @@ class SpringTable(Table):
     )
     damping: Annotated[Positive, Measured("N s/m")] | None = Field(
         default=None,
-        description='the damping in N s/m while it acts, a positive number, with acts "pull" or "push" only',
+        description='the damping in N s/m while it acts, a positive number, with acts "pull" or "push" or play only',
+    )
+    play: Annotated[Positive, Measured("m")] | None = Field(
+        default=None,
+        description="the way in m in which it is free, half on either side of its length at rest, a positive number",
     )
 
 
@@ -66,22 +72,27 @@ class Spring(Effect):
     stiffness: Parameter
     length: Parameter | None
     one_way: OneWay | None = None
+    zone: DeadZone | None = None
 
     def parameters(self) -> tuple[Parameter, ...]:
-        damping = self.one_way.damping if self.one_way else None
-        return (self.stiffness, *(p for p in (self.length, damping) if p))
+        damping = self.one_way.damping if self.one_way else self.zone.damping if self.zone else None
+        return (self.stiffness, *(p for p in (self.length, damping, self.zone.play if self.zone else None) if p))
 
     def describe(self, mechanism: Mechanism) -> str:
         told = super().describe(mechanism)
         return told if self.one_way is None else f"{told}, {'pulls' if self.one_way.sign > 0 else 'pushes'} only"
 
     def sides(self) -> tuple[str, ...]:
+        if self.zone:
+            return self.zone.sides()
         if self.one_way is None:
             return ()
         return (self.line.label, *((self._loaded,) if self.one_way.damping else ()))
 
     def switching(self, motion: Motion) -> Sequence[Expr]:
         """Its elongation, and with damping its tension, both in the way in which it acts."""
+        if self.zone:
+            return self.zone.switching(motion, self._elongation(motion), self._lengthening(motion))
         if self.one_way is None:
             return ()
         values = (self._elongation(motion), *((self._tension(motion),) if self.one_way.damping else ()))
@@ -90,7 +101,10 @@ class Spring(Effect):
     def loads(self, motion: Motion) -> Sequence[Force]:
         """k (L − L₀) along the line; without a length at rest, k times the vector between the points."""
         tension = motion.value(self.stiffness)
-        if self.one_way and self.one_way.damping:
+        if self.zone:
+            effort = self.zone.effort(motion, self._elongation(motion), self._lengthening(motion))
+            tension = motion.let(f"tension_{self.line.label}", effort / self.line.length(motion))
+        elif self.one_way and self.one_way.damping:
             tension = motion.let(f"tension_{self.line.label}", self._force(motion) / self.line.length(motion))
         elif self.length:
             slack = 1 - motion.value(self.length) / self.line.length(motion)
@@ -103,6 +117,8 @@ class Spring(Effect):
         stiffness = motion.value(self.stiffness)
         if self.length is None:
             return stiffness * self.line.square(motion) / 2
+        if self.zone:
+            return self.zone.potential(motion, self._elongation(motion))
         energy = stiffness * (self.line.length(motion) - motion.value(self.length)) ** 2 / 2
         return energy * motion.step(self.one_way.sign * self._elongation(motion)) if self.one_way else energy
 
@@ -110,6 +126,8 @@ class Spring(Effect):
         """What damping takes: the power of the force, less that of its part k (L − L₀), which has a potential."""
         import sympy as sp
 
+        if self.zone:
+            return self.zone.power(motion, self._elongation(motion), self._lengthening(motion))
         if self.one_way is None or self.one_way.damping is None:
             return sp.S.Zero
         elastic = motion.side(self.line.label) * motion.value(self.stiffness) * self._elongation(motion)
@@ -157,12 +175,22 @@ def build(table: SpringTable, index: int, around: Surroundings, complain: Compla
     if table.acts != "both" and length is None:
         complain(("acts",), f'found "{table.acts}" without a length, expected a length at rest beside it; add length')
         return None
+    stiffness = Parameter(f"{name}.stiffness", f"k_{label}", table.stiffness, NOT_NEGATIVE)
+    if table.play is not None:
+        if table.acts != "both":
+            message = f'found it with acts = "{table.acts}", expected a spring that acts both ways'
+            complain(("play",), f"{message}; remove it and change the length by half of it")
+            return None
+        if length is None:
+            complain(("play",), "found without a length, expected a length at rest beside it; add length")
+            return None
+        zone = DeadZone(label, Parameter(f"{name}.play", f"p_{label}", table.play, NOT_NEGATIVE), stiffness, damping)
+        return Spring(name, line, stiffness, length, zone=zone)
     if table.acts == "both" and damping:
         message = "found damping of a spring that acts both ways, expected a [[damper]] between the same points"
         complain(("damping",), f'{message}; write one, or acts = "pull" or "push"')
         return None
     one_way = None if table.acts == "both" else OneWay(1 if table.acts == "pull" else -1, damping)
-    stiffness = Parameter(f"{name}.stiffness", f"k_{label}", table.stiffness, NOT_NEGATIVE)
     return Spring(name, line, stiffness, length, one_way)
 
 

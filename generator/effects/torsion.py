@@ -1,4 +1,4 @@
-"""Torsion: a torsional spring and damper at a joint."""
+"""Torsion: a torsional spring and damper at a joint, which may have play."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field
 
+from ..effect_base.dead_zone import DeadZone
 from ..effect_base.effect import Complain, Effect, Entry, Surroundings
 from ..effect_base.points import find_joint
 from ..effect_base.table import JointName, Name, Positive, Table
@@ -32,13 +33,17 @@ class TorsionTable(Table):
     damping: Annotated[Positive, Measured("N m s/rad")] | None = Field(
         default=None, description="the damping in N m s/rad, a positive number"
     )
+    play: Annotated[Positive, Measured("rad")] | None = Field(
+        default=None,
+        description='the angle in rad in which it is free, half on either side of rest, a positive one, or "2 deg"',
+    )
 
 
 @dataclass(frozen=True)
 class Torsion(Effect):
     """Turns joint ``joint`` (an index) back to ``angle`` (rad) with ``stiffness`` (N m/rad), and damps its turning.
 
-    What is ``None`` is absent; an angle that is ``None`` is zero.
+    What is ``None`` is absent; an angle that is ``None`` is zero. With a ``zone`` it does both beyond its play only.
     """
 
     label: str
@@ -47,9 +52,17 @@ class Torsion(Effect):
     stiffness: Parameter | None
     angle: Parameter | None
     damping: Parameter | None
+    zone: DeadZone | None = None
 
     def parameters(self) -> tuple[Parameter, ...]:
-        return tuple(p for p in (self.stiffness, self.angle, self.damping) if p is not None)
+        play = self.zone.play if self.zone else None
+        return tuple(p for p in (self.stiffness, self.angle, self.damping, play) if p is not None)
+
+    def sides(self) -> tuple[str, ...]:
+        return self.zone.sides() if self.zone else ()
+
+    def switching(self, motion: Motion) -> Sequence[Expr]:
+        return self.zone.switching(motion, self._twist(motion), self._rate(motion)) if self.zone else ()
 
     def loads(self, motion: Motion) -> Sequence[Couple]:
         """−k (φ − φ₀) − c dφ/dt on the joint's second link, the opposite on its first."""
@@ -58,16 +71,25 @@ class Torsion(Effect):
         joint = motion.joint(self.joint)
         moment = motion.value(self.stiffness) * self._twist(motion)
         moment += motion.value(self.damping) * motion.joint_rate(joint)
+        if self.zone:
+            moment = self.zone.effort(motion, self._twist(motion), self._rate(motion))
         moment = motion.let(f"moment_{self.label}", moment)
         return Couple(joint.first.link, moment), Couple(joint.second.link, -moment)
 
     def potential(self, motion: Motion) -> Expr:
         """½ k (φ − φ₀)²."""
+        if self.zone:
+            return self.zone.potential(motion, self._twist(motion))
         return motion.value(self.stiffness) * self._twist(motion) ** 2 / 2
 
     def power(self, motion: Motion) -> Expr:
         """−c (dφ/dt)²."""
+        if self.zone:
+            return self.zone.power(motion, self._twist(motion), self._rate(motion))
         return -motion.value(self.damping) * motion.joint_rate(motion.joint(self.joint)) ** 2
+
+    def _rate(self, motion: Motion) -> Expr:
+        return motion.joint_rate(motion.joint(self.joint))
 
     def _twist(self, motion: Motion) -> Expr:
         if self.stiffness is None:
@@ -89,6 +111,9 @@ def build(table: TorsionTable, index: int, around: Surroundings, complain: Compl
     if table.stiffness is None and table.angle:
         complain(("angle",), "found without stiffness, expected only with it; remove it or add a stiffness")
         return None
+    if table.stiffness is None and table.play:
+        complain(("play",), "found without stiffness, expected only with it; remove it or add a stiffness")
+        return None
     if joint is None:
         return None
     label = f"torsion_{index}"
@@ -97,14 +122,10 @@ def build(table: TorsionTable, index: int, around: Surroundings, complain: Compl
     def parameter(key: str, symbol: str, value: float | None, domain: Domain = NOT_NEGATIVE) -> Parameter | None:
         return Parameter(f"{name}.{key}", f"{symbol}_{label}", value, domain) if value else None
 
-    return Torsion(
-        label,
-        name,
-        joint,
-        parameter("stiffness", "k", table.stiffness),
-        parameter("angle", "phi", table.angle, ANY),
-        parameter("damping", "c", table.damping),
-    )
+    stiffness, damping = parameter("stiffness", "k", table.stiffness), parameter("damping", "c", table.damping)
+    play = parameter("play", "p", table.play)
+    zone = DeadZone(label, play, stiffness, damping) if play and stiffness else None
+    return Torsion(label, name, joint, stiffness, parameter("angle", "phi", table.angle, ANY), damping, zone)
 
 
 ENTRY = Entry("torsion", True, TorsionTable, build)

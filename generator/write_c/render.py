@@ -43,7 +43,8 @@ METHODS = (
 
 @dataclass(frozen=True)
 class Sizes:
-    """Array sizes of the contract, in the order of ``struct ccgen_model``."""
+    """Array sizes of the contract, in the order of ``struct ccgen_model``; that of ``latches`` is left out where it
+    is 0."""
 
     nq: int
     nu: int
@@ -58,6 +59,7 @@ class Sizes:
     inputs: int
     drives: int
     switches: int
+    latches: int = 0
 
 
 @dataclass(frozen=True)
@@ -120,7 +122,7 @@ def render_c(
             preamble=numbers.preamble,
             header="sincos.h" if numbers.double else "one_lane.h",
             abreast=max(r.lanes for r in routines.made),
-            sizes=list(vars(sizes).items()),
+            sizes=[(name, value) for name, value in vars(sizes).items() if value or name != "latches"],
             members=members,
             tables={name: list(values) for name, values in tables.items() if values},
             root=root,

@@ -13,7 +13,7 @@ cdef extern from *:
         int version
         const char *name
         const char *hash
-        int nq, nu, base, rows, links, joints, points, contacts, parameters, constants, inputs, drives, switches, lanes
+        int nq, nu, base, rows, links, joints, points, contacts, parameters, constants, inputs, drives, switches, latches, lanes
         void (*derive_constants)(const real *p, real *k) noexcept nogil
         int (*acceleration)(const real *k, const real *q, const real *u, real t, const real *inputs,
                             real *u_dot, real *lambda_) noexcept nogil
@@ -112,7 +112,7 @@ cdef extern from *:
         int contact
         int why
         real size
-    int held_forces(system *s, size_t count, size_t every, const real *t, const real *q, const real *u, held chosen,
+    int held_forces(system *s, size_t count, size_t every, const real *t, const real *q, const real *u, const real *latched, held chosen,
                     real *u_dot, real *lambda_, real *push, real *reaction, obstruction *found) nogil
     int joint_impulses(system *s, const real *q, const real *du, const real *P, real *reaction) nogil
     int find_closed(const system *s, size_t count, const real *q, char *closed) nogil
@@ -181,7 +181,7 @@ cdef extern from *:
         long steps, rejected, choices
         real rest_speed
     int run_advance "advance"(system *s, const method *m, tolerance bound, drift kept, real t, real h, int count, const int *held,
-                              const signed char *mode, real *y) nogil
+                              const signed char *mode, const real *latched, real *y) nogil
 
 cdef extern from *:
     struct ccgen_settings:

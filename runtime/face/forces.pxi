@@ -23,13 +23,13 @@ cdef class Contacting(Evaluations):
             find_unknown(&s, b, &q[0, 0], &out[0])
         return np.asarray(out)[:b].astype(bool)
 
-    def motion(self, const real[:, ::1] q, const real[:, ::1] u, t, chosen=None, Supply supply=None):
+    def motion(self, const real[:, ::1] q, const real[:, ::1] u, t, chosen=None, Supply supply=None, latched=None):
         """Quasi-accelerations (b, n), multipliers (b, rows), contact forces (b, 2 contacts), normal ones first, and joint
         reactions (b, 3 joints) at one time or at times (b,), without the GIL; and, where a state has none, its number, the
         outcome, and of what prevents it the name, the contact and the size.
 
         Contacts are held as ``chosen`` says, of each its number, how, and its share of friction; those that a run would hold
-        where it is None."""
+        where it is None. ``latched`` (b, latches) is what effects hold, None where each state stands for itself."""
         cdef size_t b = q.shape[0], n = self.m.nu, rows = self.m.rows + 1, pushes = 2 * self.m.contacts, every
         cdef size_t carried = 3 * self.m.joints
         cdef real[:, ::1] out = empty((b, n)), forces = empty((b, rows)), push = empty((b, max(pushes, 1)))
@@ -39,6 +39,13 @@ cdef class Contacting(Evaluations):
         cdef int[::1] contacts = np.array([*(one[0] for one in pushing), 0], dtype=np.int32)
         cdef signed char[::1] mode = np.array([*(MODE_NUMBERS[one[1]] for one in pushing), 0], dtype=np.int8)
         cdef real[::1] weight = np.array([*(one[2] for one in pushing), 1.0], dtype=REAL)
+        cdef real[:, ::1] holding
+        cdef const real *holds = NULL
+        if self.m.latches and latched is not None and b:
+            holding = np.ascontiguousarray(latched, dtype=REAL)
+            if <size_t>holding.shape[0] != b or holding.shape[1] != self.m.latches:
+                raise ValueError(f"found {np.shape(latched)} values that effects hold, expected {(b, self.m.latches)}")
+            holds = &holding[0, 0]
         cdef held given
         cdef obstruction found
         cdef int outcome = 0
@@ -52,7 +59,7 @@ cdef class Contacting(Evaluations):
             supply.attach(&s)
         if b:
             with nogil:
-                outcome = held_forces(&s, b, every, &times[0], &q[0, 0], &u[0, 0], given, &out[0, 0], &forces[0, 0],
+                outcome = held_forces(&s, b, every, &times[0], &q[0, 0], &u[0, 0], holds, given, &out[0, 0], &forces[0, 0],
                                       &push[0, 0], &reactions[0, 0], &found)
         if supply is not None and supply.error is not None:
             raise supply.error

@@ -6,9 +6,10 @@ cdef class Kernels(Contacting):
     """A model's kernels, and its runs."""
 
     def advance(self, str name, t, const real[::1] q, const real[::1] u, h, Supply supply=None, str kept="projected",
-                held=(), rtol=0.0, atol=0.0, scales=None):
+                held=(), rtol=0.0, atol=0.0, scales=None, latched=()):
         """From t on by ``h`` (s) with the method ``name``, contacts ``held`` closed: (q, u, outcome). In one step, or
-        without contacts and with tolerances by as many as these ask for. ``scales``: characteristic time (s) and energy (J)."""
+        without contacts and with tolerances by as many as these ask for. ``scales``: characteristic time (s) and energy (J).
+        ``latched``: what effects hold."""
         cdef real[::1] times = np.array([t, h, rtol, atol], dtype=REAL)
         cdef tolerance bound
         bound.rtol, bound.atol = times[2], times[3]
@@ -26,8 +27,11 @@ cdef class Kernels(Contacting):
         cdef real[::1] y = np.concatenate([q, u, zeros(1)])
         cdef int[::1] chosen = np.array([*(contact for contact, _ in held), 0], dtype=np.int32)
         cdef signed char[::1] mode = np.array([*(MODE_NUMBERS[how] for _, how in held), 0], dtype=np.int8)
+        cdef real[::1] holding = np.array([*latched, 0.0], dtype=REAL)
+        if len(latched) != self.m.latches:
+            raise ValueError(f"found {len(latched)} values that effects hold, expected {self.m.latches}")
         found = run_advance(&s, find_method(name.encode()), bound, <drift><int>DRIFTS.index(kept), times[0], times[1],
-                            <int>len(held), &chosen[0], &mode[0], &y[0])
+                            <int>len(held), &chosen[0], &mode[0], &holding[0], &y[0])
         if supply is not None and supply.error is not None:
             raise supply.error
         n = self.m.nu
@@ -89,14 +93,16 @@ cdef class Kernels(Contacting):
     cdef dict _found(self, ccgen_simulation *it, int outcome):
         cdef run *r = &it.run
         cdef size_t n = self.m.nu, i = r.impacts.count, rows = r.record.count, size = it.system.size
+        cdef size_t width = size + self.m.latches
         cdef real end
         cdef bytes state = PyBytes_FromStringAndSize(NULL, ccgen_state_size(it))
         ccgen_get_state(it, <char *>state)
         ccgen_get_motion(it, &end, NULL, NULL)
         return dict(
             t=_numbers(r.record.t, rows),
-            q=_columns(r.record.y, rows, size, n), u=_columns(r.record.y + n, rows, size, n),
-            work=_columns(r.record.y + 2 * n, rows, size, 1).ravel() if size > 2 * n else zeros(rows),
+            q=_columns(r.record.y, rows, width, n), u=_columns(r.record.y + n, rows, width, n),
+            work=_columns(r.record.y + 2 * n, rows, width, 1).ravel() if size > 2 * n else zeros(rows),
+            latched=_columns(r.record.y + size, rows, width, self.m.latches) if self.m.latches else empty((rows, 0)),
             impact_t=_numbers(r.impacts.t, i),
             u_minus=_numbers(r.impacts.u_minus, n * i).reshape(-1, n),
             u_plus=_numbers(r.impacts.u_plus, n * i).reshape(-1, n),

@@ -150,10 +150,12 @@ class Parts:
         t: float | FloatArray,
         held: Held | None,
         supply: Supply | None = None,
+        latched: FloatArray | None = None,
     ) -> None:
-        """The same by the solver of a run, under the inputs of a ``supply`` if there is one."""
+        """The same by the solver of a run, under the inputs of a ``supply`` if there is one, and with what effects hold
+        there, ``latched`` (b, latches)."""
         kernels, motion = self.model.kernels, self.motion
-        u_dot, multipliers, pushes, reactions, trouble = kernels.motion(q, u, t, held, supply)
+        u_dot, multipliers, pushes, reactions, trouble = kernels.motion(q, u, t, held, supply, latched)
         if trouble:
             raise _trouble(self.model, int(self._numbers(rows)[trouble[0]]), *trouble[1:])
         self.inexact = max(self.inexact, kernels.inexact)

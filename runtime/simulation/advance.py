@@ -14,6 +14,25 @@ from ..arrays import FloatArray
 from ..model.inputs import Given, supply_of
 from ..model.model import Model
 
+
+@dataclass(frozen=True, eq=False)
+class Latched:
+    """What effects hold along a run: ``values`` (rows, latches) from the times ``t`` (rows,) of its rows on."""
+
+    t: FloatArray
+    values: FloatArray
+
+    def at(self, t: float | FloatArray) -> FloatArray:
+        """What they hold at a time, (latches,), or at times (b,), (b, latches), from then on."""
+        found: FloatArray = self.values[np.searchsorted(self.t, t, side="right") - 1]
+        return found
+
+    def before(self, t: float) -> FloatArray:
+        """What they have held up to a time later than the first: (latches,)."""
+        found: FloatArray = self.values[max(int(np.searchsorted(self.t, t, side="left")) - 1, 0)]
+        return found
+
+
 LOST = "lost"
 """In place of a controller that cannot be pickled."""
 
@@ -28,7 +47,8 @@ class Advance:
 
     ``method``, ``drift`` and the two ``tolerances`` are the run's, as are the ``scales``, its
     characteristic time (s) and energy (J); ``inputs`` as they were given to it and ``supply``
-    what became of them; ``held`` are the contacts, and how each is held, from the times ``hold_t`` on.
+    what became of them; ``held`` are the contacts, and how each is held, from the times ``hold_t`` on,
+    and ``latched`` is what effects hold.
     ``stepped`` are times, q and u of the rows where it went on by time stepping: states between are on lines between
     them.
     Raises ``ValueError`` where no step can be made.
@@ -43,6 +63,7 @@ class Advance:
     scales: tuple[float, float]
     inputs: Given
     supply: Supply | None
+    latched: Latched
     stepped: tuple[tuple[FloatArray, FloatArray, FloatArray], ...] = ()
 
     def __post_init__(self) -> None:
@@ -60,10 +81,10 @@ class Advance:
                 return self._between_steps(t, q, u, t0 + h)
         change = int(np.searchsorted(self.hold_t, t0, side="right")) - 1
         held = [(contact, how) for contact, how in self.held[change] if how != "carried"] if change >= 0 else []
+        latched = self.latched.at(t0) if h >= 0.0 else self.latched.before(t0)
         for method in dict.fromkeys((self.method, COLLOCATION)):
-            new_q, new_u, outcome = self.model.kernels.advance(
-                method, t0, np.array(q0), np.array(u0), h, self.supply, self.drift, held, *self.tolerances, self.scales
-            )
+            start, settings = (t0, np.array(q0), np.array(u0), h), (*self.tolerances, self.scales, latched)
+            new_q, new_u, outcome = self.model.kernels.advance(method, *start, self.supply, self.drift, held, *settings)
             if outcome == "done":
                 return new_q, new_u
         raise ValueError(f"no state between the rows at t = {t0} and after ({outcome.replace('_', ' ')})")

@@ -98,7 +98,7 @@ def cut(found: dict[str, Any], rows: int) -> dict[str, Any]:
     impacts = int(np.searchsorted(found["after"], rows))
     changes = int(np.searchsorted(found["hold_t"], end, side="right"))
     contacts = found["first"][impacts]
-    lengths = dict.fromkeys(("t", "q", "u", "work"), rows)
+    lengths = dict.fromkeys(("t", "q", "u", "work", "latched"), rows)
     lengths |= dict.fromkeys(("impact_t", "u_minus", "u_plus", "energy_loss", "after"), impacts)
     lengths |= dict.fromkeys(("contacts", "impulses", "friction"), contacts) | {"first": impacts + 1}
     lengths |= dict.fromkeys(("hold_t", "held", "shares"), changes)

@@ -47,7 +47,8 @@ class Along:
         for one in np.unique(which).tolist():
             rows = np.flatnonzero(which == one)
             held = self.ways[one] if one >= 0 else ()
-            found.fill_in_contact(rows, q[rows], u[rows], t[rows], held, supply)
+            latched = self.advance.latched.at(t[rows])
+            found.fill_in_contact(rows, q[rows], u[rows], t[rows], held, supply, latched)
         unknown = ((t[:, None] >= self.stepped[:, 0]) & (t[:, None] < self.stepped[:, 1])).any(axis=1)
         if model.rows:
             unknown |= model.kernels.unknown(np.ascontiguousarray(q))

@@ -13,7 +13,7 @@ from ..model.inputs import Given, supply_of
 from ..model.model import Model
 from ..record.hybrid_state import HybridState
 from ..run import Run
-from .advance import Advance
+from .advance import Advance, Latched
 from .arguments import RATE_BUDGET, STEP_BUDGET, Settings, check_calls, checked_start, read_start, settings_of, stops_of
 from .dead_point import cut, dead_point
 from .going_on import check_end, check_state
@@ -140,10 +140,9 @@ def simulate_one(
     if found["outcome"] == "interrupted" and not keep_interrupted:
         raise KeyboardInterrupt
     if model.data["drives"] and found["outcome"] not in GOES_ON:
-        own = (asked.own_rtol, asked.own_rtol)
-        exact = Advance(
-            model, asked.method, asked.drift, found["hold_t"], found["held"], own, found["scales"], inputs, supply
-        )
+        own, latched = (asked.own_rtol, asked.own_rtol), Latched(found["t"], found["latched"])
+        held = (found["hold_t"], found["held"])
+        exact = Advance(model, asked.method, asked.drift, *held, own, found["scales"], inputs, supply, latched)
         if met := dead_point(model, found["t"], found["q"], found["u"], asked.step, exact):
             found = cut(found, met.rows) | {"met": met.text}
     tolerances = (0.0, 0.0) if asked.step else (asked.rtol, asked.atol)
@@ -151,9 +150,7 @@ def simulate_one(
         (found["t"][first : last + 1], found["q"][first : last + 1], found["u"][first : last + 1])
         for *_, first, last in found["stepping"]
     )
-    held, scales = found["held"], found["scales"]
-    advance = Advance(
-        model, asked.method, asked.drift, found["hold_t"], held, tolerances, scales, inputs, supply, stepped
-    )
+    held, scales, latched = (found["hold_t"], found["held"]), found["scales"], Latched(found["t"], found["latched"])
+    advance = Advance(model, asked.method, asked.drift, *held, tolerances, scales, inputs, supply, latched, stepped)
     left = None if "met" in found else (found["state"], asked)  # not where rows are cut off
     return run_of(model, advance, asked.until, found, asked.step > 0.0, left)

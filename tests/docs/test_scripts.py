@@ -35,6 +35,7 @@ SMALL = {
         "1 --seed 6",
         r"\| newton \| 1 \| 1 \| .*\n\| poisson \| 1 \| 1 \| .*\n\| stronge \| 1 \| 1 \|",
     ),
+    "docs/scripts/compliance.py": ("--decades 1 --chart chart.png", r"\| linear, nothing lost \| 1e\+04 \| \d+ \|"),
     "benchmarks/formulations.py": ("--links 3 --limit 1.5", r"\| 3 \| 249 \|"),
 }
 """Arguments with which a script takes seconds, and what it then says."""

@@ -40,7 +40,9 @@ def test_a_model_with_everything_gives_every_member(tmp_path: Path) -> None:
 
     file = tmp_path / "everything.toml"
     file.write_text(SCENE_WITH_EVERYTHING)
-    source, _ = Written(load_scene(file), tmp_path).source("everything", {"partner": [0], "driven": [0, -1]})
+    source, _ = Written(load_scene(file), tmp_path).source(
+        "everything", {"partner": [0], "driven": [0, -1], "latched_at": [0]}
+    )
     descriptor = source.partition("const struct ccgen_model ")[2]
     assert sorted(re.findall(r"^    \.(\w+) = ", descriptor, re.M)) == sorted(members(headers(), "ccgen_model"))
 
@@ -61,6 +63,11 @@ inertia = 0.1
 point = [0, -3]
 restitution = 0.5
 friction = 0.3
+
+[[compliant_ground]]
+point = [0, -4]
+load = 10
+restitution = 0.5
 
 [[drive]]
 joint = "joint_0"

@@ -142,7 +142,7 @@ def test_edges_of_welded_links(workshop: Workshop) -> None:
     edges = ("plank", "nub", "ground", "post")
     touches = "".join(f'[[touch]]\nbetween = ["disc.C", "{edge}"]\nradius = 0.01\nrestitution = 0\n' for edge in edges)
     scene = workshop.scene(PLANK.replace("[[touch]]", welds + touches + "[[touch]]", 1))
-    found = [(effect.other.start, effect.other.end) for effect in scene.effects if isinstance(effect, Touch)]
+    found = [(effect.pair.other.start, effect.pair.other.end) for effect in scene.effects if isinstance(effect, Touch)]
     names = [tuple(f"{scene.mechanism.link_name(end.link)}.{end.point}" for end in ends) for ends in found]
     assert names == [
         ("plank.A", "plank.B"),
@@ -162,4 +162,4 @@ def test_a_joint_that_slides_is_a_place_of_its_second_link(workshop: Workshop) -
         '[[touch]]\nbetween = ["rail", "ground.Q"]\nradius = 0.1\nrestitution = 0.5\n'
         '[[touch]]\nbetween = ["rail", ["ground.Q", "ground.R"]]\nradius = 0.1\nrestitution = 0.5\n'
     )
-    assert [effect.disc.start.link for effect in scene.effects] == [0, 0]
+    assert [effect.pair.disc.start.link for effect in scene.effects] == [0, 0]

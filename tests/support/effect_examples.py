@@ -39,7 +39,7 @@ angles = { link_0 = -0.9, link_1 = 0.4, link_2 = 1.1 }
 EXAMPLES: dict[str, str] = {
     "gravity": "[gravity]\ndirection = [1, -3]\n",
     "ground": "[[ground]]\nnormal = [0.3, 1]\npoint = [0, -9]\nrestitution = 0.2\n",
-    "compliant_ground": "[[compliant_ground]]\npoint = [0, -9]\nload = 30\ndamping = 0.2\nfriction = 0.4\n",
+    "compliant_ground": "[[compliant_ground]]\npoint = [0, -9]\nload = 30\nrestitution = 0.2\nfriction = 0.4\n",
     "spring": '[[spring]]\nbetween = ["ground.O", "link_2.B"]\nstiffness = 3\nlength = 0.4\n',
     "damper": '[[damper]]\nbetween = ["ground.O", "link_2.B"]\ndamping = 3\n',
     "stop": '[[stop]]\njoint = "joint_1"\nlowest = "-3 deg"\nhighest = 2\nrestitution = 0.2\n',
@@ -47,8 +47,11 @@ EXAMPLES: dict[str, str] = {
     "journal": '[[journal]]\nbetween = ["link_2.B", ["link_0.A", "link_0.B"]]\nradius = 0.01\nclearance = 2.5\n'
     "restitution = 0.2\nfriction = 0.3\n",
     "rope": '[[rope]]\nbetween = ["ground.O", "link_2.B"]\nover = ["link_1.B"]\nlength = 4\nrestitution = 0.2\n',
-    "torsion": '[[torsion]]\njoint = "joint_1"\nstiffness = 3\nangle = "30 deg"\ndamping = 0.3\n',
+    "compliant_touch": '[[compliant_touch]]\nbetween = ["link_2.B", "link_0"]\nradius = 0.01\nload = 3\ndepth = 0.1\n'
+    "damping = 0.2\nfriction = 0.4\n",
+    "torsion": '[[torsion]]\njoint = "joint_1"\nstiffness = 3\nangle = "30 deg"\ndamping = 0.3\nplay = 0.1\n',
     "joint_friction": '[[joint_friction]]\njoints = ["joint_0", "joint_2"]\nviscous = 0.2\ndry = 0.1\n',
+    "brake": '[[brake]]\njoint = "joint_2"\ntorque = "1 + sin(t)"\nrate = 0.2\nbegins = 0.1\nends = 0.9\n',
     "drag": '[[drag]]\npoint = "link_2.B"\nlinear = 0.3\nquadratic = 0.2\n',
     "motor": '[[motor]]\njoint = "joint_0"\nangle = "sin(2*t)"\nstiffness = 3\ndamping = 0.2\n',
     "drive": '[[drive]]\njoint = "joint_1"\nangle = "sin(3*t)"\n',

@@ -165,6 +165,7 @@ class Written:
             inputs=0,
             drives=0,
             switches=0,
+            latches=sum(len(effect.latches()) for effect in self.scene.effects),
         )
         return render_c(Banner(name, name, "0", "0"), routines, sizes, tables, self.topology.root, self.index), sizes
 

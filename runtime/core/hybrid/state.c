@@ -87,6 +87,7 @@ static size_t walk(struct automaton *a, struct phase *f, enum way way, char *byt
                  {h->peak, c * number},
                  {f->met, c * sizeof *f->met},
                  {f->sides, f->s->model->switches * number},
+                 {f->latched, f->s->model->latches * number},
                  {&a->stage, sizeof a->stage},
                  {&a->event.contact, sizeof a->event.contact},
                  {&a->event.watch, sizeof a->event.watch},

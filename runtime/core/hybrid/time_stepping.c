@@ -24,6 +24,7 @@
 #include "model/scales.h"
 #include "motion/derivative.h"
 #include "motion/projection.h"
+#include "steps/kinks.h"
 
 enum {
     HALVINGS = 30, /* of a part of restitution */
@@ -383,7 +384,7 @@ static enum outcome commit(struct phase *f, double t, double h, double miss)
     if (record_state(f))
         return OUTCOME_NO_MEMORY;
     note_stepping(&f->run->stepping, t, h, miss, f->run->record.count);
-    return OUTCOME_DONE;
+    return follow_sides(f);
 }
 
 /* Go on from the present record: the stepping begins, or goes on in a run that has begun again. */

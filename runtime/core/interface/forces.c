@@ -183,8 +183,8 @@ static void react(struct room *r, double t, const double *q, const double *u, co
 }
 
 enum outcome held_forces(struct system *s, size_t count, size_t every, const double *t, const double *q,
-                         const double *u, struct held held, double *u_dot, double *lambda, double *push,
-                         double *reaction, struct obstruction *found)
+                         const double *u, const double *latched, struct held held, double *u_dot, double *lambda,
+                         double *push, double *reaction, struct obstruction *found)
 {
     const size_t n = s->n, rows = s->model->rows, c = s->model->contacts, entries = 3 * s->model->joints;
     const struct mark mark = s->arena->top;
@@ -199,6 +199,7 @@ enum outcome held_forces(struct system *s, size_t count, size_t every, const dou
     for (size_t i = 0; i < count && !outcome && !found->why; i++) {
         const double *at = q + i * n, *moving = u + i * n, now = t[i * every];
         found->state = i;
+        s->latched = latched ? latched + i * s->model->latches : NULL;
         if (held.count < 0 && c && ((outcome = hold_asked(&r, now, at, moving, found)) || found->why))
             break;
         outcome = motion(&r, now, at, moving, u_dot + i * n, push + i * 2 * c);
@@ -208,6 +209,7 @@ enum outcome held_forces(struct system *s, size_t count, size_t every, const dou
     }
 end:
     s->active = NULL;
+    s->latched = NULL;
     give_back(s->arena, mark);
     return outcome;
 }

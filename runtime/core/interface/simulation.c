@@ -13,6 +13,7 @@
 #include "model/contacts.h"
 #include "model/scales.h"
 #include "motion/projection.h"
+#include "steps/kinks.h"
 #include "steps/phase.h"
 #include "steps/step_control.h"
 
@@ -186,6 +187,7 @@ static enum outcome begin(struct ccgen_simulation *it, double t)
     begin_window(run, t);
     clear_active_set(&f->active, it->system.model);
     memset(f->met, 0, it->system.model->contacts * sizeof *f->met);
+    forget_latches(f);
     start_automaton(&it->automaton);
     enum outcome outcome = project_position(&it->system, f->y);
     outcome = outcome ? outcome : project_velocity(&it->system, f->y, f->y + it->system.n);
@@ -361,7 +363,7 @@ size_t ccgen_rows(const struct ccgen_simulation *it, const double **t, const dou
 {
     *t = it->run.record.t;
     *rows = it->run.record.y;
-    *width = it->system.size;
+    *width = row_width(&it->system);
     return it->run.record.count;
 }
 
@@ -407,7 +409,8 @@ const char *ccgen_gain_name(int gain)
 }
 
 enum outcome advance(struct system *s, const struct method *method, struct tolerance tolerance, enum drift drift,
-                     double t, double h, int count, const int *set, const signed char *mode, double *y)
+                     double t, double h, int count, const int *set, const signed char *mode, const double *latched,
+                     double *y)
 {
     tolerance.unit = s->unit;
     struct run run = {.method = method, .tolerance = tolerance};
@@ -422,6 +425,8 @@ enum outcome advance(struct system *s, const struct method *method, struct toler
         if (count)
             activate(&f.active, count, set, mode);
         memcpy(f.y, y, (size_t)s->size * sizeof *y);
+        if (s->model->latches)
+            memcpy(f.latched, latched, s->model->latches * sizeof *latched);
         outcome = hold_sides(&f, h < 0.0 ? -1 : 1);
         outcome = outcome ? outcome : evaluate_derivative(&f);
         if (!outcome)
@@ -433,7 +438,7 @@ enum outcome advance(struct system *s, const struct method *method, struct toler
             memcpy(y, f.y1, (size_t)s->size * sizeof *y);
     }
     s->active = NULL;
-    s->sides = NULL;
+    s->sides = s->latched = NULL;
     give_back(s->arena, mark);
     return outcome;
 }

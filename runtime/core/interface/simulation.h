@@ -21,8 +21,9 @@ enum outcome simulate(struct ccgen_simulation *s, double until);
 
 /* From y at t on by h, with the contacts `set` held, `mode` as in constraints/active_set.h, projected as `drift` says: for states between
  * two rows of a record. One step of the method, or in a model without contacts as many as the tolerance, unless it is zero,
- * asks for. */
+ * asks for. latched[latches] is what effects hold. */
 enum outcome advance(struct system *s, const struct method *method, struct tolerance tolerance, enum drift drift,
-                     double t, double h, int count, const int *set, const signed char *mode, double *y);
+                     double t, double h, int count, const int *set, const signed char *mode, const double *latched,
+                     double *y);
 
 #endif

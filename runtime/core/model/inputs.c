@@ -1,20 +1,43 @@
 /* Inputs of the model: what supplies them is asked at every state; a table is interpolated. */
 #include "model/inputs.h"
 
+#include <math.h>
 #include <string.h>
 
 int own_inputs(const struct ccgen_model *m)
 {
-    return m->inputs - m->switches;
+    return m->inputs - m->switches - m->latches;
 }
 
-void find_sides(const struct ccgen_model *m, const double *k, double t, const double *q, const double *u,
-                double *inputs)
+/* The sides at a state, from what effects hold behind them */
+static void read_sides(const struct ccgen_model *m, const double *k, double t, const double *q, const double *u,
+                       double *inputs)
 {
     double *sides = inputs + own_inputs(m);
     m->switching(k, q, u, t, inputs, sides);
     for (int i = 0; i < m->switches; i++)
         sides[i] = unit_step(sides[i]);
+}
+
+void find_sides(const struct ccgen_model *m, const double *k, double t, const double *q, const double *u,
+                double *inputs)
+{
+    if (m->latches)
+        m->latching(k, q, u, t, inputs, inputs + own_inputs(m) + m->switches);
+    read_sides(m, k, t, q, u, inputs);
+}
+
+/* What effects hold at a state, latched[latches]: what has been set; where nothing has yet, zero within a step, else what is set there */
+static void recall(const struct system *s, double t, const double *q, const double *u, double *latched)
+{
+    const struct ccgen_model *m = s->model;
+    if (m->latches && !s->sides)
+        m->latching(s->k, q, u, t, s->inputs, latched);
+    for (int i = 0; i < m->latches; i++)
+        if (s->latched && !isnan(s->latched[i]))
+            latched[i] = s->latched[i];
+        else if (s->sides)
+            latched[i] = 0.0;
 }
 
 enum outcome supply_inputs(struct system *s, double t, const double *q, const double *u)
@@ -25,10 +48,12 @@ enum outcome supply_inputs(struct system *s, double t, const double *q, const do
             s->interruption->ended = 1;
         return OUTCOME_INTERRUPTED;
     }
+    double *sides = s->inputs + own_inputs(m);
+    recall(s, t, q, u, sides + m->switches);
     if (m->switches && s->sides)
-        memcpy(s->inputs + own_inputs(m), s->sides, m->switches * sizeof *s->sides);
+        memcpy(sides, s->sides, m->switches * sizeof *s->sides);
     else if (m->switches)
-        find_sides(m, s->k, t, q, u, s->inputs);
+        read_sides(m, s->k, t, q, u, s->inputs);
     return OUTCOME_DONE;
 }
 

@@ -19,8 +19,10 @@ struct system {
     const struct impact_law *law; /* of impact: impact/law.h */
     int n;                        /* nq = nu */
     int size;                     /* entries of y */
-    double *inputs;      /* of the model, constant unless there is a supply; the sides of effects behind them */
-    const double *sides; /* [switches] those that a step is on, or NULL: each state is on its own */
+    double *
+        inputs; /* of the model, constant unless there is a supply; behind them the sides of effects and what they hold */
+    const double *sides;   /* [switches] those that a step is on, or NULL: each state is on its own */
+    const double *latched; /* [latches] what effects hold, NAN where nothing has been set; NULL where no run does so */
     /* gives the inputs at a state, if set; a nonzero answer stops the run */
     int (*input_source)(void *context, double t, const double *q, const double *u, double *inputs);
     void *context;                     /* of the supply */

@@ -17,8 +17,9 @@ static int grow(void *slot, size_t count, size_t size)
     return 0;
 }
 
-int append_row(struct record *r, double t, const double *y, size_t width)
+int append_row(struct record *r, double t, const double *y, size_t size, const double *latched, size_t latches)
 {
+    const size_t width = size + latches;
     if (r->count == r->room) {
         const size_t room = r->room ? 2 * r->room : 256;
         if (grow(&r->t, room, sizeof *r->t) || grow(&r->y, room * width, sizeof *r->y))
@@ -26,7 +27,9 @@ int append_row(struct record *r, double t, const double *y, size_t width)
         r->room = room;
     }
     r->t[r->count] = t;
-    memcpy(r->y + r->count * width, y, width * sizeof *y);
+    memcpy(r->y + r->count * width, y, size * sizeof *y);
+    if (latches)
+        memcpy(r->y + r->count * width + size, latched, latches * sizeof *y);
     r->count++;
     return 0;
 }

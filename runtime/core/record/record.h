@@ -4,7 +4,7 @@
 
 #include "constraints/active_set.h"
 
-/* rows of the record: t[count], y[count][2 n] */
+/* rows of the record: t[count], y[count][size of the state + latches] */
 struct record {
     size_t count, room;
     double *t, *y;
@@ -41,7 +41,7 @@ struct stepping {
 
 /* Append; 0, or 1 when memory runs out. Impulses are normal ones [count], then those of friction [count]. How
  * contacts are held is appended where it is not what it was. */
-int append_row(struct record *record, double t, const double *y, size_t width);
+int append_row(struct record *record, double t, const double *y, size_t size, const double *latched, size_t latches);
 int append_impact(struct impacts *impacts, double t, const double *u_minus, const double *u_plus, size_t n, int count,
                   const int *contact, const double *impulse, double energy_loss, double share, size_t after);
 int append_modes(struct mode_history *modes, double t, int contacts, const signed char *mode,

@@ -9,6 +9,7 @@
 #include "steps/event_location.h"
 #include "steps/flat_loop.h"
 #include "steps/step_control.h"
+#include "steps/kinks.h"
 #include "motion/sides.h"
 #include "model/contacts.h"
 #include "model/scales.h"
@@ -38,11 +39,13 @@ int take_phase(struct phase *f)
     f->rates = TAKE_ZEROS(arena, double, c);
     f->met = TAKE_ZEROS(arena, int, c);
     f->sides = TAKE_ZEROS(arena, double, s->model->switches);
+    f->latched = TAKE_ZEROS(arena, double, s->model->latches);
     f->kink = -1;
     f->set = TAKE_ZEROS(arena, int, c);
     if (take_active_set(arena, &f->active, s->model))
         return 1;
     s->active = c ? &f->active : NULL;
+    s->latched = f->latched;
     return 0;
 }
 
@@ -140,21 +143,11 @@ static int is_stuck(const struct phase *f)
            f->t - f->at.crawls_since < STANDSTILL * f->s->time;
 }
 
-enum outcome hold_sides(struct phase *f, int direction)
-{
-    struct system *s = f->s;
-    if (!s->model->switches)
-        return OUTCOME_DONE;
-    const enum outcome outcome = choose_sides(s, f->t, f->y, f->dy1, f->y1, direction, f->sides);
-    s->sides = f->sides;
-    return outcome;
-}
-
 /* Where a phase begins: sides of effects, derivative, first step, and a method that knows of no step before */
 static enum outcome begin_phase(struct phase *f)
 {
     const struct run *run = f->run;
-    enum outcome outcome = hold_sides(f, 1);
+    enum outcome outcome = begin_sides(f);
     if (!outcome)
         outcome = f->at.gap_uncertainty > 0.0 ? leave_singularity(f) : evaluate_derivative(f);
     f->at.since = f->t;
@@ -217,11 +210,11 @@ static void undo_step(struct phase *f, const struct before_step *before)
 /* The effect f->kink comes to the other side: what the method knows of the steps before is of no use beyond. */
 static enum outcome pass_kink(struct phase *f)
 {
-    f->sides[f->kink] = 1.0 - f->sides[f->kink];
+    enum outcome outcome = change_side(f, f->kink);
     f->kink = -1;
     if (f->run->method->restart)
         f->run->method->restart(f->scratch, f->s->size);
-    const enum outcome outcome = evaluate_derivative(f);
+    outcome = outcome ? outcome : evaluate_derivative(f);
     f->at.under_way &= !outcome; /* who goes on then finds the derivative first */
     return outcome;
 }

@@ -8,10 +8,6 @@
  * which is -1 when there is none */
 enum outcome integrate_to_event(struct phase *f, struct event *event);
 
-/* Put the effects on the sides of their kinks to which the motion goes from f->y, forward (1) or backward in time (-1); they are held there until the system's `sides` are NULL
- * again. */
-enum outcome hold_sides(struct phase *f, int direction);
-
 /* The time (s) in which a run may spend its budget of steps and events: a characteristic time; a tenth of the duration where that is less, a
  * ten-thousandth where that is more, for a run that would take forever is to end */
 double window_of(const struct phase *f);

@@ -164,10 +164,23 @@ enum outcome projected_step(struct phase *f, double h)
 int record_state(struct phase *f)
 {
     const struct record *r = &f->run->record;
-    const size_t width = f->s->size;
-    if (r->count && r->t[r->count - 1] == f->t && !memcmp(r->y + (r->count - 1) * width, f->y, width * sizeof *f->y))
+    const size_t size = f->s->size, width = row_width(f->s);
+    if (r->count && r->t[r->count - 1] == f->t && !memcmp(r->y + (r->count - 1) * width, f->y, size * sizeof *f->y))
         return 0;
-    return append_row(&f->run->record, f->t, f->y, width);
+    return append_row(&f->run->record, f->t, f->y, size, f->latched, width - size);
+}
+
+void record_latches(struct phase *f)
+{
+    const struct record *r = &f->run->record;
+    const size_t size = f->s->size, width = row_width(f->s);
+    if (width > size && r->count && r->t[r->count - 1] == f->t)
+        memcpy(r->y + (r->count - 1) * width + size, f->latched, (width - size) * sizeof *f->latched);
+}
+
+size_t row_width(const struct system *s)
+{
+    return (size_t)s->size + s->model->latches;
 }
 
 double next_kink(const struct run *run, double t)

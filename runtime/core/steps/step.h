@@ -48,6 +48,7 @@ struct phase {
     int *set; /* [contacts] those that strike, are held, or close where rows are lost, on their way from finding them */
     struct active_set active; /* of the system */
     double *sides;            /* [switches] of their kinks on which effects are in this phase */
+    double *latched;          /* [latches] what they hold, NAN where nothing has been set */
     int kink;                 /* number of the effect at whose kink the step ends, or -1 */
     int flips;                /* how often effects have changed sides at this instant */
     struct progress at;
@@ -85,6 +86,12 @@ enum outcome projected_step(struct phase *f, double h);
 
 /* record the present state, unless it is the last row already; 0, or 1 when memory runs out */
 int record_state(struct phase *f);
+
+/* have the last row hold what effects hold from now on, if it is of now: from there a motion goes on */
+void record_latches(struct phase *f);
+
+/* numbers of a row: those of the state, and what effects hold */
+size_t row_width(const struct system *s);
 
 /* the first time after t at which inputs have a kink, or infinity */
 double next_kink(const struct run *run, double t);
