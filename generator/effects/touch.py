@@ -1,10 +1,11 @@
-"""Touch: a disc on one link that touches a disc, or an edge, of another: only pairs that a scene lists."""
+"""Touch: a disc on one link that touches a disc, an edge or a polygon of another, or two polygons: only what a scene
+lists."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Discriminator, Field, Tag
@@ -12,21 +13,20 @@ from pydantic import Discriminator, Field, Tag
 from ..effect_base.contact import DEPTH, LAW_MEANS, Friction, Law, Radius, Restitution
 from ..effect_base.effect import Complain, ContactPoint, Effect, Entry, Place, Rim, Surroundings
 from ..effect_base.line import NO_DIRECTION, links_at
-from ..effect_base.points import choose_carrier, find_point
+from ..effect_base.points import choose_carrier, find_point, written
 from ..effect_base.table import Name, PointName, Table, number_or_list, text_or_list
 from ..mechanism.joints import PointRef
 from ..mechanism.links import FROM_0_TO_1, GROUND, NOT_NEGATIVE, Parameter, Point
 from ..mechanism.mechanism import Mechanism
+from .outline_touch import Outline, OutlineTouch, fault_of
 
 if TYPE_CHECKING:
     from ..derive.gaps import Gap
     from ..derive.terms_of_effects import Let
     from ..derive.touching import Edge
 
-Ends = Annotated[list[PointName], Field(min_length=2, max_length=2)]
-
-
-Side = Annotated[Annotated[PointName, Tag("<text>")] | Annotated[Ends, Tag("<list>")], Discriminator(text_or_list)]
+Corners = Annotated[list[PointName], Field(min_length=2, max_length=501)]
+Side = Annotated[Annotated[PointName, Tag("<text>")] | Annotated[Corners, Tag("<list>")], Discriminator(text_or_list)]
 
 
 class TouchTable(Table):
@@ -37,7 +37,7 @@ class TouchTable(Table):
         min_length=2,
         max_length=2,
         description='a disc\'s centre, and another one or an edge: ["ball.C", "other.C"], ["ball.C", "plank"] or '
-        '["ball.C", ["plank.A", "plank.B"]]',
+        '["ball.C", ["plank.A", "plank.B"]]; more points are a line, or a polygon where the last is the first again',
     )
     radius: Annotated[
         Annotated[Radius, Tag("<number>")]
@@ -156,8 +156,10 @@ def _distance(centre: Sequence[float], start: Sequence[float], end: Sequence[flo
     return abs(c - min(max(along, 0.0), 1.0) * edge)
 
 
-def build(table: TouchTable, index: int, around: Surroundings, complain: Complain) -> Touch | None:
+def build(table: TouchTable, index: int, around: Surroundings, complain: Complain) -> Touch | OutlineTouch | None:
     """The record of a table, or ``None`` after having complained."""
+    if _has_outlines(table.between, around.mechanism):
+        return _build_outlines(table, index, around.mechanism, complain)
     name = table.name or f"touch_{index}"
     mechanism, (first, second) = around.mechanism, table.between
     disc = _disc(first, mechanism, complain)
@@ -181,6 +183,94 @@ def build(table: TouchTable, index: int, around: Surroundings, complain: Complai
     )
 
 
+def _has_outlines(between: list[str | list[str]], mechanism: Mechanism) -> bool:
+    """Whether a side has more than two points, or both have two."""
+    several = [isinstance(side, list) for side in between]
+    if isinstance(between[1], str):
+        several[1] = find_point(between[1], mechanism)[0] is None and len(_points_of(between[1], mechanism)) == 2
+    return all(several) or any(isinstance(side, list) and len(side) > 2 for side in between)
+
+
+def _build_outlines(table: TouchTable, index: int, mechanism: Mechanism, complain: Complain) -> OutlineTouch | None:
+    """The record of a table one of whose sides is an outline."""
+    name = table.name or f"touch_{index}"
+    bodies = [_outline(side, number, mechanism, complain) for number, side in enumerate(table.between)]
+    first, second = bodies
+    if isinstance(table.between[0], list) and second and len(second.corners) == 1:
+        complain(("between", 0), "found a disc behind an outline, expected the disc's centre first; swap them")
+        return None
+    apart = None not in bodies and _outlines_apart(table, bodies, mechanism, complain)
+    radii = _radii(table, name, index, True, complain)
+    if first is None or second is None or not apart or radii is None:
+        return None
+    if not _check_carriers(table, radii, mechanism, complain):
+        return None
+    return OutlineTouch(
+        index=index,
+        name=name,
+        first=replace(first, radius=radii[0]),
+        second=replace(second, radius=radii[1]),
+        restitution=Parameter(f"{name}.restitution", f"et_{index}", table.restitution, FROM_0_TO_1),
+        friction=None
+        if table.friction is None
+        else Parameter(f"{name}.friction", f"ft_{index}", table.friction, NOT_NEGATIVE),
+    )
+
+
+def _outline(side: str | list[str], number: int, mechanism: Mechanism, complain: Complain) -> Outline | None:
+    """A side of outlines: a disc's centre, the edge of a link with two points, or all points of a list."""
+    names = side if isinstance(side, list) else [side]
+    if isinstance(side, str) and find_point(side, mechanism)[0] is None and (points := _points_of(side, mechanism)):
+        names = points
+        if number == 0 or len(points) != 2:
+            advice = f"it has the points {', '.join(points)}; list those that are its corners, in order"
+            complain(("between", number), f'found "{side}", expected a point, or a list of points of a link; {advice}')
+            return None
+    closed = len(names) > 2 and names[0] == names[-1]
+    names = names[:-1] if closed else names
+    found = [find_point(name, mechanism) for name in names]
+    wrong = next((f"{name}: {fault}" for name, (ref, fault) in zip(names, found, strict=True) if ref is None), "")
+    corners = tuple(ref for ref, _ in found if ref is not None)
+    if not wrong and len({corner.link for corner in corners}) > 1:
+        wrong = "they are on different links"
+    places = [complex(*mechanism.point(corner).values()) for corner in corners]
+    if not wrong and len(corners) > 1:
+        wrong = fault_of(names, places, closed)
+    if wrong:
+        expected = (
+            "points of one link in a row, round a polygon or along a line" if len(names) > 1 else "a disc's centre"
+        )
+        complain(("between", number), f"found {_shown(side)}, expected {expected}; {wrong}")
+        return None
+    written_as = names[0] if len(corners) == 1 else ""
+    return Outline(
+        _title(side),
+        corners,
+        tuple(written_as or written(corner, mechanism) for corner in corners),
+        tuple(mechanism.point(corner) for corner in corners),
+        closed,
+        None,
+    )
+
+
+def _outlines_apart(
+    table: TouchTable, bodies: Sequence[Outline | None], mechanism: Mechanism, complain: Complain
+) -> bool:
+    """Whether the two sides are on two links."""
+    on = [
+        links_at(side, body.corners[0], mechanism)
+        if isinstance(side, str) and len(body.corners) == 1
+        else {body.corners[0].link}
+        for side, body in zip(table.between, bodies, strict=True)
+        if body is not None
+    ]
+    shared = on[0] & on[1]
+    if shared:
+        names = " and ".join(sorted(map(mechanism.link_name, shared)))
+        complain(("between",), f"found two places on {names}, expected places on two links; change one")
+    return not shared
+
+
 def _check_carriers(
     table: TouchTable, radii: tuple[Parameter | None, Parameter | None], mechanism: Mechanism, complain: Complain
 ) -> bool:
@@ -194,7 +284,10 @@ def _check_carriers(
 
 
 def _title(side: str | list[str]) -> str:
-    return side if isinstance(side, str) else "-".join(side)
+    """What the scene says; of more than two points the link's name."""
+    if isinstance(side, str):
+        return side
+    return "-".join(side) if len(side) == 2 else side[0].partition(".")[0]
 
 
 def _disc(side: str | list[str], mechanism: Mechanism, complain: Complain) -> PointRef | None:
