@@ -10,6 +10,7 @@ from ccgen.generator import load_scene
 from ccgen.generator.pipeline import listing
 
 from ..support.folders import ROOT
+from ..support.outline_scenes import box_on_ramp
 from ..support.touching_scenes import disc_on_plank
 from ..support.workshop import Workshop
 
@@ -111,6 +112,12 @@ def test_every_name_of_slots_in_slots_is_in_the_table(workshop: Workshop) -> Non
 def test_every_name_of_links_that_touch_is_in_the_table(workshop: Workshop) -> None:
     text = listing(workshop.scene(disc_on_plank(0.3, 0.2, "restitution = 0.0\nfriction = 0.5")))
     assert {"span_touch_0", "inside_touch_0", "off_touch_0_x", "turn_touch_0", "rt_0_1", "ft_0"} <= names(text)
+    assert unknown(text) == []
+
+
+def test_every_name_of_polygons_that_touch_is_in_the_table(workshop: Workshop) -> None:
+    text = listing(workshop.scene(box_on_ramp(0.3, 0.5)))
+    assert {"span_touch_0_1_2", "least_foot_touch_0_3_1_x", "turn_touch_0_0", "start_touch_0_1_1_x"} <= names(text)
     assert unknown(text) == []
 
 

@@ -24,7 +24,7 @@ from ..support.tiers import all_hard_but
 from ..support.workshop import Workshop
 
 HOW = ("sticks", "smooth", "slides forward", "slides backward")
-CONTACTS = ("ground", "disc", "touch", "stop")
+CONTACTS = ("ground", "disc", "touch", "stop", "polygon")
 MU = 0.3
 TOUCHING = f"restitution = 0.5\nfriction = {MU}\n"
 
@@ -70,6 +70,8 @@ def spot(sketch: Sketch, kind: str, number: int, rng: np.random.Generator) -> Sp
     if not others:
         return None
     other = int(rng.choice(others))
+    if kind == "polygon":
+        return polygon_spot(sketch, number, (link, point, on), other, rng)
     second, place = list(sketch.points[other].items())[int(rng.integers(len(sketch.points[other])))]
     radii = [float(r) for r in rng.uniform(0.01, 0.3, size=2)]
     apart = maximal.reach(sketch.poses, link, on) - maximal.reach(sketch.poses, other, place)
@@ -78,6 +80,36 @@ def spot(sketch: Sketch, kind: str, number: int, rng: np.random.Generator) -> Sp
     table = f'[[touch]]\nname = "touch_{number}"\nbetween = ["{point}", "body_{other}.{second}"]\n'
     table += f"radius = {radii}\n{TOUCHING}"
     return Spot(kind, table, (point, f"touch_{number}"), ((link, on, radii[0]), (other, place, radii[1])))
+
+
+def polygon_spot(
+    sketch: Sketch, number: int, disc: tuple[int, str, tuple[float, float]], other: int, rng: np.random.Generator
+) -> Spot | None:
+    """A disc before a triangle with corners of its own, which pushes at the nearest place, or None inside of it."""
+    link, point, on = disc
+    middle, turn = rng.uniform(-0.5, 0.5, size=2), float(rng.uniform(0.0, 6.0))
+    corners = [
+        (float(middle[0] + np.cos(turn + k) * 0.3), float(middle[1] + np.sin(turn + k) * 0.3)) for k in (0.0, 1.8, 3.9)
+    ]
+    radii = [float(r) for r in rng.uniform(0.01, 0.1, size=2)]
+    centre = maximal.reach(sketch.poses, link, on)
+    seen = [complex(*(maximal.reach(sketch.poses, other, corner) - centre)) for corner in corners]
+    if abs(sum(np.angle(seen[k] / seen[k - 1]) for k in range(3))) > 1.0:
+        return None
+    feet = []
+    for k in range(3):
+        edge = seen[k] - seen[k - 1]
+        share = float(np.clip((-seen[k - 1] / edge).real, 0.0, 1.0))
+        foot = (1 - share) * np.array(corners[k - 1]) + share * np.array(corners[k])
+        feet.append((abs(seen[k - 1] + share * edge), (float(foot[0]), float(foot[1]))))
+    away, place = min(feet)
+    if away <= sum(radii):
+        return None
+    names = [f"K{number}_{k}" for k in range(3)]
+    sketch.points[other].update(zip(names, corners, strict=True))
+    ring = ", ".join(f'"body_{other}.{name}"' for name in [*names, names[0]])
+    table = f'[[touch]]\nname = "touch_{number}"\nbetween = ["{point}", [{ring}]]\nradius = {radii}\n{TOUCHING}'
+    return Spot("touch", table, (point, f"touch_{number}"), ((link, on, radii[0]), (other, place, radii[1])))
 
 
 def wrenches(sketch: Sketch, poses: Array, one: Spot, normal: float, friction: float) -> Array:
