@@ -197,7 +197,7 @@ def _build_outlines(table: TouchTable, index: int, mechanism: Mechanism, complai
     bodies = [_outline(side, number, mechanism, complain) for number, side in enumerate(table.between)]
     first, second = bodies
     if isinstance(table.between[0], list) and second and len(second.corners) == 1:
-        complain(("between", 0), "found a disc behind an outline, expected the disc's centre first; swap them")
+        complain(("between", 1), f"found {_shown(table.between[1])}, expected the disc's centre first; swap the sides")
         return None
     apart = None not in bodies and _outlines_apart(table, bodies, mechanism, complain)
     radii = _radii(table, name, index, True, complain)

@@ -117,7 +117,7 @@ def test_every_name_of_links_that_touch_is_in_the_table(workshop: Workshop) -> N
 
 def test_every_name_of_polygons_that_touch_is_in_the_table(workshop: Workshop) -> None:
     text = listing(workshop.scene(box_on_ramp(0.3, 0.5)))
-    assert {"span_touch_0_1_2", "least_foot_touch_0_3_1_x", "turn_touch_0_0", "start_touch_0_1_1_x"} <= names(text)
+    assert {"span_touch_0_1_2", "least_foot_touch_0_3_1_x", "turn_touch_0_0", "start_touch_0_0_1_x"} <= names(text)
     assert unknown(text) == []
 
 

@@ -24,7 +24,7 @@ from ..support.tiers import all_hard_but
 from ..support.workshop import Workshop
 
 HOW = ("sticks", "smooth", "slides forward", "slides backward")
-CONTACTS = ("ground", "disc", "touch", "stop", "polygon")
+CONTACTS = ("ground", "disc", "touch", "stop")
 MU = 0.3
 TOUCHING = f"restitution = 0.5\nfriction = {MU}\n"
 
@@ -152,6 +152,22 @@ def test_forces_and_impulses_of_contacts_and_joints(seed: int, workshop: Worksho
     rng = np.random.default_rng(seed)
     sketch = random_sketch(rng)
     kinds = [str(kind) for kind in rng.choice(CONTACTS, size=rng.integers(1, 4))]
+    check_contacts(sketch, kinds, rng, workshop)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_forces_and_impulses_at_polygons(seed: int, workshop: Workshop) -> None:
+    """Two triangles, each before a disc of another link, in a mechanism of links that turn against each other."""
+    rng = np.random.default_rng(seed)
+    n = 3 + seed % 2
+    kinds = ["revolute", *(str(kind) for kind in rng.choice(KINDS, size=n - 1))]
+    parents = [GROUND, *range(n - 1)]
+    sketch = random_mechanisms.draw(kinds, parents, [], ["spring"], seed, bool(seed % 2))
+    check_contacts(sketch, ["polygon", "polygon"], rng, workshop)
+
+
+def check_contacts(sketch: Sketch, kinds: list[str], rng: np.random.Generator, workshop: Workshop) -> None:
+    """Contacts of these kinds somewhere in the mechanism, held or struck: all forces against the reference."""
     ways = [str(way) for way in rng.choice(HOW, size=3)]
     spots = [
         found for k, kind in enumerate(kinds) if (found := spot(sketch, kind, k, rng) or spot(sketch, "disc", k, rng))

@@ -142,8 +142,8 @@ BAD |= {
         BOX,
         '["ground.O", "ground.Q", "ground.R", "ground.O"]',
         '"ground.O"',
-        "touch[0].between[0]",
-        ("a disc behind an outline", "swap them"),
+        "touch[0].between[1]",
+        ('"ground.O"', "centre first; swap the sides"),
     ),
     "sharp polygons": (BOX, "radius = 0.01", "radius = 0", "touch[0].radius", ("with the sum 0", "positive")),
     "polygons of one link": (
