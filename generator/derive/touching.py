@@ -1,7 +1,7 @@
-"""Gaps between links: a disc of one before a disc, or before an edge, of another (theory, section 5.9).
+"""Gaps between links: a disc of one before a disc, an edge or a piece of an outline of another (theory, section 5.9).
 
-Both are the distance of a centre from a point of the other link, less radii: from the centre of the other disc, or from
-the nearest point of a segment with round ends. Where that point is inside the segment the common normal turns with the
+All are the distance of a centre from a point of the other link, less radii: from the centre of the other disc, or from
+the nearest point of segments with round ends. Where that point is inside a segment the common normal turns with the
 edge, else with the line between two points; all else is one set of formulas. What a disc inside a round hole or a slot
 has in common with this, :class:`Pair`, is here too; the rest is in ``containing.py``.
 """
@@ -179,7 +179,7 @@ class TouchGap(Pair):
         normal = at.let_vector(f"normal_{self.label}", scale(1 / distance, nearest.off))
         return Meeting(distance, normal, nearest.inside)
 
-    def _sideways(self, at: Accelerations) -> sp.Expr:
+    def _sideways(self, at: Velocities) -> sp.Expr:
         """τ·v_cf (m/s)."""
         return at.let(f"sideways_{self.label}", dot(self.meet(at).tangent, self._drift(at)))
 
@@ -189,3 +189,50 @@ class TouchGap(Pair):
         line = -self._sideways(at) / meeting.distance
         rate = meeting.inside * at.rate(self.other.link) + (1 - meeting.inside) * line
         return at.let(f"turn_{self.label}", rate)
+
+
+@dataclass(frozen=True)
+class Side:
+    """An edge of an outline between two points of a link, ``length`` (m) apart; ``label`` tells its names from those of
+    other edges."""
+
+    label: str
+    start: PointRef
+    end: PointRef
+    length: sp.Expr
+
+
+@dataclass(frozen=True, kw_only=True)
+class PieceGap(TouchGap):
+    """A disc before a piece of an outline: ``sides`` in a row from ``other`` on, with one nearest point of the disc's
+    centre, as a convex outline has one outside."""
+
+    sides: tuple[Side, ...]
+
+    def points(self) -> tuple[PointRef, ...]:
+        return (self.disc, self.other, *dict.fromkeys(side.end for side in self.sides))
+
+    def nearest(self, at: Positions) -> Nearest:
+        """Of the nearest points of all edges the nearest; where two are as near, it is their common corner."""
+        name, foot, inside, square = self.label, ZERO, sp.S.Zero, sp.S.Zero
+        reach = self._reach(at)
+        for k, side in enumerate(self.sides):
+            one = f"{name}_{k}"
+            start = at.let_vector(f"start_{side.label}", at.distance(self.other, side.start)) if k else ZERO
+            along = at.let_vector(f"edge_{side.label}", scale(1 / side.length, at.distance(side.start, side.end)))
+            place = at.let(f"place_{one}", dot(along, less(reach, start)))
+            beyond = at.let(f"beyond_{one}", step(place - side.length))
+            within = at.let(f"inside_{one}", step(place) - beyond)
+            end = add(start, scale(within * place + beyond * side.length, along))
+            end = at.let_vector(f"foot_{one}", end)
+            off = less(reach, end)
+            away = at.let(f"square_{one}", dot(off, off))
+            if k:
+                nearer = at.let(f"nearer_{one}", step(square - away))
+                end = add(scale(1 - nearer, foot), scale(nearer, end))
+                within, away = (1 - nearer) * inside + nearer * within, (1 - nearer) * square + nearer * away
+            last = k == len(self.sides) - 1
+            foot = at.let_vector(f"foot_{name}" if last else f"least_foot_{one}", end)
+            inside = at.let(f"inside_{name}" if last else f"least_inside_{one}", within)
+            square = away if last else at.let(f"least_square_{one}", away)
+        return Nearest(foot, at.let_vector(f"off_{name}", less(reach, foot)), inside, ZERO)

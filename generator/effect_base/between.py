@@ -30,15 +30,17 @@ Extent = tuple[PointRef, PointRef | None]
 
 
 def title_of(side: str | list[str]) -> str:
-    """What a scene calls it."""
-    return side if isinstance(side, str) else "-".join(side)
+    """What the scene says; of more than two points the link's name."""
+    if isinstance(side, str):
+        return side
+    return "-".join(side) if len(side) == 2 else side[0].partition(".")[0]
 
 
 def find_disc(side: str | list[str], whose: str, mechanism: Mechanism, complain: Complain) -> PointRef | None:
     """The centre that stands first, ``whose`` as faults say it; ``None`` after a complaint."""
     ref, wrong = find_point(side, mechanism) if isinstance(side, str) else (None, "put the edge in the second place")
     if ref is None:
-        complain(("between", 0), f"found {_shown(side)}, expected a joint or link.point, {whose} centre; {wrong}")
+        complain(("between", 0), f"found {shown(side)}, expected a joint or link.point, {whose} centre; {wrong}")
     return ref
 
 
@@ -50,7 +52,7 @@ def find_extent(side: str | list[str], mechanism: Mechanism, complain: Complain)
         ref, wrong = find_point(side, mechanism)
         if ref is not None:
             return ref, None
-        names = _points_of(side, mechanism)
+        names = points_of(side, mechanism)
         if len(names) != 2:
             wrong = f"it has the points {', '.join(names)}; name two of them" if names else wrong
             expected = "a joint or link.point, a link with two points, or a list of two points of a link"
@@ -64,16 +66,17 @@ def find_extent(side: str | list[str], mechanism: Mechanism, complain: Complain)
     elif not wrong and _length(mechanism, ends) <= NO_DIRECTION:
         wrong = "they are at the same place; an edge has a direction"
     if wrong:
-        complain(("between", 1), f"found {_shown(side)}, expected two points of one link, the ends of an edge; {wrong}")
+        complain(("between", 1), f"found {shown(side)}, expected two points of one link, the ends of an edge; {wrong}")
         return None
     return ends[0], ends[1]
 
 
-def _shown(side: str | list[str]) -> str:
+def shown(side: str | list[str]) -> str:
+    """As faults quote it."""
     return f'"{side}"' if isinstance(side, str) else str([*side]).replace("'", '"')
 
 
-def _points_of(link: str, mechanism: Mechanism) -> list[str]:
+def points_of(link: str, mechanism: Mechanism) -> list[str]:
     """All points of a link as a scene names them; none where there is no such link.
 
     Points of welded links are among those of the body that they have become, with the link's name before their own.
@@ -129,8 +132,8 @@ def edge_between(ends: tuple[Point, Point] | None, end: PointRef | None, name: s
     return Edge(end, let(name, sqrt(dot(along, along))))
 
 
-def distance_from(centre: Sequence[float], start: Sequence[float], end: Sequence[float]) -> float:
-    """From a point to the nearest point of a segment (m)."""
-    c, edge = complex(*centre) - complex(*start), complex(*end) - complex(*start)
-    along = (c * edge.conjugate()).real / abs(edge) ** 2 if edge else 0.0
-    return abs(c - min(max(along, 0.0), 1.0) * edge)
+def distance_from(centre: complex, start: complex, end: complex) -> float:
+    """From a place to the nearest point of a segment (m)."""
+    off, edge = centre - start, end - start
+    along = (off * edge.conjugate()).real / abs(edge) ** 2 if edge else 0.0
+    return abs(off - min(max(along, 0.0), 1.0) * edge)

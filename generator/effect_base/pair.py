@@ -106,8 +106,8 @@ class Pair:
 
     def depth(self, place: Place) -> float:
         """How far each is inside the other (m)."""
-        centre, start = place(self.disc.start), place(self.other.start)
-        away = distance_from(centre, start, place(self.other.end) if self.other.end else start)
+        ends = (self.other.start, self.other.end or self.other.start)
+        away = distance_from(complex(*place(self.disc.start)), *(complex(*place(end)) for end in ends))
         return self.disc.size + self.other.size - away
 
 
@@ -117,16 +117,16 @@ def read_pair(table: PairTable, name: str, symbol: str, mechanism: Mechanism, co
     disc = find_disc(first, "the disc's", mechanism, complain)
     other = find_extent(second, mechanism, complain)
     apart = disc is not None and other is not None and on_two_links(first, disc, second, other, mechanism, complain)
-    radii = _radii(table, name, symbol, other is not None and other[1] is not None, complain)
+    radii = read_radii(table, name, symbol, other is not None and other[1] is not None, complain)
     if disc is None or other is None or not apart or radii is None:
         return None
-    if not _check_carriers(table, radii, mechanism, complain):
+    if not check_carriers(table, radii, mechanism, complain):
         return None
     ends = (mechanism.point(other[0]), mechanism.point(other[1])) if other[1] else None
     return Pair(Body(title_of(first), disc, None, radii[0]), Body(title_of(second), *other, radii[1]), ends)
 
 
-def _check_carriers(
+def check_carriers(
     table: PairTable, radii: tuple[Parameter | None, Parameter | None], mechanism: Mechanism, complain: Complain
 ) -> bool:
     """Every disc turns with a link that the scene names."""
@@ -138,7 +138,7 @@ def _check_carriers(
     return fine
 
 
-def _radii(
+def read_radii(
     table: PairTable, name: str, symbol: str, edge: bool, complain: Complain
 ) -> tuple[Parameter | None, Parameter | None] | None:
     """Radii of both sides: one parameter for two discs if the scene gives one number, which an edge does not share."""

@@ -126,8 +126,8 @@ class Journal(Effect):
         return ((self.title_of_pin, self.name, self.pin, self.radius),)
 
     def check_start(self, place: Place) -> tuple[str, ...]:
-        start = place(self.hole.start)
-        off = distance_from(place(self.pin), start, place(self.hole.end) if self.hole.end else start)
+        ends = (self.hole.start, self.hole.end or self.hole.start)
+        off = distance_from(complex(*place(self.pin)), *(complex(*place(end)) for end in ends))
         if off - self.clearance.value <= DEPTH:
             return ()
         middle = "the middle line of" if self.hole.end else "the middle,"

@@ -81,22 +81,22 @@ def polygon(mass: float, corners: Sequence[complex]) -> Mass:
     return Mass(mass, complex(float(x), float(y)), float(_as_written(mass) * per_mass))
 
 
-def crossing_edges(corners: Sequence[complex]) -> tuple[int, int] | None:
-    """The first two edges of a polygon that cross, touch or overlap, by the numbers of the corners at which they begin;
-    twice the same edge where that has no length; ``None`` where the polygon is simple. Decided exactly."""
+def crossing_edges(corners: Sequence[complex], closed: bool = True) -> tuple[int, int] | None:
+    """The first two edges of a polygon, or of an open line, that cross, touch or overlap, by the numbers of the corners
+    at which they begin; twice the same edge where that has no length; ``None`` where none do. Decided exactly."""
     exact = _exact(corners)
     scale = math.lcm(*(part.denominator for point in exact for part in point))
     points = [(int(x * scale), int(y * scale)) for x, y in exact]
     count = len(points)
-    edges = [*pairwise([*points, points[0]])]
+    edges = [*pairwise([*points, points[0]] if closed else points)]
     boxes = [tuple(sorted(pair) for pair in zip(*edge, strict=True)) for edge in edges]
     if point_edges := [i for i, (a, b) in enumerate(edges) if a == b]:
         return point_edges[0], point_edges[0]
     for i, (a, b) in enumerate(edges):
-        for j in range(i + 1, count):
+        for j in range(i + 1, len(edges)):
             if all(one[0] <= other[1] and other[0] <= one[1] for one, other in zip(boxes[i], boxes[j], strict=True)):
                 c, d = edges[j]
-                beside = j == i + 1 or (i == 0 and j == count - 1)
+                beside = j == i + 1 or (closed and i == 0 and j == count - 1)
                 if _overlap(a, b, c, d) if beside else _meet(a, b, c, d):
                     return i, j
     return None

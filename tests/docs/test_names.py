@@ -11,6 +11,7 @@ from ccgen.generator.pipeline import listing
 
 from ..support.effect_examples import EXAMPLES, SCENE
 from ..support.folders import ROOT
+from ..support.outline_scenes import box_on_ramp
 from ..support.touching_scenes import disc_on_plank
 from ..support.workshop import Workshop
 
@@ -131,6 +132,12 @@ def test_every_name_of_ropes_and_journals_is_in_the_table(workshop: Workshop) ->
     assert {"inside_journal_0", "off_journal_0_x", "tangent_journal_1_x", "along_journal_0", "f_journal_0"} <= names(
         text
     )
+    assert unknown(text) == []
+
+
+def test_every_name_of_polygons_that_touch_is_in_the_table(workshop: Workshop) -> None:
+    text = listing(workshop.scene(box_on_ramp(0.3, 0.5)))
+    assert {"span_touch_0_1_2", "least_foot_touch_0_3_1_x", "turn_touch_0_0", "start_touch_0_0_1_x"} <= names(text)
     assert unknown(text) == []
 
 

@@ -70,6 +70,8 @@ def spot(sketch: Sketch, kind: str, number: int, rng: np.random.Generator) -> Sp
     if not others:
         return None
     other = int(rng.choice(others))
+    if kind == "polygon":
+        return polygon_spot(sketch, number, (link, point, on), other, rng)
     second, place = list(sketch.points[other].items())[int(rng.integers(len(sketch.points[other])))]
     radii = [float(r) for r in rng.uniform(0.01, 0.3, size=2)]
     apart = maximal.reach(sketch.poses, link, on) - maximal.reach(sketch.poses, other, place)
@@ -78,6 +80,36 @@ def spot(sketch: Sketch, kind: str, number: int, rng: np.random.Generator) -> Sp
     table = f'[[touch]]\nname = "touch_{number}"\nbetween = ["{point}", "body_{other}.{second}"]\n'
     table += f"radius = {radii}\n{TOUCHING}"
     return Spot(kind, table, (point, f"touch_{number}"), ((link, on, radii[0]), (other, place, radii[1])))
+
+
+def polygon_spot(
+    sketch: Sketch, number: int, disc: tuple[int, str, tuple[float, float]], other: int, rng: np.random.Generator
+) -> Spot | None:
+    """A disc before a triangle with corners of its own, which pushes at the nearest place, or None inside of it."""
+    link, point, on = disc
+    middle, turn = rng.uniform(-0.5, 0.5, size=2), float(rng.uniform(0.0, 6.0))
+    corners = [
+        (float(middle[0] + np.cos(turn + k) * 0.3), float(middle[1] + np.sin(turn + k) * 0.3)) for k in (0.0, 1.8, 3.9)
+    ]
+    radii = [float(r) for r in rng.uniform(0.01, 0.1, size=2)]
+    centre = maximal.reach(sketch.poses, link, on)
+    seen = [complex(*(maximal.reach(sketch.poses, other, corner) - centre)) for corner in corners]
+    if abs(sum(np.angle(seen[k] / seen[k - 1]) for k in range(3))) > 1.0:
+        return None
+    feet = []
+    for k in range(3):
+        edge = seen[k] - seen[k - 1]
+        share = float(np.clip((-seen[k - 1] / edge).real, 0.0, 1.0))
+        foot = (1 - share) * np.array(corners[k - 1]) + share * np.array(corners[k])
+        feet.append((abs(seen[k - 1] + share * edge), (float(foot[0]), float(foot[1]))))
+    away, place = min(feet)
+    if away <= sum(radii):
+        return None
+    names = [f"K{number}_{k}" for k in range(3)]
+    sketch.points[other].update(zip(names, corners, strict=True))
+    ring = ", ".join(f'"body_{other}.{name}"' for name in [*names, names[0]])
+    table = f'[[touch]]\nname = "touch_{number}"\nbetween = ["{point}", [{ring}]]\nradius = {radii}\n{TOUCHING}'
+    return Spot("touch", table, (point, f"touch_{number}"), ((link, on, radii[0]), (other, place, radii[1])))
 
 
 def wrenches(sketch: Sketch, poses: Array, one: Spot, normal: float, friction: float) -> Array:
@@ -120,6 +152,22 @@ def test_forces_and_impulses_of_contacts_and_joints(seed: int, workshop: Worksho
     rng = np.random.default_rng(seed)
     sketch = random_sketch(rng)
     kinds = [str(kind) for kind in rng.choice(CONTACTS, size=rng.integers(1, 4))]
+    check_contacts(sketch, kinds, rng, workshop)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_forces_and_impulses_at_polygons(seed: int, workshop: Workshop) -> None:
+    """Two triangles, each before a disc of another link, in a mechanism of links that turn against each other."""
+    rng = np.random.default_rng(seed)
+    n = 3 + seed % 2
+    kinds = ["revolute", *(str(kind) for kind in rng.choice(KINDS, size=n - 1))]
+    parents = [GROUND, *range(n - 1)]
+    sketch = random_mechanisms.draw(kinds, parents, [], ["spring"], seed, bool(seed % 2))
+    check_contacts(sketch, ["polygon", "polygon"], rng, workshop)
+
+
+def check_contacts(sketch: Sketch, kinds: list[str], rng: np.random.Generator, workshop: Workshop) -> None:
+    """Contacts of these kinds somewhere in the mechanism, held or struck: all forces against the reference."""
     ways = [str(way) for way in rng.choice(HOW, size=3)]
     spots = [
         found for k, kind in enumerate(kinds) if (found := spot(sketch, kind, k, rng) or spot(sketch, "disc", k, rng))

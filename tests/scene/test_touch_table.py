@@ -7,6 +7,7 @@ import pytest
 from ccgen.generator.effects.touch import Touch
 from ccgen.generator.scene import SceneError
 
+from ..support.outline_scenes import box_on_ramp
 from ..support.touching_scenes import cradle, disc_on_plank
 from ..support.workshop import Workshop
 
@@ -101,6 +102,67 @@ BAD: dict[str, tuple[str, str, str, str, tuple[str, ...]]] = {
         ("disc.C inside plank by 0.01 m",),
     ),
 }
+
+
+BOX = box_on_ramp(0.3, 0.5)
+RING = '["box.A", "box.B", "box.D", "box.E", "box.A"]'
+BAD |= {
+    "two corners": (BOX, RING, '["box.A", "box.B", "box.A"]', "touch[0].between[0]", ("three corners or more",)),
+    "edges that cross": (
+        BOX,
+        RING,
+        '["box.A", "box.D", "box.B", "box.E", "box.A"]',
+        "touch[0].between[0]",
+        ("round a polygon", "the edges box.A-box.D and box.B-box.E cross"),
+    ),
+    "line that crosses": (
+        BOX,
+        RING,
+        '["box.A", "box.D", "box.B", "box.E"]',
+        "touch[0].between[0]",
+        ("the edges box.A-box.D and box.B-box.E cross",),
+    ),
+    "corner twice": (
+        BOX,
+        RING,
+        '["box.A", "box.A", "box.B", "box.D"]',
+        "touch[0].between[0]",
+        ("the edge box.A-box.A has no length",),
+    ),
+    "corner that is none": (BOX, '"box.D", ', '"box.Z", ', "touch[0].between[0]", ("box.Z: box has the points C, A",)),
+    "corners of two links": (BOX, '"box.D", ', '"ground.O", ', "touch[0].between[0]", ("on different links",)),
+    "link with corners": (
+        BOX,
+        '["ground.O", "ground.Q", "ground.R", "ground.O"]',
+        '"ground"',
+        "touch[0].between[1]",
+        ("it has the points ground.O, ground.Q, ground.R; list those that are its corners",),
+    ),
+    "disc behind a polygon": (
+        BOX,
+        '["ground.O", "ground.Q", "ground.R", "ground.O"]',
+        '"ground.O"',
+        "touch[0].between[1]",
+        ('"ground.O"', "centre first; swap the sides"),
+    ),
+    "sharp polygons": (BOX, "radius = 0.01", "radius = 0", "touch[0].radius", ("with the sum 0", "positive")),
+    "polygons of one link": (
+        BOX,
+        '["ground.O", "ground.Q", "ground.R", "ground.O"]',
+        '["box.A", "box.B"]',
+        "touch[0].between",
+        ("two places on box", "on two links"),
+    ),
+    "polygon in a polygon": (BOX, "radius = 0.01", "radius = 0.011", "touch[0]", ("inside ground by 0.001 m", "radii")),
+    "corner in a polygon": (
+        BOX,
+        "box = 0.3",
+        "box = 0.6",
+        "touch[0]",
+        ("inside the polygon of ground", "two open lines"),
+    ),
+}
+"""Of polygons."""
 
 
 @pytest.mark.parametrize("case", BAD, ids=lambda case: case.replace(" ", "-"))
