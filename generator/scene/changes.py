@@ -52,6 +52,18 @@ class Change:
     impulse: float | None = None
     within: float | None = None
 
+    def describe(self) -> str:
+        """What ``ccgen show`` says of it."""
+        limits = [f"it carries {self.force:g} N"] if self.force is not None else []
+        limits += [f"an impact puts {self.impulse:g} N s into it"] if self.impulse is not None else []
+        where = f"where {' or '.join(limits)}" if limits else "where its points meet"
+        if self.at is not None:
+            where = f"at {self.at:g} s"
+        if watch := self.watch:
+            side, unit = "above" if watch.sign > 0 else "below", UNITS[watch.kind]
+            where = f"where the {watch.kind} of {' and '.join(watch.names)} comes {side} {watch.limit:.6g} {unit}"
+        return f"{self.joint} {'lets go' if self.kind == 'release' else 'takes hold'} {where}"
+
 
 @dataclass(frozen=True)
 class ChangeTables:

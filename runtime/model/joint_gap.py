@@ -82,9 +82,9 @@ class TakenHold:
 
 def take_hold(model: Model, ends: Ends, q: FloatArray, u: FloatArray) -> TakenHold:
     """The plastic impact by which a joint takes hold of a mechanism that does not have it yet, its loops staying shut
-    and its drives going on (docs/theory.md, section 5.13).
+    and its drives going on (docs/theory.md, eq. 5.19).
 
-    The change Δu makes Δuᵀ M Δu least among those after which the joint's rates vanish.
+    The change Δu makes Δuᵀ M Δu least among those after which the joint's rates vanish. ``q`` and ``u`` are (nu,).
     """
     nu = len(u)
     tiled, units = np.tile(q, (nu, 1)), np.eye(nu, dtype=model.core.REAL)

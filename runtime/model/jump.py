@@ -12,7 +12,7 @@ def impulses_behind(model: Model, q: FloatArray, before: FloatArray, after: Floa
     """Impulses (joints, 3) of a model's joints, x, y (N s) and moment (N m s) at the joint, on its outboard links, by
     which velocities (links, 3) of its links, given as those of the frames, jump from ``before`` to ``after``.
 
-    Newton's and Euler's laws for every link; where joints are redundant, those of least norm.
+    Newton's and Euler's laws for every link (docs/theory.md, eq. 5.20); of redundant joints those of least norm.
     """
     poses, count = np.asarray(model.poses(q), dtype=float), len(model.links)
     change = np.zeros((count, 3))

@@ -104,13 +104,14 @@ def joined(
     strikes: Sequence[tuple[int, Impact]],
     changes: Sequence[JointChange],
     unexplained: float,
+    nfev: int,
     message: str | None,
 ) -> SwitchedRun:
     """The run of all pieces, in the whole's coordinates.
 
     ``strikes`` are the impacts by which joints took hold, each with the number of the piece that it begins.
-    ``unexplained`` (J) is what changes added to the energy beside what they take, ``message`` why the run stopped after
-    the last piece, if it did.
+    ``unexplained`` (J) is what changes added to the energy beside what they take, ``nfev`` what was evaluated in all,
+    ``message`` why the run stopped after the last piece, if it did.
     """
     pieces = tuple(pieces)
     t, q, u = [], [], []
@@ -136,7 +137,7 @@ def joined(
         phases=_phases(pieces, strikes),
         success=last.success and message is None,
         message=last.message if message is None else message,
-        nfev=sum(piece.run.nfev for piece in pieces),
+        nfev=nfev,
         closure_max=max(piece.run.closure_max for piece in pieces),
         energy_drift=sum(piece.run.energy_drift for piece in pieces) + unexplained,
         advance=Between(whole, pieces),

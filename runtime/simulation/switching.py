@@ -54,6 +54,7 @@ class Walk:
     strikes: list[tuple[int, Impact]] = field(default_factory=list)
     changes: list[JointChange] = field(default_factory=list)
     unexplained: float = 0.0
+    nfev: int = 0
 
     @property
     def model(self) -> Model:
@@ -118,7 +119,7 @@ def _walked(walk: Walk, end: float, inputs: Any, options: Mapping[str, Any]) -> 
             break
     if walk.anew and (message is None or not walk.pieces):
         _close(walk, inputs, options)
-    return joined(walk.whole, walk.pieces, walk.strikes, walk.changes, walk.unexplained, message)
+    return joined(walk.whole, walk.pieces, walk.strikes, walk.changes, walk.unexplained, walk.nfev, message)
 
 
 def _advance(
@@ -158,9 +159,13 @@ def _next_stop(walk: Walk, end: float, first: bool) -> tuple[float, tuple[int, .
 
 
 def _run(walk: Walk, until: float, inputs: Any, options: Mapping[str, Any]) -> Run:
+    """A run of the structure of now, from where the walk is."""
     if walk.state is not None:
-        return simulate_one(walk.model, None, None, until=until, inputs=inputs, state=walk.state, **options)
-    return simulate_one(walk.model, walk.q, walk.u, until=until, inputs=inputs, begin=walk.t, **options)
+        run = simulate_one(walk.model, None, None, until=until, inputs=inputs, state=walk.state, **options)
+    else:
+        run = simulate_one(walk.model, walk.q, walk.u, until=until, inputs=inputs, begin=walk.t, **options)
+    walk.nfev += run.nfev
+    return run
 
 
 def _controller(whole: Whole, structure: int, inputs: Any) -> Any:
