@@ -41,6 +41,9 @@ class Whole:
         self.core, self.kernels, self.length = self.main.core, self.loosest.kernels, self.main.length
         self.time, self.duration, self.precision = self.main.time, self.main.duration, self.main.precision
 
+    def __reduce__(self) -> tuple[type[Whole], tuple[tuple[Model, ...]]]:
+        return Whole, (self.structures,)
+
     @cached_property
     def ends(self) -> dict[str, Ends]:
         """The ends of the joints that change."""

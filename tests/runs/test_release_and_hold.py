@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from pathlib import Path
 from typing import Any
 
@@ -387,6 +388,64 @@ def test_a_joint_lets_go_and_takes_hold_again(workshop: Workshop) -> None:
     assert run.model.velocities(q, u)[:, 0] == pytest.approx([shared, shared], rel=1e-10)
     assert run.energy_drift < 1e-9
     assert [phase.start for phase in run.phases][1:] == [phase.end for phase in run.phases][:-1]
+
+
+DRIVEN = """
+name = "driven-grip"
+[ground_link]
+points = { O = [0, 0] }
+[[link]]
+name = "arm"
+mass = 2
+inertia = 0.3
+com = [0.5, 0]
+points = { A = [0, 0], B = [1, 0] }
+[[link]]
+name = "load"
+mass = 1
+inertia = 0.1
+com = [0, 0]
+points = { C = [0, 0] }
+[[joint]]
+name = "axle"
+between = ["ground.O", "arm.A"]
+[[joint]]
+name = "grip"
+between = ["arm.B", "load.C"]
+[[drive]]
+joint = "axle"
+angle = "sin(2*t)"
+[[hold]]
+joint = "grip"
+at = 0.3
+within = "1 cm"
+[[release]]
+joint = "grip"
+at = 0.9
+[start]
+open = ["grip"]
+angles = { arm = 0 }
+poses = { load = [0.847, 0.535, 0] }
+[run]
+until = 1.5
+"""
+
+
+def test_a_driven_arm_grips_and_throws(workshop: Workshop) -> None:
+    """The drive goes on through all structures by the time of the run; the load leaves with the speed of its grip."""
+    run = simulate(workshop.model(DRIVEN), rtol=1e-11)
+    assert [(change.t, change.kind) for change in run.changes] == [(0.3, "hold"), (0.9, "release")]
+    times = np.linspace(0, 1.5, 31)
+    assert run.joint_angles(times)["axle"] == pytest.approx(np.sin(2 * times), abs=1e-9)
+    angle, spin = np.sin(1.8), 2 * np.cos(1.8)
+    thrown = spin * np.array([-np.sin(angle), np.cos(angle)])
+    assert run.point("load.C", [1.4]).velocity[0] == pytest.approx(thrown, abs=1e-9)
+    (impact,) = run.impacts
+    end = np.sin(0.6), 2 * np.cos(0.6)
+    struck = end[1] * np.array([-np.sin(end[0]), np.cos(end[0])])
+    assert impact.energy_loss == pytest.approx(-0.5 * struck @ struck, rel=1e-9)  # the drive gives it
+    copy = pickle.loads(pickle.dumps(run))
+    assert np.array_equal(copy.at(0.5)[0], run.at(0.5)[0]) and copy.changes == run.changes
 
 
 def faults(workshop: Workshop, text: str) -> str:
