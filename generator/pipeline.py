@@ -77,6 +77,8 @@ def generate(
     "float" or "wide", the compiler's long double; the package's name then ends in ``_float`` or ``_wide``. ``plan`` is
     the order of elimination, for study: "tip to root", "dyads" or "segments"; unless given, it follows from the
     mechanism; ``ValueError`` where that has none of the kind.
+    Where joints let go or take hold, the model of every structure that the mechanism can come to is made as well, in a
+    package beside that of the start, which is returned.
     ``progress`` is told each stage's name as it begins. Raises ``CompileError`` (no working compiler) and
     ``OutputError`` (a folder that cannot be written, a name that would hide a module, or something at the place of the
     package that ccgen did not write); nothing is left half written, and nothing of others is removed or replaced.
@@ -91,8 +93,16 @@ def generate(
     tell = progress or (lambda stage: None)
     compiler = find_compiler()
     variant = Variant(fold, numbers, plan)
+    for structure in scene.structures:
+        _generate(structure.scene, Path(out), variant, compiler, tell)
+    return _generate(scene, Path(out), variant, compiler, tell)
+
+
+def _generate(scene: Scene, out: Path, variant: Variant, compiler: Compiler, tell: Progress) -> Path:
+    """The package of one scene, without those of the structures that it comes to."""
+    numbers = variant.numbers
     key = key_of(_identity(scene, variant), compiler.version, *compiler.command, *compiler.flags())
-    target = Path(out) / numbers.package(scene.package)
+    target = out / numbers.package(scene.package)
     if module := hidden_module(target.name):
         raise OutputError(
             f"{scene.name}: found the name of {module}, which a package {target.name} in {target.parent} can hide, "
@@ -117,12 +127,22 @@ def _identity(scene: Scene, variant: Variant) -> str:
     return f"{scene.canonical()}{variant}"
 
 
+def _scenes(scene: Scene) -> tuple[Scene, ...]:
+    """The scene, and those of the structures that it comes to."""
+    return (scene, *(structure.scene for structure in scene.structures))
+
+
+def _hash(scene: Scene, variant: Variant) -> str:
+    """That in a model's code and data."""
+    return hashlib.sha256(_identity(scene, variant).encode()).hexdigest()[:16]
+
+
 def _build(scene: Scene, variant: Variant, compiler: Compiler, key: str, folder: Path, tell: Progress) -> None:
     """Write and compile everything into an empty folder."""
     from .write_c.render import Banner, render_binding, render_package
 
     numbers = variant.numbers
-    hash_ = hashlib.sha256(_identity(scene, variant).encode()).hexdigest()[:16]
+    hash_ = _hash(scene, variant)
     banner = Banner(scene.name, numbers.package(scene.package), VERSION, hash_)
     (folder / "_binding.pyx").write_text(render_binding(banner.version, numbers.capsule))
     extension = extension_module(hash_)
@@ -155,7 +175,7 @@ def _write_model(scene: Scene, banner: Banner, folder: Path, tell: Progress, var
     topology, equations = derive_scene(scene, variant.fold, choice=choice)
     tell("write")
     from .documents.listing import name_index, write_listing
-    from .package.data import driven_coordinates, model_data, point_names
+    from .package.data import driven_coordinates, model_data, point_names, switching_data
     from .program.dialects import C
     from .program.program import lower
     from .program.routine import Routines
@@ -181,7 +201,9 @@ def _write_model(scene: Scene, banner: Banner, folder: Path, tell: Progress, var
         switches=sum(len(effect.sides()) for effect in scene.effects),
         latches=sum(len(effect.latches()) for effect in scene.effects),
     )
-    data = model_data(scene, topology, equations, banner.hash, contract_version(), numbers.name)
+    models = [(numbers.package(one.package), _hash(one, variant)) for one in _scenes(scene)]
+    switching = switching_data(scene, models)
+    data = model_data(scene, topology, equations, banner.hash, contract_version(), numbers.name, switching)
     (folder / "equations.txt").write_text(write_listing(scene.name, equations, index))
     sides = [side for effect in scene.effects for side in effect.sides()]
     latched_at = [sides.index(side) for effect in scene.effects for _, side in effect.latches()]

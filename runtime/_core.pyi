@@ -123,4 +123,5 @@ class Kernels:
         kept: str = ...,
         state: bytes | None = None,
         on_gain: str = ...,
+        begin: float = ...,
     ) -> dict[str, Any]: ...

@@ -15,6 +15,7 @@ from .run import Run
 from .simulation.arguments import default_method
 from .simulation.batch import simulate_batch
 from .simulation.one_run import simulate_one
+from .simulation.switching import simulate_switching
 
 __all__ = ["default_method", "simulate"]
 
@@ -81,6 +82,13 @@ def simulate(
         "on_gain": on_gain,
         "keep_interrupted": keep_interrupted,
     }
+    if model.data.get("switching") is not None:
+        if q0 is not None and dimensions(q0) == 2:
+            raise ValueError(
+                f"q0: found several starts of {model.name}, whose joints let go or take hold, expected one; simulate "
+                "them one by one"
+            )
+        return simulate_switching(model, q0, u0, state=state, progress=progress, **options)
     if state is not None:
         return simulate_one(model, q0, u0, progress=progress, state=state, **options)
     if q0 is not None and dimensions(q0) == 2:

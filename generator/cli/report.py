@@ -27,6 +27,8 @@ HELD = {
 }
 """What is printed of one contact and of several, by the first word of ``Phase.how``."""
 WIDTH = 140
+DRAWN = 1e-9
+"""Part of the mechanism's length beyond which it is told how far points were apart where a joint took hold."""
 DRIFT = 1e-4
 """Share of the energy that moves beyond which a drift is warned of; of the scale of energy where nothing moves."""
 INEXACT = 1e-9
@@ -59,12 +61,26 @@ def print_impacts(model: Model, run: Run) -> None:
         typer.echo(f"and {len(run.impacts) - SHOWN} more, in result.npz")
 
 
+def print_changes(run: Run) -> None:
+    """Joints that let go or took hold, when, and why."""
+    for change in run.changes[:SHOWN]:
+        does = "lets go" if change.kind == "release" else "takes hold"
+        gap = f", drawn together by {change.gap:.2g} m" if change.gap > DRAWN * run.model.length else ""
+        typer.echo(f"{change.joint} {does} at t = {change.t:.12g} s: {change.why}{gap}")
+    if len(run.changes) > SHOWN:
+        typer.echo(f"and {len(run.changes) - SHOWN} more, in result.npz")
+
+
 def row(model: Model, run: Run, impact: Impact) -> tuple[str, ...]:
     """The cells of one impact; contacts that struck together stand below each other."""
     q = run.q[np.searchsorted(run.t, impact.t)]
-    rates = model.gap_rates(q, impact.u_minus)
-    speeds = [rates[model.contacts.index(contact)] for contact in impact.contacts]
-    names = _names(model, impact.contacts)
+    if impact.contacts[0] not in model.contacts:  # a joint that takes hold
+        joint, _ = impact.contacts[0]
+        speeds, names = [model.closing_speed(joint, q, impact.u_minus)], [f"{joint} takes hold"]
+    else:
+        rates = model.gap_rates(q, impact.u_minus)
+        speeds = [rates[model.contacts.index(contact)] for contact in impact.contacts]
+        names = _names(model, impact.contacts)
     if without_collision(model, impact, speeds):
         names = [name + JAMS for name in names]
     return (

@@ -18,7 +18,7 @@ from .folders import MODELS, check_folder, check_results, forget_stale, record_r
 from .forces import PICTURE, TABLE, force_files, print_forces, ways_to_write
 from .progress import progress
 from .refusal import STOPPED_EARLY, Faults, read_option, refusing, refusing_options
-from .report import print_audit, print_contacts, print_impacts, print_warnings
+from .report import print_audit, print_changes, print_contacts, print_impacts, print_warnings
 from .scene_file import read, tell_assembly, tell_mobility
 
 if TYPE_CHECKING:
@@ -104,8 +104,9 @@ def run(
         with refusing(OSError):
             files, unwritten = write(result, folder, gif, csv)
     if detail is not Detail.NOTHING:
-        print_impacts(model, result)
-        print_contacts(model, result)
+        print_impacts(result.model, result)
+        print_changes(result)
+        print_contacts(result.model, result)
         print_forces(result)
         print_audit(result)
         typer.echo(f"written: {', '.join(str(folder / file) for file in files)}")

@@ -94,6 +94,7 @@ def summarize(scene: Scene, choice: Choice, equations: Equations) -> Summary:
         ("coordinates q", (", ".join(s.name for s in state.q),)),
         ("quasi-velocities u", (", ".join(s.name for s in state.u),)),
         ("effects", tuple(effects) or ("none",)),
+        *([("changes", tuple(change.describe() for change in scene.changes))] if scene.changes else []),
         *([("contacts", (contacts,))] if contacts else []),
         *([("discs", discs)] if discs else []),
         *([("inputs", (inputs,))] if inputs else []),

@@ -14,7 +14,7 @@ NO_GROUND_POINTS = (
 
 def find_point(name: str, mechanism: Mechanism) -> tuple[PointRef | None, str]:
     """The point called ``name`` (``joint_3``, ``link_0.A``, ``ground.O``), or what is wrong with the name."""
-    for joint in mechanism.joints:
+    for joint in (*mechanism.joints, *mechanism.open):
         if joint.name == name and joint.slides:
             return joint.second, ""
         if joint.name == name:

@@ -198,7 +198,8 @@ def _listed(table: FrictionTable, around: Surroundings, complain: Complain) -> t
     if table.joints is None:
         if not around.mechanism.joints:
             complain((), "found a mechanism without joints, expected at least one; remove the table")
-        return tuple(range(len(around.mechanism.joints))) or None
+        mechanism = around.mechanism
+        return tuple(k for k, joint in enumerate(mechanism.joints) if joint.name not in mechanism.aids) or None
     found = []
     for at, name in enumerate(table.joints):
         joint, wrong = find_joint(name, around.mechanism)

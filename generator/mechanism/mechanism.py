@@ -17,6 +17,8 @@ class Mechanism:
     ``welded`` names links of the scene that have become part of another (its index, or ``GROUND``): point ``P`` of such
     a link ``arm`` is that one's point ``arm_P``. ``welds`` names the joints of the scene that made them so.
     ``meshes`` are those of the effects, which compare them and have their parameters.
+    ``open`` are joints of the scene that do not hold at present, which places can be named by all the same; ``aids``
+    names joints that only place bodies which no joint of the scene holds.
 
     Raises ``ValueError`` when a name is used twice, or a joint names a link or point that does not exist.
     """
@@ -27,6 +29,8 @@ class Mechanism:
     welded: Mapping[str, int] = field(default_factory=dict)
     welds: tuple[str, ...] = ()
     meshes: tuple[Mesh, ...] = field(default=(), compare=False)
+    open: tuple[Joint, ...] = field(default=(), compare=False)
+    aids: tuple[str, ...] = field(default=(), compare=False)
 
     def __post_init__(self) -> None:
         for kind, names in (("link", [k.name for k in self.links]), ("joint", [j.name for j in self.joints])):

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 
 import sympy as sp
 
 from ..effect_base.effect import Effect
 from ..equations.equations import Equations
 from ..equations.names import State, sliding_name
+from ..mechanism.joints import Joint
 from ..mechanism.links import GROUND, Parameter, Point
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.topology import Topology
@@ -25,14 +26,20 @@ def point_names(mechanism: Mechanism) -> list[str]:
 
 
 def model_data(
-    scene: Scene, topology: Topology, equations: Equations, hash_: str, contract: int, precision: str = "double"
+    scene: Scene,
+    topology: Topology,
+    equations: Equations,
+    hash_: str,
+    contract: int,
+    precision: str = "double",
+    switching: Json | None = None,
 ) -> Json:
     """Everything the runtime knows of the model besides the compiled kernels, ready for JSON.
 
     ``schema.py`` says what each key means.
     """
     mechanism = scene.mechanism
-    data = {
+    data: Json = {
         "contract": contract,
         "name": scene.name,
         "hash": hash_,
@@ -76,11 +83,58 @@ def model_data(
         },
         "run": {"until": scene.run.until, "rtol": scene.run.rtol, "atol": scene.run.atol, "on_gain": scene.run.on_gain},
     }
+    if switching is not None:
+        data["switching"] = switching
     return ModelData.model_validate(data).model_dump(exclude_unset=True)
 
 
 def _rows(mechanism: Mechanism, topology: Topology) -> list[str]:
     return [f"{mechanism.joints[cut.joint].name}.{row}" for cut in topology.cuts for row in cut.rows]
+
+
+def switching_data(scene: Scene, models: Sequence[tuple[str, str]]) -> Json | None:
+    """What changes in a scene, with package and hash of the ``models`` of its structures, the start's first; ``None``
+    where nothing does."""
+    if not scene.changes:
+        return None
+    mechanism = scene.mechanism
+    every = [joint for joint in (*mechanism.joints, *mechanism.open) if joint.name not in mechanism.aids]
+    structures = [(tuple(joint.name for joint in mechanism.open), scene)]
+    structures += [(one.open, one.scene) for one in scene.structures]
+    changing = {change.joint for change in scene.changes}
+    return {
+        "joints": [joint.name for joint in every],
+        "links": [link.name for link in mechanism.links[: len(mechanism.links) - len(mechanism.aids) // 2]],
+        "ends": {joint.name: _ends(mechanism, joint) for joint in every if joint.name in changing},
+        "changes": [
+            vars(change)
+            | {"watch": None if change.watch is None else vars(change.watch) | {"names": [*change.watch.names]}}
+            for change in scene.changes
+        ],
+        "structures": [
+            {
+                "open": list(opened),
+                "model": one.name,
+                "package": package,
+                "hash": hash_,
+                "aids": list(one.mechanism.aids),
+            }
+            for (opened, one), (package, hash_) in zip(structures, models, strict=True)
+        ],
+    }
+
+
+def _ends(mechanism: Mechanism, joint: Joint) -> Json:
+    """A joint that changes."""
+    ends = (joint.first, joint.second)
+    return {
+        "kind": joint.kind,
+        "links": [end.link for end in ends],
+        "points": [_point(mechanism.point(end)) for end in ends],
+        "names": [f"{mechanism.link_name(end.link)}.{end.point}" for end in ends],
+        "axis": joint.axis.value if joint.axis else 0.0,
+        "angle": joint.angle.value if joint.angle else 0.0,
+    }
 
 
 def _discs(scene: Scene) -> list[Json]:

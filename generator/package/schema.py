@@ -113,6 +113,60 @@ class RunData(Data):
     on_gain: OnGain = entry("what becomes of an impact that would gain energy: less restitution, or the run stops")
 
 
+class EndsData(Data):
+    """A joint that lets go or takes hold."""
+
+    kind: Literal["revolute", "prismatic", "pin-in-slot"] = entry("what it is")
+    links: Annotated[list[Index], Field(min_length=2, max_length=2)] = entry("the two links; -1: the ground", "[2]")
+    points: Annotated[list[Place], Field(min_length=2, max_length=2)] = entry(
+        "the point of each, in its frame", "[2][2]", "m"
+    )
+    names: Annotated[list[str], Field(min_length=2, max_length=2)] = entry("the two points' names", "[2]")
+    axis: float = entry("the angle of its line in the first link's frame", unit="rad")
+    angle: float = entry("the angle of the second link against the first that it holds", unit="rad")
+
+
+class WatchData(Data):
+    """What is watched for a joint to let go or take hold."""
+
+    kind: Literal["angle", "direction", "slide", "height", "distance"] = entry("the quantity")
+    names: list[str] = entry("of which joint, link or points", "[...]")
+    sign: int = entry("1: it rises through the limit; -1: it falls")
+    limit: float = entry("the limit", unit="rad or m")
+
+
+class ChangeData(Data):
+    """When a joint lets go or takes hold."""
+
+    kind: Literal["release", "hold"] = entry("which of the two")
+    joint: str = entry("the joint")
+    at: float | None = entry("at this time", unit="s")
+    watch: WatchData | None = entry("where something passes a limit")
+    force: float | None = entry("at this force in it", unit="N")
+    impulse: float | None = entry("at this impulse in it", unit="N s")
+    within: float | None = entry("how far its points may be apart; null: a millionth of the length", unit="m")
+
+
+class StructureData(Data):
+    """What the mechanism is while some joints are open."""
+
+    open: list[str] = entry("those joints")
+    model: str = entry("the name of its model")
+    package: str = entry("the folder of its model, beside this one")
+    hash: str = entry("the hash of that model's scene")
+    aids: list[str] = entry("joints that only place bodies which no joint holds")
+
+
+class SwitchingData(Data):
+    """Joints that let go and take hold, and the models of what the mechanism is then."""
+
+    joints: list[str] = entry("all joints of the scene, in its order")
+    links: list[str] = entry("all links of the scene")
+    ends: dict[str, EndsData] = entry("the joints that change, by name")
+    changes: list[ChangeData] = entry("when they do")
+    structures: list[StructureData] = entry("all structures, the one at the start first")
+
+
 class ModelData(Data):
     """What the runtime knows of a model besides its compiled code."""
 
@@ -163,6 +217,9 @@ class ModelData(Data):
     ground_points: list[Place] = entry("where they are", "[...][2]", "m")
     start: StartData = entry("where a run begins")
     run: RunData = entry("how a run goes unless told otherwise")
+    switching: SwitchingData | None = Field(
+        default=None, description="joints that let go and take hold; absent where none does"
+    )
 
 
 def schema_text() -> str:

@@ -6,13 +6,18 @@ import ast
 import math
 import sys
 from collections.abc import Iterator, Mapping
+from typing import get_args
+
+from pydantic.fields import FieldInfo
 
 from ..effect_base.arithmetic import ExpressionError, Names, Written, parsed
-from ..effect_base.written_numbers import read_number
+from ..effect_base.expression_of_time import InTime
+from ..effect_base.table import Table
+from ..effect_base.written_numbers import Measured, read_number
 from .errors import Path, Report
 
-ANGLES = ("tilt", "angles", "angle", "axis", "lowest", "highest", "poses")
-"""Keys of all tables whose values are angles, or hold some."""
+OF_PLACES = "poses"
+"""The key whose values are lists of a place and an angle."""
 
 KNOWN = 1e-6
 """Angles are states if they are known to this (rad); joints of a state may miss by as much (m)."""
@@ -20,12 +25,26 @@ LARGEST = KNOWN / sys.float_info.epsilon
 """The largest such angle (rad): the last place of one beyond it is larger than that."""
 
 
-def judge_angles(raw: Mapping[str, object], path: Path, names: Names, report: Report) -> bool:
-    """Note angles in the table ``raw`` that are too large to have digits, and remark on those that have no unit and
+def angle_keys(model: type[Table]) -> list[str]:
+    """The keys of a table whose values are angles, or hold some: those that measure rad and nothing else."""
+    return [key for key, field in model.model_fields.items() if key == OF_PLACES or _in_rad(field)]
+
+
+def _in_rad(marked: object) -> bool:
+    """Whether an annotation, a field, or what it is made of, is marked as a number in rad."""
+    if isinstance(marked, FieldInfo):
+        return _in_rad(marked.annotation) or any(map(_in_rad, marked.metadata))
+    if isinstance(marked, Measured | InTime):
+        return marked.units == ("rad",)
+    return any(map(_in_rad, (*get_args(marked), *getattr(marked, "__metadata__", ()))))
+
+
+def judge_angles(model: type[Table], raw: Mapping[str, object], path: Path, names: Names, report: Report) -> bool:
+    """Note angles in the table ``raw``, a ``model``, that are too large to have digits, and remark on those that have no unit and
     are larger than a full turn. Whether none is too large; what is no finite number is told with the others of a table.
     """
     fine = True
-    for key in ANGLES:
+    for key in angle_keys(model):
         for where, given in _angles_in(key, raw.get(key)):
             try:
                 angle = read_number(given, ("rad",), names) if isinstance(given, str) else given
@@ -64,7 +83,7 @@ def _angles_in(key: str, value: object) -> Iterator[tuple[Path, object]]:
         for name, one in value.items():
             if key == "angles":
                 yield (key, str(name)), one
-            elif key == "poses" and isinstance(one, list) and len(one) == 3:
+            elif key == OF_PLACES and isinstance(one, list) and len(one) == 3:
                 yield (key, str(name), 2), one[2]
     elif isinstance(value, list):
         yield from (((key, index), one) for index, one in enumerate(value) if key == "angles")

@@ -61,7 +61,17 @@ class Bodies:
             if not joint.on_ground and not joint.slides and not ends & seen:
                 found.append((joint.name, joint.first))
             seen |= ends
-        return (*found, *self.free_ends)
+        for joint in self.mechanism.open:
+            if not joint.on_ground and not joint.slides and joint.first not in seen:
+                found.append((joint.name, joint.first))
+                seen.add(joint.first)
+            ends = {joint.first, joint.second}
+            for end in (joint.first, joint.second):
+                if end.link != GROUND and end not in seen:
+                    found.append((f"{self.mechanism.link_name(end.link)}.{end.point}", end))
+            seen |= ends
+        own = {name for name, _ in self.free_ends}
+        return (*(one for one in found if one[0] not in own), *self.free_ends)
 
 
 def coordinate(path: str, symbol: str, value: float, domain: Domain = ANY) -> Parameter | None:

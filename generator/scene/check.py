@@ -37,7 +37,7 @@ def check(model: type[T], raw: object, path: Path, names: Names, report: Report)
     if not isinstance(raw, Mapping):
         report.add(path, f"found {show(raw)}, expected a table; write {_header(path)}")
         return None
-    fine = judge_angles(raw, path, names, report)
+    fine = judge_angles(model, raw, path, names, report)
     try:
         table = model.model_validate(dict(raw), context=names)
         return table if fine else None

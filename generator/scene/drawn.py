@@ -7,6 +7,7 @@ neighbours. Links that nothing is said about follow the others when the loops ar
 
 from __future__ import annotations
 
+import cmath
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -60,6 +61,27 @@ def anchors(table: StartTable, mechanism: Mechanism, report: Report) -> tuple[An
             ends = (joint.second,) if joint.slides else (joint.first, joint.second)
             found += [Anchor(end.link, end.point, x, y) for end in ends if end.link != GROUND]
     return tuple(found)
+
+
+def carried(
+    mechanism: Mechanism, angles: Sequence[float], drawn: Sequence[Anchor], slides: Sequence[float | None]
+) -> list[float | None]:
+    """The lengths of the sliding joints, with those of carriages by where the bodies that they carry are drawn, turned
+    by ``angles``; what the scene says of them itself stays."""
+    sliding = [joint for joint in mechanism.joints if joint.slides]
+    found = list(slides)
+    for across, up in zip(mechanism.aids[::2], mechanism.aids[1::2], strict=True):
+        names = [joint.name for joint in sliding]
+        body = sliding[names.index(up)].second
+        for anchor in drawn:
+            if anchor.link == body.link:
+                local, there = anchor.where(mechanism)
+                place = there + cmath.exp(1j * angles[body.link]) * (_local(mechanism, body) - local)
+                for name, length in ((across, place.real), (up, place.imag)):
+                    k = names.index(name)
+                    found[k] = length if found[k] is None else found[k]
+                break
+    return found
 
 
 def spread(mechanism: Mechanism, given: Sequence[float | None], drawn: Sequence[Anchor]) -> list[float | None]:

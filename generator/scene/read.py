@@ -9,6 +9,7 @@ import keyword
 import re
 import tomllib
 from collections.abc import Collection, Mapping
+from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path as File
 from typing import Any, NamedTuple, TypeVar
@@ -21,6 +22,17 @@ from ..effects import REGISTRY
 from ..mechanism.mechanism import Mechanism
 from .behind import tell_behind
 from .bodies import Bodies, check_masses, general
+from .change_tables import HoldTable, ReleaseTable
+from .changes import (
+    Change,
+    ChangeTables,
+    at_open_joints,
+    changes_of,
+    check_effects_at,
+    check_tables,
+    elsewhere,
+    without_open,
+)
 from .check import check, show, unknown_key
 from .driven import check_driven
 from .errors import Fault, Path, Report, SceneError
@@ -31,7 +43,8 @@ from .locate import locate
 from .meshed import as_assembled, meshed
 from .module_names import hidden_module
 from .not_toml import not_toml
-from .scene import RunSettings, Scene, Start
+from .open_joints import with_open
+from .scene import RunSettings, Scene, Start, Structure
 from .schema import (
     ChainTable,
     FourBarsTable,
@@ -60,14 +73,16 @@ MODELS: dict[str, type[Table]] = {
     "joint": JointTable,
     "ground_link": GroundLinkTable,
     "start": StartTable,
+    "release": ReleaseTable,
+    "hold": HoldTable,
     "run": RunTable,
     **{entry.key: entry.table for entry in REGISTRY},
 }
-PLACING = ("let", *SHORTHAND, "link", "joint", "ground_link", "start")
+PLACING = ("let", *SHORTHAND, "link", "joint", "ground_link", "start", "release", "hold")
 """Tables that say where links are and what holds them,"""
 NOT_PLACING: frozenset[str | int] = frozenset({"mass", "inertia", "rod", "plate", "disc", "point_mass"})
 """but for these keys."""
-KEYS = ("name", "let", *SHORTHAND, "link", "joint", "ground_link", "start", "run", *(entry.key for entry in REGISTRY))
+KEYS = ("name", *MODELS)
 OTHER_NAMES_OF_LET = ("variables", "constants", "parameters", "define")
 """Where somebody may look for it first."""
 
@@ -84,7 +99,19 @@ class EffectTable(NamedTuple):
     table: Table
 
 
-Parts = tuple[Bodies | None, list[tuple[Path, Effect]], Start | None, RunTable | None, Law]
+@dataclass(frozen=True)
+class Parts:
+    """What tables describe, as far as they are right."""
+
+    bodies: Bodies | None
+    effects: list[tuple[Path, Effect]]
+    start: Start | None
+    run: RunTable | None
+    law: Law
+    said: ChangeTables
+    changes: tuple[Change, ...] = ()
+
+
 T = TypeVar("T", bound=Table)
 
 
@@ -147,39 +174,97 @@ def read_tables(tables: Tables, file: str, name: str, lines: Mapping[Path, int] 
             report.add((key,), unknown_key(key, KEYS))
     tables = _let(_ground_link(tables, report), report)
     name = _name(tables, name, report)
-    bodies, effects, start, run, law = _read(tables, report)
-    tell_behind(tables, bodies.mechanism if bodies else None, report, MODELS, _read_again)
+    parts = _read(tables, report)
+    tell_behind(tables, parts.bodies.mechanism if parts.bodies else None, report, MODELS, _read_again)
     report.stop_if_any()
-    if bodies is None or start is None or run is None:
+    scene = _scene(name, parts, report)
+    if not parts.changes:
+        return scene
+    structures = _structures(scene, tables, parts.said, report)
+    report.stop_if_any()
+    return replace(scene, remarks=report.remarks, changes=parts.changes, structures=structures)
+
+
+def _scene(name: str, parts: Parts, report: Report) -> Scene:
+    """The record of what has no faults."""
+    run = parts.run
+    if parts.bodies is None or parts.start is None or run is None:
         raise AssertionError("a scene without faults has all its parts")
-    settings = RunSettings(run.until, run.rtol, run.atol, run.on_gain, law)
-    for path, effect in effects:
+    settings = RunSettings(run.until, run.rtol, run.atol, run.on_gain, parts.law)
+    for path, effect in parts.effects:
         for key, sentence in effect.remarks():
             report.remark((*path, key), sentence)
-    return Scene(name, bodies.mechanism, tuple(effect for _, effect in effects), start, settings, report.remarks)
+    effects = tuple(effect for _, effect in parts.effects)
+    return Scene(name, parts.bodies.mechanism, effects, parts.start, settings, report.remarks)
 
 
-def _read(tables: Tables, report: Report, assemble: bool = True) -> Parts:
-    """The parts that ``tables`` describe, as far as they are right; ``assemble``: the start is made consistent."""
+def _structures(scene: Scene, tables: Tables, said: ChangeTables, report: Report) -> tuple[Structure, ...]:
+    """What the mechanism of a ``scene`` is with other joints open than at its start; joints in the scene's order."""
+    order = [joint.name for joint in (*scene.mechanism.joints, *scene.mechanism.open)]
+    found = []
+    for opened in said.structures()[1:]:
+        names = tuple(sorted(opened, key=order.index))
+        own = Report(report.file)
+        parts = _read(tables, own, opened=opened)
+        words = f"without {', '.join(names)}" if names else "with all joints"
+        for path, message in own.found:
+            report.add(path, f"{words}: {message}")
+        if not own.found:
+            called = "-without-" + "-".join(names) if names else "-whole"
+            found.append(Structure(names, _scene(scene.name + called, parts, own)))
+    return tuple(found)
+
+
+def _read(tables: Tables, report: Report, assemble: bool = True, opened: frozenset[str] | None = None) -> Parts:
+    """The parts that ``tables`` describe, as far as they are right; ``assemble``: the start is made consistent.
+
+    ``opened`` are the joints that do not hold; unless given, those that do not at the start. With others the mechanism
+    begins nowhere: its start is not asked what it may be.
+    """
     names = read_names(tables.get("let", {}), report)
-    bodies = _bodies(tables, names, report)
-    effect_tables = _effect_tables(tables, names, report)
     begun = _table(StartTable, tables, "start", names, report)
+    said = _change_tables(tables, begun, names, report)
+    released = said.open_at_start() if opened is None else opened
+    bodies = _bodies(tables, names, report, released)
+    if begun and bodies and opened is not None:
+        begun = elsewhere(begun, bodies.mechanism)
+    elif begun and released:
+        begun = without_open(begun, released)
+    effect_tables = _effect_tables(tables, names, report)
     run = _table(RunTable, tables, "run", names, report)
+    changes: tuple[Change, ...] = ()
+    if bodies and said.rows:
+        every = [joint.name for joint in (*bodies.mechanism.joints, *bodies.mechanism.open)]
+        own = [name for name in every if name not in bodies.mechanism.aids]
+        if check_tables(said, own, bodies.mechanism.welds, report):
+            changes = changes_of(said, bodies.mechanism, report)
+        check_effects_at([(one.entry.key, one.path, one.table) for one in effect_tables], said, report)
+        acting = [(one, at_open_joints(one.table, one.entry.key, released)) for one in effect_tables]
+        effect_tables = [one._replace(table=table) for one, table in acting if table is not None]
     effects = _effects(effect_tables, bodies, report) if bodies else []
     bodies = meshed(bodies, effects) if bodies else None
-    start = _start(begun, bodies, effects, report, assemble) if bodies and begun else None
+    start = _start(begun, bodies, effects, report, assemble, opened is None) if bodies and begun else None
     if bodies and start:
         effects = settle(start, bodies, as_assembled(bodies.mechanism, effects, start.poses))
         bodies = meshed(bodies, effects)
-    return bodies, effects, start, run, law_of_all(tables, MODELS, report)
+    return Parts(bodies, effects, start, run, law_of_all(tables, MODELS, report), said, changes)
+
+
+def _change_tables(tables: Tables, start: StartTable | None, names: Names, report: Report) -> ChangeTables:
+    """The tables of what lets go and takes hold."""
+    rows: list[tuple[Path, ReleaseTable | HoldTable]] = []
+    for index, release in enumerate(_tables(ReleaseTable, tables, "release", names, report)):
+        rows += [(("release", index), release)] if release else []
+    for index, hold in enumerate(_tables(HoldTable, tables, "hold", names, report)):
+        rows += [(("hold", index), hold)] if hold else []
+    return ChangeTables(tuple(rows), tuple(start.open) if start and start.open is not None else None)
 
 
 def _read_again(tables: Tables, report: Report, changed: Collection[Path], whole: bool) -> Mechanism | None:
     """Reads tables that hold stand-ins at the places ``changed``: where one could change where links are or what holds
     them, no start is looked for."""
     placing = any(path[0] in PLACING and not NOT_PLACING & set(path) for path in changed)
-    bodies, *_ = _read(tables, report, whole and not placing)
+    bodies = _read(tables, report, whole and not placing).bodies
     return bodies.mechanism if bodies else None
 
 
@@ -235,8 +320,8 @@ def _tables(model: type[T], tables: Tables, key: str, names: Names, report: Repo
     return [check(model, one, (key, index), names, report) for index, one in enumerate(raw)]
 
 
-def _bodies(tables: Tables, names: Names, report: Report) -> Bodies | None:
-    """The mechanism in the one form that the scene uses, ``None`` after faults."""
+def _bodies(tables: Tables, names: Names, report: Report, released: Collection[str]) -> Bodies | None:
+    """The mechanism in the one form that the scene uses, without the ``released`` joints; ``None`` after faults."""
     forms = [key for key in (*SHORTHAND, "link") if key in tables]
     for key in forms[1:]:
         report.add((key,), f"found [{key}] beside [{forms[0]}], expected one description of the links; remove one")
@@ -262,8 +347,10 @@ def _bodies(tables: Tables, names: Names, report: Report) -> Bodies | None:
     if forms == ["link"]:
         if raw == []:
             report.add(("link",), "found no links, expected at least one; add a [[link]]")
-        return general(tables, links, joints, ground, report) if links else None
-    return built[0] if built else None
+        found = general(tables, links, joints, ground, report) if links else None
+    else:
+        found = built[0] if built else None
+    return with_open(found, released) if found and released else found
 
 
 def _effect_tables(tables: Tables, names: Names, report: Report) -> list[EffectTable]:
@@ -305,8 +392,14 @@ def _effects(tables: list[EffectTable], bodies: Bodies, report: Report) -> list[
 
 
 def _start(
-    table: StartTable, bodies: Bodies, effects: list[tuple[Path, Effect]], report: Report, assemble: bool
+    table: StartTable,
+    bodies: Bodies,
+    effects: list[tuple[Path, Effect]],
+    report: Report,
+    assemble: bool,
+    begins: bool,
 ) -> Start | None:
+    """``begins``: whether a run may begin there, and it is judged accordingly."""
     acting = [effect for _, effect in effects]
     driven = [joint for effect in acting for joint in effect.driven()]
     asked = sketch(table, bodies, driven, report)
@@ -317,6 +410,8 @@ def _start(
     start = begin(asked, bodies, effects, report) if asked and sound else None
     if start is None or not check_masses(bodies, driven, report, start.poses):
         return None
+    if not begins:
+        return start
     start = lift(start, bodies, acting)
     check_effects(start, bodies, effects, report)
     check_energy(start, bodies.mechanism, report)

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from ..effect_base.contact import LAWS, Law, OnGain
 from ..effect_base.effect import Effect
 from ..mechanism.mechanism import Mechanism
+from .changes import Change
 from .drawn import Anchor
 
 Triple = tuple[float, float, float]
@@ -71,11 +72,21 @@ class RunSettings:
 
 
 @dataclass(frozen=True)
+class Structure:
+    """What the mechanism is while the joints ``open`` do not hold: a scene of its own, which is run by none."""
+
+    open: tuple[str, ...]
+    scene: Scene
+
+
+@dataclass(frozen=True)
 class Scene:
     """A mechanism, what acts on it, where it starts and how it is run.
 
     ``name`` is as written (``falling-hexagon``), ``package`` the name of the generated package (``falling_hexagon``).
     ``remarks`` say how values are understood that may be meant otherwise, one sentence each; they change nothing.
+    ``changes`` are joints that let go and take hold, ``structures`` what the mechanism is then, beside what it is at
+    the start.
     """
 
     name: str
@@ -84,6 +95,8 @@ class Scene:
     start: Start
     run: RunSettings
     remarks: tuple[str, ...] = field(default=(), compare=False)
+    changes: tuple[Change, ...] = ()
+    structures: tuple[Structure, ...] = ()
 
     @property
     def package(self) -> str:
@@ -120,6 +133,8 @@ class Scene:
             "start": self.start.sketch,
             "run": self.run,
         }
+        if self.changes:
+            parts |= {"changes": self.changes, "structures": tuple(one.scene.canonical() for one in self.structures)}
         plain = {key: _plain(value) for key, value in parts.items()}
         return json.dumps(plain, sort_keys=True, allow_nan=False, separators=(",", ":"))
 

@@ -12,6 +12,7 @@ from ..effect_base.table import (
     Columns,
     Direction,
     EndName,
+    JointName,
     Name,
     NotNegative,
     Position,
@@ -278,6 +279,9 @@ class StartTable(Table):
     )
     sliding_velocities: dict[str, Speed] | None = Field(
         default=None, description="how fast they slide in m/s, a table by the joint's name"
+    )
+    open: list[JointName] | None = Field(
+        default=None, description='joints of [[hold]] that do not hold at the start, such as ["gripper"]'
     )
 
 

@@ -16,7 +16,7 @@ from ..mechanism.layout import Layout, Real, lay_out
 from ..mechanism.loops import loops
 from ..mechanism.mechanism import Mechanism
 from .bodies import Bodies
-from .drawn import anchors, drawn_lengths, offset, spread
+from .drawn import anchors, carried, drawn_lengths, offset, spread
 from .driven import drive_layout, mesh_speeds
 from .errors import Path, Report
 from .scene import Sketch, Start
@@ -56,6 +56,7 @@ def sketch(table: StartTable, bodies: Bodies, driven: Collection[int], report: R
     said = table.angles is not None or bool(drawn) or bool(table.slides)
     found = spread(bodies.mechanism, angles, drawn) if said else angles
     chosen = [usual if angle is None else angle for angle, usual in zip(found, bodies.sketch, strict=True)]
+    slides = carried(bodies.mechanism, [angle + table.tilt for angle in chosen], drawn, slides)
     slides = drawn_lengths(bodies.mechanism, [angle + table.tilt for angle in chosen], drawn, slides)
     return Sketch(
         angles=tuple(angle + table.tilt for angle in chosen),
@@ -337,11 +338,12 @@ def _per_link(
                 advice = f"it is welded to {mechanism.link_name(welded[name])}, whose angle says where it is"
             report.add((*path, name), f"found an unknown link, expected one of {', '.join(names)}; {advice}")
         return None if unknown else [given.get(name) for name in names]
+    names = names[: len(names) - len(mechanism.aids) // 2]  # carriages are no links of the scene's
     if len(given) != len(names):
         message = f"found {len(given)} values, expected {len(names)}, one per link; correct the list or use a table"
         report.add(path, message)
         return None
-    return list(given)
+    return [*given, *[None] * (len(mechanism.links) - len(names))]
 
 
 def _by_name(

@@ -39,8 +39,8 @@ cdef class Kernels(Contacting):
 
     def simulate(self, const real[::1] q, const real[::1] u, str name, real until, real rtol, real atol,
                  real fixed_step, long step_budget, long rate_budget, progress, Supply supply=None, stops=(),
-                 str kept="projected", bytes state=None, str on_gain="reduce"):
-        """A whole run from t = 0, or from where the run was left that the ``state`` is of, without the GIL; a dict of what was
+                 str kept="projected", bytes state=None, str on_gain="reduce", real begin=0.0):
+        """A whole run from t = ``begin``, or from where the run was left that the ``state`` is of, without the GIL; a dict of what was
         recorded. Steps end at ``stops``, times that grow."""
         cdef size_t n = self.m.nu, stop_count = len(stops), i
         cdef real[::1] ends = empty(stop_count + 1)
@@ -77,7 +77,7 @@ cdef class Kernels(Contacting):
             else:
                 left = state
             with nogil:
-                outcome = ccgen_set_state(it, left) if left is not NULL else ccgen_reset(it, 0.0, from_q, from_u)
+                outcome = ccgen_set_state(it, left) if left is not NULL else ccgen_reset(it, begin, from_q, from_u)
                 if outcome == 0:
                     outcome = run_simulation(it, until)
             if outcome == OUTCOME_OTHER_STATE or outcome == OUTCOME_BAD_SETTINGS:  # a damaged time may be after the end

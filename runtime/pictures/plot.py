@@ -73,8 +73,11 @@ def _short(message: str) -> str:
 
 
 def instants(run: Record, count: int = PANELS) -> list[tuple[float, str]]:
-    """Up to `count` instants worth a picture, with their titles: start, first impacts, end; gaps filled in between."""
+    """Up to `count` instants worth a picture, with their titles: start, joints that change, first impacts, end; gaps
+    filled in between."""
     named = {float(run.t[0]): "start"}
+    for change in run.changes[: count - 2]:
+        named.setdefault(change.t, f"{change.joint} {'lets go' if change.kind == 'release' else 'takes hold'}")
     for number, impact in enumerate(run.impacts, start=1):
         if len(named) < count - 1 and float(impact.t) not in named:
             named[float(impact.t)] = f"impact {number}"

@@ -15,6 +15,7 @@ from ..model.numbers import read_numbers
 from .drawable import Drawable
 from .frozen import freeze, restore
 from .impact import Impact
+from .joint_change import JointChange
 from .phase import Phase
 
 Step = Callable[[float, FloatArray, FloatArray, float], tuple[FloatArray, FloatArray]]
@@ -58,6 +59,7 @@ class Record:
     choices: int = 0
     closure_rate_max: float = 0.0
     acceleration_error: float = 0.0
+    changes: tuple[JointChange, ...] = ()
 
     def __post_init__(self) -> None:
         freeze(self, "t", "q", "u")

@@ -68,6 +68,20 @@ def arrays(run: Record) -> dict[str, Any]:
         "rest_speed": np.array(run.rest_speed),
         "choices": np.array(run.choices),
         "acceleration_error": np.array(run.acceleration_error),
+        **_changes(run),
+    }
+
+
+def _changes(run: Record) -> dict[str, Any]:
+    """Joints that let go or took hold; nothing of a run in which none does."""
+    if not run.changes:
+        return {}
+    return {
+        "change_t": np.array([change.t for change in run.changes], dtype=float),
+        "change_joints": _texts(change.joint for change in run.changes),
+        "change_kinds": _texts(change.kind for change in run.changes),
+        "change_whys": _texts(change.why for change in run.changes),
+        "change_gaps": np.array([change.gap for change in run.changes], dtype=float),
     }
 
 

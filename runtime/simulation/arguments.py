@@ -207,12 +207,17 @@ def _check_shapes(model: Model, q0: ArrayLike, u0: ArrayLike) -> None:
         raise ValueError(f"q0, u0: found shapes {shapes[0]} and {shapes[1]}, expected ({n},) for both")
 
 
-def checked_start(model: Model, q0: ArrayLike | None, u0: ArrayLike | None) -> tuple[FloatArray, FloatArray]:
-    """A state from which a run can begin, put onto the closure. Raises ``ValueError`` for others."""
+def checked_start(
+    model: Model, q0: ArrayLike | None, u0: ArrayLike | None, begin: float = 0.0
+) -> tuple[FloatArray, FloatArray]:
+    """A state from which a run can begin at t = ``begin`` (s), put onto the closure. Raises ``ValueError`` for others.
+
+    Where driven joints are to be is known of t = 0; later they go on from where they are.
+    """
     q0, u0 = read_start(model, q0, u0)
     _check_energy(model, q0, u0)
     (q,), (u,) = put_onto_closure(model, q0[None], u0[None], single=True)
-    if model.data["drives"]:
+    if model.data["drives"] and begin == 0.0:
         _check_driven(model, q, u)
     depths = -model.gaps(q) if model.contacts else np.zeros(0)
     if depths.size and depths.max() > 0.0 and depths.max() > DEPTH * model.length:

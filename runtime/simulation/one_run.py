@@ -89,8 +89,9 @@ def simulate_one(
     keep_interrupted: bool,
     params: Mapping[str, float] | None = None,
     state: HybridState | None = None,
+    begin: float = 0.0,
 ) -> Run:
-    """The run from one start, with the arguments of :func:`~..simulate.simulate`."""
+    """The run from one start at t = ``begin`` (s), with the arguments of :func:`~..simulate.simulate`."""
     faults = Faults()
     with faults.collecting():
         model = model.with_parameters(params) if params else model.as_it_is()
@@ -115,7 +116,7 @@ def simulate_one(
             check_state(model if valued else None, state, q0, u0)
             q, u = state.q, state.u
         else:  # where a start is depends on the values
-            q, u = (checked_start if valued else read_start)(model, q0, u0)
+            q, u = checked_start(model, q0, u0, begin) if valued else read_start(model, q0, u0)
     faults.stop_if_any()
     asked, supply, kinks = options.settings, options.supply, options.kinks
     if state is not None:
@@ -136,6 +137,7 @@ def simulate_one(
         asked.drift,
         None if state is None else state.memory,
         asked.on_gain,
+        begin,
     )
     if found["outcome"] == "interrupted" and not keep_interrupted:
         raise KeyboardInterrupt

@@ -114,7 +114,7 @@ def test_compiled_models_give_the_same_numbers(scene: Scene, tmp_path: Path) -> 
             assert np.max(np.abs(getattr(folded, name)(q) - getattr(plain, name)(q)), initial=0.0) <= SAME, name
         grounded = [contact for contact in plain.contacts if contact[1] in plain.grounds]
         if grounded:
-            struck = [grounded[0], grounded[-1]]
+            struck = list(dict.fromkeys([grounded[0], grounded[-1]]))
             for found, wanted in zip(folded.impact(q, u, struck), plain.impact(q, u, struck), strict=True):
                 assert _miss(found, wanted) <= SAME
 

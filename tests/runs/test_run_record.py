@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from ccgen.runtime.record.impact import Impact
+from ccgen.runtime.record.joint_change import JointChange
 from ccgen.runtime.record.phase import Phase
 from ccgen.runtime.run import Run
 
@@ -231,11 +232,12 @@ def test_every_saved_array_is_documented_with_its_shape(run: Run, tmp_path: Path
     """The table in docs/model.md names each array once, and has its shape for a run with impacts and contact phases."""
     held = Phase("contact", run.phases[-1].start, run.phases[-1].end, (("joint_0", "ground_0"),) * 3, ("sticks",) * 3)
     struck = replace(run.impacts[0], contacts=(("joint_0", "ground_0"),) * 2, impulses=np.ones(2))
-    run = replace(run, phases=(*run.phases[:-1], held), impacts=(struck, *run.impacts[1:]))
+    changes = (JointChange(0.0, "joint_0", "release", "at 0 s"),) * 5
+    run = replace(run, phases=(*run.phases[:-1], held), impacts=(struck, *run.impacts[1:]), changes=changes)
     text = (ROOT / "docs" / "model.md").read_text(encoding="utf-8").partition("### `result.npz`")[2]
     sizes = {"nt": run.t.size, "nq": run.q.shape[1], "nu": run.u.shape[1], "parameters": len(run.model.parameters)}
     sizes |= {"ni": len(run.impacts), "nc": len(run.impacts) + 1, "np": len(run.phases), "nh": 3, "3": 3}
-    sizes["joints"] = len(run.model.joints)
+    sizes |= {"joints": len(run.model.joints), "changes": len(changes)}
     sizes |= {"ni + 1": sizes["ni"] + 1, "np + 1": sizes["np"] + 1}
     documented = {}
     for line in text.partition("\n## ")[0].splitlines():

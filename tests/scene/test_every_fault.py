@@ -47,6 +47,8 @@ SCENES: dict[str, str] = {
     **{form: f"[{form}]\n{'count' if form == 'four_bars' else 'links'} = 4\n" for form in SHORTHAND},
     **dict.fromkeys(("link", "joint", "ground_link"), BARS),
     "start": "[chain]\nlinks = 3\n[start]\nangles = [0, 1, 2]\n",
+    "release": SCENE + '[[release]]\njoint = "joint_1"\nat = 1\n',
+    "hold": SCENE + '[[hold]]\njoint = "joint_1"\nat = 1\n',
     "run": SCENE + "[run]\n",
     "let": SCENE + "[let]\na = 1\n",
 }

@@ -15,6 +15,7 @@ import pytest
 from ccgen.generator.effects import REGISTRY
 from ccgen.generator.scene import SceneError, chain, read_tables
 from ccgen.generator.scene import angles as written
+from ccgen.generator.scene.angles import angle_keys
 from ccgen.generator.scene.schema import FourBarsTable, JointTable, LinkTable, LoopTable, StartTable
 from ccgen.runtime import Model, simulate
 from ccgen.runtime.model import tolerances
@@ -98,16 +99,19 @@ def test_remarks_change_no_model() -> None:
 
 
 def test_every_angle_of_a_scene_is_judged() -> None:
-    """Keys that are read as angles are those that remarks look at."""
+    """Keys that are read as angles are those that remarks look at, and lengths of the same name are not."""
 
     tables = (StartTable, JointTable, LinkTable, LoopTable, FourBarsTable, *(entry.table for entry in REGISTRY))
-    found = set()
     for table in tables:
-        for key, field in table.model_fields.items():
-            found |= (
-                {key} if re.search(r"(Measured|InTime)\(rad\)", repr((field.annotation, field.metadata))) else set()
-            )
-    assert found | {"poses"} == set(written.ANGLES)
+        fields = table.model_fields.items()
+        found = {
+            key
+            for key, field in fields
+            if re.search(r"(Measured|InTime)\(rad\)", repr((field.annotation, field.metadata)))
+        }
+        assert found | ({"poses"} & set(table.model_fields)) == set(angle_keys(table)), table
+    by_name = {entry.key: angle_keys(entry.table) for entry in REGISTRY}
+    assert "play" in by_name["torsion"] and "play" not in by_name["spring"]
 
 
 def test_the_command_line_prints_remarks(tmp_path: Path) -> None:
