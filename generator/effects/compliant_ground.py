@@ -235,4 +235,4 @@ def build(table: CompliantGroundTable, index: int, around: Surroundings, complai
     )
 
 
-ENTRY = Entry("compliant_ground", True, CompliantGroundTable, build)
+ENTRY = Entry("compliant_ground", True, CompliantGroundTable, build, {})

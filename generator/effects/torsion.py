@@ -107,4 +107,4 @@ def build(table: TorsionTable, index: int, around: Surroundings, complain: Compl
     )
 
 
-ENTRY = Entry("torsion", True, TorsionTable, build)
+ENTRY = Entry("torsion", True, TorsionTable, build, {"angle": "angle"})

@@ -300,4 +300,4 @@ def _radii(
     )
 
 
-ENTRY = Entry("touch", True, TouchTable, build)
+ENTRY = Entry("touch", True, TouchTable, build, {})

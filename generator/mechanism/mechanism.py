@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from .joints import Joint, PointRef
-from .links import GROUND, Link, Parameter, Point
+from .links import GROUND, Corner, Link, Parameter, Point
 
 
 @dataclass(frozen=True)
@@ -15,6 +15,7 @@ class Mechanism:
 
     ``welded`` names links of the scene that have become part of another (its index, or ``GROUND``): point ``P`` of such
     a link ``arm`` is that one's point ``arm_P``. ``welds`` names the joints of the scene that made them so.
+    ``outlines`` has what is drawn of links, by their names, where that is not all their points.
 
     Raises ``ValueError`` when a name is used twice, or a joint names a link or point that does not exist.
     """
@@ -24,6 +25,7 @@ class Mechanism:
     joints: tuple[Joint, ...]
     welded: Mapping[str, int] = field(default_factory=dict)
     welds: tuple[str, ...] = ()
+    outlines: Mapping[str, tuple[Corner, ...]] = field(default_factory=dict, compare=False)
 
     def __post_init__(self) -> None:
         for kind, names in (("link", [k.name for k in self.links]), ("joint", [j.name for j in self.joints])):

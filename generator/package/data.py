@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 
 import sympy as sp
 
 from ..effect_base.effect import Effect
 from ..equations.equations import Equations
 from ..equations.names import State, sliding_name
-from ..mechanism.links import GROUND, Parameter, Point
+from ..mechanism.links import GROUND, Corner, Link, Parameter, Point
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.topology import Topology
 from ..scene.scene import Scene
@@ -66,6 +66,11 @@ def model_data(
         "grounds": [plane for effect in scene.effects for plane in _planes(effect)],
         "law": scene.run.law,
         "outlines": [[_point(point) for point in link.points.values()] for link in mechanism.links],
+        "drawn": {
+            link.name: _drawn(link, mechanism.outlines[link.name])
+            for link in mechanism.links
+            if link.name in mechanism.outlines
+        },
         "discs": _discs(scene),
         "ground_names": list(mechanism.ground_points),
         "ground_points": [_point(point) for point in mechanism.ground_points.values()],
@@ -75,7 +80,7 @@ def model_data(
         },
         "run": {"until": scene.run.until, "rtol": scene.run.rtol, "atol": scene.run.atol, "on_gain": scene.run.on_gain},
     }
-    return ModelData.model_validate(data).model_dump()
+    return ModelData.model_validate(data).model_dump(exclude_defaults=True)
 
 
 def _discs(scene: Scene) -> list[Json]:
@@ -163,6 +168,11 @@ def _outboard(mechanism: Mechanism, topology: Topology) -> list[str]:
 def _point(point: Point) -> list[str | float]:
     """Coordinates as parameter paths, or 0 where they are structurally zero."""
     return [_coordinate(point.x), _coordinate(point.y)]
+
+
+def _drawn(link: Link, corners: Sequence[Corner]) -> list[list[str | float]]:
+    """What is drawn of a link, corner by corner."""
+    return [_point(link.points[corner]) if isinstance(corner, str) else [*corner] for corner in corners]
 
 
 def _coordinate(parameter: Parameter | None) -> str | float:

@@ -24,49 +24,30 @@ from .bodies import Bodies, check_masses, general
 from .check import check, show, unknown_key
 from .driven import check_driven
 from .errors import Fault, Path, Report, SceneError
+from .kinds import KEYS, MANY, MODELS, SHORTHAND
 from .law import law_of_all
 from .let import read_names
 from .limits import MOST_JOINTS, MOST_LINKS, MOST_TABLES, too_large
 from .locate import locate
 from .module_names import hidden_module
 from .not_toml import not_toml
+from .placing import place_parts
 from .scene import RunSettings, Scene, Start
 from .schema import (
-    ChainTable,
-    FourBarsTable,
     GroundLinkTable,
     JointTable,
-    LetTable,
     LinkTable,
-    LoopTable,
-    PinnedTable,
     RunTable,
     StartTable,
 )
 from .shorthand import shorthand
 from .start import begin, check_effects, check_energy, lift, sketch
+from .toml_text import plain
 
-SHORTHAND: dict[str, type[LoopTable] | type[ChainTable] | type[PinnedTable] | type[FourBarsTable]] = {
-    "loop": LoopTable,
-    "chain": ChainTable,
-    "pinned": PinnedTable,
-    "four_bars": FourBarsTable,
-}
-MODELS: dict[str, type[Table]] = {
-    "let": LetTable,
-    **SHORTHAND,
-    "link": LinkTable,
-    "joint": JointTable,
-    "ground_link": GroundLinkTable,
-    "start": StartTable,
-    "run": RunTable,
-    **{entry.key: entry.table for entry in REGISTRY},
-}
 PLACING = ("let", *SHORTHAND, "link", "joint", "ground_link", "start")
 """Tables that say where links are and what holds them,"""
 NOT_PLACING: frozenset[str | int] = frozenset({"mass", "inertia", "rod", "plate", "disc", "point_mass"})
 """but for these keys."""
-KEYS = ("name", "let", *SHORTHAND, "link", "joint", "ground_link", "start", "run", *(entry.key for entry in REGISTRY))
 OTHER_NAMES_OF_LET = ("variables", "constants", "parameters", "define")
 """Where somebody may look for it first."""
 
@@ -87,10 +68,17 @@ Parts = tuple[Bodies | None, list[tuple[Path, Effect]], Start | None, RunTable |
 T = TypeVar("T", bound=Table)
 
 
-def load_scene(path: str | PathLike[str]) -> Scene:
-    """The scene in the TOML file ``path``. Raises ``SceneError`` with everything that is wrong with it."""
+def load_scene(path: str | PathLike[str] | Tables) -> Scene:
+    """The scene in the TOML file ``path``, or of the tables that such a file would give, as nested dicts and lists.
+
+    Tuples and arrays of NumPy may stand for lists, and a key with the value ``None`` is left out. The scene of tables
+    without a ``name`` is called ``scene``. Raises ``SceneError`` with everything that is wrong with it.
+    """
+    if isinstance(path, Mapping):
+        name = path.get("name")
+        return read_tables(plain(path), name if isinstance(name, str) else "scene", "scene")
     if not isinstance(path, str | PathLike):
-        raise TypeError(f"path: found {path!r}, expected the name of a scene file (TOML)")
+        raise TypeError(f"path: found {path!r}, expected the name of a scene file (TOML), or its tables as a dict")
     file = str(path)
     try:
         text = File(path).read_bytes().decode("utf-8-sig")
@@ -132,7 +120,7 @@ def _standard(form: str, own: dict[str, Any], name: str, gravity: Gravity, table
     document: dict[str, Any] = {**tables, form: {**own, **tables.get(form, {})}}
     if gravity is not False:
         document["gravity"] = {} if gravity is True else gravity if isinstance(gravity, Mapping) else {"g": gravity}
-    return read_tables(document, name, name)
+    return read_tables(plain(document), name, name)
 
 
 def read_tables(tables: Tables, file: str, name: str, lines: Mapping[Path, int] | None = None) -> Scene:
@@ -144,8 +132,14 @@ def read_tables(tables: Tables, file: str, name: str, lines: Mapping[Path, int] 
     for key in tables:
         if key not in KEYS and (key not in OTHER_NAMES_OF_LET or "let" in tables):
             report.add((key,), unknown_key(key, KEYS))
+    given = tables
     tables = _let(_ground_link(tables, report), report)
     name = _name(tables, name, report)
+    faults = len(report.found)
+    tables, report.written = place_parts(tables, report)
+    if len(report.found) > faults:
+        _check_tables(tables, report)
+        report.stop_if_any()
     bodies, effects, start, run, law = _read(tables, report)
     tell_behind(tables, bodies.mechanism if bodies else None, report, MODELS, _read_again)
     report.stop_if_any()
@@ -155,7 +149,8 @@ def read_tables(tables: Tables, file: str, name: str, lines: Mapping[Path, int] 
     for path, effect in effects:
         for key, sentence in effect.remarks():
             report.remark((*path, key), sentence)
-    return Scene(name, bodies.mechanism, tuple(effect for _, effect in effects), start, settings, report.remarks)
+    scene = Scene(name, bodies.mechanism, tuple(effect for _, effect in effects), start, settings, report.remarks)
+    return scene.written_as({"name": name, **given})
 
 
 def _read(tables: Tables, report: Report, assemble: bool = True) -> Parts:
@@ -168,6 +163,13 @@ def _read(tables: Tables, report: Report, assemble: bool = True) -> Parts:
     effects = _effects(effect_tables, bodies, report) if bodies else []
     start = _start(begun, bodies, effects, report, assemble) if bodies and begun else None
     return bodies, effects, start, run, law_of_all(tables, MODELS, report)
+
+
+def _check_tables(tables: Tables, report: Report) -> None:
+    """Each table by itself, where faults of parts leave open what others could name."""
+    names = read_names(tables.get("let", {}), report)
+    for key in (key for key in MODELS if key in tables and key != "let"):
+        (_tables if key in MANY else _table)(MODELS[key], tables, key, names, report)
 
 
 def _read_again(tables: Tables, report: Report, changed: Collection[Path], whole: bool) -> Mechanism | None:
