@@ -14,7 +14,7 @@ from pathlib import Path as Folder
 from typing import Any
 
 from .pipeline import generate
-from .scene import TABLES, Scene, TableKind, plain, read_tables
+from .scene import TABLES, Scene, TableKind, load_scene, plain, read_tables
 
 Word = Callable[..., "Mechanism"]
 Path = tuple[str | int, ...]
@@ -66,8 +66,10 @@ class Mechanism:
         """The scene. Raises ``SceneError`` with everything that is wrong with it, each fault with its key, and with the
         line of the call that gave it, where all calls stand in one file."""
         files = {file for file, _ in self._places.values()}
-        lines = {path: line for path, (_, line) in self._places.items()} if len(files) == 1 else None
-        return read_tables(plain(self._tables), files.pop() if lines else "scene", "scene", lines)
+        if len(files) > 1:
+            return load_scene(self._tables)
+        lines = {path: line for path, (_, line) in self._places.items()}
+        return read_tables(plain(self._tables), files.pop(), "scene", lines)
 
     def build(self, out: str | Folder = "build", **options: Any) -> Folder:
         """The folder of the compiled model, for ``load_model``; ``options`` are those of ``generate``.

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from unicodedata import category
 
 _UNSEEN = ("Cc", "Cf", "Cs", "Zl", "Zp")
@@ -47,15 +48,20 @@ class Report:
         self.file = file
         self.written: Mapping[Path, Path] = {}
         """Where a value is written that is read at another path: the tables of parts, which stand in several places."""
+        self.renamed: dict[str, str] = {}
+        """Names of placed parts as the parts have them: what differs by these alone is told once, as it is first."""
         self._lines = lines or {}
         self._faults: dict[Fault, tuple[Path, str]] = {}
+        self._told: dict[Fault, Fault] = {}
         self._places: dict[Path, None] = {}
         self._remarks: list[Fault] = []
 
     def add(self, path: Path, message: str, also: Iterable[Path] = ()) -> None:
         """Note a fault at ``path``, or at the closest table that the file has; one sentence tells of what is wrong at
         the places ``also``."""
-        self._faults[self._fault(path, message)] = path, message
+        fault = self._fault(path, message)
+        if self._told.setdefault(self._as_in_parts(fault), fault) == fault:
+            self._faults[fault] = path, message
         self._places |= dict.fromkeys((path, *also))
 
     def remark(self, path: Path, message: str) -> None:
@@ -92,6 +98,17 @@ class Report:
                 path = self.written[path[:length]] + path[length:]
                 break
         return Fault(self.file, self._line(path), key_text(path), message)
+
+    def _as_in_parts(self, fault: Fault) -> Fault:
+        if not self.renamed:
+            return fault
+
+        def first(name: str) -> str:
+            while name in self.renamed:
+                name = self.renamed[name]
+            return name
+
+        return replace(fault, message=re.sub(r"\w+", lambda word: first(word[0]), fault.message))
 
     def _line(self, path: Path) -> int | None:
         for length in range(len(path), -1, -1):

@@ -286,7 +286,9 @@ class _Placing:
         return Sides(own[0], own[1], joint.table.get("type", "revolute") == "revolute")
 
     def _named(self, name: str) -> str:
-        return f"{name}_{self.place.name}"
+        found = f"{name}_{self.place.name}"
+        self.report.renamed[found] = name
+        return found
 
     def _reference(self, mark: Named, text: str) -> str:
         """What a name in the part is called outside of it; names that are not the part's stay."""
