@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 from typing import Any
 
+from pydantic import BaseModel
 from pydantic.json_schema import models_json_schema
 
 from .kinds import KEYS, TABLES
@@ -18,7 +19,8 @@ _REF = "#/$defs/{}"
 
 def editor_schema() -> str:
     """The schema as JSON (draft 2020-12)."""
-    models = {**{key: kind.model for key, kind in TABLES.items()}, "placed start": PlacedStartTable}
+    models: dict[str, type[BaseModel]] = {key: kind.model for key, kind in TABLES.items()}
+    models["placed start"] = PlacedStartTable
     kinds, found = models_json_schema([(model, "validation") for model in models.values()])
     tables: dict[str, Any] = found["$defs"]
     names = {key: kinds[model, "validation"]["$ref"] for key, model in models.items()}
