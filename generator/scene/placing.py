@@ -141,7 +141,7 @@ class _Placer:
             self.report.add((*path, "part"), f"found {way}, expected parts that do not hold themselves; remove it")
             return Assembly()
         told = self.count > MOST_PLACED
-        self.count += 1 + sum(len(part.raw.get(key, ())) for key in ROWS_OF_PARTS)
+        self.count += 1 + sum(len(rows) for key in ROWS_OF_PARTS if isinstance(rows := part.raw.get(key), list))
         if self.count > MOST_PLACED:
             if not told:
                 message = (

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
+import copy
 import math
+import random
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -299,3 +302,33 @@ def test_scene_files_tell_single_headers(tmp_path: Path) -> None:
     path.write_text('[part]\nname = "a"\n[part]\nname = "b"\n')
     with pytest.raises(SceneError, match=r"found \[part\], expected \[\[part\]\]"):
         load_scene(path)
+
+
+JUNK: list[Any] = [
+    *(3, -1.5, "x", "2*l", "20 cm", True, [], {}, [1, 2], [[1]], {"a": 1}, "leg", "hip", "thigh.A", "a.b.c", "lambda"),
+    *(math.nan, 10**50, "", ["hip"], [{}], [1, "x"]),
+]
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_whatever_stands_in_parts_is_read_or_refused(seed: int) -> None:
+    """One to three values replaced, left out or added, anywhere."""
+    draw = random.Random(seed)
+    tables = tomllib.loads(LEG + PLACES)
+    for _ in range(draw.choice((1, 1, 2, 3))):
+        node = tables
+        while True:
+            keys = [*node] if isinstance(node, dict) else [*range(len(node))]
+            key = draw.choice(keys) if keys else None
+            inside = node[key] if key is not None else None
+            if not isinstance(inside, dict | list) or not inside or draw.random() < 0.3:
+                break
+            node = inside
+        if key is not None and draw.random() < 0.2:
+            del node[key]
+        elif key is not None and draw.random() < 0.8:
+            node[key] = copy.deepcopy(draw.choice(JUNK))
+        elif isinstance(node, dict):
+            node[draw.choice(["foo", "name", "mirror", "angle", "axis", "type"])] = copy.deepcopy(draw.choice(JUNK))
+    with contextlib.suppress(SceneError):
+        load_scene(tables)
