@@ -82,8 +82,7 @@ def place_parts(tables: Tables, report: Report) -> tuple[Tables, dict[Path, Path
     """
     if "part" not in tables and "place" not in tables:
         return tables, {}
-    quiet = Report("")
-    names = read_names(tables.get("let", {}), quiet)
+    names = read_names(tables.get("let", {}), report)
     placer = _Placer(tables, report)
     whole = Assembly()
     for index, raw in enumerate(_list(tables, "place", (), report)):
