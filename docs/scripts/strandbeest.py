@@ -141,10 +141,38 @@ def text(phases: Sequence[float] | None = None, pumps: bool = True) -> str:
         start = f'start = {{ angles = {{ rod = "{angle:.1f} deg" }}, slides = {{ cylinder = {sign * reach:.1f} }} }}'
         ports = {"pin": f"shaft.A{len(phases)}", "cylinder": "body.O"}
         lines += place("pump", side, ports, f"let = {{ side = {sign} }}", start)
-    lines += ["", "[start]   # roughly: the loops are closed from here"]
-    lines += ["angles = { body = 0, shaft = 0 }", f"angular_velocities = {{ body = 0, shaft = {SPEED!r} }}"]
-    lines += ["", "[gravity]", "g = 9.81", "", "[run]", "until = 2.0"]
-    return "\n".join(lines) + "\n"
+    lines += ["", "[start.angles]   # roughly: the loops are closed from here", "body = 0.0", "shaft = 0.0"]
+    return "\n".join([*lines, *_end()]) + "\n"
+
+
+def plain(phases: Sequence[float]) -> str:
+    """The scene without pumps, every leg with tables of its own, for versions of ccgen that know of no parts."""
+    lines, joints, sketch = ['name = "strandbeest"', *shaft(phases)], joint("axle", "body.O", "shaft.O"), {"body": 0.0}
+    sketch["shaft"] = 0.0
+    for crank, phase in enumerate(phases):
+        for side in ("left", "right"):
+            leg, mirrored = f"{side[0]}{crank}", side == "right"
+            for name in LEG:
+                points = corners(dict(LINKS[name]))
+                mass, com, inertia = body(points)
+                if mirrored:
+                    points, com = {key: z.conjugate() for key, z in points.items()}, com.conjugate()
+                lines += table(f"{name}_{leg}", mass, com, inertia, points)
+            for name, angle in angles(math.pi - phase if mirrored else phase).items():
+                sketch[f"{name}_{leg}"] = 180.0 - angle if mirrored else angle
+            outside = {"pin": f"shaft.A{crank}", "pivot": f"body.P_{side}"}
+            for name, ends in JOINTS.items():
+                found = [outside.get(end) or end.replace(".", f"_{leg}.") for end in ends]
+                joints += joint(f"{name}_{leg}", *found)
+    lines += [*joints, "", "[start.angles]"]
+    lines += [f'{name} = "{(angle + 180.0) % 360.0 - 180.0:.1f} deg"' for name, angle in sketch.items()]
+    return "\n".join([*lines, *_end()]) + "\n"
+
+
+def _end() -> list[str]:
+    """How fast it begins, and how long it flies."""
+    lines = ["", "[start.angular_velocities]", "body = 0.0", f"shaft = {SPEED!r}"]
+    return [*lines, "", "[gravity]", "g = 9.81", "", "[run]", "until = 2.0"]
 
 
 if __name__ == "__main__":
