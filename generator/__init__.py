@@ -1,5 +1,6 @@
 """From a scene to a compiled model: ``generate(load_scene("scene.toml"))``."""
 
+from .builder import Mechanism
 from .compile.compiler import CompileError
 from .package.replace import OutputError
 from .pipeline import generate
@@ -10,6 +11,7 @@ from .version import VERSION as __version__
 __all__ = [
     "CompileError",
     "FoldError",
+    "Mechanism",
     "OutputError",
     "Scene",
     "SceneError",

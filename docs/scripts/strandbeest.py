@@ -21,17 +21,17 @@ SPEED = 6.0
 """Angular velocity of the shaft at the start, rad/s."""
 LEG = tuple(name for name in LINKS if name != "crank")
 JOINTS = {
-    "pin_upper": ("shaft.A{crank}", "upper_bar.A"),
-    "pin_lower": ("shaft.A{crank}", "lower_bar.A"),
+    "pin_upper": ("pin", "upper_bar.A"),
+    "pin_lower": ("pin", "lower_bar.A"),
     "shoulder": ("upper_bar.B", "hip.B"),
-    "pivot_hip": ("body.P_{side}", "hip.P"),
-    "pivot_strut": ("body.P_{side}", "strut.P"),
+    "pivot_hip": ("pivot", "hip.P"),
+    "pivot_strut": ("pivot", "strut.P"),
     "knee_strut": ("lower_bar.C", "strut.C"),
     "knee_shin": ("lower_bar.C", "shin.C"),
     "rear": ("hip.D", "tie.D"),
     "heel": ("tie.E", "shin.E"),
 }
-"""Joints of a leg; {crank} is the number of its crank, {side} its side."""
+"""Joints of a leg, whose pin is on a crank and whose pivot on the body."""
 
 
 def meet(p: complex, r: float, q: complex, s: float, side: int) -> complex:
@@ -58,23 +58,52 @@ def angles(crank: float) -> dict[str, float]:
     return {name: math.degrees(cmath.phase(way)) for name, way in ways.items()}
 
 
-def link(name: str, points: dict[str, complex], mirrored: bool = False) -> list[str]:
-    """The table of a bar or a triangle of bars."""
+def link(name: str, points: dict[str, complex], part: bool = False) -> list[str]:
+    """The table of a bar or a triangle of bars, of the scene or of its ``part``."""
     mass, com, inertia = body(points)
-    if mirrored:
-        points, com = {key: z.conjugate() for key, z in points.items()}, com.conjugate()
-    return table(name, mass, com, inertia, points)
+    return table(name, mass, com, inertia, points, part)
 
 
-def table(name: str, mass: float, com: complex, inertia: float, points: dict[str, complex]) -> list[str]:
-    lines = ["", "[[link]]", f'name = "{name}"', f"mass = {float(mass)!r}", f"inertia = {float(inertia)!r}"]
+def table(
+    name: str, mass: float, com: complex, inertia: float, points: dict[str, complex], part: bool = False
+) -> list[str]:
+    header = "[[part.link]]" if part else "[[link]]"
+    lines = ["", header, f'name = "{name}"', f"mass = {float(mass)!r}", f"inertia = {float(inertia)!r}"]
     lines += [f"com = {pair(com)}"]
     return [*lines, "points = { " + ", ".join(f"{key} = {pair(z)}" for key, z in points.items()) + " }"]
 
 
-def joint(name: str, first: str, second: str, slides: bool = False) -> list[str]:
+def joint(name: str, first: str, second: str, part: bool = False, slides: bool = False) -> list[str]:
     kind = ['type = "prismatic"', "axis = [1, 0]"] if slides else []
-    return ["", "[[joint]]", f'name = "{name}"', f'between = ["{first}", "{second}"]', *kind]
+    header = "[[part.joint]]" if part else "[[joint]]"
+    return ["", header, f'name = "{name}"', f'between = ["{first}", "{second}"]', *kind]
+
+
+def leg() -> list[str]:
+    """One leg, its hips to the left of the shaft."""
+    lines = ["", "[[part]]", 'name = "leg"', 'ports = ["pin", "pivot"]']
+    for name in LEG:
+        lines += link(name, corners(dict(LINKS[name])), part=True)
+    for name, ends in JOINTS.items():
+        lines += joint(name, *ends, part=True)
+    return lines
+
+
+def pump() -> list[str]:
+    """A pump's rod and piston; ``side`` is -1 to the left and 1 to the right."""
+    lines = ["", "[[part]]", 'name = "pump"', 'ports = ["pin", "cylinder"]', "let = { side = 1 }"]
+    lines += link("rod", {"A": 0j, "B": complex(ROD)}, part=True)
+    mass, com, inertia = body({"B": 0j, "E": complex(PISTON)})
+    lines += ["", "[[part.link]]", 'name = "piston"', f"mass = {mass!r}", f"inertia = {inertia!r}"]
+    lines += [f'com = ["{com.real}*side", 0]', f'points = {{ B = [0, 0], E = ["{PISTON}*side", 0] }}']
+    lines += joint("crank", "pin", "rod.A", part=True)
+    lines += joint("wrist", "rod.B", "piston.B", part=True)
+    return lines + joint("cylinder", "cylinder", "piston.B", part=True, slides=True)
+
+
+def place(part: str, name: str, ports: dict[str, str], *keys: str) -> list[str]:
+    given = ", ".join(f'{port} = "{point}"' for port, point in ports.items())
+    return ["", "[[place]]", f'part = "{part}"', f'name = "{name}"', *keys, f"ports = {{ {given} }}"]
 
 
 def shaft(phases: Sequence[float]) -> list[str]:
@@ -98,37 +127,52 @@ def text(phases: Sequence[float] | None = None, pumps: bool = True) -> str:
         'name = "strandbeest"',
         *shaft(phases),
     ]
-    sketch, joints = {"body": 0.0, "shaft": 0.0}, joint("axle", "body.O", "shaft.O")
+    lines += [*joint("axle", "body.O", "shaft.O"), *leg(), *(pump() if pumps else [])]
     for crank, phase in enumerate(phases):
         for side in ("left", "right"):
-            suffix, mirrored = f"{side[0]}{crank}", side == "right"
-            for name in LEG:
-                lines += link(f"{name}_{suffix}", corners(dict(LINKS[name])), mirrored)
-            for name, angle in angles(math.pi - phase if mirrored else phase).items():
-                sketch[f"{name}_{suffix}"] = 180.0 - angle if mirrored else angle
-            for name, ends in JOINTS.items():
-                joints += joint(f"{name}_{suffix}", *(_end(end, suffix, crank, side) for end in ends))
+            mirrored = side == "right"
+            sketch = angles(math.pi - phase if mirrored else phase)
+            ways = ", ".join(f'{name} = "{angle:.1f} deg"' for name, angle in sketch.items())
+            keys = [*(["mirror = true"] if mirrored else []), f"start.angles = {{ {ways} }}"]
+            lines += place("leg", f"{side[0]}{crank}", {"pin": f"shaft.A{crank}", "pivot": f"body.P_{side}"}, *keys)
     reach = math.sqrt(ROD**2 - BARS["m"] ** 2)
-    at = f"cylinder_left = {-reach:.1f}", f"cylinder_right = {reach:.1f}"
     for sign, side in ((-1, "left"), (1, "right")) if pumps else ():
-        lines += link(f"rod_{side}", {"A": 0j, "B": complex(ROD)})
-        lines += link(f"piston_{side}", {"B": 0j, "E": complex(sign * PISTON)})
-        sketch[f"rod_{side}"] = math.degrees(cmath.phase(complex(sign * reach, -BARS["m"])))
-        joints += joint(f"crank_{side}", f"shaft.A{len(phases)}", f"rod_{side}.A")
-        joints += joint(f"wrist_{side}", f"rod_{side}.B", f"piston_{side}.B")
-        joints += joint(f"cylinder_{side}", "body.O", f"piston_{side}.B", slides=True)
-    lines += [*joints, "", "[start.angles]   # a sketch: the loops are closed from here"]
+        angle = math.degrees(cmath.phase(complex(sign * reach, -BARS["m"])))
+        start = f'start = {{ angles = {{ rod = "{angle:.1f} deg" }}, slides = {{ cylinder = {sign * reach:.1f} }} }}'
+        ports = {"pin": f"shaft.A{len(phases)}", "cylinder": "body.O"}
+        lines += place("pump", side, ports, f"let = {{ side = {sign} }}", start)
+    lines += ["", "[start.angles]   # roughly: the loops are closed from here", "body = 0.0", "shaft = 0.0"]
+    return "\n".join([*lines, *_end()]) + "\n"
+
+
+def plain(phases: Sequence[float]) -> str:
+    """The scene without pumps, every leg with tables of its own, for versions of ccgen that know of no parts."""
+    lines, joints, sketch = ['name = "strandbeest"', *shaft(phases)], joint("axle", "body.O", "shaft.O"), {"body": 0.0}
+    sketch["shaft"] = 0.0
+    for crank, phase in enumerate(phases):
+        for side in ("left", "right"):
+            leg, mirrored = f"{side[0]}{crank}", side == "right"
+            for name in LEG:
+                points = corners(dict(LINKS[name]))
+                mass, com, inertia = body(points)
+                if mirrored:
+                    points, com = {key: z.conjugate() for key, z in points.items()}, com.conjugate()
+                lines += table(f"{name}_{leg}", mass, com, inertia, points)
+            for name, angle in angles(math.pi - phase if mirrored else phase).items():
+                sketch[f"{name}_{leg}"] = 180.0 - angle if mirrored else angle
+            outside = {"pin": f"shaft.A{crank}", "pivot": f"body.P_{side}"}
+            for name, ends in JOINTS.items():
+                found = [outside.get(end) or end.replace(".", f"_{leg}.") for end in ends]
+                joints += joint(f"{name}_{leg}", *found)
+    lines += [*joints, "", "[start.angles]"]
     lines += [f'{name} = "{(angle + 180.0) % 360.0 - 180.0:.1f} deg"' for name, angle in sketch.items()]
-    lines += ["", "[start.slides]", *at] if pumps else []
-    lines += ["", "[start.angular_velocities]", "body = 0.0", f"shaft = {SPEED!r}"]
-    lines += ["", "[gravity]", "g = 9.81", "", "[run]", "until = 2.0"]
-    return "\n".join(lines) + "\n"
+    return "\n".join([*lines, *_end()]) + "\n"
 
 
-def _end(end: str, suffix: str, crank: int, side: str) -> str:
-    """A joint's side with the names of the leg's own links."""
-    owner, point = end.format(crank=crank, side=side).split(".")
-    return f"{owner}_{suffix}.{point}" if owner in LEG else f"{owner}.{point}"
+def _end() -> list[str]:
+    """How fast it begins, and how long it flies."""
+    lines = ["", "[start.angular_velocities]", "body = 0.0", f"shaft = {SPEED!r}"]
+    return [*lines, "", "[gravity]", "g = 9.81", "", "[run]", "until = 2.0"]
 
 
 if __name__ == "__main__":

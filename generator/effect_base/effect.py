@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from ..mechanism.joints import PointRef
 from ..mechanism.links import Parameter, Point
@@ -202,14 +202,24 @@ class Surroundings:
     contacts: tuple[Contact, ...]
 
 
+Turns = Literal["angle", "lowest angle", "highest angle", "moment", "sense", "vector"]
+"""What becomes of a key in a part that is turned or mirrored. ``angle``: of the table's joint; the limits of one change
+places in a mirror. ``moment``: a moment, or an angular velocity, changes its sign in a mirror. ``sense``: true or false,
+and false where it is not given, becomes the other in a mirror. ``vector``: [x, y] in the axes of a link, where
+``frame`` says that; in fixed axes it stays."""
+
+
 @dataclass(frozen=True)
 class Entry:
     """A kind of effect: the key of its table, whether it is a ``[[key]]``, its schema, and how its record is made.
 
-    ``build(table, index, surroundings, complain)`` gives the record, or ``None`` after having complained.
+    ``build(table, index, surroundings, complain)`` gives the record, or ``None`` after having complained. ``turned``
+    says which keys are others in a part that is placed turned or mirrored; where it is ``None``, nobody has said so,
+    and such a part has to be placed as it is written.
     """
 
     key: str
     many: bool
     table: type[Table]
     build: Callable[[Any, int, Surroundings, Complain], Effect | None]
+    turned: Mapping[str, Turns] | None = None

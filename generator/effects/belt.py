@@ -44,4 +44,4 @@ def build(table: BeltTable, index: int, around: Surroundings, complain: Complain
     return Meshing(name, Mesh(name, tuple(w.joint for w in wheels), terms), title(wheels, mechanism), rims)
 
 
-ENTRY = Entry("belt", True, BeltTable, build)
+ENTRY = Entry("belt", True, BeltTable, build, {})

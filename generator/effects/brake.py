@@ -140,4 +140,4 @@ def _check_keys(table: BrakeTable, slides: bool, complain: Complain) -> bool:
     return sound
 
 
-ENTRY = Entry("brake", True, BrakeTable, build)
+ENTRY = Entry("brake", True, BrakeTable, build, {})

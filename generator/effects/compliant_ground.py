@@ -139,4 +139,4 @@ def build(table: CompliantGroundTable, index: int, around: Surroundings, complai
     return CompliantGround(index, name, plane, law)
 
 
-ENTRY = Entry("compliant_ground", True, CompliantGroundTable, build)
+ENTRY = Entry("compliant_ground", True, CompliantGroundTable, build, {})

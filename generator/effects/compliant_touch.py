@@ -120,4 +120,4 @@ def build(table: CompliantTouchTable, index: int, around: Surroundings, complain
     return CompliantTouch(index, name, pair, law)
 
 
-ENTRY = Entry("compliant_touch", True, CompliantTouchTable, build)
+ENTRY = Entry("compliant_touch", True, CompliantTouchTable, build, {})

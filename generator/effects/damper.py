@@ -69,4 +69,4 @@ def build(table: DamperTable, index: int, around: Surroundings, complain: Compla
     return Damper(name, line, Parameter(f"{name}.damping", f"c_{label}", table.damping, NOT_NEGATIVE)) if line else None
 
 
-ENTRY = Entry("damper", True, DamperTable, build)
+ENTRY = Entry("damper", True, DamperTable, build, {})

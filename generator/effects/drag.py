@@ -124,4 +124,4 @@ def build(table: DragTable, index: int, around: Surroundings, complain: Complain
     )
 
 
-ENTRY = Entry("drag", True, DragTable, build)
+ENTRY = Entry("drag", True, DragTable, build, {})

@@ -130,4 +130,4 @@ def _undefined(law: Expression, key: str) -> str:
     return next((f"no finite {what}" for what, number in found if not math.isfinite(number)), "")
 
 
-ENTRY = Entry("drive", True, DriveTable, build)
+ENTRY = Entry("drive", True, DriveTable, build, {"speed": "moment", "angle": "angle"})

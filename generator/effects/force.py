@@ -96,4 +96,4 @@ def build(table: ForceTable, index: int, around: Surroundings, complain: Complai
     return Force(index, name, ref, (x, y), table.frame) if ref else None
 
 
-ENTRY = Entry("force", True, ForceTable, build)
+ENTRY = Entry("force", True, ForceTable, build, {"vector": "vector"})

@@ -145,4 +145,4 @@ def _radii(
     return apart * first / share, apart * second / share
 
 
-ENTRY = Entry("gear", True, GearTable, build)
+ENTRY = Entry("gear", True, GearTable, build, {})

@@ -267,4 +267,4 @@ def _moving_point(name: str, mechanism: Mechanism) -> tuple[PointRef | None, str
     return find_point(name, mechanism)
 
 
-ENTRY = Entry("ground", True, GroundTable, build)
+ENTRY = Entry("ground", True, GroundTable, build, {})

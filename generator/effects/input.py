@@ -197,4 +197,4 @@ def _direction(table: InputTable, complain: Complain) -> tuple[Parameter | int, 
     return Parameter(f"{path}.x", f"{symbol}_x", x), Parameter(f"{path}.y", f"{symbol}_y", y)
 
 
-ENTRY = Entry("input", True, InputTable, build)
+ENTRY = Entry("input", True, InputTable, build, {"direction": "vector"})

@@ -212,4 +212,4 @@ def _listed(table: FrictionTable, around: Surroundings, complain: Complain) -> t
     return tuple(found) if len(found) == len(table.joints) else None
 
 
-ENTRY = Entry("joint_friction", True, FrictionTable, build)
+ENTRY = Entry("joint_friction", True, FrictionTable, build, {})

@@ -177,4 +177,4 @@ def _check_carriers(table: JournalTable, mechanism: Mechanism, complain: Complai
     return fine
 
 
-ENTRY = Entry("journal", True, JournalTable, build)
+ENTRY = Entry("journal", True, JournalTable, build, {})

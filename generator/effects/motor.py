@@ -293,4 +293,4 @@ def _check_servo(table: MotorTable, aim: str, complain: Complain) -> bool:
     return True
 
 
-ENTRY = Entry("motor", True, MotorTable, build)
+ENTRY = Entry("motor", True, MotorTable, build, {"torque": "moment", "table": "moment", "angle": "angle"})

@@ -65,4 +65,4 @@ def _wheel(pinion: int, slide: int, mechanism: Mechanism) -> Wheel | None:
     return None
 
 
-ENTRY = Entry("rack", True, RackTable, build)
+ENTRY = Entry("rack", True, RackTable, build, {"reverse": "sense"})

@@ -212,4 +212,4 @@ def _check_way(way: Sequence[Written], points: Sequence[PointRef], mechanism: Me
     return fine
 
 
-ENTRY = Entry("rope", True, RopeTable, build)
+ENTRY = Entry("rope", True, RopeTable, build, {})

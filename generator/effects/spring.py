@@ -194,4 +194,4 @@ def build(table: SpringTable, index: int, around: Surroundings, complain: Compla
     return Spring(name, line, stiffness, length, one_way)
 
 
-ENTRY = Entry("spring", True, SpringTable, build)
+ENTRY = Entry("spring", True, SpringTable, build, {})

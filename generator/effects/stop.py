@@ -119,4 +119,4 @@ def build(table: StopTable, index: int, around: Surroundings, complain: Complain
     return Stop(index, name, around.mechanism.joints[joint], limits, restitution)
 
 
-ENTRY = Entry("stop", True, StopTable, build)
+ENTRY = Entry("stop", True, StopTable, build, {"lowest": "lowest angle", "highest": "highest angle"})

@@ -73,4 +73,4 @@ def build(table: TorqueTable, index: int, around: Surroundings, complain: Compla
     return Torque(index, name, link, torque) if link is not None else None
 
 
-ENTRY = Entry("torque", True, TorqueTable, build)
+ENTRY = Entry("torque", True, TorqueTable, build, {"torque": "moment"})

@@ -128,4 +128,4 @@ def build(table: TorsionTable, index: int, around: Surroundings, complain: Compl
     return Torsion(label, name, joint, stiffness, parameter("angle", "phi", table.angle, ANY), damping, zone)
 
 
-ENTRY = Entry("torsion", True, TorsionTable, build)
+ENTRY = Entry("torsion", True, TorsionTable, build, {"angle": "angle"})

@@ -191,4 +191,4 @@ def _outlines_apart(
     return not shared
 
 
-ENTRY = Entry("touch", True, TouchTable, build)
+ENTRY = Entry("touch", True, TouchTable, build, {})

@@ -72,6 +72,10 @@ class Point:
         return (self.x.value if self.x else 0.0, self.y.value if self.y else 0.0)
 
 
+Corner = str | tuple[float, float]
+"""A corner of what is drawn of a link: one of its points, or a place in its frame (m)."""
+
+
 @dataclass(frozen=True)
 class Link:
     """A rigid link: ``mass`` (kg), ``inertia`` about the centre of mass (kg m²), ``com`` and named ``points`` (m).

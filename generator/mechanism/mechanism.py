@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from .joints import Joint, PointRef
-from .links import GROUND, Link, Parameter, Point
+from .links import GROUND, Corner, Link, Parameter, Point
 from .meshes import Mesh
 
 
@@ -19,6 +19,7 @@ class Mechanism:
     ``meshes`` are those of the effects, which compare them and have their parameters.
     ``open`` are joints of the scene that do not hold at present, which places can be named by all the same; ``aids``
     names joints that only place bodies which no joint of the scene holds.
+    ``outlines`` has what is drawn of links, by their names, where that is not all their points.
 
     Raises ``ValueError`` when a name is used twice, or a joint names a link or point that does not exist.
     """
@@ -31,6 +32,7 @@ class Mechanism:
     meshes: tuple[Mesh, ...] = field(default=(), compare=False)
     open: tuple[Joint, ...] = field(default=(), compare=False)
     aids: tuple[str, ...] = field(default=(), compare=False)
+    outlines: Mapping[str, tuple[Corner, ...]] = field(default_factory=dict, compare=False)
 
     def __post_init__(self) -> None:
         for kind, names in (("link", [k.name for k in self.links]), ("joint", [j.name for j in self.joints])):

@@ -10,7 +10,7 @@ from ..effect_base.effect import Effect
 from ..equations.equations import Equations
 from ..equations.names import State, sliding_name
 from ..mechanism.joints import Joint
-from ..mechanism.links import GROUND, Parameter, Point
+from ..mechanism.links import GROUND, Corner, Link, Parameter, Point
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.topology import Topology
 from ..scene.scene import Scene
@@ -73,8 +73,13 @@ def model_data(
         "grounds": [plane for effect in scene.effects for plane in _planes(effect)],
         "law": scene.run.law,
         "outlines": [[_point(point) for point in link.points.values()] for link in mechanism.links],
+        "drawn": {
+            link.name: _drawn(link, mechanism.outlines[link.name])
+            for link in mechanism.links
+            if link.name in mechanism.outlines
+        },
         "discs": _discs(scene),
-        **({"ropes": ropes} if (ropes := _ropes(scene)) else {}),
+        "ropes": _ropes(scene),
         "ground_names": list(mechanism.ground_points),
         "ground_points": [_point(point) for point in mechanism.ground_points.values()],
         "start": {
@@ -85,7 +90,7 @@ def model_data(
     }
     if switching is not None:
         data["switching"] = switching
-    return ModelData.model_validate(data).model_dump(exclude_unset=True)
+    return ModelData.model_validate(data).model_dump(exclude_defaults=True)
 
 
 def _rows(mechanism: Mechanism, topology: Topology) -> list[str]:
@@ -235,6 +240,11 @@ def _outboard(mechanism: Mechanism, topology: Topology) -> list[str]:
 def _point(point: Point) -> list[str | float]:
     """Coordinates as parameter paths, or 0 where they are structurally zero."""
     return [_coordinate(point.x), _coordinate(point.y)]
+
+
+def _drawn(link: Link, corners: Sequence[Corner]) -> list[list[str | float]]:
+    """What is drawn of a link, corner by corner."""
+    return [_point(link.points[corner]) if isinstance(corner, str) else [*corner] for corner in corners]
 
 
 def _coordinate(parameter: Parameter | None) -> str | float:

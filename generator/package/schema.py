@@ -22,14 +22,15 @@ Triple = Annotated[list[float], Field(min_length=3, max_length=3)]
 Positive = Annotated[float, Field(gt=0.0)]
 
 
-def entry(meaning: str, shape: str = "", unit: str = "") -> Any:
-    """A key: what it means, the shape of an array by the sizes of ``model.h``, and the unit of its numbers."""
+def entry(meaning: str, shape: str = "", unit: str = "", default: Any = ...) -> Any:
+    """A key: what it means, the shape of an array by the sizes of ``model.h``, and the unit of its numbers. One that
+    has a ``default`` is left out of the data where it is that."""
     said: dict[str, Any] = {key: value for key, value in (("shape", shape), ("unit", unit)) if value}
-    return Field(description=meaning, json_schema_extra=said)
+    return Field(default, description=meaning, json_schema_extra=said)
 
 
 class Data(BaseModel):
-    """A table of the data: all of its keys are there but those with defaults, and no other."""
+    """A table of the data: all of its keys are there but those that have a default, and no other."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
@@ -211,6 +212,12 @@ class ModelData(Data):
     grounds: list[PlaneData] = entry("half-planes to be drawn, and from which heights are measured")
     law: Law = entry("the law of impact")
     outlines: list[list[Place]] = entry("each link's named points in its frame", "[links][...][2]", "m")
+    drawn: dict[str, list[Place]] = entry(
+        "what is drawn of a link, by its name, where that is not all its points; left out where no link says so",
+        "[...][2]",
+        "m",
+        default={},
+    )
     discs: list[DiscData] = entry("discs and edges to be drawn")
     ropes: list[RopeData] = Field(default=[], description="ropes to be drawn; left out where there are none")
     ground_names: list[str] = entry("names of the ground's points")

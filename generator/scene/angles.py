@@ -40,8 +40,9 @@ def _in_rad(marked: object) -> bool:
 
 
 def judge_angles(model: type[Table], raw: Mapping[str, object], path: Path, names: Names, report: Report) -> bool:
-    """Note angles in the table ``raw``, a ``model``, that are too large to have digits, and remark on those that have no unit and
-    are larger than a full turn. Whether none is too large; what is no finite number is told with the others of a table.
+    """Note angles in the table ``raw``, a ``model``, that are too large to have digits, and remark on those that have
+    no unit and are larger than a full turn. Whether none is too large; what is no finite number is told with the others
+    of a table.
     """
     fine = True
     for key in angle_keys(model):

@@ -110,6 +110,7 @@ def general(
             message = f"found {body.inertia:.6g} with a mass of 0, expected 0 for a link without mass; give it a mass"
             report.add(("link", index, "inertia"), message, also=[("link", index, "mass")])
             fine = False
+    fine = _check_outlines(links, report) and fine
     if not fine or len(bodies) < len(links) or None in ends or (ground is None and "ground_link" in tables):
         return None
     fixed = {key: complex(*xy) for key, xy in (ground.points if ground else {}).items()}
@@ -143,7 +144,12 @@ def _assemble(
         rows.append(row)
     if len(records) < sum(table.type != "weld" for _, table, _ in pairs):
         return None
-    mechanism = Mechanism(built, places, tuple(records), merged.names, _welds(pairs))
+    outlines = {
+        body.name: tuple(corner if isinstance(corner, str) else (corner.real, corner.imag) for corner in body.outline)
+        for body in merged.bodies
+        if body.outline is not None
+    }
+    mechanism = Mechanism(built, places, tuple(records), merged.names, _welds(pairs), outlines=outlines)
     if kept := varied(mechanism):
         built = tuple(_link(index, body, kept) for index, body in enumerate(merged.bodies))
         mechanism = replace(mechanism, links=built)
@@ -207,7 +213,10 @@ def _points(raw: object) -> tuple[str, ...] | None:
 
 def _body(name: str, table: LinkTable, mass: Mass) -> Body:
     points = {key: complex(*xy) for key, xy in table.points.items()}
-    return Body(name, mass.mass, mass.inertia, mass.com, points)
+    outline = None
+    if table.outline is not None:
+        outline = tuple(corner if isinstance(corner, str) else complex(*corner) for corner in table.outline)
+    return Body(name, mass.mass, mass.inertia, mass.com, points, outline)
 
 
 def _link(index: int, body: Body, kept: Collection[tuple[int, str, str]] = ()) -> Link:
@@ -229,6 +238,19 @@ def _link(index: int, body: Body, kept: Collection[tuple[int, str, str]] = ()) -
         com=place("", f"{name}.com", f"c_{index}", body.com),
         points={key: place(key, f"{name}.points.{key}", f"l_{index}_{key}", z) for key, z in body.points.items()},
     )
+
+
+def _check_outlines(links: Sequence[LinkTable | None], report: Report) -> bool:
+    """Names in outlines are those of the links' points."""
+    fine = True
+    for index, table in enumerate(links):
+        for number, corner in enumerate((table.outline if table else None) or ()):
+            if table and isinstance(corner, str) and corner not in table.points:
+                message = f'found "{corner}", expected a point of the link: {", ".join(table.points)}, or [x, y] in m'
+                place = ("link", index, "outline", number)
+                report.add(place, f"{message}; correct the name or add the point")
+                fine = False
+    return fine
 
 
 def _place(path: str, symbol: str, z: complex) -> Point:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from unicodedata import category
 
 _UNSEEN = ("Cc", "Cf", "Cs", "Zl", "Zp")
@@ -45,20 +46,27 @@ class Report:
 
     def __init__(self, file: str, lines: Mapping[Path, int] | None = None) -> None:
         self.file = file
+        self.written: Mapping[Path, Path] = {}
+        """Where a value is written that is read at another path: the tables of parts, which stand in several places."""
+        self.renamed: dict[str, str] = {}
+        """Names of placed parts as the parts have them: what differs by these alone is told once, as it is first."""
         self._lines = lines or {}
         self._faults: dict[Fault, tuple[Path, str]] = {}
+        self._told: dict[Fault, Fault] = {}
         self._places: dict[Path, None] = {}
         self._remarks: list[Fault] = []
 
     def add(self, path: Path, message: str, also: Iterable[Path] = ()) -> None:
         """Note a fault at ``path``, or at the closest table that the file has; one sentence tells of what is wrong at
         the places ``also``."""
-        self._faults[Fault(self.file, self._line(path), key_text(path), message)] = path, message
+        fault = self._fault(path, message)
+        if self._told.setdefault(self._as_in_parts(fault), fault) == fault:
+            self._faults[fault] = path, message
         self._places |= dict.fromkeys((path, *also))
 
     def remark(self, path: Path, message: str) -> None:
         """Note how the value at ``path`` is understood, where something else may be meant."""
-        self._remarks.append(Fault(self.file, self._line(path), key_text(path), message))
+        self._remarks.append(self._fault(path, message))
 
     @property
     def found(self) -> tuple[tuple[Path, str], ...]:
@@ -73,7 +81,7 @@ class Report:
     @property
     def remarks(self) -> tuple[str, ...]:
         """All remarks so far, in the order of the file."""
-        return tuple(map(str, sorted(self._remarks, key=lambda remark: remark.line or 0)))
+        return tuple(map(str, sorted(dict.fromkeys(self._remarks), key=lambda remark: remark.line or 0)))
 
     def below(self, path: Path) -> Callable[[Path, str], None]:
         """``add`` for keys inside the table at ``path``."""
@@ -84,8 +92,26 @@ class Report:
         if self._faults:
             raise SceneError(tuple(sorted(self._faults, key=lambda fault: fault.line or 0)))
 
-    def _line(self, path: Path) -> int | None:
+    def _fault(self, path: Path, message: str) -> Fault:
         for length in range(len(path), 0, -1):
+            if path[:length] in self.written:
+                path = self.written[path[:length]] + path[length:]
+                break
+        return Fault(self.file, self._line(path), key_text(path), message)
+
+    def _as_in_parts(self, fault: Fault) -> Fault:
+        if not self.renamed:
+            return fault
+
+        def first(name: str) -> str:
+            while name in self.renamed:
+                name = self.renamed[name]
+            return name
+
+        return replace(fault, message=re.sub(r"\w+", lambda word: first(word[0]), fault.message))
+
+    def _line(self, path: Path) -> int | None:
+        for length in range(len(path), -1, -1):
             if path[:length] in self._lines:
                 return self._lines[path[:length]]
         return 1 if self._lines else None

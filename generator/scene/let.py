@@ -33,7 +33,7 @@ def read_names(raw: object, report: Report) -> Names:
     found: dict[str, float | None] = dict.fromkeys(raw)
     needs: dict[str, list[str]] = {}
     for name, value in raw.items():
-        if wrong := _wrong_name(name):
+        if wrong := wrong_name(name):
             report.add((KEY, name), f'found "{name}", expected {wrong}; rename it')
             continue
         try:
@@ -53,7 +53,7 @@ def read_names(raw: object, report: Report) -> Names:
     return found
 
 
-def _wrong_name(name: str) -> str:
+def wrong_name(name: str) -> str:
     """What is expected in place of a name that cannot be one; nothing where it can."""
     if name in RESERVED:
         return "a name that means nothing else in expressions"

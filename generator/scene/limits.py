@@ -14,6 +14,9 @@ MOST_TABLES = 500
 MOST_LINKS, MOST_JOINTS = 2000, 6000
 """Of the general form: as many links as of the others. Assembling takes memory in proportion to their square."""
 
+MOST_PLACED = 20_000
+"""Tables that parts come to in all their places: more than all kinds of tables may be together."""
+
 _TOKEN = re.compile(
     r'"""(?:[^\\]|\\.)*?"""' r"|'''.*?'''" r'|"(?:[^"\\\n]|\\.)*"' r"|'[^'\n]*'" r"|#[^\n]*" r"|[\[\]{}]",
     re.DOTALL,

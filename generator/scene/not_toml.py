@@ -9,7 +9,7 @@ from ..effect_base.units import read_unit
 from ..effects import REGISTRY
 from .errors import Fault
 
-MANY = ("link", "joint", *(entry.key for entry in REGISTRY if entry.many))
+MANY = ("link", "joint", "part", "place", *(entry.key for entry in REGISTRY if entry.many))
 """Tables of which a scene may have several."""
 
 _HEADER = re.compile(r"^[ \t]*\[[ \t]*([A-Za-z_]+)[ \t]*\][ \t]*(?:#.*)?$", re.MULTILINE)

@@ -36,6 +36,7 @@ from .changes import (
 from .check import check, show, unknown_key
 from .driven import check_driven
 from .errors import Fault, Path, Report, SceneError
+from .kinds import KEYS, MANY, MODELS, SHORTHAND
 from .law import law_of_all
 from .let import read_names
 from .limits import MOST_JOINTS, MOST_LINKS, MOST_TABLES, too_large
@@ -44,45 +45,23 @@ from .meshed import as_assembled, meshed
 from .module_names import hidden_module
 from .not_toml import not_toml
 from .open_joints import with_open
+from .placing import place_parts
 from .scene import RunSettings, Scene, Start, Structure
 from .schema import (
-    ChainTable,
-    FourBarsTable,
     GroundLinkTable,
     JointTable,
-    LetTable,
     LinkTable,
-    LoopTable,
-    PinnedTable,
     RunTable,
     StartTable,
 )
 from .shorthand import shorthand
 from .start import begin, check_effects, check_energy, lift, settle, sketch
+from .toml_text import plain
 
-SHORTHAND: dict[str, type[LoopTable] | type[ChainTable] | type[PinnedTable] | type[FourBarsTable]] = {
-    "loop": LoopTable,
-    "chain": ChainTable,
-    "pinned": PinnedTable,
-    "four_bars": FourBarsTable,
-}
-MODELS: dict[str, type[Table]] = {
-    "let": LetTable,
-    **SHORTHAND,
-    "link": LinkTable,
-    "joint": JointTable,
-    "ground_link": GroundLinkTable,
-    "start": StartTable,
-    "release": ReleaseTable,
-    "hold": HoldTable,
-    "run": RunTable,
-    **{entry.key: entry.table for entry in REGISTRY},
-}
 PLACING = ("let", *SHORTHAND, "link", "joint", "ground_link", "start", "release", "hold")
 """Tables that say where links are and what holds them,"""
 NOT_PLACING: frozenset[str | int] = frozenset({"mass", "inertia", "rod", "plate", "disc", "point_mass"})
 """but for these keys."""
-KEYS = ("name", *MODELS)
 OTHER_NAMES_OF_LET = ("variables", "constants", "parameters", "define")
 """Where somebody may look for it first."""
 
@@ -115,10 +94,17 @@ class Parts:
 T = TypeVar("T", bound=Table)
 
 
-def load_scene(path: str | PathLike[str]) -> Scene:
-    """The scene in the TOML file ``path``. Raises ``SceneError`` with everything that is wrong with it."""
+def load_scene(path: str | PathLike[str] | Tables) -> Scene:
+    """The scene in the TOML file ``path``, or of the tables that such a file would give, as nested dicts and lists.
+
+    Tuples and arrays of NumPy may stand for lists, and a key with the value ``None`` is left out. The scene of tables
+    without a ``name`` is called ``scene``. Raises ``SceneError`` with everything that is wrong with it.
+    """
+    if isinstance(path, Mapping):
+        name = path.get("name")
+        return read_tables(plain(path), name if isinstance(name, str) else "scene", "scene")
     if not isinstance(path, str | PathLike):
-        raise TypeError(f"path: found {path!r}, expected the name of a scene file (TOML)")
+        raise TypeError(f"path: found {path!r}, expected the name of a scene file (TOML), or its tables as a dict")
     file = str(path)
     try:
         text = File(path).read_bytes().decode("utf-8-sig")
@@ -160,7 +146,7 @@ def _standard(form: str, own: dict[str, Any], name: str, gravity: Gravity, table
     document: dict[str, Any] = {**tables, form: {**own, **tables.get(form, {})}}
     if gravity is not False:
         document["gravity"] = {} if gravity is True else gravity if isinstance(gravity, Mapping) else {"g": gravity}
-    return read_tables(document, name, name)
+    return read_tables(plain(document), name, name)
 
 
 def read_tables(tables: Tables, file: str, name: str, lines: Mapping[Path, int] | None = None) -> Scene:
@@ -172,17 +158,23 @@ def read_tables(tables: Tables, file: str, name: str, lines: Mapping[Path, int] 
     for key in tables:
         if key not in KEYS and (key not in OTHER_NAMES_OF_LET or "let" in tables):
             report.add((key,), unknown_key(key, KEYS))
+    given = tables
     tables = _let(_ground_link(tables, report), report)
     name = _name(tables, name, report)
+    faults = len(report.found)
+    tables, report.written = place_parts(tables, report)
+    if len(report.found) > faults:
+        _check_tables(tables, report)
+        report.stop_if_any()
     parts = _read(tables, report)
     tell_behind(tables, parts.bodies.mechanism if parts.bodies else None, report, MODELS, _read_again)
     report.stop_if_any()
     scene = _scene(name, parts, report)
-    if not parts.changes:
-        return scene
-    structures = _structures(scene, tables, parts.said, report)
-    report.stop_if_any()
-    return replace(scene, remarks=report.remarks, changes=parts.changes, structures=structures)
+    if parts.changes:
+        structures = _structures(scene, tables, parts.said, report)
+        report.stop_if_any()
+        scene = replace(scene, remarks=report.remarks, changes=parts.changes, structures=structures)
+    return scene.written_as({"name": name, **given})
 
 
 def _scene(name: str, parts: Parts, report: Report) -> Scene:
@@ -258,6 +250,13 @@ def _change_tables(tables: Tables, start: StartTable | None, names: Names, repor
     for index, hold in enumerate(_tables(HoldTable, tables, "hold", names, report)):
         rows += [(("hold", index), hold)] if hold else []
     return ChangeTables(tuple(rows), tuple(start.open) if start and start.open is not None else None)
+
+
+def _check_tables(tables: Tables, report: Report) -> None:
+    """Each table by itself, where faults of parts leave open what others could name."""
+    names = read_names(tables.get("let", {}), report)
+    for key in (key for key in MODELS if key in tables and key != "let"):
+        (_tables if key in MANY else _table)(MODELS[key], tables, key, names, report)
 
 
 def _read_again(tables: Tables, report: Report, changed: Collection[Path], whole: bool) -> Mechanism | None:

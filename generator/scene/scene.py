@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 from ..effect_base.contact import LAWS, Law, OnGain
 from ..effect_base.effect import Effect
 from ..mechanism.mechanism import Mechanism
 from .changes import Change
 from .drawn import Anchor
+from .toml_text import toml_text
 
 Triple = tuple[float, float, float]
 
@@ -97,10 +100,35 @@ class Scene:
     remarks: tuple[str, ...] = field(default=(), compare=False)
     changes: tuple[Change, ...] = ()
     structures: tuple[Structure, ...] = ()
+    _tables: Mapping[str, Any] | None = field(default=None, init=False, compare=False, repr=False)
+    """What it was read from; a scene that is made from another by ``dataclasses.replace`` has none."""
 
     @property
     def package(self) -> str:
         return self.name.replace("-", "_")
+
+    def written_as(self, tables: Mapping[str, Any]) -> Scene:
+        """The same scene, which knows the tables that it was read from."""
+        found = dataclasses.replace(self)
+        object.__setattr__(found, "_tables", tables)
+        return found
+
+    def to_dict(self) -> dict[str, Any]:
+        """The tables that the scene was read from, as ``load_scene`` takes them: dicts, lists, numbers and texts.
+
+        Texts with units and arithmetic, names and parts are as they were written, and what was left to its default is
+        left out; only the name is always there. Raises ``ValueError`` for a scene that was changed after it was read.
+        """
+        if self._tables is None:
+            raise ValueError(
+                f"{self.name}: found a scene that was changed after it was read, expected one as it was "
+                "read; change its tables, and read them with load_scene"
+            )
+        return copy.deepcopy(dict(self._tables))
+
+    def to_toml(self) -> str:
+        """The text of a scene file with the tables of :meth:`to_dict`, which reads back to the same scene."""
+        return toml_text(self.to_dict())
 
     def without(self, effect: int) -> Scene:
         """The scene as it would be had it never named the effect of this index, starting where this one starts.
@@ -126,7 +154,7 @@ class Scene:
 
         The start enters as it was asked for, because the digits of an assembled one depend on the machine.
         """
-        parts = {
+        parts: dict[str, object] = {
             "name": self.name,
             "mechanism": self.mechanism,
             "effects": self.effects,
@@ -135,6 +163,8 @@ class Scene:
         }
         if self.changes:
             parts |= {"changes": self.changes, "structures": tuple(one.scene.canonical() for one in self.structures)}
+        if self.mechanism.outlines:
+            parts["outlines"] = self.mechanism.outlines
         plain = {key: _plain(value) for key, value in parts.items()}
         return json.dumps(plain, sort_keys=True, allow_nan=False, separators=(",", ":"))
 

@@ -207,6 +207,11 @@ class LinkTable(Table):
     )
     com: Position | None = Field(default=None, description="the centre of mass in the link's frame, [x, y] in m")
     points: Points = Field(min_length=1, description="named points, { A = [x, y], ... } in m, at least one")
+    outline: Annotated[list[Spot], Field(max_length=MOST_CORNERS)] | None = Field(
+        default=None,
+        description='what is drawn of it, its points or [x, y] in m in their order, ["A", "B", [0.1, 0.2]], or [] for '
+        "nothing",
+    )
     rod: OneOrMore[RodTable] | None = Field(
         default=None, description="a uniform rod between two points, { mass = ... }, or a list of them"
     )

@@ -24,6 +24,8 @@ class Body:
     inertia: float
     com: complex
     points: dict[str, complex]
+    outline: tuple[str | complex, ...] | None = None
+    """What is drawn of it, if that is not all its points."""
 
 
 @dataclass(frozen=True)
@@ -95,7 +97,22 @@ def merge(
                 fine = False
             home[name] = frame.put(place)
             found.refs[PointRef(index, key)] = PointRef(owner, name)
+    for new, owner in enumerate(left):
+        found.bodies[new].outline = _outline(owner, frames, bodies)
     return found if fine else None
+
+
+def _outline(owner: int, frames: Sequence[Frame], bodies: Sequence[Body]) -> tuple[str | complex, ...] | None:
+    """What is drawn of a body: of each of its links what that says, or else its points."""
+    parts = [(k, body, frames[k]) for k, body in enumerate(bodies) if frames[k].owner == owner]
+    if all(body.outline is None for _, body, _ in parts):
+        return None
+    corners: list[str | complex] = []
+    for k, body, frame in parts:
+        for corner in body.points if body.outline is None else body.outline:
+            before = f"{body.name}_" if k != owner else ""
+            corners.append(before + corner if isinstance(corner, str) else frame.put(corner))
+    return tuple(corners)
 
 
 def _join(

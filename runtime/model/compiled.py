@@ -99,7 +99,8 @@ class Compiled:
         return self._length
 
     def _extent(self) -> float:
-        extents = [float(np.ptp(outline, axis=0).max()) for outline in self.outlines if len(outline) > 1]
+        links = [self._coordinates(points) for points in self.data["outlines"] if len(points) > 1]
+        extents = [float(np.ptp(points, axis=0).max()) for points in links]
         return max(extents, default=0.0) or 1.0
 
     @property
@@ -127,8 +128,11 @@ class Compiled:
 
     @property
     def outlines(self) -> tuple[FloatArray, ...]:
-        """Per link its named points in the link's frame, (m, 2) in m."""
-        return tuple(self._coordinates(points) for points in self.data["outlines"])
+        """Per link what is drawn of it, corners in the link's frame, (m, 2) in m: its named points unless it says
+        otherwise."""
+        drawn = self.data.get("drawn", {})
+        links = zip(self.links, self.data["outlines"], strict=True)
+        return tuple(self._coordinates(drawn.get(name, points)) for name, points in links)
 
     @property
     def discs(self) -> tuple[Disc, ...]:

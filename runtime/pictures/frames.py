@@ -96,6 +96,8 @@ def view_of(model: Drawable, frames: Frames) -> View:
     parts = [placed(np.asarray(outline), frames.poses[:, k]) for k, outline in enumerate(model.outlines)]
     parts += [placed(disc.outline, frames.poses[:, disc.link]) for disc in model.discs if not disc.fixed]
     points = np.concatenate([*parts, frames.joints], axis=1)
+    if not points.shape[1]:  # nothing of it is drawn
+        points = frames.poses[:, :, :2]
     fixed = np.asarray(model.ground_points, dtype=float).reshape(-1, 2)
     size = float(np.max(np.ptp(points, axis=1))) or 1.0
     corners = np.concatenate([points.reshape(-1, 2), fixed, *(disc.outline for disc in model.discs if disc.fixed)])

@@ -10,7 +10,8 @@ import pytest
 
 from ccgen.generator.effect_base.arithmetic import FUNCTIONS, OF_NUMBERS
 from ccgen.generator.effect_base.units import UNITS
-from ccgen.generator.scene import Scene, SceneError, read_tables
+from ccgen.generator.scene import Scene, SceneError, load_scene, read_tables
+from ccgen.generator.scene.part_tables import PartTable, PlaceTable
 from ccgen.generator.scene.schema import MOST_CORNERS, DiscTable, PlateTable, PointMassTable, RodTable
 
 from ..support.folders import ROOT
@@ -87,3 +88,32 @@ def test_the_faults_of_the_wrong_file() -> None:
         read_tables(tomllib.loads(toml), "bad.toml", "bad")
     printed = re.findall(r"^    bad\.toml:\d+: (.*)$", text, re.MULTILINE)
     assert sorted(f"{fault.key}: {fault.message}" for fault in caught.value.faults) == sorted(printed)
+
+
+def test_two_legs_of_a_part() -> None:
+    (scene,) = examples("`[[part]]` and `[[place]]`")
+    names = [link.name for link in scene.mechanism.links]
+    assert names == ["body", "thigh_left", "shin_left", "thigh_right", "shin_right"]
+    text = section("`[[part]]` and `[[place]]`")
+    assert f"links here are {', '.join(f'`{name}`' for name in names)}" in text.replace("\n", " ")
+    lengths = [link.points["foot"].values()[0] for link in scene.mechanism.links if "foot" in link.points]
+    assert lengths == pytest.approx([0.4, 0.44])
+    walker = (ROOT / "scenes" / "walker.toml").read_text().count("\n")
+    assert f"six legs in {walker} lines" in text
+
+
+def test_keys_of_parts_are_those_that_are_read() -> None:
+    text = section("`[[part]]` and `[[place]]`")
+    rows = [line.split("|") for line in text.splitlines() if line.startswith("| ") and "---" not in line]
+    keys = {key for row in rows[1:] for key in re.findall(r"`(\w+)`", row[2])}
+    assert keys == {*PartTable.model_fields, *PlaceTable.model_fields, "link", "joint", "ground_link", "place"}
+
+
+def test_the_mechanism_call_by_call() -> None:
+    (text,) = [code for code in re.findall(r"```python\n(.*?)```", SCENES, re.DOTALL) if "Mechanism(" in code]
+    space: dict[str, Any] = {}
+    exec(text.partition("\nrun = ")[0], space)
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    (first,) = re.findall(r"```toml\n(name = \"my-four-bar\".*?)```", readme, re.DOTALL)
+    tables = {key: table for key, table in tomllib.loads(first).items() if key != "run"}
+    assert space["four_bar"].scene().canonical() == load_scene(tables).canonical()

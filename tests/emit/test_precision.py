@@ -31,8 +31,8 @@ from ..support.tiers import all_hard_but, hard
 from ..support.touching_scenes import G, disc_on_plank
 from ..support.workshop import Workshop
 
-NAMES = sorted(path.stem for path in SCENES.glob("*.toml") if path.stem != "strandbeest")
-"""All scenes but twelve Jansen legs, which take a compiler a quarter of a minute: one of them is here."""
+NAMES = sorted(path.stem for path in SCENES.glob("*.toml") if path.stem not in ("strandbeest", "walker"))
+"""All scenes but those of many Jansen legs, which take a compiler a quarter of a minute: one of them is here."""
 WIDER = pytest.mark.skipif(not wider(), reason="long double is no wider than a double on this machine")
 
 POINT = """

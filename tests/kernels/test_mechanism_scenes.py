@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import tomllib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
@@ -357,6 +358,11 @@ def test_strandbeest_is_what_its_script_writes(monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.syspath_prepend(str(SCENES.parent / "docs" / "scripts"))
     for name, scene in (("strandbeest", "strandbeest.toml"), ("jansen", "jansen-leg.toml")):
         assert importlib.import_module(name).text() == (SCENES / scene).read_text(), name
+    script, phases = importlib.import_module("strandbeest"), (0.0, 2.0)
+    plain, placed = (
+        load_scene(tomllib.loads(text)) for text in (script.plain(phases), script.text(phases, pumps=False))
+    )
+    assert plain.mechanism == placed.mechanism
 
 
 # -- Jansen leg --------------------------------------------------------------------------------------------------------

@@ -1,0 +1,114 @@
+"""``outline`` of a link: what pictures draw of it, and nothing else that it changes."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ccgen.generator import Scene, SceneError, load_scene
+from ccgen.generator.pipeline import listing
+from ccgen.runtime import simulate
+from ccgen.runtime.pictures.player import content
+
+from ..support.workshop import Workshop
+
+WHEEL = """
+name = "wheel"
+[ground_link]
+points = { O = [0, 0] }
+[[link]]
+name = "wheel"
+plate = { mass = 1, corners = ["A", "B", "C"] }
+points = { A = [0.1, 0], hub = [0, 0], B = [-0.1, 0.1], C = [-0.1, -0.1] }
+[[link]]
+name = "arm"
+rod = { mass = 1 }
+points = { A = [0, 0], B = [0.3, 0] }
+[[joint]]
+between = ["ground.O", "wheel.hub"]
+[[joint]]
+between = ["wheel.A", "arm.A"]
+[gravity]
+[run]
+until = 0.5
+"""
+ROUND = 'outline = ["A", "B", [-0.2, 0], "C"]\n'
+
+
+def of_wheel(text: str) -> str:
+    return WHEEL.replace('name = "wheel"\nplate', f'name = "wheel"\n{text}plate')
+
+
+def test_default_is_all_points(workshop: Workshop) -> None:
+    model = workshop.model(WHEEL)
+    assert "drawn" not in model.data
+    assert [outline.tolist() for outline in model.outlines] == [
+        [[0.1, 0], [0, 0], [-0.1, 0.1], [-0.1, -0.1]],
+        [[0, 0], [0.3, 0]],
+    ]
+
+
+def test_outlines_are_drawn_and_change_nothing_else(workshop: Workshop) -> None:
+    plain, model = workshop.model(WHEEL), workshop.model(of_wheel(ROUND))
+    assert model.outlines[0].tolist() == [[0.1, 0], [-0.1, 0.1], [-0.2, 0], [-0.1, -0.1]]
+    assert model.outlines[1].tolist() == plain.outlines[1].tolist()
+    assert model.length == plain.length and model.points == plain.points
+    run, other = simulate(model), simulate(plain)
+    assert np.array_equal(run.q, other.q)
+    wheel, arm = content(run)["links"]
+    assert np.ravel(wheel["outline"]).tolist() == [0.1, 0, -0.1, 0.1, -0.2, 0, -0.1, -0.1]
+    assert np.ravel(arm["outline"]).tolist() == [0, 0, 0.3, 0]
+
+
+def test_the_listing_does_not_know_outlines(tmp_path: Path) -> None:
+    def scene(text: str) -> Scene:
+        (tmp_path / "wheel.toml").write_text(text)
+        return load_scene(tmp_path / "wheel.toml")
+
+    assert listing(scene(WHEEL)) == listing(scene(of_wheel(ROUND)))
+    assert scene(WHEEL).canonical() != scene(of_wheel(ROUND)).canonical()
+
+
+def test_points_of_outlines_move_with_parameters(workshop: Workshop) -> None:
+    model = workshop.model(of_wheel(ROUND))
+    model.parameters["wheel.points.B.x"] = -0.15
+    assert model.outlines[0][1].tolist() == [-0.15, 0.1]
+    model.parameters["wheel.points.B.x"] = -0.1
+    assert json.dumps(model.data["drawn"]["wheel"][2]) == "[-0.2, 0.0]"
+
+
+def test_nothing_is_drawn(workshop: Workshop, tmp_path: Path) -> None:
+    """Of one link, and of all, of which the plot and the page are none the worse."""
+    text = of_wheel("outline = []\n").replace("rod =", "outline = []\nrod =")
+    run = simulate(workshop.model(text))
+    assert [len(outline) for outline in run.model.outlines] == [0, 0]
+    run.plot(tmp_path / "plot.png")
+    assert [np.size(link["outline"]) for link in content(run)["links"]] == [0, 0]
+    run.animate(tmp_path / "player.html")
+    alone = "[[link]]\noutline = []\nmass = 1\ninertia = 1\ncom = [0, 0]\npoints = { A = [0, 0] }\n[gravity]\n"
+    falling = simulate(workshop.model(alone + "[run]\nuntil = 0.1\n"))
+    falling.plot(tmp_path / "plot.png")
+
+
+def test_outlines_of_welded_links(workshop: Workshop) -> None:
+    """One after the other, each as it says or else all its points, in the body's frame."""
+    weld = '[[joint]]\ntype = "weld"\nbetween = ["arm.B", "flag.F"]\nangle = "90 deg"\n'
+    flag = '[[link]]\nname = "flag"\nmass = 0.1\ninertia = 0.01\ncom = [0, 0]\npoints = { F = [0, 0], G = [0.2, 0] }\n'
+    text = WHEEL.replace("[[joint]]", flag + 'outline = ["F", [0.1, 0.1]]\n[[joint]]', 1) + weld
+    model = workshop.model(text)
+    assert model.outlines[1] == pytest.approx(np.array([[0, 0], [0.3, 0], [0.3, 0], [0.2, 0.1]]), abs=1e-15)
+
+
+def test_wrong_outlines(tmp_path: Path) -> None:
+    path = tmp_path / "wheel.toml"
+    path.write_text(of_wheel('outline = ["A", "D", [1], 3]\n'))
+    with pytest.raises(SceneError) as caught:
+        load_scene(path)
+    keys = [fault.key for fault in caught.value.faults]
+    assert {"link[0].outline[2]", "link[0].outline[3]"} <= set(keys)
+    path.write_text(of_wheel('outline = ["A", "D"]\n'))
+    with pytest.raises(SceneError, match=r'link\[0\].outline\[1\]: found "D", expected a point of the link: A, hub'):
+        load_scene(path)
