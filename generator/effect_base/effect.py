@@ -204,9 +204,9 @@ class Surroundings:
 
 Turns = Literal["angle", "lowest angle", "highest angle", "moment", "sense", "vector"]
 """What becomes of a key in a part that is turned or mirrored. ``angle``: of the table's joint; the limits of one change
-places in a mirror. ``moment``: a moment, or an angular velocity, changes its sign in a mirror. ``sense``: true or false,
-and false where it is not given, becomes the other in a mirror. ``vector``: [x, y] in the axes of a link, where
-``frame`` says that; in fixed axes it stays."""
+places in a mirror. ``moment``: a moment, or an angular velocity, changes its sign in a mirror. ``sense``: true, or
+false as where it is not given, becomes the other in a mirror. ``vector``: [x, y] in the axes of a link, where ``frame``
+says that; in fixed axes it stays."""
 
 
 @dataclass(frozen=True)
