@@ -32,7 +32,7 @@ class Bodies:
     (rad) from which the start is assembled unless the scene gives others; ``path`` is the key that faults of the whole
     mechanism are reported at; ``rates`` are angular velocities (rad/s) of the links, ``None`` where open, unless the
     scene gives some. ``link_rows`` and ``joint_rows`` are the tables that describe the links and joints that are left
-    after welding.
+    after welding, -1 for a joint that no table describes. ``free`` are links that no joint need hold.
     """
 
     mechanism: Mechanism
@@ -42,6 +42,7 @@ class Bodies:
     rates: tuple[float | None, ...] = ()
     link_rows: tuple[int, ...] = ()
     joint_rows: tuple[int, ...] = ()
+    free: frozenset[int] = frozenset()
 
     def at_link(self, index: int) -> Path:
         """The key that faults of a link are reported at."""
@@ -49,7 +50,8 @@ class Bodies:
 
     def at_joint(self, index: int) -> Path:
         """The key that faults of a joint are reported at."""
-        return ("joint", self.joint_rows[index]) if self.joint_rows else self.path
+        row = self.joint_rows[index] if self.joint_rows else -1
+        return self.path if row < 0 else ("joint", row)
 
     @property
     def contacts(self) -> tuple[Contact, ...]:
@@ -121,7 +123,12 @@ def general(
         if table.type == "weld"
     ]
     merged = merge(bodies, fixed, welds, report)
-    return _assemble(merged, pairs, report) if merged else None
+    if merged is None or (found := _assemble(merged, pairs, report)) is None:
+        return None
+    by_name = {link.name: index for index, link in enumerate(found.mechanism.links)} | dict(merged.names)
+    return replace(
+        found, free=frozenset(by_name[name] for name, table in zip(names, links, strict=True) if table and table.free)
+    )
 
 
 def _assemble(

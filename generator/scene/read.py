@@ -349,7 +349,7 @@ def _bodies(tables: Tables, names: Names, report: Report, released: Collection[s
         found = general(tables, links, joints, ground, report) if links else None
     else:
         found = built[0] if built else None
-    return with_open(found, released) if found and released else found
+    return with_open(found, released) if found else None
 
 
 def _effect_tables(tables: Tables, names: Names, report: Report) -> list[EffectTable]:

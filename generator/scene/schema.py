@@ -212,6 +212,9 @@ class LinkTable(Table):
         description='what is drawn of it, its points or [x, y] in m in their order, ["A", "B", [0.1, 0.2]], or [] for '
         "nothing",
     )
+    free: bool = Field(
+        default=False, description="true or false: whether it and what hangs on it move freely beside what is held"
+    )
     rod: OneOrMore[RodTable] | None = Field(
         default=None, description="a uniform rod between two points, { mass = ... }, or a list of them"
     )

@@ -393,8 +393,8 @@ def _report_apart(layout: Layout, bodies: Bodies, report: Report) -> None:
     links = bodies.mechanism.links
     base = links[0].name if layout.floating else "the ground"
     for index in layout.apart:
-        message = f"found no joints that connect {links[index].name} with {base}, expected one piece; add a [[joint]]"
-        report.add(bodies.at_link(index), message)
+        message = f"found no joints that connect {links[index].name} with {base}, expected one piece; add a [[joint]], "
+        report.add(bodies.at_link(index), message + "or free = true to a [[link]] that moves freely beside the others")
 
 
 def _pair(value: Sequence[float] | None) -> tuple[float, float]:
