@@ -24,7 +24,7 @@ from ccgen.generator.scene import read_tables
 
 from ..oracles import graphs
 from ..support.closed_forms import LINKS, closed_form
-from ..support.effect_examples import EXAMPLES
+from ..support.effect_examples import EXAMPLES, MESHES, SCENE
 from ..support.folders import ROOT
 from ..support.tiers import all_hard_but
 from ..support.workshop import Workshop
@@ -61,11 +61,11 @@ SCENES: dict[str, Callable[[], Scene]] = {
     "long": lambda: loop(24, gravity=True),
     "four-bar": lambda: load_scene(FILES / "four-bar.toml"),
     "hexagon": lambda: load_scene(FILES / "falling-hexagon.toml"),
-    "every effect": lambda: read_tables(
-        tomllib.loads(LINKS["hinged"] + "".join(EXAMPLES.values())), "every", "every_effect"
-    ),
+    "every effect": lambda: read_tables(tomllib.loads(SCENE + "".join(EXAMPLES.values())), "every", "every_effect"),
     "every load": lambda: read_tables(
-        tomllib.loads(LINKS["hinged"] + "".join(text for key, text in EXAMPLES.items() if key != "drive")),
+        tomllib.loads(
+            LINKS["hinged"] + "".join(text for key, text in EXAMPLES.items() if key not in ("drive", *MESHES))
+        ),
         "loads",
         "every_load",
     ),

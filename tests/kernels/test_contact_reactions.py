@@ -207,7 +207,7 @@ class _With:
     def __getattr__(self, name: str) -> Any:
         return getattr(self._model, name)
 
-    def reactions(self, q: Array, u: Array) -> Array:
+    def reactions(self, q: Array, u: Array, contacts: object = None) -> Array:
         found: Array = self._model.reactions(q, u, contacts=self._held)
         return found
 
@@ -271,5 +271,5 @@ class _Fixed:
     def __getattr__(self, name: str) -> Any:
         return getattr(self._model, name)
 
-    def reactions(self, q: Array, u: Array) -> Array:
+    def reactions(self, q: Array, u: Array, contacts: object = None) -> Array:
         return self._reactions

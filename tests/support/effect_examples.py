@@ -1,4 +1,4 @@
-"""A chain with a slider that names no effect, and a table of every effect for it."""
+"""A chain with a slider and three wheels that names no effect, and a table of every effect for it."""
 
 from __future__ import annotations
 
@@ -20,8 +20,20 @@ rod = { mass = 1 }
 points = { A = [0, 0], B = [1, 0] }
 [[link]]
 name = "slider"
-rod = { mass = 1 }
-points = { A = [0, 0], B = [0.2, 0] }
+rod = { mass = 1, between = ["A", "B"] }
+points = { A = [0, 0], B = [0.2, 0], M = [0.4, 0.1], N = [0.7, 0.1] }
+[[link]]
+name = "wheel_0"
+disc = { mass = 1, radius = 0.1 }
+points = { C = [0, 0] }
+[[link]]
+name = "wheel_1"
+disc = { mass = 1, radius = 0.1 }
+points = { C = [0, 0] }
+[[link]]
+name = "wheel_2"
+disc = { mass = 1, radius = 0.1 }
+points = { C = [0, 0] }
 [[joint]]
 between = ["ground.O", "link_0.A"]
 [[joint]]
@@ -33,8 +45,17 @@ name = "guide"
 type = "prismatic"
 axis = 0.3
 between = ["link_0.A", "slider.A"]
+[[joint]]
+name = "axle_0"
+between = ["slider.M", "wheel_0.C"]
+[[joint]]
+name = "axle_1"
+between = ["slider.N", "wheel_1.C"]
+[[joint]]
+name = "axle_2"
+between = ["slider.B", "wheel_2.C"]
 [start]
-angles = { link_0 = -0.9, link_1 = 0.4, link_2 = 1.1 }
+angles = { link_0 = -0.9, link_1 = 0.4, link_2 = 1.1, wheel_1 = 0.3 }
 """
 EXAMPLES: dict[str, str] = {
     "gravity": "[gravity]\ndirection = [1, -3]\n",
@@ -55,11 +76,17 @@ EXAMPLES: dict[str, str] = {
     "drag": '[[drag]]\npoint = "link_2.B"\nlinear = 0.3\nquadratic = 0.2\n',
     "motor": '[[motor]]\njoint = "joint_0"\nangle = "sin(2*t)"\nstiffness = 3\ndamping = 0.2\n',
     "drive": '[[drive]]\njoint = "joint_1"\nangle = "sin(3*t)"\n',
-    "gear": '[[gear]]\njoints = ["joint_1", "joint_2"]\nratio = 2\n',
-    "rack": '[[rack]]\npinion = "joint_1"\nslide = "guide"\nradius = 0.1\n',
-    "belt": '[[belt]]\njoints = ["joint_0", "joint_1"]\nradii = [0.1, 0.2]\n',
+    "gear": '[[gear]]\njoints = ["axle_0", "axle_1"]\nratio = 2\n',
+    "rack": '[[rack]]\npinion = "axle_1"\nslide = "guide"\nradius = 0.1\n',
+    "belt": '[[belt]]\njoints = ["axle_0", "axle_2"]\nradii = [0.1, 0.2]\n',
     "force": '[[force]]\npoint = "link_2.B"\nvector = ["2*cos(t)", 1]\nframe = "link"\n',
     "torque": '[[torque]]\nlink = "link_1"\ntorque = "exp(-t)"\n',
     "input": '[[input]]\nname = "input_0"\njoint = "joint_1"\n',
 }
 """A table of every effect, for the scene above."""
+CONTACTS = ("ground", "stop", "touch", "journal", "rope")
+"""Effects that are contacts: they have gaps, and no loads."""
+MESHES = ("gear", "rack", "belt")
+"""Effects that are closure rows: they have forces of constraint, and no loads."""
+LOADS = {key: text for key, text in EXAMPLES.items() if key not in (*CONTACTS, *MESHES, "gravity", "drive")}
+"""Those that have loads."""
