@@ -102,6 +102,33 @@ type = "pin-in-slot"
 between = ["lever.G", "fore.T"]
 axis = [1, 0.2]
 """
+WHEELS = """
+[[part.link]]
+name = "pinion"
+disc = { mass = 0.3, radius = 0.06 }
+points = { C = [0, 0] }
+[[part.link]]
+name = "wheel"
+disc = { mass = 0.6, radius = 0.1 }
+points = { C = [0, 0] }
+[[part.joint]]
+name = "pinion_axle"
+between = ["fore.B", "pinion.C"]
+[[part.joint]]
+name = "wheel_axle"
+between = ["wheel.C", "fore.T"]
+[[part.rack]]
+pinion = "pinion_axle"
+slide = "rail"
+radius = 0.06
+[[part.gear]]
+joints = ["pinion_axle", "wheel_axle"]
+ratio = 2
+[[part.belt]]
+joints = ["wheel_axle", "elbow"]
+radii = [0.1, 0.2]
+carrier = "fore"
+"""
 CASES = {
     "plain": "",
     "torsion": """
@@ -127,6 +154,18 @@ CASES = {
         [[part.torsion]]\njoint = "elbow"\nstiffness = 20\nangle = 2.5
         [[part.touch]]\nbetween = ["fore.T", ["upper.A", "upper.S"]]\nradius = 0.1\nrestitution = 0.3
         friction = 0.2\n""",
+    "soft touch": """
+        [[part.torsion]]\njoint = "elbow"\nstiffness = 20\nangle = 2.5
+        [[part.compliant_touch]]\nbetween = ["fore.T", ["upper.A", "upper.S"]]\nradius = 0.1\nload = 50\ndepth = 0.01
+        restitution = 0.5\nfriction = 0.2\n""",
+    "rope": """
+        [[part.rope]]\nbetween = ["upper.A", "fore.T"]\nlength = 1.25\nrestitution = 0.4
+        [[part.brake]]\njoint = "elbow"\ntorque = "0.1 + 0.1*t"\n""",
+    "journal": """
+        [[part.torsion]]\njoint = "elbow"\nstiffness = 8\nangle = 1.5
+        [[part.journal]]\nbetween = ["fore.T", ["upper.S", "upper.B"]]\nradius = 0.02\nclearance = 0.52
+        restitution = 0.4\nfriction = 0.1\n""",
+    "meshes": RAILS + WHEELS,
     "input": '[[part.input]]\nname = "push"\npoint = "fore.T"\ndirection = [1, 2]\nframe = "link"\n',
     "rail": RAILS,
     "guide": GUIDE,
@@ -139,7 +178,7 @@ CASES = {
     "drawn": RAILS.replace("[[part.link]]", "[part.start.slides]\nrail = 0.2\n[[part.link]]"),
 }
 """What is added to the part, by name."""
-UNMOVED = ("torsion", "stop", "motor", "drive", "loads", "guide", "slot", "pushed")
+UNMOVED = ("torsion", "stop", "motor", "drive", "loads", "guide", "slot", "pushed", "meshes")
 """Those that are tried without gravity too."""
 SYMMETRIC = 1e-8
 """m: runs of this tolerance agree to less, whichever way their steps go."""
@@ -161,9 +200,8 @@ def of_part(arm: str, case: str) -> str:
     that follow the others need not do so in a mirror's way."""
     began = "angular_velocities = { upper = 1.5, fore = -2 }\n"
     text = arm.replace(began, "" if case in ("drive", "speed", "pushed") else began)
-    return (text.replace('fore = "15 deg" }', 'fore = "15 deg", lever = 1.4 }') if case == "slot" else text) + CASES[
-        case
-    ]
+    more = {"slot": ", lever = 1.4", "meshes": ", pinion = 0.3, wheel = 0.7"}.get(case, "")
+    return text.replace('fore = "15 deg" }', f'fore = "15 deg"{more} }}') + CASES[case]
 
 
 def placed(place: str) -> str:
@@ -171,7 +209,7 @@ def placed(place: str) -> str:
 
 
 @pytest.mark.parametrize("arm", [ARM, INWARDS], ids=["outwards", "inwards"])
-@pytest.mark.parametrize("case", all_hard_but("torsion", "stop", "motor", "loads", "guide", "slot", of=CASES))
+@pytest.mark.parametrize("case", all_hard_but("torsion", "stop", "motor", "loads", "slot", "rope", "meshes", of=CASES))
 def test_mirrored_parts_move_as_their_mirror_images(case: str, arm: str, workshop: Workshop) -> None:
     """Under gravity, beside each other in one model."""
     text = of_part(arm, case) + "[gravity]\n" + placed('name = "a"') + placed('name = "b"\nmirror = true')
