@@ -162,8 +162,8 @@ CASES = {
         [[part.rope]]\nbetween = ["upper.A", "fore.T"]\nlength = 1.25\nrestitution = 0.4
         [[part.brake]]\njoint = "elbow"\ntorque = "0.1 + 0.1*t"\n""",
     "journal": """
-        [[part.torsion]]\njoint = "elbow"\nstiffness = 8\nangle = 1.5
-        [[part.journal]]\nbetween = ["fore.T", ["upper.S", "upper.B"]]\nradius = 0.02\nclearance = 0.52
+        [[part.torsion]]\njoint = "elbow"\nstiffness = 8\nangle = 0
+        [[part.journal]]\nbetween = ["fore.T", ["upper.A", "upper.S"]]\nradius = 0.02\nclearance = 0.85
         restitution = 0.4\nfriction = 0.1\n""",
     "meshes": RAILS + WHEELS,
     "input": '[[part.input]]\nname = "push"\npoint = "fore.T"\ndirection = [1, 2]\nframe = "link"\n',
