@@ -85,7 +85,7 @@ def _joints(run: Run, found: History) -> list[Row]:
     return [
         (run.model.joints[j], f"{sizes[peaks[j], j]:.6g} N", float(found.t[peaks[j]]), "")
         for j in order[:LARGEST]
-        if sizes[peaks[j], j] > 0.0
+        if sizes[peaks[j], j] > ROUNDING * np.max(sizes)
     ]
 
 

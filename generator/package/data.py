@@ -80,6 +80,7 @@ def model_data(
         },
         "discs": _discs(scene),
         "ropes": _ropes(scene),
+        "aids": list(mechanism.aids),
         "ground_names": list(mechanism.ground_points),
         "ground_points": [_point(point) for point in mechanism.ground_points.values()],
         "start": {

@@ -220,6 +220,9 @@ class ModelData(Data):
     )
     discs: list[DiscData] = entry("discs and edges to be drawn")
     ropes: list[RopeData] = Field(default=[], description="ropes to be drawn; left out where there are none")
+    aids: list[str] = entry(
+        "joints that only place links which no joint of the scene holds; left out where there are none", default=[]
+    )
     ground_names: list[str] = entry("names of the ground's points")
     ground_points: list[Place] = entry("where they are", "[...][2]", "m")
     start: StartData = entry("where a run begins")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 
@@ -60,8 +60,8 @@ class PlaceTable(Table):
     """One ``[[place]]``: a part as it stands in one place."""
 
     part: str = Field(description="the name of a [[part]]")
-    name: Name = Field(
-        description="a name of letters, digits and _, beginning with a letter, which is put behind all of the part's"
+    name: Annotated[str, Field(pattern=r"^[A-Za-z0-9_]+$")] = Field(
+        description="letters, digits and _, which are put behind all names of the part"
     )
     at: Position = Field(default=[0.0, 0.0], description="where the part's origin is, [x, y] in m")
     angle: Angle = Field(default=0.0, description='how far the part is turned in rad, or a text such as "120 deg"')

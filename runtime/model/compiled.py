@@ -156,6 +156,17 @@ class Compiled:
         """Named points of the ground, (k, 2) in m."""
         return self._coordinates(self.data["ground_points"])
 
+    @property
+    def drawn_joints(self) -> tuple[str, ...]:
+        """Joints that pictures show: all but those that only place links which no joint of the scene holds."""
+        return tuple(joint for joint in self.joints if joint not in self.data.get("aids", ()))
+
+    @property
+    def drawn_ground_points(self) -> FloatArray:
+        """Points of the ground that pictures show, (k, 2) in m: all but those that free links are placed from."""
+        points = self.ground_points
+        return points[: len(points) - len(self.data.get("aids", ())) // 2]
+
     def ground_planes(self) -> dict[str, tuple[FloatArray, FloatArray]]:
         """Per ground a point of its surface (2,) in m and its outward unit normal (2,)."""
         planes = {}

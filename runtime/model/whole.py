@@ -172,10 +172,12 @@ class Whole:
         return self.main.ropes
 
     @property
-    def ground_points(self) -> FloatArray:
-        extra = len(self._aids[0]) // 2
-        points = self.main.ground_points
-        return points[: len(points) - extra]
+    def drawn_joints(self) -> tuple[str, ...]:
+        return self.joints
+
+    @property
+    def drawn_ground_points(self) -> FloatArray:
+        return self.main.drawn_ground_points
 
     def ground_planes(self) -> dict[str, tuple[FloatArray, FloatArray]]:
         return self.main.ground_planes()

@@ -76,8 +76,8 @@ def sample(run: Record, times: FloatArray) -> Frames:
     model = run.model
     times = np.clip(times, run.t[0], run.t[-1])  # the end of a wide run, rounded to a double, may lie beyond it
     q, u = run.at(times)
-    joints = np.zeros((len(times), len(model.joints), 2))
-    for k, joint in enumerate(model.joints):
+    joints = np.zeros((len(times), len(model.drawn_joints), 2))
+    for k, joint in enumerate(model.drawn_joints):
         joints[:, k] = model.point(joint, q)
     kinetic, potential = model.energy(q, u)
     return Frames(times, q, u, np.asarray(model.poses(q)), joints, np.asarray(kinetic), np.asarray(potential))
@@ -98,7 +98,7 @@ def view_of(model: Drawable, frames: Frames) -> View:
     points = np.concatenate([*parts, frames.joints], axis=1)
     if not points.shape[1]:  # nothing of it is drawn
         points = frames.poses[:, :, :2]
-    fixed = np.asarray(model.ground_points, dtype=float).reshape(-1, 2)
+    fixed = np.asarray(model.drawn_ground_points, dtype=float).reshape(-1, 2)
     size = float(np.max(np.ptp(points, axis=1))) or 1.0
     corners = np.concatenate([points.reshape(-1, 2), fixed, *(disc.outline for disc in model.discs if disc.fixed)])
     low, high = corners.min(axis=0), corners.max(axis=0)

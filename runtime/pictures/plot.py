@@ -138,7 +138,7 @@ def _heights(axes: Any, run: Record, frames: Frames) -> None:
     grounds = {ground for _, ground in model.contacts} <= {*model.ground_planes(), *model.stops}
     above = "above nearest ground [m]" if nearest else "above ground [m]"
     axes.set_ylabel((above if grounds else "gap [m]") if heights else "along line [m]" if along else "height [m]")
-    heights = heights or along or {joint: frames.joints[:, k, 1] for k, joint in enumerate(model.joints)}
+    heights = heights or along or {joint: frames.joints[:, k, 1] for k, joint in enumerate(model.drawn_joints)}
     named_curves(axes, frames.t, heights)
 
 
@@ -190,12 +190,12 @@ class Drawing:
         self.axes, self.model, self.view = axes, model, view
         axes.set_aspect("equal")
         self._draw_grounds()
-        pivots = np.asarray(model.ground_points, dtype=float).reshape(-1, 2)
+        pivots = np.asarray(model.drawn_ground_points, dtype=float).reshape(-1, 2)
         axes.plot(*pivots.T, marker=6, linestyle="", color=SOFT, markersize=13, zorder=1)  # triangles below
         self._links = [self._link(k, len(outline)) for k, outline in enumerate(model.outlines)]
         self._discs = [self._disc(disc) for disc in model.discs]
         self._ropes = [axes.plot([], [], color=INK, linewidth=1.0, zorder=4)[0] for _ in model.ropes]
-        size = 5.0 if len(model.joints) <= 16 else 2.5
+        size = 5.0 if len(model.drawn_joints) <= 16 else 2.5
         (self._joints,) = axes.plot(
             [], [], "o", color="white", markeredgecolor=INK, markersize=size, markeredgewidth=1.1, zorder=5
         )

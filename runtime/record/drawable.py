@@ -50,8 +50,12 @@ class Drawable(Protocol):
         """Ropes between points of links, and of the ground."""
 
     @property
-    def ground_points(self) -> FloatArray:
-        """The points (k, 2) of the ground link."""
+    def drawn_joints(self) -> Sequence[str]:
+        """The joints that pictures show."""
+
+    @property
+    def drawn_ground_points(self) -> FloatArray:
+        """The points (k, 2) of the ground link that pictures show."""
 
     def ground_planes(self) -> Mapping[str, tuple[FloatArray, FloatArray]]:
         """For each ground a point of its surface and the unit normal, both (2,)."""

@@ -71,7 +71,11 @@ class PolygonModel:
         return {}
 
     @property
-    def ground_points(self) -> Array:
+    def drawn_joints(self) -> tuple[str, ...]:
+        return tuple(self.joints)
+
+    @property
+    def drawn_ground_points(self) -> Array:
         return np.zeros((0, 2))
 
     def ground_planes(self) -> dict[str, tuple[Array, Array]]:

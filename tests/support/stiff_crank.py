@@ -23,6 +23,7 @@ class FourBar:
     name: str = "four-bar </script>"
     links: tuple[str, ...] = ("crank", "coupler", "rocker")
     joints: tuple[str, ...] = ("joint_0", "joint_1", "joint_2", "joint_3")
+    drawn_joints: tuple[str, ...] = joints
     q_names: tuple[str, ...] = ("theta_0", "theta_1", "theta_2")
     u_names: tuple[str, ...] = ("w_0", "w_1", "w_2")
     contacts: tuple[tuple[str, str], ...] = ()
@@ -32,7 +33,7 @@ class FourBar:
         np.array([[0.0, 0.0], [COUPLER, 0.0], [0.4, 0.5]]),
         np.array([[0.0, 0.0], [ROCKER, 0.0]]),
     )
-    ground_points: Array = field(default_factory=lambda: np.array([[0.0, 0.0], [SPAN, 0.0]]))
+    drawn_ground_points: Array = field(default_factory=lambda: np.array([[0.0, 0.0], [SPAN, 0.0]]))
 
     stops: frozenset[str] = frozenset()
     discs: tuple[Disc, ...] = ()
