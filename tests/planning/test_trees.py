@@ -67,8 +67,13 @@ def test_what_is_written_takes_fewer_too(tmp_path: Any, monkeypatch: pytest.Monk
 
 @pytest.mark.parametrize("path", sorted((ROOT / "scenes").glob("*.toml")), ids=lambda path: path.stem)
 def test_scenes_keep_the_tree_of_short_branches(path: Path) -> None:
+    """But the scissor lift, a row of loops, of which another takes fewer operations."""
     scene = load_scene(path)
-    assert plan_scene(scene)[0] == span(scene.mechanism, scene.driven)
+    found, short = plan_scene(scene)[0], span(scene.mechanism, scene.driven)
+    if path.stem == "scissor-lift":
+        assert GAIN * from_tip_to_root(scene.mechanism, found) < from_tip_to_root(scene.mechanism, short)
+    else:
+        assert found == short
 
 
 def test_rings_rows_and_what_walks_keep_it(tmp_path: Any) -> None:
