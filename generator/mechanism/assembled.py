@@ -31,7 +31,7 @@ class Assembled:
     def length(self, joint: int) -> float:
         """How far a joint that slides is along its line (m)."""
         slides = self.mechanism.joints[joint]
-        assert slides.axis is not None
+        axis = slides.axis.value if slides.axis else 0.0
         first, second = (place(self.mechanism, self.poses, end) for end in (slides.first, slides.second))
-        line = cmath.exp(1j * (self.angle(slides.first.link) + slides.axis.value))
+        line = cmath.exp(1j * (self.angle(slides.first.link) + axis))
         return ((second - first) * line.conjugate()).real
