@@ -167,8 +167,8 @@ at = 0.7
 until = 1
 rtol = 1e-10
 """
-"""Two wheels, a belt, a rack; a weight that swings on a rope under a block; a ball on soft ground, which it touches from 0.202 s to 0.215 s; and
-apart from them a hook and its load."""
+"""Two wheels, a belt, a rack; a weight that swings on a rope under a block; a ball on soft ground, which it touches
+from 0.202 s to 0.215 s; and apart from them a hook and its load."""
 APART = ("first.P", "second.C", "bar.C", "weight.a", "block.a", "ball.C")
 
 
@@ -302,7 +302,7 @@ teeth = [20, 10]
 
 @pytest.mark.parametrize("planets", ["P", "PM"])
 def test_an_arm_of_a_planetary_train_is_held_and_let_go(workshop: Workshop, planets: str) -> None:
-    """By the two angular velocities of sun and arm: a planet of half the sun's radius turns with w_a − 2 (w_s − w_a)."""
+    """By the angular velocities of sun and arm: a planet of half the sun's radius turns with w_a − 2 (w_s − w_a)."""
     run = simulate(workshop.model(TRAIN.replace("PLANETS", "".join(map(PLANET.format, planets)))))
     count = len(planets)
     turns = np.array([[1.0, 0.0], [0.0, 1.0], [-2.0, 3.0]])
