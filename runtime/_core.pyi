@@ -124,4 +124,5 @@ class Kernels:
         state: bytes | None = None,
         on_gain: str = ...,
         begin: float = ...,
+        latched: Sequence[float] | Array | None = ...,
     ) -> dict[str, Any]: ...

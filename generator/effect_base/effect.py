@@ -6,10 +6,11 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
+from ..mechanism.assembled import Assembled
 from ..mechanism.joints import PointRef
 from ..mechanism.links import Parameter, Point
 from ..mechanism.mechanism import Mechanism
-from ..mechanism.meshes import Mesh, MeshTerm
+from ..mechanism.meshes import Mesh
 from .table import Table
 
 if TYPE_CHECKING:
@@ -137,10 +138,6 @@ class Effect:
         """The row that the effect asks of joints' angles and lengths."""
         return None
 
-    def assembled(self, position: Callable[[MeshTerm], float]) -> Effect:
-        """The effect as the start has it: ``position`` is that of what a term of a mesh has (rad or m)."""
-        return self
-
     def potential(self, motion: Motion) -> Expr:
         """Potential energy (J) of the loads that have one."""
         import sympy as sp
@@ -181,8 +178,10 @@ class Effect:
         """Keys of its table whose values may be meant otherwise than they are understood, each with a sentence."""
         return ()
 
-    def settled(self, place: Place) -> Effect:
-        """The effect with what the scene leaves to the start, as the length of a rope."""
+    def settled(self, start: Assembled) -> Effect:
+        """The effect with what the scene leaves to the ``start``, as the length of a rope or how wheels mesh.
+
+        Where joints let go or take hold, that is the scene's own start, whichever of them are open."""
         return self
 
     def check_start(self, place: Place) -> tuple[str, ...]:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
+from ..mechanism.assembled import Assembled
 from ..mechanism.joints import Joint, PointRef
 from ..mechanism.links import ANY, GROUND, POSITIVE, Parameter
 from ..mechanism.mechanism import Mechanism
@@ -41,15 +42,23 @@ class Meshing(Effect):
     def mesh(self) -> Mesh:
         return self.row
 
-    def assembled(self, position: Callable[[MeshTerm], float]) -> Meshing:
+    def settled(self, start: Assembled) -> Meshing:
+        """With the angles and lengths from which its row counts those of the start."""
         terms = tuple(
-            dataclasses.replace(term, start=dataclasses.replace(term.start, value=position(term)))
+            dataclasses.replace(term, start=dataclasses.replace(term.start, value=_position(term, start)))
             for term in self.row.terms
         )
         return dataclasses.replace(self, row=dataclasses.replace(self.row, terms=terms))
 
     def rims(self) -> tuple[Rim, ...]:
         return self.circles
+
+
+def _position(term: MeshTerm, start: Assembled) -> float:
+    """The angle (rad) or length (m) that a term has."""
+    if term.slide is not None:
+        return start.length(term.slide)
+    return start.angle(term.second) - start.angle(term.first)
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,7 @@ from ..effect_base.line import NO_DIRECTION, links_at
 from ..effect_base.points import find_point
 from ..effect_base.table import Name, PointName, Positive, Table
 from ..effect_base.written_numbers import Measured
+from ..mechanism.assembled import Assembled
 from ..mechanism.joints import PointRef
 from ..mechanism.links import FROM_0_TO_1, POSITIVE, Parameter, Point
 from ..mechanism.mechanism import Mechanism
@@ -80,11 +81,11 @@ class Rope(Effect):
     def describe(self, mechanism: Mechanism) -> str:
         return f"{' - '.join(self.titles)}, {super().describe(mechanism)}"
 
-    def settled(self, place: Place) -> Rope:
+    def settled(self, start: Assembled) -> Rope:
         """Its length, where the scene leaves it open, is that of its way at the start."""
         if self.length:
             return self
-        length = float(f"{self._way(place):.{DIGITS}g}")
+        length = float(f"{self._way(start.place):.{DIGITS}g}")
         return replace(self, length=_length(self.name, self.index, length)) if length > 0.0 else self
 
     def gaps(self, let: Let) -> tuple[Gap, ...]:

@@ -12,6 +12,7 @@ from ..equations.names import State, sliding_name
 from ..mechanism.joints import Joint
 from ..mechanism.links import GROUND, Corner, Link, Parameter, Point
 from ..mechanism.mechanism import Mechanism
+from ..mechanism.meshes import MeshTerm
 from ..mechanism.topology import Topology
 from ..scene.scene import Scene
 from .schema import ModelData
@@ -124,9 +125,20 @@ def switching_data(scene: Scene, models: Sequence[tuple[str, str]]) -> Json | No
                 "package": package,
                 "hash": hash_,
                 "aids": list(one.mechanism.aids),
+                "latches": [name for effect in one.effects for name, _ in effect.latches()],
             }
             for (opened, one), (package, hash_) in zip(structures, models, strict=True)
         ],
+        "meshes": {mesh.name: [_mesh_term(mechanism, term) for term in mesh.terms] for mesh in mechanism.meshes},
+    }
+
+
+def _mesh_term(mechanism: Mechanism, term: MeshTerm) -> Json:
+    return {
+        "sign": term.sign,
+        "radius": term.radius.path if term.radius else None,
+        "links": [term.first, term.second],
+        "slide": None if term.slide is None else mechanism.joints[term.slide].name,
     }
 
 

@@ -156,6 +156,18 @@ class StructureData(Data):
     package: str = entry("the folder of its model, beside this one")
     hash: str = entry("the hash of that model's scene")
     aids: list[str] = entry("joints that only place bodies which no joint holds")
+    latches: list[str] = entry("names of the values that its effects hold, in their order", default=[])
+
+
+class MeshTermData(Data):
+    """What a mesh asks of two links' angle, or of a sliding joint's length."""
+
+    sign: Literal[-1, 1] = entry("with which sign it is in the mesh")
+    radius: str | None = entry("the parameter that is the wheel's radius; null where a joint slides")
+    links: Annotated[list[Index], Field(min_length=2, max_length=2)] = entry(
+        "the second turns against the first; -1: the ground", "[2]"
+    )
+    slide: str | None = entry("the joint that slides; null where a wheel turns")
 
 
 class SwitchingData(Data):
@@ -166,6 +178,7 @@ class SwitchingData(Data):
     ends: dict[str, EndsData] = entry("the joints that change, by name")
     changes: list[ChangeData] = entry("when they do")
     structures: list[StructureData] = entry("all structures, the one at the start first")
+    meshes: dict[str, list[MeshTermData]] = entry("the terms of gears, racks and belts, by name", default={})
 
 
 class ModelData(Data):

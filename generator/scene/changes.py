@@ -18,7 +18,7 @@ from .schema import StartTable
 
 MOST_CHANGING = 4
 """Joints that change: each doubles the number of structures, and each structure is a model of its own."""
-GO_ALONG = ("motor", "drive", "stop", "joint_friction")
+GO_ALONG = ("motor", "drive", "stop", "joint_friction", "brake")
 """Effects at a joint that are absent while it is open, and take no energy along."""
 UNITS = {"angle": "rad", "direction": "rad", "slide": "m", "height": "m", "distance": "m"}
 """What is watched, and its unit."""
@@ -225,10 +225,13 @@ def check_effects_at(tables: Sequence[tuple[str, Path, Table]], said: ChangeTabl
     for key, path, table in tables:
         for name in () if key in GO_ALONG else _joint_keys(type(table)):
             value = getattr(table, name)
-            if isinstance(value, str) and value in said.joints:
+            several = [((name, k), one) for k, one in enumerate(value)] if isinstance(value, list) else []
+            for place, joint in (*several, ((name,), value)):
+                if not isinstance(joint, str) or joint not in said.joints:
+                    continue
                 report.add(
-                    (*path, name),
-                    f'found "{value}", which lets go or takes hold, expected a joint that always holds; at one that '
+                    (*path, *place),
+                    f'found "{joint}", which lets go or takes hold, expected a joint that always holds; at one that '
                     f"changes there may be {', '.join(f'[[{one}]]' for one in GO_ALONG)}",
                 )
 

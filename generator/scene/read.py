@@ -41,7 +41,7 @@ from .law import law_of_all
 from .let import read_names
 from .limits import MOST_JOINTS, MOST_LINKS, MOST_TABLES, too_large
 from .locate import locate
-from .meshed import as_assembled, meshed
+from .meshed import meshed
 from .module_names import hidden_module
 from .not_toml import not_toml
 from .open_joints import with_open
@@ -89,6 +89,13 @@ class Parts:
     law: Law
     said: ChangeTables
     changes: tuple[Change, ...] = ()
+
+
+class Other(NamedTuple):
+    """Another structure than that of the start: the joints that do not hold in it, and the scene's start."""
+
+    opened: frozenset[str]
+    start: Start
 
 
 T = TypeVar("T", bound=Table)
@@ -197,7 +204,7 @@ def _structures(scene: Scene, tables: Tables, said: ChangeTables, report: Report
     for opened in said.structures()[1:]:
         names = tuple(sorted(opened, key=order.index))
         own = Report(report.file)
-        parts = _read(tables, own, opened=opened)
+        parts = _read(tables, own, other=Other(opened, scene.start))
         words = f"without {', '.join(names)}" if names else "with all joints"
         for path, message in own.found:
             report.add(path, f"{words}: {message}")
@@ -207,18 +214,18 @@ def _structures(scene: Scene, tables: Tables, said: ChangeTables, report: Report
     return tuple(found)
 
 
-def _read(tables: Tables, report: Report, assemble: bool = True, opened: frozenset[str] | None = None) -> Parts:
+def _read(tables: Tables, report: Report, assemble: bool = True, other: Other | None = None) -> Parts:
     """The parts that ``tables`` describe, as far as they are right; ``assemble``: the start is made consistent.
 
-    ``opened`` are the joints that do not hold; unless given, those that do not at the start. With others the mechanism
-    begins nowhere: its start is not asked what it may be.
+    With an ``other`` structure than that of the start the mechanism begins nowhere: it is not asked what it may be
+    there, and effects take what they take from the scene's start.
     """
     names = read_names(tables.get("let", {}), report)
     begun = _table(StartTable, tables, "start", names, report)
     said = _change_tables(tables, begun, names, report)
-    released = said.open_at_start() if opened is None else opened
+    released = said.open_at_start() if other is None else other.opened
     bodies = _bodies(tables, names, report, released)
-    if begun and bodies and opened is not None:
+    if begun and bodies and other is not None:
         begun = elsewhere(begun, bodies.mechanism)
     elif begun and released:
         begun = without_open(begun, released)
@@ -235,9 +242,9 @@ def _read(tables: Tables, report: Report, assemble: bool = True, opened: frozens
         effect_tables = [one._replace(table=table) for one, table in acting if table is not None]
     effects = _effects(effect_tables, bodies, report) if bodies else []
     bodies = meshed(bodies, effects) if bodies else None
-    start = _start(begun, bodies, effects, report, assemble, opened is None) if bodies and begun else None
+    start = _start(begun, bodies, effects, report, assemble, other is None) if bodies and begun else None
     if bodies and start:
-        effects = settle(start, bodies, as_assembled(bodies.mechanism, effects, start.poses))
+        effects = settle(start if other is None else other.start, bodies, effects)
         bodies = meshed(bodies, effects)
     return Parts(bodies, effects, start, run, law_of_all(tables, MODELS, report), said, changes)
 

@@ -8,10 +8,9 @@ from dataclasses import replace
 import numpy as np
 
 from ..effect_base.effect import Effect, Level
+from ..mechanism.assembled import Assembled
 from ..mechanism.assembly import CannotClose, Contradiction, Speed, alone, follow, nearest, rates
-from ..mechanism.branch import place as located
 from ..mechanism.implied import implied
-from ..mechanism.joints import PointRef
 from ..mechanism.layout import Layout, Real, lay_out
 from ..mechanism.loops import loops
 from ..mechanism.mechanism import Mechanism
@@ -253,7 +252,8 @@ def lift(start: Start, bodies: Bodies, effects: Sequence[Effect]) -> Start:
     if start.sketch.height is None:
         return start
     level = next((found for effect in effects if (found := effect.level())), None) or Level()
-    places = [place(bodies.mechanism, start, ref) for _, ref in bodies.contacts] or [start.poses[0][:2]]
+    assembled = Assembled(bodies.mechanism, start.poses)
+    places = [assembled.place(ref) for _, ref in bodies.contacts] or [start.poses[0][:2]]
     rise = start.sketch.height - min(level.height(*xy) for xy in places)
     dx, dy = rise * level.normal[0], rise * level.normal[1]
     poses = tuple((x + dx, y + dy, angle) for x, y, angle in start.poses)
@@ -263,17 +263,19 @@ def lift(start: Start, bodies: Bodies, effects: Sequence[Effect]) -> Start:
 def check_effects(start: Start, bodies: Bodies, effects: Sequence[tuple[Path, Effect]], report: Report) -> None:
     """Report what each effect finds wrong with the start."""
     asked = start.sketch
+    assembled = Assembled(bodies.mechanism, start.poses)
     for path, effect in effects:
         lifted = asked.height is not None and effect.level() is not None
-        for sentence in effect.check_start(lambda ref: place(bodies.mechanism, start, ref)):
+        for sentence in effect.check_start(assembled.place):
             report.add(("start", "height") if lifted else path, sentence)
-        for sentence in effect.check_angles(lambda link: 0.0 if link < 0 else start.poses[link][2]):
+        for sentence in effect.check_angles(assembled.angle):
             report.add(path, sentence)
 
 
 def settle(start: Start, bodies: Bodies, effects: Sequence[tuple[Path, Effect]]) -> list[tuple[Path, Effect]]:
-    """The effects with what they take from the start."""
-    return [(path, effect.settled(lambda ref: place(bodies.mechanism, start, ref))) for path, effect in effects]
+    """The effects with what they take from the ``start`` of the scene, of whichever structure ``bodies`` are."""
+    assembled = Assembled(bodies.mechanism, start.poses)
+    return [(path, effect.settled(assembled)) for path, effect in effects]
 
 
 def check_energy(start: Start, mechanism: Mechanism, report: Report) -> None:
@@ -288,12 +290,6 @@ def check_energy(start: Start, mechanism: Mechanism, report: Report) -> None:
         fastest = max(max(map(abs, row)) for row in start.velocities)
         message = f"found velocities of up to {fastest:.3g}, expected a kinetic energy that is a finite number"
         report.add(("start",), f"{message}; give smaller ones")
-
-
-def place(mechanism: Mechanism, start: Start, ref: PointRef) -> tuple[float, float]:
-    """Where the point ``ref`` is at the start (m)."""
-    there = located(mechanism, start.poses, ref)
-    return there.real, there.imag
 
 
 def _check_held(table: StartTable, mechanism: Mechanism, report: Report) -> bool:

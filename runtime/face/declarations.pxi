@@ -206,8 +206,8 @@ cdef extern from *:
         system system
         run run
     int ccgen_create(const ccgen_model *model, const ccgen_settings *settings, ccgen_simulation **made) nogil
-    int ccgen_reset(ccgen_simulation *made, real t, const real *q, const real *u) nogil
     void ccgen_get_motion(const ccgen_simulation *made, real *t, real *q, real *u) nogil
+    int reset_holding(ccgen_simulation *made, real t, const real *q, const real *u, const real *latched) nogil
     int run_simulation "simulate"(ccgen_simulation *made, real until) nogil
     size_t ccgen_state_size(const ccgen_simulation *made) nogil
     void ccgen_get_state(const ccgen_simulation *made, void *bytes) nogil

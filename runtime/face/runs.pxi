@@ -39,18 +39,24 @@ cdef class Kernels(Contacting):
 
     def simulate(self, const real[::1] q, const real[::1] u, str name, real until, real rtol, real atol,
                  real fixed_step, long step_budget, long rate_budget, progress, Supply supply=None, stops=(),
-                 str kept="projected", bytes state=None, str on_gain="reduce", real begin=0.0):
+                 str kept="projected", bytes state=None, str on_gain="reduce", real begin=0.0, latched=None):
         """A whole run from t = ``begin``, or from where the run was left that the ``state`` is of, without the GIL; a dict of what was
-        recorded. Steps end at ``stops``, times that grow."""
+        recorded. Steps end at ``stops``, times that grow. ``latched``: what effects hold at first, not a number where nothing."""
         cdef size_t n = self.m.nu, stop_count = len(stops), i
         cdef real[::1] ends = empty(stop_count + 1)
+        cdef real[::1] kept_values = np.array([*(latched if latched is not None else ()), 0.0], dtype=REAL)
         cdef const real *from_q = NULL
         cdef const real *from_u = NULL
+        cdef const real *holding = NULL
         cdef const char *left = NULL
         cdef int outcome
         cdef bytes method = name.encode()
         if state is None and (<size_t>q.shape[0] != n or <size_t>u.shape[0] != n):
             raise ValueError(f"found {q.shape[0]} coordinates and {u.shape[0]} velocities, expected {n} of both")
+        if latched is not None:
+            if len(latched) != self.m.latches:
+                raise ValueError(f"found {len(latched)} values that effects hold, expected {self.m.latches}")
+            holding = &kept_values[0]
         for i in range(stop_count):
             ends[i] = stops[i]
         ends[stop_count] = until
@@ -77,7 +83,7 @@ cdef class Kernels(Contacting):
             else:
                 left = state
             with nogil:
-                outcome = ccgen_set_state(it, left) if left is not NULL else ccgen_reset(it, begin, from_q, from_u)
+                outcome = ccgen_set_state(it, left) if left is not NULL else reset_holding(it, begin, from_q, from_u, holding)
                 if outcome == 0:
                     outcome = run_simulation(it, until)
             if outcome == OUTCOME_OTHER_STATE or outcome == OUTCOME_BAD_SETTINGS:  # a damaged time may be after the end

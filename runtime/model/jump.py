@@ -2,17 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from typing import Any
+
 import numpy as np
 
 from ..arrays import FloatArray
 from .model import Model
 
+Terms = Sequence[Mapping[str, Any]]
+"""The terms of a mesh, as a model's data has them."""
 
-def impulses_behind(model: Model, q: FloatArray, before: FloatArray, after: FloatArray) -> FloatArray:
+
+def impulses_behind(
+    model: Model, meshes: Mapping[str, Terms], q: FloatArray, before: FloatArray, after: FloatArray
+) -> FloatArray:
     """Impulses (joints, 3) of a model's joints, x, y (N s) and moment (N m s) at the joint, on its outboard links, by
     which velocities (links, 3) of its links, given as those of the frames, jump from ``before`` to ``after``.
 
     Newton's and Euler's laws for every link (docs/theory.md, eq. 5.27); of redundant joints those of least norm.
+    ``meshes`` are the terms of gears, racks and belts, whose impulses are moments on wheels and carriers, and forces
+    along lines.
     """
     poses, count = np.asarray(model.poses(q), dtype=float), len(model.links)
     change = np.zeros((count, 3))
@@ -42,11 +52,38 @@ def impulses_behind(model: Model, q: FloatArray, before: FloatArray, after: Floa
             columns.append(column.ravel())
             owners.append((number, force))
     found = np.zeros((len(model.joints), 3))
+    columns += [_of_mesh(model, terms, q, poses, turned).ravel() for terms in meshes.values()]
     if columns:
         sizes = np.linalg.lstsq(np.array(columns).T, wanted.ravel(), rcond=1e-12)[0]
-        for size, (number, force) in zip(sizes, owners, strict=True):
+        for size, (number, force) in zip(sizes, owners, strict=False):
             found[number] += size * force
     return found
+
+
+def _of_mesh(
+    model: Model,
+    terms: Terms,
+    q: FloatArray,
+    poses: FloatArray,
+    turned: Sequence[FloatArray],
+) -> FloatArray:
+    """What a mesh of size 1 N s does to the links (links, 3), about their mass centres."""
+    column = np.zeros((len(model.links), 3))
+    for term in terms:
+        if term["slide"] is None:
+            moment = term["sign"] * model.parameters[term["radius"]]
+            for link, sign in zip(term["links"], (-1.0, 1.0), strict=True):
+                if link >= 0:
+                    column[link, 2] += sign * moment
+            continue
+        line = model.lines.direction(term["slide"], poses)
+        place = np.asarray(model.point(term["slide"], q), dtype=float)
+        for link, sign in zip(model.data["lines"][term["slide"]]["links"], (-1.0, 1.0), strict=True):
+            if link >= 0:
+                x, y = place - (poses[link, :2] + turned[link])
+                force = sign * term["sign"] * line
+                column[link] += (*force, x * force[1] - y * force[0])
+    return column
 
 
 def _carried(model: Model, joint: str, poses: FloatArray, driven: set[str]) -> list[FloatArray]:

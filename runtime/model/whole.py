@@ -11,6 +11,7 @@ import numpy as np
 from ..arrays import FloatArray
 from .disc import Disc
 from .joint_gap import Ends
+from .meshes import BEHIND, mesh_forces, mesh_names
 from .model import Model
 from .poses import read_off, read_rates
 from .rope import Rope
@@ -36,7 +37,8 @@ class Whole:
         self.links: tuple[str, ...] = tuple(said["links"])
         self.joints: tuple[str, ...] = tuple(said["joints"])
         self.q_names, self.u_names = self.loosest.q_names, self.loosest.u_names
-        self.rows: tuple[str, ...] = ()
+        self.rows = tuple(dict.fromkeys(f"{mesh}{BEHIND}" for one in self.structures for mesh in mesh_names(one)))
+        self.meshes: Mapping[str, Sequence[Mapping[str, Any]]] = said.get("meshes", {})
         self.contacts = tuple(dict.fromkeys(one for model in self.structures for one in model.contacts))
         self.stops = frozenset(stop for model in self.structures for stop in model.stops)
         self.parameters: Mapping[str, float] = dict(self.main.parameters)
@@ -82,6 +84,13 @@ class Whole:
             velocities = np.vstack([velocities, [[speed[0], 0.0, 0.0]]])
         return read_off(model, poses), read_rates(model, poses, velocities)
 
+    def latched_in(self, structure: int, before: int, latched: FloatArray) -> FloatArray:
+        """What effects hold (latches,) in the structure ``before`` as what those of a ``structure`` hold; not a number
+        where they have held nothing."""
+        own, others = (self.data["switching"]["structures"][k].get("latches", []) for k in (structure, before))
+        values = dict(zip(others, latched, strict=True))
+        return np.array([values.get(name, np.nan) for name in own])
+
     def lifted(self, structure: int, q: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
         """A structure's states (..., n) in the coordinates of the loosest."""
         if structure == self._loosest:
@@ -123,6 +132,15 @@ class Whole:
                 own = model.joints.index(joint)
                 sign = 1.0 if model.outboard[own] == self.outboard[k] else -1.0
                 found[..., k, :] = sign * reactions[..., own, :]
+        return found
+
+    def meshes_of(self, structure: int, multipliers: FloatArray) -> FloatArray:
+        """Of multipliers (..., rows) of a structure's model those of the meshes, the only rows that all structures
+        have."""
+        model = self.structures[structure]
+        found = np.zeros((*multipliers.shape[:-1], len(self.rows)), dtype=multipliers.dtype)
+        own = [self.rows.index(f"{mesh}{BEHIND}") for mesh in mesh_names(model)]
+        found[..., own] = mesh_forces(model, multipliers)
         return found
 
     def pushes_of(self, structure: int, pushes: FloatArray) -> FloatArray:

@@ -90,8 +90,12 @@ def simulate_one(
     params: Mapping[str, float] | None = None,
     state: HybridState | None = None,
     begin: float = 0.0,
+    latched: FloatArray | None = None,
 ) -> Run:
-    """The run from one start at t = ``begin`` (s), with the arguments of :func:`~..simulate.simulate`."""
+    """The run from one start at t = ``begin`` (s), with the arguments of :func:`~..simulate.simulate`.
+
+    ``latched`` (latches,) is what effects hold at first, not a number where they hold nothing.
+    """
     faults = Faults()
     with faults.collecting():
         model = model.with_parameters(params) if params else model.as_it_is()
@@ -138,13 +142,14 @@ def simulate_one(
         None if state is None else state.memory,
         asked.on_gain,
         begin,
+        latched,
     )
     if found["outcome"] == "interrupted" and not keep_interrupted:
         raise KeyboardInterrupt
     if model.data["drives"] and found["outcome"] not in GOES_ON:
-        own, latched = (asked.own_rtol, asked.own_rtol), Latched(found["t"], found["latched"])
+        own, holding = (asked.own_rtol, asked.own_rtol), Latched(found["t"], found["latched"])
         held = (found["hold_t"], found["held"])
-        exact = Advance(model, asked.method, asked.drift, *held, own, found["scales"], inputs, supply, latched)
+        exact = Advance(model, asked.method, asked.drift, *held, own, found["scales"], inputs, supply, holding)
         if met := dead_point(model, found["t"], found["q"], found["u"], asked.step, exact):
             found = cut(found, met.rows) | {"met": met.text}
     tolerances = (0.0, 0.0) if asked.step else (asked.rtol, asked.atol)
@@ -152,7 +157,7 @@ def simulate_one(
         (found["t"][first : last + 1], found["q"][first : last + 1], found["u"][first : last + 1])
         for *_, first, last in found["stepping"]
     )
-    held, scales, latched = (found["hold_t"], found["held"]), found["scales"], Latched(found["t"], found["latched"])
-    advance = Advance(model, asked.method, asked.drift, *held, tolerances, scales, inputs, supply, latched, stepped)
+    held, scales, holding = (found["hold_t"], found["held"]), found["scales"], Latched(found["t"], found["latched"])
+    advance = Advance(model, asked.method, asked.drift, *held, tolerances, scales, inputs, supply, holding, stepped)
     left = None if "met" in found else (found["state"], asked)  # not where rows are cut off
     return run_of(model, advance, asked.until, found, asked.step > 0.0, left)

@@ -75,7 +75,7 @@ class Along:
         count, whole = len(t), self.whole
         found = Motion(
             np.full((count, len(whole.u_names)), np.nan),
-            np.zeros((count, 0)),
+            np.zeros((count, len(whole.rows))),
             np.zeros((count, len(whole.contacts), 2)),
             np.zeros((count, len(whole.joints), 3)),
         )
@@ -87,6 +87,7 @@ class Along:
             own_q, own_u = piece.run.at(times)
             one = piece.run.motion(times, own_q, own_u)
             found.u_dot[rows] = whole.lifted_accelerations(piece.structure, own_q, own_u, one.u_dot)
+            found.multipliers[rows] = whole.meshes_of(piece.structure, one.multipliers)
             found.pushes[rows] = whole.pushes_of(piece.structure, one.pushes)
             found.reactions[rows] = whole.reactions_of(piece.structure, one.reactions)
         return found

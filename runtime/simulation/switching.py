@@ -22,6 +22,7 @@ from ..record.hybrid_state import HybridState
 from ..record.impact import Impact
 from ..record.joint_change import JointChange
 from ..run import Run
+from .advance import Advance
 from .arguments import check_positive
 from .one_run import simulate_one
 from .pieces import Piece, SwitchedRun, cut_at, joined
@@ -49,6 +50,7 @@ class Walk:
     q: FloatArray
     u: FloatArray
     state: HybridState | None = None
+    latched: FloatArray | None = None
     anew: bool = True
     pieces: list[Piece] = field(default_factory=list)
     strikes: list[tuple[int, Impact]] = field(default_factory=list)
@@ -143,6 +145,7 @@ def _advance(
         numbers = (*numbers, *instant.numbers)
     walk.pieces.append(Piece(walk.structure, run, walk.anew))
     walk.t, walk.q, walk.u, walk.state, walk.anew = float(run.t[-1]), run.q[-1], run.u[-1], run.state, False
+    walk.latched = run.advance.latched.at(walk.t) if isinstance(run.advance, Advance) else None
     return numbers
 
 
@@ -163,7 +166,8 @@ def _run(walk: Walk, until: float, inputs: Any, options: Mapping[str, Any]) -> R
     if walk.state is not None:
         run = simulate_one(walk.model, None, None, until=until, inputs=inputs, state=walk.state, **options)
     else:
-        run = simulate_one(walk.model, walk.q, walk.u, until=until, inputs=inputs, begin=walk.t, **options)
+        begun: dict[str, Any] = {"begin": walk.t, "latched": walk.latched}
+        run = simulate_one(walk.model, walk.q, walk.u, until=until, inputs=inputs, **begun, **options)
     walk.nfev += run.nfev
     return run
 
@@ -234,7 +238,8 @@ def _change(walk: Walk, numbers: tuple[int, ...]) -> str | None:
         if said["kind"] == "hold":
             lost = taken.loss
             own = whole.links_of(walk.structure, q, before)[1], whole.links_of(walk.structure, q, u)[1]
-            reactions = whole.reactions_of(then, impulses_behind(whole.structures[then], new_q, *own))
+            carried = impulses_behind(whole.structures[then], whole.meshes, new_q, *own)
+            reactions = whole.reactions_of(then, carried)
             lifted = [whole.lifted(walk.structure, q, one)[1] for one in (before, u)]
             size = float(np.linalg.norm(taken.impulses[: 1 if whole.ends[joint].kind != "revolute" else 2]))
             impact = Impact(
@@ -243,6 +248,8 @@ def _change(walk: Walk, numbers: tuple[int, ...]) -> str | None:
             walk.strikes.append((len(walk.pieces), impact))
         walk.unexplained += abs(float(energy[1] - energy[0] + lost))
         walk.changes.append(JointChange(walk.t, joint, said["kind"], _why(said), gap))
+        if walk.latched is not None:
+            walk.latched = whole.latched_in(then, walk.structure, walk.latched)
         walk.structure, walk.q, walk.u, walk.state, walk.anew = then, new_q, new_u, None, True
         if said["kind"] == "hold":
             broken = _broken(walk, reactions)

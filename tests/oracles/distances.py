@@ -1,4 +1,5 @@
-"""Ropes, and journals in bearings and slots, in maximal coordinates: gaps as true distances, their rows by differences.
+"""Ropes, journals in bearings and slots, and what touches, in maximal coordinates: gaps as true distances, their rows
+by differences.
 
 A gap is a function of the places and angles of the links (the coordinates of their centres of mass), in wide numbers.
 Its row is its gradient, by central differences of order 8; what it accelerates at while no link does is its second
@@ -66,10 +67,7 @@ class Journal:
 
     def off(self, system: System, centres: Array) -> Array:
         """From the nearest point of the segment to the pin."""
-        pin, start, end = (place(system, centres, point) for point in (self.pin, *self.ends))
-        along = end - start
-        share = (pin - start) @ along / (along @ along) if along @ along else WIDE(0)
-        return np.asarray(pin - start - min(max(share, WIDE(0)), WIDE(1)) * along)
+        return _from_segment(system, centres, self.pin, self.ends)
 
     def gap(self, system: System, centres: Array) -> Any:
         off = self.off(system, centres)
@@ -83,6 +81,75 @@ class Journal:
         moving = carried(system, centres, rates, self.pin[0], touching)
         still = carried(system, centres, rates, self.ends[0][0], touching)
         return (moving - still) @ np.array([-outwards[1], outwards[0]])
+
+
+@dataclass(frozen=True)
+class Above:
+    """A disc of ``radius`` about ``centre`` above the half-plane through ``foot`` with this ``normal``."""
+
+    centre: Place
+    radius: float
+    foot: tuple[float, float]
+    normal: tuple[float, float]
+
+    def gap(self, system: System, centres: Array) -> Any:
+        return np.asarray(self.normal, WIDE) @ (place(system, centres, self.centre) - self.foot) - self.radius
+
+    def slip(self, system: System, centres: Array, rates: Array) -> Any:
+        """Of the disc's material point that touches, to the right of the normal."""
+        normal = np.asarray(self.normal, WIDE)
+        touching = place(system, centres, self.centre) - self.radius * normal
+        return carried(system, centres, rates, self.centre[0], touching) @ np.array([normal[1], -normal[0]])
+
+
+@dataclass(frozen=True)
+class Beside:
+    """A disc of ``radius`` about ``centre`` beside the segment between two points of another link, which has an
+    ``other`` radius."""
+
+    centre: Place
+    ends: tuple[Place, Place]
+    radius: float
+    other: float
+
+    def gap(self, system: System, centres: Array) -> Any:
+        off = _from_segment(system, centres, self.centre, self.ends)
+        return np.sqrt(off @ off) - self.radius - self.other
+
+    def slip(self, system: System, centres: Array, rates: Array) -> Any:
+        """Of the disc's material point that touches against the other's, to the right of the way to the disc."""
+        off = _from_segment(system, centres, self.centre, self.ends)
+        normal = off / np.sqrt(off @ off)
+        touching = place(system, centres, self.centre) - self.radius * normal
+        moving = carried(system, centres, rates, self.centre[0], touching)
+        still = carried(system, centres, rates, self.ends[0][0], touching)
+        return (moving - still) @ np.array([normal[1], -normal[0]])
+
+
+@dataclass(frozen=True)
+class Limit:
+    """The angle of link ``b`` against ``a`` above (``sign`` 1) or below (-1) a ``limit`` (rad)."""
+
+    a: int
+    b: int
+    sign: int
+    limit: float
+
+    def gap(self, system: System, centres: Array) -> Any:
+        one, other = (WIDE(0) if link == GROUND else centres[link, 2] for link in (self.a, self.b))
+        return self.sign * (other - one - self.limit)
+
+    def slip(self, system: System, centres: Array, rates: Array) -> Any:
+        """Stops do not rub."""
+        return WIDE(0)
+
+
+def _from_segment(system: System, centres: Array, point: Place, ends: tuple[Place, Place]) -> Array:
+    """From the nearest point of a segment to a point."""
+    there, start, end = (place(system, centres, one) for one in (point, *ends))
+    along = end - start
+    share = (there - start) @ along / (along @ along) if along @ along else WIDE(0)
+    return np.asarray(there - start - min(max(share, WIDE(0)), WIDE(1)) * along)
 
 
 def place(system: System, centres: Array, point: Place) -> Array:
@@ -160,7 +227,7 @@ def accelerate(
     ``ways``: ``None`` where a part sticks, else the sign of its sliding, which friction is against; 0 where smooth.
     """
     system, count, poses, velocities = sketch.system, 3 * len(poses), poses.astype(WIDE), velocities.astype(WIDE)
-    joints = sliding._rows(system, sketch.slots, poses, velocities, sketch.given)
+    joints = sliding._rows(system, sketch.slots, poses, velocities, sketch.prescribed)
     sticking, own = [way is None for way in ways], len(joints.right)
     held = rows_of(system, parts, sticking, poses, velocities)
     shut = np.vstack([joints.jacobian.reshape(-1, count), held.rows])
@@ -182,7 +249,7 @@ def accelerate(
     forces[sticking, 1] = multipliers[own + len(parts) :]
     pins = multipliers[: 2 * len(system.pins)].reshape(-1, 2)
     pushes = sliding._pushes(system, sketch.slots, poses, x)
-    motion = sliding.Motion(frames, pins, pushes, multipliers[own - len(sketch.given) : own])
+    motion = sliding.Motion(frames, pins, pushes, multipliers[own - len(sketch.prescribed) : own])
     sign, _ = np.linalg.slogdet(((shut / inertias) @ pull.T).astype(float))
     return Held(motion, forces, float(sign))
 
@@ -191,7 +258,7 @@ def strike(sketch: Any, poses: Array, velocities: Array, part: Any, restitution:
     """Velocities of the frames after an impact of one part, smooth, by Newton's law, and its impulse (N s)."""
     system, count = sketch.system, 3 * sketch.system.size
     still = np.zeros_like(np.asarray(poses, WIDE))
-    joints = sliding._rows(system, sketch.slots, np.asarray(poses, WIDE), still, sketch.given)
+    joints = sliding._rows(system, sketch.slots, np.asarray(poses, WIDE), still, sketch.prescribed)
     own = rows_of(system, [part], [False], np.asarray(poses, WIDE), still).rows
     shut = np.vstack([joints.jacobian.reshape(-1, count), own])
     inertias = np.stack([system.mass, system.mass, system.inertia], axis=1).astype(WIDE).ravel()

@@ -72,6 +72,19 @@ class Acting:
             x, y = turned(self.poses[link, 2], np.subtract(on, self.system.com[link]))
             self.wrenches[link] += (*force, x * force[1] - y * force[0])
 
+    def carried(self, link: int, place: Array) -> Array:
+        """The velocity of the material point of a link that is at a place."""
+        if link == GROUND:
+            return np.zeros(2, self.system.dtype)
+        x, y = place - self.poses[link, :2]
+        return np.asarray(self.velocities[link, :2] + self.velocities[link, 2] * np.array([-y, x]))
+
+    def push_there(self, link: int, place: Array, force: Array) -> None:
+        """A force on a link at a place."""
+        if link != GROUND:
+            x, y = place - self.poses[link, :2] - turned(self.poses[link, 2], self.system.com[link])
+            self.wrenches[link] += (*force, x * force[1] - y * force[0])
+
     def twist(self, first: int, second: int, moment: Any) -> None:
         """A moment on the second link, the opposite on the first."""
         for link, sign in ((first, -1), (second, 1)):
@@ -95,13 +108,13 @@ class Acting:
         self.power -= tension**2 / damping
 
     def torsion(self, first: int, second: int, stiffness: float, angle: float, damping: float) -> None:
-        turn, rate = self._turn(first, second)
+        turn, rate = self.turn(first, second)
         self.twist(first, second, -stiffness * (turn - angle) - damping * rate)
         self.potential += stiffness * (turn - angle) ** 2 / 2
         self.power -= damping * rate**2
 
     def friction(self, first: int, second: int, viscous: float, dry: float, about: float) -> None:
-        rate = self._turn(first, second)[1]
+        rate = self.turn(first, second)[1]
         moment = -viscous * rate - dry * np.tanh(rate / about)
         self.twist(first, second, moment)
         self.power += moment * rate
@@ -112,6 +125,7 @@ class Acting:
         self.push(point, force)
         self.power += force @ v
 
-    def _turn(self, first: int, second: int) -> tuple[Any, Any]:
+    def turn(self, first: int, second: int) -> tuple[Any, Any]:
+        """The angle of the second link against the first, and its rate."""
         sides = [(0.0, 0.0) if k == GROUND else (self.poses[k, 2], self.velocities[k, 2]) for k in (first, second)]
         return sides[1][0] - sides[0][0], sides[1][1] - sides[0][1]

@@ -7,18 +7,20 @@ a scene's text and the dense reference.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
-from . import sliding
+from . import random_loads, sliding
 from .loads import Acting
 from .maximal import GROUND, Array, Pin, System, turned
 from .sliding import Given, Meshed, Prescribed, Slot
 
 KINDS = ("revolute", "prismatic", "pin-in-slot")
 LOADS = ("spring", "damper", "torsion", "joint_friction", "drag", "force", "torque", "motor", "drive")
+LAWS = random_loads.KINDS
 MESHES = ("gear", "belt", "rack")
 MOST_BENT = 400.0
 """Loops whose rows are nearer to dependent than this condition number are not closed."""
@@ -39,6 +41,7 @@ class Sketch:
     slots: list[Slot] = field(default_factory=list)
     kinds: list[tuple[str, int]] = field(default_factory=list)
     loads: list[tuple[str, tuple[object, ...]]] = field(default_factory=list)
+    acts: list[Callable[[Acting], None]] = field(default_factory=list, repr=False)
     given: list[Given] = field(default_factory=list)
     driven: list[int] = field(default_factory=list)
     meshed: list[Meshed] = field(default_factory=list)
@@ -166,7 +169,17 @@ class Sketch:
         found = Acting(self.system, poses, velocities)
         for kind, data in self.loads:
             _ACT[kind](self, found, *data)
+        for act in self.acts:
+            act(found)
         return found
+
+    def slide_speed(self, acting: Acting, index: int) -> Any:
+        """How fast a slot's second point moves along its line."""
+        return _slide_speed(self, acting, index)
+
+    def slide_effort(self, acting: Acting, index: int, effort: Any) -> None:
+        """A force along a slot's line on the second link, and the opposite on the first."""
+        _slide_effort(self, acting, index, effort)
 
     def toml(self, name: str) -> str:
         """The scene's text; floats are written so that they read back equal."""
@@ -351,6 +364,8 @@ def draw(
     for kind in loads:
         if kind in MESHES:
             _mesh(sketch, kind, rng)
+        elif kind in LAWS:
+            random_loads.add(sketch, kind, rng)
         elif sketch.kinds or kind not in ("joint_friction", "motor", "torsion", "drive"):
             sketch.load(kind, rng)
     return sketch

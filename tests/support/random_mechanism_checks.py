@@ -6,6 +6,9 @@ import os
 from typing import Any
 
 import numpy as np
+import pytest
+
+from ccgen.runtime.model.drives import drive_rows
 
 from ..oracles import maximal, sliding
 from ..oracles.maximal import GROUND, Array
@@ -61,7 +64,12 @@ def _sliding_acceleration(model: Any, joint: str, poses: Array, velocities: Arra
 
 
 def check_forces(
-    model: Any, sketch: Sketch, q: Array, u: Array, motion: sliding.Motion, contacts: dict[Any, str] | None = None
+    model: Any,
+    sketch: Sketch,
+    q: Array,
+    u: Array,
+    motion: sliding.Motion,
+    contacts: dict[Any, str] | tuple[()] | None = None,
 ) -> None:
     """Joint forces under ``contacts`` that are held as said."""
     reactions, scale = model.reactions(q, u, contacts=contacts), 1.0
@@ -91,3 +99,64 @@ def _about_the_first(model: Any, slot: sliding.Slot, q: Array, force: Array) -> 
     ends = [poses[k, :2] + maximal.turned(poses[k, 2], on) for k, on in ((slot.a, slot.on_a), (slot.b, slot.on_b))]
     x, y = ends[1] - ends[0]
     return float(-(x * force[1] - y * force[0]))
+
+
+def check_flight(model: Any, sketch: Sketch, contacts: tuple[()] | None = None) -> None:
+    """Accelerations, joint forces, inverse dynamics, energy and impulses at the drawn pose with random velocities;
+    ``contacts``: () where none is held."""
+    system, slots = sketch.system, sketch.slots
+    assert len(model.u_names) - len(model.rows) - len(sketch.given) == model.dof
+    q, _ = model.state_from_poses(sketch.poses, np.zeros_like(sketch.poses))
+    rng = np.random.default_rng(3)
+    q, u = model.project(q, rng.normal(size=len(q)))
+    poses, velocities = model.poses(q), model.velocities(q, u)
+    miss, opening = sliding.misses(system, slots, poses, velocities)
+    assert miss <= 1e-12 and opening <= 1e-11 * max(1.0, np.abs(velocities).max())
+    back = model.state_from_poses(poses, velocities)
+    assert np.max(np.abs(back[1] - u)) <= 1e-10 * max(1.0, np.abs(u).max())
+    acting = sketch.acting(poses, velocities)
+    motion = sliding.accelerate(system, slots, poses, velocities, acting.wrenches, sketch.prescribed)
+    wanted = quasi_accelerations(model, poses, velocities, motion.frames)
+    found = model.acceleration(q, u, contacts=contacts)
+    scale = max(np.max(np.abs(motion.frames)), 1.0)
+    assert np.max(np.abs(found - wanted)) <= BOUND * scale
+    check_forces(model, sketch, q, u, motion, contacts)
+    inverse = model.kernels.inverse_dynamics(q[None], u[None], 0.0, wanted[None])[0]
+    loops = model.jacobian(q).T @ model.multipliers(q, u, contacts=contacts) if model.rows else 0.0
+    order = [sketch.driven.index(model.joints.index(drive["joint"])) for drive in model.data["drives"]]
+    loops = loops + drive_rows(model).T @ motion.efforts[order].astype(float)
+    force = max(np.max(np.abs(motion.pins), initial=0.0), np.max(np.abs(motion.slots), initial=0.0), scale)
+    assert np.max(np.abs(inverse - loops)) <= BOUND * force * 10.0
+    kinetic, potential = maximal.energy(system, poses, velocities)
+    energy = model.energy(q, u)
+    assert energy[0] == pytest.approx(kinetic, rel=1e-12)
+    assert energy[1] == pytest.approx(potential + float(acting.potential), rel=1e-11, abs=1e-11 * float(scale))
+    _check_impulses(model, sketch, q, rng)
+
+
+def _check_impulses(model: Any, sketch: Sketch, q: Array, rng: np.random.Generator) -> None:
+    """Jumps under random impulses on every link: of all links, and with M du = A^T Lambda + f + D^T (drives' own).
+
+    Then random rates of the closure too: A du = y, with drives that move as before.
+    """
+    poses, units = model.poses(q), np.eye(len(q))
+    struck = rng.normal(size=poses.shape)
+    moved = [maximal.centre_velocities(sketch.system, poses, model.velocities(q, unit)) for unit in units]
+    f = np.array([float(np.sum(struck * centres)) for centres in moved])
+    still = np.zeros(len(model.rows))
+    du, inside, outcomes = model.kernels.impulse(q[None], f[None], still[None])
+    assert outcomes == ["done"]
+    frames, efforts = sliding.jump(sketch.system, sketch.slots, poses, struck, sketch.prescribed)
+    scale = max(float(np.max(np.abs(frames))), 1.0)
+    assert np.max(np.abs(model.velocities(q, du[0]) - frames)) <= BOUND * scale
+    order = [sketch.driven.index(model.joints.index(drive["joint"])) for drive in model.data["drives"]]
+    taken = drive_rows(model).T @ efforts[order].astype(float) + model.jacobian(q).T @ inside[0]
+    momentum = model.kernels.of_state("momentum", q[None], du)[0]
+    force = max(float(np.max(np.abs(x), initial=1.0)) for x in (f, taken, momentum))
+    assert np.max(np.abs(momentum - f - taken)) <= BOUND * force * 10.0
+    wanted = rng.normal(size=len(model.rows))
+    (du,), _, outcomes = model.kernels.impulse(q[None], f[None], wanted[None])
+    assert outcomes == ["done"]
+    size = max(1.0, float(np.max(np.abs(du))))
+    assert np.max(np.abs(model.jacobian(q) @ du - wanted), initial=0.0) <= BOUND * size
+    assert np.max(np.abs(drive_rows(model) @ du), initial=0.0) <= BOUND * size

@@ -202,6 +202,12 @@ static enum outcome begin(struct ccgen_simulation *it, double t)
 
 int ccgen_reset(struct ccgen_simulation *it, double t, const double *q, const double *u)
 {
+    return reset_holding(it, t, q, u, NULL);
+}
+
+enum outcome reset_holding(struct ccgen_simulation *it, double t, const double *q, const double *u,
+                           const double *latched)
+{
     const size_t n = it->system.n;
     double *y = it->phase.y;
     if (!all_finite(n, q) || !all_finite(n, u) || !all_finite(1, &t))
@@ -212,6 +218,8 @@ int ccgen_reset(struct ccgen_simulation *it, double t, const double *q, const do
     memcpy(y, q, n * sizeof *y);
     memcpy(y + n, u, n * sizeof *y);
     enum outcome outcome = begin(it, t);
+    if (!outcome && latched)
+        outcome = keep_latches(&it->phase, latched);
     if (!outcome && record_state(&it->phase))
         outcome = OUTCOME_NO_MEMORY;
     return outcome;

@@ -16,6 +16,10 @@ struct ccgen_simulation {
     char *before;       /* the state before a stage */
 };
 
+/* As ccgen_reset, where a run of another model has ended: effects hold latched[latches]. */
+enum outcome reset_holding(struct ccgen_simulation *s, double t, const double *q, const double *u,
+                           const double *latched);
+
 /* Go on to `until`, past all events. */
 enum outcome simulate(struct ccgen_simulation *s, double until);
 

@@ -25,6 +25,16 @@ enum outcome hold_sides(struct phase *f, int direction)
     return outcome;
 }
 
+enum outcome keep_latches(struct phase *f, const double *latched)
+{
+    if (!f->s->model->latches)
+        return OUTCOME_DONE;
+    memcpy(f->latched, latched, f->s->model->latches * sizeof *latched);
+    const enum outcome outcome = hold_sides(f, -1);
+    f->s->sides = NULL;
+    return outcome;
+}
+
 /* Set what effects hold that have come to their side since they were on the sides before[switches], or hold nothing there yet. */
 static enum outcome latch(struct phase *f, const double *before)
 {

@@ -20,4 +20,7 @@ enum outcome follow_sides(struct phase *f);
 /* A run begins: effects are on no side yet and hold nothing. */
 void forget_latches(struct phase *f);
 
+/* A run begins where another has ended: effects hold latched[latches], and are on the sides from which the motion comes. */
+enum outcome keep_latches(struct phase *f, const double *latched);
+
 #endif

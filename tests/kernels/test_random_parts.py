@@ -1,0 +1,167 @@
+"""Random mechanisms with parts of every kind drawn in, against the dense reference: gears, racks and belts; springs,
+dampers, motors, brakes, play, drives and contacts that give way; ropes, journals, grounds, discs, edges, polygons and
+stops.
+
+The reference (``tests/oracles/distances.py``) knows gaps as true distances, in maximal coordinates, and takes their
+rows and biases by differences in wide numbers.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from ccgen.runtime.model.drives import drive_rows
+
+from ..oracles import distances, maximal, random_mechanisms
+from ..oracles.maximal import GROUND, WIDE, Array
+from ..oracles.random_mechanisms import KINDS, LAWS, LOADS, MESHES
+from ..support.drawn_parts import DISTANCES, FRICTION, RESTITUTION, TOUCHES, Drawn, rubs
+from ..support.random_mechanism_checks import BOUND, EXAMPLES, FEW, check_flight, check_forces, quasi_accelerations
+from ..support.workshop import Workshop
+
+
+@st.composite
+def drawings(choose: st.DrawFn, every: bool = False) -> Drawn:
+    """One to five links, up to two more joints, loads, and parts: ropes and journals, or of ``every`` kind, meshes and
+    loads too."""
+    n = choose(st.integers(1, 5))
+    kinds = choose(st.lists(st.sampled_from(KINDS), min_size=n, max_size=n))
+    parents = [choose(st.integers(GROUND, k - 1)) for k in range(n)]
+    if choose(st.booleans()) and n > 1:
+        parents = [GROUND + 1 if k else -2 for k in range(n)]  # floats
+    lowest = 0 if parents[0] < GROUND else GROUND
+    pairs = st.tuples(st.sampled_from(KINDS), st.integers(lowest, n - 1), st.integers(0, n - 1))
+    extra = [pair for pair in choose(st.lists(pairs, max_size=2)) if pair[1] != pair[2]]
+    loads = choose(st.lists(st.sampled_from(LOADS), max_size=2))
+    parts = DISTANCES
+    if every:
+        loads = choose(st.lists(st.sampled_from(MESHES), max_size=2)) + loads
+        loads = loads + choose(st.lists(st.sampled_from(LAWS), max_size=2))
+        parts = DISTANCES + TOUCHES
+    seed = choose(st.integers(0, 10**6))
+    drawn = Drawn(random_mechanisms.draw(kinds, parents, extra, loads, seed, choose(st.booleans())))
+    rng = np.random.default_rng(seed + 1)
+    for kind in choose(st.lists(st.sampled_from(parts), min_size=1, max_size=3)):
+        drawn.add(kind, rng)
+    return drawn
+
+
+def _unit_rows(model: Any, kernel: str, q: Array) -> Array:
+    unit = np.eye(len(model.u_names))
+    return np.asarray(model.kernels.of_state(kernel, np.repeat(q[None], len(unit), axis=0), unit).T)
+
+
+def check(drawn: Drawn, workshop: Workshop) -> None:
+    """Without contact, then with all parts held, ropes taut and others sticking or sliding: accelerations, forces of
+    contacts and joints. Then a smooth impact of each part alone."""
+    sketch = drawn.sketch
+    model = workshop.model(drawn.toml())
+    check_flight(model, sketch, ())
+    if not drawn.parts:
+        return
+    order = [model.contacts.index(contact) for contact in drawn.contacts]
+    q, _ = model.state_from_poses(sketch.poses, np.zeros_like(sketch.poses))
+    assert np.max(np.abs(model.gaps(q)[order])) <= 1e-14 * max(1.0, np.abs(sketch.poses).max())
+    rng = np.random.default_rng(5)
+    normals = _unit_rows(model, "gap_rates", q)[order]
+    rough = [rubs(part) for part in drawn.parts]
+    sticking = [bool(rub and rng.random() < 0.5) for rub in rough]
+    tangents = _unit_rows(model, "slips", q)[order] if any(rough) else np.zeros_like(normals)
+    _check_rows(drawn, model, q, normals, tangents)
+    closure = np.vstack([model.jacobian(q), drive_rows(model)])
+    rows = np.vstack([closure, normals, tangents[sticking]])
+    u = rng.normal(size=len(q))
+    for _ in range(2):
+        u -= np.linalg.lstsq(rows, rows @ u, rcond=None)[0]
+    ways = [
+        None if s else float(np.sign(t @ u)) if r else 0.0 for s, r, t in zip(sticking, rough, tangents, strict=True)
+    ]
+    words = {None: "sticks", 1.0: "slides forward", -1.0: "slides backward", 0.0: "smooth"}
+    held = {contact: words[way] for contact, way in zip(drawn.contacts, ways, strict=True)}
+    poses, velocities = model.poses(q), model.velocities(q, u)
+    acting = sketch.acting(poses, velocities)
+    friction = [FRICTION if r else 0.0 for r in rough]
+    wanted = distances.accelerate(sketch, poses, velocities, acting.wrenches, drawn.parts, ways, friction)
+    if wanted.sign <= 0.0:
+        with pytest.raises(ValueError, match="friction jams"):
+            model.acceleration(q, u, contacts=held)
+        return
+    motion, forces = wanted.motion, wanted.forces
+    scale = max(float(np.max(np.abs(motion.frames))), float(np.max(np.abs(forces))), 1.0)
+    found = model.acceleration(q, u, contacts=held)
+    assert np.max(np.abs(found - quasi_accelerations(model, poses, velocities, motion.frames))) <= BOUND * scale
+    assert np.max(np.abs(model.contact_forces(q, u, contacts=held)[order] - forces)) <= 10.0 * BOUND * scale
+    check_forces(model, sketch, q, u, motion, held)
+    _check_impacts(drawn, model, q, closure, normals, rng)
+
+
+def _check_rows(drawn: Drawn, model: Any, q: Array, normals: Array, tangents: Array) -> None:
+    """Gaps change and surfaces slide as distances do."""
+    system, poses = drawn.sketch.system, model.poses(q).astype(WIDE)
+    rows = distances.rows_of(system, drawn.parts, [True] * len(drawn.parts), poses, np.zeros_like(poses)).rows
+    moved = [
+        maximal.centre_velocities(system, poses, model.velocities(q, unit).astype(WIDE)) for unit in np.eye(len(q))
+    ]
+    wanted = rows.astype(float) @ np.array([one.ravel() for one in moved], dtype=float).T
+    assert np.max(np.abs(np.vstack([normals, tangents]) - wanted)) <= BOUND * max(1.0, float(np.abs(wanted).max()))
+
+
+def _check_impacts(
+    drawn: Drawn, model: Any, q: Array, closure: Array, normals: Array, rng: np.random.Generator
+) -> None:
+    smooth = model.with_parameters(
+        {
+            f"{name.partition('.')[0]}.friction": 0.0
+            for (_, name), part in zip(drawn.contacts, drawn.parts, strict=True)
+            if rubs(part)
+        }
+    )
+    for part, contact, normal in zip(drawn.parts, drawn.contacts, normals, strict=True):
+        u = rng.normal(size=len(q))
+        if len(closure):
+            u -= np.linalg.lstsq(closure, closure @ u, rcond=None)[0]
+        u *= -np.sign(normal @ u)
+        after, impulse = smooth.impact(q, u, [contact])
+        velocities, wanted = distances.strike(drawn.sketch, model.poses(q), model.velocities(q, u), part, RESTITUTION)
+        scale = max(float(np.max(np.abs(velocities))), float(abs(wanted)), 1.0)
+        assert np.max(np.abs(model.velocities(q, after) - velocities)) <= BOUND * scale
+        assert abs(impulse[0] - wanted) <= BOUND * scale
+
+
+DRAWN = settings(
+    derandomize=True,
+    deadline=None,
+    database=None,
+    suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture, HealthCheck.data_too_large],
+)
+
+
+@settings(DRAWN, max_examples=FEW)
+@given(drawn=drawings())
+def test_a_few_ropes_and_journals_are_those_of_the_dense_reference(drawn: Drawn, workshop: Workshop) -> None:
+    check(drawn, workshop)
+
+
+@pytest.mark.hard
+@settings(DRAWN, max_examples=60)
+@given(drawn=drawings())
+def test_ropes_and_journals_are_those_of_the_dense_reference(drawn: Drawn, workshop: Workshop) -> None:
+    check(drawn, workshop)
+
+
+@settings(DRAWN, max_examples=FEW)
+@given(drawn=drawings(every=True))
+def test_a_few_mechanisms_of_all_parts_are_those_of_the_dense_reference(drawn: Drawn, workshop: Workshop) -> None:
+    check(drawn, workshop)
+
+
+@pytest.mark.hard
+@settings(DRAWN, max_examples=3 * EXAMPLES)
+@given(drawn=drawings(every=True))
+def test_mechanisms_of_all_parts_are_those_of_the_dense_reference(drawn: Drawn, workshop: Workshop) -> None:
+    check(drawn, workshop)
