@@ -22,7 +22,10 @@ from ..mechanism.joints import PointRef
 from ..mechanism.links import FROM_0_TO_1, NOT_NEGATIVE, POSITIVE, Parameter, Point
 
 if TYPE_CHECKING:
+    from sympy import Expr
+
     from ..derive.gaps import Gap
+    from ..derive.motion import Motion
     from ..derive.terms_of_effects import Let
 
 DRAWN = 180
@@ -149,6 +152,31 @@ class Cam(Effect):
     def _touching(self) -> str:
         """The contact's first name: the follower's point, or of a face the cam's centre."""
         return self.titles[1] if self.end is None else self.titles[0]
+
+    def sides(self) -> tuple[str, ...]:
+        """One where pieces of the lift meet: steps end there, so that no method loses its order."""
+        count = len(self.profile.pieces)
+        return tuple(f"cam_{self.index}_{k}" for k in range(count)) if count > 1 else ()
+
+    def switching(self, motion: Motion) -> Sequence[Expr]:
+        """The sines of the angles from there to where the follower is."""
+        import sympy as sp
+
+        from ..derive.vectors import dot, perp, scale
+
+        if not self.sides():
+            return ()
+        label, own = f"cam_{self.index}", self.profile
+        seen = motion.distance(self.centre, self.follower)
+        if self.end:
+            seen = perp(motion.distance(self.follower, self.end))
+        seen = motion.let_vector(f"at_{label}", scale(1 / sp.sqrt(dot(seen, seen)), seen))
+        found = []
+        for k, piece in enumerate(own.pieces):
+            turned = motion.angle(self.centre.link) + own.sense * (motion.value(own.mounted) + sp.Float(piece.start))
+            start = motion.let_vector(f"begins_{label}_{k}", (sp.cos(turned), sp.sin(turned)))
+            found.append(dot(perp(start), seen))
+        return found
 
     def rims(self) -> tuple[Rim, ...]:
         """The roller, or the face."""

@@ -1,6 +1,6 @@
-"""Random mechanisms with ropes, and with journals in bearings and slots, drawn in, against the dense reference.
+"""Random mechanisms with ropes, with journals in bearings and slots, and with cams drawn in, against the dense reference.
 
-The reference (``tests/oracles/distances.py``) knows gaps as true distances, in maximal coordinates, and takes their
+The reference (``tests/oracles/distances.py`` and ``cams.py``) knows gaps as true distances, in maximal coordinates, and takes their
 rows and biases by differences in wide numbers.
 """
 
@@ -16,13 +16,14 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from ..oracles import distances, random_mechanisms, sliding
+from ..oracles.cams import Face, Roller, Shape
 from ..oracles.distances import Journal, Rope
 from ..oracles.maximal import GROUND, WIDE, Array
 from ..oracles.random_mechanisms import KINDS, LOADS, MOST_BENT, Sketch
 from ..support.random_mechanism_checks import BOUND, FEW, check_forces, quasi_accelerations
 from ..support.workshop import Workshop
 
-PARTS = ("rope", "rope over eyelets", "bearing", "slot", "slot's end")
+PARTS = ("rope", "rope over eyelets", "bearing", "slot", "slot's end", "roller", "knife edge", "face")
 FRICTION = 0.3
 RESTITUTION = 0.4
 
@@ -38,7 +39,8 @@ class Drawn:
     def add(self, kind: str, rng: np.random.Generator) -> None:
         """A part of the kind that is just taut or in touch, unless its rows would depend on the others'."""
         tables, points = len(self.sketch.tables), {k: dict(named) for k, named in self.sketch.points.items()}
-        (self._rope if "rope" in kind else self._journal)(kind, rng)
+        draw = self._rope if "rope" in kind else self._journal if kind in PARTS[:5] else self._cam
+        draw(kind, rng)
         if self._bent():
             del self.sketch.tables[tables:]
             self.sketch.points = points
@@ -55,7 +57,7 @@ class Drawn:
     def _bent(self) -> bool:
         """Whether there are too many rows, or such as all but depend on each other, those of all slips included."""
         sketch, still = self.sketch, np.zeros_like(self.sketch.poses)
-        rough = [isinstance(part, Journal) for part in self.parts]
+        rough = [not isinstance(part, Rope) for part in self.parts]
         held = distances.rows_of(sketch.system, self.parts, rough, sketch.poses, still).rows
         if sliding.freedoms(sketch.system, sketch.slots, sketch.given) < len(held):
             return True
@@ -115,6 +117,40 @@ class Drawn:
         self.parts.append(Journal((a, pin[1]), ((b, holes[0][1]), (b, holes[-1][1])), radius, clearance))
         self.contacts.append((pin[0], name))
 
+    def _cam(self, kind: str, rng: np.random.Generator) -> None:
+        """A cam that its follower touches: with a roller, or a point, it may be hollow, with a face it is convex."""
+        a, b = self._two(rng)
+        if rng.random() < 0.5:
+            a, b = b, a
+        base, radius = float(rng.uniform(0.2, 0.5)), float(rng.uniform(0.02, 0.08)) if kind == "roller" else 0.0
+        times, sense = int(rng.integers(1, 4)), int(rng.choice([-1, 1]))
+        size = float(rng.uniform(0.2, 0.5)) * base / times**2
+        mounted, shift = (float(x) for x in rng.uniform(-2.0, 2.0, 2))
+        shape = Shape(base + radius, size, times, shift, mounted, sense)
+        centre, seen = self._place(b, rng), float(rng.uniform(-3.0, 3.0))
+        turned = 0.0 if b == GROUND else float(self.sketch.poses[b, 2])
+        far = float(shape.at(seen - turned)[0])
+        name = f"cam_{len(self.parts)}"
+        e = np.array([np.cos(seen), np.sin(seen)])
+        touching = centre + far * e
+        cam = self.sketch.point(b, centre)
+        if kind == "face":
+            along = np.array([-e[1], e[0]]) * rng.choice([-1.0, 1.0])
+            ends = [self.sketch.point(a, touching + s * along) for s in (-1.5, 1.2)]
+            follower = f'["{ends[0][0]}", "{ends[1][0]}"]'
+            self.parts.append(Face((b, cam[1]), ((a, ends[0][1]), (a, ends[1][1])), shape))
+            self.contacts.append((cam[0], name))
+        else:
+            disc = self.sketch.point(a, touching)
+            follower = f'"{disc[0]}"\nradius = {radius!r}'
+            self.parts.append(Roller((b, cam[1]), (a, disc[1]), radius, shape))
+            self.contacts.append((disc[0], name))
+        self.sketch.tables.append(
+            f'[[cam]]\nname = "{name}"\ncentre = "{cam[0]}"\nfollower = {follower}\nbase = {base!r}\n'
+            f'lift = "{shape.text()}"\nangle = {mounted!r}\nclockwise = {"true" if sense < 0 else "false"}\n'
+            f"restitution = {RESTITUTION}\nfriction = {FRICTION}"
+        )
+
 
 @st.composite
 def drawings(choose: st.DrawFn) -> Drawn:
@@ -153,7 +189,7 @@ def check(drawn: Drawn, workshop: Workshop) -> None:
     assert np.max(np.abs(model.gaps(q))) <= 1e-14 * max(1.0, np.abs(sketch.poses).max())
     rng = np.random.default_rng(5)
     normals = _unit_rows(model, "gap_rates", q)[order]
-    rough = [isinstance(part, Journal) for part in drawn.parts]
+    rough = [not isinstance(part, Rope) for part in drawn.parts]
     sticking = [bool(rub and rng.random() < 0.5) for rub in rough]
     tangents = _unit_rows(model, "slips", q)[order] if any(rough) else np.zeros_like(normals)
     closure = model.jacobian(q)
@@ -188,7 +224,7 @@ def _check_impacts(
     drawn: Drawn, model: Any, q: Array, closure: Array, normals: Array, rng: np.random.Generator
 ) -> None:
     smooth = model.with_parameters(
-        {f"{name}.friction": 0.0 for _, name in drawn.contacts if name.startswith("journal")}
+        {f"{name}.friction": 0.0 for _, name in drawn.contacts if not name.startswith("rope")}
     )
     for part, contact, normal in zip(drawn.parts, drawn.contacts, normals, strict=True):
         u = rng.normal(size=len(q))
@@ -212,12 +248,12 @@ DRAWN = settings(
 
 @settings(DRAWN, max_examples=FEW)
 @given(drawn=drawings())
-def test_a_few_ropes_and_journals_are_those_of_the_dense_reference(drawn: Drawn, workshop: Workshop) -> None:
+def test_a_few_ropes_journals_and_cams_are_those_of_the_dense_reference(drawn: Drawn, workshop: Workshop) -> None:
     check(drawn, workshop)
 
 
 @pytest.mark.hard
 @settings(DRAWN, max_examples=60)
 @given(drawn=drawings())
-def test_ropes_and_journals_are_those_of_the_dense_reference(drawn: Drawn, workshop: Workshop) -> None:
+def test_ropes_journals_and_cams_are_those_of_the_dense_reference(drawn: Drawn, workshop: Workshop) -> None:
     check(drawn, workshop)
