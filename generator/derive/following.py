@@ -198,9 +198,7 @@ class RollerGap:
         turned = (weight * out - self.radius) * impulse
         return self._opposite(at, scale(impulse, tangent), self.radius * impulse, turned)
 
-    def _opposite(
-        self, at: Accelerations, impulse: Vector, moment: sp.Expr, turned: sp.Expr
-    ) -> dict[int, Wrench]:
+    def _opposite(self, at: Accelerations, impulse: Vector, moment: sp.Expr, turned: sp.Expr) -> dict[int, Wrench]:
         """An impulse on the disc's centre and its opposite on the cam's, with a moment on each."""
         return opposite(at, (self.disc, self.cam), impulse, moment, turned)
 

@@ -73,7 +73,9 @@ class CamTable(Table):
         "a list of pieces"
     )
     angle: Angle = Field(default=0.0, description="where on its link the cam's angle is zero, in rad; 0 if not given")
-    clockwise: bool = Field(default=False, description="whether the cam's angle is counted clockwise; false if not given")
+    clockwise: bool = Field(
+        default=False, description="whether the cam's angle is counted clockwise; false if not given"
+    )
     restitution: Restitution = Field(description="the coefficient of restitution, a number from 0 to 1")
     friction: Friction | None = Field(default=None, description="Coulomb's coefficient of friction, a positive number")
     law: Law | None = Field(default=None, description=LAW_MEANS)
@@ -262,9 +264,7 @@ def build(table: CamTable, index: int, around: Surroundings, complain: Complain)
     )
 
 
-def _profile(
-    table: CamTable, name: str, index: int, follower: Extent | None, complain: Complain
-) -> CamProfile | None:
+def _profile(table: CamTable, name: str, index: int, follower: Extent | None, complain: Complain) -> CamProfile | None:
     """The profile, or ``None`` after having complained."""
     face = follower is not None and follower[1] is not None
     if face and table.radius is not None:
@@ -343,7 +343,9 @@ def _in_order(lift: Sequence[PieceTable], complain: Complain) -> bool:
             fine = False
         if one.law and (one.lift is None or isinstance(one.lift, Expression)):
             what = "rest" if one.lift is None else "expression"
-            complain(("lift", k, "law"), f'found "{one.law}" beside a {what}, expected a lift in m with it; leave it out')
+            complain(
+                ("lift", k, "law"), f'found "{one.law}" beside a {what}, expected a lift in m with it; leave it out'
+            )
             fine = False
         before = one.to
     return fine
