@@ -16,7 +16,7 @@ from ..effect_base.effect import Complain, ContactPoint, Curve, Effect, Entry, P
 from ..effect_base.expression_of_angle import InAngle
 from ..effect_base.expression_of_time import Expression
 from ..effect_base.points import choose_carrier, find_point
-from ..effect_base.table import Name, PointName, Positive, Table
+from ..effect_base.table import Name, PointName, Positive, Table, number_or_list
 from ..effect_base.written_numbers import Angle, Measured
 from ..mechanism.joints import PointRef
 from ..mechanism.links import FROM_0_TO_1, NOT_NEGATIVE, POSITIVE, Parameter, Point
@@ -45,10 +45,6 @@ class PieceTable(Table):
     )
 
 
-def _kind_of_lift(value: object) -> str:
-    return "<list>" if isinstance(value, list) else "<expression>"
-
-
 class CamTable(Table):
     """One ``[[cam]]``."""
 
@@ -65,9 +61,9 @@ class CamTable(Table):
         default=None, description="the radius of the roller in m, not negative; without it the follower is a point"
     )
     lift: Annotated[
-        Annotated[Annotated[float | Expression, InAngle()], Tag("<expression>")]
+        Annotated[Annotated[float | Expression, InAngle()], Tag("<number>")]
         | Annotated[Annotated[list[PieceTable], Field(min_length=1, max_length=60)], Tag("<list>")],
-        Discriminator(_kind_of_lift),
+        Discriminator(number_or_list),
     ] = Field(
         description="how far the follower is lifted off the base circle in m, over a turn: an expression of angle, or "
         "a list of pieces"
@@ -213,8 +209,8 @@ class Cam(Effect):
         length = abs(complex(*place(self.end)) - start)
         if depth >= -DEPTH and not -DEPTH <= along <= length + DEPTH:
             return (
-                f"the start has the cam against the line of {self.titles[1]} {along:.6g} m from its first end, expected "
-                f"from 0 to its length, {length:.6g} m; make the face longer or change the start",
+                f"the start has the cam against the line of {self.titles[1]} {along:.6g} m from its first end, "
+                f"expected from 0 to its length, {length:.6g} m; make the face longer or change the start",
             )
         return self._too_deep(depth)
 
@@ -222,8 +218,8 @@ class Cam(Effect):
         if depth <= DEPTH:
             return ()
         return (
-            f"the start has {self.titles[1]} inside the cam by {depth:.6g} m, expected at or off its surface; change the "
-            "start or the base",
+            f"the start has {self.titles[1]} inside the cam by {depth:.6g} m, expected at or off its surface; change "
+            "the start or the base",
         )
 
 
@@ -239,10 +235,10 @@ def build(table: CamTable, index: int, around: Surroundings, complain: Complain)
         centre = None
     follower = find_extent(table.follower, mechanism, lambda key, text: complain(("follower",), text))
     profile = _profile(table, name, index, follower, complain)
-    if follower and isinstance(table.follower, str) and table.radius:
-        if wrong := choose_carrier(table.follower, mechanism):
-            complain(("follower",), wrong)
-            follower = None
+    rolls = isinstance(table.follower, str) and table.radius
+    if follower and rolls and (wrong := choose_carrier(title_of(table.follower), mechanism)):
+        complain(("follower",), wrong)
+        follower = None
     if centre is None or follower is None or profile is None:
         return None
     if not on_two_links(table.centre, centre, table.follower, follower, mechanism, lambda _, text: complain((), text)):
@@ -330,8 +326,8 @@ def _in_order(lift: Sequence[PieceTable], complain: Complain) -> bool:
         if last and abs(one.to - TURN) > MEETS:
             complain(
                 ("lift", k, "to"),
-                f'found {math.degrees(one.to):.6g} deg, expected "360 deg", because the last piece ends where the first '
-                "begins",
+                f'found {math.degrees(one.to):.6g} deg, expected "360 deg", because the last piece ends where the '
+                "first begins",
             )
             fine = False
         elif not before < one.to < TURN + MEETS:
@@ -343,9 +339,8 @@ def _in_order(lift: Sequence[PieceTable], complain: Complain) -> bool:
             fine = False
         if one.law and (one.lift is None or isinstance(one.lift, Expression)):
             what = "rest" if one.lift is None else "expression"
-            complain(
-                ("lift", k, "law"), f'found "{one.law}" beside a {what}, expected a lift in m with it; leave it out'
-            )
+            told = f'found "{one.law}" beside a {what}, expected a lift in m with it; leave it out'
+            complain(("lift", k, "law"), told)
             fine = False
         before = one.to
     return fine

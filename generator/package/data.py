@@ -147,7 +147,7 @@ def _discs(scene: Scene) -> list[Json]:
     """Each disc and each edge once, and closed curves."""
     found = dict.fromkeys(rim for effect in scene.effects for rim in effect.rims())
     point = scene.mechanism.point
-    discs = [
+    discs: list[Json] = [
         {
             "link": ref.link,
             "point": _point(point(ref)),

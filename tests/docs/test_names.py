@@ -23,6 +23,7 @@ SCENES = (
     "four-bar",
     "jansen-driven",
     "loose-slider-crank",
+    "cam-follower",
     "strandbeest",
     "flyer",
     "massless-coupler",

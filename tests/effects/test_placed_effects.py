@@ -213,7 +213,9 @@ def placed(place: str) -> str:
 
 
 @pytest.mark.parametrize("arm", [ARM, INWARDS], ids=["outwards", "inwards"])
-@pytest.mark.parametrize("case", all_hard_but("torsion", "stop", "motor", "loads", "slot", "rope", "meshes", "cam", of=CASES))
+@pytest.mark.parametrize(
+    "case", all_hard_but("torsion", "stop", "motor", "loads", "slot", "rope", "meshes", "cam", of=CASES)
+)
 def test_mirrored_parts_move_as_their_mirror_images(case: str, arm: str, workshop: Workshop) -> None:
     """Under gravity, beside each other in one model."""
     text = of_part(arm, case) + "[gravity]\n" + placed('name = "a"') + placed('name = "b"\nmirror = true')

@@ -1,7 +1,7 @@
-"""Random mechanisms with ropes, with journals in bearings and slots, and with cams drawn in, against the dense reference.
+"""Random mechanisms with ropes, journals in bearings and slots, and cams drawn in, against the dense reference.
 
-The reference (``tests/oracles/distances.py`` and ``cams.py``) knows gaps as true distances, in maximal coordinates, and takes their
-rows and biases by differences in wide numbers.
+The reference (``tests/oracles/distances.py`` and ``cams.py``) knows gaps as true distances, in maximal coordinates, and
+takes their rows and biases by differences in wide numbers.
 """
 
 from __future__ import annotations
