@@ -71,10 +71,20 @@ class Profile:
             at.let(f"{name}_{self.label}", sign * value) for name, sign, value in zip(names, signs, sums, strict=True)
         )
 
+    def zero(self, turned: sp.Expr, beyond: float = 0.0) -> Vector:
+        """The direction of the cam's angle ``beyond`` (rad), zero unless given, where its link is ``turned``.
+
+        The link's own sine and cosine are turned, so that no angle is added to one, whose sum SymPy would take apart.
+        """
+        axis = (sp.cos(turned), sp.sin(turned))
+        for angle in (self.mounted, sp.Float(beyond) if beyond else sp.S.Zero):
+            across = scale(self.sense * sp.sin(angle), perp(axis))
+            axis = add(scale(sp.cos(angle), axis), across)
+        return axis
+
     def _angle(self, at: Positions, cam: int, towards: Vector) -> sp.Expr:
         """The direction's angle on the cam, from 0 to one turn."""
-        zero = at.angle(cam) + self.sense * self.mounted
-        axis = at.let_vector(f"zero_{self.label}", (sp.cos(zero), sp.sin(zero)))
+        axis = at.let_vector(f"zero_{self.label}", self.zero(at.angle(cam)))
         along = at.let(f"along_{self.label}", dot(axis, towards))
         across = at.let(f"across_{self.label}", self.sense * dot(perp(axis), towards))
         behind = at.let(f"behind_{self.label}", step(-along))

@@ -24,6 +24,7 @@ from ..mechanism.links import FROM_0_TO_1, NOT_NEGATIVE, POSITIVE, Parameter, Po
 if TYPE_CHECKING:
     from sympy import Expr
 
+    from ..derive.following import Profile
     from ..derive.gaps import Gap
     from ..derive.motion import Motion
     from ..derive.terms_of_effects import Let
@@ -105,16 +106,17 @@ class Cam(Effect):
 
     def describe(self, mechanism: object) -> str:
         own = ", ".join(f"{p.path} = {p.value!r}" for p in self.parameters())
-        return f"{self.titles[1]} on the cam about {self.titles[0]}, {own}"
+        pieces = len(self.profile.pieces)
+        lift = f"a lift in {pieces} pieces, " if pieces > 1 else ""
+        return f"{self.titles[1]} on the cam about {self.titles[0]}, {lift}{own}"
 
     def gaps(self, let: Let) -> tuple[Gap, ...]:
         """One gap, called after the follower and the cam."""
-        from ..derive.following import FaceGap, Profile, RollerGap
+        from ..derive.following import FaceGap, RollerGap
         from ..derive.vectors import symbol
 
-        label, own = f"cam_{self.index}", self.profile
-        radius = symbol(own.radius) if isinstance(own.radius, Parameter) else symbol(None)
-        profile = Profile(label, symbol(own.base) + radius, own.lifts(), symbol(own.mounted), own.sense)
+        label, profile = f"cam_{self.index}", self._profile()
+        radius = self._radius()
         restitution, friction = symbol(self.restitution), symbol(self.friction)
         if self.end is None:
             return (
@@ -147,6 +149,21 @@ class Cam(Effect):
             ),
         )
 
+    def _radius(self) -> Expr:
+        """The roller's radius; zero of a point and a face."""
+        from ..derive.vectors import symbol
+
+        return symbol(self.profile.radius if isinstance(self.profile.radius, Parameter) else None)
+
+    def _profile(self) -> Profile:
+        """The profile in symbols."""
+        from ..derive.following import Profile
+        from ..derive.vectors import symbol
+
+        own = self.profile
+        far = symbol(own.base) + self._radius()
+        return Profile(f"cam_{self.index}", far, own.lifts(), symbol(own.mounted), own.sense)
+
     def _touching(self) -> str:
         """The contact's first name: the follower's point, or of a face the cam's centre."""
         return self.titles[1] if self.end is None else self.titles[0]
@@ -164,16 +181,15 @@ class Cam(Effect):
 
         if not self.sides():
             return ()
-        label, own = f"cam_{self.index}", self.profile
+        label, profile = f"cam_{self.index}", self._profile()
         seen = motion.distance(self.centre, self.follower)
         if self.end:
             seen = perp(motion.distance(self.follower, self.end))
         seen = motion.let_vector(f"at_{label}", scale(1 / sp.sqrt(dot(seen, seen)), seen))
         found = []
-        for k, piece in enumerate(own.pieces):
-            turned = motion.angle(self.centre.link) + own.sense * (motion.value(own.mounted) + sp.Float(piece.start))
-            start = motion.let_vector(f"begins_{label}_{k}", (sp.cos(turned), sp.sin(turned)))
-            found.append(dot(perp(start), seen))
+        for k, piece in enumerate(self.profile.pieces):
+            start = profile.zero(motion.angle(self.centre.link), piece.start)
+            found.append(dot(perp(motion.let_vector(f"begins_{label}_{k}", start)), seen))
         return found
 
     def rims(self) -> tuple[Rim, ...]:

@@ -87,7 +87,7 @@ EXAMPLES: dict[str, str] = {
     "input": '[[input]]\nname = "input_0"\njoint = "joint_1"\n',
 }
 """A table of every effect, for the scene above."""
-CONTACTS = ("ground", "stop", "touch", "journal", "rope")
+CONTACTS = ("ground", "stop", "touch", "journal", "cam", "rope")
 """Effects that are contacts: they have gaps, and no loads."""
 MESHES = ("gear", "rack", "belt")
 """Effects that are closure rows: they have forces of constraint, and no loads."""
