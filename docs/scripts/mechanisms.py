@@ -26,6 +26,7 @@ TRACES = {
     "quick-return": (("lever.D", "ram.tool"), 0.6),
     "newtons-cradle": (("ball_0.centre", "ball_4.centre"), 0.46),
     "loose-slider-crank": (("crank.pin", "rod.small_end", "slider.pin"), 0.21),
+    "cam-follower": (("rocker.P", "rocker.T"), 0.03),
     "massless-coupler": (("coupler.A", "coupler.B"), 0.6),
 }
 """Points whose paths are drawn, and until when (s)."""

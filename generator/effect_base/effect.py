@@ -31,6 +31,9 @@ Rim = tuple[PointRef, PointRef | None, Parameter | tuple[Parameter, ...] | None]
 """What is drawn of a contact's surface: a disc about a point, or an edge to a second point; its radius (m) or half its
 thickness, which may be the sum of several, ``None`` where that is zero."""
 
+Curve = tuple[PointRef, tuple[tuple[float, float], ...]]
+"""A closed curve to draw: a point of a link, and places about it in the axes of that link (m)."""
+
 Drawn = tuple[str, tuple[PointRef, ...]]
 """A rope: its name, and the points in whose order it is drawn."""
 
@@ -162,6 +165,10 @@ class Effect:
         """Discs and edges to be drawn."""
         return ()
 
+    def curves(self) -> tuple[Curve, ...]:
+        """Closed curves to be drawn, with the numbers of the scene."""
+        return ()
+
     def ropes(self) -> tuple[Drawn, ...]:
         """Ropes to be drawn."""
         return ()
@@ -190,6 +197,10 @@ class Effect:
 
     def check_angles(self, angle: Turned) -> tuple[str, ...]:
         """What is wrong with the angles of the start, likewise."""
+        return ()
+
+    def check_pose(self, place: Place, turned: Turned) -> tuple[str, ...]:
+        """The same where both count."""
         return ()
 
 

@@ -4,6 +4,7 @@ from ..effect_base.effect import Contact, Effect, Entry, Level, Surroundings
 from . import (
     belt,
     brake,
+    cam,
     compliant_ground,
     compliant_touch,
     damper,
@@ -34,6 +35,7 @@ REGISTRY: tuple[Entry, ...] = (
     touch.ENTRY,
     compliant_touch.ENTRY,
     journal.ENTRY,
+    cam.ENTRY,
     rope.ENTRY,
     spring.ENTRY,
     damper.ENTRY,

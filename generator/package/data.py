@@ -156,10 +156,10 @@ def _ends(mechanism: Mechanism, joint: Joint) -> Json:
 
 
 def _discs(scene: Scene) -> list[Json]:
-    """Each disc and each edge once."""
+    """Each disc and each edge once, and closed curves."""
     found = dict.fromkeys(rim for effect in scene.effects for rim in effect.rims())
     point = scene.mechanism.point
-    return [
+    discs: list[Json] = [
         {
             "link": ref.link,
             "point": _point(point(ref)),
@@ -167,6 +167,11 @@ def _discs(scene: Scene) -> list[Json]:
             "radius": [part.path for part in radius] if isinstance(radius, tuple) else _coordinate(radius),
         }
         for ref, end, radius in found
+    ]
+    curves = (curve for effect in scene.effects for curve in effect.curves())
+    return discs + [
+        {"link": ref.link, "point": _point(point(ref)), "end": None, "radius": 0.0, "around": [*map(list, around)]}
+        for ref, around in curves
     ]
 
 

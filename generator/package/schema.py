@@ -86,6 +86,9 @@ class DiscData(Data):
     point: Place = entry("its centre, or one end, in the link's frame", "[2]", "m")
     end: Place | None = entry("the other end of an edge; null for a disc", "[2]", "m")
     radius: Coordinate | list[str] = entry("its radius, or half of an edge's thickness; of a list the sum", unit="m")
+    around: list[tuple[float, float]] = Field(
+        default=[], description="of a profile, its corners about the centre; left out where it is a disc or an edge"
+    )
 
 
 class RopeData(Data):

@@ -28,6 +28,7 @@ FUNCTIONS: dict[type[sp.Basic], Callable[[float], float]] = {
     sp.sin: math.sin,
     sp.cos: math.cos,
     sp.tan: math.tan,
+    sp.atan: math.atan,
     sp.exp: math.exp,
     sp.log: math.log,
     sp.tanh: math.tanh,

@@ -32,7 +32,7 @@ class Section:
 class Counts:
     """Operations of a kernel: sums, products, quotients (square roots too), angles (a sine and a cosine each).
 
-    ``functions`` are the others: tan, exp, log, tanh. A difference of two counts may be negative.
+    ``functions`` are the others: tan, atan, exp, log, tanh. A difference of two counts may be negative.
     """
 
     sums: int = 0
@@ -183,7 +183,8 @@ def count(expressions: Iterable[sp.Expr]) -> Counts:
     angles: set[sp.Expr] = set()
     for expression in expressions:
         angles |= {function.args[0] for function in expression.atoms(sp.sin, sp.cos)}
-        tally["function"] += sum(e.func in (sp.tan, sp.exp, sp.log, sp.tanh) for e in sp.preorder_traversal(expression))
+        parts = sp.preorder_traversal(expression)
+        tally["function"] += sum(e.func in (sp.tan, sp.atan, sp.exp, sp.log, sp.tanh) for e in parts)
         _count(expression, tally)
     return Counts(tally["sum"], tally["product"], tally["quotient"], len(angles), tally["function"])
 

@@ -22,6 +22,7 @@ _FUNCTIONS = {
     "sin": np.sin,
     "cos": np.cos,
     "tan": np.tan,
+    "atan": np.arctan,
     "exp": np.exp,
     "log": np.log,
     "tanh": np.tanh,

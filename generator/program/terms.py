@@ -20,6 +20,7 @@ FUNCTIONS = {
     sp.sin: "sin",
     sp.cos: "cos",
     sp.tan: "tan",
+    sp.atan: "atan",
     sp.exp: "exp",
     sp.log: "log",
     sp.tanh: "tanh",

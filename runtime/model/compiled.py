@@ -136,9 +136,15 @@ class Compiled:
 
     @property
     def discs(self) -> tuple[Disc, ...]:
-        """Discs and edges of links and of the ground, by which they touch."""
+        """Discs, edges and profiles of links and of the ground, by which they touch."""
         return tuple(
-            Disc(disc["link"], ends[0], self._size(disc["radius"]), *ends[1:])
+            Disc(
+                disc["link"],
+                ends[0],
+                self._size(disc["radius"]),
+                ends[1] if disc["end"] else None,
+                np.array(disc["around"]) if disc.get("around") else None,
+            )
             for disc in self.data["discs"]
             for ends in [self._coordinates([disc[end] for end in ("point", "end") if disc[end]])]
         )

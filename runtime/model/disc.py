@@ -19,13 +19,15 @@ HALF = np.exp(1j * np.linspace(0.0, np.pi, 16))
 class Disc:
     """A disc of a link about a point of it: `centre` (2,) in the link's frame and `radius`, in m.
 
-    With an `end` (2,) it is a straight edge from the centre to there, with round ends. `link` is -1 for the ground.
+    With an `end` (2,) it is a straight edge from the centre to there, with round ends; with corners `around` (m, 2) the
+    centre, the profile of a cam. `link` is -1 for the ground.
     """
 
     link: int
     centre: FloatArray
     radius: float
     end: FloatArray | None = None
+    around: FloatArray | None = None
 
     @property
     def fixed(self) -> bool:
@@ -33,8 +35,15 @@ class Disc:
         return self.link < 0
 
     @property
+    def round(self) -> bool:
+        """Whether it is a disc."""
+        return self.end is None and self.around is None
+
+    @property
     def outline(self) -> FloatArray:
-        """Its rim and a spoke, or the way round the edge, in the link's frame, (m, 2) in m."""
+        """Its rim and a spoke, or the way round the edge or the profile, in the link's frame, (m, 2) in m."""
+        if self.around is not None:
+            return np.asarray(self.centre + self.around)
         if self.end is None:
             return self.centre + self.radius * np.column_stack([SPOKED.real, SPOKED.imag])
         start, end = complex(*self.centre), complex(*self.end)

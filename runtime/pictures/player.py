@@ -77,8 +77,8 @@ def _surfaces(model: Drawable, link: int, length: int) -> dict[str, Any]:
     """[x, y, radius] of each disc of a link (-1: the ground), in its frame, and the outline of each edge."""
     own = [disc for disc in model.discs if disc.link == link]
     return {
-        "discs": [_numbers(np.append(disc.centre, disc.radius), length) for disc in own if disc.end is None],
-        "edges": [_numbers(disc.outline, length) for disc in own if disc.end is not None],
+        "discs": [_numbers(np.append(disc.centre, disc.radius), length) for disc in own if disc.round],
+        "edges": [_numbers(disc.outline, length) for disc in own if not disc.round],
     }
 
 

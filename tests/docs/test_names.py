@@ -143,3 +143,12 @@ def test_every_name_of_polygons_that_touch_is_in_the_table(workshop: Workshop) -
 
 def test_a_name_that_is_not_in_the_table_is_found() -> None:
     assert unknown("strange_0_x = 1\nPhi_0_xx = 2\nPhi_0_xx_fixed = 2\nrs_g_3_x = 1\n") == ["strange_0_x"]
+
+
+def test_every_name_of_cams_is_in_the_table(workshop: Workshop) -> None:
+    face = EXAMPLES["cam"].replace('follower = "link_2.B"', 'follower = ["link_2.A", "link_2.B"]')
+    face = face.replace("radius = 0.01\n", "").replace("[{ to", '[{ to = "1 deg" }, { to')
+    waves = EXAMPLES["cam"].partition("lift = ")[0] + 'lift = "0.01*cos(angle) + 0.001*exp(sin(2*angle))"\n'
+    text = listing(workshop.scene(SCENE + EXAMPLES["cam"] + face + waves))
+    assert {"from_cam_0_1", "lever_cam_0", "aside_cam_1", "part_cam_2_0_1", "b_cam_0", "l_cam_0_0"} <= names(text)
+    assert unknown(text) == []

@@ -166,6 +166,10 @@ CASES = {
         [[part.journal]]\nbetween = ["fore.T", ["upper.A", "upper.S"]]\nradius = 0.02\nclearance = 0.85
         restitution = 0.4\nfriction = 0.1\n""",
     "meshes": RAILS + WHEELS,
+    "cam": """
+        [[part.torsion]]\njoint = "elbow"\nstiffness = 20\nangle = 2.5
+        [[part.cam]]\ncentre = "upper.S"\nfollower = "fore.T"\nbase = 0.4\nradius = 0.1\nangle = "20 deg"
+        lift = "0.05*cos(angle) + 0.04*sin(2*angle)"\nrestitution = 0.3\nfriction = 0.2\n""",
     "input": '[[part.input]]\nname = "push"\npoint = "fore.T"\ndirection = [1, 2]\nframe = "link"\n',
     "rail": RAILS,
     "guide": GUIDE,
@@ -209,7 +213,9 @@ def placed(place: str) -> str:
 
 
 @pytest.mark.parametrize("arm", [ARM, INWARDS], ids=["outwards", "inwards"])
-@pytest.mark.parametrize("case", all_hard_but("torsion", "stop", "motor", "loads", "slot", "rope", "meshes", of=CASES))
+@pytest.mark.parametrize(
+    "case", all_hard_but("torsion", "stop", "motor", "loads", "slot", "rope", "meshes", "cam", of=CASES)
+)
 def test_mirrored_parts_move_as_their_mirror_images(case: str, arm: str, workshop: Workshop) -> None:
     """Under gravity, beside each other in one model."""
     text = of_part(arm, case) + "[gravity]\n" + placed('name = "a"') + placed('name = "b"\nmirror = true')

@@ -1,8 +1,8 @@
 """Random mechanisms with parts of every kind drawn in, against the dense reference: gears, racks and belts; springs,
-dampers, motors, brakes, play, drives and contacts that give way; ropes, journals, grounds, discs, edges, polygons and
-stops.
+dampers, motors, brakes, play, drives and contacts that give way; ropes, journals, cams, grounds, discs, edges, polygons
+and stops.
 
-The reference (``tests/oracles/distances.py``) knows gaps as true distances, in maximal coordinates, and takes their
+The reference (``tests/oracles/distances.py`` and ``cams.py``) knows gaps as true distances, in maximal coordinates, and takes their
 rows and biases by differences in wide numbers.
 """
 
@@ -20,7 +20,7 @@ from ccgen.runtime.model.drives import drive_rows
 from ..oracles import distances, maximal, random_mechanisms
 from ..oracles.maximal import GROUND, WIDE, Array
 from ..oracles.random_mechanisms import KINDS, LAWS, LOADS, MESHES
-from ..support.drawn_parts import DISTANCES, FRICTION, RESTITUTION, TOUCHES, Drawn, rubs
+from ..support.drawn_parts import CAMS, DISTANCES, FRICTION, RESTITUTION, TOUCHES, Drawn, rubs
 from ..support.random_mechanism_checks import BOUND, EXAMPLES, FEW, check_flight, check_forces, quasi_accelerations
 from ..support.workshop import Workshop
 
@@ -42,7 +42,7 @@ def drawings(choose: st.DrawFn, every: bool = False) -> Drawn:
     if every:
         loads = choose(st.lists(st.sampled_from(MESHES), max_size=2)) + loads
         loads = loads + choose(st.lists(st.sampled_from(LAWS), max_size=2))
-        parts = DISTANCES + TOUCHES
+        parts = DISTANCES + CAMS + TOUCHES
     seed = choose(st.integers(0, 10**6))
     drawn = Drawn(random_mechanisms.draw(kinds, parents, extra, loads, seed, choose(st.booleans())))
     rng = np.random.default_rng(seed + 1)

@@ -55,6 +55,7 @@ def test_tables_that_name_it() -> None:
         "ground",
         "touch",
         "journal",
+        "cam",
         "rope",
     }
 

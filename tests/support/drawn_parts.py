@@ -1,5 +1,5 @@
-"""Mechanisms drawn in the plane with whatever may touch or hold drawn in: ropes, journals, grounds, discs, edges,
-polygons and stops, as tables of a scene and as parts of the dense reference (``tests/oracles/distances.py``)."""
+"""Mechanisms drawn in the plane with whatever may touch or hold drawn in: ropes, journals, cams, grounds, discs,
+edges, polygons and stops, as tables of a scene and as parts of the dense reference (``tests/oracles/distances.py``)."""
 
 from __future__ import annotations
 
@@ -10,11 +10,13 @@ from typing import Any
 import numpy as np
 
 from ..oracles import distances, sliding
+from ..oracles.cams import Face, Roller, Shape
 from ..oracles.distances import Above, Beside, Journal, Limit, Rope
 from ..oracles.maximal import GROUND, WIDE, Array
 from ..oracles.random_mechanisms import MOST_BENT, Sketch
 
 DISTANCES = ("rope", "rope over eyelets", "bearing", "slot", "slot's end")
+CAMS = ("roller", "knife edge", "face")
 TOUCHES = ("ground", "disc", "edge", "edge's end", "line", "polygon", "stop")
 FRICTION = 0.3
 RESTITUTION = 0.4
@@ -22,7 +24,7 @@ RESTITUTION = 0.4
 
 def rubs(part: Any) -> bool:
     """Whether friction acts on it."""
-    return isinstance(part, Journal | Above | Beside)
+    return isinstance(part, Journal | Above | Beside | Roller | Face)
 
 
 @dataclass
@@ -40,7 +42,8 @@ class Drawn:
         tables, points = len(self.sketch.tables), {k: dict(named) for k, named in self.sketch.points.items()}
         adds = {"rope": self._rope, "stop": self._stop, "ground": self._ground}
         journals = dict.fromkeys(("bearing", "slot", "slot's end"), self._journal)
-        (adds | {"rope over eyelets": self._rope} | journals).get(kind, self._touch)(kind, rng)
+        cams = dict.fromkeys(CAMS, self._cam)
+        (adds | {"rope over eyelets": self._rope} | journals | cams).get(kind, self._touch)(kind, rng)
         if len(self.sketch.tables) == tables:
             return
         if self._bent():
@@ -186,3 +189,37 @@ class Drawn:
         )
         self.parts.append(Limit(pin.a, pin.b, sign, limit))
         self.contacts.append((f"joint_{joint}", f"{name}.{key}"))
+
+    def _cam(self, kind: str, rng: np.random.Generator) -> None:
+        """A cam that its follower touches: with a roller, or a point, it may be hollow, with a face it is convex."""
+        a, b = self._two(rng)
+        if rng.random() < 0.5:
+            a, b = b, a
+        base, radius = float(rng.uniform(0.2, 0.5)), float(rng.uniform(0.02, 0.08)) if kind == "roller" else 0.0
+        times, sense = int(rng.integers(1, 4)), int(rng.choice([-1, 1]))
+        size = float(rng.uniform(0.2, 0.5)) * base / times**2
+        mounted, shift = (float(x) for x in rng.uniform(-2.0, 2.0, 2))
+        shape = Shape(base + radius, size, times, shift, mounted, sense)
+        centre, seen = self._place(b, rng), float(rng.uniform(-3.0, 3.0))
+        turned = 0.0 if b == GROUND else float(self.sketch.poses[b, 2])
+        far = float(shape.at(seen - turned)[0])
+        name = f"cam_{len(self.parts)}"
+        e = np.array([np.cos(seen), np.sin(seen)])
+        touching = centre + (far + self.slack) * e
+        cam = self.sketch.point(b, centre)
+        if kind == "face":
+            along = np.array([-e[1], e[0]]) * rng.choice([-1.0, 1.0])
+            ends = [self.sketch.point(a, touching + s * along) for s in (-1.5, 1.2)]
+            follower = f'["{ends[0][0]}", "{ends[1][0]}"]'
+            self.parts.append(Face((b, cam[1]), ((a, ends[0][1]), (a, ends[1][1])), shape))
+            self.contacts.append((cam[0], name))
+        else:
+            disc = self.sketch.point(a, touching)
+            follower = f'"{disc[0]}"\nradius = {radius!r}'
+            self.parts.append(Roller((b, cam[1]), (a, disc[1]), radius, shape))
+            self.contacts.append((disc[0], name))
+        self.sketch.tables.append(
+            f'[[cam]]\nname = "{name}"\ncentre = "{cam[0]}"\nfollower = {follower}\nbase = {base!r}\n'
+            f'lift = "{shape.text()}"\nangle = {mounted!r}\nclockwise = {"true" if sense < 0 else "false"}\n'
+            f"restitution = {RESTITUTION}\nfriction = {FRICTION}"
+        )

@@ -67,6 +67,9 @@ EXAMPLES: dict[str, str] = {
     "touch": '[[touch]]\nbetween = ["link_2.B", "link_0"]\nradius = 0.01\nrestitution = 0.2\nfriction = 0.3\n',
     "journal": '[[journal]]\nbetween = ["link_2.B", ["link_0.A", "link_0.B"]]\nradius = 0.01\nclearance = 2.5\n'
     "restitution = 0.2\nfriction = 0.3\n",
+    "cam": '[[cam]]\ncentre = "link_0.A"\nfollower = "link_2.B"\nbase = 0.2\nradius = 0.01\nrestitution = 0.2\n'
+    "friction = 0.3\nclockwise = true\nangle = 0.4\n"
+    'lift = [{ to = "120 deg", lift = 0.02 }, { to = "150 deg" }, { to = "360 deg", lift = 0, law = "3-4-5" }]\n',
     "rope": '[[rope]]\nbetween = ["ground.O", "link_2.B"]\nover = ["link_1.B"]\nlength = 4\nrestitution = 0.2\n',
     "compliant_touch": '[[compliant_touch]]\nbetween = ["link_2.B", "link_0"]\nradius = 0.01\nload = 3\ndepth = 0.1\n'
     "damping = 0.2\nfriction = 0.4\n",
@@ -84,7 +87,7 @@ EXAMPLES: dict[str, str] = {
     "input": '[[input]]\nname = "input_0"\njoint = "joint_1"\n',
 }
 """A table of every effect, for the scene above."""
-CONTACTS = ("ground", "stop", "touch", "journal", "rope")
+CONTACTS = ("ground", "stop", "touch", "journal", "cam", "rope")
 """Effects that are contacts: they have gaps, and no loads."""
 MESHES = ("gear", "rack", "belt")
 """Effects that are closure rows: they have forces of constraint, and no loads."""
