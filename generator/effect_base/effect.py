@@ -40,12 +40,6 @@ Drawn = tuple[str, tuple[PointRef, ...]]
 ContactPoint = tuple[str, str, PointRef, Parameter | None]
 """A point or a disc about it: its name, what it touches, where it sits, its radius (m), ``None`` where that is zero."""
 
-Place = Callable[[PointRef], tuple[float, float]]
-"""Where a point of the mechanism is at the start, x and y in m."""
-
-Turned = Callable[[int], float]
-"""The angle of a link at the start, in rad; of the ground, zero."""
-
 Complain = Callable[[tuple[str | int, ...], str], None]
 """Notes a fault of an effect's own table: the key inside the table, and the sentence."""
 
@@ -191,16 +185,8 @@ class Effect:
         Where joints let go or take hold, that is the scene's own start, whichever of them are open."""
         return self
 
-    def check_start(self, place: Place) -> tuple[str, ...]:
-        """What is wrong with the start as far as this effect is concerned, one sentence each."""
-        return ()
-
-    def check_angles(self, angle: Turned) -> tuple[str, ...]:
-        """What is wrong with the angles of the start, likewise."""
-        return ()
-
-    def check_pose(self, place: Place, turned: Turned) -> tuple[str, ...]:
-        """The same where both count."""
+    def check_start(self, start: Assembled) -> tuple[str, ...]:
+        """What is wrong with the ``start`` as far as this effect is concerned, one sentence each."""
         return ()
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from ..mechanism.joints import PointRef
 from ..mechanism.mechanism import Mechanism
-from .effect import Complain, Place
+from .effect import Complain
 from .points import find_point
 
 if TYPE_CHECKING:
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
     from ..derive.motion import Force, Motion
     from ..derive.vectors import Vector
+    from ..mechanism.assembled import Assembled
 
 NO_DIRECTION = 1e-9
 """Points closer than this (m) have no line between them."""
@@ -63,9 +64,9 @@ class Line:
         force = motion.let_vector(f"pull_{self.label}", scale(tension, self.reach(motion)))
         return Force(self.points[0], force), Force(self.points[1], scale(S.NegativeOne, force))
 
-    def is_point(self, place: Place) -> bool:
+    def is_point(self, start: Assembled) -> bool:
         """Whether both ends are at the same place at the start."""
-        (x, y), (x2, y2) = (place(ref) for ref in self.points)
+        (x, y), (x2, y2) = (start.place(ref) for ref in self.points)
         return math.hypot(x2 - x, y2 - y) <= NO_DIRECTION
 
 

@@ -12,7 +12,7 @@ from ..mechanism.links import NOT_NEGATIVE, Parameter, Point
 from ..mechanism.mechanism import Mechanism
 from .between import Side, distance_from, edge_between, find_disc, find_extent, on_two_links, title_of
 from .contact import Radius
-from .effect import Complain, Place, Rim
+from .effect import Complain, Rim
 from .points import choose_carrier
 from .table import Name, Table, number_or_list
 
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
     from ..derive.terms_of_effects import Let
     from ..derive.touching import TouchGap
+    from ..mechanism.assembled import Assembled
 
 
 class PairTable(Table):
@@ -104,10 +105,10 @@ class Pair:
         bodies = (self.disc, self.other)
         return tuple((body.start, body.end, body.radius) for body in bodies if body.end or body.radius)
 
-    def depth(self, place: Place) -> float:
+    def depth(self, start: Assembled) -> float:
         """How far each is inside the other (m)."""
         ends = (self.other.start, self.other.end or self.other.start)
-        away = distance_from(complex(*place(self.disc.start)), *(complex(*place(end)) for end in ends))
+        away = distance_from(complex(*start.place(self.disc.start)), *(complex(*start.place(end)) for end in ends))
         return self.disc.size + self.other.size - away
 
 

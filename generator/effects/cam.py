@@ -12,7 +12,7 @@ from pydantic import Discriminator, Field, Tag
 from ..effect_base.between import Extent, Side, edge_between, find_extent, on_two_links, title_of
 from ..effect_base.cam_profile import MEETS, TURN, CamProfile, Height, LawOfLift, Piece
 from ..effect_base.contact import DEPTH, LAW_MEANS, Friction, Law, Radius, Restitution
-from ..effect_base.effect import Complain, ContactPoint, Curve, Effect, Entry, Place, Rim, Surroundings, Turned
+from ..effect_base.effect import Complain, ContactPoint, Curve, Effect, Entry, Rim, Surroundings
 from ..effect_base.expression_of_angle import InAngle
 from ..effect_base.expression_of_time import Expression
 from ..effect_base.points import choose_carrier, find_point
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from ..derive.gaps import Gap
     from ..derive.motion import Motion
     from ..derive.terms_of_effects import Let
+    from ..mechanism.assembled import Assembled
 
 DRAWN = 180
 """Corners of a profile that is drawn."""
@@ -207,22 +208,22 @@ class Cam(Effect):
         radius = self.profile.radius if isinstance(self.profile.radius, Parameter) else None
         return ((self.titles[1], self.name, self.follower, radius),)
 
-    def check_pose(self, place: Place, turned: Turned) -> tuple[str, ...]:
-        centre, start = complex(*place(self.centre)), complex(*place(self.follower))
-        far, off = self.profile.far, start - centre
+    def check_start(self, start: Assembled) -> tuple[str, ...]:
+        centre, foot = complex(*start.place(self.centre)), complex(*start.place(self.follower))
+        far, off = self.profile.far, foot - centre
         if self.end is None:
             if not abs(off) > DEPTH:
                 return (f"the start has {self.titles[1]} in the cam's centre, expected it outside; change the start",)
-            seen = self.profile.seen_at(off, turned(self.centre.link))
+            seen = self.profile.seen_at(off, start.angle(self.centre.link))
             depth = (far(seen) - abs(off)) * far(seen) / math.hypot(far(seen), far(seen, 1))
             return self._too_deep(depth)
-        face = (complex(*place(self.end)) - start) / abs(complex(*place(self.end)) - start)
+        face = (complex(*start.place(self.end)) - foot) / abs(complex(*start.place(self.end)) - foot)
         normal = 1j * face if (off * face.conjugate()).imag > 0.0 else -1j * face
-        seen = self.profile.seen_at(normal, turned(self.centre.link))
+        seen = self.profile.seen_at(normal, start.angle(self.centre.link))
         depth = far(seen) - (off * normal.conjugate()).real
         touched = centre + normal * complex(far(seen), self.profile.sense * far(seen, 1))
-        along = ((touched - start) * face.conjugate()).real
-        length = abs(complex(*place(self.end)) - start)
+        along = ((touched - foot) * face.conjugate()).real
+        length = abs(complex(*start.place(self.end)) - foot)
         if depth >= -DEPTH and not -DEPTH <= along <= length + DEPTH:
             return (
                 f"the start has the cam against the line of {self.titles[1]} {along:.6g} m from its first end, "

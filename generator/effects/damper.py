@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field
 
-from ..effect_base.effect import Complain, Effect, Entry, Place, Surroundings
+from ..effect_base.effect import Complain, Effect, Entry, Surroundings
 from ..effect_base.line import Line, find_line
 from ..effect_base.table import Name, PointName, Positive, Table
 from ..effect_base.written_numbers import Measured
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from sympy import Expr
 
     from ..derive.motion import Force, Motion
+    from ..mechanism.assembled import Assembled
 
 
 class DamperTable(Table):
@@ -52,8 +53,8 @@ class Damper(Effect):
         line = self.line
         return -motion.value(self.damping) * line.stretching(motion) ** 2 / line.square(motion)
 
-    def check_start(self, place: Place) -> tuple[str, ...]:
-        if not self.line.is_point(place):
+    def check_start(self, start: Assembled) -> tuple[str, ...]:
+        if not self.line.is_point(start):
             return ()
         return (
             f"the start has both ends of {self.name} at the same place, where a damper has no direction; "

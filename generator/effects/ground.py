@@ -11,7 +11,7 @@ from pydantic import Discriminator, Field, Tag
 
 from ..effect_base.contact import DEPTH, LAW_MEANS, Friction, Law, Radius, Restitution
 from ..effect_base.direction import unit
-from ..effect_base.effect import Complain, Contact, ContactPoint, Effect, Entry, Level, Place, Plane, Rim, Surroundings
+from ..effect_base.effect import Complain, Contact, ContactPoint, Effect, Entry, Level, Plane, Rim, Surroundings
 from ..effect_base.points import choose_carrier, find_point
 from ..effect_base.table import Direction, Name, PointName, Position, Table, number_or_list
 from ..mechanism.joints import PointRef
@@ -21,6 +21,7 @@ from ..mechanism.mechanism import Mechanism
 if TYPE_CHECKING:
     from ..derive.gaps import Gap
     from ..derive.terms_of_effects import Let
+    from ..mechanism.assembled import Assembled
 
 
 class HalfPlaneTable(Table):
@@ -137,10 +138,10 @@ class Ground(Effect):
     def level(self) -> Level:
         return Level(self.point.values(), self.normal.values())
 
-    def check_start(self, place: Place) -> tuple[str, ...]:
+    def check_start(self, start: Assembled) -> tuple[str, ...]:
         level = self.level()
         depths = [
-            (name, (radius.value if radius else 0.0) - level.height(*place(ref)))
+            (name, (radius.value if radius else 0.0) - level.height(*start.place(ref)))
             for (name, ref), radius in self._rounded()
         ]
         return tuple(

@@ -18,7 +18,7 @@ from ..effect_base.between import (
     title_of,
 )
 from ..effect_base.contact import DEPTH, LAW_MEANS, Friction, Law, Radius, Restitution
-from ..effect_base.effect import Complain, ContactPoint, Effect, Entry, Place, Rim, Surroundings
+from ..effect_base.effect import Complain, ContactPoint, Effect, Entry, Rim, Surroundings
 from ..effect_base.points import choose_carrier
 from ..effect_base.table import Name, Positive, Table
 from ..effect_base.written_numbers import Measured
@@ -29,6 +29,7 @@ from ..mechanism.mechanism import Mechanism
 if TYPE_CHECKING:
     from ..derive.gaps import Gap
     from ..derive.terms_of_effects import Let
+    from ..mechanism.assembled import Assembled
 
 
 class JournalTable(Table):
@@ -125,9 +126,9 @@ class Journal(Effect):
     def contact_points(self) -> tuple[ContactPoint, ...]:
         return ((self.title_of_pin, self.name, self.pin, self.radius),)
 
-    def check_start(self, place: Place) -> tuple[str, ...]:
+    def check_start(self, start: Assembled) -> tuple[str, ...]:
         ends = (self.hole.start, self.hole.end or self.hole.start)
-        off = distance_from(complex(*place(self.pin)), *(complex(*place(end)) for end in ends))
+        off = distance_from(complex(*start.place(self.pin)), *(complex(*start.place(end)) for end in ends))
         if off - self.clearance.value <= DEPTH:
             return ()
         middle = "the middle line of" if self.hole.end else "the middle,"

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from ..effect_base.between import distance_from
 from ..effect_base.contact import DEPTH
-from ..effect_base.effect import ContactPoint, Effect, Place, Rim
+from ..effect_base.effect import ContactPoint, Effect, Rim
 from ..mechanism.joints import PointRef
 from ..mechanism.links import Parameter, Point
 from ..mechanism.mechanism import Mechanism
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from ..derive.gaps import Gap
     from ..derive.terms_of_effects import Let
     from ..derive.touching import Side
+    from ..mechanism.assembled import Assembled
 
 
 @dataclass(frozen=True)
@@ -159,8 +160,10 @@ class OutlineTouch(Effect):
         )
         return tuple((name, self.name, corner, radius) for name, corner, radius in corners)
 
-    def check_start(self, place: Place) -> tuple[str, ...]:
-        where = {id(side): [complex(*place(corner)) for corner in side.corners] for side in (self.first, self.second)}
+    def check_start(self, start: Assembled) -> tuple[str, ...]:
+        where = {
+            id(side): [complex(*start.place(corner)) for corner in side.corners] for side in (self.first, self.second)
+        }
         for pair in self.pairs():
             tip, corners = where[id(pair.tipped)][pair.tip], where[id(pair.facing)]
             if pair.facing.closed and is_inside(tip, corners):

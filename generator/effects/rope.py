@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 from pydantic import Field
 
 from ..effect_base.contact import DEPTH, LAW_MEANS, Law, Restitution
-from ..effect_base.effect import Complain, ContactPoint, Drawn, Effect, Entry, Place, Surroundings
+from ..effect_base.effect import Complain, ContactPoint, Drawn, Effect, Entry, Surroundings
 from ..effect_base.line import NO_DIRECTION, links_at
 from ..effect_base.points import find_point
 from ..effect_base.table import Name, PointName, Positive, Table
@@ -85,7 +85,7 @@ class Rope(Effect):
         """Its length, where the scene leaves it open, is that of its way at the start."""
         if self.length:
             return self
-        length = float(f"{self._way(start.place):.{DIGITS}g}")
+        length = float(f"{self._way(start):.{DIGITS}g}")
         return replace(self, length=_length(self.name, self.index, length)) if length > 0.0 else self
 
     def gaps(self, let: Let) -> tuple[Gap, ...]:
@@ -125,8 +125,8 @@ class Rope(Effect):
     def contact_points(self) -> tuple[ContactPoint, ...]:
         return ((self.titles[-1], self.name, self.points[-1], None),)
 
-    def check_start(self, place: Place) -> tuple[str, ...]:
-        way = self._way(place)
+    def check_start(self, start: Assembled) -> tuple[str, ...]:
+        way = self._way(start)
         if self.length is None and len(self.points) == 2 and way <= NO_DIRECTION:
             both = " and ".join(self.titles)
             return (
@@ -136,7 +136,7 @@ class Rope(Effect):
             f"the start has {a} and {b} at the same place, where that piece of {self.name} has no direction; "
             "change the start"
             for (a, b), (one, other) in zip(pairwise(self.titles), pairwise(self.points), strict=True)
-            if len(self.points) > 2 and _apart(place(one), place(other)) <= NO_DIRECTION
+            if len(self.points) > 2 and _apart(start.place(one), start.place(other)) <= NO_DIRECTION
         ]
         if self.length and way - self.length.value > DEPTH:
             along = " - ".join(self.titles)
@@ -146,9 +146,9 @@ class Rope(Effect):
             )
         return tuple(faults)
 
-    def _way(self, place: Place) -> float:
+    def _way(self, start: Assembled) -> float:
         """How long its way is at the start (m)."""
-        return math.fsum(_apart(one, other) for one, other in pairwise(map(place, self.points)))
+        return math.fsum(_apart(one, other) for one, other in pairwise(map(start.place, self.points)))
 
 
 def _apart(one: Sequence[float], other: Sequence[float]) -> float:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from pydantic import Field
 
 from ..effect_base.dead_zone import DeadZone
-from ..effect_base.effect import Complain, Effect, Entry, Place, Surroundings
+from ..effect_base.effect import Complain, Effect, Entry, Surroundings
 from ..effect_base.line import Line, find_line
 from ..effect_base.table import Name, NotNegative, PointName, Positive, Table
 from ..effect_base.written_numbers import Measured
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from sympy import Expr
 
     from ..derive.motion import Force, Motion
+    from ..mechanism.assembled import Assembled
     from ..mechanism.mechanism import Mechanism
 
 
@@ -154,8 +155,8 @@ class Spring(Effect):
         """The tension where it is longer (shorter) than at rest and pulls (pushes)."""
         return motion.side(self.line.label) * motion.side(self._loaded) * self._tension(motion)
 
-    def check_start(self, place: Place) -> tuple[str, ...]:
-        if self.length is None or not self.line.is_point(place):
+    def check_start(self, start: Assembled) -> tuple[str, ...]:
+        if self.length is None or not self.line.is_point(start):
             return ()
         return (
             f"the start has both ends of {self.name} at the same place, where a spring with a length at rest has no "

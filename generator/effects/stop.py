@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from pydantic import Field
 
 from ..effect_base.contact import Restitution
-from ..effect_base.effect import Complain, Effect, Entry, Surroundings, Turned
+from ..effect_base.effect import Complain, Effect, Entry, Surroundings
 from ..effect_base.points import find_joint
 from ..effect_base.table import JointName, Name, Table
 from ..effect_base.written_numbers import Angle, as_written
@@ -18,6 +18,7 @@ from ..mechanism.links import FROM_0_TO_1, Parameter
 if TYPE_CHECKING:
     from ..derive.gaps import Gap
     from ..derive.terms_of_effects import Let
+    from ..mechanism.assembled import Assembled
 
 DEPTH = 1e-9
 """A start further beyond a stop than this (rad) is wrong; less is rounding."""
@@ -82,8 +83,8 @@ class Stop(Effect):
             for limit in self.limits
         )
 
-    def check_angles(self, angle: Turned) -> tuple[str, ...]:
-        found = angle(self.joint.second.link) - angle(self.joint.first.link)
+    def check_start(self, start: Assembled) -> tuple[str, ...]:
+        found = start.angle(self.joint.second.link) - start.angle(self.joint.first.link)
         sides = {"lowest": "at least", "highest": "at most"}
         return tuple(
             f"the start has {self.joint.name} at {found:.6g} rad, expected {sides[limit.key]} "

@@ -11,7 +11,7 @@ from pydantic import Discriminator, Field, Tag
 
 from ..effect_base.between import points_of, shown, title_of
 from ..effect_base.contact import DEPTH, LAW_MEANS, Friction, Law, Restitution
-from ..effect_base.effect import Complain, ContactPoint, Effect, Entry, Place, Rim, Surroundings
+from ..effect_base.effect import Complain, ContactPoint, Effect, Entry, Rim, Surroundings
 from ..effect_base.line import links_at
 from ..effect_base.pair import Pair, PairTable, check_carriers, read_pair, read_radii
 from ..effect_base.points import find_point, written
@@ -23,6 +23,7 @@ from .outline_touch import Outline, OutlineTouch, fault_of
 if TYPE_CHECKING:
     from ..derive.gaps import Gap
     from ..derive.terms_of_effects import Let
+    from ..mechanism.assembled import Assembled
 
 
 Corners = Annotated[list[PointName], Field(min_length=2, max_length=501)]
@@ -74,8 +75,8 @@ class Touch(Effect):
         discs = (disc, other) if other.end is None else (disc,)
         return tuple((body.title, self.name, body.start, body.radius) for body in discs)
 
-    def check_start(self, place: Place) -> tuple[str, ...]:
-        depth = self.pair.depth(place)
+    def check_start(self, start: Assembled) -> tuple[str, ...]:
+        depth = self.pair.depth(start)
         if depth <= DEPTH:
             return ()
         return (

@@ -266,14 +266,8 @@ def check_effects(start: Start, bodies: Bodies, effects: Sequence[tuple[Path, Ef
     assembled = Assembled(bodies.mechanism, start.poses)
     for path, effect in effects:
         lifted = asked.height is not None and effect.level() is not None
-        for sentence in effect.check_start(assembled.place):
+        for sentence in effect.check_start(assembled):
             report.add(("start", "height") if lifted else path, sentence)
-        for sentence in effect.check_angles(assembled.angle):
-            report.add(path, sentence)
-        for sentence in effect.check_pose(
-            lambda ref: place(bodies.mechanism, start, ref), lambda link: 0.0 if link < 0 else start.poses[link][2]
-        ):
-            report.add(path, sentence)
 
 
 def settle(start: Start, bodies: Bodies, effects: Sequence[tuple[Path, Effect]]) -> list[tuple[Path, Effect]]:
