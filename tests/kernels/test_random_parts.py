@@ -2,8 +2,8 @@
 dampers, motors, brakes, play, drives and contacts that give way; ropes, journals, cams, grounds, discs, edges, polygons
 and stops.
 
-The reference (``tests/oracles/distances.py`` and ``cams.py``) knows gaps as true distances, in maximal coordinates, and takes their
-rows and biases by differences in wide numbers.
+The reference (``tests/oracles/distances.py`` and ``cams.py``) knows gaps as true distances, in maximal coordinates, and
+takes their rows and biases by differences in wide numbers.
 """
 
 from __future__ import annotations
