@@ -26,8 +26,8 @@ from ..support.workshop import Workshop
 
 
 @st.composite
-def drawings(choose: st.DrawFn, every: bool = False) -> Drawn:
-    """One to five links, up to two more joints, loads, and parts: ropes and journals, or of ``every`` kind, meshes and
+def drawings(choose: st.DrawFn, every: bool = False, parts: tuple[str, ...] = DISTANCES) -> Drawn:
+    """One to five links, up to two more joints, loads, and parts: of these kinds, or of ``every`` kind, meshes and
     loads too."""
     n = choose(st.integers(1, 5))
     kinds = choose(st.lists(st.sampled_from(KINDS), min_size=n, max_size=n))
@@ -38,7 +38,6 @@ def drawings(choose: st.DrawFn, every: bool = False) -> Drawn:
     pairs = st.tuples(st.sampled_from(KINDS), st.integers(lowest, n - 1), st.integers(0, n - 1))
     extra = [pair for pair in choose(st.lists(pairs, max_size=2)) if pair[1] != pair[2]]
     loads = choose(st.lists(st.sampled_from(LOADS), max_size=2))
-    parts = DISTANCES
     if every:
         loads = choose(st.lists(st.sampled_from(MESHES), max_size=2)) + loads
         loads = loads + choose(st.lists(st.sampled_from(LAWS), max_size=2))
@@ -151,6 +150,19 @@ def test_a_few_ropes_and_journals_are_those_of_the_dense_reference(drawn: Drawn,
 @settings(DRAWN, max_examples=60)
 @given(drawn=drawings())
 def test_ropes_and_journals_are_those_of_the_dense_reference(drawn: Drawn, workshop: Workshop) -> None:
+    check(drawn, workshop)
+
+
+@settings(DRAWN, max_examples=FEW)
+@given(drawn=drawings(parts=CAMS))
+def test_a_few_cams_are_those_of_the_dense_reference(drawn: Drawn, workshop: Workshop) -> None:
+    check(drawn, workshop)
+
+
+@pytest.mark.hard
+@settings(DRAWN, max_examples=60)
+@given(drawn=drawings(parts=CAMS))
+def test_cams_are_those_of_the_dense_reference(drawn: Drawn, workshop: Workshop) -> None:
     check(drawn, workshop)
 
 

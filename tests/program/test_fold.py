@@ -107,8 +107,11 @@ def test_compiled_models_give_the_same_numbers(scene: Scene, tmp_path: Path) -> 
     rng = np.random.default_rng(5)
     for _ in range(5):
         q, u = plain.project(q, u + rng.uniform(-1, 1, u.shape))
-        of_state = ("acceleration", "multipliers", "reactions", "velocities", "energy")
-        for name in (*of_state, *(("gap_rates",) if plain.contacts else ())):
+        for name in ("acceleration", "multipliers", "reactions"):  # states may be just before an impact
+            assert _miss(getattr(folded, name)(q, u, contacts=()), getattr(plain, name)(q, u, contacts=())) <= SAME, (
+                name
+            )
+        for name in ("velocities", "energy", *(("gap_rates",) if plain.contacts else ())):
             assert _miss(getattr(folded, name)(q, u), getattr(plain, name)(q, u)) <= SAME, name
         for name in ("poses", "closure", "jacobian"):
             assert np.max(np.abs(getattr(folded, name)(q) - getattr(plain, name)(q)), initial=0.0) <= SAME, name
