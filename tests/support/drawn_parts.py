@@ -229,7 +229,7 @@ class Drawn:
 
 @st.composite
 def drawings(choose: st.DrawFn, every: bool = False, slack: float = 0.0) -> Drawn:
-    """One to five links, up to two more joints, loads, and one to three parts: ropes and journals, or parts of ``every``
+    """One to five links, up to two more joints, loads, one to three parts: ropes and journals, or parts of ``every``
     kind, and meshes."""
     n = choose(st.integers(1, 5))
     kinds = choose(st.lists(st.sampled_from(KINDS), min_size=n, max_size=n))
