@@ -43,6 +43,8 @@ def parse_of_angle(text: str, names: Names = NO_NAMES) -> Expression | float:
 class InAngle:
     """Marks a length that is a number or an expression of the angle."""
 
+    units = ("m",)
+
     def __repr__(self) -> str:
         return "InAngle()"
 

@@ -41,7 +41,7 @@ def impulses_behind(
     driven = {drive["joint"] for drive in model.data["drives"]}
     for number, joint in enumerate(model.joints):
         place = np.asarray(model.point(joint, q), dtype=float)
-        out = model.links.index(model.outboard[number])
+        out = -1 if model.outboard[number] == "ground" else model.links.index(model.outboard[number])
         for force in _carried(model, joint, poses, driven):
             column = np.zeros((count, 3))
             for link in model.data["between"][number]:

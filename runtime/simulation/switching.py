@@ -108,7 +108,7 @@ def _walked(walk: Walk, end: float, inputs: Any, options: Mapping[str, Any]) -> 
             except ValueError as error:
                 if not walk.pieces:
                     raise
-                message = f"stopped at t = {walk.t:.12g} s: {error}"
+                message = f"stopped at t = {walk.t:.12g} s: {_drawn_together(walk)}{error}"
                 break
         if walk.pieces and not walk.anew and not walk.pieces[-1].run.success:
             break
@@ -122,6 +122,14 @@ def _walked(walk: Walk, end: float, inputs: Any, options: Mapping[str, Any]) -> 
     if walk.anew and (message is None or not walk.pieces):
         _close(walk, inputs, options)
     return joined(walk.whole, walk.pieces, walk.strikes, walk.changes, walk.unexplained, walk.nfev, message)
+
+
+def _drawn_together(walk: Walk) -> str:
+    """What has brought the walk to a state from which it cannot go on, if a joint's taking hold has."""
+    last = walk.changes[-1] if walk.changes and walk.anew else None
+    if last is None or last.kind != "hold" or not last.gap > 0.0:
+        return ""
+    return f"{last.joint} took hold and drew links together by {last.gap:.3g} m, to where no run begins: "
 
 
 def _advance(

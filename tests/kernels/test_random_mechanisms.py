@@ -7,13 +7,13 @@ draws more.
 from __future__ import annotations
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ..oracles import random_mechanisms
 from ..oracles.maximal import GROUND
 from ..oracles.random_mechanisms import KINDS, LAWS, LOADS, MESHES, Sketch
-from ..support.random_mechanism_checks import EXAMPLES, FEW, check_flight
+from ..support.random_mechanism_checks import DRAWN, EXAMPLES, FEW, check_flight
 from ..support.workshop import Workshop
 
 
@@ -38,14 +38,6 @@ def sketches(choose: st.DrawFn, meshes: bool = False) -> Sketch:
 
 def check(sketch: Sketch, workshop: Workshop) -> None:
     check_flight(workshop.model(sketch.toml("random-mechanism")), sketch)
-
-
-DRAWN = settings(
-    derandomize=True,
-    deadline=None,
-    database=None,
-    suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture, HealthCheck.data_too_large],
-)
 
 
 @settings(DRAWN, max_examples=FEW)

@@ -12,47 +12,24 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings
 
 from ccgen.runtime.model.drives import drive_rows
 
-from ..oracles import distances, maximal, random_mechanisms
-from ..oracles.maximal import GROUND, WIDE, Array
-from ..oracles.random_mechanisms import KINDS, LAWS, LOADS, MESHES
-from ..support.drawn_parts import CAMS, DISTANCES, FRICTION, RESTITUTION, TOUCHES, Drawn, rubs
-from ..support.random_mechanism_checks import BOUND, EXAMPLES, FEW, check_flight, check_forces, quasi_accelerations
+from ..oracles import distances, maximal
+from ..oracles.maximal import WIDE, Array
+from ..support.drawn_parts import CAMS, FRICTION, RESTITUTION, Drawn, drawings, rubs
+from ..support.random_mechanism_checks import (
+    BOUND,
+    DRAWN,
+    EXAMPLES,
+    FEW,
+    check_flight,
+    check_forces,
+    quasi_accelerations,
+    unit_rows,
+)
 from ..support.workshop import Workshop
-
-
-@st.composite
-def drawings(choose: st.DrawFn, every: bool = False, parts: tuple[str, ...] = DISTANCES) -> Drawn:
-    """One to five links, up to two more joints, loads, and parts: of these kinds, or of ``every`` kind, meshes and
-    loads too."""
-    n = choose(st.integers(1, 5))
-    kinds = choose(st.lists(st.sampled_from(KINDS), min_size=n, max_size=n))
-    parents = [choose(st.integers(GROUND, k - 1)) for k in range(n)]
-    if choose(st.booleans()) and n > 1:
-        parents = [GROUND + 1 if k else -2 for k in range(n)]  # floats
-    lowest = 0 if parents[0] < GROUND else GROUND
-    pairs = st.tuples(st.sampled_from(KINDS), st.integers(lowest, n - 1), st.integers(0, n - 1))
-    extra = [pair for pair in choose(st.lists(pairs, max_size=2)) if pair[1] != pair[2]]
-    loads = choose(st.lists(st.sampled_from(LOADS), max_size=2))
-    if every:
-        loads = choose(st.lists(st.sampled_from(MESHES), max_size=2)) + loads
-        loads = loads + choose(st.lists(st.sampled_from(LAWS), max_size=2))
-        parts = DISTANCES + CAMS + TOUCHES
-    seed = choose(st.integers(0, 10**6))
-    drawn = Drawn(random_mechanisms.draw(kinds, parents, extra, loads, seed, choose(st.booleans())))
-    rng = np.random.default_rng(seed + 1)
-    for kind in choose(st.lists(st.sampled_from(parts), min_size=1, max_size=3)):
-        drawn.add(kind, rng)
-    return drawn
-
-
-def _unit_rows(model: Any, kernel: str, q: Array) -> Array:
-    unit = np.eye(len(model.u_names))
-    return np.asarray(model.kernels.of_state(kernel, np.repeat(q[None], len(unit), axis=0), unit).T)
 
 
 def check(drawn: Drawn, workshop: Workshop) -> None:
@@ -67,10 +44,10 @@ def check(drawn: Drawn, workshop: Workshop) -> None:
     q, _ = model.state_from_poses(sketch.poses, np.zeros_like(sketch.poses))
     assert np.max(np.abs(model.gaps(q)[order])) <= 1e-14 * max(1.0, np.abs(sketch.poses).max())
     rng = np.random.default_rng(5)
-    normals = _unit_rows(model, "gap_rates", q)[order]
+    normals = unit_rows(model, "gap_rates", q)[order]
     rough = [rubs(part) for part in drawn.parts]
     sticking = [bool(rub and rng.random() < 0.5) for rub in rough]
-    tangents = _unit_rows(model, "slips", q)[order] if any(rough) else np.zeros_like(normals)
+    tangents = unit_rows(model, "slips", q)[order] if any(rough) else np.zeros_like(normals)
     _check_rows(drawn, model, q, normals, tangents)
     closure = np.vstack([model.jacobian(q), drive_rows(model)])
     rows = np.vstack([closure, normals, tangents[sticking]])
@@ -132,14 +109,6 @@ def _check_impacts(
         assert abs(impulse[0] - wanted) <= BOUND * scale
 
 
-DRAWN = settings(
-    derandomize=True,
-    deadline=None,
-    database=None,
-    suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture, HealthCheck.data_too_large],
-)
-
-
 @settings(DRAWN, max_examples=FEW)
 @given(drawn=drawings())
 def test_a_few_ropes_and_journals_are_those_of_the_dense_reference(drawn: Drawn, workshop: Workshop) -> None:
@@ -153,7 +122,7 @@ def test_ropes_and_journals_are_those_of_the_dense_reference(drawn: Drawn, works
     check(drawn, workshop)
 
 
-@settings(DRAWN, max_examples=FEW)
+@settings(DRAWN, max_examples=6)
 @given(drawn=drawings(parts=CAMS))
 def test_a_few_cams_are_those_of_the_dense_reference(drawn: Drawn, workshop: Workshop) -> None:
     check(drawn, workshop)
@@ -166,7 +135,7 @@ def test_cams_are_those_of_the_dense_reference(drawn: Drawn, workshop: Workshop)
     check(drawn, workshop)
 
 
-@settings(DRAWN, max_examples=FEW)
+@settings(DRAWN, max_examples=6)
 @given(drawn=drawings(every=True))
 def test_a_few_mechanisms_of_all_parts_are_those_of_the_dense_reference(drawn: Drawn, workshop: Workshop) -> None:
     check(drawn, workshop)

@@ -8,12 +8,13 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
+from hypothesis import strategies as st
 
-from ..oracles import distances, sliding
+from ..oracles import distances, random_mechanisms, sliding
 from ..oracles.cams import Face, Roller, Shape
 from ..oracles.distances import Above, Beside, Journal, Limit, Rope
 from ..oracles.maximal import GROUND, WIDE, Array
-from ..oracles.random_mechanisms import MOST_BENT, Sketch
+from ..oracles.random_mechanisms import KINDS, LAWS, LOADS, MESHES, MOST_BENT, Sketch
 
 DISTANCES = ("rope", "rope over eyelets", "bearing", "slot", "slot's end")
 CAMS = ("roller", "knife edge", "face")
@@ -38,7 +39,8 @@ class Drawn:
     contacts: list[tuple[str, str]] = field(default_factory=list)
 
     def add(self, kind: str, rng: np.random.Generator) -> None:
-        """A part of the kind that is just taut or in touch, unless its rows would depend on the others'."""
+        """A part of the kind that is just taut or in touch, unless its rows would
+        depend on those of others; with slack whatever is drawn."""
         tables, points = len(self.sketch.tables), {k: dict(named) for k, named in self.sketch.points.items()}
         adds = {"rope": self._rope, "stop": self._stop, "ground": self._ground}
         journals = dict.fromkeys(("bearing", "slot", "slot's end"), self._journal)
@@ -46,7 +48,7 @@ class Drawn:
         (adds | {"rope over eyelets": self._rope} | journals | cams).get(kind, self._touch)(kind, rng)
         if len(self.sketch.tables) == tables:
             return
-        if self._bent():
+        if not self.slack and self._bent():
             del self.sketch.tables[tables:]
             self.sketch.points = points
             self.parts.pop()
@@ -223,3 +225,28 @@ class Drawn:
             f'lift = "{shape.text()}"\nangle = {mounted!r}\nclockwise = {"true" if sense < 0 else "false"}\n'
             f"restitution = {RESTITUTION}\nfriction = {FRICTION}"
         )
+
+
+@st.composite
+def drawings(choose: st.DrawFn, every: bool = False, slack: float = 0.0, parts: tuple[str, ...] = DISTANCES) -> Drawn:
+    """One to five links, up to two more joints, loads, one to three ``parts`` of these kinds, or of ``every``
+    kind, and meshes."""
+    n = choose(st.integers(1, 5))
+    kinds = choose(st.lists(st.sampled_from(KINDS), min_size=n, max_size=n))
+    parents = [choose(st.integers(GROUND, k - 1)) for k in range(n)]
+    if choose(st.booleans()) and n > 1:
+        parents = [GROUND + 1 if k else -2 for k in range(n)]  # floats
+    lowest = 0 if parents[0] < GROUND else GROUND
+    pairs = st.tuples(st.sampled_from(KINDS), st.integers(lowest, n - 1), st.integers(0, n - 1))
+    extra = [pair for pair in choose(st.lists(pairs, max_size=2)) if pair[1] != pair[2]]
+    loads = choose(st.lists(st.sampled_from(LOADS), max_size=2))
+    if every:
+        loads = choose(st.lists(st.sampled_from(MESHES), max_size=2)) + loads
+        loads = loads + choose(st.lists(st.sampled_from(LAWS), max_size=2))
+        parts = DISTANCES + CAMS + TOUCHES
+    seed = choose(st.integers(0, 10**6))
+    drawn = Drawn(random_mechanisms.draw(kinds, parents, extra, loads, seed, choose(st.booleans())), slack)
+    rng = np.random.default_rng(seed + 1)
+    for kind in choose(st.lists(st.sampled_from(parts), min_size=1, max_size=3)):
+        drawn.add(kind, rng)
+    return drawn

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, settings
 
 from ccgen.runtime.model.drives import drive_rows
 
@@ -19,6 +20,12 @@ FEW = 10
 """As many are drawn in ``make test``; all in ``make hard``."""
 BOUND = 1e-10
 """Relative error of accelerations, joint forces and inverse dynamics."""
+DRAWN = settings(
+    derandomize=True,
+    deadline=None,
+    database=None,
+    suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture, HealthCheck.data_too_large],
+)
 
 
 def quasi_accelerations(model: Any, poses: Array, velocities: Array, frames: Array) -> Array:
@@ -160,3 +167,9 @@ def _check_impulses(model: Any, sketch: Sketch, q: Array, rng: np.random.Generat
     size = max(1.0, float(np.max(np.abs(du))))
     assert np.max(np.abs(model.jacobian(q) @ du - wanted), initial=0.0) <= BOUND * size
     assert np.max(np.abs(drive_rows(model) @ du), initial=0.0) <= BOUND * size
+
+
+def unit_rows(model: Any, kernel: str, q: Array) -> Array:
+    """The rows of a kernel that is linear in u."""
+    unit = np.eye(len(model.u_names))
+    return np.asarray(model.kernels.of_state(kernel, np.repeat(q[None], len(unit), axis=0), unit).T)

@@ -1,0 +1,84 @@
+"""Short runs of random mechanisms with parts of every kind drawn in, a little apart at the start, half of them with a
+joint that lets go: flight, impacts and contact keep to energy, closure and gaps, and none stops without reason."""
+
+from __future__ import annotations
+
+import pickle
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from ccgen.generator.scene.changes import GO_ALONG
+from ccgen.runtime import simulate
+from ccgen.runtime.loading.structures import structures_of
+from ccgen.runtime.model.drives import drive_rows
+from ccgen.runtime.model.masses import mass_matrix
+
+from ..support.drawn_parts import FRICTION, Drawn, drawings
+from ..support.random_mechanism_checks import DRAWN, EXAMPLES, unit_rows
+from ..support.workshop import Workshop
+
+SLACK, UNTIL = 0.03, 1.0
+
+
+def may_let_go(drawn: Drawn) -> list[str]:
+    """Joints at which nothing is that has to stay."""
+    staying = [one for one in drawn.sketch.tables if one.partition("]]")[0].strip("[") not in ("joint", *GO_ALONG)]
+    names = [f"joint_{k}" for k in range(len(drawn.sketch.kinds))]
+    return [name for name in names if not any(f'"{name}"' in one for one in staying)]
+
+
+def check(drawn: Drawn, release: bool, workshop: Workshop) -> None:
+    text, free = drawn.toml(), may_let_go(drawn) if release else []
+    if free:
+        text += f'[[release]]\njoint = "{free[0]}"\nat = {0.3 * UNTIL}\n'
+    model = workshop.model(text)
+    q, u = model.start()
+    held = np.vstack([model.jacobian(q), drive_rows(model)])
+    moved = np.random.default_rng(7).normal(size=len(u))
+    for _ in range(2 if len(held) else 0):
+        moved -= np.linalg.lstsq(held, held @ moved, rcond=None)[0]
+    run = simulate(model, q, u + moved, until=UNTIL, rtol=1e-9)
+    energies = np.sum(run.model.energy(run.q, run.u), axis=0)
+    assert run.energy_drift <= 1e-7 * max(1.0, float(np.max(np.abs(energies))))
+    assert run.closure_max <= 1e-11
+    gaps = run.model.gaps(run.q)
+    assert np.min(gaps[np.isfinite(gaps)], initial=0.0) >= -1e-11
+    assert np.array_equal(pickle.loads(pickle.dumps(run)).q, run.q)
+    if run.success:
+        assert run.t[-1] == UNTIL and len(run.changes) == len(free[:1])
+    elif "friction jams" in run.message:
+        assert jams(next(one for one in structures_of(model) if one.name == run.state.model) if free else model, run)
+    else:
+        assert "whose prescribed motion no impact can change" in run.message, run.message
+
+
+def jams(model: Any, run: Any) -> bool:
+    """Whether friction turns the push of a contact that is closed into a pull: N W (N − μ T)ᵀ <= 0 one way or the
+    other, with W the mobility that closure and drives leave."""
+    q = run.state.q
+    rows = np.vstack([model.jacobian(q), drive_rows(model)])
+    none = np.zeros((len(rows), len(rows)))
+    mobility = np.linalg.inv(np.block([[mass_matrix(model, q), rows.T], [rows, none]]))[: len(q), : len(q)]
+    closed = np.abs(model.gaps(q)) < 1e-9
+    pairs = zip(unit_rows(model, "gap_rates", q)[closed], unit_rows(model, "slips", q)[closed], strict=True)
+    return any(n @ mobility @ n <= FRICTION * abs(n @ mobility @ t) for n, t in pairs)
+
+
+EVERY = {"drawn": drawings(every=True, slack=SLACK), "release": st.booleans()}
+
+
+@settings(DRAWN, max_examples=4)
+@given(**EVERY)
+def test_a_few_mechanisms_of_all_parts_run(drawn: Drawn, release: bool, workshop: Workshop) -> None:
+    check(drawn, release, workshop)
+
+
+@pytest.mark.hard
+@settings(DRAWN, max_examples=3 * EXAMPLES)
+@given(**EVERY)
+def test_mechanisms_of_all_parts_run(drawn: Drawn, release: bool, workshop: Workshop) -> None:
+    check(drawn, release, workshop)
