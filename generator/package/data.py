@@ -92,6 +92,8 @@ def model_data(
     }
     if switching is not None:
         data["switching"] = switching
+    if scene.events:
+        data["events"] = [vars(event) | {"set": dict(event.set)} for event in scene.events]
     return ModelData.model_validate(data).model_dump(exclude_defaults=True)
 
 

@@ -184,6 +184,18 @@ class SwitchingData(Data):
     meshes: dict[str, list[MeshTermData]] = entry("the terms of gears, racks and belts, by name", default={})
 
 
+class EventData(Data):
+    """Instants of a run that the scene asks for."""
+
+    name: str = entry("its name")
+    when: str = entry(
+        "what comes to zero there: an expression of t, and of joints, links and points by name", unit="SI"
+    )
+    direction: Literal["rising", "falling", "either"] = entry("in which direction")
+    stop: int = entry("the number of times after which the run ends; 0: it goes on")
+    set: dict[str, float | str] = entry("values of parameters from then on, numbers or expressions", unit="SI")
+
+
 class ModelData(Data):
     """What the runtime knows of a model besides its compiled code."""
 
@@ -246,6 +258,7 @@ class ModelData(Data):
     switching: SwitchingData | None = Field(
         default=None, description="joints that let go and take hold; absent where none does"
     )
+    events: list[EventData] = Field(default=[], description="instants that are asked for; absent where none is")
 
 
 def schema_text() -> str:

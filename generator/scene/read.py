@@ -36,6 +36,8 @@ from .changes import (
 from .check import check, show, unknown_key
 from .driven import check_driven
 from .errors import Fault, Path, Report, SceneError
+from .event_table import EventTable
+from .events import Event, check_set, events_of
 from .kinds import KEYS, MANY, MODELS, SHORTHAND
 from .law import law_of_all
 from .let import read_names
@@ -89,6 +91,7 @@ class Parts:
     law: Law
     said: ChangeTables
     changes: tuple[Change, ...] = ()
+    events: tuple[Event, ...] = ()
 
 
 class Other(NamedTuple):
@@ -194,7 +197,8 @@ def _scene(name: str, parts: Parts, report: Report) -> Scene:
         for key, sentence in effect.remarks():
             report.remark((*path, key), sentence)
     effects = tuple(effect for _, effect in parts.effects)
-    return Scene(name, parts.bodies.mechanism, effects, parts.start, settings, report.remarks)
+    mechanism = parts.bodies.mechanism
+    return Scene(name, mechanism, effects, parts.start, settings, report.remarks, events=parts.events)
 
 
 def _structures(scene: Scene, tables: Tables, said: ChangeTables, report: Report) -> tuple[Structure, ...]:
@@ -246,7 +250,21 @@ def _read(tables: Tables, report: Report, assemble: bool = True, other: Other | 
     if bodies and start:
         effects = settle(start if other is None else other.start, bodies, effects)
         bodies = meshed(bodies, effects)
-    return Parts(bodies, effects, start, run, law_of_all(tables, MODELS, report), said, changes)
+    events = _events(tables, bodies, effects, names, report) if bodies and opened is None else ()
+    return Parts(bodies, effects, start, run, law_of_all(tables, MODELS, report), said, changes, events)
+
+
+def _events(
+    tables: Tables, bodies: Bodies, effects: list[tuple[Path, Effect]], names: Names, report: Report
+) -> tuple[Event, ...]:
+    """Events that are asked for."""
+    many = enumerate(_tables(EventTable, tables, "event", names, report))
+    rows: list[tuple[Path, EventTable]] = [(("event", index), table) for index, table in many if table]
+    if not rows:
+        return ()
+    acting = [parameter for _, effect in effects for parameter in effect.parameters()]
+    check_set(rows, {one.path: one for one in (*bodies.mechanism.parameters(), *acting)}, report)
+    return events_of(rows, bodies.mechanism, names, report)
 
 
 def _change_tables(tables: Tables, start: StartTable | None, names: Names, report: Report) -> ChangeTables:

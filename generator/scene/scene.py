@@ -14,6 +14,7 @@ from ..effect_base.effect import Effect
 from ..mechanism.mechanism import Mechanism
 from .changes import Change
 from .drawn import Anchor
+from .events import Event
 from .toml_text import toml_text
 
 Triple = tuple[float, float, float]
@@ -89,7 +90,7 @@ class Scene:
     ``name`` is as written (``falling-hexagon``), ``package`` the name of the generated package (``falling_hexagon``).
     ``remarks`` say how values are understood that may be meant otherwise, one sentence each; they change nothing.
     ``changes`` are joints that let go and take hold, ``structures`` what the mechanism is then, beside what it is at
-    the start.
+    the start. ``events`` are instants of a run that are asked for.
     """
 
     name: str
@@ -100,6 +101,7 @@ class Scene:
     remarks: tuple[str, ...] = field(default=(), compare=False)
     changes: tuple[Change, ...] = ()
     structures: tuple[Structure, ...] = ()
+    events: tuple[Event, ...] = ()
     _tables: Mapping[str, Any] | None = field(default=None, init=False, compare=False, repr=False)
     """What it was read from; a scene that is made from another by ``dataclasses.replace`` has none."""
 
@@ -163,6 +165,8 @@ class Scene:
         }
         if self.changes:
             parts |= {"changes": self.changes, "structures": tuple(one.scene.canonical() for one in self.structures)}
+        if self.events:
+            parts["events"] = self.events
         if self.mechanism.outlines:
             parts["outlines"] = self.mechanism.outlines
         plain = {key: _plain(value) for key, value in parts.items()}

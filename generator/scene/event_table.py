@@ -1,0 +1,28 @@
+"""The table ``[[event]]``: instants of a run that a scene asks for, and what happens there."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from ..effect_base.table import Name, Table
+from ..effect_base.written_numbers import Measured
+
+Direction = Literal["rising", "falling", "either"]
+
+
+class EventTable(Table):
+    """One ``[[event]]``."""
+
+    name: Name | None = Field(default=None, description="a name of letters, digits and _, beginning with a letter")
+    when: str = Field(description='an expression of the time and the state that comes to zero, as "angle(crank) - pi"')
+    direction: Direction = Field(default="either", description='"rising", "falling" or "either"')
+    stop: bool = Field(default=False, description="true, if the run ends there, or false")
+    times: Annotated[int, Field(ge=1), Measured("1")] | None = Field(
+        default=None, description="beside stop: how often it comes until the run ends, a positive whole number"
+    )
+    set: dict[str, float | str] = Field(
+        default_factory=dict,
+        description='values of parameters from then on, { "motor_0.torque" = 2 }: numbers, or expressions as in when',
+    )
