@@ -22,6 +22,8 @@ class EventTable(Table):
     times: Annotated[int, Field(ge=1), Measured("1")] | None = Field(
         default=None, description="beside stop: how often it comes until the run ends, a positive whole number"
     )
+    on: list[str] = Field(default_factory=list, description='names of effects that act from then on, ["left_sole"]')
+    off: list[str] = Field(default_factory=list, description="names of effects that are absent from then on")
     set: dict[str, float | str] = Field(
         default_factory=dict,
         description='values of parameters from then on, { "motor_0.torque" = 2 }: numbers, or expressions as in when',

@@ -21,7 +21,7 @@ class Event:
     """Instants at which ``when`` comes to zero in a ``direction``.
 
     ``stop``: at which of them the run ends, 0 for none. ``set`` are paths of parameters and their values from then on,
-    numbers or expressions as ``when`` is one.
+    numbers or expressions as ``when`` is one. ``on`` and ``off`` are effects that act from then on, and that do not.
     """
 
     name: str
@@ -29,15 +29,19 @@ class Event:
     direction: Literal["rising", "falling", "either"] = "either"
     stop: int = 0
     set: tuple[tuple[str, float | str], ...] = ()
+    on: tuple[str, ...] = ()
+    off: tuple[str, ...] = ()
 
     def describe(self) -> str:
         """What ``ccgen show`` says of it."""
         way = {"rising": "rises through zero", "falling": "falls through zero", "either": "crosses zero"}
         does = [f"{path} is {value if isinstance(value, str) else format(value, '.6g')}" for path, value in self.set]
+        does += [f"{name} is {word}" for word, names in (("on", self.on), ("off", self.off)) for name in names]
         if self.stop:
             does.append("the run ends" + (f" when it has come {self.stop} times" if self.stop > 1 else ""))
         then = f"; then {' and '.join(does)}" if does else ""
-        return f"{self.name} where {self.when} {way[self.direction]}{then}"
+        plain = self.when.replace("'", "")
+        return f"{self.name} where {plain} {way[self.direction]}{then}"
 
 
 def events_of(
@@ -61,7 +65,17 @@ def events_of(
             read = _value((*path, "set", key), value, mechanism, names, report)
             values += [] if read is None else [(key, read)]
         if when is not None and len(report.found) == before:
-            found.append(Event(name, when, table.direction, (table.times or 1) if table.stop else 0, tuple(values)))
+            found.append(
+                Event(
+                    name,
+                    when,
+                    table.direction,
+                    (table.times or 1) if table.stop else 0,
+                    tuple(values),
+                    (*table.on,),
+                    (*table.off,),
+                )
+            )
     return tuple(found)
 
 
@@ -71,11 +85,9 @@ def check_set(tables: Sequence[tuple[Path, EventTable]], parameters: Mapping[str
         for key, value in table.set.items():
             place = (*path, "set", key)
             if key not in parameters:
-                near = get_close_matches(key, parameters, 1)
-                told = (
-                    f'expected the path of a parameter, as "{near[0]}"' if near else "expected the path of a parameter"
-                )
-                report.add(place, f'found "{key}", {told}; ccgen show SCENE lists them')
+                near = get_close_matches(key, parameters, 3) or list(parameters)[:3]
+                told = " or ".join(f'"{one}"' for one in near)
+                report.add(place, f'found "{key}", expected the path of a parameter, as {told}; correct it')
             elif isinstance(value, int | float) and (wanted := _unmet(parameters[key], float(value))):
                 report.add(place, f"found {value:g}, expected {wanted}; correct it")
 

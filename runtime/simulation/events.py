@@ -10,13 +10,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..arrays import FloatArray
 from ..faults import Faults
-from ..loading.structures import structures_of
+from ..loading.structures import structures_of, switched_of
 from ..model.model import Model
 from ..model.whole import Whole
 from ..record.event import Event
 from ..record.hybrid_state import HybridState
 from ..run import Run
+from .advance import Advance
 from .arguments import check_positive
 from .crossings import Crossing, Looks, Signal, Watched, signals_of, watched
 from .one_run import simulate_one
@@ -28,6 +30,9 @@ from .watching import TOGETHER
 
 MOST_CHANGES = 10_000
 """Events of a run that set something; more are taken for a parameter that is set to and fro without end."""
+SAME = 1e-9
+"""An event that has cut a run, and comes again within this part of the time, or of the duration, is the same: the run
+up to there is made again, and ends nearer or farther from zero than its first making by the error of its steps."""
 STOP = "stop"
 """What a function of an event answers for the run to end there."""
 
@@ -39,11 +44,13 @@ OnEvent = Mapping[str, Callable[[Event], Answer]]
 class Course:
     """Where a run with events is, and what it has left.
 
+    ``off`` are the effects that are off, ``models`` those without them by that, the first with all.
     ``structure`` is what the mechanism is, where joints let go and take hold; ``q``, ``u`` are its state, and
-    ``memory`` is all that a run goes on from, where it goes on as it was.
+    ``memory`` is all that a run goes on from, where it goes on as it was; where not, ``latched`` is what effects hold.
     """
 
-    model: Model
+    models: dict[frozenset[str], Model]
+    off: frozenset[str]
     signals: tuple[Signal, ...]
     on_event: OnEvent
     t: float = 0.0
@@ -51,24 +58,35 @@ class Course:
     q: ArrayLike | None = None
     u: ArrayLike | None = None
     memory: HybridState | None = None
+    latched: FloatArray | None = None
     begun: bool = False
     armed: list[bool] = field(default_factory=list)
+    cut_at: dict[int, float] = field(default_factory=dict)
     counts: dict[str, int] = field(default_factory=dict)
     pieces: list[Piece] = field(default_factory=list)
     events: list[Event] = field(default_factory=list)
     nfev: int = 0
     changed: int = 0
+    failed: bool = False
+
+    @property
+    def model(self) -> Model:
+        return self.models[self.off]
+
+    @property
+    def main(self) -> Model:
+        return self.models[frozenset()]
 
     @property
     def said(self) -> Sequence[Mapping[str, Any]]:
-        said: Sequence[Mapping[str, Any]] = self.model.data["events"]
+        said: Sequence[Mapping[str, Any]] = self.main.data["events"]
         return said
 
     def interrupts(self, signal: int) -> bool:
         """Whether the next instant of a signal may be one after which the run is another."""
         said = self.said[self.signals[signal].event]
         ends = said["stop"] and self.counts.get(said["name"], 0) + 1 >= said["stop"]
-        return bool(ends or said["set"] or said["name"] in self.on_event)
+        return bool(ends or said["set"] or said["on"] or said["off"] or said["name"] in self.on_event)
 
 
 def simulate_with_events(
@@ -96,11 +114,20 @@ def simulate_with_events(
         paths = {path for said in model.data["events"] for path in said["set"]}
         model = model.with_parameters({path: state.parameters[path] for path in paths & set(state.parameters)})
     signals = signals_of(model.data["events"])
-    course = Course(model, signals, on_event or {}, q=q0, u=u0, memory=state, armed=[False] * len(signals))
+    models = switched_of(model)
+    off = frozenset(model.data["switched"]["off"]) if model.data.get("switched") else frozenset()
+    if isinstance(state, HybridState):
+        off = next((names for names, one in models.items() if one.name == state.model), off)
+    elif off:
+        own_q, own_u = model.start()
+        q0, u0 = own_q if q0 is None else q0, own_u if u0 is None else u0
+    armed = [False] * len(signals)
+    course = Course(models, off, signals, on_event or {}, q=q0, u=u0, memory=state, armed=armed)
     if isinstance(state, HybridState):
         course.t = state.t
     message = _run_on(course, float(end), options)
-    return strung(course.pieces, course.events, course.nfev, message)
+    run = strung(model, course.pieces, course.events, course.nfev, message)
+    return replace(run, success=False) if course.failed else run
 
 
 def check_functions(model: Model, on_event: object) -> None:
@@ -127,7 +154,7 @@ def _known(names: Sequence[str]) -> str:
 
 
 def _run_on(course: Course, end: float, options: Mapping[str, Any]) -> str | None:
-    """Go on to the ``end``; where an event ends the run, say so."""
+    """Go on to the ``end``; a sentence where an event ends the run, or it cannot go on."""
     interrupting = any(course.interrupts(k) for k in range(len(course.signals))) or any(
         one["stop"] for one in course.said
     )
@@ -138,6 +165,7 @@ def _run_on(course: Course, end: float, options: Mapping[str, Any]) -> str | Non
         except ValueError as error:
             if not course.pieces:
                 raise
+            course.failed = True
             return f"stopped at t = {course.t:.12g} s: {error}"
         looks = Looks.of(run)
         found = [
@@ -158,12 +186,14 @@ def _run_on(course: Course, end: float, options: Mapping[str, Any]) -> str | Non
             run = cut(run, t) if struck else _stretch(course, t, options)
         came = {one.signal for one in later} | {one.signal for one in now if _together(course, one.t, t)}
         _keep(course, run, found, t, came)
+        course.cut_at |= dict.fromkeys(came, t)
         message = _happen(course, later, run)
         if message is not None:
             _close(course, options)
             return message
         course.changed += 1
         if course.changed > MOST_CHANGES:
+            course.failed = True
             return f"stopped at t = {course.t:.12g} s: events set parameters without end; change when they come"
         if course.t >= end:
             _close(course, options)
@@ -183,7 +213,8 @@ def _stretch(course: Course, until: float, options: Mapping[str, Any]) -> Run:
     make: Callable[..., Run] = simulate_switching if switching else simulate_one
     given: dict[str, Any] = {"until": until, "params": None, "state": course.memory, **options}
     if course.begun and course.memory is None:
-        given["begin"] = (course.structure, course.t) if switching else course.t
+        begin = {"begin": course.t, "latched": course.latched}
+        given |= {"begin": (course.structure, course.t, course.latched)} if switching else begin
     run = make(
         course.model, *((None, None) if course.memory is not None and course.begun else (course.q, course.u)), **given
     )
@@ -199,7 +230,10 @@ def _groups(course: Course, found: Sequence[Watched], run: Run) -> tuple[list[Cr
     struck = np.array([impact.t for impact in run.impacts])
     every: list[Crossing] = []
     for number, of_signal in enumerate(found):
+        since = course.cut_at.get(number, -math.inf)
         for t in of_signal.times:
+            if t - since <= SAME * max(abs(t), course.model.duration):
+                continue
             near = struck[np.abs(struck - t) <= TOGETHER * max(abs(t), course.model.duration)]
             every.append(Crossing(float(near[np.argmin(np.abs(near - t))]) if near.size else t, number))
     every.sort(key=lambda one: (one.t, one.signal))
@@ -207,7 +241,8 @@ def _groups(course: Course, found: Sequence[Watched], run: Run) -> tuple[list[Cr
     for index, one in enumerate(every):
         said = course.said[course.signals[one.signal].event]
         counted[said["name"]] = counted.get(said["name"], 0) + 1
-        if said["set"] or said["name"] in course.on_event or (said["stop"] and counted[said["name"]] >= said["stop"]):
+        changes = said["set"] or said["on"] or said["off"] or said["name"] in course.on_event
+        if changes or (said["stop"] and counted[said["name"]] >= said["stop"]):
             first = index
             while first and _together(course, every[first - 1].t, one.t):
                 first -= 1
@@ -229,11 +264,13 @@ def _keep(course: Course, run: Run, found: Sequence[Watched], t: float, came: se
     course.t = float(run.t[-1])
     course.memory, course.begun = run.state, True
     course.q, course.u = run.q[-1], run.u[-1]
+    advance = run.advance
     if isinstance(run, SwitchedRun):
         inner = run.advance.pieces  # type: ignore[attr-defined]
         piece = inner[number_at(inner, course.t, before=False)]
-        course.structure = piece.structure
+        course.structure, advance = piece.structure, piece.run.advance
         course.q, course.u = piece.run.at(min(course.t, piece.run.t[-1]))
+    course.latched = advance.latched.at(course.t) if isinstance(advance, Advance) else None
     course.armed = [one.armed_at(t) and number not in came for number, one in enumerate(found)]
 
 
@@ -263,8 +300,9 @@ def _happen(course: Course, crossings: Sequence[Crossing], run: Run) -> str | No
                 f"on_event: found {answer!r} from the function of {event.name!r}, expected None, values of parameters "
                 f'by path, or "{STOP}"'
             )
-        if values:
-            event = replace(event, parameters=dict(values), energy=_set(course, values))
+        off = (course.off | frozenset(said["off"])) - frozenset(said["on"])
+        if values or off != course.off:
+            event = replace(event, parameters=dict(values), energy=_set(course, values, off))
         course.events.append(event)
     if ends:
         return f"ended at t = {course.t:.12g} s by {' and '.join(dict.fromkeys(ends))}"
@@ -278,10 +316,15 @@ def _number(course: Course, value: float | str, run: Run, event: Event) -> float
     return value
 
 
-def _set(course: Course, values: Mapping[str, float]) -> float:
-    """Set parameters; the energy (J) that the mechanism gets by that."""
+def _set(course: Course, values: Mapping[str, float], off: frozenset[str]) -> float:
+    """Set parameters, and which effects are ``off``; the energy (J) that the mechanism gets by that."""
     before = _energy(course)
-    course.model = course.model.with_parameters(values)
+    main = course.main.with_parameters(values)
+    for names, model in course.models.items():
+        own = {path: value for path, value in values.items() if path in model.parameters}
+        course.models[names] = model.with_parameters(own) if names else main
+    course.latched = course.latched if off == course.off else None
+    course.off = off
     course.memory = None
     return _energy(course) - before
 

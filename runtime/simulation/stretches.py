@@ -9,6 +9,8 @@ import numpy as np
 
 from ..arrays import FloatArray
 from ..model.forces import Motion
+from ..model.model import Model
+from ..record.drawable import Drawable
 from ..record.event import Event
 from ..record.hybrid_state import HybridState
 from ..run import Run
@@ -39,8 +41,9 @@ class Between:
 
 @dataclass(frozen=True, eq=False)
 class Along:
-    """Accelerations and forces along the stretches."""
+    """Accelerations and forces along the stretches, of all ``contacts``; of those that are off there is none."""
 
+    contacts: tuple[tuple[str, str], ...]
     pieces: tuple[Piece, ...]
 
     @property
@@ -57,14 +60,20 @@ class Along:
             times = np.clip(t[rows], run.t[0], run.t[-1])
             one = run.motion(times, *run.at(times))
             if found is None:
-                shapes = (one.u_dot, one.multipliers, one.pushes, one.reactions)
-                found = Motion(*(np.full((len(t), *part.shape[1:]), np.nan) for part in shapes))
-            for name in ("u_dot", "multipliers", "pushes", "reactions"):
-                getattr(found, name)[rows] = getattr(one, name)
+                u_dot, multipliers, reactions = (np.zeros((len(t), *part.shape[1:])) for part in _parts(one))
+                found = Motion(u_dot, multipliers, np.zeros((len(t), len(self.contacts), 2)), reactions)
+            for whole, part in zip(_parts(found), _parts(one), strict=True):
+                whole[rows] = part
+            for own, contact in enumerate(run.model.contacts):
+                found.pushes[rows, self.contacts.index(contact)] = one.pushes[:, own]
         if found is None:
             assert self.pieces[0].run.motion is not None
             return self.pieces[0].run.motion(t, q, u)
         return found
+
+
+def _parts(motion: Motion) -> tuple[FloatArray, FloatArray, FloatArray]:
+    return motion.u_dot, motion.multipliers, motion.reactions
 
 
 def cut(run: Run, t: float) -> Run:
@@ -75,20 +84,21 @@ def cut(run: Run, t: float) -> Run:
     return short
 
 
-def strung(pieces: Sequence[Piece], events: Sequence[Event], nfev: int, message: str | None) -> Run:
+def strung(model: Model, pieces: Sequence[Piece], events: Sequence[Event], nfev: int, message: str | None) -> Run:
     """The run of all ``pieces``, with its ``events``; ``nfev`` is what was evaluated in all, ``message`` says where an
     event ended it.
 
-    Its model has the parameters of the beginning.
+    Its ``model`` has all effects, and the parameters of the beginning.
     """
     pieces, events = tuple(pieces), tuple(events)
     last = pieces[-1].run
     message = last.message if message is None else message
-    if len(pieces) == 1:
+    if len(pieces) == 1 and last.model.name == model.name:
         return replace(last, nfev=nfev, message=message, events=events)
+    whole: Drawable = pieces[0].run.model if pieces[0].run.model.name == model.name else model
     firsts = [0 if piece.anew else 1 for piece in pieces]
     return StretchedRun(
-        model=pieces[0].run.model,
+        model=whole,
         t=np.concatenate([piece.run.t[first:] for piece, first in zip(pieces, firsts, strict=True)]),
         q=np.concatenate([piece.run.q[first:] for piece, first in zip(pieces, firsts, strict=True)]),
         u=np.concatenate([piece.run.u[first:] for piece, first in zip(pieces, firsts, strict=True)]),
@@ -100,7 +110,7 @@ def strung(pieces: Sequence[Piece], events: Sequence[Event], nfev: int, message:
         closure_max=max(piece.run.closure_max for piece in pieces),
         energy_drift=sum(piece.run.energy_drift for piece in pieces),
         advance=Between(pieces),
-        motion=Along(pieces),
+        motion=Along(tuple(whole.contacts), pieces),
         method=last.method,
         drift=last.drift,
         rest_speed=max(piece.run.rest_speed for piece in pieces),
