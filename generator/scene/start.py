@@ -270,9 +270,7 @@ def check_effects(start: Start, bodies: Bodies, effects: Sequence[tuple[Path, Ef
             report.add(("start", "height") if lifted else path, sentence)
         for sentence in effect.check_angles(assembled.angle):
             report.add(path, sentence)
-        for sentence in effect.check_pose(
-            lambda ref: place(bodies.mechanism, start, ref), lambda link: 0.0 if link < 0 else start.poses[link][2]
-        ):
+        for sentence in effect.check_pose(assembled.place, assembled.angle):
             report.add(path, sentence)
 
 
