@@ -275,6 +275,7 @@ def test_arrays_of_a_run_have_its_events(workshop: Workshop, tmp_path: Path) -> 
         ('when = "direction(pin)"', "pin in direction(...) is no link that moves; the links are rod"),
         ('when = "t - 1"\nset = { "gravty.g" = 1 }', 'found "gravty.g", expected the path of a parameter, as "gravity'),
         ('when = "t - 1"\nset = { "rod.mass" = -1 }', "found -1, expected a number that is more than 0"),
+        ('when = "t - 1"\nset = { "gravity.g" = true }', "event[0].set.gravity.g: found true, expected values of par"),
         ('when = "t - 1"\nset = { "gravity.g" = "1/0" }', "it has no finite value"),
         ('when = "t - 1"\nstop = true\ntimes = 0', "found 0, expected beside stop: how often it comes"),
         ('when = "t - 1"\ntimes = 2', "found 2 without stop, expected it beside stop = true"),
