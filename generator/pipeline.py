@@ -78,7 +78,8 @@ def generate(
     the order of elimination, for study: "tip to root", "dyads" or "segments"; unless given, it follows from the
     mechanism; ``ValueError`` where that has none of the kind.
     Where joints let go or take hold, the model of every structure that the mechanism can come to is made as well, in a
-    package beside that of the start, which is returned.
+    package beside that of the start, which is returned; so it is where events switch effects, whose model with all of
+    them is returned.
     ``progress`` is told each stage's name as it begins. Raises ``CompileError`` (no working compiler) and
     ``OutputError`` (a folder that cannot be written, a name that would hide a module, or something at the place of the
     package that ccgen did not write); nothing is left half written, and nothing of others is removed or replaced.
@@ -93,8 +94,8 @@ def generate(
     tell = progress or (lambda stage: None)
     compiler = find_compiler()
     variant = Variant(fold, numbers, plan)
-    for structure in scene.structures:
-        _generate(structure.scene, Path(out), variant, compiler, tell)
+    for other in _scenes(scene)[1:]:
+        _generate(other, Path(out), variant, compiler, tell)
     return _generate(scene, Path(out), variant, compiler, tell)
 
 
@@ -129,7 +130,7 @@ def _identity(scene: Scene, variant: Variant) -> str:
 
 def _scenes(scene: Scene) -> tuple[Scene, ...]:
     """The scene, and those of the structures that it comes to."""
-    return (scene, *(structure.scene for structure in scene.structures))
+    return (scene, *(one.scene for one in scene.structures), *(one.scene for one in scene.switched))
 
 
 def _hash(scene: Scene, variant: Variant) -> str:
@@ -175,7 +176,7 @@ def _write_model(scene: Scene, banner: Banner, folder: Path, tell: Progress, var
     topology, equations = derive_scene(scene, variant.fold, choice=choice)
     tell("write")
     from .documents.listing import name_index, write_listing
-    from .package.data import driven_coordinates, model_data, point_names, switching_data
+    from .package.data import driven_coordinates, event_data, model_data, point_names, switching_data
     from .program.dialects import C
     from .program.program import lower
     from .program.routine import Routines
@@ -202,8 +203,8 @@ def _write_model(scene: Scene, banner: Banner, folder: Path, tell: Progress, var
         latches=sum(len(effect.latches()) for effect in scene.effects),
     )
     models = [(numbers.package(one.package), _hash(one, variant)) for one in _scenes(scene)]
-    switching = switching_data(scene, models)
-    data = model_data(scene, topology, equations, banner.hash, contract_version(), numbers.name, switching)
+    extra = switching_data(scene, models) | event_data(scene, models)
+    data = model_data(scene, topology, equations, banner.hash, contract_version(), numbers.name, extra)
     (folder / "equations.txt").write_text(write_listing(scene.name, equations, index))
     sides = [side for effect in scene.effects for side in effect.sides()]
     latched_at = [sides.index(side) for effect in scene.effects for _, side in effect.latches()]

@@ -8,6 +8,7 @@ from .analysis.inverse_dynamics import inverse_dynamics, momentum
 from .analysis.reach import OutOfReach, reach
 from .loading.load import load_model
 from .model.model import Model
+from .record.event import Event
 from .record.hybrid_state import HybridState
 from .record.impact import Impact
 from .record.phase import Phase
@@ -17,6 +18,7 @@ from .simulate import simulate
 __all__ = [
     "DrivingTorque",
     "Equilibrium",
+    "Event",
     "Followed",
     "HybridState",
     "Impact",

@@ -39,7 +39,8 @@ class Run(Record):
     phases of kind "steps"; impacts with a `restitution_share` below 1.
     `method` and `drift` say how it was integrated and how the loops were kept shut. `state` is where it has come
     to, whole: ``simulate(model, state=run.state, until=...)`` goes on from there; None where the run was cut back.
-    `left` is the core's record of it, and how the run was integrated. `changes` are joints that let go or took hold.
+    `left` is the core's record of it, and how the run was integrated. `changes` are joints that let go or took hold,
+    `events` the instants that the scene's `[[event]]` tables ask for.
     """
 
     left: tuple[bytes, object] | None = field(default=None, repr=False)

@@ -14,6 +14,7 @@ from .record.hybrid_state import HybridState
 from .run import Run
 from .simulation.arguments import default_method
 from .simulation.batch import simulate_batch
+from .simulation.events import OnEvent, check_functions, simulate_with_events
 from .simulation.one_run import simulate_one
 from .simulation.switching import simulate_switching
 
@@ -31,6 +32,7 @@ def simulate(
     params: Mapping[str, float] | None = None,
     inputs: Given = None,
     *,
+    on_event: OnEvent | None = None,
     step: float | None = None,
     drift: str | None = None,
     on_gain: str | None = None,
@@ -67,6 +69,10 @@ def simulate(
     interpolated linearly and constant outside; or a controller, called as ``inputs(t, q, u)`` whenever accelerations
     are needed. What a controller raises ends the run and is raised here.
 
+    ``on_event`` are functions by names of the scene's ``[[event]]`` tables, called as ``function(event)`` where one
+    comes, with its ``t``, ``name``, ``direction``, ``number``, ``q`` and ``u``. They answer ``None``, values of
+    parameters by scene path, which hold from then on, or ``"stop"``. ``run.events`` has all that came.
+
     The run's ``success`` is false when it stopped before the end; ``message`` then says where, why, and what to try,
     and the run holds everything up to there. Raises ``ValueError`` for arguments that cannot be simulated: wrong
     shapes, numbers that are not finite, an unknown method, too short a ``step``, a start inside a ground; it says all
@@ -82,6 +88,15 @@ def simulate(
         "on_gain": on_gain,
         "keep_interrupted": keep_interrupted,
     }
+    if model.data.get("events"):
+        if q0 is not None and dimensions(q0) == 2:
+            raise ValueError(
+                f"q0: found several starts of {model.name}, whose scene has events, expected one; simulate them one by "
+                "one"
+            )
+        return simulate_with_events(model, q0, u0, on_event=on_event, state=state, progress=progress, **options)
+    if on_event is not None:
+        check_functions(model, on_event)
     if model.data.get("switching") is not None:
         if q0 is not None and dimensions(q0) == 2:
             raise ValueError(

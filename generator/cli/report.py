@@ -71,6 +71,18 @@ def print_changes(run: Run) -> None:
         typer.echo(f"and {len(run.changes) - SHOWN} more, in result.npz")
 
 
+def print_events(run: Run) -> None:
+    """Events, when they came, and what they set."""
+    for event in run.events[:SHOWN]:
+        values = ", ".join(f"{path} = {value:.6g}" for path, value in event.parameters.items())
+        number = f" ({event.number})" if event.number > 1 else ""
+        typer.echo(f"event {event.name}{number}, {event.direction}, at t = {event.t:.12g} s{values and f': {values}'}")
+    if len(run.events) > SHOWN:
+        typer.echo(f"and {len(run.events) - SHOWN} more, in result.npz")
+    if run.events and run.message.startswith("ended at"):
+        typer.echo(f"the run {run.message}")
+
+
 def row(model: Model, run: Run, impact: Impact) -> tuple[str, ...]:
     """The cells of one impact; contacts that struck together stand below each other."""
     q = run.q[np.searchsorted(run.t, impact.t)]

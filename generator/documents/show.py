@@ -95,6 +95,7 @@ def summarize(scene: Scene, choice: Choice, equations: Equations) -> Summary:
         ("quasi-velocities u", (", ".join(s.name for s in state.u),)),
         ("effects", tuple(effects) or ("none",)),
         *([("changes", tuple(change.describe() for change in scene.changes))] if scene.changes else []),
+        *([("events", tuple(event.describe() for event in scene.events))] if scene.events else []),
         *([("contacts", (contacts,))] if contacts else []),
         *([("discs", discs)] if discs else []),
         *([("inputs", (inputs,))] if inputs else []),

@@ -33,7 +33,7 @@ def model_data(
     hash_: str,
     contract: int,
     precision: str = "double",
-    switching: Json | None = None,
+    extra: Json | None = None,
 ) -> Json:
     """Everything the runtime knows of the model besides the compiled kernels, ready for JSON.
 
@@ -90,8 +90,7 @@ def model_data(
         },
         "run": {"until": scene.run.until, "rtol": scene.run.rtol, "atol": scene.run.atol, "on_gain": scene.run.on_gain},
     }
-    if switching is not None:
-        data["switching"] = switching
+    data |= extra or {}
     return ModelData.model_validate(data).model_dump(exclude_defaults=True)
 
 
@@ -99,17 +98,41 @@ def _rows(mechanism: Mechanism, topology: Topology) -> list[str]:
     return [f"{mechanism.joints[cut.joint].name}.{row}" for cut in topology.cuts for row in cut.rows]
 
 
-def switching_data(scene: Scene, models: Sequence[tuple[str, str]]) -> Json | None:
-    """What changes in a scene, with package and hash of the ``models`` of its structures, the start's first; ``None``
+def event_data(scene: Scene, models: Sequence[tuple[str, str]]) -> Json:
+    """The events of a scene, and what they switch, with package and hash of the ``models`` that it comes to by that;
+    nothing where it has none."""
+    if not scene.events:
+        return {}
+    lists = ("on", "off")
+    data: Json = {
+        "events": [
+            vars(event) | {"set": dict(event.set)} | {key: [*getattr(event, key)] for key in lists}
+            for event in scene.events
+        ]
+    }
+    if scene.switched:
+        own = zip(scene.switched, models[-len(scene.switched) :], strict=True)
+        data["switched"] = {
+            "off": [*scene.off],
+            "models": [
+                {"off": [*one.off], "model": one.scene.name, "package": package, "hash": hash_}
+                for one, (package, hash_) in own
+            ],
+        }
+    return data
+
+
+def switching_data(scene: Scene, models: Sequence[tuple[str, str]]) -> Json:
+    """What changes in a scene, with package and hash of the ``models`` of its structures, the start's first; nothing
     where nothing does."""
     if not scene.changes:
-        return None
+        return {}
     mechanism = scene.mechanism
     every = [joint for joint in (*mechanism.joints, *mechanism.open) if joint.name not in mechanism.aids]
     structures = [(tuple(joint.name for joint in mechanism.open), scene)]
     structures += [(one.open, one.scene) for one in scene.structures]
     changing = {change.joint for change in scene.changes}
-    return {
+    data: Json = {
         "joints": [joint.name for joint in every],
         "links": [link.name for link in mechanism.links[: len(mechanism.links) - len(mechanism.aids) // 2]],
         "ends": {joint.name: _ends(mechanism, joint) for joint in every if joint.name in changing},
@@ -131,6 +154,7 @@ def switching_data(scene: Scene, models: Sequence[tuple[str, str]]) -> Json | No
         ],
         "meshes": {mesh.name: [_mesh_term(mechanism, term) for term in mesh.terms] for mesh in mechanism.meshes},
     }
+    return {"switching": data}
 
 
 def _mesh_term(mechanism: Mechanism, term: MeshTerm) -> Json:

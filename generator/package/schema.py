@@ -184,6 +184,36 @@ class SwitchingData(Data):
     meshes: dict[str, list[MeshTermData]] = entry("the terms of gears, racks and belts, by name", default={})
 
 
+class EventData(Data):
+    """Instants of a run that the scene asks for."""
+
+    name: str = entry("its name")
+    when: str = entry(
+        "what comes to zero there: an expression of t, and of joints, links and points by name", unit="SI"
+    )
+    direction: Literal["rising", "falling", "either"] = entry("in which direction")
+    stop: int = entry("the number of times after which the run ends; 0: it goes on")
+    set: dict[str, float | str] = entry("values of parameters from then on, numbers or expressions", unit="SI")
+    on: list[str] = entry("effects that act from then on")
+    off: list[str] = entry("effects that do not")
+
+
+class SwitchedModelData(Data):
+    """What the mechanism is while effects are off."""
+
+    off: list[str] = entry("those effects")
+    model: str = entry("the name of its model")
+    package: str = entry("the folder of its model, beside this one")
+    hash: str = entry("the hash of that model's scene")
+
+
+class SwitchedData(Data):
+    """Effects that events switch, and the models of what the mechanism is then."""
+
+    off: list[str] = entry("those that are off at the start")
+    models: list[SwitchedModelData] = entry("one for all that are off together at some time")
+
+
 class ModelData(Data):
     """What the runtime knows of a model besides its compiled code."""
 
@@ -245,6 +275,10 @@ class ModelData(Data):
     run: RunData = entry("how a run goes unless told otherwise")
     switching: SwitchingData | None = Field(
         default=None, description="joints that let go and take hold; absent where none does"
+    )
+    events: list[EventData] = Field(default=[], description="instants that are asked for; absent where none is")
+    switched: SwitchedData | None = Field(
+        default=None, description="effects that events switch on and off; absent where none does"
     )
 
 

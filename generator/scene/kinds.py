@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from ..effect_base.table import Table
 from ..effects import REGISTRY
 from .change_tables import HoldTable, ReleaseTable
+from .event_table import EventTable
 from .part_tables import ROWS_OF_PARTS, PartTable, PlaceTable
 from .schema import (
     ChainTable,
@@ -37,14 +38,16 @@ MODELS: dict[str, type[Table]] = {
     "start": StartTable,
     "release": ReleaseTable,
     "hold": HoldTable,
+    "event": EventTable,
     "run": RunTable,
     **{entry.key: entry.table for entry in REGISTRY},
 }
 """Tables of a scene whose parts stand in their places."""
-MANY = (*ROWS_OF_PARTS, "release", "hold")
+MANY = (*ROWS_OF_PARTS, "release", "hold", "event")
 """Those of which there may be several."""
 KEYS = (
-    *("name", "let", *SHORTHAND, "link", "joint", "ground_link", "part", "place", "start", "release", "hold", "run"),
+    *("name", "let", *SHORTHAND, "link", "joint", "ground_link", "part", "place", "start", "release", "hold", "event"),
+    "run",
     *(entry.key for entry in REGISTRY),
 )
 """Keys of a scene file, in the order in which they are told."""

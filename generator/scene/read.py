@@ -36,6 +36,8 @@ from .changes import (
 from .check import check, show, unknown_key
 from .driven import check_driven
 from .errors import Fault, Path, Report, SceneError
+from .event_table import EventTable
+from .events import Event, check_set, events_of
 from .kinds import KEYS, MANY, MODELS, SHORTHAND
 from .law import law_of_all
 from .let import read_names
@@ -44,9 +46,10 @@ from .locate import locate
 from .meshed import meshed
 from .module_names import hidden_module
 from .not_toml import not_toml
+from .on_off import NOTHING_SWITCHED, Switches, name_of, switches_of
 from .open_joints import with_open
 from .placing import place_parts
-from .scene import RunSettings, Scene, Start, Structure
+from .scene import RunSettings, Scene, Start, Structure, Switched
 from .schema import (
     GroundLinkTable,
     JointTable,
@@ -89,13 +92,17 @@ class Parts:
     law: Law
     said: ChangeTables
     changes: tuple[Change, ...] = ()
+    events: tuple[Event, ...] = ()
+    switches: Switches = NOTHING_SWITCHED
 
 
 class Other(NamedTuple):
-    """Another structure than that of the start: the joints that do not hold in it, and the scene's start."""
+    """Another structure than that of the start: the joints that do not hold in it, the scene's start, and the effects
+    that are off."""
 
     opened: frozenset[str]
     start: Start
+    off: tuple[str, ...] = ()
 
 
 T = TypeVar("T", bound=Table)
@@ -181,6 +188,10 @@ def read_tables(tables: Tables, file: str, name: str, lines: Mapping[Path, int] 
         structures = _structures(scene, tables, parts.said, report)
         report.stop_if_any()
         scene = replace(scene, remarks=report.remarks, changes=parts.changes, structures=structures)
+    if parts.switches.sets:
+        switched = _switched(scene, tables, parts.switches, report)
+        report.stop_if_any()
+        scene = replace(scene, off=parts.switches.off, switched=switched)
     return scene.written_as({"name": name, **given})
 
 
@@ -194,7 +205,8 @@ def _scene(name: str, parts: Parts, report: Report) -> Scene:
         for key, sentence in effect.remarks():
             report.remark((*path, key), sentence)
     effects = tuple(effect for _, effect in parts.effects)
-    return Scene(name, parts.bodies.mechanism, effects, parts.start, settings, report.remarks)
+    mechanism = parts.bodies.mechanism
+    return Scene(name, mechanism, effects, parts.start, settings, report.remarks, events=parts.events)
 
 
 def _structures(scene: Scene, tables: Tables, said: ChangeTables, report: Report) -> tuple[Structure, ...]:
@@ -214,11 +226,24 @@ def _structures(scene: Scene, tables: Tables, said: ChangeTables, report: Report
     return tuple(found)
 
 
+def _switched(scene: Scene, tables: Tables, switches: Switches, report: Report) -> tuple[Switched, ...]:
+    """What the mechanism of a ``scene`` is while effects are off."""
+    found = []
+    for off in switches.sets:
+        own = Report(report.file)
+        parts = _read(tables, own, other=Other(frozenset(), scene.start, off))
+        for path, message in own.found:
+            report.add(path, f"without {', '.join(off)}: {message}")
+        if not own.found:
+            found.append(Switched(off, _scene(f"{scene.name}-off-{'-'.join(off)}", parts, own)))
+    return tuple(found)
+
+
 def _read(tables: Tables, report: Report, assemble: bool = True, other: Other | None = None) -> Parts:
     """The parts that ``tables`` describe, as far as they are right; ``assemble``: the start is made consistent.
 
     With an ``other`` structure than that of the start the mechanism begins nowhere: it is not asked what it may be
-    there, and effects take what they take from the scene's start.
+    there, and effects take what they take from the scene's start; those that are off are left out.
     """
     names = read_names(tables.get("let", {}), report)
     begun = _table(StartTable, tables, "start", names, report)
@@ -231,6 +256,8 @@ def _read(tables: Tables, report: Report, assemble: bool = True, other: Other | 
         begun = without_open(begun, released)
     effect_tables = _effect_tables(tables, names, report)
     run = _table(RunTable, tables, "run", names, report)
+    many = enumerate(_tables(EventTable, tables, "event", names, report))
+    events_said: list[tuple[Path, EventTable]] = [(("event", index), table) for index, table in many if table]
     changes: tuple[Change, ...] = ()
     if bodies and said.rows:
         every = [joint.name for joint in (*bodies.mechanism.joints, *bodies.mechanism.open)]
@@ -240,13 +267,37 @@ def _read(tables: Tables, report: Report, assemble: bool = True, other: Other | 
         check_effects_at([(one.entry.key, one.path, one.table) for one in effect_tables], said, report)
         acting = [(one, at_open_joints(one.table, one.entry.key, released)) for one in effect_tables]
         effect_tables = [one._replace(table=table) for one, table in acting if table is not None]
+    named = [(one.path, name_of(one.path, one.table)) for one in effect_tables]
+    effect_tables = [
+        one for one, (_, name) in zip(effect_tables, named, strict=True) if other is None or name not in other.off
+    ]
+    switches = NOTHING_SWITCHED
+    if other is None:
+        switches = switches_of(events_said, begun.off or () if begun else (), named, bool(said.rows), report)
     effects = _effects(effect_tables, bodies, report) if bodies else []
     bodies = meshed(bodies, effects) if bodies else None
-    start = _start(begun, bodies, effects, report, assemble, other is None) if bodies and begun else None
+    absent = {path for path, name in named if name in switches.off}
+    start = _start(begun, bodies, effects, report, assemble, other is None, absent) if bodies and begun else None
     if bodies and start:
         effects = settle(start if other is None else other.start, bodies, effects)
         bodies = meshed(bodies, effects)
-    return Parts(bodies, effects, start, run, law_of_all(tables, MODELS, report), said, changes)
+    events = _events(events_said, bodies, effects, names, report) if bodies and other is None else ()
+    return Parts(bodies, effects, start, run, law_of_all(tables, MODELS, report), said, changes, events, switches)
+
+
+def _events(
+    rows: list[tuple[Path, EventTable]],
+    bodies: Bodies,
+    effects: list[tuple[Path, Effect]],
+    names: Names,
+    report: Report,
+) -> tuple[Event, ...]:
+    """Events that are asked for."""
+    if not rows:
+        return ()
+    acting = [parameter for _, effect in effects for parameter in effect.parameters()]
+    check_set(rows, {one.path: one for one in (*bodies.mechanism.parameters(), *acting)}, report)
+    return events_of(rows, bodies.mechanism, names, report)
 
 
 def _change_tables(tables: Tables, start: StartTable | None, names: Names, report: Report) -> ChangeTables:
@@ -404,8 +455,9 @@ def _start(
     report: Report,
     assemble: bool,
     begins: bool,
+    absent: Collection[Path] = (),
 ) -> Start | None:
-    """``begins``: whether a run may begin there, and it is judged accordingly."""
+    """``begins``: whether a run may begin there, and it is judged accordingly, without effects that are ``absent``."""
     acting = [effect for _, effect in effects]
     driven = [joint for effect in acting for joint in effect.driven()]
     asked = sketch(table, bodies, driven, report)
@@ -418,8 +470,9 @@ def _start(
         return None
     if not begins:
         return start
-    start = lift(start, bodies, acting)
-    check_effects(start, bodies, effects, report)
+    present = [(path, effect) for path, effect in effects if path not in absent]
+    start = lift(start, bodies, [effect for _, effect in present])
+    check_effects(start, bodies, present, report)
     check_energy(start, bodies.mechanism, report)
     return start
 

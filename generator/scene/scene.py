@@ -14,6 +14,7 @@ from ..effect_base.effect import Effect
 from ..mechanism.mechanism import Mechanism
 from .changes import Change
 from .drawn import Anchor
+from .events import Event
 from .toml_text import toml_text
 
 Triple = tuple[float, float, float]
@@ -83,13 +84,22 @@ class Structure:
 
 
 @dataclass(frozen=True)
+class Switched:
+    """What the mechanism is while the effects ``off`` are absent: a scene of its own, which is run by none."""
+
+    off: tuple[str, ...]
+    scene: Scene
+
+
+@dataclass(frozen=True)
 class Scene:
     """A mechanism, what acts on it, where it starts and how it is run.
 
     ``name`` is as written (``falling-hexagon``), ``package`` the name of the generated package (``falling_hexagon``).
     ``remarks`` say how values are understood that may be meant otherwise, one sentence each; they change nothing.
     ``changes`` are joints that let go and take hold, ``structures`` what the mechanism is then, beside what it is at
-    the start.
+    the start. ``events`` are instants of a run that are asked for, ``off`` the effects
+    that they switch and that are off at the start, ``switched`` what the mechanism is while some are.
     """
 
     name: str
@@ -100,6 +110,9 @@ class Scene:
     remarks: tuple[str, ...] = field(default=(), compare=False)
     changes: tuple[Change, ...] = ()
     structures: tuple[Structure, ...] = ()
+    events: tuple[Event, ...] = ()
+    off: tuple[str, ...] = ()
+    switched: tuple[Switched, ...] = ()
     _tables: Mapping[str, Any] | None = field(default=None, init=False, compare=False, repr=False)
     """What it was read from; a scene that is made from another by ``dataclasses.replace`` has none."""
 
@@ -163,6 +176,10 @@ class Scene:
         }
         if self.changes:
             parts |= {"changes": self.changes, "structures": tuple(one.scene.canonical() for one in self.structures)}
+        if self.events:
+            parts["events"] = self.events
+        if self.switched:
+            parts |= {"off": self.off, "switched": tuple((one.off, one.scene.canonical()) for one in self.switched)}
         if self.mechanism.outlines:
             parts["outlines"] = self.mechanism.outlines
         plain = {key: _plain(value) for key, value in parts.items()}

@@ -291,6 +291,9 @@ class StartTable(Table):
     open: list[JointName] | None = Field(
         default=None, description='joints of [[hold]] that do not hold at the start, such as ["gripper"]'
     )
+    off: list[str] | None = Field(
+        default=None, description='effects that an [[event]] switches and that are off at the start, ["left_sole"]'
+    )
 
 
 class RunTable(Table):

@@ -1,6 +1,9 @@
-"""The models of all structures of a mechanism whose joints let go and take hold."""
+"""The models of all that a mechanism comes to: where joints let go and take hold, and where effects are on and off."""
 
 from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
 
 from ..model.model import Model
 from .load import load_model
@@ -11,19 +14,35 @@ def structures_of(model: Model) -> tuple[Model, ...]:
 
     Raises ``FileNotFoundError`` or ``ImportError`` where the package of one is missing, or of another scene.
     """
+    return (model, *(_beside(model, said) for said in model.data["switching"]["structures"][1:]))
+
+
+def switched_of(model: Model) -> dict[frozenset[str], Model]:
+    """The model of a mechanism with all its effects, and those without the effects that events switch, by those that
+    are off, with the values of its parameters. Raises as :func:`structures_of` does.
+    """
+    others = model.data["switched"]["models"] if model.data.get("switched") else []
+    found = {frozenset[str](): model} | {frozenset(said["off"]): _beside(model, said) for said in others}
+    if odd := [one.name for one in found.values() if (one.q_names, one.rows) != (model.q_names, model.rows)]:
+        raise ImportError(
+            f"{odd[0]}: found other coordinates or loops than those of {model.name}, expected the same; generate both "
+            "with one plan"
+        )
+    return found
+
+
+def _beside(model: Model, said: Mapping[str, Any]) -> Model:
+    """The model that lies beside another, with the values of its parameters."""
     folder = model.folder
     if folder is None:
         raise FileNotFoundError(f"{model.name}: found a model without a package, expected one beside those it becomes")
     declared = {one["path"]: one["value"] for one in model.data["parameters"]}
     changed = {path: value for path, value in model.parameters.items() if value != declared[path]}
-    found = [model]
-    for said in model.data["switching"]["structures"][1:]:
-        other = load_model(folder.parent / said["package"])
-        if other.data["hash"] != said["hash"]:
-            raise ImportError(
-                f"{other.folder}: found another model ({other.name}) than {said['model']}, which {model.name} becomes; "
-                "generate it there again"
-            )
-        own = {path: value for path, value in changed.items() if path in other.parameters}
-        found.append(other.with_parameters(own) if own else other.as_it_is())
-    return tuple(found)
+    other = load_model(folder.parent / said["package"])
+    if other.data["hash"] != said["hash"]:
+        raise ImportError(
+            f"{other.folder}: found another model ({other.name}) than {said['model']}, which {model.name} becomes; "
+            "generate it there again"
+        )
+    own = {path: value for path, value in changed.items() if path in other.parameters}
+    return other.with_parameters(own) if own else other.as_it_is()

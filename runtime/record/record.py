@@ -13,6 +13,7 @@ from ..arrays import FloatArray
 from ..model.forces import Motion
 from ..model.numbers import read_numbers
 from .drawable import Drawable
+from .event import Event
 from .frozen import freeze, restore
 from .impact import Impact
 from .joint_change import JointChange
@@ -60,6 +61,7 @@ class Record:
     closure_rate_max: float = 0.0
     acceleration_error: float = 0.0
     changes: tuple[JointChange, ...] = ()
+    events: tuple[Event, ...] = ()
 
     def __post_init__(self) -> None:
         freeze(self, "t", "q", "u")

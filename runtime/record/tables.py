@@ -69,6 +69,7 @@ def arrays(run: Record) -> dict[str, Any]:
         "choices": np.array(run.choices),
         "acceleration_error": np.array(run.acceleration_error),
         **_changes(run),
+        **_events(run),
     }
 
 
@@ -82,6 +83,21 @@ def _changes(run: Record) -> dict[str, Any]:
         "change_kinds": _texts(change.kind for change in run.changes),
         "change_whys": _texts(change.why for change in run.changes),
         "change_gaps": np.array([change.gap for change in run.changes], dtype=float),
+    }
+
+
+def _events(run: Record) -> dict[str, Any]:
+    """Instants that the scene asked for; nothing of a run that has none."""
+    if not run.events:
+        return {}
+    return {
+        "event_t": np.array([event.t for event in run.events], dtype=float),
+        "event_names": _texts(event.name for event in run.events),
+        "event_directions": _texts(event.direction for event in run.events),
+        "event_numbers": np.array([event.number for event in run.events]),
+        "event_q": np.array([event.q for event in run.events]),
+        "event_u": np.array([event.u for event in run.events]),
+        "event_energy": np.array([event.energy for event in run.events], dtype=float),
     }
 
 

@@ -53,7 +53,7 @@ class Between:
     pieces: tuple[Piece, ...]
 
     def __call__(self, t0: float, q0: FloatArray, u0: FloatArray, h: float) -> tuple[FloatArray, FloatArray]:
-        piece = self.pieces[_number(self.pieces, t0, before=h < 0.0)]
+        piece = self.pieces[number_at(self.pieces, t0, before=h < 0.0)]
         t = min(max(t0 + h, piece.run.t[0]), piece.run.t[-1])
         return self.whole.lifted(piece.structure, *piece.run.at(t))
 
@@ -79,7 +79,7 @@ class Along:
             np.zeros((count, len(whole.contacts), 2)),
             np.zeros((count, len(whole.joints), 3)),
         )
-        which = np.array([_number(self.pieces, one, before=False) for one in t], dtype=int)
+        which = np.array([number_at(self.pieces, one, before=False) for one in t], dtype=int)
         for number in np.unique(which).tolist():
             rows, piece = np.flatnonzero(which == number), self.pieces[number]
             assert piece.run.motion is not None
@@ -93,7 +93,7 @@ class Along:
         return found
 
 
-def _number(pieces: Sequence[Piece], t: float, before: bool) -> int:
+def number_at(pieces: Sequence[Piece], t: float, before: bool) -> int:
     """The piece that the time t is in; at the beginning of one, that or the one before."""
     begins = np.array([piece.begin for piece in pieces])
     return max(int(np.searchsorted(begins, t, side="left" if before else "right")) - 1, 0)
@@ -135,7 +135,7 @@ def joined(
         q=np.concatenate(q),
         u=np.concatenate(u),
         impacts=tuple(one[3] for one in sorted(impacts, key=lambda one: one[:3])),
-        phases=_phases(pieces, strikes),
+        phases=phases_of(pieces, strikes),
         success=last.success and message is None,
         message=last.message if message is None else message,
         nfev=nfev,
@@ -162,7 +162,7 @@ def _lifted(whole: Whole, piece: Piece, impact: Impact) -> Impact:
     return replace(impact, u_minus=u_minus, u_plus=u_plus, reactions=reactions)
 
 
-def _phases(pieces: Sequence[Piece], strikes: Sequence[tuple[int, Impact]]) -> tuple[Phase, ...]:
+def phases_of(pieces: Sequence[Piece], strikes: Sequence[tuple[int, Impact]]) -> tuple[Phase, ...]:
     """Those of all pieces, with an impact where a joint takes hold; what goes on through a stop alike is one."""
     found: list[Phase] = []
     striking = {number for number, _ in strikes}

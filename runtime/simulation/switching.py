@@ -78,9 +78,14 @@ def simulate_switching(
     params: Mapping[str, float] | None,
     inputs: Any,
     state: HybridState | None = None,
+    begin: tuple[int, float, FloatArray | None] | None = None,
     **options: Any,
 ) -> Run:
-    """The run of a model whose joints let go and take hold, with the arguments of :func:`~..simulate.simulate`."""
+    """The run of a model whose joints let go and take hold, with the arguments of :func:`~..simulate.simulate`.
+
+    ``begin``: the number of the structure in which it begins, the time (s), and what effects hold then, where that is
+    not the start.
+    """
     main = model.with_parameters(params) if params else model.as_it_is()
     whole = Whole(structures_of(main))
     names = [one.name for one in whole.structures]
@@ -90,16 +95,17 @@ def simulate_switching(
     if state is None:
         own_q, own_u = main.start()
         q0, u0 = own_q if q0 is None else q0, own_u if u0 is None else u0
-        walk = Walk(whole, 0, 0.0, np.asarray(q0), np.asarray(u0))
+        structure, t, latched = begin or (0, 0.0, None)
+        walk = Walk(whole, structure, t, np.asarray(q0), np.asarray(u0), latched=latched)
     else:
         walk = Walk(whole, number, state.t, state.q, state.u, state, anew=True)
         if not isinstance(state, HybridState) or q0 is not None or u0 is not None or not end > state.t:
             return simulate_one(main, q0, u0, until=until, inputs=inputs, state=state, **options)  # says what is wrong
-    return _walked(walk, float(end), inputs, options)
+    return _walked(walk, float(end), inputs, options, first=state is None and begin is None)
 
 
-def _walked(walk: Walk, end: float, inputs: Any, options: Mapping[str, Any]) -> SwitchedRun:
-    message, begins, first = None, True, walk.state is None
+def _walked(walk: Walk, end: float, inputs: Any, options: Mapping[str, Any], first: bool) -> SwitchedRun:
+    message, begins = None, True
     while True:
         until, numbers = _next_stop(walk, end, first)
         if until > walk.t:

@@ -49,6 +49,7 @@ SCENES: dict[str, str] = {
     "start": "[chain]\nlinks = 3\n[start]\nangles = [0, 1, 2]\n",
     "release": SCENE + '[[release]]\njoint = "joint_1"\nat = 1\n',
     "hold": SCENE + '[[hold]]\njoint = "joint_1"\nat = 1\n',
+    "event": SCENE + '[[event]]\nwhen = "t - 1"\nstop = true\n',
     "run": SCENE + "[run]\n",
     "let": SCENE + "[let]\na = 1\n",
 }

@@ -1,0 +1,32 @@
+"""An instant of a run that its scene has asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+from ..arrays import FloatArray
+from .frozen import freeze
+
+
+@dataclass(frozen=True, eq=False)
+class Event:
+    """At ``t`` (s) what the ``[[event]]`` called ``name`` watches came to zero, "rising" or "falling" (``direction``).
+
+    ``number`` counts the instants of that name in its run, from 1. ``q`` (nq,), ``u`` (nu,) are the state there, after
+    an impact where there is one. ``parameters`` are the values that were set, and ``energy`` (J) is what the mechanism
+    got by that.
+    """
+
+    t: float
+    name: str
+    direction: Literal["rising", "falling"]
+    number: int
+    q: FloatArray = field(repr=False)
+    u: FloatArray = field(repr=False)
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    energy: float = 0.0
+
+    def __post_init__(self) -> None:
+        freeze(self, "q", "u")

@@ -1,0 +1,122 @@
+"""Where along a run an expression comes to zero: located in the states between its rows, to rounding."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..arrays import FloatArray
+from ..run import Run
+from .quantities import Of, Quantity
+from .watching import LOOKS, passage
+
+ZERO = 64.0
+"""What is nearer to zero than this many roundings of an expression is zero."""
+
+
+@dataclass(frozen=True)
+class Signal:
+    """One direction of an event: ``sign`` times its expression comes to zero from below."""
+
+    event: int
+    sign: int
+    quantity: Quantity
+
+
+@dataclass(frozen=True)
+class Crossing:
+    """A ``signal``, by its number, comes to zero at ``t`` (s)."""
+
+    t: float
+    signal: int
+
+
+def signals_of(events: list[Mapping[str, Any]]) -> tuple[Signal, ...]:
+    """What is watched for the events of a model."""
+    signs = {"rising": (1,), "falling": (-1,), "either": (1, -1)}
+    return tuple(
+        Signal(number, sign, Quantity(said["when"]))
+        for number, said in enumerate(events)
+        for sign in signs[said["direction"]]
+    )
+
+
+@dataclass(frozen=True)
+class Looks:
+    """Instants of a run at which signals are looked at, the last one before an impact among them, and the states."""
+
+    run: Run
+    t: FloatArray
+    q: FloatArray
+    u: FloatArray
+
+    @classmethod
+    def of(cls, run: Run) -> Looks:
+        """Every row of a run, and instants between them."""
+        rows = np.unique(run.t)
+        parts = np.arange(LOOKS) / LOOKS
+        before = [np.nextafter(impact.t, -np.inf) for impact in run.impacts if impact.t > rows[0]]
+        between = (rows[:-1, None] + parts * np.diff(rows)[:, None]).ravel()
+        t = np.unique(np.concatenate([between, before, rows[-1:]]))
+        q, u = run.at(t)
+        if run.impacts and run.impacts[0].t == rows[0]:
+            t, q, u = np.append(rows[:1], t), np.vstack([run.q[:1], q]), np.vstack([run.u[:1], u])
+        return cls(run, t, q, u)
+
+
+@dataclass(frozen=True)
+class Watched:
+    """A signal along a run: when it came to zero, and from which look on it was below zero beyond rounding."""
+
+    times: tuple[float, ...]
+    looks: FloatArray
+    below: Any
+
+    def armed_at(self, t: float) -> bool:
+        """Whether, by the last look before ``t`` (s), it was below zero."""
+        return bool(self.below[max(int(np.searchsorted(self.looks, t, side="left")) - 1, 0)])
+
+
+def watched(signal: Signal, looks: Looks, model: Of, armed: bool) -> Watched:
+    """The instants of a signal along a run; ``armed``: it was below zero where the run begins.
+
+    It comes to zero where it is not below any more. Between two looks it may come above zero and go back, or below and
+    come back: there its rate changes its sign. What is not a number counts as what was there before.
+    """
+    found = signal.quantity.along(model, looks.t, looks.q, looks.u)
+    values = signal.sign * found.value
+    zero = ZERO * np.finfo(values.dtype).eps * found.size
+    below = np.asarray(values < -zero)
+    for k in np.flatnonzero(~np.isfinite(values)).tolist():
+        below[k] = below[k - 1] if k else armed
+
+    def value(t: float) -> float:
+        return signal.sign * signal.quantity.at(model, t, *looks.run.at(t))
+
+    def rate(t: float) -> float:
+        q, u = looks.run.at(t)
+        rates = signal.quantity.along(model, np.array([t]), q[None], u[None]).rate
+        assert rates is not None
+        return signal.sign * float(rates[0])
+
+    times = [float(looks.t[0])] if armed and not below[0] else []
+    peaks = dips = np.zeros(len(below) - 1, dtype=bool)
+    if found.rate is not None:
+        rates = signal.sign * found.rate
+        peaks = below[:-1] & below[1:] & (rates[:-1] > 0.0) & (rates[1:] < 0.0)
+        dips = (values[:-1] > 0.0) & (values[1:] > 0.0) & (rates[:-1] < 0.0) & (rates[1:] > 0.0)
+    for k in np.flatnonzero((below[:-1] & ~below[1:]) | peaks | dips).tolist():
+        a, b, last = float(looks.t[k]), float(looks.t[k + 1]), float(values[k + 1])
+        if peaks[k]:
+            b = passage(lambda t: -rate(t), a, b)
+            last = value(b)
+        elif dips[k]:
+            a = passage(rate, a, b)
+        if (peaks[k] and last < -zero[k]) or (dips[k] and value(a) >= -zero[k]):
+            continue
+        level = min(last, 0.0)
+        times.append(passage(lambda t, level=level: value(t) - level, a, b))  # type: ignore[misc]
+    return Watched(tuple(times), looks.t, below)

@@ -1,0 +1,343 @@
+"""A run through the events that its scene asks for (docs/theory.md, section 5.16)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..arrays import FloatArray
+from ..faults import Faults
+from ..loading.structures import structures_of, switched_of
+from ..model.model import Model
+from ..model.whole import Whole
+from ..record.event import Event
+from ..record.hybrid_state import HybridState
+from ..run import Run
+from .advance import Advance
+from .arguments import check_positive
+from .crossings import Crossing, Looks, Signal, Watched, signals_of, watched
+from .one_run import simulate_one
+from .pieces import Piece, SwitchedRun, number_at
+from .quantities import Quantity
+from .stretches import cut, strung
+from .switching import STRETCHES, simulate_switching
+from .watching import TOGETHER
+
+MOST_CHANGES = 10_000
+"""Events of a run that set something; more are taken for a parameter that is set to and fro without end."""
+SAME = 1e-9
+"""An event that has cut a run, and comes again within this part of the time, or of the duration, is the same: the run
+up to there is made again, and ends nearer or farther from zero than its first making by the error of its steps."""
+STOP = "stop"
+"""What a function of an event answers for the run to end there."""
+
+Answer = Mapping[str, float] | str | None
+OnEvent = Mapping[str, Callable[[Event], Answer]]
+
+
+@dataclass
+class Course:
+    """Where a run with events is, and what it has left.
+
+    ``off`` are the effects that are off, ``models`` those without them by that, the first with all.
+    ``structure`` is what the mechanism is, where joints let go and take hold; ``q``, ``u`` are its state, and
+    ``memory`` is all that a run goes on from, where it goes on as it was; where not, ``latched`` is what effects hold.
+    """
+
+    models: dict[frozenset[str], Model]
+    off: frozenset[str]
+    signals: tuple[Signal, ...]
+    on_event: OnEvent
+    t: float = 0.0
+    structure: int = 0
+    q: ArrayLike | None = None
+    u: ArrayLike | None = None
+    memory: HybridState | None = None
+    latched: FloatArray | None = None
+    begun: bool = False
+    armed: list[bool] = field(default_factory=list)
+    cut_at: dict[int, float] = field(default_factory=dict)
+    counts: dict[str, int] = field(default_factory=dict)
+    pieces: list[Piece] = field(default_factory=list)
+    events: list[Event] = field(default_factory=list)
+    nfev: int = 0
+    changed: int = 0
+    failed: bool = False
+
+    @property
+    def model(self) -> Model:
+        return self.models[self.off]
+
+    @property
+    def main(self) -> Model:
+        return self.models[frozenset()]
+
+    @property
+    def said(self) -> Sequence[Mapping[str, Any]]:
+        said: Sequence[Mapping[str, Any]] = self.main.data["events"]
+        return said
+
+    def interrupts(self, signal: int) -> bool:
+        """Whether the next instant of a signal may be one after which the run is another."""
+        said = self.said[self.signals[signal].event]
+        ends = said["stop"] and self.counts.get(said["name"], 0) + 1 >= said["stop"]
+        return bool(ends or said["set"] or said["on"] or said["off"] or said["name"] in self.on_event)
+
+
+def simulate_with_events(
+    model: Model,
+    q0: ArrayLike | None,
+    u0: ArrayLike | None,
+    *,
+    until: float | None,
+    params: Mapping[str, float] | None,
+    on_event: OnEvent | None,
+    state: HybridState | None = None,
+    **options: Any,
+) -> Run:
+    """The run of a model whose scene has events, with the arguments of :func:`~..simulate.simulate`."""
+    faults = Faults()
+    with faults.collecting():
+        model = model.with_parameters(params) if params else model.as_it_is()
+    with faults.collecting():
+        check_functions(model, on_event)
+    end: float = model.duration if until is None else until
+    with faults.collecting():
+        check_positive("until", end, " of seconds")
+    faults.stop_if_any()
+    if isinstance(state, HybridState):
+        paths = {path for said in model.data["events"] for path in said["set"]}
+        model = model.with_parameters({path: state.parameters[path] for path in paths & set(state.parameters)})
+    signals = signals_of(model.data["events"])
+    models = switched_of(model)
+    off = frozenset(model.data["switched"]["off"]) if model.data.get("switched") else frozenset()
+    if isinstance(state, HybridState):
+        off = next((names for names, one in models.items() if one.name == state.model), off)
+    elif off:
+        own_q, own_u = model.start()
+        q0, u0 = own_q if q0 is None else q0, own_u if u0 is None else u0
+    armed = [False] * len(signals)
+    course = Course(models, off, signals, on_event or {}, q=q0, u=u0, memory=state, armed=armed)
+    if isinstance(state, HybridState):
+        course.t = state.t
+    message = _run_on(course, float(end), options)
+    run = strung(model, course.pieces, course.events, course.nfev, message)
+    return replace(run, success=False) if course.failed else run
+
+
+def check_functions(model: Model, on_event: object) -> None:
+    """Raise ``ValueError`` or ``TypeError`` unless these are functions by names of the model's events, or nothing."""
+    faults = Faults()
+    names = [said["name"] for said in model.data.get("events", ())]
+    if on_event is not None and not isinstance(on_event, Mapping):
+        faults.note(TypeError(f"on_event: found {on_event!r}, expected functions by names of events, or None"))
+    for name, function in on_event.items() if isinstance(on_event, Mapping) else ():
+        if name not in names:
+            faults.add(f"on_event: found {name!r}, expected the name of an event; {_known(names)}")
+        if not callable(function):
+            faults.note(TypeError(f"on_event: found {function!r} for {name!r}, expected a function of the event"))
+    if model.folded and any(said["set"] for said in model.data.get("events", ())):
+        faults.add(
+            f"{model.name}: found events that set parameters, which are folded into the code as numbers, expected a "
+            "model without --fold; generate it so"
+        )
+    faults.stop_if_any()
+
+
+def _known(names: Sequence[str]) -> str:
+    return f"those of the scene are {', '.join(names)}" if names else "the scene has no [[event]]"
+
+
+def _run_on(course: Course, end: float, options: Mapping[str, Any]) -> str | None:
+    """Go on to the ``end``; a sentence where an event ends the run, or it cannot go on."""
+    interrupting = any(course.interrupts(k) for k in range(len(course.signals))) or any(
+        one["stop"] for one in course.said
+    )
+    while True:
+        until = _border(course, end) if interrupting else end
+        try:
+            run = _stretch(course, until, options)
+        except ValueError as error:
+            if not course.pieces:
+                raise
+            course.failed = True
+            return f"stopped at t = {course.t:.12g} s: {error}"
+        looks = Looks.of(run)
+        found = [
+            watched(signal, looks, run.model, armed)  # type: ignore[arg-type]
+            for signal, armed in zip(course.signals, course.armed, strict=True)
+        ]
+        now, later = _groups(course, found, run)
+        for crossing in now:
+            course.events.append(_event(course, crossing, run))
+        if not later:
+            _keep(course, run, found, float(np.nextafter(run.t[-1], np.inf)), {one.signal for one in now})
+            if not run.success or run.t[-1] >= end:
+                return None
+            continue
+        t = later[0].t
+        if t < run.t[-1]:
+            struck = t == run.t[0] or any(impact.t == t for impact in run.impacts)
+            run = cut(run, t) if struck else _stretch(course, t, options)
+        came = {one.signal for one in later} | {one.signal for one in now if _together(course, one.t, t)}
+        _keep(course, run, found, t, came)
+        course.cut_at |= dict.fromkeys(came, t)
+        message = _happen(course, later, run)
+        if message is not None:
+            _close(course, options)
+            return message
+        course.changed += 1
+        if course.changed > MOST_CHANGES:
+            course.failed = True
+            return f"stopped at t = {course.t:.12g} s: events set parameters without end; change when they come"
+        if course.t >= end:
+            _close(course, options)
+            return None
+
+
+def _border(course: Course, end: float) -> float:
+    """How far the run goes before it is looked at."""
+    stretch = course.model.duration / STRETCHES
+    border = stretch * (math.floor(course.t / stretch) + 1)
+    return min(end, border if border > course.t else border + stretch)
+
+
+def _stretch(course: Course, until: float, options: Mapping[str, Any]) -> Run:
+    """A run from where the course is."""
+    switching = course.model.data.get("switching") is not None
+    make: Callable[..., Run] = simulate_switching if switching else simulate_one
+    given: dict[str, Any] = {"until": until, "params": None, "state": course.memory, **options}
+    if course.begun and course.memory is None:
+        begin = {"begin": course.t, "latched": course.latched}
+        given |= {"begin": (course.structure, course.t, course.latched)} if switching else begin
+    run = make(
+        course.model, *((None, None) if course.memory is not None and course.begun else (course.q, course.u)), **given
+    )
+    course.nfev += run.nfev
+    return run
+
+
+def _groups(course: Course, found: Sequence[Watched], run: Run) -> tuple[list[Crossing], list[Crossing]]:
+    """Instants along a run in the order of time before the first after which it is another, and those of that one.
+
+    What comes together with an impact comes at its instant, to the last digit.
+    """
+    struck = np.array([impact.t for impact in run.impacts])
+    every: list[Crossing] = []
+    for number, of_signal in enumerate(found):
+        since = course.cut_at.get(number, -math.inf)
+        for t in of_signal.times:
+            if t - since <= SAME * max(abs(t), course.model.duration):
+                continue
+            near = struck[np.abs(struck - t) <= TOGETHER * max(abs(t), course.model.duration)]
+            every.append(Crossing(float(near[np.argmin(np.abs(near - t))]) if near.size else t, number))
+    every.sort(key=lambda one: (one.t, one.signal))
+    counted = dict(course.counts)
+    for index, one in enumerate(every):
+        said = course.said[course.signals[one.signal].event]
+        counted[said["name"]] = counted.get(said["name"], 0) + 1
+        changes = said["set"] or said["on"] or said["off"] or said["name"] in course.on_event
+        if changes or (said["stop"] and counted[said["name"]] >= said["stop"]):
+            first = index
+            while first and _together(course, every[first - 1].t, one.t):
+                first -= 1
+            last = index + 1
+            while last < len(every) and _together(course, every[last].t, one.t):
+                last += 1
+            same = sorted(every[first:last], key=lambda other: other.signal)
+            return every[:first], [replace(other, t=one.t) for other in same]
+    return every, []
+
+
+def _together(course: Course, one: float, other: float) -> bool:
+    return abs(one - other) <= TOGETHER * max(abs(other), course.model.duration)
+
+
+def _keep(course: Course, run: Run, found: Sequence[Watched], t: float, came: set[int]) -> None:
+    """Take a run for the next stretch, up to ``t`` (s); the signals that ``came`` there have to go below zero again."""
+    course.pieces.append(Piece(course.structure, run, not course.pieces or course.memory is None))
+    course.t = float(run.t[-1])
+    course.memory, course.begun = run.state, True
+    course.q, course.u = run.q[-1], run.u[-1]
+    advance = run.advance
+    if isinstance(run, SwitchedRun):
+        inner = run.advance.pieces  # type: ignore[attr-defined]
+        piece = inner[number_at(inner, course.t, before=False)]
+        course.structure, advance = piece.structure, piece.run.advance
+        course.q, course.u = piece.run.at(min(course.t, piece.run.t[-1]))
+    course.latched = advance.latched.at(course.t) if isinstance(advance, Advance) else None
+    course.armed = [one.armed_at(t) and number not in came for number, one in enumerate(found)]
+
+
+def _event(course: Course, crossing: Crossing, run: Run) -> Event:
+    """The record of an instant along a run."""
+    signal = course.signals[crossing.signal]
+    name = course.said[signal.event]["name"]
+    course.counts[name] = course.counts.get(name, 0) + 1
+    q, u = run.at(crossing.t)
+    return Event(crossing.t, name, "rising" if signal.sign > 0 else "falling", course.counts[name], q, u)
+
+
+def _happen(course: Course, crossings: Sequence[Crossing], run: Run) -> str | None:
+    """What events of one instant do, in the order of their tables; a message where one ends the run."""
+    ends: list[str] = []
+    for crossing in crossings:
+        event = _event(course, crossing, run)
+        said = course.said[course.signals[crossing.signal].event]
+        values = {path: _number(course, value, run, event) for path, value in said["set"].items()}
+        answer = course.on_event[event.name](event) if event.name in course.on_event else None
+        if isinstance(answer, Mapping):
+            values |= answer
+        elif answer == STOP or (said["stop"] and event.number >= said["stop"]):
+            ends.append(event.name)
+        elif answer is not None:
+            raise TypeError(
+                f"on_event: found {answer!r} from the function of {event.name!r}, expected None, values of parameters "
+                f'by path, or "{STOP}"'
+            )
+        off = (course.off | frozenset(said["off"])) - frozenset(said["on"])
+        if values or off != course.off:
+            event = replace(event, parameters=dict(values), energy=_set(course, values, off))
+        course.events.append(event)
+    if ends:
+        return f"ended at t = {course.t:.12g} s by {' and '.join(dict.fromkeys(ends))}"
+    return None
+
+
+def _number(course: Course, value: float | str, run: Run, event: Event) -> float:
+    """What a parameter is set to."""
+    if isinstance(value, str):
+        return Quantity(value).at(run.model, event.t, event.q, event.u)  # type: ignore[arg-type]
+    return value
+
+
+def _set(course: Course, values: Mapping[str, float], off: frozenset[str]) -> float:
+    """Set parameters, and which effects are ``off``; the energy (J) that the mechanism gets by that."""
+    before = _energy(course)
+    main = course.main.with_parameters(values)
+    for names, model in course.models.items():
+        own = {path: value for path, value in values.items() if path in model.parameters}
+        course.models[names] = model.with_parameters(own) if names else main
+    course.latched = course.latched if off == course.off else None
+    course.off = off
+    course.memory = None
+    return _energy(course) - before
+
+
+def _energy(course: Course) -> float:
+    model = course.model
+    if model.data.get("switching") is not None:
+        model = Whole(structures_of(model)).structures[course.structure]
+    return float(sum(model.energy(np.asarray(course.q), np.asarray(course.u))))
+
+
+def _close(course: Course, options: Mapping[str, Any]) -> None:
+    """Where a run was cut, or goes on with other parameters, its state is that of a run that begins there."""
+    if course.memory is None:
+        run = _stretch(course, course.t, options)
+        course.pieces.append(Piece(course.structure, run, True))

@@ -1,0 +1,123 @@
+"""A run put together from stretches, between which parameters were set."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from ..arrays import FloatArray
+from ..model.forces import Motion
+from ..model.model import Model
+from ..record.drawable import Drawable
+from ..record.event import Event
+from ..record.hybrid_state import HybridState
+from ..run import Run
+from .pieces import Piece, SwitchedRun, cut_at, number_at, phases_of
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class StretchedRun(Run):
+    """A run in which parameters were set; ``last`` is where it has come to."""
+
+    last: HybridState | None = field(default=None, repr=False)
+
+    @property
+    def state(self) -> HybridState | None:
+        return self.last
+
+
+@dataclass(frozen=True, eq=False)
+class Between:
+    """States between the rows: those of the stretch that the time is in."""
+
+    pieces: tuple[Piece, ...]
+
+    def __call__(self, t0: float, q0: FloatArray, u0: FloatArray, h: float) -> tuple[FloatArray, FloatArray]:
+        run = self.pieces[number_at(self.pieces, t0, before=h < 0.0)].run
+        return run.at(min(max(t0 + h, run.t[0]), run.t[-1]))
+
+
+@dataclass(frozen=True, eq=False)
+class Along:
+    """Accelerations and forces along the stretches, of all ``contacts``; of those that are off there is none."""
+
+    contacts: tuple[tuple[str, str], ...]
+    pieces: tuple[Piece, ...]
+
+    @property
+    def since(self) -> FloatArray:
+        own = [piece.run.motion.since for piece in self.pieces if piece.run.motion is not None]
+        return np.unique(np.concatenate([*own, np.array([piece.begin for piece in self.pieces[1:]])]))
+
+    def __call__(self, t: FloatArray, q: FloatArray, u: FloatArray) -> Motion:
+        which = np.array([number_at(self.pieces, one, before=False) for one in t], dtype=int)
+        found: Motion | None = None
+        for number in np.unique(which).tolist():
+            rows, run = np.flatnonzero(which == number), self.pieces[number].run
+            assert run.motion is not None
+            times = np.clip(t[rows], run.t[0], run.t[-1])
+            one = run.motion(times, *run.at(times))
+            if found is None:
+                u_dot, multipliers, reactions = (np.zeros((len(t), *part.shape[1:])) for part in _parts(one))
+                found = Motion(u_dot, multipliers, np.zeros((len(t), len(self.contacts), 2)), reactions)
+            for whole, part in zip(_parts(found), _parts(one), strict=True):
+                whole[rows] = part
+            for own, contact in enumerate(run.model.contacts):
+                found.pushes[rows, self.contacts.index(contact)] = one.pushes[:, own]
+        if found is None:
+            assert self.pieces[0].run.motion is not None
+            return self.pieces[0].run.motion(t, q, u)
+        return found
+
+
+def _parts(motion: Motion) -> tuple[FloatArray, FloatArray, FloatArray]:
+    return motion.u_dot, motion.multipliers, motion.reactions
+
+
+def cut(run: Run, t: float) -> Run:
+    """A run up to an instant at which it has a row, the last of those."""
+    short = cut_at(run, t)
+    if isinstance(short, SwitchedRun):
+        short = replace(short, last=None, changes=tuple(change for change in run.changes if change.t <= t))
+    return short
+
+
+def strung(model: Model, pieces: Sequence[Piece], events: Sequence[Event], nfev: int, message: str | None) -> Run:
+    """The run of all ``pieces``, with its ``events``; ``nfev`` is what was evaluated in all, ``message`` says where an
+    event ended it.
+
+    Its ``model`` has all effects, and the parameters of the beginning.
+    """
+    pieces, events = tuple(pieces), tuple(events)
+    last = pieces[-1].run
+    message = last.message if message is None else message
+    if len(pieces) == 1 and last.model.name == model.name:
+        return replace(last, nfev=nfev, message=message, events=events)
+    whole: Drawable = pieces[0].run.model if pieces[0].run.model.name == model.name else model
+    firsts = [0 if piece.anew else 1 for piece in pieces]
+    return StretchedRun(
+        model=whole,
+        t=np.concatenate([piece.run.t[first:] for piece, first in zip(pieces, firsts, strict=True)]),
+        q=np.concatenate([piece.run.q[first:] for piece, first in zip(pieces, firsts, strict=True)]),
+        u=np.concatenate([piece.run.u[first:] for piece, first in zip(pieces, firsts, strict=True)]),
+        impacts=tuple(impact for piece in pieces for impact in piece.run.impacts),
+        phases=phases_of(pieces, ()),
+        success=last.success,
+        message=message,
+        nfev=nfev,
+        closure_max=max(piece.run.closure_max for piece in pieces),
+        energy_drift=sum(piece.run.energy_drift for piece in pieces),
+        advance=Between(pieces),
+        motion=Along(tuple(whole.contacts), pieces),
+        method=last.method,
+        drift=last.drift,
+        rest_speed=max(piece.run.rest_speed for piece in pieces),
+        choices=sum(piece.run.choices for piece in pieces),
+        closure_rate_max=max(piece.run.closure_rate_max for piece in pieces),
+        acceleration_error=max(piece.run.acceleration_error for piece in pieces),
+        changes=tuple(change for piece in pieces for change in piece.run.changes),
+        events=events,
+        last=last.state,
+    )

@@ -1,0 +1,156 @@
+"""Effects that events switch: against closed forms, and the gait of the simplest walker."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ccgen.generator import SceneError, load_scene
+from ccgen.runtime import simulate
+
+from ..support.workshop import Workshop
+from .test_release_and_hold import TREBUCHET
+from .test_user_events import BALL, FALL, G
+
+SCENES = Path(__file__).parents[2] / "scenes"
+OSCILLATOR = """
+name = "oscillator"
+[ground_link]
+points = { O = [0, 0] }
+[[link]]
+name = "cart"
+mass = 2
+inertia = 1
+com = [0, 0]
+points = { A = [0, 0] }
+[[joint]]
+name = "rail"
+type = "prismatic"
+between = ["ground.O", "cart.A"]
+axis = [1, 0]
+[[spring]]
+name = "coil"
+between = ["ground.O", "cart.A"]
+stiffness = 8
+length = 1
+[start]
+slides = { rail = 1.5 }
+[run]
+until = 4
+rtol = 1e-12
+"""
+"""x = 1 + cos(2t)/2 while the spring acts."""
+
+
+def test_a_spring_that_is_off_pulls_no_more_and_takes_its_energy_along(workshop: Workshop) -> None:
+    text = OSCILLATOR + '[[event]]\nname = "cut"\nwhen = "t - 0.5"\noff = ["coil"]\n'
+    text += '[[event]]\nname = "again"\nwhen = "t - 1.5"\non = ["coil"]\n'
+    model = workshop.model(text)
+    run = simulate(model)
+    x, v = 1.0 + 0.5 * np.cos(1.0), -np.sin(1.0)
+    assert run.at(0.9)[0] == pytest.approx([x + 0.4 * v], abs=1e-11)
+    cut, again = run.events
+    assert cut.energy == pytest.approx(-0.5 * 8 * (x - 1.0) ** 2, abs=1e-10)
+    y = x + v
+    assert again.energy == pytest.approx(0.5 * 8 * (y - 1.0) ** 2, abs=1e-10)
+    later = 1.0 + (y - 1.0) * np.cos(2 * 1.7) + v / 2.0 * np.sin(2 * 1.7)
+    assert run.at(1.5 + 1.7)[0] == pytest.approx([later], abs=1e-10)
+    assert run.energy_drift < 1e-11
+    assert run.accelerations([0.4, 1.0, 2.0])[:, 0] == pytest.approx(
+        [-4 * 0.5 * np.cos(0.8), 0.0, -4 * (run.at(2.0)[0][0] - 1.0)], abs=1e-9
+    )
+
+
+def test_a_run_goes_on_without_what_is_off(workshop: Workshop) -> None:
+    text = OSCILLATOR + '[[event]]\nname = "cut"\nwhen = "t - 0.5"\noff = ["coil"]\nstop = true\n'
+    model = workshop.model(text)
+    run = simulate(model)
+    assert run.t[-1] == 0.5 and run.state is not None and run.state.model == "oscillator-off-coil"
+    then = simulate(model, state=run.state, until=1.0)
+    assert then.q[-1] == pytest.approx([1.0 + 0.5 * np.cos(1.0) - 0.5 * np.sin(1.0)], abs=1e-11)
+    stiffer = simulate(model, params={"coil.stiffness": 18.0}, until=0.4)
+    assert stiffer.q[-1] == pytest.approx([1.0 + 0.5 * np.cos(1.2)], abs=1e-11)
+
+
+def test_what_is_off_at_the_start_acts_when_it_is_switched_on(workshop: Workshop) -> None:
+    text = OSCILLATOR.replace("[run]", 'sliding_velocities = { rail = 1 }\noff = ["coil"]\n[run]')
+    text += '[[event]]\nwhen = "slide(rail) - 2"\non = ["coil"]\n'
+    run = simulate(workshop.model(text))
+    event = run.events[0]
+    assert event.t == pytest.approx(0.5, abs=1e-13)
+    assert run.at(1.5)[0] == pytest.approx([1.0 + np.cos(2.0) + 0.5 * np.sin(2.0)], abs=1e-11)
+
+
+def test_a_ground_that_is_off_lets_through_and_catches_below_no_more(workshop: Workshop) -> None:
+    """Through the ground at the second time, on to a lower one."""
+    text = BALL.replace("until = 2", "until = 3")
+    text += '[[ground]]\npoint = [0, -2]\nrestitution = 0\ncontacts = ["ball.P"]\n'
+    text += '[[event]]\nname = "top"\nwhen = "rate(y(ball.P))"\ndirection = "falling"\noff = ["ground_0"]\n'
+    run = simulate(workshop.model(text), rtol=1e-12)
+    top = 1.5 * FALL
+    falls = float(np.sqrt(2 * 2.25 / G))
+    assert [impact.t for impact in run.impacts] == pytest.approx([FALL, top + falls], abs=1e-11)
+    assert run.impacts[1].contacts == (("ball.P", "ground_1"),)
+    index = [run.model.contacts.index(("ball.P", ground)) for ground in ("ground_0", "ground_1")]
+    forces = run.contact_forces([0.1, 2.9])
+    assert forces[:, index, 0] == pytest.approx(np.array([[0.0, 0.0], [0.0, G]]), abs=1e-9)
+
+
+def test_a_ground_that_is_switched_on_above_a_point_ends_the_run(workshop: Workshop) -> None:
+    text = (
+        BALL + '[[event]]\nwhen = "t - 0.1"\noff = ["ground_0"]\n[[event]]\nwhen = "y(ball.P) + 1"\non = ["ground_0"]\n'
+    )
+    run = simulate(workshop.model(text))  # what is wrong is told as of a start
+    assert not run.success and "the start has ball.P inside ground_0 by 1 m" in run.message
+    assert run.at(run.t[-1])[0][1] == pytest.approx(-1.0)
+
+
+def test_the_simplest_walker_has_the_gait_of_massless_feet_in_the_limit(workshop: Workshop) -> None:
+    model = workshop.model(load_scene(SCENES / "simplest-walker.toml"))
+    periods = []
+    for foot in (1e-4, 5e-5):
+        leg = {"left.mass": 1 + foot, "left.com.x": 1 / (1 + foot), "left.inertia": foot / (1 + foot)}
+        run = simulate(model, until=80.0, params=leg | {"right.mass": foot})
+        assert run.success, run.message
+        strikes = [impact for impact in run.impacts if impact.energy_loss > 1e-4]
+        assert len(strikes) == 20
+        periods.append(float(np.diff([impact.t for impact in strikes])[-4:].mean()))
+        last = [event.name for event in run.events][-4:]
+        assert sorted(last) == ["left_ahead", "left_through", "right_ahead", "right_through"]
+    limit = 2 * periods[1] - periods[0]
+    assert limit == pytest.approx(3.88246375285, abs=2e-8)
+    assert abs(periods[1] - limit) > 1e-5  # the feet's mass is seen
+
+
+@pytest.mark.parametrize(
+    ("lines", "told"),
+    [
+        (
+            '[[event]]\nwhen = "t - 1"\noff = ["coli"]',
+            'found "coli", expected an effect; those that can be switched are coil',
+        ),
+        ('[[event]]\nwhen = "t - 1"\noff = ["coil"]\non = ["coil"]', 'found "coil" in on too'),
+        (
+            '[[input]]\nname = "push"\njoint = "rail"\n[[event]]\nwhen = "t - 1"\noff = ["push"]',
+            "a [[input]], expected an",
+        ),
+    ],
+)
+def test_wrong_switches_are_told_in_sentences(workshop: Workshop, lines: str, told: str) -> None:
+    with pytest.raises(SceneError) as found:
+        workshop.scene(OSCILLATOR + lines)
+    assert told in str(found.value) and len(found.value.faults) == 1
+
+
+def test_a_start_without_an_effect_wants_an_event_that_brings_it(workshop: Workshop) -> None:
+    text = OSCILLATOR.replace("[run]", 'off = ["coil"]\n[run]')
+    with pytest.raises(SceneError, match=r"expected an effect that an \[\[event\]\] switches on"):
+        workshop.scene(text)
+
+
+def test_effects_are_not_switched_beside_joints_that_change(workshop: Workshop) -> None:
+    text = TREBUCHET + '[[drag]]\npoint = "stone.C"\nlinear = 1\n[[event]]\nwhen = "t - 1"\noff = ["drag_0"]\n'
+    with pytest.raises(SceneError, match="switched beside joints that let go or take hold"):
+        workshop.scene(text)
