@@ -11,7 +11,7 @@ from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from .arithmetic import NO_NAMES, ExpressionError, Names, NameWithoutValue, parsed
-from .expression_of_time import Expression, parse
+from .expression_of_time import Expression, InTime, parse
 from .written_numbers import faults_as_advice, read_quantity
 
 ANGLE = "angle"
@@ -40,10 +40,11 @@ def parse_of_angle(text: str, names: Names = NO_NAMES) -> Expression | float:
     return found
 
 
-class InAngle:
+class InAngle(InTime):
     """Marks a length that is a number or an expression of the angle."""
 
-    units = ("m",)
+    def __init__(self) -> None:
+        super().__init__("m")
 
     def __repr__(self) -> str:
         return "InAngle()"

@@ -12,7 +12,6 @@ from typing import Annotated, Any, get_args, get_origin
 import pytest
 
 from ccgen.generator.effect_base.arithmetic import ExpressionError, Written
-from ccgen.generator.effect_base.expression_of_angle import InAngle
 from ccgen.generator.effect_base.expression_of_time import InTime
 from ccgen.generator.effect_base.table import Columns, Table
 from ccgen.generator.effect_base.units import KINDS, UNITS, dimension_of, read_unit
@@ -125,7 +124,7 @@ def leaves(kind: Any, marks: tuple[Any, ...] = ()) -> Iterator[tuple[Any, tuple[
     elif columns := next((mark for mark in marks if isinstance(mark, Columns)), None):
         for one in columns.kinds:
             yield from leaves(one)
-    elif any(isinstance(mark, InTime | InAngle) for mark in marks):
+    elif any(isinstance(mark, InTime) for mark in marks):
         yield float, marks
     elif get_origin(kind) in (list, dict) or (get_args(kind) and get_origin(kind) is not None and kind is not None):
         inner = [get_args(kind)[-1]] if get_origin(kind) in (list, dict) else [*get_args(kind)]
@@ -150,7 +149,7 @@ def number_keys() -> Iterator[tuple[str, Any, tuple[str, ...]]]:
             for key, field in model.model_fields.items():
                 for kind, marks in leaves(field.annotation, tuple(field.metadata)):
                     if kind in (float, int):
-                        units = [mark.units for mark in marks if isinstance(mark, Measured | InTime | InAngle)]
+                        units = [mark.units for mark in marks if isinstance(mark, Measured | InTime)]
                         yield f"{model.__name__}.{key}", field, (units[0] if units else ())
 
 
