@@ -31,6 +31,8 @@ int prepare_friction(struct friction_problem *c)
         c->root[row] = sqrt(fmax(c->W[(size_t)row * (2 * n + 1)], 0.0));
     for (int i = 0; i < n; i++) {
         const int fixed = constrained_tangentially(c, i);
+        if (fixed) /* what stands there is rounding, by which nothing can be divided */
+            c->root[n + i] = 0.0;
         c->slides[i] = c->mode[i];
         if (!c->mode[i] && fixed && fabs(c->bt[i]) > RATE_ROUNDING * fabs(c->bn[i]))
             c->slides[i] = c->bt[i] > 0.0 ? 1 : -1;

@@ -13,7 +13,7 @@ struct friction_problem {
     const double
         *from; /* [2n] rates before, or NULL: where given, no impulses are looked for that add energy to them */
     struct arena *arena; /* for scratch */
-    double *root;        /* [2n] of the compliance of each row, normals and then tangents */
+    double *root; /* [2n] of the compliance of each row, normals and then tangents; 0 of one that no impulse moves */
     signed char
         *slides; /* [n] how a contact is known to slide: by mode[i], or as it does where no impulse moves it; else 0 */
     char *rough; /* [n] whether it has friction: none where it rests and no impulse moves it along its ground */
