@@ -81,6 +81,7 @@ def model_data(
         },
         "discs": _discs(scene),
         "ropes": _ropes(scene),
+        "latches": [name for effect in scene.effects for name, _ in effect.latches()],
         "aids": list(mechanism.aids),
         "ground_names": list(mechanism.ground_points),
         "ground_points": [_point(point) for point in mechanism.ground_points.values()],
@@ -148,7 +149,6 @@ def switching_data(scene: Scene, models: Sequence[tuple[str, str]]) -> Json:
                 "package": package,
                 "hash": hash_,
                 "aids": list(one.mechanism.aids),
-                "latches": [name for effect in one.effects for name, _ in effect.latches()],
             }
             for (opened, one), (package, hash_) in zip(structures, models, strict=True)
         ],

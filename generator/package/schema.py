@@ -159,7 +159,6 @@ class StructureData(Data):
     package: str = entry("the folder of its model, beside this one")
     hash: str = entry("the hash of that model's scene")
     aids: list[str] = entry("joints that only place bodies which no joint holds")
-    latches: list[str] = entry("names of the values that its effects hold, in their order", default=[])
 
 
 class MeshTermData(Data):
@@ -266,6 +265,7 @@ class ModelData(Data):
     )
     discs: list[DiscData] = entry("discs and edges to be drawn")
     ropes: list[RopeData] = Field(default=[], description="ropes to be drawn; left out where there are none")
+    latches: list[str] = entry("names of the values that effects hold, in their order", default=[])
     aids: list[str] = entry(
         "joints that only place links which no joint of the scene holds; left out where there are none", default=[]
     )

@@ -87,9 +87,7 @@ class Whole:
     def latched_in(self, structure: int, before: int, latched: FloatArray) -> FloatArray:
         """What effects hold (latches,) in the structure ``before`` as what those of a ``structure`` hold; not a number
         where they have held nothing."""
-        own, others = (self.data["switching"]["structures"][k].get("latches", []) for k in (structure, before))
-        values = dict(zip(others, latched, strict=True))
-        return np.array([values.get(name, np.nan) for name in own])
+        return latched_as(self.structures[structure], self.structures[before], latched)
 
     def lifted(self, structure: int, q: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
         """A structure's states (..., n) in the coordinates of the loosest."""
@@ -257,6 +255,13 @@ class Whole:
 
     def closure(self, q: FloatArray) -> FloatArray:
         return self.loosest.closure(q)
+
+
+def latched_as(model: Model, before: Model, latched: FloatArray) -> FloatArray:
+    """What effects of the model ``before`` hold (latches,) as what those of another ``model`` of the same scene hold;
+    not a number where it has none of the name."""
+    values = dict(zip(before.data.get("latches", []), latched, strict=True))
+    return np.array([values.get(name, np.nan) for name in model.data.get("latches", [])])
 
 
 def _spin(model: Model, link: int, count: int) -> FloatArray:

@@ -14,7 +14,7 @@ from ..arrays import FloatArray
 from ..faults import Faults
 from ..loading.structures import structures_of, switched_of
 from ..model.model import Model
-from ..model.whole import Whole
+from ..model.whole import Whole, latched_as
 from ..record.event import Event
 from ..record.hybrid_state import HybridState
 from ..run import Run
@@ -318,13 +318,14 @@ def _number(course: Course, value: float | str, run: Run, event: Event) -> float
 
 def _set(course: Course, values: Mapping[str, float], off: frozenset[str]) -> float:
     """Set parameters, and which effects are ``off``; the energy (J) that the mechanism gets by that."""
-    before = _energy(course)
+    before, latched, of = _energy(course), course.latched, course.model
     main = course.main.with_parameters(values)
     for names, model in course.models.items():
         own = {path: value for path, value in values.items() if path in model.parameters}
         course.models[names] = model.with_parameters(own) if names else main
-    course.latched = course.latched if off == course.off else None
     course.off = off
+    if latched is not None and not course.main.data.get("switching"):
+        course.latched = latched_as(course.model, of, latched)
     course.memory = None
     return _energy(course) - before
 

@@ -154,3 +154,40 @@ def test_effects_are_not_switched_beside_joints_that_change(workshop: Workshop) 
     text = TREBUCHET + '[[drag]]\npoint = "stone.C"\nlinear = 1\n[[event]]\nwhen = "t - 1"\noff = ["drag_0"]\n'
     with pytest.raises(SceneError, match="switched beside joints that let go or take hold"):
         workshop.scene(text)
+
+
+LANDING = (
+    OSCILLATOR
+    + """
+[[link]]
+name = "ball"
+mass = 1
+inertia = 1
+com = [0, 0]
+points = { C = [0, 0] }
+[[joint]]
+name = "fall"
+type = "prismatic"
+between = ["ground.O", "ball.C"]
+axis = [0, 1]
+[[compliant_ground]]
+contacts = ["ball.C"]
+load = 200
+depth = 0.01
+restitution = 0.4
+[gravity]
+"""
+).replace("rail = 1.5", "rail = 1.5, fall = 0.2")
+
+
+def test_what_others_hold_stays_as_it_is(workshop: Workshop) -> None:
+    """A ball presses on a ground whose damping knows how fast it came, while a spring elsewhere is cut."""
+    plain = simulate(workshop.model(LANDING), until=1.0)
+    run = simulate(workshop.model(LANDING + '[[event]]\nname = "cut"\nwhen = "t - 0.21"\noff = ["coil"]\n'), until=1.0)
+    (cut,) = run.events
+    ball = run.model.links.index("ball")
+    assert cut.t == 0.21 and run.model.poses(run.at(0.21)[0])[ball, 1] < -1e-3
+    at = np.linspace(0.2, 1.0, 30)
+    found, wanted = (one.model.poses(one.at(at)[0])[:, ball, 1] for one in (run, plain))
+    np.testing.assert_allclose(found, wanted, atol=1e-9)
+    assert run.energy_drift < 1e-9
