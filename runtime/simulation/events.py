@@ -1,4 +1,4 @@
-"""A run through the events that its scene asks for (docs/theory.md, section 5.16)."""
+"""A run through the events that its scene asks for (docs/theory.md, section 5.17)."""
 
 from __future__ import annotations
 
