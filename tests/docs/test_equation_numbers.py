@@ -64,3 +64,15 @@ def test_the_check_sees_a_number_that_does_not_exist() -> None:
 def test_a_tag_is_no_citation() -> None:
     assert not cited(r"x = y \tag{4.7}")
     assert tags("## 4. The recursion\nx = y \\tag{4.7}") == [("4", "4.7")]
+
+
+def test_sections_are_numbered_in_order() -> None:
+    """One after the other; the contents at the head have the number of the last equation of each."""
+    text = (ROOT / "docs" / "theory.md").read_text()
+    contents = re.findall(r"^(\d+)\. \[.*?\]\(#.*?\)(?:: (?:equations )?(.*))?$", text, re.MULTILINE)
+    assert len(contents) == len(re.findall(r"^## \d+\. ", text, re.MULTILINE))
+    for chapter, told in contents:
+        found = [int(number) for number in re.findall(rf"^### {chapter}\.(\d+) ", text, re.MULTILINE)]
+        assert found == [*range(1, len(found) + 1)], chapter
+        last = [tag for section, tag in tags(text) if section == chapter][-1:]
+        assert re.findall(r"[\d.]+", told)[-1:] == last, chapter
