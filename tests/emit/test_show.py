@@ -261,8 +261,8 @@ def test_symbols_in_latex(name: str, tex: str) -> None:
 
 
 def _marks(name: str) -> list[pytest.MarkDecorator]:
-    """Two long mechanisms, and all loads at once, are hard."""
-    if name in ("long", "shared runs", "every load"):
+    """Two long mechanisms, and all loads or effects at once, are hard."""
+    if name in ("long", "shared runs", "every load", "every effect"):
         return [pytest.mark.hard]
     return [] if name in ("loop", "pinned", "chain", "hinged") else [pytest.mark.slow]
 

@@ -30,7 +30,7 @@ def still(model: Any) -> float:
 
 
 QUICK = (("floating", 4), ("hinged", 2))
-LARGEST = 12
+LARGEST = 10
 """Links, or loops of a ladder times five, of what is compiled in ``make test``, but for one long ring."""
 
 

@@ -53,12 +53,6 @@ def test_random_mechanisms_are_those_of_the_dense_reference(sketch: Sketch, work
     check(sketch, workshop)
 
 
-@settings(DRAWN, max_examples=FEW)
-@given(sketch=sketches(meshes=True))
-def test_a_few_random_gears_are_those_of_the_dense_reference(sketch: Sketch, workshop: Workshop) -> None:
-    check(sketch, workshop)
-
-
 @pytest.mark.hard
 @settings(DRAWN, max_examples=EXAMPLES)
 @given(sketch=sketches(meshes=True))

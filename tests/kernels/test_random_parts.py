@@ -23,7 +23,6 @@ from ..support.random_mechanism_checks import (
     BOUND,
     DRAWN,
     EXAMPLES,
-    FEW,
     check_flight,
     check_forces,
     quasi_accelerations,
@@ -109,22 +108,10 @@ def _check_impacts(
         assert abs(impulse[0] - wanted) <= BOUND * scale
 
 
-@settings(DRAWN, max_examples=FEW)
-@given(drawn=drawings())
-def test_a_few_ropes_and_journals_are_those_of_the_dense_reference(drawn: Drawn, workshop: Workshop) -> None:
-    check(drawn, workshop)
-
-
 @pytest.mark.hard
 @settings(DRAWN, max_examples=60)
 @given(drawn=drawings())
 def test_ropes_and_journals_are_those_of_the_dense_reference(drawn: Drawn, workshop: Workshop) -> None:
-    check(drawn, workshop)
-
-
-@settings(DRAWN, max_examples=6)
-@given(drawn=drawings(parts=CAMS))
-def test_a_few_cams_are_those_of_the_dense_reference(drawn: Drawn, workshop: Workshop) -> None:
     check(drawn, workshop)
 
 

@@ -32,6 +32,7 @@ def extended(tmp_path_factory: pytest.TempPathFactory) -> Library:
     return Library(runtime, runtime / "libccgen.so")
 
 
+@pytest.mark.hard
 def test_the_method_has_its_order(extended: Library, workshop: Workshop) -> None:
     """The third impact of the falling hexagon: half the step, a sixteenth of the error."""
     model = workshop.model(load_scene(ROOT / "scenes" / "falling-hexagon.toml"))

@@ -277,6 +277,7 @@ def test_parts_that_stand_nowhere_are_remarked_on() -> None:
     assert scene.remarks == ("legs.toml:10: part[0]: arm stands nowhere, because no [[place]] names it",)
 
 
+@pytest.mark.hard
 def test_too_many_places_are_refused_soon() -> None:
     """Thirty parts, each twice in the next, would be a thousand million."""
     parts: list[dict[str, Any]] = [{"name": "p0", "link": [{"name": "a"}]}]
