@@ -212,6 +212,7 @@ def nearest_in_rings(place: Array) -> float:
     return float(min(np.linalg.norm(np.array(candidates)[inside] - place, axis=1)))
 
 
+@pytest.mark.hard
 def test_everywhere_around_a_five_bar(workshop: Workshop) -> None:
     """Within reach it is there; beyond it is as far as the place is from two rings."""
     model, rng = workshop.model(FIVE_BAR), np.random.default_rng(6)

@@ -68,7 +68,7 @@ def all_priced(workshop: Workshop) -> Priced:
 
 
 @pytest.mark.parametrize("key", EXAMPLES)
-@pytest.mark.parametrize("company", ["alone", "beside the others"])
+@pytest.mark.parametrize("company", ["alone", hard("beside the others")])
 def test_a_price_is_the_difference_of_two_scene_files(
     key: str, company: str, all_priced: Priced, workshop: Workshop
 ) -> None:

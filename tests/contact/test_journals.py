@@ -16,6 +16,7 @@ from ccgen.runtime import simulate, static_equilibrium
 
 from ..support.folders import SCENES
 from ..support.player_page import data_of
+from ..support.tiers import hard
 from ..support.touching_scenes import free_body
 from ..support.workshop import Workshop
 
@@ -103,7 +104,7 @@ def kernel(model: Any, name: str, q: Any, u: Any) -> Any:
     return model.kernels.of_state(name, q[None].copy(), u[None].copy())[0]
 
 
-@pytest.mark.parametrize("form", ["floating", "sliding"])
+@pytest.mark.parametrize("form", [hard("floating"), "sliding"])
 def test_rows_are_derivatives_of_the_gap_everywhere(form: str, workshop: Workshop) -> None:
     """Rates and biases at random states on every branch, and in the middle, where a distance has no derivative."""
     text = {"floating": FLOATING, "sliding": SLIDING}[form]

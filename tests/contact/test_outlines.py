@@ -12,6 +12,7 @@ from ccgen.generator.documents.show import show_text
 from ccgen.runtime import simulate, static_equilibrium
 
 from ..support.outline_scenes import box_on_ramp, ratchet, teeth_as_polygon, teeth_one_by_one
+from ..support.tiers import hard
 from ..support.touching_scenes import G
 from ..support.workshop import Workshop
 from .test_touching import Geometry, along, kernel
@@ -145,7 +146,7 @@ SLOPE = 0.3
 
 
 @pytest.mark.parametrize(
-    ("mu", "share"), [(0.0, np.sin(SLOPE)), (0.1, np.sin(SLOPE) - 0.1 * np.cos(SLOPE)), (0.6, 0.0)]
+    ("mu", "share"), [hard(0.0, np.sin(SLOPE)), (0.1, np.sin(SLOPE) - 0.1 * np.cos(SLOPE)), hard(0.6, 0.0)]
 )
 def test_a_box_on_a_ramp(mu: float, share: float, workshop: Workshop) -> None:
     """Lies on two corners: a = g (sin - mu cos), or none where mu > tan; forces share its weight by statics."""

@@ -226,6 +226,7 @@ def test_impulses_act_on_both_links(touching: Any) -> None:
     assert np.all(compared >= 2), compared
 
 
+@pytest.mark.hard
 def test_listing_folded_and_wide_have_the_same_rows(workshop: Workshop) -> None:
     """The listing read back, folded parameters and long doubles: gaps, rates and both biases of the compiled model."""
     from ccgen.generator.pipeline import listing

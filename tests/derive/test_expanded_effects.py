@@ -25,7 +25,7 @@ def _acting(form: str) -> str:
     return text + '[[drag]]\npoint = "link_1.B"\nlinear = 2\n'
 
 
-@pytest.mark.parametrize("form", all_hard_but("pinned", of=LINKS))
+@pytest.mark.parametrize("form", all_hard_but(of=LINKS))
 def test_the_closed_form_with_every_effect_moves_as_the_recursion(form: str, workshop: Workshop) -> None:
     """M u̇ + h = Q + Aᵀλ, A u̇ + Ȧ u = 0, solved densely at random states, against the accelerations of the listing."""
     scene = workshop.scene(LINKS[form] + _acting(form))

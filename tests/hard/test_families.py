@@ -29,6 +29,7 @@ ENDED = 0.995
 """The part of the runs that reaches their end."""
 
 
+@pytest.mark.hard
 def test_a_few_of_each_family(workshop: Workshop, monkeypatch: pytest.MonkeyPatch) -> None:
     _all_but_few_end([throw(family, 0) for family in FAMILIES if family not in LONG], workshop, monkeypatch)
 

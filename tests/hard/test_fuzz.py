@@ -11,6 +11,7 @@ from collections.abc import Iterable
 import numpy as np
 import pytest
 
+from ..support.tiers import hard
 from ..support.workshop import Workshop
 from .fuzz import SECONDS, Toss, faults, run, scene, tosses
 
@@ -19,7 +20,7 @@ SEED = int(os.environ.get("CCGEN_FUZZ_SEED", "0"))
 LONGEST = 120.0
 """Seconds of the processor that no toss may take; most take hundredths."""
 
-FEW = 20
+FEW = 10
 """Of those with six or nine rods, for every run of the tests."""
 
 
@@ -73,7 +74,7 @@ def test_an_arch_whose_foot_slides_at_the_limit(workshop: Workshop) -> None:
     assert found.success and not faults(found), found.message
 
 
-@pytest.mark.parametrize("method", ["gauss", "dop853"])
+@pytest.mark.parametrize("method", ["gauss", hard("dop853")])
 @pytest.mark.parametrize(
     "toss",
     [

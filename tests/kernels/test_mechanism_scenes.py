@@ -342,6 +342,7 @@ def test_strandbeest_flies_with_the_momentum_that_it_has(workshop: Workshop) -> 
     assert run.energy_drift <= 1e-9 * (abs(kinetic) + abs(potential))
 
 
+@pytest.mark.hard
 def test_strandbeest_has_the_feet_of_the_leg(workshop: Workshop) -> None:
     """Seen from the body, four feet draw the leg's path: two of them, mirrored ones, and half a turn apart."""
     model = workshop.model(load_scene(SCENES / "strandbeest.toml"))

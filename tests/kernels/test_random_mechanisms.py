@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from ..oracles import random_mechanisms
 from ..oracles.maximal import GROUND
 from ..oracles.random_mechanisms import KINDS, LAWS, LOADS, MESHES, Sketch
-from ..support.random_mechanism_checks import DRAWN, EXAMPLES, FEW, check_flight
+from ..support.random_mechanism_checks import DRAWN, EXAMPLES, check_flight
 from ..support.workshop import Workshop
 
 
@@ -38,12 +38,6 @@ def sketches(choose: st.DrawFn, meshes: bool = False) -> Sketch:
 
 def check(sketch: Sketch, workshop: Workshop) -> None:
     check_flight(workshop.model(sketch.toml("random-mechanism")), sketch)
-
-
-@settings(DRAWN, max_examples=FEW)
-@given(sketch=sketches())
-def test_a_few_random_mechanisms_are_those_of_the_dense_reference(sketch: Sketch, workshop: Workshop) -> None:
-    check(sketch, workshop)
 
 
 @pytest.mark.hard

@@ -145,6 +145,7 @@ law = "{law}"
 
 
 @pytest.mark.skipif(os.name != "posix" or not shutil.which("cc"), reason="needs cc")
+@pytest.mark.hard
 def test_the_law_is_that_of_scenes_that_name_it(ccgen: Path) -> None:
     """In [run], or at a ground as older scenes do; grounds that disagree are refused, as with any other law."""
     scenes = {"own": ("plastic", 0.5), "newton": ("newton", 0.5), "none": ("newton", 0.0)}
