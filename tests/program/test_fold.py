@@ -108,9 +108,9 @@ def test_compiled_models_give_the_same_numbers(scene: Scene, tmp_path: Path) -> 
     for _ in range(5):
         q, u = plain.project(q, u + rng.uniform(-1, 1, u.shape))
         for name in ("acceleration", "multipliers", "reactions"):  # states may be just before an impact
-            assert _miss(getattr(folded, name)(q, u, contacts=()), getattr(plain, name)(q, u, contacts=())) <= SAME, (
-                name
-            )
+            found, wanted = (getattr(model, name)(q, u, contacts=()) for model in (folded, plain))
+            known = _miss(getattr(plain, name)(np.nextafter(q, np.inf), u, contacts=()), wanted)
+            assert _miss(found, wanted) <= max(SAME, known), name
         for name in ("velocities", "energy", *(("gap_rates",) if plain.contacts else ())):
             assert _miss(getattr(folded, name)(q, u), getattr(plain, name)(q, u)) <= SAME, name
         for name in ("poses", "closure", "jacobian"):

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given, note, settings
 from hypothesis import strategies as st
 
 from ccgen.generator.scene.changes import GO_ALONG
@@ -35,6 +35,7 @@ def check(drawn: Drawn, release: bool, workshop: Workshop) -> None:
     text, free = drawn.toml(), may_let_go(drawn) if release else []
     if free:
         text += f'[[release]]\njoint = "{free[0]}"\nat = {0.3 * UNTIL}\n'
+    note(text)
     model = workshop.model(text)
     q, u = model.start()
     held = np.vstack([model.jacobian(q), drive_rows(model)])

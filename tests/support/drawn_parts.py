@@ -28,7 +28,7 @@ def rubs(part: Any) -> bool:
     return isinstance(part, Journal | Above | Beside | Roller | Face)
 
 
-@dataclass
+@dataclass(repr=False)
 class Drawn:
     """A sketch with parts: what the reference holds, and its contact in the model. Gaps are ``slack`` (m, rad) at the
     start."""
@@ -53,6 +53,10 @@ class Drawn:
             self.sketch.points = points
             self.parts.pop()
             self.contacts.pop()
+
+    def __repr__(self) -> str:
+        kinds = ", ".join(one.partition("]]")[0].strip("[") for one in self.sketch.tables)
+        return f"<{len(self.sketch.poses)} links and {kinds}>"
 
     def toml(self) -> str:
         """The scene's text, started as it is drawn, its sliding joints too."""
