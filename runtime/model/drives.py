@@ -71,13 +71,18 @@ def put_where_driven(model: Geometry, q: FloatArray, u: FloatArray) -> tuple[Flo
     return q, u
 
 
+def rate_rows(model: Geometry, kernel: str, q: FloatArray) -> FloatArray:
+    """The rows (contacts, nu) of rates that are linear in u: of ``"gap_rates"`` or ``"slips"``."""
+    units = np.eye(len(model.u_names), dtype=model.core.REAL)
+    return np.asarray(model.kernels.of_state(kernel, np.tile(q, (len(units), 1)), units).T, dtype=float)
+
+
 def driven_against(model: Geometry, q: FloatArray, u: FloatArray) -> tuple[str, str] | None:
     """A contact that closes although drives and loops alone give its motion, so that no impulse can change it."""
     if not model.data["drives"] or not model.contacts:
         return None
     given = np.asarray(np.vstack([drive_rows(model), model.jacobian(q) / model.length]), dtype=float)
-    units = np.eye(len(u))
-    rows = np.asarray(model.gap_rates(np.tile(q, (len(units), 1)), units).T, dtype=float)
+    rows = rate_rows(model, "gap_rates", q)
     touching = (model.gaps(q) <= JOINT_MISS * model.length) & (model.gap_rates(q, u) < 0.0)
     for contact, row in zip(np.flatnonzero(touching), rows[touching], strict=True):
         left = row - given.T @ np.linalg.lstsq(given.T, row, rcond=1e-12)[0]

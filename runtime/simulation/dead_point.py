@@ -1,19 +1,21 @@
-"""Where driven joints come to a stop: a dead point, beyond which loops do not close with them where they are to be.
+"""Where driven joints come to a stop: a dead point, beyond which loops do not close, or contacts that are held open,
+with the joints where they are to be.
 
-There the rows of the closure and of the drives become dependent while their right-hand side does not follow: with the
-least singular value s, velocities grow as 1/s, and s as the root of the time that is left (docs/mechanisms.md).
+There the rows of the closure, of the drives and of the contacts become dependent while their right-hand side does not
+follow: with the least singular value s, velocities grow as 1/s, and s as the root of the time that is left
+(docs/mechanisms.md).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ..arrays import FloatArray
-from ..model.drives import drive_rows
+from ..model.drives import drive_rows, rate_rows
 from ..model.model import Model
 
 BoolArray = np.ndarray[Any, np.dtype[np.bool_]]
@@ -47,27 +49,44 @@ class DeadPoint:
     text: str
 
 
-def dead_point(model: Model, t: FloatArray, q: FloatArray, u: FloatArray, ahead: float, step: Step) -> DeadPoint | None:
+def dead_point(
+    model: Model,
+    t: FloatArray,
+    q: FloatArray,
+    u: FloatArray,
+    ahead: float,
+    step: Step,
+    since: int = 0,
+    held: Sequence[tuple[int, str]] = (),
+) -> DeadPoint | None:
     """The dead point at which a run could not go on, from its rows ``t`` (nt,), ``q`` and ``u`` (nt, n); ``None`` where
     it was none. A record of fixed steps may end well before: it is gone on from by steps ``ahead`` (s) at first, where
-    ``step`` is the state a while after one, or a ``ValueError``; 0 where the rows lead to the place themselves."""
-    looked = np.unique(np.linspace(0, len(t) - 1, min(LOOKS, len(t))).astype(int))
-    rank = max(_Rows(model, q[k]).rank for k in looked)
-    usual = max(_Rows(model, q[k], rank).nearest for k in looked)
-    kept = _last(lambda k: _Rows(model, q[k], rank).nearest >= BEFORE * usual, len(t))
-    deep = _last(lambda k: k <= kept + 1 or _Rows(model, q[k], rank).nearest >= DEEP * usual, len(t))
-    states = [(float(t[k]), q[k], u[k]) for k in range(kept, deep + 1)]
-    if kept == len(t) - 1:
-        states = _walk(model, rank, states[-1], ahead, step, DEEP * usual)
+    ``step`` is the state a while after one, or a ``ValueError``; 0 where the rows lead to the place themselves. From
+    row ``since`` on the contacts ``held`` are held, each as the second of its pair says."""
+
+    def rows_at(place: FloatArray, rank: int | None = None) -> _Rows:
+        return _Rows(model, place, held, rank)
+
+    count = len(t) - since
+    own_t, own_q, own_u = t[since:], q[since:], u[since:]
+    looked = np.unique(np.linspace(0, count - 1, min(LOOKS, count)).astype(int))
+    rank = max(rows_at(own_q[k]).rank for k in looked)
+    usual = max(rows_at(own_q[k], rank).nearest for k in looked)
+    kept = _last(lambda k: rows_at(own_q[k], rank).nearest >= BEFORE * usual, count)
+    deep = _last(lambda k: k <= kept + 1 or rows_at(own_q[k], rank).nearest >= DEEP * usual, count)
+    states = [(float(own_t[k]), own_q[k], own_u[k]) for k in range(kept, deep + 1)]
+    if kept == count - 1:
+        states = _walk(rows_at, rank, states[-1], ahead, step, DEEP * usual)
     if len(states) < 2:
         return None
     (t0, q0, _), (t1, q1, u1) = states[-2:]
-    before, rows = _Rows(model, q0, rank), _Rows(model, q1, rank)
+    before, rows = rows_at(q0, rank), rows_at(q1, rank)
     speeds = np.asarray(drive_rows(model) @ u1, dtype=float)
-    pushes = rows.left[len(model.rows) :] * speeds
+    loops = len(model.rows)
+    pushes = rows.left[loops : loops + len(speeds)] * speeds
     if not rows.least < before.least or rows.nearest >= BEFORE * usual:
         return None
-    nearer = _Rows(model, states[0][1], rank).nearest / rows.nearest
+    nearer = rows_at(states[0][1], rank).nearest / rows.nearest
     if np.abs(u1).max() < np.sqrt(nearer) * np.abs(states[0][2]).max():  # it can be passed: velocities do not grow
         return None
     left = (t1 - t0) * rows.least**2 / (before.least**2 - rows.least**2)
@@ -75,9 +94,17 @@ def dead_point(model: Model, t: FloatArray, q: FloatArray, u: FloatArray, ahead:
     stopped = np.abs(pushes) > PUSHED * np.abs(pushes).max()
     text = (
         f"{_said(model, turned, stopped)}, at t = {t1 + left:.10g} s: {_lined_up(model, q1, rows.motion)}no motion "
-        "closes the loops beyond; let what is prescribed end before, or use a [[motor]], which can give way"
+        f"{_kept(model, held)} beyond; let what is prescribed end before, or use a [[motor]], which can give way"
     )
-    return DeadPoint(t1 + left, kept + 1, text)
+    return DeadPoint(t1 + left, since + kept + 1, text)
+
+
+def _kept(model: Model, held: Sequence[tuple[int, str]]) -> str:
+    """What no motion does beyond a dead point."""
+    if not held:
+        return "closes the loops"
+    contacts = " and ".join("{} on {}".format(*model.contacts[contact]) for contact, _ in held)
+    return f"{'closes the loops and ' if model.rows else ''}keeps {contacts}"
 
 
 def _said(model: Model, turned: FloatArray, stopped: BoolArray) -> str:
@@ -106,11 +133,17 @@ def cut(found: dict[str, Any], rows: int) -> dict[str, Any]:
 
 
 class _Rows:
-    """The closure's rows over the mechanism's length, and below them the drives', at a configuration. ``rank`` of them
-    are independent elsewhere: redundant joints make that less than there are."""
+    """The closure's rows over the mechanism's length, below them the drives', and below them those of the contacts
+    ``held``, at a configuration. ``rank`` of them are independent elsewhere: redundant joints make that less than
+    there are."""
 
-    def __init__(self, model: Model, q: FloatArray, rank: int | None = None) -> None:
-        rows = np.asarray(np.vstack([model.jacobian(q) / model.length, drive_rows(model)]), dtype=float)
+    def __init__(self, model: Model, q: FloatArray, held: Sequence[tuple[int, str]], rank: int | None = None) -> None:
+        normals = [contact for contact, how in held if how != "carried"]
+        sticking = [contact for contact, how in held if how == "sticks"]
+        parts = [model.jacobian(q) / model.length, drive_rows(model)]
+        parts += [rate_rows(model, "gap_rates", q)[normals] / model.length] if normals else []
+        parts += [rate_rows(model, "slips", q)[sticking] / model.length] if sticking else []
+        rows = np.asarray(np.vstack(parts), dtype=float)
         left, values, right = np.linalg.svd(rows)
         self.rank = rank or int(np.count_nonzero(values > DEPENDENT * values[0]))
         last = self.rank - 1
@@ -134,17 +167,22 @@ def _last(holds: Callable[[int], bool], count: int) -> int:
     return low
 
 
-def _walk(model: Model, rank: int, start: State, h: float, step: Step, near: float) -> list[State]:
+def _walk(
+    rows_at: Callable[[FloatArray, int], _Rows], rank: int, start: State, h: float, step: Step, near: float
+) -> list[State]:
     """States on the way from ``start``, by ``h`` (s) at first, to where rows are as ``near`` to dependence as that."""
-    states = [start]
+    states, least = [start], rows_at(start[1], rank).nearest
     for _ in range(WALK):
         t, q, u = states[-1]
-        if _Rows(model, q, rank).nearest < near or not t + h > t:
+        if least < near or not t + h > t:
             break
         try:
-            states.append((t + h, *step(t, q, u, h)))
+            there = step(t, q, u, h)
+            least = rows_at(there[0], rank).nearest  # raises where a step beyond the place has turned links too far
         except ValueError:
             h /= 2.0
+        else:
+            states.append((t + h, *there))
     return states
 
 

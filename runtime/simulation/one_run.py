@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import FloatArray
@@ -150,7 +151,9 @@ def simulate_one(
         own, holding = (asked.own_rtol, asked.own_rtol), Latched(found["t"], found["latched"])
         held = (found["hold_t"], found["held"])
         exact = Advance(model, asked.method, asked.drift, *held, own, found["scales"], inputs, supply, holding)
-        if met := dead_point(model, found["t"], found["q"], found["u"], asked.step, exact):
+        rows = (found["t"], found["q"], found["u"])
+        since = int(np.searchsorted(found["t"], found["hold_t"][-1])) if len(found["hold_t"]) else 0
+        if met := dead_point(model, *rows, asked.step, exact, since, found["held"][-1] if found["held"] else ()):
             found = cut(found, met.rows) | {"met": met.text}
     tolerances = (0.0, 0.0) if asked.step else (asked.rtol, asked.atol)
     stepped = tuple(

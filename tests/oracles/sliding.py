@@ -228,4 +228,4 @@ def conditioning(system: System, slots: Sequence[Slot], poses: ArrayLike, given:
     inertias = np.stack([system.mass, system.mass, system.inertia], axis=1).astype(system.dtype).ravel()
     scaled = (rows / np.sqrt(inertias)).astype(float)
     values = np.linalg.svd(scaled / np.linalg.norm(scaled, axis=1)[:, None], compute_uv=False)
-    return float((values[0] / values[-1]) ** 2)
+    return float((values[0] / values[-1]) ** 2) if values[-1] else np.inf

@@ -135,6 +135,54 @@ def test_a_slider_stops_where_crank_and_rod_are_stretched(workshop: Workshop) ->
     assert float(said[1]) == pytest.approx(way, rel=1e-5) and float(said[2]) == pytest.approx(4.0 * way, rel=1e-8)
 
 
+LEASHED = """
+name = "leashed"
+[ground_link]
+points = { O = [0, 0] }
+[[link]]
+name = "cart"
+mass = 1.0
+inertia = 0.1
+com = [0, 0]
+points = { C = [0, 0] }
+[[link]]
+name = "rod"
+mass = 1.0
+inertia = 0.02
+points = { A = [0, 0], B = [-0.5, 0] }
+com = [-0.25, 0]
+[[joint]]
+name = "rail"
+type = "prismatic"
+axis = 0
+between = ["ground.O", "cart.C"]
+[[joint]]
+between = ["cart.C", "rod.A"]
+[[rope]]
+between = ["rod.B", "ground.O"]
+length = 0.8
+restitution = 0
+[[drive]]
+joint = "rail"
+speed = 0.7
+[start]
+angles = { rod = "60 deg" }
+slides = { rail = 0.9 }
+"""
+
+
+@pytest.mark.parametrize("way", [{}, {"method": "dop853", "rtol": 1e-6}, {"step": 0.02}], ids=str)
+def test_a_cart_on_a_leash_stops_where_rod_and_rope_are_in_line(way: Mapping[str, Any], workshop: Workshop) -> None:
+    """Contacts that are held stop a drive as loops do: at the length of the rope and of the rod."""
+    run = simulate(workshop.model(LEASHED), until=2.0, **way)
+    said = re.search(
+        r"rail comes to a stop after (\S+) m, at t = (\S+) s: no motion keeps ground.O on rope_0", run.message
+    )
+    assert said, run.message
+    assert float(said[1]) == pytest.approx(1.3 - 0.9, rel=1e-5) and float(said[2]) == pytest.approx(0.4 / 0.7, rel=1e-8)
+    assert run.phases[-1].contacts == (("ground.O", "rope_0"),)
+
+
 def test_redundant_joints_hide_no_dead_point(workshop: Workshop) -> None:
     """A second crank beside the first, whose pins the loops do not need: rows depend on each other everywhere."""
     beside = 'between = ["ground.O", "twin.A"]\n[[joint]]\nbetween = ["twin.B", "coupler.A"]\n'

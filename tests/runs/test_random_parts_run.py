@@ -4,6 +4,7 @@ joint that lets go: flight, impacts and contact keep to energy, closure and gaps
 from __future__ import annotations
 
 import pickle
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -18,10 +19,11 @@ from ccgen.runtime.model.drives import drive_rows
 from ccgen.runtime.model.masses import mass_matrix
 
 from ..support.drawn_parts import FRICTION, Drawn, drawings
-from ..support.random_mechanism_checks import DRAWN, EXAMPLES, unit_rows
+from ..support.random_mechanism_checks import DRAWN, EXAMPLES, Array, unit_rows
 from ..support.workshop import Workshop
 
 SLACK, UNTIL = 0.03, 1.0
+NEAR = 1e-8  # of gaps (m), and of what sums of velocities and impulses come to
 
 
 def may_let_go(drawn: Drawn) -> list[str]:
@@ -51,22 +53,72 @@ def check(drawn: Drawn, release: bool, workshop: Workshop) -> None:
     assert np.array_equal(pickle.loads(pickle.dumps(run)).q, run.q)
     if run.success:
         assert run.t[-1] == UNTIL and len(run.changes) == len(free[:1])
-    elif "friction jams" in run.message:
+        return
+    if "friction jams" in run.message:
         assert jams(next(one for one in structures_of(model) if one.name == run.state.model) if free else model, run)
+    elif "comes to a stop after" in run.message:
+        assert at_a_dead_point(model, run)
     else:
         assert "whose prescribed motion no impact can change" in run.message, run.message
 
 
+def at_a_dead_point(model: Any, run: Any) -> bool:
+    """Whether what keeps loops and contacts comes near to leaving nothing to the drives."""
+    q = run.q[-1]
+    if model is not run.model:
+        model = structures_of(model)[len(run.changes)]
+        q, _ = run.model.state_in(len(run.changes), run.model.poses(q), run.model.velocities(q, run.u[-1]))
+    held = [model.contacts.index(contact) for contact in run.phases[-1].contacts]
+    rows = np.vstack([model.jacobian(q), drive_rows(model), unit_rows(model, "gap_rates", q)[held]])
+    values = np.linalg.svd(rows, compute_uv=False)
+    return bool(values[-1] <= 0.1 * values[0])
+
+
 def jams(model: Any, run: Any) -> bool:
-    """Whether friction turns the push of a contact that is closed into a pull: N W (N − μ T)ᵀ <= 0 one way or the
-    other, with W the mobility that closure and drives leave."""
-    q = run.state.q
+    """Whether friction turns the push of a contact that is closed into a pull, N W (N − μ T)ᵀ <= 0 one way or the
+    other, with W the mobility that closure and drives leave; or whether no modes of all that is closed bring its
+    contacts to rest together."""
+    q, u = run.state.q, run.state.u
     rows = np.vstack([model.jacobian(q), drive_rows(model)])
     none = np.zeros((len(rows), len(rows)))
     mobility = np.linalg.inv(np.block([[mass_matrix(model, q), rows.T], [rows, none]]))[: len(q), : len(q)]
-    closed = np.abs(model.gaps(q)) < 1e-9
-    pairs = zip(unit_rows(model, "gap_rates", q)[closed], unit_rows(model, "slips", q)[closed], strict=True)
-    return any(n @ mobility @ n <= FRICTION * abs(n @ mobility @ t) for n, t in pairs)
+    closed = np.abs(model.gaps(q)) < NEAR
+    normals, tangents = unit_rows(model, "gap_rates", q)[closed], unit_rows(model, "slips", q)[closed]
+    pairs = zip(normals, tangents, strict=True)
+    if any(n @ mobility @ n <= FRICTION * abs(n @ mobility @ t) for n, t in pairs):
+        return True
+    every = np.vstack([normals, tangents])
+    delassus, before = every @ mobility @ every.T, every @ u
+    return not any(settles(delassus, before, modes) for modes in product("osfb", repeat=len(normals)))
+
+
+def settles(delassus: Array, before: Array, modes: tuple[str, ...]) -> bool:
+    """Whether an impact without restitution ends in these modes, one for each contact: open, sticking, or slipping
+    forward or back. ``delassus`` and ``before``, the velocities before it, are of the normals and then the tangents."""
+    count = len(modes)
+    equations, right = np.zeros_like(delassus), np.zeros_like(before)
+    for k, mode in enumerate(modes):
+        normal, tangent = k, count + k
+        if mode == "o":
+            equations[normal, normal] = equations[tangent, tangent] = 1.0
+            continue
+        equations[normal], right[normal] = delassus[normal], -before[normal]
+        if mode == "s":
+            equations[tangent], right[tangent] = delassus[tangent], -before[tangent]
+        else:
+            equations[tangent, tangent], equations[tangent, normal] = 1.0, FRICTION if mode == "f" else -FRICTION
+    impulse = np.linalg.lstsq(equations, right, rcond=1e-12)[0]
+    after = before + delassus @ impulse
+    slack = NEAR * (1.0 + np.max(np.abs(before)) + np.max(np.abs(impulse)))
+    pushes, slips = impulse[:count], after[count:]
+    signs = np.array([{"f": 1.0, "b": -1.0}.get(mode, 0.0) for mode in modes])
+    return bool(
+        np.linalg.norm(equations @ impulse - right) <= slack
+        and np.all(pushes >= -slack)
+        and np.all(after[:count] >= -slack)
+        and np.all(np.abs(impulse[count:]) <= FRICTION * pushes + slack)
+        and np.all(signs * slips >= -slack)
+    )
 
 
 EVERY = {"drawn": drawings(every=True, slack=SLACK), "release": st.booleans()}

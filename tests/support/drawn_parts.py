@@ -3,7 +3,6 @@ edges, polygons and stops, as tables of a scene and as parts of the dense refere
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any
 
@@ -28,15 +27,15 @@ def rubs(part: Any) -> bool:
     return isinstance(part, Journal | Above | Beside | Roller | Face)
 
 
-@dataclass(repr=False)
 class Drawn:
     """A sketch with parts: what the reference holds, and its contact in the model. Gaps are ``slack`` (m, rad) at the
     start."""
 
-    sketch: Sketch
-    slack: float = 0.0
-    parts: list[Any] = field(default_factory=list)
-    contacts: list[tuple[str, str]] = field(default_factory=list)
+    def __init__(self, sketch: Sketch, slack: float = 0.0) -> None:
+        self.sketch = sketch
+        self.slack = slack
+        self.parts: list[Any] = []
+        self.contacts: list[tuple[str, str]] = []
 
     def add(self, kind: str, rng: np.random.Generator) -> None:
         """A part of the kind that is just taut or in touch, unless its rows would

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 
-@dataclass
 class Workshop:
-    """Builds models from scenes or scene texts, each once; ``scene`` reads a text without building it."""
+    """Builds models from scenes or scene texts, each once; ``scene`` reads a text without building it.
 
-    folder: Path
-    built: dict[str, Any] = field(default_factory=dict)
+    No dataclass: Hypothesis prints the fields of those, and all models are too long to be read."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.built: dict[str, Any] = {}
 
     def __repr__(self) -> str:
         return f"<Workshop: {len(self.built)} models>"

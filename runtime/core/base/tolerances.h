@@ -353,7 +353,7 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
       "events of one gap in a row that neither take time nor lead to an impact: its contact is at rest", \
       "chosen: rounding of a gap makes one or two of them") \
     X(REPEATS, 1000.0, OF_RELATIVE, \
-      "impacts at one instant, after which time stepping goes on", \
+      "impacts at one instant, after which all that is closed strikes once more, without restitution", \
       "chosen: a row of n bodies that strike one after another has about n^2 / 2 of them, forty bodies 800") \
     X(ENERGY_JUMPED, CCGEN_LIMIT(1e-6, 1e-2), OF_RELATIVE, \
       "part of the energy, in motion and of the mechanism: what events add to it is no rounding if it is more", \

@@ -103,21 +103,22 @@ static enum outcome resolve_with(struct phase *f, int trigger, struct blow *b)
     for (int repeat = 0;; repeat++) {
         if (interrupted(f->s->interruption, 0))
             return OUTCOME_INTERRUPTED;
+        const int last = repeat == (int)REPEATS; /* one that all which is closed takes part in, without restitution */
         int approaching = 0;
         b->count = 0;
         contact_gaps(f->s, f->y, f->gaps);
         contact_rates(f->s, f->y, f->y + n, f->rates);
         for (int c = 0; c < m->contacts; c++) {
             const double closed = gap_tolerance(f, c), still = rest_velocity(f, c);
-            if ((f->gaps[c] <= closed || (c == trigger && !repeat)) && f->rates[c] <= still) {
+            if ((f->gaps[c] <= closed || (c == trigger && !repeat)) && (last || f->rates[c] <= still)) {
                 approaching |= f->rates[c] < -still || (c == trigger && !repeat && f->rates[c] < 0.0);
-                b->e[b->count] = f->at.slow > 0.0 && fabs(f->rates[c]) <= still ? 0.0 : f->s->restitution[c];
+                b->e[b->count] = last || (f->at.slow > 0.0 && fabs(f->rates[c]) <= still) ? 0.0 : f->s->restitution[c];
                 f->set[b->count++] = c;
             }
         }
         if (!approaching)
             break;
-        if (repeat == (int)REPEATS)
+        if (repeat > (int)REPEATS)
             return OUTCOME_REPEATS;
         activate(f->s->active, 0, NULL, NULL); /* what was held may leave now */
         const double *u_plus = f->y1 + n;
