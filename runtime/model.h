@@ -51,7 +51,8 @@ typedef void ccgen_stages(int n, int stages, const double *base, const double *s
                           const double *matrix, const double *x, double *out);
 
 /* M du = A^T Lambda + f, A du = y:  du[nu], Lambda[rows] (N s) from q[nq], generalized impulses f[nu], rates y[rows] */
-typedef int ccgen_impulse(const double *k, const double *q, const double *f, const double *y, double *du, double *Lambda);
+typedef int ccgen_impulse(const double *k, const double *q, const double *f, const double *y, double *du,
+                          double *Lambda);
 
 /* reaction[joints][3]: force x, y (N) and moment (N m) on the joint's outboard link, from q[nq], u[nu] and the u_dot[nu],
  * lambda[rows] that belong to them */
@@ -82,7 +83,7 @@ typedef void ccgen_switching(const double *k, const double *q, const double *u, 
                              double *value);
 
 /* relative[drives] (rad/s^2 or m/s^2): prescribed accelerations of the driven joints */
-typedef void ccgen_prescribed(const double *k, double t, double *relative);
+typedef void ccgen_prescribed(const double *k, double t, const double *inputs, double *relative);
 
 /* functions of the configuration alone: out[...] from q[nq] */
 typedef void ccgen_of_q(const double *k, const double *q, double *out);
@@ -96,7 +97,8 @@ typedef void ccgen_contact_impulse(const double *k, const double *q, const doubl
 /* What impulses of the contacts change, loops held shut, for `count` columns of them: du[count][nu] and rates[count][contacts],
  * N du, from q[nq] and P[count][contacts] (N s, N m s); where there is slip_impulse, the tangential impulses lie behind the
  * normal ones in each column of P, and T du behind N du in each of rates. What depends on q alone is computed once. */
-typedef int ccgen_contact_response(const double *k, const double *q, int count, const double *P, double *du, double *rates);
+typedef int ccgen_contact_response(const double *k, const double *q, int count, const double *P, double *du,
+                                   double *rates);
 
 /* e[contacts]: coefficient of restitution of each contact */
 typedef void ccgen_restitution(const double *k, double *e);
@@ -108,7 +110,7 @@ struct ccgen_model {
     int nq, nu, base, rows, links, joints, points, contacts, parameters, constants, inputs, drives;
     int switches; /* effects whose loads have kinks: as many inputs behind the scene's own say on which side of its kink each is:
                    * 1 where its switching function is positive, else 0 */
-    int latches;  /* values that effects hold: the last `latches` of the inputs. Each is set when a switching function becomes
+    int latches; /* values that effects hold: the last `latches` of the inputs. Each is set when a switching function becomes
                    * positive, and holds until that does so again */
     const int *partner; /* [rows]: the other row of the same cut pin, or the row itself */
     const int *driven;  /* [drives][2]: coordinate of a driven joint, and the one that it is measured from or -1 */
@@ -116,28 +118,28 @@ struct ccgen_model {
     ccgen_acceleration *acceleration;
     ccgen_impulse *impulse;
     ccgen_reactions *reactions;
-    ccgen_of_q *closure;              /* residual[rows], m */
-    ccgen_of_state *closure_rate;     /* A u [rows], m/s */
-    ccgen_of_state *closure_bias;     /* dA/dt u [rows], m/s^2 */
-    ccgen_of_q *closure_jacobian;     /* A[rows][nu] */
-    ccgen_of_state *momentum;         /* M u [nu] of the open chain */
+    ccgen_of_q *closure;          /* residual[rows], m */
+    ccgen_of_state *closure_rate; /* A u [rows], m/s */
+    ccgen_of_state *closure_bias; /* dA/dt u [rows], m/s^2 */
+    ccgen_of_q *closure_jacobian; /* A[rows][nu] */
+    ccgen_of_state *momentum;     /* M u [nu] of the open chain */
     ccgen_inverse_dynamics *inverse_dynamics;
     ccgen_power *power;
     ccgen_prescribed *prescribed;
-    ccgen_of_q *poses;                /* [links][3]: x, y (m) of the link's frame, angle (rad) */
-    ccgen_of_state *velocities;       /* [links][3]: velocity of the frame's origin (m/s), angular velocity (rad/s) */
-    ccgen_of_q *point_positions;             /* [points][2], m: joints first, then each link's named points */
-    ccgen_of_state *energy;           /* [2]: kinetic, potential, J */
-    ccgen_of_q *gaps;                 /* [contacts], m, positive outside */
-    ccgen_of_state *gap_rates;        /* N u [contacts], m/s */
-    ccgen_of_state *gap_bias;         /* dN/dt u [contacts], m/s^2 */
+    ccgen_of_q *poses;           /* [links][3]: x, y (m) of the link's frame, angle (rad) */
+    ccgen_of_state *velocities;  /* [links][3]: velocity of the frame's origin (m/s), angular velocity (rad/s) */
+    ccgen_of_q *point_positions; /* [points][2], m: joints first, then each link's named points */
+    ccgen_of_state *energy;      /* [2]: kinetic, potential, J */
+    ccgen_of_q *gaps;            /* [contacts], m, positive outside */
+    ccgen_of_state *gap_rates;   /* N u [contacts], m/s */
+    ccgen_of_state *gap_bias;    /* dN/dt u [contacts], m/s^2 */
     ccgen_contact_impulse *contact_impulse;
     ccgen_restitution *restitution;
-    ccgen_of_state *slips;            /* T u [contacts], m/s, along the grounds; this and the next three NULL where all
+    ccgen_of_state *slips;     /* T u [contacts], m/s, along the grounds; this and the next three NULL where all
                                        * are smooth */
-    ccgen_of_state *slip_bias;        /* dT/dt u [contacts], m/s^2 */
-    ccgen_contact_impulse *slip_impulse; /* T^T P from tangential impulses P[contacts] */
-    ccgen_restitution *friction;      /* mu[contacts] */
+    ccgen_of_state *slip_bias; /* dT/dt u [contacts], m/s^2 */
+    ccgen_contact_impulse *slip_impulse;        /* T^T P from tangential impulses P[contacts] */
+    ccgen_restitution *friction;                /* mu[contacts] */
     ccgen_contact_reactions *contact_reactions; /* this and the next NULL without contacts */
     ccgen_impulse_reactions *impulse_reactions;
     int lanes; /* states that the functions over lanes take side by side: the vector width of the machine compiled for */

@@ -104,7 +104,7 @@ class _Derivation:
         signs = [1 if b.slides or b.outwards else -1 for b in self.topology.branches if b.joint in self.drives]
         entries = tuple(sign * value for sign, value in zip(signs, order, strict=True))
         output = Output("relative", entries, "prescribed accelerations of driven joints, outwards, rad/s^2 or m/s^2")
-        return [Kernel("prescribed", (self.acted[0],), (output,), "prescribed accelerations")]
+        return [Kernel("prescribed", self.acted, (output,), "prescribed accelerations")]
 
     def _power(self, inverse: Inverse) -> list[Kernel]:
         """The power of loads without a potential, if the scene names any: the energy balance needs its integral."""

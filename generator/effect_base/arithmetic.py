@@ -14,7 +14,7 @@ Names = Mapping[str, float | None]
 """Numbers that a scene has given names to; ``None`` where what a name stands for is wrong, which is told there."""
 NO_NAMES: Names = {}
 
-FUNCTIONS: dict[str, Callable[[float], float]] = {
+FUNCTIONS: dict[str, Callable[..., float]] = {
     "sin": math.sin,
     "cos": math.cos,
     "tan": math.tan,
@@ -23,21 +23,17 @@ FUNCTIONS: dict[str, Callable[[float], float]] = {
     "sqrt": math.sqrt,
     "tanh": math.tanh,
     "abs": abs,
-}
-"""Functions of anything, the time included."""
-OF_NUMBERS: dict[str, Callable[..., float]] = {
     "asin": math.asin,
     "acos": math.acos,
     "atan": math.atan,
     "atan2": math.atan2,
 }
-"""Functions of numbers alone: the equations have none of these."""
+"""Functions of one argument, but for atan2(y, x)."""
 LONGEST, DEEPEST, HIGHEST = 2000, 100, 64
 """Limits of an expression: characters, nesting, and the power of t (or of a function of t) that it amounts to."""
 
 _OPERATORS = (ast.Add, ast.Sub, ast.Mult, ast.Div, ast.Pow)
-_EVERY = {**FUNCTIONS, **OF_NUMBERS}
-RESERVED = ("t", "pi", *_EVERY)
+RESERVED = ("t", "pi", *FUNCTIONS)
 """Names that mean something already."""
 
 
@@ -115,7 +111,7 @@ def value_of(node: ast.expr, t: float) -> float:
         case ast.UnaryOp(op=op, operand=operand):
             return -value_of(operand, t) if isinstance(op, ast.USub) else value_of(operand, t)
         case ast.Call(func=ast.Name(id=name), args=arguments):
-            return _EVERY[name](*(value_of(argument, t) for argument in arguments))
+            return FUNCTIONS[name](*(value_of(argument, t) for argument in arguments))
         case ast.BinOp(left=left, op=op, right=right):
             a, b = value_of(left, t), value_of(right, t)
             if isinstance(op, ast.Pow):
@@ -166,7 +162,7 @@ def _told(allowed: Sequence[str]) -> str:
 
 
 def _help(names: Names) -> str:
-    return f"{_told(('t', 'pi', *names))}, the functions {', '.join(FUNCTIONS)}, and of numbers {', '.join(OF_NUMBERS)}"
+    return f"{_told(('t', 'pi', *names))}, and the functions {', '.join(FUNCTIONS)}"
 
 
 def _check(node: ast.expr, depth: int, names: Names) -> int:
@@ -178,7 +174,7 @@ def _check(node: ast.expr, depth: int, names: Names) -> int:
             return 0
         case ast.Name(id="t"):
             return 1
-        case ast.Name(id=name) if name in _EVERY:
+        case ast.Name(id=name) if name in FUNCTIONS:
             raise ExpressionError(f"{name} needs an argument in parentheses; {_help(names)}")
         case ast.Name():
             return 0
@@ -199,8 +195,8 @@ def _check(node: ast.expr, depth: int, names: Names) -> int:
 def _check_call(
     node: ast.Call, name: str, arguments: list[ast.expr], keywords: list[ast.keyword], depth: int, names: Names
 ) -> int:
-    """A function that is known, with as many arguments as it takes; those of numbers alone have no t in them."""
-    if name not in _EVERY:
+    """A function that is known, with as many arguments as it takes."""
+    if name not in FUNCTIONS:
         raise ExpressionError(f"{name}(...) is not known here; {_help(names)}")
     if any(isinstance(argument, ast.Starred) for argument in arguments):
         raise ExpressionError(_not_arithmetic(node, names))
@@ -208,10 +204,7 @@ def _check_call(
     if len(arguments) != wanted or keywords:
         told = "two arguments" if wanted == 2 else "one argument"
         raise ExpressionError(f"{name}(...) takes {told}; {_help(names)}")
-    powers = [_check(argument, depth + 1, names) for argument in arguments]
-    if name in OF_NUMBERS and moves(node):
-        raise ExpressionError(f"{name}(...) is not known of t, of numbers alone; {_help(names)}")
-    return min(max(powers), 1)
+    return min(max(_check(argument, depth + 1, names) for argument in arguments), 1)
 
 
 def _check_exponent(base: ast.expr, exponent: ast.expr, depth: int, names: Names) -> int:

@@ -90,6 +90,10 @@ class Effect:
         """Parameters that are times (s) at which a load has a kink: steps of a run end there."""
         return ()
 
+    def kinks(self) -> tuple[tuple[float, float], ...]:
+        """The same times where they are no parameters, each with the time (s) after which it comes again, or 0."""
+        return ()
+
     def sides(self) -> tuple[str, ...]:
         """Names of the kinks of its loads: ``motion.side(name)`` is 1 where the kink's switching function is positive,
         else 0. Steps of a run end where that changes its sign. Where loads jump there, the function may not depend on

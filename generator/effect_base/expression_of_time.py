@@ -5,6 +5,8 @@ from __future__ import annotations
 import ast
 import math
 import sys
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -23,27 +25,74 @@ if TYPE_CHECKING:
     from ..derive.terms_of_effects import Let
 
 
+class OfTime(ABC):
+    """A value over time that a scene gives in place of a number. Its own numbers are not parameters."""
+
+    @property
+    @abstractmethod
+    def shown(self) -> str:
+        """What it is, in words or as it is written."""
+
+    @abstractmethod
+    def at(self, t: float) -> float:
+        """The value at a time (s); ``ArithmeticError`` or ``ValueError`` where there is none."""
+
+    @abstractmethod
+    def slope_at(self, t: float, order: int = 1) -> float:
+        """The derivative by time of the given order at a time, ``nan`` where there is none."""
+
+    @abstractmethod
+    def has_rate(self) -> bool:
+        """Whether its derivative by time exists everywhere, as far as can be told without its values."""
+
+    @abstractmethod
+    def realise(self, motion: Motion, name: str) -> Expr:
+        """The value in the equations; its parts are named ``name_1``, ``name_2``, … there."""
+
+    @abstractmethod
+    def rate(self, motion: Motion, name: str) -> Expr:
+        """The derivative by time in the equations, with names as for :meth:`realise`."""
+
+    @abstractmethod
+    def derivative(self, motion: Motion, name: str, order: int, begun: Mapping[int, Expr]) -> Expr:
+        """A derivative in the equations; ``begun`` is 1 after the time at which it :meth:`jumps`, else 0, by number."""
+
+    def jumps(self, order: int) -> Mapping[int, float]:
+        """Times (s) at which a derivative jumps, by their numbers."""
+        return {}
+
+    def kinks(self) -> tuple[tuple[float, float], ...]:
+        """Times (s) at which steps end, so that they keep their order, each with the time after which it comes again, 0
+        where it does not."""
+        return ()
+
+
 @dataclass(frozen=True)
-class Expression:
-    """An expression of t (s), checked; ``text`` is its normal form. Its numbers are not parameters."""
+class Expression(OfTime):
+    """An expression of t (s), checked; ``text`` is its normal form."""
 
     text: str
 
+    @property
+    def shown(self) -> str:
+        return self.text
+
     def at(self, t: float) -> float:
-        """The value at a time; ``ArithmeticError`` or ``ValueError`` where there is none."""
         return value_of(self._tree(), t)
 
-    def has_rate(self) -> bool:
-        """Whether its derivative by time exists everywhere as far as its functions go: ``abs`` has a kink."""
+    def has_rate(self) -> bool:  # abs has a kink
         return not any(isinstance(node, ast.Name) and node.id == "abs" for node in ast.walk(self._tree()))
 
     def realise(self, motion: Motion, name: str) -> Expr:
-        """The expression in the equations; its functions are named ``name_1``, ``name_2``, … there."""
         return _Realised(motion.time, motion.let, name, self._tree()).value(self._tree())
 
     def rate(self, motion: Motion, name: str) -> Expr:
-        """The derivative by time in the equations, with names as for :meth:`realise`."""
         return _Realised(motion.time, motion.let, name, self._tree()).rate(self._tree())
+
+    def derivative(self, motion: Motion, name: str, order: int, begun: Mapping[int, Expr]) -> Expr:
+        import sympy as sp
+
+        return sp.diff(self.plain(), motion.time, order)
 
     def plain(self) -> Expr:
         """The expression as a function of the symbol t alone, with nothing named."""
@@ -52,7 +101,6 @@ class Expression:
         return _Realised(TIME, lambda _, expression: expression, "", self._tree()).value(self._tree())
 
     def slope_at(self, t: float, order: int = 1) -> float:
-        """The derivative by time of the given order at a time, ``nan`` where there is none."""
         import sympy as sp
 
         time = sp.Symbol("t")
@@ -89,16 +137,15 @@ class _Realised:
         self.number = {call: index for index, call in enumerate(dict.fromkeys(calls), start=1)}
 
     def value(self, node: ast.expr) -> Expr:
-        import sympy as sp
-
         if not moves(node):
             return _number(value_of(node, 0.0))
         match node:
             case ast.UnaryOp(op=op, operand=operand):
                 return -self.value(operand) if isinstance(op, ast.USub) else self.value(operand)
+            case ast.Call(args=[y, x]):
+                return self._named(node, self._direction(self._argument(node, x), self._argument(node, y, "_height")))
             case ast.Call(func=ast.Name(id=name), args=[argument]):
-                function = {"abs": sp.Abs, "sqrt": sp.sqrt}.get(name) or getattr(sp, name)
-                return self._named(node, function(self._argument(node, argument)))
+                return self._named(node, self._function(name, self._argument(node, argument)))
             case ast.BinOp(left=base, op=ast.Pow(), right=exponent):
                 return self.value(base) ** int(value_of(exponent, 0.0))
             case ast.BinOp(left=left, op=op, right=right):
@@ -116,6 +163,9 @@ class _Realised:
         match node:
             case ast.UnaryOp(op=op, operand=operand):
                 return -self.rate(operand) if isinstance(op, ast.USub) else self.rate(operand)
+            case ast.Call(args=[ordinate, abscissa]):
+                y, x = self._argument(node, ordinate, "_height"), self._argument(node, abscissa)
+                return (x * self.rate(ordinate) - y * self.rate(abscissa)) / (x**2 + y**2)
             case ast.Call(func=ast.Name(id=name), args=[argument]):
                 return self._slope(node, name, argument) * self.rate(argument)
             case ast.BinOp(left=base, op=ast.Pow(), right=exponent):
@@ -150,10 +200,34 @@ class _Realised:
                 return 1 / inner
             case "sqrt":
                 return 1 / (2 * own)
+            case "asin":
+                return 1 / sp.sqrt(1 - inner**2)
+            case "acos":
+                return -1 / sp.sqrt(1 - inner**2)
+            case "atan":
+                return 1 / (1 + inner**2)
         raise ValueError(f"{name} has no derivative everywhere")
 
-    def _argument(self, node: ast.expr, argument: ast.expr) -> Expr:
-        return self._named(node, self.value(argument), "_of")
+    def _function(self, name: str, x: Expr) -> Expr:
+        """A function of one argument. Programs have the arctangent alone of those that give angles."""
+        import sympy as sp
+
+        if name == "asin":
+            return 2 * sp.atan(x / (1 + sp.sqrt(1 - x**2)))
+        if name == "acos":
+            return sp.Float(math.pi / 2) - self._function("asin", x)
+        plain: Expr = ({"abs": sp.Abs, "sqrt": sp.sqrt}.get(name) or getattr(sp, name))(x)
+        return plain
+
+    def _direction(self, x: Expr, y: Expr) -> Expr:
+        """The angle of (x, y): in programs twice that from the circle's far end; where it is plain, what has the right
+        derivative there too."""
+        import sympy as sp
+
+        return 2 * sp.atan(y / (sp.sqrt(x**2 + y**2) + x)) if self.name else sp.atan2(y, x)
+
+    def _argument(self, node: ast.expr, argument: ast.expr, what: str = "_of") -> Expr:
+        return self._named(node, self.value(argument), what)
 
     def _named(self, node: ast.expr, expression: Expr, what: str = "") -> Expr:
         return self.let(f"{self.name}_{self.number[ast.dump(node)]}{what}", expression)
@@ -192,24 +266,31 @@ class InTime:
                 return law
         if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= sys.float_info.max:
             advice = 'write a finite number or a text such as "2*sin(3*t)"'
+            if isinstance(value, dict):
+                advice += "; rows over time are for what joints do, and for [[torque]]"
             if isinstance(value, list):
-                advice += "; rows over time are for torques and forces only, table = [[t, value], ...]"
+                advice += "; write rows over time as { rows = [[t, value], ...], order = 3 }, where they may stand"
             raise PydanticCustomError("expression", "{advice}", {"advice": advice})
         return float(value)
 
 
-Law = float | Expression
-"""A value in a scene: a number, which becomes a parameter, or an expression of t."""
+Law = float | OfTime
+"""A value in a scene: a number, which becomes a parameter, or a value over time."""
 
-Quantity = Parameter | Expression | None
+Quantity = Parameter | OfTime | None
 """A :data:`Law` in an effect's record; ``None`` where it is exactly zero."""
 
 
-def quantity(law: float | Expression, path: str, symbol: str) -> Quantity:
+def quantity(law: Law, path: str, symbol: str) -> Quantity:
     """What a law becomes in a record."""
-    if isinstance(law, Expression):
+    if isinstance(law, OfTime):
         return law
     return Parameter(path, symbol, law) if law else None
+
+
+def kinks_of(*quantities: Quantity) -> tuple[tuple[float, float], ...]:
+    """The times (s) at which those over time have kinks, as :meth:`OfTime.kinks` tells them."""
+    return tuple(kink for q in quantities if isinstance(q, OfTime) for kink in q.kinks())
 
 
 def own_parameters(*quantities: Quantity) -> tuple[Parameter, ...]:
@@ -218,7 +299,7 @@ def own_parameters(*quantities: Quantity) -> tuple[Parameter, ...]:
 
 
 def term(of: Quantity, motion: Motion, name: str) -> Expr:
-    """A quantity in the equations; ``name`` is that of an expression."""
-    if isinstance(of, Expression):
+    """A quantity in the equations; ``name`` is that of a value over time."""
+    if isinstance(of, OfTime):
         return motion.let(name, of.realise(motion, f"{name}_part"))
     return motion.value(of)

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Literal
 
 from pydantic import Field
 
 from ..effect_base.effect import Complain, Effect, Entry, Surroundings
-from ..effect_base.expression_of_time import Expression, InTime, Law, Quantity, own_parameters, quantity
+from ..effect_base.expression_of_time import Expression, OfTime, Quantity, kinks_of, own_parameters, quantity
 from ..effect_base.points import find_joint
+from ..effect_base.rows_in_time import AngleInTime, PositionInTime, SpeedInTime, Spline, law_of
 from ..effect_base.table import JointName, Name, Table
 from ..effect_base.written_numbers import wrong_kind
 from ..mechanism.links import Parameter
@@ -30,14 +31,16 @@ class DriveTable(Table):
 
     name: Name | None = Field(default=None, description="a name of letters, digits and _, beginning with a letter")
     joint: JointName = Field(description="the name of the joint whose motion is given")
-    speed: Annotated[Law, InTime("rad/s", "m/s")] | None = Field(
-        default=None, description="the joint's rate in rad/s, a number or an expression of t (m/s where it slides)"
+    speed: SpeedInTime | None = Field(
+        default=None,
+        description="the joint's rate in rad/s, a number, an expression of t or rows over time (m/s where it slides)",
     )
-    angle: Annotated[Law, InTime("rad")] | None = Field(
-        default=None, description='the joint\'s angle in rad, a number, an expression of t or a text such as "30 deg"'
+    angle: AngleInTime | None = Field(
+        default=None,
+        description='the joint\'s angle in rad, a number or text as "30 deg", an expression of t or rows over time',
     )
-    position: Annotated[Law, InTime("m")] | None = Field(
-        default=None, description="the length along the line in m, a number or an expression of t"
+    position: PositionInTime | None = Field(
+        default=None, description="the length along the line in m, a number, an expression of t or rows over time"
     )
 
 
@@ -62,10 +65,20 @@ class Drive(Effect):
         """``axle at speed drive_0.speed = 6.28``, ``guide at position 0.6 + 0.1 * sin(3 * t)``."""
         joint, law = mechanism.joints[self.joint], self.law
         what = "speed" if self.given == "speed" else "position" if joint.slides else "angle"
-        if isinstance(law, Expression):
-            return f"{joint.name} at {what} {law.text}"
+        if isinstance(law, OfTime):
+            return f"{joint.name} at {what} {law.shown}"
         named = f"{self.parameters()[0].path} = " if self.parameters() else ""
         return f"{joint.name} at {what} {named}{law.value if law else 0.0!r}"
+
+    def kinks(self) -> tuple[tuple[float, float], ...]:
+        return kinks_of(self.law)
+
+    def sides(self) -> tuple[str, ...]:
+        return tuple(f"drive_{self.index}_{number}" for number in self._jumps())
+
+    def switching(self, motion: Motion) -> Sequence[Expr]:
+        """The times since the acceleration has jumped."""
+        return [motion.time - t for t in self._jumps().values()]
 
     def driven(self) -> tuple[int, ...]:
         return (self.joint,)
@@ -73,18 +86,28 @@ class Drive(Effect):
     def begins(self) -> tuple[float | None, float]:
         law = self.law
         if self.given == "speed":
-            return None, law.at(0.0) if isinstance(law, Expression) else law.value if law else 0.0
-        if isinstance(law, Expression):
+            return None, law.at(0.0) if isinstance(law, OfTime) else law.value if law else 0.0
+        if isinstance(law, OfTime):
             return law.at(0.0), law.slope_at(0.0)
         return law.value if law else 0.0, 0.0
 
     def drives(self, motion: Motion) -> Sequence[tuple[int, Expr]]:
         import sympy as sp
 
-        if not isinstance(self.law, Expression):
+        if not isinstance(self.law, OfTime):
             return ((self.joint, sp.S.Zero),)
-        acceleration = sp.diff(self.law.plain(), motion.time, 1 if self.given == "speed" else 2)
-        return ((self.joint, motion.let(f"prescribed_{self.index}", acceleration)),)
+        name = f"prescribed_{self.index}"
+        begun = dict(zip(self._jumps(), map(motion.side, self.sides()), strict=True))
+        return ((self.joint, motion.let(name, self.law.derivative(motion, name, self._order, begun))),)
+
+    @property
+    def _order(self) -> int:
+        """Of the derivative of the law that is an acceleration."""
+        return 1 if self.given == "speed" else 2
+
+    def _jumps(self) -> Mapping[int, float]:
+        """The times at which the acceleration jumps, by number."""
+        return self.law.jumps(self._order) if isinstance(self.law, OfTime) else {}
 
 
 def build(table: DriveTable, index: int, around: Surroundings, complain: Complain) -> Drive | None:
@@ -104,12 +127,15 @@ def build(table: DriveTable, index: int, around: Surroundings, complain: Complai
         found = " beside ".join(given) or f"no speed or {aim}"
         complain((), f"found {found}, expected one of speed and {aim}; give one")
         return None
-    law = getattr(table, given[0])
+    law = law_of(getattr(table, given[0]))
     if given[0] == "speed" and (wrong := wrong_kind(law, "m/s" if aim == "position" else "rad/s")):
         complain(("speed",), wrong)
         return None
     if isinstance(law, Expression) and not law.has_rate():
         complain((given[0],), "found abs in a prescribed motion, expected one that is smooth; write it without abs")
+        return None
+    if isinstance(law, Spline) and (wrong := _rough(law, given[0])):
+        complain((given[0], "order"), wrong)
         return None
     if isinstance(law, Expression) and (wrong := _undefined(law, given[0])):
         complain((given[0],), f"found {wrong} at t = 0, expected a motion that is smooth from there; shift it")
@@ -117,6 +143,15 @@ def build(table: DriveTable, index: int, around: Surroundings, complain: Complai
     name = table.name or f"drive_{index}"
     kind: Literal["speed", "position"] = "speed" if given[0] == "speed" else "position"
     return Drive(index, name, joint, kind, quantity(law, f"{name}.{given[0]}", f"v_drive_{index}"))
+
+
+def _rough(law: Spline, key: str) -> str:
+    """What a spline may not be where a motion is prescribed."""
+    if law.order == 1 and key != "speed":
+        return f"found order = 1 for the {key}, expected 3 or 5, for else its speed jumps; write 3 or 5"
+    if law.order == 1 and law.ends == "periodic":
+        return "found order = 1 for a speed that is periodic, expected 3 or 5; write 3 or 5"
+    return ""
 
 
 def _undefined(law: Expression, key: str) -> str:

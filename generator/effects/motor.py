@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 from pydantic import Field
 
 from ..effect_base.effect import Complain, Effect, Entry, Surroundings
-from ..effect_base.expression_of_time import Expression, InTime, Law, Quantity, own_parameters, quantity, term
+from ..effect_base.expression_of_time import OfTime, Quantity, kinks_of, own_parameters, quantity, term
 from ..effect_base.points import find_joint
+from ..effect_base.rows_in_time import ROWS, AngleInTime, ForceInTime, PositionInTime, Spline, TorqueInTime, law_of
 from ..effect_base.table import Columns, JointName, Name, NotNegative, Positive, Table
 from ..effect_base.written_numbers import Measured, wrong_kind
 from ..mechanism.links import NOT_NEGATIVE, Parameter
@@ -26,8 +27,6 @@ Row = Annotated[
     Field(min_length=2, max_length=2),
     Columns(Annotated[float, Measured("s")], Annotated[float, Measured("N m", "N")]),
 ]
-ROWS = 500
-"""Rows of a table, all of which stand in the equations: so many take some seconds to derive."""
 TURNING, SLIDING = ("torque", "table", "angle"), ("force", "table", "position")
 """Keys that say what a motor does: at a joint that turns, and at one that slides."""
 
@@ -41,22 +40,24 @@ class MotorTable(Table):
 
     name: Name | None = Field(default=None, description="a name of letters, digits and _, beginning with a letter")
     joint: JointName = Field(description="the name of the joint that it moves")
-    torque: Annotated[Law, InTime("N m")] | None = Field(
-        default=None, description="a torque in N m, a number or an expression of t"
+    torque: TorqueInTime | None = Field(
+        default=None, description="a torque in N m, a number, an expression of t or rows over time"
     )
-    force: Annotated[Law, InTime("N")] | None = Field(
-        default=None, description="a force along the line in N, a number or an expression of t"
+    force: ForceInTime | None = Field(
+        default=None, description="a force along the line in N, a number, an expression of t or rows over time"
     )
     table: list[Row] | None = Field(
         default=None,
         min_length=2,
         description="a torque over time, rows [t, torque] in s and N m, at least two",
     )
-    angle: Annotated[Law, InTime("rad")] | None = Field(
-        default=None, description='the wanted angle in rad, a number, an expression of t or a text such as "30 deg"'
+    angle: AngleInTime | None = Field(
+        default=None,
+        description='the wanted angle in rad, a number or text as "30 deg", an expression of t or rows over time',
     )
-    position: Annotated[Law, InTime("m")] | None = Field(
-        default=None, description="the wanted length along the line in m, a number or an expression of t"
+    position: PositionInTime | None = Field(
+        default=None,
+        description="the wanted length along the line in m, a number, an expression of t or rows over time",
     )
     stiffness: Annotated[NotNegative, Measured("N m/rad", "N/m")] | None = Field(
         default=None, description="the stiffness in N m/rad, zero or a positive number (N/m where it slides)"
@@ -72,12 +73,15 @@ class MotorTable(Table):
 
 @dataclass(frozen=True)
 class Given:
-    """A constant torque, or an expression of t."""
+    """A constant torque, or one over time."""
 
     torque: Quantity
 
     def parameters(self) -> tuple[Parameter, ...]:
         return own_parameters(self.torque)
+
+    def kinks(self) -> tuple[tuple[float, float], ...]:
+        return kinks_of(self.torque)
 
     def realise(self, motion: Motion, motor: Motor) -> Expr:
         return term(self.torque, motion, f"torque_motor_{motor.index}")
@@ -94,6 +98,9 @@ class Rows:
 
     def parameters(self) -> tuple[Parameter, ...]:
         return tuple(p for row in self.rows for p in row)
+
+    def kinks(self) -> tuple[tuple[float, float], ...]:
+        return ()  # its times are parameters
 
     def realise(self, motion: Motion, motor: Motor) -> Expr:
         import sympy as sp
@@ -122,6 +129,9 @@ class Servo:
     def parameters(self) -> tuple[Parameter, ...]:
         return own_parameters(self.angle, self.stiffness, self.damping, self.limit)
 
+    def kinks(self) -> tuple[tuple[float, float], ...]:
+        return kinks_of(self.angle)
+
     def realise(self, motion: Motion, motor: Motor) -> Expr:
         asked = self.ask(motion, motor)
         if self.limit is None:
@@ -140,7 +150,7 @@ class Servo:
 
         name = f"angle_motor_{motor.index}"
         wanted, rate = term(self.angle, motion, name), sp.S.Zero
-        if isinstance(self.angle, Expression) and self.damping:
+        if isinstance(self.angle, OfTime) and self.damping:
             rate = motion.let(f"rate_motor_{motor.index}", self.angle.rate(motion, f"{name}_part"))
         behind, slow = wanted - motion.joint_position(motor.joint), rate - motion.joint_speed(motor.joint)
         asked = motion.value(self.stiffness) * behind + motion.value(self.damping) * slow
@@ -164,6 +174,9 @@ class Motor(Effect):
 
     def instants(self) -> tuple[Parameter, ...]:
         return tuple(t for t, _ in self.drive.rows) if isinstance(self.drive, Rows) else ()
+
+    def kinks(self) -> tuple[tuple[float, float], ...]:
+        return self.drive.kinks()
 
     def sides(self) -> tuple[str, ...]:
         if isinstance(self.drive, Servo) and self.drive.limit:
@@ -204,7 +217,7 @@ def build(table: MotorTable, index: int, around: Surroundings, complain: Complai
 def _drive(table: MotorTable, index: int, name: str, slides: bool) -> Given | Rows | Servo:
     for key in ("torque", "force"):
         if (law := getattr(table, key)) is not None:
-            return Given(quantity(law, f"{name}.{key}", f"tau_motor_{index}"))
+            return Given(quantity(law_of(law), f"{name}.{key}", f"tau_motor_{index}"))
     if table.table is not None:
         return Rows(_rows(table.table, index, name, "force" if slides else "torque"))
     stiffness, damping = (
@@ -213,7 +226,7 @@ def _drive(table: MotorTable, index: int, name: str, slides: bool) -> Given | Ro
     )
     limit = Parameter(f"{name}.limit", f"most_motor_{index}", table.limit, NOT_NEGATIVE) if table.limit else None
     key, law = ("angle", table.angle) if table.angle is not None else ("position", table.position)
-    wanted = quantity(law if law is not None else 0.0, f"{name}.{key}", f"phi_motor_{index}")
+    wanted = quantity(law_of(law) if law is not None else 0.0, f"{name}.{key}", f"phi_motor_{index}")
     return Servo(wanted, stiffness, damping, limit)
 
 
@@ -283,12 +296,14 @@ def _a(aim: str) -> str:
 
 
 def _check_servo(table: MotorTable, aim: str, complain: Complain) -> bool:
-    law = getattr(table, aim)
+    law = law_of(getattr(table, aim))
     if not table.stiffness and not table.damping:
         complain((), f"found {_a(aim)} without stiffness and damping, expected one that is not zero; add stiffness")
         return False
-    if table.damping and isinstance(law, Expression) and not law.has_rate():
-        complain((aim,), f"found abs in {_a(aim)} with damping, expected one that has a rate; write it without abs")
+    if table.damping and isinstance(law, OfTime) and not law.has_rate():
+        why = "order = 1" if isinstance(law, Spline) else "abs"
+        how = "write order = 3" if isinstance(law, Spline) else "write it without abs"
+        complain((aim,), f"found {why} in {_a(aim)} with damping, expected one that has a rate; {how}")
         return False
     return True
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 from pydantic import Field
 
 from ..effect_base.effect import Complain, Effect, Entry, Surroundings
-from ..effect_base.expression_of_time import InTime, Law, Quantity, own_parameters, quantity, term
+from ..effect_base.expression_of_time import Quantity, kinks_of, own_parameters, quantity, term
+from ..effect_base.rows_in_time import TorqueInTime, law_of
 from ..effect_base.table import LinkName, Name, Table
 from ..mechanism.links import Parameter
 from ..mechanism.mechanism import Mechanism
@@ -25,7 +26,7 @@ class TorqueTable(Table):
 
     name: Name | None = Field(default=None, description="a name of letters, digits and _, beginning with a letter")
     link: LinkName = Field(description="the name of the link it acts on")
-    torque: Annotated[Law, InTime("N m")] = Field(description="a torque in N m, a number or an expression of t")
+    torque: TorqueInTime = Field(description="a torque in N m, a number, an expression of t or rows over time")
 
 
 @dataclass(frozen=True)
@@ -39,6 +40,9 @@ class Torque(Effect):
 
     def parameters(self) -> tuple[Parameter, ...]:
         return own_parameters(self.torque)
+
+    def kinks(self) -> tuple[tuple[float, float], ...]:
+        return kinks_of(self.torque)
 
     def loads(self, motion: Motion) -> Sequence[Couple]:
         from ..derive.motion import Couple
@@ -69,7 +73,7 @@ def build(table: TorqueTable, index: int, around: Surroundings, complain: Compla
     if link is None:
         complain(("link",), f'found "{table.link}", expected a link that moves; {wrong}')
     name = table.name or f"torque_{index}"
-    torque = quantity(table.torque, f"{name}.torque", f"tau_torque_{index}")
+    torque = quantity(law_of(table.torque), f"{name}.torque", f"tau_torque_{index}")
     return Torque(index, name, link, torque) if link is not None else None
 
 

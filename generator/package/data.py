@@ -69,6 +69,7 @@ def model_data(
         "accelerations": [p.path for effect in scene.effects for p in effect.accelerations()],
         "inputs": [name for effect in scene.effects for name in effect.inputs()],
         "instants": [p.path for effect in scene.effects for p in effect.instants()],
+        "kinks": [list(kink) for effect in scene.effects for kink in effect.kinks()],
         "contacts": [[contact.point, contact.ground] for contact in equations.contacts],
         "stops": [contact.ground for contact in equations.contacts if contact.angular],
         "grounds": [plane for effect in scene.effects for plane in _planes(effect)],

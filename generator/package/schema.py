@@ -250,6 +250,10 @@ class ModelData(Data):
     inputs: list[str] = entry("names of the inputs", "[inputs]")
     accelerations: list[str] = entry("parameters that are the size of a field of accelerations, by their paths")
     instants: list[str] = entry("parameters that are times at which a load has a kink, by their paths")
+    kinks: list[Annotated[list[float], Field(min_length=2, max_length=2)]] = Field(
+        default=[],
+        description="other such times (s), each with the time after which it comes again, or 0; absent where none is",
+    )
     contacts: list[Annotated[list[str], Field(min_length=2, max_length=2)]] = entry(
         "each contact's point and what it touches", "[contacts][2]"
     )

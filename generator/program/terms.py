@@ -207,8 +207,9 @@ def _power(e: sp.Pow, spell: Callable[[Term], str]) -> Term:
         return Product((ONE,), (term(1 / e, spell),))
     if e.exp.is_Integer:
         return Power(term(e.base, spell), int(e.exp))
-    if e.exp == sp.Rational(1, 2):
-        return Call("sqrt", term(e.base, spell))
+    if e.exp.is_Rational and e.exp.q == 2:
+        root = Call("sqrt", term(e.base, spell))
+        return root if e.exp.p == 1 else Power(root, int(e.exp.p))
     raise TypeError(f"no way to write the power {e}")
 
 

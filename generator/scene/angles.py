@@ -86,6 +86,9 @@ def _angles_in(key: str, value: object) -> Iterator[tuple[Path, object]]:
                 yield (key, str(name)), one
             elif key == OF_PLACES and isinstance(one, list) and len(one) == 3:
                 yield (key, str(name), 2), one[2]
+            elif name == "rows" and isinstance(one, list):
+                rows = ((number, row) for number, row in enumerate(one) if isinstance(row, list) and len(row) == 2)
+                yield from (((key, "rows", number, 1), row[1]) for number, row in rows)
     elif isinstance(value, list):
         yield from (((key, index), one) for index, one in enumerate(value) if key == "angles")
     elif value is not None:

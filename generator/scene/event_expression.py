@@ -11,7 +11,6 @@ from ..effect_base.arithmetic import (
     DEEPEST,
     FUNCTIONS,
     HIGHEST,
-    OF_NUMBERS,
     ExpressionError,
     Names,
     NameWithoutValue,
@@ -34,7 +33,6 @@ RATE = "rate"
 """How fast such a quantity changes: ``rate(angle(hip))``."""
 
 _OPERATORS = (ast.Add, ast.Sub, ast.Mult, ast.Div)
-_EVERY = (*FUNCTIONS, *OF_NUMBERS)
 
 
 def normal_form(text: str, names: Names, mechanism: Mechanism) -> str:
@@ -102,7 +100,7 @@ class _Reader:
             self.moves = True
         if name in ("t", "pi"):
             return ast.Name(name, ast.Load())
-        if name in (*QUANTITIES, RATE, *_EVERY):
+        if name in (*QUANTITIES, RATE, *FUNCTIONS):
             raise ExpressionError(f"{name} needs an argument in parentheses; {_help()}")
         if name not in self.names:
             near = get_close_matches(name, self.names, 1)
@@ -122,10 +120,10 @@ class _Reader:
                 case [ast.Call(func=ast.Name(id=inner), args=inside, keywords=[])] if inner in QUANTITIES:
                     return _called(RATE, [self._quantity(inner, inside)])
             raise ExpressionError(f"rate(...) is of one quantity alone, as rate(angle(...)); {_help()}")
-        if name not in _EVERY:
-            near = get_close_matches(name, (*QUANTITIES, RATE, *_EVERY), 1)
+        if name not in FUNCTIONS:
+            near = get_close_matches(name, (*QUANTITIES, RATE, *FUNCTIONS), 1)
             advice = f"; write {near[0]}(...)" if near else ""
-            raise ExpressionError(f"{name}(...) is not known here; {_help()}, functions {', '.join(_EVERY)}{advice}")
+            raise ExpressionError(f"{name}(...) is not known here; {_help()}, functions {', '.join(FUNCTIONS)}{advice}")
         wanted = 2 if name == "atan2" else 1
         if len(args) != wanted:
             raise ExpressionError(f"{name}(...) takes {'two arguments' if wanted == 2 else 'one argument'}; correct it")

@@ -9,8 +9,9 @@ against the first, becomes σφ + β where the first is outside, σφ - β where
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from ..effect_base.arithmetic import ExpressionError
@@ -98,14 +99,14 @@ class Turning:
                 if self.mirror and table.get("frame") == "link":
                     found[key] = _mirrored(value)
             elif kind == "moment":
-                found[key] = _rows(value, self.sign) if turns else value
+                found[key] = _in_rows(value, lambda one: times_plus(one, self.sign, 0.0)) if turns else value
             elif turns and sides is not None:
                 other = (
                     limits["highest angle" if kind == "lowest angle" else "lowest angle"] if kind != "angle" else key
                 )
                 if other != key and self.mirror and other not in table:
                     del found[key]
-                found[other if self.mirror else key] = self._joint_angle(value, sides)
+                found[other if self.mirror else key] = _in_rows(value, partial(self._joint_angle, sides=sides))
         return found
 
     def place(self, place: Any) -> Any:
@@ -197,10 +198,10 @@ def _body(table: Any, key: str) -> Any:
     return {**table, key: _each(table[key]) if key in ("between", "corners") else _mirrored(table[key])}
 
 
-def _rows(value: Any, sign: float) -> Any:
-    """A moment, or rows [t, moment]."""
+def _in_rows(value: Any, turned: Callable[[Any], Any]) -> Any:
+    """What is ``turned``: a value, or those in rows [t, value], or in a table that has ``rows``."""
+    if isinstance(value, Mapping):
+        return {**value, "rows": _in_rows(value["rows"], turned)} if "rows" in value else value
     if not isinstance(value, list):
-        return times_plus(value, sign, 0.0)
-    return [
-        [row[0], times_plus(row[1], sign, 0.0)] if isinstance(row, list) and len(row) == 2 else row for row in value
-    ]
+        return turned(value)
+    return [[row[0], turned(row[1])] if isinstance(row, list) and len(row) == 2 else row for row in value]

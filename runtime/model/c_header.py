@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from .geometry import Geometry
+from .kinks import kinks_until
 from .start import start
 
 WIDTH = 6
@@ -69,7 +70,7 @@ def c_header(model: Geometry) -> str:
         )
     q, u = start(model)
     package = _package(model.folder)
-    instants = sorted({model.parameters[path] for path in model.data["instants"]})
+    instants = sorted(set(kinks_until(model, model.data["run"]["until"])))
     kernels = model.kernels
     stops = [int(ground in model.stops) for _, ground in model.contacts]
     return TEXT.format(

@@ -14,6 +14,7 @@ from ..arrays import FloatArray
 from ..faults import Faults
 from ..model.assembly import put_onto_closure
 from ..model.drives import drive_misses, drive_rows, drive_speeds
+from ..model.kinks import kinks_until
 from ..model.model import Model
 from ..model.numbers import read_numbers
 
@@ -113,12 +114,10 @@ def default_method(*, controlled: bool = False) -> str:
     return "dop853" if controlled else "gauss"
 
 
-def stops_of(model: Model, kinks: FloatArray) -> FloatArray:
+def stops_of(model: Model, kinks: FloatArray, until: float) -> FloatArray:
     """Times at which steps end: kinks of the inputs and of the effects."""
-    own = [model.parameters[path] for path in model.data["instants"]]
-    if not own and not kinks.size:
-        return kinks
-    return np.unique(np.concatenate([kinks, own]))
+    own = kinks_until(model, until)
+    return np.unique(np.concatenate([kinks, own])) if own else kinks
 
 
 def check_calls(progress: object, keep_interrupted: object) -> None:

@@ -138,7 +138,7 @@ def simulate_one(
         RATE_BUDGET,
         progress,
         supply,
-        stops_of(model, kinks),
+        stops_of(model, kinks, asked.until),
         asked.drift,
         None if state is None else state.memory,
         asked.on_gain,

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from ccgen.generator.effect_base.arithmetic import FUNCTIONS, OF_NUMBERS
+from ccgen.generator.effect_base.arithmetic import FUNCTIONS
 from ccgen.generator.effect_base.units import UNITS
 from ccgen.generator.scene import Scene, SceneError, load_scene, read_tables
 from ccgen.generator.scene.part_tables import PartTable, PlaceTable
@@ -47,7 +47,7 @@ def test_units_and_functions_are_those_that_are_read() -> None:
     rows = [line.split("|")[2] for line in text.partition("| of | units |")[2].splitlines() if line.startswith("| ")]
     assert {unit for row in rows for unit in re.findall(r"`([^`]+)`", row)} == UNITS.keys()
     (functions,) = re.findall(r"the functions `([^`]+)`", text)
-    assert {*functions.split()} == {*FUNCTIONS, *OF_NUMBERS}
+    assert {*functions.split()} == {*FUNCTIONS}
 
 
 def test_keys_of_bodies_are_those_that_are_read() -> None:

@@ -86,7 +86,6 @@ REFUSED = {
     "sin(t, 2)": "sin(...) takes one argument",
     "sin(x=t)": "sin(...) takes one argument",
     "sin(*t)": "is not arithmetic",
-    "asin(t)": "asin(...) is not known of t, of numbers alone",
     "atan2(1)*t": "atan2(...) takes two arguments",
     "asinh(t)": "asinh(...) is not known here",
     "'t'": "is not arithmetic",

@@ -109,7 +109,7 @@ SLIPS: dict[str, tuple[str, str, int, str, tuple[str, ...]]] = {
         '[[motor]]\njoint = "joint_0"\nstiffness = 1\nangle = [[0, 0], [1, 1]]\n[start]',
         33,
         "motor[0].angle",
-        ("rows over time are for torques and forces only",),
+        ("write rows over time as { rows = [[t, value], ...], order = 3 }",),
     ),
     "a roof for a power": (
         "[start]",

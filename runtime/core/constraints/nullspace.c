@@ -47,7 +47,7 @@ static void write_rows(struct system *s, const double *q, int held, const double
             g[(closed + d) * n + m->driven[2 * d + 1]] = -1.0;
     }
     if (m->drives && t)
-        m->prescribed(s->k, *t, right + closed);
+        m->prescribed(s->k, *t, s->inputs, right + closed);
     for (int j = 0; j < held; j++)
         active_row(s, q, j, push, g + (fixed + j) * n);
     memcpy(right + fixed, y + closed, held * sizeof *right);
