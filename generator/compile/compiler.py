@@ -30,6 +30,17 @@ WIDTHS = ("2", "4", "8")
 BINDING = "ccgen_binding"
 """What Cython takes the name of the binding's module to be; Python finds each by that of its own extension module."""
 
+NAMES = """\
+struct ccgen_model;
+extern const struct ccgen_model {descriptor};
+const struct ccgen_model *const ccgen_bound_model = &{descriptor};
+
+void *PyInit_{binding}(void);
+__attribute__((visibility("default"))) void *PyInit_{module}(void);
+void *PyInit_{module}(void) {{ return PyInit_{binding}(); }}
+"""
+"""C that says what the binding, which is compiled once for all models, is called in one, and which it hands on."""
+
 
 class CompileError(Exception):
     """No compiler, or one that failed; the message says what was tried and what to do."""
@@ -95,8 +106,8 @@ def extension_file(module: str) -> str:
 def cythonize(folder: Path, steps: Steps) -> None:
     """``_binding.pyx`` to C, in a process of its own so that it can run beside the derivation.
 
-    The binding is the same for every scene, so that Cython, which takes longer than all else of a small model, runs
-    once; the names that are a model's own come in when its C is compiled.
+    The binding is the same for every scene, so that Cython, which takes longer than all else of a small model, and its
+    compilation run once; the names that are a model's own come in when it is linked.
     """
     arguments = ("-3", "--module-name", BINDING, "_binding.pyx")
     made_from = (
@@ -114,21 +125,23 @@ def compile_model(compiler: Compiler, folder: Path, module: str, descriptor: str
 
     ``descriptor`` is what the model's C calls its descriptor.
     """
-    include = f"-I{sysconfig.get_path('include')}"
-    names = (f"-DPyInit_{BINDING}=PyInit_{module}", f"-DCCGEN_MODEL={descriptor}")
+    names = NAMES.format(descriptor=descriptor, binding=BINDING, module=module)
+    (folder / "_names.c").write_text(names)
     jobs = {
         "model.c": (*compiler.flags(), "-I."),
         "lanes.c": (*compiler.flags(), *LANES, "-I."),
-        "_binding.c": (*LANGUAGE, "-O1", *names, include),
+        "_binding.c": (*LANGUAGE, "-O1", f"-I{sysconfig.get_path('include')}"),
     }
     objects = tuple(source.replace(".c", ".o") for source in jobs)
     with ThreadPoolExecutor() as pool:
         done = [pool.submit(_compile, compiler, flags, source, folder, steps) for source, flags in jobs.items()]
         for job in done:
             job.result()
-    shared = ("-bundle", "-undefined", "dynamic_lookup") if sys.platform == "darwin" else ("-shared",)
-    _run((*compiler.command, *shared, *objects, "-lm", "-o", extension_file(module)), folder, "the linker")
-    for rest in objects:
+    # names that all models have mean those of the same file, whatever other models are loaded
+    shared = ("-bundle", "-undefined", "dynamic_lookup") if sys.platform == "darwin" else ("-shared", "-Wl,-Bsymbolic")
+    linked = ("-std=c11", "-fPIC", *shared, "_names.c", *objects)
+    _run((*compiler.command, *linked, "-lm", "-o", extension_file(module)), folder, "the linker")
+    for rest in ("_names.c", *objects):
         (folder / rest).unlink()
 
 

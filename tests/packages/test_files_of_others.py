@@ -14,21 +14,10 @@ from ccgen.generator import OutputError, generate, load_scene, loop
 from ccgen.generator.cli.clean import clean
 from ccgen.runtime import load_model
 
+from ..support.command_line import ccgen
 from ..support.folders import ROOT
 
-CCGEN = str(Path(sys.executable).parent / "ccgen")
 SCENE = "[chain]\nlinks = 2\nhinged = true\n[run]\nuntil = 0.1\n"
-
-
-def ccgen(*options: str, at: Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [CCGEN, *options],
-        cwd=at,
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=False,
-    )
 
 
 def content(folder: Path) -> dict[str, bytes]:

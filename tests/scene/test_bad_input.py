@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
 from ccgen.generator.effect_base.contact import LAWS
 from ccgen.generator.scene import SceneError, chain, load_scene, loop, pinned
+
+from ..support.command_line import ccgen
 
 THE_LAWS = f"{', '.join(LAWS[:-1])} or {LAWS[-1]}"
 """The laws of impact as faults name them, in the order of the generator's list."""
@@ -470,7 +470,7 @@ REFUSED = [
 )
 def test_refused_options(options: list[str], named: str, tmp_path: Path) -> None:
     write(tmp_path, GOOD)
-    result = command(options, tmp_path)
+    result = ccgen(*options, at=tmp_path)
     assert result.returncode == 2, result.stderr
     assert named in result.stderr
     assert "Traceback" not in result.stderr
@@ -481,7 +481,7 @@ def test_refused_options(options: list[str], named: str, tmp_path: Path) -> None
 def test_every_fault_on_standard_error(tmp_path: Path) -> None:
     write(tmp_path, GOOD.replace("links = 4", "links = 4\nmass = -1").replace("9.81", "nan"))
     for options in (["--scene", "scene.toml"], ["run", "scene.toml"], ["show", "scene.toml"]):
-        result = command(options, tmp_path)
+        result = ccgen(*options, at=tmp_path)
         assert result.returncode == 2
         lines = result.stderr.splitlines()
         assert [line.split(" ")[:2] for line in lines] == [
@@ -489,10 +489,3 @@ def test_every_fault_on_standard_error(tmp_path: Path) -> None:
             ["scene.toml:8:", "gravity.g:"],
         ]
     assert [path.name for path in tmp_path.iterdir()] == ["scene.toml"]
-
-
-def command(options: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
-    """``ccgen`` with these options, run in ``folder``."""
-    code = "from ccgen.generator.cli import main; main()"
-    arguments = [sys.executable, "-c", code, *options]
-    return subprocess.run(arguments, cwd=folder, capture_output=True, text=True, check=False)

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
+from ..support.command_line import ccgen
 from ..support.joint_texts import FLOOR, faults, scene
 
 AXIS = "axis = [1, 0]\n\n[start]"
@@ -88,7 +87,6 @@ def test_what_makes_no_sense_is_said(case: str, tmp_path: Path) -> None:
 def test_the_command_line_says_it_too(tmp_path: Path) -> None:
     path = tmp_path / "scene.toml"
     path.write_text(scene("slider-crank", (AXIS, "[start]")))
-    call = [sys.executable, "-c", "from ccgen.generator.cli import main; main()", "--scene", str(path)]
-    done = subprocess.run(call, capture_output=True, text=True, cwd=tmp_path, check=False)
+    done = ccgen("--scene", str(path), at=tmp_path)
     assert done.returncode == 2 and "joint[3].axis: missing" in done.stderr
     assert list(tmp_path.iterdir()) == [path]

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +18,7 @@ from ccgen.generator.scene.schema import FourBarsTable, JointTable, LinkTable, L
 from ccgen.runtime import Model, simulate
 from ccgen.runtime.model import tolerances
 
+from ..support.command_line import ccgen
 from ..support.workshop import Workshop
 
 ARM: dict[str, Any] = {
@@ -116,9 +115,9 @@ def test_every_angle_of_a_scene_is_judged() -> None:
 
 def test_the_command_line_prints_remarks(tmp_path: Path) -> None:
     (tmp_path / "up.toml").write_text("[chain]\nlinks = 1\nhinged = true\n[gravity]\ng = -9.81\n[start]\ntilt = 90\n")
-    code = "from ccgen.generator.cli import main; main()"
-    run = [sys.executable, "-c", code, "show", "up.toml"]
-    told = subprocess.run(run, cwd=tmp_path, capture_output=True, text=True, check=True).stderr.splitlines()
+    done = ccgen("show", "up.toml", at=tmp_path)
+    told = done.stderr.splitlines()
+    assert done.returncode == 0
     assert any(line.startswith("up.toml:5: gravity.g: -9.81 is taken as given") for line in told)
     assert any(line.startswith("up.toml:7: start.tilt: 90 is taken as rad, 14.3 turns") for line in told)
 
