@@ -210,3 +210,106 @@ def test_ropes_are_drawn_and_told(workshop: Workshop, tmp_path: Path) -> None:
         simulate(model, until=0.1, params={"line.length": 4.0})
     with pytest.raises(ValueError, match=r"line\.length: found 0.0, expected a positive number"):
         model.with_parameters({"line.length": 0.0})
+
+
+YOYO = """
+[let]
+r = 0.005
+R = 0.03
+m = 0.1
+L = 0.4
+tiny = 1e-7
+[ground_link]
+points = { hand = [0, 0] }
+[[link]]
+name = "hub"
+mass = 0
+inertia = 0
+com = [0, 0]
+points = { C = [0, 0] }
+[[link]]
+name = "disc"
+mass = "m"
+inertia = "m*R**2/2"
+com = [0, 0]
+points = { C = [0, 0] }
+[[link]]
+name = "left"
+mass = "tiny"
+inertia = 0
+com = [0, 0]
+points = { E = [0, 0] }
+[[link]]
+name = "right"
+mass = "tiny"
+inertia = 0
+com = [0, 0]
+points = { E = [0, 0] }
+[[joint]]
+name = "fall"
+type = "prismatic"
+axis = "-90 deg"
+angle = 0
+between = ["ground.hand", "hub.C"]
+[[joint]]
+name = "spin"
+between = ["hub.C", "disc.C"]
+[[joint]]
+name = "wound_left"
+type = "prismatic"
+axis = "-90 deg"
+angle = 0
+between = ["hub.C", "left.E"]
+[[joint]]
+name = "wound_right"
+type = "prismatic"
+axis = "-90 deg"
+angle = 0
+between = ["hub.C", "right.E"]
+[[rack]]
+pinion = "spin"
+slide = "wound_left"
+radius = "r"
+[[rack]]
+pinion = "spin"
+slide = "wound_right"
+radius = "r"
+reverse = true
+[[rope]]
+between = ["ground.hand", "left.E"]
+length = "L"
+restitution = 0
+[[rope]]
+between = ["ground.hand", "right.E"]
+length = "L"
+restitution = 0
+[gravity]
+g = 9.8
+[run]
+until = 12
+rtol = 1e-11
+[start]
+slides = { fall = "L/2", wound_left = "L/2", wound_right = "-L/2" }
+"""
+
+
+def test_the_yoyo_of_siconos_turns_round_at_the_end_of_its_string(workshop: Workshop) -> None:
+    """Radii, mass, string and start of Siconos' example Yoyo, with the hand at rest. The string winds up on one side of
+    the axle or on the other; where it is all unwound the yo-yo goes over from one to the other and loses all but
+    e = (I - m r²)/(I + m r²) of its speed, though the string does not bounce. The ends of the string have a mass μ
+    here, with which it is (I - m r²)/(I + m r² + 4 μ r²), by angular momentum about the string."""
+    r, m, length, g, tiny = 0.005, 0.1, 0.4, 9.8, 1e-7
+    inertia = 0.5 * m * 0.03**2
+    e = (inertia - m * r * r) / (inertia + m * r * r + 4.0 * tiny * r * r)
+    fall = (m + 2.0 * tiny) * g / (m + inertia / r**2 + 4.0 * tiny)
+    first = np.sqrt(length / fall)
+    run = simulate(workshop.model(YOYO))
+    assert run.success, run.message
+    times = first + 2.0 * first * np.cumsum(np.append(0.0, e ** np.arange(1, 14)))
+    met = times[times < 12.0]
+    assert [impact.t for impact in run.impacts] == pytest.approx(met, rel=1e-9)
+    speeds = [np.max(np.abs(impact.u_minus)) * r for impact in run.impacts]
+    assert speeds == pytest.approx(fall * first * e ** np.arange(len(met)), rel=1e-9)
+    assert [phase.contacts[0][1] for phase in run.phases if phase.kind == "contact"] == [
+        f"rope_{k % 2}" for k in range(len(met) + 1)
+    ]
