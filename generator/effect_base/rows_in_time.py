@@ -164,7 +164,7 @@ class Spline(OfTime):
         unknown = sorted({one for condition in conditions for one in condition if one[1]})
         if not unknown:
             return states
-        solve = _factorised(conditions, unknown)
+        solve = _solution(conditions, unknown)
         for _ in range(SWEEPS):
             misses = [sum(factor * states[row][d] for (row, d), factor in one.items()) for one in conditions]
             for (row, d), change in zip(unknown, solve([-float(miss) for miss in misses]), strict=True):
@@ -215,24 +215,14 @@ Condition = dict[tuple[int, int], Fraction]
 """A sum that is to be zero: factors of derivatives, each told by its row and its order."""
 
 
-def _factorised(
+def _solution(
     conditions: Sequence[Condition], unknown: Sequence[tuple[int, int]]
 ) -> Callable[[Sequence[float]], Sequence[float]]:
-    """What solves the conditions for the unknown derivatives, to rounding, by SciPy's sparse LU."""
+    """What solves the conditions for the unknown derivatives, to rounding."""
     import numpy as np
-    from scipy.sparse import csc_array
-    from scipy.sparse.linalg import splu
 
-    column = {one: index for index, one in enumerate(unknown)}
-    entries = [
-        (row, column[one], float(factor))
-        for row, condition in enumerate(conditions)
-        for one, factor in condition.items()
-        if one in column
-    ]
-    rows, columns, values = zip(*entries, strict=True)
-    factors = splu(csc_array((values, (rows, columns)), shape=(len(conditions), len(unknown))))
-    return lambda right: [float(value) for value in factors.solve(np.array(right))]
+    factors = np.array([[float(condition.get(one, 0)) for one in unknown] for condition in conditions])
+    return lambda right: np.linalg.solve(factors, np.array(right)).tolist()
 
 
 def _number(value: Fraction) -> Expr:
