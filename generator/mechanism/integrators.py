@@ -26,7 +26,8 @@ def with_integrators(mechanism: Mechanism, names: Sequence[str]) -> Mechanism:
     links, joints, found = list(mechanism.links), list(mechanism.joints), list(mechanism.integrators)
     held = (side for joint in joints for side in (joint.first, joint.second) if side.link == GROUND)
     at = next(held, None) or PointRef(0, next(iter(links[0].points)))
-    used = {one.name for one in (*links, *joints, *mechanism.open)} | {*mechanism.welded, *mechanism.welds}
+    used = {link.name for link in links} | {joint.name for joint in (*joints, *mechanism.open)}
+    used |= {*mechanism.welded, *mechanism.welds}
     for name in names:
         free = name
         while {free, f"{free}_hinge"} & used:
