@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from ..arrays import FloatArray
-from .geometry import Geometry
+from .compiled import Compiled
 
 
-def integral_rows(model: Geometry) -> FloatArray:
+def integral_rows(model: Compiled) -> FloatArray:
     """Rows (integrals, nu) that pick the integrals from the quasi-velocities: a motion that is asked of the mechanism
     leaves them as they are."""
     integrators = model.data.get("integrators", ())
@@ -19,7 +19,7 @@ def integral_rows(model: Geometry) -> FloatArray:
     return rows
 
 
-def refuse_integrals(model: Geometry) -> None:
+def refuse_integrals(model: Compiled) -> None:
     """Raises ``ValueError`` where an effect has an integral: what it is at rest, loads and history say together."""
     integrators = model.data.get("integrators", ())
     if integrators:

@@ -286,6 +286,8 @@ def test_inverse_dynamics_and_driving_torque_leave_the_integral_out(workshop: Wo
     accelerations[:, 3] = 7.0
     assert np.max(np.abs(inverse_dynamics(model, q, u, accelerations, ["axle"]))) <= 1e-11
     assert model.dof == 1
+    ways, known = model.motions(q[0]), workshop.model(FOUR_BAR).motions(q[0, :3])
+    assert ways[:3] == pytest.approx(known, rel=1e-12) and not np.any(ways[3])
     found, plain = (driving_torque(workshop.model(text), "axle", 3.0, 24) for text in (HELD, FOUR_BAR + HOLD))
     assert found.torque == pytest.approx(plain.torque, abs=1e-9)
 
