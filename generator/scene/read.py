@@ -298,7 +298,8 @@ def _events(
     if not rows:
         return ()
     acting = [parameter for _, effect in effects for parameter in effect.parameters()]
-    check_set(rows, {one.path: one for one in (*bodies.mechanism.parameters(), *acting)}, report)
+    speeds = {one.path for _, effect in effects if effect.driven() for one in effect.parameters()}
+    check_set(rows, {one.path: one for one in (*bodies.mechanism.parameters(), *acting)}, speeds, report)
     return events_of(rows, bodies.mechanism, names, report)
 
 
