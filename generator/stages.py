@@ -85,11 +85,12 @@ def derive_scene(
 def less_effect(scene: Scene, index: int, choice: Choice, fold: bool = False) -> tuple[Scene, Choice]:
     """The scene less one effect, and the ``choice`` that was made for the whole of it.
 
-    Where that effect prescribes a joint's motion, the joint's acceleration is an unknown more, and goes by a plan of
-    the same name if there is one.
+    Where that effect prescribes a joint's motion, the joint's acceleration is an unknown more, and where it integrates,
+    there is an unknown less: that goes by a plan of the same name if there is one.
     """
     rest = scene.without(index)
-    if rest.driven == scene.driven and rest.mechanism.meshes == scene.mechanism.meshes:
+    here, there = scene.mechanism, rest.mechanism
+    if rest.driven == scene.driven and (there.meshes, there.integrators) == (here.meshes, here.integrators):
         return rest, choice
     try:
         return rest, plan_scene(rest, choice.plan.name, fold=fold)[1]

@@ -27,10 +27,13 @@ LARGEST = 3
 
 
 def print_forces(run: Run) -> None:
-    """The largest forces of contacts and of joints between impacts, and when; nothing where links touch nothing."""
-    if not run.model.contacts:
-        return
+    """The largest forces of contacts, joints and meshes between impacts, and when; nothing where links touch nothing
+    and no wheels mesh."""
+    from ccgen.runtime.model.meshes import mesh_names
     from ccgen.runtime.record.force_history import history
+
+    if not run.model.contacts and not mesh_names(run.model):
+        return
 
     try:
         found = history(run)

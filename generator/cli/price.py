@@ -107,7 +107,8 @@ def _motion(run: Run, other: Run) -> str:
     """Whether the other run is the same motion, and whether it stopped early."""
     if not other.success:
         return f"another, stops at {other.t[-1]:.4g} s"
-    if run.t[-1] == other.t[-1] and float(np.max(np.abs(run.q[-1] - other.q[-1]))) <= SAME:
+    own = [run.model.q_names.index(name) for name in other.model.q_names]  # less what the effect integrates
+    if run.t[-1] == other.t[-1] and float(np.max(np.abs(run.q[-1, own] - other.q[-1]))) <= SAME:
         return "the same"
     return "another"
 

@@ -11,6 +11,8 @@ import typer
 if TYPE_CHECKING:
     from ccgen.runtime import Impact, Model, Phase, Run
 
+    from ..scene.scene import Scene
+
 SHOWN = 40
 """Impacts printed; a longer list is cut, the result file has them all."""
 STRETCHES = 8
@@ -81,6 +83,18 @@ def print_events(run: Run) -> None:
         typer.echo(f"and {len(run.events) - SHOWN} more, in result.npz")
     if run.events and run.message.startswith("ended at"):
         typer.echo(f"the run {run.message}")
+
+
+def print_missing(scene: Scene, run: Run) -> None:
+    """What the scene says of joints and events that has not come up to the end that was asked for."""
+    if not run.success or run.message.startswith("ended at"):
+        return
+    changed = {(change.kind, change.joint) for change in run.changes}
+    came = {event.name for event in run.events}
+    missing = [f"{one.kind} of {one.joint}" for one in scene.changes if (one.kind, one.joint) not in changed]
+    missing += [f"event {event.name}" for event in scene.events if event.name not in came]
+    for what in missing:
+        typer.echo(f"{what}: never came")
 
 
 def row(model: Model, run: Run, impact: Impact) -> tuple[str, ...]:

@@ -18,7 +18,15 @@ from .folders import MODELS, check_folder, check_results, forget_stale, record_r
 from .forces import PICTURE, TABLE, force_files, print_forces, ways_to_write
 from .progress import progress
 from .refusal import STOPPED_EARLY, Faults, read_option, refusing, refusing_options
-from .report import print_audit, print_changes, print_contacts, print_events, print_impacts, print_warnings
+from .report import (
+    print_audit,
+    print_changes,
+    print_contacts,
+    print_events,
+    print_impacts,
+    print_missing,
+    print_warnings,
+)
 from .scene_file import read, tell_assembly, tell_mobility
 
 if TYPE_CHECKING:
@@ -107,6 +115,7 @@ def run(
         print_impacts(result.model, result)
         print_changes(result)
         print_events(result)
+        print_missing(scene, result)
         print_contacts(result.model, result)
         print_forces(result)
         print_audit(result)

@@ -22,7 +22,7 @@ from ..mechanism.topology import Branch, Topology
 from .expanded_forces import expanded_forces
 from .meshing import passed
 from .terms_of_effects import Terms
-from .vectors import ZERO, Vector, add, dot, less, local, perp, scale, symbol
+from .vectors import ZERO, Vector, add, dot, inertia_of, less, local, perp, scale, symbol
 
 LIMIT = 4
 """Links up to which the closed form is written: its length grows with the square of their number."""
@@ -182,7 +182,7 @@ class _Expansion:
         for k, link in enumerate(self.mechanism.links):
             x, y = self._centre(k)
             a_c = (self._acceleration(x), self._acceleration(y))
-            total += symbol(link.mass) * dot(a_c, a_c) / 2 + symbol(link.inertia) * alpha[self.state.rate(k)] ** 2 / 2
+            total += symbol(link.mass) * dot(a_c, a_c) / 2 + inertia_of(link) * alpha[self.state.rate(k)] ** 2 / 2
         return total
 
     def _forces(self) -> list[sp.Expr]:

@@ -24,7 +24,7 @@ from ..planning.segments import FAINT, FIRM
 from .closure import Closure
 from .form import FLIGHT, IMPACT, Dyad, Eliminator, Form, Solution, Substitution, carried
 from .kinematics import Kinematics
-from .vectors import NO_LOAD, ZERO, Vector, Wrench, add, dot, perp, scale, symbol
+from .vectors import NO_LOAD, ZERO, Vector, Wrench, add, dot, inertia_of, perp, scale, symbol
 
 M, INERTIA, W2 = sp.symbols("m I w2")
 A, ALPHA_ = sp.symbols("a_x a_y"), sp.Symbol("alpha")
@@ -251,7 +251,7 @@ class Recursion:
         """Second and first derivatives of S_link, and the loads on the link (eq. 4.2)."""
         kinematics, derivatives = self.kinematics, gibbs_derivatives()
         here = {M: kinematics.mass[link], W2: kinematics.squared_rate[link]}
-        here[INERTIA] = symbol(kinematics.mechanism.links[link].inertia)
+        here[INERTIA] = inertia_of(kinematics.mechanism.links[link])
         here |= dict(zip(RHO + MU, kinematics.centre[link] + kinematics.mu[link], strict=True))
         inertia = self.ledger.let(f"J_{link}", derivatives.inertia.xreplace(here))
         self.inertias[link] = inertia

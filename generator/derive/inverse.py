@@ -15,7 +15,7 @@ from .closure import Closure
 from .generalized_forces import gather_inwards
 from .kinematics import Kinematics
 from .shares import Shares
-from .vectors import NO_LOAD, ZERO, Vector, Wrench, add, dot, perp, scale, symbol
+from .vectors import NO_LOAD, ZERO, Vector, Wrench, add, dot, inertia_of, perp, scale
 
 
 class Inverse:
@@ -86,9 +86,7 @@ class Inverse:
         """J about the inboard point; the recursion gives it the same name."""
         rho = self.kinematics.centre[link]
         body = self.kinematics.mechanism.links[link]
-        return self.ledger.let(
-            f"J_{link}", symbol(body.inertia) + sp.expand(self.kinematics.mass[link] * dot(rho, rho))
-        )
+        return self.ledger.let(f"J_{link}", inertia_of(body) + sp.expand(self.kinematics.mass[link] * dot(rho, rho)))
 
     def _momenta(self, velocity: dict[int, Vector]) -> dict[int, Wrench]:
         """Linear momentum of each link, and angular momentum about its inboard point."""

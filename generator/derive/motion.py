@@ -13,7 +13,7 @@ import sympy as sp
 from ..equations.names import slide_name, sliding_name
 from ..equations.step import step
 from ..mechanism.joints import Joint, PointRef
-from ..mechanism.links import GROUND, Parameter
+from ..mechanism.links import GROUND, INTEGRATES, Parameter
 from .closure import Closure
 from .displacement import Displacement, between
 from .kinematics import Kinematics
@@ -152,6 +152,17 @@ class Motion:
             return [Couple(joint.first.link, -effort), Couple(joint.second.link, effort)]
         push = scale(effort, self.kinematics.line(index))
         return [Force(joint.first, scale(sp.S.NegativeOne, push)), Force(joint.second, push)]
+
+    def integral(self, name: str) -> sp.Expr:
+        """An integral over time that an effect asks for."""
+        return self.rate(self._integrator(name))
+
+    def integrate(self, name: str, value: sp.Expr) -> Couple:
+        """What makes ``value`` the rate of an integral."""
+        return Couple(self._integrator(name), sp.Rational(INTEGRATES) * value)
+
+    def _integrator(self, name: str) -> int:
+        return next(one.link for one in self.kinematics.mechanism.integrators if one.name == name)
 
     def _displacement(self, start: PointRef, end: PointRef) -> Displacement:
         ends = [(ref.link, self.kinematics.arm_to(ref)) for ref in (start, end)]

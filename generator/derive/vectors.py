@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sympy as sp
 
-from ..mechanism.links import Parameter, Point
+from ..mechanism.links import INTEGRATES, Link, Parameter, Point
 
 Vector = tuple[sp.Expr, sp.Expr]
 ZERO: Vector = (sp.S.Zero, sp.S.Zero)
@@ -35,6 +35,11 @@ def scale(factor: sp.Expr, v: Vector) -> Vector:
 def symbol(parameter: Parameter | None) -> sp.Expr:
     """The parameter's symbol, or zero for a structural zero."""
     return sp.Symbol(parameter.symbol) if parameter else sp.S.Zero
+
+
+def inertia_of(link: Link) -> sp.Expr:
+    """A link's inertia about its centre of mass: a symbol, zero, or the number of a link that integrates."""
+    return sp.Rational(INTEGRATES) if link.integrates else symbol(link.inertia)
 
 
 def local(point: Point) -> Vector:

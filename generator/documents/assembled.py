@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from ..mechanism.branch import branches
 from ..mechanism.implied import implied
+from ..mechanism.integrators import without_integrators
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.redundancy import Group, Mobility, mobility
 from ..mechanism.topology import Topology
@@ -23,24 +24,30 @@ def branch_lines(scene: Scene, topology: Topology) -> list[str]:
 
 def mobility_of(scene: Scene) -> Mobility | None:
     """The mobility at the start; ``None`` for mechanisms that are too large to look for redundant joints."""
-    return mobility(scene.mechanism, scene.start.poses) if len(scene.mechanism.links) <= EXAMINED else None
+    mechanism, links = moving(scene.mechanism)
+    return mobility(mechanism, [scene.start.poses[k] for k in links]) if len(links) <= EXAMINED else None
 
 
 def redundancy_lines(scene: Scene, found: Mobility | None) -> list[str]:
     """What is not as Grübler counts: joints that are redundant, a change point, a structure."""
-    idle = implied_lines(scene)
+    idle, mechanism = implied_lines(scene), moving(scene.mechanism)[0]
     if found is None:
         return [*idle, f"more than {EXAMINED} links: not searched for redundant joints"]
-    lines = [*(f"redundant: {_group(scene.mechanism, group)}" for group in found.groups), *idle]
+    lines = [*(f"redundant: {_group(mechanism, group)}" for group in found.groups), *idle]
     if found.elsewhere < found.freedom:
         lines += [
             f"in line here, not elsewhere (a change point, {found.elsewhere} degrees of freedom nearby): "
-            + _group(scene.mechanism, group)
+            + _group(mechanism, group)
             for group in found.here
         ]
     if found.structure:
         lines.append("a structure: nothing can move, only forces can be asked for")
     return lines
+
+
+def moving(mechanism: Mechanism) -> tuple[Mechanism, tuple[int, ...]]:
+    """The mechanism without what integrates, and the numbers of its links."""
+    return without_integrators(mechanism, [one.name for one in mechanism.integrators])
 
 
 def implied_lines(scene: Scene) -> list[str]:

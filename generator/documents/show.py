@@ -20,7 +20,7 @@ from ..program.program import lower
 from ..scene.driven import drive_layout, mesh_speeds
 from ..scene.scene import Scene
 from ..stages import derive_scene, plan_scene, prices
-from .assembled import branch_lines, mobility_of, redundancy_lines
+from .assembled import branch_lines, mobility_of, moving, redundancy_lines
 from .discs import disc_lines
 from .latex import Summary, expanded_document, recursive_document
 from .listing import name_index, write_listing
@@ -64,7 +64,8 @@ def show_text(
 def summarize(scene: Scene, choice: Choice, equations: Equations) -> Summary:
     """Links, joints, loops, degrees of freedom, coordinates, effects, and operation counts, as headings with lines."""
     mechanism, topology, state = scene.mechanism, choice.topology, equations.state
-    links, joints = mechanism.links, mechanism.joints
+    bare, _ = moving(mechanism)
+    links, joints = bare.links, bare.joints
     root = mechanism.link_name(topology.root)
     effects = [f"{effect.title}: {effect.describe(mechanism)}" for effect in scene.effects]
     contacts = ", ".join(f"{c.point} on {c.ground}" for c in equations.contacts)
@@ -87,12 +88,13 @@ def summarize(scene: Scene, choice: Choice, equations: Equations) -> Summary:
             "degrees of freedom",
             (
                 _freedom(scene, topology, len(state.u)),
-                _mobility(mechanism, len(scene.driven)),
+                _mobility(bare, len(scene.driven)),
                 *redundancy_lines(scene, mobility_of(scene)),
             ),
         ),
         ("coordinates q", (", ".join(s.name for s in state.q),)),
         ("quasi-velocities u", (", ".join(s.name for s in state.u),)),
+        *([("integrals", integrals)] if (integrals := _integrals(mechanism)) else []),
         ("effects", tuple(effects) or ("none",)),
         *([("changes", tuple(change.describe() for change in scene.changes))] if scene.changes else []),
         *([("events", tuple(event.describe() for event in scene.events))] if scene.events else []),
@@ -102,6 +104,11 @@ def summarize(scene: Scene, choice: Choice, equations: Equations) -> Summary:
         *([("parameters", ("folded: their values stand in the equations as numbers",))] if equations.folded else []),
         ("operations", tuple(counts)),
     )
+
+
+def _integrals(mechanism: Mechanism) -> tuple[str, ...]:
+    """Integrals over time, and the quasi-velocities that they are."""
+    return tuple(f"{one.name} = w_{one.link}" for one in mechanism.integrators)
 
 
 def _mobility(mechanism: Mechanism, driven: int) -> str:
@@ -145,20 +152,20 @@ def _loop(mechanism: Mechanism, topology: Topology, cut: Cut) -> str:
 
 def _freedom(scene: Scene, topology: Topology, count: int) -> str:
     """Number of quasi-velocities less the rank of the closure at the start, and less what drives prescribe."""
-    rows, driven = len(topology.rows), len(scene.driven)
+    rows, driven, integrals = len(topology.rows), len(scene.driven), len(scene.mechanism.integrators)
+    less = f" - {integrals} integral{'s' * (integrals != 1)}" if integrals else ""
     if not rows:
-        return (
-            f"{count - driven}"
-            + (f" = {count} quasi-velocities - {_driven(driven)}" if driven else "")
-            + ", no closure"
-        )
+        text = f" - {_driven(driven)}" if driven else ""
+        text = f" = {count} quasi-velocities{less}{text}" if less or text else ""
+        return f"{count - driven - integrals}{text}, no closure"
     layout = lay_out(scene.mechanism, driven=scene.driven)
     _, speeds = drive_layout(layout, scene.mechanism, scene.effects)
     shut = layout.jacobian(layout.read_off(np.array(scene.start.poses)))
     shut = np.vstack([shut, *(speed.row for speed in mesh_speeds(layout, scene.mechanism))])
     size, told = shut.shape[1] + 2 * layout.floating, np.vstack([shut, *(speed.row for speed in speeds)])
     closed, left = (size - int(np.linalg.matrix_rank(a, tol=RANK_TOLERANCE)) for a in (shut, told))
-    text = f"{left} = {count} quasi-velocities - rank {count - closed} of the {rows} closure rows at the start"
+    text = f"{left - integrals} = {count} quasi-velocities{less}"
+    text += f" - rank {count - closed} of the {rows} closure rows at the start"
     if closed - left == driven:
         return text + (f" - {_driven(driven)}" if driven else "")
     return f"{text} - {closed - left} of {_driven(driven)}, the others held by the closure here"

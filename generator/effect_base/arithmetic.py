@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import ast
 import math
+import re
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from difflib import get_close_matches
 
-from .units import Dimension, kind_of
+from .units import UNITS, Dimension, kind_of
 
 Names = Mapping[str, float | None]
 """Numbers that a scene has given names to; ``None`` where what a name stands for is wrong, which is told there."""
@@ -84,7 +85,18 @@ def parsed(text: str) -> ast.expr:
             warnings.simplefilter("ignore")
             return ast.parse(" ".join(text.split()), mode="eval").body
     except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
-        raise ExpressionError("it cannot be read; write it like 2*sin(pi/6) + 0.5, with * for products") from error
+        raise ExpressionError(f"{_unreadable(text)}; write it like 2*sin(pi/6) + 0.5, with * for products") from error
+
+
+def _unreadable(text: str) -> str:
+    """Why a text is no expression, as far as that can be told."""
+    opened, closed = text.count("("), text.count(")")
+    if opened != closed:
+        return f"it cannot be read, with {opened} ( and {closed} )"
+    units = [unit for unit in re.findall(r"[\d.]\s+([A-Za-zµ%°]+)", text) if unit in UNITS and unit not in RESERVED]
+    if units:
+        return f"it cannot be read: units stand behind a single number, not in arithmetic as {units[0]} does here"
+    return "it cannot be read"
 
 
 def free_names(tree: ast.expr) -> Iterator[str]:

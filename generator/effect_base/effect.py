@@ -135,6 +135,11 @@ class Effect:
         """The driven joints' accelerations (rad/s², or m/s² along their lines)."""
         return ()
 
+    def integrals(self) -> tuple[str, ...]:
+        """Names of the integrals over time that its loads need: ``motion.integral(name)`` is one, zero where a run
+        begins, and ``motion.integrate(name, value)`` the load by which it grows at the rate ``value``."""
+        return ()
+
     def mesh(self) -> Mesh | None:
         """The row that the effect asks of joints' angles and lengths."""
         return None

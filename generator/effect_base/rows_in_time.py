@@ -15,7 +15,8 @@ from functools import cached_property
 from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import Discriminator, Field, Tag, ValidationInfo, field_validator
+import numpy as np
+from pydantic import Discriminator, Field, Tag, ValidationInfo, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
 from .expression_of_time import InTime, Law, OfTime
@@ -30,9 +31,10 @@ if TYPE_CHECKING:
 
 ROWS = 500
 """Rows of a table, all of which stand in the equations: so many take some seconds to derive."""
-SWEEPS = 3
-"""Corrections of what is solved in doubles, each good for ten digits and more: so what is rounded in the end is the
-same on all machines, whatever order they add up in."""
+KNOWN, SWEEPS = Fraction(1, 10**45), 60
+"""Part of the terms of a condition by which it may be missed: what is solved in doubles is corrected until then, so
+that what is rounded in the end is the same on all machines, whatever order they add up in. Each correction is good for
+ten digits where rows are even; where all of these are not enough, rows are too near to each other for doubles."""
 
 HERMITE = {1: ((1,),), 2: ((3, -1), (-2, 1)), 3: ((10, -4, 1), (-15, 7, -2), (6, -3, 1))}
 """What the upper half of the powers of x has of what the lower half misses at x = 1, in its value and its derivatives
@@ -76,7 +78,7 @@ class Spline(OfTime):
         if not first <= time <= last:
             return float(self._beyond(time, first if time < first else last, order))
         piece = max(0, sum(start <= time for start, _ in self.rows[:-1]) - 1)
-        return float(_value(_derived(self._pieces[piece], order), time - Fraction(self.rows[piece][0])))
+        return float(_value(_derived(self.pieces[piece], order), time - Fraction(self.rows[piece][0])))
 
     def jumps(self, order: int) -> Mapping[int, float]:
         last = len(self.rows) - 1
@@ -103,7 +105,7 @@ class Spline(OfTime):
         time, let = motion.time, motion.let
         if self.ends == "periodic":
             time = self._begun_anew(time, let, name)
-        pieces = [_derived(piece, order) for piece in self._pieces]
+        pieces = [_derived(piece, order) for piece in self.pieces]
         first, last = (Fraction(row[0]) for row in (self.rows[0], self.rows[-1]))
         jumps = {row: self._jump(pieces, row, order) for row in self.jumps(order)}
         start = self._beyond(first, first, order) if 0 in jumps else pieces[0][0]
@@ -124,7 +126,7 @@ class Spline(OfTime):
     def _beyond(self, time: Fraction, end: Fraction, order: int) -> Fraction:
         """A derivative before the first row or after the last, whichever ``end`` is."""
         piece, start = (0, self.rows[0][0]) if end == self.rows[0][0] else (-1, self.rows[-2][0])
-        value, slope = (_value(_derived(self._pieces[piece], d), end - Fraction(start)) for d in (0, 1))
+        value, slope = (_value(_derived(self.pieces[piece], d), end - Fraction(start)) for d in (0, 1))
         slope = Fraction(0) if self.ends == "rest" else slope
         return (value + slope * (time - end), slope)[order] if order < 2 else Fraction(0)
 
@@ -152,7 +154,7 @@ class Spline(OfTime):
         return self.rows[-1][0] - self.rows[0][0] if self.ends == "periodic" else 0.0
 
     @cached_property
-    def _pieces(self) -> tuple[State, ...]:
+    def pieces(self) -> tuple[State, ...]:
         """The coefficients of the powers of t - t_i between each row and the next, to some forty digits."""
         times, states = [Fraction(t) for t, _ in self.rows], self._states()
         return tuple(_powers(a, b, t1 - t0) for (t0, t1), (a, b) in zip(pairwise(times), pairwise(states), strict=True))
@@ -164,11 +166,16 @@ class Spline(OfTime):
         unknown = sorted({one for condition in conditions for one in condition if one[1]})
         if not unknown:
             return states
-        solve = _factorised(conditions, unknown)
+        solve = _solution(conditions, unknown)
         for _ in range(SWEEPS):
-            misses = [sum(factor * states[row][d] for (row, d), factor in one.items()) for one in conditions]
-            for (row, d), change in zip(unknown, solve([-float(miss) for miss in misses]), strict=True):
-                states[row][d] += Fraction(change)
+            terms = [[factor * states[row][d] for (row, d), factor in one.items()] for one in conditions]
+            misses = [sum(parts, Fraction(0)) for parts in terms]
+            if all(abs(miss) <= KNOWN * max(map(abs, parts)) for miss, parts in zip(misses, terms, strict=True)):
+                break
+            for (row, d), change in zip(unknown, solve(misses), strict=True):
+                states[row][d] -= change
+        else:
+            raise np.linalg.LinAlgError("corrections of the derivatives at rows do not come to an end")
         if self.ends == "periodic":
             states[-1][1:] = states[0][1:]
         return states
@@ -215,24 +222,30 @@ Condition = dict[tuple[int, int], Fraction]
 """A sum that is to be zero: factors of derivatives, each told by its row and its order."""
 
 
-def _factorised(
+def _solution(
     conditions: Sequence[Condition], unknown: Sequence[tuple[int, int]]
-) -> Callable[[Sequence[float]], Sequence[float]]:
-    """What solves the conditions for the unknown derivatives, to rounding, by SciPy's sparse LU."""
-    import numpy as np
-    from scipy.sparse import csc_array
-    from scipy.sparse.linalg import splu
+) -> Callable[[Sequence[Fraction]], Sequence[Fraction]]:
+    """What solves the conditions for the unknown derivatives, to rounding: in doubles, of rows and columns that powers
+    of two have brought near to one, for derivatives differ as the times between rows do, to their powers."""
+    sizes = [_power_of_two(max(map(abs, condition.values()))) for condition in conditions]
+    scaled = [{one: factor / size for one, factor in row.items()} for row, size in zip(conditions, sizes, strict=True)]
+    units = {
+        one: _power_of_two(max((abs(row[one]) for row in scaled if one in row), default=Fraction(1))) for one in unknown
+    }
+    matrix = np.array([[float(row[one] / units[one]) if one in row else 0.0 for one in unknown] for row in scaled])
 
-    column = {one: index for index, one in enumerate(unknown)}
-    entries = [
-        (row, column[one], float(factor))
-        for row, condition in enumerate(conditions)
-        for one, factor in condition.items()
-        if one in column
-    ]
-    rows, columns, values = zip(*entries, strict=True)
-    factors = splu(csc_array((values, (rows, columns)), shape=(len(conditions), len(unknown))))
-    return lambda right: [float(value) for value in factors.solve(np.array(right))]
+    def solve(right: Sequence[Fraction]) -> list[Fraction]:
+        values = [value / size for value, size in zip(right, sizes, strict=True)]
+        whole = _power_of_two(max(map(abs, values)))
+        found = np.linalg.solve(matrix, np.array([float(value / whole) for value in values])).tolist()
+        return [Fraction(value) * whole / units[one] for value, one in zip(found, unknown, strict=True)]
+
+    return solve
+
+
+def _power_of_two(value: Fraction) -> Fraction:
+    """The power of two next to it, at most twice as large; 1 of zero."""
+    return Fraction(2) ** (value.numerator.bit_length() - value.denominator.bit_length()) if value else Fraction(1)
 
 
 def _number(value: Fraction) -> Expr:
@@ -297,6 +310,16 @@ class Rows(Table):
         if ends == "periodic" and rows and rows[0][1] != rows[-1][1]:
             raise _wrong(f"the last row has {rows[-1][1]:g}, the first {rows[0][1]:g}; end with the value of the first")
         return ends
+
+    @model_validator(mode="after")
+    def _has_spline(self) -> Rows:
+        try:
+            numbers = [float(c) for piece in self.spline().pieces for c in piece]
+        except (OverflowError, np.linalg.LinAlgError):
+            numbers = [math.inf]
+        if not all(map(math.isfinite, numbers)):
+            raise _wrong("no spline in doubles goes through these rows; write times farther apart, or smaller values")
+        return self
 
     def spline(self) -> Spline:
         return Spline(tuple((t, value) for t, value in self.rows), self.order, self.ends)

@@ -87,6 +87,8 @@ KINDS: Mapping[str, tuple[str, str]] = {
     "N s/m": ("a damping", "5 N s/m"),
     "N m/rad": ("a stiffness against turning", "5 N m/rad"),
     "N m s/rad": ("a damping against turning", "5 N m s/rad"),
+    "N m/(rad s)": ("an integral gain against turning", "5 N m/(rad s)"),
+    "N/(m s)": ("an integral gain", "5 N/(m s)"),
     "kg/m": ("a mass per length", "2 kg/m"),
     "N s²/m²": ("a quadratic drag", "0.2 N s^2/m^2"),
     "kg/m²": ("a mass per area", "8 kg/m^2"),

@@ -199,7 +199,7 @@ def _listed(table: FrictionTable, around: Surroundings, complain: Complain) -> t
         if not around.mechanism.joints:
             complain((), "found a mechanism without joints, expected at least one; remove the table")
         mechanism = around.mechanism
-        return tuple(k for k, joint in enumerate(mechanism.joints) if joint.name not in mechanism.aids) or None
+        return tuple(k for k, joint in enumerate(mechanism.joints) if joint.name not in mechanism.hidden_joints) or None
     found = []
     for at, name in enumerate(table.joints):
         joint, wrong = find_joint(name, around.mechanism)

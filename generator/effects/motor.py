@@ -1,4 +1,4 @@
-"""Motor: a torque at a joint, or a force along its line, given over time or by a proportional-derivative law."""
+"""Motor: a torque at a joint, or a force along its line, over time or by a proportional-integral-derivative law."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ..effect_base.points import find_joint
 from ..effect_base.rows_in_time import ROWS, AngleInTime, ForceInTime, PositionInTime, Spline, TorqueInTime, law_of
 from ..effect_base.table import Columns, JointName, Name, NotNegative, Positive, Table
 from ..effect_base.written_numbers import Measured, wrong_kind
-from ..mechanism.links import NOT_NEGATIVE, Parameter
+from ..mechanism.links import NOT_NEGATIVE, POSITIVE, Parameter
 
 if TYPE_CHECKING:
     from sympy import Expr
@@ -27,6 +27,8 @@ Row = Annotated[
     Field(min_length=2, max_length=2),
     Columns(Annotated[float, Measured("s")], Annotated[float, Measured("N m", "N")]),
 ]
+FADES = 0.1
+"""Part of a limit beyond it, over which an integral ceases to grow."""
 TURNING, SLIDING = ("torque", "table", "angle"), ("force", "table", "position")
 """Keys that say what a motor does: at a joint that turns, and at one that slides."""
 
@@ -64,6 +66,11 @@ class MotorTable(Table):
     )
     damping: Annotated[NotNegative, Measured("N m s/rad", "N s/m")] | None = Field(
         default=None, description="the damping in N m s/rad, zero or a positive number (N s/m where it slides)"
+    )
+    integral: Annotated[NotNegative, Measured("N m/(rad s)", "N/(m s)")] | None = Field(
+        default=None,
+        description="the gain of the error's integral in N m/(rad s), zero or a positive number (N/(m s) where it "
+        "slides)",
     )
     limit: Annotated[Positive, Measured("N m", "N")] | None = Field(
         default=None,
@@ -132,29 +139,91 @@ class Servo:
     def kinks(self) -> tuple[tuple[float, float], ...]:
         return kinks_of(self.angle)
 
+    def sides(self, motor: Motor) -> tuple[str, ...]:
+        """Kinks of the limit."""
+        return (f"motor_{motor.index}_above", f"motor_{motor.index}_below") if self.limit else ()
+
     def realise(self, motion: Motion, motor: Motor) -> Expr:
         asked = self.ask(motion, motor)
         if self.limit is None:
             return asked
-        above, below = (motion.side(name) for name in motor.sides())
+        above, below = (motion.side(name) for name in self.sides(motor)[:2])
         return asked * (1 - above - below) + motion.value(self.limit) * (above - below)
 
-    def beyond(self, motion: Motion, motor: Motor) -> tuple[Expr, Expr]:
+    def switching(self, motion: Motion, motor: Motor) -> tuple[Expr, ...]:
         """By how much more than the limit is asked for, forward and backward."""
+        if self.limit is None:
+            return ()
         asked, limit = self.ask(motion, motor), motion.value(self.limit)
         return asked - limit, -asked - limit
 
+    def behind(self, motion: Motion, motor: Motor) -> Expr:
+        """The error, wanted less actual."""
+        return term(self.angle, motion, f"angle_motor_{motor.index}") - motion.joint_position(motor.joint)
+
     def ask(self, motion: Motion, motor: Motor) -> Expr:
         """The law without its limit."""
+        asked = self.parts(motion, motor)
+        return motion.let(f"asked_motor_{motor.index}", asked) if self.limit else asked
+
+    def parts(self, motion: Motion, motor: Motor) -> Expr:
+        """What the error and its rate ask for."""
         import sympy as sp
 
-        name = f"angle_motor_{motor.index}"
-        wanted, rate = term(self.angle, motion, name), sp.S.Zero
+        rate: Expr = sp.S.Zero
+        behind = self.behind(motion, motor)
         if isinstance(self.angle, OfTime) and self.damping:
-            rate = motion.let(f"rate_motor_{motor.index}", self.angle.rate(motion, f"{name}_part"))
-        behind, slow = wanted - motion.joint_position(motor.joint), rate - motion.joint_speed(motor.joint)
-        asked = motion.value(self.stiffness) * behind + motion.value(self.damping) * slow
-        return motion.let(f"asked_motor_{motor.index}", asked) if self.limit else asked
+            part = f"angle_motor_{motor.index}_part"
+            rate = motion.let(f"rate_motor_{motor.index}", self.angle.rate(motion, part))
+        slow = rate - motion.joint_speed(motor.joint)
+        return motion.value(self.stiffness) * behind + motion.value(self.damping) * slow
+
+
+@dataclass(frozen=True)
+class Integrating(Servo):
+    """The same with integral (∫ (φ_w − φ) dt from the start of the run), which windup does not reach.
+
+    With a ``limit`` the integral grows more slowly where more than that is asked for and the error would drive it
+    further, and stands from (1 + ``FADES``) limit on. To stop at the limit itself has no solution: where it grows
+    it passes the limit, and where it stands it falls back.
+    """
+
+    integral: Parameter
+
+    def parameters(self) -> tuple[Parameter, ...]:
+        return own_parameters(self.angle, self.stiffness, self.damping, self.limit, self.integral)
+
+    def sides(self, motor: Motor) -> tuple[str, ...]:
+        found = super().sides(motor)
+        return (*found, *(f"motor_{motor.index}_{name}" for name in ("over", "under", "ahead"))) if found else ()
+
+    def switching(self, motion: Motion, motor: Motor) -> tuple[Expr, ...]:
+        if self.limit is None:
+            return ()
+        asked, most = self.ask(motion, motor), self._stands(motion)
+        return *super().switching(motion, motor), asked - most, -asked - most, self.behind(motion, motor)
+
+    def parts(self, motion: Motion, motor: Motor) -> Expr:
+        gathered = motion.integral(motor.integrals()[0])
+        return super().parts(motion, motor) + motion.value(self.integral) * gathered
+
+    def grow(self, motion: Motion, motor: Motor) -> Couple:
+        """What makes the integral grow."""
+        rate = behind = self.behind(motion, motor)
+        if self.limit is not None:
+            asked, most = self.ask(motion, motor), self._stands(motion)
+            above, below, over, under, ahead = map(motion.side, self.sides(motor))
+            width = most - motion.value(self.limit)
+            forward = 1 - above + (above - over) * (most - asked) / width
+            backward = 1 - below + (below - under) * (most + asked) / width
+            rate = behind * (ahead * forward + (1 - ahead) * backward)
+        return motion.integrate(motor.integrals()[0], motion.let(f"error_motor_{motor.index}", rate))
+
+    def _stands(self, motion: Motion) -> Expr:
+        """From what is asked for on the integral stands."""
+        import sympy as sp
+
+        return motion.value(self.limit) * (1 + sp.Rational(str(FADES)))
 
 
 @dataclass(frozen=True)
@@ -179,15 +248,17 @@ class Motor(Effect):
         return self.drive.kinks()
 
     def sides(self) -> tuple[str, ...]:
-        if isinstance(self.drive, Servo) and self.drive.limit:
-            return f"motor_{self.index}_above", f"motor_{self.index}_below"
-        return ()
+        return self.drive.sides(self) if isinstance(self.drive, Servo) else ()
 
     def switching(self, motion: Motion) -> Sequence[Expr]:
-        return self.drive.beyond(motion, self) if isinstance(self.drive, Servo) and self.drive.limit else ()
+        return self.drive.switching(motion, self) if isinstance(self.drive, Servo) else ()
+
+    def integrals(self) -> tuple[str, ...]:
+        return (f"{self.name}_integral",) if isinstance(self.drive, Integrating) else ()
 
     def loads(self, motion: Motion) -> Sequence[Force | Couple]:
-        return motion.joint_effort(self.joint, self._torque(motion))
+        effort = motion.joint_effort(self.joint, self._torque(motion))
+        return [*effort, self.drive.grow(motion, self)] if isinstance(self.drive, Integrating) else effort
 
     def power(self, motion: Motion) -> Expr:
         """The torque (force) times the rate of the joint."""
@@ -224,10 +295,14 @@ def _drive(table: MotorTable, index: int, name: str, slides: bool) -> Given | Ro
         Parameter(f"{name}.{key}", f"{symbol}_motor_{index}", value, NOT_NEGATIVE) if value else None
         for key, symbol, value in (("stiffness", "k", table.stiffness), ("damping", "d", table.damping))
     )
-    limit = Parameter(f"{name}.limit", f"most_motor_{index}", table.limit, NOT_NEGATIVE) if table.limit else None
+    most = POSITIVE if table.integral else NOT_NEGATIVE  # an integral fades over a part of it
+    limit = Parameter(f"{name}.limit", f"most_motor_{index}", table.limit, most) if table.limit else None
     key, law = ("angle", table.angle) if table.angle is not None else ("position", table.position)
     wanted = quantity(law_of(law) if law is not None else 0.0, f"{name}.{key}", f"phi_motor_{index}")
-    return Servo(wanted, stiffness, damping, limit)
+    if not table.integral:
+        return Servo(wanted, stiffness, damping, limit)
+    gain = Parameter(f"{name}.integral", f"i_motor_{index}", table.integral, NOT_NEGATIVE)
+    return Integrating(wanted, stiffness, damping, limit, gain)
 
 
 def _rows(table: list[list[float]], index: int, name: str, kind: str) -> tuple[tuple[Parameter, Parameter], ...]:
@@ -256,7 +331,7 @@ def _check_kind(table: MotorTable, slides: bool, complain: Complain) -> bool:
         complain((key,), message)
     if wrong:
         return False
-    gains = [key for key in ("stiffness", "damping", "limit") if getattr(table, key) is not None]
+    gains = [key for key in ("stiffness", "damping", "integral", "limit") if getattr(table, key) is not None]
     aim = kinds[2]
     if given and aim not in given:
         for key in gains:
@@ -278,10 +353,12 @@ def _check_kind(table: MotorTable, slides: bool, complain: Complain) -> bool:
 
 def _check_units(table: MotorTable, slides: bool, complain: Complain) -> bool:
     """Units that are written are those of the kind of joint."""
-    stiffness, damping, effort = ("N/m", "N s/m", "N") if slides else ("N m/rad", "N m s/rad", "N m")
+    units = ("N/m", "N s/m", "N/(m s)", "N") if slides else ("N m/rad", "N m s/rad", "N m/(rad s)", "N m")
+    stiffness, damping, integral, effort = units
     found: list[tuple[tuple[str | int, ...], float | None, str]] = [
         (("stiffness",), table.stiffness, stiffness),
         (("damping",), table.damping, damping),
+        (("integral",), table.integral, integral),
         (("limit",), table.limit, effort),
         *((("table", row, 1), values[1], effort) for row, values in enumerate(table.table or ())),
     ]

@@ -7,10 +7,8 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 from .joints import Joint, PointRef
-from .links import GROUND, Link, Parameter, Point
+from .links import GROUND, ORIGIN, Link, Parameter
 from .mechanism import Mechanism
-
-ORIGIN = Point(None, None)
 
 
 @dataclass(frozen=True)

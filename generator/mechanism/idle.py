@@ -7,7 +7,7 @@ from collections.abc import Collection, Sequence
 import numpy as np
 
 from .layout import Complex, Layout, Real, lay_out
-from .links import GROUND
+from .links import GROUND, INTEGRATES
 from .mechanism import Mechanism
 from .topology import Topology, span
 
@@ -74,7 +74,9 @@ def _mass_matrix(mechanism: Mechanism, layout: Layout, x: Real, moves: Real) -> 
     if layout.floating:
         speeds = np.column_stack([speeds, np.ones(len(links)), 1j * np.ones(len(links))])
     mass = np.array([link.mass.value if link.mass else 0.0 for link in links])
-    inertia = np.array([link.inertia.value if link.inertia else 0.0 for link in links])
+    inertia = np.array(
+        [INTEGRATES if link.integrates else link.inertia.value if link.inertia else 0.0 for link in links]
+    )
     spins = np.zeros((len(links), speeds.shape[1]))
     spins[:, : moves.shape[1]] = moves[: len(links)]
     return np.asarray((speeds.conj().T * mass @ speeds).real + spins.T * inertia @ spins, dtype=float)

@@ -72,15 +72,24 @@ class Point:
         return (self.x.value if self.x else 0.0, self.y.value if self.y else 0.0)
 
 
+ORIGIN = Point()
+"""The origin of a link's frame."""
+
 Corner = str | tuple[float, float]
 """A corner of what is drawn of a link: one of its points, or a place in its frame (m)."""
+
+
+INTEGRATES = 2.0**-60
+"""Inertia of a link that integrates (kg m²): a power of two, by which no digit changes, and so small that scales of
+energy, which are those of the heaviest part, are the mechanism's own."""
 
 
 @dataclass(frozen=True)
 class Link:
     """A rigid link: ``mass`` (kg), ``inertia`` about the centre of mass (kg m²), ``com`` and named ``points`` (m).
 
-    A mass or inertia that is ``None`` is structurally zero: a point mass, or a link without mass.
+    A mass or inertia that is ``None`` is structurally zero: a point mass, or a link without mass. A link that
+    ``integrates`` (:mod:`.integrators`) has no mass and ``INTEGRATES`` for its inertia, and no energy is told of it.
     """
 
     name: str
@@ -88,6 +97,7 @@ class Link:
     inertia: Parameter | None
     com: Point
     points: Mapping[str, Point]
+    integrates: bool = field(default=False, compare=False)
 
     def __post_init__(self) -> None:
         for what, found in (("a mass", self.mass), ("an inertia", self.inertia)):

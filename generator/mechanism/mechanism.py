@@ -11,6 +11,15 @@ from .meshes import Mesh
 
 
 @dataclass(frozen=True)
+class Integrator:
+    """The integral ``name`` over time is the rate of the link ``link`` (an index), which hangs on ``joint``."""
+
+    name: str
+    link: int
+    joint: str
+
+
+@dataclass(frozen=True)
 class Mechanism:
     """Links, the points of the ground link, and the joints between them, in scene order.
 
@@ -19,6 +28,7 @@ class Mechanism:
     ``meshes`` are those of the effects, which compare them and have their parameters.
     ``open`` are joints of the scene that do not hold at present, which places can be named by all the same; ``aids``
     names joints that only place bodies which no joint of the scene holds.
+    ``integrators`` are links of no scene, behind all others, whose rates are integrals that effects ask for.
     ``outlines`` has what is drawn of links, by their names, where that is not all their points.
 
     Raises ``ValueError`` when a name is used twice, or a joint names a link or point that does not exist.
@@ -32,6 +42,7 @@ class Mechanism:
     meshes: tuple[Mesh, ...] = field(default=(), compare=False)
     open: tuple[Joint, ...] = field(default=(), compare=False)
     aids: tuple[str, ...] = field(default=(), compare=False)
+    integrators: tuple[Integrator, ...] = field(default=(), compare=False)
     outlines: Mapping[str, tuple[Corner, ...]] = field(default_factory=dict, compare=False)
 
     def __post_init__(self) -> None:
@@ -52,6 +63,16 @@ class Mechanism:
         if ref.point not in points:
             raise ValueError(f"{self.link_name(ref.link)} has no point {ref.point!r}; it has {', '.join(points)}")
         return points[ref.point]
+
+    @property
+    def own_links(self) -> int:
+        """How many links the scene has: they come first, then those that place bodies, then those that integrate."""
+        return len(self.links) - len(self.aids) // 2 - len(self.integrators)
+
+    @property
+    def hidden_joints(self) -> frozenset[str]:
+        """Joints of no scene: those that place bodies, and the hinges of what integrates."""
+        return frozenset((*self.aids, *(one.joint for one in self.integrators)))
 
     def link_name(self, link: int) -> str:
         return "ground" if link == GROUND else self.links[link].name

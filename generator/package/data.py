@@ -84,6 +84,7 @@ def model_data(
         "ropes": _ropes(scene),
         "latches": [name for effect in scene.effects for name, _ in effect.latches()],
         "aids": list(mechanism.aids),
+        "integrators": [vars(one) for one in mechanism.integrators],
         "ground_names": list(mechanism.ground_points),
         "ground_points": [_point(point) for point in mechanism.ground_points.values()],
         "start": {
@@ -130,13 +131,13 @@ def switching_data(scene: Scene, models: Sequence[tuple[str, str]]) -> Json:
     if not scene.changes:
         return {}
     mechanism = scene.mechanism
-    every = [joint for joint in (*mechanism.joints, *mechanism.open) if joint.name not in mechanism.aids]
+    every = [joint for joint in (*mechanism.joints, *mechanism.open) if joint.name not in mechanism.hidden_joints]
     structures = [(tuple(joint.name for joint in mechanism.open), scene)]
     structures += [(one.open, one.scene) for one in scene.structures]
     changing = {change.joint for change in scene.changes}
     data: Json = {
         "joints": [joint.name for joint in every],
-        "links": [link.name for link in mechanism.links[: len(mechanism.links) - len(mechanism.aids) // 2]],
+        "links": [link.name for link in mechanism.links[: mechanism.own_links]],
         "ends": {joint.name: _ends(mechanism, joint) for joint in every if joint.name in changing},
         "changes": [
             vars(change)

@@ -71,6 +71,14 @@ class DriveData(Data):
     slides: bool = entry("whether it slides along a line")
 
 
+class IntegratorData(Data):
+    """An integral over time that an effect asks for: the rate of a link that no scene has."""
+
+    name: str = entry("its name")
+    link: Index = entry("that link")
+    joint: str = entry("the joint on which it hangs")
+
+
 class PlaneData(Data):
     """A half-plane that can be touched."""
 
@@ -273,6 +281,7 @@ class ModelData(Data):
     aids: list[str] = entry(
         "joints that only place links which no joint of the scene holds; left out where there are none", default=[]
     )
+    integrators: list[IntegratorData] = entry("integrals over time; left out where there are none", default=[])
     ground_names: list[str] = entry("names of the ground's points")
     ground_points: list[Place] = entry("where they are", "[...][2]", "m")
     start: StartData = entry("where a run begins")

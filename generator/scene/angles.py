@@ -18,6 +18,8 @@ from .errors import Path, Report
 
 OF_PLACES = "poses"
 """The key whose values are lists of a place and an angle."""
+OF_CHANGES, TURNING = "when", ("angle", "direction")
+"""The key whose table has limits of angles where one of these is watched."""
 
 KNOWN = 1e-6
 """Angles are states if they are known to this (rad); joints of a state may miss by as much (m)."""
@@ -45,7 +47,7 @@ def judge_angles(model: type[Table], raw: Mapping[str, object], path: Path, name
     of a table.
     """
     fine = True
-    for key in angle_keys(model):
+    for key in (*angle_keys(model), *({OF_CHANGES} & model.model_fields.keys())):
         for where, given in _angles_in(key, raw.get(key)):
             try:
                 angle = read_number(given, ("rad",), names) if isinstance(given, str) else given
@@ -80,7 +82,10 @@ def _finite(number: float) -> bool:
 
 def _angles_in(key: str, value: object) -> Iterator[tuple[Path, object]]:
     """The angles in the value of a key, and where they stand; of a list of a place and an angle the angle alone."""
-    if isinstance(value, Mapping):
+    if key == OF_CHANGES:
+        if isinstance(value, Mapping) and any(name in value for name in TURNING):
+            yield from (((key, limit), value[limit]) for limit in ("above", "below") if limit in value)
+    elif isinstance(value, Mapping):
         for name, one in value.items():
             if key == "angles":
                 yield (key, str(name)), one

@@ -221,8 +221,15 @@ def at_open_joints(table: Table, key: str, opened: Collection[str]) -> Table | N
 
 
 def check_effects_at(tables: Sequence[tuple[str, Path, Table]], said: ChangeTables, report: Report) -> None:
-    """No effect acts at a joint that changes but those that go along with it."""
+    """No effect acts at a joint that changes but those that go along with it, and no drive at one that takes hold: it
+    would have to catch up with its law."""
     for key, path, table in tables:
+        if key == "drive" and (joint := getattr(table, "joint", None)) in said.of(HoldTable):
+            report.add(
+                (*path, "joint"),
+                f'found "{joint}", which takes hold, expected a joint that holds from the start: what it moves '
+                "then need not be where the drive has it; move it by a [[motor]]",
+            )
         for name in () if key in GO_ALONG else _joint_keys(type(table)):
             value = getattr(table, name)
             several = [((name, k), one) for k, one in enumerate(value)] if isinstance(value, list) else []

@@ -148,8 +148,8 @@ class _Reader:
                 raise ExpressionError(f"{quantity}(...) is of a {kind}, and has {_excerpt(node)}; name a {kind}")
         mechanism = self.mechanism
         joints = {joint.name: joint for joint in (*mechanism.joints, *mechanism.open)}
-        joints = {name: joint for name, joint in joints.items() if name not in mechanism.aids}
-        links = [link.name for link in mechanism.links]
+        joints = {name: joint for name, joint in joints.items() if name not in mechanism.hidden_joints}
+        links = [link.name for link in mechanism.links[: mechanism.own_links]]
         wrong = ""
         if kind == "joint" and given not in joints:
             wrong = f"is no joint; the joints are {', '.join(joints) or 'none'}"

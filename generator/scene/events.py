@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from typing import Literal
@@ -79,8 +79,14 @@ def events_of(
     return tuple(found)
 
 
-def check_set(tables: Sequence[tuple[Path, EventTable]], parameters: Mapping[str, Parameter], report: Report) -> None:
-    """What events set are parameters of the scene, and numbers that these may have."""
+def check_set(
+    tables: Sequence[tuple[Path, EventTable]],
+    parameters: Mapping[str, Parameter],
+    speeds: Collection[str],
+    report: Report,
+) -> None:
+    """What events set are parameters of the scene, and numbers that these may have; none of the ``speeds`` with which
+    driven joints begin."""
     for path, table in tables:
         for key, value in table.set.items():
             place = (*path, "set", key)
@@ -88,6 +94,12 @@ def check_set(tables: Sequence[tuple[Path, EventTable]], parameters: Mapping[str
                 near = get_close_matches(key, parameters, 3) or list(parameters)[:3]
                 told = " or ".join(f'"{one}"' for one in near)
                 report.add(place, f'found "{key}", expected the path of a parameter, as {told}; correct it')
+            elif key in speeds:
+                report.add(
+                    place,
+                    f'found "{key}", expected another parameter: a driven joint keeps the speed with which it began; '
+                    "give its speed as an expression of t or by rows, or move it by a [[motor]]",
+                )
             elif isinstance(value, int | float) and (wanted := _unmet(parameters[key], float(value))):
                 report.add(place, f"found {value:g}, expected {wanted}; correct it")
 

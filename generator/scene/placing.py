@@ -268,7 +268,11 @@ class _Placing:
             table = self.turning.joint(table, self._sides(row))
         elif not self.turning.nothing:
             turned = EFFECTS[row.key].turned
-            if turned is None:
+            if row.key == "cam" and not self._is_own(row.table.get("centre")):
+                message = "found the centre of a cam on a link that is not the part's, expected one that turns with it"
+                message += "; write the cam outside of the part, or place the part as it is"
+                self.report.add((*self.path, "mirror" if self.place.mirror else "angle"), message)
+            elif turned is None:
                 message = f"found a part with a [[{row.key}]], of which nobody has said what it becomes in a part that"
                 message += " is turned or mirrored; write it outside of the part, or place the part as it is"
                 self.report.add((*self.path, "mirror" if self.place.mirror else "angle"), message)
@@ -282,7 +286,12 @@ class _Placing:
         ends = joint.table.get("between") if isinstance(joint.table, Mapping) else None
         ends = ends if isinstance(ends, list) and len(ends) == 2 else ["", ""]
         own = [isinstance(end, str) and end.partition(".")[0] in self.links for end in ends]
-        return Sides(own[0], own[1], joint.table.get("type", "revolute") == "revolute")
+        kind = joint.table.get("type", "revolute")
+        return Sides(own[0], own[1], kind == "revolute", kind in ("revolute", "pin-in-slot"))
+
+    def _is_own(self, point: object) -> bool:
+        """Whether a point is on a link of the part, or a joint of it, as far as it is a name."""
+        return not isinstance(point, str) or point.partition(".")[0] in (*self.links, *self.joints)
 
     def _named(self, name: str) -> str:
         found = f"{name}_{self.place.name}"

@@ -38,6 +38,7 @@ from .driven import check_driven
 from .errors import Fault, Path, Report, SceneError
 from .event_table import EventTable
 from .events import Event, check_set, events_of
+from .integrating import integrating
 from .kinds import KEYS, MANY, MODELS, SHORTHAND
 from .law import law_of_all
 from .let import read_names
@@ -268,13 +269,14 @@ def _read(tables: Tables, report: Report, assemble: bool = True, other: Other | 
         acting = [(one, at_open_joints(one.table, one.entry.key, released)) for one in effect_tables]
         effect_tables = [one._replace(table=table) for one, table in acting if table is not None]
     named = [(one.path, name_of(one.path, one.table)) for one in effect_tables]
-    effect_tables = [
-        one for one, (_, name) in zip(effect_tables, named, strict=True) if other is None or name not in other.off
-    ]
+    off = {path for path, name in named if other is not None and name in other.off}
     switches = NOTHING_SWITCHED
     if other is None:
         switches = switches_of(events_said, begun.off or () if begun else (), named, bool(said.rows), report)
     effects = _effects(effect_tables, bodies, report) if bodies else []
+    if bodies:
+        bodies = integrating(bodies, effects, bool(said.rows), report)
+    effects = [(path, effect) for path, effect in effects if path not in off]
     bodies = meshed(bodies, effects) if bodies else None
     absent = {path for path, name in named if name in switches.off}
     start = _start(begun, bodies, effects, report, assemble, other is None, absent) if bodies and begun else None
@@ -296,7 +298,8 @@ def _events(
     if not rows:
         return ()
     acting = [parameter for _, effect in effects for parameter in effect.parameters()]
-    check_set(rows, {one.path: one for one in (*bodies.mechanism.parameters(), *acting)}, report)
+    speeds = {one.path for _, effect in effects if effect.driven() for one in effect.parameters()}
+    check_set(rows, {one.path: one for one in (*bodies.mechanism.parameters(), *acting)}, speeds, report)
     return events_of(rows, bodies.mechanism, names, report)
 
 

@@ -7,10 +7,11 @@ import dataclasses
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypeVar
 
 from ..effect_base.contact import LAWS, Law, OnGain
 from ..effect_base.effect import Effect
+from ..mechanism.integrators import without_integrators
 from ..mechanism.mechanism import Mechanism
 from .changes import Change
 from .drawn import Anchor
@@ -18,6 +19,7 @@ from .events import Event
 from .toml_text import toml_text
 
 Triple = tuple[float, float, float]
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -153,8 +155,11 @@ class Scene:
         if sketch.height is not None:
             sketch = dataclasses.replace(sketch, height=None, position=self.start.poses[0][:2])
         meshes = tuple(mesh for effect in effects if (mesh := effect.mesh()))
-        mechanism = dataclasses.replace(self.mechanism, meshes=meshes)
-        start = dataclasses.replace(self.start, sketch=sketch)
+        mechanism, links = without_integrators(self.mechanism, self.effects[effect].integrals())
+        sketch = dataclasses.replace(sketch, angles=_of(links, sketch.angles), rates=_of(links, sketch.rates))
+        mechanism = dataclasses.replace(mechanism, meshes=meshes)
+        poses, velocities = _of(links, self.start.poses), _of(links, self.start.velocities)
+        start = dataclasses.replace(self.start, poses=poses, velocities=velocities, sketch=sketch)
         return dataclasses.replace(self, mechanism=mechanism, effects=effects, start=start)
 
     @property
@@ -184,6 +189,10 @@ class Scene:
             parts["outlines"] = self.mechanism.outlines
         plain = {key: _plain(value) for key, value in parts.items()}
         return json.dumps(plain, sort_keys=True, allow_nan=False, separators=(",", ":"))
+
+
+def _of(numbers: tuple[int, ...], values: tuple[T, ...]) -> tuple[T, ...]:
+    return tuple(values[number] for number in numbers)
 
 
 def _plain(value: object) -> object:

@@ -50,6 +50,8 @@ def sketch(table: StartTable, bodies: Bodies, driven: Collection[int], report: R
         return None
     if table.angular_velocities is None and bodies.rates:
         speeds = list(bodies.rates)
+    for one in bodies.mechanism.integrators:
+        angles[one.link], speeds[one.link] = -table.tilt, 0.0
     for name, (_, _, angle) in (table.poses or {}).items():
         angles[names.index(name)] = angle
     said = table.angles is not None or bool(drawn) or bool(table.slides)
@@ -292,7 +294,9 @@ def check_energy(start: Start, mechanism: Mechanism, report: Report) -> None:
 
 def _check_held(table: StartTable, mechanism: Mechanism, report: Report) -> bool:
     """A mechanism that the ground holds has no place or velocity of its own, nor a tilt if its angle is held too."""
-    held = sum(2 if not joint.turns else 1 for joint in mechanism.joints if joint.on_ground)
+    hinges = {one.joint for one in mechanism.integrators}
+    on_ground = [joint for joint in mechanism.joints if joint.on_ground and joint.name not in hinges]
+    held = sum(2 if not joint.turns else 1 for joint in on_ground)
     wrong = [key for key in ("position", "velocity", "height") if held and getattr(table, key) is not None]
     if held > 1 and table.tilt:
         wrong.append("tilt")
@@ -321,9 +325,10 @@ def _per_link(
     given: Sequence[float] | Mapping[str, float] | None, mechanism: Mechanism, path: Path, report: Report
 ) -> list[float | None] | None:
     """One value per link, ``None`` where nothing is said; ``None`` altogether after faults."""
-    names, welded = [link.name for link in mechanism.links], mechanism.welded
+    names, welded = [link.name for link in mechanism.links[: mechanism.own_links]], mechanism.welded
+    others: list[float | None] = [None] * (len(mechanism.links) - len(names))
     if given is None:
-        return [None] * len(names)
+        return [None] * len(mechanism.links)
     if isinstance(given, Mapping):
         unknown = [name for name in given if name not in names]
         for name in unknown:
@@ -331,13 +336,12 @@ def _per_link(
             if name in welded:
                 advice = f"it is welded to {mechanism.link_name(welded[name])}, whose angle says where it is"
             report.add((*path, name), f"found an unknown link, expected one of {', '.join(names)}; {advice}")
-        return None if unknown else [given.get(name) for name in names]
-    names = names[: len(names) - len(mechanism.aids) // 2]  # carriages are no links of the scene's
+        return None if unknown else [*map(given.get, names), *others]
     if len(given) != len(names):
         message = f"found {len(given)} values, expected {len(names)}, one per link; correct the list or use a table"
         report.add(path, message)
         return None
-    return [*given, *[None] * (len(mechanism.links) - len(names))]
+    return [*given, *others]
 
 
 def _by_name(

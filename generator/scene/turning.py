@@ -24,11 +24,13 @@ _SPOTS = {"rod": "between", "plate": "corners", "disc": "centre", "point_mass": 
 
 @dataclass(frozen=True)
 class Sides:
-    """Which sides of a joint belong to the part, and whether it turns (or keeps an angle or slides along a line)."""
+    """Which sides of a joint belong to the part; whether it turns and does nothing else, so that what acts there is a
+    moment; and whether it turns at all, so that what is given there is an angle."""
 
     first: bool
     second: bool
     turns: bool = True
+    has_angle: bool = True
 
 
 @dataclass(frozen=True)
@@ -100,7 +102,7 @@ class Turning:
                     found[key] = _mirrored(value)
             elif kind == "moment":
                 found[key] = _in_rows(value, lambda one: times_plus(one, self.sign, 0.0)) if turns else value
-            elif turns and sides is not None:
+            elif sides is not None and sides.has_angle:
                 other = (
                     limits["highest angle" if kind == "lowest angle" else "lowest angle"] if kind != "angle" else key
                 )

@@ -14,6 +14,7 @@ from ..arrays import BoolArray, FloatArray
 from ..extras import needed
 from ..files import read_path, write_whole
 from ..model.drives import drive_columns
+from ..model.integrators import integral_rows
 from ..model.model import Model
 from ..precision import need_doubles
 from .contacts import CLOSED, DEEPEST, Contacts, inside
@@ -190,13 +191,13 @@ class _Turn:
         return float(values[0] / max(values[min(len(values), len(q)) - 1], 1e-300))
 
     def _rows(self, q: FloatArray) -> FloatArray:
-        return np.vstack([self.model.jacobian(q) / self.model.length, self.drive])
+        return np.vstack([self.model.jacobian(q) / self.model.length, integral_rows(self.model), self.drive])
 
     def _motion(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Velocities and accelerations at the constant rate."""
         rows, u = self._rows(q), self._velocity(q)
         bias = self.model.kernels.of_state("closure_bias", q[None], u[None])[0] / self.model.length
-        return u, np.linalg.lstsq(rows, np.append(-bias, 0.0), rcond=1e-12)[0]
+        return u, np.linalg.lstsq(rows, np.append(-bias, np.zeros(len(rows) - len(bias))), rcond=1e-12)[0]
 
     def _velocity(self, q: FloatArray) -> FloatArray:
         rows = self._rows(q)
@@ -268,8 +269,9 @@ class _Turn:
     def _corrected(self, q: FloatArray, crank: float) -> FloatArray | None:
         """The configuration near ``q`` with loops shut and the crank at ``crank`` (rad), ``None`` where none is."""
         for _ in range(12):
-            miss = np.append(self.model.closure(q) / self.model.length, self.drive @ q - crank)
-            step = np.linalg.lstsq(self._rows(q), miss, rcond=1e-9)[0]
+            rows, shut = self._rows(q), self.model.closure(q) / self.model.length
+            miss = np.concatenate([shut, np.zeros(len(rows) - len(shut) - 1), [self.drive @ q - crank]])
+            step = np.linalg.lstsq(rows, miss, rcond=1e-9)[0]
             q = q - step
             if np.max(np.abs(step)) <= 1e-13 * (1.0 + np.max(np.abs(q))):
                 return q

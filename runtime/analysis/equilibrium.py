@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from ..arrays import BoolArray, FloatArray
 from ..model.drives import drive_columns
+from ..model.integrators import refuse_integrals
 from ..model.meshes import mesh_forces
 from ..model.model import Model
 from ..precision import need_doubles
@@ -89,9 +90,11 @@ def static_equilibrium(
     The search begins at the scene's start unless ``q`` is given, and goes downhill to a stable equilibrium; with
     ``nearest`` it goes to a near one, stable or not. Friction holds a mechanism in a whole range of configurations:
     the first one that it holds, on a way downhill on which contacts slide or stick, is given. Raises ``ValueError``
-    where it finds none, as for a mechanism that falls freely, and where ``q`` is behind a surface.
+    where it finds none, as for a mechanism that falls freely, where ``q`` is behind a surface, and where a motor has an
+    integral.
     """
     need_doubles(model.precision, model.name, "an equilibrium")
+    refuse_integrals(model)
     given = dict(torques or {})
     for drive in model.data["drives"]:
         if drive["joint"] in given:

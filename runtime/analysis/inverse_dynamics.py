@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 from ..arrays import FloatArray
 from ..model.drives import drive_columns, drive_rows
 from ..model.inputs import Values
+from ..model.integrators import integral_rows
 from ..model.model import Model
 from ..precision import need_doubles
 from .contacts import CLOSED, DEEPEST, Contacts, inside
@@ -182,12 +183,12 @@ def _torques(model: Model, q: FloatArray, force: FloatArray, drives: FloatArray,
 def free_motions(
     model: Model, q: FloatArray, released: Sequence[str] = (), contacts: FloatArray | None = None
 ) -> FloatArray:
-    """Orthonormal basis Z (nu, freedoms) of the velocities that hold the loops shut and driven joints still.
+    """Orthonormal basis Z (nu, freedoms) of the velocities that hold loops shut, driven joints and integrals still.
 
     Drives of joints that are ``released`` do not count. ``contacts`` (k, nu), in m, are rows of contacts that hold too.
     """
     held = [drive["joint"] not in released for drive in model.data["drives"]]
-    parts = [model.jacobian(q), drive_rows(model)[held] * model.length]
+    parts = [model.jacobian(q), drive_rows(model)[held] * model.length, integral_rows(model) * model.length]
     rows = np.vstack(parts if contacts is None else [*parts, contacts])
     if not rows.size:
         return np.eye(len(model.u_names))

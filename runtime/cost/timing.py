@@ -49,17 +49,24 @@ def sample(run: Run) -> tuple[FloatArray, FloatArray, FloatArray]:
 def evaluation_times(models: Sequence[Model], run: Run, rounds: int = 200) -> FloatArray:
     """Seconds of one acceleration kernel of each model at the states of ``run``, (models, rounds).
 
-    The models have the same coordinates; their inputs are zero.
+    The coordinates of the models are among those of the run; their inputs are zero.
     """
     t, q, u = sample(run)
-    calls = []
+    calls, states = [], []
     for model in models:
+        own = _columns(run.model.q_names, model.q_names), _columns(run.model.u_names, model.u_names)
+        states.append((np.ascontiguousarray(q[:, own[0]]), np.ascontiguousarray(u[:, own[1]])))
         count = len(t)
-        while _batch(model, t, q, u, count) < BATCH:
+        while _batch(model, t, *states[-1], count) < BATCH:
             count *= 2
         calls.append(count)
-    rows = [[_batch(m, t, q, u, n) / n for m, n in zip(models, calls, strict=True)] for _ in range(rounds)]
+    tried = list(zip(models, states, calls, strict=True))
+    rows = [[_batch(m, t, *state, n) / n for m, state, n in tried] for _ in range(rounds)]
     return np.array(rows).T
+
+
+def _columns(names: Sequence[str], wanted: Sequence[str]) -> list[int]:
+    return [names.index(name) for name in wanted]
 
 
 def _batch(model: Model, t: FloatArray, q: FloatArray, u: FloatArray, calls: int) -> float:

@@ -128,10 +128,11 @@ class Compiled:
 
     @property
     def outlines(self) -> tuple[FloatArray, ...]:
-        """Per link what is drawn of it, corners in the link's frame, (m, 2) in m: its named points unless it says
-        otherwise."""
+        """Per link that pictures show, which come first, what is drawn of it, corners in the link's frame, (m, 2) in m:
+        its named points unless it says otherwise."""
         drawn = self.data.get("drawn", {})
-        links = zip(self.links, self.data["outlines"], strict=True)
+        shown = len(self.links) - len(self.data.get("integrators", ()))
+        links = zip(self.links[:shown], self.data["outlines"][:shown], strict=True)
         return tuple(self._coordinates(drawn.get(name, points)) for name, points in links)
 
     @property
@@ -164,8 +165,10 @@ class Compiled:
 
     @property
     def drawn_joints(self) -> tuple[str, ...]:
-        """Joints that pictures show: all but those that only place links which no joint of the scene holds."""
-        return tuple(joint for joint in self.joints if joint not in self.data.get("aids", ()))
+        """Joints that pictures show: all but those that only place links which no joint of the scene holds, and those
+        of what integrates."""
+        hidden = {*self.data.get("aids", ()), *(one["joint"] for one in self.data.get("integrators", ()))}
+        return tuple(joint for joint in self.joints if joint not in hidden)
 
     @property
     def drawn_ground_points(self) -> FloatArray:

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 from ..arrays import FloatArray
 from ..precision import need_doubles
 from .compiled import Compiled
+from .integrators import integral_rows
 
 EASY = 0.3
 """The next motion is that of the first coordinate that is at least this part as easy to move as the easiest: so equal
@@ -25,7 +26,7 @@ def mass_matrix(model: Compiled, q: ArrayLike) -> FloatArray:
 
 
 def motions(model: Compiled, q: ArrayLike) -> FloatArray:
-    """A basis Z (nu, dof) of the velocities that keep loops shut and driven joints still, with ZᵀMZ = 1.
+    """A basis Z (nu, dof) of the velocities that keep loops shut, driven joints and integrals still, with ZᵀMZ = 1.
 
     The core says which rows count (theory, section 8). Its basis Z₀ becomes Z₀ K, with K Kᵀ = (Z₀ᵀ M Z₀)⁻¹: then Z Zᵀ
     has the velocities that an impulse at each coordinate gives. Column by column, the coordinate is taken that those
@@ -40,6 +41,9 @@ def motions(model: Compiled, q: ArrayLike) -> FloatArray:
             "motions they have; ask for each"
         )
     free = model.kernels.motions(np.ascontiguousarray(states[0])).T
+    if len(held := integral_rows(model)):
+        free = free @ np.linalg.svd(held @ free)[2][len(held) :].T  # nothing else moves with an integral
+        free[np.any(held, axis=0)] = 0.0
     if not free.shape[1]:
         return np.array(free)
     root = np.linalg.cholesky(free.T @ mass_matrix(model, states[0]) @ free)

@@ -8,6 +8,7 @@ from ..arrays import FloatArray
 from .assembly import assemble, project
 from .drives import drive_rows, put_where_driven
 from .geometry import Geometry
+from .integrators import integral_rows
 from .poses import read_off, read_rates
 from .tolerances import joint_miss
 
@@ -25,9 +26,9 @@ def start(model: Geometry) -> tuple[FloatArray, FloatArray]:
 
 
 def degrees_of_freedom(model: Geometry) -> int:
-    """Quasi-velocities less the rank of the closure and driven joints, at the scene's start."""
+    """Quasi-velocities less integrals and the rank of the closure and driven joints, at the scene's start."""
     jacobian = model.jacobian(read_off(model, np.array(model.data["start"]["poses"], dtype=float)))
-    rows = np.vstack([jacobian, drive_rows(model) * model.length])
+    rows = np.vstack([jacobian, drive_rows(model) * model.length, integral_rows(model) * model.length])
     coarse = max(1e-9, 100.0 * float(np.finfo(model.core.REAL).eps))
     rank = int(np.linalg.matrix_rank(np.asarray(rows, dtype=float), tol=coarse * model.length)) if len(rows) else 0
     return len(model.u_names) - rank

@@ -116,9 +116,7 @@ class Whole:
         A, b = np.concatenate(rows, axis=1), np.concatenate(wanted, axis=1)
         known = np.isfinite(b).all(axis=1)
         found = np.full_like(u_all, np.nan)
-        found[known] = [
-            np.linalg.lstsq(one, other, rcond=None)[0] for one, other in zip(A[known], b[known], strict=True)
-        ]
+        found[known] = [_least(one, other) for one, other in zip(A[known], b[known], strict=True)]
         return found
 
     def reactions_of(self, structure: int, reactions: FloatArray) -> FloatArray:
@@ -255,6 +253,15 @@ class Whole:
 
     def closure(self, q: FloatArray) -> FloatArray:
         return self.loosest.closure(q)
+
+
+def _least(A: FloatArray, b: FloatArray) -> FloatArray:
+    """The least-squares solution of A x = b; NumPy has it in doubles, and what is missing in other numbers is added."""
+    rows = np.asarray(A, dtype=float)
+    found = np.zeros(A.shape[1], dtype=b.dtype)
+    for _ in range(1 if b.dtype == float else 3):
+        found += np.linalg.lstsq(rows, np.asarray(b - A @ found, dtype=float), rcond=None)[0]
+    return found
 
 
 def latched_as(model: Model, before: Model, latched: FloatArray) -> FloatArray:

@@ -18,7 +18,7 @@ MOST_IMPACTS = 1000  # more than that no picture shows apart
 
 @dataclass(frozen=True)
 class Frames:
-    """The motion at n instants t: poses (n, links, 3), joints (n, joints, 2), energies (n,)."""
+    """The motion at n instants t: poses (n, drawn links, 3), joints (n, joints, 2), energies (n,)."""
 
     t: FloatArray
     q: FloatArray
@@ -80,7 +80,8 @@ def sample(run: Record, times: FloatArray) -> Frames:
     for k, joint in enumerate(model.drawn_joints):
         joints[:, k] = model.point(joint, q)
     kinetic, potential = model.energy(q, u)
-    return Frames(times, q, u, np.asarray(model.poses(q)), joints, np.asarray(kinetic), np.asarray(potential))
+    poses = np.asarray(model.poses(q))[:, : len(model.outlines)]
+    return Frames(times, q, u, poses, joints, np.asarray(kinetic), np.asarray(potential))
 
 
 def placed(outline: FloatArray, pose: FloatArray) -> FloatArray:

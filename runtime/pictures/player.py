@@ -41,7 +41,7 @@ def content(run: Record) -> dict[str, Any]:
     Lengths are rounded to 1e-5 of the mechanism's size, angles to 1e-5, energies to 1e-6 of the largest.
     """
     model = run.model
-    most = MOST_NUMBERS / (3 * len(model.links) + 2 * len(model.drawn_joints) + 4)
+    most = MOST_NUMBERS / (3 * len(model.outlines) + 2 * len(model.drawn_joints) + 4)
     frames = sample(run, frame_times(run, min(RATE, most / max(float(run.t[-1] - run.t[0]), 1e-9))))
     view = view_of(model, frames)
     length = _decimals(1e-5 * view.size)
@@ -54,7 +54,7 @@ def content(run: Record) -> dict[str, Any]:
         "energy": _energies(frames),
         "links": [
             {"name": name, "outline": _numbers(np.asarray(outline), length), **_surfaces(model, k, length)}
-            for k, (name, outline) in enumerate(zip(model.links, model.outlines, strict=True))
+            for k, (name, outline) in enumerate(zip(model.links[: len(model.outlines)], model.outlines, strict=True))
         ],
         "jointNames": list(model.drawn_joints),
         "groundPoints": _numbers(np.asarray(model.drawn_ground_points, dtype=float).reshape(-1, 2), length),

@@ -39,7 +39,7 @@ class Drawable(Protocol):
 
     @property
     def outlines(self) -> Sequence[FloatArray]:
-        """For each link its drawn points (m, 2) in the link's frame."""
+        """For each link that pictures show its drawn points (m, 2) in the link's frame: the first of the links."""
 
     @property
     def discs(self) -> Sequence[Disc]:

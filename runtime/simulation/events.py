@@ -14,6 +14,7 @@ from ..arrays import FloatArray
 from ..faults import Faults
 from ..loading.structures import structures_of, switched_of
 from ..model.model import Model
+from ..model.tolerances import joint_miss
 from ..model.whole import Whole, latched_as
 from ..record.event import Event
 from ..record.hybrid_state import HybridState
@@ -208,7 +209,9 @@ def _border(course: Course, end: float) -> float:
 
 
 def _stretch(course: Course, until: float, options: Mapping[str, Any]) -> Run:
-    """A run from where the course is."""
+    """A run from where the course is. Raises ``ValueError`` where what has been set has opened the loops."""
+    if course.begun and course.memory is None:
+        _check_closed(course)
     switching = course.model.data.get("switching") is not None
     make: Callable[..., Run] = simulate_switching if switching else simulate_one
     given: dict[str, Any] = {"until": until, "params": None, "state": course.memory, **options}
@@ -318,6 +321,11 @@ def _number(course: Course, value: float | str, run: Run, event: Event) -> float
 
 def _set(course: Course, values: Mapping[str, float], off: frozenset[str]) -> float:
     """Set parameters, and which effects are ``off``; the energy (J) that the mechanism gets by that."""
+    for path in values:
+        if any(drive["speed"] == path for drive in course.main.data["drives"]):
+            raise ValueError(
+                f"{path}: found it set by an event, expected it kept: a driven joint keeps its first speed"
+            )
     before, latched, of = _energy(course), course.latched, course.model
     main = course.main.with_parameters(values)
     for names, model in course.models.items():
@@ -330,10 +338,25 @@ def _set(course: Course, values: Mapping[str, float], off: frozenset[str]) -> fl
     return _energy(course) - before
 
 
+def _check_closed(course: Course) -> None:
+    """Raise ``ValueError`` unless the loops are shut and wheels mesh where the course is, with the values set."""
+    model = _structure(course)
+    open_by = float(np.max(np.abs(model.closure(np.asarray(course.q))), initial=0.0))
+    if open_by > joint_miss(model.core.REAL, model.length):
+        raise ValueError(
+            f"{model.name}: what events have set opens the loops by {open_by:.3g} m; set what leaves them shut"
+        )
+
+
+def _structure(course: Course) -> Model:
+    """The model of what the mechanism is at present."""
+    if course.model.data.get("switching") is None:
+        return course.model
+    return Whole(structures_of(course.model)).structures[course.structure]
+
+
 def _energy(course: Course) -> float:
-    model = course.model
-    if model.data.get("switching") is not None:
-        model = Whole(structures_of(model)).structures[course.structure]
+    model = _structure(course)
     return float(sum(model.energy(np.asarray(course.q), np.asarray(course.u))))
 
 

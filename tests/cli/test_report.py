@@ -383,3 +383,62 @@ def test_a_motion_that_drives_give_has_no_price_of_accuracy(tmp_path: Path) -> N
     (tmp_path / "rough.toml").write_text(DRIVEN.replace("speed = 3.0", 'speed = "3 + 20*sin(40*t)"'))
     rough = ccgen("cost", "rough.toml", "--error", "1e-9", at=tmp_path)
     assert rough.stdout.splitlines()[-1].startswith("for 1e-09: ")
+
+
+GEARED = """
+name = "geared"
+[ground_link]
+points = { O = [0, 0], P = [0.3, 0] }
+[[link]]
+name = "arm"
+mass = 1.0
+inertia = 0.1
+com = [0.5, 0]
+points = { A = [0, 0], B = [1, 0] }
+[[link]]
+name = "wheel"
+mass = 1.0
+inertia = 0.1
+com = [0, 0]
+points = { C = [0, 0] }
+[[link]]
+name = "bob"
+mass = 0.1
+inertia = 0.01
+com = [0, 0]
+points = { D = [0, 0] }
+[[joint]]
+name = "hip"
+between = ["ground.O", "arm.A"]
+[[joint]]
+name = "axle"
+between = ["ground.P", "wheel.C"]
+[[joint]]
+name = "grip"
+between = ["arm.B", "bob.D"]
+[[gear]]
+joints = ["hip", "axle"]
+radii = [0.2, 0.1]
+[gravity]
+"""
+
+
+def test_forces_of_teeth_are_told_where_nothing_touches(tmp_path: Path) -> None:
+    """At the start (I + m l²) α = M with the wheel's 4 I_w: the tooth force is I_w 2 α / r."""
+    (tmp_path / "geared.toml").write_text(f"{GEARED}[run]\nuntil = 0.1\n")
+    done = ccgen("run", "geared.toml", at=tmp_path)
+    assert done.returncode == 0, done.stderr
+    alpha = 9.81 * (0.5 + 0.1) / (0.1 + 0.25 + 0.1 + 4 * 0.1)
+    found = re.search(r"gear_0 +(\S+) N  at t = 0 s", done.stdout)
+    assert found, done.stdout
+    assert float(found[1]) == pytest.approx(0.1 * 2 * alpha / 0.1, rel=1e-5)
+
+
+def test_what_never_comes_is_told(tmp_path: Path) -> None:
+    late = '[[release]]\njoint = "grip"\nwhen = { angle = "hip", above = "500 deg" }\n'
+    late += '[[event]]\nname = "round"\nwhen = "angle(hip) - 7"\n[[event]]\nname = "soon"\nwhen = "t - 0.05"\n'
+    (tmp_path / "geared.toml").write_text(f"{GEARED}{late}[run]\nuntil = 0.1\n")
+    done = ccgen("run", "geared.toml", at=tmp_path)
+    assert done.returncode == 0, done.stderr
+    told = [line for line in done.stdout.splitlines() if line.endswith("never came")]
+    assert told == ["release of grip: never came", "event round: never came"]

@@ -72,7 +72,9 @@ def test_expression_without_time_is_a_number(text: str, value: float) -> None:
 
 REFUSED = {
     "": "cannot be read",
-    "2 t": "cannot be read",
+    "2 t": "cannot be read; write it like",
+    "sin(2*(t + 1)": "cannot be read, with 2 ( and 1 );",
+    "2*t + 3 mm": "cannot be read: units stand behind a single number, not in arithmetic as mm does here",
     "t +": "cannot be read",
     "(" * 300 + "t" + ")" * 300: "cannot be read",
     "__import__('os').system('true')": "is not arithmetic",

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ccgen.generator import load_scene
+from ccgen.generator import SceneError, load_scene
 from ccgen.generator.effects import REGISTRY
 from ccgen.runtime import Model, simulate
 
@@ -173,7 +173,7 @@ CASES = {
     "input": '[[part.input]]\nname = "push"\npoint = "fore.T"\ndirection = [1, 2]\nframe = "link"\n',
     "rail": RAILS,
     "guide": GUIDE,
-    "slot": SLOT,
+    "slot": SLOT + '[[part.torsion]]\njoint = "slot"\nstiffness = 3\nangle = "40 deg"\n',
     "sliding": GUIDE
     + """
         [[part.motor]]\njoint = "guide"\nposition = "0.1*sin(3*t)"\nstiffness = 50\ndamping = 2
@@ -269,3 +269,13 @@ def test_grounds_of_parts_stay(workshop: Workshop) -> None:
     assert [parameter.value for parameter in ground.parameters()] == pytest.approx(
         [0.2 / 1.04**0.5, 1 / 1.04**0.5, -5, 0]
     )
+
+
+def test_a_cam_beside_the_part_is_not_turned(workshop: Workshop) -> None:
+    """Its profile would have to be another one on a link that stays."""
+    cam = '[[part.cam]]\ncentre = "ground.O"\nfollower = "fore.T"\nbase = 0.1\nlift = "0.01*cos(angle)"\n'
+    cam += "restitution = 0\n"
+    workshop.scene(ARM + cam + placed('name = "a"'))
+    for change in ("mirror = true", 'angle = "90 deg"'):
+        with pytest.raises(SceneError, match="found the centre of a cam on a link that is not the part's"):
+            workshop.scene(ARM + cam + placed(f'name = "a"\n{change}'))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -52,6 +53,20 @@ def test_it_is_the_spline_of_scipy(order: int, ends: Any) -> None:
     for at in np.random.default_rng(2).uniform(-1.0, 3.0, 300):
         for d in range(order):
             assert spline.slope_at(float(at), d) == pytest.approx(wanted(float(at), d), rel=1e-11, abs=1e-11)
+
+
+@pytest.mark.parametrize(("order", "ends"), KINDS)
+@pytest.mark.parametrize("apart", [1e-3, 1e-6])
+def test_rows_may_be_close_together(order: int, ends: Any, apart: float) -> None:
+    """What does not jump at a row is the same on both sides of it, to rounding of its size there."""
+    rows = ((0.0, 0.0), (0.4, 1.0), (0.4 + apart, 1.0 + apart), (1.0, 0.7), (2.0, 0.0))
+    pieces = Spline(rows, order, ends).pieces
+    for (t0, _), (t1, _), left, right in zip(rows[:-2], rows[1:-1], pieces[:-1], pieces[1:], strict=True):
+        for d in range(order):
+            terms = [
+                math.perm(j, d) * c * (Fraction(t1) - Fraction(t0)) ** (j - d) for j, c in enumerate(left) if j >= d
+            ]
+            assert abs(sum(terms) - math.factorial(d) * right[d]) <= 1e-15 * max(map(abs, terms))
 
 
 SLIDER = """
@@ -205,6 +220,8 @@ WRONG = {
     ),
     "a row of three": ("position = { rows = [[0, 1, 2], [1, 2]], order = 3 }", r"position\.rows\[0\]"),
     "a mass": ('position = { rows = [[0, "1 kg"], [1, 2]], order = 3 }', r"position\.rows\[0\]\[1\]: .*kg"),
+    "too large": ("position = { rows = [[0, 0], [1, 1e308], [2, -1e308]], order = 3 }", r"no spline in doubles"),
+    "too near": ("position = { rows = [[0, 0], [1e-200, 1], [1, 0]], order = 3 }", r"no spline in doubles"),
     "an angle": ("angle = { rows = [[0, 1], [1, 2]], order = 3 }", r"found angle, expected position at this joint"),
 }
 
@@ -255,3 +272,10 @@ def test_angles_from_ratios_are_functions_of_time(case: str, workshop: Workshop)
     for t in (0.0, 0.4, 1.1, 3.3):
         slope = (value(t + 1e-5) - value(t - 1e-5)) / 2e-5
         assert float(damped.acceleration(q, u, t=t)[0]) == pytest.approx(slope, abs=1e-7)
+
+
+def test_periods_that_are_too_short_are_told(workshop: Workshop) -> None:
+    rows = '{ rows = [[0, 1], [5e-10, 1], [1e-9, 1]], order = 3, ends = "periodic" }'
+    model = workshop.model(SLIDER.format(at=0, more=f'[[motor]]\njoint = "rail"\nforce = {rows}'))
+    with pytest.raises(ValueError, match="begin anew every 1e-09 s, "):
+        simulate(model)

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import ast
 import re
+import sys
+import tomllib
 from collections.abc import Iterator
 from functools import cache
 from graphlib import CycleError, TopologicalSorter
@@ -150,3 +152,22 @@ def test_the_check_sees_imports_wherever_they_stand(tmp_path: Path) -> None:
         "runtime.simulate",
     }
     assert set(imported("runtime.model.drives", file)) == wanted
+
+
+WITH = {"pydantic_core": "pydantic", "annotated_types": "pydantic", "PIL": "pillow"}
+"""Modules by the distributions that bring them, where the names differ."""
+
+
+def test_what_is_imported_is_required() -> None:
+    """Else a command fails on a machine that has no more than what the package asks for."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    named = [
+        *project["dependencies"],
+        *(one for name in ("data", "zig") for one in project["optional-dependencies"][name]),
+    ]
+    required = {re.match(r"[\w-]+", one)[0] for one in named}
+    found = {
+        name.partition(".")[0] for package in PACKAGES for item in modules(package).items() for name in imported(*item)
+    }
+    others = found - set(sys.stdlib_module_names) - set(PACKAGES) - {"ccgen"}
+    assert {WITH.get(name, name) for name in others} <= required

@@ -490,6 +490,11 @@ def faults(workshop: Workshop, text: str) -> str:
         ),
         (
             "[gravity]",
+            '[gravity]\n[[drive]]\njoint = "pouch"\nspeed = 3\n[[hold]]\njoint = "pouch"\nat = 3',
+            'drive[0].joint: found "pouch", which takes hold, expected a joint that holds from the start',
+        ),
+        (
+            "[gravity]",
             'open = ["pouch"]\n[gravity]',
             'start.open[0]: found "pouch", expected a joint that a [[hold]] names: another can never close',
         ),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+import re
 from pathlib import Path
 from typing import Any
 
@@ -294,3 +295,58 @@ def test_several_starts_are_refused(workshop: Workshop) -> None:
     model = workshop.model(PENDULUM + '[[event]]\nwhen = "t - 1"\n')
     with pytest.raises(ValueError, match="expected one; simulate them one by one"):
         simulate(model, np.zeros((2, 1)), np.zeros((2, 1)))
+
+
+OPENED = """
+name = "opened"
+[ground_link]
+points = { O = [0, 0], Q = [2, 0] }
+[[link]]
+name = "crank"
+mass = 1.0
+inertia = 0.1
+com = [0.5, 0]
+points = { A = [0, 0], B = [1, 0] }
+[[link]]
+name = "coupler"
+mass = 1.0
+inertia = 0.1
+com = [1, 0]
+points = { A = [0, 0], B = [2, 0] }
+[[link]]
+name = "rocker"
+mass = 1.0
+inertia = 0.1
+com = [0.75, 0]
+points = { A = [0, 0], B = [1.5, 0] }
+[[joint]]
+between = ["ground.O", "crank.A"]
+[[joint]]
+between = ["crank.B", "coupler.A"]
+[[joint]]
+between = ["coupler.B", "rocker.B"]
+[[joint]]
+between = ["ground.Q", "rocker.A"]
+[gravity]
+[start]
+angles = { crank = "60 deg", coupler = "10 deg", rocker = "80 deg" }
+[[event]]
+when = "t - 0.2"
+set = { "coupler.points.B.x" = 1.9 }
+"""
+
+
+def test_a_length_that_opens_a_loop_ends_the_run(workshop: Workshop) -> None:
+    """Also where the nearest closed place is near: nothing is moved there without a word."""
+    run = simulate(workshop.model(OPENED), until=0.5)
+    assert not run.success and run.t[-1] == pytest.approx(0.2, abs=1e-12)
+    assert re.search(r"what events have set opens the loops by 0\.\d+ m; set what leaves them shut", run.message)
+
+
+def test_the_speed_of_a_drive_is_not_set(workshop: Workshop) -> None:
+    drive = '[[drive]]\njoint = "pin"\nspeed = 1\n[[event]]\nname = "now"\nwhen = "t - 1"\n'
+    with pytest.raises(SceneError, match="a driven joint keeps the speed with which it began"):
+        workshop.scene(f'{PENDULUM}{drive}set = {{ "drive_0.speed" = 5 }}\n')
+    model = workshop.model(PENDULUM + drive)
+    with pytest.raises(ValueError, match="a driven joint keeps its first speed"):
+        simulate(model, until=2.0, on_event={"now": lambda event: {"drive_0.speed": 5.0}})

@@ -50,6 +50,11 @@ REMARKS: dict[str, tuple[dict[str, Any], list[str]]] = {
         {"stop": [{"joint": "elbow", "lowest": -10, "highest": "170 deg", "restitution": 0}]},
         ['stop[0].lowest: -10 is taken as rad, 1.59 turns; write "-10 deg" for degrees'],
     ),
+    "where a joint lets go": (
+        {"release": [{"joint": "elbow", "when": {"angle": "shoulder", "above": 135}}]},
+        ['release[0].when.above: 135 is taken as rad, 21.5 turns; write "135 deg" for degrees'],
+    ),
+    "at which height it lets go": ({"release": [{"joint": "elbow", "when": {"height": "fore.B", "below": -30}}]}, []),
     "rest": (
         {"torsion": [{"joint": "elbow", "stiffness": 1, "angle": 30.0}]},
         ['torsion[0].angle: 30 is taken as rad, 4.77 turns; write "30 deg" for degrees'],
