@@ -110,6 +110,9 @@ class Contacts:
     def let_vector(self, name: str, vector: Vector) -> Vector:
         return self.kinematics.ledger.let_vector(name, vector)
 
+    def once(self, name: str, make: Callable[[], sp.Expr]) -> sp.Expr:
+        return self.kinematics.ledger.once(name, make)
+
     def distance(self, start: PointRef, end: PointRef) -> Vector:
         """The vector from one contact point to another (m)."""
         displacement = self._displacement(start, end)

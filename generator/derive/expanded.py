@@ -147,6 +147,9 @@ class _Expansion:
     def let_vector(self, name: str, vector: Vector) -> Vector:
         return (self.let(f"{name}_x", vector[0]), self.let(f"{name}_y", vector[1]))
 
+    def once(self, name: str, make: Callable[[], sp.Expr]) -> sp.Expr:
+        return self.ledger.once(name, lambda: self.tidy(make()))
+
     def _offset(self, link: int, there: Vector, name: str) -> Vector:
         """The inboard point's position and an arm in link axes, turned by the link's angle (eq. 2.1 and 2.2)."""
         here = local(self.mechanism.point(self.inboard[link])) if link in self.inboard else ZERO

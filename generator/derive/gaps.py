@@ -7,6 +7,7 @@ kind, write a class with the methods of :class:`Gap`, as the discs and edges of 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -37,6 +38,10 @@ class Positions(Protocol):
 
     def let_vector(self, name: str, vector: Vector) -> Vector:
         """Names for both entries."""
+        ...
+
+    def once(self, name: str, make: Callable[[], sp.Expr]) -> sp.Expr:
+        """A name for what ``make`` says, which is asked at most once."""
         ...
 
 

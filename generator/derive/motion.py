@@ -6,6 +6,7 @@ floating mechanism does not enter them and costs no digits.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import sympy as sp
@@ -53,6 +54,10 @@ class Motion:
 
     def let_vector(self, name: str, vector: Vector) -> Vector:
         return self.kinematics.ledger.let_vector(name, vector)
+
+    def once(self, name: str, make: Callable[[], sp.Expr]) -> sp.Expr:
+        """A named quantity for what ``make`` says, which is asked at most once."""
+        return self.kinematics.ledger.once(name, make)
 
     def value(self, parameter: Parameter | None) -> sp.Expr:
         """A parameter's symbol, zero for a structural zero."""

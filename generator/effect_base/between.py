@@ -52,9 +52,9 @@ def find_extent(side: str | list[str], mechanism: Mechanism, complain: Complain)
         ref, wrong = find_point(side, mechanism)
         if ref is not None:
             return ref, None
-        names = points_of(side, mechanism)
+        names, points = corners_of(side, mechanism), points_of(side, mechanism)
         if len(names) != 2:
-            wrong = f"it has the points {', '.join(names)}; name two of them" if names else wrong
+            wrong = f"it has the points {', '.join(points)}; name two of them" if points else wrong
             expected = "a joint or link.point, a link with two points, or a list of two points of a link"
             complain(("between", 1), f'found "{side}", expected {expected}; {wrong}')
             return None
@@ -94,6 +94,12 @@ def points_of(link: str, mechanism: Mechanism) -> list[str]:
         for name in points
         if own == next((prefix for prefix in prefixes if name.startswith(prefix)), "")
     ]
+
+
+def corners_of(link: str, mechanism: Mechanism) -> list[str]:
+    """The corners of a link's outline as a scene names them, or both points of a link with two; none of any other."""
+    points = points_of(link, mechanism)
+    return [*mechanism.corners.get(link, points if len(points) == 2 else ())]
 
 
 def _length(mechanism: Mechanism, ends: Sequence[PointRef]) -> float:

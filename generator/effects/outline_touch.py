@@ -109,23 +109,30 @@ class OutlineTouch(Effect):
 
     def gaps(self, let: Let) -> tuple[Gap, ...]:
         """One gap for every pair."""
-        from ..derive.touching import PieceGap
+        from ..derive.touching import PieceGap, Polygon
         from ..derive.vectors import symbol
 
+        numbers = {id(side): number for number, side in enumerate((self.first, self.second))}
         spans = {id(side): self._sides(number, side, let) for number, side in enumerate((self.first, self.second))}
+
+        def polygon(pair: Pair) -> Polygon | None:
+            label = f"touch_{self.index}_corner_{numbers[id(pair.tipped)]}_{pair.tip}"
+            return Polygon(label, tuple(spans[id(pair.facing)])) if pair.facing.closed else None
+
         return tuple(
             PieceGap(
                 name=pair.tipped.names[pair.tip],
                 ground=pair.ground,
                 label=f"touch_{self.index}_{number}",
                 disc=pair.tipped.corners[pair.tip],
-                other=pair.facing.corners[pair.piece[0]],
+                other=pair.facing.corners[0 if pair.facing.closed else pair.piece[0]],
                 edge=None,
                 radius=symbol(pair.tipped.radius),
                 thickness=symbol(pair.facing.radius),
                 restitution=symbol(self.restitution),
                 friction=symbol(self.friction),
                 sides=tuple(spans[id(pair.facing)][start] for start in pair.piece[:-1]),
+                polygon=polygon(pair),
             )
             for number, pair in enumerate(self.pairs())
         )

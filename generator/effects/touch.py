@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Discriminator, Field, Tag
 
-from ..effect_base.between import points_of, shown, title_of
+from ..effect_base.between import corners_of, points_of, shown, title_of
 from ..effect_base.contact import DEPTH, LAW_MEANS, Friction, Law, Restitution
 from ..effect_base.effect import Complain, ContactPoint, Effect, Entry, Rim, Surroundings
 from ..effect_base.line import links_at
@@ -37,7 +37,8 @@ class TouchTable(PairTable):
         min_length=2,
         max_length=2,
         description='a disc\'s centre, and another one or an edge: ["ball.C", "other.C"], ["ball.C", "plank"] or '
-        '["ball.C", ["plank.A", "plank.B"]]; more points are a line, or a polygon where the last is the first again',
+        '["ball.C", ["plank.A", "plank.B"]]; more points are a line, or a polygon where the last is the first again, '
+        "and a link is its outline",
     )
     restitution: Restitution = Field(description="the coefficient of restitution, a number from 0 to 1")
     friction: Friction | None = Field(default=None, description="Coulomb's coefficient of friction, a positive number")
@@ -106,10 +107,17 @@ def build(table: TouchTable, index: int, around: Surroundings, complain: Complai
 
 def _has_outlines(between: list[str | list[str]], mechanism: Mechanism) -> bool:
     """Whether a side has more than two points, or both have two."""
-    several = [isinstance(side, list) for side in between]
-    if isinstance(between[1], str):
-        several[1] = find_point(between[1], mechanism)[0] is None and len(points_of(between[1], mechanism)) == 2
-    return all(several) or any(isinstance(side, list) and len(side) > 2 for side in between)
+    counts = [_count(side, mechanism) for side in between]
+    return max(counts) > 2 or min(counts) == 2
+
+
+def _count(side: str | list[str], mechanism: Mechanism) -> int:
+    """How many points a side has: a text is one, or names a link."""
+    if isinstance(side, list):
+        return len(side)
+    if find_point(side, mechanism)[0] is not None:
+        return 1
+    return len(corners_of(side, mechanism)) or len(points_of(side, mechanism)) or 1
 
 
 def _build_outlines(table: TouchTable, index: int, mechanism: Mechanism, complain: Complain) -> OutlineTouch | None:
@@ -117,7 +125,7 @@ def _build_outlines(table: TouchTable, index: int, mechanism: Mechanism, complai
     name = table.name or f"touch_{index}"
     bodies = [_outline(side, number, mechanism, complain) for number, side in enumerate(table.between)]
     first, second = bodies
-    if isinstance(table.between[0], list) and second and len(second.corners) == 1:
+    if first and len(first.corners) > 1 and second and len(second.corners) == 1:
         complain(("between", 1), f"found {shown(table.between[1])}, expected the disc's centre first; swap the sides")
         return None
     apart = None not in bodies and _outlines_apart(table, bodies, mechanism, complain)
@@ -139,13 +147,16 @@ def _build_outlines(table: TouchTable, index: int, mechanism: Mechanism, complai
 
 
 def _outline(side: str | list[str], number: int, mechanism: Mechanism, complain: Complain) -> Outline | None:
-    """A side of outlines: a disc's centre, the edge of a link with two points, or all points of a list."""
+    """A side of outlines: a disc's centre, all points of a list, or the outline of a link."""
     names = side if isinstance(side, list) else [side]
     if isinstance(side, str) and find_point(side, mechanism)[0] is None and (points := points_of(side, mechanism)):
-        names = points
-        if number == 0 or len(points) != 2:
-            advice = f"it has the points {', '.join(points)}; list those that are its corners, in order"
-            complain(("between", number), f'found "{side}", expected a point, or a list of points of a link; {advice}')
+        names = corners_of(side, mechanism)
+        names += names[:1] if len(names) > 2 else []
+        if not names:
+            outline = "" if side == "ground" else "give it an outline of its points, or "
+            advice = f"it has the points {', '.join(points)}; {outline}list those that are its corners, in order"
+            expected = "a point, a list of points of a link, or a link with an outline"
+            complain(("between", number), f'found "{side}", expected {expected}; {advice}')
             return None
     closed = len(names) > 2 and names[0] == names[-1]
     names = names[:-1] if closed else names

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import sympy as sp
 
 from .equations import Assignment, Block
@@ -34,6 +36,10 @@ class Ledger:
         elif self._written[name] != expression:
             raise ValueError(f"{name} is defined twice")
         return symbol
+
+    def once(self, name: str, make: Callable[[], sp.Expr]) -> sp.Expr:
+        """The same of what ``make`` says, which is not asked where the name is written down: for long expressions."""
+        return sp.Symbol(name) if name in self and not self.mark else self.let(name, make())
 
     def __contains__(self, name: str) -> bool:
         """Whether a quantity of this name is written down."""

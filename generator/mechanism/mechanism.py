@@ -29,7 +29,8 @@ class Mechanism:
     ``open`` are joints of the scene that do not hold at present, which places can be named by all the same; ``aids``
     names joints that only place bodies which no joint of the scene holds.
     ``integrators`` are links of no scene, behind all others, whose rates are integrals that effects ask for.
-    ``outlines`` has what is drawn of links, by their names, where that is not all their points.
+    ``outlines`` has what is drawn of links, by their names, where that is not all their points. ``corners`` has the
+    points that a scene names as a link's outline, ``link.point`` each, by the link's name there.
 
     Raises ``ValueError`` when a name is used twice, or a joint names a link or point that does not exist.
     """
@@ -44,6 +45,7 @@ class Mechanism:
     aids: tuple[str, ...] = field(default=(), compare=False)
     integrators: tuple[Integrator, ...] = field(default=(), compare=False)
     outlines: Mapping[str, tuple[Corner, ...]] = field(default_factory=dict, compare=False)
+    corners: Mapping[str, tuple[str, ...]] = field(default_factory=dict, compare=False)
 
     def __post_init__(self) -> None:
         for kind, names in (("link", [k.name for k in self.links]), ("joint", [j.name for j in self.joints])):

@@ -6,18 +6,18 @@ import ast
 import math
 import sys
 from collections.abc import Iterator, Mapping
-from typing import get_args
+from typing import Any, get_args, get_origin
 
 from pydantic.fields import FieldInfo
 
 from ..effect_base.arithmetic import ExpressionError, Names, Written, parsed
 from ..effect_base.expression_of_time import InTime
-from ..effect_base.table import Table
+from ..effect_base.table import Columns, Table, alternatives
 from ..effect_base.written_numbers import Measured, read_number
 from .errors import Path, Report
 
-OF_PLACES = "poses"
-"""The key whose values are lists of a place and an angle."""
+OF_PLACES = ("poses", "points")
+"""Keys whose values are lists that end with an angle, as of a place and an angle, or a radius and an angle."""
 OF_CHANGES, TURNING = "when", ("angle", "direction")
 """The key whose table has limits of angles where one of these is watched."""
 
@@ -29,7 +29,7 @@ LARGEST = KNOWN / sys.float_info.epsilon
 
 def angle_keys(model: type[Table]) -> list[str]:
     """The keys of a table whose values are angles, or hold some: those that measure rad and nothing else."""
-    return [key for key, field in model.model_fields.items() if key == OF_PLACES or _in_rad(field)]
+    return [key for key, field in model.model_fields.items() if _in_rad(field)]
 
 
 def _in_rad(marked: object) -> bool:
@@ -38,6 +38,8 @@ def _in_rad(marked: object) -> bool:
         return _in_rad(marked.annotation) or any(map(_in_rad, marked.metadata))
     if isinstance(marked, Measured | InTime):
         return marked.units == ("rad",)
+    if isinstance(marked, Columns):
+        return any(map(_in_rad, marked.kinds))
     return any(map(_in_rad, (*get_args(marked), *getattr(marked, "__metadata__", ()))))
 
 
@@ -63,7 +65,21 @@ def judge_angles(model: type[Table], raw: Mapping[str, object], path: Path, name
                 turns = f"{abs(angle) / (2.0 * math.pi):.3g} turns"
                 what = f'"{given}", {angle:g},' if isinstance(given, str) else f"{angle:g}"
                 report.remark((*path, *where), f'{what} is taken as rad, {turns}; write "{angle:g} deg" for degrees')
+    for key, kind, given in ((key, field.annotation, raw.get(key)) for key, field in model.model_fields.items()):
+        for where, inner, table in _tables_in(kind, given):
+            fine = judge_angles(inner, table, (*path, key, *where), names, report) and fine
     return fine
+
+
+def _tables_in(kind: Any, value: object) -> Iterator[tuple[Path, type[Table], Mapping[str, object]]]:
+    """Tables that stand at a key: one, or those of a list, with their numbers."""
+    for one in alternatives(kind):
+        if isinstance(one, type) and issubclass(one, Table) and isinstance(value, Mapping):
+            yield (), one, value
+        elif get_origin(one) is list and isinstance(value, list):
+            for number, table in enumerate(value):
+                for where, inner, found in _tables_in(get_args(one)[0], table):
+                    yield (number, *where), inner, found
 
 
 def _says_its_unit(angle: float, names: Names) -> bool:
@@ -89,8 +105,8 @@ def _angles_in(key: str, value: object) -> Iterator[tuple[Path, object]]:
         for name, one in value.items():
             if key == "angles":
                 yield (key, str(name)), one
-            elif key == OF_PLACES and isinstance(one, list) and len(one) == 3:
-                yield (key, str(name), 2), one[2]
+            elif key in OF_PLACES and isinstance(one, list) and len(one) in (2, 3):
+                yield (key, str(name), len(one) - 1), one[-1]
             elif name == "rows" and isinstance(one, list):
                 rows = ((number, row) for number, row in enumerate(one) if isinstance(row, list) and len(row) == 2)
                 yield from (((key, "rows", number, 1), row[1]) for number, row in rows)

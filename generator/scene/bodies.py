@@ -16,6 +16,7 @@ from ..mechanism.links import ANY, GROUND, POSITIVE, Domain, Link, Parameter, Po
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.modules import varied
 from ..mechanism.uniform_bodies import Mass
+from .around import names_around
 from .errors import Path, Report
 from .link_mass import link_mass
 from .schema import GroundLinkTable, JointTable, LinkTable
@@ -95,7 +96,10 @@ def general(
 ) -> Bodies | None:
     """The general form as records, or ``None`` after faults. ``tables`` is the scene as written."""
     names = [_name(raw, index) for index, raw in enumerate(tables["link"])]
-    points = {name: _points(raw) for name, raw in zip(names, tables["link"], strict=True)}
+    points = {
+        name: tuple(table.points) if table else _points(raw)
+        for name, table, raw in zip(names, links, tables["link"], strict=True)
+    }
     points[GROUND_NAME] = _points(tables.get("ground_link", {"points": {}}))
     fine = _check_names(names, points, joints, report)
     told = all(isinstance(raw, Mapping) and isinstance(raw.get("name", ""), str) for raw in tables["link"])
@@ -126,9 +130,20 @@ def general(
     if merged is None or (found := _assemble(merged, pairs, report)) is None:
         return None
     by_name = {link.name: index for index, link in enumerate(found.mechanism.links)} | dict(merged.names)
+    described = [(name, table) for name, table in zip(names, links, strict=True) if table]
+    corners = {name: named for name, table in described if (named := _named_corners(name, table))}
     return replace(
-        found, free=frozenset(by_name[name] for name, table in zip(names, links, strict=True) if table and table.free)
+        found,
+        mechanism=replace(found.mechanism, corners=corners),
+        free=frozenset(by_name[name] for name, table in described if table.free),
     )
+
+
+def _named_corners(name: str, table: LinkTable) -> tuple[str, ...]:
+    """The outline of a link by its points, ``link.point`` each; nothing where it has none, or corners without names."""
+    corners = tuple(corner for corner in table.outline or () if isinstance(corner, str))
+    named = len(corners) == len(table.outline or ()) > 1
+    return tuple(f"{name}.{corner}" for corner in corners) if named else ()
 
 
 def _assemble(
@@ -215,7 +230,8 @@ def _name(raw: object, index: int) -> str:
 def _points(raw: object) -> tuple[str, ...] | None:
     """Names of the points that a table gives, whatever else is wrong with it; ``None`` where it does not say any."""
     points = raw.get("points") if isinstance(raw, Mapping) else None
-    return tuple(points) if isinstance(points, Mapping) else None
+    around = names_around(raw.get("around", [])) if isinstance(raw, Mapping) else None
+    return (*points, *around) if isinstance(points, Mapping) and around is not None else None
 
 
 def _body(name: str, table: LinkTable, mass: Mass) -> Body:

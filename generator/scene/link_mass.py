@@ -95,7 +95,8 @@ def _plate(body: PlateTable, link: LinkTable, path: Path, report: Report) -> Mas
         report.add((*path, "corners"), f"{message}; add them, names of its points or [x, y]")
         _heaviness(body, 1.0, 0.0, path, report)
         return None
-    chosen: Sequence[str | list[float]] = body.corners if body.corners is not None else [*link.points]
+    corners_of_link = link.outline if link.around and link.outline else [*link.points]
+    chosen: Sequence[str | list[float]] = body.corners if body.corners is not None else corners_of_link
     at = (*path, "corners") if body.corners is not None else path
     corners = _spots(chosen, link, at, report)
     crossing = crossing_edges(corners) if corners else None

@@ -20,6 +20,7 @@ from ..effect_base.effect import Effect, Entry, Surroundings
 from ..effect_base.table import Table
 from ..effects import REGISTRY
 from ..mechanism.mechanism import Mechanism
+from .around import with_around
 from .behind import tell_behind
 from .bodies import Bodies, check_masses, general
 from .change_tables import HoldTable, ReleaseTable
@@ -394,7 +395,10 @@ def _bodies(tables: Tables, names: Names, report: Report, released: Collection[s
             report.add((key, most), message)
             return None
     raw = tables.get("link", [])
-    links = _tables(LinkTable, tables, "link", names, report)
+    links = [
+        table and with_around(table, ("link", index), report)
+        for index, table in enumerate(_tables(LinkTable, tables, "link", names, report))
+    ]
     joints = _tables(JointTable, tables, "joint", names, report)
     ground = _table(GroundLinkTable, tables, "ground_link", names, report) if "ground_link" in tables else None
     for key in ("joint", "ground_link"):

@@ -69,6 +69,8 @@ Axis = Annotated[Annotated[Angle, Tag("<number>")] | Annotated[Direction, Tag("<
 Points = dict[str, Position]
 Speed = Annotated[float, Measured("m/s")]
 Pose = Annotated[list[float], Field(min_length=3, max_length=3), Columns(Length, Length, Angle)]
+Polar = Annotated[list[float], Field(min_length=2, max_length=2), Columns(Length, Angle)]
+"""A radius (m) and an angle (rad)."""
 Spot = Annotated[Annotated[str, Tag("<text>")] | Annotated[Position, Tag("<list>")], Discriminator(text_or_list)]
 """A point of the link by its name, or a place in its frame."""
 MOST_CORNERS = 500
@@ -188,6 +190,24 @@ class PointMassTable(Table):
     at: Spot = Field(description="where it is, a point of the link or [x, y] in m")
 
 
+class AroundTable(Table):
+    """``around`` of a ``[[link]]``: points in equal steps round a circle, as of a wheel's teeth."""
+
+    count: Whole = Field(
+        ge=1,
+        le=MOST_CORNERS,
+        description=f"how often the points stand round the circle, a whole number to {MOST_CORNERS}",
+    )
+    points: dict[Name, Polar] = Field(
+        min_length=1,
+        description="the points of the first step, { A = [radius in m, angle in rad], ... }, called A0, A1, ...",
+    )
+    centre: Spot | None = Field(
+        default=None, description="the centre of the circle, a point of the link or [x, y] in m (default: [0, 0])"
+    )
+    clockwise: bool = Field(default=False, description="true or false: whether the steps go clockwise")
+
+
 class LinkTable(Table):
     """One ``[[link]]`` of the general form."""
 
@@ -211,6 +231,9 @@ class LinkTable(Table):
         default=None,
         description='what is drawn of it, its points or [x, y] in m in their order, ["A", "B", [0.1, 0.2]], or [] for '
         "nothing",
+    )
+    around: OneOrMore[AroundTable] | None = Field(
+        default=None, description="points round a circle, { count = ..., points = { ... } }, or a list of such tables"
     )
     free: bool = Field(
         default=False, description="true or false: whether it and what hangs on it move freely beside what is held"

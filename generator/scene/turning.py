@@ -66,6 +66,9 @@ class Turning:
         for key in ("com", "outline"):
             if key in table:
                 found[key] = _mirrored(table[key]) if key == "com" else _each(table[key])
+        if "around" in table:
+            circles = table["around"]
+            found["around"] = [_circle(one) for one in circles] if isinstance(circles, list) else _circle(circles)
         for kind, key in _SPOTS.items():
             if kind in table:
                 bodies = table[kind]
@@ -192,6 +195,21 @@ def _mirrored(place: Any) -> Any:
 
 def _each(places: Any) -> Any:
     return [_mirrored(place) for place in places] if isinstance(places, list) else places
+
+
+def _circle(table: Any) -> Any:
+    """Points round a circle, [radius, angle], mirrored: so is the way round."""
+    if not isinstance(table, Mapping):
+        return table
+    found = {**table, "clockwise": not table.get("clockwise", False)}
+    if isinstance(points := table.get("points"), Mapping):
+        found["points"] = {
+            key: [place[0], times_plus(place[1], -1.0, 0.0)] if isinstance(place, list) and len(place) == 2 else place
+            for key, place in points.items()
+        }
+    if "centre" in table:
+        found["centre"] = _mirrored(table["centre"])
+    return found
 
 
 def _body(table: Any, key: str) -> Any:
