@@ -64,6 +64,18 @@ def test_the_first_zero_is_found(seed: int, core: Functions) -> None:
     assert abs(theta - zeros[0]) <= known_to(gap, zeros[0])
 
 
+@pytest.mark.parametrize("seed", range(60))
+def test_zeros_that_share_a_piece(seed: int, core: Functions) -> None:
+    """Four or six within a piece or two, no two nearer than a fortieth of a step: the gap falls and rises more than
+    once between two samples."""
+    rng = np.random.default_rng(seed)
+    zeros = rng.uniform(0.05, 0.5) + np.cumsum(rng.uniform(0.025, 0.05, int(rng.choice([4, 6]))))
+    gap = with_zeros(*zeros, scale=10.0 ** rng.integers(-3, 4) / 0.1 ** len(zeros))
+    contact, theta = first(core, gap)
+    assert contact == 0
+    assert abs(theta - zeros[0]) <= known_to(gap, zeros[0])
+
+
 @pytest.mark.parametrize("centre", [0.03, 0.2501, 0.43, 0.5, 0.62501, 0.97])
 @pytest.mark.parametrize("depth", [1e-4, 1e-8, 1e-12])
 def test_a_dip_between_samples(depth: float, centre: float, core: Functions) -> None:

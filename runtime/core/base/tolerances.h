@@ -189,6 +189,9 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
     X(FORCE_ROUNDING, (64.0 * DBL_EPSILON), OF_RELATIVE, \
       "forces this small beside the largest that there have been are zero", \
       "sums over contacts of some tens of terms, each with the rounding of its two factors (as TERM_ROUNDING)") \
+    X(CROOKED, 0.02, OF_RELATIVE, \
+      "part of a gap: two pieces of a step in which a cubic misses more of it are looked at more closely", \
+      "a hundred times what it misses of a gap that goes as a cosine, over two pieces of a quarter of a radian (TURN)") \
     X(STILL, CCGEN_LIMIT(1e-10, 1e-4), OF_SPEED, \
       "a contact that slides slower may stick", \
       "speeds have lost two digits more than places (as REST_SPEED)") \

@@ -3,7 +3,8 @@
  * The step is looked at through SAMPLES pieces, or more where links turn far in it, as in a steady rotation. Within a piece
  * the gap of a contact and its rate at both ends tell what can happen: it crosses zero, or falls and rises again with its
  * least value inside, or is closed at first, opens, and closes. Extrema are roots of the rate, so a dip is found however
- * short it is against the piece.
+ * short it is against the piece. More than one extremum in a piece is told by the cubic through the ends of two pieces, which then
+ * misses what was sampled between them: such pieces are halved until it does not, where the gap may come to zero.
  */
 #include "steps/event_search.h"
 
@@ -19,12 +20,18 @@
 
 static const double WINDOW_GROWTH =
     6.0; /* how much longer than the last a first window may be: as much as steps grow */
-enum { SAMPLES = 8, ITERATIONS = 100, HALVINGS = 40, DIPS = 12 };
+enum { SAMPLES = 8, ITERATIONS = 100, HALVINGS = 40, DIPS = 12, CLOSER = 12 };
 enum { WATCHED_MOST = 3 /* values of a held contact: its force, and two of its friction where it sticks */ };
 
 /* 128 times what the samples 1, 3, 5 and 7 are if a polynomial of degree 4 goes through 0, 2, 4, 6 and 8 */
 static const double BETWEEN[4][5] = {
     {35, 140, -70, 28, -5}, {-5, 60, 90, -20, 3}, {3, -20, 90, 60, -5}, {-5, 28, -70, 140, 35}};
+
+/* All gaps and their rates at a part of the step */
+struct sampled {
+    double theta;
+    double *gap, *rate; /* [contacts] */
+};
 
 struct search {
     struct system *s;
@@ -35,7 +42,8 @@ struct search {
     double *values;                                   /* [all] all gaps, rates or watched values there */
     void (*watch)(struct search *, double, double *); /* all watched values at a part of the step */
     double *velocities;                               /* [links][3] */
-    double *gap_a, *rate_a, *gap_b, *rate_b;          /* [contacts] at both ends of a piece */
+    struct sampled ends[3];                           /* of two pieces in a row */
+    struct sampled between[CLOSER][2];                /* of pieces that are halved, so many times */
     double *samples;                                  /* [SAMPLES + 1][watched] watched values in a window */
     double *noise;                                    /* [switches] what those of effects are known to */
     double slow; /* times extent: a closed contact is not falling before its rate is beyond this */
@@ -64,7 +72,7 @@ static double rate(struct search *search, int contact, double theta)
     return search->values[contact];
 }
 
-/* Pieces in which to look at the step: gaps come and go with every turn of a link, however long the step */
+/* Pieces in which to look at the step, an even number: gaps come and go with every turn of a link, however long the step */
 static long interval_count(struct search *search)
 {
     double *velocities = search->velocities;
@@ -79,7 +87,7 @@ static long interval_count(struct search *search)
         }
     }
     const double wanted = (high - low) * search->h / TURN;
-    return wanted > SAMPLES && wanted < LONG_MAX / 2 ? (long)wanted + 1 : SAMPLES;
+    return wanted > SAMPLES && wanted < LONG_MAX / 2 ? 2 * ((long)wanted / 2 + 1) : SAMPLES;
 }
 
 /* the watched values of held contacts at theta; what cannot be computed counts as lost */
@@ -177,31 +185,86 @@ static double first_event_in_interval(struct search *search, int contact, double
     return 2.0;
 }
 
+static void sample_gaps(struct search *search, double theta, struct sampled *at)
+{
+    at->theta = theta;
+    sample(search, theta, at->gap, at->rate);
+}
+
+/* The least of a cubic's control points, which it does not fall below: of one with these values and slopes at the ends of a piece */
+static double least_of_cubic(double ga, double ra, double gb, double rb, double width)
+{
+    return fmin(fmin(ga, gb), fmin(ga + width * ra / 3.0, gb - width * rb / 3.0));
+}
+
+/* Whether the gap of a contact may come to zero unseen in the two pieces from a to m to b: the cubic through a and b misses
+ * what is sampled at m by a good part of the gap, and by more than the least that is in sight. */
+static int is_unresolved(const struct search *search, int c, const struct sampled *a, const struct sampled *m,
+                         const struct sampled *b)
+{
+    const double width = (b->theta - a->theta) * search->h;
+    const double ga = a->gap[c], gm = m->gap[c], gb = b->gap[c], ra = a->rate[c], rm = m->rate[c], rb = b->rate[c];
+    const double off = gm - 0.5 * (ga + gb) - 0.125 * width * (ra - rb);
+    const double slope_off = 0.25 * width * rm - 0.375 * (gb - ga) + 0.0625 * width * (ra + rb);
+    const double wrong = fmax(fabs(off), fabs(slope_off));
+    const double size = fmax(fmax(fabs(ga), fabs(gb)), fabs(gm));
+    const double low = fmin(least_of_cubic(ga, ra, gm, rm, 0.5 * width), least_of_cubic(gm, rm, gb, rb, 0.5 * width));
+    return wrong > SHUT * search->s->extent[c] && wrong > CROOKED * size && low < wrong;
+}
+
+/* First event of the gaps of contacts that are not held between two samples */
+static struct event first_in_piece(struct search *search, const struct sampled *a, const struct sampled *b)
+{
+    const struct system *s = search->s;
+    struct event first = {-1, 2.0, CLOSES, 1.0};
+    for (int c = 0; c < s->model->contacts; c++) {
+        if (s->active && s->active->closed[c])
+            continue;
+        const double theta =
+            first_event_in_interval(search, c, a->theta, a->gap[c], a->rate[c], b->theta, b->gap[c], b->rate[c]);
+        if (theta < first.theta)
+            first = (struct event){c, theta, CLOSES, 1.0};
+    }
+    return first;
+}
+
+/* The same in two pieces in a row, which are halved where that shows more */
+static struct event first_in_pair(struct search *search, const struct sampled *a, const struct sampled *m,
+                                  const struct sampled *b, int level)
+{
+    const struct system *s = search->s;
+    int resolved = 1;
+    for (int c = 0; c < s->model->contacts && level < CLOSER && resolved; c++)
+        resolved = (s->active && s->active->closed[c]) || !is_unresolved(search, c, a, m, b);
+    if (resolved) {
+        const struct event first = first_in_piece(search, a, m);
+        return first.contact >= 0 ? first : first_in_piece(search, m, b);
+    }
+    struct sampled *between = search->between[level];
+    sample_gaps(search, 0.5 * (a->theta + m->theta), &between[0]);
+    const struct event first = first_in_pair(search, a, &between[0], m, level + 1);
+    if (first.contact >= 0)
+        return first;
+    sample_gaps(search, 0.5 * (m->theta + b->theta), &between[1]);
+    return first_in_pair(search, m, &between[1], b, level + 1);
+}
+
 /* First event of the gaps of contacts that are not held */
 static struct event first_closing(struct search *search)
 {
-    const struct system *s = search->s;
-    const int contacts = s->model->contacts;
     struct event first = {-1, 2.0, CLOSES, 1.0};
-    double *gap_a = search->gap_a, *rate_a = search->rate_a, *gap_b = search->gap_b, *rate_b = search->rate_b;
-    sample(search, 0.0, gap_a, rate_a);
-    for (long i = 0; i < search->interval_count && first.contact < 0 && !interrupted(search->s->interruption, contacts);
-         i++) {
-        const double whole = (double)search->interval_count, a = (double)i / whole, b = ((double)i + 1.0) / whole;
-        sample(search, b, gap_b, rate_b);
-        for (int c = 0; c < contacts; c++) {
-            if (s->active && s->active->closed[c])
-                continue;
-            const double theta = first_event_in_interval(search, c, a, gap_a[c], rate_a[c], b, gap_b[c], rate_b[c]);
-            if (theta < first.theta)
-                first = (struct event){c, theta, CLOSES, 1.0};
-        }
-        double *swap = gap_a;
-        gap_a = gap_b;
-        gap_b = swap;
-        swap = rate_a;
-        rate_a = rate_b;
-        rate_b = swap;
+    struct sampled *a = &search->ends[0], *m = &search->ends[1], *b = &search->ends[2];
+    const double whole = (double)search->interval_count;
+    sample_gaps(search, 0.0, a);
+    for (long i = 0; i < search->interval_count && first.contact < 0 &&
+                     !interrupted(search->s->interruption, search->s->model->contacts);
+         i += 2) {
+        sample_gaps(search, ((double)i + 1.0) / whole, m);
+        sample_gaps(search, ((double)i + 2.0) / whole, b);
+        first = first_in_pair(search, a, m, b, 0);
+        struct sampled *swap = a;
+        a = b;
+        b = swap;
     }
     return first;
 }
@@ -413,6 +476,12 @@ static struct event first_kink(struct search *search)
     return first;
 }
 
+static void take_sampled(struct arena *arena, size_t contacts, struct sampled *sampled)
+{
+    sampled->gap = TAKE(arena, double, contacts);
+    sampled->rate = TAKE(arena, double, contacts);
+}
+
 static enum outcome take_search(struct search *search, size_t watched)
 {
     struct system *s = search->s;
@@ -421,10 +490,10 @@ static enum outcome take_search(struct search *search, size_t watched)
     search->dy = TAKE(s->arena, double, s->size);
     search->values = TAKE(s->arena, double, watched);
     search->velocities = TAKE(s->arena, double, 3 * (size_t)s->model->links);
-    search->gap_a = TAKE(s->arena, double, contacts);
-    search->rate_a = TAKE(s->arena, double, contacts);
-    search->gap_b = TAKE(s->arena, double, contacts);
-    search->rate_b = TAKE(s->arena, double, contacts);
+    for (int i = 0; i < 3; i++)
+        take_sampled(s->arena, contacts, &search->ends[i]);
+    for (int i = 0; i < 2 * CLOSER; i++)
+        take_sampled(s->arena, contacts, &search->between[i / 2][i % 2]);
     search->samples = TAKE(s->arena, double, (SAMPLES + 1) * watched);
     if (s->arena->ran_out)
         return OUTCOME_NO_MEMORY;
