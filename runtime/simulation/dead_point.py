@@ -56,13 +56,18 @@ def dead_point(
     u: FloatArray,
     ahead: float,
     step: Step,
+    origin: tuple[float, FloatArray],
     since: int = 0,
     held: Sequence[tuple[int, str]] = (),
 ) -> DeadPoint | None:
     """The dead point at which a run could not go on, from its rows ``t`` (nt,), ``q`` and ``u`` (nt, n); ``None`` where
-    it was none. A record of fixed steps may end well before: it is gone on from by steps ``ahead`` (s) at first, where
-    ``step`` is the state a while after one, or a ``ValueError``; 0 where the rows lead to the place themselves. From
-    row ``since`` on the contacts ``held`` are held, each as the second of its pair says."""
+    it was none.
+
+    A record of fixed steps may end well before: it is gone on from by steps ``ahead`` (s) at first, where ``step`` is
+    the state a while after one, or a ``ValueError``; 0 where the rows lead to the place themselves. ``origin`` is the
+    time (s) and the coordinates (nq,) from which on the way of a joint is told. From row ``since`` on the contacts
+    ``held`` are held, each as the second of its pair says.
+    """
 
     def rows_at(place: FloatArray, rank: int | None = None) -> _Rows:
         return _Rows(model, place, held, rank)
@@ -90,10 +95,11 @@ def dead_point(
     if np.abs(u1).max() < np.sqrt(nearer) * np.abs(states[0][2]).max():  # it can be passed: velocities do not grow
         return None
     left = (t1 - t0) * rows.least**2 / (before.least**2 - rows.least**2)
-    turned = drive_rows(model) @ (q1 - q[0]) + speeds * left
+    turned = drive_rows(model) @ (q1 - origin[1]) + speeds * left
     stopped = np.abs(pushes) > PUSHED * np.abs(pushes).max()
+    told = _said(model, turned, stopped) + (f" since t = {origin[0]:.10g} s" if origin[0] else "")
     text = (
-        f"{_said(model, turned, stopped)}, at t = {t1 + left:.10g} s: {_lined_up(model, q1, rows.motion)}no motion "
+        f"{told}, at t = {t1 + left:.10g} s: {_lined_up(model, q1, rows.motion)}no motion "
         f"{_kept(model, held)} beyond; let what is prescribed end before, or use a [[motor]], which can give way"
     )
     return DeadPoint(t1 + left, since + kept + 1, text)
@@ -108,7 +114,7 @@ def _kept(model: Model, held: Sequence[tuple[int, str]]) -> str:
 
 
 def _said(model: Model, turned: FloatArray, stopped: BoolArray) -> str:
-    """Which drives come to a stop, and how far they have gone since the start (rad, m)."""
+    """Which drives come to a stop, and how far they have gone by then (rad, m)."""
     ways = [
         (drive["joint"], f"after {f'{way:.6g} m' if drive['slides'] else f'{np.degrees(way):.6g}°'}")
         for drive, way, stops in zip(model.data["drives"], turned, stopped, strict=True)
@@ -129,7 +135,13 @@ def cut(found: dict[str, Any], rows: int) -> dict[str, Any]:
     lengths |= dict.fromkeys(("impact_t", "u_minus", "u_plus", "energy_loss", "after"), impacts)
     lengths |= dict.fromkeys(("contacts", "impulses", "friction"), contacts) | {"first": impacts + 1}
     lengths |= dict.fromkeys(("hold_t", "held", "shares"), changes)
-    return found | {name: found[name][:length] for name, length in lengths.items()} | {"t_end": end}
+    stepping = [
+        (t0, min(t1, end), step, miss, first, min(last, rows - 1))
+        for t0, t1, step, miss, first, last in found["stepping"]
+        if first < rows - 1
+    ]
+    kept = {name: found[name][:length] for name, length in lengths.items()}
+    return found | kept | {"t_end": end, "stepping": stepping}
 
 
 class _Rows:

@@ -112,8 +112,7 @@ def simulate_with_events(
         check_positive("until", end, " of seconds")
     faults.stop_if_any()
     if isinstance(state, HybridState):
-        paths = {path for said in model.data["events"] for path in said["set"]}
-        model = model.with_parameters({path: state.parameters[path] for path in paths & set(state.parameters)})
+        model = model.with_parameters(_set_before(model, state, on_event, params))
     signals = signals_of(model.data["events"])
     models = switched_of(model)
     off = frozenset(model.data["switched"]["off"]) if model.data.get("switched") else frozenset()
@@ -129,6 +128,16 @@ def simulate_with_events(
     message = _run_on(course, float(end), options)
     run = strung(model, course.pieces, course.events, course.nfev, message)
     return replace(run, success=False) if course.failed else run
+
+
+def _set_before(
+    model: Model, state: HybridState, on_event: OnEvent | None, params: Mapping[str, float] | None
+) -> dict[str, float]:
+    """Values that events may have set on the way to a state: of functions any. What is asked for now is none of them,
+    and is told of where the state has another value."""
+    asked = params or {}
+    paths = {path for said in model.data["events"] for path in said["set"]} | set(state.parameters if on_event else ())
+    return {path: value for path, value in state.parameters.items() if path in paths and path not in asked}
 
 
 def check_functions(model: Model, on_event: object) -> None:
@@ -218,6 +227,8 @@ def _stretch(course: Course, until: float, options: Mapping[str, Any]) -> Run:
     if course.begun and course.memory is None:
         begin = {"begin": course.t, "latched": course.latched}
         given |= {"begin": (course.structure, course.t, course.latched)} if switching else begin
+    if not switching and course.pieces:
+        given["origin"] = (float(course.pieces[0].run.t[0]), course.pieces[0].run.q[0])
     run = make(
         course.model, *((None, None) if course.memory is not None and course.begun else (course.q, course.u)), **given
     )
@@ -292,7 +303,10 @@ def _happen(course: Course, crossings: Sequence[Crossing], run: Run) -> str | No
     for crossing in crossings:
         event = _event(course, crossing, run)
         said = course.said[course.signals[crossing.signal].event]
-        values = {path: _number(course, value, run, event) for path, value in said["set"].items()}
+        try:
+            values = {path: _number(course, value, run, event) for path, value in said["set"].items()}
+        except ValueError as error:
+            return _unsettable(course, event, error)
         answer = course.on_event[event.name](event) if event.name in course.on_event else None
         if isinstance(answer, Mapping):
             values |= answer
@@ -305,11 +319,23 @@ def _happen(course: Course, crossings: Sequence[Crossing], run: Run) -> str | No
             )
         off = (course.off | frozenset(said["off"])) - frozenset(said["on"])
         if values or off != course.off:
-            event = replace(event, parameters=dict(values), energy=_set(course, values, off))
+            try:
+                event = replace(event, parameters=dict(values), energy=_set(course, values, off))
+            except ValueError as error:
+                if isinstance(answer, Mapping):
+                    raise  # it is the caller's own function that has answered so
+                return _unsettable(course, event, error)
         course.events.append(event)
     if ends:
         return f"ended at t = {course.t:.12g} s by {' and '.join(dict.fromkeys(ends))}"
     return None
+
+
+def _unsettable(course: Course, event: Event, error: ValueError) -> str:
+    """What ends a run in which an event sets what cannot be."""
+    course.failed = True
+    course.events.append(event)
+    return f"stopped at t = {course.t:.12g} s by {event.name}: {error}"
 
 
 def _number(course: Course, value: float | str, run: Run, event: Event) -> float:

@@ -92,10 +92,12 @@ def simulate_one(
     state: HybridState | None = None,
     begin: float = 0.0,
     latched: FloatArray | None = None,
+    origin: tuple[float, FloatArray] | None = None,
 ) -> Run:
     """The run from one start at t = ``begin`` (s), with the arguments of :func:`~..simulate.simulate`.
 
-    ``latched`` (latches,) is what effects hold at first, not a number where they hold nothing.
+    ``latched`` (latches,) is what effects hold at first, not a number where they hold nothing. ``origin`` is the time
+    (s) and the coordinates (nq,) at which a run began that this one is a stretch of.
     """
     faults = Faults()
     with faults.collecting():
@@ -153,7 +155,9 @@ def simulate_one(
         exact = Advance(model, asked.method, asked.drift, *held, own, found["scales"], inputs, supply, holding)
         rows = (found["t"], found["q"], found["u"])
         since = int(np.searchsorted(found["t"], found["hold_t"][-1])) if len(found["hold_t"]) else 0
-        if met := dead_point(model, *rows, asked.step, exact, since, found["held"][-1] if found["held"] else ()):
+        contacts = found["held"][-1] if found["held"] else ()
+        began = origin or (float(found["t"][0]), found["q"][0])
+        if met := dead_point(model, *rows, asked.step, exact, began, since, contacts):
             found = cut(found, met.rows) | {"met": met.text}
     tolerances = (0.0, 0.0) if asked.step else (asked.rtol, asked.atol)
     stepped = tuple(

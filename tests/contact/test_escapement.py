@@ -87,6 +87,7 @@ def balanced(run: Any, seen: Swings, last: int) -> float:
     return math.sqrt(gained * seen.periods[-1] / (2.0 * math.pi**2 * pendulum(run.model).damping))
 
 
+@pytest.mark.hard
 def test_the_wheel_goes_on_by_a_tooth_at_each_swing(workshop: Workshop) -> None:
     """For a minute, with the period of the free pendulum within Airy's bound, at the amplitude that energy balances.
 

@@ -279,3 +279,18 @@ def test_periods_that_are_too_short_are_told(workshop: Workshop) -> None:
     model = workshop.model(SLIDER.format(at=0, more=f'[[motor]]\njoint = "rail"\nforce = {rows}'))
     with pytest.raises(ValueError, match="begin anew every 1e-09 s, "):
         simulate(model)
+
+
+def test_rows_hold_from_their_own_instant_on(workshop: Workshop) -> None:
+    """At a row what is asked of the run is that of the piece that begins there, at the first one too.
+
+    A speed by straight lines has accelerations 4 and 0 m/s² from 0 and 0.5 s on, and the rail's drive pushes 4 m.
+    """
+    rows = "{ rows = [[0, 0], [0.5, 2], [1, 2]], order = 1 }"
+    model = workshop.model(SLIDER.format(at=0, more=f'[[drive]]\njoint = "rail"\nspeed = {rows}'))
+    run = simulate(model, until=1.0)
+    times = np.array([0.0, 0.25, 0.5, 0.75])
+    assert run.accelerations(times)[:, 0] == pytest.approx([4.0, 4.0, 0.0, 0.0], abs=1e-12)
+    mass = sum(value for path, value in model.parameters.items() if path.endswith(".mass"))
+    pushed = run.reactions(times)[:, model.joints.index("rail"), 0]
+    assert pushed == pytest.approx(4.0 * mass * np.array([1, 1, 0, 0]), abs=1e-9)

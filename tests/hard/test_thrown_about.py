@@ -18,6 +18,7 @@ from ccgen.runtime import simulate
 
 from ..support.workshop import Workshop
 
+pytestmark = pytest.mark.hard
 MACHINES = int(os.environ.get("CCGEN_THROWN", "6"))
 WIDE, HIGH = 0.7, 0.6
 BALL, SKIN = 0.05, 0.002

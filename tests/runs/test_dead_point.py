@@ -125,6 +125,18 @@ def test_the_torque_stops_there_too(workshop: Workshop) -> None:
         driving_torque(workshop.model(FOUR_BAR), "swing", 1.0)
 
 
+def test_events_do_not_change_what_is_told(workshop: Workshop) -> None:
+    """Events cut runs into stretches: the way is that since the run began, or since the state that it goes on from."""
+    event = '[[event]]\nwhen = "t - 0.1"\nset = { "rocker.mass" = 2 }\n'
+    model = workshop.model(f'{FOUR_BAR}\n[[drive]]\njoint = "swing"\nspeed = 1\n{event}')
+    start = float(model.start()[0][2])
+    turned, stop = where(simulate(model))[1:]
+    assert turned == pytest.approx(INNER - start, rel=1e-5) and stop == pytest.approx(INNER - start, rel=1e-8)
+    then = simulate(model, state=simulate(model, until=0.25).state, until=3.0)
+    said = re.match(r"stopped at t = \S+ s: swing comes to a stop after (\S+)° since t = 0.25 s, at t = ", then.message)
+    assert said and math.radians(float(said[1])) == pytest.approx(INNER - start - 0.25, rel=1e-5)
+
+
 def test_a_slider_stops_where_crank_and_rod_are_stretched(workshop: Workshop) -> None:
     model = workshop.model(f'{CRANK}\n[[drive]]\njoint = "guide"\nspeed = 0.25\n')
     q, _ = model.start()
@@ -209,7 +221,7 @@ def test_a_change_point_is_none(workshop: Workshop) -> None:
     for model, flat, stops in ((parallel, math.pi / 6, False), (jam, INNER - float(jam.start()[0][2]), True)):
         run = simulate(model, until=flat * (1 - 1e-8), rtol=1e-12)
         assert run.success, run.message
-        found = dead_point(model, run.t, run.q, run.u, 0.0, lambda t, q, u, h: (q, u))
+        found = dead_point(model, run.t, run.q, run.u, 0.0, lambda t, q, u, h: (q, u), (0.0, run.q[0]))
         assert (found is not None) == stops
         assert found is None or found.t == pytest.approx(flat, rel=1e-8)
 

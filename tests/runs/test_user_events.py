@@ -350,3 +350,29 @@ def test_the_speed_of_a_drive_is_not_set(workshop: Workshop) -> None:
     model = workshop.model(PENDULUM + drive)
     with pytest.raises(ValueError, match="a driven joint keeps its first speed"):
         simulate(model, until=2.0, on_event={"now": lambda event: {"drive_0.speed": 5.0}})
+
+
+def test_what_cannot_be_set_ends_the_run(workshop: Workshop) -> None:
+    """A scene's own value that is out of range: where, which event, and all that came before is kept."""
+    text = PENDULUM + '[[event]]\nname = "now"\nwhen = "t - 1"\nset = { "rod.mass" = "angle(pin)" }\n'
+    run = simulate(workshop.model(text))
+    assert not run.success and run.t[-1] == 1.0 and run.events[0].name == "now" and not run.events[0].parameters
+    assert re.match(r"stopped at t = 1 s by now: .*rod\.mass.*positive", run.message)
+
+
+def test_values_of_functions_go_on_with_the_state(workshop: Workshop) -> None:
+    """A run that goes on has what the function had set; what is asked for beside the state is told of."""
+    text = PENDULUM + '[[event]]\nname = "now"\nwhen = "t - 1"\n'
+    model = workshop.model(text)
+
+    def heavier(event: Event) -> dict[str, float]:
+        return {"gravity.g": 20.0}
+
+    answers = {"now": heavier}
+    whole, half = (simulate(model, until=end, on_event=answers) for end in (3.0, 2.0))
+    assert half.state is not None and half.state.parameters["gravity.g"] == 20.0
+    then = simulate(model, state=half.state, until=3.0, on_event=answers)
+    assert then.q[-1] == pytest.approx(whole.q[-1], abs=1e-8)
+    for more in ({}, {"on_event": answers, "params": {"gravity.g": 5.0}}):
+        with pytest.raises(ValueError, match=r"found one with another gravity\.g"):
+            simulate(model, state=half.state, until=3.0, **more)  # type: ignore[arg-type]

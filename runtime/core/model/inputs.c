@@ -1,6 +1,7 @@
 /* Inputs of the model: what supplies them is asked at every state; a table is interpolated. */
 #include "model/inputs.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -9,12 +10,13 @@ int own_inputs(const struct ccgen_model *m)
     return m->inputs - m->switches - m->latches;
 }
 
-/* The sides at a state, from what effects hold behind them */
+/* The sides at a state, from what effects hold behind them. What begins at an instant is there from that instant on. */
 static void read_sides(const struct ccgen_model *m, const double *k, double t, const double *q, const double *u,
                        double *inputs)
 {
     double *sides = inputs + own_inputs(m);
-    m->switching(k, q, u, t, inputs, sides);
+    const double size = fabs(t), after = t + 2.0 * DBL_EPSILON * size + DBL_MIN;
+    m->switching(k, q, u, after, inputs, sides);
     for (int i = 0; i < m->switches; i++)
         sides[i] = unit_step(sides[i]);
 }
