@@ -201,12 +201,16 @@ class Drawing:
         )
 
     def _link(self, k: int, points: int) -> Any:
-        """The artist of a link: a bar, or an area where the link has three points or more."""
+        """The artist of a link: a bar, an area where the link has three points or more, a dot where it has one and no
+        disc."""
         colour = COLOURS[k % len(COLOURS)]
         if points >= 3:
             fill = needed("matplotlib.colors", "a plot").to_rgba(colour, 0.35)
             (area,) = self.axes.fill([], [], facecolor=fill, edgecolor=colour, linewidth=2, joinstyle="round", zorder=2)
             return area
+        if points == 1 and not any(disc.link == k for disc in self.model.discs):
+            (dot,) = self.axes.plot([], [], "o", color=colour, markersize=8, zorder=3)
+            return dot
         width = 4.5 if len(self.model.outlines) <= 16 else 2.5
         (bar,) = self.axes.plot([], [], color=colour, linewidth=width, solid_capstyle="round", zorder=3)
         return bar

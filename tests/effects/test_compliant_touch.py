@@ -160,6 +160,29 @@ def test_the_rigid_touch_is_its_limit(workshop: Workshop) -> None:
     assert off[1] / off[0] == pytest.approx(0.1, rel=0.3) and off[2] / off[1] == pytest.approx(0.1, rel=0.3)
 
 
+THROWN = [(-0.8275, -0.5514, 0.5136), (-0.9358, -0.1471, 0.3722), (-0.968, -0.2707, 0.3655), (-0.8525, -0.2278, 0.3821)]
+"""Places, and times in which parabolas come down on an edge at 0, 0: a step each, but for the edge."""
+
+
+@pytest.mark.parametrize(("x", "y", "time"), THROWN)
+def test_a_ball_does_not_fly_through_an_edge_within_a_step(x: float, y: float, time: float, workshop: Workshop) -> None:
+    """Its gap to the edge falls, rises and falls in one step; it comes back up, with the energy that it had."""
+    model = workshop.model(
+        'name = "court"\n[ground_link]\npoints = { O = [0, 0], A = [-0.3, 0], B = [0.3, 0] }\n'
+        '[[link]]\nname = "ball"\ndisc = { mass = 0.5, radius = 0.05 }\npoints = { C = [0, 0] }\n[gravity]\n'
+        '[[compliant_touch]]\nbetween = ["ball.C", ["ground.A", "ground.B"]]\nradius = [0.05, 0]\nload = 1e4\n'
+        "depth = 0.001\nexponent = 1.5\n[start]\nposition = [-1, 1]\n"
+    )
+    q, u = np.array([x, y, 0.0]), np.array([-x / time, -y / time + 0.5 * 9.81 * time, 0.0])
+    run = simulate(model, q, u, until=time + 1.5)
+    over = np.array([run.at(t)[0][:2] for t in np.linspace(0.8 * time, 1.5 * time, 200)])
+    over = over[np.abs(over[:, 0]) < 0.28]
+    assert len(over) >= 10
+    assert over[:, 1].min() >= 0.049
+    assert run.u[-1][0] == pytest.approx(u[0], rel=1e-9)
+    assert run.energy_drift <= 1e-8
+
+
 WRONG = [
     ('between = ["disc.C", "other.C"]\nradius = 0.1\nload = 1\nexponent = 1.2', "exponent", "choose one"),
     ('between = ["disc.C", "disc.C"]\nradius = 0.1\nload = 1', "between", "two links"),

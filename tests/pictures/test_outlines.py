@@ -12,6 +12,7 @@ from ccgen.generator import Scene, SceneError, load_scene
 from ccgen.generator.pipeline import listing
 from ccgen.runtime import simulate
 from ccgen.runtime.pictures.player import content
+from ccgen.runtime.pictures.plot import draw
 
 from ..support.workshop import Workshop
 
@@ -112,3 +113,37 @@ def test_wrong_outlines(tmp_path: Path) -> None:
     path.write_text(of_wheel('outline = ["A", "D"]\n'))
     with pytest.raises(SceneError, match=r'link\[0\].outline\[1\]: found "D", expected a point of the link: A, hub'):
         load_scene(path)
+
+
+STONE = """
+name = "stone"
+[[link]]
+name = "stone"
+mass = 1
+inertia = 1e-4
+com = [0, 0]
+points = { C = [0, 0] }
+[start]
+position = [1, 2]
+velocity = [3, 4]
+[gravity]
+[run]
+until = 0.8
+"""
+
+
+def test_a_link_of_one_point_is_a_dot_on_its_way(workshop: Workshop) -> None:
+    """A thrown stone is where its parabola is, and the view stands still round all of that."""
+    pytest.importorskip("matplotlib")
+    run = simulate(workshop.model(STONE))
+    poses, _ = draw(run).subfigs
+    times = np.linspace(0.0, 0.8, len(poses.axes))
+    for axes, t in zip(poses.axes, times, strict=True):
+        dots = [line for line in axes.lines if line.get_marker() == "o" and line.get_color() != "white"]
+        assert [line.get_xydata().tolist() for line in dots] == [
+            [pytest.approx([1 + 3 * t, 2 + 4 * t - 4.905 * t * t], abs=1e-9)]
+        ]
+        (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
+        assert left < 1.0 and right > 3.4 and low < 2.0 and high > 2 + 16 / 2 / 9.81
+    shown = content(run)
+    assert shown["links"][0]["outline"] == [[0.0, 0.0]] and not shown["view"]["follow"]

@@ -27,10 +27,10 @@ enum { WATCHED_MOST = 3 /* values of a held contact: its force, and two of its f
 static const double BETWEEN[4][5] = {
     {35, 140, -70, 28, -5}, {-5, 60, 90, -20, 3}, {3, -20, 90, 60, -5}, {-5, 28, -70, 140, 35}};
 
-/* All gaps and their rates at a part of the step */
+/* All gaps and their rates at a part of the step, or all watched values of effects and their slopes over it */
 struct sampled {
     double theta;
-    double *gap, *rate; /* [contacts] */
+    double *value, *rate; /* [sampled_count] */
 };
 
 struct search {
@@ -42,10 +42,15 @@ struct search {
     double *values;                                   /* [all] all gaps, rates or watched values there */
     void (*watch)(struct search *, double, double *); /* all watched values at a part of the step */
     double *velocities;                               /* [links][3] */
-    struct sampled ends[3];                           /* of two pieces in a row */
-    struct sampled between[CLOSER][2];                /* of pieces that are halved, so many times */
-    double *samples;                                  /* [SAMPLES + 1][watched] watched values in a window */
-    double *noise;                                    /* [switches] what those of effects are known to */
+    /* what is sampled at a part of the step, and its first event between two samples */
+    void (*take_sample)(struct search *, double, struct sampled *);
+    struct event (*first_in_piece)(struct search *, const struct sampled *, const struct sampled *);
+    int sampled_count;
+    double span;                       /* of the step in the unit of rates */
+    struct sampled ends[3];            /* of two pieces in a row */
+    struct sampled between[CLOSER][2]; /* of pieces that are halved, so many times */
+    double *samples;                   /* [SAMPLES + 1][watched] watched values in a window */
+    double *noise;                     /* [switches] what those of effects are known to */
     double slow; /* times extent: a closed contact is not falling before its rate is beyond this */
     long interval_count;
 };
@@ -187,8 +192,24 @@ static double first_event_in_interval(struct search *search, int contact, double
 
 static void sample_gaps(struct search *search, double theta, struct sampled *at)
 {
-    at->theta = theta;
-    sample(search, theta, at->gap, at->rate);
+    sample(search, theta, at->value, at->rate);
+}
+
+/* Slopes over theta from differences over a millionth of a piece */
+static void sample_effects(struct search *search, double theta, struct sampled *at)
+{
+    const double step = SLOPE / (double)search->interval_count, way = theta < 1.0 - step ? step : -step;
+    watch_effects(search, theta + way, at->rate);
+    watch_effects(search, theta, at->value);
+    for (int i = 0; i < search->sampled_count; i++)
+        at->rate[i] = (at->rate[i] - at->value[i]) / way;
+}
+
+/* A contact that is held does not close. */
+static int is_held(const struct search *search, int contact)
+{
+    const struct active_set *h = search->s->active;
+    return !search->noise && h && h->closed[contact];
 }
 
 /* The least of a cubic's control points, which it does not fall below: of one with these values and slopes at the ends of a piece */
@@ -197,70 +218,75 @@ static double least_of_cubic(double ga, double ra, double gb, double rb, double 
     return fmin(fmin(ga, gb), fmin(ga + width * ra / 3.0, gb - width * rb / 3.0));
 }
 
-/* Whether the gap of a contact may come to zero unseen in the two pieces from a to m to b: the cubic through a and b misses
- * what is sampled at m by a good part of the gap, and by more than the least that is in sight. */
-static int is_unresolved(const struct search *search, int c, const struct sampled *a, const struct sampled *m,
+/* Whether value i may come to zero unseen in the two pieces from a to m to b: the cubic through a and b misses what is
+ * sampled at m by a good part of the value, and by more than the least that is in sight. */
+static int is_unresolved(const struct search *search, int i, const struct sampled *a, const struct sampled *m,
                          const struct sampled *b)
 {
-    const double width = (b->theta - a->theta) * search->h;
-    const double ga = a->gap[c], gm = m->gap[c], gb = b->gap[c], ra = a->rate[c], rm = m->rate[c], rb = b->rate[c];
-    const double off = gm - 0.5 * (ga + gb) - 0.125 * width * (ra - rb);
-    const double slope_off = 0.25 * width * rm - 0.375 * (gb - ga) + 0.0625 * width * (ra + rb);
+    const double width = (b->theta - a->theta) * search->span;
+    const double va = a->value[i], vm = m->value[i], vb = b->value[i], ra = a->rate[i], rm = m->rate[i],
+                 rb = b->rate[i];
+    const double off = vm - 0.5 * (va + vb) - 0.125 * width * (ra - rb);
+    const double slope_off = 0.25 * width * rm - 0.375 * (vb - va) + 0.0625 * width * (ra + rb);
     const double wrong = fmax(fabs(off), fabs(slope_off));
-    const double size = fmax(fmax(fabs(ga), fabs(gb)), fabs(gm));
-    const double low = fmin(least_of_cubic(ga, ra, gm, rm, 0.5 * width), least_of_cubic(gm, rm, gb, rb, 0.5 * width));
-    return wrong > SHUT * search->s->extent[c] && wrong > CROOKED * size && low < wrong;
+    const double size = fmax(fmax(fabs(va), fabs(vb)), fabs(vm));
+    const double low = fmin(least_of_cubic(va, ra, vm, rm, 0.5 * width), least_of_cubic(vm, rm, vb, rb, 0.5 * width));
+    const double noise = search->noise ? search->noise[i] : SHUT * search->s->extent[i];
+    return wrong > noise && wrong > CROOKED * size && low < wrong;
 }
 
 /* First event of the gaps of contacts that are not held between two samples */
-static struct event first_in_piece(struct search *search, const struct sampled *a, const struct sampled *b)
+static struct event first_closing(struct search *search, const struct sampled *a, const struct sampled *b)
 {
-    const struct system *s = search->s;
     struct event first = {-1, 2.0, CLOSES, 1.0};
-    for (int c = 0; c < s->model->contacts; c++) {
-        if (s->active && s->active->closed[c])
+    for (int c = 0; c < search->sampled_count; c++) {
+        if (is_held(search, c))
             continue;
         const double theta =
-            first_event_in_interval(search, c, a->theta, a->gap[c], a->rate[c], b->theta, b->gap[c], b->rate[c]);
+            first_event_in_interval(search, c, a->theta, a->value[c], a->rate[c], b->theta, b->value[c], b->rate[c]);
         if (theta < first.theta)
             first = (struct event){c, theta, CLOSES, 1.0};
     }
     return first;
 }
 
-/* The same in two pieces in a row, which are halved where that shows more */
+/* First event in two pieces in a row, which are halved where that shows more; its place is 2 where there is none */
 static struct event first_in_pair(struct search *search, const struct sampled *a, const struct sampled *m,
                                   const struct sampled *b, int level)
 {
-    const struct system *s = search->s;
     int resolved = 1;
-    for (int c = 0; c < s->model->contacts && level < CLOSER && resolved; c++)
-        resolved = (s->active && s->active->closed[c]) || !is_unresolved(search, c, a, m, b);
+    for (int i = 0; i < search->sampled_count && level < CLOSER && resolved; i++)
+        resolved = is_held(search, i) || !is_unresolved(search, i, a, m, b);
     if (resolved) {
-        const struct event first = first_in_piece(search, a, m);
-        return first.contact >= 0 ? first : first_in_piece(search, m, b);
+        const struct event first = search->first_in_piece(search, a, m);
+        return first.theta <= 1.0 ? first : search->first_in_piece(search, m, b);
     }
     struct sampled *between = search->between[level];
-    sample_gaps(search, 0.5 * (a->theta + m->theta), &between[0]);
+    between[0].theta = 0.5 * (a->theta + m->theta);
+    search->take_sample(search, between[0].theta, &between[0]);
     const struct event first = first_in_pair(search, a, &between[0], m, level + 1);
-    if (first.contact >= 0)
+    if (first.theta <= 1.0)
         return first;
-    sample_gaps(search, 0.5 * (m->theta + b->theta), &between[1]);
+    between[1].theta = 0.5 * (m->theta + b->theta);
+    search->take_sample(search, between[1].theta, &between[1]);
     return first_in_pair(search, m, &between[1], b, level + 1);
 }
 
-/* First event of the gaps of contacts that are not held */
-static struct event first_closing(struct search *search)
+/* First event of what is sampled in the step */
+static struct event first_sampled(struct search *search)
 {
     struct event first = {-1, 2.0, CLOSES, 1.0};
     struct sampled *a = &search->ends[0], *m = &search->ends[1], *b = &search->ends[2];
     const double whole = (double)search->interval_count;
-    sample_gaps(search, 0.0, a);
-    for (long i = 0; i < search->interval_count && first.contact < 0 &&
-                     !interrupted(search->s->interruption, search->s->model->contacts);
+    a->theta = 0.0;
+    search->take_sample(search, a->theta, a);
+    for (long i = 0; i < search->interval_count && first.theta > 1.0 &&
+                     !interrupted(search->s->interruption, search->sampled_count);
          i += 2) {
-        sample_gaps(search, ((double)i + 1.0) / whole, m);
-        sample_gaps(search, ((double)i + 2.0) / whole, b);
+        m->theta = ((double)i + 1.0) / whole;
+        b->theta = ((double)i + 2.0) / whole;
+        search->take_sample(search, m->theta, m);
+        search->take_sample(search, b->theta, b);
         first = first_in_pair(search, a, m, b, 0);
         struct sampled *swap = a;
         a = b;
@@ -438,62 +464,54 @@ static double watched_slope(struct search *search, int index, double theta)
     return (one_watched(search, index, from + step) - before) / step;
 }
 
-/* First kink of effect `index` in the piece from theta a to b, or 2: its function is negative at b, or falls at a and rises at b and is negative where it is
- * least. Functions of distances are sharp there: a point that flies past another has no parabola. */
-static double kink_in_piece(struct search *search, int index, double a, double at_a, double b, double at_b,
+/* First kink of effect `index` between two samples, or 2: its function is negative at the second, or falls at the first and rises at the second and is
+ * negative where it is least. Functions of distances are sharp there: a point that flies past another has no parabola. */
+static double kink_in_piece(struct search *search, int index, const struct sampled *a, const struct sampled *b,
                             double *behind)
 {
-    *behind = b;
+    const double at_a = a->value[index], at_b = b->value[index], falls = a->rate[index], rises = b->rate[index];
+    *behind = b->theta;
     if (at_b < -search->noise[index])
-        return watched_piece(search, index, a, at_a, b, at_b);
-    const double falls = watched_slope(search, index, a), rises = watched_slope(search, index, b);
+        return watched_piece(search, index, a->theta, at_a, b->theta, at_b);
     if (at_a <= 0.0 || falls >= 0.0 || rises <= 0.0)
         return 2.0;
-    const double bottom = root(search, watched_slope, index, a, falls, b, rises);
+    const double bottom = root(search, watched_slope, index, a->theta, falls, b->theta, rises);
     const double least = one_watched(search, index, bottom);
     *behind = bottom;
-    return least < -search->noise[index] ? root(search, one_watched, index, a, at_a, bottom, least) : 2.0;
+    return least < -search->noise[index] ? root(search, one_watched, index, a->theta, at_a, bottom, least) : 2.0;
 }
 
-/* First kink of an effect: functions of the state alone, that a step resolves as it does the state. */
-static struct event first_kink(struct search *search)
+/* First kink of an effect between two samples: functions of the state alone, that a step resolves as it does the state. */
+static struct event first_kink(struct search *search, const struct sampled *a, const struct sampled *b)
 {
-    const int count = search->s->model->switches;
     struct event first = {-1, 2.0, -1, 1.0};
-    double *at_a = search->samples, *at_b = at_a + count, behind;
-    search->watch(search, 0.0, at_a);
-    for (long i = 1; i <= search->interval_count && first.watch < 0; i++) {
-        const double a = (double)(i - 1) / (double)search->interval_count;
-        const double b = (double)i / (double)search->interval_count;
-        search->watch(search, b, at_b);
-        for (int w = 0; w < count; w++) {
-            const double theta = kink_in_piece(search, w, a, at_a[w], b, at_b[w], &behind);
-            if (theta < first.theta)
-                first = (struct event){-1, theta, w, behind};
-        }
-        memcpy(at_a, at_b, count * sizeof *at_a);
+    double behind;
+    for (int w = 0; w < search->sampled_count; w++) {
+        const double theta = kink_in_piece(search, w, a, b, &behind);
+        if (theta < first.theta)
+            first = (struct event){-1, theta, w, behind};
     }
     return first;
 }
 
-static void take_sampled(struct arena *arena, size_t contacts, struct sampled *sampled)
+static void take_sampled(struct arena *arena, size_t count, struct sampled *sampled)
 {
-    sampled->gap = TAKE(arena, double, contacts);
-    sampled->rate = TAKE(arena, double, contacts);
+    sampled->value = TAKE(arena, double, count);
+    sampled->rate = TAKE(arena, double, count);
 }
 
 static enum outcome take_search(struct search *search, size_t watched)
 {
     struct system *s = search->s;
-    const size_t contacts = s->model->contacts;
+    const size_t count = (size_t)search->sampled_count;
     search->y = TAKE(s->arena, double, s->size);
     search->dy = TAKE(s->arena, double, s->size);
     search->values = TAKE(s->arena, double, watched);
     search->velocities = TAKE(s->arena, double, 3 * (size_t)s->model->links);
     for (int i = 0; i < 3; i++)
-        take_sampled(s->arena, contacts, &search->ends[i]);
+        take_sampled(s->arena, count, &search->ends[i]);
     for (int i = 0; i < 2 * CLOSER; i++)
-        take_sampled(s->arena, contacts, &search->between[i / 2][i % 2]);
+        take_sampled(s->arena, count, &search->between[i / 2][i % 2]);
     search->samples = TAKE(s->arena, double, (SAMPLES + 1) * watched);
     if (s->arena->ran_out)
         return OUTCOME_NO_MEMORY;
@@ -504,12 +522,21 @@ static enum outcome take_search(struct search *search, size_t watched)
 enum outcome find_event(struct system *s, const struct method *method, const double *steps, double t, double h,
                         double slow, struct event *event)
 {
-    struct search search = {
-        .s = s, .method = method, .steps = steps, .t = t, .h = h, .slow = slow, .watch = watch_contacts};
+    struct search search = {.s = s,
+                            .method = method,
+                            .steps = steps,
+                            .t = t,
+                            .h = h,
+                            .slow = slow,
+                            .watch = watch_contacts,
+                            .take_sample = sample_gaps,
+                            .first_in_piece = first_closing,
+                            .sampled_count = s->model->contacts,
+                            .span = h};
     const struct mark mark = s->arena->top;
     const enum outcome outcome = take_search(&search, WATCHED_MOST * (size_t)s->model->contacts);
     if (!outcome) {
-        *event = first_closing(&search);
+        *event = first_sampled(&search);
         const struct event loss = active_count(s) ? first_loss(&search) : *event;
         *event = loss.theta < event->theta ? loss : *event;
     }
@@ -520,7 +547,16 @@ enum outcome find_event(struct system *s, const struct method *method, const dou
 enum outcome find_kink(struct system *s, const struct method *method, const double *steps, double t, double h,
                        struct event *event)
 {
-    struct search search = {.s = s, .method = method, .steps = steps, .t = t, .h = h, .watch = watch_effects};
+    struct search search = {.s = s,
+                            .method = method,
+                            .steps = steps,
+                            .t = t,
+                            .h = h,
+                            .watch = watch_effects,
+                            .take_sample = sample_effects,
+                            .first_in_piece = first_kink,
+                            .sampled_count = s->model->switches,
+                            .span = 1.0};
     const struct mark mark = s->arena->top;
     search.noise = TAKE(s->arena, double, s->model->switches);
     enum outcome outcome = take_search(&search, s->model->switches);
@@ -529,7 +565,7 @@ enum outcome find_kink(struct system *s, const struct method *method, const doub
         outcome = side_noise(s, t, search.y, search.dy, search.values, search.samples, search.noise);
     }
     if (!outcome)
-        *event = first_kink(&search);
+        *event = first_sampled(&search);
     give_back(s->arena, mark);
     return outcome;
 }
