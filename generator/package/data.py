@@ -76,9 +76,9 @@ def model_data(
         "law": scene.run.law,
         "outlines": [[_point(point) for point in link.points.values()] for link in mechanism.links],
         "drawn": {
-            link.name: _drawn(link, mechanism.outlines[link.name])
+            link.name: _drawn(link, mechanism.outlines.get(link.name, ()))
             for link in mechanism.links
-            if link.name in mechanism.outlines
+            if link.name in mechanism.outlines or _is_carriage(link)
         },
         "discs": _discs(scene),
         "ropes": _ropes(scene),
@@ -284,6 +284,11 @@ def _outboard(mechanism: Mechanism, topology: Topology) -> list[str]:
 def _point(point: Point) -> list[str | float]:
     """Coordinates as parameter paths, or 0 where they are structurally zero."""
     return [_coordinate(point.x), _coordinate(point.y)]
+
+
+def _is_carriage(link: Link) -> bool:
+    """A link of one point without mass, as joints need that slide along two directions: there is nothing to see."""
+    return link.massless and len(link.points) == 1
 
 
 def _drawn(link: Link, corners: Sequence[Corner]) -> list[list[str | float]]:

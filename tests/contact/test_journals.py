@@ -384,6 +384,8 @@ def test_what_is_said_and_drawn_of_journals(workshop: Workshop, tmp_path: Path) 
         (model.links.index("crank"), 0.008),
         (model.links.index("rod"), pytest.approx(0.0082)),
     ]
+    drawn = {name for name, outline in zip(model.links, model.outlines, strict=True) if len(outline)}
+    assert drawn == {"crank", "rod", "slider"}  # links of one point without mass only carry others
     wider = model.with_parameters({"main_bearing.clearance": 0.005})
     assert wider.discs[1].radius == pytest.approx(0.015)
     run = simulate(model, until=0.01)
