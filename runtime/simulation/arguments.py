@@ -218,18 +218,28 @@ def checked_start(
     (q,), (u,) = put_onto_closure(model, q0[None], u0[None], single=True)
     if model.data["drives"] and begin == 0.0:
         _check_driven(model, q, u)
-    depths = -model.gaps(q) if model.contacts else np.zeros(0)
-    if depths.size and depths.max() > 0.0 and depths.max() > DEPTH * model.length:
-        point, ground = model.contacts[int(np.argmax(depths))]
-        if ground in model.stops:
-            _check_limits(model, ground)
-            raise ValueError(f"the start has {point} beyond {ground} by {depths.max():.6g} rad; turn the start")
-        if ground in {rope.name for rope in model.ropes}:
-            message = f"the start needs {ground} to be longer by {depths.max():.6g} m"
-            raise ValueError(f"{message}; change the start, or make it longer")
-        advice = "raise or move the start" if ground in model.ground_planes() else "change the start or the radii"
-        raise ValueError(f"the start has {point} inside {ground} by {depths.max():.6g} m; {advice}")
+    _check_outside(model, q, begin)
     return q, u
+
+
+def _check_outside(model: Model, q: FloatArray, begin: float) -> None:
+    """A start, or the state at t = ``begin`` (s) from which a run goes on after a change, is inside nothing."""
+    depths = -model.gaps(q) if model.contacts else np.zeros(0)
+    if not depths.size or depths.max() <= max(0.0, DEPTH * model.length):
+        return
+    point, ground = model.contacts[int(np.argmax(depths))]
+    deep = f"{depths.max():.6g} {'rad' if ground in model.stops else 'm'}"
+    if ground in model.stops:
+        _check_limits(model, ground)
+        found, advice = f"has {point} beyond {ground} by {deep}", "turn the start"
+    elif ground in {rope.name for rope in model.ropes}:
+        found, advice = f"needs {ground} to be longer by {deep}", "change the start, or make it longer"
+    else:
+        found = f"has {point} inside {ground} by {deep}"
+        advice = "raise or move the start" if ground in model.ground_planes() else "change the start or the radii"
+    if begin:
+        raise ValueError(f"what changes here {found}; let it come where there is room")
+    raise ValueError(f"the start {found}; {advice}")
 
 
 def _check_energy(model: Model, q0: FloatArray, u0: FloatArray) -> None:

@@ -102,8 +102,8 @@ def test_a_ground_that_is_switched_on_above_a_point_ends_the_run(workshop: Works
     text = (
         BALL + '[[event]]\nwhen = "t - 0.1"\noff = ["ground_0"]\n[[event]]\nwhen = "y(ball.P) + 1"\non = ["ground_0"]\n'
     )
-    run = simulate(workshop.model(text))  # what is wrong is told as of a start
-    assert not run.success and "the start has ball.P inside ground_0 by 1 m" in run.message
+    run = simulate(workshop.model(text))
+    assert not run.success and "what changes here has ball.P inside ground_0 by 1 m" in run.message
     assert run.at(run.t[-1])[0][1] == pytest.approx(-1.0)
 
 
