@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ._core import all_finite
+from ._core import all_finite, never_decreases
 
 CORES = {"double": "_core", "float": "_float", "wide": "_wide"}
 
@@ -31,6 +31,11 @@ def need_doubles(precision: str, model: str, what: str) -> None:
 def finite(x: NDArray[Any]) -> bool:
     """Whether all numbers of an array are finite; of doubles, without an array between."""
     return bool(all_finite(x.ravel()) if x.dtype == np.float64 else np.isfinite(x).all())
+
+
+def ascending(x: NDArray[Any]) -> bool:
+    """Whether no number of a row (n,) is less than the one before it; of doubles, without an array between."""
+    return bool(never_decreases(x) if x.dtype == np.float64 else not (x[1:] < x[:-1]).any())
 
 
 def wider() -> bool:

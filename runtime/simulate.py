@@ -80,8 +80,12 @@ def simulate(
     """
     if not isinstance(model, Model):
         raise TypeError(f"model: found {type(model).__name__}, expected a Model; load one with load_model(folder)")
-    options: dict[str, Any] = {"until": until, "rtol": rtol, "atol": atol, "method": method, "params": params}
-    options |= {
+    options: dict[str, Any] = {
+        "until": until,
+        "rtol": rtol,
+        "atol": atol,
+        "method": method,
+        "params": params,
         "inputs": inputs,
         "step": step,
         "drift": drift,

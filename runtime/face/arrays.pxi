@@ -5,6 +5,15 @@ def all_finite(const real[::1] x):
     return numbers_finite(x.shape[0], &x[0])
 
 
+def never_decreases(const real[::1] x):
+    """Whether no number is less than the one before it."""
+    cdef Py_ssize_t i
+    for i in range(1, x.shape[0]):
+        if x[i] < x[i - 1]:
+            return False
+    return True
+
+
 def all_within(const real[::1] x, real limit):
     """Whether all numbers are smaller than ``limit`` in size."""
     return numbers_within(x.shape[0], &x[0], limit)

@@ -16,7 +16,7 @@ def freeze(record: object, *names: str) -> None:
         array = array if array.dtype.kind == "f" else array.astype(float)
         if array.size and not finite(array):
             raise ValueError(f"{name} of the {type(record).__name__.lower()} holds a number that is not finite")
-        array.flags.writeable = False
+        array.setflags(write=False)
         object.__setattr__(record, name, array)
 
 

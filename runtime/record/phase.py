@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Literal
-
-import numpy as np
 
 
 @dataclass(frozen=True)
@@ -41,5 +40,5 @@ class Phase:
             )
         if (self.kind == "contact") != bool(self.contacts):
             raise ValueError(f"phase of kind {self.kind!r} has {len(self.contacts)} contacts that stay closed")
-        if not self.start <= self.end < np.inf:
+        if not self.start <= self.end < math.inf:
             raise ValueError(f"phase goes from {self.start} to {self.end}")

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from ..arrays import FloatArray
 from ..model.forces import Motion
 from ..model.numbers import read_numbers
+from ..precision import ascending
 from .drawable import Drawable
 from .event import Event
 from .frozen import freeze, restore
@@ -65,7 +66,7 @@ class Record:
 
     def __post_init__(self) -> None:
         freeze(self, "t", "q", "u")
-        if self.t.ndim != 1 or not self.t.size or (self.t[1:] < self.t[:-1]).any():
+        if self.t.ndim != 1 or not self.t.size or not ascending(self.t):
             raise ValueError("times of a run must be a row of at least one number that never decreases")
         for name, names in (("q", self.model.q_names), ("u", self.model.u_names)):
             shape = getattr(self, name).shape
