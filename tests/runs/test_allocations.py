@@ -53,7 +53,7 @@ def core(tmp_path_factory: pytest.TempPathFactory) -> Path:
         pytest.skip("needs cc and ld with --wrap")
     folder = tmp_path_factory.mktemp("core")
     sources = sorted(map(str, CORE.rglob("*.c")))
-    command = ["cc", "-O2", "-std=c11", f"-I{ROOT / 'runtime'}", f"-I{CORE}", "-c", *sources]
+    command = ["cc", "-O1", "-std=c11", f"-I{ROOT / 'runtime'}", f"-I{CORE}", "-c", *sources]
     subprocess.run(command, cwd=folder, check=True)
     subprocess.run(["ld", "-r", "-o", str(folder / "core.o"), *sorted(map(str, folder.glob("*.o")))], check=True)
     return folder / "core.o"
@@ -68,7 +68,7 @@ def test_nothing_is_allocated_between_calls(name: str, core: Path, tmp_path: Pat
     sources = [ROOT / "tests" / "c" / "allocations.c", folder / "model.c", folder / "lanes.c", core]
     folders = [f"-I{tmp_path}", f"-I{folder}", f"-I{ROOT / 'runtime'}", f"-I{CORE}"]
     names = [f"-DMODEL={folder.name}", '-DVALUES="values.h"', *folders]
-    command = ["cc", "-O2", "-std=c11", *names, *map(str, sources), WRAPPED, "-lm", "-o", str(tmp_path / "allocations")]
+    command = ["cc", "-O1", "-std=c11", *names, *map(str, sources), WRAPPED, "-lm", "-o", str(tmp_path / "allocations")]
     subprocess.run(command, check=True)
     done = subprocess.run([tmp_path / "allocations"], capture_output=True, text=True, check=False, timeout=600)
     print(done.stdout)

@@ -37,7 +37,7 @@ class Library:
         if os.name != "posix" or not shutil.which("cc"):
             pytest.skip("needs cc")
         sources = sorted(str(path) for path in (runtime / "core").rglob("*.c"))
-        flags = "-O1 -std=c11 -shared -fPIC -fvisibility=hidden -DCCGEN_SHARED -Wall -Wextra -Werror"
+        flags = "-O0 -std=c11 -shared -fPIC -fvisibility=hidden -DCCGEN_SHARED -Wall -Wextra -Werror"
         folders = [f"-I{runtime}", f"-I{runtime / 'core'}"]
         flags += " " + os.environ.get("CFLAGS", "")
         subprocess.run(["cc", *flags.split(), *more, *folders, *sources, "-lm", "-o", str(file)], check=True)
