@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from ccgen.generator import load_scene
 from ccgen.generator.documents.show import show_text
 from ccgen.runtime import simulate, static_equilibrium
 
@@ -209,3 +210,31 @@ def test_what_is_said_and_drawn(workshop: Workshop) -> None:
     assert ("pawl.tip", "teeth.R0-R1") in model.contacts
     edges = [disc for disc in model.discs if disc.end is not None]
     assert len(edges) == 16 and len(model.discs) == 17
+
+
+@pytest.mark.hard
+@pytest.mark.parametrize("corners", [26, 52])
+def test_corners_pass_a_disc_but_by_touching_it(corners: int, workshop: Workshop) -> None:
+    """A heavy wheel turns by up to 300 rad below a disc on a guide, whose gap comes and goes with its corners."""
+    scene = {
+        "name": f"wheel{corners}",
+        "ground_link": {"points": {"O": [0, 0]}},
+        "link": [
+            {"name": "wheel", "mass": 1e3, "inertia": 1e3, "com": [0, 0], "points": {"O": [0, 0]}}
+            | {"around": {"count": corners, "points": {"T": [1, 0]}}},
+            {"name": "ball", "mass": 0.5, "inertia": 0.01, "com": [0, 0], "points": {"C": [0, 0]}},
+        ],
+        "joint": [
+            {"between": ["ground.O", "wheel.O"]},
+            {"name": "guide", "type": "prismatic", "between": ["ground.O", "ball.C"], "axis": "90 deg"},
+        ],
+        "touch": [{"between": ["ball.C", "wheel"], "radius": [0.02, 0], "restitution": 0.5}],
+        "start": {"slides": {"guide": 1.5}},
+    }
+    model, rng = workshop.model(load_scene(scene)), np.random.default_rng(1)
+    for _ in range(150):
+        rate = 10.0 ** rng.uniform(0.0, 2.5)
+        q = np.array([rng.uniform(0.0, 6.0), 1.021 + rng.uniform(0.0, 0.02)])
+        run = simulate(model, q, [rate, -rate * 10.0 ** rng.uniform(-4.5, -2.0)], until=min(2.0, 300.0 / rate))
+        gaps = model.gaps(run.at(np.linspace(0.0, run.t[-1], 4001))[0])
+        assert run.success and gaps.min() >= -1e-9

@@ -135,6 +135,29 @@ def test_the_first_of_several(core: Functions) -> None:
     assert (contact, theta) == (1, pytest.approx(0.5, abs=1e-15))
 
 
+@pytest.mark.parametrize("waves", [1, 2, 4, 12, 24, 25, 26, 50])
+def test_gaps_that_come_and_go_with_teeth(waves: int, core: Functions) -> None:
+    """height + slope theta + cos(waves turning theta + phase), as of a wheel of so many teeth, by up to 40 rad."""
+    rng = np.random.default_rng(waves)
+    grid = np.linspace(0.0, 1.0, 40_001)
+    for _ in range(100):
+        turning = rng.uniform(1.0, 40.0)
+        height, slope, phase = (
+            1.0 + 10.0 ** rng.uniform(-3.0, 0.5),
+            -(10.0 ** rng.uniform(-3.0, 0.7)),
+            rng.uniform(0, 7),
+        )
+        gap = np.zeros(WIDTH)
+        gap[:2], gap[TERMS:] = [height, slope], [1.0, waves * turning, phase]
+        values = height + slope * grid + np.cos(waves * turning * grid + phase)
+        below = np.flatnonzero(values < 0.0)
+        contact, theta = first(core, gap, turning=turning)
+        if not below.size:  # but for what lies between two points of the grid
+            assert contact == -1 or abs(height + slope * theta + np.cos(waves * turning * theta + phase)) <= 1e-9
+        else:
+            assert contact == 0 and theta <= grid[below[0]] + 1e-12
+
+
 @pytest.mark.parametrize("frequency", [30.0, 200.0, 3000.0])
 def test_links_that_turn_often_in_a_step(frequency: float, core: Functions) -> None:
     """cos(w theta) + 0.5 is zero first at 2 pi / (3 w): where links turn by w in the step, there are more pieces."""

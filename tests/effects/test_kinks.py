@@ -19,7 +19,6 @@ from ccgen.runtime import HybridState, Model, simulate, static_equilibrium
 from ..oracles.maximal import Array
 from ..support.active import ROD, SWING, Wrong, check_refusal
 from ..support.folders import ROOT
-from ..support.tiers import hard
 from ..support.workshop import Workshop
 
 G, MASS, STIFFNESS, LENGTH, START = 9.81, 1.0, 100.0, 1.0, 0.2
@@ -289,7 +288,7 @@ def test_a_contact_that_keeps_it_at_its_length(acts: str, workshop: Workshop) ->
     assert len(run.t) <= 60
 
 
-@pytest.mark.parametrize("seed", [5, hard(3)])
+@pytest.mark.parametrize("seed", [3, 5])
 def test_buffers_between_joints_that_come_to_rest(seed: int, workshop: Workshop) -> None:
     """Contacts that stick keep a buffer of a fallen hexagon at its length, which dense output misses by the tolerance:
     steps ended at kinks that were none, 200,000 of them, and runs stopped.

@@ -23,6 +23,18 @@ CORE = ROOT / "runtime" / "core"
 WRAPPED = "-Wl,--wrap=malloc,--wrap=calloc,--wrap=realloc,--wrap=free"
 ROUGH = {"normal": [0.0, 1.0], "point": [0.0, 0.0], "restitution": 0.4, "friction": 0.6}
 
+PENDULUM = {
+    "name": "hung",
+    "ground_link": {"points": {"O": [0, 0], "Q": [0.7, 1.1]}},
+    "link": [{"name": "rod", "rod": {"mass": 1}, "points": {"A": [0, 0], "B": [1, 0]}}],
+    "joint": [{"between": ["ground.O", "rod.A"]}],
+    "gravity": {},
+    "spring": [
+        {"between": ["ground.Q", "rod.B"], "stiffness": 10.0, "length": 0.5 + 0.01 * k, "acts": "pull"}
+        for k in range(40)
+    ],
+}
+
 SCENES: dict[str, tuple[Callable[[], Any], dict[str, int]]] = {
     "rough hexagons": (lambda: scene(6, True), {"struck at once": 1, "stuck": 1, "slid": 1}),
     "rough squares, which fall flat": (
@@ -43,6 +55,7 @@ SCENES: dict[str, tuple[Callable[[], Any], dict[str, int]]] = {
     ),
     "a driven walker": (lambda: load_scene(ROOT / "scenes" / "jansen-driven.toml"), {}),
     "a loop in the air": (lambda: loop(5, gravity=True), {}),
+    "a pendulum on 40 ropes": (lambda: load_scene(PENDULUM), {}),
 }
 
 

@@ -183,15 +183,12 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
     X(ADRIFT, CCGEN_LIMIT(1e-11, 1e-4), OF_LENGTH, \
       "a carried contact with such a gap is open", \
       "ten times what is closed (SHUT): rounding does not open a contact that others carry") \
-    X(TURN, 0.25, OF_RELATIVE, \
+    X(TURN, 0.125, OF_RELATIVE, \
       "rad by which links turn against each other in a piece that is looked at for events", \
-      "a gap goes as a cosine: a quarter of a radian changes its curvature by 3 %") \
+      "a gap goes as a cosine: an eighth of a radian changes its curvature by less than 1 %, and is a corner of a wheel of 50") \
     X(FORCE_ROUNDING, (64.0 * DBL_EPSILON), OF_RELATIVE, \
       "forces this small beside the largest that there have been are zero", \
       "sums over contacts of some tens of terms, each with the rounding of its two factors (as TERM_ROUNDING)") \
-    X(CROOKED, 0.02, OF_RELATIVE, \
-      "part of a gap: two pieces of a step in which a cubic misses more of it are looked at more closely", \
-      "a hundred times what it misses of a gap that goes as a cosine, over two pieces of a quarter of a radian (TURN)") \
     X(STILL, CCGEN_LIMIT(1e-10, 1e-4), OF_SPEED, \
       "a contact that slides slower may stick", \
       "speeds have lost two digits more than places (as REST_SPEED)") \

@@ -29,14 +29,15 @@ enum outcome side_noise(struct system *s, double t, const double *y, double *mov
         noise[i] = 0.0;
     if (!outcome)
         m->switching(s->k, y, y + s->n, t, s->inputs, value);
-    for (int pattern = 0; pattern < PATTERNS && !outcome; pattern++) {
+    for (int pattern = 0; pattern < 2 * PATTERNS && !outcome; pattern++) {
+        const int far = pattern >= PATTERNS, signs = pattern % PATTERNS;
         for (int i = 0; i < 2 * s->n; i++) {
-            const double part = SIDE_ROUNDING * fmax(fabs(y[i]), s->unit[i]);
-            moved[i] = y[i] + (pattern && (i % s->n) >> (pattern - 1) & 1 ? -part : part);
+            const double part = far ? 0.5 * s->unit[i] : SIDE_ROUNDING * fmax(fabs(y[i]), s->unit[i]);
+            moved[i] = y[i] + (signs && (i % s->n) >> (signs - 1) & 1 ? -part : part);
         }
         m->switching(s->k, moved, moved + s->n, t, s->inputs, there);
         for (int i = 0; i < m->switches; i++)
-            noise[i] = fmax(noise[i], fabs(there[i] - value[i]));
+            noise[i] = fmax(noise[i], (far ? 2.0 * SIDE_ROUNDING : 1.0) * fabs(there[i] - value[i]));
     }
     return outcome;
 }

@@ -8,9 +8,9 @@
  * effect is held: 0, or OUTCOME_INTERRUPTED where the supply of the inputs ends the run */
 enum outcome side_functions(struct system *s, double t, const double *y, const double *sides, double *value);
 
-/* What switching functions are known to at (t, y), noise[switches]: by how much they change where the state does by its rounding;
- * moved[size], value[switches] and
- * there[switches] are scratch. */
+/* What switching functions are known to at (t, y), noise[switches]: by how much they change where the state does by its rounding,
+ * and as much of what they do where it changes by half a unit, since their terms have a rounding also where they are stationary, as the
+ * distance of two points on a straight chain; moved[size], value[switches] and there[switches] are scratch. */
 enum outcome side_noise(struct system *s, double t, const double *y, double *moved, double *value, double *there,
                         double *noise);
 

@@ -46,12 +46,12 @@ struct search {
     void (*take_sample)(struct search *, double, struct sampled *);
     struct event (*first_in_piece)(struct search *, const struct sampled *, const struct sampled *);
     int sampled_count;
-    double span;                       /* of the step in the unit of rates */
-    struct sampled ends[3];            /* of two pieces in a row */
-    struct sampled between[CLOSER][2]; /* of pieces that are halved, so many times */
-    double *samples;                   /* [SAMPLES + 1][watched] watched values in a window */
-    double *noise;                     /* [switches] what those of effects are known to */
-    double slow; /* times extent: a closed contact is not falling before its rate is beyond this */
+    double span;                    /* of the step in the unit of rates */
+    struct sampled ends[3];         /* of two pieces in a row */
+    struct sampled between[CLOSER]; /* of pieces that are parted, so many times */
+    double *samples;                /* [SAMPLES + 1][watched] watched values in a window */
+    double *noise;                  /* [switches] what those of effects are known to */
+    double slow;                    /* times extent: a closed contact is not falling before its rate is beyond this */
     long interval_count;
 };
 
@@ -212,27 +212,32 @@ static int is_held(const struct search *search, int contact)
     return !search->noise && h && h->closed[contact];
 }
 
-/* The least of a cubic's control points, which it does not fall below: of one with these values and slopes at the ends of a piece */
-static double least_of_cubic(double ga, double ra, double gb, double rb, double width)
+/* The middle control point of the cubic with these values and slopes at the ends of a piece, raised to degree four: what the
+ * cubic misses, which vanishes twice at either end, goes as 16 x^2 (1 - x)^2, and that is 8/3 of the middle one alone. */
+static double middle_of_cubic(double ga, double ra, double gb, double rb, double width)
 {
-    return fmin(fmin(ga, gb), fmin(ga + width * ra / 3.0, gb - width * rb / 3.0));
+    return 0.5 * (ga + gb + width * (ra - rb) / 3.0);
 }
 
-/* Whether value i may come to zero unseen in the two pieces from a to m to b: the cubic through a and b misses what is
- * sampled at m by a good part of the value, and by more than the least that is in sight. */
+/* Whether value i may come to zero unseen in the two pieces from a to m to b: what the cubic through a and b misses at m, in
+ * value and slope, could bring that of a piece to zero. */
 static int is_unresolved(const struct search *search, int i, const struct sampled *a, const struct sampled *m,
                          const struct sampled *b)
 {
-    const double width = (b->theta - a->theta) * search->span;
+    const double first = (m->theta - a->theta) * search->span, second = (b->theta - m->theta) * search->span;
+    const double width = first + second, x = first / width, y = 1.0 - x;
     const double va = a->value[i], vm = m->value[i], vb = b->value[i], ra = a->rate[i], rm = m->rate[i],
                  rb = b->rate[i];
-    const double off = vm - 0.5 * (va + vb) - 0.125 * width * (ra - rb);
-    const double slope_off = 0.25 * width * rm - 0.375 * (vb - va) + 0.0625 * width * (ra + rb);
-    const double wrong = fmax(fabs(off), fabs(slope_off));
-    const double size = fmax(fmax(fabs(va), fabs(vb)), fabs(vm));
-    const double low = fmin(least_of_cubic(va, ra, vm, rm, 0.5 * width), least_of_cubic(vm, rm, vb, rb, 0.5 * width));
-    const double noise = search->noise ? search->noise[i] : SHUT * search->s->extent[i];
-    return wrong > noise && wrong > CROOKED * size && low < wrong;
+    const double off =
+        vm - y * y * (1.0 + 2.0 * x) * va - x * x * (1.0 + 2.0 * y) * vb - width * x * y * (y * ra - x * rb);
+    const double slope_off =
+        width * (rm - y * (1.0 - 3.0 * x) * ra - x * (1.0 - 3.0 * y) * rb) - 6.0 * x * y * (vb - va);
+    const double wrong = fmax(fabs(off), 0.25 * fabs(slope_off));
+    const double noise = search->noise ? search->noise[i] / SLOPE /* of slopes from differences */
+                                       : SHUT * search->s->extent[i];
+    const double low =
+        fmin(fabs(middle_of_cubic(va, ra, vm, rm, first)), fabs(middle_of_cubic(vm, rm, vb, rb, second)));
+    return wrong > noise && low < 32.0 * wrong;
 }
 
 /* First event of the gaps of contacts that are not held between two samples */
@@ -250,7 +255,13 @@ static struct event first_closing(struct search *search, const struct sampled *a
     return first;
 }
 
-/* First event in two pieces in a row, which are halved where that shows more; its place is 2 where there is none */
+/* Where a piece from a to b is parted: by the golden section, since no period of a gap comes to all samples in the same phase then */
+static double parted(double a, double b)
+{
+    return a + 0.3819660112501051 * (b - a);
+}
+
+/* First event in two pieces in a row, which are parted where that shows more; its place is 2 where there is none */
 static struct event first_in_pair(struct search *search, const struct sampled *a, const struct sampled *m,
                                   const struct sampled *b, int level)
 {
@@ -261,15 +272,15 @@ static struct event first_in_pair(struct search *search, const struct sampled *a
         const struct event first = search->first_in_piece(search, a, m);
         return first.theta <= 1.0 ? first : search->first_in_piece(search, m, b);
     }
-    struct sampled *between = search->between[level];
-    between[0].theta = 0.5 * (a->theta + m->theta);
-    search->take_sample(search, between[0].theta, &between[0]);
-    const struct event first = first_in_pair(search, a, &between[0], m, level + 1);
+    struct sampled *between = &search->between[level];
+    between->theta = parted(a->theta, m->theta);
+    search->take_sample(search, between->theta, between);
+    const struct event first = first_in_pair(search, a, between, m, level + 1);
     if (first.theta <= 1.0)
         return first;
-    between[1].theta = 0.5 * (m->theta + b->theta);
-    search->take_sample(search, between[1].theta, &between[1]);
-    return first_in_pair(search, m, &between[1], b, level + 1);
+    between->theta = parted(m->theta, b->theta);
+    search->take_sample(search, between->theta, between);
+    return first_in_pair(search, m, between, b, level + 1);
 }
 
 /* First event of what is sampled in the step */
@@ -283,8 +294,8 @@ static struct event first_sampled(struct search *search)
     for (long i = 0; i < search->interval_count && first.theta > 1.0 &&
                      !interrupted(search->s->interruption, search->sampled_count);
          i += 2) {
-        m->theta = ((double)i + 1.0) / whole;
         b->theta = ((double)i + 2.0) / whole;
+        m->theta = parted(a->theta, b->theta);
         search->take_sample(search, m->theta, m);
         search->take_sample(search, b->theta, b);
         first = first_in_pair(search, a, m, b, 0);
@@ -510,8 +521,8 @@ static enum outcome take_search(struct search *search, size_t watched)
     search->velocities = TAKE(s->arena, double, 3 * (size_t)s->model->links);
     for (int i = 0; i < 3; i++)
         take_sampled(s->arena, count, &search->ends[i]);
-    for (int i = 0; i < 2 * CLOSER; i++)
-        take_sampled(s->arena, count, &search->between[i / 2][i % 2]);
+    for (int i = 0; i < CLOSER; i++)
+        take_sampled(s->arena, count, &search->between[i]);
     search->samples = TAKE(s->arena, double, (SAMPLES + 1) * watched);
     if (s->arena->ran_out)
         return OUTCOME_NO_MEMORY;
