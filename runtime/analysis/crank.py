@@ -155,9 +155,11 @@ class _Turn:
         """The motion after the crank has turned by each of ``turned`` (rad, rising, in the direction of the rate)."""
         values = np.linalg.svd(self._rows(first), compute_uv=False)
         if len(values) < len(first) or self.condition(first) > NEAR:
+            free = len(first) - int(np.linalg.matrix_rank(np.asarray(self.model.jacobian(first), dtype=float)))
             raise ValueError(
                 f"{self.joint}: its angle does not determine the motion here, expected a mechanism with one degree of "
-                f"freedom (found {self.model.dof}), away from dead and change points; start elsewhere or name another"
+                f"freedom (found {free}; contacts do not count), away from dead and change points; start elsewhere or "
+                "name another"
             )
         found: list[Sample] = []
         angles, passed = [0.0], [first]  # regular configurations on the way: from each of them the walk can go on
