@@ -351,9 +351,7 @@ def _by_name(
     unknown = [name for name in given or () if name not in names]
     for name in unknown:
         known = f"one of {', '.join(names)}" if names else f"none, because there is no {kind}"
-        advice = (
-            "correct the name" if names else "what is free has a position and a velocity"
-        )
+        advice = "correct the name" if names else "what is free has a position and a velocity"
         report.add((*path, name), f"found an unknown {kind}, expected {known}; {advice}")
     return None if unknown else [(given or {}).get(name) for name in names]
 
