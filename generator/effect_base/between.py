@@ -98,8 +98,10 @@ def points_of(link: str, mechanism: Mechanism) -> list[str]:
 
 def corners_of(link: str, mechanism: Mechanism) -> list[str]:
     """The corners of a link's outline as a scene names them, or both points of a link with two; none of any other."""
+    if link in mechanism.corners:
+        return [*mechanism.corners[link]]
     points = points_of(link, mechanism)
-    return [*mechanism.corners.get(link, points if len(points) == 2 else ())]
+    return points if len(points) == 2 and not mechanism.outlines.get(link) else []
 
 
 def _length(mechanism: Mechanism, ends: Sequence[PointRef]) -> float:

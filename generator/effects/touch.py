@@ -88,6 +88,11 @@ class Touch(Effect):
 
 def build(table: TouchTable, index: int, around: Surroundings, complain: Complain) -> Touch | OutlineTouch | None:
     """The record of a table, or ``None`` after having complained."""
+    for number, side in enumerate(table.between):
+        if isinstance(side, str) and _is_both(side, around.mechanism):
+            message = f'found "{side}", a joint and a link with an outline, expected one of them; rename one'
+            complain(("between", number), message)
+            return None
     if _has_outlines(table.between, around.mechanism):
         return _build_outlines(table, index, around.mechanism, complain)
     name = table.name or f"touch_{index}"
@@ -103,6 +108,11 @@ def build(table: TouchTable, index: int, around: Surroundings, complain: Complai
         if table.friction is None
         else Parameter(f"{name}.friction", f"ft_{index}", table.friction, NOT_NEGATIVE),
     )
+
+
+def _is_both(side: str, mechanism: Mechanism) -> bool:
+    """Whether the name is one of a joint and of a link with an outline."""
+    return side in mechanism.corners and find_point(side, mechanism)[0] is not None
 
 
 def _has_outlines(between: list[str | list[str]], mechanism: Mechanism) -> bool:

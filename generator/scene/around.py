@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any
 
 from .errors import Path, Report
@@ -20,12 +20,20 @@ def with_around(table: LinkTable, path: Path, report: Report) -> LinkTable | Non
     points, outline, fine = dict(table.points), table.outline, True
     for number, circle in enumerate(circles):
         where = (*path, "around", number) if isinstance(table.around, list) else (*path, "around")
-        centre = _centre(circle, table, where, report)
+        centre = _centre(circle, points, where, report)
         found = dict(_places(circle, centre or 0j))
         fine = _check(circle, found, points, where, report) and centre is not None and fine
         points |= {name: [place.real, place.imag] for name, place in found.items()}
         outline = outline if outline is not None else [*found]
     return table.model_copy(update={"points": points, "outline": outline}) if fine else None
+
+
+def first_circle(table: LinkTable) -> list[str]:
+    """Names of the points of a link's first circle, in the order round it; none where it has no circle."""
+    if table.around is None:
+        return []
+    circle = table.around[0] if isinstance(table.around, list) else table.around
+    return [f"{name}{k}" for k in range(circle.count) for name in circle.points]
 
 
 def names_around(raw: Any) -> list[str] | None:
@@ -45,16 +53,17 @@ def _places(circle: AroundTable, centre: complex) -> Iterator[tuple[str, complex
     way = -1.0 if circle.clockwise else 1.0
     for k in range(circle.count):
         for name, (radius, angle) in circle.points.items():
-            cos, sin = cos_sin(angle + way * k * (2.0 * math.pi / circle.count))
+            cos, sin = cos_sin(angle + way * (4 * k / circle.count) * (math.pi / 2.0))
             yield f"{name}{k}", centre + radius * complex(cos, sin)
 
 
-def _centre(circle: AroundTable, table: LinkTable, path: Path, report: Report) -> complex | None:
+def _centre(circle: AroundTable, points: Mapping[str, Sequence[float]], path: Path, report: Report) -> complex | None:
+    """Where the middle is (m), maybe at a point written before it; ``None`` after a fault."""
     if not isinstance(circle.centre, str):
         return complex(*circle.centre) if circle.centre is not None else 0j
-    if circle.centre in table.points:
-        return complex(*table.points[circle.centre])
-    known = ", ".join(table.points)
+    if circle.centre in points:
+        return complex(*points[circle.centre])
+    known = ", ".join(points)
     message = f'found "{circle.centre}", expected a point of the link: {known}, or [x, y] in m; correct the name'
     report.add((*path, "centre"), message)
     return None

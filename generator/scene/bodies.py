@@ -141,9 +141,11 @@ def general(
 
 def _named_corners(name: str, table: LinkTable) -> tuple[str, ...]:
     """The outline of a link by its points, ``link.point`` each; nothing where it has none, or corners without names."""
-    corners = tuple(corner for corner in table.outline or () if isinstance(corner, str))
-    named = len(corners) == len(table.outline or ()) > 1
-    return tuple(f"{name}.{corner}" for corner in corners) if named else ()
+    outline = table.outline or []
+    if len(outline) > 3 and outline[0] == outline[-1]:  # closed, as a picture may have it
+        outline = outline[:-1]
+    corners = tuple(f"{name}.{corner}" for corner in outline if isinstance(corner, str))
+    return corners if len(corners) == len(outline) > 1 else ()
 
 
 def _assemble(

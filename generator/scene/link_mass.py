@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 from ..mechanism.uniform_bodies import Mass, crossing_edges, disc, point, polygon, polygon_area, rod, together
+from .around import first_circle
 from .errors import Path, Report
 from .schema import Body, DiscTable, LinkTable, PlateTable, PointMassTable, RodTable
 
@@ -95,7 +96,8 @@ def _plate(body: PlateTable, link: LinkTable, path: Path, report: Report) -> Mas
         report.add((*path, "corners"), f"{message}; add them, names of its points or [x, y]")
         _heaviness(body, 1.0, 0.0, path, report)
         return None
-    corners_of_link = link.outline if link.around and link.outline else [*link.points]
+    outline = link.outline if link.around and len(link.outline or ()) > 2 else None
+    corners_of_link = outline or first_circle(link) or [*link.points]
     chosen: Sequence[str | list[float]] = body.corners if body.corners is not None else corners_of_link
     at = (*path, "corners") if body.corners is not None else path
     corners = _spots(chosen, link, at, report)

@@ -305,7 +305,8 @@ class _Placing:
             if owner in self.links:
                 return f"{self._named(owner)}{dot}{point}"
             return f"ground.{self._named(point)}" if owner == "ground" and point in self.assembly.ground else text
-        return self._named(text) if text in self.joints else text
+        own = text in self.joints or (mark.kind == "point" and text in self.links)  # a link for its outline
+        return self._named(text) if own else text
 
     def _numbers(self, value: Any) -> Any:
         """A number or several, with the names of this place."""

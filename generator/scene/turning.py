@@ -201,7 +201,8 @@ def _circle(table: Any) -> Any:
     """Points round a circle, [radius, angle], mirrored: so is the way round."""
     if not isinstance(table, Mapping):
         return table
-    found = {**table, "clockwise": not table.get("clockwise", False)}
+    clockwise = table.get("clockwise", False)
+    found = {**table, "clockwise": not clockwise} if isinstance(clockwise, bool) else {**table}
     if isinstance(points := table.get("points"), Mapping):
         found["points"] = {
             key: [place[0], times_plus(place[1], -1.0, 0.0)] if isinstance(place, list) and len(place) == 2 else place

@@ -21,6 +21,7 @@ WHEEL: dict[str, Any] = {
 }
 TEETH: dict[str, Any] = {"count": 5, "points": {"T": ["20 cm", 0], "R": ["15 cm", "10 deg"]}}
 PAWL: dict[str, Any] = {"name": "pawl", "rod": {"mass": 0.1}, "points": {"A": [0, 0], "tip": [0.5, 0]}}
+TOUCH = [{"between": ["pawl.tip", "wheel"], "radius": 0.004, "restitution": 0.0}]
 AXLES = [{"between": ["ground.O", "wheel.O"]}, {"between": ["ground.Q", "pawl.A"]}]
 
 
@@ -60,6 +61,10 @@ def test_right_angles_are_exact_and_joints_hold_such_points() -> None:
     rod = {"name": "rod", "rod": {"mass": 1}, "points": {"A": [0, 0], "B": [0.4, 0]}}
     scene = load_scene({**tables(wheel), "link": [wheel, PAWL, rod], "joint": joints})
     assert [places(scene)[f"H{k}"] for k in range(4)] == [0.2, 0.2j, -0.2, -0.2j]
+    for quarter in range(1, 101):
+        around = {"count": 4 * quarter, "points": {"H": [0.2, 0]}}
+        found = places(load_scene(tables({**WHEEL, "around": around})))
+        assert [found[f"H{k * quarter}"] for k in range(4)] == [0.2, 0.2j, -0.2, -0.2j]
 
 
 def test_a_plate_is_the_outline() -> None:
@@ -75,10 +80,20 @@ def test_a_plate_is_the_outline() -> None:
     assert link.inertia and link.inertia.value == pytest.approx(inertia, rel=1e-14)
 
 
+@pytest.mark.parametrize("outline", [{"outline": []}, {"outline": ["C0", "C1"]}])
+def test_a_plate_that_is_drawn_otherwise_is_as_heavy(outline: dict[str, Any]) -> None:
+    wheel = {"name": "wheel", "plate": {"mass_per_area": 3.0}, "points": {"O": [0, 0]}}
+    wheel["around"] = [{"count": 7, "points": {"C": [0.2, 0.4]}}, {"count": 3, "points": {"H": [0.05, 0]}}]
+    plain, drawn = (load_scene(tables({**wheel, **more})).mechanism.links[0] for more in ({}, outline))
+    assert (plain.mass, plain.inertia, plain.com) == (drawn.mass, drawn.inertia, drawn.com)
+
+
 def test_several_circles() -> None:
-    holes = {"count": 3, "points": {"H": [0.05, 0]}}
+    """The later one about a point of the first."""
+    holes = {"count": 3, "points": {"H": [0.05, 0]}, "centre": "T1"}
     scene = load_scene(tables({**WHEEL, "around": [TEETH, holes]}))
-    assert {"H0", "H2", "T4", "R4"} <= places(scene).keys()
+    found = places(scene)
+    assert found["H0"] == found["T1"] + 0.05 and {"H2", "T4", "R4"} <= found.keys()
     assert len(scene.mechanism.outlines["wheel"]) == 10
 
 
@@ -130,6 +145,62 @@ def test_of_two_links_both_outlines_touch() -> None:
     assert listing(scenes[0]) == listing(scenes[1])
 
 
+def test_a_corner_that_closes_an_outline_is_one_of_it() -> None:
+    ring = ["T0", "T2", "T4", "R4"]
+    scenes = [
+        load_scene(tables({**WHEEL, "around": TEETH, "outline": outline}, touch=TOUCH))
+        for outline in (ring, [*ring, "T0"])
+    ]
+    assert listing(scenes[0]) == listing(scenes[1])
+
+
+def test_a_link_of_a_part_stands_for_its_outline() -> None:
+    """In each place for that of the place, as in a scene without parts."""
+    part = {
+        "name": "side",
+        "link": [{**WHEEL, "around": TEETH}, PAWL],
+        "joint": AXLES,
+        "ground_link": {"points": {"O": [0, 0], "Q": [0.0, 0.6]}},
+        "touch": TOUCH,
+    }
+    place = [{"part": "side", "name": "l"}, {"part": "side", "name": "r", "mirror": True, "at": [2, 0]}]
+    scene = load_scene({"name": "two", "part": [part], "place": place})
+    said = [effect.describe(scene.mechanism) for effect in scene.effects]
+    assert [one.partition(",")[0] for one in said] == [
+        f"pawl_{side}.tip against wheel_{side} (polygon of 10 edges)" for side in "lr"
+    ]
+
+
+def test_a_joint_called_as_an_outline_is_told() -> None:
+    axle = {"name": "wheel", "between": ["ground.O", "wheel.O"]}
+    with pytest.raises(SceneError) as caught:
+        load_scene({**tables({**WHEEL, "around": TEETH}, touch=TOUCH), "joint": [axle, AXLES[1]]})
+    (found,) = map(str, caught.value.faults)
+    assert 'touch[0].between[1]: found "wheel", a joint and a link with an outline, expected one of them' in found
+
+
+def test_an_outline_with_corners_without_names_is_no_edge() -> None:
+    """Also of a link with two points, whose line would be an edge if it had no outline."""
+    bar = {"name": "wheel", "mass": 1, "inertia": 0.1, "com": [0, 0], "points": {"O": [0, 0], "B": [0, -1]}}
+    found = faults({**bar, "outline": ["O", "B", [0.5, 0.5]]}, touch=TOUCH)
+    assert len(found) == 1 and 'touch[0].between[1]: found "wheel"' in found[0]
+    for outline in ([], ["O", "B"]):
+        scene = load_scene(tables({**bar, "outline": outline}, touch=TOUCH))
+        assert len(scene.effects) == 1
+
+
+@pytest.mark.parametrize("clockwise", ["yes", 0, []])
+def test_a_mirrored_circle_with_a_wrong_way_is_told(clockwise: Any) -> None:
+    part = {
+        "name": "side",
+        "link": [{**WHEEL, "around": {**TEETH, "clockwise": clockwise}}],
+        "joint": [{"name": "axle", "between": ["ground.O", "wheel.O"]}],
+        "ground_link": {"points": {"O": [0, 0]}},
+    }
+    with pytest.raises(SceneError, match=r"around\.clockwise: found .*, expected true or false"):
+        load_scene({"name": "two", "part": [part], "place": [{"part": "side", "name": "right", "mirror": True}]})
+
+
 def test_an_outline_of_two_corners_is_an_edge() -> None:
     wheel = {**WHEEL, "outline": ["O", "P"], "points": {**WHEEL["points"], "Z": [0.1, -0.1]}}
     touch = {"between": ["pawl.tip", "wheel"], "radius": 0.01, "restitution": 0.0}
@@ -140,7 +211,6 @@ def test_an_outline_of_two_corners_is_an_edge() -> None:
         assert a == b or "radius" in a
 
 
-TOUCH = [{"between": ["pawl.tip", "wheel"], "radius": 0.004, "restitution": 0.0}]
 WRONG: dict[str, tuple[dict[str, Any], str, str]] = {
     "no count": ({"around": {"points": {"T": [0.2, 0]}}}, "link[0].around.count", "missing, expected how often"),
     "count of zero": ({"around": {**TEETH, "count": 0}}, "link[0].around.count", "found 0"),
