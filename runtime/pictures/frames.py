@@ -100,9 +100,9 @@ def view_of(model: Drawable, frames: Frames) -> View:
     if not points.shape[1]:  # nothing of it is drawn
         points = frames.poses[:, :, :2]
     fixed = np.asarray(model.drawn_ground_points, dtype=float).reshape(-1, 2)
-    size = float(np.max(np.ptp(points, axis=1))) or float(np.max(np.ptp(points.reshape(-1, 2), axis=0))) or 1.0
     corners = np.concatenate([points.reshape(-1, 2), fixed, *(disc.outline for disc in model.discs if disc.fixed)])
     low, high = corners.min(axis=0), corners.max(axis=0)
+    size = float(np.max(np.ptp(points, axis=1))) or float(np.max(high - low)) or 1.0  # all there is, of one point
     middle = points.mean(axis=1)
     reach = np.abs(points - middle[:, None]).max(axis=(0, 1))
 

@@ -147,3 +147,13 @@ def test_a_link_of_one_point_is_a_dot_on_its_way(workshop: Workshop) -> None:
         assert left < 1.0 and right > 3.4 and low < 2.0 and high > 2 + 16 / 2 / 9.81
     shown = content(run)
     assert shown["links"][0]["outline"] == [[0.0, 0.0]] and not shown["view"]["follow"]
+
+
+def test_a_view_of_one_point_has_the_ground_in_it(workshop: Workshop) -> None:
+    """What hangs on a spring is seen with the point that it hangs on."""
+    pytest.importorskip("matplotlib")
+    spring = '[ground_link]\npoints = { O = [-3, 4] }\n[[spring]]\nbetween = ["ground.O", "stone.C"]\nstiffness = 9\n'
+    run = simulate(workshop.model(STONE + spring))
+    for axes in draw(run).subfigs[0].axes:
+        (left, right), (_, high) = axes.get_xlim(), axes.get_ylim()
+        assert left < -3.0 and high > 4.0 and right - left < 50.0
