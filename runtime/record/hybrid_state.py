@@ -49,8 +49,8 @@ class HybridState:
 
     ``simulate(model, state=run.state, until=...)`` goes on from it as if the run had not ended: each bit is that of a
     run to the later end with a stop at ``t``. ``memory`` is the core's own record of it, for the same kind of
-    processor; ``parameters`` are the model's values, ``settings`` the method, drift, step and tolerances. Values of
-    inputs are no part of it: give them again.
+    processor; ``parameters`` are the model's values, of which events have ``changed`` those, ``settings`` the method,
+    drift, step and tolerances. Values of inputs are no part of it: give them again.
     """
 
     model: str
@@ -60,6 +60,7 @@ class HybridState:
     parameters: Mapping[str, float] = field(repr=False)
     settings: Mapping[str, Any] = field(repr=False)
     memory: bytes = field(repr=False)
+    changed: frozenset[str] = field(default=frozenset(), repr=False)
 
     def __post_init__(self) -> None:
         freeze(self, "q", "u")
@@ -76,6 +77,7 @@ class HybridState:
             "u": self.u,
             "parameter_names": np.array(list(self.parameters), dtype=str),
             "parameter_values": np.array(list(self.parameters.values()), dtype=float),
+            "changed": np.array(sorted(self.changed), dtype=str),
             "settings": np.array([self.settings[name] for name in NUMBERS]),
             "words": np.array([self.settings[name] for name in WORDS]),
             "memory": np.frombuffer(self.memory, dtype=np.uint8),
@@ -111,6 +113,7 @@ class HybridState:
                     parameters=dict(zip(names, values, strict=True)),
                     settings=dict(numbers) | dict(words),
                     memory=file["memory"].tobytes(),
+                    changed=frozenset(file["changed"].tolist() if "changed" in file else ()),
                 )
         except UNREADABLE as error:
             raise ValueError(f"{path}: found no state of a run, expected what HybridState.save wrote") from error

@@ -8,7 +8,7 @@ follow: with the least singular value s, velocities grow as 1/s, and s as the ro
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -41,6 +41,20 @@ Step = Callable[[float, FloatArray, FloatArray, float], tuple[FloatArray, FloatA
 
 
 @dataclass(frozen=True)
+class Way:
+    """How far drives have ``gone`` (rad, m) since the time ``t`` (s), by their joints' names."""
+
+    t: float
+    gone: Mapping[str, float]
+
+    def on(self, model: Model, before: FloatArray, after: FloatArray) -> Way:
+        """The way to the coordinates ``after`` (nq,) of a stretch that has begun at those ``before``."""
+        names = [drive["joint"] for drive in model.data["drives"]]
+        steps = zip(names, (drive_rows(model) @ (after - before)).tolist(), strict=True)
+        return Way(self.t, {**self.gone, **{name: self.gone.get(name, 0.0) + step for name, step in steps}})
+
+
+@dataclass(frozen=True)
 class DeadPoint:
     """A stop at the time ``t`` (s), which ``text`` describes; the first ``rows`` rows of the record lie before it."""
 
@@ -56,7 +70,7 @@ def dead_point(
     u: FloatArray,
     ahead: float,
     step: Step,
-    origin: tuple[float, FloatArray],
+    way: Way,
     since: int = 0,
     held: Sequence[tuple[int, str]] = (),
 ) -> DeadPoint | None:
@@ -64,9 +78,9 @@ def dead_point(
     it was none.
 
     A record of fixed steps may end well before: it is gone on from by steps ``ahead`` (s) at first, where ``step`` is
-    the state a while after one, or a ``ValueError``; 0 where the rows lead to the place themselves. ``origin`` is the
-    time (s) and the coordinates (nq,) from which on the way of a joint is told. From row ``since`` on the contacts
-    ``held`` are held, each as the second of its pair says.
+    the state a while after one, or a ``ValueError``; 0 where the rows lead to the place themselves. ``way`` is that
+    of the drives to the first row. From row ``since`` on the contacts ``held`` are held, each as the second of its pair
+    says.
     """
 
     def rows_at(place: FloatArray, rank: int | None = None) -> _Rows:
@@ -95,9 +109,10 @@ def dead_point(
     if np.abs(u1).max() < np.sqrt(nearer) * np.abs(states[0][2]).max():  # it can be passed: velocities do not grow
         return None
     left = (t1 - t0) * rows.least**2 / (before.least**2 - rows.least**2)
-    turned = drive_rows(model) @ (q1 - origin[1]) + speeds * left
+    gone = way.on(model, q[0], q1).gone
+    turned = np.array([gone[drive["joint"]] for drive in model.data["drives"]]) + speeds * left
     stopped = np.abs(pushes) > PUSHED * np.abs(pushes).max()
-    told = _said(model, turned, stopped) + (f" since t = {origin[0]:.10g} s" if origin[0] else "")
+    told = _said(model, turned, stopped) + (f" since t = {way.t:.10g} s" if way.t else "")
     text = (
         f"{told}, at t = {t1 + left:.10g} s: {_lined_up(model, q1, rows.motion)}no motion "
         f"{_kept(model, held)} beyond; let what is prescribed end before, or use a [[motor]], which can give way"

@@ -22,6 +22,7 @@ from ..run import Run
 from .advance import Advance
 from .arguments import check_positive
 from .crossings import Crossing, Looks, Signal, Watched, signals_of, watched
+from .dead_point import Way
 from .one_run import simulate_one
 from .pieces import Piece, SwitchedRun, number_at
 from .quantities import Quantity
@@ -60,6 +61,8 @@ class Course:
     u: ArrayLike | None = None
     memory: HybridState | None = None
     latched: FloatArray | None = None
+    way: Way | None = None
+    changed: frozenset[str] = frozenset()
     begun: bool = False
     armed: list[bool] = field(default_factory=list)
     cut_at: dict[int, float] = field(default_factory=dict)
@@ -67,7 +70,7 @@ class Course:
     pieces: list[Piece] = field(default_factory=list)
     events: list[Event] = field(default_factory=list)
     nfev: int = 0
-    changed: int = 0
+    changes: int = 0
     failed: bool = False
 
     @property
@@ -112,7 +115,7 @@ def simulate_with_events(
         check_positive("until", end, " of seconds")
     faults.stop_if_any()
     if isinstance(state, HybridState):
-        model = model.with_parameters(_set_before(model, state, on_event, params))
+        model = model.with_parameters(_set_before(model, state, params))
     signals = signals_of(model.data["events"])
     models = switched_of(model)
     off = frozenset(model.data["switched"]["off"]) if model.data.get("switched") else frozenset()
@@ -124,20 +127,17 @@ def simulate_with_events(
     armed = [False] * len(signals)
     course = Course(models, off, signals, on_event or {}, q=q0, u=u0, memory=state, armed=armed)
     if isinstance(state, HybridState):
-        course.t = state.t
+        course.t, course.changed = state.t, state.changed
     message = _run_on(course, float(end), options)
-    run = strung(model, course.pieces, course.events, course.nfev, message)
+    run = strung(model, course.pieces, course.events, course.nfev, message, course.changed)
     return replace(run, success=False) if course.failed else run
 
 
-def _set_before(
-    model: Model, state: HybridState, on_event: OnEvent | None, params: Mapping[str, float] | None
-) -> dict[str, float]:
-    """Values that events may have set on the way to a state: of functions any. What is asked for now is none of them,
-    and is told of where the state has another value."""
-    asked = params or {}
-    paths = {path for said in model.data["events"] for path in said["set"]} | set(state.parameters if on_event else ())
-    return {path: value for path, value in state.parameters.items() if path in paths and path not in asked}
+def _set_before(model: Model, state: HybridState, params: Mapping[str, float] | None) -> dict[str, float]:
+    """Values that events have set on the way to a state. What is asked for now is none of them, and is told of where
+    the state has another value."""
+    own = state.changed - set(params or ()) if state.changed <= model.parameters.keys() else ()
+    return {path: state.parameters[path] for path in sorted(own) if path in state.parameters}
 
 
 def check_functions(model: Model, on_event: object) -> None:
@@ -175,8 +175,7 @@ def _run_on(course: Course, end: float, options: Mapping[str, Any]) -> str | Non
         except ValueError as error:
             if not course.pieces:
                 raise
-            course.failed = True
-            return f"stopped at t = {course.t:.12g} s: {error}"
+            return _stuck(course, error)
         looks = Looks.of(run)
         found = [
             watched(signal, looks, run.model, armed)  # type: ignore[arg-type]
@@ -199,15 +198,13 @@ def _run_on(course: Course, end: float, options: Mapping[str, Any]) -> str | Non
         course.cut_at |= dict.fromkeys(came, t)
         message = _happen(course, later, run)
         if message is not None:
-            _close(course, options)
-            return message
-        course.changed += 1
-        if course.changed > MOST_CHANGES:
+            return _close(course, options) or message
+        course.changes += 1
+        if course.changes > MOST_CHANGES:
             course.failed = True
             return f"stopped at t = {course.t:.12g} s: events set parameters without end; change when they come"
         if course.t >= end:
-            _close(course, options)
-            return None
+            return _close(course, options)
 
 
 def _border(course: Course, end: float) -> float:
@@ -227,11 +224,8 @@ def _stretch(course: Course, until: float, options: Mapping[str, Any]) -> Run:
     if course.begun and course.memory is None:
         begin = {"begin": course.t, "latched": course.latched}
         given |= {"begin": (course.structure, course.t, course.latched)} if switching else begin
-    if not switching and course.pieces:
-        given["origin"] = (float(course.pieces[0].run.t[0]), course.pieces[0].run.q[0])
-    run = make(
-        course.model, *((None, None) if course.memory is not None and course.begun else (course.q, course.u)), **given
-    )
+    start = (None, None) if course.memory is not None and course.begun else (course.q, course.u)
+    run = make(course.model, *start, way=course.way, **given)
     course.nfev += run.nfev
     return run
 
@@ -278,12 +272,14 @@ def _keep(course: Course, run: Run, found: Sequence[Watched], t: float, came: se
     course.t = float(run.t[-1])
     course.memory, course.begun = run.state, True
     course.q, course.u = run.q[-1], run.u[-1]
-    advance = run.advance
+    advance, inner = run.advance, [course.pieces[-1]]
     if isinstance(run, SwitchedRun):
         inner = run.advance.pieces  # type: ignore[attr-defined]
         piece = inner[number_at(inner, course.t, before=False)]
         course.structure, advance = piece.structure, piece.run.advance
         course.q, course.u = piece.run.at(min(course.t, piece.run.t[-1]))
+    for part in (piece.run for piece in inner):
+        course.way = (course.way or Way(part.t[0].item(), {})).on(part.model, part.q[0], part.q[-1])  # type: ignore[arg-type]
     course.latched = advance.latched.at(course.t) if isinstance(advance, Advance) else None
     course.armed = [one.armed_at(t) and number not in came for number, one in enumerate(found)]
 
@@ -308,23 +304,22 @@ def _happen(course: Course, crossings: Sequence[Crossing], run: Run) -> str | No
         except ValueError as error:
             return _unsettable(course, event, error)
         answer = course.on_event[event.name](event) if event.name in course.on_event else None
-        if isinstance(answer, Mapping):
-            values |= answer
-        elif answer == STOP or (said["stop"] and event.number >= said["stop"]):
+        answered = answer if isinstance(answer, Mapping) else {}
+        if answer == STOP or (said["stop"] and event.number >= said["stop"]):
             ends.append(event.name)
-        elif answer is not None:
+        elif answer is not None and not isinstance(answer, Mapping):
             raise TypeError(
                 f"on_event: found {answer!r} from the function of {event.name!r}, expected None, values of parameters "
                 f'by path, or "{STOP}"'
             )
+        try:
+            _with(course, {path: value for path, value in values.items() if path not in answered})
+        except ValueError as error:
+            return _unsettable(course, event, error)
+        values |= answered
         off = (course.off | frozenset(said["off"])) - frozenset(said["on"])
-        if values or off != course.off:
-            try:
-                event = replace(event, parameters=dict(values), energy=_set(course, values, off))
-            except ValueError as error:
-                if isinstance(answer, Mapping):
-                    raise  # it is the caller's own function that has answered so
-                return _unsettable(course, event, error)
+        if values or off != course.off:  # what is left to raise is what the caller's own function has answered
+            event = replace(event, parameters=dict(values), energy=_set(course, values, off))
         course.events.append(event)
     if ends:
         return f"ended at t = {course.t:.12g} s by {' and '.join(dict.fromkeys(ends))}"
@@ -345,19 +340,24 @@ def _number(course: Course, value: float | str, run: Run, event: Event) -> float
     return value
 
 
-def _set(course: Course, values: Mapping[str, float], off: frozenset[str]) -> float:
-    """Set parameters, and which effects are ``off``; the energy (J) that the mechanism gets by that."""
+def _with(course: Course, values: Mapping[str, float]) -> Model:
+    """The model with these values. Raises ``ValueError`` for those that it cannot have."""
     for path in values:
         if any(drive["speed"] == path for drive in course.main.data["drives"]):
             raise ValueError(
                 f"{path}: found it set by an event, expected it kept: a driven joint keeps its first speed"
             )
+    return course.main.with_parameters(values) if values else course.main
+
+
+def _set(course: Course, values: Mapping[str, float], off: frozenset[str]) -> float:
+    """Set parameters, and which effects are ``off``; the energy (J) that the mechanism gets by that."""
     before, latched, of = _energy(course), course.latched, course.model
-    main = course.main.with_parameters(values)
+    main = _with(course, values)
     for names, model in course.models.items():
         own = {path: value for path, value in values.items() if path in model.parameters}
         course.models[names] = model.with_parameters(own) if names else main
-    course.off = off
+    course.off, course.changed = off, course.changed | values.keys()
     if latched is not None and not course.main.data.get("switching"):
         course.latched = latched_as(course.model, of, latched)
     course.memory = None
@@ -386,8 +386,19 @@ def _energy(course: Course) -> float:
     return float(sum(model.energy(np.asarray(course.q), np.asarray(course.u))))
 
 
-def _close(course: Course, options: Mapping[str, Any]) -> None:
-    """Where a run was cut, or goes on with other parameters, its state is that of a run that begins there."""
+def _close(course: Course, options: Mapping[str, Any]) -> str | None:
+    """Where a run was cut, or goes on with other parameters, its state is that of a run that begins there; a message
+    where none can begin."""
     if course.memory is None:
-        run = _stretch(course, course.t, options)
+        try:
+            run = _stretch(course, course.t, options)
+        except ValueError as error:
+            return _stuck(course, error)
         course.pieces.append(Piece(course.structure, run, True))
+    return None
+
+
+def _stuck(course: Course, error: ValueError) -> str:
+    """What ends a run that cannot go on from where it is with the values that are set."""
+    course.failed = True
+    return f"stopped at t = {course.t:.12g} s: {error}"

@@ -16,7 +16,7 @@ from ..record.hybrid_state import HybridState
 from ..run import Run
 from .advance import Advance, Latched
 from .arguments import RATE_BUDGET, STEP_BUDGET, Settings, check_calls, checked_start, read_start, settings_of, stops_of
-from .dead_point import cut, dead_point
+from .dead_point import Way, cut, dead_point
 from .going_on import check_end, check_state
 from .result import run_of
 
@@ -92,12 +92,12 @@ def simulate_one(
     state: HybridState | None = None,
     begin: float = 0.0,
     latched: FloatArray | None = None,
-    origin: tuple[float, FloatArray] | None = None,
+    way: Way | None = None,
 ) -> Run:
     """The run from one start at t = ``begin`` (s), with the arguments of :func:`~..simulate.simulate`.
 
-    ``latched`` (latches,) is what effects hold at first, not a number where they hold nothing. ``origin`` is the time
-    (s) and the coordinates (nq,) at which a run began that this one is a stretch of.
+    ``latched`` (latches,) is what effects hold at first, not a number where they hold nothing. ``way`` is that
+    of the drives up to here, where this is a stretch of a run that began before.
     """
     faults = Faults()
     with faults.collecting():
@@ -156,8 +156,8 @@ def simulate_one(
         rows = (found["t"], found["q"], found["u"])
         since = int(np.searchsorted(found["t"], found["hold_t"][-1])) if len(found["hold_t"]) else 0
         contacts = found["held"][-1] if found["held"] else ()
-        began = origin or (float(found["t"][0]), found["q"][0])
-        if met := dead_point(model, *rows, asked.step, exact, began, since, contacts):
+        way = way or Way(float(found["t"][0]), {})
+        if met := dead_point(model, *rows, asked.step, exact, way, since, contacts):
             found = cut(found, met.rows) | {"met": met.text}
     tolerances = (0.0, 0.0) if asked.step else (asked.rtol, asked.atol)
     stepped = tuple(

@@ -84,16 +84,23 @@ def cut(run: Run, t: float) -> Run:
     return short
 
 
-def strung(model: Model, pieces: Sequence[Piece], events: Sequence[Event], nfev: int, message: str | None) -> Run:
+def strung(
+    model: Model,
+    pieces: Sequence[Piece],
+    events: Sequence[Event],
+    nfev: int,
+    message: str | None,
+    changed: frozenset[str],
+) -> Run:
     """The run of all ``pieces``, with its ``events``; ``nfev`` is what was evaluated in all, ``message`` says where an
-    event ended it.
+    event ended it, ``changed`` are the parameters that events have set, also before the run.
 
     Its ``model`` has all effects, and the parameters of the beginning.
     """
     pieces, events = tuple(pieces), tuple(events)
     last = pieces[-1].run
     message = last.message if message is None else message
-    if len(pieces) == 1 and last.model.name == model.name:
+    if len(pieces) == 1 and last.model.name == model.name and not changed:
         return replace(last, nfev=nfev, message=message, events=events)
     whole: Drawable = pieces[0].run.model if pieces[0].run.model.name == model.name else model
     firsts = [0 if piece.anew else 1 for piece in pieces]
@@ -119,5 +126,5 @@ def strung(model: Model, pieces: Sequence[Piece], events: Sequence[Event], nfev:
         acceleration_error=max(piece.run.acceleration_error for piece in pieces),
         changes=tuple(change for piece in pieces for change in piece.run.changes),
         events=events,
-        last=last.state,
+        last=replace(last.state, changed=changed) if last.state is not None else None,
     )

@@ -24,6 +24,7 @@ from ..record.joint_change import JointChange
 from ..run import Run
 from .advance import Advance
 from .arguments import check_positive
+from .dead_point import Way
 from .one_run import simulate_one
 from .pieces import Piece, SwitchedRun, cut_at, joined
 from .watching import Instant, first_instant, signal_of, within_of
@@ -51,6 +52,7 @@ class Walk:
     u: FloatArray
     state: HybridState | None = None
     latched: FloatArray | None = None
+    way: Way | None = None
     anew: bool = True
     pieces: list[Piece] = field(default_factory=list)
     strikes: list[tuple[int, Impact]] = field(default_factory=list)
@@ -79,12 +81,13 @@ def simulate_switching(
     inputs: Any,
     state: HybridState | None = None,
     begin: tuple[int, float, FloatArray | None] | None = None,
+    way: Way | None = None,
     **options: Any,
 ) -> Run:
     """The run of a model whose joints let go and take hold, with the arguments of :func:`~..simulate.simulate`.
 
     ``begin``: the number of the structure in which it begins, the time (s), and what effects hold then, where that is
-    not the start.
+    not the start; ``way`` is that of the drives up to there.
     """
     main = model.with_parameters(params) if params else model.as_it_is()
     whole = Whole(structures_of(main))
@@ -96,9 +99,9 @@ def simulate_switching(
         own_q, own_u = main.start()
         q0, u0 = own_q if q0 is None else q0, own_u if u0 is None else u0
         structure, t, latched = begin or (0, 0.0, None)
-        walk = Walk(whole, structure, t, np.asarray(q0), np.asarray(u0), latched=latched)
+        walk = Walk(whole, structure, t, np.asarray(q0), np.asarray(u0), latched=latched, way=way)
     else:
-        walk = Walk(whole, number, state.t, state.q, state.u, state, anew=True)
+        walk = Walk(whole, number, state.t, state.q, state.u, state, way=way)
         if not isinstance(state, HybridState) or q0 is not None or u0 is not None or not end > state.t:
             return simulate_one(main, q0, u0, until=until, inputs=inputs, state=state, **options)  # says what is wrong
     return _walked(walk, float(end), inputs, options, first=state is None and begin is None)
@@ -143,6 +146,7 @@ def _advance(
 ) -> tuple[int, ...]:
     """Go on to ``until``, when changes ``numbers`` come, or to the first change before; give those that come there."""
     given = _controller(walk.whole, walk.structure, inputs)
+    walk.way = walk.way or Way(walk.t, {})
     run = _run(walk, until, given, options)
     instant = _instant(walk, run, begins)
     if instant is not None and instant.t < run.t[-1]:
@@ -158,6 +162,7 @@ def _advance(
     elif instant is not None:
         numbers = (*numbers, *instant.numbers)
     walk.pieces.append(Piece(walk.structure, run, walk.anew))
+    walk.way = walk.way.on(run.model, run.q[0], run.q[-1])  # type: ignore[arg-type]
     walk.t, walk.q, walk.u, walk.state, walk.anew = float(run.t[-1]), run.q[-1], run.u[-1], run.state, False
     walk.latched = run.advance.latched.at(walk.t) if isinstance(run.advance, Advance) else None
     return numbers
@@ -178,10 +183,11 @@ def _next_stop(walk: Walk, end: float, first: bool) -> tuple[float, tuple[int, .
 def _run(walk: Walk, until: float, inputs: Any, options: Mapping[str, Any]) -> Run:
     """A run of the structure of now, from where the walk is."""
     if walk.state is not None:
-        run = simulate_one(walk.model, None, None, until=until, inputs=inputs, state=walk.state, **options)
+        begun: dict[str, Any] = {"state": walk.state}
+        run = simulate_one(walk.model, None, None, until=until, inputs=inputs, way=walk.way, **begun, **options)
     else:
-        begun: dict[str, Any] = {"begin": walk.t, "latched": walk.latched}
-        run = simulate_one(walk.model, walk.q, walk.u, until=until, inputs=inputs, **begun, **options)
+        begun = {"begin": walk.t, "latched": walk.latched}
+        run = simulate_one(walk.model, walk.q, walk.u, until=until, inputs=inputs, way=walk.way, **begun, **options)
     walk.nfev += run.nfev
     return run
 

@@ -90,10 +90,10 @@ def test_headers_are_written_beside_a_package_alone(workshop: Workshop, tmp_path
 
 
 def test_the_documentation_says_what_it_prints(built: tuple[Path, str]) -> None:
-    """Up to the sixth digit behind the point."""
+    """Up to the sixth digit behind the point, and to the sign of what is zero to there."""
 
     def rounded(text: str) -> str:
-        return re.sub(r"(\d\.\d{6})\d+", r"\1", text)
+        return re.sub(r"-(0\.000000)", r"\1", re.sub(r"(\d\.\d{6})\d+", r"\1", text))
 
     shown = re.findall(r"It prints\n\n```\n(.*?)```", (ROOT / "docs" / "c.md").read_text(), re.S)[0]
     for line in filter(lambda line: line != "...", shown.splitlines()):

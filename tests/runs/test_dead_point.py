@@ -14,7 +14,7 @@ import pytest
 
 from ccgen.generator.cli.report import energy_moved
 from ccgen.runtime import driving_torque, simulate
-from ccgen.runtime.simulation.dead_point import cut, dead_point
+from ccgen.runtime.simulation.dead_point import Way, cut, dead_point
 
 from ..support.command_line import ccgen
 from ..support.driven_crank import CRANK, L, R
@@ -137,6 +137,19 @@ def test_events_do_not_change_what_is_told(workshop: Workshop) -> None:
     assert said and math.radians(float(said[1])) == pytest.approx(INNER - start - 0.25, rel=1e-5)
 
 
+def test_changes_of_joints_do_not_change_what_is_told(workshop: Workshop) -> None:
+    """A latch that opens, and a scene that looks for changes in stretches: the way is that since the run began."""
+    flap = link("flap", 0.1) + '[[joint]]\nname = "latch"\nbetween = ["ground.Z", "flap.A"]\n'
+    change = '[[release]]\njoint = "latch"\nat = 0.3\n[[drive]]\njoint = "swing"\nspeed = 1\n'
+    ground = f"points = {{ O = [0, 0], Q = [{D}, 0]"
+    model = workshop.model(
+        FOUR_BAR.replace(ground, f"{ground}, Z = [9, 9]").replace("[gravity]", f"{flap}[gravity]") + change
+    )
+    start = float(driven(workshop, "speed = 1").start()[0][2])
+    turned, stop = where(simulate(model))[1:]
+    assert turned == pytest.approx(INNER - start, rel=1e-5) and stop == pytest.approx(INNER - start, rel=1e-8)
+
+
 def test_a_slider_stops_where_crank_and_rod_are_stretched(workshop: Workshop) -> None:
     model = workshop.model(f'{CRANK}\n[[drive]]\njoint = "guide"\nspeed = 0.25\n')
     q, _ = model.start()
@@ -221,7 +234,7 @@ def test_a_change_point_is_none(workshop: Workshop) -> None:
     for model, flat, stops in ((parallel, math.pi / 6, False), (jam, INNER - float(jam.start()[0][2]), True)):
         run = simulate(model, until=flat * (1 - 1e-8), rtol=1e-12)
         assert run.success, run.message
-        found = dead_point(model, run.t, run.q, run.u, 0.0, lambda t, q, u, h: (q, u), (0.0, run.q[0]))
+        found = dead_point(model, run.t, run.q, run.u, 0.0, lambda t, q, u, h: (q, u), Way(0.0, {}))
         assert (found is not None) == stops
         assert found is None or found.t == pytest.approx(flat, rel=1e-8)
 

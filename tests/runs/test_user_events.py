@@ -12,7 +12,7 @@ import pytest
 from scipy.special import ellipk
 
 from ccgen.generator import SceneError
-from ccgen.runtime import Event, simulate
+from ccgen.runtime import Event, HybridState, simulate
 
 from ..support.workshop import Workshop
 from .test_release_and_hold import TREBUCHET
@@ -360,8 +360,9 @@ def test_what_cannot_be_set_ends_the_run(workshop: Workshop) -> None:
     assert re.match(r"stopped at t = 1 s by now: .*rod\.mass.*positive", run.message)
 
 
-def test_values_of_functions_go_on_with_the_state(workshop: Workshop) -> None:
-    """A run that goes on has what the function had set; what is asked for beside the state is told of."""
+def test_values_of_functions_go_on_with_the_state(workshop: Workshop, tmp_path: Path) -> None:
+    """A run that goes on has what the function had set, also from a file; another value, and another model, are told
+    of."""
     text = PENDULUM + '[[event]]\nname = "now"\nwhen = "t - 1"\n'
     model = workshop.model(text)
 
@@ -371,8 +372,53 @@ def test_values_of_functions_go_on_with_the_state(workshop: Workshop) -> None:
     answers = {"now": heavier}
     whole, half = (simulate(model, until=end, on_event=answers) for end in (3.0, 2.0))
     assert half.state is not None and half.state.parameters["gravity.g"] == 20.0
-    then = simulate(model, state=half.state, until=3.0, on_event=answers)
-    assert then.q[-1] == pytest.approx(whole.q[-1], abs=1e-8)
-    for more in ({}, {"on_event": answers, "params": {"gravity.g": 5.0}}):
-        with pytest.raises(ValueError, match=r"found one with another gravity\.g"):
-            simulate(model, state=half.state, until=3.0, **more)  # type: ignore[arg-type]
+    again = HybridState.load(half.state.save(tmp_path / "half.npz"))
+    for state, more in ((half.state, {"on_event": answers}), (again, {})):
+        then = simulate(model, state=state, until=3.0, **more)  # type: ignore[arg-type]
+        assert then.q[-1] == pytest.approx(whole.q[-1], abs=1e-8)
+        assert then.state is not None and then.state.changed == {"gravity.g"}
+    other = simulate(model, until=0.5, params={"rod.mass": 3.0}).state
+    of_another = simulate(workshop.model(BALL), until=0.1).state
+    for state, more, told in (
+        (half.state, {"params": {"gravity.g": 5.0}}, r"found one with another gravity\.g"),
+        (other, {}, r"found one with another rod\.mass"),
+        (of_another, {}, "found one of ball, expected one of "),
+    ):
+        with pytest.raises(ValueError, match=told):
+            simulate(model, state=state, until=3.0, on_event=answers, **more)  # type: ignore[arg-type]
+
+
+LAST = [
+    ('when = "t - 0.2"\nset = { "coupler.points.B.x" = 1.9 }\nstop = true\n', 0.2),
+    ('when = "t - 0.5"\nset = { "coupler.points.B.x" = 1.9 }\n', 0.5),
+    ('when = "t - 0.2"\nstop = true\n[[event]]\nwhen = "t - 0.2"\nset = { "coupler.points.B.x" = 1.9 }\n', 0.2),
+]
+
+
+@pytest.mark.parametrize(("event", "end"), LAST)
+def test_what_opens_a_loop_at_the_end_loses_no_run(workshop: Workshop, event: str, end: float) -> None:
+    """At the end of the run, or where the same instant ends it: what was simulated is there, and what was wrong."""
+    run = simulate(workshop.model(OPENED.partition("[[event]]")[0] + "[[event]]\n" + event), until=0.5)
+    assert not run.success and run.t[-1] == pytest.approx(end, abs=1e-12)
+    assert f"stopped at t = {end} s: " in run.message and "what events have set opens the loops by" in run.message
+
+
+def test_who_has_set_what_cannot_be_is_told(workshop: Workshop) -> None:
+    """A scene's own value ends the run, whatever a function answers beside it; a function's is the caller's error."""
+    bad = 'set = { "rod.mass" = "-t" }\n'
+    text = PENDULUM + '[[event]]\nname = "now"\nwhen = "t - 1"\n'
+    model, plain = workshop.model(text + bad), workshop.model(text)
+    for answer in (None, {}, {"gravity.g": 5.0}):
+        run = simulate(model, on_event={"now": lambda event, answer=answer: answer})  # type: ignore[misc]
+        assert not run.success and "stopped at t = 1 s by now: " in run.message and "rod.mass" in run.message
+    run = simulate(model, until=1.5, on_event={"now": lambda event: {"rod.mass": 2.0}})
+    assert run.success and run.events[0].parameters == {"rod.mass": 2.0}
+    with pytest.raises(ValueError, match=r"rod\.mass: found -2\.0"):
+        simulate(plain, on_event={"now": lambda event: {"rod.mass": -2.0}})
+
+
+def test_a_run_that_its_scene_ends_ends_whatever_a_function_answers(workshop: Workshop) -> None:
+    model = workshop.model(PENDULUM + '[[event]]\nname = "now"\nwhen = "t - 1"\nstop = true\n')
+    run = simulate(model, on_event={"now": lambda event: {"gravity.g": 5.0}})
+    assert run.t[-1] == 1.0 and "ended at t = 1 s by now" in run.message and run.state is not None
+    assert run.state.parameters["gravity.g"] == 5.0
