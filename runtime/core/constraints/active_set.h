@@ -4,7 +4,7 @@
 
 #include "model/system.h"
 
-/* How a contact stays closed, or that it does not: its number, and its name in Python. IMPLIED: others keep it closed. GRAZING: it
+/* How a contact stays closed, or that it does not: its number, and its name in Python. IMPLIED: others keep it closed, or driven joints. GRAZING: it
  * touches without pressing, and so without the friction that it may have, as between bodies that move side by side. AT_LIMIT: its
  * friction is at the limit, against forward or backward sliding, while other contacts that stick keep it where it is. What slides
  * has the sign of its sliding, what is at the limit that of the sliding that friction is against. */
@@ -23,7 +23,7 @@
 enum contact_mode { ALL_CONTACT_MODES(ENTRY) };
 #undef ENTRY
 
-/* whether a contact is watched for impacts (0), or closed: by a force of its own, or implied by others */
+/* whether a contact is watched for impacts (0), or closed: by a force of its own, or implied by others or by driven joints */
 enum { WATCHED, PUSHING, CARRIED };
 
 /* the sign of the sliding that friction is against at its limit; 0 where it is not at the limit */
@@ -33,7 +33,7 @@ static inline int against(int mode)
 }
 
 /* The contacts that are held closed. Those of `set` push, each as hard as it must for its gap to stay what it is, or touch;
- * others are closed because these carry them. With no contact in `set` the motion is flight. Each is a row of a problem in
+ * others are closed because these carry them, or driven joints. With no contact in `set` the motion is flight. Each is a row of a problem in
  * the forces; those that stick have a second, tangential row, below all others. */
 struct active_set {
     int count;         /* contacts that push, or touch */

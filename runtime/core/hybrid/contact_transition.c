@@ -21,6 +21,7 @@
 #include "base/tolerances.h"
 #include "complementarity/complementarity.h"
 #include "complementarity/friction.h"
+#include "constraints/mobility.h"
 #include "hybrid/decision.h"
 #include "motion/projection.h"
 #include "model/contacts.h"
@@ -240,8 +241,8 @@ static enum outcome activate_selected(struct phase *f, struct decision *d, struc
     activate_grazing(f, d, loss, gives);
     for (int i = 0; i < h->count; i++)
         h->closed[h->set[i]] = PUSHING;
-    for (int i = 0; i < d->count && h->count; i++)
-        if (!stays(d, i) && fixed(d, i, h->mode)) {
+    for (int i = 0; i < d->count; i++)
+        if (d->stands[i] || (h->count && !stays(d, i) && fixed(d, i, h->mode))) {
             h->closed[d->contact[i]] = CARRIED;
             h->implied++;
         }
@@ -276,6 +277,26 @@ static int choose_to_leave(struct decision *d)
         count += leaves;
     }
     return count;
+}
+
+/* Leave out contacts whose gaps no motion changes, as of a body that driven joints hold where it touches a ground: forces there do nothing, and
+ * have no solution. One that neither opens nor closes stands. */
+static enum outcome leave_out_immovable(struct phase *f, struct decision *d)
+{
+    struct arena *arena = f->s->arena;
+    const struct mark mark = arena->top;
+    char *moves = TAKE(arena, char, d->count);
+    const enum outcome outcome =
+        arena->ran_out ? OUTCOME_NO_MEMORY : movable_contacts(f->s, f->y, d->count, d->contact, moves);
+    const double usual = f->s->length / (f->s->time * f->s->time);
+    for (int i = 0; !outcome && i < d->count; i++)
+        if (!moves[i]) {
+            const int c = d->contact[i];
+            d->in[i] = 0;
+            d->stands[i] = fabs(d->b[i]) <= PRESSED * fmax(d->scale, usual) && f->gaps[c] <= ADRIFT * f->s->extent[c];
+        }
+    give_back(arena, mark);
+    return outcome;
 }
 
 /* Bring the gaps of what is held to rest, and the sliding of what was asked whether it slides: that is rounding, and may be
@@ -325,6 +346,8 @@ static enum outcome select_contacts(struct phase *f, struct decision *d, struct 
     d->loss = loss;
     enum outcome outcome = gather_candidates(f, d);
     d->chosen = outcome ? 0 : choose_to_leave(d);
+    if (!outcome && d->count && f->s->model->drives)
+        outcome = leave_out_immovable(f, d);
     if (!outcome && d->count)
         outcome = release_bouncing(f, d, resting);
     return outcome || !d->count ? outcome : activate_selected(f, d, d->loss);

@@ -24,6 +24,7 @@ int take_decision(struct decision *d, struct system *s)
         .mode = TAKE_ZEROS(arena, signed char, c),
         .given = TAKE_ZEROS(arena, char, c),
         .touches = TAKE_ZEROS(arena, char, c),
+        .stands = TAKE_ZEROS(arena, char, c),
         .b = TAKE(arena, double, rows),
         .P = TAKE(arena, double, rows),
         .W = TAKE(arena, double, (rows * rows)),

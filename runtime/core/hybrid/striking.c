@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/tolerances.h"
+#include "constraints/mobility.h"
 #include "impact/impact.h"
 #include "model/contacts.h"
 
@@ -17,6 +18,7 @@ struct blow {
     double *less;          /* [contacts] restitution that was tried in its place */
     double *P;             /* [2 contacts] impulses, normal ones and then those of friction */
     double *rates;         /* [contacts] scratch */
+    char *moves;           /* [contacts] scratch */
     double *du, *momentum; /* [n] scratch */
     double taken;          /* J: what the contacts take */
 };
@@ -29,6 +31,7 @@ static int take_blow(const struct system *s, struct blow *b)
     b->less = TAKE(s->arena, double, contacts);
     b->P = TAKE(s->arena, double, 2 * contacts);
     b->rates = TAKE(s->arena, double, contacts);
+    b->moves = TAKE(s->arena, char, contacts);
     b->du = TAKE(s->arena, double, s->n);
     b->momentum = TAKE(s->arena, double, s->n);
     return s->arena->ran_out;
@@ -95,35 +98,62 @@ static enum outcome strike_together(struct phase *f, struct blow *b, double *sha
     return tried == *share ? OUTCOME_DONE : strike_with(f, b, *share);
 }
 
-static enum outcome resolve_with(struct phase *f, int trigger, struct blow *b)
+/* Leave out contacts whose gaps no motion changes and that approach by rounding: impulses there do nothing, and have no solution. */
+static enum outcome leave_out_immovable(struct phase *f, struct blow *b)
+{
+    int count = 0;
+    const enum outcome outcome = movable_contacts(f->s, f->y, b->count, f->set, b->moves);
+    for (int i = 0; !outcome && i < b->count; i++) {
+        const int c = f->set[i];
+        if (!b->moves[i] && f->rates[c] >= -rest_velocity(f, c))
+            continue;
+        b->e[count] = b->e[i];
+        f->set[count++] = c;
+    }
+    b->count = count;
+    return outcome;
+}
+
+/* The contacts f->set that take part in an impact of those that are closed, and of `trigger`, if that is not -1, in the first; in the `last` all, without
+ * restitution. *approaching is whether there is one. */
+static enum outcome gather_striking(struct phase *f, int trigger, int last, struct blow *b, int *approaching)
 {
     const struct ccgen_model *m = f->s->model;
+    *approaching = b->count = 0;
+    contact_gaps(f->s, f->y, f->gaps);
+    contact_rates(f->s, f->y, f->y + f->s->n, f->rates);
+    for (int c = 0; c < m->contacts; c++) {
+        const double still = rest_velocity(f, c);
+        if ((f->gaps[c] <= gap_tolerance(f, c) || c == trigger) && (last || f->rates[c] <= still)) {
+            b->e[b->count] = last || (f->at.slow > 0.0 && fabs(f->rates[c]) <= still) ? 0.0 : f->s->restitution[c];
+            f->set[b->count++] = c;
+        }
+    }
+    const enum outcome outcome = m->drives && b->count ? leave_out_immovable(f, b) : OUTCOME_DONE;
+    for (int i = 0; i < b->count && !outcome; i++) {
+        const int c = f->set[i];
+        *approaching |= f->rates[c] < -rest_velocity(f, c) || (c == trigger && f->rates[c] < 0.0);
+    }
+    return outcome;
+}
+
+static enum outcome resolve_with(struct phase *f, int trigger, struct blow *b)
+{
     struct run *run = f->run;
     const int n = f->s->n;
     for (int repeat = 0;; repeat++) {
         if (interrupted(f->s->interruption, 0))
             return OUTCOME_INTERRUPTED;
-        const int last = repeat == (int)REPEATS; /* one that all which is closed takes part in, without restitution */
-        int approaching = 0;
-        b->count = 0;
-        contact_gaps(f->s, f->y, f->gaps);
-        contact_rates(f->s, f->y, f->y + n, f->rates);
-        for (int c = 0; c < m->contacts; c++) {
-            const double closed = gap_tolerance(f, c), still = rest_velocity(f, c);
-            if ((f->gaps[c] <= closed || (c == trigger && !repeat)) && (last || f->rates[c] <= still)) {
-                approaching |= f->rates[c] < -still || (c == trigger && !repeat && f->rates[c] < 0.0);
-                b->e[b->count] = last || (f->at.slow > 0.0 && fabs(f->rates[c]) <= still) ? 0.0 : f->s->restitution[c];
-                f->set[b->count++] = c;
-            }
-        }
-        if (!approaching)
-            break;
+        int approaching;
+        enum outcome outcome = gather_striking(f, repeat ? -1 : trigger, repeat == (int)REPEATS, b, &approaching);
+        if (outcome || !approaching)
+            return outcome;
         if (repeat > (int)REPEATS)
             return OUTCOME_REPEATS;
         activate(f->s->active, 0, NULL, NULL); /* what was held may leave now */
         const double *u_plus = f->y1 + n;
         double share;
-        const enum outcome outcome = strike_together(f, b, &share);
+        outcome = strike_together(f, b, &share);
         if (outcome) {
             run->contact = f->set[0];
             return outcome;
@@ -139,7 +169,6 @@ static enum outcome resolve_with(struct phase *f, int trigger, struct blow *b)
         if (record_state(f))
             return OUTCOME_NO_MEMORY;
     }
-    return OUTCOME_DONE;
 }
 
 enum outcome resolve_impacts(struct phase *f, int trigger)
