@@ -14,7 +14,8 @@ class Phase:
     In a phase of kind "contact" the `contacts`, (point, ground) names, stay closed, and `how` says how each does:
     "smooth"; "sticks"; "slides forward" or "slides backward", forward being along the ground with its normal to the
     left; "at the limit, forward" or "backward" of its friction while other contacts keep it from sliding; "carried" by
-    others, or by driven joints; "touches" where there is friction but nothing presses, as between what moves side by side.
+    others, or by driven joints; "touches" where there is friction but nothing presses, as between what moves side by
+    side.
 
     In a phase of kind "steps" the run went on by time stepping, where event by event it did not get further: the
     shortest `step` (s), and by how much the steps differ from their halves in all, `missed` (rad, or
