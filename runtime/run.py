@@ -15,12 +15,17 @@ from .pictures.gif import write_gif
 from .pictures.player import write_player
 from .pictures.plot import draw
 from .record.hybrid_state import NUMBERS, WORDS, HybridState
+from .record.outputs import units_of, values_of
 from .record.point_motion import PointMotion, point_motion
 from .record.record import Record
 from .record.tables import arrays, dataframe, dataset
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from matplotlib.figure import Figure
+
+    from .arrays import FloatArray
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -65,6 +70,32 @@ class Run(Record):
         """
         return point_motion(self, name, t)
 
+    @property
+    def outputs(self) -> dict[str, str]:
+        """The unit of all that :meth:`values` knows by name: ``crank.angle``, ``coupler.tip.vy``, ``hinge.force``.
+
+        Those of a link are of its frame against the ground, those of a joint of its second link against the first;
+        a joint's force is that of :meth:`reactions`. What would be two things by one name begins with what it is of:
+        ``link crank.angle``, ``joint crank.angle``.
+        """
+        return units_of(self.model)
+
+    def values(self, *names: str, t: ArrayLike | None = None) -> dict[str, FloatArray]:
+        """Outputs by name at t (s), a number () or a row of times (n,), or at the rows of the run (nt,).
+
+        As exact as the run at any t. At an impact time they are those after it; of the two rows of an impact the first
+        is as before it. Forces and accelerations are not numbers where the run knows none, as :meth:`point` says.
+
+        Raises ``ValueError`` for names that are none, with those that are near, and for times outside of the run.
+        """
+        return values_of(self, names, t)
+
+    def __getitem__(self, name: str) -> FloatArray:
+        """One output at the rows of the run, (nt,)."""
+        if not isinstance(name, str):
+            raise TypeError(f"output: found {name!r}, expected a name such as {next(iter(self.outputs))!r}")
+        return values_of(self, [name])[name]
+
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write everything recorded to an .npz file, whole or not at all; `numpy.load` reads it."""
         target = read_path(path, "an .npz file")
@@ -83,12 +114,14 @@ class Run(Record):
         """
         return dataset(self)
 
-    def to_dataframe(self) -> Any:
-        """The run's rows as a pandas.DataFrame over `t` (s): coordinates and velocities by name, and the energies.
+    def to_dataframe(self, names: Sequence[str] | None = None, t: ArrayLike | None = None) -> Any:
+        """A pandas.DataFrame over `t` (s) of outputs by name, or of coordinates, velocities and energies.
 
-        An impact is two rows of the same t, before and after. `attrs["units"]` has the unit of every column.
+        At the rows of the run, an impact being two of the same t, before and after; or at a row of times t.
+
+        `attrs["units"]` has the unit of every column.
         """
-        return dataframe(self)
+        return dataframe(self, names, t)
 
     def plot(self, path: str | os.PathLike[str] | None = None) -> Figure:
         """A figure of poses, energy, heights and closure over time; with a path it is also saved there, as a PNG,

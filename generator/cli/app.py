@@ -83,7 +83,14 @@ def run(
     ] = None,
     out: Annotated[Path | None, typer.Option(metavar="DIR", help="folder of results [results/<name>]")] = None,
     gif: Annotated[bool, typer.Option("--gif", help="write an animation as GIF too")] = False,
-    csv: Annotated[bool, typer.Option("--csv", help="write the forces of contacts and joints as CSV too")] = False,
+    plot: Annotated[
+        str | None,
+        typer.Option(metavar="NAMES", help="draw outputs over time, as crank.angle,coupler.tip.vy,pin.force"),
+    ] = None,
+    csv: Annotated[bool, typer.Option("--csv", help="write forces, and what is plotted, as CSV too")] = False,
+    times: Annotated[
+        str | None, typer.Option(metavar="N", help="with --plot and --csv: at N even times, not at the rows of the run")
+    ] = None,
     fold: Fold = False,
     verbose: Verbose = False,
     quiet: Quiet = False,
@@ -95,11 +102,13 @@ def run(
     or some of the pictures and tables cannot be made of the run.
     """
     from .detail import detail
+    from .outputs import Wanted, read_wanted
     from .run import Asked
     from .run import run as work
 
     faults = Faults()
-    work(scene, Asked(until, rtol, method, step), out, gif, fold, detail(faults, verbose, quiet), csv, faults)
+    wanted = faults.of(read_wanted, plot, csv, times) or Wanted((), csv, None)
+    work(scene, Asked(until, rtol, method, step), out, gif, fold, detail(faults, verbose, quiet), wanted, faults)
 
 
 @app.command()
@@ -115,6 +124,9 @@ def show(
     tolerances: Annotated[
         bool, typer.Option("--tolerances", help="the thresholds of a run instead: how large here, what for, and why")
     ] = False,
+    outputs: Annotated[
+        bool, typer.Option("--outputs", help="names and units of what runs say instead, as for run --plot")
+    ] = False,
     verbose: Verbose = False,
     quiet: Quiet = False,
 ) -> None:
@@ -123,7 +135,8 @@ def show(
     from .show import show as work
 
     faults = Faults()
-    work(scene, equations, latex, expand, fold, plan, detail(faults, verbose, quiet), tolerances, faults)
+    instead = [name for name, given in (("--tolerances", tolerances), ("--outputs", outputs)) if given]
+    work(scene, equations, latex, expand, fold, plan, detail(faults, verbose, quiet), instead, faults)
 
 
 @app.command()

@@ -16,6 +16,9 @@ from ..program.errors import FoldError
 from .detail import Detail
 from .folders import MODELS, check_folder, check_results, forget_stale, record_results
 from .forces import PICTURE, TABLE, force_files, print_forces, ways_to_write
+from .outputs import PICTURE as OUTPUTS_PICTURE
+from .outputs import TABLE as OUTPUTS_TABLE
+from .outputs import Wanted
 from .progress import progress
 from .refusal import STOPPED_EARLY, Faults, read_option, refusing, refusing_options
 from .report import (
@@ -72,7 +75,7 @@ def run(
     gif: bool,
     fold: bool,
     detail: Detail,
-    csv: bool,
+    wanted: Wanted,
     faults: Faults,
 ) -> None:
     """Simulate the scene into the folder ``out``; exit code 3 when the run stopped early.
@@ -82,7 +85,7 @@ def run(
     arguments = asked.read(faults)
     scene = faults.of(read, scene_file)
     folder = Path("results") / (scene.name if scene else "") if out is None else out
-    names = (*FILES, *((GIF,) if gif else ()), *(force_files(scene, csv) if scene else ()))
+    names = (*FILES, *((GIF,) if gif else ()), *wanted.files, *(force_files(scene, wanted.csv) if scene else ()))
     if scene or out:
         faults.of(check_results, folder, names, "--out")
     faults.of(check_folder, MODELS, "folder of models")
@@ -98,6 +101,7 @@ def run(
     with progress(detail) as tell:
         with refusing(CompileError, OutputError, FoldError):
             model = load_model(generate(scene, MODELS, tell.stage, fold=fold))
+        wanted.check(model)
         tell.stage("simulate")
         with refusing(ValueError):
             result = simulate(
@@ -110,7 +114,7 @@ def run(
             typer.echo(f"{scene.name}: {result.message}", err=True)
         tell.stage("draw")
         with refusing(OSError):
-            files, unwritten = write(result, folder, gif, csv)
+            files, unwritten = write(result, folder, gif, wanted)
     if detail is not Detail.NOTHING:
         print_impacts(result.model, result)
         print_changes(result)
@@ -135,8 +139,8 @@ def check_reach(step: float, until: float) -> None:
         check_step(step, until)
 
 
-def write(result: Run, folder: Path, gif: bool, csv: bool) -> tuple[list[str], dict[str, str]]:
-    """Write result, plot, player, forces and, if asked, a GIF and a table into ``folder``.
+def write(result: Run, folder: Path, gif: bool, wanted: Wanted) -> tuple[list[str], dict[str, str]]:
+    """Write result, plot, player, forces and, if asked, a GIF, outputs and tables into ``folder``.
 
     The names of the files, and of those that cannot be made of this run why not. The numbers are written first: they
     are there whatever can be drawn of them. An older file does not stay in place of one that
@@ -146,7 +150,8 @@ def write(result: Run, folder: Path, gif: bool, csv: bool) -> tuple[list[str], d
     ways: dict[str, Callable[[Path], object]] = {
         **dict(zip(FILES, (result.save, result.plot, result.animate), strict=True)),
         **({GIF: result.animate} if gif else {}),
-        **ways_to_write(result, csv),
+        **wanted.ways_to_write(result),
+        **ways_to_write(result, wanted.csv),
     }
     unwritten = {}
     for name, way in ways.items():
@@ -157,5 +162,5 @@ def write(result: Run, folder: Path, gif: bool, csv: bool) -> tuple[list[str], d
         else:
             record_results(folder, [name])
     made = [name for name in ways if name not in unwritten]
-    forget_stale(folder, {*FILES, GIF, PICTURE, TABLE} - {*made})
+    forget_stale(folder, {*FILES, GIF, PICTURE, TABLE, OUTPUTS_PICTURE, OUTPUTS_TABLE} - {*made})
     return made, unwritten

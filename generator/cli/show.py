@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import typer
@@ -22,31 +23,33 @@ def show(
     fold: bool,
     plan: str | None,
     detail: Detail,
-    tolerances: bool,
+    instead: Sequence[str],
     faults: Faults,
 ) -> None:
     """Print the scene's summary, and its equations if asked for: as text or LaTeX, as derived, expanded or folded.
 
-    Or instead the thresholds of a run, which need the compiled model.
+    Or ``instead`` the thresholds of a run, or names of outputs, which need the compiled model.
     """
     given = {"--equations": equations, "--latex": latex, "--expand": expand, "--fold": fold, "--plan": plan is not None}
-    for option in given if tolerances else ():
-        if given[option]:
-            faults.add(f"{option}: found beside --tolerances, which needs none, expected one of them; leave one out")
+    beside = [*(option for option in given if given[option]), *instead[1:]] if instead else []
+    for option in beside:
+        faults.add(f"{option}: found beside {instead[0]}, which needs none, expected one of them; leave one out")
     faults.of(_check_plan, plan)
     scene = faults.of(read, scene_file)
-    if scene and plan and not tolerances:
+    if scene and plan and not instead:
         faults.of(_check_plan, plan, scene, fold)
-    if tolerances:
+    if instead:
         faults.of(check_folder, MODELS, "folder of models")
     faults.stop_if_any()
     assert scene
-    if tolerances:
+    if instead:
         from ccgen.runtime.model.thresholds import thresholds_text
+        from ccgen.runtime.record.outputs import outputs_text
 
         from .compiled import compiled
 
-        typer.echo(thresholds_text(compiled(scene, detail)))
+        text = {"--tolerances": thresholds_text, "--outputs": outputs_text}[instead[0]]
+        typer.echo(text(compiled(scene, detail)))
         return
     tell_assembly(scene, detail)
     from ..documents.show import show_text

@@ -174,6 +174,11 @@ class Whole:
     # -- as it is drawn -----------------------------------------------------------------------------------------------
 
     @property
+    def points(self) -> tuple[str, ...]:
+        """Names of all joints, and of the links' points."""
+        return (*self.joints, *(name for name in self.loosest.points if "." in name))
+
+    @property
     def outlines(self) -> tuple[FloatArray, ...]:
         return self.main.outlines[: len(self.links)]
 

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..arrays import FloatArray
 from ..extras import needed
+from .outputs import units_of, values_of
 from .record import Record
 
 FORMAT_VERSION = 1
@@ -154,20 +157,34 @@ def dataset(run: Record) -> Any:
     return found if run.impacts else found.drop_vars(["joint", "component"], errors="ignore")
 
 
-def dataframe(run: Record) -> Any:
-    """The run's rows as a pandas.DataFrame over `t` (s): coordinates and velocities by name, and the energies.
+def dataframe(run: Record, names: Sequence[str] | None = None, t: ArrayLike | None = None) -> Any:
+    """A pandas.DataFrame over `t` (s) of outputs by name, or of coordinates, velocities and energies.
 
-    An impact is two rows of the same t, before and after. `attrs["units"]` has the unit of every column.
+    At the rows of the run, an impact being two of the same t, before and after; or at a row of times t.
+
+    `attrs["units"]` has the unit of every column.
     """
     pandas = needed("pandas", "a run as a DataFrame")
-    kinetic, potential = run.model.energy(run.q, run.u)
-    columns = dict(zip(run.model.q_names, run.q.T, strict=True)) | dict(zip(run.model.u_names, run.u.T, strict=True))
+    times = run.t if t is None else np.atleast_1d(np.asarray(t, dtype=run.t.dtype))
+    if names is None:
+        columns, units = _coordinates(run, *((run.q, run.u) if t is None else run.at(times)))
+    else:
+        known = units_of(run.model)
+        columns = values_of(run, names, None if t is None else times)
+        units = {name: known[name] for name in names}
+    frame = pandas.DataFrame(columns, index=pandas.Index(times, name="t"))
+    frame.attrs["units"] = units
+    return frame
+
+
+def _coordinates(run: Record, q: FloatArray, u: FloatArray) -> tuple[dict[str, FloatArray], dict[str, str]]:
+    """Columns of states, with their units."""
+    kinetic, potential = run.model.energy(q, u)
+    columns = dict(zip(run.model.q_names, q.T, strict=True)) | dict(zip(run.model.u_names, u.T, strict=True))
     units = {name: _unit(name) for name in run.model.q_names}
     units |= {name: f"{_unit(name)}/s" for name in run.model.u_names}
     columns |= {"kinetic_energy": kinetic, "potential_energy": potential}
-    frame = pandas.DataFrame(columns, index=pandas.Index(run.t, name="t"))
-    frame.attrs["units"] = units | {"kinetic_energy": "J", "potential_energy": "J"}
-    return frame
+    return columns, units | {"kinetic_energy": "J", "potential_energy": "J"}
 
 
 def _texts(texts: Any) -> Any:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import FloatArray
-from ..model.joint_gap import Ends
+from ..model.joint_sides import between, ends_of
 from ..model.model import Model
 from ..model.whole import Whole
 
@@ -156,25 +156,6 @@ class _Reader:
             place = np.broadcast_to(self.model.point(name, self.q), (len(self.t), 2))
             return place, np.zeros_like(place)
         return self.model.point(name, self.q), self.model.point_velocity(name, self.q, self.u)
-
-
-def between(model: Of, joint: str) -> tuple[int, int]:
-    """The two links of a joint; -1: the ground."""
-    if isinstance(model, Whole):
-        return model.between(joint)
-    first, second = model.data["between"][model.joints.index(joint)]
-    return first, second
-
-
-def ends_of(model: Of, joint: str) -> Ends:
-    """The two ends of a joint that slides."""
-    if isinstance(model, Whole):
-        return model.ends_of(joint)
-    line = model.data["lines"][joint]
-    axis, angle = model._coordinates([[line["axis"], line["angle"] or 0.0]])[0].tolist()
-    first, second = line["links"]
-    kind = "pin-in-slot" if line["angle"] is None else "prismatic"
-    return Ends(kind, (first, second), model._coordinates(line["points"]), axis, angle)
 
 
 def _of_link(of_links: FloatArray, link: int) -> FloatArray:

@@ -1,0 +1,249 @@
+"""What a run says by name: ``crank.angle``, ``coupler.tip.vy``, ``hinge.force`` (docs/model.md, "Outputs by name").
+
+A name is that of what it is of, as scenes have it, a dot, and what is asked. Each output is one number at every time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from difflib import get_close_matches
+from functools import cached_property, partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..arrays import FloatArray
+from ..model.forces import Motion
+from ..model.joint_sides import between, ends_of
+from ..model.meshes import mesh_forces, mesh_names
+from .motion_at_rows import motion_at_rows
+from .record import Record
+
+NEAREST = 6
+"""Names that are told beside one that is none."""
+
+
+@dataclass(frozen=True)
+class Output:
+    """One number over time: its ``name``, what ``kind`` of thing it is of, its ``unit``, and its values (n,) along a
+    :class:`Sample`."""
+
+    name: str
+    kind: str
+    unit: str
+    of: Callable[[Sample], FloatArray]
+
+
+class Sample:
+    """A run at all its rows, or at times t (n,) of it, and what outputs are read off there, each computed once."""
+
+    def __init__(self, run: Record, t: FloatArray | None) -> None:
+        self.run, self.given = run, t
+        self.model: Any = run.model
+        self.t = run.t if t is None else t
+        self.q, self.u = (run.q, run.u) if t is None else run.at(t)
+
+    @cached_property
+    def poses(self) -> FloatArray:
+        return np.asarray(self.model.poses(self.q))
+
+    @cached_property
+    def velocities(self) -> FloatArray:
+        return np.asarray(self.model.velocities(self.q, self.u))
+
+    @cached_property
+    def motion(self) -> Motion:
+        if self.given is None:
+            return motion_at_rows(self.run)
+        if self.run.motion is None:
+            raise ValueError("this run knows no forces: it was not made by simulate")
+        return self.run.motion(self.t, self.q, self.u)
+
+    @cached_property
+    def angular_accelerations(self) -> FloatArray:
+        """Of the links (n, links): angles are sums of coordinates, so that their rates are linear in u by numbers that
+        do not change."""
+        return np.asarray(
+            self.model.velocities(self.q, np.nan_to_num(self.motion.u_dot))[..., 2] + self._unknown[:, None]
+        )
+
+    @cached_property
+    def energies(self) -> tuple[FloatArray, FloatArray]:
+        kinetic, potential = self.model.energy(self.q, self.u)
+        return kinetic, potential
+
+    @cached_property
+    def _unknown(self) -> FloatArray:
+        """(n,): 0 where accelerations are known, else not a number."""
+        return np.where(np.isfinite(self.motion.u_dot).all(axis=1), 0.0, np.nan)
+
+    def place(self, point: str) -> FloatArray:
+        return np.asarray(self.model.point(point, self.q))
+
+    def velocity(self, point: str) -> FloatArray:
+        return np.asarray(self.model.point_velocity(point, self.q, self.u))
+
+    def acceleration(self, point: str) -> FloatArray:
+        found = self.model.point_acceleration(point, self.q, self.u, u_dot=np.nan_to_num(self.motion.u_dot))
+        return np.asarray(found + self._unknown[:, None])
+
+
+def outputs_of(model: Any) -> dict[str, Output]:
+    """All outputs of a model's runs by their names. What would be two things by one name has the kind of each before
+    it: ``link crank.angle``, ``joint crank.angle``."""
+    found: dict[str, list[Output]] = {}
+    for output in _every(model):
+        found.setdefault(output.name, []).append(output)
+    return {name if len(same) == 1 else f"{one.kind} {name}": one for name, same in found.items() for one in same}
+
+
+def units_of(model: Any) -> dict[str, str]:
+    """The unit of every output, by name."""
+    return {name: output.unit for name, output in outputs_of(model).items()}
+
+
+def outputs_text(model: Any) -> str:
+    """A line for everything that outputs are of: its name, and what is asked of it, with units."""
+    owners: dict[str, list[str]] = {}
+    for name, unit in units_of(model).items():
+        owner, _, asked = name.rpartition(".")
+        owners.setdefault(owner, []).append(f"{asked} [{unit}]")
+    return "\n".join(f"{owner + ': ' if owner else ''}{', '.join(asked)}" for owner, asked in owners.items())
+
+
+def values_of(run: Record, names: Sequence[str], t: ArrayLike | None = None) -> dict[str, FloatArray]:
+    """Outputs by name at the times t (s), a number or a row of them, or at the rows of the run, those before impacts as
+    before them. Not numbers where the run knows none.
+
+    Raises ``ValueError`` with all names that are none, and what is near them, and for times outside of the run.
+    """
+    known = outputs_of(run.model)
+    if wrong := unknown(run.model, names):
+        raise ValueError("; ".join(f"output: {one}" for one in wrong))
+    sample = Sample(run, None if t is None else np.atleast_1d(np.asarray(t, dtype=run.t.dtype)))
+    found = {name: np.asarray(known[name].of(sample)) for name in names}
+    return found if t is None or np.ndim(t) else {name: value[0] for name, value in found.items()}
+
+
+def unknown(model: Any, names: Sequence[str]) -> list[str]:
+    """A sentence for each of the names that no output has."""
+    known = outputs_of(model)
+    return [_unknown_name(name, known) for name in names if name not in known]
+
+
+def _unknown_name(name: str, known: Mapping[str, Output]) -> str:
+    """What is wrong with a name."""
+    twice = [one for one in known if one.endswith(f" {name}")]
+    if twice:
+        return f"found {name!r}, which is of two things, expected {' or '.join(map(repr, twice))}"
+    owner = name.rpartition(".")[0]
+    same = [one for one in known if one.rpartition(".")[0] == owner] if owner else []
+    near = get_close_matches(name, known, NEAREST, 0.5) or same[:NEAREST]
+    beside = f", expected one such as {', '.join(near)}" if near else ""
+    return (
+        f"found {name!r}, which nothing is called{beside}; Run.outputs and ccgen show --outputs have all {len(known)}"
+    )
+
+
+def _every(model: Any) -> Iterator[Output]:
+    """Every output of a model."""
+    yield Output("t", "time", "s", lambda sample: sample.t)
+    for name, part in (("kinetic_energy", 0), ("potential_energy", 1)):
+        yield Output(name, "mechanism", "J", partial(_energy, part=part))
+    yield Output("energy", "mechanism", "J", lambda sample: sample.energies[0] + sample.energies[1])
+    for number, link in enumerate(model.links[: len(model.outlines)]):
+        yield from _of_link(link, number)
+    joints = model.drawn_joints
+    welded = model.data["welded_points"]
+    for point in (*model.points, *welded):
+        if (point in joints or "." in point) and point not in welded.values():
+            yield from _of_point(point)
+    for joint in joints:
+        yield from _of_joint(model, joint)
+    for number, (point, ground) in enumerate(model.contacts):
+        yield from _of_contact(f"{ground}.{point}", number, ground in model.stops)
+    for number, mesh in enumerate(mesh_names(model)):
+        yield Output(f"{mesh}.force", "mesh", "N", partial(_mesh, number=number))
+
+
+def _of_link(link: str, number: int) -> Iterator[Output]:
+    yield Output(f"{link}.angle", "link", "rad", lambda sample: sample.poses[:, number, 2])
+    yield Output(f"{link}.angular_velocity", "link", "rad/s", lambda sample: sample.velocities[:, number, 2])
+    yield Output(
+        f"{link}.angular_acceleration", "link", "rad/s^2", lambda sample: sample.angular_accelerations[:, number]
+    )
+
+
+def _of_point(point: str) -> Iterator[Output]:
+    kind = "point" if "." in point else "joint"
+    for sign, unit, what in (("", "m", "place"), ("v", "m/s", "velocity"), ("a", "m/s^2", "acceleration")):
+        for axis, letter in enumerate("xy"):
+            of = partial(_part, what=what, point=point, axis=axis)
+            yield Output(f"{point}.{sign}{letter}", kind, unit, of)
+    yield Output(f"{point}.speed", kind, "m/s", lambda sample: np.hypot(*sample.velocity(point).T))
+
+
+def _of_joint(model: Any, joint: str) -> Iterator[Output]:
+    q = np.zeros(len(model.q_names))
+    if joint in model.slides(q):
+        for name, unit, part in (("slide", "m", 0), ("slide_rate", "m/s", 1)):
+            yield Output(f"{joint}.{name}", "joint", unit, partial(_slide, joint=joint, part=part))
+    if joint in model.joint_angles(q):
+        for name, unit, what in (
+            ("angle", "rad", "poses"),
+            ("angular_velocity", "rad/s", "velocities"),
+            ("angular_acceleration", "rad/s^2", "angular_accelerations"),
+        ):
+            yield Output(f"{joint}.{name}", "joint", unit, partial(_turn, joint=joint, what=what))
+    number = list(model.joints).index(joint)
+    yield Output(f"{joint}.force", "joint", "N", lambda sample: np.hypot(*sample.motion.reactions[:, number, :2].T))
+    for part, (name, unit) in enumerate((("fx", "N"), ("fy", "N"), ("moment", "N m"))):
+        yield Output(f"{joint}.{name}", "joint", unit, partial(_reaction, number=number, part=part))
+
+
+def _of_contact(name: str, number: int, stops: bool) -> Iterator[Output]:
+    angle = "rad" if stops else "m"
+    yield Output(f"{name}.gap", "contact", angle, lambda sample: sample.model.gaps(sample.q)[:, number])
+    yield Output(
+        f"{name}.gap_rate",
+        "contact",
+        f"{angle}/s",
+        lambda sample: sample.model.gap_rates(sample.q, sample.u)[:, number],
+    )
+    for part, push in enumerate(("moment",) if stops else ("normal", "friction")):
+        yield Output(f"{name}.{push}", "contact", "N m" if stops else "N", partial(_push, number=number, part=part))
+
+
+def _energy(sample: Sample, part: int) -> FloatArray:
+    return sample.energies[part]
+
+
+def _part(sample: Sample, what: str, point: str, axis: int) -> FloatArray:
+    found: FloatArray = getattr(sample, what)(point)
+    return found[:, axis]
+
+
+def _slide(sample: Sample, joint: str, part: int) -> FloatArray:
+    return ends_of(sample.model, joint).along(sample.poses, sample.velocities)[part]
+
+
+def _turn(sample: Sample, joint: str, what: str) -> FloatArray:
+    """Of the joint's second link less of its first, the ground's being zero."""
+    found = getattr(sample, what)
+    of_links = found if found.ndim == 2 else found[:, :, 2]
+    one, other = (of_links[:, link] if link >= 0 else np.zeros(len(of_links)) for link in between(sample.model, joint))
+    return np.asarray(other - one)
+
+
+def _reaction(sample: Sample, number: int, part: int) -> FloatArray:
+    return sample.motion.reactions[:, number, part]
+
+
+def _push(sample: Sample, number: int, part: int) -> FloatArray:
+    return sample.motion.pushes[:, number, part]
+
+
+def _mesh(sample: Sample, number: int) -> FloatArray:
+    return mesh_forces(sample.model, sample.motion.multipliers)[:, number]

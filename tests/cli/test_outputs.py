@@ -1,0 +1,93 @@
+"""What ``ccgen run --plot`` draws and writes, and ``ccgen show --outputs`` lists."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from ccgen.generator.cli.app import app
+from ccgen.runtime.pictures.output_plot import draw_outputs
+
+from ..support.leaning_rod import LEANING, G
+from ..support.workshop import Workshop
+
+
+@pytest.fixture
+def scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    file = tmp_path / "leaning.toml"
+    file.write_text(LEANING)
+    return file
+
+
+def test_a_run_draws_and_writes_what_is_asked(scene: Path) -> None:
+    asked = "rod.angle, hinge.fy,ground_0.rod.T.gap,ground_0.rod.T.normal"
+    done = CliRunner().invoke(app, ["run", str(scene), "--plot", asked, "--csv", "--times", "21"])
+    assert done.exit_code == 0 and "outputs.png" in done.stdout and "outputs.csv" in done.stdout
+    folder = Path("results/leaning")
+    assert (folder / "outputs.png").read_bytes()[:4] == b"\x89PNG"
+    with (folder / "outputs.csv").open(newline="") as file:
+        head, *rows = csv.reader(file)
+    assert head == ["t [s]", "rod.angle [rad]", "hinge.fy [N]", "ground_0.rod.T.gap [m]", "ground_0.rod.T.normal [N]"]
+    numbers = np.array(rows, dtype=float)
+    assert numbers[:, 0] == pytest.approx(np.linspace(0, 2, 21), abs=0)
+    assert numbers[-1, 2:] == pytest.approx([G, 0.0, G], rel=1e-11, abs=1e-11)
+    done = CliRunner().invoke(app, ["run", str(scene), "--plot", "rod.angle"])
+    assert done.exit_code == 0 and not (folder / "outputs.csv").exists()  # that of an older run
+    done = CliRunner().invoke(app, ["run", str(scene), "-q"])
+    assert done.exit_code == 0 and not (folder / "outputs.png").exists()
+
+
+def test_rows_have_both_sides_of_an_impact(scene: Path) -> None:
+    done = CliRunner().invoke(app, ["run", str(scene), "--plot", "rod.angular_velocity", "--csv", "-q"])
+    assert done.exit_code == 0
+    with Path("results/leaning/outputs.csv").open(newline="") as file:
+        numbers = np.array([*csv.reader(file)][1:], dtype=float)
+    (jump,) = np.flatnonzero((np.diff(numbers[:, 0]) == 0.0) & (np.diff(numbers[:, 1]) != 0.0))
+    assert numbers[jump, 1] != 0.0 and numbers[jump + 1, 1] == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        (["--plot", "rod.angel"], "--plot: found 'rod.angel', which nothing is called, expected one such as rod.angle"),
+        (["--plot", " , "], '--plot: found " , ", expected names with commas between them'),
+        (["--times", "5"], "--times: found without --plot and --csv, expected both"),
+        (["--plot", "t", "--csv", "--times", "1"], "--times: found 1, expected a whole number from 2 to 1000000"),
+        (["--plot", "t", "--csv", "--times", "x"], "--times: found x, expected a whole number from 2 to 1000000"),
+    ],
+)
+def test_wrong_options_are_told_and_nothing_is_written(scene: Path, options: list[str], told: str) -> None:
+    done = CliRunner().invoke(app, ["run", str(scene), *options])
+    assert done.exit_code == 2 and told in done.stderr and not Path("results").exists()
+
+
+def test_names_are_listed(scene: Path) -> None:
+    done = CliRunner().invoke(app, ["show", str(scene), "--outputs"])
+    assert done.exit_code == 0
+    lines = done.stdout.splitlines()
+    assert "rod: angle [rad], angular_velocity [rad/s], angular_acceleration [rad/s^2]" in lines
+    assert any(line.startswith("ground_0.rod.T: gap [m], gap_rate [m/s], normal [N]") for line in lines)
+    done = CliRunner().invoke(app, ["show", str(scene), "--outputs", "--tolerances", "--latex"])
+    assert done.exit_code == 2
+    assert "--outputs: found beside --tolerances" in done.stderr and "--latex: found beside" in done.stderr
+
+
+def test_outputs_of_one_unit_share_a_panel(workshop: Workshop) -> None:
+    pytest.importorskip("matplotlib")
+    from ccgen.runtime import simulate
+
+    run = simulate(workshop.model(LEANING))
+    names = ["rod.angle", "hinge.fx", "ground_0.rod.T.normal", "rod.T.ax", "hinge.angle"]
+    figure = draw_outputs(run, names)
+    labels = [axes.get_ylabel() for axes in figure.axes]
+    assert labels == ["angle [rad]", "force [N]", "ax [m/s²]"]
+    assert [line.get_label() for line in figure.axes[0].lines[:2]] == ["rod.angle", "hinge.angle"]
+    t, force = figure.axes[1].lines[1].get_data()
+    assert len(t) > 600 and force[-1] == pytest.approx(G, rel=1e-11)
+    with pytest.raises(ValueError, match="which nothing is called"):
+        draw_outputs(run, ["rod.wobble"])
