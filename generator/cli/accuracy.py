@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,6 +19,7 @@ from .forces import touches
 from .progress import progress
 from .refusal import Faults, read_option, refusing
 from .scene_file import read, tell_assembly
+from .settings import with_settings
 
 if TYPE_CHECKING:
     from ccgen.runtime.cost.accuracy import Growth, Measured, Reference
@@ -48,6 +49,7 @@ def price_accuracy(
     precisions: Sequence[str],
     out: Path | None,
     detail: Detail,
+    settings: Mapping[str, float],
     faults: Faults,
 ) -> None:
     """Measure the scene, print the table and what to choose, write ``cost.csv`` and ``cost.png`` into a folder."""
@@ -81,6 +83,7 @@ def price_accuracy(
         with refusing(CompileError, OutputError):
             names = dict.fromkeys(("double", *precisions, *(("wide",) if wider() else ())))
             models = {name: load_model(generate(scene, MODELS, tell.stage, precision=name)) for name in names}
+        models = {name: with_settings(model, settings) for name, model in models.items()}
         model = models["double"]
         tell.stage("refer")
         with refusing(ValueError):

@@ -14,6 +14,11 @@ app = typer.Typer(cls=Commands, add_completion=False, rich_markup_mode=None, pre
 SceneFile = Annotated[Path, typer.Argument(metavar="SCENE", help="a scene file (TOML)")]
 Fold = Annotated[bool, typer.Option("--fold", help="put the values of the parameters into the code as numbers")]
 
+Set = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="PATH=VALUE", help="another value of a parameter, as crank.mass=2; may be repeated"),
+]
+
 Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="say more: the branch of every loop")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="say nothing but errors and warnings beside the result")]
 
@@ -91,6 +96,7 @@ def run(
     times: Annotated[
         str | None, typer.Option(metavar="N", help="with --plot and --csv: at N even times, not at the rows of the run")
     ] = None,
+    settings: Set = None,
     fold: Fold = False,
     verbose: Verbose = False,
     quiet: Quiet = False,
@@ -105,10 +111,13 @@ def run(
     from .outputs import Wanted, read_wanted
     from .run import Asked
     from .run import run as work
+    from .settings import read_settings
 
     faults = Faults()
+    values = faults.of(read_settings, settings or []) or {}
     wanted = faults.of(read_wanted, plot, csv, times) or Wanted((), csv, None)
-    work(scene, Asked(until, rtol, method, step), out, gif, fold, detail(faults, verbose, quiet), wanted, faults)
+    said = detail(faults, verbose, quiet)
+    work(scene, Asked(until, rtol, method, step), out, gif, fold, said, wanted, values, faults)
 
 
 @app.command()
@@ -150,6 +159,7 @@ def cost(
     ] = None,
     effects: Annotated[bool, typer.Option("--effects", help="measure what each effect costs instead")] = False,
     fold: Annotated[bool, typer.Option("--fold", help="with --effects: numbers for parameters too")] = False,
+    settings: Set = None,
     out: Annotated[Path | None, typer.Option(metavar="DIR", help="folder of the figures")] = None,
     verbose: Verbose = False,
     quiet: Quiet = False,
@@ -160,9 +170,11 @@ def cost(
     """
     from .cost import cost as work
     from .detail import detail
+    from .settings import read_settings
 
     faults = Faults()
-    work(scene, until, error, drift, precision, effects, fold, out, detail(faults, verbose, quiet), faults)
+    values = faults.of(read_settings, settings or []) or {}
+    work(scene, until, error, drift, precision, effects, fold, out, detail(faults, verbose, quiet), values, faults)
 
 
 @app.command()
@@ -173,30 +185,36 @@ def torque(
     ] = None,
     rate: Annotated[str, typer.Option(metavar="W", help="its constant rate in rad/s")] = "1.0",
     plot: Annotated[Path | None, typer.Option(metavar="FILE", help="write the curve as PNG")] = None,
+    settings: Set = None,
     verbose: Verbose = False,
     quiet: Quiet = False,
 ) -> None:
     """Print the torque that a driven crank needs over one turn at a constant rate; contacts bar the way."""
     from .detail import detail
+    from .settings import read_settings
     from .statics import torque as work
 
     faults = Faults()
-    work(scene, joint, rate, plot, detail(faults, verbose, quiet), faults)
+    values = faults.of(read_settings, settings or []) or {}
+    work(scene, joint, rate, plot, detail(faults, verbose, quiet), values, faults)
 
 
 @app.command()
 def equilibrium(
     scene: SceneFile,
     nearest: Annotated[bool, typer.Option("--nearest", help="the nearest one, stable or not")] = False,
+    settings: Set = None,
     verbose: Verbose = False,
     quiet: Quiet = False,
 ) -> None:
     """Print a static equilibrium, on closed contacts too: whether it is stable, forces at joints and contacts."""
     from .detail import detail
+    from .settings import read_settings
     from .statics import equilibrium as work
 
     faults = Faults()
-    work(scene, nearest, detail(faults, verbose, quiet), faults)
+    values = faults.of(read_settings, settings or []) or {}
+    work(scene, nearest, detail(faults, verbose, quiet), values, faults)
 
 
 @app.command()

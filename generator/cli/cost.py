@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 
 from .build import check_precision
@@ -24,6 +25,7 @@ def cost(
     fold: bool,
     out: Path | None,
     detail: Detail,
+    settings: Mapping[str, float],
     faults: Faults,
 ) -> None:
     """Measure error against time, or with ``effects`` each effect's price; options of the other one are refused."""
@@ -36,9 +38,11 @@ def cost(
         for name in precisions:
             faults.of(check_precision, name)
         wanted = faults.of(read_option, error, check_error)
-        price_accuracy(scene_file, until, ERROR if wanted is None else wanted, drift, precisions, out, detail, faults)
+        aim = ERROR if wanted is None else wanted
+        price_accuracy(scene_file, until, aim, drift, precisions, out, detail, settings, faults)
         return
-    others = {"--until": until, "--error": error, "--drift": drift or None, "--precision": precision}
+    others: dict[str, object] = {"--until": until, "--error": error, "--drift": drift or None, "--precision": precision}
+    others["--set"] = settings or None
     for option, given in others.items():
         if given is not None:
             faults.add(f"{option}: found beside --effects, expected one of them; leave one out")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -31,6 +31,7 @@ from .report import (
     print_warnings,
 )
 from .scene_file import read, tell_assembly, tell_mobility
+from .settings import with_settings
 
 if TYPE_CHECKING:
     from ccgen.runtime import Run
@@ -76,6 +77,7 @@ def run(
     fold: bool,
     detail: Detail,
     wanted: Wanted,
+    settings: Mapping[str, float],
     faults: Faults,
 ) -> None:
     """Simulate the scene into the folder ``out``; exit code 3 when the run stopped early.
@@ -101,6 +103,7 @@ def run(
     with progress(detail) as tell:
         with refusing(CompileError, OutputError, FoldError):
             model = load_model(generate(scene, MODELS, tell.stage, fold=fold))
+        model = with_settings(model, settings)
         wanted.check(model)
         tell.stage("simulate")
         with refusing(ValueError):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,6 +15,7 @@ from .detail import Detail
 from .folders import MODELS, check_folder, check_picture
 from .refusal import Faults, fail, read_option, refusing
 from .scene_file import read
+from .settings import with_settings
 
 SOME_TIMES = (0.0123, 0.37, 1.0, 7.3)
 """Times (s) at which loads are compared with those at 0; those of a table or formula differ at one of them at least."""
@@ -24,7 +25,15 @@ if TYPE_CHECKING:
     from ccgen.runtime.arrays import FloatArray
 
 
-def torque(scene_file: Path, joint: str | None, rate: str, plot: Path | None, detail: Detail, faults: Faults) -> None:
+def torque(
+    scene_file: Path,
+    joint: str | None,
+    rate: str,
+    plot: Path | None,
+    detail: Detail,
+    settings: Mapping[str, float],
+    faults: Faults,
+) -> None:
     """Print mean and extremes of the torque over one turn; plot it where asked."""
     from ccgen.runtime import driving_torque
     from ccgen.runtime.analysis.crank import check_rate
@@ -37,7 +46,7 @@ def torque(scene_file: Path, joint: str | None, rate: str, plot: Path | None, de
     faults.of(check_folder, MODELS, "folder of models")
     faults.stop_if_any()
     assert scene and turned and speed
-    model = compiled(scene, detail)
+    model = with_settings(compiled(scene, detail), settings)
     with refusing(ValueError, OSError):
         turn = driving_torque(model, turned, speed)
         if plot is not None:
@@ -53,7 +62,7 @@ def torque(scene_file: Path, joint: str | None, rate: str, plot: Path | None, de
         typer.echo(f"written: {plot}")
 
 
-def equilibrium(scene_file: Path, nearest: bool, detail: Detail, faults: Faults) -> None:
+def equilibrium(scene_file: Path, nearest: bool, detail: Detail, settings: Mapping[str, float], faults: Faults) -> None:
     """Print an equilibrium: stability, stiffnesses, coordinates, joint forces and forces of closed contacts."""
     from ccgen.runtime import static_equilibrium
 
@@ -61,7 +70,7 @@ def equilibrium(scene_file: Path, nearest: bool, detail: Detail, faults: Faults)
     faults.of(check_folder, MODELS, "folder of models")
     faults.stop_if_any()
     assert scene
-    model = compiled(scene, detail)
+    model = with_settings(compiled(scene, detail), settings)
     with refusing(ValueError):
         found = static_equilibrium(model, nearest=nearest)
     stiffness = ", ".join(f"{value:z.6g}" for value in found.stiffness) or "none, it cannot move"
