@@ -18,7 +18,7 @@
 #ifndef CCGEN_MODEL_H
 #define CCGEN_MODEL_H
 
-#define CCGEN_CONTRACT_VERSION 11
+#define CCGEN_CONTRACT_VERSION 12
 
 /* 1 where x is positive, else 0: formulas with branches */
 static inline double unit_step(double x)
@@ -150,6 +150,8 @@ struct ccgen_model {
     ccgen_switching *switching;               /* NULL without switches */
     const int *latched_at;     /* [latches]: which function that is; this and the next NULL without latches */
     ccgen_switching *latching; /* value[latches] that are set */
+    int told;                  /* what runs tell of effects by name: so many numbers; this and the next 0 without any */
+    ccgen_switching *outputs;  /* value[told], from all inputs */
 };
 
 #endif

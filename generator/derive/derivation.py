@@ -13,7 +13,7 @@ from collections.abc import Sequence
 
 import sympy as sp
 
-from ..equations.equations import OTHERWISE, Argument, ContactName, Equations, Kernel, Output
+from ..equations.equations import OTHERWISE, Argument, ContactName, Equations, Kernel, Output, OutputName
 from ..equations.ledger import Ledger
 from ..equations.names import A_X, A_Y, ALPHA, AXES, SLIDE, State, multiplier, slide_name, sliding_name
 from ..mechanism.joints import PointRef
@@ -66,11 +66,20 @@ class _Derivation:
         self.motion = Motion(self.kinematics, self.closure, self.place, self.velocity)
         self.loads = self._loads()
         self.drives = self._drives()
-        kernels = [*self._dynamics(), *self._closure(), *self._motion(), *self._contact(), *self._switching()]
+        kernels = [
+            *self._dynamics(),
+            *self._closure(),
+            *self._motion(),
+            *self._contact(),
+            *self._switching(),
+            *self._told(),
+        ]
         parameters = [*self.mechanism.parameters(), *(p for effect in self.effects for p in effect.parameters())]
         blocks, modules = tuple(self.ledger.blocks), tuple(map(self._state_of, self.plan.modules))
         names = tuple(ContactName(gap.name, gap.ground, gap.angular) for gap in self.contacts)
-        return Equations(tuple(parameters), self.state, blocks, tuple(kernels), names, modules=modules)
+        return Equations(
+            tuple(parameters), self.state, blocks, tuple(kernels), names, modules=modules, outputs=tuple(self.outputs)
+        )
 
     def _state_of(self, module: tuple[int, ...]) -> tuple[sp.Symbol, ...]:
         """Coordinates and rates of a module's links."""
@@ -130,6 +139,16 @@ class _Derivation:
             output = Output("value", held, "what effects hold from when it is set")
             found.append(Kernel("latching", (self.q, self.u, *self.acted), (output,), "what effects hold"))
         return found
+
+    def _told(self) -> list[Kernel]:
+        """What runs tell of the effects by name, if there is any."""
+        told = [(effect.title, one) for effect in self.effects for one in effect.outputs(self.motion)]
+        self.ledger.close("what runs tell of effects")
+        self.outputs = [OutputName(f"{title}.{asked}", unit) for title, (asked, unit, _) in told]
+        if not told:
+            return []
+        output = Output("value", tuple(value for _, (_, _, value) in told), "what runs tell of the effects")
+        return [Kernel("outputs", (self.q, self.u, *self.acted), (output,), "what runs tell of the effects")]
 
     def _dynamics(self) -> list[Kernel]:
         """Accelerations and velocity jumps, by the plan and by the one to go to where its guards fail."""

@@ -13,6 +13,8 @@ from .motion import Couple, Force, Motion
 from .vectors import Vector
 
 Let = Callable[[str, sp.Expr], sp.Expr]
+Told = tuple[str, str, sp.Expr]
+"""What is asked of an effect, as ``torque``, its unit, and the value."""
 
 
 class Terms(Protocol):
@@ -63,6 +65,10 @@ class Terms(Protocol):
 
     def power(self, motion: Motion) -> sp.Expr:
         """Power (W) of those loads that have no potential."""
+        ...
+
+    def outputs(self, motion: Motion) -> Sequence[Told]:
+        """Numbers that runs tell of it by name."""
         ...
 
     def gaps(self, let: Let) -> tuple[Gap, ...]:

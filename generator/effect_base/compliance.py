@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from sympy import Expr
 
     from ..derive.motion import Motion
+    from ..derive.terms_of_effects import Told
 
 SLIP_SPEED = 0.001
 """Default of the speed (m/s) at which smoothed friction has reached tanh 1 = 76 % of its force."""
@@ -249,6 +250,11 @@ class Compliance:
         if self.damping:
             total += (self._elastic(motion, pressed) - self.push(motion, pressed)) * pressed.approach
         return total
+
+    def outputs(self, motion: Motion, pressed: Pressed, of: str) -> list[Told]:
+        """What runs tell of a contact, behind its name."""
+        told = [(f"{of}depth", "m", pressed.depth), (f"{of}normal", "N", self.push(motion, pressed))]
+        return [*told, (f"{of}friction", "N", self.drag(motion, pressed))] if self.friction else told
 
     def _power_of(self, motion: Motion, depth: Expr) -> Expr:
         """(d/unit)ⁿ; of a half the root of |d|, since a stage of a step may lie outside."""

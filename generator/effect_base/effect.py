@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from ..derive.gaps import Gap
     from ..derive.motion import Couple, Force, Motion
-    from ..derive.terms_of_effects import Let
+    from ..derive.terms_of_effects import Let, Told
     from ..derive.vectors import Vector
 
 Contact = tuple[str, PointRef]
@@ -155,6 +155,11 @@ class Effect:
         import sympy as sp
 
         return sp.S.Zero
+
+    def outputs(self, motion: Motion) -> Sequence[Told]:
+        """What runs tell of it by name, ``motor_0.torque``: what is asked, its unit, and the value, of the state, time
+        and inputs."""
+        return ()
 
     def gaps(self, let: Let) -> tuple[Gap, ...]:
         """What may touch what; ``let`` names what depends on parameters alone."""

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from sympy import Expr
 
     from ..derive.motion import Couple, Force, Motion
+    from ..derive.terms_of_effects import Told
 
 RATE = 0.001
 """Default of the rate (rad/s or m/s) at which a brake resists with tanh 1 = 76 % of its moment."""
@@ -83,6 +84,11 @@ class Brake(Effect):
     def power(self, motion: Motion) -> Expr:
         """−ω T tanh(ω/ω₀)."""
         return -motion.joint_speed(self.joint) * self._moment(motion)
+
+    def outputs(self, motion: Motion) -> Sequence[Told]:
+        """The torque (the force along its line) on the joint's second link, and its power."""
+        asked, unit = ("force", "N") if motion.joint(self.joint).slides else ("torque", "N m")
+        return (asked, unit, -self._moment(motion)), ("power", "W", self.power(motion))
 
     def _effort(self, motion: Motion) -> Expr:
         return term(self.effort, motion, f"torque_{self.label}")

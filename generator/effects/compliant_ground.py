@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from sympy import Expr
 
     from ..derive.motion import Couple, Force, Motion
+    from ..derive.terms_of_effects import Told
     from ..derive.vectors import Vector
 
 
@@ -80,6 +81,13 @@ class CompliantGround(Effect):
         for pressed, _ in self._pressed(motion):
             total += self.law.spent(motion, pressed)
         return total
+
+    def outputs(self, motion: Motion) -> Sequence[Told]:
+        """Of each contact how deep it is, negative where it is apart, its normal force and friction."""
+        told: list[Told] = []
+        for (pressed, _), ((name, _), _) in zip(self._pressed(motion), self.plane.rounded(), strict=True):
+            told += self.law.outputs(motion, pressed, f"{name}.")
+        return told
 
     def planes(self) -> tuple[Plane, ...]:
         return ((self.name, self.plane.point, self.plane.normal),)

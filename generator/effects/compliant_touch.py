@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from sympy import Expr
 
     from ..derive.motion import Couple, Force, Motion
+    from ..derive.terms_of_effects import Told
     from ..derive.touching import TouchGap
 
 
@@ -83,6 +84,10 @@ class CompliantTouch(Effect):
 
     def power(self, motion: Motion) -> Expr:
         return self.law.spent(motion, self._pressed(motion))
+
+    def outputs(self, motion: Motion) -> Sequence[Told]:
+        """How deep it is, negative where the bodies are apart, its normal force and friction."""
+        return self.law.outputs(motion, self._pressed(motion), "")
 
     def rims(self) -> tuple[Rim, ...]:
         return self.pair.rims()

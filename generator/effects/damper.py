@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from sympy import Expr
 
     from ..derive.motion import Force, Motion
+    from ..derive.terms_of_effects import Told
     from ..mechanism.assembled import Assembled
 
 
@@ -52,6 +53,12 @@ class Damper(Effect):
         """−c (dL/dt)²."""
         line = self.line
         return -motion.value(self.damping) * line.stretching(motion) ** 2 / line.square(motion)
+
+    def outputs(self, motion: Motion) -> Sequence[Told]:
+        """The force that pulls its ends together, and its power."""
+        line = self.line
+        speed = line.stretching(motion) / line.length(motion)
+        return ("force", "N", motion.value(self.damping) * speed), ("power", "W", self.power(motion))
 
     def check_start(self, start: Assembled) -> tuple[str, ...]:
         if not self.line.is_point(start):

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from sympy import Expr
 
     from ..derive.motion import Force, Motion
+    from ..derive.terms_of_effects import Told
     from ..derive.vectors import Vector
 
 SPEED = 1e-3
@@ -69,6 +70,13 @@ class Drag(Effect):
 
     def power(self, motion: Motion) -> Expr:
         return -self._resistance(motion) * self._square(motion)
+
+    def outputs(self, motion: Motion) -> Sequence[Told]:
+        """The size of the force, and its power."""
+        from sympy import sqrt
+
+        force = self._resistance(motion) * sqrt(self._square(motion))
+        return ("force", "N", force), ("power", "W", self.power(motion))
 
     def _resistance(self, motion: Motion) -> Expr:
         """Force per speed (N s/m)."""

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
     from ..derive.motion import Force as Load
     from ..derive.motion import Motion
+    from ..derive.terms_of_effects import Told
     from ..derive.vectors import Vector
 
 Frame = Literal["fixed", "link"]
@@ -61,6 +62,11 @@ class Force(Effect):
         from ..derive.vectors import dot
 
         return dot(self._force(motion), motion.velocity(self.point))
+
+    def outputs(self, motion: Motion) -> Sequence[Told]:
+        """The force in fixed axes, and its power."""
+        x, y = self._force(motion)
+        return ("fx", "N", x), ("fy", "N", y), ("power", "W", self.power(motion))
 
     def _force(self, motion: Motion) -> Vector:
         name = f"force_{self.index}"

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from sympy import Expr
 
     from ..derive.motion import Couple, Force, Motion
+    from ..derive.terms_of_effects import Told
 
 
 class FrictionTable(Table):
@@ -94,6 +95,14 @@ class JointFriction(Effect):
         for index in self.joints:
             power -= self._slip(motion, index) * self._moment(motion, index)
         return power
+
+    def outputs(self, motion: Motion) -> Sequence[Told]:
+        """Of each joint the moment (the force along its line) on the second link, and the power of all."""
+        told: list[Told] = []
+        for index in self.joints:
+            asked, unit = ("force", "N") if motion.joint(index).slides else ("moment", "N m")
+            told.append((f"{motion.joint(index).name}.{asked}", unit, -self._moment(motion, index)))
+        return [*told, ("power", "W", self.power(motion))]
 
     def _moment(self, motion: Motion, index: int) -> Expr:
         from sympy import exp, tanh

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from sympy import Expr
 
     from ..derive.motion import Couple, Force, Motion
+    from ..derive.terms_of_effects import Told
 
 Row = Annotated[
     list[float],
@@ -263,6 +264,11 @@ class Motor(Effect):
     def power(self, motion: Motion) -> Expr:
         """The torque (force) times the rate of the joint."""
         return self._torque(motion) * motion.joint_speed(self.joint)
+
+    def outputs(self, motion: Motion) -> Sequence[Told]:
+        """The torque (the force along its line) on the joint's second link, and its power."""
+        asked, unit = ("force", "N") if motion.joint(self.joint).slides else ("torque", "N m")
+        return (asked, unit, self._torque(motion)), ("power", "W", self.power(motion))
 
     def _torque(self, motion: Motion) -> Expr:
         return motion.let(f"torque_motor_{self.index}", self.drive.realise(motion, self))

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from sympy import Expr
 
     from ..derive.motion import Force, Motion
+    from ..derive.terms_of_effects import Told
     from ..mechanism.assembled import Assembled
     from ..mechanism.mechanism import Mechanism
 
@@ -133,6 +134,18 @@ class Spring(Effect):
             return sp.S.Zero
         elastic = motion.side(self.line.label) * motion.value(self.stiffness) * self._elongation(motion)
         return (elastic - self._force(motion)) * self._lengthening(motion)
+
+    def outputs(self, motion: Motion) -> Sequence[Told]:
+        """The distance of its ends, and the force that pulls them together."""
+        return ("length", "m", self.line.length(motion)), ("force", "N", self._pull(motion))
+
+    def _pull(self, motion: Motion) -> Expr:
+        if self.zone:
+            return self.zone.effort(motion, self._elongation(motion), self._lengthening(motion))
+        if self.one_way and self.one_way.damping:
+            return self._force(motion)
+        acts = motion.side(self.line.label) if self.one_way else 1
+        return acts * motion.value(self.stiffness) * self._elongation(motion)
 
     @property
     def _loaded(self) -> str:

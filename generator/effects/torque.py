@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from sympy import Expr
 
     from ..derive.motion import Couple, Motion
+    from ..derive.terms_of_effects import Told
 
 
 class TorqueTable(Table):
@@ -52,6 +53,10 @@ class Torque(Effect):
     def power(self, motion: Motion) -> Expr:
         """The torque times the link's angular velocity."""
         return self._torque(motion) * motion.rate(self.link)
+
+    def outputs(self, motion: Motion) -> Sequence[Told]:
+        """The torque on the link, and its power."""
+        return ("torque", "N m", self._torque(motion)), ("power", "W", self.power(motion))
 
     def _torque(self, motion: Motion) -> Expr:
         return term(self.torque, motion, f"torque_{self.index}")

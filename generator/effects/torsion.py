@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from sympy import Expr
 
     from ..derive.motion import Couple, Motion
+    from ..derive.terms_of_effects import Told
 
 
 class TorsionTable(Table):
@@ -75,6 +76,10 @@ class Torsion(Effect):
             moment = self.zone.effort(motion, self._twist(motion), self._rate(motion))
         moment = motion.let(f"moment_{self.label}", moment)
         return Couple(joint.first.link, moment), Couple(joint.second.link, -moment)
+
+    def outputs(self, motion: Motion) -> Sequence[Told]:
+        """The moment on the joint's second link."""
+        return (("moment", "N m", self.loads(motion)[1].moment),)
 
     def potential(self, motion: Motion) -> Expr:
         """½ k (φ − φ₀)²."""

@@ -88,6 +88,14 @@ class ContactName:
 
 
 @dataclass(frozen=True)
+class OutputName:
+    """A number that runs tell of an effect, as they call it, ``motor_0.torque``, and its ``unit``."""
+
+    name: str
+    unit: str
+
+
+@dataclass(frozen=True)
 class Equations:
     """All equations of a model. Checks that each name is defined once and before use, and each output is defined.
 
@@ -102,6 +110,7 @@ class Equations:
     contacts: tuple[ContactName, ...] = ()
     folded: tuple[Parameter, ...] = ()
     modules: tuple[tuple[sp.Symbol, ...], ...] = ()
+    outputs: tuple[OutputName, ...] = ()
 
     def __post_init__(self) -> None:
         known = {sp.Symbol(p.symbol) for p in self.parameters}

@@ -82,6 +82,7 @@ def model_data(
         },
         "discs": _discs(scene),
         "ropes": _ropes(scene),
+        "outputs": [[output.name, output.unit] for output in equations.outputs],
         "latches": [name for effect in scene.effects for name, _ in effect.latches()],
         "aids": list(mechanism.aids),
         "integrators": [vars(one) for one in mechanism.integrators],

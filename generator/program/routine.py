@@ -24,6 +24,7 @@ SIGNATURES: Mapping[str, tuple[str, ...]] = {
     "power": ("k", "q", "u", "t", "inputs", "u_dot", "lambda"),
     "switching": ("k", "q", "u", "t", "inputs"),
     "latching": ("k", "q", "u", "t", "inputs"),
+    "outputs": ("k", "q", "u", "t", "inputs"),
     "impulse_reactions": ("k", "q", "u", "lambda"),
 }
 """Kernels whose contract has more arguments than the kernel reads; those for dead centres take the same."""

@@ -43,8 +43,8 @@ METHODS = (
 
 @dataclass(frozen=True)
 class Sizes:
-    """Array sizes of the contract, in the order of ``struct ccgen_model``; that of ``latches`` is left out where it
-    is 0."""
+    """Array sizes of the contract, in the order of ``struct ccgen_model``; those of ``latches`` and
+    ``told`` are left out where they are 0."""
 
     nq: int
     nu: int
@@ -60,6 +60,7 @@ class Sizes:
     drives: int
     switches: int
     latches: int = 0
+    told: int = 0
 
 
 @dataclass(frozen=True)
@@ -122,7 +123,7 @@ def render_c(
             preamble=numbers.preamble,
             header="sincos.h" if numbers.double else "one_lane.h",
             abreast=max(r.lanes for r in routines.made),
-            sizes=[(name, value) for name, value in vars(sizes).items() if value or name != "latches"],
+            sizes=[(name, value) for name, value in vars(sizes).items() if value or name not in ("latches", "told")],
             members=members,
             tables={name: list(values) for name, values in tables.items() if values},
             root=root,

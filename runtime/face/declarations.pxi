@@ -13,7 +13,7 @@ cdef extern from *:
         int version
         const char *name
         const char *hash
-        int nq, nu, base, rows, links, joints, points, contacts, parameters, constants, inputs, drives, switches, latches, lanes
+        int nq, nu, base, rows, links, joints, points, contacts, parameters, constants, inputs, drives, switches, latches, told, lanes
         void (*derive_constants)(const real *p, real *k) noexcept nogil
         int (*acceleration)(const real *k, const real *q, const real *u, real t, const real *inputs,
                             real *u_dot, real *lambda_) noexcept nogil
@@ -113,7 +113,7 @@ cdef extern from *:
         int why
         real size
     int held_forces(system *s, size_t count, size_t every, const real *t, const real *q, const real *u, const real *latched, held chosen,
-                    real *u_dot, real *lambda_, real *push, real *reaction, obstruction *found) nogil
+                    real *u_dot, real *lambda_, real *push, real *reaction, real *told, obstruction *found) nogil
     int joint_impulses(system *s, const real *q, const real *du, const real *P, real *reaction) nogil
     int find_closed(const system *s, size_t count, const real *q, char *closed) nogil
     void find_unknown(system *s, size_t count, const real *q, char *unknown) nogil

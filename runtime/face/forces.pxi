@@ -24,8 +24,8 @@ cdef class Contacting(Evaluations):
         return np.asarray(out)[:b].astype(bool)
 
     def motion(self, const real[:, ::1] q, const real[:, ::1] u, t, chosen=None, Supply supply=None, latched=None):
-        """Quasi-accelerations (b, n), multipliers (b, rows), contact forces (b, 2 contacts), normal ones first, and joint
-        reactions (b, 3 joints) at one time or at times (b,), without the GIL; and, where a state has none, its number, the
+        """Quasi-accelerations (b, n), multipliers (b, rows), contact forces (b, 2 contacts), normal ones first, joint
+        reactions (b, 3 joints) and what effects tell (b, told) at one time or at times (b,), without the GIL; and, where a state has none, its number, the
         outcome, and of what prevents it the name, the contact and the size.
 
         Contacts are held as ``chosen`` says, of each its number, how, and its share of friction; those that a run would hold
@@ -33,7 +33,7 @@ cdef class Contacting(Evaluations):
         cdef size_t b = q.shape[0], n = self.m.nu, rows = self.m.rows + 1, pushes = 2 * self.m.contacts, every
         cdef size_t carried = 3 * self.m.joints
         cdef real[:, ::1] out = empty((b, n)), forces = empty((b, rows)), push = empty((b, max(pushes, 1)))
-        cdef real[:, ::1] reactions = empty((b, max(carried, 1)))
+        cdef real[:, ::1] reactions = empty((b, max(carried, 1))), told = empty((b, max(self.m.told, 1)))
         cdef real[::1] times = np.ascontiguousarray(np.atleast_1d(t), dtype=REAL), inputs = np.array(self.inputs)
         cdef list pushing = [one for one in chosen or () if one[1] != "carried"]
         cdef int[::1] contacts = np.array([*(one[0] for one in pushing), 0], dtype=np.int32)
@@ -60,14 +60,14 @@ cdef class Contacting(Evaluations):
         if b:
             with nogil:
                 outcome = held_forces(&s, b, every, &times[0], &q[0, 0], &u[0, 0], holds, given, &out[0, 0], &forces[0, 0],
-                                      &push[0, 0], &reactions[0, 0], &found)
+                                      &push[0, 0], &reactions[0, 0], &told[0, 0], &found)
         if supply is not None and supply.error is not None:
             raise supply.error
         self.inexact = s.refinement_residual
         trouble = None
         if b and (outcome or found.why):
             trouble = (found.state, OUTCOMES[outcome], OBSTACLES[found.why], found.contact, found.size)
-        return np.asarray(out), np.asarray(forces)[:, : self.m.rows], np.asarray(push)[:, :pushes], np.asarray(reactions)[:, :carried], trouble
+        return np.asarray(out), np.asarray(forces)[:, : self.m.rows], np.asarray(push)[:, :pushes], np.asarray(reactions)[:, :carried], np.asarray(told)[:, :self.m.told], trouble
 
     def contact_reactions(self, const real[:, ::1] q, const real[:, ::1] P):
         """What forces P (b, 2 contacts) of the contacts, normal ones first, add to the joint reactions (b, 3 joints)."""

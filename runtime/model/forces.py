@@ -25,12 +25,13 @@ RUBS = ("slides backward", "slides forward", "sticks", "at the limit, forward", 
 class Motion:
     """Of states (b, …): ``u_dot`` (b, nu), the ``multipliers`` (b, rows) and the forces ``pushes`` (b, contacts, 2) of
     contacts, along the normal and along the ground (N; of stops N m, in the first), that belong together. The joints'
-    ``reactions`` (b, joints, 3) with them, where they are asked for."""
+    ``reactions`` (b, joints, 3) with them, and what effects have ``told`` (b, told) there, where they are asked for."""
 
     u_dot: FloatArray
     multipliers: FloatArray
     pushes: FloatArray
     reactions: FloatArray
+    told: FloatArray
 
 
 def in_flight(model: Compiled, q: FloatArray, contacts: Contacts) -> bool:
@@ -126,6 +127,7 @@ class Parts:
             np.empty((count, len(model.rows)), dtype=kind),
             np.zeros((count, len(model.contacts), 2), dtype=kind),
             np.empty((count if reactions else 0, len(model.joints), 3), dtype=kind),
+            np.full((count, len(model.told)), np.nan, dtype=kind),
         )
 
     def fill(self, rows: Any, q: FloatArray, u: FloatArray, t: float | FloatArray, held: Held | None) -> None:
@@ -155,11 +157,11 @@ class Parts:
         """The same by the solver of a run, under the inputs of a ``supply`` if there is one, and with what effects hold
         there, ``latched`` (b, latches)."""
         kernels, motion = self.model.kernels, self.motion
-        u_dot, multipliers, pushes, reactions, trouble = kernels.motion(q, u, t, held, supply, latched)
+        u_dot, multipliers, pushes, reactions, told, trouble = kernels.motion(q, u, t, held, supply, latched)
         if trouble:
             raise _trouble(self.model, int(self._numbers(rows)[trouble[0]]), *trouble[1:])
         self.inexact = max(self.inexact, kernels.inexact)
-        motion.u_dot[rows], motion.multipliers[rows] = u_dot, multipliers
+        motion.u_dot[rows], motion.multipliers[rows], motion.told[rows] = u_dot, multipliers, told
         motion.pushes[rows] = pushes.reshape(len(q), 2, len(self.model.contacts)).transpose(0, 2, 1)
         if self.asked:
             motion.reactions[rows] = reactions.reshape(len(q), len(self.model.joints), 3)

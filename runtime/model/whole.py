@@ -40,6 +40,7 @@ class Whole:
         self.rows = tuple(dict.fromkeys(f"{mesh}{BEHIND}" for one in self.structures for mesh in mesh_names(one)))
         self.meshes: Mapping[str, Sequence[Mapping[str, Any]]] = said.get("meshes", {})
         self.contacts = tuple(dict.fromkeys(one for model in self.structures for one in model.contacts))
+        self.told = tuple(dict.fromkeys(tuple(one) for model in self.structures for one in model.told))
         self.stops = frozenset(stop for model in self.structures for stop in model.stops)
         self.parameters: Mapping[str, float] = dict(self.main.parameters)
         self.core, self.kernels, self.length = self.main.core, self.loosest.kernels, self.main.length
@@ -145,6 +146,13 @@ class Whole:
         found = np.zeros((*pushes.shape[:-2], len(self.contacts), 2), dtype=pushes.dtype)
         for own, contact in enumerate(model.contacts):
             found[..., self.contacts.index(contact), :] = pushes[..., own, :]
+        return found
+
+    def told_of(self, structure: int, told: FloatArray) -> FloatArray:
+        """What effects tell (..., told) in a structure as that of all of them; zero of those that only others have."""
+        found = np.zeros((*told.shape[:-1], len(self.told)), dtype=told.dtype)
+        for own, one in enumerate(self.structures[structure].told):
+            found[..., self.told.index(one)] = told[..., own]
         return found
 
     def name_in(self, model: Model, point: str) -> str:

@@ -34,6 +34,10 @@ class Drawable(Protocol):
         """(point, ground) names of every contact that is watched."""
 
     @property
+    def told(self) -> Sequence[tuple[str, str]]:
+        """(name, unit) of every number that effects tell along runs."""
+
+    @property
     def stops(self) -> frozenset[str]:
         """Second names of those contacts that are stops: their gaps are angles."""
 

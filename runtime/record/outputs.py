@@ -164,6 +164,8 @@ def _every(model: Any) -> Iterator[Output]:
         yield from _of_joint(model, joint)
     for number, (point, ground) in enumerate(model.contacts):
         yield from _of_contact(f"{ground}.{point}", number, ground in model.stops)
+    for number, (name, unit) in enumerate(model.told):
+        yield Output(name, "effect", unit, partial(_told, number=number))
     for number, mesh in enumerate(mesh_names(model)):
         yield Output(f"{mesh}.force", "mesh", "N", partial(_mesh, number=number))
 
@@ -243,6 +245,10 @@ def _reaction(sample: Sample, number: int, part: int) -> FloatArray:
 
 def _push(sample: Sample, number: int, part: int) -> FloatArray:
     return sample.motion.pushes[:, number, part]
+
+
+def _told(sample: Sample, number: int) -> FloatArray:
+    return sample.motion.told[:, number]
 
 
 def _mesh(sample: Sample, number: int) -> FloatArray:

@@ -52,7 +52,7 @@ class Along:
         unknown = ((t[:, None] >= self.stepped[:, 0]) & (t[:, None] < self.stepped[:, 1])).any(axis=1)
         if model.rows:
             unknown |= model.kernels.unknown(np.ascontiguousarray(q))
-        for part in (found.motion.u_dot, found.motion.multipliers, found.motion.pushes, found.motion.reactions):
+        for part in vars(found.motion).values():
             part[unknown] = np.nan
         return found.motion
 

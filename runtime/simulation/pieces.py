@@ -78,6 +78,7 @@ class Along:
             np.zeros((count, len(whole.rows))),
             np.zeros((count, len(whole.contacts), 2)),
             np.zeros((count, len(whole.joints), 3)),
+            np.zeros((count, len(whole.told))),
         )
         which = np.array([number_at(self.pieces, one, before=False) for one in t], dtype=int)
         for number in np.unique(which).tolist():
@@ -90,6 +91,7 @@ class Along:
             found.multipliers[rows] = whole.meshes_of(piece.structure, one.multipliers)
             found.pushes[rows] = whole.pushes_of(piece.structure, one.pushes)
             found.reactions[rows] = whole.reactions_of(piece.structure, one.reactions)
+            found.told[rows] = whole.told_of(piece.structure, one.told)
         return found
 
 

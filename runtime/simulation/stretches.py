@@ -44,6 +44,7 @@ class Along:
     """Accelerations and forces along the stretches, of all ``contacts``; of those that are off there is none."""
 
     contacts: tuple[tuple[str, str], ...]
+    told: tuple[tuple[str, str], ...]
     pieces: tuple[Piece, ...]
 
     @property
@@ -61,11 +62,14 @@ class Along:
             one = run.motion(times, *run.at(times))
             if found is None:
                 u_dot, multipliers, reactions = (np.zeros((len(t), *part.shape[1:])) for part in _parts(one))
-                found = Motion(u_dot, multipliers, np.zeros((len(t), len(self.contacts), 2)), reactions)
+                pushes, told = np.zeros((len(t), len(self.contacts), 2)), np.zeros((len(t), len(self.told)))
+                found = Motion(u_dot, multipliers, pushes, reactions, told)
             for whole, part in zip(_parts(found), _parts(one), strict=True):
                 whole[rows] = part
             for own, contact in enumerate(run.model.contacts):
                 found.pushes[rows, self.contacts.index(contact)] = one.pushes[:, own]
+            for own, output in enumerate(run.model.told):
+                found.told[rows, self.told.index(output)] = one.told[:, own]
         if found is None:
             assert self.pieces[0].run.motion is not None
             return self.pieces[0].run.motion(t, q, u)
@@ -117,7 +121,7 @@ def strung(
         closure_max=max(piece.run.closure_max for piece in pieces),
         energy_drift=sum(piece.run.energy_drift for piece in pieces),
         advance=Between(pieces),
-        motion=Along(tuple(whole.contacts), pieces),
+        motion=Along(tuple(whole.contacts), tuple(whole.told), pieces),
         method=last.method,
         drift=last.drift,
         rest_speed=max(piece.run.rest_speed for piece in pieces),

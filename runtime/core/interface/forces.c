@@ -184,7 +184,7 @@ static void react(struct room *r, double t, const double *q, const double *u, co
 
 enum outcome held_forces(struct system *s, size_t count, size_t every, const double *t, const double *q,
                          const double *u, const double *latched, struct held held, double *u_dot, double *lambda,
-                         double *push, double *reaction, struct obstruction *found)
+                         double *push, double *reaction, double *told, struct obstruction *found)
 {
     const size_t n = s->n, rows = s->model->rows, c = s->model->contacts, entries = 3 * s->model->joints;
     const struct mark mark = s->arena->top;
@@ -206,6 +206,8 @@ enum outcome held_forces(struct system *s, size_t count, size_t every, const dou
         memcpy(lambda + i * (rows + 1), r.lambda, rows * sizeof *lambda);
         if (!outcome)
             react(&r, now, at, moving, u_dot + i * n, push + i * 2 * c, reaction + i * entries);
+        if (!outcome && s->model->told) /* as `react`, under the inputs that the acceleration has asked for */
+            s->model->outputs(s->k, at, moving, now, s->inputs, told + i * s->model->told);
     }
 end:
     s->active = NULL;
