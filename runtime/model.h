@@ -112,6 +112,7 @@ struct ccgen_model {
                    * 1 where its switching function is positive, else 0 */
     int latches; /* values that effects hold: the last `latches` of the inputs. Each is set when a switching function becomes
                    * positive, and holds until that does so again */
+    int told;           /* numbers that runs tell of effects by name */
     const int *partner; /* [rows]: the other row of the same cut pin, or the row itself */
     const int *driven;  /* [drives][2]: coordinate of a driven joint, and the one that it is measured from or -1 */
     ccgen_constants *derive_constants;
@@ -150,8 +151,7 @@ struct ccgen_model {
     ccgen_switching *switching;               /* NULL without switches */
     const int *latched_at;     /* [latches]: which function that is; this and the next NULL without latches */
     ccgen_switching *latching; /* value[latches] that are set */
-    int told;                  /* what runs tell of effects by name: so many numbers; this and the next 0 without any */
-    ccgen_switching *outputs;  /* value[told], from all inputs */
+    ccgen_switching *outputs;  /* value[told], from all inputs; NULL without any */
 };
 
 #endif

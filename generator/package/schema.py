@@ -278,7 +278,7 @@ class ModelData(Data):
     discs: list[DiscData] = entry("discs and edges to be drawn")
     ropes: list[RopeData] = Field(default=[], description="ropes to be drawn; left out where there are none")
     outputs: list[Annotated[list[str], Field(min_length=2, max_length=2)]] = entry(
-        "what runs tell of effects: names and units", default=[]
+        "what runs tell of effects: names and units", "[outputs][2]"
     )
     latches: list[str] = entry("names of the values that effects hold, in their order", default=[])
     aids: list[str] = entry(

@@ -52,7 +52,7 @@ class Compiled:
         self.joints = tuple(data["joints"])
         self.grounds = tuple(plane["name"] for plane in data["grounds"])
         self.stops = frozenset(data["stops"])
-        self.told = tuple((name, unit) for name, unit in data.get("outputs", ()))
+        self.told = tuple((name, unit) for name, unit in data["outputs"])
         self.points = tuple(data["points"])
         self.q_names = tuple(data["q_names"])
         self.u_names = tuple(data["u_names"])

@@ -166,6 +166,7 @@ class Written:
             drives=0,
             switches=0,
             latches=sum(len(effect.latches()) for effect in self.scene.effects),
+            told=len(self.equations.outputs),
         )
         return render_c(Banner(name, name, "0", "0"), routines, sizes, tables, self.topology.root, self.index), sizes
 
