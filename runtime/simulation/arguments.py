@@ -33,6 +33,9 @@ DRIVEN = 1e-6
 DEPTH = 1e-8
 """A start deeper inside a ground than this, relative to the mechanism's length, is refused; less is rounding."""
 
+NUMBERS, YES_OR_NO = (float, int, np.floating, np.integer), (bool, np.bool_)
+"""Kinds that arguments may be of; a union of them, made anew at every call, would take a microsecond of a short run."""
+
 
 class Settings(NamedTuple):
     """How a run goes: ``step`` is that of steps of fixed length, else zero; ``own_rtol`` the scene's tolerance."""
@@ -125,7 +128,7 @@ def check_calls(progress: object, keep_interrupted: object) -> None:
     faults = Faults()
     if progress is not None and not callable(progress):
         faults.note(TypeError(f"progress: found {progress!r}, expected a function of the time reached, or None"))
-    if not isinstance(keep_interrupted, bool | np.bool_):
+    if not isinstance(keep_interrupted, YES_OR_NO):
         faults.note(TypeError(f"keep_interrupted: found {keep_interrupted!r}, expected True or False"))
     faults.stop_if_any()
 
@@ -173,7 +176,7 @@ def check_step(step: Any, until: Any) -> None:
 
 
 def _is_number(value: object) -> bool:
-    return isinstance(value, int | float | np.floating | np.integer) and not isinstance(value, bool)
+    return isinstance(value, NUMBERS) and not isinstance(value, bool)
 
 
 def _shown(value: object) -> str:
