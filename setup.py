@@ -61,7 +61,14 @@ cores = [
             *map(str, Path("runtime/face").glob("*.pxi")),
             *map(str, Path("runtime/core").rglob("*.h")),
         ],
-        extra_compile_args=["-O3", "-fno-math-errno", "-g0", "-std=c11", "-fvisibility=hidden", *LAST_FLAGS],  # glibc has an advance() too
+        extra_compile_args=[
+            "-O3",
+            "-fno-math-errno",
+            "-g0",
+            "-std=c11",
+            "-fvisibility=hidden",
+            *LAST_FLAGS,
+        ],  # glibc has an advance() too
     )
     for name, precision in PRECISIONS.items()
 ]

@@ -6,6 +6,7 @@ from .analysis.equilibrium import Equilibrium, static_equilibrium
 from .analysis.follow import Followed, follow
 from .analysis.inverse_dynamics import inverse_dynamics, momentum
 from .analysis.reach import OutOfReach, reach
+from .load_run import load_run
 from .loading.load import load_model
 from .model.model import Model
 from .record.event import Event
@@ -30,6 +31,7 @@ __all__ = [
     "follow",
     "inverse_dynamics",
     "load_model",
+    "load_run",
     "methods",
     "momentum",
     "reach",

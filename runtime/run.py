@@ -18,6 +18,7 @@ from .record.hybrid_state import NUMBERS, WORDS, HybridState
 from .record.outputs import units_of, values_of
 from .record.point_motion import PointMotion, point_motion
 from .record.record import Record
+from .record.saved import saved
 from .record.tables import arrays, dataframe, dataset
 
 if TYPE_CHECKING:
@@ -97,11 +98,14 @@ class Run(Record):
         return values_of(self, [name])[name]
 
     def save(self, path: str | os.PathLike[str]) -> Path:
-        """Write everything recorded to an .npz file, whole or not at all; `numpy.load` reads it."""
+        """Write everything recorded to an .npz file, whole or not at all.
+
+        `numpy.load` reads its arrays, :func:`ccgen.runtime.load_run` makes the run of it again.
+        """
         target = read_path(path, "an .npz file")
         if target.suffix != ".npz":
             raise ValueError(f"a run is saved as .npz, found {target.name!r}; use another name")
-        write_whole(target, lambda part: np.savez_compressed(part, allow_pickle=False, **arrays(self)))
+        write_whole(target, lambda part: np.savez_compressed(part, allow_pickle=False, **saved(self)))
         return target
 
     def _arrays(self) -> dict[str, Any]:

@@ -115,9 +115,35 @@ def run(
 
     faults = Faults()
     values = faults.of(read_settings, settings or []) or {}
-    wanted = faults.of(read_wanted, plot, csv, times) or Wanted((), csv, None)
+    wanted = faults.of(read_wanted, None if plot is None else [plot], csv, times) or Wanted()
     said = detail(faults, verbose, quiet)
-    work(scene, Asked(until, rtol, method, step), out, gif, fold, said, wanted, values, faults)
+    work(scene, Asked(until, rtol, method, step), out, gif, fold, said, wanted, csv, values, faults)
+
+
+@app.command()
+def plot(
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="a folder of results, or its result.npz")],
+    names: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="NAMES", help="outputs, as crank.angle pin.force; without any: all names are printed"),
+    ] = None,
+    csv: Annotated[bool, typer.Option("--csv", help="write them as CSV too")] = False,
+    times: Annotated[
+        str | None, typer.Option(metavar="N", help="with --csv: at N even times, not at the rows of the run")
+    ] = None,
+    models: Annotated[Path, typer.Option(metavar="DIR", help="folder of generated models")] = Path("build"),
+    out: Annotated[Path | None, typer.Option(metavar="DIR", help="folder of the files [that of the run]")] = None,
+) -> None:
+    """Draw outputs of a run that is done, over time; nothing is simulated again.
+
+    Exit code 0: drawn, 2: wrong input.
+    """
+    from .outputs import Wanted, read_wanted
+    from .plot import plot as work
+
+    faults = Faults()
+    wanted = faults.of(read_wanted, names, csv, times, "NAMES") or Wanted()
+    work(run, wanted, models, out, faults)
 
 
 @app.command()

@@ -1,8 +1,8 @@
-"""What ``ccgen run --plot`` draws and writes: outputs of the run by name."""
+"""What ``ccgen run`` and ``ccgen plot`` draw and write: outputs of the run by name."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from .refusal import fail
 
 if TYPE_CHECKING:
+    from ccgen.generator.scene.scene import Scene
     from ccgen.runtime import Model, Run
 
 PICTURE, TABLE = "outputs.png", "outputs.csv"
@@ -19,45 +20,58 @@ MOST_TIMES = 1_000_000
 
 @dataclass(frozen=True)
 class Wanted:
-    """Outputs that are to be drawn, by ``names``; with ``csv`` also as a table, at so many even ``times``, or at the
-    rows of the run where that is None."""
+    """Outputs by name: those of the ``plot``, and those of the ``table``, at so many even ``times``, or at the rows of
+    the run where that is None. Each has where it is asked for before it: ``--plot``, ``output.plot[0]``."""
 
-    names: tuple[str, ...]
-    csv: bool
-    times: int | None
+    plot: tuple[tuple[str, str], ...] = ()
+    table: tuple[tuple[str, str], ...] = ()
+    times: int | None = None
 
     @property
     def files(self) -> list[str]:
         """Names of the files."""
-        return [*([PICTURE] if self.names else []), *([TABLE] if self.names and self.csv else [])]
+        return [*([PICTURE] if self.plot else []), *([TABLE] if self.table else [])]
+
+    def beside(self, scene: Scene, file: Path) -> Wanted:
+        """That, and what the scene of a file asks for in its place where this asks for none of a kind."""
+        plot = tuple((f"{file}: output.plot[{index}]", name) for index, name in enumerate(scene.output.plot))
+        table = tuple((f"{file}: output.table[{index}]", name) for index, name in enumerate(scene.output.table))
+        if self.table:
+            return Wanted(self.plot or plot, self.table, self.times)
+        return Wanted(self.plot or plot, table, scene.output.times)
 
     def check(self, model: Model) -> None:
         """Stop with exit code 2 unless the model has all of them."""
         from ccgen.runtime.record.outputs import unknown
 
-        found = unknown(model, self.names)
+        asked = dict.fromkeys((*self.plot, *(one for one in self.table if one not in self.plot)))
+        found = [f"{where}: {fault}" for where, name in asked for fault in unknown(model, [name])]
         if found:
-            fail("\n".join(f"--plot: {fault}" for fault in found))
+            fail("\n".join(found))
 
     def ways_to_write(self, run: Run) -> dict[str, Callable[[Path], object]]:
         """By the name of each of the files what writes it."""
         from ccgen.runtime.pictures.output_plot import draw_outputs
         from ccgen.runtime.record.output_table import write_outputs
 
-        ways = {PICTURE: partial(draw_outputs, run, self.names)}
-        ways[TABLE] = partial(write_outputs, run, self.names, times=self.times)
+        plot, table = (list(dict.fromkeys(name for _, name in names)) for names in (self.plot, self.table))
+        ways = {PICTURE: partial(draw_outputs, run, plot), TABLE: partial(write_outputs, run, table, times=self.times)}
         return {name: ways[name] for name in self.files}
 
 
-def read_wanted(plot: str | None, csv: bool, times: str | None) -> Wanted:
-    """What the options ask for; exit code 2 where they do not say it."""
-    names = tuple(dict.fromkeys(name.strip() for name in (plot or "").split(",") if name.strip()))
-    if plot is not None and not names:
-        fail(f'--plot: found "{plot}", expected names with commas between them, such as "crank.angle,pin.force"')
+def read_wanted(names: Sequence[str] | None, csv: bool, times: str | None, option: str = "--plot") -> Wanted:
+    """What the options ask for, names by themselves or with commas between them; exit code 2 where they do not say
+    it."""
+    found = [(option, name.strip()) for text in names or () for name in text.split(",") if name.strip()]
+    if names and not found:
+        fail(f'{option}: found "{names[0]}", expected names with commas between them, such as "crank.angle,pin.force"')
+    plot = tuple(dict.fromkeys(found))
+    table = plot if csv else ()
     if times is None:
-        return Wanted(names, csv, None)
-    if not (names and csv):
-        fail("--times: found without --plot and --csv, expected both; it says how many even times outputs.csv has")
+        return Wanted(plot, table)
+    if not table:
+        beside = "--plot and --csv, expected both" if option == "--plot" else "--csv, expected it"
+        fail(f"--times: found without {beside}; it says how many even times outputs.csv has")
     if not (times.isascii() and times.isdigit() and 2 <= int(times) <= MOST_TIMES):
         fail(f"--times: found {times}, expected a whole number from 2 to {MOST_TIMES}")
-    return Wanted(names, csv, int(times))
+    return Wanted(plot, table, int(times))

@@ -77,6 +77,7 @@ def run(
     fold: bool,
     detail: Detail,
     wanted: Wanted,
+    csv: bool,
     settings: Mapping[str, float],
     faults: Faults,
 ) -> None:
@@ -87,7 +88,8 @@ def run(
     arguments = asked.read(faults)
     scene = faults.of(read, scene_file)
     folder = Path("results") / (scene.name if scene else "") if out is None else out
-    names = (*FILES, *((GIF,) if gif else ()), *wanted.files, *(force_files(scene, wanted.csv) if scene else ()))
+    wanted = wanted.beside(scene, scene_file) if scene else wanted
+    names = (*FILES, *((GIF,) if gif else ()), *wanted.files, *(force_files(scene, csv) if scene else ()))
     if scene or out:
         faults.of(check_results, folder, names, "--out")
     faults.of(check_folder, MODELS, "folder of models")
@@ -117,7 +119,7 @@ def run(
             typer.echo(f"{scene.name}: {result.message}", err=True)
         tell.stage("draw")
         with refusing(OSError):
-            files, unwritten = write(result, folder, gif, wanted)
+            files, unwritten = write(result, folder, gif, wanted, csv)
     if detail is not Detail.NOTHING:
         print_impacts(result.model, result)
         print_changes(result)
@@ -142,7 +144,7 @@ def check_reach(step: float, until: float) -> None:
         check_step(step, until)
 
 
-def write(result: Run, folder: Path, gif: bool, wanted: Wanted) -> tuple[list[str], dict[str, str]]:
+def write(result: Run, folder: Path, gif: bool, wanted: Wanted, csv: bool) -> tuple[list[str], dict[str, str]]:
     """Write result, plot, player, forces and, if asked, a GIF, outputs and tables into ``folder``.
 
     The names of the files, and of those that cannot be made of this run why not. The numbers are written first: they
@@ -154,7 +156,7 @@ def write(result: Run, folder: Path, gif: bool, wanted: Wanted) -> tuple[list[st
         **dict(zip(FILES, (result.save, result.plot, result.animate), strict=True)),
         **({GIF: result.animate} if gif else {}),
         **wanted.ways_to_write(result),
-        **ways_to_write(result, wanted.csv),
+        **ways_to_write(result, csv),
     }
     unwritten = {}
     for name, way in ways.items():

@@ -18,6 +18,7 @@ from .schema import (
     LetTable,
     LinkTable,
     LoopTable,
+    OutputTable,
     PinnedTable,
     RunTable,
     StartTable,
@@ -40,6 +41,7 @@ MODELS: dict[str, type[Table]] = {
     "hold": HoldTable,
     "event": EventTable,
     "run": RunTable,
+    "output": OutputTable,
     **{entry.key: entry.table for entry in REGISTRY},
 }
 """Tables of a scene whose parts stand in their places."""
@@ -48,6 +50,7 @@ MANY = (*ROWS_OF_PARTS, "release", "hold", "event")
 KEYS = (
     *("name", "let", *SHORTHAND, "link", "joint", "ground_link", "part", "place", "start", "release", "hold", "event"),
     "run",
+    "output",
     *(entry.key for entry in REGISTRY),
 )
 """Keys of a scene file, in the order in which they are told."""

@@ -51,11 +51,12 @@ from .not_toml import not_toml
 from .on_off import NOTHING_SWITCHED, Switches, name_of, switches_of
 from .open_joints import with_open
 from .placing import place_parts
-from .scene import RunSettings, Scene, Start, Structure, Switched
+from .scene import Asked, RunSettings, Scene, Start, Structure, Switched
 from .schema import (
     GroundLinkTable,
     JointTable,
     LinkTable,
+    OutputTable,
     RunTable,
     StartTable,
 )
@@ -91,6 +92,7 @@ class Parts:
     effects: list[tuple[Path, Effect]]
     start: Start | None
     run: RunTable | None
+    output: OutputTable | None
     law: Law
     said: ChangeTables
     changes: tuple[Change, ...] = ()
@@ -200,7 +202,8 @@ def read_tables(tables: Tables, file: str, name: str, lines: Mapping[Path, int] 
 def _scene(name: str, parts: Parts, report: Report) -> Scene:
     """The record of what has no faults."""
     run = parts.run
-    if parts.bodies is None or parts.start is None or run is None:
+    output = parts.output
+    if parts.bodies is None or parts.start is None or run is None or output is None:
         raise AssertionError("a scene without faults has all its parts")
     settings = RunSettings(run.until, run.rtol, run.atol, run.on_gain, parts.law)
     for path, effect in parts.effects:
@@ -208,7 +211,8 @@ def _scene(name: str, parts: Parts, report: Report) -> Scene:
             report.remark((*path, key), sentence)
     effects = tuple(effect for _, effect in parts.effects)
     mechanism = parts.bodies.mechanism
-    return Scene(name, mechanism, effects, parts.start, settings, report.remarks, events=parts.events)
+    asked = Asked(tuple(output.plot), tuple(output.table), output.times)
+    return Scene(name, mechanism, effects, parts.start, settings, asked, report.remarks, events=parts.events)
 
 
 def _structures(scene: Scene, tables: Tables, said: ChangeTables, report: Report) -> tuple[Structure, ...]:
@@ -258,6 +262,9 @@ def _read(tables: Tables, report: Report, assemble: bool = True, other: Other | 
         begun = without_open(begun, released)
     effect_tables = _effect_tables(tables, names, report)
     run = _table(RunTable, tables, "run", names, report)
+    output = _table(OutputTable, tables, "output", names, report)
+    if output and output.times is not None and not output.table:
+        report.add(("output", "times"), "found beside no table, expected one; it says how many lines that has")
     many = enumerate(_tables(EventTable, tables, "event", names, report))
     events_said: list[tuple[Path, EventTable]] = [(("event", index), table) for index, table in many if table]
     changes: tuple[Change, ...] = ()
@@ -285,7 +292,8 @@ def _read(tables: Tables, report: Report, assemble: bool = True, other: Other | 
         effects = settle(start if other is None else other.start, bodies, effects)
         bodies = meshed(bodies, effects)
     events = _events(events_said, bodies, effects, names, report) if bodies and other is None else ()
-    return Parts(bodies, effects, start, run, law_of_all(tables, MODELS, report), said, changes, events, switches)
+    law = law_of_all(tables, MODELS, report)
+    return Parts(bodies, effects, start, run, output, law, said, changes, events, switches)
 
 
 def _events(

@@ -78,6 +78,16 @@ class RunSettings:
 
 
 @dataclass(frozen=True)
+class Asked:
+    """What a run's command draws and writes of it, by names of outputs: as a ``plot``, as a ``table``, that at so many
+    even ``times`` or, where this is None, at the rows of the run."""
+
+    plot: tuple[str, ...] = ()
+    table: tuple[str, ...] = ()
+    times: int | None = None
+
+
+@dataclass(frozen=True)
 class Structure:
     """What the mechanism is while the joints ``open`` do not hold: a scene of its own, which is run by none."""
 
@@ -98,7 +108,8 @@ class Scene:
     """A mechanism, what acts on it, where it starts and how it is run.
 
     ``name`` is as written (``falling-hexagon``), ``package`` the name of the generated package (``falling_hexagon``).
-    ``remarks`` say how values are understood that may be meant otherwise, one sentence each; they change nothing.
+    ``output`` is what is looked at of a run, which changes no model. ``remarks`` say how values are understood that may
+    be meant otherwise, one sentence each; they change nothing.
     ``changes`` are joints that let go and take hold, ``structures`` what the mechanism is then, beside what it is at
     the start. ``events`` are instants of a run that are asked for, ``off`` the effects
     that they switch and that are off at the start, ``switched`` what the mechanism is while some are.
@@ -109,6 +120,7 @@ class Scene:
     effects: tuple[Effect, ...]
     start: Start
     run: RunSettings
+    output: Asked = field(default=Asked(), compare=False)
     remarks: tuple[str, ...] = field(default=(), compare=False)
     changes: tuple[Change, ...] = ()
     structures: tuple[Structure, ...] = ()

@@ -342,6 +342,23 @@ class RunTable(Table):
     )
 
 
+class OutputTable(Table):
+    """``[output]``: what ``ccgen run`` draws and writes of a run, by name."""
+
+    MISPLACED: ClassVar[Mapping[str, str]] = {
+        "until": "the end belongs to [run]",
+        "names": "write plot = [...] for what is drawn, table = [...] for what is written as CSV",
+    }
+
+    plot: list[str] = Field(
+        default=[], description='names of what is drawn over time, ["crank.angle", "coupler.tip.vy"]'
+    )
+    table: list[str] = Field(default=[], description='names of what is written as CSV, ["crank.angle", "pin.force"]')
+    times: Annotated[int, Field(ge=2, le=1_000_000), Measured("1")] | None = Field(
+        default=None, description="beside table: at how many even times, a whole number from 2 to 1000000"
+    )
+
+
 class LetTable(Table):
     """``[let]``: names of numbers. They are read one by the other (``let.py``), not all by this schema."""
 

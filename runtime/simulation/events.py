@@ -357,7 +357,7 @@ def _set(course: Course, values: Mapping[str, float], off: frozenset[str]) -> fl
     for names, model in course.models.items():
         own = {path: value for path, value in values.items() if path in model.parameters}
         course.models[names] = model.with_parameters(own) if names else main
-    course.off, course.changed = off, course.changed | values.keys()
+    course.off, course.changed = off, course.changed | frozenset(values)
     if latched is not None and not course.main.data.get("switching"):
         course.latched = latched_as(course.model, of, latched)
     course.memory = None

@@ -1,0 +1,37 @@
+"""What the file of a run holds."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..model.model import Model
+from ..model.whole import Whole
+from .plain import Writer
+from .record import Record
+from .tables import arrays
+
+
+def saved(run: Record) -> dict[str, Any]:
+    """Arrays for :func:`numpy.savez`: those that anybody reads, and the rest, from which the run is made again.
+
+    Of a run that ``simulate`` has not made, or of a model in no package, there is no rest.
+    """
+    named = arrays(run)
+    model: Any = run.model
+    main = model.main if isinstance(model, Whole) else model
+    if run.motion is None or not isinstance(main, Model) or main.folder is None:
+        return named
+    return named | {"package": np.array(main.folder.name)} | Writer(_told, named).arrays(run)
+
+
+def _told(model: Any) -> Any:
+    """What tells a model, or all structures of a mechanism; None for anything else."""
+    if isinstance(model, Whole):
+        return list(model.structures)
+    if not isinstance(model, Model):
+        return None
+    assert model.folder is not None
+    values = {} if model.folded else dict(model.parameters)
+    return {"package": model.folder.name, "name": model.name, "hash": model.data["hash"], "values": values}
