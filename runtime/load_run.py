@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -89,17 +90,17 @@ def _arrays_in(path: str | os.PathLike[str]) -> dict[str, Any]:
     if not source.is_file():
         found = "a folder" if source.is_dir() else "no such file"
         raise FileNotFoundError(f"{path}: found {found}, expected the .npz file of a run; correct the path")
+    content = source.read_bytes()
     try:
-        with source.open("rb") as file:
-            if file.read(len(ZIPPED)) != ZIPPED:  # NumPy would take it for a pickle, and advise to load that
-                raise ValueError(_none(path))
-        with np.load(source, allow_pickle=False) as file:
+        if not content.startswith(ZIPPED):  # NumPy would take it for a pickle, and advise to load that
+            raise ValueError(_none(path))
+        with np.load(io.BytesIO(content), allow_pickle=False) as file:
             arrays = {name: file[name] for name in file.files}
-        if str(arrays["format"]) != "ccgen run":
+        if str(arrays["format"]) != "ccgen run" or "model" not in arrays:
             raise ValueError(_none(path))
     except UNREADABLE as error:
         raise ValueError(_none(path)) from error
-    if TEXT not in arrays:
+    if not {TEXT, "package"} <= arrays.keys():
         raise ValueError(f"{path}: found the rows of a run alone, expected all of it; simulate it again")
     return arrays
 

@@ -111,12 +111,13 @@ class Run(Record):
     def _arrays(self) -> dict[str, Any]:
         return arrays(self)
 
-    def to_xarray(self) -> Any:
+    def to_xarray(self, names: Sequence[str] | None = None, t: ArrayLike | None = None) -> Any:
         """The run as an xarray.Dataset: rows over `t`, impacts over `impact`, their contacts over `contact`.
 
-        What a run has none of, as impacts, is left out with its dimension. As a table: :meth:`to_dataframe`.
+        What a run has none of, as impacts, is left out with its dimension. With ``names``, or at a row of times t:
+        outputs over `t` alone, with their units, as :meth:`to_dataframe` has them.
         """
-        return dataset(self)
+        return dataset(self, names, t)
 
     def to_dataframe(self, names: Sequence[str] | None = None, t: ArrayLike | None = None) -> Any:
         """A pandas.DataFrame over `t` (s) of outputs by name, or of coordinates, velocities and energies.

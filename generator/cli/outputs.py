@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING
 from .refusal import fail
 
 if TYPE_CHECKING:
-    from ccgen.generator.scene.scene import Scene
     from ccgen.runtime import Model, Run
+
+    from ..scene.scene import Scene
 
 PICTURE, TABLE = "outputs.png", "outputs.csv"
 MOST_TIMES = 1_000_000

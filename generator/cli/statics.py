@@ -75,8 +75,9 @@ def equilibrium(scene_file: Path, nearest: bool, detail: Detail, settings: Mappi
         found = static_equilibrium(model, nearest=nearest)
     stiffness = ", ".join(f"{value:z.6g}" for value in found.stiffness) or "none, it cannot move"
     typer.echo(f"{model.name}: {found.stability} equilibrium; stiffnesses: {stiffness}")
-    for name, value in zip(model.q_names, found.q, strict=True):
-        typer.echo(f"{name:12} {value:z16.9g} {'rad' if name.startswith('theta') else 'm'}")
+    width = max(12, *map(len, model.q_of))
+    for name, value in zip(model.q_of, found.q, strict=True):
+        typer.echo(f"{name:{width}} {value:z16.9g} {'rad' if name.endswith('.angle') else 'm'}")
     typer.echo("joint            force x [N]     force y [N]  moment [N m]  on")
     for name, (x, y, moment), link in zip(model.joints, found.reactions, model.outboard, strict=True):
         typer.echo(f"{name:12} {x:z15.9g} {y:z15.9g} {moment:z13.6g}  {link}")

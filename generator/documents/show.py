@@ -92,7 +92,7 @@ def summarize(scene: Scene, choice: Choice, equations: Equations) -> Summary:
                 *redundancy_lines(scene, mobility_of(scene)),
             ),
         ),
-        ("coordinates q", (", ".join(s.name for s in state.q),)),
+        ("coordinates q", (", ".join(map("{} = {}".format, state.q, _coordinates(mechanism, topology))),)),
         ("quasi-velocities u", (", ".join(s.name for s in state.u),)),
         *([("integrals", integrals)] if (integrals := _integrals(mechanism)) else []),
         ("effects", tuple(effects) or ("none",)),
@@ -104,6 +104,15 @@ def summarize(scene: Scene, choice: Choice, equations: Equations) -> Summary:
         *([("parameters", ("folded: their values stand in the equations as numbers",))] if equations.folded else []),
         ("operations", tuple(counts)),
     )
+
+
+def _coordinates(mechanism: Mechanism, topology: Topology) -> list[str]:
+    """What the coordinates are, by names of outputs, in their order."""
+    root = [f"{mechanism.link_name(topology.root)}.{axis}" for axis in "xy"] if topology.floating else []
+    leaders = [k for k in range(len(mechanism.links)) if topology.leader(k) == k]
+    slides = sorted(branch.joint for branch in topology.branches if branch.slides)
+    angles = [f"{mechanism.link_name(k)}.angle" for k in leaders]
+    return [*root, *angles, *(f"{mechanism.joints[joint].name}.slide" for joint in slides)]
 
 
 def _integrals(mechanism: Mechanism) -> tuple[str, ...]:

@@ -55,6 +55,7 @@ class Compiled:
         self.told = tuple((name, unit) for name, unit in data["outputs"])
         self.points = tuple(data["points"])
         self.q_names = tuple(data["q_names"])
+        self.q_of = tuple(self._named(kind, of) for kind, of in data["coordinates"])
         self.u_names = tuple(data["u_names"])
         self.inputs = tuple(data["inputs"])
         self.angular = tuple(index for index, (kind, _) in enumerate(data["coordinates"]) if kind == "angle")
@@ -72,6 +73,10 @@ class Compiled:
         self._rebuild()
         if self.kernels.hash != data["hash"]:
             raise ImportError(f"the code and the data of {self.name} are of different scenes; generate the model again")
+
+    def _named(self, kind: str, of: str | int) -> str:
+        """What a coordinate is, by the name of an output: ``crank.angle``, ``ram.slide``, ``frame.x``."""
+        return f"{of if isinstance(of, str) else self.links[of]}.{kind}"
 
     def _rebuild(self) -> None:
         values = np.array([] if self.folded else list(self._parameters.values()), dtype=float)

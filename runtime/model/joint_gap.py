@@ -48,6 +48,11 @@ class Ends:
         line, spin = self._line(poses, velocities)
         return _dot(line, way), _dot(line, rate) + spin * _dot(_perp(line), way)
 
+    def direction(self, poses: FloatArray) -> FloatArray:
+        """That of the line in the plane (..., 2), a unit vector."""
+        angle = _angle(poses, self.links[0]) + self.axis
+        return np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+
     def misses(self, poses: FloatArray, velocities: FloatArray, length: float) -> tuple[FloatArray, FloatArray]:
         """What misses for the joint to hold (..., rows) in m, an angle times ``length`` (m), and its rates."""
         way, rate = self.apart(poses, velocities)
@@ -63,8 +68,7 @@ class Ends:
         return values, rates
 
     def _line(self, poses: FloatArray, velocities: FloatArray) -> tuple[FloatArray, FloatArray]:
-        angle = _angle(poses, self.links[0]) + self.axis
-        return np.stack([np.cos(angle), np.sin(angle)], axis=-1), _angle(velocities, self.links[0])
+        return self.direction(poses), _angle(velocities, self.links[0])
 
 
 @dataclass(frozen=True)

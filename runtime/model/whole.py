@@ -37,6 +37,7 @@ class Whole:
         self.links: tuple[str, ...] = tuple(said["links"])
         self.joints: tuple[str, ...] = tuple(said["joints"])
         self.q_names, self.u_names = self.loosest.q_names, self.loosest.u_names
+        self.q_of = self.loosest.q_of
         self.rows = tuple(dict.fromkeys(f"{mesh}{BEHIND}" for one in self.structures for mesh in mesh_names(one)))
         self.meshes: Mapping[str, Sequence[Mapping[str, Any]]] = said.get("meshes", {})
         self.contacts = tuple(dict.fromkeys(one for model in self.structures for one in model.contacts))

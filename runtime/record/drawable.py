@@ -22,6 +22,10 @@ class Drawable(Protocol):
     @property
     def q_names(self) -> Sequence[str]: ...
     @property
+    def q_of(self) -> Sequence[str]:
+        """What each coordinate is: ``crank.angle``."""
+
+    @property
     def u_names(self) -> Sequence[str]: ...
     @property
     def parameters(self) -> Mapping[str, float]: ...

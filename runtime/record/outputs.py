@@ -203,6 +203,10 @@ def _of_joint(model: Any, joint: str) -> Iterator[Output]:
     yield Output(f"{joint}.force", "joint", "N", lambda sample: np.hypot(*sample.motion.reactions[:, number, :2].T))
     for part, (name, unit) in enumerate((("fx", "N"), ("fy", "N"), ("moment", "N m"))):
         yield Output(f"{joint}.{name}", "joint", unit, partial(_reaction, number=number, part=part))
+    if any(drive["joint"] == joint for drive in model.data["drives"]):
+        yield Output(f"{joint}.power", "joint", "W", partial(_power, joint=joint, number=number))
+    if model.contacts:
+        yield Output(f"{joint}.impulse", "joint", "N s", partial(_joint_impulse, number=number))
 
 
 def _of_contact(name: str, number: int, stops: bool) -> Iterator[Output]:
@@ -216,6 +220,9 @@ def _of_contact(name: str, number: int, stops: bool) -> Iterator[Output]:
     )
     for part, push in enumerate(("moment",) if stops else ("normal", "friction")):
         yield Output(f"{name}.{push}", "contact", "N m" if stops else "N", partial(_push, number=number, part=part))
+    for part, push in enumerate(("impulse",) if stops else ("impulse", "friction_impulse")):
+        of = partial(_impulse, number=number, part=part)
+        yield Output(f"{name}.{push}", "contact", "N m s" if stops else "N s", of)
 
 
 def _energy(sample: Sample, part: int) -> FloatArray:
@@ -245,6 +252,49 @@ def _reaction(sample: Sample, number: int, part: int) -> FloatArray:
 
 def _push(sample: Sample, number: int, part: int) -> FloatArray:
     return sample.motion.pushes[:, number, part]
+
+
+def _power(sample: Sample, joint: str, number: int) -> FloatArray:
+    """What the drive of a joint does: the reaction is on the outboard link, motions are of the second against the
+    first."""
+    model, reaction = sample.model, sample.motion.reactions[:, number]
+    second = between(model, joint)[1]
+    sign = 1.0 if second >= 0 and model.outboard[number] == model.links[second] else -1.0
+    if joint not in model.slides(np.zeros(len(model.q_names))):
+        return np.asarray(sign * reaction[:, 2] * _turn(sample, joint, "velocities"))
+    ends = ends_of(model, joint)
+    along = np.sum(reaction[:, :2] * ends.direction(sample.poses), axis=1)
+    return np.asarray(sign * along * ends.along(sample.poses, sample.velocities)[1])
+
+
+def _impulse(sample: Sample, number: int, part: int) -> FloatArray:
+    contact = sample.model.contacts[number]
+    shares = []
+    for impact in sample.run.impacts:
+        given = (impact.impulses, impact.friction)[part]
+        shares.append(
+            float(given[impact.contacts.index(contact)]) if contact in impact.contacts and given.size else 0.0
+        )
+    return _at_impacts(sample, shares)
+
+
+def _joint_impulse(sample: Sample, number: int) -> FloatArray:
+    """Impacts whose impulses are unknown have none that is a number."""
+    parts = [impact.reactions for impact in sample.run.impacts]
+    known = len(sample.model.joints), 3
+    return _at_impacts(sample, [float(np.hypot(*one[number, :2])) if one.shape == known else np.nan for one in parts])
+
+
+def _at_impacts(sample: Sample, values: Sequence[float]) -> FloatArray:
+    """Zero but at impacts: there the sum of their ``values``, in the row after the last one of an instant."""
+    t = sample.t
+    found = np.zeros(len(t), dtype=t.dtype)
+    for impact, value in zip(sample.run.impacts, values, strict=True):
+        if sample.given is not None:
+            found[t == impact.t] += value
+        else:
+            found[int(np.searchsorted(t, impact.t, side="right")) - 1] += value
+    return found
 
 
 def _told(sample: Sample, number: int) -> FloatArray:

@@ -104,16 +104,22 @@ def _events(run: Record) -> dict[str, Any]:
     }
 
 
-def dataset(run: Record) -> Any:
+def dataset(run: Record, names: Sequence[str] | None = None, t: ArrayLike | None = None) -> Any:
     """The run as an xarray.Dataset: rows over `t`, impacts over `impact`, their contacts over `contact`.
 
-    What a run has none of, as impacts, is left out with its dimension. As a table: :meth:`to_dataframe`.
+    What a run has none of, as impacts, is left out with its dimension. With ``names``, or at a row of times t: outputs
+    over `t` alone, as :func:`dataframe` has them.
     """
     xarray = needed("xarray", "a run as a Dataset")
+    if names is not None or t is not None:
+        times, columns, units = _columns(run, names, t)
+        by_name = {name: ("t", values, {"units": units[name]}) for name, values in columns.items()}
+        over = {"t": ("t", times, {"long_name": "time", "units": "s"})}
+        return xarray.Dataset(by_name, over, {"model": run.model.name})
     named = arrays(run)
     kinetic, potential = run.model.energy(run.q, run.u)
     owners = np.repeat(np.arange(len(run.impacts)), np.diff(named["impact_offsets"]))
-    data = {
+    data: dict[str, tuple[str | tuple[str, ...], Any, dict[str, str]]] = {
         "q": (("t", "coordinate"), run.q, {"long_name": "coordinates", "units": "see q_units"}),
         "u": (("t", "velocity"), run.u, {"long_name": "velocities", "units": "see u_units"}),
         "kinetic_energy": ("t", kinetic, {"units": "J"}),
@@ -138,6 +144,7 @@ def dataset(run: Record) -> Any:
     coordinates = {
         "t": ("t", run.t, {"long_name": "time", "units": "s"}),
         "coordinate": named["q_names"],
+        "q_of": ("coordinate", _texts(run.model.q_of), {"long_name": "what each coordinate is"}),
         "q_units": ("coordinate", _texts(_unit(name) for name in run.model.q_names)),
         "velocity": named["u_names"],
         "u_units": ("velocity", _texts(f"{_unit(name)}/s" for name in run.model.u_names)),
@@ -165,16 +172,22 @@ def dataframe(run: Record, names: Sequence[str] | None = None, t: ArrayLike | No
     `attrs["units"]` has the unit of every column.
     """
     pandas = needed("pandas", "a run as a DataFrame")
-    times = run.t if t is None else np.atleast_1d(np.asarray(t, dtype=run.t.dtype))
-    if names is None:
-        columns, units = _coordinates(run, *((run.q, run.u) if t is None else run.at(times)))
-    else:
-        known = units_of(run.model)
-        columns = values_of(run, names, None if t is None else times)
-        units = {name: known[name] for name in names}
+    times, columns, units = _columns(run, names, t)
     frame = pandas.DataFrame(columns, index=pandas.Index(times, name="t"))
     frame.attrs["units"] = units
     return frame
+
+
+def _columns(
+    run: Record, names: Sequence[str] | None, t: ArrayLike | None
+) -> tuple[FloatArray, dict[str, FloatArray], dict[str, str]]:
+    """Times, outputs there by name, or coordinates, velocities and energies, and their units."""
+    times = run.t if t is None else np.atleast_1d(np.asarray(t, dtype=run.t.dtype))
+    if names is None:
+        return (times, *_coordinates(run, *((run.q, run.u) if t is None else run.at(times))))
+    known = units_of(run.model)
+    found = values_of(run, names, None if t is None else times)
+    return times, found, {name: known[name] for name in found}
 
 
 def _coordinates(run: Record, q: FloatArray, u: FloatArray) -> tuple[dict[str, FloatArray], dict[str, str]]:

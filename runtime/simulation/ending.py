@@ -63,6 +63,6 @@ def _turned_far(model: Model, found: dict[str, Any]) -> str:
     angles, rates = found["q"][-1], found["u"][-1]
     farthest = max(model.angular, key=lambda k: abs(angles[k]), default=0)
     return (
-        f"{model.q_names[farthest]} comes to {largest_angle(model.core):.2g} rad, beyond which no digits are left of "
+        f"{model.q_of[farthest]} comes to {largest_angle(model.core):.2g} rad, beyond which no digits are left of "
         f"where links point; it turns at {rates[farthest]:.3g} rad/s: check what drives it, or end earlier"
     )

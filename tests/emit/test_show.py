@@ -185,7 +185,7 @@ def test_the_text_says_what_the_mechanism_is() -> None:
         "root link_0, floating",
         "loops cut at joint_3: link_2 - link_1 - link_0 - link_5 - link_4 - link_3",
         "degrees of freedom 6 = 8 quasi-velocities - rank 2 of the 2 closure rows at the start",
-        "coordinates q x_0, y_0, theta_0",
+        "coordinates q x_0 = link_0.x, y_0 = link_0.y, theta_0 = link_0.angle",
         "quasi-velocities u vx_0, vy_0, w_0",
         "gravity: gravity.g = 9.81",
         "ground_0.restitution = 0.5",

@@ -116,6 +116,40 @@ def test_an_impact_is_two_rows(workshop: Workshop) -> None:
     assert run[f"{ground}.{point}.gap"][row : row + 2] == pytest.approx(0.0, abs=1e-12)
 
 
+def test_impulses_are_at_impacts(workshop: Workshop) -> None:
+    """Of every contact, along and across, and of joints, those of the impacts; in the row after each, else zero."""
+    run = simulate(workshop.model(load_scene(SCENES / "falling-hexagon.toml")))
+    struck = np.array([impact.t for impact in run.impacts])
+    after = np.searchsorted(run.t, struck, side="right") - 1
+    total = np.zeros(len(run.t))
+    for point, ground in run.model.contacts:
+        name = f"{ground}.{point}.impulse"
+        total += run[name]
+        assert np.array_equal(run.values(name, t=struck)[name], run[name][after])
+        assert not run.values(name, t=struck[0] - 1e-3)[name]
+    assert total[after] == pytest.approx([impact.impulses.sum() for impact in run.impacts], rel=1e-15)
+    assert np.flatnonzero(total).tolist() == after.tolist()
+    assert run["joint_0.impulse"][after] == pytest.approx(
+        [np.hypot(*impact.reactions[0, :2]) for impact in run.impacts], rel=1e-15
+    )
+
+
+def test_powers_of_drives_are_the_rate_of_the_energy(workshop: Workshop) -> None:
+    """Of a crank that is driven against the ground, of one named from the ground's side, and along a line."""
+    turning = (SCENES / "jansen-driven.toml").read_text(encoding="utf-8")
+    sliding = STOPPED.partition("[[ground]]")[0] + "[gravity]\n[start]\nslides = { guide = 0.3 }\n[run]\nuntil = 1\n"
+    sliding = sliding.replace("0.3 - 0.5*t", "0.3 + 0.1*sin(4*t)")
+    backwards = sliding.replace('"ground.O", "ram.C"', '"ram.C", "ground.O"').replace("0.3 + 0.1", "-0.3 + 0.1")
+    backwards = backwards.replace("guide = 0.3", "guide = -0.3")
+    for text, name in ((turning, "axle.power"), (sliding, "guide.power"), (backwards, "guide.power")):
+        run = simulate(workshop.model(text), until=0.8, rtol=1e-11)
+        t, h = np.linspace(0.1, 0.7, 7), 1e-4
+        early, late = (run.values("energy", t=t + shift)["energy"] for shift in (-h, h))
+        power = run.values(name, t=t)[name]
+        assert np.abs(power).max() > 1.0
+        assert (late - early) / (2 * h) == pytest.approx(power, abs=1e-5 * np.abs(power).max())
+
+
 def test_through_joints_that_let_go(workshop: Workshop) -> None:
     """A thrown stone flies as one: ẍ = 0, ÿ = -g; the joint that has let go carries nothing."""
     run = simulate(workshop.model(TREBUCHET), rtol=1e-10)
@@ -209,3 +243,15 @@ def test_the_moment_of_a_driven_joint_is_its_torque(workshop: Workshop) -> None:
     assert run["pin.moment"] == pytest.approx(2 * G * np.cos(3 * run.t), abs=1e-9)
     assert run["pin.fx"] == pytest.approx(-2 * 9 * np.cos(3 * run.t), abs=1e-9)
     assert run["pin.fy"] == pytest.approx(G - 2 * 9 * np.sin(3 * run.t), abs=1e-9)
+
+
+def test_a_dataset_has_outputs_by_name_and_their_units(workshop: Workshop) -> None:
+    pytest.importorskip("xarray")
+    run = simulate(workshop.model(PENDULUM))
+    t = np.linspace(0, 4, 11)
+    data = run.to_xarray(["rod.angle", "pin.force"], t=t)
+    assert [*data.data_vars] == ["rod.angle", "pin.force"] and dict(data.sizes) == {"t": 11}
+    assert data["pin.force"].attrs["units"] == "N" and data["t"].attrs["units"] == "s"
+    assert np.array_equal(data["pin.force"].values, run.values("pin.force", t=t)["pin.force"])
+    whole = run.to_xarray()
+    assert whole["q_of"].values.tolist() == ["rod.angle"]

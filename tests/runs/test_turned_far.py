@@ -50,7 +50,7 @@ def test_a_run_ends_there_with_its_rows(model: Any, method: str) -> None:
     """A rod under a constant torque: its angle is the limit at a time that is known."""
     run = simulate(model, method=method)
     assert ending(run) == "turned_far"
-    assert "theta_0 comes to 4.5e+09 rad" in run.message and "rad/s" in run.message
+    assert "link_0.angle comes to 4.5e+09 rad" in run.message and "rad/s" in run.message
     assert np.abs(run.q).max() <= LIMIT
     assert run.t[-1] == pytest.approx(np.sqrt(2.0 * LIMIT * INERTIA / 1e10), rel=1e-8)
     q, u = run.at(0.5 * run.t[-1])
@@ -81,7 +81,9 @@ def test_the_command_says_so_and_draws_what_there_is(tmp_path: Path) -> None:
     (tmp_path / "spun.toml").write_text(SPUN)
     done = ccgen("run", "spun.toml", at=tmp_path)
     assert done.returncode == 3
-    assert done.stderr.startswith("spun: stopped at t = 0.5479415") and "theta_0 comes to 4.5e+09 rad" in done.stderr
+    assert (
+        done.stderr.startswith("spun: stopped at t = 0.5479415") and "link_0.angle comes to 4.5e+09 rad" in done.stderr
+    )
     assert "Traceback" not in done.stderr
     written = {path.name for path in (tmp_path / "results" / "spun").iterdir()}
     assert written == {".ccgen.json", "result.npz", "plot.png", "player.html"}

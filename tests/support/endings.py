@@ -16,7 +16,7 @@ REASONS = {
     "escaped": r"(?P<contact>.+) gets behind its surface however short the step, .+; change .+",
     "overstepped": r"a step of fixed length takes (?P<contact>.+); take a smaller step, .+",
     "no_convergence": r"the stages of a step do not converge; ask for .+",
-    "turned_far": r"\w+ comes to \S+ rad, beyond which no digits are left of where links point; it turns at .+",
+    "turned_far": r"[\w.]+ comes to \S+ rad, beyond which no digits are left of where links point; it turns at .+",
     "not_kept": r"the next step would gain or lose more than a tenth of the energy in motion; take a smaller step, .+",
 }
 """What a run that is asked for reasonably may stop for: the reason, then what to try.

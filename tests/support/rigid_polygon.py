@@ -37,6 +37,10 @@ class PolygonModel:
         return tuple(f"joint_{k}" for k in range(self.n))
 
     @property
+    def q_of(self) -> tuple[str, ...]:
+        return tuple(f"polygon.{name}" for name in self.q_names)
+
+    @property
     def q_names(self) -> tuple[str, ...]:
         return ("x_0", "y_0", *(f"theta_{k}" for k in range(self.n)))
 
