@@ -1,9 +1,9 @@
-"""Runs the pages of docs/howto and compares what they print with what they say: ``python docs/scripts/howto.py [PAGE ...]``.
+"""Runs the pages of docs/howto and compares what they print with what they say: ``python docs/scripts/howto.py``.
 
 On a page, from top to bottom: a ``toml`` fence is saved as a scene under its name, a ``c`` fence that begins with
-``/* NAME.c:`` as that file; ``python`` fences are one program, and what one prints is the ``text`` fence behind it; of a
-``console`` fence the lines with ``$`` are run in one shell, and the others are what they print, with ``...`` for any lines.
-``--write`` writes what was printed into the pages.
+``/* NAME.c:`` as that file; ``python`` fences are one program, and what one prints is the ``text`` fence behind it;
+of a ``console`` fence the lines with ``$`` are run in one shell, and the others are what they print, with ``...`` for
+any lines. Pages are named without .md, all unless given. ``--write`` writes what was printed into them.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class Printed:
 
 
 def run_page(text: str, folder: Path) -> list[Printed]:
-    """Run a page in an empty folder, which becomes the current one meanwhile; everything that it prints beside a fence."""
+    """Run a page in an empty folder, which becomes the current one meanwhile; what it prints beside each fence."""
     found: list[Printed] = []
     space: dict[str, object] = {"__name__": "__page__"}
     printed = ""

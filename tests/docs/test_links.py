@@ -6,6 +6,7 @@ import re
 import unicodedata
 from collections import Counter
 from functools import cache
+from itertools import pairwise
 from pathlib import Path
 from urllib.parse import unquote
 
@@ -42,7 +43,7 @@ def anchors(text: str) -> set[str]:
     seen: Counter[str] = Counter()
     found = set(re.findall(r'<a (?:id|name)="([^"]+)"', text))
     parsed = READER.parse(text)
-    for opened, line in zip(parsed, parsed[1:], strict=False):
+    for opened, line in pairwise(parsed):
         if opened.type == "heading_open":
             slug = slug_of("".join(token.content for token in line.children or ()))
             found.add(f"{slug}-{seen[slug]}" if seen[slug] else slug)

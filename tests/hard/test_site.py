@@ -1,4 +1,4 @@
-"""The site of the documentation is built strictly, twice the same, needs no network to be read, and draws every formula."""
+"""The site of the documentation is built strictly, twice the same, is read without a network, and draws formulas."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ..support.folders import ROOT
 
 pytestmark = pytest.mark.hard
 
-NEEDED = ("sphinx", "myst_parser", "furo")
+NEEDED = ("sphinx", "myst_parser", "furo", "ziamath")
 LACKING = [name for name in NEEDED if importlib.util.find_spec(name) is None]
 VOID = {"area", "base", "br", "col", "embed", "hr", "img", "input", "link", "meta", "source", "track", "wbr"}
 CODE = {"code", "pre", "script", "style", "title", "annotation"}
