@@ -25,6 +25,7 @@ extensions = [
     "sphinx.ext.autodoc",
     "diagrams_as_tables",
     "external_links",
+    "files_beside",
     "mathml",
 ]
 root_doc = "README"
@@ -44,8 +45,13 @@ myst_dmath_double_inline = True
 default_role = "literal"
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
-autodoc_default_options = {"members": True, "undoc-members": False, "show-inheritance": False}
+autodoc_default_options = {
+    "members": True,
+    "undoc-members": True,
+    "inherited-members": "object, Exception, BaseException, ValueError",
+}
 autodoc_class_signature = "separated"
+autodoc_type_aliases = {name: name for name in ("ArrayLike", "BoolArray", "FloatArray")}
 python_maximum_signature_line_length = 88
 add_module_names = False
 
