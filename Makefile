@@ -169,7 +169,8 @@ SITE := site
 
 site: $(VENV)/site
 	@test ! -e $(SITE) || test -e $(SITE)/.buildinfo || { echo "make: $(SITE) was not made by make site; move it away" >&2; exit 1; }
-	@rm -rf $(SITE) && $(BIN)/python -m sphinx -q -W --keep-going -E -c docs/site -d .cache/site . $(SITE)
+	@rm -rf .cache/site && $(BIN)/python -m sphinx -q -W --keep-going -c docs/site -d .cache/site/doctrees . .cache/site/html
+	@rm -rf $(SITE) && mv .cache/site/html $(SITE)
 	@echo "written: $(SITE)/index.html; $$(wc -l < $(SITE)/external-links.txt) links lead out of it, listed in $(SITE)/external-links.txt"
 
 clean:

@@ -59,8 +59,7 @@ def run_page(text: str, folder: Path) -> list[Printed]:
             elif kind == "text":
                 found.append(Printed(code, *fence.span(2), printed))
             elif kind == "console":
-                commands, said = _commands(code)
-                found.append(Printed(said, *_answers(fence), _shell(commands)))
+                found.append(Printed(code, *fence.span(2), _session(re.findall(r"^\$ (.*)$", code, re.MULTILINE))))
     return found
 
 
@@ -76,24 +75,11 @@ def _pattern(said: str) -> str:
     return "".join(r"(.*\n)?" if line == "...\n" else re.escape(line) for line in said.splitlines(keepends=True))
 
 
-def _commands(code: str) -> tuple[list[str], str]:
-    """The commands of a console, and the lines after the last one, which are theirs."""
-    lines = code.splitlines(keepends=True)
-    commands = [line[2:].rstrip("\n") for line in lines if line.startswith("$ ")]
-    return commands, "".join(line for line in lines if not line.startswith("$ "))
-
-
-def _answers(fence: re.Match[str]) -> tuple[int, int]:
-    """Where answers begin and end in the page: behind the last command."""
-    last = fence[2].rfind("$ ")
-    return fence.start(2) + fence[2].index("\n", last) + 1, fence.end(2)
-
-
-def _shell(commands: list[str]) -> str:
-    """What commands print, with the ``python`` and ``ccgen`` of this Python first on the path."""
+def _session(commands: list[str]) -> str:
+    """Commands, each with what it prints, in one shell with the ``python`` and ``ccgen`` of this Python on its path."""
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ.get('PATH', '')}"
     done = subprocess.run(
-        ["sh", "-ec", "\n".join(commands)],
+        ["sh", "-ec", "\n".join(f"{command}\nprintf '\\0'" for command in commands)],
         capture_output=True,
         text=True,
         env={**os.environ, "PATH": path, "COLUMNS": "1000"},
@@ -102,7 +88,8 @@ def _shell(commands: list[str]) -> str:
     )
     if done.returncode:
         raise RuntimeError(f"{commands}: exit code {done.returncode}\n{done.stderr}")
-    return _without_ends(done.stdout)
+    answers = done.stdout.split("\0")
+    return _without_ends("".join(f"$ {command}\n{said}" for command, said in zip(commands, answers, strict=False)))
 
 
 def _without_ends(text: str) -> str:
