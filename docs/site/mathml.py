@@ -41,6 +41,8 @@ NAMED = re.compile(r"&(?!lt;|gt;|amp;|quot;|apos;)\w+;")
 ACCENTS = frozenset("ˆˉ˙¨→")
 DOTS = frozenset("˙¨")
 SIGNS = frozenset("+-−±∓")
+CLOSE = frozenset("|/")
+"""Signs without space around them."""
 BEFORE_SIGNS = frozenset("=(,[<>≤≥≠∈→⟶+-−±·⋅×/")
 """Behind these a plus or a minus is a sign and no operation."""
 PRIMES = re.compile(r"('+)(?:\^(\{(?:[^{}]|\{[^{}]*\})*\}|\\?\w))?")
@@ -62,11 +64,11 @@ def converted(formula: str, as_block: bool) -> tuple[str, str]:
 
 
 def _as_tex_has_it(element: ElementTree.Element) -> None:
-    """An index beside a letter with an accent, not under it; ``+=`` as one sign; capital Greek letters upright."""
+    """An index beside a letter with an accent, not under it; ``+=`` as one sign; Greek capitals upright; spaces."""
     for child in element:
         _as_tex_has_it(child)
-    element.text, element.tail = (element.text or "").strip(), ""
     parts = list(element)
+    element.text, element.tail = "" if parts else element.text, ""
     if element.tag == f"{MATHML}munderover" and parts[2].tag == f"{MATHML}mo" and parts[2].text in ACCENTS:
         accented = ElementTree.Element(f"{MATHML}mover", accent="true")
         accented.extend((parts[0], parts[2]))
@@ -77,6 +79,9 @@ def _as_tex_has_it(element: ElementTree.Element) -> None:
         element[:] = [*parts[0], parts[1]]
     if element.get("class") == "capital-greek":
         element.set("mathvariant", "normal")
+    if element.tag == f"{MATHML}mo" and element.text in CLOSE:
+        element.set("lspace", "0")
+        element.set("rspace", "0")
     if element.text in DOTS:
         element.set("class", "dot")
     for one, other in pairwise(parts):

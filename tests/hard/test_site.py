@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import importlib.util
 import os
 import re
@@ -104,6 +105,26 @@ def test_every_page_and_every_formula_is_there(site: Path) -> None:
     assert built["docs/theory.html"].formulas > 900
     assert "eq-4.7" in built["docs/theory.html"].anchors
     assert (site / "index.html").read_bytes() == (site / "README.html").read_bytes()
+
+
+@pytest.mark.skipif(bool(LACKING), reason="needs the packages of 'ccgen[site]'")
+def test_formulas_are_those_of_tex(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What docutils lacks or reads otherwise; and a command that nobody knows is refused."""
+    monkeypatch.syspath_prepend(str(ROOT / "docs" / "site"))
+    mathml = importlib.import_module("mathml")
+    drawn = {
+        r"\hat s_j^2": "<msubsup><mover><mi>s</mi><mo>ˆ</mo></mover><mi>j</mi><mn>2</mn></msubsup>",
+        r"\tfrac12k": "<mfrac><mn>1</mn><mn>2</mn></mfrac><mi>k</mi>",
+        r"B'_c": "<msubsup><mi>B</mi><mi>c</mi><mi>′</mi></msubsup>",
+        r"p \mathrel{-}= 1": "<mi>p</mi><mo>−=</mo><mn>1</mn>",
+        r"x_i \text{ on } k": "<msub><mi>x</mi><mi>i</mi></msub><mtext>\xa0on\xa0</mtext><mi>k</mi>",
+    }
+    for formula, wanted in drawn.items():
+        found = re.sub(r"<(m\w+) [^>]*>", r"<\1>", mathml.converted(formula, False)[0]).replace("<mrow></mrow>", "")
+        assert found == f"<math>{wanted}</math>", formula
+    assert mathml.converted(r"a = b \tag{4.7}", True)[1] == "4.7"
+    with pytest.raises(mathml.MathError):
+        mathml.converted(r"\nobody{x}", False)
 
 
 def test_it_is_read_without_a_network(site: Path) -> None:
