@@ -43,7 +43,11 @@ DOTS = frozenset("˙¨")
 SIGNS = frozenset("+-−±∓")
 CLOSE = frozenset("|/")
 """Signs without space around them."""
-BEFORE_SIGNS = frozenset("=(,[<>≤≥≠∈→⟶+-−±·⋅×/")
+APPLIED, THIN = "\u2061", "0.17em"
+"""What stands between a function's name and its argument, and how wide it is."""
+MINUS = ("+", "-", "−")
+UNDER = (f"{MATHML}munder", f"{MATHML}munderover")
+BEFORE_SIGNS = frozenset("∑=(,[<>≤≥≠∈→⟶+-−±·⋅×/")
 """Behind these a plus or a minus is a sign and no operation."""
 PRIMES = re.compile(r"('+)(?:\^(\{(?:[^{}]|\{[^{}]*\})*\}|\\?\w))?")
 """Primes, with an exponent behind them: docutils would hang an index on the prime."""
@@ -85,10 +89,17 @@ def _as_tex_has_it(element: ElementTree.Element) -> None:
     if element.text in DOTS:
         element.set("class", "dot")
     for one, other in pairwise(parts):
-        if one.tag == other.tag == f"{MATHML}mo" and one.text in ("+", "-", "−") and other.text == "=":
+        opens = other.tag == f"{MATHML}mo" and other.text == "("
+        if one.text == APPLIED:
+            one.tag, one.text = f"{MATHML}mspace", ""
+            one.set("width", "0" if opens else THIN)
+        elif one.tag == f"{MATHML}mo" and (one.text or "").isalpha():
+            one.set("lspace", "0" if one is parts[0] else THIN)
+            one.set("rspace", "0" if opens else THIN)
+        elif other.tag == f"{MATHML}mo" and one.tag == f"{MATHML}mo" and one.text in MINUS and other.text == "=":
             other.text = one.text + "="
             element.remove(one)
-        elif one.tag == other.tag == f"{MATHML}mo" and one.text in BEFORE_SIGNS and other.text in SIGNS:
+        elif other.tag == f"{MATHML}mo" and other.text in SIGNS and (one.text in BEFORE_SIGNS or one.tag in UNDER):
             other.set("form", "prefix")
 
 
