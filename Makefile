@@ -27,7 +27,7 @@ make: found no C compiler, expected cc, gcc or clang; install one and run make a
 endef
 export NO_COMPILER
 
-.PHONY: help hexagon quick test hard figures fuzz fuzz-mechanisms lint warnings sanitize coverage types diff golden benchmarks formulations clean
+.PHONY: help hexagon quick test hard figures fuzz fuzz-mechanisms lint warnings sanitize coverage types diff golden benchmarks formulations site clean
 
 help:
 	@echo "make hexagon     simulate the falling hexagon and draw it"
@@ -46,6 +46,7 @@ help:
 	@echo "make golden      write tests/golden anew"
 	@echo "make benchmarks  time derivation, compilation and evaluation"
 	@echo "make formulations  compare with other formulations, into docs/formulations.md"
+	@echo "make site        the documentation as a site with search, in site/index.html; needs no network once .venv is made"
 	@echo "make clean       remove what was made: .venv, models in build, results, .cache; says what it leaves"
 	@echo "PYTHON=python3.12 make ... chooses the Python that .venv is made from"
 
@@ -162,12 +163,23 @@ benchmarks: $(VENV)/peers
 formulations: $(VENV)/peers
 	@$(BIN)/python benchmarks/formulations.py --write
 
+# The documentation as a site, anew each time, so that nothing of a page that is gone stays. A broken link or anchor, a page that
+# is in no menu, a formula that cannot be drawn is an error. Links that lead out of it are listed, not fetched.
+SITE := site
+
+site: $(VENV)/site
+	@test ! -e $(SITE) || test -e $(SITE)/.buildinfo || { echo "make: $(SITE) was not made by make site; move it away" >&2; exit 1; }
+	@rm -rf .cache/site && $(BIN)/python -m sphinx -q -W --keep-going -c docs/site -d .cache/site/doctrees . .cache/site/html
+	@rm -rf $(SITE) && mv .cache/site/html $(SITE)
+	@echo "written: $(SITE)/index.html; $$(wc -l < $(SITE)/external-links.txt) links lead out of it, listed in $(SITE)/external-links.txt"
+
 clean:
 	@$(BIN)/python -m ccgen.generator.cli.clean build results 2> /dev/null || \
 		for made in build results; do test ! -e $$made || \
 			echo "left: $$made, since there is no ccgen in $(VENV) that knows what is its own"; done
 	@test ! -e $(VENV)/made || rm -rf $(VENV)
 	@test ! -e $(VENV) || echo "left: $(VENV), which make did not make"
+	@test ! -e $(SITE)/.buildinfo || rm -rf $(SITE)
 	rm -rf .cache .pytest_cache .hypothesis .mypy_cache .ruff_cache *.egg-info
 	rm -f runtime/*.so
 	find generator templates runtime tests benchmarks -name __pycache__ -type d -prune -exec rm -rf {} +
@@ -195,6 +207,6 @@ $(VENV)/ccgen: pyproject.toml setup.py $(COMPILED) | $(BIN)/python
 	$(PIP) -e .
 	@touch $@
 
-$(VENV)/test $(VENV)/dev $(VENV)/peers: $(VENV)/ccgen
+$(VENV)/test $(VENV)/dev $(VENV)/peers $(VENV)/site: $(VENV)/ccgen
 	$(PIP) 'ccgen[$(@F)]'
 	@touch $@

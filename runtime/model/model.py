@@ -29,7 +29,7 @@ class Model(Geometry):
 
     States are ``q`` (nq,) and ``u`` (nu,), or batches (b, nq) and (b, nu); results then have a leading axis b too. SI
     units, y up, angles counter-clockwise in radians. Wrong shapes, numbers that are not finite, and angles so large
-    that their digits are gone are ``ValueError``s.
+    that their digits are gone raise ``ValueError``.
     """
 
     def __init__(

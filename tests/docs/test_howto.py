@@ -1,0 +1,48 @@
+"""The pages of docs/howto print what they say."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from ..support.folders import ROOT
+from ..support.tiers import all_hard_but
+
+PAGES = sorted(path.stem for path in (ROOT / "docs" / "howto").glob("*.md") if path.stem != "index")
+KEPT = ("go-on", "equilibrium")
+"""Two small ones; the others are compiled by ``make hard``."""
+
+
+@pytest.fixture(scope="module")
+def howto() -> ModuleType:
+    """docs/scripts/howto.py, which runs pages."""
+    spec = importlib.util.spec_from_file_location("howto_pages", ROOT / "docs" / "scripts" / "howto.py")
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("page", all_hard_but(*KEPT, of=PAGES))
+def test_pages_print_what_they_say(page: str, howto: ModuleType, tmp_path: Path) -> None:
+    text = (ROOT / "docs" / "howto" / f"{page}.md").read_text(encoding="utf-8")
+    found = howto.run_page(text, tmp_path)
+    assert found, "a page without anything printed shows nothing"
+    for one in found:
+        assert one.agrees, f"the page says\n{one.said}and this was printed\n{one.found}"
+
+
+def test_what_a_page_does_not_say_is_found(howto: ModuleType, tmp_path: Path) -> None:
+    page = "```python\nprint(1)\nprint(2)\n```\n\n```text\n1\n{}```\n"
+    assert [howto.run_page(page.format(end), tmp_path)[0].agrees for end in ("2\n", "3\n", "...\n", "")] == [
+        True,
+        False,
+        True,
+        False,
+    ]
