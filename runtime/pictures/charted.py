@@ -39,7 +39,7 @@ def chosen(run: Record) -> list[str]:
 
     Kinds take turns, so that a mechanism of many links has some of each: angles and angular velocities of links, what
     effects tell, forces of contacts that have struck or closed, lengths along lines, forces of joints and meshes,
-    heights and speeds of points that are no joints, angles of joints, gaps.
+    heights and speeds of points, those first that are no joints, angles of joints, gaps.
     """
     if run.motion is None:
         return []
@@ -51,6 +51,9 @@ def chosen(run: Record) -> list[str]:
         own = [name for name, output in known.items() if output.kind == kind and _asked(output) in asked]
         return [name for name in own if among(_owner(known[name]))]
 
+    def is_joint(name: str) -> bool:
+        return _owner(known[name]) not in free
+
     groups = [
         of("link", "angle"),
         of("link", "angular_velocity"),
@@ -59,8 +62,8 @@ def chosen(run: Record) -> list[str]:
         of("joint", "slide"),
         of("joint", "force"),
         of("mesh", "force"),
-        of("point", "y", among=free.__contains__),
-        of("point", "speed", among=free.__contains__),
+        sorted(of("point", "y"), key=is_joint),
+        sorted(of("point", "speed"), key=is_joint),
         of("contact", "friction", among=struck.__contains__),
         of("joint", "moment", among=_driven(run.model).__contains__),
         of("joint", "angle"),

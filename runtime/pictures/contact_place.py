@@ -19,8 +19,9 @@ class ContactPlaces:
         self.model = model
         self.planes = model.ground_planes()
         self.ropes = {rope.name for rope in model.ropes}
-        self.bodies = [(disc, disc.outline) for disc in model.discs]
-        self.size = max([1e-300, *(float(np.abs(outline).max()) for _, outline in self.bodies)])
+        outlines = [(disc, disc.outline) for disc in model.discs]
+        self.size = max([1e-300, *(float(np.abs(outline).max()) for _, outline in outlines)])
+        self.bodies = [(disc, outline, float(np.hypot(*(outline - disc.centre).T).max())) for disc, outline in outlines]
 
     def at(self, contact: tuple[str, str], q: FloatArray) -> FloatArray:
         """The place (2,), in m, of a closed contact at the configuration q (nq,).
@@ -39,16 +40,18 @@ class ContactPlaces:
 
     def _on_surface(self, point: FloatArray, poses: FloatArray) -> FloatArray:
         """Of all discs and edges the nearest place of that one which a disc about the point, or the point, touches."""
-        others, radii = [], {0.0}
-        for disc, outline in self.bodies:
+        others, radii, best, found = [], {0.0}, TOUCHING * self.size, point
+        for disc, outline, reach in self.bodies:
             pose = np.zeros(3) if disc.fixed else poses[disc.link]
             centre = placed(disc.centre[None], pose)[0]
-            if float(np.hypot(*(centre - point))) >= 1e-9 * self.size:
-                others.append((disc, outline, pose, centre))
+            away = float(np.hypot(*(centre - point)))
+            if away >= 1e-9 * self.size:
+                others.append((disc, outline, pose, centre, away - reach))
             elif disc.round:
                 radii.add(disc.radius)
-        best, found = TOUCHING * self.size, point
-        for disc, outline, pose, centre in others:
+        for disc, outline, pose, centre, least in others:
+            if least > max(radii) + best:
+                continue
             place = _on_rim(centre, disc.radius, point) if disc.round else _on_line(placed(outline, pose), point)
             miss = min(abs(float(np.hypot(*(place - point))) - radius) for radius in radii)
             if miss < best:
