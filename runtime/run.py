@@ -12,8 +12,9 @@ from numpy.typing import ArrayLike
 
 from .files import read_path, write_whole
 from .pictures.gif import write_gif
-from .pictures.player import write_player
+from .pictures.player import frame_of, write_player
 from .pictures.plot import draw
+from .pictures.video import write_video
 from .record.hybrid_state import NUMBERS, WORDS, HybridState
 from .record.outputs import units_of, values_of
 from .record.point_motion import PointMotion, point_motion
@@ -141,4 +142,31 @@ class Run(Record):
             return write_player(self, target)
         if target.suffix == ".gif":
             return write_gif(self, target)
-        raise ValueError(f"an animation is an .html page or a .gif picture, found {target.name!r}; use one of the two")
+        raise ValueError(
+            f"an animation is an .html page or a .gif picture, found {target.name!r}; use one of the two, or save_video"
+        )
+
+    def save_player(self, path: str | os.PathLike[str], outputs: Sequence[str] | None = None) -> Path:
+        """Write the motion as one page (.html) that plays in a browser, of at most 10 MB.
+
+        ``outputs`` are names of :attr:`outputs` that are plotted below the motion at first; energies unless given. They
+        are in the page beside some forty others that it offers. Raises ``ValueError`` for names that are none.
+        """
+        target = read_path(path, "an .html file")
+        if target.suffix != ".html":
+            raise ValueError(f"a player is saved as .html, found {target.name!r}; use another name")
+        return write_player(self, target, outputs)
+
+    def save_video(self, path: str | os.PathLike[str]) -> Path:
+        """Write the motion as a video (.mp4), in real time, by the program ffmpeg.
+
+        Raises ``OSError`` where that is not on PATH.
+        """
+        target = read_path(path, "an .mp4 file")
+        if target.suffix != ".mp4":
+            raise ValueError(f"a video is saved as .mp4, found {target.name!r}; use another name")
+        return write_video(self, target)
+
+    def _repr_html_(self) -> str:
+        """The player, as notebooks show it: at most 2 MB."""
+        return frame_of(self)

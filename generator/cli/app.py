@@ -88,9 +88,12 @@ def run(
     ] = None,
     out: Annotated[Path | None, typer.Option(metavar="DIR", help="folder of results [results/<name>]")] = None,
     gif: Annotated[bool, typer.Option("--gif", help="write an animation as GIF too")] = False,
+    video: Annotated[bool, typer.Option("--video", help="write an animation as MP4 too, by ffmpeg")] = False,
     plot: Annotated[
         str | None,
-        typer.Option(metavar="NAMES", help="draw outputs over time, as crank.angle,coupler.tip.vy,pin.force"),
+        typer.Option(
+            metavar="NAMES", help="draw outputs over time, in the player too, as crank.angle,coupler.tip.vy,pin.force"
+        ),
     ] = None,
     csv: Annotated[bool, typer.Option("--csv", help="write forces, and what is plotted, as CSV too")] = False,
     times: Annotated[
@@ -109,7 +112,7 @@ def run(
     """
     from .detail import detail
     from .outputs import Wanted, read_wanted
-    from .run import Asked
+    from .run import GIF, VIDEO, Asked
     from .run import run as work
     from .settings import read_settings
 
@@ -117,7 +120,8 @@ def run(
     values = faults.of(read_settings, settings or []) or {}
     wanted = faults.of(read_wanted, None if plot is None else [plot], csv, times) or Wanted()
     said = detail(faults, verbose, quiet)
-    work(scene, Asked(until, rtol, method, step), out, gif, fold, said, wanted, csv, values, faults)
+    moving = [name for name, given in ((GIF, gif), (VIDEO, video)) if given]
+    work(scene, Asked(until, rtol, method, step), out, moving, fold, said, wanted, csv, values, faults)
 
 
 @app.command()

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,7 +21,7 @@ from .outputs import PICTURE as OUTPUTS_PICTURE
 from .outputs import TABLE as OUTPUTS_TABLE
 from .outputs import Wanted
 from .progress import progress
-from .refusal import STOPPED_EARLY, Faults, read_option, refusing, refusing_options
+from .refusal import STOPPED_EARLY, Faults, fail, read_option, refusing, refusing_options
 from .report import (
     print_audit,
     print_changes,
@@ -38,7 +39,9 @@ if TYPE_CHECKING:
 
 FILES = ("result.npz", "plot.png", "player.html")
 """Files of every run."""
-GIF = "animation.gif"
+GIF, VIDEO = "animation.gif", "animation.mp4"
+MOVING = (GIF, VIDEO)
+"""Those of them that are asked for."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +76,7 @@ def run(
     scene_file: Path,
     asked: Asked,
     out: Path | None,
-    gif: bool,
+    moving: Sequence[str],
     fold: bool,
     detail: Detail,
     wanted: Wanted,
@@ -81,7 +84,8 @@ def run(
     settings: Mapping[str, float],
     faults: Faults,
 ) -> None:
-    """Simulate the scene into the folder ``out``; exit code 3 when the run stopped early.
+    """Simulate the scene into the folder ``out``, with those of the ``MOVING`` pictures; exit code 3 when the run
+    stopped early.
 
     Ctrl-C stops a simulation early too: what it has is kept, drawn and printed.
     """
@@ -89,10 +93,12 @@ def run(
     scene = faults.of(read, scene_file)
     folder = Path("results") / (scene.name if scene else "") if out is None else out
     wanted = wanted.beside(scene, scene_file) if scene else wanted
-    names = (*FILES, *((GIF,) if gif else ()), *wanted.files, *(force_files(scene, csv) if scene else ()))
+    names = (*FILES, *moving, *wanted.files, *(force_files(scene, csv) if scene else ()))
     if scene or out:
         faults.of(check_results, folder, names, "--out")
     faults.of(check_folder, MODELS, "folder of models")
+    if VIDEO in moving:
+        faults.of(check_video)
     end = scene.run.until if scene and asked.until is None else arguments["until"]
     if arguments["step"] is not None and end is not None:
         faults.of(check_reach, arguments["step"], end)
@@ -119,7 +125,7 @@ def run(
             typer.echo(f"{scene.name}: {result.message}", err=True)
         tell.stage("draw")
         with refusing(OSError):
-            files, unwritten = write(result, folder, gif, wanted, csv)
+            files, unwritten = write(result, folder, moving, wanted, csv)
     if detail is not Detail.NOTHING:
         print_impacts(result.model, result)
         print_changes(result)
@@ -136,6 +142,14 @@ def run(
         raise typer.Exit(STOPPED_EARLY)
 
 
+def check_video() -> None:
+    """Stop with exit code 2 where nothing writes videos."""
+    from ccgen.runtime.pictures.video import no_ffmpeg
+
+    if missing := no_ffmpeg():
+        fail(f"--video: {missing}")
+
+
 def check_reach(step: float, until: float) -> None:
     """Stop with exit code 2 unless steps of this length reach the end of a run within its budget."""
     from ccgen.runtime.simulation.arguments import check_step
@@ -144,17 +158,20 @@ def check_reach(step: float, until: float) -> None:
         check_step(step, until)
 
 
-def write(result: Run, folder: Path, gif: bool, wanted: Wanted, csv: bool) -> tuple[list[str], dict[str, str]]:
-    """Write result, plot, player, forces and, if asked, a GIF, outputs and tables into ``folder``.
+def write(
+    result: Run, folder: Path, moving: Sequence[str], wanted: Wanted, csv: bool
+) -> tuple[list[str], dict[str, str]]:
+    """Write result, plot, player, forces and, if asked, moving pictures, outputs and tables into ``folder``.
 
     The names of the files, and of those that cannot be made of this run why not. The numbers are written first: they
     are there whatever can be drawn of them. An older file does not stay in place of one that
     cannot be made.
     """
     folder.mkdir(parents=True, exist_ok=True)
+    player = partial(result.save_player, outputs=[name for _, name in wanted.plot] or None)
     ways: dict[str, Callable[[Path], object]] = {
-        **dict(zip(FILES, (result.save, result.plot, result.animate), strict=True)),
-        **({GIF: result.animate} if gif else {}),
+        **dict(zip(FILES, (result.save, result.plot, player), strict=True)),
+        **{name: {GIF: result.animate, VIDEO: result.save_video}[name] for name in moving},
         **wanted.ways_to_write(result),
         **ways_to_write(result, csv),
     }
@@ -167,5 +184,5 @@ def write(result: Run, folder: Path, gif: bool, wanted: Wanted, csv: bool) -> tu
         else:
             record_results(folder, [name])
     made = [name for name in ways if name not in unwritten]
-    forget_stale(folder, {*FILES, GIF, PICTURE, TABLE, OUTPUTS_PICTURE, OUTPUTS_TABLE} - {*made})
+    forget_stale(folder, {*FILES, *MOVING, PICTURE, TABLE, OUTPUTS_PICTURE, OUTPUTS_TABLE} - {*made})
     return made, unwritten

@@ -42,13 +42,13 @@ class View:
     size: float
 
 
-def shown_impacts(run: Record) -> list[tuple[int, Impact]]:
+def shown_impacts(run: Record, most: int = MOST_IMPACTS) -> list[tuple[int, Impact]]:
     """Impacts worth a place in a picture, with their numbers from 1 on: all of them, or where there are more than
-    ``MOST_IMPACTS``, of each such part of the run the one that takes most energy."""
+    ``most``, of each such part of the run the one that takes most energy."""
     numbered = list(enumerate(run.impacts, start=1))
-    if len(numbered) <= MOST_IMPACTS:
+    if len(numbered) <= most:
         return numbered
-    part = max(float(run.t[-1] - run.t[0]) / MOST_IMPACTS, np.finfo(float).tiny)
+    part = max(float(run.t[-1] - run.t[0]) / most, np.finfo(float).tiny)
     largest: dict[int, tuple[int, Impact]] = {}
     for number, impact in numbered:
         place = int((float(impact.t) - float(run.t[0])) / part)
@@ -57,7 +57,7 @@ def shown_impacts(run: Record) -> list[tuple[int, Impact]]:
     return sorted(largest.values(), key=lambda shown: shown[0])
 
 
-def frame_times(run: Record, rate: float, *, with_impacts: bool = True) -> FloatArray:
+def frame_times(run: Record, rate: float, *, with_impacts: bool = True, most: int = MOST_IMPACTS) -> FloatArray:
     """Instants 1/rate apart from the start of the run, its end and, if asked, those of the impacts that are shown.
 
     A regular instant closer than a thousandth of a frame to an exact one gives way to it.
@@ -65,7 +65,7 @@ def frame_times(run: Record, rate: float, *, with_impacts: bool = True) -> Float
     start, end = float(run.t[0]), float(run.t[-1])
     count = int(np.floor((end - start) * rate))
     regular = start + np.arange(count + 1) / rate
-    exact = np.array([start, end] + [impact.t for _, impact in shown_impacts(run) if with_impacts])
+    exact = np.array([start, end] + [impact.t for _, impact in shown_impacts(run, most) if with_impacts])
     distance = np.min(np.abs(regular[:, None] - np.unique(exact)), axis=1)
     times: FloatArray = np.unique(np.concatenate([regular[distance > 1e-3 / rate], exact]))
     return times

@@ -14,17 +14,19 @@ from ..extras import needed
 from ..files import write_whole
 from ..record.impact import Impact
 from ..record.record import Record
+from .contact_place import ContactPlaces
 from .frames import frame_times, sample, shown_impacts, view_of
 from .plot import FLASH, SOFT, Drawing
 
 RATE = 25  # frames per second; a GIF counts in hundredths, so this plays in real time
 PIXELS = 480  # the longer side
 GLOW = 0.12  # seconds for which an impact is seen
+PURPOSE = "an animation as a GIF"
 
 
 def write_gif(run: Record, path: Path) -> Path:
     """Write the motion to `path`, in real time, with each impact glowing at its contact points."""
-    needed("PIL", "an animation as a GIF")
+    needed("PIL", PURPOSE)
     pictures = _pictures(run)
     first = next(pictures)
     colours = first.quantize(128)  # of a picture that shows every colour there is
@@ -41,36 +43,43 @@ def write_gif(run: Record, path: Path) -> Path:
 
 def _pictures(run: Record) -> Iterator[Any]:
     """One picture with a glow for the palette, then the frames."""
-    image, figures = needed("PIL.Image", "an animation as a GIF"), needed("matplotlib.figure", "an animation as a GIF")
-    backend = needed("matplotlib.backends.backend_agg", "an animation as a GIF")
-    frames = sample(run, frame_times(run, RATE, with_impacts=False))
-    impacts = [impact for _, impact in shown_impacts(run)]
+    image = needed("PIL.Image", PURPOSE)
+    for figure in drawn_frames(run, RATE, PIXELS, PURPOSE):
+        figure.canvas.draw()
+        yield image.fromarray(np.asarray(figure.canvas.buffer_rgba())[..., :3].copy())
+
+
+def drawn_frames(run: Record, rate: int, pixels: int, purpose: str) -> Iterator[Any]:
+    """One figure, drawn anew for every frame, of ``rate`` a second, and ``pixels`` on its longer side. A picture of the
+    start with a glow comes first: it has every colour there is."""
+    figures, backend = needed("matplotlib.figure", purpose), needed("matplotlib.backends.backend_agg", purpose)
+    frames = sample(run, frame_times(run, rate, with_impacts=False))
+    impacts, places = [impact for _, impact in shown_impacts(run)], ContactPlaces(run.model)
     view = view_of(run.model, frames)
     sides = np.clip(view.half / view.half.max(), 0.4, 1.0)
     view = replace(view, half=sides * view.half.max())
 
-    figure = figures.Figure(figsize=tuple(sides * PIXELS / 100), dpi=100)
-    canvas = backend.FigureCanvasAgg(figure)
+    figure = figures.Figure(figsize=tuple(sides * PIXELS / 100), dpi=100 * pixels / PIXELS)
+    backend.FigureCanvasAgg(figure)
     axes = figure.add_axes((0, 0, 1, 1))
     axes.set_axis_off()
     drawing = Drawing(axes, run.model, view)
     (glow,) = axes.plot([], [], "o", color=FLASH, fillstyle="none", markersize=18, markeredgewidth=3, zorder=6)
     clock = axes.text(0.02, 0.98, "", transform=axes.transAxes, va="top", family="monospace", fontsize=10, color=SOFT)
 
-    def picture(k: int, struck: FloatArray) -> Any:
+    def draw(k: int, struck: FloatArray) -> Any:
         drawing.show(frames, k, view.centre[k])
         glow.set_data(*struck.T)
         clock.set_text(f"{run.model.name}   t = {frames.t[k]:.2f} s")
-        canvas.draw()
-        return image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3].copy())
+        return figure
 
-    yield picture(0, view.centre[:1])
+    yield draw(0, view.centre[:1])
     for k in range(len(frames.t)):
-        yield picture(k, _struck(run, impacts, float(frames.t[k])))
+        yield draw(k, _struck(run, impacts, places, float(frames.t[k])))
 
 
-def _struck(run: Record, impacts: list[Impact], t: float) -> FloatArray:
+def _struck(run: Record, impacts: list[Impact], places: ContactPlaces, t: float) -> FloatArray:
     """Where the contacts of the impacts just before t were when they struck, (k, 2)."""
     recent = [impact for impact in impacts if 0 <= t - impact.t < GLOW]
-    points = [run.model.point(point, run.at(impact.t)[0]) for impact in recent for point, _ in impact.contacts]
+    points = [places.at(contact, run.at(impact.t)[0]) for impact in recent for contact in impact.contacts]
     return np.reshape(points, (-1, 2))

@@ -8,6 +8,7 @@ from __future__ import annotations
 import html
 import json
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,34 +18,71 @@ from ..arrays import FloatArray
 from ..files import write_whole
 from ..record.drawable import Drawable
 from ..record.impact import Impact
+from ..record.outputs import units_of
 from ..record.record import Record
-from .frames import Frames, View, frame_times, sample, shown_impacts, view_of
+from .charted import ENERGIES, chart_times, check_outputs, chosen, curves
+from .contact_place import ContactPlaces
+from .frames import MOST_IMPACTS, Frames, View, frame_times, sample, shown_impacts, view_of
+from .named_points import mass_centres, named_points
 
 RATE = 60  # frames per second
-MOST_NUMBERS = 3_000_000  # longer runs get fewer frames per second; the page blends between frames
+LEAST_FRAMES = 300  # of a short run: it is looked at slowly
+TURN = 0.12  # rad by which the fastest link turns from frame to frame, up to FASTEST frames per second
+FASTEST = 240
+MOST_NUMBERS = 1_000_000  # longer runs get fewer frames per second; the page blends between frames
+MOST_BYTES = 10_000_000
+MOST_BYTES_IN_NOTEBOOK = 2_000_000
+HEIGHT_IN_NOTEBOOK = 620  # pixels
 PAGE = Path(__file__).with_name("player.html")
 
 
-def write_player(run: Record, path: Path) -> Path:
-    """Write the page to `path`; equal runs give equal bytes."""
-    # "<" never appears inside the data, so that no name can end the script element it stands in
-    data = json.dumps(content(run), separators=(",", ":"), ensure_ascii=True, allow_nan=False).replace("<", "\\u003c")
-    head, title_end, script_end = PAGE.read_text(encoding="utf-8").split("@@")[::2]
-    page = head + html.escape(run.model.name) + title_end + data + script_end
+def write_player(run: Record, path: Path, outputs: Sequence[str] | None = None) -> Path:
+    """Write the page to `path`, with these outputs plotted at first; equal runs give equal bytes."""
+    page = page_of(run, MOST_BYTES, outputs)
     write_whole(path, lambda part: part.write(page.encode()))
     return path
 
 
-def content(run: Record) -> dict[str, Any]:
+def frame_of(run: Record) -> str:
+    """The page in a frame of its own, as notebooks show it: several of them do not know of each other."""
+    page = html.escape(page_of(run, MOST_BYTES_IN_NOTEBOOK))
+    style = f"width: 100%; height: {HEIGHT_IN_NOTEBOOK}px; border: 0"
+    title = html.escape(f"{run.model.name} in motion")
+    return f'<iframe title="{title}" sandbox="allow-scripts" style="{style}" srcdoc="{page}"></iframe>'
+
+
+def page_of(run: Record, bytes_: int, outputs: Sequence[str] | None = None) -> str:
+    """The page, of at most so many bytes: with fewer frames where the run is too long for that."""
+    head, title_end, script_end = PAGE.read_text(encoding="utf-8").split("@@")[::2]
+    most = min(MOST_NUMBERS, bytes_ // 8)
+    while True:
+        # "<" never appears inside the data, so that no name can end the script element it stands in
+        data = json.dumps(content(run, outputs, most), separators=(",", ":"), ensure_ascii=True, allow_nan=False)
+        page = head + html.escape(run.model.name) + title_end + data.replace("<", "\\u003c") + script_end
+        size = len(html.escape(page).encode())  # as it is in a frame
+        if size <= bytes_ or most < 1000:  # what remains then are shapes and names
+            return page
+        most = int(0.9 * most * bytes_ / size)
+
+
+def content(run: Record, outputs: Sequence[str] | None = None, most: int | None = None) -> dict[str, Any]:
     """What the page shows, as plain data: per frame [x, y, angle] of each link and [x, y] of each joint in one row.
 
-    Lengths are rounded to 1e-5 of the mechanism's size, angles to 1e-5, energies to 1e-6 of the largest.
+    Lengths are rounded to 1e-5 of the mechanism's size, angles to 1e-5, energies and outputs to 1e-6 of their largest.
+    There are about ``most`` numbers in it. ``outputs`` are plotted at first, beside those that can be chosen.
     """
+    check_outputs(run, [] if outputs is None else outputs)
     model = run.model
-    most = MOST_NUMBERS / (3 * len(model.outlines) + 2 * len(model.drawn_joints) + 4)
-    frames = sample(run, frame_times(run, min(RATE, most / max(float(run.t[-1] - run.t[0]), 1e-9))))
+    plotted = list(dict.fromkeys(ENERGIES if outputs is None else outputs))
+    charted = [name for name in dict.fromkeys([*plotted, *chosen(run)]) if name not in ENERGIES]
+    in_a_row = 3 * len(model.outlines) + 2 * len(model.drawn_joints) + 4 + len(charted)
+    rows = (most or MOST_NUMBERS) / in_a_row
+    most_impacts = max(1, min(MOST_IMPACTS, int(rows / 4)))
+    shown = shown_impacts(run, most_impacts)
+    times = frame_times(run, _rate(run, rows), most=most_impacts)
+    frames = sample(run, times)
     view = view_of(model, frames)
-    length = _decimals(1e-5 * view.size)
+    length, places = _decimals(1e-5 * view.size), ContactPlaces(model)
     return {
         "name": model.name,
         "message": "" if run.success else run.message,
@@ -57,6 +95,13 @@ def content(run: Record) -> dict[str, Any]:
             for k, (name, outline) in enumerate(zip(model.links[: len(model.outlines)], model.outlines, strict=True))
         ],
         "jointNames": list(model.drawn_joints),
+        "points": [
+            {"name": one.name, "link": one.link, "at": _numbers(one.place, length)} for one in named_points(run)
+        ],
+        "massCentres": [
+            {"name": one.name, "link": one.link, "at": _numbers(one.place, length), "mass": _digits(one.mass)}
+            for one in mass_centres(run)
+        ],
         "groundPoints": _numbers(np.asarray(model.drawn_ground_points, dtype=float).reshape(-1, 2), length),
         "grounds": [
             {"name": name, "point": _numbers(point, length), "normal": _numbers(normal, 9)}
@@ -67,10 +112,21 @@ def content(run: Record) -> dict[str, Any]:
             [[link, *_numbers(point, length)] for link, point in zip(rope.links, rope.points, strict=True)]
             for rope in model.ropes
         ],
-        "impacts": [{"number": k, **_impact(run, impact, length)} for k, impact in shown_impacts(run)],
+        "impacts": [{"number": k, **_impact(run, impact, places, length)} for k, impact in shown],
         "impactCount": len(run.impacts),
         "view": _view(view, length),
+        "chart": _chart(run, charted, plotted, frames, [float(impact.t) for _, impact in shown]),
+        "plotted": plotted,
     }
+
+
+def _rate(run: Record, rows: float) -> float:
+    """Frames per second: more where the run is short or a link turns fast, fewer where so many ``rows`` are too few."""
+    duration = max(float(run.t[-1] - run.t[0]), 1e-9)
+    turning = [k for k, name in enumerate(run.model.u_names) if name.startswith("w_")]
+    fastest = float(np.max(np.abs(run.u[:, turning]), initial=0.0)) if turning else 0.0
+    wanted = max(RATE, LEAST_FRAMES / duration, min(fastest / TURN, FASTEST))
+    return min(wanted, 0.75 * rows / duration)
 
 
 def _surfaces(model: Drawable, link: int, length: int) -> dict[str, Any]:
@@ -82,18 +138,47 @@ def _surfaces(model: Drawable, link: int, length: int) -> dict[str, Any]:
     }
 
 
-def _impact(run: Record, impact: Impact, length: int) -> dict[str, Any]:
+def _impact(run: Record, impact: Impact, places: ContactPlaces, length: int) -> dict[str, Any]:
     q, _ = run.at(impact.t)
     contacts = [
         {
             "point": point,
             "ground": ground,
-            "at": _numbers(run.model.point(point, q), length),
+            "at": _numbers(places.at((point, ground), q), length),
             "impulse": _digits(impulse),
+            "unit": "N m s" if ground in run.model.stops else "N s",
         }
         for (point, ground), impulse in zip(impact.contacts, impact.impulses, strict=True)
     ]
     return {"t": _numbers(np.array(impact.t), 9), "contacts": contacts, "loss": _digits(impact.energy_loss)}
+
+
+def _chart(
+    run: Record, names: Sequence[str], wanted: Sequence[str], frames: Frames, impacts: Sequence[float]
+) -> dict[str, Any]:
+    """Times, those of impacts twice, and the values of each output at them; null where it is not known. Outputs that
+    nobody ``wanted`` and that are zero all the time, as friction where there is none, are left out."""
+    t, asked = chart_times(run, frames.t, impacts)
+    q, u = run.at(asked)
+    kinetic, potential = run.model.energy(q, u)
+    values = dict(zip(ENERGIES, (kinetic + potential, kinetic, potential), strict=True))
+    units = dict.fromkeys(ENERGIES, "J")
+    if names:
+        values, units = values | curves(run, names, asked), units_of(run.model)
+    telling = [name for name in values if name in wanted or np.any(np.nan_to_num(values[name]))]
+    return {
+        "t": _numbers(t, 9),
+        "columns": [{"name": name, "unit": units[name], "values": _known(values[name])} for name in telling],
+    }
+
+
+def _known(values: FloatArray) -> Any:
+    """Numbers rounded to 1e-6 of the largest, and None for those that are none."""
+    finite = np.isfinite(values)
+    largest = float(np.max(np.abs(values[finite]), initial=0.0))
+    decimals = _decimals(1e-6 * largest)
+    rounded = _numbers(np.where(finite, values, 0.0), decimals)
+    return [number if is_one else None for number, is_one in zip(rounded, finite, strict=True)]
 
 
 def _view(view: View, length: int) -> dict[str, Any]:

@@ -147,7 +147,7 @@ def test_page_is_complete_in_itself(page: str) -> None:
         assert wanted in reader.ids
     asked = set(re.findall(r'find\("(\w+)"\)', page))
     assert asked <= reader.ids
-    assert re.findall(r'<option value="([\d.]+)"', page) == ["0.1", "0.25", "0.5", "1", "2"]
+    assert re.findall(r'<option value="([\d.]+)"', page) == ["0.01", "0.1", "0.25", "0.5", "1", "2", "5"]
 
 
 def test_page_bytes_are_the_same_again(page: str, tmp_path: Path) -> None:
