@@ -1,11 +1,11 @@
 """Builds docs/gallery: of every entry of entries.toml a moving picture of its run, and index.md.
 
-    python docs/scripts/gallery.py                   # all pictures and the index; says what each run gives beside the answer
+    python docs/scripts/gallery.py                   # all pictures and the index; says what each run finds
     python docs/scripts/gallery.py woodpecker klann  # these alone, and the index
     python docs/scripts/gallery.py --index           # the index alone
 
-Pictures play in real time unless an entry says how many times slower, or faster; their clock is then that of the picture. Where one has more than
-``MOST`` bytes, frames are left out.
+Pictures play in real time unless an entry says how many times slower, or faster; their clock is then that of the
+picture. Where one has more than ``MOST`` bytes, frames are left out.
 """
 
 from __future__ import annotations
@@ -34,13 +34,13 @@ LEAST_RATE = 6.0
 INTRODUCTION = """\
 # Gallery
 
-Mechanisms that move. Each has a scene, a question that it answers, and a number that `tests/hard/test_gallery.py` holds against an answer
-that owes nothing to `ccgen`. This page and its pictures are made by
+Mechanisms that move. Each has a scene, a question that it answers, and a number that `tests/hard/test_gallery.py`
+holds against an answer that owes nothing to `ccgen`. This page and its pictures are made by
 
     python docs/scripts/gallery.py
 
-from [entries.toml](entries.toml), which also says for each run beside the answer what it has found. One picture is made again with its name
-behind, and any scene of these is yours to change.
+from [entries.toml](entries.toml); it prints what each run finds beside the answer. With the name of an entry behind, it
+makes that one picture.
 """
 
 
@@ -72,8 +72,8 @@ class Entry:
 
 
 class Shown:
-    """A run as a picture shows it: what its writer asks of a run, at times that are ``slower`` times as long, and with impacts or
-    without."""
+    """A run as a picture shows it: what its writer asks of a run, at times that are ``slower`` times as long, and with
+    impacts or without."""
 
     def __init__(self, run: Any, slower: float, impacts: bool) -> None:
         self.run, self.slower = run, slower
@@ -101,7 +101,8 @@ def index(rows: list[Entry]) -> str:
         pace = "" if row.slower == 1 else f" The picture, and its clock, go {_pace(row.slower)}."
         parts.append(
             f"## {row.title}\n\n![{row.title}]({row.picture})\n\n{row.question}{pace}\n\n    {row.command}\n\n"
-            f"[{row.scene}](../../{row.scene}). **{_number(row.answer)} {row.unit}** is {row.number}: {row.independent} "
+            f"[{row.scene}](../../{row.scene}). **{_number(row.answer)} {row.unit}** is {row.number}: "
+            f"{row.independent} "
             f"The run agrees within {row.within:g} {row.unit}.\n"
         )
     return "\n".join(parts)
@@ -142,9 +143,15 @@ def thin(path: Path, every: int) -> None:
     with Image.open(path) as picture:
         pace = picture.info["duration"]
         if 1000 / (pace * every) < LEAST_RATE:
-            raise ValueError(f"{path.name}: found more than {MOST} bytes at {LEAST_RATE:g} frames a second; show less of it")
+            raise ValueError(
+                f"{path.name}: found more than {MOST} bytes at {LEAST_RATE:g} frames a second; show less of it"
+            )
         frames = [frame.copy() for k, frame in enumerate(ImageSequence.Iterator(picture)) if k % every == 0]
-    colours = frames[len(frames) // 2].convert("RGB").quantize(48)
+    some = frames[:: max(1, len(frames) // 8)]
+    sheet = Image.new("RGB", (frames[0].width, frames[0].height * len(some)))
+    for k, frame in enumerate(some):
+        sheet.paste(frame.convert("RGB"), (0, k * frame.height))
+    colours = sheet.quantize(64)
     flat = [frame.convert("RGB").quantize(palette=colours, dither=Image.Dither.NONE) for frame in frames]
     flat[0].save(path, save_all=True, append_images=flat[1:], duration=pace * every, loop=0, disposal=1, optimize=False)
 
@@ -164,7 +171,8 @@ def main() -> None:
         run = run_of(row)
         path = draw(row, run)
         found = gallery_numbers.NUMBERS[row.name](run)
-        print(f"{path.name}: {path.stat().st_size // 1000} kB; {row.number}: {found:.12g}, answer {row.answer:.12g} {row.unit}")
+        print(f"{path.name}: {path.stat().st_size // 1000} kB; {row.number}: {_number(found)}, ", end="")
+        print(f"answer {_number(row.answer)} {row.unit}")
     (GALLERY / "index.md").write_text(index(rows), encoding="utf-8")
 
 

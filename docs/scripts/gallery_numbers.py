@@ -70,13 +70,13 @@ def swing_of_the_last_ball(run: Any) -> float:
     return float(np.degrees(largest(run, "ball_4.angle")))
 
 
-def first_impulse(run: Any) -> float:
-    """The impulse of the first impact (N s)."""
-    return float(run.impacts[0].impulses[0])
+def top_at_rest(run: Any) -> float:
+    """How high the highest joint is at the end (m)."""
+    return max(float(run[f"joint_{k}.y"][-1]) for k in range(6))
 
 
 def way_out(run: Any) -> float:
-    """Angle by which the crank turns while the ram goes out (deg), from where its speed changes its sign to where it does again."""
+    """Angle by which the crank turns while the ram goes out (deg), between changes of the sign of its speed."""
     times = np.linspace(float(run.t[0]), float(run.t[-1]), 20001)
     found = run.values("ram.E.vx", "crank.angle", t=times)
     v, angle = found["ram.E.vx"], np.degrees(found["crank.angle"])
@@ -126,7 +126,7 @@ NUMBERS: dict[str, Callable[[Any], float]] = {
     "escapement": swing_of_the_clock,
     "trebuchet": thrown,
     "newtons-cradle": swing_of_the_last_ball,
-    "falling-hexagon": first_impulse,
+    "falling-hexagon": top_at_rest,
     "quick-return": way_out,
     "loose-slider-crank": slack,
     "planetary": arm_of_the_planets,

@@ -1,6 +1,7 @@
 """The woodpecker toy by Moreau's time stepping, with equations written by hand: large angles, or Glocker's small ones.
 
-Coordinates are the height of the sleeve, its angle and the bird's; contacts are the beak, the sleeve's lower edge and its upper one.
+Coordinates are the height of the sleeve, its angle and the bird's; contacts are the beak, the sleeve's lower edge and
+its upper one.
 """
 
 from __future__ import annotations
