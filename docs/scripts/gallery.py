@@ -101,9 +101,8 @@ def index(rows: list[Entry]) -> str:
         pace = "" if row.slower == 1 else f" The picture, and its clock, go {_pace(row.slower)}."
         parts.append(
             f"## {row.title}\n\n![{row.title}]({row.picture})\n\n{row.question}{pace}\n\n    {row.command}\n\n"
-            f"[{row.scene}](../../{row.scene}). **{_number(row.answer)} {row.unit}** is {row.number}: "
-            f"{row.independent} "
-            f"The run agrees within {row.within:g} {row.unit}.\n"
+            f"[{row.scene}](../../{row.scene}). **{_number(row.answer)} {row.unit}** is {row.number}. "
+            f"Known from: {row.independent} The run agrees within {row.within:g} {row.unit}.\n"
         )
     return "\n".join(parts)
 
