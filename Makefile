@@ -27,10 +27,11 @@ make: found no C compiler, expected cc, gcc or clang; install one and run make a
 endef
 export NO_COMPILER
 
-.PHONY: help hexagon quick test hard figures fuzz fuzz-mechanisms lint warnings sanitize coverage types diff golden benchmarks formulations site clean
+.PHONY: help hexagon gallery quick test hard figures fuzz fuzz-mechanisms lint warnings sanitize coverage types diff golden benchmarks formulations site clean
 
 help:
 	@echo "make hexagon     simulate the falling hexagon and draw it"
+	@echo "make gallery     the pictures and the page of docs/gallery anew, in a minute"
 	@echo "make quick       a part of the tests in about a minute, for every save; ARGS goes to pytest"
 	@echo "make test        all tests but the long ones; ARGS=\"-k impact\" goes to pytest"
 	@echo "make hard        the long tests: surveys, random sweeps, large mechanisms"
@@ -58,6 +59,9 @@ hexagon: $(VENV)/ccgen
 	@echo "  animation.gif  the same as a picture that moves"
 	@echo "  plot.png       energy, heights and closure over time"
 	@echo "  forces.png     what contacts push and joints carry over time; ccgen run --csv writes them as a table"
+
+gallery: $(VENV)/ccgen
+	@$(BIN)/python docs/scripts/gallery.py $(ARGS)
 
 quick: $(VENV)/test
 	@CCGEN_TEST_CACHE_DIR=$(CURDIR)/.cache/quick $(BIN)/python -m pytest -q -n auto --dist worksteal -m quick $(ARGS)
