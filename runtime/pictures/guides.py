@@ -36,6 +36,8 @@ def guides_of(model: Drawable, frames: Frames, size: float) -> tuple[Guide, ...]
         if joint not in model.drawn_joints:
             continue
         ends = ends_of(whole, joint)
+        if any(link >= 0 and not len(model.outlines[link]) for link in ends.links):
+            continue  # a carriage without mass, of which nothing is to be seen
         way = np.array([np.cos(ends.axis), np.sin(ends.axis)])
         reach = np.array([np.min(lengths) - BEYOND * size, np.max(lengths) + BEYOND * size])
         found.append(Guide("line", ends.links[0], ends.points[0] + reach[:, None] * way))
