@@ -52,6 +52,7 @@ SCENES: dict[str, str] = {
     "hold": SCENE + '[[hold]]\njoint = "joint_1"\nat = 1\n',
     "event": SCENE + '[[event]]\nwhen = "t - 1"\nstop = true\n',
     "run": SCENE + "[run]\n",
+    "output": SCENE + '[output]\ntable = ["t"]\ntimes = 3\n',
     "let": SCENE + "[let]\na = 1\n",
 }
 """A good scene for every kind of table."""
