@@ -37,9 +37,6 @@ Curve = tuple[PointRef, tuple[tuple[float, float], ...]]
 Drawn = tuple[str, tuple[PointRef, ...]]
 """A rope: its name, and the points in whose order it is drawn."""
 
-Strut = tuple[Literal["spring", "damper"], str, tuple[PointRef, PointRef]]
-"""What is drawn between two points: its kind, its name, and the points."""
-
 ContactPoint = tuple[str, str, PointRef, Parameter | None]
 """A point or a disc about it: its name, what it touches, where it sits, its radius (m), ``None`` where that is zero."""
 
@@ -182,10 +179,6 @@ class Effect:
 
     def ropes(self) -> tuple[Drawn, ...]:
         """Ropes to be drawn."""
-        return ()
-
-    def struts(self) -> tuple[Strut, ...]:
-        """Springs and dampers to be drawn."""
         return ()
 
     def contact_points(self) -> tuple[ContactPoint, ...]:

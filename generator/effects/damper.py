@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field
 
-from ..effect_base.effect import Complain, Effect, Entry, Strut, Surroundings
+from ..effect_base.effect import Complain, Effect, Entry, Surroundings
 from ..effect_base.line import Line, find_line
 from ..effect_base.table import Name, PointName, Positive, Table
 from ..effect_base.written_numbers import Measured
@@ -42,9 +42,6 @@ class Damper(Effect):
 
     def parameters(self) -> tuple[Parameter, ...]:
         return (self.damping,)
-
-    def struts(self) -> tuple[Strut, ...]:
-        return (("damper", self.name, self.line.points),)
 
     def loads(self, motion: Motion) -> Sequence[Force]:
         """c dL/dt along the line: (r·ṙ)/(r·r) times the vector r between the points."""

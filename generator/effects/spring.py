@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from pydantic import Field
 
 from ..effect_base.dead_zone import DeadZone
-from ..effect_base.effect import Complain, Effect, Entry, Strut, Surroundings
+from ..effect_base.effect import Complain, Effect, Entry, Surroundings
 from ..effect_base.line import Line, find_line
 from ..effect_base.table import Name, NotNegative, PointName, Positive, Table
 from ..effect_base.written_numbers import Measured
@@ -99,9 +99,6 @@ class Spring(Effect):
             return ()
         values = (self._elongation(motion), *((self._tension(motion),) if self.one_way.damping else ()))
         return tuple(self.one_way.sign * value for value in values)
-
-    def struts(self) -> tuple[Strut, ...]:
-        return (("spring", self.name, self.line.points),)
 
     def loads(self, motion: Motion) -> Sequence[Force]:
         """k (L − L₀) along the line; without a length at rest, k times the vector between the points."""

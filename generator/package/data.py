@@ -82,7 +82,6 @@ def model_data(
         },
         "discs": _discs(scene),
         "ropes": _ropes(scene),
-        "struts": _struts(scene),
         "outputs": [[output.name, output.unit] for output in equations.outputs],
         "latches": [name for effect in scene.effects for name, _ in effect.latches()],
         "aids": list(mechanism.aids),
@@ -213,20 +212,6 @@ def _ropes(scene: Scene) -> list[Json]:
         }
         for effect in scene.effects
         for name, refs in effect.ropes()
-    ]
-
-
-def _struts(scene: Scene) -> list[Json]:
-    """Each spring and damper with its ends."""
-    return [
-        {
-            "kind": kind,
-            "name": name,
-            "links": [ref.link for ref in refs],
-            "points": [_point(scene.mechanism.point(ref)) for ref in refs],
-        }
-        for effect in scene.effects
-        for kind, name, refs in effect.struts()
     ]
 
 

@@ -109,19 +109,6 @@ class RopeData(Data):
     points: Annotated[list[Place], Field(min_length=2)] = entry("where these are in the links' frames", "[...][2]", "m")
 
 
-class StrutData(Data):
-    """A spring or a damper, as it is drawn."""
-
-    kind: Literal["spring", "damper"] = entry("what it is")
-    name: str = entry("its name")
-    links: Annotated[list[Index], Field(min_length=2, max_length=2)] = entry(
-        "the links of its ends; -1: the ground", "[2]"
-    )
-    points: Annotated[list[Place], Field(min_length=2, max_length=2)] = entry(
-        "where these are in the links' frames", "[2][2]", "m"
-    )
-
-
 class StartData(Data):
     """Where a run begins."""
 
@@ -290,9 +277,6 @@ class ModelData(Data):
     )
     discs: list[DiscData] = entry("discs and edges to be drawn")
     ropes: list[RopeData] = Field(default=[], description="ropes to be drawn; left out where there are none")
-    struts: list[StrutData] = Field(
-        default=[], description="springs and dampers to be drawn; left out where there are none"
-    )
     outputs: list[Annotated[list[str], Field(min_length=2, max_length=2)]] = entry(
         "what runs tell of effects: names and units", "[outputs][2]"
     )

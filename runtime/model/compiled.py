@@ -20,7 +20,6 @@ from .numbers import read_numbers
 from .parameters import Parameters
 from .rope import Rope
 from .samples import ROUNDING, samples
-from .strut import Strut
 from .tolerances import check_angles, largest_angle
 
 if TYPE_CHECKING:
@@ -163,14 +162,6 @@ class Compiled:
         return tuple(
             Rope(rope["name"], tuple(rope["links"]), self._coordinates(rope["points"]))
             for rope in self.data.get("ropes", ())
-        )
-
-    @property
-    def struts(self) -> tuple[Strut, ...]:
-        """Springs and dampers that pictures draw."""
-        return tuple(
-            Strut(one["name"], tuple(one["links"]), self._coordinates(one["points"]), one["kind"])
-            for one in self.data.get("struts", ())
         )
 
     @property

@@ -15,7 +15,6 @@ from .meshes import BEHIND, mesh_forces, mesh_names
 from .model import Model
 from .poses import read_off, read_rates
 from .rope import Rope
-from .strut import Strut
 
 
 class Whole:
@@ -199,10 +198,6 @@ class Whole:
     @property
     def ropes(self) -> tuple[Rope, ...]:
         return self.main.ropes
-
-    @property
-    def struts(self) -> tuple[Strut, ...]:
-        return self.main.struts
 
     @property
     def drawn_joints(self) -> tuple[str, ...]:

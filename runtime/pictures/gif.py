@@ -16,7 +16,6 @@ from ..record.impact import Impact
 from ..record.record import Record
 from .contact_place import ContactPlaces
 from .frames import frame_times, sample, shown_impacts, view_of
-from .guides import guides_of
 from .plot import FLASH, SOFT, Drawing
 
 RATE = 25  # frames per second; a GIF counts in hundredths, so this plays in real time
@@ -64,7 +63,7 @@ def drawn_frames(run: Record, rate: int, pixels: int, purpose: str) -> Iterator[
     backend.FigureCanvasAgg(figure)
     axes = figure.add_axes((0, 0, 1, 1))
     axes.set_axis_off()
-    drawing = Drawing(axes, run.model, view, guides_of(run.model, frames, view.size))
+    drawing = Drawing(axes, run.model, view)
     (glow,) = axes.plot([], [], "o", color=FLASH, fillstyle="none", markersize=18, markeredgewidth=3, zorder=6)
     clock = axes.text(0.02, 0.98, "", transform=axes.transAxes, va="top", family="monospace", fontsize=10, color=SOFT)
 

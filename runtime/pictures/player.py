@@ -16,7 +16,6 @@ import numpy as np
 
 from ..arrays import FloatArray
 from ..files import write_whole
-from ..model.rope import Rope
 from ..record.drawable import Drawable
 from ..record.impact import Impact
 from ..record.outputs import units_of
@@ -24,10 +23,7 @@ from ..record.record import Record
 from .charted import ENERGIES, chart_times, check_outputs, chosen, curves
 from .contact_place import ContactPlaces
 from .frames import MOST_IMPACTS, Frames, View, frame_times, sample, shown_impacts, view_of
-from .guides import guides_of
 from .named_points import mass_centres, named_points
-from .plot import is_area, pivots_of
-from .strut_shape import SHAPES, WIDTH
 
 RATE = 60  # frames per second
 LEAST_FRAMES = 300  # of a short run: it is looked at slowly
@@ -87,7 +83,6 @@ def content(run: Record, outputs: Sequence[str] | None = None, most: int | None 
     frames = sample(run, times)
     view = view_of(model, frames)
     length, places = _decimals(1e-5 * view.size), ContactPlaces(model)
-    guides = guides_of(model, frames, view.size)
     return {
         "name": model.name,
         "message": "" if run.success else run.message,
@@ -96,15 +91,8 @@ def content(run: Record, outputs: Sequence[str] | None = None, most: int | None 
         "joints": _numbers(frames.joints.reshape(len(frames.t), -1), length),
         "energy": _energies(frames),
         "links": [
-            {
-                "name": name,
-                "outline": _numbers(outline, length),
-                "area": is_area(outline),
-                **_surfaces(model, k, length),
-            }
-            for k, (name, outline) in enumerate(
-                zip(model.links[: len(model.outlines)], map(np.asarray, model.outlines), strict=True)
-            )
+            {"name": name, "outline": _numbers(np.asarray(outline), length), **_surfaces(model, k, length)}
+            for k, (name, outline) in enumerate(zip(model.links[: len(model.outlines)], model.outlines, strict=True))
         ],
         "jointNames": list(model.drawn_joints),
         "points": [
@@ -114,18 +102,15 @@ def content(run: Record, outputs: Sequence[str] | None = None, most: int | None 
             {"name": one.name, "link": one.link, "at": _numbers(one.place, length), "mass": _digits(one.mass)}
             for one in mass_centres(run)
         ],
-        "groundPoints": _numbers(pivots_of(model, guides), length),
+        "groundPoints": _numbers(np.asarray(model.drawn_ground_points, dtype=float).reshape(-1, 2), length),
         "grounds": [
             {"name": name, "point": _numbers(point, length), "normal": _numbers(normal, 9)}
             for name, (point, normal) in model.ground_planes().items()
         ],
         "fixed": _surfaces(model, -1, length),
-        "ropes": [_ends(rope, length) for rope in model.ropes],
-        "struts": [{"kind": strut.kind, "ends": _ends(strut, length)} for strut in model.struts],
-        "shapes": {kind: SHAPES[kind] for kind in sorted({strut.kind for strut in model.struts})},
-        "strutWidth": _digits(WIDTH * view.size),
-        "guides": [
-            {"kind": guide.kind, "link": guide.link, "points": _numbers(guide.points, length)} for guide in guides
+        "ropes": [
+            [[link, *_numbers(point, length)] for link, point in zip(rope.links, rope.points, strict=True)]
+            for rope in model.ropes
         ],
         "impacts": [{"number": k, **_impact(run, impact, places, length)} for k, impact in shown],
         "impactCount": len(run.impacts),
@@ -133,11 +118,6 @@ def content(run: Record, outputs: Sequence[str] | None = None, most: int | None 
         "chart": _chart(run, charted, plotted, frames, [float(impact.t) for _, impact in shown]),
         "plotted": plotted,
     }
-
-
-def _ends(rope: Rope, length: int) -> list[list[Any]]:
-    """Link and place there of each point."""
-    return [[link, *_numbers(point, length)] for link, point in zip(rope.links, rope.points, strict=True)]
 
 
 def _rate(run: Record, rows: float) -> float:

@@ -7,8 +7,7 @@ from __future__ import annotations
 
 import os
 import textwrap
-from collections.abc import Callable, Mapping, Sequence
-from functools import partial
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -20,17 +19,12 @@ from ..model.disc import Disc
 from ..record.drawable import Drawable
 from ..record.record import Record
 from .frames import Frames, View, frame_times, placed, sample, shown_impacts, view_of
-from .guides import Guide, guides_of
-from .strut_shape import WIDTH, shape
 
 # Told apart with any colour vision (P. Tol's muted and bright schemes), in the order of the links.
-COLOURS = ("#4477aa", "#cc6677", "#117733", "#ddaa33", "#88ccee", "#aa4499", "#44aa99", "#882255", "#999933")
+COLOURS = ("#4477aa", "#cc6677", "#117733", "#ddaa33", "#88ccee", "#aa4499")
 INK, SOFT, EARTH, FLASH = "#222222", "#888888", "#e9e4da", "#d55e00"
 
 PANELS = 6  # poses drawn
-APART = 4  # poses of impacts are apart by at least the time between even ones over this, so that no two are alike
-UPRIGHT = 0.7  # of normals: steeper ones are those of walls
-LEVEL = 1e-9  # what changes by less than this part of its scale is constant but for rounding, and drawn as such
 CURVES = 600  # least number of instants on a curve
 NAMED = 8  # curves that get a name and a colour each; more are shaded by their order
 
@@ -46,12 +40,11 @@ def draw(run: Record, path: str | os.PathLike[str] | None = None) -> Any:
 
     duration = float(run.t[-1] - run.t[0])
     frames = sample(run, frame_times(run, CURVES / duration if duration > 0 else 1.0))
+    curves = [_energy, _heights] + ([_closure] if run.model.closure(run.q[:1]).size else [])
 
     shown = instants(run)
     poses = sample(run, np.array([t for t, _ in shown]))
     view = view_of(run.model, poses)
-    curves: list[Callable[[Any, Record, Frames], None]] = [_energy, partial(_heights, size=view.size)]
-    curves += [_closure] if run.model.closure(run.q[:1]).size else []
     tall = 0.9 + float(np.clip(1.7 * view.half[1] / view.half[0], 1.0, 2.4))  # inches for the strip of poses
 
     figure = figure_module.Figure(figsize=(11, 0.4 + tall + 2.0 * len(curves)), dpi=120, layout="constrained")
@@ -80,19 +73,15 @@ def _short(message: str) -> str:
 
 
 def instants(run: Record, count: int = PANELS) -> list[tuple[float, str]]:
-    """Up to `count` instants worth a picture, with their titles: start, joints that change, the impacts that take most
-    energy, as far as they are apart, end; gaps filled in between."""
-    start, end = float(run.t[0]), float(run.t[-1])
-    named = {start: "start"}
+    """Up to `count` instants worth a picture, with their titles: start, joints that change, first impacts, end; gaps
+    filled in between."""
+    named = {float(run.t[0]): "start"}
     for change in run.changes[: count - 2]:
         named.setdefault(change.t, f"{change.joint} {'lets go' if change.kind == 'release' else 'takes hold'}")
-    apart = (end - start) / (APART * count)
-    numbered = enumerate(run.impacts, start=1)
-    for number, impact in sorted(numbered, key=lambda one: (-one[1].energy_loss, one[0])):
-        t = float(impact.t)
-        if len(named) < count - 1 and t < end and min(abs(t - other) for other in named) >= apart:
-            named[t] = f"impact {number}"
-    named.setdefault(end, "end")
+    for number, impact in enumerate(run.impacts, start=1):
+        if len(named) < count - 1 and float(impact.t) not in named:
+            named[float(impact.t)] = f"impact {number}"
+    named.setdefault(float(run.t[-1]), "end")
     times = np.array(sorted(named))
     if len(times) > 1:
         parts = np.ones(len(times) - 1)  # into how many equal parts each gap is cut
@@ -103,21 +92,14 @@ def instants(run: Record, count: int = PANELS) -> list[tuple[float, str]]:
 
 
 def _poses(figure: Any, run: Record, titles: list[str], frames: Frames, view: View) -> None:
-    ticker = needed("matplotlib.ticker", "a plot of a run")
-    guides = guides_of(run.model, frames, view.size)
     for k, (axes, title) in enumerate(zip(figure.subplots(1, len(titles), squeeze=False)[0], titles, strict=True)):
-        Drawing(axes, run.model, view, guides).show(frames, k, view.centre[k])
+        Drawing(axes, run.model, view).show(frames, k, view.centre[k])
         for impact in run.impacts:
             if impact.t == frames.t[k]:
                 struck = np.array([run.model.point(point, frames.q[k]) for point, _ in impact.contacts])
                 axes.plot(*struck.T, "o", color=FLASH, fillstyle="none", markersize=13, markeredgewidth=1.8, zorder=6)
         axes.set_title(f"{title}\n$t$ = {frames.t[k]:.4g} s", fontsize=9, color=INK if title else SOFT)
-        for way, axis, follows in zip("xy", (axes.xaxis, axes.yaxis), view.follow, strict=True):
-            if follows:  # else what the view follows seems to stand still
-                axis.set_major_locator(ticker.MaxNLocator(2))
-                axes.tick_params(way, labelsize=7, colors=SOFT, length=2)
-            else:
-                axis.set_ticks([])
+        axes.set(xticks=[], yticks=[])
         for spine in axes.spines.values():
             spine.set_color("#dddddd")
 
@@ -128,7 +110,6 @@ def _energy(axes: Any, run: Record, frames: Frames) -> None:
     axes.plot(t, potential, color=COLOURS[4], label="potential")
     axes.plot(t, kinetic + potential, color=INK, linewidth=1.8, label="total")
     axes.set_ylabel("energy [J]")
-    keep_level(axes, [kinetic, potential])
     _legend(axes)
 
 
@@ -143,7 +124,7 @@ def _with_both_sides(run: Record, frames: Frames) -> tuple[FloatArray, FloatArra
     return t[order], kinetic[order], potential[order]
 
 
-def _heights(axes: Any, run: Record, frames: Frames, size: float) -> None:
+def _heights(axes: Any, run: Record, frames: Frames) -> None:
     """Distance of each contact point from the nearest of what it can touch; without any, how far joints are along their
     lines, or, where none slides, heights of the joints."""
     model, gaps = run.model, run.model.gaps(frames.q)
@@ -155,26 +136,10 @@ def _heights(axes: Any, run: Record, frames: Frames, size: float) -> None:
             heights[point] = np.minimum(heights.get(point, gap), gap)
     along = {} if heights else dict(model.slides(frames.q))
     grounds = {ground for _, ground in model.contacts} <= {*model.ground_planes(), *model.stops}
-    walls = any(normal[1] < UPRIGHT for _, normal in model.ground_planes().values())
-    above = "to nearest ground [m]" if nearest or walls else "above ground [m]"
+    above = "above nearest ground [m]" if nearest else "above ground [m]"
     axes.set_ylabel((above if grounds else "gap [m]") if heights else "along line [m]" if along else "height [m]")
     heights = heights or along or {joint: frames.joints[:, k, 1] for k, joint in enumerate(model.drawn_joints)}
     named_curves(axes, frames.t, heights)
-    keep_level(axes, list(heights.values()), size)
-
-
-def keep_level(axes: Any, curves: Sequence[FloatArray], size: float = 0.0) -> None:
-    """Axes about curves that are constant but for rounding show them as such: a tenth of their size, or of what else is
-    of that kind, up and down."""
-    known = [curve[np.isfinite(curve)] for curve in curves]
-    every = np.concatenate([*known, np.zeros(0)])
-    if not every.size:
-        return
-    low, high = float(every.min()), float(every.max())
-    scale = max(abs(low), abs(high), size)
-    if high - low <= LEVEL * scale and scale:
-        axes.set_ylim(low - 0.1 * scale, high + 0.1 * scale)
-        axes.ticklabel_format(axis="y", useOffset=False)
 
 
 def named_curves(axes: Any, t: FloatArray, curves: Mapping[str, FloatArray]) -> None:
@@ -218,63 +183,28 @@ def _legend(axes: Any, columns: int = 1) -> None:
     axes.legend(**beside, frameon=False, fontsize=8, ncols=columns, handlelength=1.4)
 
 
-def is_area(outline: FloatArray) -> bool:
-    """Whether the corners (m, 2) of a link are about an area, and not on a line."""
-    if len(outline) < 3:
-        return False
-    away = outline - outline[0]
-    return bool(np.linalg.svd(away, compute_uv=False)[1] > LEVEL * np.abs(away).max())
-
-
-def pivots_of(model: Drawable, guides: Sequence[Guide]) -> FloatArray:
-    """Points (k, 2) of the ground that carry something: all that are no end of an edge, and no place of a guide."""
-    points = np.asarray(model.drawn_ground_points, dtype=float).reshape(-1, 2)
-    ends = [end for disc in model.discs if disc.fixed and disc.end is not None for end in (disc.centre, disc.end)]
-    lines = [guide.points for guide in guides if guide.link < 0 and guide.kind == "line"]
-    apart = [min((float(np.abs(point - end).max()) for end in ends), default=1.0) for point in points]
-    beside = [min((_beside(point, line) for line in lines), default=1.0) for point in points]
-    return points[[bool(one > 0.0 and other > LEVEL) for one, other in zip(apart, beside, strict=True)]]
-
-
-def _beside(point: FloatArray, line: FloatArray) -> float:
-    """How far a point is from the way between two others, of that way's length."""
-    way = line[1] - line[0]
-    part = np.clip((point - line[0]) @ way / (way @ way), 0.0, 1.0)
-    return float(np.hypot(*(point - line[0] - part * way)) / np.hypot(*way))
-
-
 class Drawing:
     """One mechanism on one pair of matplotlib axes; `show` moves it."""
 
-    def __init__(self, axes: Any, model: Drawable, view: View, guides: Sequence[Guide]) -> None:
-        self.axes, self.model, self.view, self.guides = axes, model, view, guides
+    def __init__(self, axes: Any, model: Drawable, view: View) -> None:
+        self.axes, self.model, self.view = axes, model, view
         axes.set_aspect("equal")
         self._draw_grounds()
-        pivots = pivots_of(model, guides)
+        pivots = np.asarray(model.drawn_ground_points, dtype=float).reshape(-1, 2)
         axes.plot(*pivots.T, marker=6, linestyle="", color=SOFT, markersize=13, zorder=1)  # triangles below
-        self._guides = [self._guide(guide) for guide in guides]
-        self._links = [self._link(k, np.asarray(outline)) for k, outline in enumerate(model.outlines)]
+        self._links = [self._link(k, len(outline)) for k, outline in enumerate(model.outlines)]
         self._discs = [self._disc(disc) for disc in model.discs]
         self._ropes = [axes.plot([], [], color=INK, linewidth=1.0, zorder=4)[0] for _ in model.ropes]
-        self._struts = [axes.plot([], [], color=INK, linewidth=1.0, zorder=3.5)[0] for _ in model.struts]
         size = 5.0 if len(model.drawn_joints) <= 16 else 2.5
         (self._joints,) = axes.plot(
             [], [], "o", color="white", markeredgecolor=INK, markersize=size, markeredgewidth=1.1, zorder=5
         )
 
-    def _guide(self, guide: Guide) -> Any:
-        """The artist of what slides, and of what that slides along: on the ground it stays where it is."""
-        if guide.kind == "line":
-            (line,) = self.axes.plot([], [], color=SOFT, linewidth=1.2, zorder=1.2)
-        else:
-            (line,) = self.axes.fill([], [], facecolor="white", edgecolor=INK, linewidth=1.0, zorder=3.2)
-        return line
-
-    def _link(self, k: int, outline: FloatArray) -> Any:
-        """The artist of a link: a bar, an area where the link has corners about one, a dot where it has one point and
-        no disc."""
-        colour, points = COLOURS[k % len(COLOURS)], len(outline)
-        if is_area(outline):
+    def _link(self, k: int, points: int) -> Any:
+        """The artist of a link: a bar, an area where the link has three points or more, a dot where it has one and no
+        disc."""
+        colour = COLOURS[k % len(COLOURS)]
+        if points >= 3:
             fill = needed("matplotlib.colors", "a plot").to_rgba(colour, 0.35)
             (area,) = self.axes.fill([], [], facecolor=fill, edgecolor=colour, linewidth=2, joinstyle="round", zorder=2)
             return area
@@ -312,7 +242,7 @@ class Drawing:
         """Move the mechanism to frame k and the view to its centre."""
         for link, (outline, artist) in enumerate(zip(self.model.outlines, self._links, strict=True)):
             points = placed(np.asarray(outline), frames.poses[k, link])
-            if is_area(np.asarray(outline)):
+            if len(points) >= 3:
                 artist.set_xy(points)
             else:
                 artist.set_data(*points.T)
@@ -322,14 +252,6 @@ class Drawing:
             rim.set_data(*placed(disc.outline, frames.poses[k, disc.link]).T)
         for rope, line in zip(self.model.ropes, self._ropes, strict=True):
             line.set_data(*rope.way(frames.poses[k]).T)
-        for strut, line in zip(self.model.struts, self._struts, strict=True):
-            line.set_data(*shape(strut.kind, strut.way(frames.poses[k]), WIDTH * self.view.size).T)
-        for guide, artist in zip(self.guides, self._guides, strict=True):
-            points = guide.points if guide.link < 0 else placed(guide.points, frames.poses[k, guide.link])
-            if guide.kind == "line":
-                artist.set_data(*points.T)
-            else:
-                artist.set_xy(points)
         self._joints.set_data(*frames.joints[k].T)
         low, high = centre - self.view.half, centre + self.view.half
         self.axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))

@@ -8,7 +8,6 @@ from typing import Protocol
 from ..arrays import FloatArray
 from ..model.disc import Disc
 from ..model.rope import Rope
-from ..model.strut import Strut
 
 
 class Drawable(Protocol):
@@ -57,10 +56,6 @@ class Drawable(Protocol):
     @property
     def ropes(self) -> Sequence[Rope]:
         """Ropes between points of links, and of the ground."""
-
-    @property
-    def struts(self) -> Sequence[Strut]:
-        """Springs and dampers, as ropes."""
 
     @property
     def drawn_joints(self) -> Sequence[str]:

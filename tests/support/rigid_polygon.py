@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from ccgen.runtime.model.disc import Disc
 from ccgen.runtime.model.rope import Rope
-from ccgen.runtime.model.strut import Strut
 from ccgen.runtime.record.impact import Impact
 from ccgen.runtime.record.phase import Phase
 from ccgen.runtime.run import Run
@@ -70,10 +69,6 @@ class PolygonModel:
 
     @property
     def ropes(self) -> tuple[Rope, ...]:
-        return ()
-
-    @property
-    def struts(self) -> tuple[Strut, ...]:
         return ()
 
     def slides(self, q: Array) -> dict[str, Array]:

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from ccgen.runtime.model.disc import Disc
 from ccgen.runtime.model.rope import Rope
-from ccgen.runtime.model.strut import Strut
 from ccgen.runtime.record.phase import Phase
 from ccgen.runtime.run import Run
 
@@ -39,7 +38,6 @@ class FourBar:
     stops: frozenset[str] = frozenset()
     discs: tuple[Disc, ...] = ()
     ropes: tuple[Rope, ...] = ()
-    struts: tuple[Strut, ...] = ()
 
     def slides(self, q: Array) -> dict[str, Array]:
         return {}
