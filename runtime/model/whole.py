@@ -14,6 +14,7 @@ from .joint_gap import Ends
 from .meshes import BEHIND, mesh_forces, mesh_names
 from .model import Model
 from .poses import read_off, read_rates
+from .part import Part
 from .rope import Rope
 
 
@@ -197,6 +198,10 @@ class Whole:
     @property
     def ropes(self) -> tuple[Rope, ...]:
         return self.main.ropes
+
+    @property
+    def parts(self) -> tuple[Part, ...]:
+        return self.main.parts
 
     @property
     def drawn_joints(self) -> tuple[str, ...]:
