@@ -175,7 +175,9 @@ class Compiled:
             if joint in shown
         )
         found = (
-            Part(one["kind"], one["name"], one["links"], self._coordinates(one["points"]), self._numbers(one["numbers"]))
+            Part(
+                one["kind"], one["name"], one["links"], self._coordinates(one["points"]), self._numbers(one["numbers"])
+            )
             for one in self.data.get("parts", ())
         )
         return (*sliders, *found)

@@ -13,8 +13,8 @@ from .disc import Disc
 from .joint_gap import Ends
 from .meshes import BEHIND, mesh_forces, mesh_names
 from .model import Model
-from .poses import read_off, read_rates
 from .part import Part
+from .poses import read_off, read_rates
 from .rope import Rope
 
 

@@ -18,7 +18,9 @@ from ..files import write_whole
 from ..record.drawable import Drawable
 from ..record.impact import Impact
 from ..record.record import Record
-from .frames import Frames, View, frame_times, sample, shown_impacts, view_of
+from .frames import Frames, View, frame_times, pivots, sample, shown_impacts, view_of
+from .link_colours import link_colours
+from .strokes import Stroke, size_of_links, straightened, strokes
 
 RATE = 60  # frames per second
 MOST_NUMBERS = 3_000_000  # longer runs get fewer frames per second; the page blends between frames
@@ -45,6 +47,7 @@ def content(run: Record) -> dict[str, Any]:
     frames = sample(run, frame_times(run, min(RATE, most / max(float(run.t[-1] - run.t[0]), 1e-9))))
     view = view_of(model, frames)
     length = _decimals(1e-5 * view.size)
+    colours = link_colours(model, frames, view.size)
     return {
         "name": model.name,
         "message": "" if run.success else run.message,
@@ -53,11 +56,16 @@ def content(run: Record) -> dict[str, Any]:
         "joints": _numbers(frames.joints.reshape(len(frames.t), -1), length),
         "energy": _energies(frames),
         "links": [
-            {"name": name, "outline": _numbers(np.asarray(outline), length), **_surfaces(model, k, length)}
+            {
+                "name": name,
+                "outline": _numbers(straightened(np.asarray(outline)), length),
+                "colour": colours[k],
+                **_surfaces(model, k, length),
+            }
             for k, (name, outline) in enumerate(zip(model.links[: len(model.outlines)], model.outlines, strict=True))
         ],
         "jointNames": list(model.drawn_joints),
-        "groundPoints": _numbers(np.asarray(model.drawn_ground_points, dtype=float).reshape(-1, 2), length),
+        "groundPoints": _numbers(pivots(model, frames, view.size), length),
         "grounds": [
             {"name": name, "point": _numbers(point, length), "normal": _numbers(normal, 9)}
             for name, (point, normal) in model.ground_planes().items()
@@ -67,10 +75,30 @@ def content(run: Record) -> dict[str, Any]:
             [[link, *_numbers(point, length)] for link, point in zip(rope.links, rope.points, strict=True)]
             for rope in model.ropes
         ],
+        "parts": [_part(one, length) for one in strokes(model, frames, size_of_links(model, view.size))],
         "impacts": [{"number": k, **_impact(run, impact, length)} for k, impact in shown_impacts(run)],
         "impactCount": len(run.impacts),
         "view": _view(view, length),
     }
+
+
+def _part(stroke: Stroke, length: int) -> dict[str, Any]:
+    """A stroke as the page evaluates it: see ``Stroke``; what it does not need is left out."""
+    found: dict[str, Any] = {
+        "name": stroke.name,
+        "kind": stroke.kind,
+        "at": [[link, *_numbers(np.array(place), length)] for link, *place in stroke.at],
+        "colour": stroke.colour,
+    }
+    if stroke.kind != "way":
+        found["points"] = _numbers(stroke.points, max(length, 5))
+    if stroke.kind == "turn":
+        found["links"] = list(stroke.links)
+    if stroke.filled:
+        found["filled"] = True
+    if stroke.length is not None:
+        found["length"] = stroke.length
+    return found
 
 
 def _surfaces(model: Drawable, link: int, length: int) -> dict[str, Any]:

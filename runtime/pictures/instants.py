@@ -1,0 +1,74 @@
+"""Which instants of a run are worth a picture."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..arrays import FloatArray
+from ..record.record import Record
+from .frames import sample
+
+PANELS = 6  # poses drawn
+GRID = 400  # instants among which one is sought that does not look like another
+ALIKE = 0.25  # poses nearer than this part of the motion's extent look alike, unless the motion is still on its way
+APART = 0.3  # least distance of impacts from each other, as part of that of even instants
+FEW = 2  # times as many impacts as there is room for are too many to show some of them
+
+
+def instants(run: Record, count: int = PANELS) -> list[tuple[float, str]]:
+    """Up to `count` instants worth a picture, with their titles, in order: start, end, joints that change, and impacts.
+
+    Of impacts those with the largest impulses, not near each other; where there are many, none. Gaps are filled with
+    even instants, moved where the motion has come back to what another one shows.
+    """
+    start, end = float(run.t[0]), float(run.t[-1])
+    named = {start: "start", end: "end"} if end > start else {start: "start"}
+    for change in run.changes[: count - 2]:
+        named.setdefault(float(change.t), f"{change.joint} {'lets go' if change.kind == 'release' else 'takes hold'}")
+    apart = APART * (end - start) / max(count - 1, 1)
+    impacts = [(number, impact) for number, impact in enumerate(run.impacts, start=1) if start < impact.t < end]
+    if len(impacts) <= FEW * count:
+        sizes = [float(np.abs(impact.impulses).sum()) for _, impact in impacts]
+        for k in sorted(range(len(impacts)), key=lambda k: (-sizes[k], k)):
+            number, impact = impacts[k]
+            if len(named) < count and min(abs(float(impact.t) - t) for t in named) > apart:
+                named[float(impact.t)] = f"impact {number}"
+    times = np.array(sorted(named))
+    if len(times) > 1 and len(times) < count:
+        times = _filled(run, times, count)
+    return [(float(t), named.get(float(t), "")) for t in times]
+
+
+def _filled(run: Record, times: FloatArray, count: int) -> FloatArray:
+    """With even instants in the gaps, of which none shows what another does if that can be."""
+    parts = np.ones(len(times) - 1)  # into how many equal parts each gap is cut
+    while parts.sum() < count - 1:
+        parts[np.argmax(np.diff(times) / parts)] += 1
+    even = np.interp(np.arange(parts.sum() + 1), np.concatenate([[0], np.cumsum(parts)]), times)
+    free = [k for k, t in enumerate(even) if t not in times]
+    slot = float(np.min(np.diff(even)))
+    grid = np.unique(np.concatenate([even, np.linspace(times[0], times[-1], GRID)]))
+    frames = sample(run, grid)
+    shown = np.concatenate([frames.poses[..., :2], frames.joints], axis=1)
+    if not shown.shape[1]:
+        return even
+    travelled = np.concatenate([[0.0], np.cumsum(_distance(shown[1:], shown[:-1]))])
+    extent = float(np.max(_distance(shown, shown[:1])))
+    chosen = {int(np.searchsorted(grid, t)) for t in times}
+    for k in free:
+        near = np.flatnonzero(np.abs(grid - even[k]) < 0.45 * slot)
+        at = int(np.searchsorted(grid, even[k]))
+        others = sorted(chosen)
+        away = np.array([_distance(shown[near], shown[other][None]) for other in others])
+        way = np.array([np.minimum(np.abs(travelled[near] - travelled[other]), extent) for other in others])
+        here = int(np.searchsorted(near, at))
+        if np.any(away[:, here] < ALIKE * way[:, here]):
+            at = int(near[np.argmax(away.min(axis=0))])
+        chosen.add(at)
+        even[k] = grid[at]
+    return even
+
+
+def _distance(one: FloatArray, other: FloatArray) -> FloatArray:
+    """How far the farthest point moves between configurations (n, points, 2): (n,)."""
+    return np.asarray(np.max(np.hypot(*np.moveaxis(one - other, -1, 0)), axis=-1))
