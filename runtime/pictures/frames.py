@@ -12,6 +12,7 @@ from ..record.impact import Impact
 from ..record.record import Record
 
 FOLLOW_BEYOND = 4.0  # the view follows along an axis when the motion is longer than this many sizes of the mechanism
+PIVOT = 0.06  # height of the triangle of a pivot, part of the extent of the motion
 FREE = 10.0  # as many times later where there is one link only
 MARGIN = 1.12  # room around what is shown
 MOST_IMPACTS = 1000  # more than that no picture shows apart
@@ -119,7 +120,10 @@ def view_of(model: Drawable, frames: Frames) -> View:
     if not points.shape[1]:  # nothing of it is drawn
         points = frames.poses[:, :, :2]
     fixed = np.asarray(model.drawn_ground_points, dtype=float).reshape(-1, 2)
-    corners = np.concatenate([points.reshape(-1, 2), fixed, *(disc.outline for disc in model.discs if disc.fixed)])
+    below = fixed - [0.0, PIVOT * float(np.max(np.ptp(points.reshape(-1, 2), axis=0)))]  # triangles stand there
+    corners = np.concatenate(
+        [points.reshape(-1, 2), fixed, below, *(disc.outline for disc in model.discs if disc.fixed)]
+    )
     low, high = corners.min(axis=0), corners.max(axis=0)
     size = float(np.max(np.ptp(points, axis=1))) or float(np.max(high - low)) or 1.0  # all there is, of one point
     middle = points.mean(axis=1)

@@ -7,11 +7,14 @@ import numpy as np
 from ..arrays import FloatArray
 from ..record.record import Record
 from .frames import sample
+from .strokes import size_of_links
 
 PANELS = 6  # poses drawn
 GRID = 400  # instants among which one is sought that does not look like another
 ALIKE = 0.25  # poses nearer than this part of the motion's extent look alike, unless the motion is still on its way
 APART = 0.3  # least distance of impacts from each other, as part of that of even instants
+NEAR = 0.15  # impacts that are nearer in time are shown where a point has moved by this part of the links' size
+MOST = 200  # impacts among which those are sought
 FEW = 2  # times as many impacts as there is room for are too many to show some of them
 
 
@@ -25,18 +28,31 @@ def instants(run: Record, count: int = PANELS) -> list[tuple[float, str]]:
     named = {start: "start", end: "end"} if end > start else {start: "start"}
     for change in run.changes[: count - 2]:
         named.setdefault(float(change.t), f"{change.joint} {'lets go' if change.kind == 'release' else 'takes hold'}")
-    apart = APART * (end - start) / max(count - 1, 1)
-    impacts = [(number, impact) for number, impact in enumerate(run.impacts, start=1) if start < impact.t < end]
-    if len(impacts) <= FEW * count:
-        sizes = [float(np.abs(impact.impulses).sum()) for _, impact in impacts]
-        for k in sorted(range(len(impacts)), key=lambda k: (-sizes[k], k)):
-            number, impact = impacts[k]
-            if len(named) < count and min(abs(float(impact.t) - t) for t in named) > apart:
-                named[float(impact.t)] = f"impact {number}"
+    found = _impacts(run, sorted(named), APART * (end - start) / max(count - 1, 1))
+    room = count - len(named)
+    if len(found) <= FEW * room:
+        named |= dict(found[:room])
     times = np.array(sorted(named))
     if len(times) > 1 and len(times) < count:
         times = _filled(run, times, count)
     return [(float(t), named.get(float(t), "")) for t in times]
+
+
+def _impacts(run: Record, taken: list[float], apart: float) -> list[tuple[float, str]]:
+    """Impacts and their titles, the largest first, without those that look like another one or what is ``taken``."""
+    numbered = [(k, impact) for k, impact in enumerate(run.impacts, start=1) if run.t[0] < impact.t < run.t[-1]]
+    sizes = {k: float(f"{np.abs(impact.impulses).sum():.6g}") for k, impact in numbered}  # equal ones in their order
+    largest = sorted(numbered, key=lambda one: (-sizes[one[0]], one[0]))[:MOST]
+    times = np.array([*taken, *(float(impact.t) for _, impact in largest)])
+    frames = sample(run, times)
+    shown = np.concatenate([frames.poses[..., :2], frames.joints], axis=1)
+    near = NEAR * size_of_links(run.model, 0.0)
+    chosen = list(range(len(taken)))
+    for k in range(len(taken), len(times)):
+        moved = _distance(shown[chosen], shown[k][None]) if shown.shape[1] else np.zeros(len(chosen))
+        if np.all((np.abs(times[chosen] - times[k]) > apart) | ((near > 0.0) & (moved > near))):
+            chosen.append(k)
+    return [(float(times[k]), f"impact {largest[k - len(taken)][0]}") for k in chosen[len(taken) :]]
 
 
 def _filled(run: Record, times: FloatArray, count: int) -> FloatArray:

@@ -178,7 +178,7 @@ def _with_both_sides(run: Record, frames: Frames) -> tuple[FloatArray, FloatArra
 
 def _heights(axes: Any, run: Record, frames: Frames) -> None:
     """Distance of each contact point from the nearest of what it can touch; without any, how far joints are along their
-    lines, or, where none slides, heights of the joints."""
+    lines, or, where none slides, heights of the joints that move, or, where none does, angles."""
     model, gaps = run.model, run.model.gaps(frames.q)
     heights: dict[str, FloatArray] = {}
     nearest = False  # of several grounds that one point can touch
@@ -192,10 +192,22 @@ def _heights(axes: Any, run: Record, frames: Frames) -> None:
     level = all(normal[1] > LEVEL for _, normal in planes.values())
     above = "to nearest ground [m]" if nearest else "above ground [m]" if level else "off grounds [m]"
     axes.set_ylabel((above if grounds else "gap [m]") if heights else "along line [m]" if along else "height [m]")
-    heights = heights or along or {joint: frames.joints[:, k, 1] for k, joint in enumerate(model.drawn_joints)}
+    if not heights and not along:
+        heights = _moving({joint: frames.joints[:, k, 1] for k, joint in enumerate(model.drawn_joints)})
+        if heights and not any(np.ptp(curve) for curve in heights.values()):  # a pendulum about a fixed pin
+            heights = dict(model.joint_angles(frames.q))
+            axes.set_ylabel("angle [rad]")
+    heights = heights or along
     named_curves(axes, frames.t, heights)
     if heights:
         _keep_sensible(axes, np.concatenate(list(heights.values())), size_of_links(model, 1.0))
+
+
+def _moving(curves: dict[str, FloatArray]) -> dict[str, FloatArray]:
+    """Without those that do not change, where others do."""
+    spread = {name: float(np.ptp(curve)) for name, curve in curves.items()}
+    least = STEADY * max(spread.values(), default=0.0)
+    return {name: curve for name, curve in curves.items() if spread[name] > least} or curves
 
 
 def _keep_sensible(axes: Any, values: FloatArray, size: float) -> None:

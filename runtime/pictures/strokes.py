@@ -24,7 +24,7 @@ SLACK = 1e-6  # part of its length by which the way of a rope is shorter where i
 IN_LINE = 1e-6  # part of its length by which a link's points may be off a line
 TEETH = 12  # of the smaller wheel; how many there are only a scene knows that gives teeth
 COIL, COILS = 8, 2.5  # corners of a spring on either side, turns of a torsional one
-HALF_WIDTH = 0.035  # of springs, dampers and blocks, part of the size
+HALF_WIDTH = 0.04  # of springs, dampers and blocks, part of the size
 REACH = 0.10  # radius of arcs and of stops about joints, part of the size
 
 
@@ -112,7 +112,7 @@ def _strokes(part: Part, model: Drawable, frames: Frames, size: float, coils: se
         spiral = np.column_stack([REACH * size * (0.25 + 0.75 * share), -2.0 * np.pi * COILS * (1.0 - share), share])
         return [_turn(part, spiral, "ink")]
     if part.kind == "motor":
-        return [_turn(part, _arc_arrow(REACH * size, float(part.links[1] >= 0)), "accent")]
+        return [_turn(part, _arc_arrow(1.3 * REACH * size, float(part.links[1] >= 0)), "accent")]
     if part.kind == "linear motor":
         return [_linear_motor(part, wide)]
     if part.kind == "stop":
@@ -124,7 +124,8 @@ def _strokes(part: Part, model: Drawable, frames: Frames, size: float, coils: se
         return [_fixed(part, part.links[0], _belt(part), "ink")]
     if part.kind == "rack":
         return [_wheel(part, 0, part.numbers[0], part.numbers[0]), _rack(part, frames)]
-    return list(_slider(part, frames, wide)) if part.kind == "slider" else []
+    carried = any(link >= 0 and not len(model.outlines[link]) for link in part.links)
+    return list(_slider(part, frames, wide)) if part.kind == "slider" and not carried else []
 
 
 def _pose(poses: FloatArray, link: int) -> FloatArray:
@@ -192,7 +193,7 @@ def _stop(part: Part, model: Drawable, size: float) -> Stroke:
     farthest = away[int(np.argmax(np.round(np.hypot(*away.T), 12)))]
     angle = part.numbers[0] + float(np.arctan2(farthest[1], farthest[0]))
     bar = np.array([(0.5 * REACH * size, angle, 0.0), (1.6 * REACH * size, angle, 0.0)])
-    return _turn(part, bar, "accent")
+    return _turn(part, bar, "ink")
 
 
 def _wheel(part: Part, k: int, radius: float, small: float) -> Stroke:
@@ -248,7 +249,7 @@ def _slider(part: Part, frames: Frames, wide: float) -> Iterator[Stroke]:
     for side in (-wide, wide):
         rail = complex(*start) + np.array([low + 1j * side, high + 1j * side]) * np.exp(1j * axis)
         yield _fixed(part, first, np.column_stack([rail.real, rail.imag]), "soft")
-    x, y = wide * np.array([(-1.5, -0.9), (1.5, -0.9), (1.5, 0.9), (-1.5, 0.9), (-1.5, -0.9)]).T
+    x, y = wide * np.array([(-1.8, -1.0), (1.8, -1.0), (1.8, 1.0), (-1.8, 1.0), (-1.8, -1.0)]).T
     block = np.column_stack([np.hypot(x, y), np.arctan2(y, x) + axis, np.zeros(len(x))])
     colour = second if second >= 0 else first
     yield Stroke(part.name, "turn", _ends(part)[1:], block, colour, (first, first), filled=True)
