@@ -6,7 +6,7 @@ import numpy as np
 
 from ..arrays import FloatArray
 from ..record.record import Record
-from .frames import sample
+from .frames import Frames, placed, sample
 from .strokes import size_of_links
 
 PANELS = 6  # poses drawn
@@ -45,7 +45,7 @@ def _impacts(run: Record, taken: list[float], apart: float) -> list[tuple[float,
     largest = sorted(numbered, key=lambda one: (-sizes[one[0]], one[0]))[:MOST]
     times = np.array([*taken, *(float(impact.t) for _, impact in largest)])
     frames = sample(run, times)
-    shown = np.concatenate([frames.poses[..., :2], frames.joints], axis=1)
+    shown = _seen(run, frames)
     near = NEAR * size_of_links(run.model, 0.0)
     chosen = list(range(len(taken)))
     for k in range(len(taken), len(times)):
@@ -65,7 +65,7 @@ def _filled(run: Record, times: FloatArray, count: int) -> FloatArray:
     slot = float(np.min(np.diff(even)))
     grid = np.unique(np.concatenate([even, np.linspace(times[0], times[-1], GRID)]))
     frames = sample(run, grid)
-    shown = np.concatenate([frames.poses[..., :2], frames.joints], axis=1)
+    shown = _seen(run, frames)
     if not shown.shape[1]:
         return even
     travelled = np.concatenate([[0.0], np.cumsum(_distance(shown[1:], shown[:-1]))])
@@ -83,6 +83,13 @@ def _filled(run: Record, times: FloatArray, count: int) -> FloatArray:
         chosen.add(at)
         even[k] = grid[at]
     return even
+
+
+def _seen(run: Record, frames: Frames) -> FloatArray:
+    """The places (n, points, 2), in m, of all that is drawn of links, and of joints."""
+    outlines = [placed(np.asarray(outline), frames.poses[:, k]) for k, outline in enumerate(run.model.outlines)]
+    rims = [placed(disc.outline[:1], frames.poses[:, disc.link]) for disc in run.model.discs if not disc.fixed]
+    return np.concatenate([*outlines, *rims, frames.joints], axis=1)
 
 
 def _distance(one: FloatArray, other: FloatArray) -> FloatArray:

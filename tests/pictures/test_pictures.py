@@ -254,19 +254,19 @@ def test_instants_of_a_run(run: Run) -> None:
 
 def test_instants_of_many_impacts_are_even(run: Run) -> None:
     """Forty impacts, of which no few are larger than all others or far from all others."""
-    drifting = bouncing(drift=12.0)
-    times = np.linspace(0.01, 1.24, 40)
-    many = tuple(replace(run.impacts[0], t=float(t), u_minus=run.u[0], u_plus=run.u[0]) for t in times)
-    crowded = replace(drifting, impacts=many, phases=())
+    times = np.linspace(0.0, 1.25, 42)
+    rows = [np.repeat(row[:1], 42, axis=0) for row in (run.q, run.u)]
+    many = tuple(replace(run.impacts[0], t=float(t)) for t in times[1:-1])
+    crowded = replace(run, t=times, q=rows[0], u=rows[1], impacts=many, phases=())
     assert [title for _, title in instants(crowded)] == ["start", "", "", "", "", "end"]
-    assert [t for t, _ in instants(crowded)] == pytest.approx([0, 0.25, 0.5, 0.75, 1.0, 1.25])
+    assert np.diff([t for t, _ in instants(crowded)]).min() > 0.1
 
 
 def test_instants_of_a_turning_crank_differ() -> None:
-    """Where even instants would show it in one place, others are taken."""
+    """Where even instants would show it in one place, others are taken; it ends where it began."""
     poses = sample(turning(), np.array([t for t, _ in instants(turning())])).joints
-    apart = [np.hypot(*(one - other).T).max() for k, one in enumerate(poses) for other in poses[:k]]
-    assert min(apart) > 1e-3
+    apart = [np.hypot(*(one - other).T).max() for k, one in enumerate(poses[:-1]) for other in poses[:k]]
+    assert min(apart) > 0.05
 
 
 def test_a_frame_of_view_that_moves_says_where_it_is(run: Run) -> None:
