@@ -129,10 +129,11 @@ class Run(Record):
         """
         return dataframe(self, names, t)
 
-    def plot(self, path: str | os.PathLike[str] | None = None) -> Figure:
+    def plot(self, path: str | os.PathLike[str] | None = None, *, forces: bool = False) -> Figure:
         """A figure of poses, energy, heights and closure over time; with a path it is also saved there, as a PNG,
-        in place of what is there."""
-        figure: Figure = draw(self, path)
+        in place of what is there. With `forces` poses have arrows of what grounds push: forces (N), at impacts
+        impulses (N s), in each pose as long as the view is best filled."""
+        figure: Figure = draw(self, path, forces=forces)
         return figure
 
     def animate(self, path: str | os.PathLike[str]) -> Path:

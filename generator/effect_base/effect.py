@@ -37,6 +37,10 @@ Curve = tuple[PointRef, tuple[tuple[float, float], ...]]
 Drawn = tuple[str, tuple[PointRef, ...]]
 """A rope: its name, and the points in whose order it is drawn."""
 
+Part = tuple[str, str, tuple[PointRef, ...], tuple[Parameter | float | None, ...]]
+"""What is drawn where an effect acts: the kind, as ``PartData`` of ``generator/package/schema.py`` lists them, the
+effect's name, the points, and the numbers of that kind."""
+
 ContactPoint = tuple[str, str, PointRef, Parameter | None]
 """A point or a disc about it: its name, what it touches, where it sits, its radius (m), ``None`` where that is zero."""
 
@@ -179,6 +183,10 @@ class Effect:
 
     def ropes(self) -> tuple[Drawn, ...]:
         """Ropes to be drawn."""
+        return ()
+
+    def parts(self, mechanism: Mechanism) -> tuple[Part, ...]:
+        """What is drawn where it acts, beside surfaces and ropes: the coil of a spring, the arc of a motor."""
         return ()
 
     def contact_points(self) -> tuple[ContactPoint, ...]:

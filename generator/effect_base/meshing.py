@@ -5,14 +5,14 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from ..mechanism.assembled import Assembled
 from ..mechanism.joints import Joint, PointRef
 from ..mechanism.links import ANY, GROUND, POSITIVE, Parameter
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.meshes import Mesh, MeshTerm
-from .effect import Effect, Rim
+from .effect import Effect, Part, Rim
 
 APART = 1e-9
 """Points of a link nearer to each other than this share of their distance from its origin are in one place."""
@@ -22,13 +22,14 @@ APART = 1e-9
 class Meshing(Effect):
     """Wheels that mesh, or are joined by a belt: the closure row ``row``. ``what`` says so in a description.
 
-    ``circles`` are pitch circles to be drawn.
+    ``circles`` are pitch circles to be drawn, and ``teeth`` what is drawn on them; it changes nothing else.
     """
 
     name: str
     row: Mesh
     what: str
     circles: tuple[Rim, ...] = ()
+    teeth: tuple[Part, ...] = field(default=(), compare=False)
 
     def parameters(self) -> tuple[Parameter, ...]:
         radii = [term.radius for term in self.row.terms if term.radius]
@@ -52,6 +53,9 @@ class Meshing(Effect):
 
     def rims(self) -> tuple[Rim, ...]:
         return self.circles
+
+    def parts(self, mechanism: Mechanism) -> tuple[Part, ...]:
+        return self.teeth
 
 
 def _position(term: MeshTerm, start: Assembled) -> float:

@@ -41,7 +41,10 @@ def build(table: BeltTable, index: int, around: Surroundings, complain: Complain
         for k, (wheel, radius) in enumerate(zip(wheels, table.radii, strict=True))
     )
     rims = tuple((wheel.centre, None, one.radius) for wheel, one in zip(wheels, terms, strict=True))
-    return Meshing(name, Mesh(name, tuple(w.joint for w in wheels), terms), title(wheels, mechanism), rims)
+    axes, sizes = tuple(wheel.axis for wheel in wheels), tuple(one.radius for one in terms)
+    band = ("belt", name, axes, (*sizes, 1.0 if table.crossed else 0.0))
+    row = Mesh(name, tuple(w.joint for w in wheels), terms)
+    return Meshing(name, row, title(wheels, mechanism), rims, (band,))
 
 
 ENTRY = Entry("belt", True, BeltTable, build, {})

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field
 
-from ..effect_base.effect import Complain, Effect, Entry, Surroundings
+from ..effect_base.effect import Complain, Effect, Entry, Part, Surroundings
 from ..effect_base.line import Line, find_line
 from ..effect_base.table import Name, PointName, Positive, Table
 from ..effect_base.written_numbers import Measured
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from ..derive.motion import Force, Motion
     from ..derive.terms_of_effects import Told
     from ..mechanism.assembled import Assembled
+    from ..mechanism.mechanism import Mechanism
 
 
 class DamperTable(Table):
@@ -59,6 +60,9 @@ class Damper(Effect):
         line = self.line
         speed = line.stretching(motion) / line.length(motion)
         return ("force", "N", motion.value(self.damping) * speed), ("power", "W", self.power(motion))
+
+    def parts(self, mechanism: Mechanism) -> tuple[Part, ...]:
+        return (("damper", self.name, self.line.points, ()),)
 
     def check_start(self, start: Assembled) -> tuple[str, ...]:
         if not self.line.is_point(start):

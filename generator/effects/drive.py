@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Literal
 
 from pydantic import Field
 
-from ..effect_base.effect import Complain, Effect, Entry, Surroundings
+from ..effect_base.effect import Complain, Effect, Entry, Part, Surroundings
 from ..effect_base.expression_of_time import Expression, OfTime, Quantity, kinks_of, own_parameters, quantity
+from ..effect_base.part_at_joint import mover
 from ..effect_base.points import find_joint
 from ..effect_base.rows_in_time import AngleInTime, PositionInTime, SpeedInTime, Spline, law_of
 from ..effect_base.table import JointName, Name, Table
@@ -99,6 +100,9 @@ class Drive(Effect):
         name = f"prescribed_{self.index}"
         begun = dict(zip(self._jumps(), map(motion.side, self.sides()), strict=True))
         return ((self.joint, motion.let(name, self.law.derivative(motion, name, self._order, begun))),)
+
+    def parts(self, mechanism: Mechanism) -> tuple[Part, ...]:
+        return (mover(self.name, mechanism.joints[self.joint]),)
 
     @property
     def _order(self) -> int:

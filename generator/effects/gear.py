@@ -70,7 +70,9 @@ def build(table: GearTable, index: int, around: Surroundings, complain: Complain
     ]
     apart = distance(wheels[0].axis, wheels[1].axis, mechanism) > 0.0
     rims = [(w.centre, None, one.radius) for w, one in zip(wheels, terms, strict=True)] if apart else []
-    return Meshing(name, Mesh(name, _numbers(wheels), tuple(terms)), title(wheels, mechanism), tuple(rims))
+    centres, sizes = tuple(wheel.centre for wheel in wheels), tuple(one.radius for one in terms)
+    teeth = (("gear", name, centres, sizes),) if apart else ()
+    return Meshing(name, Mesh(name, _numbers(wheels), tuple(terms)), title(wheels, mechanism), tuple(rims), teeth)
 
 
 def wheels_of(

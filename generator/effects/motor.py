@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from pydantic import Field
 
-from ..effect_base.effect import Complain, Effect, Entry, Surroundings
+from ..effect_base.effect import Complain, Effect, Entry, Part, Surroundings
 from ..effect_base.expression_of_time import OfTime, Quantity, kinks_of, own_parameters, quantity, term
+from ..effect_base.part_at_joint import mover
 from ..effect_base.points import find_joint
 from ..effect_base.rows_in_time import ROWS, AngleInTime, ForceInTime, PositionInTime, Spline, TorqueInTime, law_of
 from ..effect_base.table import Columns, JointName, Name, NotNegative, Positive, Table
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 
     from ..derive.motion import Couple, Force, Motion
     from ..derive.terms_of_effects import Told
+    from ..mechanism.mechanism import Mechanism
 
 Row = Annotated[
     list[float],
@@ -269,6 +271,9 @@ class Motor(Effect):
         """The torque (the force along its line) on the joint's second link, and its power."""
         asked, unit = ("force", "N") if motion.joint(self.joint).slides else ("torque", "N m")
         return (asked, unit, self._torque(motion)), ("power", "W", self.power(motion))
+
+    def parts(self, mechanism: Mechanism) -> tuple[Part, ...]:
+        return (mover(self.name, mechanism.joints[self.joint]),)
 
     def _torque(self, motion: Motion) -> Expr:
         return motion.let(f"torque_motor_{self.index}", self.drive.realise(motion, self))

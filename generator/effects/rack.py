@@ -52,7 +52,11 @@ def build(table: RackTable, index: int, around: Surroundings, complain: Complain
     start = Parameter(f"{name}.start_2", f"xp_rack_{index}_2", 0.0, ANY)
     row = Mesh(name, (pinion, slide), (turned, MeshTerm(-outwards, None, start, slide=slide)))
     what = f"{table.pinion} - {table.slide} on {mechanism.link_name(wheel.carrier)}"
-    return Meshing(name, row, what, ((wheel.centre, None, turned.radius),))
+    line = mechanism.joints[slide]
+    bar = line.second if outwards > 0 else line.first
+    numbers = (turned.radius, line.axis, -1.0 if table.reverse else 1.0)
+    teeth = ("rack", name, (wheel.centre, bar, line.first), numbers)
+    return Meshing(name, row, what, ((wheel.centre, None, turned.radius),), (teeth,))
 
 
 def _wheel(pinion: int, slide: int, mechanism: Mechanism) -> Wheel | None:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from pydantic import Field
 
 from ..effect_base.dead_zone import DeadZone
-from ..effect_base.effect import Complain, Effect, Entry, Surroundings
+from ..effect_base.effect import Complain, Effect, Entry, Part, Surroundings
 from ..effect_base.line import Line, find_line
 from ..effect_base.table import Name, NotNegative, PointName, Positive, Table
 from ..effect_base.written_numbers import Measured
@@ -167,6 +167,9 @@ class Spring(Effect):
     def _force(self, motion: Motion) -> Expr:
         """The tension where it is longer (shorter) than at rest and pulls (pushes)."""
         return motion.side(self.line.label) * motion.side(self._loaded) * self._tension(motion)
+
+    def parts(self, mechanism: Mechanism) -> tuple[Part, ...]:
+        return (("spring", self.name, self.line.points, ()),)
 
     def check_start(self, start: Assembled) -> tuple[str, ...]:
         if self.length is None or not self.line.is_point(start):

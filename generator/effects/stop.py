@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 from pydantic import Field
 
 from ..effect_base.contact import Restitution
-from ..effect_base.effect import Complain, Effect, Entry, Surroundings
+from ..effect_base.effect import Complain, Effect, Entry, Part, Surroundings
+from ..effect_base.part_at_joint import part_at_joint
 from ..effect_base.points import find_joint
 from ..effect_base.table import JointName, Name, Table
 from ..effect_base.written_numbers import Angle, as_written
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from ..derive.gaps import Gap
     from ..derive.terms_of_effects import Let
     from ..mechanism.assembled import Assembled
+    from ..mechanism.mechanism import Mechanism
 
 DEPTH = 1e-9
 """A start further beyond a stop than this (rad) is wrong; less is rounding."""
@@ -82,6 +84,10 @@ class Stop(Effect):
             AngleGap(self.joint.name, f"{self.name}.{limit.key}", first, second, limit.sign, symbol(limit.parameter), e)
             for limit in self.limits
         )
+
+    def parts(self, mechanism: Mechanism) -> tuple[Part, ...]:
+        """One for each limit, with its angle (rad)."""
+        return tuple(part_at_joint("stop", self.name, self.joint, limit.parameter) for limit in self.limits)
 
     def check_start(self, start: Assembled) -> tuple[str, ...]:
         found = start.angle(self.joint.second.link) - start.angle(self.joint.first.link)

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 from pydantic import Field
 
 from ..effect_base.dead_zone import DeadZone
-from ..effect_base.effect import Complain, Effect, Entry, Surroundings
+from ..effect_base.effect import Complain, Effect, Entry, Part, Surroundings
+from ..effect_base.part_at_joint import part_at_joint
 from ..effect_base.points import find_joint
 from ..effect_base.table import JointName, Name, Positive, Table
 from ..effect_base.written_numbers import Angle, Measured
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 
     from ..derive.motion import Couple, Motion
     from ..derive.terms_of_effects import Told
+    from ..mechanism.mechanism import Mechanism
 
 
 class TorsionTable(Table):
@@ -80,6 +82,9 @@ class Torsion(Effect):
     def outputs(self, motion: Motion) -> Sequence[Told]:
         """The moment on the joint's second link."""
         return (("moment", "N m", self.loads(motion)[1].moment),)
+
+    def parts(self, mechanism: Mechanism) -> tuple[Part, ...]:
+        return (part_at_joint("torsion", self.name, mechanism.joints[self.joint]),)
 
     def potential(self, motion: Motion) -> Expr:
         """½ k (φ − φ₀)²."""

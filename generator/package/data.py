@@ -82,6 +82,7 @@ def model_data(
         },
         "discs": _discs(scene),
         "ropes": _ropes(scene),
+        "parts": _parts(scene),
         "outputs": [[output.name, output.unit] for output in equations.outputs],
         "latches": [name for effect in scene.effects for name, _ in effect.latches()],
         "aids": list(mechanism.aids),
@@ -199,6 +200,21 @@ def _discs(scene: Scene) -> list[Json]:
     return discs + [
         {"link": ref.link, "point": _point(point(ref)), "end": None, "radius": 0.0, "around": [*map(list, around)]}
         for ref, around in curves
+    ]
+
+
+def _parts(scene: Scene) -> list[Json]:
+    """What is drawn where effects act."""
+    return [
+        {
+            "kind": kind,
+            "name": name,
+            "links": [ref.link for ref in refs],
+            "points": [_point(scene.mechanism.point(ref)) for ref in refs],
+            "numbers": [n if isinstance(n, float) else _coordinate(n) for n in numbers],
+        }
+        for effect in scene.effects
+        for kind, name, refs, numbers in effect.parts(scene.mechanism)
     ]
 
 

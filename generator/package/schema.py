@@ -109,6 +109,28 @@ class RopeData(Data):
     points: Annotated[list[Place], Field(min_length=2)] = entry("where these are in the links' frames", "[...][2]", "m")
 
 
+class PartData(Data):
+    """What is drawn where an effect acts."""
+
+    kind: Literal["spring", "damper", "torsion", "motor", "linear motor", "stop", "gear", "rack", "belt"] = entry(
+        "what it is"
+    )
+    name: str = entry("the effect's name; of a stop with two limits twice")
+    links: Annotated[list[Index], Field(min_length=2, max_length=3)] = entry(
+        "the links of its points: both ends, both wheels, of a belt the carrier; of a rack pinion, bar and the link "
+        "of the line; -1: the ground",
+        "[...]",
+    )
+    points: Annotated[list[Place], Field(min_length=2, max_length=3)] = entry(
+        "where these are in the links' frames", "[...][2]", "m"
+    )
+    numbers: list[Coordinate] = entry(
+        "of a linear motor the angle of the line in the first link, of a stop the joint's angle, of gears and belts "
+        "the radii, of a belt 1 where it is crossed, of a rack radius, the line's angle and -1 where it is reversed",
+        unit="m, rad",
+    )
+
+
 class StartData(Data):
     """Where a run begins."""
 
@@ -277,6 +299,9 @@ class ModelData(Data):
     )
     discs: list[DiscData] = entry("discs and edges to be drawn")
     ropes: list[RopeData] = Field(default=[], description="ropes to be drawn; left out where there are none")
+    parts: list[PartData] = Field(
+        default=[], description="what is drawn where effects act; left out where there is nothing"
+    )
     outputs: list[Annotated[list[str], Field(min_length=2, max_length=2)]] = entry(
         "what runs tell of effects: names and units", "[outputs][2]"
     )

@@ -11,7 +11,8 @@ import numpy as np
 
 from ..extras import needed
 from ..files import write_whole
-from ..pictures.plot import COLOURS, INK, SOFT
+from ..pictures.link_colours import COLOURS
+from ..pictures.plot import INK, SOFT
 from .accuracy import Measured
 
 MARKERS = "osD^vP"

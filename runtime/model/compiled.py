@@ -18,6 +18,7 @@ from .disc import Disc
 from .inputs import Values, read_values
 from .numbers import read_numbers
 from .parameters import Parameters
+from .part import Part
 from .rope import Rope
 from .samples import ROUNDING, samples
 from .tolerances import check_angles, largest_angle
@@ -160,9 +161,31 @@ class Compiled:
     def ropes(self) -> tuple[Rope, ...]:
         """Ropes between points of links and of the ground."""
         return tuple(
-            Rope(rope["name"], tuple(rope["links"]), self._coordinates(rope["points"]))
+            Rope(
+                rope["name"],
+                tuple(rope["links"]),
+                self._coordinates(rope["points"]),
+                self._parameters.get(f"{rope['name']}.length"),
+            )
             for rope in self.data.get("ropes", ())
         )
+
+    @property
+    def parts(self) -> tuple[Part, ...]:
+        """What is drawn where effects act, and of joints that slide."""
+        shown = set(self.drawn_joints)
+        sliders = (
+            Part("slider", joint, line["links"], self._coordinates(line["points"]), self._numbers([line["axis"]]))
+            for joint, line in self.data["lines"].items()
+            if joint in shown
+        )
+        found = (
+            Part(
+                one["kind"], one["name"], one["links"], self._coordinates(one["points"]), self._numbers(one["numbers"])
+            )
+            for one in self.data.get("parts", ())
+        )
+        return (*sliders, *found)
 
     @property
     def ground_points(self) -> FloatArray:
@@ -189,6 +212,9 @@ class Compiled:
             point, normal = self._coordinates([plane["point"], plane["normal"]])
             planes[plane["name"]] = (point, normal / np.linalg.norm(normal))
         return planes
+
+    def _numbers(self, values: Sequence[str | float]) -> tuple[float, ...]:
+        return tuple(self._parameters[value] if isinstance(value, str) else value for value in values)
 
     def _size(self, radius: str | float | list[str]) -> float:
         """A radius (m): of a list the sum of these parameters."""

@@ -12,11 +12,15 @@ from ..arrays import FloatArray
 
 @dataclass(frozen=True)
 class Rope:
-    """A rope through points (k, 2), in m, of the frames of its `links` in order; -1 is the ground."""
+    """A rope through points (k, 2), in m, of the frames of its `links` in order; -1 is the ground.
+
+    `length` is how long it is (m), `None` where that is not known.
+    """
 
     name: str
     links: Sequence[int]
     points: FloatArray
+    length: float | None = None
 
     def way(self, poses: FloatArray) -> FloatArray:
         """Where its points are (..., k, 2) when links have `poses` (..., links, 3)."""

@@ -13,6 +13,7 @@ from .disc import Disc
 from .joint_gap import Ends
 from .meshes import BEHIND, mesh_forces, mesh_names
 from .model import Model
+from .part import Part
 from .poses import read_off, read_rates
 from .rope import Rope
 
@@ -198,6 +199,10 @@ class Whole:
     @property
     def ropes(self) -> tuple[Rope, ...]:
         return self.main.ropes
+
+    @property
+    def parts(self) -> tuple[Part, ...]:
+        return self.main.parts
 
     @property
     def drawn_joints(self) -> tuple[str, ...]:

@@ -12,6 +12,8 @@ from ..record.impact import Impact
 from ..record.record import Record
 
 FOLLOW_BEYOND = 4.0  # the view follows along an axis when the motion is longer than this many sizes of the mechanism
+PIVOT = 0.06  # height of the triangle of a pivot, part of the extent of the motion
+FREE = 10.0  # as many times later where there is one link only
 MARGIN = 1.12  # room around what is shown
 MOST_IMPACTS = 1000  # more than that no picture shows apart
 
@@ -84,6 +86,24 @@ def sample(run: Record, times: FloatArray) -> Frames:
     return Frames(times, q, u, poses, joints, np.asarray(kinetic), np.asarray(potential))
 
 
+def pivots(model: Drawable, frames: Frames, size: float) -> FloatArray:
+    """The points (k, 2) of the ground, in m, that hold something: a joint in the first of the ``frames``, or the end of
+    what acts between points. ``size`` is the mechanism's (m)."""
+    fixed = np.asarray(model.drawn_ground_points, dtype=float).reshape(-1, 2)
+    ends = [
+        point
+        for links, points in (
+            *((part.links, part.points) for part in model.parts if part.kind in ("spring", "damper")),
+            *((rope.links, rope.points) for rope in model.ropes),
+        )
+        for link, point in zip(links, points, strict=True)
+        if link < 0
+    ]
+    held = np.concatenate([frames.joints[0], np.reshape(ends, (-1, 2))])
+    distance = np.hypot(*np.moveaxis(fixed[:, None] - held, -1, 0))
+    return np.asarray(fixed[np.any(distance <= 1e-6 * size, axis=1)])
+
+
 def placed(outline: FloatArray, pose: FloatArray) -> FloatArray:
     """Points (m, 2) of a link's frame in the plane, for poses (..., 3): (..., m, 2)."""
     x, y, angle = (pose[..., i, None] for i in range(3))
@@ -100,13 +120,19 @@ def view_of(model: Drawable, frames: Frames) -> View:
     if not points.shape[1]:  # nothing of it is drawn
         points = frames.poses[:, :, :2]
     fixed = np.asarray(model.drawn_ground_points, dtype=float).reshape(-1, 2)
-    corners = np.concatenate([points.reshape(-1, 2), fixed, *(disc.outline for disc in model.discs if disc.fixed)])
+    below = fixed - [0.0, PIVOT * float(np.max(np.ptp(points.reshape(-1, 2), axis=0)))]  # triangles stand there
+    corners = np.concatenate(
+        [points.reshape(-1, 2), fixed, below, *(disc.outline for disc in model.discs if disc.fixed)]
+    )
     low, high = corners.min(axis=0), corners.max(axis=0)
     size = float(np.max(np.ptp(points, axis=1))) or float(np.max(high - low)) or 1.0  # all there is, of one point
     middle = points.mean(axis=1)
     reach = np.abs(points - middle[:, None]).max(axis=(0, 1))
 
-    follow = (high - low) > FOLLOW_BEYOND * size
+    # beside nothing that stands still a mechanism that is followed would seem to stand still itself
+    scenery = bool(model.ground_planes()) or len(fixed) > 0 or any(disc.fixed for disc in model.discs)
+    beyond = FOLLOW_BEYOND * (1.0 if len(model.outlines) > 1 else FREE) if scenery else np.inf
+    follow = (high - low) > beyond * size
     centre = np.where(follow, middle, 0.5 * (low + high))
     half = MARGIN * np.maximum(np.where(follow, reach, 0.5 * (high - low)), 0.25 * size)
     return View(centre, half, (bool(follow[0]), bool(follow[1])), size)

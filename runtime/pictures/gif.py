@@ -63,7 +63,7 @@ def drawn_frames(run: Record, rate: int, pixels: int, purpose: str) -> Iterator[
     backend.FigureCanvasAgg(figure)
     axes = figure.add_axes((0, 0, 1, 1))
     axes.set_axis_off()
-    drawing = Drawing(axes, run.model, view)
+    drawing = Drawing(axes, run.model, view, frames, 72.0 * sides[0] * PIXELS / 100 / (2.0 * float(view.half[0])))
     (glow,) = axes.plot([], [], "o", color=FLASH, fillstyle="none", markersize=18, markeredgewidth=3, zorder=6)
     clock = axes.text(0.02, 0.98, "", transform=axes.transAxes, va="top", family="monospace", fontsize=10, color=SOFT)
 

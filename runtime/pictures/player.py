@@ -22,8 +22,10 @@ from ..record.outputs import units_of
 from ..record.record import Record
 from .charted import ENERGIES, chart_times, check_outputs, chosen, curves
 from .contact_place import ContactPlaces
-from .frames import MOST_IMPACTS, Frames, View, frame_times, sample, shown_impacts, view_of
+from .frames import MOST_IMPACTS, Frames, View, frame_times, pivots, sample, shown_impacts, view_of
+from .link_colours import link_colours
 from .named_points import mass_centres, named_points
+from .strokes import Stroke, size_of_links, straightened, strokes
 
 RATE = 60  # frames per second
 LEAST_FRAMES = 300  # of a short run: it is looked at slowly
@@ -83,6 +85,7 @@ def content(run: Record, outputs: Sequence[str] | None = None, most: int | None 
     frames = sample(run, times)
     view = view_of(model, frames)
     length, places = _decimals(1e-5 * view.size), ContactPlaces(model)
+    colours = link_colours(model, frames, view.size)
     return {
         "name": model.name,
         "message": "" if run.success else run.message,
@@ -91,7 +94,12 @@ def content(run: Record, outputs: Sequence[str] | None = None, most: int | None 
         "joints": _numbers(frames.joints.reshape(len(frames.t), -1), length),
         "energy": _energies(frames),
         "links": [
-            {"name": name, "outline": _numbers(np.asarray(outline), length), **_surfaces(model, k, length)}
+            {
+                "name": name,
+                "outline": _numbers(straightened(np.asarray(outline)), length),
+                "colour": colours[k],
+                **_surfaces(model, k, length),
+            }
             for k, (name, outline) in enumerate(zip(model.links[: len(model.outlines)], model.outlines, strict=True))
         ],
         "jointNames": list(model.drawn_joints),
@@ -102,7 +110,7 @@ def content(run: Record, outputs: Sequence[str] | None = None, most: int | None 
             {"name": one.name, "link": one.link, "at": _numbers(one.place, length), "mass": _digits(one.mass)}
             for one in mass_centres(run)
         ],
-        "groundPoints": _numbers(np.asarray(model.drawn_ground_points, dtype=float).reshape(-1, 2), length),
+        "groundPoints": _numbers(pivots(model, frames, view.size), length),
         "grounds": [
             {"name": name, "point": _numbers(point, length), "normal": _numbers(normal, 9)}
             for name, (point, normal) in model.ground_planes().items()
@@ -112,6 +120,7 @@ def content(run: Record, outputs: Sequence[str] | None = None, most: int | None 
             [[link, *_numbers(point, length)] for link, point in zip(rope.links, rope.points, strict=True)]
             for rope in model.ropes
         ],
+        "parts": [_part(one, length) for one in strokes(model, frames, size_of_links(model, view.size))],
         "impacts": [{"number": k, **_impact(run, impact, places, length)} for k, impact in shown],
         "impactCount": len(run.impacts),
         "view": _view(view, length),
@@ -127,6 +136,25 @@ def _rate(run: Record, rows: float) -> float:
     fastest = float(np.max(np.abs(run.u[:, turning]), initial=0.0)) if turning else 0.0
     wanted = max(RATE, LEAST_FRAMES / duration, min(fastest / TURN, FASTEST))
     return min(wanted, 0.75 * rows / duration)
+
+
+def _part(stroke: Stroke, length: int) -> dict[str, Any]:
+    """A stroke as the page evaluates it: see ``Stroke``; what it does not need is left out."""
+    found: dict[str, Any] = {
+        "name": stroke.name,
+        "kind": stroke.kind,
+        "at": [[link, *_numbers(np.array(place), length)] for link, *place in stroke.at],
+        "colour": stroke.colour,
+    }
+    if stroke.kind != "way":
+        found["points"] = _numbers(stroke.points, max(length, 5))
+    if stroke.kind == "turn":
+        found["links"] = list(stroke.links)
+    if stroke.filled:
+        found["filled"] = True
+    if stroke.length is not None:
+        found["length"] = stroke.length
+    return found
 
 
 def _surfaces(model: Drawable, link: int, length: int) -> dict[str, Any]:

@@ -18,19 +18,24 @@ from ..files import read_path, write_whole
 from ..model.disc import Disc
 from ..record.drawable import Drawable
 from ..record.record import Record
-from .frames import Frames, View, frame_times, placed, sample, shown_impacts, view_of
+from .frames import Frames, View, frame_times, pivots, placed, sample, shown_impacts, view_of
+from .instants import instants
+from .link_colours import COLOURS, link_colours
+from .strokes import Stroke, size_of_links, straightened, strokes
 
-# Told apart with any colour vision (P. Tol's muted and bright schemes), in the order of the links.
-COLOURS = ("#4477aa", "#cc6677", "#117733", "#ddaa33", "#88ccee", "#aa4499")
-INK, SOFT, EARTH, FLASH = "#222222", "#888888", "#e9e4da", "#d55e00"
+INK, SOFT, EARTH, FLASH, ACCENT = "#222222", "#888888", "#e9e4da", "#d55e00", "#33629b"
 
-PANELS = 6  # poses drawn
+LEVEL = 0.2  # a ground whose normal rises less is a wall: what is off it is not above it
+WIDE = 0.5  # poses that are flatter than this stand in two rows
+STEADY = 1e-9  # curves that change by less than this part of their size are constant to rounding
+ARROW = 0.35  # length of the longest arrow of a frame, part of the view's smaller half
 CURVES = 600  # least number of instants on a curve
 NAMED = 8  # curves that get a name and a colour each; more are shaded by their order
 
 
-def draw(run: Record, path: str | os.PathLike[str] | None = None) -> Any:
-    """The figure of a run, saved as a PNG where a path is given."""
+def draw(run: Record, path: str | os.PathLike[str] | None = None, *, forces: bool = False) -> Any:
+    """The figure of a run, saved as a PNG where a path is given; with ``forces`` its poses have arrows of what grounds
+    push: forces, and at impacts impulses."""
     target = None if path is None else read_path(path, "a .png file")
     if target is not None and target.suffix != ".png":
         raise ValueError(f"a plot is saved as .png, found {target.name!r}; use another name")
@@ -45,19 +50,26 @@ def draw(run: Record, path: str | os.PathLike[str] | None = None) -> Any:
     shown = instants(run)
     poses = sample(run, np.array([t for t, _ in shown]))
     view = view_of(run.model, poses)
-    tall = 0.9 + float(np.clip(1.7 * view.half[1] / view.half[0], 1.0, 2.4))  # inches for the strip of poses
+    flat = float(view.half[1] / view.half[0])
+    lines = 2 if flat < WIDE and len(shown) > 3 else 1
+    column = 10.4 * lines / len(shown)  # inches from pose to pose
+    tall = lines * (0.6 + 0.2 * any(view.follow) + float(np.clip(column * flat, 0.5, 2.6)))  # for the poses
+    heights = [0.6 if curve is _closure else 1.0 for curve in curves]
 
-    figure = figure_module.Figure(figsize=(11, 0.4 + tall + 2.0 * len(curves)), dpi=120, layout="constrained")
+    figure = figure_module.Figure(figsize=(11, 0.7 + tall + 2.0 * sum(heights)), dpi=120, layout="constrained")
+    figure.get_layout_engine().set(w_pad=0.08)
     backend.FigureCanvasAgg(figure)
-    strip, below = figure.subfigures(2, 1, height_ratios=(tall, 2.0 * len(curves)))
-    _poses(strip, run, [title for _, title in shown], poses, view)
-    rows = below.subplots(len(curves), 1, sharex=True, squeeze=False)[:, 0]
+    strip, below = figure.subfigures(2, 1, height_ratios=(tall, 0.3 + 2.0 * sum(heights)))
+    titles = [title for _, title in shown]
+    _poses(strip.subplots(lines, -(-len(shown) // lines), squeeze=False), run, titles, poses, frames, view, forces)
+    rows = below.subplots(len(curves), 1, sharex=True, squeeze=False, height_ratios=heights)[:, 0]
     for axes, curve in zip(rows, curves, strict=True):
         curve(axes, run, frames)
         mark_impacts(axes, run)
         axes.grid(True, color="#e6e6e6", linewidth=0.6)
         axes.spines[["top", "right"]].set_visible(False)
     rows[-1].set_xlabel("time [s]")
+    below.align_ylabels(rows)
     if duration > 0:
         rows[-1].set_xlim(run.t[0], run.t[-1])
     figure.suptitle(run.model.name if run.success else f"{run.model.name} — {_short(run.message)}", fontsize=13)
@@ -72,44 +84,84 @@ def _short(message: str) -> str:
     return textwrap.shorten(message.split(";", maxsplit=1)[0], 100, placeholder=" …")
 
 
-def instants(run: Record, count: int = PANELS) -> list[tuple[float, str]]:
-    """Up to `count` instants worth a picture, with their titles: start, joints that change, first impacts, end; gaps
-    filled in between."""
-    named = {float(run.t[0]): "start"}
-    for change in run.changes[: count - 2]:
-        named.setdefault(change.t, f"{change.joint} {'lets go' if change.kind == 'release' else 'takes hold'}")
-    for number, impact in enumerate(run.impacts, start=1):
-        if len(named) < count - 1 and float(impact.t) not in named:
-            named[float(impact.t)] = f"impact {number}"
-    named.setdefault(float(run.t[-1]), "end")
-    times = np.array(sorted(named))
-    if len(times) > 1:
-        parts = np.ones(len(times) - 1)  # into how many equal parts each gap is cut
-        while parts.sum() < count - 1:
-            parts[np.argmax(np.diff(times) / parts)] += 1
-        times = np.interp(np.arange(parts.sum() + 1), np.concatenate([[0], np.cumsum(parts)]), times)
-    return [(float(t), named.get(float(t), "")) for t in times]
-
-
-def _poses(figure: Any, run: Record, titles: list[str], frames: Frames, view: View) -> None:
-    for k, (axes, title) in enumerate(zip(figure.subplots(1, len(titles), squeeze=False)[0], titles, strict=True)):
-        Drawing(axes, run.model, view).show(frames, k, view.centre[k])
+def _poses(grid: Any, run: Record, titles: list[str], poses: Frames, motion: Frames, view: View, forces: bool) -> None:
+    """The poses in axes of a grid, row by row; what is left of it stays empty."""
+    for axes in grid.ravel()[len(titles) :]:
+        axes.set_axis_off()
+    room = 72.0 * 10.4 / grid.shape[1] / (2.0 * float(view.half[0]))  # points of the printer per metre
+    arrows = _arrows(run, poses) if forces else []
+    for k, (axes, title) in enumerate(zip(grid.ravel(), titles, strict=False)):
+        Drawing(axes, run.model, view, motion, room).show(poses, k, view.centre[k])
         for impact in run.impacts:
-            if impact.t == frames.t[k]:
-                struck = np.array([run.model.point(point, frames.q[k]) for point, _ in impact.contacts])
+            if impact.t == poses.t[k]:
+                struck = np.array([run.model.point(point, poses.q[k]) for point, _ in impact.contacts])
                 axes.plot(*struck.T, "o", color=FLASH, fillstyle="none", markersize=13, markeredgewidth=1.8, zorder=6)
-        axes.set_title(f"{title}\n$t$ = {frames.t[k]:.4g} s", fontsize=9, color=INK if title else SOFT)
+        if arrows:
+            _draw_arrows(axes, arrows[k], view)
+        axes.set_title(f"{title}\n$t$ = {poses.t[k]:.4g} s", fontsize=9, color=INK if title else SOFT)
         axes.set(xticks=[], yticks=[])
+        if view.follow[0]:  # the frame of view moves: say where it is
+            low, high = axes.get_xlim()
+            axes.set_xticks([tick for tick in _ticks(low, high) if low <= tick <= high])
+            axes.tick_params(axis="x", labelsize=7, colors=SOFT, length=2)
+            axes.set_xlabel("x [m]", fontsize=7, color=SOFT, labelpad=1)
+        if view.follow[1]:
+            low, high = axes.get_ylim()
+            axes.set_yticks([tick for tick in _ticks(low, high) if low <= tick <= high])
+            axes.tick_params(axis="y", labelsize=7, colors=SOFT, length=2)
         for spine in axes.spines.values():
             spine.set_color("#dddddd")
 
 
+def _ticks(low: float, high: float) -> list[float]:
+    ticker = needed("matplotlib.ticker", "a plot of a run")
+    return list(ticker.MaxNLocator(3).tick_values(low, high))
+
+
+Arrow = tuple[FloatArray, FloatArray]
+"""The place (2,) in m at which a ground pushes, and the force (N) or impulse (N s), (2,)."""
+
+
+def _arrows(run: Record, poses: Frames) -> list[list[Arrow]]:
+    """For each pose what grounds push in it: at an impact impulses, else forces."""
+    planes = run.model.ground_planes()
+    found: list[list[Arrow]] = []
+    for t, q in zip(poses.t, poses.q, strict=True):
+        impact = next((one for one in run.impacts if one.t == t), None)
+        if impact is not None:
+            rubbing = impact.friction if len(impact.friction) else np.zeros(len(impact.contacts))
+            pushes = dict(zip(impact.contacts, np.column_stack([impact.impulses, rubbing]), strict=True))
+        elif run.motion is not None:
+            pushes = dict(zip(run.model.contacts, run.contact_forces(t), strict=True))
+        else:
+            pushes = {}
+        arrows = []
+        for (point, ground), (normal, along) in pushes.items():
+            if ground in planes and np.isfinite(normal) and (normal or along):
+                place, up = planes[ground]
+                at = np.asarray(run.model.point(point, q))
+                at = at - ((at - place) @ up) * up
+                arrows.append((at, normal * up + along * np.array([up[1], -up[0]])))
+        found.append(arrows)
+    return found
+
+
+def _draw_arrows(axes: Any, arrows: list[Arrow], view: View) -> None:
+    """The largest is as long as a part of the view; each pose has a scale of its own, as impulses are no forces."""
+    largest = max((float(np.hypot(*force)) for _, force in arrows), default=0.0)
+    for at, force in arrows:
+        tip = at + ARROW * float(view.half.min()) / largest * force
+        axes.annotate("", tip, at, arrowprops={"arrowstyle": "-|>", "color": FLASH, "linewidth": 1.6}, zorder=7)
+
+
 def _energy(axes: Any, run: Record, frames: Frames) -> None:
     t, kinetic, potential = _with_both_sides(run, frames)
+    potential = potential - potential.min()  # else changes are lost beside a height that nothing comes to
     axes.plot(t, kinetic, color=COLOURS[3], label="kinetic")
-    axes.plot(t, potential, color=COLOURS[4], label="potential")
+    axes.plot(t, potential, color=COLOURS[4], label="potential,\nfrom its lowest")
     axes.plot(t, kinetic + potential, color=INK, linewidth=1.8, label="total")
     axes.set_ylabel("energy [J]")
+    _keep_sensible(axes, np.concatenate([kinetic, potential]), 1.0)
     _legend(axes)
 
 
@@ -126,7 +178,7 @@ def _with_both_sides(run: Record, frames: Frames) -> tuple[FloatArray, FloatArra
 
 def _heights(axes: Any, run: Record, frames: Frames) -> None:
     """Distance of each contact point from the nearest of what it can touch; without any, how far joints are along their
-    lines, or, where none slides, heights of the joints."""
+    lines, or, where none slides, heights of the joints that move, or, where none does, angles."""
     model, gaps = run.model, run.model.gaps(frames.q)
     heights: dict[str, FloatArray] = {}
     nearest = False  # of several grounds that one point can touch
@@ -135,11 +187,38 @@ def _heights(axes: Any, run: Record, frames: Frames) -> None:
             nearest |= point in heights
             heights[point] = np.minimum(heights.get(point, gap), gap)
     along = {} if heights else dict(model.slides(frames.q))
-    grounds = {ground for _, ground in model.contacts} <= {*model.ground_planes(), *model.stops}
-    above = "above nearest ground [m]" if nearest else "above ground [m]"
+    planes = model.ground_planes()
+    grounds = {ground for _, ground in model.contacts} <= {*planes, *model.stops}
+    level = all(normal[1] > LEVEL for _, normal in planes.values())
+    above = "to nearest ground [m]" if nearest else "above ground [m]" if level else "off grounds [m]"
     axes.set_ylabel((above if grounds else "gap [m]") if heights else "along line [m]" if along else "height [m]")
-    heights = heights or along or {joint: frames.joints[:, k, 1] for k, joint in enumerate(model.drawn_joints)}
+    if not heights and not along:
+        heights = _moving({joint: frames.joints[:, k, 1] for k, joint in enumerate(model.drawn_joints)})
+        if heights and not any(np.ptp(curve) for curve in heights.values()):  # a pendulum about a fixed pin
+            heights = dict(model.joint_angles(frames.q))
+            axes.set_ylabel("angle [rad]")
+    heights = heights or along
     named_curves(axes, frames.t, heights)
+    if heights:
+        _keep_sensible(axes, np.concatenate(list(heights.values())), size_of_links(model, 1.0))
+
+
+def _moving(curves: dict[str, FloatArray]) -> dict[str, FloatArray]:
+    """Without those that do not change, where others do."""
+    spread = {name: float(np.ptp(curve)) for name, curve in curves.items()}
+    least = STEADY * max(spread.values(), default=0.0)
+    return {name: curve for name, curve in curves.items() if spread[name] > least} or curves
+
+
+def _keep_sensible(axes: Any, values: FloatArray, size: float) -> None:
+    """No axis that is all rounding: what is constant is said to be, on an axis of a tenth of its size."""
+    values = values[np.isfinite(values)]
+    spread, size = float(np.ptp(values)) if len(values) else 0.0, max(size, float(np.max(np.abs(values), initial=0.0)))
+    if spread > STEADY * size:
+        return
+    middle = float(values.mean()) if len(values) else 0.0
+    axes.set_ylim(middle - 0.05 * size, middle + 0.05 * size)
+    axes.text(0.5, 0.85, "constant, but for rounding", transform=axes.transAxes, color=SOFT, fontsize=9, ha="center")
 
 
 def named_curves(axes: Any, t: FloatArray, curves: Mapping[str, FloatArray]) -> None:
@@ -186,38 +265,67 @@ def _legend(axes: Any, columns: int = 1) -> None:
 class Drawing:
     """One mechanism on one pair of matplotlib axes; `show` moves it."""
 
-    def __init__(self, axes: Any, model: Drawable, view: View) -> None:
+    def __init__(self, axes: Any, model: Drawable, view: View, motion: Frames, room: float) -> None:
+        """On ``axes``, with a ``view`` whose frames are shown, of a ``motion`` in which all of the way is that guides
+        are drawn for; ``room`` is how many points of the printer a metre has, by which lines have their widths."""
         self.axes, self.model, self.view = axes, model, view
         axes.set_aspect("equal")
         self._draw_grounds()
-        pivots = np.asarray(model.drawn_ground_points, dtype=float).reshape(-1, 2)
-        axes.plot(*pivots.T, marker=6, linestyle="", color=SOFT, markersize=13, zorder=1)  # triangles below
-        self._links = [self._link(k, len(outline)) for k, outline in enumerate(model.outlines)]
+        size = size_of_links(model, view.size)
+        self._scale = float(np.clip(room * size / 60.0, 0.35, 1.0))  # lines of a small picture are thin
+        self._colours = [COLOURS[number] for number in link_colours(model, motion, view.size)]
+        held = pivots(model, motion, view.size)
+        axes.plot(*held.T, marker=6, linestyle="", color=SOFT, markersize=13 * self._scale, zorder=1)  # triangles
+        self._outlines = [straightened(np.asarray(outline)) for outline in model.outlines]
+        self._links = [self._link(k, len(outline)) for k, outline in enumerate(self._outlines)]
         self._discs = [self._disc(disc) for disc in model.discs]
-        self._ropes = [axes.plot([], [], color=INK, linewidth=1.0, zorder=4)[0] for _ in model.ropes]
-        size = 5.0 if len(model.drawn_joints) <= 16 else 2.5
+        self._strokes = [(stroke, self._stroke(stroke)) for stroke in strokes(model, motion, size)]
         (self._joints,) = axes.plot(
-            [], [], "o", color="white", markeredgecolor=INK, markersize=size, markeredgewidth=1.1, zorder=5
+            [],
+            [],
+            "o",
+            color="white",
+            markeredgecolor=INK,
+            markersize=5.0 * self._scale,
+            markeredgewidth=1.1 * self._scale,
+            zorder=5,
         )
 
+    def _stroke(self, stroke: Stroke) -> Any:
+        """The artist of a stroke, called after it."""
+        named = {"ink": INK, "soft": SOFT, "accent": ACCENT}
+        colour = self._colour(stroke.colour) if isinstance(stroke.colour, int) else named[stroke.colour]
+        width = (0.8 if stroke.colour == "soft" else 1.2) * max(self._scale, 0.6)
+        if stroke.filled:
+            (area,) = self.axes.fill([], [], facecolor=colour, edgecolor=INK, linewidth=width, zorder=4)
+            area.set_gid(stroke.name)
+            return area
+        (line,) = self.axes.plot([], [], color=colour, linewidth=width, zorder=4, gid=stroke.name)
+        return line
+
+    def _colour(self, link: int) -> str:
+        return self._colours[link] if link >= 0 else SOFT
+
     def _link(self, k: int, points: int) -> Any:
-        """The artist of a link: a bar, an area where the link has three points or more, a dot where it has one and no
-        disc."""
-        colour = COLOURS[k % len(COLOURS)]
+        """The artist of a link: a bar, an area where the link has three points or more that are not in line, a dot
+        where it has one and no disc."""
+        colour = self._colours[k]
         if points >= 3:
             fill = needed("matplotlib.colors", "a plot").to_rgba(colour, 0.35)
-            (area,) = self.axes.fill([], [], facecolor=fill, edgecolor=colour, linewidth=2, joinstyle="round", zorder=2)
+            (area,) = self.axes.fill(
+                [], [], facecolor=fill, edgecolor=colour, linewidth=2 * self._scale, joinstyle="round", zorder=2
+            )
             return area
         if points == 1 and not any(disc.link == k for disc in self.model.discs):
             (dot,) = self.axes.plot([], [], "o", color=colour, markersize=8, zorder=3)
             return dot
-        width = 4.5 if len(self.model.outlines) <= 16 else 2.5
+        width = 4.5 * self._scale
         (bar,) = self.axes.plot([], [], color=colour, linewidth=width, solid_capstyle="round", zorder=3)
         return bar
 
     def _disc(self, disc: Disc) -> Any:
         """The artist of a disc or an edge: its rim and a spoke; what is fixed stays where it is."""
-        colour = SOFT if disc.fixed else COLOURS[disc.link % len(COLOURS)]
+        colour = self._colour(disc.link)
         (rim,) = self.axes.plot([], [], color=colour, linewidth=1.6, zorder=1.5 if disc.fixed else 2.5)
         rim.set_data(*disc.outline.T)
         return rim
@@ -240,8 +348,8 @@ class Drawing:
 
     def show(self, frames: Frames, k: int, centre: FloatArray) -> None:
         """Move the mechanism to frame k and the view to its centre."""
-        for link, (outline, artist) in enumerate(zip(self.model.outlines, self._links, strict=True)):
-            points = placed(np.asarray(outline), frames.poses[k, link])
+        for link, (outline, artist) in enumerate(zip(self._outlines, self._links, strict=True)):
+            points = placed(outline, frames.poses[k, link])
             if len(points) >= 3:
                 artist.set_xy(points)
             else:
@@ -250,8 +358,13 @@ class Drawing:
             if disc.fixed:
                 continue
             rim.set_data(*placed(disc.outline, frames.poses[k, disc.link]).T)
-        for rope, line in zip(self.model.ropes, self._ropes, strict=True):
-            line.set_data(*rope.way(frames.poses[k]).T)
+        for stroke, line in self._strokes:
+            if stroke.filled:
+                line.set_xy(stroke.corners(frames.poses[k]))
+                continue
+            line.set_data(*stroke.corners(frames.poses[k]).T)
+            if stroke.length is not None:
+                line.set_linestyle("--" if stroke.slack(frames.poses[k]) else "-")
         self._joints.set_data(*frames.joints[k].T)
         low, high = centre - self.view.half, centre + self.view.half
         self.axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))

@@ -7,6 +7,7 @@ from typing import Protocol
 
 from ..arrays import FloatArray
 from ..model.disc import Disc
+from ..model.part import Part
 from ..model.rope import Rope
 
 
@@ -56,6 +57,10 @@ class Drawable(Protocol):
     @property
     def ropes(self) -> Sequence[Rope]:
         """Ropes between points of links, and of the ground."""
+
+    @property
+    def parts(self) -> Sequence[Part]:
+        """What is drawn where effects act, and of joints that slide."""
 
     @property
     def drawn_joints(self) -> Sequence[str]:

@@ -20,7 +20,7 @@ from ccgen.generator.write_c.precision import PRECISIONS
 from ccgen.runtime import load_model, methods, simulate, static_equilibrium
 from ccgen.runtime.cost.accuracy import compare, errors, refer
 from ccgen.runtime.model.drives import drive_rows
-from ccgen.runtime.pictures.plot import instants
+from ccgen.runtime.pictures.instants import instants
 from ccgen.runtime.precision import core_of, wider
 from ccgen.runtime.simulation.arguments import LEAST
 

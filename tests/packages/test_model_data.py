@@ -193,6 +193,8 @@ def test_data_that_lack_a_key_are_not_loaded(package: Path) -> None:
     whole = json.loads((package / "model.json").read_text())
     assert len(whole) > 30
     for key in whole:
+        if key == "parts":  # what is drawn where effects act may be nothing
+            continue
         written(package, {name: value for name, value in whole.items() if name != key})
         with pytest.raises(ImportError, match=rf"model.json: {key}: found (nothing|None), expected"):
             load_model(package)

@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 from ccgen.runtime.pictures.frames import frame_times, placed, sample, shown_impacts, view_of
-from ccgen.runtime.pictures.plot import draw, instants
+from ccgen.runtime.pictures.instants import instants
+from ccgen.runtime.pictures.plot import draw
 from ccgen.runtime.run import Run
 
 from ..support.player_page import data_of
@@ -219,7 +220,7 @@ def test_figure_shows_the_curves_and_the_impacts(run: Run) -> None:
     falling = lowest[lowest[:, 0] < run.impacts[0].t]
     assert falling[:, 1] == pytest.approx(1 - 0.5 * G * falling[:, 0] ** 2, abs=1e-12)
     assert closure.get_yscale() == "log" and closure.get_xlim() == (0.0, 1.25)
-    again = draw(run).subfigs[0].axes[1].get_title()
+    again = draw(run).subfigs[0].axes[2].get_title()
     assert again == "impact 1\n$t$ = 0.4515 s"
 
 
@@ -228,7 +229,7 @@ def test_figure_of_a_mechanism_without_contacts(tmp_path: Path) -> None:
     figure = turning().plot(tmp_path / "a.png")
     assert "made to stop" in figure.get_suptitle()
     heights = figure.subfigs[1].axes[1]
-    assert [line.get_label() for line in heights.lines] == ["joint_0", "joint_1", "joint_2", "joint_3"]
+    assert [line.get_label() for line in heights.lines] == ["joint_1", "joint_2"]
     assert has_colour(picture(tmp_path / "a.png"), "#eec9d0", 2000)  # the coupler is an area
 
 
@@ -243,11 +244,36 @@ def test_figure_of_one_instant_and_of_many_joints(run: Run, tmp_path: Path) -> N
 
 
 def test_instants_of_a_run(run: Run) -> None:
-    assert [title for _, title in instants(run)] == ["start", "impact 1", "impact 2", "impact 3", "impact 4", "end"]
+    """The last impact looks as the end does."""
+    assert [title for _, title in instants(run)] == ["start", "", "impact 1", "impact 2", "impact 3", "end"]
     assert [title for _, title in instants(run, 4)] == ["start", "impact 1", "impact 2", "end"]
     quiet = bouncing(until=0.25)
     assert [t for t, _ in instants(quiet)] == pytest.approx([0, 0.05, 0.1, 0.15, 0.2, 0.25])
     assert [title for _, title in instants(quiet)] == ["start", "", "", "", "", "end"]
+
+
+def test_instants_of_many_impacts_are_even(run: Run) -> None:
+    """Forty impacts, of which no few are larger than all others or far from all others."""
+    times = np.linspace(0.0, 1.25, 42)
+    rows = [np.repeat(row[:1], 42, axis=0) for row in (run.q, run.u)]
+    many = tuple(replace(run.impacts[0], t=float(t)) for t in times[1:-1])
+    crowded = replace(run, t=times, q=rows[0], u=rows[1], impacts=many, phases=())
+    assert [title for _, title in instants(crowded)] == ["start", "", "", "", "", "end"]
+    assert np.diff([t for t, _ in instants(crowded)]).min() > 0.1
+
+
+def test_instants_of_a_turning_crank_differ() -> None:
+    """Where even instants would show it in one place, others are taken; it ends where it began."""
+    poses = sample(turning(), np.array([t for t, _ in instants(turning())])).joints
+    apart = [np.hypot(*(one - other).T).max() for k, one in enumerate(poses[:-1]) for other in poses[:k]]
+    assert min(apart) > 0.05
+
+
+def test_a_frame_of_view_that_moves_says_where_it_is(run: Run) -> None:
+    pytest.importorskip("matplotlib")
+    moving, still = (draw(one).subfigs[0].axes for one in (bouncing(drift=12.0), run))
+    assert all(axes.get_xlabel() == "x [m]" and len(axes.get_xticks()) for axes in moving)
+    assert not any(axes.get_xlabel() or len(axes.get_xticks()) for axes in still)
 
 
 # --- the moving picture

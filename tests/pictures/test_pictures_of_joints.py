@@ -83,7 +83,7 @@ def test_the_figure_names_the_nearest_of_several_grounds(workshop: Workshop) -> 
     run = simulate(workshop.model(chain(1, gravity=True, start={"height": 1.0}, ground=walls)), until=0.1)
     assert len(run.model.contacts) == 4
     below = draw(run).subfigs[1].axes[1]
-    assert below.get_ylabel() == "above nearest ground [m]"
+    assert below.get_ylabel() == "to nearest ground [m]"
     gaps = run.model.gaps(run.q[0])
     for line in below.lines[:2]:
         of_point = [gap for (point, _), gap in zip(run.model.contacts, gaps, strict=True) if point == line.get_label()]

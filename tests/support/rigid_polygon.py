@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccgen.runtime.model.disc import Disc
+from ccgen.runtime.model.part import Part
 from ccgen.runtime.model.rope import Rope
 from ccgen.runtime.record.impact import Impact
 from ccgen.runtime.record.phase import Phase
@@ -69,6 +70,10 @@ class PolygonModel:
 
     @property
     def ropes(self) -> tuple[Rope, ...]:
+        return ()
+
+    @property
+    def parts(self) -> tuple[Part, ...]:
         return ()
 
     def slides(self, q: Array) -> dict[str, Array]:

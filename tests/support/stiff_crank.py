@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccgen.runtime.model.disc import Disc
+from ccgen.runtime.model.part import Part
 from ccgen.runtime.model.rope import Rope
 from ccgen.runtime.record.phase import Phase
 from ccgen.runtime.run import Run
@@ -38,6 +39,7 @@ class FourBar:
     stops: frozenset[str] = frozenset()
     discs: tuple[Disc, ...] = ()
     ropes: tuple[Rope, ...] = ()
+    parts: tuple[Part, ...] = ()
 
     def slides(self, q: Array) -> dict[str, Array]:
         return {}
