@@ -13,6 +13,7 @@ from ccgen.generator.cli.app import app
 from ccgen.runtime.pictures.output_plot import draw_outputs
 
 from ..support.leaning_rod import LEANING, G
+from ..support.player_page import data_of
 from ..support.workshop import Workshop
 
 
@@ -30,6 +31,8 @@ def test_a_run_draws_and_writes_what_is_asked(scene: Path) -> None:
     assert done.exit_code == 0 and "outputs.png" in done.stdout and "outputs.csv" in done.stdout
     folder = Path("results/leaning")
     assert (folder / "outputs.png").read_bytes()[:4] == b"\x89PNG"
+    page = data_of((folder / "player.html").read_text(encoding="utf-8"))
+    assert page["plotted"] == ["rod.angle", "hinge.fy", "ground_0.rod.T.gap", "ground_0.rod.T.normal"]
     with (folder / "outputs.csv").open(newline="") as file:
         head, *rows = csv.reader(file)
     assert head == ["t [s]", "rod.angle [rad]", "hinge.fy [N]", "ground_0.rod.T.gap [m]", "ground_0.rod.T.normal [N]"]
@@ -64,6 +67,13 @@ def test_rows_have_both_sides_of_an_impact(scene: Path) -> None:
 def test_wrong_options_are_told_and_nothing_is_written(scene: Path, options: list[str], told: str) -> None:
     done = CliRunner().invoke(app, ["run", str(scene), *options])
     assert done.exit_code == 2 and told in done.stderr and not Path("results").exists()
+
+
+def test_a_video_needs_ffmpeg(scene: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PATH", "")
+    done = CliRunner().invoke(app, ["run", str(scene), "--video"])
+    assert done.exit_code == 2 and "--video: found no ffmpeg on PATH, expected" in done.stderr
+    assert not Path("results").exists()
 
 
 def test_names_are_listed(scene: Path) -> None:

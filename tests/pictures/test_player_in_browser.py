@@ -28,7 +28,7 @@ WIDE, NARROW = {"width": 1280, "height": 800}, {"width": 390, "height": 844}
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Any]:
     playwright = pytest.importorskip(
-        "playwright.sync_api", reason="playwright is not installed: pip install '.[browser]'"
+        "playwright.sync_api", reason="playwright is not installed: pip install 'ccgen[browser]'"
     )
     if CHROMIUM is None:
         pytest.skip("no chromium on PATH: apt install chromium")
