@@ -141,7 +141,7 @@ def judge(
         lost = engine_audits.drift(linkage, states)
     missed, late = engine_audits.compare(found, setting.impacts)
     return Row(case.name, tool, step, 1e3 * seconds, math.nan, error, engine_audits.gap(linkage, states),
-               lost(linkage, states), missed, late)  # fmt: skip
+               lost, missed, late)  # fmt: skip
 
 
 def ours(setting: Setting, tolerances: Sequence[float]) -> list[Row]:

@@ -18,7 +18,7 @@ NEWTON = 1e-10
 def start(linkage: Linkage, step: float, solver: str) -> Callable[[int, int], Array]:
     """The linkage at its start; call it with a number of steps and after how many of them states are wanted."""
     import exudyn as exu
-    import exudyn.itemInterface as items
+    import exudyn.itemInterface as items  # noqa: N813
 
     system = exu.SystemContainer().AddSystem()
     bodies, sensors = [], []

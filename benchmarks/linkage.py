@@ -15,7 +15,7 @@ from ccgen.generator.mechanism.links import GROUND
 from ccgen.runtime import Model
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Pin:
     """Two links that turn about a point: its arms (m) from their mass centres, in their frames; on ground its place."""
 
@@ -49,7 +49,7 @@ class Linkage:
     start: Array
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Bond:
     """How a link hangs in the tree: on link ``parent`` (or the ground) by a pin; a root that floats has no pin."""
 

@@ -1,8 +1,8 @@
 """The study that ccgen started from, by one command: six links in a ring, in flight and impact (docs/paper.md).
 
 The falling hexagon by ccgen; the same one by a physics engine, where the paper takes a program for engineers;
-operations of four formulations for growing n. Prints tables and writes the chart; `--write` also puts the tables into the page.
-Other formulations are those of docs/data/formulations.csv unless `--derive` asks for them anew (ten minutes).
+operations of four formulations for growing n. Prints tables and writes the chart; `--write` also puts the tables into
+the page. Other formulations are those of docs/data/formulations.csv unless `--derive` asks for them anew (ten minutes).
 """
 
 from __future__ import annotations
@@ -38,16 +38,22 @@ SCENE = DOCS.parent / "scenes" / "falling-hexagon.toml"
 PAGE, CHART, DATA = DOCS / "paper.md", DOCS / "images" / "paper.png", DOCS / "data" / "formulations.csv"
 MARKS = ("<!-- figures -->\n", "<!-- end of figures -->\n")
 UNTIL, RTOL, RESTITUTION = 1.0, 1e-10, 0.5
-STEPS = (1e-2, 1e-3, 1e-4)
-"""Steps (s) of the engine; the chart has the second."""
-ITERATIONS = 10
+STEPS, ITERATIONS = (1e-2, 1e-3, 1e-4), (10, 100)
+"""Steps (s) of the engine and iterations of its solver, of which the first is its default."""
+CHOSEN = (1e-3, 100)
+"""What the chart has the heights of."""
 
 
 @dataclass(frozen=True)
 class Beside:
-    """The engine at one step: times (t,), heights of the joints (t, 6) by it and by ccgen, and what it lost."""
+    """The engine at one step (s) and number of iterations.
+
+    Times (t,), heights of the joints (t, 6) by it and by ccgen, the largest gap of a joint (m), how far its energy is
+    off at the end (J), impacts missed, and how late or early the others are (s).
+    """
 
     step: float
+    iterations: int
     times: Any
     theirs: Any
     ours: Any
@@ -83,10 +89,10 @@ def impacts(run: Run) -> str:
     return "\n".join(lines)
 
 
-def beside(model: Model, scene: Scene, run: Run, step: float) -> Beside:
-    """pymunk with the same ring, at one step."""
+def beside(model: Model, scene: Scene, run: Run, step: float, iterations: int) -> Beside:
+    """pymunk with the same ring."""
     ring = linkage.of_model(model, scene, corners=True, restitution=RESTITUTION)
-    states = pymunk_linkage.start(ring, step, ITERATIONS)(round(UNTIL / step), 1)
+    states = pymunk_linkage.start(ring, step, iterations)(round(UNTIL / step), 1)
     times = step * np.arange(1, len(states) + 1)
     known = engine_cases.strikes_of(run)
     missed, late = engine_audits.compare(engine_audits.strikes(ring, states, step), known)
@@ -94,19 +100,20 @@ def beside(model: Model, scene: Scene, run: Run, step: float) -> Beside:
     heights = model.gaps(q)
     off = abs(float(engine_audits.energy(ring, states[-1]) - np.sum(model.energy(run.q[-1], run.u[-1]))))
     gap = engine_audits.gap(ring, states)
-    return Beside(step, times, engine_audits.heights(ring, states), heights, gap, off, missed, late)
+    return Beside(step, iterations, times, engine_audits.heights(ring, states), heights, gap, off, missed, late)
 
 
 def engine_table(found: Sequence[Beside], run: Run) -> str:
-    """A line for every step."""
-    heads = "| step, s | heights off before the first impact, m | to the end, m | joints open, m | energy off at the end, J "
-    lines = [heads + "| impacts missed | late, s |", "|---|" + "---:|" * 6]
+    """A line for every step and number of iterations."""
+    heads = "| iterations | step, s | heights off before the first impact, m | to the end, m "
+    heads += "| joints open, m | energy off at the end, J "
+    lines = [heads + "| impacts missed | late, s |", "|---|" + "---:|" * 7]
     first = float(run.impacts[0].t)
     for one in found:
         before = one.apart(first - one.step)
         lines.append(
-            f"| {one.step:.0e} | {before:.0e} | {one.apart(UNTIL):.0e} | {one.gap:.0e} | {one.energy:.0e} | "
-            f"{one.missed} of {sum(len(i.contacts) for i in run.impacts)} | {one.late:.0e} |"
+            f"| {one.iterations} | {one.step:.0e} | {before:.0e} | {one.apart(UNTIL):.0e} | {one.gap:.0e} "
+            f"| {one.energy:.0e} | {one.missed} of {sum(len(i.contacts) for i in run.impacts)} | {one.late:.0e} |"
         )
     return "\n".join(lines)
 
@@ -164,21 +171,23 @@ def draw(run: Run, found: Sequence[Beside], figures: Sequence[formulations.Figur
     gaps = run.model.gaps(q)
     for joint in range(4):  # the other two mirror 1 and 2
         heights.plot(times, gaps[:, joint], color=shade[joint], linewidth=1.4, label=f"joint {joint}")
-    chosen = next((one for one in found if one.step == STEPS[1]), None)
+    chosen = next((one for one in found if (one.step, one.iterations) == CHOSEN), None)
     if chosen is not None:
         some = slice(None, None, 20)
         for joint in range(4):
             heights.plot(chosen.times[some], chosen.theirs[some, joint], ".", color=shade[joint], markersize=4)
-        heights.plot([], [], ".", color="#555555", label=f"pymunk, {1e3 * chosen.step:g} ms")
+        heights.plot([], [], ".", color="#555555", label=f"pymunk, {CHOSEN[1]} iterations, {1e3 * CHOSEN[0]:g} ms")
     heights.set(title="Heights of the joints", xlabel="t  [s]", ylabel="m")
     kinetic, potential = run.model.energy(q, u)
     for values, name, colour in ((kinetic, "kinetic", shade[1]), (potential, "potential", shade[2])):
         energy.plot(times, values, color=colour, linewidth=1.2, label=name)
     energy.plot(times, kinetic + potential, color="#222222", linewidth=1.8, label="sum")
     energy.set(title="Energy: level in flight, steps at impacts", xlabel="t  [s]", ylabel="J")
-    for one, colour in zip(found, shade, strict=False):
+    for one in found:
+        colour, line = shade[STEPS.index(one.step)], "--" if one.iterations == ITERATIONS[0] else "-"
         off = np.max(np.abs(one.theirs - one.ours), axis=1)
-        apart.semilogy(one.times, np.maximum(off, 1e-9), color=colour, linewidth=1.2, label=f"{1e3 * one.step:g} ms")
+        label = f"{one.iterations} iterations, {1e3 * one.step:g} ms"
+        apart.semilogy(one.times, np.maximum(off, 1e-6), line, color=colour, linewidth=1.2, label=label)
     title = "Largest difference of a height, pymunk to ccgen" if found else "pymunk is not installed"
     apart.set(title=title, xlabel="t  [s]", ylabel="m")
     for name, called in formulations.TITLES.items():
@@ -223,7 +232,7 @@ def main() -> None:
         ]
         found: list[Beside] = []
         try:
-            found = [beside(model, scene, run, step) for step in STEPS]
+            found = [beside(model, scene, run, step, count) for count in ITERATIONS for step in STEPS]
             parts += [engine_table(found, run)]
         except ImportError as missing:
             parts += [f"Left out: pymunk ({missing}); pip install 'ccgen[engines]'"]
