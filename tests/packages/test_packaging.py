@@ -149,3 +149,16 @@ def test_every_folder_of_code_is_installed() -> None:
         if file.suffix not in (".py", ".pyc"):
             folder = f"ccgen.{'.'.join(file.parent.relative_to(ROOT).parts)}"
             assert any(file.match(pattern) for pattern in settings["package-data"].get(folder, [])), file
+
+
+def test_the_version_to_cite_is_that_of_the_package() -> None:
+    from ccgen.generator.version import VERSION
+
+    lines = (ROOT / "CITATION.cff").read_text(encoding="utf-8").splitlines()
+    assert f"version: {VERSION}" in lines and f"Towards {VERSION}." in (ROOT / "CHANGELOG.md").read_text()
+
+
+def test_types_of_both_packages_are_for_those_who_use_them() -> None:
+    data = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]["package-data"]
+    for package in ("generator", "runtime"):
+        assert (ROOT / package / "py.typed").is_file() and "py.typed" in data[f"ccgen.{package}"]
