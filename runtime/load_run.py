@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import os
+import re
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -23,6 +24,9 @@ from .run import Run
 from .simulation import forces_along, pieces, stretches
 from .simulation.advance import Advance, Latched
 from .simulation.arguments import Settings
+
+NAME = re.compile(r"\w+")
+"""Names of packages."""
 
 KINDS: Mapping[str, type] = {
     kind_of(kind): kind
@@ -117,6 +121,8 @@ def _finder(model: Model) -> Callable[[Any], Any]:
     def find(said: Any) -> Any:
         if isinstance(said, list):
             return Whole(said)
+        if not NAME.fullmatch(said["package"]):  # compiled code is loaded from there: from nowhere else than beside
+            raise ValueError(f"{said['package']!r} is no name of a package")
         own = folder if said["name"] == model.name else folder.parent / said["package"]
         return reopen(own, said["name"], said["hash"], said["values"])
 

@@ -122,6 +122,7 @@ def test_a_file_makes_nothing_but_records_of_runs(workshop: Workshop, tmp_path: 
     for wrong in (
         text.replace("run.Run", "subprocess.Popen"),
         text.replace("simulation.advance.Advance", "files.write_whole"),
+        text.replace('["package","', '["package","../'),
         '{"array":["float64",0,1000000000]}',
         '{"again":3}',
         "[" * 100_000,
