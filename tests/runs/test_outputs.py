@@ -12,6 +12,7 @@ from ccgen.generator import load_scene
 from ccgen.runtime import simulate
 
 from ..support.folders import SCENES
+from ..support.tiers import hard
 from ..support.workshop import Workshop
 from .test_release_and_hold import TREBUCHET
 
@@ -73,7 +74,7 @@ def test_times_are_as_exact_as_rows(workshop: Workshop) -> None:
         run.values("rod.angle", t=[1.0, 5.0])
 
 
-@pytest.mark.parametrize("scene", ["falling-hexagon", "quick-return", "planetary", "ratchet", "escapement"])
+@pytest.mark.parametrize("scene", ["falling-hexagon", "quick-return", "planetary", "ratchet", hard("escapement")])
 def test_every_output_of_a_scene_is_what_the_run_says_otherwise(scene: str, workshop: Workshop) -> None:
     """Of all names: units, shapes; rates are derivatives of what they are rates of, at times without events."""
     run = simulate(workshop.model(load_scene(SCENES / f"{scene}.toml")), until=0.9)
