@@ -16,7 +16,8 @@ void set_units(struct system *s)
     s->unit[2 * s->n] = s->energy;
 }
 
-double heaviest(struct system *s, const double *q)
+/* Kinetic energy (J) of the coordinate that has the most at a speed of its unit, all others at rest; -1 when memory runs out */
+static double heaviest(struct system *s, const double *q)
 {
     const struct mark mark = s->arena->top;
     const int n = s->n;
@@ -37,7 +38,7 @@ enum outcome set_scales(struct system *s, double longest, double rate, const dou
     s->time = rate * longest > HALF_TURN ? HALF_TURN / rate : longest;
     s->energy = 1.0;
     set_units(s);
-    const double found = s->size > 2 * s->n ? heaviest(s, q) : 0.0;
+    const double found = heaviest(s, q);
     s->energy = found > 0.0 && isfinite(found) ? found : 1.0;
     s->unit[2 * s->n] = s->energy;
     return found < 0.0 ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
