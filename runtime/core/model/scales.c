@@ -16,8 +16,7 @@ void set_units(struct system *s)
     s->unit[2 * s->n] = s->energy;
 }
 
-/* Kinetic energy (J) of the coordinate that has the most at a speed of its unit, all others at rest; -1 when memory runs out */
-static double heaviest(struct system *s, const double *q)
+double heaviest(struct system *s, const double *q)
 {
     const struct mark mark = s->arena->top;
     const int n = s->n;
