@@ -177,9 +177,9 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
     X(CRAWL, CCGEN_LIMIT(1e-8, 1e-4), OF_UNIT, \
       "steps that move less may be stuck where links lie in a line", \
       "the root of rounding: what is unknown there, docs/theory 8.3") \
-    X(STANDSTILL, 1e-6, OF_TIME, \
-      "a two-hundredth of the steps of a window, if they take less in a row and none moves more than rounding beside a line, are stuck", \
-      "a span of time stepping, which passes what they are stuck at, takes a hundred times that") \
+    X(STANDSTILL, 1e-5, OF_TIME, \
+      "a twentieth of the steps of a window, if they take less in a row and none moves more than rounding beside a line, are stuck", \
+      "a span of time stepping, which passes what they are stuck at, takes ten times that") \
     X(ADRIFT, CCGEN_LIMIT(1e-11, 1e-4), OF_LENGTH, \
       "a carried contact with such a gap is open", \
       "ten times what is closed (SHUT): rounding does not open a contact that others carry") \

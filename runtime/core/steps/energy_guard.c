@@ -45,9 +45,7 @@ double energy_residual(struct phase *f)
     if (!s->model->rows || !s->model->contacts || f->run->fixed_step > 0.0)
         return 0.0;
     const double gain = gained(f, &done, &moves), *e0 = f->at.energy;
-    const double worked =
-        s->energy * f->h * fastest(s, f->y + s->n); /* J: what forces of the mechanism's own size work in the step */
-    const double rounding = ENERGY_ROUNDING * (e0[0] + fabs(e0[1]) + moves + worked);
+    const double rounding = ENERGY_ROUNDING * (e0[0] + fabs(e0[1]) + moves);
     const double part = f->t < f->at.stretch_end ? fmin(1.0, f->h / f->at.stretch) : 1.0;
     const double may = (KEPT * part * f->run->tolerance.rtol + 2.0 * unknown_velocity(f)) * moves + rounding;
     double missed = fabs(gain) / may;

@@ -132,7 +132,7 @@ static int stalls(const struct phase *f)
 
 int is_crawling(const struct phase *f)
 {
-    return f->at.crawled >= f->run->rate_budget / 200;
+    return f->at.crawled >= f->run->rate_budget / 20;
 }
 
 /* Whether steps crawl and have taken next to no time, so that none will get on. Prescribed motions and steps of fixed length have no

@@ -72,18 +72,12 @@ static int begins_in_doubt(const struct phase *f)
     return !active_count(f->s) && rank_margin(f->s, f->y) < fmin(doubtful_margin(f, f->y), SIGMA_DROP);
 }
 
-/* Whether rows may depend within `span` (s) of state y. The angle between two links changes by no more than twice the fastest rotation;
- * rows come no faster nearer to dependence. */
-static int may_depend_within(const struct phase *f, const double *y, double span)
-{
-    return rank_margin(f->s, y) < 2.0 * LOOK_AHEAD * span * fastest(f->s, y + f->s->n);
-}
-
 /* Whether the step may have passed dependence without a sign: its stages lay on the closure, or its method damps what they had
- * wrong. */
+ * wrong. The angle between two links changes by no more than twice the fastest rotation; rows come no faster nearer to dependence. */
 static int may_hide(const struct phase *f)
 {
-    return (f->at.passage == ABOUT || f->by->damps) && may_depend_within(f, f->y1, f->h);
+    return (f->at.passage == ABOUT || f->by->damps) &&
+           rank_margin(f->s, f->y1) < 2.0 * LOOK_AHEAD * f->h * fastest(f->s, f->y1 + f->s->n);
 }
 
 /* Coordinates at part x of the step, on the cubic through its beginning and `end` */
@@ -163,11 +157,6 @@ void place_about_singularity(struct phase *f)
     if (!(part > -CLEAR[0] &&
           part < 1.0 + MIDDLE)) /* not where no place is known, or where a whole step before it leaves enough */
         return;
-    if (part > CLEAR[0] &&
-        !may_depend_within(f, f->y, f->at.place - f->t)) { /* told of by the end of a step that had gone astray */
-        f->at.place = NAN;
-        return;
-    }
     f->at.passage = ACROSS;
     if (part < CLEAR[0])
         return;
