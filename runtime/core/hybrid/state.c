@@ -107,6 +107,7 @@ static size_t walk(struct automaton *a, struct phase *f, enum way way, char *byt
                  {&a->span.length, number},
                  {&a->span.ends, number},
                  {&a->span.step, number},
+                 {&a->span.scale, number},
                  {&a->span.under_way, sizeof a->span.under_way},
                  {&a->instant, number},
                  {&a->at_once, sizeof a->at_once}};

@@ -48,6 +48,7 @@ struct room {
     double *before;      /* [contacts] rates of the gaps before the step */
     double *e, *less;    /* [contacts] restitution */
     double *P;           /* [2 contacts] */
+    double scale;        /* energy (J) of the heaviest coordinate at a speed of its unit */
     double *from;        /* [size] where a piece of a step begins */
     double *whole;       /* [size] end of a whole step */
     double *half;        /* [size] end of its first half */
@@ -290,7 +291,7 @@ static enum outcome try_step(struct phase *f, struct room *r, double t, double h
     double done = 0.0;
     if ((outcome = work_of_effects(f, r, t, h, y, y1, &done)))
         return outcome;
-    if (!keeps(s, before + done, ENERGY_ROUNDING * (s->energy + fabs(before)), y1))
+    if (!keeps(s, before + done, ENERGY_ROUNDING * (r->scale + fabs(before)), y1))
         return OUTCOME_NOT_KEPT;
     if (!all_finite(2 * (size_t)n, y1))
         return OUTCOME_NOT_FINITE;
@@ -300,11 +301,11 @@ static enum outcome try_step(struct phase *f, struct room *r, double t, double h
 }
 
 /* Whether what moves at y is no more than rounding of a step may be: at rest, for a piece of it */
-static int hardly_moves(const struct phase *f, const double *y)
+static int hardly_moves(const struct phase *f, const struct room *r, const double *y)
 {
     double moving;
     energy_of(f->s, y, &moving);
-    return moving <= STEPPED * STEPPED * f->s->energy;
+    return moving <= STEPPED * STEPPED * r->scale;
 }
 
 /* The same, in pieces where the whole is too long: what comes to rest on its way up has no speed left for the half of a step. What hardly moves, and
@@ -320,7 +321,7 @@ static enum outcome step_once(struct phase *f, struct room *r, double t, double 
         const enum outcome outcome = try_step(f, r, t + done * h, piece * h, r->from, y1);
         if (outcome == OUTCOME_NOT_KEPT && piece > SHORTEST_PIECE)
             piece *= 0.5;
-        else if (outcome == OUTCOME_NOT_KEPT && hardly_moves(f, r->from)) {
+        else if (outcome == OUTCOME_NOT_KEPT && hardly_moves(f, r, r->from)) {
             memcpy(y1, r->from, bytes);
             memset(y1 + f->s->n, 0, f->s->n * sizeof *y1);
             return OUTCOME_DONE;
@@ -425,8 +426,12 @@ static enum outcome with_room(struct span *span, struct phase *f, double end, do
     const struct mark mark = f->s->arena->top;
     struct room r;
     enum outcome outcome = take_room(f->s, &r) ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
-    if (!outcome)
-        outcome = go_through(span, f, &r, end, longest);
+    if (!outcome) {
+        if (!(span->scale > 0.0))
+            span->scale = heaviest(f->s, f->y);
+        r.scale = span->scale;
+        outcome = r.scale < 0.0 ? OUTCOME_NO_MEMORY : go_through(span, f, &r, end, longest);
+    }
     give_back(f->s->arena, mark);
     return outcome;
 }
@@ -439,6 +444,7 @@ enum outcome begin_span(struct span *span, struct phase *f)
     span->length = again ? fmin(LONGER * span->length, LONGEST * time) : SPAN * time;
     span->ends = f->t + span->length;
     span->step = span->length / PER_SPAN;
+    span->scale = 0.0;
     span->under_way = 1;
     return release_contacts(f);
 }

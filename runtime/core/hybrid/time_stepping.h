@@ -9,6 +9,7 @@ struct span {
     double length; /* s; 0 before the first */
     double ends;   /* when the present or the last one does, */
     double step;   /* and the step that it tries next */
+    double scale;  /* J: of the heaviest coordinate at a speed of its unit, where it began; 0: not known yet */
     int under_way;
 };
 

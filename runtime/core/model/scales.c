@@ -37,7 +37,7 @@ enum outcome set_scales(struct system *s, double longest, double rate, const dou
     s->time = rate * longest > HALF_TURN ? HALF_TURN / rate : longest;
     s->energy = 1.0;
     set_units(s);
-    const double found = heaviest(s, q);
+    const double found = s->size > 2 * s->n ? heaviest(s, q) : 0.0;
     s->energy = found > 0.0 && isfinite(found) ? found : 1.0;
     s->unit[2 * s->n] = s->energy;
     return found < 0.0 ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
