@@ -3,7 +3,7 @@
  * Error estimates compare states, and projection puts states back onto the closure. Near a singular configuration both are blind
  * to one direction (docs/theory, section 8): a step may come out with wrong velocities along it, and nothing of that shows but
  * in the energy. Loops that fall on grounds come as near to such configurations as it pleases them, so there each step's
- * energy is an error like others. What a refused step would have covered may not miss more in pieces than it may in one, or short
+ * energy is an error like others; without grounds it is one of the steps that pass such a configuration. What a refused step would have covered may not miss more in pieces than it may in one, or short
  * steps would let through bit by bit what they are there to stop.
  */
 #include "steps/energy_guard.h"
@@ -38,11 +38,17 @@ static double gained(struct phase *f, double *done, double *moves)
     return (e1[0] - e0[0]) + (e1[1] - e0[1]) - *done;
 }
 
+/* Whether the step is one that may have wrong velocities at its end: without contacts only passages come so near to dependence. */
+static int guarded(const struct phase *f)
+{
+    return f->s->model->rows && (f->s->model->contacts || f->at.passage != FREE);
+}
+
 double energy_residual(struct phase *f)
 {
     const struct system *s = f->s;
     double done, moves;
-    if (!s->model->rows || !s->model->contacts || f->run->fixed_step > 0.0)
+    if (!guarded(f) || f->run->fixed_step > 0.0)
         return 0.0;
     const double gain = gained(f, &done, &moves), *e0 = f->at.energy;
     const double rounding = ENERGY_ROUNDING * (e0[0] + fabs(e0[1]) + moves);
@@ -68,9 +74,12 @@ int breaks_energy(struct phase *f)
 
 void commit_energy(struct phase *f)
 {
+    f->at.energy_known = f->at.energy_known && f->at.energy_h == f->h;
+    f->at.energy_h = 0.0; /* the next step's is not known yet */
+    if (!f->at.energy_known)
+        return;
     f->at.energy_in_motion =
         fmax(f->at.energy_in_motion, f->at.energy[0] + fabs(f->at.energy_end[1] - f->at.energy[1]));
-    f->at.energy_known = f->at.energy_known && f->at.energy_h == f->h;
     f->at.energy[0] = f->at.energy_end[0];
     f->at.energy[1] = f->at.energy_end[1];
 }
