@@ -27,7 +27,7 @@ make: found no C compiler, expected cc, gcc or clang; install one and run make a
 endef
 export NO_COMPILER
 
-.PHONY: help hexagon gallery quick test hard figures fuzz fuzz-mechanisms lint warnings sanitize coverage types diff golden benchmarks formulations site clean
+.PHONY: help hexagon gallery quick test hard figures fuzz fuzz-mechanisms lint warnings sanitize coverage types diff golden benchmarks formulations site release clean
 
 help:
 	@echo "make hexagon     simulate the falling hexagon and draw it"
@@ -48,6 +48,7 @@ help:
 	@echo "make benchmarks  time derivation, compilation and evaluation"
 	@echo "make formulations  compare with other formulations, into docs/formulations.md"
 	@echo "make site        the documentation as a site with search, in site/index.html; needs no network once .venv is made"
+	@echo "make release     the archives of a release in dist, each installed and tried in a fresh environment; publishes nothing"
 	@echo "make clean       remove what was made: .venv, models in build, results, .cache; says what it leaves"
 	@echo "PYTHON=python3.12 make ... chooses the Python that .venv is made from"
 
@@ -176,6 +177,18 @@ site: $(VENV)/site
 	@rm -rf .cache/site && $(BIN)/python -m sphinx -q -W --keep-going -c docs/site -d .cache/site/doctrees . .cache/site/html
 	@rm -rf $(SITE) && mv .cache/site/html $(SITE)
 	@echo "written: $(SITE)/index.html; $$(wc -l < $(SITE)/external-links.txt) links lead out of it, listed in $(SITE)/external-links.txt"
+
+# In an environment of its own: where the ziglang package is installed, everything else would find a compiler in it.
+RELEASE := .cache/release-tools
+
+release: $(RELEASE)/installed
+	@$(RELEASE)/bin/python backend/release.py
+
+$(RELEASE)/installed: pyproject.toml
+	$(PYTHON) -m venv --clear $(RELEASE)
+	$(RELEASE)/bin/python -m pip --disable-pip-version-check install --quiet --upgrade pip
+	$(RELEASE)/bin/python -m pip --disable-pip-version-check install --quiet --group release
+	@touch $@
 
 clean:
 	@$(BIN)/python -m ccgen.generator.cli.clean build results 2> /dev/null || \

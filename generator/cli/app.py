@@ -248,6 +248,17 @@ def equilibrium(
 
 
 @app.command()
+def check() -> None:
+    """Say whether this installation works: which compiler is found, and a falling hexagon against the closed form.
+
+    Exit code 0: it does, 1: numbers are wrong, 2: there is no compiler, or it fails.
+    """
+    from .check import check as work
+
+    work()
+
+
+@app.command()
 def diff(
     old: Annotated[str, typer.Argument(metavar="OLD", help="a generated folder, an equations.txt or a scene")],
     new: Annotated[str, typer.Argument(metavar="NEW", help="what to compare it with")],

@@ -66,6 +66,7 @@ class Compiler:
 def find_compiler() -> Compiler:
     """``$CC``, else ``cc``, ``gcc`` or ``clang`` on the path, else the compiler of the ``ziglang`` wheel.
 
+    One on the path that cannot tell its version is passed over: it stands for a compiler that is to be installed yet.
     Raises :class:`CompileError` when there is none.
     """
     asked = os.environ.get("CC")
@@ -74,16 +75,26 @@ def find_compiler() -> Compiler:
         if not shutil.which(command[0]):
             raise CompileError(f"the environment variable CC names {asked!r}, which is not a program on this machine")
         return Compiler(command, _version(command))
-    for name in ("cc", "gcc", "clang"):
-        if path := shutil.which(name):
+    broken = ""
+    for path in filter(None, map(shutil.which, ("cc", "gcc", "clang"))):
+        if _answers(path):
             return Compiler((path,), _version((path,)))
+        broken += f" ({path} --version fails)"
     if importlib.util.find_spec("ziglang"):
         command = (sys.executable, "-m", "ziglang", "cc")
         return Compiler(command, _version(command))
     raise CompileError(
-        "no C compiler found: looked for $CC, cc, gcc, clang and the ziglang package; "
-        "install gcc or clang, or run: python -m pip install ziglang"
+        f"no C compiler found: looked for $CC, cc, gcc, clang and the ziglang package{broken}; "
+        "install gcc or clang, or run: python -m pip install 'ccgen[zig]'"
     )
+
+
+def _answers(path: str) -> bool:
+    """Whether a compiler on the path tells its version."""
+    try:
+        return subprocess.run([path, "--version"], capture_output=True, check=False).returncode == 0
+    except OSError:
+        return False
 
 
 def _version(command: tuple[str, ...]) -> str:

@@ -155,7 +155,7 @@ def test_the_version_to_cite_is_that_of_the_package() -> None:
     from ccgen.generator.version import VERSION
 
     lines = (ROOT / "CITATION.cff").read_text(encoding="utf-8").splitlines()
-    assert f"version: {VERSION}" in lines and f"Towards {VERSION}." in (ROOT / "CHANGELOG.md").read_text()
+    assert f"version: {VERSION}" in lines and f"## [{VERSION}] - " in (ROOT / "CHANGELOG.md").read_text()
 
 
 def test_types_of_both_packages_are_for_those_who_use_them() -> None:
