@@ -31,7 +31,8 @@ cdef object _columns(const real *x, size_t rows, size_t stride, size_t width):
 
 cdef object _numbers(const real *x, size_t count):
     found = empty(count)
-    cdef real[::1] out = found
-    if count:
+    cdef real[::1] out
+    if count:  # short runs have many arrays of nothing
+        out = found
         memcpy(&out[0], x, count * sizeof(real))
     return found

@@ -42,9 +42,8 @@ cdef class Kernels(Contacting):
                  str kept="projected", bytes state=None, str on_gain="reduce", real begin=0.0, latched=None):
         """A whole run from t = ``begin``, or from where the run was left that the ``state`` is of, without the GIL; a dict of what was
         recorded. Steps end at ``stops``, times that grow. ``latched``: what effects hold at first, not a number where nothing."""
-        cdef size_t n = self.m.nu, stop_count = len(stops), i
-        cdef real[::1] ends = empty(stop_count + 1)
-        cdef real[::1] kept_values = np.array([*(latched if latched is not None else ()), 0.0], dtype=REAL)
+        cdef size_t n = self.m.nu, stop_count = len(stops)
+        cdef real[::1] ends, kept_values
         cdef const real *from_q = NULL
         cdef const real *from_u = NULL
         cdef const real *holding = NULL
@@ -56,16 +55,16 @@ cdef class Kernels(Contacting):
         if latched is not None:
             if len(latched) != self.m.latches:
                 raise ValueError(f"found {len(latched)} values that effects hold, expected {self.m.latches}")
+            kept_values = np.array([*latched, 0.0], dtype=REAL)
             holding = &kept_values[0]
-        for i in range(stop_count):
-            ends[i] = stops[i]
-        ends[stop_count] = until
         cdef ccgen_settings asked = self._settings()
         cdef _Ticker ticker = _Ticker(progress)
         asked.method, asked.rtol, asked.atol, asked.fixed_step = method, rtol, atol, fixed_step
         asked.drift, asked.on_gain = <int>DRIFTS.index(kept), <int>GAINS.index(on_gain)
         asked.step_budget, asked.rate_budget = step_budget, rate_budget
-        asked.stops, asked.stop_count = &ends[0], stop_count
+        if stop_count:
+            ends = np.array([*stops], dtype=REAL)
+            asked.stops, asked.stop_count = &ends[0], stop_count
         asked.tick, asked.tick_context = _tick, <void *>ticker
         cdef ccgen_simulation *it = NULL
         outcome = ccgen_create(self.m, &asked, &it)

@@ -191,7 +191,8 @@ def read_start(model: Model, q0: ArrayLike | None, u0: ArrayLike | None) -> tupl
     if q0 is None or u0 is None:
         own_q, own_u = model.start()
         q0, u0 = own_q if q0 is None else q0, own_u if u0 is None else u0
-    if not all(isinstance(given, np.ndarray) and given.shape == (len(model.q_names),) for given in (q0, u0)):
+    size = (len(model.q_names),)
+    if not (isinstance(q0, np.ndarray) and isinstance(u0, np.ndarray) and q0.shape == size == u0.shape):
         _check_shapes(model, q0, u0)
     (qs, us), _ = model._state(q0, u0, ("q0", "u0"))
     return qs[0], us[0]
