@@ -166,16 +166,19 @@ def show(
     outputs: Annotated[
         bool, typer.Option("--outputs", help="names and units of what runs say instead, as for run --plot")
     ] = False,
+    settings: Set = None,
     verbose: Verbose = False,
     quiet: Quiet = False,
 ) -> None:
     """Print a scene's degrees of freedom, loops, operation counts, what each effect adds to them, and its equations."""
     from .detail import detail
+    from .settings import read_settings
     from .show import show as work
 
     faults = Faults()
+    values = faults.of(read_settings, settings or []) or {}
     instead = [name for name, given in (("--tolerances", tolerances), ("--outputs", outputs)) if given]
-    work(scene, equations, latex, expand, fold, plan, detail(faults, verbose, quiet), instead, faults)
+    work(scene, equations, latex, expand, fold, plan, detail(faults, verbose, quiet), instead, values, faults)
 
 
 @app.command()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import typer
@@ -13,6 +13,10 @@ from .folders import MODELS, check_folder
 from .progress import progress
 from .refusal import Faults, refusing, refusing_options
 from .scene_file import read, tell_assembly
+from .settings import with_settings
+
+THRESHOLDS = "--tolerances"
+"""The option whose text depends on values of parameters."""
 
 
 def show(
@@ -24,16 +28,22 @@ def show(
     plan: str | None,
     detail: Detail,
     instead: Sequence[str],
+    settings: Mapping[str, float],
     faults: Faults,
 ) -> None:
     """Print the scene's summary, and its equations if asked for: as text or LaTeX, as derived, expanded or folded.
 
-    Or ``instead`` the thresholds of a run, or names of outputs, which need the compiled model.
+    Or ``instead`` the thresholds of a run, or names of outputs, which need the compiled model. The thresholds are those
+    for other values of parameters where ``settings`` has some; equations and names are the same for any.
     """
     given = {"--equations": equations, "--latex": latex, "--expand": expand, "--fold": fold, "--plan": plan is not None}
     beside = [*(option for option in given if given[option]), *instead[1:]] if instead else []
     for option in beside:
         faults.add(f"{option}: found beside {instead[0]}, which needs none, expected one of them; leave one out")
+    if settings and instead != [THRESHOLDS]:
+        faults.add(
+            f"--set: found without {THRESHOLDS}, expected beside it: all else has symbols for values; leave it out"
+        )
     faults.of(_check_plan, plan)
     scene = faults.of(read, scene_file)
     if scene and plan and not instead:
@@ -48,8 +58,8 @@ def show(
 
         from .compiled import compiled
 
-        text = {"--tolerances": thresholds_text, "--outputs": outputs_text}[instead[0]]
-        typer.echo(text(compiled(scene, detail)))
+        text = {THRESHOLDS: thresholds_text, "--outputs": outputs_text}[instead[0]]
+        typer.echo(text(with_settings(compiled(scene, detail), settings)))
         return
     tell_assembly(scene, detail)
     from ..documents.show import show_text

@@ -37,7 +37,8 @@ def test_one_without_a_compiler_says_what_to_install(tmp_path: Path) -> None:
 
 def test_a_compiler_that_gives_wrong_numbers_is_found_out(tmp_path: Path) -> None:
     """Gravity is a hundredth more in all that it compiles."""
-    swap = "for last; do :; done; case $last in *.c) sed -i 's/double g = /double g = 1.01*/' $last ;; esac; exec cc \"$@\""
+    more = "case $last in *.c) sed -i 's/double g = /double g = 1.01*/' $last ;; esac"
+    swap = f'for last; do :; done; {more}; exec cc "$@"'
     wrong = program(tmp_path / "bin", "wrong-cc", swap)
     done = ccgen("check", at=tmp_path, environment={"CC": str(wrong)})
     assert done.returncode == 1

@@ -12,6 +12,7 @@ from typer.testing import CliRunner
 from ccgen.generator.cli.app import app
 from ccgen.runtime.pictures.output_plot import draw_outputs
 
+from ..support.command_line import PENDULUM
 from ..support.leaning_rod import LEANING, G
 from ..support.player_page import data_of
 from ..support.workshop import Workshop
@@ -101,3 +102,16 @@ def test_outputs_of_one_unit_share_a_panel(workshop: Workshop) -> None:
     assert len(t) > 600 and force[-1] == pytest.approx(G, rel=1e-11)
     with pytest.raises(ValueError, match="which nothing is called"):
         draw_outputs(run, ["rod.wobble"])
+
+
+def test_thresholds_are_those_of_the_values_that_are_set(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The characteristic time of what hangs is that of a swing: as the root of the length over gravity."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "pendulum.toml").write_text(PENDULUM)
+
+    def time(*options: str) -> float:
+        done = CliRunner().invoke(app, ["show", "pendulum.toml", "--tolerances", "-q", *options])
+        assert done.exit_code == 0, done.stderr
+        return float(done.stdout.partition("characteristic time ")[2].split()[0])
+
+    assert time("--set", "gravity.g=2.4525") == pytest.approx(2.0 * time(), rel=1e-3)
