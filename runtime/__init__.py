@@ -6,6 +6,9 @@ from .analysis.equilibrium import Equilibrium, static_equilibrium
 from .analysis.follow import Followed, follow
 from .analysis.inverse_dynamics import inverse_dynamics, momentum
 from .analysis.reach import OutOfReach, reach
+from .ensemble.ensemble import ensemble
+from .ensemble.reduction import Reduction
+from .ensemble.table import Ensemble
 from .load_run import load_run
 from .loading.load import load_model
 from .model.model import Model
@@ -18,6 +21,7 @@ from .simulate import simulate
 
 __all__ = [
     "DrivingTorque",
+    "Ensemble",
     "Equilibrium",
     "Event",
     "Followed",
@@ -26,8 +30,10 @@ __all__ = [
     "Model",
     "OutOfReach",
     "Phase",
+    "Reduction",
     "Run",
     "driving_torque",
+    "ensemble",
     "follow",
     "inverse_dynamics",
     "load_model",

@@ -22,6 +22,7 @@ include "face/supply.pxi"
 include "face/evaluations.pxi"
 include "face/forces.pxi"
 include "face/runs.pxi"
+include "face/ensembles.pxi"
 
 
 def methods(bint estimating=False):

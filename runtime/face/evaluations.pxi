@@ -362,6 +362,18 @@ cdef class Evaluations:
                 kernel(&self.k[0], &q[i, 0], &u[i, 0], &out[i, 0])
         return found[:, :size]
 
+    def closure_misses(self, const real[:, ::1] parameters, const real[::1] q):
+        """Largest miss of the closure (m) at one configuration with each of so many sets of ``parameters`` (b, p): (b,)."""
+        cdef Py_ssize_t i, j
+        cdef real[::1] found = zeros(parameters.shape[0]), k = zeros(self.m.constants + 1), miss = zeros(self.m.rows + 1)
+        with nogil:
+            for i in range(parameters.shape[0]):
+                self.m.derive_constants(&parameters[i, 0], &k[0])
+                self.m.closure(&k[0], &q[0], &miss[0])
+                for j in range(self.m.rows):
+                    found[i] = _larger(found[i], miss[j])
+        return np.asarray(found)
+
     def audit(self, const real[:, ::1] q, const real[:, ::1] u, const real[::1] spent, Py_ssize_t every):
         """Over states (b, n): largest gap of a cut joint (m), largest speed at which one opens (m/s), largest change
         of energy since the first state (J) other than what was ``spent`` (b,) on the mechanism until then, and of one state in
@@ -416,7 +428,7 @@ cdef class Evaluations:
         return np.asarray(u_plus), np.asarray(P)[: 2 * contacts.shape[0]], OUTCOMES[found]
 
 
-cdef real _larger(real most, real x) noexcept:
+cdef real _larger(real most, real x) noexcept nogil:
     """The larger of a number and another's absolute value; once there was something that is no number, that."""
     cdef real size = -x if x < 0 else x
     return most if size <= most or most != most else size

@@ -57,13 +57,13 @@ def supply_of(names: tuple[str, ...], given: object, supply: type[Supply]) -> tu
 
         return supply(ask), none
     if isinstance(given, Mapping) and "t" in given:
-        t, rows = _table(names, given)
+        t, rows = table_of(names, given)
         return supply(None, t, rows), t
     return supply(None, np.zeros(1), read_values(names, given)[None]), none
 
 
-def _table(names: tuple[str, ...], given: Mapping[str, Any]) -> tuple[FloatArray, FloatArray]:
-    """Times, and rows of all inputs."""
+def table_of(names: tuple[str, ...], given: Mapping[str, Any]) -> tuple[FloatArray, FloatArray]:
+    """Times (rows,), and values (rows, inputs) of all inputs. Raises ``ValueError`` for what is no table."""
     _check_names(("t", *names), given, "inputs")
     t = _array(given["t"], "inputs: t")
     if t.ndim != 1 or not t.size or np.any(np.diff(t) <= 0.0):

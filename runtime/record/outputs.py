@@ -5,6 +5,7 @@ A name is that of what it is of, as scenes have it, a dot, and what is asked. Ea
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
@@ -27,23 +28,20 @@ NEAREST = 6
 
 @dataclass(frozen=True)
 class Output:
-    """One number over time: its ``name``, what ``kind`` of thing it is of, its ``unit``, and its values (n,) along a
-    :class:`Sample`."""
+    """One number over time: its ``name``, what ``kind`` of thing it is of, its ``unit``, and its values (n,) at
+    :class:`States`; those of impulses want a whole run, a :class:`Sample`."""
 
     name: str
     kind: str
     unit: str
-    of: Callable[[Sample], FloatArray]
+    of: Callable[[Any], FloatArray]
 
 
-class Sample:
-    """A run at all its rows, or at times t (n,) of it, and what outputs are read off there, each computed once."""
+class States(ABC):
+    """States (n,) of a model that outputs are read off, each quantity computed once."""
 
-    def __init__(self, run: Record, t: FloatArray | None) -> None:
-        self.run, self.given = run, t
-        self.model: Any = run.model
-        self.t = run.t if t is None else t
-        self.q, self.u = (run.q, run.u) if t is None else run.at(t)
+    def __init__(self, model: Any, t: FloatArray, q: FloatArray, u: FloatArray) -> None:
+        self.model, self.t, self.q, self.u = model, t, q, u
 
     @cached_property
     def poses(self) -> FloatArray:
@@ -53,13 +51,10 @@ class Sample:
     def velocities(self) -> FloatArray:
         return np.asarray(self.model.velocities(self.q, self.u))
 
-    @cached_property
+    @property
+    @abstractmethod
     def motion(self) -> Motion:
-        if self.given is None:
-            return motion_at_rows(self.run)
-        if self.run.motion is None:
-            raise ValueError("this run knows no forces: it was not made by simulate")
-        return self.run.motion(self.t, self.q, self.u)
+        """Accelerations and forces there."""
 
     @cached_property
     def angular_accelerations(self) -> FloatArray:
@@ -75,6 +70,14 @@ class Sample:
         return kinetic, potential
 
     @cached_property
+    def gaps(self) -> FloatArray:
+        return np.asarray(self.model.gaps(self.q))
+
+    @cached_property
+    def gap_rates(self) -> FloatArray:
+        return np.asarray(self.model.gap_rates(self.q, self.u))
+
+    @cached_property
     def _unknown(self) -> FloatArray:
         """(n,): 0 where accelerations are known, else not a number."""
         return np.where(np.isfinite(self.motion.u_dot).all(axis=1), 0.0, np.nan)
@@ -88,6 +91,22 @@ class Sample:
     def acceleration(self, point: str) -> FloatArray:
         found = self.model.point_acceleration(point, self.q, self.u, u_dot=np.nan_to_num(self.motion.u_dot))
         return np.asarray(found + self._unknown[:, None])
+
+
+class Sample(States):
+    """A run at all its rows, or at times t (n,) of it."""
+
+    def __init__(self, run: Record, t: FloatArray | None) -> None:
+        super().__init__(run.model, run.t if t is None else t, *((run.q, run.u) if t is None else run.at(t)))
+        self.run, self.given = run, t
+
+    @cached_property
+    def motion(self) -> Motion:
+        if self.given is None:
+            return motion_at_rows(self.run)
+        if self.run.motion is None:
+            raise ValueError("this run knows no forces: it was not made by simulate")
+        return self.run.motion(self.t, self.q, self.u)
 
 
 def outputs_of(model: Any) -> dict[str, Output]:
@@ -211,12 +230,12 @@ def _of_joint(model: Any, joint: str) -> Iterator[Output]:
 
 def _of_contact(name: str, number: int, stops: bool) -> Iterator[Output]:
     angle = "rad" if stops else "m"
-    yield Output(f"{name}.gap", "contact", angle, lambda sample: sample.model.gaps(sample.q)[:, number])
+    yield Output(f"{name}.gap", "contact", angle, lambda sample: sample.gaps[:, number])
     yield Output(
         f"{name}.gap_rate",
         "contact",
         f"{angle}/s",
-        lambda sample: sample.model.gap_rates(sample.q, sample.u)[:, number],
+        lambda sample: sample.gap_rates[:, number],
     )
     for part, push in enumerate(("moment",) if stops else ("normal", "friction")):
         yield Output(f"{name}.{push}", "contact", "N m" if stops else "N", partial(_push, number=number, part=part))
@@ -225,20 +244,20 @@ def _of_contact(name: str, number: int, stops: bool) -> Iterator[Output]:
         yield Output(f"{name}.{push}", "contact", "N m s" if stops else "N s", of)
 
 
-def _energy(sample: Sample, part: int) -> FloatArray:
+def _energy(sample: States, part: int) -> FloatArray:
     return sample.energies[part]
 
 
-def _part(sample: Sample, what: str, point: str, axis: int) -> FloatArray:
+def _part(sample: States, what: str, point: str, axis: int) -> FloatArray:
     found: FloatArray = getattr(sample, what)(point)
     return found[:, axis]
 
 
-def _slide(sample: Sample, joint: str, part: int) -> FloatArray:
+def _slide(sample: States, joint: str, part: int) -> FloatArray:
     return ends_of(sample.model, joint).along(sample.poses, sample.velocities)[part]
 
 
-def _turn(sample: Sample, joint: str, what: str) -> FloatArray:
+def _turn(sample: States, joint: str, what: str) -> FloatArray:
     """Of the joint's second link less of its first, the ground's being zero."""
     found = getattr(sample, what)
     of_links = found if found.ndim == 2 else found[:, :, 2]
@@ -246,15 +265,15 @@ def _turn(sample: Sample, joint: str, what: str) -> FloatArray:
     return np.asarray(other - one)
 
 
-def _reaction(sample: Sample, number: int, part: int) -> FloatArray:
+def _reaction(sample: States, number: int, part: int) -> FloatArray:
     return sample.motion.reactions[:, number, part]
 
 
-def _push(sample: Sample, number: int, part: int) -> FloatArray:
+def _push(sample: States, number: int, part: int) -> FloatArray:
     return sample.motion.pushes[:, number, part]
 
 
-def _power(sample: Sample, joint: str, number: int) -> FloatArray:
+def _power(sample: States, joint: str, number: int) -> FloatArray:
     """What the drive of a joint does: the reaction is on the outboard link, motions are of the second against the
     first."""
     model, reaction = sample.model, sample.motion.reactions[:, number]
@@ -297,9 +316,9 @@ def _at_impacts(sample: Sample, values: Sequence[float]) -> FloatArray:
     return found
 
 
-def _told(sample: Sample, number: int) -> FloatArray:
+def _told(sample: States, number: int) -> FloatArray:
     return sample.motion.told[:, number]
 
 
-def _mesh(sample: Sample, number: int) -> FloatArray:
+def _mesh(sample: States, number: int) -> FloatArray:
     return mesh_forces(sample.model, sample.motion.multipliers)[:, number]

@@ -32,15 +32,36 @@ static size_t scratch_of(const struct ccgen_model *m)
     return (2 * all * all + 64 * (all + m->links + m->switches)) * sizeof(double) + 4096;
 }
 
+void set_parameters(struct ccgen_simulation *it, const struct ccgen_settings *settings)
+{
+    struct system *s = &it->system;
+    const struct ccgen_model *m = s->model;
+    s->length = settings->length > 0.0 ? settings->length : 1.0;
+    m->derive_constants(settings->parameters, it->k);
+    if (m->contacts)
+        m->restitution(it->k, it->restitution);
+    if (m->friction)
+        m->friction(it->k, it->friction);
+    set_levers(s, settings->angular, it->lever, it->extent);
+    it->time = settings->time;
+    s->time = it->time > 0.0 ? it->time : it->run.duration;
+    s->energy = 1.0;
+    set_units(s);
+    s->refine = settings->acceleration_scale > 0.0;
+    s->acceleration_scale = settings->acceleration_scale;
+}
+
 static enum outcome make_system(struct ccgen_simulation *it, const struct ccgen_model *m,
                                 const struct ccgen_settings *settings)
 {
     struct system *s = &it->system;
     struct arena *arena = s->arena = &it->arena;
-    double *k = TAKE_ZEROS(arena, double, m->constants), *extent = TAKE_ZEROS(arena, double, m->contacts);
-    double *lever = TAKE(arena, double, m->contacts);
-    double *restitution = TAKE_ZEROS(arena, double, m->contacts), *friction = TAKE_ZEROS(arena, double, m->contacts);
     unsigned char *lengths = TAKE(arena, unsigned char, m->nu);
+    it->k = TAKE_ZEROS(arena, double, m->constants);
+    it->extent = TAKE_ZEROS(arena, double, m->contacts);
+    it->lever = TAKE(arena, double, m->contacts);
+    it->restitution = TAKE_ZEROS(arena, double, m->contacts);
+    it->friction = TAKE_ZEROS(arena, double, m->contacts);
     s->inputs = TAKE_ZEROS(arena, double, m->inputs);
     s->unit = TAKE(arena, double, 2 * (size_t)m->nu + 1);
     if (arena->ran_out)
@@ -48,29 +69,17 @@ static enum outcome make_system(struct ccgen_simulation *it, const struct ccgen_
     s->model = m;
     s->n = m->nu;
     s->size = 2 * m->nu + (m->power || m->friction);
-    s->length = settings->length > 0.0 ? settings->length : 1.0;
-    m->derive_constants(settings->parameters, k);
-    if (m->contacts)
-        m->restitution(k, restitution);
-    if (m->friction)
-        m->friction(k, friction);
-    set_levers(s, settings->angular, lever, extent);
     for (int i = 0; i < s->n; i++)
         lengths[i] = settings->lengths ? settings->lengths[i] : i < m->base;
     s->lengths = lengths;
-    it->time = settings->time;
-    s->time = it->time > 0.0 ? it->time : it->run.duration;
-    s->energy = 1.0;
-    set_units(s);
-    s->k = k;
-    s->restitution = restitution;
-    s->friction = m->friction ? friction : NULL;
+    s->k = it->k;
+    s->restitution = it->restitution;
+    s->friction = m->friction ? it->friction : NULL;
     if (!(s->law = find_law(settings->law ? settings->law : newton.name)))
         return OUTCOME_UNKNOWN_LAW;
+    set_parameters(it, settings);
     s->projects_steps = settings->drift == DRIFT_PROJECTED;
     s->baumgarte = settings->drift == DRIFT_DAMPED ? BAUMGARTE : 0.0;
-    s->refine = settings->acceleration_scale > 0.0;
-    s->acceleration_scale = settings->acceleration_scale;
     s->input_source = settings->inputs;
     s->context = settings->context;
     return OUTCOME_DONE;

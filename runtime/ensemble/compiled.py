@@ -1,0 +1,259 @@
+"""Many runs by the core: nothing of Python is in a run, and nothing is kept of it but what is observed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from ..arrays import FloatArray
+from ..model.inputs import table_of
+from ..model.kinks import kinks_until
+from ..model.model import Model
+from ..record.outputs import Output, outputs_of
+from ..simulation.arguments import DEPTH, RATE_BUDGET, STEP_BUDGET, checked_start, stops_of
+from ..simulation.ending import message_of
+from ..simulation.one_run import Options, simulate_one
+from .numbers import Numbers, prepare, rounding_sample
+from .observed import Observed, extremes
+from .reduction import Reduction
+from .stacked import Apart, Stack, WantsParameters, WantsRun, wants_forces
+from .table import DONE, INTERRUPTED, REFUSED, STOPPED, Ensemble
+from .threads import share
+
+MEMORY = 64e6
+"""Bytes of what is observed that are worked on at a time, beside the table itself."""
+MOST = 65536
+"""Runs at a time."""
+
+
+def can(model: Model, numbers: Numbers, observed: Observed, until: float) -> bool:
+    """Whether the core alone can make these runs."""
+    if model.data.get("events") or model.data.get("switching") is not None or callable(numbers.inputs):
+        return False
+    if numbers.params and kinks_until(model, until):
+        return False  # instants at which steps end are parameters
+    if observed.at is None and any(name.startswith(("min(", "max(")) for name in observed.names):
+        return False
+    known = outputs_of(model)
+    try:
+        for name in observed.outputs:
+            wants_forces(model, known[name])
+    except WantsRun:
+        return False
+    return True
+
+
+class CompiledRuns:
+    """Makes runs of one model, part by part."""
+
+    def __init__(self, model: Model, observed: Observed, options: Options, reduction: Reduction | None) -> None:
+        self.model, self.observed, self.options, self.reduction = model, observed, options, reduction
+        known = outputs_of(model)
+        self.outputs = {name: known[name] for name in observed.outputs}
+        self.forces = any(wants_forces(model, output) for output in self.outputs.values())
+        self.times = 0 if not self.outputs else 1 if observed.at is None else len(observed.at)
+
+    def size(self, numbers: Numbers) -> int:
+        """How many runs are made at a time."""
+        m, n = self.model, len(self.model.q_names)
+        places = 6 * len(m.links) + 2 * len(m.points) + 2 * len(m.contacts) + 2 if numbers.params else 0
+        forces = n + len(m.rows) + 1 + 2 * len(m.contacts) + 3 * len(m.joints) + len(m.told) if self.forces else 0
+        state = self.times * (2 * n + places + forces + len(self.outputs))
+        row = 8 * (2 * n + 8 + self.observed.impact_times + state + (len(m.parameters) if numbers.params else 0))
+        return int(max(1, min(MOST, MEMORY // row)))
+
+    def make(self, numbers: Numbers, threads: int, told: Callable[[int], None] | None) -> tuple[Ensemble, bool]:
+        """The table of these runs; whether Ctrl-C let them come to their ends."""
+        model, asked = self.model, self.options.settings
+        ready = prepare(model, numbers)
+        table = numbers.inputs
+        constants = isinstance(table, np.ndarray)
+        made = model.core.Ensemble(
+            model.kernels,
+            numbers.count,
+            ready.q,
+            ready.u,
+            method=asked.method,
+            until=asked.until,
+            rtol=asked.rtol,
+            atol=asked.atol,
+            fixed_step=asked.step,
+            step_budget=STEP_BUDGET,
+            rate_budget=RATE_BUDGET,
+            kept=asked.drift,
+            on_gain=asked.on_gain,
+            stops=stops_of(model, self.options.kinks, asked.until),
+            parameters=ready.parameters,
+            scales=ready.scales,
+            inputs=table if constants else np.zeros((1, len(model.inputs))) if model.inputs and table is None else None,
+            table=table_of(model.inputs, table) if isinstance(table, Mapping) else None,
+            projections=ready.projections,
+            deepest=DEPTH,
+            sample=rounding_sample(model) if numbers.params else None,
+            at=self.observed.at if self.outputs else None,
+            times=self.times,
+            impact_times=self.observed.impact_times,
+            places=bool(self.outputs) and bool(numbers.params),
+            forces=self.forces,
+            reduction=self.reduction and self.reduction.address,
+            refused=ready.refused,
+        )
+        whole = share(made.work, min(threads, numbers.count), made.end, told and (lambda: told(made.done)))
+        return self._table(numbers, made.answers), whole
+
+    def _table(self, numbers: Numbers, found: Mapping[str, Any]) -> Ensemble:
+        n = len(self.model.q_names)
+        status, reasons = self._ends(numbers, found)
+        end, columns, units = found["end"], dict[str, FloatArray](), dict[str, str]()
+        read = self._read(numbers, found)
+        for name in self.observed.names:
+            if name in ("q", "u"):
+                columns[name] = end[:, :n].copy() if name == "q" else end[:, n : 2 * n].copy()
+            elif name == "impacts":
+                columns[name] = found["impacts"].astype(float)
+            elif name.startswith("impact_times("):
+                columns[name] = found["impact_t"][:, : int(name[13:-1])].copy()
+                units[name] = "s"
+            else:
+                output = name[4:-1] if name.startswith(("min(", "max(")) else name
+                values, units[name] = read[output], self.outputs[output].unit
+                if output != name:
+                    values = extremes(name, values)
+                elif self.observed.at is None:
+                    values = values[:, 0]
+                columns[name] = values
+        if self.reduction is not None:
+            columns[self.reduction.name] = found["reduction"]
+        t = np.where(np.isnan(end[:, 2 * n]), 0.0, end[:, 2 * n])
+        at = self.observed.at
+        return Ensemble(status, reasons, t, found["steps"], found["impacts"], columns, units, numbers.params, at)
+
+    def _ends(self, numbers: Numbers, found: Mapping[str, Any]) -> tuple[Any, tuple[str, ...]]:
+        """How runs have ended, and of those that have not come to their end the sentence on it."""
+        model, asked, n = self.model, self.options.settings, len(self.model.q_names)
+        outcomes = model.core.OUTCOMES
+        status, reasons = np.full(numbers.count, DONE, dtype="<U11"), [""] * numbers.count
+        for run in np.flatnonzero(found["outcome"]).tolist():
+            number = int(found["outcome"][run])
+            if number == model.core.ROW_NOT_BEGUN:
+                status[run], reasons[run] = INTERRUPTED, "not begun: all runs were to stop"
+            elif number == model.core.ROW_REFUSED:
+                status[run], reasons[run] = REFUSED, self._refusal(numbers, run)
+            elif outcomes[number] == "interrupted":
+                status[run], reasons[run] = (
+                    INTERRUPTED,
+                    f"stopped at t = {found['end'][run, 2 * n]:.12g} s: interrupted",
+                )
+            else:
+                other = model.with_parameters(numbers.params_of(run)) if numbers.params else model
+                row = found["end"][run : run + 1]
+                told = {
+                    "t_end": float(np.nan_to_num(row[0, 2 * n])),
+                    "outcome": outcomes[number],
+                    "contact": int(found["contact"][run]),
+                    "q": row[:, :n],
+                    "u": row[:, n : 2 * n],
+                }
+                status[run] = STOPPED
+                if model.data["drives"]:  # a dead point is told by all rows of the run
+                    reasons[run] = self._again(other, numbers, run)
+                else:
+                    reasons[run] = message_of(other, asked.until, told, asked.step > 0.0)
+        return status, tuple(reasons)
+
+    def _refusal(self, numbers: Numbers, run: int) -> str:
+        try:
+            model = self.model.with_parameters(numbers.params_of(run)) if numbers.params else self.model
+            checked_start(model, *numbers.start_of(run))
+            rows = numbers.inputs
+            if isinstance(rows, np.ndarray) and not np.isfinite(rows).all():
+                return "inputs: found what is no finite number, expected finite numbers"
+        except (ValueError, KeyError, TypeError) as error:
+            return str(error)
+        return "its start cannot be put onto the closure, or is inside a ground"
+
+    def _again(self, model: Model, numbers: Numbers, run: int) -> str:
+        """What a run alone says of its end."""
+        asked, inputs = self.options.settings, numbers.inputs
+        if isinstance(inputs, np.ndarray):
+            inputs = inputs[run if len(inputs) > 1 else 0]
+        q, u = numbers.start_of(run)
+        return simulate_one(
+            model,
+            q,
+            u,
+            until=asked.until,
+            rtol=asked.rtol,
+            atol=asked.atol,
+            method=asked.method,
+            inputs=inputs,
+            step=asked.step or None,
+            drift=asked.drift,
+            on_gain=asked.on_gain,
+            progress=None,
+            keep_interrupted=True,
+        ).message
+
+    # -- outputs by name ----------------------------------------------------------------------------------------------
+
+    def _read(self, numbers: Numbers, found: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
+        """Values (count, times) of all outputs; not numbers where a run has no state."""
+        if not self.outputs:
+            return {}
+        n, count = len(self.model.q_names), numbers.count
+        known = np.flatnonzero(~np.isnan(found["state"][:, 0]))
+        state = found["state"][known]
+        ends = np.repeat(found["end"][:, 2 * n], self.times)
+        t = (ends if self.observed.at is None else np.tile(self.observed.at, count))[known]
+        forces = {key: found[key][known] for key in FORCES} if self.forces else None
+        q, u = np.ascontiguousarray(state[:, :n]), np.ascontiguousarray(state[:, n:])
+        values = {}
+        for name, one in zip(self.outputs, self._values(numbers, found, known, (t, q, u), forces), strict=True):
+            values[name] = np.full(count * self.times, np.nan, dtype=self.model.core.REAL)
+            values[name][known] = one
+            values[name] = values[name].reshape(count, self.times)
+        return values
+
+    def _values(
+        self,
+        numbers: Numbers,
+        found: Mapping[str, FloatArray],
+        known: Any,
+        states: tuple[FloatArray, FloatArray, FloatArray],
+        forces: Mapping[str, FloatArray] | None,
+    ) -> Iterator[FloatArray]:
+        """Values (n,) of each output at the states that are ``known``."""
+        t, q, u = states
+        stack: Stack
+        if not numbers.params:
+            stack = Stack(self.model, t, q, u, forces)
+        else:
+            stack = Apart(self.model, t, q, u, {key: found[key][known] for key in PLACES}, forces)
+        for output in self.outputs.values():
+            try:
+                yield np.asarray(output.of(stack))
+            except WantsParameters:
+                yield self._run_by_run(numbers, known // self.times, states, forces, output)
+
+    def _run_by_run(
+        self,
+        numbers: Numbers,
+        runs: Any,
+        states: tuple[FloatArray, FloatArray, FloatArray],
+        forces: Mapping[str, FloatArray] | None,
+        output: Output,
+    ) -> FloatArray:
+        """The values of an output that each run's own parameters are needed for."""
+        (t, q, u), values = states, np.empty(len(runs), dtype=self.model.core.REAL)
+        for run in np.unique(runs).tolist():
+            rows = np.flatnonzero(runs == run)
+            other = self.model.with_parameters(numbers.params_of(run))
+            own = {key: part[rows] for key, part in forces.items()} if forces is not None else None
+            values[rows] = output.of(Stack(other, t[rows], q[rows], u[rows], own))
+        return values
+
+
+FORCES = ("u_dot", "multipliers", "push", "reaction", "told")
+PLACES = ("pose", "velocity", "point", "energy", "gap", "gap_rate")

@@ -1,0 +1,158 @@
+"""Many runs by one call of ``simulate`` for each: where there are controllers in Python, events, joints that let go, or
+impulses are observed, which the core alone does not do."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from itertools import count as counting
+from typing import Any
+
+import numpy as np
+
+from ..arrays import FloatArray
+from ..faults import sentence
+from ..model.model import Model
+from ..record.outputs import units_of, values_of
+from ..run import Run
+from ..simulate import simulate
+from .numbers import Numbers, outside
+from .observed import Observed, extremes
+from .table import DONE, INTERRUPTED, REFUSED, STOPPED, Ensemble
+from .threads import share
+
+SIZE = 1024
+"""Runs at a time."""
+
+
+class SingleRuns:
+    """Makes runs of one model, part by part."""
+
+    def __init__(self, model: Model, observed: Observed, options: dict[str, Any]) -> None:
+        self.model, self.observed, self.options = model, observed, options
+        self.units = units_of(model)
+
+    def size(self, numbers: Numbers) -> int:
+        """How many runs are made at a time."""
+        return SIZE
+
+    def make(self, numbers: Numbers, threads: int, told: Callable[[int], None] | None) -> tuple[Ensemble, bool]:
+        """The table of these runs; whether Ctrl-C let them come to their ends."""
+        rows: list[_Row | None] = [None] * numbers.count
+        waiting, ended, wrong = counting(), list[bool](), outside(self.model, numbers)
+
+        def stop_here(t: float) -> None:
+            if ended:
+                raise KeyboardInterrupt
+
+        def work() -> None:
+            while not ended and (run := next(waiting)) < numbers.count:
+                rows[run] = self._row(numbers, run, stop_here, bool(wrong[run]))
+
+        def tell() -> None:
+            assert told is not None
+            told(sum(row is not None for row in rows))
+
+        whole = share(work, min(threads, numbers.count), lambda: ended.append(True), tell if told else None)
+        return self._table(
+            numbers, [row or _Row(INTERRUPTED, "not begun: all runs were to stop") for row in rows]
+        ), whole
+
+    def left(self, numbers: Numbers) -> Ensemble:
+        """The table of runs that are not begun."""
+        return self._table(numbers, [NOT_BEGUN] * numbers.count)
+
+    def _row(self, numbers: Numbers, run: int, stop_here: Callable[[float], None], wrong: bool) -> _Row:
+        q, u = numbers.start_of(run)
+        inputs = numbers.inputs
+        if isinstance(inputs, np.ndarray):
+            inputs = inputs[run if len(inputs) > 1 else 0]
+        try:
+            model = self.model.with_parameters(numbers.params_of(run)) if numbers.params else self.model
+            made = simulate(model, q, u, inputs=inputs, progress=stop_here, keep_interrupted=True, **self.options)
+        except (ValueError, KeyError, TypeError) as error:
+            if not isinstance(error, ValueError) and not wrong:
+                raise
+            return _Row(REFUSED, sentence(error))
+        if made.success:
+            return _Row(DONE, "", *_sizes(made), self._observe(made))
+        status = INTERRUPTED if made.message.endswith("interrupted") else STOPPED
+        return _Row(status, made.message, *_sizes(made), self._observe(made))
+
+    def _observe(self, run: Run) -> dict[str, FloatArray]:
+        observed, found = self.observed, dict[str, FloatArray]()
+        at = observed.at
+        times = run.t[-1:] if at is None else at[at <= run.t[-1]]
+        values = values_of(run, observed.outputs, times) if observed.outputs and times.size else {}
+        for name in observed.names:
+            if name in ("q", "u"):
+                found[name] = run.q[-1] if name == "q" else run.u[-1]
+            elif name == "impacts":
+                found[name] = np.array(float(len(run.impacts)))
+            elif name.startswith("impact_times("):
+                instants = np.array([impact.t for impact in run.impacts], dtype=float)
+                found[name] = filled(instants, int(name[13:-1]))
+            elif name.startswith(("min(", "max(")):
+                along = (
+                    values_of(run, [name[4:-1]])[name[4:-1]]
+                    if at is None
+                    else values.get(name[4:-1], np.full(1, np.nan))
+                )
+                found[name] = extremes(name, along[None])[0]
+            else:
+                one = values.get(name, np.zeros(0))
+                found[name] = one[0] if at is None else filled(one, len(at))
+        return found
+
+    def _table(self, numbers: Numbers, rows: list[_Row]) -> Ensemble:
+        observed, kind = self.observed, self.model.core.REAL
+        n = max((row.coordinates for row in rows), default=0) or len(
+            self.model.q_names
+        )  # with joints that change there are more
+        columns, units = dict[str, FloatArray](), dict[str, str]()
+        for name in observed.names:
+            wide = {"q": (n,), "u": (n,)}.get(name, ())
+            if name.startswith("impact_times("):
+                wide, units[name] = (int(name[13:-1]),), "s"
+            elif name not in ("q", "u", "impacts"):
+                output = name[4:-1] if name.startswith(("min(", "max(")) else name
+                units[name] = self.units[output]
+                wide = (len(observed.at),) if observed.at is not None and output == name else ()
+            empty = np.full(wide, np.nan, dtype=kind)
+            columns[name] = np.array([row.values.get(name, empty) for row in rows], dtype=kind)
+        return Ensemble(
+            np.array([row.status for row in rows], dtype="<U11"),
+            tuple(row.reason for row in rows),
+            np.array([row.t for row in rows], dtype=kind),
+            np.array([row.steps for row in rows], dtype=np.int64),
+            np.array([row.impacts for row in rows], dtype=np.int64),
+            columns,
+            units,
+            numbers.params,
+            observed.at,
+        )
+
+
+@dataclass(frozen=True)
+class _Row:
+    status: str
+    reason: str
+    t: float = 0.0
+    steps: int = 0
+    impacts: int = 0
+    coordinates: int = 0
+    values: dict[str, FloatArray] = field(default_factory=dict)
+
+
+NOT_BEGUN = _Row(INTERRUPTED, "not begun: all runs were to stop")
+
+
+def _sizes(run: Run) -> tuple[float, int, int, int]:
+    return run.t[-1].item(), run.t.size - 1, len(run.impacts), run.q.shape[1]
+
+
+def filled(values: FloatArray, size: int) -> FloatArray:
+    """The first ``size`` numbers, and no numbers behind them where there are fewer."""
+    found = np.full(size, np.nan, dtype=values.dtype)
+    found[: min(size, len(values))] = values[:size]
+    return found
