@@ -13,7 +13,7 @@ from ..arrays import FloatArray
 from ..faults import Faults
 from ..model.assembly import assemble
 from ..model.compiled import EARTH, FALLS
-from ..model.inputs import Given
+from ..model.inputs import Given, read_values
 from ..model.model import Model
 from ..model.numbers import read_numbers
 from ..model.poses import read_off, read_rates
@@ -115,7 +115,10 @@ def _start(name: str, given: ArrayLike | None, n: int, kind: Any) -> FloatArray 
 
 def _inputs(model: Model, given: Any) -> Any:
     """Constants as rows of all inputs, (runs or 1, inputs); tables and controllers as they are."""
-    if given is None or callable(given) or (isinstance(given, Mapping) and "t" in given) or not model.inputs:
+    if not model.inputs:
+        read_values(model.inputs, given)
+        return None
+    if given is None or callable(given) or (isinstance(given, Mapping) and "t" in given):
         return given
     if isinstance(given, Mapping):
         if wrong := [name for name in given if name not in model.inputs]:
