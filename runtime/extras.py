@@ -5,7 +5,15 @@ from __future__ import annotations
 from importlib import import_module
 from typing import Any
 
-EXTRAS = {"matplotlib": "plot", "PIL": "plot", "xarray": "data", "pandas": "data"}
+EXTRAS = {
+    "matplotlib": "plot",
+    "PIL": "plot",
+    "xarray": "data",
+    "pandas": "data",
+    "pyarrow": "sweep",
+    "scipy": "sweep",
+    "distributed": "cluster",
+}
 INSTALL_NAMES = {"PIL": "pillow"}
 
 

@@ -1,0 +1,207 @@
+"""The folder of a sweep: ``manifest.json`` says what its rows follow from, ``part-000000.parquet`` … hold them."""
+
+from __future__ import annotations
+
+import errno
+import hashlib
+import json
+import os
+import re
+import shutil
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..extras import needed
+from ..loading.package import RECORD
+from ..model.model import Model
+from .plan import Plan, PlanError
+
+MANIFEST, LOCK = "manifest.json", ".lock"
+NAME = re.compile(r"^part-(\d{6})\.parquet$")
+UNFINISHED = re.compile(r"^\..*\.part$")
+SPARE = 1.1
+"""Times as much room as the table takes is asked for before the first run."""
+
+
+class SweepError(Exception):
+    """A sweep that cannot go on, and what to do; what is done stays, and is gone on from."""
+
+
+def manifest_of(model: Model, plan: Plan) -> dict[str, Any]:
+    """All that rows follow from. Where any of it is other than it was, a folder is not gone on with."""
+    assert model.folder is not None
+    record = json.loads((model.folder / RECORD).read_text())
+    versions = {"pyarrow": needed("pyarrow", "a sweep").__version__, "numpy": np.__version__}
+    if any(axis.samples is not None and axis.samples.by != "random" for axis in plan.axes):
+        versions["scipy"] = needed("scipy", "a quasi-random sample").__version__
+    return {
+        "format": "ccgen sweep 1",
+        "model": model.name,
+        "scene": model.data["hash"],
+        "parameters": _hash(json.dumps(dict(model.parameters), sort_keys=True)),
+        "runtime": _hash_of_core(model),
+        "compiler": record["compiler"],
+        "flags": record["flags"],
+        "versions": versions,
+        "plan": _hash(plan.text),
+        "plan_text": plan.text,
+        "samples": [
+            {"by": axis.samples.by, "seed": axis.samples.seed, "count": axis.size, "names": list(axis.drawn)}
+            for axis in plan.axes
+            if axis.samples is not None
+        ],
+        "tables": [_hash_of(axis.columns) for axis in plan.axes if axis.samples is None],
+        "vary": list(plan.names),
+        "observe": list(plan.observe),
+        "at": None if plan.at is None else list(plan.at),
+        "runs": plan.count,
+        "part": plan.part,
+    }
+
+
+def _hash(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _hash_of(columns: Mapping[str, Any]) -> str:
+    found = hashlib.sha256()
+    for name, values in columns.items():
+        found.update(name.encode() + b"\0" + np.ascontiguousarray(values).tobytes())
+    return found.hexdigest()
+
+
+def _hash_of_core(model: Model) -> str:
+    """Of the compiled core that makes the runs."""
+    return hashlib.sha256(Path(str(model.core.__file__)).read_bytes()).hexdigest()
+
+
+class SweepFolder:
+    """The parts of a sweep on disk, each written whole or not at all."""
+
+    def __init__(self, path: Path, manifest: Mapping[str, Any]) -> None:
+        self.path, self.manifest = path, dict(manifest)
+        self.parts = -(-int(manifest["runs"]) // int(manifest["part"]))
+
+    @classmethod
+    def begin(cls, path: Path, manifest: Mapping[str, Any]) -> SweepFolder:
+        """A new folder, or one that is gone on with. Raises :class:`PlanError` where it holds another sweep, or what
+        ccgen did not write."""
+        found = path / MANIFEST
+        if path.exists() and not path.is_dir():
+            raise PlanError(f"{path}: found a file, expected a folder, or nothing; name another")
+        if found.exists():
+            before = read_manifest(path)
+            changed = [key for key in manifest if before.get(key) != manifest[key] and key != "plan_text"]
+            if changed:
+                raise PlanError(
+                    f"{path}: found a sweep with another {', '.join(changed)}, expected the same to go on with; name "
+                    "another folder, or move this one away"
+                )
+        elif path.exists() and any(not UNFINISHED.match(one.name) and one.name != LOCK for one in path.iterdir()):
+            raise PlanError(f"{path}: found files and no {MANIFEST}, expected a sweep or an empty folder; name another")
+        try:
+            path.mkdir(parents=True, exist_ok=True)
+            made = cls(path, manifest)
+            if not found.exists():
+                made.write(MANIFEST, (json.dumps(made.manifest, indent=1, sort_keys=True) + "\n").encode())
+        except OSError as error:
+            raise PlanError(f"{path}: cannot be written: {error.strerror}; name another folder") from error
+        return made
+
+    @contextmanager
+    def held(self) -> Iterator[None]:
+        """Held by one program at a time; what others left unfinished is removed.
+
+        Raises :class:`SweepError` where another is at work."""
+        import fcntl
+
+        with (self.path / LOCK).open("w") as lock:
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError:
+                raise SweepError(f"{self.path}: another ccgen sweep is writing here; wait for it") from None
+            for one in self.path.iterdir():
+                if UNFINISHED.match(one.name):
+                    one.unlink()
+            yield
+            (self.path / LOCK).unlink()
+
+    def name(self, part: int) -> str:
+        return f"part-{part:06d}.parquet"
+
+    def rows(self, part: int) -> tuple[int, int]:
+        """First and last run of a part."""
+        size = int(self.manifest["part"])
+        return part * size, min((part + 1) * size, int(self.manifest["runs"]))
+
+    def missing(self) -> list[int]:
+        """Parts that are not there."""
+        there = {one.name for one in self.path.iterdir()}
+        return [part for part in range(self.parts) if self.name(part) not in there]
+
+    def check_room(self, row_bytes: int) -> None:
+        """Raise :class:`PlanError` where what is missing does not fit onto the disk."""
+        runs = sum(last - first for first, last in map(self.rows, self.missing()))
+        wanted, free = int(SPARE * runs * row_bytes), shutil.disk_usage(self.path).free
+        if wanted > free:
+            raise PlanError(
+                f"{self.path}: found {free / 1e9:.3g} GB of room, expected {wanted / 1e9:.3g} GB for {runs} runs; name "
+                "a folder elsewhere, or observe less"
+            )
+
+    def write_part(self, part: int, columns: Mapping[str, Any]) -> None:
+        """Write a part, the same bytes for the same columns."""
+        arrow, parquet = needed("pyarrow", "a sweep"), needed("pyarrow.parquet", "a sweep")
+        arrays = {name: _array(arrow, values) for name, values in columns.items()}
+        buffer = arrow.BufferOutputStream()
+        parquet.write_table(arrow.table(arrays), buffer, compression="zstd", compression_level=3)
+        self.write(self.name(part), buffer.getvalue().to_pybytes())
+
+    def write(self, name: str, content: bytes) -> None:
+        """Write a file whole and put it in place, also where the machine stops at that moment. Raises
+        :class:`SweepError` where the disk is full."""
+        unfinished = self.path / f".{name}.part"
+        try:
+            with unfinished.open("wb") as file:
+                file.write(content)
+                file.flush()
+                os.fsync(file.fileno())
+            unfinished.replace(self.path / name)
+        except OSError as error:
+            unfinished.unlink(missing_ok=True)
+            if error.errno not in (errno.ENOSPC, errno.EDQUOT):
+                raise
+            raise SweepError(
+                f"{self.path}: the disk is full; make room and start again: it goes on where it stopped"
+            ) from error
+
+
+def _array(arrow: Any, values: Any) -> Any:
+    """A column of Arrow; of several numbers a row, a list of fixed length."""
+    if isinstance(values, list):
+        return arrow.array(values, type=arrow.string())
+    if values.dtype.kind == "U":
+        return arrow.array(values.tolist(), type=arrow.string())
+    if values.dtype.kind == "f":
+        values = values.astype(float)
+    if values.ndim == 2:
+        flat = arrow.array(np.ascontiguousarray(values).ravel())
+        return arrow.FixedSizeListArray.from_arrays(flat, values.shape[1])
+    return arrow.array(values)
+
+
+def read_manifest(path: Path) -> dict[str, Any]:
+    """Raises :class:`PlanError` where a folder has none, or one that cannot be read."""
+    try:
+        found = json.loads((path / MANIFEST).read_text())
+        if isinstance(found, dict) and found.get("format") == "ccgen sweep 1":
+            return found
+    except FileNotFoundError:
+        raise PlanError(f"{path}: found no {MANIFEST}, expected the folder of a sweep; correct the name") from None
+    except (OSError, ValueError):
+        pass
+    raise PlanError(f"{path / MANIFEST}: found no manifest of a sweep, expected one; it is damaged")
