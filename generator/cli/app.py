@@ -251,6 +251,58 @@ def equilibrium(
 
 
 @app.command()
+def sweep(
+    scene: SceneFile,
+    plan: Annotated[Path, typer.Argument(metavar="PLAN", help="a plan of what varies and what is observed (TOML)")],
+    out: Annotated[Path | None, typer.Option(metavar="DIR", help="folder of the table [results/<plan>-sweep]")] = None,
+    threads: Annotated[str | None, typer.Option(metavar="N", help="threads [as many as there are processors]")] = None,
+    chunk: Annotated[
+        str | None, typer.Option(metavar="N", help="runs that are made at a time [by what they take]")
+    ] = None,
+    dask: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="by the workers of a Dask scheduler, as tcp://host:8786")
+    ] = None,
+    plot: Annotated[bool, typer.Option("--plot", help="draw a map or histograms of what is observed")] = False,
+    netcdf: Annotated[Path | None, typer.Option(metavar="FILE", help="write the table as NetCDF too")] = None,
+    settings: Set = None,
+    verbose: Verbose = False,
+    quiet: Quiet = False,
+) -> None:
+    """Make many runs of a scene, whose numbers a plan varies, into a table of Parquet files; or go on with it.
+
+    Exit code 0: all runs are made, those that stopped being rows that say so, 2: wrong input, 3: stopped early, by
+    Ctrl-C or a full disk, with what is done kept: start it again to go on.
+    """
+    from .detail import detail
+    from .settings import read_settings
+    from .sweep import sweep as work
+
+    faults = Faults()
+    values = faults.of(read_settings, settings or []) or {}
+    said = detail(faults, verbose, quiet)
+    work(scene, plan, out, threads, chunk, dask, plot, netcdf, said, values, faults)
+
+
+@app.command()
+def replay(
+    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="the folder of a sweep")],
+    scene: SceneFile,
+    plan: Annotated[Path, typer.Argument(metavar="PLAN", help="its plan")],
+    run: Annotated[int, typer.Argument(metavar="RUN", help="the number of the run, as in its column")],
+    out: Annotated[Path | None, typer.Option(metavar="DIR", help="folder of the files [FOLDER/run-RUN]")] = None,
+    settings: Set = None,
+) -> None:
+    """Make one run of a sweep again and write its result, plot and player. Exit code 0: written, 2: wrong input."""
+    from .detail import detail
+    from .settings import read_settings
+    from .sweep import replay as work
+
+    faults = Faults()
+    values = faults.of(read_settings, settings or []) or {}
+    work(folder, scene, plan, run, out, detail(faults, False, False), values, faults)
+
+
+@app.command()
 def check() -> None:
     """Say whether this installation works: which compiler is found, and a falling hexagon against the closed form.
 

@@ -6,6 +6,7 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from datetime import timedelta
 from typing import TYPE_CHECKING
 
 from .detail import Detail
@@ -37,8 +38,8 @@ class Silence:
     def reached(self, t: float, until: float) -> None:
         """The simulation is at ``t`` of ``until`` (s)."""
 
-    def counted(self, done: int, total: int) -> None:
-        """Of ``total`` pieces of work ``done`` are done."""
+    def counted(self, done: int, total: int, left: float | None = None) -> None:
+        """Of ``total`` pieces of work ``done`` are done; the rest take about ``left`` seconds, where that is known."""
 
 
 class Line(Silence):
@@ -60,8 +61,9 @@ class Line(Silence):
             share = f"{t / until:4.0%}  t = {t:.4g} of {until:g} s"
             self.display.update(self.task, completed=t, total=until, share=share)
 
-    def counted(self, done: int, total: int) -> None:
-        self.display.update(self.task, completed=done, total=total, share=f"{done} of {total}")
+    def counted(self, done: int, total: int, left: float | None = None) -> None:
+        rest = "" if left is None else f", about {timedelta(seconds=round(left))} left"
+        self.display.update(self.task, completed=done, total=total, share=f"{done} of {total}{rest}")
 
 
 @contextmanager

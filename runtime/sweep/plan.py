@@ -14,6 +14,7 @@ import numpy as np
 
 from ..arrays import FloatArray
 from ..ensemble.observed import read_observed
+from ..extras import needed
 from ..faults import sentence
 from ..files import read_path
 from ..model.model import Model
@@ -50,9 +51,7 @@ class Distribution:
             return self.one + x * (self.two - self.one)
         if self.kind == "log":
             return np.asarray(np.exp(math.log(self.one) + x * (math.log(self.two) - math.log(self.one))))
-        from scipy.special import ndtri
-
-        return np.asarray(self.one + self.two * ndtri(x))
+        return np.asarray(self.one + self.two * needed("scipy.special", "a normal distribution").ndtri(x))
 
 
 @dataclass(frozen=True, eq=False)
