@@ -83,6 +83,7 @@ MENU: dict[str, tuple[str, ...]] = {
     "Theory": (
         "docs/theory",
         "docs/paper",
+        "docs/sweep",
         "docs/hard-cases",
         "docs/counts",
         "docs/formulations",

@@ -1,0 +1,71 @@
+"""``ccgen sweep SCENE PLAN`` and ``ccgen replay``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from ccgen.generator.cli.app import app
+from ccgen.runtime.sweep.results import Results
+
+from ..support.folders import SCENES
+
+SCENE = str(SCENES / "falling-hexagon.toml")
+PLAN = """
+observe = ["joint_0.y"]
+[run]
+until = 0.3
+[[vary]]
+parameter = "gravity.g"
+values = [5.0, 9.81]
+[[vary]]
+start = "link_0.y"
+values = [-3.0, 1.5]
+"""
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("plan.toml").write_text(PLAN)
+
+
+def call(*words: str) -> tuple[int, str, str]:
+    done = CliRunner().invoke(app, list(words))
+    return done.exit_code, done.stdout, done.stderr
+
+
+def test_a_plan_becomes_a_table_and_a_run_of_it_a_player() -> None:
+    code, out, err = call("sweep", SCENE, "plan.toml", "--plot", "--netcdf", "table.nc")
+    assert code == 0, err
+    assert out.splitlines()[0] == "4 runs: 2 refused, 2 done"
+    assert "inside ground_0 by 3 m; raise or move the start" in out.splitlines()[1]
+    folder = Path("results/plan-sweep")
+    assert (folder / "sweep.png").read_bytes().startswith(b"\x89PNG") and Path("table.nc").stat().st_size > 100
+    fallen = Results(folder).column("joint_0.y")[[1, 3]]
+    assert fallen == pytest.approx(1.5 - np.array([5.0, 9.81]) * 0.3**2 / 2, abs=1e-12)  # nothing is struck
+    code, out, err = call("replay", str(folder), SCENE, "plan.toml", "3")
+    assert code == 0, err
+    assert (folder / "run-3" / "player.html").exists() and "run 3: reached t = 0.3 s" in out
+    before = {file.name: file.read_bytes() for file in folder.glob("part-*")}
+    assert call("sweep", SCENE, "plan.toml", "--threads", "1")[0] == 0
+    assert {file.name: file.read_bytes() for file in folder.glob("part-*")} == before
+
+
+def test_what_is_wrong_is_told_before_the_first_run() -> None:
+    Path("bad.toml").write_text(PLAN.replace("gravity.g", "gravity.gg").replace("joint_0.y", "joint_0.z"))
+    code, _, err = call("sweep", SCENE, "bad.toml")
+    assert code == 2 and "bad.toml: vary[0].parameter: gravity.gg: found no such parameter" in err
+    assert "bad.toml: observe: found 'joint_0.z'" in err and not Path("results").exists()
+    code, _, err = call("sweep", SCENE, "plan.toml", "--threads", "0", "--chunk", "x")
+    assert code == 2 and "--threads: found '0', expected a whole number" in err and "--chunk: found 'x'" in err
+    assert call("sweep", SCENE, "plan.toml", "-q")[0] == 0
+    code, _, err = call("replay", "results/plan-sweep", SCENE, "plan.toml", "4")
+    assert code == 2 and "run: found 4, expected a number from 0 to 3" in err
+    code, _, err = call("replay", "results/plan-sweep", SCENE, "plan.toml", "0")
+    assert code == 2 and "inside ground_0" in err
+    code, _, err = call("sweep", SCENE, "plan.toml", "--set", "link_0.mass=3")
+    assert code == 2 and "found a sweep with another parameters" in err
