@@ -8,7 +8,7 @@ derive    derive.derivation   Mechanism, Topology, Plan, effects → Equations (
 fold      program.fold        Equations → Equations with numbers for parameters, where that is asked for
 lower     program.program     Equations → Program (one function per kernel)
 write     documents.listing   Equations → equations.txt
-          write_c.render      Program → model.c, lanes.c, _binding.pyx
+          write_c.render      Program → model.c, lanes.c, _binding.pyx, on request derivatives.c
           package.data        Scene, Equations → model.json
 compile   compile.compiler    sources → extension module
 
@@ -30,7 +30,7 @@ from .compile.cache import contract_version, fetch_or_build, key_of, runtime_fol
 from .compile.compiler import Compiler, compile_model, cythonize, extension_file, extension_module, find_compiler
 from .compile.kept_steps import Steps
 from .compile.processor import processor
-from .package.parts import HEADERS, ONE_LANE_HEADERS, is_current, write_record
+from .package.parts import DERIVATIVES, HEADERS, ONE_LANE_HEADERS, is_current, write_record
 from .package.replace import OutputError
 from .scene.module_names import hidden_module
 from .scene.scene import Scene
@@ -48,16 +48,19 @@ Progress = Callable[[str], None]
 
 @dataclass(frozen=True)
 class Variant:
-    """How a scene's model is made: with its parameters' values as numbers, in which precision, by which plan."""
+    """How a scene's model is made: with its parameters' values as numbers, in which precision, by which plan, and
+    whether with its derivatives."""
 
     fold: bool = False
     numbers: Precision = DOUBLE
     plan: str | None = None
+    derivatives: bool = False
 
     def __str__(self) -> str:
         said = ["folded"] if self.fold else []
         said += [] if self.numbers.double else [self.numbers.name]
         said += [] if self.plan is None else [f"plan: {self.plan}"]
+        said += ["derivatives"] if self.derivatives else []
         return "".join(f"\n{text}" for text in said)
 
 
@@ -69,6 +72,7 @@ def generate(
     fold: bool = False,
     precision: str = "double",
     plan: str | None = None,
+    derivatives: bool = False,
 ) -> Path:
     """Derive, write and compile the model of ``scene``, or find it in the cache; returns ``out/<package>``.
 
@@ -77,6 +81,8 @@ def generate(
     "float" or "wide", the compiler's long double; the package's name then ends in ``_float`` or ``_wide``. ``plan`` is
     the order of elimination, for study: "tip to root", "dyads" or "segments"; unless given, it follows from the
     mechanism; ``ValueError`` where that has none of the kind.
+    With ``derivatives`` the model has those of its accelerations and other functions by coordinates, rates, time,
+    inputs and parameters, for ``Model.derivatives`` and ``linearise``; without them it is the same to the byte.
     Where joints let go or take hold, the model of every structure that the mechanism can come to is made as well, in a
     package beside that of the start, which is returned; so it is where events switch effects, whose model with all of
     them is returned.
@@ -93,7 +99,7 @@ def generate(
         raise ValueError(f"precision: found {precision!r} beside fold, expected 'double'; folded numbers are doubles")
     tell = progress or (lambda stage: None)
     compiler = find_compiler()
-    variant = Variant(fold, numbers, plan)
+    variant = Variant(fold, numbers, plan, derivatives)
     for other in _scenes(scene)[1:]:
         _generate(other, Path(out), variant, compiler, tell)
     return _generate(scene, Path(out), variant, compiler, tell)
@@ -156,7 +162,8 @@ def _build(scene: Scene, variant: Variant, compiler: Compiler, key: str, folder:
         _write_model(scene, banner, folder, tell, variant)
         tell("compile")
         binding.result()
-    compile_model(compiler, folder, extension, f"ccgen_model_{banner.package}", steps)
+    more = (DERIVATIVES,) if variant.derivatives else ()
+    compile_model(compiler, folder, extension, f"ccgen_model_{banner.package}", steps, more)
     steps.keep()
     facts = {
         "compiler": compiler.version,
@@ -180,7 +187,7 @@ def _write_model(scene: Scene, banner: Banner, folder: Path, tell: Progress, var
     from .program.dialects import C
     from .program.program import lower
     from .program.routine import Routines
-    from .write_c.render import Sizes, render_c, render_lanes, render_one_lane
+    from .write_c.render import Sizes, render_c, render_derivatives, render_lanes, render_one_lane
 
     program, mechanism = lower(equations), scene.mechanism
     routines = Routines(program, C.term, vectors=numbers.double)
@@ -210,8 +217,10 @@ def _write_model(scene: Scene, banner: Banner, folder: Path, tell: Progress, var
     sides = [side for effect in scene.effects for side in effect.sides()]
     latched_at = [sides.index(side) for effect in scene.effects for _, side in effect.latches()]
     tables = {"partner": topology.partners, "driven": driven, "latched_at": latched_at}
-    model = render_c(banner, routines, sizes, tables, topology.root, index, numbers)
+    model = render_c(banner, routines, sizes, tables, topology.root, index, numbers, variant.derivatives)
     (folder / "model.c").write_text(model)
     lanes = render_lanes(banner, routines) if numbers.double else render_one_lane(banner, numbers)
     (folder / "lanes.c").write_text(lanes)
+    if variant.derivatives:
+        (folder / DERIVATIVES).write_text(render_derivatives(banner, equations, routines, numbers))
     (folder / "model.json").write_text(json.dumps(data, indent=1) + "\n")

@@ -5,6 +5,7 @@ from .analysis.crank import DrivingTorque, driving_torque
 from .analysis.equilibrium import Equilibrium, static_equilibrium
 from .analysis.follow import Followed, follow
 from .analysis.inverse_dynamics import inverse_dynamics, momentum
+from .analysis.linearise import Linear, Modes, linearise
 from .analysis.reach import OutOfReach, reach
 from .ensemble.ensemble import ensemble
 from .ensemble.reduction import Reduction
@@ -27,7 +28,9 @@ __all__ = [
     "Followed",
     "HybridState",
     "Impact",
+    "Linear",
     "Model",
+    "Modes",
     "OutOfReach",
     "Phase",
     "Reduction",
@@ -36,6 +39,7 @@ __all__ = [
     "ensemble",
     "follow",
     "inverse_dynamics",
+    "linearise",
     "load_model",
     "load_run",
     "methods",

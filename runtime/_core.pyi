@@ -72,6 +72,36 @@ class Kernels:
     def motions(self, q: Array) -> Array: ...
     def closure_misses(self, parameters: Array, q: Array) -> Array: ...
     def rounding(self, q: Array, u: Array, t: float = 0.0) -> Array: ...
+    @property
+    def derivatives(self) -> dict[str, int] | None: ...
+    @property
+    def directions(self) -> int: ...
+    def constant_tangents(self, p: Array) -> Array: ...
+    def acceleration_tangents(
+        self,
+        q: Array,
+        u: Array,
+        t: float | Array,
+        u_dot: Array,
+        multipliers: Array,
+        by: dict[str, tuple[int, Array]],
+        blocks: int,
+    ) -> tuple[Array, Array, dict[int, str]]: ...
+    def tangents(
+        self,
+        name: str,
+        q: Array,
+        u: Array,
+        t: float,
+        u_dot: Array,
+        multipliers: Array,
+        P: Array,
+        by: dict[str, Array],
+        blocks: int,
+    ) -> Array | None: ...
+    def repeat_jacobian(
+        self, q: Array, u: Array, t: float, by: dict[str, tuple[int, Array]], blocks: int, calls: int
+    ) -> None: ...
     def acceleration(
         self, q: Array, u: Array, t: float | Array, side_by_side: bool = True, forces: bool = True
     ) -> tuple[Array, Array, dict[int, str]]: ...

@@ -21,6 +21,7 @@ include "face/arrays.pxi"
 include "face/supply.pxi"
 include "face/evaluations.pxi"
 include "face/forces.pxi"
+include "face/derivatives.pxi"
 include "face/runs.pxi"
 include "face/ensembles.pxi"
 

@@ -13,6 +13,7 @@ EXTRAS = {
     "pyarrow": "sweep",
     "scipy": "sweep",
     "distributed": "cluster",
+    "control": "control",
 }
 INSTALL_NAMES = {"PIL": "pillow"}
 

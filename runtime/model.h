@@ -18,7 +18,7 @@
 #ifndef CCGEN_MODEL_H
 #define CCGEN_MODEL_H
 
-#define CCGEN_CONTRACT_VERSION 12
+#define CCGEN_CONTRACT_VERSION 13
 
 /* 1 where x is positive, else 0: formulas with branches */
 static inline double unit_step(double x)
@@ -103,6 +103,34 @@ typedef int ccgen_contact_response(const double *k, const double *q, int count, 
 /* e[contacts]: coefficient of restitution of each contact */
 typedef void ccgen_restitution(const double *k, double *e);
 
+/* Derivatives of a model's functions, where it was asked for with them.
+ *
+ * A tangent is what an output changes by along one direction in the arguments, per unit. Directions come in blocks of `lanes`:
+ * value i of lane l of block b at [(b * size + i) * lanes + l]. */
+struct ccgen_arguments { /* what a function reads, or blocks of directions in it; its other members may be NULL */
+    const double *k, *q, *u, *t, *inputs, *u_dot, *multipliers, *P, *f, *y;
+};
+
+/* tangents[blocks][outputs][lanes], one output of the function behind the other, at the arguments `at`, along the directions
+ * `by`. Returns 1 where a pivot of what is solved almost vanishes, else 0. */
+typedef int ccgen_tangent(const struct ccgen_arguments *at, const struct ccgen_arguments *by, int blocks, double *tangents);
+
+/* "constants": of k along p, which stands in the place of k. "residual_q", "residual_u", "residual_k" and "residual_t" (along t
+ * and inputs): of f[nu] = A^T lambda - M u_dot - h and y[rows] = -A u_dot - dA/dt u, u_dot and lambda held; "jump": of
+ * A^T lambda - M u and -A u, u held too where no direction moves it. "solve": du[nu] and Lambda[rows] of `impulse` along f
+ * and y, where the blocks of y lie each behind that of f, as the residuals give them. All others: of the function of that name. What is not listed is zero. */
+struct ccgen_named_tangent {
+    const char *name;
+    int outputs;
+    ccgen_tangent *function;
+};
+
+struct ccgen_derivatives {
+    int lanes, count;
+    const struct ccgen_named_tangent *tangents; /* [count] */
+    ccgen_tangent *residual_q, *residual_u, *residual_k, *residual_t, *solve, *prescribed; /* those; NULL where they are zero */
+};
+
 struct ccgen_model {
     int version; /* CCGEN_CONTRACT_VERSION; checked when the model is loaded */
     const char *name;
@@ -152,6 +180,7 @@ struct ccgen_model {
     const int *latched_at;     /* [latches]: which function that is; this and the next NULL without latches */
     ccgen_switching *latching; /* value[latches] that are set */
     ccgen_switching *outputs;  /* value[told], from all inputs; NULL without any */
+    const struct ccgen_derivatives *derivatives; /* in derivatives.c; NULL where they were not asked for */
 };
 
 #endif

@@ -37,6 +37,9 @@ def root(
     precision: Annotated[
         str | None, typer.Option(metavar="NAME", help="numbers of the model: float, double or wide [double]")
     ] = None,
+    derivatives: Annotated[
+        bool, typer.Option("--derivatives", help="add the derivatives of its functions, for Python's model.derivatives")
+    ] = False,
     verbose: Verbose = False,
     quiet: Quiet = False,
     version: Annotated[bool, typer.Option("--version", help="print the version and stop")] = False,
@@ -51,7 +54,8 @@ def root(
     standard, faults = Standard(links, pinned, open_, hinged, gravity), Faults()
     if context.invoked_subcommand is not None:
         faults.of(standard.refuse, f"the command {context.invoked_subcommand}", scene)
-        for option, found in (("--fold", fold), ("--verbose", verbose), ("--quiet", quiet)):
+        given = (("--fold", fold), ("--derivatives", derivatives), ("--verbose", verbose), ("--quiet", quiet))
+        for option, found in given:
             if found:
                 faults.add(
                     f"{option}: found before the command {context.invoked_subcommand}, expected behind it; move it"
@@ -64,14 +68,16 @@ def root(
     elif version:
         print_version()
     elif links is None and scene is None and standard == Standard(None):
-        for option, given in (("--fold", fold), ("--precision", precision)):
-            if given:
+        asked = (("--fold", fold), ("--derivatives", derivatives), ("--precision", precision))
+        for option, there in asked:
+            if there:
                 faults.add(f"{option}: found without --links or --scene, expected one of them; say what is to be built")
         faults.stop_if_any()
         typer.echo(context.get_help(), err=True)
         raise typer.Exit(2)
     else:
-        build(standard, scene, out, fold, precision or "double", detail(faults, verbose, quiet), faults)
+        said = detail(faults, verbose, quiet)
+        build(standard, scene, out, fold, precision or "double", derivatives, said, faults)
 
 
 @app.command()

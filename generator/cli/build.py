@@ -77,6 +77,7 @@ def build(
     out: Path,
     fold: bool,
     precision: str,
+    derivatives: bool,
     detail: Detail,
     faults: Faults,
 ) -> None:
@@ -92,7 +93,7 @@ def build(
     assert scene
     tell_assembly(scene, detail)
     with refusing(CompileError, OutputError, FoldError), progress(detail) as tell:
-        folder = generate(scene, out, tell.stage, fold=fold, precision=precision)
+        folder = generate(scene, out, tell.stage, fold=fold, precision=precision, derivatives=derivatives)
     typer.echo(str(folder))
 
 

@@ -10,6 +10,7 @@ import shutil
 import subprocess
 import sys
 import sysconfig
+from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from importlib.metadata import version
@@ -131,16 +132,19 @@ def cythonize(folder: Path, steps: Steps) -> None:
     steps.fetch_or_make(folder / "_binding.c", made_from, lambda: _run(command, folder, "Cython"))
 
 
-def compile_model(compiler: Compiler, folder: Path, module: str, descriptor: str, steps: Steps) -> None:
+def compile_model(
+    compiler: Compiler, folder: Path, module: str, descriptor: str, steps: Steps, more: Iterable[str] = ()
+) -> None:
     """Compile the binding, the model and its lanes side by side and link them into the extension ``module``.
 
-    ``descriptor`` is what the model's C calls its descriptor.
+    ``descriptor`` is what the model's C calls its descriptor; ``more`` are sources besides that work in lanes.
     """
     names = NAMES.format(descriptor=descriptor, binding=BINDING, module=module)
     (folder / "_names.c").write_text(names)
     jobs = {
         "model.c": (*compiler.flags(), "-I."),
         "lanes.c": (*compiler.flags(), *LANES, "-I."),
+        **{source: (*compiler.flags(), *LANES, "-I.") for source in more},
         "_binding.c": (*LANGUAGE, "-O1", f"-I{sysconfig.get_path('include')}"),
     }
     objects = tuple(source.replace(".c", ".o") for source in jobs)

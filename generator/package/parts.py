@@ -24,7 +24,10 @@ DATA = "model.json"
 RECORD = "build.json"
 """File that holds how the package was built, where it runs, and sizes and hashes of its other files but the key."""
 
-BANNERED = ("__init__.py", "_binding.pyx", "model.c", "lanes.c")
+DERIVATIVES = "derivatives.c"
+"""File of the derivatives, in packages that were asked for with them."""
+
+BANNERED = ("__init__.py", "_binding.pyx", "model.c", "lanes.c", DERIVATIVES)
 """Files that say at their beginning that ccgen wrote them."""
 
 NAMES = {*HEADERS, *ONE_LANE_HEADERS, *BANNERED, KEY, RECORD, "_binding.c", "equations.txt", DATA}

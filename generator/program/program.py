@@ -13,7 +13,7 @@ from dataclasses import astuple, dataclass
 
 import sympy as sp
 
-from ..equations.equations import Assignment, Equations, Kernel
+from ..equations.equations import Assignment, Block, Equations, Kernel
 from ..mechanism.links import Parameter
 from .response import responses
 from .slices import Slicer
@@ -160,16 +160,26 @@ def lower(equations: Equations) -> Program:
     wanted = [(kernel, tuple(slicer.blocks(_roots(kernel)))) for kernel in equations.kernels]
     wanted += responses(equations).values()
     ordered = [sp.Symbol(p.symbol) for p in equations.parameters] + [a.symbol for a in slicer.constants]
-    functions, used = [], set[sp.Symbol]()
-    for kernel, blocks in wanted:
-        direct = {s for block in blocks for a in block.assignments for s in a.expression.free_symbols}
-        direct |= {s for entry in _roots(kernel) for s in entry.free_symbols}
-        sections = tuple(Section(block.title, block.assignments, block.shared) for block in blocks)
-        functions.append(Function(kernel, sections, tuple(s for s in ordered if s in direct)))
-        used |= direct & slicer.constant
+    functions = tuple(_function(kernel, blocks, ordered) for kernel, blocks in wanted)
+    used = {s for function in functions for s in function.constants}
     needed = slicer.needed(used)
     constants = tuple(a for a in slicer.constants if a.symbol in needed)
-    return Program(equations.parameters, constants, tuple(functions), equations.modules)
+    return Program(equations.parameters, constants, functions, equations.modules)
+
+
+def function_of(equations: Equations, kernel: Kernel) -> Function:
+    """The function of a kernel that is made of the quantities of the equations, and is none of theirs."""
+    slicer = Slicer(equations)
+    ordered = [sp.Symbol(p.symbol) for p in equations.parameters] + [a.symbol for a in slicer.constants]
+    return _function(kernel, slicer.blocks(_roots(kernel)), ordered)
+
+
+def _function(kernel: Kernel, blocks: Iterable[Block], ordered: Iterable[sp.Symbol]) -> Function:
+    """A kernel with its blocks; ``ordered`` are all that depends on parameters alone."""
+    sections = tuple(Section(block.title, block.assignments, block.shared) for block in blocks)
+    direct = {s for section in sections for a in section.assignments for s in a.expression.free_symbols}
+    direct |= {s for entry in _roots(kernel) for s in entry.free_symbols}
+    return Function(kernel, sections, tuple(s for s in ordered if s in direct))
 
 
 def _roots(kernel: Kernel) -> list[sp.Expr]:

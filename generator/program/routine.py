@@ -110,6 +110,10 @@ class Routines:
         """The routine of a kernel with modules one at a time: vectors are free for states side by side."""
         return self._routine(self.program.function(name), 1)
 
+    def link_by_link(self, function: Function) -> Routine:
+        """The routine of a function without a look at modules: its loops go over links alone."""
+        return self._routine(function, 0)
+
     def _routine(self, function: Function, lanes: int) -> Routine:
         kernel = function.kernel
         solver = next((name for name in SOLVERS if kernel.name in (name, name + OTHERWISE)), None)
@@ -137,9 +141,10 @@ class Routines:
         start = min((index for _, index, _ in turned.values()), default=0)
         places |= {name: (letter, index - start) for name, (letter, index, _) in turned.items()}
         results = _named([line.value for line in outputs])
-        side = abreast(blocks, owner, places, results, guards, self.packed, lanes)
+        side = abreast(blocks, owner, places, results, guards, self.packed, lanes) if lanes else None
         reserved = {*arguments, LOOP, "c", "s", *(o.name for o in kernel.outputs)}
-        whole = not (solver or kernel.asked or sparse)  # else outputs wait for guards, for a caller's room, for zeros
+        # outputs wait for guards, for a caller's room, for zeros, and those of link_by_link stay one by one
+        whole = lanes > 0 and not (solver or kernel.asked or sparse)
         if whole and _written(blocks) + len(outputs) > LONG:
             rolled, left = roll_finely(blocks, outputs, places, results, reserved)
         else:

@@ -8,7 +8,9 @@ from functools import cache
 
 import jinja2
 
+from ..equations.equations import Equations
 from ..program.routine import Routines
+from .derivatives import OF_ACCELERATIONS, Derivatives, tangents
 from .lanes import over_lanes, over_states
 from .precision import DOUBLE, Precision
 from .routines import Writer
@@ -102,8 +104,12 @@ def render_c(
     root: int,
     index: Iterable[str],
     numbers: Precision = DOUBLE,
+    derivatives: bool = False,
 ) -> str:
-    """The model in C11: one function per kernel and the descriptor. ``tables`` are the contract's arrays of numbers."""
+    """The model in C11: one function per kernel and the descriptor. ``tables`` are the contract's arrays of numbers.
+
+    With ``derivatives`` the descriptor names those of :func:`render_derivatives`.
+    """
     program = routines.program
     writer = Writer(numbers)
     functions = [writer.routine(r, routines.packed_from) for r in routines.made]
@@ -129,6 +135,26 @@ def render_c(
             root=root,
             floating=root >= 0,
             index=list(index),
+            derivatives=derivatives,
+        )
+    )
+
+
+def render_derivatives(banner: Banner, equations: Equations, routines: Routines, numbers: Precision = DOUBLE) -> str:
+    """The derivatives of the functions in C11, for as many directions at a time as there are lanes."""
+    writer, found = Derivatives(routines, numbers), tangents(equations, routines)
+    return (
+        _environment()
+        .get_template("derivatives.c.j2")
+        .render(
+            **vars(banner),
+            constants=writer.constants(),
+            functions=[writer.function(one) for one in found],
+            members=[one.name for one in found if one.name in OF_ACCELERATIONS],
+            member={"lambda": "multipliers"},
+            real=numbers.type,
+            preamble=numbers.preamble,
+            header="sincos.h" if numbers.double else "one_lane.h",
         )
     )
 

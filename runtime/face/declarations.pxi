@@ -9,6 +9,24 @@ ctypedef void (*of_state)(const real *k, const real *q, const real *u, real *out
 
 cdef extern from *:
     int CCGEN_CONTRACT_VERSION
+    struct ccgen_arguments:
+        const real *k
+        const real *q
+        const real *u
+        const real *t
+        const real *inputs
+        const real *u_dot
+        const real *multipliers
+        const real *P
+        const real *f
+        const real *y
+    struct ccgen_named_tangent:
+        const char *name
+        int outputs
+        int (*function)(const ccgen_arguments *at, const ccgen_arguments *by, int blocks, real *tangents) noexcept nogil
+    struct ccgen_derivatives:
+        int lanes, count
+        const ccgen_named_tangent *tangents
     struct ccgen_model:
         int version
         const char *name
@@ -34,6 +52,7 @@ cdef extern from *:
         void (*restitution)(const real *k, real *e) noexcept nogil
         void (*friction)(const real *k, real *mu) noexcept nogil
         of_state slips, slip_bias, contact_reactions
+        const ccgen_derivatives *derivatives
 
 cdef extern from *:
     enum outcome:
@@ -117,6 +136,16 @@ cdef extern from *:
     int joint_impulses(system *s, const real *q, const real *du, const real *P, real *reaction) nogil
     int find_closed(const system *s, size_t count, const real *q, char *closed) nogil
     void find_unknown(system *s, size_t count, const real *q, char *unknown) nogil
+    enum:
+        MOVES
+    struct directions:
+        ccgen_arguments by
+        int blocks
+        int first[4]
+        int count[4]
+    const ccgen_named_tangent *find_tangent(const ccgen_model *m, const char *name) nogil
+    int acceleration_tangents(system *s, real t, const real *q, const real *u, const real *u_dot, const real *lambda_,
+                              const directions *along, real *tangents, real *miss) nogil
     real rounding_of_acceleration(system *s, real t, const real *q, const real *u, real *whole) nogil
 
 cdef extern from *:

@@ -68,7 +68,8 @@ cdef class Evaluations:
             )
         m = self.m
         self.sizes = dict(n=m.nu, rows=m.rows, links=m.links, joints=m.joints, points=m.points, contacts=m.contacts,
-                          parameters=m.parameters, switches=m.switches, latches=m.latches)
+                          parameters=m.parameters, drives=m.drives, inputs=m.inputs, switches=m.switches,
+                          latches=m.latches)
         self.p = np.array([*parameters, 0.0], dtype=REAL)
         if len(parameters) != m.parameters:
             raise ValueError(f"found {len(parameters)} parameter values, expected {m.parameters}")

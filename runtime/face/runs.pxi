@@ -2,7 +2,7 @@
 
 OTHER_STATE = "a state of another model, method or precision, or written on another kind of processor"
 
-cdef class Kernels(Contacting):
+cdef class Kernels(Differentiating):
     """A model's kernels, and its runs."""
 
     def advance(self, str name, t, const real[::1] q, const real[::1] u, h, Supply supply=None, str kept="projected",

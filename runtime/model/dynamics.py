@@ -30,7 +30,7 @@ def at_states(
     """One field of ``Motion``, of one state or a batch, under ``inputs`` and with what ``contacts`` push."""
     try:
         states, single = model._state(q, u)
-        times = _times(t, len(states[0]))
+        times = read_times(t, len(states[0]))
         model.set_inputs(inputs)
     except ValueError:
         _refuse_all(model, q, u, t, inputs)
@@ -88,14 +88,14 @@ def _refuse_all(model: Compiled, q: ArrayLike, u: ArrayLike, t: ArrayLike, input
     with faults.collecting():
         count = len(model._state(q, u)[0][0])
     with faults.collecting():
-        _times(t, count or read_numbers(t, "t").size)
+        read_times(t, count or read_numbers(t, "t").size)
     with faults.collecting():
         model.set_inputs(inputs)
     model.set_inputs(None)
     faults.stop_if_any()
 
 
-def _times(t: ArrayLike, count: int) -> float | FloatArray:
+def read_times(t: ArrayLike, count: int) -> float | FloatArray:
     """One time for all ``count`` states, or each one's own."""
     times = read_numbers(t, "t")
     if times.shape not in ((), (count,)) or not finite(times):

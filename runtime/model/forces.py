@@ -85,7 +85,7 @@ def _accelerated(
     u_dot, multipliers, without = model.kernels.acceleration(q, u, t, side_by_side=not reactions, forces=forces)
     if without:
         wrong = min(without)
-        raise _none(model, int(numbers[wrong]) if numbers else wrong, without[wrong])
+        raise no_motion(model, int(numbers[wrong]) if numbers else wrong, without[wrong])
     return u_dot, multipliers
 
 
@@ -170,7 +170,7 @@ class Parts:
         return list(range(len(self.motion.u_dot))) if isinstance(rows, slice) else list(rows)
 
 
-def _none(model: Compiled, state: int, outcome: str) -> ValueError:
+def no_motion(model: Compiled, state: int, outcome: str) -> ValueError:
     return ValueError(f"{model.name}: state {state} has no accelerations ({outcome.replace('_', ' ')})")
 
 
@@ -182,7 +182,7 @@ def _trouble(model: Compiled, state: int, outcome: str, obstacle: str, contact: 
             "one; say how contacts are held by contacts={(point, ground): how}, or leave them out with contacts=()"
         )
     if not obstacle:
-        return _none(model, state, outcome)
+        return no_motion(model, state, outcome)
     point, ground = model.contacts[contact]
     unit = "rad" if ground in model.stops else "m"
     if obstacle == "strikes":

@@ -13,6 +13,8 @@ from ..arrays import FloatArray
 from ..files import read_path, write_whole
 from .assembly import assemble, project
 from .c_header import c_header
+from .derivatives import derivatives
+from .directions import Wrt
 from .dynamics import at_states, impact
 from .forces import Contacts
 from .geometry import Geometry
@@ -140,6 +142,46 @@ class Model(Geometry):
         would add energy.
         """
         return impact(self, q, u, contacts, restitution)
+
+    def acceleration_jacobian(
+        self,
+        q: ArrayLike,
+        u: ArrayLike,
+        t: ArrayLike = 0.0,
+        inputs: Values | None = None,
+        wrt: Wrt = ("q", "u"),
+        contacts: Contacts = None,
+    ) -> FloatArray:
+        """Derivatives (nu, columns) of the quasi-accelerations in flight: ``derivatives("acceleration", …)``."""
+        return derivatives(self, "acceleration", q, u, t, inputs, wrt, contacts)
+
+    def derivatives(
+        self,
+        of: str,
+        q: ArrayLike,
+        u: ArrayLike,
+        t: ArrayLike = 0.0,
+        inputs: Values | None = None,
+        wrt: Wrt = ("q", "u"),
+        contacts: Contacts = None,
+    ) -> FloatArray:
+        """Derivatives of a function of the state, exact to rounding (theory, section 11): its shape, then (columns,).
+
+        ``of`` is "acceleration" (nu,), "multipliers" (rows,), "reactions" (joints, 3), "closure" and "closure_rate"
+        (rows,), "gaps" and "gap_rates" (contacts,), "poses" and "velocities" (links, 3), "points" (points, 2), joints
+        first, "energy" (2,), kinetic and potential, "power" () or "outputs" (told,). ``wrt`` are names, each with a
+        column for every entry: "q", "u", "t", "inputs", an input, a parameter by its path; or a mapping of names to
+        directions (entries, columns), along which it is derived, those of all names together. Units are those of the
+        function per unit of what it is derived by. States may be a batch, as in ``acceleration``.
+
+        Only a model generated with ``derivatives=True`` has them; ``ValueError`` says so of others. Accelerations and
+        what follows from them are those of flight, whatever contacts are closed with ``contacts=()``; without it a
+        closed contact raises. ``ValueError`` too in singular configurations, where joints are redundant and a direction
+        opens their loops, or forces are asked for, and where a derivative is not finite. At a kink it is that of the
+        side on which the state counts: where an effect's switching function is not positive, below zero of an absolute
+        value. What effects hold is held.
+        """
+        return derivatives(self, of, q, u, t, inputs, wrt, contacts)
 
     # -- kinematics ------------------------------------------------------------------------------------------------
 

@@ -21,6 +21,7 @@ import sys
 from ccgen.generator import generate, load_scene
 for scene in sys.argv[2:]:
     generate(load_scene(scene), out=sys.argv[1])
+    generate(load_scene(scene), out=sys.argv[1] + "/with", derivatives=True)
 """
 
 
@@ -62,8 +63,9 @@ def generated(tmp_path_factory: pytest.TempPathFactory) -> list[dict[str, bytes]
 @pytest.mark.hard
 def test_same_bytes_under_three_hash_seeds_and_from_other_folders(generated: list[dict[str, bytes]]) -> None:
     first = generated[0]
-    assert sum(name.endswith("equations.txt") for name in first) == 2
-    assert sum(name.endswith("model.c") for name in first) == 2
+    assert sum(name.endswith("equations.txt") for name in first) == 4
+    assert sum(name.endswith("model.c") for name in first) == 4
+    assert sum(name.endswith("derivatives.c") for name in first) == 2
     for other in generated[1:]:
         assert list(other) == list(first)
         assert [name for name in first if other[name] != first[name]] == []

@@ -147,8 +147,8 @@ class Written:
         fill(values.ctypes.data, result.constants.ctypes.data)
         return result
 
-    def source(self, name: str, tables: Mapping[str, Sequence[int]]) -> tuple[str, Sizes]:
-        """The model's C with these tables of the contract, and its sizes."""
+    def source(self, name: str, tables: Mapping[str, Sequence[int]], *, derivatives: bool = False) -> tuple[str, Sizes]:
+        """The model's C with these tables of the contract, that names its derivatives if asked, and its sizes."""
         mechanism, program, state = self.scene.mechanism, self.program, self.equations.state
         routines = Routines(program, C.term)
         sizes = Sizes(
@@ -168,7 +168,8 @@ class Written:
             latches=sum(len(effect.latches()) for effect in self.scene.effects),
             told=len(self.equations.outputs),
         )
-        return render_c(Banner(name, name, "0", "0"), routines, sizes, tables, self.topology.root, self.index), sizes
+        banner, root = Banner(name, name, "0", "0"), self.topology.root
+        return render_c(banner, routines, sizes, tables, root, self.index, derivatives=derivatives), sizes
 
     def arguments(self, rng: np.random.Generator) -> tuple[Array, ...]:
         nu, rows = len(self.equations.state.u), 2 * len(self.topology.cuts)

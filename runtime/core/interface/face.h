@@ -19,6 +19,7 @@
 #include "motion/lanes.h"
 #include "motion/projection.h"
 #include "motion/rounding.h"
+#include "motion/tangent.h"
 
 typedef double ccgen_real;
 

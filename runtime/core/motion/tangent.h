@@ -1,0 +1,25 @@
+/* Derivatives of accelerations along directions; see tangent.c. */
+#ifndef CCGEN_TANGENT_H
+#define CCGEN_TANGENT_H
+
+#include "model/system.h"
+
+/* The derivative of that name; NULL where the model has none of it, or it vanishes */
+const struct ccgen_named_tangent *find_tangent(const struct ccgen_model *m, const char *name);
+
+/* Directions in the arguments of accelerations: blocks in q, in u, in k, and in t and inputs, of `blocks` in all. Those in an
+ * argument begin with block first[], and there are count[] of them; the others do not move it. */
+enum { MOVES_Q, MOVES_U, MOVES_K, MOVES_T, MOVES }; /* four */
+struct directions {
+    struct ccgen_arguments by;
+    int blocks, first[4], count[4];
+};
+
+/* tangents[blocks][n + rows][lanes] of accelerations and multipliers in flight, at a state with u_dot[n] and lambda[rows]. *miss
+ * is negative where the generated functions have solved; else by how much, at most and relatively, rows that depend on others
+ * keep the directions from being those of a motion. */
+enum outcome acceleration_tangents(struct system *s, double t, const double *q, const double *u, const double *u_dot,
+                                   const double *lambda, const struct directions *along, double *tangents,
+                                   double *miss);
+
+#endif

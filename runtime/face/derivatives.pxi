@@ -1,0 +1,130 @@
+# Derivatives of a model's functions along directions, in blocks of lanes.
+
+cdef class Differentiating(Contacting):
+    """A model's kernels and their derivatives."""
+
+    @property
+    def derivatives(self):
+        """Names of the functions whose derivatives the model has and which do not vanish, and how many numbers each has; None
+        for a model that was not asked for with them."""
+        cdef int i
+        if self.m.derivatives is NULL:
+            return None
+        return {self.m.derivatives.tangents[i].name.decode(): self.m.derivatives.tangents[i].outputs
+                for i in range(self.m.derivatives.count)}
+
+    @property
+    def directions(self):
+        """Directions of a block."""
+        return self.m.derivatives.lanes if self.m.derivatives is not NULL else 0
+
+    cdef const real *_given_directions(self, dict by, str name, int blocks, int size, list kept) except NULL:
+        """Directions (blocks, size, lanes) in an argument; zeros where there are none."""
+        cdef const real[:, :, ::1] given
+        value = by.get(name)
+        if value is None:
+            value = zeros((blocks, size, self.m.derivatives.lanes))
+        if value.shape != (blocks, size, self.m.derivatives.lanes):
+            raise ValueError(f"found directions {value.shape} in {name}, expected {blocks}, {size}, {self.directions}")
+        given = value if value.size else zeros((1, 1, 1))
+        kept.append(given)
+        return &given[0, 0, 0]
+
+    cdef directions _along(self, dict by, int blocks, list kept) except *:
+        """Directions by argument: the first block and an array of blocks (count, size, lanes). With t come inputs."""
+        cdef directions found
+        cdef int i
+        memset(&found, 0, sizeof(found))
+        found.blocks = blocks
+        arrays = {name: value for name, (_, value) in by.items()}
+        for i, name in enumerate(("q", "u", "k", "t")):
+            if name in by:
+                found.first[i], found.count[i] = by[name][0], by[name][1].shape[0]
+                if found.first[i] < 0 or found.first[i] + found.count[i] > blocks:
+                    raise ValueError(f"found blocks from {found.first[i]} in {name}, expected those of {blocks}")
+        found.by.q = self._given_directions(arrays, "q", found.count[0], self.m.nu, kept)
+        found.by.u = self._given_directions(arrays, "u", found.count[1], self.m.nu, kept)
+        found.by.k = self._given_directions(arrays, "k", found.count[2], self.m.constants, kept)
+        found.by.t = self._given_directions(arrays, "t", found.count[3], 1, kept)
+        found.by.inputs = self._given_directions(arrays, "inputs", found.count[3], self.m.inputs, kept)
+        return found
+
+    def constant_tangents(self, const real[:, :, ::1] p):
+        """Tangents (blocks, constants, lanes) of the constants along those of the parameters, (blocks, parameters, lanes)."""
+        cdef int blocks = p.shape[0], lanes = self.m.derivatives.lanes
+        cdef ccgen_arguments at, by
+        found = zeros((blocks, self.m.constants, lanes))
+        cdef real[:, :, ::1] out = found
+        memset(&at, 0, sizeof(at))
+        memset(&by, 0, sizeof(by))
+        if self.m.parameters and blocks:
+            at.k, by.k = &self.k[0], &p[0, 0, 0]
+            find_tangent(self.m, b"constants").function(&at, &by, blocks, &out[0, 0, 0])
+        return found
+
+    def acceleration_tangents(self, const real[:, ::1] q, const real[:, ::1] u, t, const real[:, ::1] u_dot,
+                              const real[:, ::1] multipliers, dict by, int blocks):
+        """Tangents (b, blocks, n + rows, lanes) of accelerations and multipliers along directions ``by``, the same for all
+        states: of each argument the first block and an array (count, size, lanes); what rows miss by (b,), negative where nothing was in the way; and outcomes by state where there are none."""
+        cdef Py_ssize_t i, b = q.shape[0]
+        cdef list kept = []
+        cdef directions moved = self._along(by, blocks, kept)
+        cdef _Times times = _Times(t, b)
+        cdef _Memory memory = _Memory()
+        cdef system s = self._system(memory)
+        cdef int outcome
+        found, missed = empty((b, blocks, self.m.nu + self.m.rows, self.m.derivatives.lanes)), empty(b)
+        cdef real[:, :, :, ::1] out = found
+        cdef real[::1] miss = missed
+        without = {}
+        for i in range(b):
+            outcome = acceleration_tangents(&s, times.at(i), &q[i, 0], &u[i, 0], &u_dot[i, 0],
+                                            &multipliers[i, 0] if self.m.rows else NULL, &moved,
+                                            &out[i, 0, 0, 0], &miss[i])
+            if outcome:
+                without[i] = OUTCOMES[outcome]
+        return found, missed, without
+
+    def tangents(self, str name, const real[::1] q, const real[::1] u, real t, const real[::1] u_dot,
+                 const real[::1] multipliers, const real[::1] P, dict by, int blocks):
+        """Tangents (blocks, outputs, lanes) of the function ``name`` at one state; zeros where it does not move."""
+        cdef const ccgen_named_tangent *function = find_tangent(self.m, name.encode())
+        cdef list kept = []
+        cdef ccgen_arguments at, moved
+        cdef real[:, :, ::1] out
+        if function is NULL:
+            return None
+        moved.k = self._given_directions(by, "k", blocks, self.m.constants, kept)
+        moved.q = self._given_directions(by, "q", blocks, self.m.nu, kept)
+        moved.u = self._given_directions(by, "u", blocks, self.m.nu, kept)
+        moved.t = self._given_directions(by, "t", blocks, 1, kept)
+        moved.inputs = self._given_directions(by, "inputs", blocks, self.m.inputs, kept)
+        moved.u_dot = self._given_directions(by, "u_dot", blocks, self.m.nu, kept)
+        moved.multipliers = self._given_directions(by, "multipliers", blocks, self.m.rows, kept)
+        moved.P = self._given_directions(by, "P", blocks, P.shape[0], kept)
+        moved.f = moved.y = NULL
+        found = empty((blocks, function.outputs, self.m.derivatives.lanes))
+        out = found
+        at.k, at.q, at.u, at.t = &self.k[0], &q[0], &u[0], &t
+        at.inputs = self._given(t, &q[0], &u[0])
+        at.u_dot, at.P = &u_dot[0], &P[0]
+        at.multipliers = &multipliers[0]
+        at.f = at.y = NULL
+        function.function(&at, &moved, blocks, &out[0, 0, 0])
+        return found
+
+    def repeat_jacobian(self, const real[::1] q, const real[::1] u, real t, dict by, int blocks, long calls):
+        """Evaluate accelerations and their tangents at one state ``calls`` times, without the GIL: for timing."""
+        cdef long i
+        cdef int outcome
+        cdef list kept = []
+        cdef directions moved = self._along(by, blocks, kept)
+        cdef _Memory memory = _Memory()
+        cdef system s = self._system(memory)
+        cdef real[::1] u_dot = empty(self.m.nu), rows = empty(self.m.rows + 1)
+        cdef real[::1] out = empty(blocks * (self.m.nu + self.m.rows) * self.m.derivatives.lanes)
+        cdef real miss
+        with nogil:
+            for i in range(calls):
+                outcome = system_acceleration(&s, t, &q[0], &u[0], &u_dot[0], &rows[0])
+                outcome = acceleration_tangents(&s, t, &q[0], &u[0], &u_dot[0], &rows[0], &moved, &out[0], &miss)
