@@ -13,20 +13,46 @@ static void subtract(int n, double factor, const double *v, double *x)
         x[i] -= factor * v[i];
 }
 
+enum { ABREAST = 16 /* columns of which sums are kept at a time */ };
+
+/* The longest of columns k to `columns`, from row k on, the first where several are; the square of its length */
+static int longest(int n, int columns, const double *g, int k, double *square)
+{
+    double squares[ABREAST];
+    int best = k;
+    *square = -1.0;
+    for (int j = k; j < columns; j += ABREAST) {
+        const int count = columns - j < ABREAST ? columns - j : ABREAST;
+        dots(n - k, count, (size_t)n, NULL, g + (size_t)j * n + k, squares);
+        for (int i = 0; i < count; i++)
+            if (squares[i] > *square) {
+                *square = squares[i];
+                best = j + i;
+            }
+    }
+    return best;
+}
+
+/* Reflect columns k + 1 to `columns` by v, which is column k from row k on. */
+static void reflect_columns(int n, int columns, double *g, int k, double beta)
+{
+    double sums[ABREAST];
+    const double *v = g + (size_t)k * n + k;
+    for (int j = k + 1; j < columns; j += ABREAST) {
+        const int count = columns - j < ABREAST ? columns - j : ABREAST;
+        dots(n - k, count, (size_t)n, v, g + (size_t)j * n + k, sums);
+        for (int i = 0; i < count; i++)
+            subtract(n - k, beta * sums[i], v, g + (size_t)(j + i) * n + k);
+    }
+}
+
 int reduce_columns(int n, int columns, double *g, double nearest, double *diagonal, double *beta, int *order)
 {
     const int most = n < columns ? n : columns;
     double first = 0.0;
     for (int k = 0; k < most; k++) {
-        int best = k;
-        double length = -1.0;
-        for (int j = k; j < (order ? columns : k + 1); j++) {
-            const double *column = g + (size_t)j * n + k, square = dot(n - k, column, column);
-            if (square > length) {
-                length = square;
-                best = j;
-            }
-        }
+        double length;
+        const int best = longest(n, order ? columns : k + 1, g, k, &length);
         length = sqrt(length);
         if (k == 0)
             first = length;
@@ -46,10 +72,7 @@ int reduce_columns(int n, int columns, double *g, double nearest, double *diagon
         diagonal[k] = v[k] > 0.0 ? -length : length;
         v[k] -= diagonal[k];
         beta[k] = 2.0 / dot(n - k, v + k, v + k);
-        for (int j = k + 1; j < columns; j++) {
-            double *w = g + (size_t)j * n + k;
-            subtract(n - k, beta[k] * dot(n - k, v + k, w), v + k, w);
-        }
+        reflect_columns(n, columns, g, k, beta[k]);
     }
     return most;
 }

@@ -90,6 +90,15 @@ static inline int active_count(const struct system *s)
     return s->active ? s->active->count : 0;
 }
 
+/* Whether the friction of one of them is at its limit, and so may do work */
+static inline int any_slides(const struct system *s)
+{
+    for (int i = 0; i < active_count(s); i++)
+        if (against(s->active->mode[i]))
+            return 1;
+    return 0;
+}
+
 /* How many rows they have; in a projection of the position all contacts have one */
 static inline int active_rows(const struct system *s, int speed)
 {

@@ -32,17 +32,36 @@ static size_t dop853_scratch(const struct system *s)
     return (size_t)(DENSE_STAGES + 1 + DENSE_DEGREE + 1 + ESTIMATES) * s->size;
 }
 
-/* out = y + h sum_j a[j] k_j over the first `count` stages */
-static void combine(double *scratch, int size, const double *a, int count, double h, const double *y, double *out)
+/* sums[size] of a[j] k_j over the first `count` stages in turn. Four are added at a time, so that sums are read and written a quarter as
+ * often. */
+static void weigh(const double *stages, int size, const double *a, int count, double *restrict sums)
 {
-    for (int i = 0; i < size; i++)
-        out[i] = 0.0;
+    double w[4];
+    const double *k[4];
+    int taken = 0;
+    memset(sums, 0, size * sizeof *sums);
     for (int j = 0; j < count; j++) {
-        const double w = a[j], *k = stage(scratch, size, j);
-        if (w != 0.0)
-            for (int i = 0; i < size; i++)
-                out[i] += w * k[i];
+        if (a[j] == 0.0)
+            continue;
+        w[taken] = a[j];
+        k[taken++] = stages + (size_t)j * size;
+        if (taken < 4)
+            continue;
+        const double *k0 = k[0], *k1 = k[1], *k2 = k[2], *k3 = k[3];
+        for (int i = 0; i < size; i++)
+            sums[i] = sums[i] + w[0] * k0[i] + w[1] * k1[i] + w[2] * k2[i] + w[3] * k3[i];
+        taken = 0;
     }
+    for (int j = 0; j < taken; j++)
+        for (int i = 0; i < size; i++)
+            sums[i] += w[j] * k[j][i];
+}
+
+/* out = y + h sum_j a[j] k_j over the first `count` stages */
+static void combine(const double *stages, int size, const double *a, int count, double h, const double *y,
+                    double *restrict out)
+{
+    weigh(stages, size, a, count, out);
     for (int i = 0; i < size; i++)
         out[i] = y[i] + h * out[i];
 }
@@ -62,15 +81,11 @@ static enum outcome dop853_step(struct system *s, double *scratch, double t, dou
     }
     combine(scratch, size, B, STAGES, h, y, y1);
     double *error3 = estimate(scratch, size, 0), *error5 = estimate(scratch, size, 1);
+    weigh(scratch, size, E3, STAGES, error3);
+    weigh(scratch, size, E5, STAGES, error5);
     for (int i = 0; i < size; i++) {
-        double e3 = 0.0, e5 = 0.0;
-        for (int j = 0; j < STAGES; j++) {
-            const double k = scratch[(size_t)j * size + i];
-            e3 += E3[j] * k;
-            e5 += E5[j] * k;
-        }
-        error3[i] = h * e3;
-        error5[i] = h * e5;
+        error3[i] *= h;
+        error5[i] *= h;
     }
     return OUTCOME_DONE;
 }
@@ -120,12 +135,12 @@ static enum outcome dop853_prepare(struct system *s, double *scratch, double t, 
         coefficient(scratch, size, 0)[i] = difference;
         coefficient(scratch, size, 1)[i] = h * dy[i] - difference;
         coefficient(scratch, size, 2)[i] = 2.0 * difference - h * (dy1[i] + dy[i]);
-        for (int d = 0; d < DENSE_DEGREE - 3; d++) {
-            double sum = 0.0;
-            for (int j = 0; j < DENSE_STAGES; j++)
-                sum += D[d][j] * scratch[(size_t)j * size + i];
-            coefficient(scratch, size, 3 + d)[i] = h * sum;
-        }
+    }
+    for (int d = 3; d < DENSE_DEGREE; d++) {
+        double *of = coefficient(scratch, size, d);
+        weigh(scratch, size, D[d - 3], DENSE_STAGES, of);
+        for (int i = 0; i < size; i++)
+            of[i] *= h;
     }
     memcpy(at, y, size * sizeof *y);
     return OUTCOME_DONE;

@@ -8,7 +8,8 @@ double fastest(const struct system *s, const double *x)
     double found = 0.0;
     for (int i = 0; i < s->n; i++) {
         const double entry = fabs(x[i]) / s->unit[i];
-        found = fmax(found, isnan(entry) ? INFINITY : entry);
+        if (!(entry <= found)) /* a NaN too */
+            found = isnan(entry) ? INFINITY : entry;
     }
     return found;
 }

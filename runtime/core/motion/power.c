@@ -4,13 +4,12 @@
 #include "model/inputs.h"
 #include "motion/acceleration.h"
 
-/* Power (W) of the friction of held contacts that slide; slips[contacts] is scratch. */
+/* Power (W) of the friction of held contacts, some of which slide; slips[contacts] is scratch. */
 static double friction_power(const struct system *s, const double *q, const double *u, double *slips)
 {
     const struct active_set *h = s->active;
     double power = 0.0;
-    if (active_count(s))
-        s->model->slips(s->k, q, u, slips);
+    s->model->slips(s->k, q, u, slips);
     for (int i = 0; i < active_count(s); i++)
         if (against(h->mode[i]))
             power -= against(h->mode[i]) * s->friction[h->set[i]] * h->force[i] * slips[h->set[i]];
@@ -58,7 +57,7 @@ enum outcome power_with(struct system *s, double t, const double *q, const doubl
         return driven_power(s, t, q, u, u_dot, power);
     if (m->power)
         m->power(s->k, q, u, t, s->inputs, u_dot, lambda, power);
-    if (!s->friction)
+    if (!s->friction || !any_slides(s))
         return OUTCOME_DONE;
     const struct mark mark = s->arena->top;
     double *slips = TAKE(s->arena, double, m->contacts);

@@ -19,7 +19,8 @@ static double largest(int n, const double *x)
 {
     double found = 0.0;
     for (int i = 0; i < n; i++)
-        found = fmax(found, isnan(x[i]) ? INFINITY : fabs(x[i]));
+        if (!(fabs(x[i]) <= found)) /* a NaN too */
+            found = isnan(x[i]) ? INFINITY : fabs(x[i]);
     return found;
 }
 

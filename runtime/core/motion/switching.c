@@ -12,6 +12,15 @@ static int tangential(int mode)
     return mode == STICK ? 2 : mode != FRICTIONLESS && mode != GRAZING;
 }
 
+/* Whether the sliding of a held contact is watched: of those that stick it is zero */
+static int watches_slips(const struct active_set *h)
+{
+    for (int i = 0; i < h->count; i++)
+        if (tangential(h->mode[i]) == 1)
+            return 1;
+    return 0;
+}
+
 int switching_count(const struct system *s)
 {
     const struct active_set *h = s->active;
@@ -51,7 +60,7 @@ enum outcome switching_functions(struct system *s, double t, const double *y, do
         h->peak[h->set[i]] = fmax(h->peak[h->set[i]], fabs(h->force[i]));
     for (int i = 0; i < h->count; i++)
         values[i] = h->mode[i] == GRAZING ? h->least[i] - fabs(h->force[i]) : h->least[i] + h->force[i];
-    if (s->friction)
+    if (watches_slips(h))
         s->model->slips(s->k, y, y + s->n, slips);
     for (int i = 0; i < h->count; i++) {
         const int contact = h->set[i];

@@ -90,14 +90,18 @@ static int penetrating_contact(const struct phase *f)
 {
     const struct ccgen_model *m = f->s->model;
     double *before = f->rates;
+    int known = 0;
     if (!m->contacts)
         return -1;
-    contact_gaps(f->s, f->y, before);
     contact_gaps(f->s, f->y1, f->gaps);
-    for (int c = 0; c < m->contacts; c++)
-        if (f->s->active->closed[c] != PUSHING &&
-            f->gaps[c] < fmin(-ADRIFT * f->s->extent[c], before[c] - PENETRATION * f->s->extent[c]))
+    for (int c = 0; c < m->contacts; c++) {
+        if (f->s->active->closed[c] == PUSHING || !(f->gaps[c] < -ADRIFT * f->s->extent[c]))
+            continue;
+        if (!known++) /* few steps ask for it */
+            contact_gaps(f->s, f->y, before);
+        if (f->gaps[c] < fmin(-ADRIFT * f->s->extent[c], before[c] - PENETRATION * f->s->extent[c]))
             return c;
+    }
     return -1;
 }
 
