@@ -110,4 +110,4 @@ def test_strides_of_legs_with_other_lengths(workshop: Workshop) -> None:
     missed = np.ptp(fine, axis=1) - (made["max(shin.F.x)"] - made["min(shin.F.x)"])[whole]
     own = bend * (turn[1] / 2.0) ** 2  # what the closed form's own grid misses
     assert np.all(missed >= -own - 1e-10) and np.all(missed <= bend * (apart / 2.0) ** 2 + 1e-10)
-    assert bend.max() * (apart / 2.0) ** 2 < 2e-3  # of strides of 50 to 90
+    assert bend.max() * (apart / 2.0) ** 2 < 2e-3  # of strides of 53 to 79
