@@ -275,8 +275,6 @@ def rollout(linkage: Any, step: float, integrator: str, lifts: Array, workers: i
 
 def remember(count: int) -> None:
     """Fly so many starts, drawn piece by piece, keep the largest height alone, and print what memory it took."""
-    import resource
-
     model = ring()
     q, u = starts(model, PIECE)
     rng, found = np.random.default_rng(1), -math.inf
@@ -287,7 +285,18 @@ def remember(count: int) -> None:
     for _ in range(0, count, PIECE):
         q[:, 1] = rng.uniform(0.0, 1.0, PIECE)
         found = ensemble(model, q0=q, u0=u, until=1.0, observe=["q"], reduce=highest, initial=found)
-    print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024) / 1e6)
+    print(peak())
+
+
+def peak() -> float:
+    """The most memory this process has had, MB. Linux's `ru_maxrss` would count what started it too."""
+    try:
+        lines = Path("/proc/self/status").read_text().splitlines()
+    except OSError:
+        import resource
+
+        return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024) / 1e6
+    return next(int(line.split()[1]) * 1024 for line in lines if line.startswith("VmHWM:")) / 1e6
 
 
 def memory(counts: list[int]) -> None:
@@ -296,8 +305,8 @@ def memory(counts: list[int]) -> None:
     for count in counts:
         began = time.perf_counter()
         command = [sys.executable, str(Path(__file__)), "--remember", str(count)]
-        peak = subprocess.run(command, capture_output=True, text=True, check=True).stdout
-        print(f"| {count} | {time.perf_counter() - began:.1f} | {float(peak):.0f} |", flush=True)
+        said = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+        print(f"| {count} | {time.perf_counter() - began:.1f} | {float(said):.0f} |", flush=True)
 
 
 PARTS = ("overhead", "flights", "threads", "drops", "memory")
@@ -310,7 +319,7 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=7, help="rounds of which the fastest counts")
     parser.add_argument("--drops", type=int, default=100_000, metavar="N", help="hexagons that are dropped")
     parser.add_argument("--threads", type=int, default=2, help="of the drops")
-    parser.add_argument("--flights", type=int, nargs="+", default=[1_000, 100_000, 1_000_000], help="of the memory")
+    parser.add_argument("--flights", type=int, nargs="+", default=[10_000, 100_000, 1_000_000], help="of the memory")
     parser.add_argument("--remember", type=int, help=argparse.SUPPRESS)
     options = parser.parse_args()
     WORK.mkdir(parents=True, exist_ok=True)
