@@ -163,6 +163,7 @@ benchmarks: $(VENV)/peers
 	@$(BIN)/python benchmarks/batch.py
 	@$(BIN)/python benchmarks/drop.py
 	@$(BIN)/python benchmarks/threads.py
+	@$(BIN)/python benchmarks/ensemble.py
 	@$(BIN)/python benchmarks/with_contacts.py
 
 formulations: $(VENV)/peers

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import inspect
 import re
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
-from ccgen.runtime import simulate
+from ccgen.runtime import ensemble, simulate
 
 from ..support.command_line import ccgen
 from ..support.folders import ROOT
@@ -56,11 +58,13 @@ def test_commands_print_what_the_documentation_says(document: str, command: str,
         assert f"\n{part}" in output
 
 
-def test_simulate_is_documented_with_all_its_arguments() -> None:
+@pytest.mark.parametrize("function", [simulate, ensemble])
+def test_calls_are_documented_with_all_their_arguments(function: Callable[..., Any]) -> None:
     """The call in docs/model.md has them in their order, and the table or the text above it says what each does."""
     text = (ROOT / "docs" / "model.md").read_text()
-    call, said = re.search(r"^    simulate\((.*?)\)\n(.*?)\n### ", text, re.DOTALL | re.MULTILINE).groups()  # type: ignore[union-attr]
-    parameters = inspect.signature(simulate).parameters
+    pattern = rf"^    {function.__name__}\((.*?)\)\n(.*?)\n### "
+    call, said = re.search(pattern, text, re.DOTALL | re.MULTILINE).groups()  # type: ignore[union-attr]
+    parameters = inspect.signature(function).parameters
     assert [one.partition("=")[0].strip() for one in call.split(",") if one.strip() != "*"] == list(parameters)
     for name, parameter in parameters.items():
         if parameter.default is not inspect.Parameter.empty:

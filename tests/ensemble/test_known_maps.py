@@ -1,0 +1,113 @@
+"""Maps over two numbers whose every cell is known: a rocking block that falls over or not, and the stride of Jansen's
+leg with other lengths."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ccgen.generator import load_scene
+from ccgen.runtime import ensemble
+
+from ..oracles.maximal import Array
+from ..support.folders import SCENES
+from ..support.jansen_foot import foot
+from ..support.workshop import Workshop
+
+WIDTH, HEIGHT, MASS, G = 0.5, 1.5, 60.0, 9.81
+BLOCK = f"""
+name = "rocking-block"
+[[link]]
+name = "block"
+mass = {MASS}
+inertia = {MASS * (WIDTH**2 + HEIGHT**2) / 12.0}
+com = [{WIDTH / 2}, {HEIGHT / 2}]
+points = {{ A = [0, 0], B = [{WIDTH}, 0], C = [{WIDTH}, {HEIGHT}], D = [0, {HEIGHT}] }}
+[[ground]]
+restitution = 0.0
+friction = 2.0
+contacts = ["block.A", "block.B", "block.C", "block.D"]
+[gravity]
+g = {G}
+[run]
+until = 6.0
+"""
+
+
+def falls(tilt: Array, rate: Array) -> Array:
+    """1 to the left, on whose corner A it stands, -1 to the right, 0 neither (Housner 1963).
+
+    Over a corner it gets with an energy above m g R. When it comes down flat the other corner takes over, and angular
+    momentum about that one is kept: the rate is multiplied by 1 - 3/2 sin² of the angle of the diagonal.
+    """
+    alpha, far = math.atan2(WIDTH, HEIGHT), math.hypot(WIDTH, HEIGHT) / 2.0
+    inertia = MASS * (WIDTH**2 + HEIGHT**2) / 3.0
+    energy = inertia / 2.0 * rate**2 + MASS * G * far * np.cos(alpha - tilt)
+    top, flat = MASS * G * far, MASS * G * far * math.cos(alpha)
+    left = (rate > 0.0) & (energy > top)
+    right = ~left & ((energy - flat) * (1.0 - 1.5 * math.sin(alpha) ** 2) ** 2 + flat > top)
+    return left.astype(float) - right
+
+
+def test_a_rocking_block_falls_where_it_must(workshop: Workshop) -> None:
+    """All cells but those whose verdict other rates within 1 % would change."""
+    model = workshop.model(BLOCK)
+    tilt, rate = (x.ravel() for x in np.meshgrid(np.linspace(0.01, 0.31, 21), np.linspace(-2.0, 2.0, 41)))
+    q0, u0 = np.zeros((2, tilt.size, 3))
+    q0[:, 2], u0[:, 2] = tilt, rate
+    made = ensemble(model, q0=q0, u0=u0, observe=["block.angle", "block.A.x"])
+    assert set(made.status) == {"done"}
+    angle = made["block.angle"]
+    found = np.where(np.abs(angle) > 0.5, np.sign(angle), 0.0)
+    wanted = falls(tilt, rate)
+    sure = (falls(tilt, 0.99 * rate) == wanted) & (falls(tilt, 1.01 * rate) == wanted)
+    assert np.count_nonzero(sure) > 0.97 * tilt.size and min(np.count_nonzero(wanted == x) for x in (-1, 0, 1)) > 100
+    assert np.array_equal(found[sure], wanted[sure])
+    lies = found != 0.0
+    assert np.abs(np.abs(angle[lies]) - math.pi / 2.0).max() < 1e-9  # on its side
+
+
+def turn_at_which_the_foot_stops(cranks: Array, struts: Array, first: Array) -> NDArray[np.float64]:
+    """From ``first`` on, how far the crank can turn until shin and tie are in line, by halving; infinite where it goes
+    all round."""
+    steps = np.linspace(0.0, 2.0 * math.pi, 2001)
+    with np.errstate(invalid="ignore"):
+        shut = np.isnan(foot(first[:, None] + steps, m=cranks[:, None], c=struts[:, None]))
+        low = steps[np.maximum(shut.argmax(axis=1), 1) - 1]
+        high = low + steps[1]
+        for _ in range(50):
+            middle = (low + high) / 2.0
+            beyond = np.isnan(foot(first + middle, m=cranks, c=struts))
+            low, high = np.where(beyond, low, middle), np.where(beyond, middle, high)
+    return np.where(shut.any(axis=1), low, math.inf)
+
+
+def test_strides_of_legs_with_other_lengths(workshop: Workshop) -> None:
+    """Cranks of 12 to 17 and struts of 38 to 41: the foot at every instant, the stride, and legs that cannot go round.
+
+    Each extreme is read at times whose crank angles are ``apart``; between them it lies at most half of that away, and
+    is missed by a (apart / 2)² / 2 at most, a being the largest second derivative of the foot's place by the angle.
+    """
+    model = workshop.model(load_scene(SCENES / "jansen-driven.toml"))
+    cranks, struts = (x.ravel() for x in np.meshgrid(np.linspace(12.0, 17.0, 6), np.linspace(38.0, 41.0, 4)))
+    at = np.linspace(0.0, 1.0, 1001)
+    names = ["max(shin.F.x)", "min(shin.F.x)", "shin.F.x", "crank.angle"]
+    made = ensemble(model, {"crank.points.A.x": cranks, "strut.points.C.x": struts}, observe=names, at=at)
+    angles, first = made["crank.angle"], made["crank.angle"][:, 0]
+    limit = turn_at_which_the_foot_stops(cranks, struts, first)
+    whole = np.isinf(limit)
+    assert np.array_equal(made.status == "done", whole) and 0 < np.count_nonzero(~whole) < whole.size
+    assert np.abs(made.t[~whole] - limit[~whole] / (2.0 * math.pi)).max() < 1e-6
+    assert all("tie and shin are in line there" in made.reason[row] for row in np.flatnonzero(~whole))
+    places = foot(angles[whole], m=cranks[whole, None], c=struts[whole, None]).real
+    assert np.abs(made["shin.F.x"][whole] - places).max() < 1e-10  # lengths to 66, joints shut to rounding
+    turn = np.linspace(0.0, 2.0 * math.pi, 100_001)
+    fine = foot(turn, m=cranks[whole, None], c=struts[whole, None]).real
+    apart = 2.0 * math.pi * at[1]
+    bend = np.abs(np.diff(fine, 2, axis=1)).max(axis=1) / turn[1] ** 2
+    missed = np.ptp(fine, axis=1) - (made["max(shin.F.x)"] - made["min(shin.F.x)"])[whole]
+    own = bend * (turn[1] / 2.0) ** 2  # what the closed form's own grid misses
+    assert np.all(missed >= -own - 1e-10) and np.all(missed <= bend * (apart / 2.0) ** 2 + 1e-10)
+    assert bend.max() * (apart / 2.0) ** 2 < 2e-3  # of strides of 53 to 79
