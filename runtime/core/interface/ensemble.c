@@ -172,7 +172,7 @@ static void write_forces(struct worker *w, size_t place, double t, const double 
     struct obstruction found;
     char unknown = 0;
     s.interruption = NULL;
-    s.unit = b->unit; /* the run's own stay for the states that follow */
+    s.unit = b->unit;  /* the run's own stay for the states that follow */
     s.baumgarte = 0.0; /* what damps drift is no force */
     s.projects_stages = 0;
     s.sides = NULL;
