@@ -5,6 +5,7 @@ from .compile.compiler import CompileError
 from .package.replace import OutputError
 from .pipeline import generate
 from .program.errors import FoldError
+from .rebuild import rebuild
 from .scene import Scene, SceneError, chain, load_scene, loop, pinned
 from .version import VERSION as __version__
 
@@ -21,4 +22,5 @@ __all__ = [
     "load_scene",
     "loop",
     "pinned",
+    "rebuild",
 ]

@@ -9,7 +9,7 @@ import os
 import re
 import shutil
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -110,6 +110,8 @@ class SweepFolder:
                 made.write(MANIFEST, (json.dumps(made.manifest, indent=1, sort_keys=True) + "\n").encode())
         except OSError as error:
             raise PlanError(f"{path}: cannot be written: {error.strerror}; name another folder") from error
+        except SweepError as error:
+            raise PlanError(str(error)) from error
         return made
 
     @contextmanager
@@ -153,17 +155,16 @@ class SweepFolder:
                 "a folder elsewhere, or observe less"
             )
 
-    def write_part(self, part: int, columns: Mapping[str, Any]) -> None:
-        """Write a part, the same bytes for the same columns."""
+    def write_part(self, part: int, table: Any) -> None:
+        """Write the table of a part, the same bytes for the same rows."""
         arrow, parquet = needed("pyarrow", "a sweep"), needed("pyarrow.parquet", "a sweep")
-        arrays = {name: _array(arrow, values) for name, values in columns.items()}
         buffer = arrow.BufferOutputStream()
-        parquet.write_table(arrow.table(arrays), buffer, compression="zstd", compression_level=3)
+        parquet.write_table(table, buffer, compression="zstd", compression_level=3)
         self.write(self.name(part), buffer.getvalue().to_pybytes())
 
     def write(self, name: str, content: bytes) -> None:
         """Write a file whole and put it in place, also where the machine stops at that moment. Raises
-        :class:`SweepError` where the disk is full."""
+        :class:`SweepError` where it cannot be written, as on a disk that is full."""
         unfinished = self.path / f".{name}.part"
         try:
             with unfinished.open("wb") as file:
@@ -171,13 +172,29 @@ class SweepFolder:
                 file.flush()
                 os.fsync(file.fileno())
             unfinished.replace(self.path / name)
+            self._sync()
         except OSError as error:
-            unfinished.unlink(missing_ok=True)
-            if error.errno not in (errno.ENOSPC, errno.EDQUOT):
-                raise
+            with suppress(OSError):
+                unfinished.unlink(missing_ok=True)
+            full = error.errno in (errno.ENOSPC, errno.EDQUOT)
+            why, advice = ("the disk is full", "make room") if full else (f"{error.strerror or error}", "mend that")
             raise SweepError(
-                f"{self.path}: the disk is full; make room and start again: it goes on where it stopped"
+                f"{self.path}: {name} cannot be written: {why}; {advice} and start again: it goes on where it stopped"
             ) from error
+
+    def _sync(self) -> None:
+        """Have the names of the folder on disk too."""
+        descriptor = os.open(self.path, os.O_RDONLY)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
+
+
+def table_of(columns: Mapping[str, Any]) -> Any:
+    """A table of Arrow of columns by name."""
+    arrow = needed("pyarrow", "a sweep")
+    return arrow.table({name: _array(arrow, values) for name, values in columns.items()})
 
 
 def _array(arrow: Any, values: Any) -> Any:

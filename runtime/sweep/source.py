@@ -1,0 +1,74 @@
+"""Where a worker elsewhere has its model from: the folder of its package, or the files of that, compiled there."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from pathlib import Path
+
+from ..loading.load import reopen
+from ..model.model import Model
+
+Packages = Mapping[str, Mapping[str, bytes]]
+"""Files of packages, by the name of each package and of each file."""
+Rebuild = Callable[[Packages, str], Path]
+"""Compiles packages for the machine that it is called on, or finds them done, and gives the folder of one of them, as
+:func:`ccgen.generator.rebuild` does."""
+
+
+class NoModelError(Exception):
+    """A worker has no model, with the reason; the next try brings the package's files along."""
+
+
+@dataclass(frozen=True)
+class Source:
+    """A model as it is sent: ``folder`` of its package, ``name`` and ``hash`` of the model, ``values`` of parameters.
+
+    ``files`` are those of its package, and of all packages that it becomes, for workers that cannot load it from the
+    folder; ``rebuild`` makes packages of them.
+    """
+
+    folder: Path
+    name: str
+    hash: str
+    values: tuple[tuple[str, float], ...]
+    rebuild: Rebuild | None = None
+    files: tuple[tuple[str, tuple[tuple[str, bytes], ...]], ...] = ()
+
+    def with_files(self) -> Source:
+        """The same with the files of its packages."""
+        folders = [self.folder, *(self.folder.parent / name for name in _others(self))]
+        return replace(self, files=tuple((folder.name, tuple(_files(folder))) for folder in folders))
+
+
+def source_of(model: Model, rebuild: Rebuild | None) -> Source:
+    """What is sent of a model. Raises ``TypeError`` for one that is in no package."""
+    if model.folder is None:
+        raise TypeError(f"{model.name}: found a model without a package, which cannot be sent; load it from one")
+    return Source(model.folder, model.name, str(model.data["hash"]), tuple(model.parameters.items()), rebuild)
+
+
+@lru_cache(maxsize=16)
+def model_of(source: Source) -> Model:
+    """The model in this process, loaded once. Raises :class:`NoModelError` where that is not possible."""
+    values = dict(source.values)
+    try:
+        return reopen(source.folder, source.name, source.hash, values)
+    except (FileNotFoundError, ImportError) as error:
+        if not source.files or source.rebuild is None:
+            raise NoModelError(str(error)) from None
+    packages = {name: dict(files) for name, files in source.files}
+    return reopen(source.rebuild(packages, source.folder.name), source.name, source.hash, values)
+
+
+def _others(source: Source) -> list[str]:
+    """Names of the packages that the model becomes, where joints let go and where events switch effects."""
+    data = model_of(replace(source, files=(), rebuild=None)).data
+    structures = data["switching"]["structures"][1:] if data.get("switching") else []
+    switched = data["switched"]["models"] if data.get("switched") else []
+    return [str(said["package"]) for said in (*structures, *switched)]
+
+
+def _files(folder: Path) -> list[tuple[str, bytes]]:
+    return [(file.name, file.read_bytes()) for file in sorted(folder.iterdir()) if file.is_file()]
