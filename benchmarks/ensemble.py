@@ -192,7 +192,7 @@ def batches(y: Array, width: int, tolerance: float, until: float) -> tuple[Calla
 def threads(rounds: int) -> None:
     """Two threads beside one, and two processes that share nothing, which is what the machine has to give."""
     print("| runs | µs a run | one thread, ms | two | speed-up | of two processes |\n|---|---|---|---|---|---|")
-    kinds = (("flights of 5 s", None, 5.0, 16384), ("drops to the 16th impact", 0.5, 1.85, 1024))
+    kinds = (("flights of 5 s", None, 5.0, 4096), ("drops to the 16th impact", 0.5, 1.85, 256))
     for name, height, until, count in kinds:
         model = ring(height)
         q, u = starts(model, count, height)
@@ -203,7 +203,7 @@ def threads(rounds: int) -> None:
         with context.Pool(1) as single, context.Pool(2) as double:
             calls = [whole, together(model, q, u, 2, **asked)]
             calls += [partial(single.map, work, [0]), partial(double.map, work, [1, 1], 1)]
-            one, two, alone_, both = fastest(calls, 3 * rounds)
+            one, two, alone_, both = fastest(calls, 8 * rounds)
         times = f"{1e6 * one / count:.0f} | {1e3 * one:.0f} | {1e3 * two:.0f}"
         print(f"| {count} {name} | {times} | {one / two:.2f} | {alone_ / both:.2f} |", flush=True)
     print()
