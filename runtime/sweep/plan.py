@@ -20,7 +20,7 @@ from ..files import read_path
 from ..model.model import Model
 from ..simulation.one_run import options_of
 from .samples import SAMPLERS, Samples
-from .starts import start_names
+from .starts import AT_START, start_names
 
 RUN = ("until", "rtol", "atol", "method", "step", "drift", "on_gain")
 """Keys of ``[run]``: arguments of ``simulate``."""
@@ -265,17 +265,18 @@ class _Reader:
         """A parameter's path or a name of the start's, once."""
         if not isinstance(name, str):
             self.add(where, name, "a name")
-        elif name in self.names:
+        elif name in self.names or f"{name}{AT_START}" in self.names:
             self.add(where, name, "each name once")
         elif kind != "start" and name in self.model.parameters:
             if self.collect(where, self.model.with_parameters, {name: self.model.parameters[name]}) is not None:
                 self.names.append(name)
                 return name
-        elif kind != "parameter" and name in self.starts:
-            self.names.append(name)
-            return name
+        elif kind != "parameter" and f"{name}{AT_START}" in self.starts:
+            self.names.append(f"{name}{AT_START}")
+            return self.names[-1]
         elif kind == "start":
-            self.add(where, name, f"one of {', '.join(self.starts)}")
+            known = (one.removesuffix(AT_START) for one in self.starts)
+            self.add(where, name, f"one of {', '.join(known)}")
         else:
             self.collect(where, self.model.parameters.__getitem__, name)
         return None

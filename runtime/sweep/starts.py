@@ -15,12 +15,16 @@ RATES = {"angle": "angular_velocity", "slide": "slide_rate", "x": "vx", "y": "vy
 """What the rate of each kind of coordinate is called."""
 
 
+AT_START = "(0)"
+"""Behind the name of an output: its value at t = 0, apart from the output itself, which may be observed too."""
+
+
 def start_names(model: Model) -> dict[str, tuple[str, int]]:
-    """Names of all coordinates and their rates at the start, and which entry of q or u each is."""
-    found = {name: ("q", k) for k, name in enumerate(model.q_of)}
+    """Names of all coordinates and their rates at the start, ``crank.angle(0)``, and which entry of q or u each is."""
+    found = {f"{name}{AT_START}": ("q", k) for k, name in enumerate(model.q_of)}
     for k, name in enumerate(model.q_of):
         of, _, kind = name.rpartition(".")
-        found[f"{of}.{RATES[kind]}"] = ("u", k)
+        found[f"{of}.{RATES[kind]}{AT_START}"] = ("u", k)
     return found
 
 

@@ -62,7 +62,7 @@ def test_rows_are_the_plans_runs(model: Model, plan: Path, whole: Path) -> None:
         row = table.iloc[run]
         params = {name: row[name] for name in ("ground_0.restitution", "gravity.g")}
         q, _ = model.start()
-        q[1] = row["link_0.y"]
+        q[1] = row["link_0.y(0)"]
         alone = simulate(model, q, params=params, until=0.9)
         assert row["impacts"] == len(alone.impacts)
         assert row["max(joint_1.force)"] == pytest.approx(

@@ -12,6 +12,7 @@ from scipy.stats import qmc
 
 from ccgen.generator import load_scene
 from ccgen.runtime import Model
+from ccgen.runtime.sweep.chunk import chunk_of, make_chunk
 from ccgen.runtime.sweep.plan import Plan, PlanError, plan_of, read_plan
 from ccgen.runtime.sweep.starts import starts_of
 
@@ -47,10 +48,10 @@ def test_a_grid(model: Model) -> None:
             {"parameter": "gravity.g", "from": 1, "to": 100, "count": 3, "scale": "log"},
         ],
     )
-    assert made.count == 18 and made.names == ("link_0.mass", "link_0.y", "gravity.g")
+    assert made.count == 18 and made.names == ("link_0.mass", "link_0.y(0)", "gravity.g")
     rows = made.rows(0, 18)
     assert list(rows["gravity.g"][:4]) == pytest.approx([1, 10, 100, 1])
-    assert list(rows["link_0.y"][:7]) == [1, 1, 1, 1.5, 1.5, 1.5, 2]
+    assert list(rows["link_0.y(0)"][:7]) == [1, 1, 1, 1.5, 1.5, 1.5, 2]
     assert list(rows["link_0.mass"]) == [1] * 9 + [2] * 9
     part = made.rows(7, 11)
     assert all(np.array_equal(part[name], rows[name][7:11]) for name in rows)
@@ -65,7 +66,7 @@ def test_rows_and_a_file(model: Model, tmp_path: Path) -> None:
     assert {name: list(values) for name, values in rows.items()} == {
         "link_0.mass": [1, 3],
         "link_1.mass": [2, 4],
-        "link_0.y": [1.5, 1.6],
+        "link_0.y(0)": [1.5, 1.6],
     }
 
 
@@ -85,7 +86,7 @@ def test_samples(model: Model, by: str) -> None:
     close = 0.05 if by == "random" else 0.01
     assert np.quantile(rows["link_0.mass"], [0.0, 0.25, 1.0]) == pytest.approx([1, 1.5, 3], abs=close)
     assert np.quantile(rows["gravity.g"], 0.5) == pytest.approx(10.0, rel=4 * close)
-    assert np.quantile(rows["link_0.y"], 0.8413447) == pytest.approx(2.5, abs=close)
+    assert np.quantile(rows["link_0.y(0)"], 0.8413447) == pytest.approx(2.5, abs=close)
     other = plan(model, vary=vary, sample={"by": by, "count": 8192, "seed": 4}).rows(0, 8192)
     assert not np.array_equal(rows["link_0.mass"], other["link_0.mass"])
     if by == "sobol":
@@ -95,14 +96,14 @@ def test_samples(model: Model, by: str) -> None:
 def test_starts_keep_loops_shut(four_bar: Model) -> None:
     """The crank where it is wanted and as fast, the others follow; a place that it cannot reach is told."""
     angles, rates = np.array([0.3, 1.0, 2.0]), np.array([1.0, -2.0, 0.0])
-    q, u, faults = starts_of(four_bar, {}, {"crank.angle": angles, "crank.angular_velocity": rates})
+    q, u, faults = starts_of(four_bar, {}, {"crank.angle(0)": angles, "crank.angular_velocity(0)": rates})
     assert q is not None and u is not None and not faults
     assert np.array_equal(np.round(q[:, 0], 12), angles) and u[:, 0] == pytest.approx(rates, abs=1e-12)
     assert np.abs(four_bar.closure(q)).max() <= 1e-12
     assert np.abs(np.einsum("bij,bj->bi", four_bar.jacobian(q), u)).max() <= 1e-12
     lengths = {"coupler.length": np.array([0.1, 5.0])} if "coupler.length" in four_bar.parameters else {}
     if lengths:
-        q, _, faults = starts_of(four_bar, lengths, {"crank.angle": np.array([0.3, 0.3])})
+        q, _, faults = starts_of(four_bar, lengths, {"crank.angle(0)": np.array([0.3, 0.3])})
         assert faults and all("cannot be closed" in why for why in faults.values())
 
 
@@ -125,7 +126,7 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ({"vary": [{**MASS, "values": [1], "count": 3}]}, "count: found beside values, expected one of both"),
     (
         {"combine": "rows", "vary": [{**MASS, "values": [1]}, {**HEIGHT, "values": [1, 2]}]},
-        "found rows beside link_0.mass of 1, link_0.y of 2, expected equally many",
+        "found rows beside link_0.mass of 1, link_0.y.0. of 2, expected equally many",
     ),
     (
         {"vary": [{**MASS, "from": 1, "to": 2}], "sample": {"by": "sobl", "count": 3}},
@@ -159,3 +160,18 @@ def test_every_fault_at_once(model: Model) -> None:
     assert len(str(refusal.value).splitlines()) == 4
     with pytest.raises(PlanError, match="found no file, expected a plan"):
         read_plan("nowhere.toml", model)
+
+
+def test_what_varies_at_the_start_may_be_observed(four_bar: Model) -> None:
+    """The start's value and the output over time are two columns."""
+    made = plan(
+        four_bar,
+        vary=[{"start": "crank.angle", "values": [0.3, 0.5]}],
+        observe=["crank.angle"],
+        times=3,
+        run={"until": 0.1},
+    )
+    columns = make_chunk(four_bar, chunk_of(made, 0, 2), 1)
+    assert columns["crank.angle(0)"].tolist() == [0.3, 0.5]
+    assert columns["crank.angle"].shape == (2, 3)
+    assert columns["crank.angle"][:, 0] == pytest.approx([0.3, 0.5], abs=1e-12)
