@@ -79,7 +79,7 @@ def test_elimination_of_dependent_rows(rank: int, core: Functions) -> None:
     assert np.abs(a @ z - wanted).max() <= 1e-11 * np.abs(wanted).max()
 
 
-@pytest.mark.parametrize(("columns", "rank"), [(3, 3), (4, 2), (5, 5), (5, 1)])
+@pytest.mark.parametrize(("columns", "rank"), [(3, 3), (4, 2), (5, 5), (5, 1), (19, 3), (40, 5)])
 def test_orthogonal_factorisation(columns: int, rank: int, core: Functions) -> None:
     """Its rank, the null space of the columns' transposes, and the solution of least norm, as by singular values."""
     rng = np.random.default_rng([columns, rank])

@@ -95,6 +95,22 @@ def test_dropped_rings_come_to_lie_flat(n: int, workshop: Workshop, reach: Reach
     _lie(f"ring of {n} dropped, e = 0 ... 0.7, two methods", 0, 16, runs, reach)
 
 
+@pytest.mark.parametrize("method", ["gauss", "dop853", "dopri5", "radau"])
+@pytest.mark.parametrize("speed", [1e-7, 1e-9])
+def test_a_flat_ring_slides_slowly(speed: float, method: str, workshop: Workshop) -> None:
+    """It has little energy in motion: what presses it to the ground is rounded by more than that, which is no error."""
+    model = _ring(workshop, 8)
+    angles = np.pi * np.array([0, -1, 0, 0, 1, 1, 2, 3])
+    sides = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    places = np.concatenate([np.zeros((1, 2)), np.cumsum(sides[:-1], axis=0)])
+    poses = np.column_stack([places, angles])
+    q, u = model.state_from_poses(poses, np.tile([speed, 0.0, 0.0], (8, 1)))
+    run = simulate(model, q, u, until=10.0, method=method)
+    assert run.success, run.message
+    assert len(run.t) <= 50
+    assert run.u[-1, 0] == pytest.approx(speed, rel=1e-5, abs=1e-13)
+
+
 @pytest.mark.parametrize(("method", "deepest"), [("dop853", 3e-12), ("gauss", 1e-11)])
 @pytest.mark.parametrize("e", [0.3, 0.5, 0.8])
 def test_a_flap_falls_flat_and_bounces(e: float, method: str, deepest: float, workshop: Workshop, reach: Reach) -> None:
