@@ -10,9 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
+from ..rebuild import rebuild
 from .compiled import compiled
 from .detail import Detail
 from .folders import MODELS, check_folder
+from .plan_numbers import written
 from .progress import Silence, progress
 from .refusal import STOPPED_EARLY, Faults, fail, refusing
 from .scene_file import read
@@ -52,13 +54,22 @@ def sweep(
     from ccgen.runtime.sweep.sweep import sweep as work
 
     with refusing(PlanError, ImportError):
-        plan = read_plan(plan_file, model)
+        plan = read_plan(plan_file, model, written)
     try:
         with progress(detail) as tell, executor_of(dask) as executor:
             tell.stage("simulate")
             told = told_of(tell)
             with refusing(PlanError, ImportError):
-                results = work(model, plan, folder, threads=workers, chunk=size, executor=executor, progress=told)
+                results = work(
+                    model,
+                    plan,
+                    folder,
+                    threads=workers,
+                    chunk=size,
+                    executor=executor,
+                    rebuild=rebuild,
+                    progress=told,
+                )
     except SweepError as error:
         fail(f"ccgen: {error}", STOPPED_EARLY)
     except KeyboardInterrupt:
@@ -101,7 +112,7 @@ def replay(
     from ccgen.runtime.sweep.results import Results
 
     with refusing(ValueError, ImportError):
-        made = Results(folder).run(model, read_plan(plan_file, model), run)
+        made = Results(folder).run(model, read_plan(plan_file, model, written), run)
     place.mkdir(parents=True, exist_ok=True)
     with refusing(OSError):
         made.save(place / "result.npz")

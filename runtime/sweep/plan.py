@@ -21,6 +21,7 @@ from ..model.model import Model
 from ..simulation.one_run import options_of
 from .samples import SAMPLERS, Samples
 from .starts import AT_START, start_names
+from .written import Plain, Written
 
 RUN = ("until", "rtol", "atol", "method", "step", "drift", "on_gain")
 """Keys of ``[run]``: arguments of ``simulate``."""
@@ -100,8 +101,10 @@ class Plan:
         return {name: found[name] for name in self.names}
 
 
-def read_plan(path: Any, model: Model) -> Plan:
-    """The plan in a TOML file, for runs of ``model``. Raises :class:`PlanError` with all that is wrong with it."""
+def read_plan(path: Any, model: Model, written: Written | None = None) -> Plan:
+    """The plan in a TOML file, for runs of ``model``; numbers that are texts, as "20 deg", are read by ``written``.
+
+    Raises :class:`PlanError` with all that is wrong with it."""
     file = read_path(path, "a plan")
     try:
         text = file.read_text(encoding="utf-8")
@@ -112,12 +115,14 @@ def read_plan(path: Any, model: Model) -> Plan:
         raise PlanError(f"{file}: cannot be read: {error}") from error
     except tomllib.TOMLDecodeError as error:
         raise PlanError(f"{file}: found no TOML: {error}; correct it") from error
-    return plan_of(tables, model, str(file), text, file.parent)
+    return plan_of(tables, model, str(file), text, file.parent, written)
 
 
-def plan_of(tables: Mapping[str, Any], model: Model, file: str, text: str, beside: Path) -> Plan:
+def plan_of(
+    tables: Mapping[str, Any], model: Model, file: str, text: str, beside: Path, written: Written | None = None
+) -> Plan:
     """The plan that ``tables`` are; files that it names are found from the folder ``beside``."""
-    reader = _Reader(tables, model, file, beside)
+    reader = _Reader(tables, model, file, beside, written)
     plan = reader.read(text)
     if reader.faults:
         with_file = (f"{file}: {line}" for line in reader.lines())
@@ -129,9 +134,14 @@ def plan_of(tables: Mapping[str, Any], model: Model, file: str, text: str, besid
 class _Reader:
     """Reads tables key by key and collects what is wrong."""
 
-    def __init__(self, tables: Mapping[str, Any], model: Model, file: str, beside: Path) -> None:
-        self.tables, self.model, self.file, self.beside = tables, model, file, beside
-        self.found: list[str] = []
+    def __init__(
+        self, tables: Mapping[str, Any], model: Model, file: str, beside: Path, written: Written | None
+    ) -> None:
+        plain = None if written is None else Plain(written)
+        self.tables = tables if plain is None else plain.of(tables)
+        self.model, self.file, self.beside = model, file, beside
+        self.told: dict[str, str] = {} if plain is None else plain.faults
+        self.found: list[str] = list(self.told.values())
         self.starts = start_names(model)
         self.names: list[str] = []
 
@@ -143,7 +153,7 @@ class _Reader:
         return list(dict.fromkeys(self.found))
 
     def add(self, key: str, found: Any, expected: str) -> None:
-        self.found.append(f"{key}: found {found!r}, expected {expected}")
+        self.found.append(self.told.get(key) or f"{key}: found {found!r}, expected {expected}")
 
     def collect(self, key: str, call: Any, *given: Any, **named: Any) -> Any:
         try:

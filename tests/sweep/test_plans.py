@@ -11,6 +11,7 @@ import pytest
 from scipy.stats import qmc
 
 from ccgen.generator import load_scene
+from ccgen.generator.cli.plan_numbers import written
 from ccgen.runtime import Model
 from ccgen.runtime.sweep.chunk import chunk_of, make_chunk
 from ccgen.runtime.sweep.plan import Plan, PlanError, plan_of, read_plan
@@ -175,3 +176,30 @@ def test_what_varies_at_the_start_may_be_observed(four_bar: Model) -> None:
     assert columns["crank.angle(0)"].tolist() == [0.3, 0.5]
     assert columns["crank.angle"].shape == (2, 3)
     assert columns["crank.angle"][:, 0] == pytest.approx([0.3, 0.5], abs=1e-12)
+
+
+def test_numbers_with_units(four_bar: Model, tmp_path: Path) -> None:
+    """As scenes write them; read by the command, since the runtime knows no units."""
+    file = tmp_path / "plan.toml"
+    file.write_text(
+        'at = [0, "500 ms"]\n[run]\nuntil = "0.5 s"\n'
+        '[[vary]]\nstart = "crank.angle"\nfrom = "0 deg"\nto = "2*pi"\ncount = 3\n'
+        '[[vary]]\nparameter = "crank.mass"\nvalues = ["200 g", 1]\n'
+    )
+    plan = read_plan(file, four_bar, written)
+    rows = plan.rows(0, plan.count)
+    assert rows["crank.mass"].tolist() == [0.2, 1.0] * 3 and plan.at == (0.0, 0.5) and plan.run["until"] == 0.5
+    assert rows["crank.angle(0)"].tolist() == [0, 0, np.pi, np.pi, 2 * np.pi, 2 * np.pi]
+    file.write_text(
+        '[run]\nuntil = "3 kg"\n[[vary]]\nstart = "crank.angle"\nfrom = "20 mm"\nto = "1 rda"\ncount = 3\n'
+        '[[vary]]\nparameter = "crank.mass"\nvalues = ["heavy"]\n'
+    )
+    with pytest.raises(PlanError) as refused:
+        read_plan(file, four_bar, written)
+    lines = str(refused.value).splitlines()
+    assert [line.split(": ")[1] for line in lines] == ["run.until", "vary[0].from", "vary[0].to", "vary[1].values"]
+    assert lines[1] == (
+        f'{file}: vary[0].from: found "20 mm": that is a length, not an angle in rad; write one such as "30 deg"'
+    )
+    with pytest.raises(PlanError, match=r"vary\[1\].values: found \['heavy'\], expected a list of finite numbers"):
+        read_plan(file, four_bar)
