@@ -36,5 +36,7 @@ def _changed(part: Any, values: Mapping[str, float]) -> Any:
     if isinstance(part, Sequence) and not isinstance(part, str):
         return tuple(_changed(one, values) for one in part)
     if is_dataclass(part) and not isinstance(part, type):
-        return replace(part, **{one.name: _changed(getattr(part, one.name), values) for one in fields(part) if one.init})
+        return replace(
+            part, **{one.name: _changed(getattr(part, one.name), values) for one in fields(part) if one.init}
+        )
     return part

@@ -53,6 +53,13 @@ def test_equilibria_and_torques_have_them() -> None:
     assert largest[1] == pytest.approx(2 * largest[0], rel=1e-6) and largest[0] != 0.0
 
 
+def test_a_crank_is_named_by_its_joint_or_its_link() -> None:
+    motor, crank = (CliRunner().invoke(app, ["torque", FOUR_BAR, name]).stdout for name in ("motor", "crank"))
+    assert motor == crank and "motor turned once at 1 rad/s: crank against ground" in crank
+    done = CliRunner().invoke(app, ["torque", FOUR_BAR, "coupler"])
+    assert done.exit_code == 2 and "JOINT: found 'coupler'" in done.stderr and "motor (ground - crank)" in done.stderr
+
+
 @pytest.mark.parametrize(
     ("options", "told"),
     [
