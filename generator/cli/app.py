@@ -220,7 +220,11 @@ def cost(
 def torque(
     scene: SceneFile,
     joint: Annotated[
-        str | None, typer.Argument(metavar="JOINT", help="the joint that drives; the scene's driven one unless given")
+        str | None,
+        typer.Argument(
+            metavar="JOINT",
+            help="the joint that drives, or a link pinned to the ground; the scene's driven joint unless given",
+        ),
     ] = None,
     rate: Annotated[str, typer.Option(metavar="W", help="its constant rate in rad/s")] = "1.0",
     plot: Annotated[Path | None, typer.Option(metavar="FILE", help="write the curve as PNG")] = None,

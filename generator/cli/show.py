@@ -8,15 +8,13 @@ from pathlib import Path
 import typer
 
 from ..scene import Scene
+from .compiled import compiled
 from .detail import Detail
 from .folders import MODELS, check_folder
 from .progress import progress
 from .refusal import Faults, refusing, refusing_options
 from .scene_file import read, tell_assembly
 from .settings import with_settings
-
-THRESHOLDS = "--tolerances"
-"""The option whose text depends on values of parameters."""
 
 
 def show(
@@ -33,22 +31,20 @@ def show(
 ) -> None:
     """Print the scene's summary, and its equations if asked for: as text or LaTeX, as derived, expanded or folded.
 
-    Or ``instead`` the thresholds of a run, or names of outputs, which need the compiled model. The thresholds are those
-    for other values of parameters where ``settings`` has some; equations and names are the same for any.
+    Or ``instead`` the thresholds of a run, or names of outputs, which need the compiled model. With ``settings`` the
+    summary and the thresholds are those for other values of parameters; equations have symbols for them.
     """
     given = {"--equations": equations, "--latex": latex, "--expand": expand, "--fold": fold, "--plan": plan is not None}
     beside = [*(option for option in given if given[option]), *instead[1:]] if instead else []
     for option in beside:
         faults.add(f"{option}: found beside {instead[0]}, which needs none, expected one of them; leave one out")
-    if settings and instead != [THRESHOLDS]:
-        faults.add(
-            f"--set: found without {THRESHOLDS}, expected beside it: all else has symbols for values; leave it out"
-        )
+    for option in (option for option in given if settings and given[option] and option != "--plan"):
+        faults.add(f"--set: found beside {option}, expected without: equations have symbols for values; leave one out")
     faults.of(_check_plan, plan)
     scene = faults.of(read, scene_file)
     if scene and plan and not instead:
         faults.of(_check_plan, plan, scene, fold)
-    if instead:
+    if instead or settings:
         faults.of(check_folder, MODELS, "folder of models")
     faults.stop_if_any()
     assert scene
@@ -56,12 +52,12 @@ def show(
         from ccgen.runtime.model.thresholds import thresholds_text
         from ccgen.runtime.record.outputs import outputs_text
 
-        from .compiled import compiled
-
-        text = {THRESHOLDS: thresholds_text, "--outputs": outputs_text}[instead[0]]
+        text = {"--tolerances": thresholds_text, "--outputs": outputs_text}[instead[0]]
         typer.echo(text(with_settings(compiled(scene, detail), settings)))
         return
-    tell_assembly(scene, detail)
+    changed = _with_values(scene, settings, detail) if settings else None
+    if changed is None:
+        tell_assembly(scene, detail)
     from ..documents.show import show_text
 
     with (
@@ -69,8 +65,18 @@ def show(
         progress(detail) as tell,
     ):  # too many links to expand, values that fold to no finite number
         tell.stage("derive")
-        text = show_text(scene, latex, expand, fold, equations=equations, plan=plan)
+        text = show_text(scene, latex, expand, fold, equations=equations, plan=plan, changed=changed)
     typer.echo(text)
+
+
+def _with_values(scene: Scene, settings: Mapping[str, float], detail: Detail) -> Scene:
+    """The scene with other values, its loops closed with them as a run closes them."""
+    from ..scene.with_values import with_values
+
+    model = with_settings(compiled(scene, detail), settings)
+    with refusing(ValueError):
+        q, _ = model.start()
+    return with_values(scene, settings, model.poses(q))
 
 
 def _check_plan(plan: str | None, scene: Scene | None = None, fold: bool = False) -> None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import typer
 
+from ..mechanism.joints import Joint
 from ..scene import Scene
 from .compiled import compiled
 from .detail import Detail
@@ -51,7 +52,7 @@ def torque(
         turn = driving_torque(model, turned, speed)
         if plot is not None:
             turn.plot(plot)
-    typer.echo(f"{model.name}: {turned} turned once at {speed:g} rad/s")
+    typer.echo(f"{model.name}: {turned} turned once at {speed:g} rad/s: {_motion(scene, turned)}")
     typer.echo(f"mean     {turn.mean:z16.9g} N m")
     for name, k in (("largest", turn.torque.argmax()), ("smallest", turn.torque.argmin())):
         typer.echo(f"{name:8} {turn.torque[k]:z16.9g} N m at {turn.angle[k]:.6g} rad")
@@ -125,14 +126,31 @@ def _tell_contact(name: str, forces: FloatArray, ranges: FloatArray, stop: bool)
 
 
 def _driving(scene: Scene, scene_file: Path, joint: str | None) -> str:
-    """The joint that is to be turned: the one asked for, or the only one whose motion the scene prescribes."""
+    """The joint that is to be turned: the one asked for, the only one that pins the link asked for to the ground, or
+    the only one whose motion the scene prescribes."""
     joints = scene.mechanism.joints
     turning = [one.name for one in joints if not one.slides]
+    held = [one for one in joints if not one.slides and one.on_ground]
+    of_link = [one.name for one in held if joint in _sides(scene, one)]
+    if joint not in turning and len(of_link) == 1:
+        return of_link[0]
     if joint is None and len(scene.driven) == 1:
         joint = joints[scene.driven[0]].name
-    expected = f"expected the joint that drives, one of: {', '.join(turning) or 'none here'}"
+    known = ", ".join(f"{one.name} ({' - '.join(_sides(scene, one))})" for one in joints if not one.slides)
+    expected = f"expected the joint that drives, one of: {known or 'none here'}"
     if joint is None:
         fail(f"JOINT: found none, {expected}; name it behind the scene file")
     if joint not in turning:
         fail(f"JOINT: found {joint!r}, which does not turn in {scene_file}, {expected}; name one of them")
     return joint
+
+
+def _sides(scene: Scene, joint: Joint) -> tuple[str, str]:
+    """The links that a joint joins, by name."""
+    return scene.mechanism.link_name(joint.first.link), scene.mechanism.link_name(joint.second.link)
+
+
+def _motion(scene: Scene, name: str) -> str:
+    """Which link turns against which at a joint."""
+    first, second = next(_sides(scene, joint) for joint in scene.mechanism.joints if joint.name == name)
+    return f"{second} against {first}"

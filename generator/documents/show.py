@@ -33,10 +33,18 @@ RANK_TOLERANCE = 1e-9
 
 
 def show_text(
-    scene: Scene, latex: bool, expanded: bool, fold: bool = False, *, equations: bool = True, plan: str | None = None
+    scene: Scene,
+    latex: bool,
+    expanded: bool,
+    fold: bool = False,
+    *,
+    equations: bool = True,
+    plan: str | None = None,
+    changed: Scene | None = None,
 ) -> str:
     """The text that ``ccgen show`` prints: the summary, and unless left out the listing; LaTeX and the expanded form,
-    where these are asked for, are whole in any case. ``plan`` names an order of elimination other than the chosen one.
+    where these are asked for, are whole in any case. ``plan`` names an order of elimination other than the chosen one;
+    ``changed`` is the scene with other values, which its summary has then: its equations are those of ``scene``.
 
     Raises ``ValueError`` for an expanded form of too many links or of driven joints, for one that is to be folded, and
     for a plan that the mechanism has not.
@@ -51,7 +59,7 @@ def show_text(
     form = expand(scene.mechanism, span(scene.mechanism, scene.driven), scene.effects) if expanded else None
     choice = plan_scene(scene, plan, fold=fold)[1]
     topology, derived = derive_scene(scene, fold, choice=choice)
-    summary, added = summarize(scene, choice, derived), prices(scene, fold, derived, choice)
+    summary, added = summarize(changed or scene, choice, derived), prices(scene, fold, derived, choice)
     if latex:
         return expanded_document(summary, form, added) if form else recursive_document(summary, derived, added)
     if form:

@@ -93,7 +93,7 @@ def _unreadable(text: str) -> str:
     opened, closed = text.count("("), text.count(")")
     if opened != closed:
         return f"it cannot be read, with {opened} ( and {closed} )"
-    units = [unit for unit in re.findall(r"[\d.]\s+([A-Za-zµ%°]+)", text) if unit in UNITS and unit not in RESERVED]
+    units = [unit for unit in re.findall(r"[\w.)]\s+([A-Za-zµ%°]+)", text) if unit in UNITS and unit not in RESERVED]
     if units:
         return f"it cannot be read: units stand behind a single number, not in arithmetic as {units[0]} does here"
     return "it cannot be read"

@@ -12,6 +12,13 @@ def part_at_joint(kind: str, name: str, joint: Joint, *numbers: Parameter | floa
     return kind, name, (joint.first, joint.second), numbers
 
 
+def braker(name: str, joint: Joint) -> Part:
+    """Of what brakes a joint: shoes about its pin, or pads beside its line (rad)."""
+    if joint.slides:
+        return part_at_joint("linear brake", name, joint, joint.axis)
+    return part_at_joint("brake", name, joint)
+
+
 def mover(name: str, joint: Joint) -> Part:
     """Of what moves a joint: an arc about its pin, or an arrow along its line (rad)."""
     if joint.slides:

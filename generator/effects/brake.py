@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from pydantic import Field
 
-from ..effect_base.effect import Complain, Effect, Entry, Surroundings
+from ..effect_base.effect import Complain, Effect, Entry, Part, Surroundings
 from ..effect_base.expression_of_time import Expression, InTime, Law, Quantity, own_parameters, term
+from ..effect_base.part_at_joint import braker
 from ..effect_base.points import find_joint
 from ..effect_base.table import JointName, Name, NotNegative, Positive, Table
 from ..effect_base.written_numbers import Measured, wrong_kind
 from ..mechanism.links import ANY, NOT_NEGATIVE, POSITIVE, Parameter
+from ..mechanism.mechanism import Mechanism
 
 if TYPE_CHECKING:
     from sympy import Expr
@@ -89,6 +91,9 @@ class Brake(Effect):
         """The torque (the force along its line) on the joint's second link, and its power."""
         asked, unit = ("force", "N") if motion.joint(self.joint).slides else ("torque", "N m")
         return (asked, unit, -self._moment(motion)), ("power", "W", self.power(motion))
+
+    def parts(self, mechanism: Mechanism) -> tuple[Part, ...]:
+        return (braker(self.name, mechanism.joints[self.joint]),)
 
     def _effort(self, motion: Motion) -> Expr:
         return term(self.effort, motion, f"torque_{self.label}")

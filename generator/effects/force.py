@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field
 
-from ..effect_base.effect import Complain, Effect, Entry, Surroundings
-from ..effect_base.expression_of_time import InTime, Law, Quantity, own_parameters, quantity, term
+from ..effect_base.effect import Complain, Effect, Entry, Part, Surroundings
+from ..effect_base.expression_of_time import InTime, Law, OfTime, Quantity, own_parameters, quantity, term
 from ..effect_base.points import find_point
 from ..effect_base.table import Name, PointName, Table
 from ..mechanism.joints import PointRef
@@ -67,6 +67,16 @@ class Force(Effect):
         """The force in fixed axes, and its power."""
         x, y = self._force(motion)
         return ("fx", "N", x), ("fy", "N", y), ("power", "W", self.power(motion))
+
+    def parts(self, mechanism: Mechanism) -> tuple[Part, ...]:
+        """An arrow at the point: the force, or where it changes with time 1 along each axis that it has."""
+        changes = any(isinstance(part, OfTime) for part in self.vector)
+        shown = tuple(float(part is not None) for part in self.vector) if changes else self._constant()
+        turns = float(self.frame == "link")
+        return (("force", self.name, (self.point, self.point), (*shown, float(changes), turns)),)
+
+    def _constant(self) -> tuple[Parameter | None, ...]:
+        return tuple(part if isinstance(part, Parameter) else None for part in self.vector)
 
     def _force(self, motion: Motion) -> Vector:
         name = f"force_{self.index}"

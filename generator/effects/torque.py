@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import dist
 from typing import TYPE_CHECKING
 
 from pydantic import Field
 
-from ..effect_base.effect import Complain, Effect, Entry, Surroundings
+from ..effect_base.effect import Complain, Effect, Entry, Part, Surroundings
 from ..effect_base.expression_of_time import Quantity, kinks_of, own_parameters, quantity, term
 from ..effect_base.rows_in_time import TorqueInTime, law_of
 from ..effect_base.table import LinkName, Name, Table
+from ..mechanism.joints import PointRef
 from ..mechanism.links import Parameter
 from ..mechanism.mechanism import Mechanism
 
@@ -57,6 +59,13 @@ class Torque(Effect):
     def outputs(self, motion: Motion) -> Sequence[Told]:
         """The torque on the link, and its power."""
         return ("torque", "N m", self._torque(motion)), ("power", "W", self.power(motion))
+
+    def parts(self, mechanism: Mechanism) -> tuple[Part, ...]:
+        """An arc about the link's point that is nearest to its mass centre."""
+        link = mechanism.links[self.link]
+        near = min(link.points, key=lambda name: dist(link.points[name].values(), link.com.values()))
+        at = PointRef(self.link, near)
+        return (("torque", self.name, (at, at), (self.torque if isinstance(self.torque, Parameter) else 1.0,)),)
 
     def _torque(self, motion: Motion) -> Expr:
         return term(self.torque, motion, f"torque_{self.index}")

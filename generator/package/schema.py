@@ -112,22 +112,25 @@ class RopeData(Data):
 class PartData(Data):
     """What is drawn where an effect acts."""
 
-    kind: Literal["spring", "damper", "torsion", "motor", "linear motor", "stop", "gear", "rack", "belt"] = entry(
-        "what it is"
-    )
+    kind: Literal[
+        *("spring", "damper", "torsion", "motor", "linear motor", "brake", "linear brake", "force", "torque"),
+        *("stop", "gear", "rack", "belt"),
+    ] = entry("what it is")
     name: str = entry("the effect's name; of a stop with two limits twice")
     links: Annotated[list[Index], Field(min_length=2, max_length=3)] = entry(
         "the links of its points: both ends, both wheels, of a belt the carrier; of a rack pinion, bar and the link "
-        "of the line; -1: the ground",
+        "of the line; of a force or a torque its link twice; -1: the ground",
         "[...]",
     )
     points: Annotated[list[Place], Field(min_length=2, max_length=3)] = entry(
         "where these are in the links' frames", "[...][2]", "m"
     )
     numbers: list[Coordinate] = entry(
-        "of a linear motor the angle of the line in the first link, of a stop the joint's angle, of gears and belts "
-        "the radii, of a belt 1 where it is crossed, of a rack radius, the line's angle and -1 where it is reversed",
-        unit="m, rad",
+        "of a linear motor or brake the angle of the line in the first link, of a stop the joint's angle, of gears and "
+        "belts the radii, of a belt 1 where it is crossed, of a rack radius, the line's angle and -1 where it is "
+        "reversed, of a force x and y (1 or 0 where it changes with time), then 1 where it does, then 1 where its axes "
+        "turn with the link, of a torque its value, 1 where that changes with time",
+        unit="m, rad, N, N m",
     )
 
 

@@ -19,7 +19,7 @@ from ..mechanism.uniform_bodies import Mass
 from .around import names_around
 from .errors import Path, Report
 from .link_mass import link_mass
-from .schema import GroundLinkTable, JointTable, LinkTable
+from .schema import GroundLinkTable, JointTable, LinkTable, PlateTable, Spot
 from .weld import Body, Weld, Welded, merge
 
 GROUND_NAME = "ground"
@@ -239,8 +239,9 @@ def _points(raw: object) -> tuple[str, ...] | None:
 def _body(name: str, table: LinkTable, mass: Mass) -> Body:
     points = {key: complex(*xy) for key, xy in table.points.items()}
     outline = None
-    if table.outline is not None:
-        outline = tuple(corner if isinstance(corner, str) else complex(*corner) for corner in table.outline)
+    drawn = table.outline if table.outline is not None else _corners_of_plate(table)
+    if drawn is not None:
+        outline = tuple(corner if isinstance(corner, str) else complex(*corner) for corner in drawn)
     return Body(name, mass.mass, mass.inertia, mass.com, points, outline)
 
 
@@ -263,6 +264,13 @@ def _link(index: int, body: Body, kept: Collection[tuple[int, str, str]] = ()) -
         com=place("", f"{name}.com", f"c_{index}", body.com),
         points={key: place(key, f"{name}.points.{key}", f"l_{index}_{key}", z) for key, z in body.points.items()},
     )
+
+
+def _corners_of_plate(table: LinkTable) -> list[Spot] | None:
+    """The corners of the only plate that the link is made of, where its points are not all of them."""
+    beside = any(getattr(table, name) is not None for name in ("rod", "disc", "point_mass"))
+    corners = table.plate.corners if isinstance(table.plate, PlateTable) and not beside else None
+    return corners if corners and not all(isinstance(corner, str) for corner in corners) else None
 
 
 def _check_outlines(links: Sequence[LinkTable | None], report: Report) -> bool:

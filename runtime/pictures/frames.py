@@ -1,4 +1,4 @@
-"""What every picture of a run is made from: sampled frames of the motion, and the part of the plane to show."""
+"""What every picture of a run is made from: sampled frames of the motion."""
 
 from __future__ import annotations
 
@@ -11,10 +11,6 @@ from ..record.drawable import Drawable
 from ..record.impact import Impact
 from ..record.record import Record
 
-FOLLOW_BEYOND = 4.0  # the view follows along an axis when the motion is longer than this many sizes of the mechanism
-PIVOT = 0.06  # height of the triangle of a pivot, part of the extent of the motion
-FREE = 10.0  # as many times later where there is one link only
-MARGIN = 1.12  # room around what is shown
 MOST_IMPACTS = 1000  # more than that no picture shows apart
 
 
@@ -29,19 +25,6 @@ class Frames:
     joints: FloatArray
     kinetic: FloatArray
     potential: FloatArray
-
-
-@dataclass(frozen=True)
-class View:
-    """The rectangle to show: for each frame its centre (n, 2), for all frames half of its sides (2,).
-
-    `follow` says for which axes the centre moves with the mechanism; `size` is the largest extent of the mechanism.
-    """
-
-    centre: FloatArray
-    half: FloatArray
-    follow: tuple[bool, bool]
-    size: float
 
 
 def shown_impacts(run: Record, most: int = MOST_IMPACTS) -> list[tuple[int, Impact]]:
@@ -110,29 +93,3 @@ def placed(outline: FloatArray, pose: FloatArray) -> FloatArray:
     cos, sin = np.cos(angle), np.sin(angle)
     local_x, local_y = outline[:, 0], outline[:, 1]
     return np.stack([x + cos * local_x - sin * local_y, y + sin * local_x + cos * local_y], axis=-1)
-
-
-def view_of(model: Drawable, frames: Frames) -> View:
-    """The view that shows the whole motion, or follows the mechanism along the axes where the motion is long."""
-    parts = [placed(np.asarray(outline), frames.poses[:, k]) for k, outline in enumerate(model.outlines)]
-    parts += [placed(disc.outline, frames.poses[:, disc.link]) for disc in model.discs if not disc.fixed]
-    points = np.concatenate([*parts, frames.joints], axis=1)
-    if not points.shape[1]:  # nothing of it is drawn
-        points = frames.poses[:, :, :2]
-    fixed = np.asarray(model.drawn_ground_points, dtype=float).reshape(-1, 2)
-    below = fixed - [0.0, PIVOT * float(np.max(np.ptp(points.reshape(-1, 2), axis=0)))]  # triangles stand there
-    corners = np.concatenate(
-        [points.reshape(-1, 2), fixed, below, *(disc.outline for disc in model.discs if disc.fixed)]
-    )
-    low, high = corners.min(axis=0), corners.max(axis=0)
-    size = float(np.max(np.ptp(points, axis=1))) or float(np.max(high - low)) or 1.0  # all there is, of one point
-    middle = points.mean(axis=1)
-    reach = np.abs(points - middle[:, None]).max(axis=(0, 1))
-
-    # beside nothing that stands still a mechanism that is followed would seem to stand still itself
-    scenery = bool(model.ground_planes()) or len(fixed) > 0 or any(disc.fixed for disc in model.discs)
-    beyond = FOLLOW_BEYOND * (1.0 if len(model.outlines) > 1 else FREE) if scenery else np.inf
-    follow = (high - low) > beyond * size
-    centre = np.where(follow, middle, 0.5 * (low + high))
-    half = MARGIN * np.maximum(np.where(follow, reach, 0.5 * (high - low)), 0.25 * size)
-    return View(centre, half, (bool(follow[0]), bool(follow[1])), size)

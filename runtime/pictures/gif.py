@@ -15,8 +15,9 @@ from ..files import write_whole
 from ..record.impact import Impact
 from ..record.record import Record
 from .contact_place import ContactPlaces
-from .frames import frame_times, sample, shown_impacts, view_of
+from .frames import frame_times, sample, shown_impacts
 from .plot import FLASH, SOFT, Drawing
+from .view import view_of
 
 RATE = 25  # frames per second; a GIF counts in hundredths, so this plays in real time
 PIXELS = 480  # the longer side

@@ -22,10 +22,11 @@ from ..record.outputs import units_of
 from ..record.record import Record
 from .charted import ENERGIES, chart_times, check_outputs, chosen, curves
 from .contact_place import ContactPlaces
-from .frames import MOST_IMPACTS, Frames, View, frame_times, pivots, sample, shown_impacts, view_of
+from .frames import MOST_IMPACTS, Frames, frame_times, pivots, sample, shown_impacts
 from .link_colours import link_colours
 from .named_points import mass_centres, named_points
 from .strokes import Stroke, size_of_links, straightened, strokes
+from .view import View, view_of
 
 RATE = 60  # frames per second
 LEAST_FRAMES = 300  # of a short run: it is looked at slowly

@@ -18,10 +18,11 @@ from ..files import read_path, write_whole
 from ..model.disc import Disc
 from ..record.drawable import Drawable
 from ..record.record import Record
-from .frames import Frames, View, frame_times, pivots, placed, sample, shown_impacts, view_of
+from .frames import Frames, frame_times, pivots, placed, sample, shown_impacts
 from .instants import instants
 from .link_colours import COLOURS, link_colours
 from .strokes import Stroke, size_of_links, straightened, strokes
+from .view import View, view_of
 
 INK, SOFT, EARTH, FLASH, ACCENT = "#222222", "#888888", "#e9e4da", "#d55e00", "#33629b"
 
@@ -95,7 +96,8 @@ def _poses(grid: Any, run: Record, titles: list[str], poses: Frames, motion: Fra
         for impact in run.impacts:
             if impact.t == poses.t[k]:
                 struck = np.array([run.model.point(point, poses.q[k]) for point, _ in impact.contacts])
-                axes.plot(*struck.T, "o", color=FLASH, fillstyle="none", markersize=13, markeredgewidth=1.8, zorder=6)
+                circle = {"color": FLASH, "fillstyle": "none", "markersize": 13, "markeredgewidth": 1.8}
+                axes.plot(*struck.T, "o", **circle, zorder=6, clip_on=False)
         if arrows:
             _draw_arrows(axes, arrows[k], view)
         axes.set_title(f"{title}\n$t$ = {poses.t[k]:.4g} s", fontsize=9, color=INK if title else SOFT)

@@ -25,6 +25,7 @@ IN_LINE = 1e-6  # part of its length by which a link's points may be off a line
 TEETH = 12  # of the smaller wheel; how many there are only a scene knows that gives teeth
 COIL, COILS = 8, 2.5  # corners of a spring on either side, turns of a torsional one
 HALF_WIDTH = 0.04  # of springs, dampers and blocks, part of the size
+PUSH = 0.25  # length of the arrows of forces, part of the size
 REACH = 0.10  # radius of arcs and of stops about joints, part of the size
 
 
@@ -115,6 +116,12 @@ def _strokes(part: Part, model: Drawable, frames: Frames, size: float, coils: se
         return [_turn(part, _arc_arrow(1.3 * REACH * size, float(part.links[1] >= 0)), "accent")]
     if part.kind == "linear motor":
         return [_linear_motor(part, wide)]
+    if part.kind in ("brake", "linear brake"):
+        return [_shoe(part, size, side) for side in (1.0, -1.0)]
+    if part.kind == "force":
+        return list(_force(part, size))
+    if part.kind == "torque":
+        return [_torque(part, size)] if part.numbers[0] else []
     if part.kind == "stop":
         return [_stop(part, model, size)]
     if part.kind == "gear":
@@ -177,6 +184,40 @@ def _arc_arrow(radius: float, share: float) -> FloatArray:
     head = [(1.0, tip), (1.25, tip - 0.4), (1.0, tip), (0.75, tip - 0.4)]
     polar = np.array([*((1.0, angle) for angle in turned), *head])
     return np.column_stack([radius * polar[:, 0], polar[:, 1], np.full(len(polar), share)])
+
+
+def _shoe(part: Part, size: float, side: float) -> Stroke:
+    """One of two shoes of the first link about the pin, or of two pads beside the line."""
+    if part.kind == "brake":
+        bent = np.linspace(-0.6, 0.6, 13) + side * 0.5 * np.pi
+        inner, outer = (np.column_stack([np.full(13, part_of * REACH * size), bent]) for part_of in (0.5, 0.75))
+        polar = np.concatenate([inner, outer[::-1], inner[:1]])
+        at = _ends(part)[:1]
+    else:
+        x, y = HALF_WIDTH * size * np.array([(-1.2, 1.1), (1.2, 1.1), (1.2, 1.7), (-1.2, 1.7), (-1.2, 1.1)]).T
+        polar = np.column_stack([np.hypot(x, y), side * np.arctan2(y, x) + part.numbers[0]])
+        at = _ends(part)[1:]
+    points = np.column_stack([polar, np.zeros(len(polar))])
+    return Stroke(part.name, "turn", at, points, "soft", (part.links[0], part.links[0]), filled=True)
+
+
+def _force(part: Part, size: float) -> Iterator[Stroke]:
+    """An arrow from the point as the force points; one that changes with time has arrows both ways along its axes."""
+    x, y, changes, turns = part.numbers
+    held = part.links[0] if turns else -1
+    head = [(1.0, 0.0), (0.8, 0.08), (1.0, 0.0), (0.8, -0.08)]
+    back = [(-s, across) for s, across in reversed(head)]
+    for along in [x + 0j, 1j * y] if changes else [complex(x, y)]:
+        if along:
+            way = PUSH * size * np.array([complex(*xy) for xy in [*(back if changes else [(0.0, 0.0)]), *head]])
+            polar = np.column_stack([np.abs(way), np.angle(way) + np.angle(along), np.zeros(len(way))])
+            yield Stroke(part.name, "turn", _ends(part)[:1], polar, "accent", (held, held))
+
+
+def _torque(part: Part, size: float) -> Stroke:
+    """An arc with a head, the way that the torque turns its link."""
+    arc = _arc_arrow(1.3 * REACH * size, 0.0) * [1.0, np.sign(part.numbers[0]), 1.0]
+    return Stroke(part.name, "turn", _ends(part)[:1], arc, "accent", (part.links[0], part.links[0]))
 
 
 def _linear_motor(part: Part, wide: float) -> Stroke:

@@ -350,7 +350,8 @@ def test_a_torque_needs_a_joint(tmp_path: Path) -> None:
     done = ccgen("torque", str(SCENES / "slider-crank.toml"), at=tmp_path)
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr == (
-        "JOINT: found none, expected the joint that drives, one of: motor, crank_pin, wrist_pin; "
+        "JOINT: found none, expected the joint that drives, one of: motor (ground - crank), crank_pin (crank - rod), "
+        "wrist_pin (rod - slider); "
         "name it behind the scene file\n"
     )
 
@@ -361,14 +362,15 @@ def test_a_torque_needs_a_joint_that_turns(tmp_path: Path) -> None:
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr == (
         f"JOINT: found 'nope', which does not turn in {scene}, "
-        "expected the joint that drives, one of: motor, crank_pin, wrist_pin; name one of them\n"
+        "expected the joint that drives, one of: motor (ground - crank), crank_pin (crank - rod), "
+        "wrist_pin (rod - slider); name one of them\n"
     )
 
 
 def test_a_torque_turns_the_only_driven_joint(tmp_path: Path) -> None:
     done = ccgen("torque", str(SCENES / "jansen-driven.toml"), at=tmp_path)
     assert done.returncode == 0, done.stderr
-    assert "axle turned once at 1 rad/s" in done.stdout
+    assert "axle turned once at 1 rad/s: " in done.stdout and " against ground\n" in done.stdout
 
 
 @pytest.mark.hard

@@ -53,6 +53,13 @@ def test_equilibria_and_torques_have_them() -> None:
     assert largest[1] == pytest.approx(2 * largest[0], rel=1e-6) and largest[0] != 0.0
 
 
+def test_a_crank_is_named_by_its_joint_or_its_link() -> None:
+    motor, crank = (CliRunner().invoke(app, ["torque", FOUR_BAR, name]).stdout for name in ("motor", "crank"))
+    assert motor == crank and "motor turned once at 1 rad/s: crank against ground" in crank
+    done = CliRunner().invoke(app, ["torque", FOUR_BAR, "coupler"])
+    assert done.exit_code == 2 and "JOINT: found 'coupler'" in done.stderr and "motor (ground - crank)" in done.stderr
+
+
 @pytest.mark.parametrize(
     ("options", "told"),
     [
@@ -75,3 +82,39 @@ def test_wrong_values_are_told(options: list[str], told: str) -> None:
 def test_prices_of_effects_refuse_them() -> None:
     done = CliRunner().invoke(app, ["cost", FOUR_BAR, "--effects", "--set", "crank.mass=2"])
     assert done.exit_code == 2 and "--set: found beside --effects" in done.stderr
+
+
+def test_a_summary_is_of_the_values_that_are_set() -> None:
+    """Branch, degrees of freedom and effects are those of the mechanism with other lengths; operations stay."""
+    scene = str(SCENES / "parallelogram.toml")
+    plain, level = (
+        CliRunner().invoke(app, ["show", scene, *more]).stdout
+        for more in ((), ("--set", "gravity.g=1.5", "--set", "coupler.points.B.x=0.9"))
+    )
+    assert "gravity.g = 9.81" in plain and "gravity.g = 1.5" in level
+    assert _entry("branch", plain) != _entry("branch", level)
+    assert _entry("operations", plain) == _entry("operations", level)
+
+
+def test_names_of_outputs_take_values_too() -> None:
+    done = CliRunner().invoke(app, ["show", FOUR_BAR, "--outputs", "--set", "crank.mass=2"])
+    assert done.exit_code == 0 and done.stdout == CliRunner().invoke(app, ["show", FOUR_BAR, "--outputs"]).stdout
+
+
+@pytest.mark.parametrize("option", ["--equations", "--latex", "--expand", "--fold"])
+def test_equations_have_symbols_for_them(option: str) -> None:
+    done = CliRunner().invoke(app, ["show", FOUR_BAR, option, "--set", "crank.mass=2"])
+    assert done.exit_code == 2 and f"--set: found beside {option}, expected without" in done.stderr
+
+
+def test_lengths_that_cannot_be_joined_are_told_without_a_trace() -> None:
+    done = CliRunner().invoke(app, ["show", FOUR_BAR, "--set", "crank.points.B.x=70"])
+    assert done.exit_code == 2 and "Traceback" not in done.stderr and done.stderr
+
+
+def _entry(heading: str, text: str) -> str:
+    """The lines of one heading of a summary."""
+    lines = text.splitlines()
+    first = next(k for k, line in enumerate(lines) if line.startswith(heading))
+    last = next((k for k in range(first + 1, len(lines)) if not lines[k].startswith(" ")), len(lines))
+    return "\n".join(lines[first:last])

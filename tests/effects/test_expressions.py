@@ -74,6 +74,7 @@ REFUSED = {
     "": "cannot be read",
     "2 t": "cannot be read; write it like",
     "sin(2*(t + 1)": "cannot be read, with 2 ( and 1 );",
+    "2*cos(t) N": "cannot be read: units stand behind a single number, not in arithmetic as N does here",
     "2*t + 3 mm": "cannot be read: units stand behind a single number, not in arithmetic as mm does here",
     "t +": "cannot be read",
     "(" * 300 + "t" + ")" * 300: "cannot be read",

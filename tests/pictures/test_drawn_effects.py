@@ -9,11 +9,12 @@ import pytest
 
 from ccgen.generator import load_scene
 from ccgen.runtime import Run, simulate
-from ccgen.runtime.pictures.frames import frame_times, sample, view_of
+from ccgen.runtime.pictures.frames import frame_times, sample
 from ccgen.runtime.pictures.link_colours import link_colours
 from ccgen.runtime.pictures.player import content
 from ccgen.runtime.pictures.plot import draw
 from ccgen.runtime.pictures.strokes import Stroke, straightened, strokes
+from ccgen.runtime.pictures.view import view_of
 
 from ..support.folders import SCENES
 from ..support.rigid_polygon import bouncing
@@ -73,6 +74,31 @@ torque = 0.1
 name = "pusher"
 joint = "guide"
 force = 0.1
+[[brake]]
+name = "shoes"
+joint = "hinge"
+torque = 0.1
+[[brake]]
+name = "pads"
+joint = "guide"
+force = 0.1
+[[force]]
+name = "push"
+point = "arm.B"
+vector = [0, -0.3]
+[[force]]
+name = "along"
+point = "arm.B"
+vector = [0.3, 0]
+frame = "link"
+[[force]]
+name = "shake"
+point = "cart.D"
+vector = ["sin(t)", 0.1]
+[[torque]]
+name = "twist"
+link = "wheel"
+torque = -0.2
 [[belt]]
 name = "band"
 joints = ["hinge", "axle"]
@@ -261,3 +287,60 @@ def test_a_lone_body_flies_through_a_view_that_stands_still(workshop: Workshop) 
     run = simulate(workshop.model(plate + "[start]\nvelocity = [8, 5]\n[gravity]\n[run]\nuntil = 1\n"))
     view = view_of(run.model, sample(run, frame_times(run, 20.0)))
     assert view.follow == (False, False) and view.half[0] > 4.0
+
+
+def test_brakes_stand_on_the_first_link(run: Run) -> None:
+    """Shoes about the pin, within the arcs of motors; pads beside the line."""
+    poses = run.model.poses(run.q[-1])
+    shoes, pads = drawn(run)["shoes"], drawn(run)["pads"]
+    for shoe in shoes:
+        assert np.all(np.hypot(*shoe.corners(poses).T) < 0.1) and shoe.filled and shoe.links == (-1, -1)
+    assert shoes[0].corners(poses)[:, 1].min() > 0.0 > shoes[1].corners(poses)[:, 1].max()
+    cart = run.model.point("cart.C", run.q[-1])
+    for pad, side in zip(pads, (1.0, -1.0), strict=True):
+        assert np.all(side * (pad.corners(poses) - cart)[:, 1] > 0.0)
+
+
+def test_forces_are_arrows_and_torques_arcs(run: Run) -> None:
+    poses, q = run.model.poses(run.q[-1]), run.q[-1]
+    tip = run.model.point("arm.B", q)
+    (push,), (along,), shake = drawn(run)["push"], drawn(run)["along"], drawn(run)["shake"]
+    assert np.allclose(push.corners(poses)[1] - tip, [0.0, -0.25])
+    assert np.allclose(along.corners(poses)[1] - tip, 0.25 * (tip - run.model.point("arm.A", q)))
+    cart = run.model.point("cart.D", q)
+    for arrow, axis in zip(shake, np.eye(2), strict=True):  # both ways, since it changes
+        corners = arrow.corners(poses) - cart
+        assert np.any(np.all(np.isclose(corners, 0.25 * axis), axis=1))
+        assert np.any(np.all(np.isclose(corners, -0.25 * axis), axis=1))
+    (twist,) = drawn(run)["twist"]
+    x, y = (twist.corners(poses) - run.model.point("wheel.C", q))[:31].T
+    assert np.all(np.diff(np.unwrap(np.arctan2(y, x))) < 0.0)  # clockwise
+
+
+def test_no_arc_or_arrow_is_cut_off(run: Run) -> None:
+    frames = sample(run, frame_times(run, 100.0))
+    view = view_of(run.model, frames)
+    for stroke in strokes(run.model, frames, 1.0):
+        for k, poses in enumerate(frames.poses):
+            assert np.all(np.abs(stroke.corners(poses) - view.centre[k]) < view.half), stroke.name
+
+
+def test_the_view_of_a_disc_is_that_of_its_rim(workshop: Workshop) -> None:
+    text = """
+    [[link]]
+    name = "wheel"
+    disc = { mass = 1, radius = 0.5, centre = "C" }
+    points = { C = [0, 0] }
+    [[ground]]
+    restitution = 0
+    contacts = ["wheel.C"]
+    radius = 0.5
+    [start]
+    position = [0, 0.5]
+    velocity = [2, 0]
+    [run]
+    until = 1
+    """
+    run = simulate(workshop.model(text))
+    view = view_of(run.model, sample(run, frame_times(run, 20.0)))
+    assert np.allclose(view.half, 1.12 * np.array([1.5, 0.5])) and np.allclose(view.centre[0], [1.0, 0.5])

@@ -157,3 +157,12 @@ def test_a_view_of_one_point_has_the_ground_in_it(workshop: Workshop) -> None:
     for axes in draw(run).subfigs[0].axes:
         (left, right), (_, high) = axes.get_xlim(), axes.get_ylim()
         assert left < -3.0 and high > 4.0 and right - left < 50.0
+
+
+def test_a_plate_is_drawn_with_its_corners(workshop: Workshop) -> None:
+    """Not as the polygon of the link's points, unless it says so."""
+    plate = "plate = { mass = 1, corners = [[0, 0], [2, 0], [2, 1], [0, 1]] }"
+    text = f'[[link]]\nname = "box"\n{plate}\npoints = {{ A = [0, 0], B = [1, 2], C = [3, 1] }}\n'
+    outlines = [workshop.model(text + more).outlines[0] for more in ("", 'outline = ["A", "B", "C"]\n')]
+    assert np.allclose(outlines[0], [[0, 0], [2, 0], [2, 1], [0, 1]])
+    assert np.allclose(outlines[1], [[0, 0], [1, 2], [3, 1]])

@@ -11,9 +11,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ccgen.runtime.pictures.frames import frame_times, placed, sample, shown_impacts, view_of
+from ccgen.runtime.pictures.frames import frame_times, placed, sample, shown_impacts
 from ccgen.runtime.pictures.instants import instants
 from ccgen.runtime.pictures.plot import draw
+from ccgen.runtime.pictures.view import view_of
 from ccgen.runtime.run import Run
 
 from ..support.player_page import data_of

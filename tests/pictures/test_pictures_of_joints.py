@@ -9,8 +9,9 @@ import pytest
 
 from ccgen.generator import chain, load_scene
 from ccgen.runtime import Model, Run, simulate
-from ccgen.runtime.pictures.frames import sample, view_of
+from ccgen.runtime.pictures.frames import sample
 from ccgen.runtime.pictures.plot import draw
+from ccgen.runtime.pictures.view import view_of
 
 from ..support.folders import SCENES
 from ..support.player_page import data_of
