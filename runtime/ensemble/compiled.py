@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from ..arrays import FloatArray
-from ..model.inputs import table_of
+from ..faults import sentence
+from ..model.inputs import read_values, table_of
 from ..model.kinks import kinks_until
 from ..model.model import Model
 from ..record.outputs import Output, outputs_of
 from ..simulation.arguments import DEPTH, RATE_BUDGET, STEP_BUDGET, checked_start, stops_of
 from ..simulation.ending import message_of
-from ..simulation.one_run import Options, simulate_one
+from ..simulation.one_run import Options
 from .numbers import Numbers, prepare, rounding_sample
 from .observed import Observed, extremes
 from .reduction import Reduction
+from .singly import SingleRuns
 from .stacked import Apart, Stack, WantsParameters, WantsRun, wants_forces
 from .table import DONE, INTERRUPTED, REFUSED, STOPPED, Ensemble
 from .threads import share
@@ -48,7 +51,15 @@ def can(model: Model, numbers: Numbers, observed: Observed, until: float) -> boo
 class CompiledRuns:
     """Makes runs of one model, part by part."""
 
-    def __init__(self, model: Model, observed: Observed, options: Options, reduction: Reduction | None) -> None:
+    def __init__(
+        self,
+        model: Model,
+        observed: Observed,
+        options: Options,
+        reduction: Reduction | None,
+        asked: dict[str, Any],
+    ) -> None:
+        self.asked = asked
         self.model, self.observed, self.options, self.reduction = model, observed, options, reduction
         known = outputs_of(model)
         self.outputs = {name: known[name] for name in observed.outputs}
@@ -101,7 +112,20 @@ class CompiledRuns:
             refused=ready.refused,
         )
         whole = share(made.work, min(threads, numbers.count), made.end, told and (lambda: told(made.done)))
-        return self._table(numbers, made.answers), whole
+        rows = self._table(numbers, made.answers)
+        return self._cut(numbers, rows) if model.data["drives"] else rows, whole
+
+    def _cut(self, numbers: Numbers, table: Ensemble) -> Ensemble:
+        """The table with runs that stop as they are alone: at a dead point of a drive, which is told by all of a run's
+        rows, some are cut off. A reduction, which has read them, is no number there."""
+        singly, reasons = SingleRuns(self.model, self.observed, self.asked), list(table.reason)
+        for run in np.flatnonzero(table.status == STOPPED).tolist():
+            one, _ = singly.make(numbers.part(run, run + 1), 1, None)
+            table.status[run], reasons[run] = one.status[0], one.reason[0]
+            table.t[run], table.steps[run], table.impacts[run] = one.t[0], one.steps[0], one.impacts[0]
+            for name, values in table.columns.items():
+                values[run] = one.columns[name][0] if name in one.columns else np.nan
+        return replace(table, reason=tuple(reasons))
 
     def _table(self, numbers: Numbers, found: Mapping[str, Any]) -> Ensemble:
         n = len(self.model.q_names)
@@ -157,10 +181,7 @@ class CompiledRuns:
                     "u": row[:, n : 2 * n],
                 }
                 status[run] = STOPPED
-                if model.data["drives"]:  # a dead point is told by all rows of the run
-                    reasons[run] = self._again(other, numbers, run)
-                else:
-                    reasons[run] = message_of(other, asked.until, told, asked.step > 0.0)
+                reasons[run] = message_of(other, asked.until, told, asked.step > 0.0)
         return status, tuple(reasons)
 
     def _refusal(self, numbers: Numbers, run: int) -> str:
@@ -168,33 +189,11 @@ class CompiledRuns:
             model = self.model.with_parameters(numbers.params_of(run)) if numbers.params else self.model
             checked_start(model, *numbers.start_of(run))
             rows = numbers.inputs
-            if isinstance(rows, np.ndarray) and not np.isfinite(rows).all():
-                return "inputs: found what is no finite number, expected finite numbers"
+            if isinstance(rows, np.ndarray):
+                read_values(model.inputs, rows[run if len(rows) > 1 else 0])
         except (ValueError, KeyError, TypeError) as error:
-            return str(error)
+            return sentence(error)
         return "its start cannot be put onto the closure, or is inside a ground"
-
-    def _again(self, model: Model, numbers: Numbers, run: int) -> str:
-        """What a run alone says of its end."""
-        asked, inputs = self.options.settings, numbers.inputs
-        if isinstance(inputs, np.ndarray):
-            inputs = inputs[run if len(inputs) > 1 else 0]
-        q, u = numbers.start_of(run)
-        return simulate_one(
-            model,
-            q,
-            u,
-            until=asked.until,
-            rtol=asked.rtol,
-            atol=asked.atol,
-            method=asked.method,
-            inputs=inputs,
-            step=asked.step or None,
-            drift=asked.drift,
-            on_gain=asked.on_gain,
-            progress=None,
-            keep_interrupted=True,
-        ).message
 
     # -- outputs by name ----------------------------------------------------------------------------------------------
 

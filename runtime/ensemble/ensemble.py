@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 from numpy.typing import ArrayLike
@@ -12,11 +12,11 @@ from ..model.model import Model
 from ..simulation.arguments import check_calls
 from ..simulation.one_run import options_of
 from .compiled import CompiledRuns, can
-from .numbers import read_numbers_of_runs
+from .numbers import Numbers, read_numbers_of_runs
 from .observed import read_observed
 from .reduction import Reduction
 from .singly import SingleRuns
-from .table import Ensemble, joined
+from .table import TOLD, Ensemble, joined
 from .threads import processors
 
 
@@ -79,45 +79,80 @@ def ensemble(
         numbers = read_numbers_of_runs(model, params, q0, u0, inputs)
     with faults.collecting():
         check_calls(progress, keep_interrupted)
-        if reduce is not None and not callable(reduce):
-            raise TypeError(f"reduce: found {reduce!r}, expected a function of what was found so far and a table")
-        if reduction is not None:
-            reduction.address  # noqa: B018
     with faults.collecting():
-        if threads is not None and (isinstance(threads, bool) or not isinstance(threads, int) or threads < 1):
-            raise ValueError(f"threads: found {threads!r}, expected a number of threads, at least 1")
+        _check_others(reduce, threads)
     with faults.collecting():
         whole = inputs if callable(inputs) or (isinstance(inputs, Mapping) and "t" in inputs) else None
         options = options_of(model, inputs=whole, progress=None, keep_interrupted=True, **asked)
         observed = read_observed(model, observe, at, options.settings.until)
+    with faults.collecting():
+        _check_names(model, observed.names if observed else (), params, reduction)
     faults.stop_if_any()
     assert numbers is not None and options is not None and observed is not None
-    compiled = can(model, numbers, observed, options.settings.until)
-    if reduction is not None and not compiled:
+    singly = SingleRuns(model, observed, asked)
+    runs: CompiledRuns | SingleRuns = singly
+    if can(model, numbers, observed, options.settings.until):
+        runs = CompiledRuns(model, observed, options, reduction, asked)
+    elif reduction is not None:
         raise ValueError("reduction: found runs that the compiled core cannot make alone, expected others; use observe")
-    runs = CompiledRuns(model, observed, options, reduction) if compiled else SingleRuns(model, observed, asked)
-    size, workers, parts = runs.size(numbers), threads or processors(), list[Ensemble]()
+    tables = _tables(runs, singly, numbers, threads or processors(), progress, keep_interrupted)
+    if reduce is None:
+        return joined(list(tables))
     found = initial
+    for table in tables:
+        found = reduce(found, table)
+    return found
+
+
+def _tables(
+    runs: CompiledRuns | SingleRuns,
+    singly: SingleRuns,
+    numbers: Numbers,
+    workers: int,
+    progress: Callable[[int, int], object] | None,
+    keep_interrupted: bool,
+) -> Iterator[Ensemble]:
+    """The tables of some runs after the others; at Ctrl-C, where that is kept, the last one of those not made."""
+    size = runs.size(numbers)
     for first in range(0, numbers.count, size):
+        last = min(first + size, numbers.count)
 
         def told(done: int, before: int = first) -> None:
             assert progress is not None
             progress(before + done, numbers.count)
 
-        part = numbers.part(first, min(first + size, numbers.count))
-        table, finished = runs.make(part, workers, told if progress is not None else None)
+        part, finished = numbers.part(first, last), False
+        try:
+            table, finished = runs.make(part, workers, told if progress is not None else None)
+        except KeyboardInterrupt:  # while Python prepared the part, or read it: none of it is kept
+            table = singly.left(part)
         if not finished and not keep_interrupted:
             raise KeyboardInterrupt
-        if reduce is not None:
-            found = reduce(found, table)
-        else:
-            parts.append(table)
+        yield table
+        if not finished and last < numbers.count:
+            yield singly.left(numbers.part(last, numbers.count))
         if not finished:
-            break
-    if reduce is not None:
-        return found
-    made = sum(map(len, parts))
-    if made < numbers.count:  # Ctrl-C: the rest are rows too
-        rest = SingleRuns(model, observed, asked).left(numbers.part(made, numbers.count))
-        parts.append(rest)
-    return joined(parts)
+            return
+
+
+def _check_others(reduce: object, threads: object) -> None:
+    """Raise ``TypeError`` or ``ValueError`` for a reduction or threads that are none."""
+    if reduce is not None and not callable(reduce):
+        raise TypeError(f"reduce: found {reduce!r}, expected a function of what was found so far and a table")
+    if threads is not None and (isinstance(threads, bool) or not isinstance(threads, int) or threads < 1):
+        raise ValueError(f"threads: found {threads!r}, expected a number of threads, at least 1")
+
+
+def _check_names(model: Model, names: Sequence[str], params: object, reduction: Reduction | None) -> None:
+    """Raise ``ValueError`` where two columns would have one name, and for a function that cannot read the rows."""
+    taken = [*TOLD, *(params if isinstance(params, Mapping) else ())]
+    for name in [*names, *([reduction.name] if reduction else ())]:
+        if name in taken and name != "impacts":
+            raise ValueError(f"observe: found {name!r}, which is a column of every table, expected another name")
+        taken.append(name)
+    if reduction is not None:
+        reduction.address  # noqa: B018
+        if model.precision != "double":
+            raise ValueError(
+                f"reduction: found a model in {model.precision} numbers, expected one in doubles, which it reads"
+            )

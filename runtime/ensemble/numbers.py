@@ -77,7 +77,7 @@ def read_numbers_of_runs(
                 counts[name] = len(starts[-1])  # type: ignore[arg-type]
     with faults.collecting():
         inputs = _inputs(model, inputs)
-        if isinstance(inputs, np.ndarray) and len(inputs) > 1:
+        if isinstance(inputs, np.ndarray) and len(inputs) != 1:
             counts["inputs"] = len(inputs)
     lengths = set(counts.values())
     if len(lengths) > 1:
@@ -126,7 +126,11 @@ def _inputs(model: Model, given: Any) -> Any:
         columns = [np.array(read_numbers(given.get(name, 0.0), f"inputs: {name}")) for name in model.inputs]
         if any(column.ndim > 1 for column in columns):
             raise ValueError("inputs: found a table, expected a number or a row of them of each")
-        return np.stack(np.broadcast_arrays(*map(np.atleast_1d, columns)), axis=1)
+        lengths = {column.size for column in columns if column.ndim} or {1}
+        if len(lengths) > 1:
+            sizes = (f"{name} of {c.size}" for name, c in zip(model.inputs, columns, strict=True) if c.ndim)
+            raise ValueError(f"inputs: found {', '.join(sizes)}, expected equally many of all")
+        return np.stack([np.broadcast_to(column, tuple(lengths)) for column in columns], axis=1)
     found = np.array(read_numbers(given, "inputs"))
     if found.ndim == 0 and len(model.inputs) == 1:
         found = found.reshape(1)

@@ -10,9 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import FloatArray
+from ..arrays import BoolArray, FloatArray
 from ..faults import sentence
+from ..loading.structures import structures_of
 from ..model.model import Model
+from ..model.whole import Whole
 from ..record.outputs import units_of, values_of
 from ..run import Run
 from ..simulate import simulate
@@ -31,6 +33,8 @@ class SingleRuns:
     def __init__(self, model: Model, observed: Observed, options: dict[str, Any]) -> None:
         self.model, self.observed, self.options = model, observed, options
         self.units = units_of(model)
+        changing = model.data.get("switching") is not None  # runs are in the coordinates of all structures
+        self.width = len(Whole(structures_of(model)).q_names if changing else model.q_names)
 
     def size(self, numbers: Numbers) -> int:
         """How many runs are made at a time."""
@@ -82,7 +86,8 @@ class SingleRuns:
     def _observe(self, run: Run) -> dict[str, FloatArray]:
         observed, found = self.observed, dict[str, FloatArray]()
         at = observed.at
-        times = run.t[-1:] if at is None else at[at <= run.t[-1]]
+        reached = np.zeros(0, dtype=bool) if at is None else at <= run.t[-1]
+        times = run.t[-1:] if at is None else at[reached]
         values = values_of(run, observed.outputs, times) if observed.outputs and times.size else {}
         for name in observed.names:
             if name in ("q", "u"):
@@ -100,18 +105,14 @@ class SingleRuns:
                 )
                 found[name] = extremes(name, along[None])[0]
             else:
-                one = values.get(name, np.zeros(0))
-                found[name] = one[0] if at is None else filled(one, len(at))
+                found[name] = values[name][0] if at is None else placed(values.get(name), reached)
         return found
 
     def _table(self, numbers: Numbers, rows: list[_Row]) -> Ensemble:
         observed, kind = self.observed, self.model.core.REAL
-        n = max((row.coordinates for row in rows), default=0) or len(
-            self.model.q_names
-        )  # with joints that change there are more
         columns, units = dict[str, FloatArray](), dict[str, str]()
         for name in observed.names:
-            wide = {"q": (n,), "u": (n,)}.get(name, ())
+            wide = (self.width,) if name in ("q", "u") else ()
             if name.startswith("impact_times("):
                 wide, units[name] = (int(name[13:-1]),), "s"
             elif name not in ("q", "u", "impacts"):
@@ -140,19 +141,26 @@ class _Row:
     t: float = 0.0
     steps: int = 0
     impacts: int = 0
-    coordinates: int = 0
     values: dict[str, FloatArray] = field(default_factory=dict)
 
 
 NOT_BEGUN = _Row(INTERRUPTED, "not begun: all runs were to stop")
 
 
-def _sizes(run: Run) -> tuple[float, int, int, int]:
-    return run.t[-1].item(), run.t.size - 1, len(run.impacts), run.q.shape[1]
+def _sizes(run: Run) -> tuple[float, int, int]:
+    return run.t[-1].item(), run.t.size - 1, len(run.impacts)
 
 
 def filled(values: FloatArray, size: int) -> FloatArray:
     """The first ``size`` numbers, and no numbers behind them where there are fewer."""
     found = np.full(size, np.nan, dtype=values.dtype)
     found[: min(size, len(values))] = values[:size]
+    return found
+
+
+def placed(values: FloatArray | None, where: BoolArray) -> FloatArray:
+    """The values where they are known, and no numbers elsewhere."""
+    found = np.full(len(where), np.nan, dtype=float if values is None else values.dtype)
+    if values is not None:
+        found[where] = values
     return found

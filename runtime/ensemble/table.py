@@ -18,6 +18,10 @@ STATUSES = (DONE, STOPPED, REFUSED, INTERRUPTED)
 made, or not to its end, since all were to stop."""
 
 
+TOLD = ("run", "status", "reason", "t", "steps", "impacts")
+"""Columns that every table has, in memory or on disk."""
+
+
 @dataclass(frozen=True, eq=False)
 class Ensemble:
     """A row for every run.

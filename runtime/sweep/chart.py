@@ -75,7 +75,7 @@ def _map(
     """Cells where two numbers lie on a grid, else points."""
     grids = [np.unique(x) for x in xy]
     known = done & np.isfinite(values)
-    if grids[0].size * grids[1].size == values.size:
+    if grids[0].size * grids[1].size == values.size == np.unique(np.stack(xy), axis=1).shape[1]:
         places = [np.searchsorted(grid, x) for grid, x in zip(grids, xy, strict=True)]
         cells = np.full((grids[1].size, grids[0].size), np.nan)
         cells[places[1][known], places[0][known]] = values[known]

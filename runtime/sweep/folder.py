@@ -36,7 +36,8 @@ def manifest_of(model: Model, plan: Plan) -> dict[str, Any]:
     assert model.folder is not None
     record = json.loads((model.folder / RECORD).read_text())
     versions = {"pyarrow": needed("pyarrow", "a sweep").__version__, "numpy": np.__version__}
-    if any(axis.samples is not None and axis.samples.by != "random" for axis in plan.axes):
+    drawn = [(axis.samples.by, axis.drawn.values()) for axis in plan.axes if axis.samples is not None]
+    if any(by != "random" or any(one.kind == "normal" for one in those) for by, those in drawn):
         versions["scipy"] = needed("scipy", "a quasi-random sample").__version__
     return {
         "format": "ccgen sweep 1",
@@ -75,8 +76,11 @@ def _hash_of(columns: Mapping[str, Any]) -> str:
 
 
 def _hash_of_core(model: Model) -> str:
-    """Of the compiled core that makes the runs."""
-    return hashlib.sha256(Path(str(model.core.__file__)).read_bytes()).hexdigest()
+    """Of the compiled core that makes the runs, and of the Python beside it that prepares and reads them."""
+    found = hashlib.sha256(Path(str(model.core.__file__)).read_bytes())
+    for file in sorted(Path(__file__).parents[1].rglob("*.py")):
+        found.update(file.read_bytes())
+    return found.hexdigest()
 
 
 class SweepFolder:
@@ -130,7 +134,6 @@ class SweepFolder:
                 if UNFINISHED.match(one.name):
                     one.unlink()
             yield
-            (self.path / LOCK).unlink()
 
     def name(self, part: int) -> str:
         return f"part-{part:06d}.parquet"

@@ -277,6 +277,9 @@ class _Reader:
             self.add(where, name, "a name")
         elif name in self.names or f"{name}{AT_START}" in self.names:
             self.add(where, name, "each name once")
+        elif kind != "start" and name in self.model.data["rests_on"]:
+            holds = self.model.data["rests_on"][name]
+            self.add(where, name, f"another parameter: only with its value {holds} holds what other joints hold")
         elif kind != "start" and name in self.model.parameters:
             if self.collect(where, self.model.with_parameters, {name: self.model.parameters[name]}) is not None:
                 self.names.append(name)
@@ -330,6 +333,9 @@ class _Reader:
         for key in keys:
             if not _is_number(one.get(key)):
                 self.add(f"{where}.{key}", one.get(key), "a finite number")
+        for key in ("from", "to", "scale") if normal else ():
+            if key in one:
+                self.found.append(f"{where}.{key}: found beside mean and deviation, expected one of both")
         scale = one.get("scale", "linear")
         if scale not in SCALES:
             self.add(f"{where}.scale", scale, f"one of {', '.join(SCALES)}")

@@ -16,6 +16,9 @@ from .folder import MANIFEST, SweepFolder, manifest_of, read_manifest
 from .plan import Plan, PlanError
 from .starts import start_names, starts_of
 
+SAME = ("scene", "plan", "parameters", "tables", "samples", "versions")
+"""Entries of the manifest by which a run is the same again."""
+
 
 class Results:
     """What a folder of a sweep holds so far. Raises :class:`~.plan.PlanError` for a folder of none."""
@@ -66,8 +69,8 @@ class Results:
         names = needed("pyarrow.parquet", "a sweep").read_schema(self.files[0]).names if self.files else []
         for name in names:
             values = self.column(name)
-            wide = ("run", "time") if at is not None and values.ndim == 2 and values.shape[1] == len(at) else None
-            dims = ("run",) if values.ndim == 1 else wide or ("run", f"number of {name}")
+            over = "time" if name not in ("q", "u") and not name.startswith("impact_times(") else f"number of {name}"
+            dims = ("run",) if values.ndim == 1 else ("run", over)
             found[name] = (dims, values.astype(str) if values.dtype.kind == "O" else values)
         run = found.pop("run")
         coords: dict[str, Any] = {"run": run} | ({"time": np.array(at)} if at is not None else {})
@@ -79,7 +82,7 @@ class Results:
         if not 0 <= number < plan.count:
             raise ValueError(f"run: found {number}, expected a number from 0 to {plan.count - 1}")
         now = manifest_of(model, plan)
-        if changed := [key for key in ("scene", "plan", "parameters") if now[key] != self.manifest[key]]:
+        if changed := [key for key in SAME if now[key] != self.manifest[key]]:
             raise PlanError(f"{self.path / MANIFEST}: found another {', '.join(changed)} than is given; give the same")
         numbers = plan.rows(number, number + 1)
         starts = start_names(model)

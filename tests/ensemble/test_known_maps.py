@@ -99,7 +99,8 @@ def test_strides_of_legs_with_other_lengths(workshop: Workshop) -> None:
     limit = turn_at_which_the_foot_stops(cranks, struts, first)
     whole = np.isinf(limit)
     assert np.array_equal(made.status == "done", whole) and 0 < np.count_nonzero(~whole) < whole.size
-    assert np.abs(made.t[~whole] - limit[~whole] / (2.0 * math.pi)).max() < 1e-6
+    early = limit[~whole] / (2.0 * math.pi) - made.t[~whole]  # rows that rounding has pushed beside the way are cut off
+    assert early.min() > 0.0 and early.max() < 0.02
     assert all("tie and shin are in line there" in made.reason[row] for row in np.flatnonzero(~whole))
     places = foot(angles[whole], m=cranks[whole, None], c=struts[whole, None]).real
     assert np.abs(made["shin.F.x"][whole] - places).max() < 1e-10  # lengths to 66, joints shut to rounding

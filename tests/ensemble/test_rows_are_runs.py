@@ -20,7 +20,7 @@ KINDS = ("time", "link", "joint", "point", "contact", "mechanism", "effect", "me
 
 def outputs(model: Model) -> list[str]:
     """All outputs that states tell."""
-    return [name for name in outputs_of(model) if "impulse" not in name]
+    return [name for name in outputs_of(model) if "impulse" not in name and name != "t"]
 
 
 def varied(model: Model, count: int, words: tuple[str, ...], part: float = 0.1) -> dict[str, Any]:

@@ -72,20 +72,26 @@ static void forget_scales(struct system *s, double time, const struct run *run)
 static void measure_rounding(struct worker *w)
 {
     const struct rounding_sample *sample = &w->e->sample;
-    struct system *s = &w->it->system;
+    struct system *own = &w->it->system, s = *own; /* without what the run before has left */
     double lost = 0.0, whole = 0.0;
+    s.input_source = NULL;
+    s.sides = s.latched = NULL;
+    s.active = NULL;
+    s.baumgarte = 0.0;
+    s.projects_stages = 0;
+    memset(s.inputs, 0, s.model->inputs * sizeof *s.inputs);
     for (size_t k = 0; k < sample->count; k++) {
         double size;
-        for (int i = 0; i < s->n; i++) {
-            const double scale = sample->lengths[i] ? s->length : 1.0;
-            w->q[i] = sample->q[k * s->n + i] * scale;
-            w->u[i] = sample->u[k * s->n + i] * scale / s->time;
+        for (int i = 0; i < s.n; i++) {
+            const double scale = sample->lengths[i] ? s.length : 1.0;
+            w->q[i] = sample->q[k * s.n + i] * scale;
+            w->u[i] = sample->u[k * s.n + i] * scale / s.time;
         }
-        lost = fmax(lost, rounding_of_acceleration(s, 0.0, w->q, w->u, &size));
+        lost = fmax(lost, rounding_of_acceleration(&s, 0.0, w->q, w->u, &size));
         whole = fmax(whole, size);
     }
-    s->refine = lost > sample->limit * whole;
-    s->acceleration_scale = whole;
+    own->refine = lost > sample->limit * whole;
+    own->acceleration_scale = whole;
 }
 
 /* Whether a run has parameters with which the equations have constants */
