@@ -109,13 +109,27 @@ class RopeData(Data):
     points: Annotated[list[Place], Field(min_length=2)] = entry("where these are in the links' frames", "[...][2]", "m")
 
 
+PartKind = Literal[
+    "spring",
+    "damper",
+    "torsion",
+    "motor",
+    "linear motor",
+    "brake",
+    "linear brake",
+    "force",
+    "torque",
+    "stop",
+    "gear",
+    "rack",
+    "belt",
+]
+
+
 class PartData(Data):
     """What is drawn where an effect acts."""
 
-    kind: Literal[
-        *("spring", "damper", "torsion", "motor", "linear motor", "brake", "linear brake", "force", "torque"),
-        *("stop", "gear", "rack", "belt"),
-    ] = entry("what it is")
+    kind: PartKind = entry("what it is")
     name: str = entry("the effect's name; of a stop with two limits twice")
     links: Annotated[list[Index], Field(min_length=2, max_length=3)] = entry(
         "the links of its points: both ends, both wheels, of a belt the carrier; of a rack pinion, bar and the link "
