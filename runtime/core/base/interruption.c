@@ -14,7 +14,7 @@ static int64_t now(void)
 void start_asking(struct interruption *i, double t)
 {
     i->t = t;
-    i->asked = now();
+    i->asked = i->at_once ? 0 : now();
     i->work = 0;
     i->ended = 0;
 }
@@ -23,7 +23,7 @@ int ask(struct interruption *i)
 {
     if (!i->ended && i->tick)
         i->ended = i->tick(i->context, i->t) != 0;
-    i->asked = now();
+    i->asked = i->at_once ? 0 : now();
     i->work = 0;
     return i->ended;
 }
@@ -36,6 +36,8 @@ int interrupted(struct interruption *i, long work)
     if (work && i->work < BETWEEN_LOOKS)
         return 0;
     i->work = 0;
+    if (i->at_once)
+        return ask(i);
     const int64_t since = now() - i->asked;
     return since >= 0 && since < BETWEEN ? 0 : ask(i);
 }

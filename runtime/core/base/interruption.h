@@ -8,8 +8,9 @@
 struct interruption {
     int (*tick)(void *context, double t); /* a nonzero answer ends the run; may be NULL */
     void *context;
+    int at_once;   /* whether to ask costs less than to look at the clock, so that it is done at each look */
     double t;      /* how far the run is (s) */
-    int64_t asked; /* when it was asked last, ns */
+    int64_t asked; /* when it was asked last (ns), unless it is asked at each look */
     long work;     /* done since the last look at the clock */
     int ended;     /* whether the answer was that the run is to end: it stays that */
 };

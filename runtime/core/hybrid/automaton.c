@@ -338,10 +338,17 @@ static int takes_no_time(const struct automaton *a, const struct phase *f)
     return !f->s->model->drives && (a->stage == MEET || a->stage == STRIKE || a->stage == SELECT);
 }
 
+int has_action(const struct automaton *a)
+{
+    return ACTIONS[a->stage] != NULL;
+}
+
 static enum outcome act(struct automaton *a, struct phase *f)
 {
+    if (!has_action(a))
+        return OUTCOME_DONE;
     if (!takes_no_time(a, f))
-        return ACTIONS[a->stage] ? ACTIONS[a->stage](a, f) : OUTCOME_DONE;
+        return ACTIONS[a->stage](a, f);
     const struct mark mark = f->s->arena->top;
     struct before_stage before;
     enum outcome outcome = note_stage(f, &before);
@@ -362,7 +369,7 @@ enum outcome run_stage(struct automaton *a, struct phase *f)
         return find_way_on(a, f, outcome);
     if (outcome)
         return outcome;
-    if (a->stage != MOVE && a->stage != STEP &&
+    if (has_action(a) && a->stage != MOVE && a->stage != STEP &&
         interrupted(f->s->interruption, 0)) /* what was found without accelerations is none */
         return OUTCOME_INTERRUPTED;
     size_t row = 0;

@@ -39,6 +39,9 @@ struct automaton {
 /* The automaton of a run that begins */
 void start_automaton(struct automaton *a);
 
+/* Whether its stage does anything, and so may be interrupted */
+int has_action(const struct automaton *a);
+
 /* One stage, and on to the next. */
 enum outcome run_stage(struct automaton *a, struct phase *f);
 

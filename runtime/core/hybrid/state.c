@@ -5,8 +5,6 @@
 
 #include "model/scales.h"
 
-enum way { COUNT, GET, PUT };
-
 /* What a state is of: it fits where these are the same. */
 struct kind {
     uint64_t sum; /* of all bytes behind it in a state that is sealed, else 0 */
@@ -30,95 +28,131 @@ static struct kind kind_of(const struct phase *f)
     return kind;
 }
 
-/* All parts of the state but what the method remembers, one after another; their bytes. */
-static size_t walk(struct automaton *a, struct phase *f, enum way way, char *bytes)
+/* All parts of the state but what the method remembers, one after another: numbers, and arrays with their lengths. The preprocessor puts in
+ * what is done with each, so that to copy a number is a move and no call: the state is copied before every stage, and short runs feel it. */
+#define ALL_PARTS(NUMBER, ARRAY)            \
+    NUMBER(f->t)                            \
+    ARRAY(f->y, f->s->size)                 \
+    ARRAY(f->dy, f->s->size)                \
+    NUMBER(f->h)                            \
+    NUMBER(at->under_way)                   \
+    NUMBER(at->crawled)                     \
+    NUMBER(at->crawls_since)                \
+    NUMBER(at->since)                       \
+    NUMBER(at->next)                        \
+    NUMBER(at->late)                        \
+    NUMBER(at->energy_known)                \
+    NUMBER(at->bounded)                     \
+    NUMBER(at->energy)                      \
+    NUMBER(at->energy_end)                  \
+    NUMBER(at->energy_h)                    \
+    NUMBER(at->energy_in_motion)            \
+    NUMBER(at->stretch)                     \
+    NUMBER(at->stretch_end)                 \
+    NUMBER(at->place)                       \
+    NUMBER(at->own)                         \
+    NUMBER(at->passage)                     \
+    NUMBER(at->gap_uncertainty)             \
+    NUMBER(at->flat)                        \
+    NUMBER(at->slow)                        \
+    NUMBER(f->s->time)                      \
+    NUMBER(f->s->energy)                    \
+    NUMBER(run->steps)                      \
+    NUMBER(run->rejected)                   \
+    NUMBER(run->events)                     \
+    NUMBER(run->choices)                    \
+    NUMBER(run->window)                     \
+    NUMBER(run->spent_before)               \
+    NUMBER(run->rest_speed)                 \
+    NUMBER(h->count)                        \
+    NUMBER(h->rows)                         \
+    NUMBER(h->implied)                      \
+    NUMBER(h->window)                       \
+    ARRAY(h->set, c)                        \
+    ARRAY(h->of, 2 * c)                     \
+    ARRAY(h->mode, c)                       \
+    ARRAY(h->closed, c)                     \
+    ARRAY(h->force, 2 * c)                  \
+    ARRAY(h->weight, 2 * c)                 \
+    ARRAY(h->least, c)                      \
+    ARRAY(h->peak, c)                       \
+    ARRAY(f->met, c)                        \
+    ARRAY(f->sides, f->s->model->switches)  \
+    ARRAY(f->latched, f->s->model->latches) \
+    NUMBER(a->stage)                        \
+    NUMBER(a->event.contact)                \
+    NUMBER(a->event.watch)                  \
+    NUMBER(a->event.theta)                  \
+    NUMBER(a->event.behind)                 \
+    NUMBER(a->loss.contact)                 \
+    NUMBER(a->loss.how)                     \
+    NUMBER(a->crowds)                       \
+    NUMBER(a->struck)                       \
+    NUMBER(a->idle)                         \
+    NUMBER(a->events)                       \
+    NUMBER(a->still)                        \
+    NUMBER(a->window)                       \
+    NUMBER(a->earlier)                      \
+    NUMBER(a->crowd)                        \
+    NUMBER(a->jammed)                       \
+    NUMBER(a->span.length)                  \
+    NUMBER(a->span.ends)                    \
+    NUMBER(a->span.step)                    \
+    NUMBER(a->span.scale)                   \
+    NUMBER(a->span.under_way)               \
+    NUMBER(a->instant)                      \
+    NUMBER(a->at_once)
+
+static size_t size_of_parts(const struct automaton *a, const struct phase *f)
 {
-    const size_t c = f->s->model->contacts, number = sizeof *f->y;
+#define NUMBER(part) size += sizeof(part);
+#define ARRAY(part, count) size += (count) * sizeof *(part);
+    const struct run *run = f->run;
+    const struct progress *at = &f->at;
+    const struct active_set *h = &f->active;
+    const size_t c = f->s->model->contacts;
+    size_t size = 0;
+    (void)a;
+    ALL_PARTS(NUMBER, ARRAY)
+    return size;
+#undef NUMBER
+#undef ARRAY
+}
+
+static void copy_bytes(void *to, const void *from, size_t size)
+{
+    if (size) /* arrays of no numbers may be nowhere */
+        memcpy(to, from, size);
+}
+
+/* Copy the parts out; where the next byte goes. */
+static char *get_parts(const struct automaton *a, const struct phase *f, char *to)
+{
+#define NUMBER(part) copy_bytes(to, &(part), sizeof(part)), to += sizeof(part);
+#define ARRAY(part, count) copy_bytes(to, part, (count) * sizeof *(part)), to += (count) * sizeof *(part);
+    const struct run *run = f->run;
+    const struct progress *at = &f->at;
+    const struct active_set *h = &f->active;
+    const size_t c = f->s->model->contacts;
+    ALL_PARTS(NUMBER, ARRAY)
+    return to;
+#undef NUMBER
+#undef ARRAY
+}
+
+/* Take them from there; where the next byte is. */
+static const char *put_parts(struct automaton *a, struct phase *f, const char *from)
+{
+#define NUMBER(part) copy_bytes(&(part), from, sizeof(part)), from += sizeof(part);
+#define ARRAY(part, count) copy_bytes(part, from, (count) * sizeof *(part)), from += (count) * sizeof *(part);
     struct run *run = f->run;
     struct progress *at = &f->at;
     struct active_set *h = &f->active;
-    const struct {
-        void *part;
-        size_t size;
-    } parts[] = {{&f->t, number},
-                 {f->y, f->s->size * number},
-                 {f->dy, f->s->size * number},
-                 {&f->h, number},
-                 {&at->under_way, sizeof at->under_way},
-                 {&at->crawled, sizeof at->crawled},
-                 {&at->crawls_since, number},
-                 {&at->since, number},
-                 {&at->next, number},
-                 {&at->late, number},
-                 {&at->energy_known, sizeof at->energy_known},
-                 {&at->bounded, sizeof at->bounded},
-                 {at->energy, sizeof at->energy},
-                 {at->energy_end, sizeof at->energy_end},
-                 {&at->energy_h, number},
-                 {&at->energy_in_motion, number},
-                 {&at->stretch, number},
-                 {&at->stretch_end, number},
-                 {&at->place, number},
-                 {&at->own, number},
-                 {&at->passage, sizeof at->passage},
-                 {&at->gap_uncertainty, number},
-                 {&at->flat, number},
-                 {&at->slow, number},
-                 {&f->s->time, number},
-                 {&f->s->energy, number},
-                 {&run->steps, sizeof run->steps},
-                 {&run->rejected, sizeof run->rejected},
-                 {&run->events, sizeof run->events},
-                 {&run->choices, sizeof run->choices},
-                 {&run->window, number},
-                 {&run->spent_before, sizeof run->spent_before},
-                 {&run->rest_speed, number},
-                 {&h->count, sizeof h->count},
-                 {&h->rows, sizeof h->rows},
-                 {&h->implied, sizeof h->implied},
-                 {&h->window, number},
-                 {h->set, c * sizeof *h->set},
-                 {h->of, 2 * c * sizeof *h->of},
-                 {h->mode, c * sizeof *h->mode},
-                 {h->closed, c * sizeof *h->closed},
-                 {h->force, 2 * c * number},
-                 {h->weight, 2 * c * number},
-                 {h->least, c * number},
-                 {h->peak, c * number},
-                 {f->met, c * sizeof *f->met},
-                 {f->sides, f->s->model->switches * number},
-                 {f->latched, f->s->model->latches * number},
-                 {&a->stage, sizeof a->stage},
-                 {&a->event.contact, sizeof a->event.contact},
-                 {&a->event.watch, sizeof a->event.watch},
-                 {&a->event.theta, number},
-                 {&a->event.behind, number},
-                 {&a->loss.contact, sizeof a->loss.contact},
-                 {&a->loss.how, sizeof a->loss.how},
-                 {&a->crowds, sizeof a->crowds},
-                 {&a->struck, sizeof a->struck},
-                 {&a->idle, sizeof a->idle},
-                 {&a->events, sizeof a->events},
-                 {&a->still, sizeof a->still},
-                 {&a->window, number},
-                 {&a->earlier, sizeof a->earlier},
-                 {&a->crowd, sizeof a->crowd},
-                 {&a->jammed, number},
-                 {&a->span.length, number},
-                 {&a->span.ends, number},
-                 {&a->span.step, number},
-                 {&a->span.scale, number},
-                 {&a->span.under_way, sizeof a->span.under_way},
-                 {&a->instant, number},
-                 {&a->at_once, sizeof a->at_once}};
-    size_t size = 0;
-    for (size_t i = 0; i < sizeof parts / sizeof *parts; size += parts[i++].size) {
-        if (way == GET && parts[i].size)
-            memcpy(bytes + size, parts[i].part, parts[i].size);
-        if (way == PUT && parts[i].size)
-            memcpy(parts[i].part, bytes + size, parts[i].size);
-    }
-    return size;
+    const size_t c = f->s->model->contacts;
+    ALL_PARTS(NUMBER, ARRAY)
+    return from;
+#undef NUMBER
+#undef ARRAY
 }
 
 /* Whether whole numbers of a state, by which arrays are read, are what they may be */
@@ -176,41 +210,50 @@ int is_whole(const void *bytes, size_t size)
     return !memcmp(bytes, &sum, sizeof sum);
 }
 
-size_t state_size(const struct phase *f)
+size_t kept_size(const struct phase *f)
 {
-    struct automaton none;
-    struct phase copy = *f;
-    const size_t remembered = memory_size(f->run->method, f->s) * sizeof *f->y;
-    return sizeof(struct kind) + walk(&none, &copy, COUNT, NULL) + remembered;
+    return size_of_parts(NULL, f) + memory_size(f->run->method, f->s) * sizeof *f->y;
 }
 
-void get_state(const struct automaton *a, const struct phase *f, void *bytes)
+void keep_state(const struct automaton *a, const struct phase *f, void *bytes)
 {
-    const struct kind kind = kind_of(f);
     const size_t remembered = memory_size(f->run->method, f->s) * sizeof *f->y;
-    char *at = bytes;
-    memcpy(at, &kind, sizeof kind);
-    at += sizeof kind;
-    at += walk((struct automaton *)a, (struct phase *)f, GET, at); /* it changes nothing */
+    char *at = get_parts(a, f, bytes);
     if (remembered) {
         f->run->method->memory(f->s, f->scratch, 0, f->kept);
         memcpy(at, f->kept, remembered);
     }
 }
 
-int set_state(struct automaton *a, struct phase *f, const void *bytes)
+void take_back(struct automaton *a, struct phase *f, const void *bytes)
 {
-    const struct kind kind = kind_of(f);
     const size_t remembered = memory_size(f->run->method, f->s) * sizeof *f->y;
-    const size_t sum = sizeof kind.sum;
-    if (memcmp((const char *)bytes + sum, (const char *)&kind + sum, sizeof kind - sum))
-        return 1;
-    const char *at = (const char *)bytes + sizeof kind;
-    at += walk(a, f, PUT, (char *)at); /* it changes nothing there */
+    const char *at = put_parts(a, f, bytes);
     set_units(f->s);
     if (remembered) {
         memcpy(f->kept, at, remembered);
         f->run->method->memory(f->s, f->scratch, 1, f->kept);
     }
+}
+
+size_t state_size(const struct phase *f)
+{
+    return sizeof(struct kind) + kept_size(f);
+}
+
+void get_state(const struct automaton *a, const struct phase *f, void *bytes)
+{
+    const struct kind kind = kind_of(f);
+    memcpy(bytes, &kind, sizeof kind);
+    keep_state(a, f, (char *)bytes + sizeof kind);
+}
+
+int set_state(struct automaton *a, struct phase *f, const void *bytes)
+{
+    const struct kind kind = kind_of(f);
+    const size_t sum = sizeof kind.sum;
+    if (memcmp((const char *)bytes + sum, (const char *)&kind + sum, sizeof kind - sum))
+        return 1;
+    take_back(a, f, (const char *)bytes + sizeof kind);
     return is_sound(a, f) ? 0 : 2;
 }

@@ -11,6 +11,11 @@ size_t state_size(const struct phase *f);
 /* Copy the state out. */
 void get_state(const struct automaton *a, const struct phase *f, void *bytes);
 
+/* The same within a simulation, without what says which model, method and precision it is of: its bytes, a copy, and back to it. */
+size_t kept_size(const struct phase *f);
+void keep_state(const struct automaton *a, const struct phase *f, void *bytes);
+void take_back(struct automaton *a, struct phase *f, const void *bytes);
+
 /* Put a sum into a state, by which damage shows. */
 void seal_state(void *bytes, size_t size);
 

@@ -46,6 +46,7 @@ static int begin_work(struct worker *w, struct ensemble *e)
         w->settings.parameters = e->parameters.of;
     if (ccgen_create(e->model, &w->settings, &w->it))
         return 1;
+    w->it->run.interruption.at_once = 1; /* it reads one number */
     struct arena *arena = &w->it->arena;
     const struct ccgen_model *m = e->model;
     const size_t n = m->nu;

@@ -126,7 +126,7 @@ static enum outcome fill(struct ccgen_simulation *it, const struct ccgen_model *
     if (outcome)
         return outcome;
     it->run.tolerance.unit = it->system.unit;
-    if (take_phase(&it->phase) || !(it->before = TAKE(&it->arena, char, state_size(&it->phase))))
+    if (take_phase(&it->phase) || !(it->before = TAKE(&it->arena, char, kept_size(&it->phase))))
         return OUTCOME_NO_MEMORY;
     return reserve(&it->arena, scratch_of(m)) ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
 }
@@ -243,10 +243,11 @@ static enum outcome run_whole_stage(struct ccgen_simulation *it)
     struct mode_history *modes = &run->modes;
     const size_t before[] = {rows->count,  impacts->count,       impacts->contact_count,
                              modes->count, modes->contact_count, run->stepping.count};
-    get_state(&it->automaton, &it->phase, it->before);
+    if (has_action(&it->automaton))
+        keep_state(&it->automaton, &it->phase, it->before);
     const enum outcome outcome = run_stage(&it->automaton, &it->phase);
     if (outcome == OUTCOME_INTERRUPTED && !it->phase.at.under_way) {
-        set_state(&it->automaton, &it->phase, it->before);
+        take_back(&it->automaton, &it->phase, it->before);
         rows->count = before[0];
         impacts->count = before[1];
         impacts->contact_count = before[2];
@@ -367,10 +368,10 @@ static enum outcome begin_record(struct ccgen_simulation *it)
 
 int ccgen_set_state(struct ccgen_simulation *it, const void *bytes)
 {
-    get_state(&it->automaton, &it->phase, it->before);
+    keep_state(&it->automaton, &it->phase, it->before);
     const int wrong = !is_whole(bytes, state_size(&it->phase)) || set_state(&it->automaton, &it->phase, bytes);
     if (wrong) {
-        set_state(&it->automaton, &it->phase, it->before);
+        take_back(&it->automaton, &it->phase, it->before);
         return OUTCOME_OTHER_STATE;
     }
     return begin_record(it);
