@@ -15,12 +15,15 @@ With as many workers as cores a singular value decomposition of 200 rows takes a
 pytest.register_assert_rewrite("tests.support")  # before it is imported: what a failed assertion there compared
 
 from .support.quick import is_quick  # noqa: E402
+from .support.tiers import leave_samples  # noqa: E402
 from .support.workshop import Workshop  # noqa: E402
 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark the quick tests, which ``make quick`` runs, before any are chosen by their marks."""
+    """Mark what tiers run, before any tests are chosen by their marks: of samples those that ``make hard`` runs alone, then
+    the quick ones, which ``make quick`` runs."""
+    leave_samples(items)
     for item in items:
         if is_quick(item):
             item.add_marker("quick")

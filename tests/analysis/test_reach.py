@@ -113,6 +113,7 @@ def test_stops_bar_one_elbow(workshop: Workshop) -> None:
     assert found == pytest.approx(arm_angles(far, 0.0, -1.0), abs=1e-12)
 
 
+@pytest.mark.sample(2)
 @pytest.mark.parametrize("number", range(len(KINDS)))
 def test_random_mechanisms_find_back(number: int, workshop: Workshop) -> None:
     """Where a motion has led from here is reached from here, told by all that can be wanted."""

@@ -357,6 +357,7 @@ STOPS = "".join(
 )
 
 
+@pytest.mark.sample(2)
 @pytest.mark.parametrize(
     ("count", "height", "effects"),
     [

@@ -35,6 +35,7 @@ def test_one_without_a_compiler_says_what_to_install(tmp_path: Path) -> None:
     assert "no C compiler found" in done.stderr and "pip install 'ccgen[zig]'" in done.stderr
 
 
+@pytest.mark.hard
 def test_a_compiler_that_gives_wrong_numbers_is_found_out(tmp_path: Path) -> None:
     """Gravity is a hundredth more in all that it compiles."""
     more = "case $last in *.c) sed -i 's/double g = /double g = 1.01*/' $last ;; esac"

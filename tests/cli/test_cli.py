@@ -354,6 +354,7 @@ FAULTS = {
 """Commands, and the beginnings of all lines that they are refused with."""
 
 
+@pytest.mark.sample(5)
 @pytest.mark.parametrize("command", FAULTS)
 def test_all_faults_of_a_command_are_told(command: str, tmp_path: Path) -> None:
     (tmp_path / "good.toml").write_text(PENDULUM)

@@ -67,6 +67,7 @@ def all_priced(workshop: Workshop) -> Priced:
     return _priced(workshop.scene(SCENE + "".join(EXAMPLES.values())))
 
 
+@pytest.mark.sample(4)
 @pytest.mark.parametrize("key", EXAMPLES)
 @pytest.mark.parametrize("company", ["alone", hard("beside the others")])
 def test_a_price_is_the_difference_of_two_scene_files(

@@ -81,6 +81,7 @@ def test_a_ball_that_loses_nothing_bounces_on(ball: Any, rtol: float) -> None:
     assert kinetic + potential == pytest.approx(2.0 * G, rel=2e-12)
 
 
+@pytest.mark.sample(3)
 @pytest.mark.parametrize("rtol", 10.0 ** -np.arange(4.0, 13.0), ids=str)
 def test_the_falling_hexagon_comes_to_stand_at_every_tolerance(rtol: float, workshop: Workshop) -> None:
     """The motion after many impacts is sensitive to the first ones: looser tolerances place its end less sharply."""

@@ -165,6 +165,7 @@ def test_a_flat_follower_on_an_eccentric_lifts_by_its_closed_form(workshop: Work
     assert torques == pytest.approx(-forces * e * np.sin(seen), abs=1e-10)
 
 
+@pytest.mark.sample(2)
 @pytest.mark.parametrize("law", ["cycloidal", "3-4-5", "4-5-6-7", "harmonic"])
 def test_a_roller_follows_the_designers_laws(law: str, workshop: Workshop) -> None:
     """Lift and force of a rise, and the shaft's torque, against the law by its textbook; the guide's drive of a lifter

@@ -76,6 +76,7 @@ DIPS = [1e-3, 1e-5, 1e-7, 1e-9]
 """Depths (m) of the dip under the ground."""
 
 
+@pytest.mark.sample(3)
 @pytest.mark.parametrize("depth", DIPS)
 @pytest.mark.parametrize("weight", [0.0, G], ids=["weightless", "falling"])
 def test_a_dip_inside_one_step_is_caught(triangle: Any, weightless: Any, weight: float, depth: float) -> None:
@@ -160,6 +161,7 @@ def test_no_impact_at_a_start_that_leaves(triangle: Any) -> None:
     assert [impact.t for impact in run.impacts] == pytest.approx([2 / G], abs=1e-11)
 
 
+@pytest.mark.sample(1)
 @pytest.mark.parametrize("n", [3, 4, 6])
 def test_two_contacts_at_one_instant(n: int, workshop: Workshop) -> None:
     """A ring that lands flat on an edge: one impact with both joints, no turning."""
@@ -265,6 +267,7 @@ def test_a_swinging_link_touches_below(workshop: Workshop) -> None:
     assert run.impacts[0].u_plus == pytest.approx([-0.25 * rate], rel=1e-10)
 
 
+@pytest.mark.sample(2)
 @pytest.mark.parametrize("spin", [30.0, 300.0])
 @pytest.mark.parametrize("method", ["dop853", "gauss", "radau"])
 def test_no_turn_of_a_steady_rotor_is_missed(spin: float, method: str, workshop: Workshop) -> None:

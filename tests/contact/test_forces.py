@@ -43,6 +43,7 @@ def test_a_rod_that_leans_on_smooth_ground(leaning: Any) -> None:
     assert run.reactions(early)[0] == pytest.approx(np.array([*wanted, 0.0]), rel=1e-12)
 
 
+@pytest.mark.sample(2)
 @pytest.mark.parametrize("friction", [0.05, 0.1, 0.3, 1.0])
 def test_a_rod_that_cannot_move_leans_within_coulombs_law(friction: float, workshop: Workshop) -> None:
     """One contact that sticks shares its friction with the hinge: never more than it can bear, and in balance."""
@@ -120,6 +121,7 @@ def test_states_without_forces_of_contact_are_refused(leaning: Any) -> None:
             leaning.acceleration(q[0], [0.0], contacts=contacts)
 
 
+@pytest.mark.sample(1)
 @pytest.mark.parametrize("friction", [0.0, 0.5])
 def test_a_hexagon_at_rest_has_its_weight_under_it(friction: float, workshop: Workshop) -> None:
     """It has fallen flat: all that its contacts push is its weight, and friction adds up to nothing."""

@@ -142,6 +142,7 @@ def integral(function: Any, a: float, b: float) -> Any:
     return 0.5 * (b - a) * sum(w * function(t) for t, w in zip(times, WEIGHTS, strict=True))
 
 
+@pytest.mark.hard
 def test_forces_of_a_run_add_up_to_its_changes_of_momentum(crawler: Any) -> None:
     """Over every stretch: momentum, and angular momentum about the origin, change by the integral of what contacts and
     weight give; energy by what friction takes."""

@@ -195,6 +195,7 @@ def hung(pin: str, extra: str) -> str:
     return f"[ground_link]\npoints = {{ O = [0, 0] }}\n{pin}[gravity]\ng = {G}\n{extra}"
 
 
+@pytest.mark.sample(2)
 @pytest.mark.parametrize(("angle", "spin"), [(-0.3, 0.0), (0.8, 2.0), (2.9, 7.0)])
 @pytest.mark.parametrize("clearance", [0.02, 1e-6])
 def test_the_reaction_of_a_pin_without_clearance(

@@ -134,6 +134,7 @@ def test_rows_are_those_of_the_nearest_points(workshop: Workshop) -> None:
     assert compared > 150 and {name for _, name in where} >= {"an edge", "c.P", "c.Q", "c.S", "a.A", "a.B"}
 
 
+@pytest.mark.hard
 def test_inside_of_a_polygon_all_its_gaps_are_negative(workshop: Workshop) -> None:
     """By the angles at which edges are seen, not by crossings; what is nearest there pushes outwards."""
     model = workshop.model(BODIES)
@@ -155,6 +156,7 @@ def test_inside_of_a_polygon_all_its_gaps_are_negative(workshop: Workshop) -> No
     assert met > 20
 
 
+@pytest.mark.hard
 def test_a_ratchet_moves_as_with_a_table_for_every_edge(workshop: Workshop) -> None:
     """Half as many contacts, and the same impacts and motion, as far as that is known with a table for every edge.
 

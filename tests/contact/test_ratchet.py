@@ -41,6 +41,7 @@ def test_a_ratchet_goes_on_by_whole_teeth(workshop: Workshop) -> None:
     assert angles[0] % (math.pi / 4.0) == pytest.approx(caught(), abs=1e-8)
 
 
+@pytest.mark.hard
 def test_no_start_lets_the_pawl_into_a_tooth(workshop: Workshop) -> None:
     """Teeth that come fast jump past a tip within a step: 40 starts, of which half failed where their insides were no
     insides."""

@@ -15,6 +15,7 @@ CORE = ROOT / "runtime" / "core"
 SANITIZERS = "-fsanitize=address,undefined -fno-sanitize-recover=all"
 
 
+@pytest.mark.sample(2)
 @pytest.mark.parametrize("flags", ["", SANITIZERS])
 @pytest.mark.parametrize("precision", [0, 1, 2])
 def test_arrays_are_taken_and_given_back(precision: int, flags: str, tmp_path: Path) -> None:

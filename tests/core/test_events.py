@@ -52,6 +52,7 @@ def known_to(coefficients: Array, theta: float) -> float:
 # -- the search -------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.sample(12)
 @pytest.mark.parametrize("seed", range(40))
 def test_the_first_zero_is_found(seed: int, core: Functions) -> None:
     """Of two to five zeros, each in a piece of its own: the first, at which the gap falls, to rounding."""

@@ -50,6 +50,7 @@ def test_the_closed_form_with_every_effect_moves_as_the_recursion(form: str, wor
         assert both == pytest.approx(wanted, rel=1e-11, abs=1e-11 * float(np.max(np.abs(wanted))))
 
 
+@pytest.mark.sample(4)
 @pytest.mark.parametrize("key", LOADS)
 def test_each_effect_has_its_generalized_forces(key: str, workshop: Workshop) -> None:
     """Q is the force that the inverse dynamics of the scene without the effect lack."""

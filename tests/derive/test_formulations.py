@@ -21,6 +21,7 @@ def derive(formulation: str, family: str, links: int, limit: float = 60.0) -> su
     return subprocess.run(command, capture_output=True, text=True, check=False)
 
 
+@pytest.mark.sample(1)
 @pytest.mark.parametrize(("family", "links"), [("chain", 3), ("loop", 4)])
 @pytest.mark.parametrize("formulation", all_hard_but("recursive", of=["recursive", "closed_form", "kane", "lagrange"]))
 def test_all_give_the_accelerations_of_maximal_coordinates(formulation: str, family: str, links: int) -> None:

@@ -40,6 +40,7 @@ def test_value_and_slope() -> None:
     assert expression_tex(step(X)) == r"\mathrm{step}\left(x\right)"
 
 
+@pytest.mark.sample(1)
 @pytest.mark.parametrize("precision", ["double", "wide", "float"])
 def test_in_models(precision: str, workshop: Workshop) -> None:
     """The acceleration of a rod with and without the moment, one state at a time, in lanes and from the listing."""

@@ -59,6 +59,7 @@ def test_every_script_knows_what_it_imports(path: Path, monkeypatch: pytest.Monk
     spec.loader.exec_module(module)
 
 
+@pytest.mark.sample(1)
 @pytest.mark.parametrize(
     "script", all_hard_but(*(f"docs/scripts/{name}.py" for name in ("counts", "folding", "accuracy")), of=SMALL)
 )

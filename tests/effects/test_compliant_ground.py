@@ -38,6 +38,7 @@ def rebound(c: float, v: float) -> float:
     )
 
 
+@pytest.mark.sample(5)
 @pytest.mark.parametrize("exponent", [1, 1.5, 2, 2.5, 3])
 @pytest.mark.parametrize("damping", [0.0, 0.05, 0.9])
 def test_restitution_is_that_of_the_law(exponent: float, damping: float, workshop: Workshop) -> None:

@@ -97,6 +97,7 @@ def _calls(function: Callable[[], Any]) -> int:
     return count
 
 
+@pytest.mark.sample(1)
 @pytest.mark.parametrize(
     ("method", "rtol"), [("dop853", 5e-12), ("radau", 5e-12), ("dop853", 1e-10), ("dop853", 2e-12)]
 )

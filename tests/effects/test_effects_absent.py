@@ -36,6 +36,7 @@ def test_every_effect_has_an_example() -> None:
     assert list(EXAMPLES) and {entry.key for entry in REGISTRY} == set(EXAMPLES)
 
 
+@pytest.mark.sample(1)
 @pytest.mark.parametrize("key", all_hard_but("gravity", "drive", of=EXAMPLES))
 def test_removing_a_table_removes_the_effect(key: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Byte for byte, beside every other effect and alone."""

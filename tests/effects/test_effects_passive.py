@@ -118,6 +118,7 @@ def acted(request: pytest.FixtureRequest, workshop: Workshop) -> tuple[Any, Acte
     return workshop.model(acted.text), acted
 
 
+@pytest.mark.sample(3)
 def test_accelerations_are_those_of_the_dense_solve(acted: tuple[Any, Acted]) -> None:
     model, case = acted
     for state in states(model, case.drawing, 6):
@@ -218,6 +219,7 @@ def _turned(drawing: Drawing, angle: float) -> Drawing:
     return replace(drawing, poses=poses, system=drawing.system.with_gravity(0.0))
 
 
+@pytest.mark.sample(1)
 @pytest.mark.parametrize(("family", "n"), [("floating", 4), ("hinged", 3), ("two_loops", 7)], ids=str)
 def test_turned_gravity_is_a_turned_mechanism(family: str, n: int, workshop: Workshop) -> None:
     """The ground's only point is the origin, or there is none: turning everything changes no angular acceleration."""

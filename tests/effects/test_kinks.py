@@ -104,6 +104,7 @@ def _sides(values: list[float]) -> int:
     return sum((value > 0.0) << i for i, value in enumerate(values))
 
 
+@pytest.mark.sample(2)
 @pytest.mark.parametrize(("method", "most"), [("gauss", 2), ("dop853", 20), ("dopri5", 400), ("radau", 10)])
 def test_a_rope_catches_a_weight(method: str, most: float, workshop: Workshop) -> None:
     """Through 36 kinks; errors are those of the smooth parts, and energy is kept."""
@@ -117,6 +118,7 @@ def test_a_rope_catches_a_weight(method: str, most: float, workshop: Workshop) -
 ORDERS = [("dopri5", 5, 0.02), ("radau", 5, 0.05), ("dop853", 8, 0.04), ("gauss", 14, 0.4)]
 
 
+@pytest.mark.sample(2)
 @pytest.mark.parametrize(("method", "order", "step"), ORDERS)
 def test_steps_of_fixed_length_keep_their_order(method: str, order: int, step: float, workshop: Workshop) -> None:
     model = workshop.model(WEIGHT + ROPE)

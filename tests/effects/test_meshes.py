@@ -26,6 +26,7 @@ AXLES = {"sun": "sun_axle", "ring": "ring_axle", "arm": "arm_axle"}
 MEMBERS = {"arm": 0, "sun": 1, "ring": 2}
 
 
+@pytest.mark.sample(2)
 @pytest.mark.parametrize("count", [1, 3])
 @pytest.mark.parametrize("fixed", FIXED)
 def test_a_planetary_train_turns_as_willis_says(fixed: str, count: int, workshop: Workshop) -> None:

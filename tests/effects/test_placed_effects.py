@@ -212,6 +212,7 @@ def placed(place: str) -> str:
     return f'\n[[place]]\npart = "arm"\nports = {{ base = "ground.O" }}\n{place}\n'
 
 
+@pytest.mark.sample(5)
 @pytest.mark.parametrize("arm", [ARM, INWARDS], ids=["outwards", "inwards"])
 @pytest.mark.parametrize(
     "case", all_hard_but("torsion", "stop", "motor", "loads", "slot", "rope", "meshes", "cam", of=CASES)

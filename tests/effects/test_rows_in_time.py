@@ -253,6 +253,7 @@ INVERSE = {
 }
 
 
+@pytest.mark.sample(2)
 @pytest.mark.parametrize("case", INVERSE)
 def test_angles_from_ratios_are_functions_of_time(case: str, workshop: Workshop) -> None:
     """A drive by them is where they are, with turns counted on; a servo pulls as far as they are away."""

@@ -79,6 +79,7 @@ def test_families_are_what_they_say() -> None:
 # -- generated code ------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.hard
 @pytest.mark.skipif(shutil.which("cc") is None, reason="there is no cc")
 def test_long_runs_compile_without_warnings(pair: tuple[Any, Drawing, Scene], tmp_path: Path) -> None:
     folder = generate(pair[2], out=tmp_path / "build")

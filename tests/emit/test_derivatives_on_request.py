@@ -14,6 +14,7 @@ from ccgen.generator.pipeline import Variant, _hash
 from ccgen.generator.scene import loop
 
 from ..support.folders import ROOT, RUNTIME
+from ..support.tiers import hard
 
 STRICT = ("-std=c11", "-Wall", "-Wextra", "-Werror", "-O2", "-march=native", "-c", "-o", "/dev/null")
 
@@ -37,8 +38,8 @@ def test_who_does_not_ask_has_the_same_bytes(tmp_path: Path) -> None:
         assert text == path.read_text(), path.name
 
 
-@pytest.mark.parametrize("precision", ["double", "float", "wide"])
-@pytest.mark.parametrize("kind", ["four-bar", "falling-hexagon", "jansen-driven", "ring"])
+@pytest.mark.parametrize("precision", ["double", hard("float"), hard("wide")])
+@pytest.mark.parametrize("kind", ["four-bar", hard("falling-hexagon"), hard("jansen-driven"), hard("ring")])
 def test_derivatives_compile_without_a_warning(kind: str, precision: str, tmp_path: Path) -> None:
     scene = loop(30, gravity=True) if kind == "ring" else load_scene(ROOT / "scenes" / f"{kind}.toml")
     folder = generate(scene, tmp_path, precision=precision, derivatives=True)
@@ -56,7 +57,7 @@ def test_lines_of_derivatives_are_few() -> None:
     from ccgen.generator.write_c.render import Banner, render_derivatives
 
     sizes = []
-    for links in (30, 60):
+    for links in (16, 32):
         _, equations = derive_scene(loop(links, gravity=True))
         routines = Routines(lower(equations), C.term)
         text = render_derivatives(Banner("a", "a", "0", "0"), equations, routines)

@@ -144,6 +144,7 @@ def bound(model: Any, q: Array, u: Array) -> float:
     return float(np.max(np.abs(inverse) @ (size @ (np.abs(inverse @ right) + squares) + np.abs(right))))
 
 
+@pytest.mark.sample(1)
 @WIDER
 @pytest.mark.parametrize(
     "name",
@@ -176,6 +177,7 @@ def test_accelerations_are_as_exact_as_their_numbers(name: str, workshop: Worksh
     assert told >= 8  # of 16: the bound says something
 
 
+@pytest.mark.sample(2)
 @WIDER
 @pytest.mark.parametrize("name", ["falling-hexagon", "slider-crank", "jansen-leg", "flyer"])
 def test_kernels_are_as_exact_as_their_numbers(name: str, workshop: Workshop) -> None:
@@ -348,6 +350,7 @@ def test_states_are_read_off_poses_in_the_models_numbers(name: str, workshop: Wo
         assert np.array_equal(batch[0], [found[0]] * 2)
 
 
+@pytest.mark.sample(1)
 @WIDER
 @pytest.mark.parametrize("precision", PRECISIONS)
 def test_runs_are_kept_and_shown(precision: str, workshop: Workshop, tmp_path: Path) -> None:

@@ -275,6 +275,7 @@ DOCUMENTS = [
 ]
 
 
+@pytest.mark.sample(4)
 @pytest.mark.parametrize(("name", "expanded"), DOCUMENTS)
 def test_latex_is_balanced(name: str, expanded: bool) -> None:
     text = show_text(SCENES[name](), True, expanded)

@@ -88,6 +88,7 @@ def test_starts(workshop: Workshop, method: str, threads: int) -> None:
     assert list(made.status).count("refused") == 1 and made.impacts.max() > made.impacts.min()
 
 
+@pytest.mark.sample(3)
 @pytest.mark.parametrize(
     ("scene", "words", "until"),
     [

@@ -103,6 +103,7 @@ def resized(model: Any, heavier: float, longer: float) -> tuple[Any, Any, Any]:
     return model.with_parameters(values), np.where(slides, longer * q, q), np.where(slides, longer * u, u)
 
 
+@pytest.mark.sample(3)
 @pytest.mark.parametrize("method", LOSS)
 @pytest.mark.parametrize("name", BRANCHES)
 def test_no_digits_are_lost_in_a_few_runs(name: str, method: str, workshop: Workshop, reach: Reach) -> None:

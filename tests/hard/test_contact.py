@@ -181,6 +181,7 @@ def _hinge(ground: list[dict[str, Any]]) -> Any:
     return chain(2, gravity=True, start={"angles": [-0.6, 0.5], "height": 0.0}, ground=ground)
 
 
+@pytest.mark.sample(2)
 @pytest.mark.parametrize("angles", [(-14.0, 21.0), (10.0, -35.0), (-40.0, 70.0), (5.0, 5.5)])
 def test_phases_say_what_is_closed(angles: tuple[float, float], workshop: Workshop, reach: Reach) -> None:
     """Two links dropped: after many impacts that let go of what was held, phases say how it went on, and states between

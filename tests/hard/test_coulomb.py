@@ -148,6 +148,7 @@ def _ways(c: Rough) -> Iterator[Any]:
         yield S @ x + shift
 
 
+@pytest.mark.sample(6)
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("law", LAWS)
 def test_no_way_has_less_impulses(law: str, kind: str, least: Solver) -> None:

@@ -95,6 +95,7 @@ def test_dropped_rings_come_to_lie_flat(n: int, workshop: Workshop, reach: Reach
     _lie(f"ring of {n} dropped, e = 0 ... 0.7, two methods", 0, 16, runs, reach)
 
 
+@pytest.mark.sample(2)
 @pytest.mark.parametrize("method", ["gauss", "dop853", "dopri5", "radau"])
 @pytest.mark.parametrize("speed", [1e-7, 1e-9])
 def test_a_flat_ring_slides_slowly(speed: float, method: str, workshop: Workshop) -> None:

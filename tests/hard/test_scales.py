@@ -87,6 +87,7 @@ DRAWINGS = {
 SMALL = ("hinged chain of 6", "ring of 6", "two loops of 12")
 
 
+@pytest.mark.sample(1)
 @pytest.mark.parametrize("name", all_hard_but(*SMALL, of=DRAWINGS))
 def test_masses_nine_orders_apart(name: str, workshop: Workshop, reach: Reach) -> None:
     """What the elimination loses is found when the masses are set, and given back."""

@@ -39,6 +39,7 @@ def _lawful(text: str, law: str, e: float) -> str:
     return text.replace("restitution = 0.0", f'restitution = {e}\nlaw = "{law}"')
 
 
+@pytest.mark.sample(2)
 @pytest.mark.parametrize("case", IMPACTS.values(), ids=IMPACTS.keys())
 def test_a_rod_strikes_rough_ground(case: Any, workshop: Workshop, reach: Reach) -> None:
     """Against the process of the impact, marched along the normal impulse in small steps."""

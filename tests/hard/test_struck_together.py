@@ -263,6 +263,7 @@ def every(request: pytest.FixtureRequest, workshop: Workshop) -> list[Set]:
     return [one for text in texts for one in sets(workshop.model(text), share // len(texts), rng)]
 
 
+@pytest.mark.sample(1)
 @pytest.mark.parametrize("law", LAWS)
 def test_random_sets_of_contacts(law: str, every: list[Set], reach: Reach) -> None:
     """Impulses of the size that a march gives, no energy gained, loops shut, and the loss that is recorded is that of
@@ -360,6 +361,7 @@ def test_near_a_wedge_expansion_ends(e: float, workshop: Workshop) -> None:
         assert np.sum(P) <= 4.0 * 0.39 * 3.0 / (0.3 + mu) * (1.0 + 1e-12)
 
 
+@pytest.mark.sample(1)
 @pytest.mark.parametrize("ratio", [hard(1e-6), hard(1e-3), hard(1e3), 1e6])
 @pytest.mark.parametrize("law", LAWS)
 def test_what_sticks_keeps_its_digits_at_any_masses(law: str, ratio: float, workshop: Workshop, reach: Reach) -> None:

@@ -71,6 +71,7 @@ def two_discs(touch: str) -> str:
     )
 
 
+@pytest.mark.sample(2)
 @pytest.mark.parametrize(
     ("law", "mu", "spins", "how"),
     [
@@ -250,6 +251,7 @@ def test_a_smooth_ball_leaves_a_fixed_disc(workshop: Workshop, reach: Reach) -> 
     reach("off a fixed disc, smooth: cosine of leaving", abs(y / np.hypot(x, y) / np.cos(0.1) - 2 / 3), 1e-9)
 
 
+@pytest.mark.sample(2)
 @pytest.mark.parametrize(("axle", "mu"), [(False, 0.5), (False, 1e6), (True, 0.5), (True, 1e6)])
 def test_a_ball_rolls_off_a_disc(axle: bool, mu: float, workshop: Workshop, reach: Reach) -> None:
     """Both surfaces roll on each other: the centre gains g sin/k, k = 1 + M/(2 (M + m)), or 3/2 on a disc that is held.

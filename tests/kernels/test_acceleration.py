@@ -51,6 +51,7 @@ def pair(request: pytest.FixtureRequest, workshop: Workshop) -> tuple[Any, Drawi
     return workshop.model(drawing.toml()), drawing
 
 
+@pytest.mark.sample(3)
 def test_states_are_consistent(pair: tuple[Any, Drawing]) -> None:
     """Assembled states close every joint and projected velocities keep them closed, by the reference's measure."""
     model, drawing = pair
@@ -142,6 +143,7 @@ SMALL = [
 ]
 
 
+@pytest.mark.sample(3)
 @pytest.mark.parametrize(
     ("method", "family", "n"),
     [

@@ -147,6 +147,7 @@ def random_sketch(rng: np.random.Generator) -> Sketch:
     return random_mechanisms.draw(kinds, parents, pairs, loads, int(rng.integers(10**6)), bool(rng.integers(2)))
 
 
+@pytest.mark.sample(2)
 @pytest.mark.parametrize("seed", all_hard_but(0, 1, 2, 3, of=range(max(4, EXAMPLES // 2))))
 def test_forces_and_impulses_of_contacts_and_joints(seed: int, workshop: Workshop) -> None:
     rng = np.random.default_rng(seed)
@@ -155,6 +156,7 @@ def test_forces_and_impulses_of_contacts_and_joints(seed: int, workshop: Worksho
     check_contacts(sketch, kinds, rng, workshop)
 
 
+@pytest.mark.sample(1)
 @pytest.mark.parametrize("seed", all_hard_but(1, 4, of=range(6)))
 def test_forces_and_impulses_at_polygons(seed: int, workshop: Workshop) -> None:
     """Two triangles, each before a disc of another link, in a mechanism of links that turn against each other."""

@@ -31,12 +31,14 @@ def near_start(model: Any, seed: int = 0, away: float = 0.05) -> tuple[Any, Any]
     return q + rng.normal(scale=away, size=q.shape), u + rng.normal(size=u.shape)
 
 
+@pytest.mark.sample(2)
 @pytest.mark.parametrize("scene", ["four-bar", "falling-hexagon", "jansen-driven", "planetary"])
 def test_derivatives_are_those_of_differences(scene: str, workshop: Workshop) -> None:
     model, wide = both(workshop, (SCENES / f"{scene}.toml").read_text())
     check_derivatives(model, wide, *near_start(model))
 
 
+@pytest.mark.hard
 def test_loads_of_every_effect_have_derivatives(workshop: Workshop) -> None:
     """With a driven joint, gears, a rack and a belt, inputs and formulas of time."""
     loads = {key: text for key, text in LOADS.items() if "joint_1" not in text}
@@ -45,6 +47,7 @@ def test_loads_of_every_effect_have_derivatives(workshop: Workshop) -> None:
     check_derivatives(model, wide, *near_start(model))
 
 
+@pytest.mark.sample(2)
 @pytest.mark.parametrize("kind", CONTACTS)
 def test_gaps_of_every_contact_have_derivatives(kind: str, workshop: Workshop) -> None:
     model, wide = both(workshop, SCENE + EXAMPLES[kind])

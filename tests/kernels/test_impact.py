@@ -33,6 +33,7 @@ def falling(landing: Landing, workshop: Workshop) -> Any:
     return workshop.model(loop(landing.n, gravity=True, ground=ground, start={"height": 1.0}))
 
 
+@pytest.mark.sample(8)
 @pytest.mark.parametrize(("length", "mass", "e"), MATERIALS)
 def test_landing_is_the_closed_form(
     landing: Landing, falling: Any, workshop: Workshop, length: float, mass: float, e: float
@@ -168,6 +169,7 @@ def _regular(strike: Strike) -> bool:
     return bool(np.linalg.cond(strike.wanted.inverse.astype(float)) < 1e3)
 
 
+@pytest.mark.sample(3)
 @pytest.mark.parametrize("unequal", [False, True], ids=["common-e", "unequal-e"])
 def test_random_impacts_are_those_of_the_dense_solve(stage: Stage, unequal: bool) -> None:
     """Velocities always, impulses where they are unique; the energy lost is that of the work of the impulses."""

@@ -26,6 +26,7 @@ def flat_chain(turn: float) -> Drawing:
     return draw("flat_chain", places, [(0, 1), (1, 2), (2, 3)], joints, np.random.default_rng(5))
 
 
+@pytest.mark.sample(1)
 @pytest.mark.parametrize("angle", [0.4, 1.1, 2.0])
 @pytest.mark.parametrize("cranks", [3, hard(5)])
 def test_redundant_joints_leave_the_motion_unique(angle: float, cranks: int, workshop: Workshop) -> None:

@@ -66,6 +66,7 @@ def forces_on_b(model: Model, drawing: Drawing, q: Array, u: Array) -> Array:
     return np.where(np.array(on_b)[:, None], 1.0, -1.0) * found[:, :2]
 
 
+@pytest.mark.sample(1)
 @pytest.mark.parametrize("case", all_hard_but("a joint twice", "three links on a pin", "in a loop", of=PINS))
 def test_redundant_pins_share_their_forces_by_least_norm(case: str, workshop: Workshop) -> None:
     """Accelerations and the forces of all pins are those of a dense least-norm solution that knows no tree."""
@@ -81,6 +82,7 @@ def test_redundant_pins_share_their_forces_by_least_norm(case: str, workshop: Wo
     assert close(forces_on_b(model, drawing, q, u), forces, 1e-11)
 
 
+@pytest.mark.sample(1)
 @pytest.mark.parametrize("case", all_hard_but("a joint twice", "three links on a pin", "in a loop", of=PINS))
 def test_redundant_pins_change_no_motion(case: str, workshop: Workshop) -> None:
     """A run is that of the mechanism without them, to rounding, and as cheap."""
@@ -179,6 +181,7 @@ def balance(scene: Scene, model: Model, q: Array) -> Array:
     return found
 
 
+@pytest.mark.sample(1)
 @pytest.mark.parametrize("case", all_hard_but("a pin and a slot", "a slot twice", "two rails", of=SLIDES))
 def test_redundant_joints_that_slide_share_their_forces(case: str, workshop: Workshop) -> None:
     """The links feel what they feel without the joint, and no other reactions do that with a smaller norm."""

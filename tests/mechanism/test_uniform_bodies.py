@@ -63,6 +63,7 @@ def test_what_is_symmetric_has_its_centre_on_the_axis() -> None:
     assert polygon(1.0, [0j, 0.7 - 0.1j, 0.7 + 0.1j]).com.imag == 0.0
 
 
+@pytest.mark.sample(2)
 @pytest.mark.parametrize("seed", range(5))
 def test_a_random_star_by_integrals(seed: int) -> None:
     """Triangles from the centre to each edge, each integrated symbolically over its two parameters, add up to it."""

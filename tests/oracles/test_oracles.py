@@ -67,6 +67,7 @@ def test_complementary_drops_the_contact_that_would_pull() -> None:
     assert maximal.complementary(matrix, np.array([1.0, 1.0])) == pytest.approx([0.0, 0.0])
 
 
+@pytest.mark.sample(2)
 @pytest.mark.parametrize("method", ["kane", pytest.param("lagrange", marks=pytest.mark.hard)])
 @pytest.mark.parametrize(("family", "n"), [("open", 2), ("open", 3), ("hinged", 2), ("pinned", 3), ("floating", 3)])
 def test_textbook_methods_agree_with_maximal(method: str, family: str, n: int) -> None:

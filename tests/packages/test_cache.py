@@ -222,6 +222,7 @@ def test_a_damaged_cache_is_built_again(damage: Callable[[Path], None], part: st
     assert contents(copied / "elsewhere" / "bars") == before
 
 
+@pytest.mark.sample(4)
 @pytest.mark.parametrize(("damage", "part"), DAMAGES)
 def test_a_damaged_package_is_not_loaded(damage: Callable[[Path], None], part: str, copied: Path) -> None:
     package = copied / "build" / "bars"
@@ -321,6 +322,7 @@ def test_checking_a_package_costs_less_than_a_millisecond(copied: Path) -> None:
     assert min(once() for _ in range(50)) < 1e-3
 
 
+@pytest.mark.hard
 def test_a_reader_never_fails_while_others_replace_the_package(copied: Path) -> None:
     """Two models take turns at one place, put there by two processes; 150 readers get one or the other, whole."""
     scene, folded = bars(copied), copied / "folded"
@@ -371,6 +373,7 @@ def test_folders_change_places_without_the_system_s_help(copied: Path, monkeypat
     assert entries(copied / "build") == ["bars"]
 
 
+@pytest.mark.hard
 def test_what_killed_builds_leave_is_cleaned_away(copied: Path) -> None:
     """Of a build that goes on nothing is."""
     from ccgen.generator.package.replace import staging
@@ -431,6 +434,7 @@ def test_a_name_too_long_for_the_file_system_is_refused_at_once(cache: Path, tmp
     assert "derive" not in told
 
 
+@pytest.mark.hard
 def test_two_builds_at_once(cache: Path, tmp_path: Path) -> None:
     bars(tmp_path)
     code = (

@@ -19,6 +19,7 @@ from ..support.planned_mechanisms import MECHANISMS, ROWS
 from ..support.tiers import all_hard_but
 
 
+@pytest.mark.sample(5)
 @pytest.mark.parametrize("plan", PLANS)
 @pytest.mark.parametrize(
     "name", all_hard_but("four-bar", "one leg", "theta", "near chain", "hinged ring", of=MECHANISMS | ROWS)

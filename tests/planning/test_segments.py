@@ -72,6 +72,7 @@ def carriers(scene: Scene) -> list[int]:
     return [link for link in found if link != topology.root]
 
 
+@pytest.mark.sample(3)
 @pytest.mark.parametrize("kind", ODD)
 @pytest.mark.parametrize("backwards", [False, True])
 def test_odd_links_are_at_no_end_of_a_segment(kind: str, backwards: bool) -> None:
@@ -83,6 +84,7 @@ def test_odd_links_are_at_no_end_of_a_segment(kind: str, backwards: bool) -> Non
             assert odd not in carriers(scene)
 
 
+@pytest.mark.hard
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", all_hard_but("massless", of=ODD))
 @pytest.mark.parametrize(("odd", "backwards"), [(1, False), hard(25, True)])

@@ -41,6 +41,7 @@ def drawn(name: str, edges: graphs.Edges, tmp_path: Any) -> Mechanism:
     return scene_of(graphs.mechanism(name, edges, seed=5), tmp_path).mechanism
 
 
+@pytest.mark.sample(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", NEAR_CHAINS)
 def test_another_tree_takes_fewer_operations(name: str, tmp_path: Any) -> None:

@@ -258,6 +258,7 @@ def _link(name: str, mass: float, points: Sequence[str]) -> list[str]:
     ]
 
 
+@pytest.mark.sample(1)
 @pytest.mark.skipif(shutil.which("cc") is None, reason="there is no cc")
 @pytest.mark.parametrize("arms", [2, hard(3), hard(5), hard(6)])
 @pytest.mark.parametrize("rough", [False, True])

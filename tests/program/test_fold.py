@@ -88,6 +88,7 @@ def _consistent(model: Model, count: int, rng: np.random.Generator) -> np.ndarra
     return np.array(found).T
 
 
+@pytest.mark.sample(2)
 def test_every_kernel_gives_the_same_numbers(scene: Scene, tmp_path: Path) -> None:
     plain, folded = read_listing(listing(scene)), read_listing(listing(scene, fold=True))
     assert folded.parameters == {} and folded.state == plain.state
@@ -107,6 +108,7 @@ def test_every_kernel_gives_the_same_numbers(scene: Scene, tmp_path: Path) -> No
             assert _miss(found[output], wanted[output]) <= max(SAME, known), f"{name}: {output}"
 
 
+@pytest.mark.sample(2)
 def test_compiled_models_give_the_same_numbers(scene: Scene, tmp_path: Path) -> None:
     plain = load_model(generate(scene, tmp_path / "plain"))
     folded = load_model(generate(scene, tmp_path / "folded", fold=True))
@@ -144,6 +146,7 @@ def _counts(scene: Scene, folded: bool) -> dict[str, Counts]:
     return {f.kernel.name: f.counts() for f in lower(derive_scene(scene, folded)[1]).functions}
 
 
+@pytest.mark.sample(2)
 def test_no_function_takes_more_operations(scene: Scene) -> None:
     plain, folded = _counts(scene, False), _counts(scene, True)
     for name, counts in plain.items():
@@ -158,6 +161,7 @@ def test_lengths_of_one_cost_nothing() -> None:
     assert plain - folded == Counts(products=12)
 
 
+@pytest.mark.sample(2)
 def test_folded_equations_have_no_constants(scene: Scene) -> None:
     program = lower(derive_scene(scene, True)[1])
     assert program.parameters == () and program.constants == ()
@@ -265,6 +269,7 @@ def test_both_forms_are_cached(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     assert built == [True, True, False, False]
 
 
+@pytest.mark.sample(1)
 @pytest.mark.skipif(shutil.which("cc") is None, reason="there is no cc")
 @pytest.mark.parametrize("name", ["every effect", "falling-hexagon", "chain"])
 def test_folded_c_has_no_warnings(name: str, workshop: Workshop, tmp_path: Path) -> None:

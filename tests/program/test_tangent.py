@@ -83,6 +83,7 @@ def constants_of(program: Program) -> list[float]:
     return list(values.values())
 
 
+@pytest.mark.sample(3)
 @pytest.mark.parametrize("name", ["residual", "jump", "acceleration", "energy", "closure_rate", "points"])
 def test_a_four_bars_functions_have_sympys_derivatives(name: str) -> None:
     """That of the acceleration too, which the runtime takes another way: through the elimination, line by line."""

@@ -182,6 +182,7 @@ def run(works: Any) -> Any:
     return simulate(works)
 
 
+@pytest.mark.hard
 def test_every_structure_takes_from_the_start_of_the_scene(works: Any) -> None:
     taken = [
         {path: value for path, value in model.parameters.items() if ".start_" in path or path == "rope_0.length"}
@@ -191,6 +192,7 @@ def test_every_structure_takes_from_the_start_of_the_scene(works: Any) -> None:
     assert [taken[0][f"rack_0.start_{k}"] for k in (1, 2)] == pytest.approx([0.7, 0.13])
 
 
+@pytest.mark.hard
 def test_what_a_change_does_not_touch_goes_on_as_if_nothing_were(works: Any, run: Any) -> None:
     """Against a run of the structure without the joint, in which nothing changes."""
     assert [change.kind for change in run.changes] == ["release", "hold"] and run.success
@@ -213,6 +215,7 @@ def test_what_a_change_does_not_touch_goes_on_as_if_nothing_were(works: Any, run
             assert pushes[0, own.index(contact)] == pytest.approx(wanted[0, number], abs=1e-5)
 
 
+@pytest.mark.hard
 def test_what_is_told_of_such_runs_has_all_parts(run: Any, tmp_path: Path) -> None:
     """Along the rows wheels roll on each other; tables have the force between them, pictures are drawn."""
     t = np.linspace(0.05, 0.95, 7)
@@ -233,6 +236,7 @@ def test_what_is_told_of_such_runs_has_all_parts(run: Any, tmp_path: Path) -> No
     assert np.array_equal(again.reactions(t), run.reactions(t)) and np.array_equal(again.q, run.q)
 
 
+@pytest.mark.hard
 def test_a_run_goes_on_within_a_compliant_contact_and_through_a_change(works: Any, run: Any) -> None:
     first = simulate(works, until=0.205)
     rest = simulate(works, state=first.state)

@@ -107,6 +107,7 @@ def test_a_ground_that_is_switched_on_above_a_point_ends_the_run(workshop: Works
     assert run.at(run.t[-1])[0][1] == pytest.approx(-1.0)
 
 
+@pytest.mark.hard
 def test_the_simplest_walker_has_the_gait_of_massless_feet_in_the_limit(workshop: Workshop) -> None:
     model = workshop.model(load_scene(SCENES / "simplest-walker.toml"))
     periods = []

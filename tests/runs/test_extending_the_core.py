@@ -203,6 +203,7 @@ assert {one.method for one in compare(model, exact, tolerances=[1e-6])} == {*met
 """
 
 
+@pytest.mark.hard
 @pytest.mark.skipif(os.name != "posix" or not shutil.which("cc"), reason="needs cc")
 def test_such_a_method_is_refused_without_a_step_in_python_and_by_the_command(ccgen: Path) -> None:
     (ccgen / "own.toml").write_text(TWO_RODS.format(law="plastic", e=0.5))

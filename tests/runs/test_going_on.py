@@ -99,6 +99,7 @@ class _Pushes:
         return [2.0 * np.sin(8.0 * t) - 0.1 * float(u[3])]
 
 
+@pytest.mark.sample(1)
 @pytest.mark.parametrize("method", [hard(one) if one == "radau" else one for one in METHODS])
 @pytest.mark.parametrize("where", ["onto the ground", hard("in the air")])
 def test_an_interrupted_run_goes_on_as_if_it_had_not_been(where: str, method: str, workshop: Workshop) -> None:

@@ -67,6 +67,7 @@ def work(model: Model, mass: float) -> Run:
     return run
 
 
+@pytest.mark.sample(1)
 @pytest.mark.parametrize("start", ["spawn", "fork", "forkserver"])
 @pytest.mark.filterwarnings("ignore::DeprecationWarning")  # of forks beside threads, by the Python
 def test_process_pools(start: str, package: Path) -> None:

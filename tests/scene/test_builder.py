@@ -55,6 +55,7 @@ def test_the_first_mechanism_without_a_file() -> None:
     assert listing(scene) == listing(load_scene(tomllib.loads(readme())))
 
 
+@pytest.mark.sample(8)
 @pytest.mark.parametrize("path", sorted(SCENES.glob("*.toml")), ids=lambda path: path.stem)
 def test_every_scene_can_be_built(path: Path) -> None:
     mechanism, scene = built(tomllib.loads(path.read_text())), load_scene(path)
@@ -63,6 +64,7 @@ def test_every_scene_can_be_built(path: Path) -> None:
     assert Mechanism(tables=scene.to_dict()).scene().canonical() == scene.canonical()
 
 
+@pytest.mark.sample(8)
 @pytest.mark.parametrize("key", EXAMPLES)
 def test_every_effect_is_a_method(key: str) -> None:
     tables = tomllib.loads(SCENE + EXAMPLES[key])

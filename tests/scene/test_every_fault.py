@@ -100,6 +100,7 @@ def told(kind: str, values: dict[str, object]) -> set[str]:
     return set()
 
 
+@pytest.mark.sample(3)
 @pytest.mark.parametrize(
     "kind",
     all_hard_but("link", "joint", "ground_link", "start", "release", "event", "let", "ground", "touch", of=KINDS),

@@ -30,6 +30,7 @@ def again(scene: Scene) -> tuple[Scene, Scene]:
     return load_scene(scene.to_dict()), load_scene(tomllib.loads(scene.to_toml()))
 
 
+@pytest.mark.sample(9)
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
 def test_scenes_read_back(path: Path) -> None:
     scene = load_scene(path)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Iterable
 from typing import Any
 
@@ -19,3 +20,20 @@ def all_hard_but(*kept: Any, of: Iterable[Any]) -> list[Any]:
 def hard(*case: Any) -> Any:
     """One case of a test, which ``make hard`` runs."""
     return pytest.param(*case, marks=pytest.mark.hard)
+
+
+def leave_samples(items: Iterable[pytest.Item]) -> None:
+    """Of each test with the mark ``sample(count)`` that many cases stay in ``make test``, spread evenly over all that are
+    not hard by themselves; the others are hard. It is for cases that are alike, of which none asks for its own place."""
+    cases: defaultdict[tuple[Any, ...], list[pytest.Item]] = defaultdict(list)
+    for item in items:
+        if item.get_closest_marker("sample") and not item.get_closest_marker("hard"):
+            cases[item.path, getattr(item, "cls", None), getattr(item, "originalname", item.name)].append(item)
+    for same in cases.values():
+        mark = same[0].get_closest_marker("sample")
+        assert mark is not None
+        (count,) = mark.args
+        kept = {k * len(same) // count for k in range(count)}
+        for k, item in enumerate(same):
+            if k not in kept:
+                item.add_marker(pytest.mark.hard)

@@ -84,6 +84,7 @@ def test_threads_and_chunks_leave_no_trace(
     assert content(tmp_path / "out") == content(whole)
 
 
+@pytest.mark.sample(1)
 @pytest.mark.parametrize("instant", all_hard_but(0, 1, 2, of=range(20)))
 def test_killed_and_gone_on_with(model: Model, plan: Path, whole: Path, tmp_path: Path, instant: int) -> None:
     """Killed at some instant of its time, several times, and started again."""
