@@ -23,8 +23,11 @@ def hard(*case: Any) -> Any:
 
 
 def leave_samples(items: Iterable[pytest.Item]) -> None:
-    """Of each test with the mark ``sample(count)`` that many cases stay in ``make test``, spread evenly over all that are
-    not hard by themselves; the others are hard. It is for cases that are alike, of which none asks for its own place."""
+    """Make all but some cases hard of each test that has the mark ``sample(count)``.
+
+    ``count`` of its cases that are not hard by themselves stay, spread evenly over them. The mark is for cases that are
+    alike; where some cover more than others, :func:`all_hard_but` chooses them.
+    """
     cases: defaultdict[tuple[Any, ...], list[pytest.Item]] = defaultdict(list)
     for item in items:
         if item.get_closest_marker("sample") and not item.get_closest_marker("hard"):
