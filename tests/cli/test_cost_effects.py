@@ -23,7 +23,6 @@ from ccgen.runtime.cost.timing import evaluation_times, price, run_times, sample
 from ..support.command_line import ccgen, written
 from ..support.effect_examples import EXAMPLES, SCENE
 from ..support.folders import ROOT
-from ..support.tiers import hard
 from ..support.workshop import Workshop
 
 HEXAGON = ROOT / "scenes" / "falling-hexagon.toml"
@@ -69,15 +68,20 @@ def all_priced(workshop: Workshop) -> Priced:
 
 @pytest.mark.sample(4)
 @pytest.mark.parametrize("key", EXAMPLES)
-@pytest.mark.parametrize("company", ["alone", hard("beside the others")])
-def test_a_price_is_the_difference_of_two_scene_files(
-    key: str, company: str, all_priced: Priced, workshop: Workshop
-) -> None:
+def test_a_price_is_the_difference_of_two_scene_files(key: str, workshop: Workshop) -> None:
     """Kernel by kernel, against the scene whose text has no such table."""
-    alone = company == "alone"
-    others = "" if alone else "".join(text for other, text in EXAMPLES.items() if other != key)
-    scene, every, with_ = _priced(workshop.scene(SCENE + EXAMPLES[key])) if alone else all_priced
-    bare = workshop.scene(SCENE + others)
+    _check_price(key, _priced(workshop.scene(SCENE + EXAMPLES[key])), workshop.scene(SCENE))
+
+
+@pytest.mark.hard
+@pytest.mark.parametrize("key", EXAMPLES)
+def test_so_it_is_beside_all_other_effects(key: str, all_priced: Priced, workshop: Workshop) -> None:
+    others = "".join(text for other, text in EXAMPLES.items() if other != key)
+    _check_price(key, all_priced, workshop.scene(SCENE + others))
+
+
+def _check_price(key: str, priced: Priced, bare: Any) -> None:
+    scene, every, with_ = priced
     (found,) = (p for p in every if p.title in (key, f"{key}_0"))
     without = _counts(_program(bare))
     for group, names in GROUPS.items():
