@@ -17,11 +17,12 @@ from ..effect_base.effect import Entry
 from ..effect_base.table import Named
 from ..effect_base.written_numbers import read_quantity
 from ..effects import REGISTRY
-from .check import check, show, unknown_key
+from .check import check, show
 from .errors import Path, Report
-from .kinds import MODELS
+from .kinds import KINDS, MODELS
 from .let import read_names, wrong_name
 from .limits import MOST_PLACED
+from .meant import kinds_of, unknown_key
 from .part_tables import ROWS_OF_PARTS, TABLES_OF_PARTS, PartTable, PlacedStartTable, PlaceTable
 from .texts import rewritten
 from .turning import Sides, Turning
@@ -93,6 +94,9 @@ def place_parts(tables: Tables, report: Report) -> tuple[Tables, dict[Path, Path
     return _joined(tables, whole, report)
 
 
+_KINDS_OF_PARTS = {key: KINDS.get(key) or kinds_of(PartTable)[key] for key in TABLES_OF_PARTS}
+
+
 class _Placer:
     """Places the parts of one scene."""
 
@@ -108,9 +112,10 @@ class _Placer:
         if not isinstance(raw, Mapping):
             self.report.add(path, f"found {show(raw)}, expected a table; write [[part]]")
             return
+        once = [key for key, table in raw.items() if not isinstance(table, list)]
         for key in raw:
             if key not in TABLES_OF_PARTS:
-                self.report.add((*path, key), unknown_key(key, TABLES_OF_PARTS))
+                self.report.add((*path, key), unknown_key(key, raw[key], _KINDS_OF_PARTS, once))
         table = check(PartTable, {key: raw[key] for key in raw if key in PartTable.model_fields}, path, {}, self.report)
         if table is None:
             return
@@ -185,7 +190,7 @@ class _Placer:
                 elsewhere = PlacedStartTable.MISPLACED[key]
                 self.report.add((*path, key), f"found {key}, expected it elsewhere: {elsewhere}")
             elif key not in PlacedStartTable.model_fields:
-                self.report.add((*path, key), unknown_key(key, PlacedStartTable.model_fields))
+                self.report.add((*path, key), unknown_key(key, table, kinds_of(PlacedStartTable), raw))
             elif not isinstance(table, Mapping):
                 expected = PlacedStartTable.model_fields[key].description
                 self.report.add((*path, key), f"found {show(table)}, expected {expected}; correct it")
