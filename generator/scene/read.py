@@ -22,7 +22,7 @@ from ..effects import REGISTRY
 from ..mechanism.mechanism import Mechanism
 from .around import with_around
 from .behind import tell_behind
-from .bodies import Bodies, check_masses, general
+from .bodies import Bodies, check_masses, general, name_of_link
 from .change_tables import HoldTable, ReleaseTable
 from .changes import (
     Change,
@@ -198,7 +198,20 @@ def read_tables(tables: Tables, file: str, name: str, lines: Mapping[Path, int] 
         switched = _switched(scene, tables, parts.switches, report)
         report.stop_if_any()
         scene = replace(scene, off=parts.switches.off, switched=switched)
+    scene = replace(
+        scene,
+        keys_of_effects=tuple(str(path[0]) for path, _ in parts.effects),
+        worked_out=_worked_out(tables, scene.mechanism),
+    )
     return scene.written_as({"name": name, **given})
+
+
+def _worked_out(tables: Tables, mechanism: Mechanism) -> tuple[str, ...]:
+    """Names of links whose inertia the tables, their parts in their places, do not give as a number."""
+    if "link" not in tables:
+        forms = [tables[form] for form in SHORTHAND if form in tables]
+        return tuple(link.name for link in mechanism.links) if any("inertia" not in form for form in forms) else ()
+    return tuple(name_of_link(raw, index) for index, raw in enumerate(tables["link"]) if "inertia" not in raw)
 
 
 def _scene(name: str, parts: Parts, report: Report) -> Scene:
