@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import copy
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -153,18 +153,25 @@ class _Placer:
                 )
                 self.report.add(path, f"{message}; make the mechanism smaller")
             return Assembly()
-        if not self._check_keys(place, part, path):
+        if not (self._check_ports(part, self._rows_of(part)) & self._check_keys(place, part, path)):
             return Assembly()
         inner = read_names({**part.table.let, **_values(place.let, names)}, Report(""))
         assembly = self._whole(part, inner, (*above, part.table.name))
+        if not self._check_ports(part, assembly.rows):
+            return Assembly()
         return _Placing(assembly, place, raw, part, path, self.report).run()
+
+    def _rows_of(self, part: Part) -> list[Row]:
+        """A part's own tables."""
+        return [
+            Row(key, copy.deepcopy(table), (*part.path, key, index))
+            for key in ROWS_OF_PARTS
+            for index, table in enumerate(_list(part.raw, key, part.path, self.report))
+        ]
 
     def _whole(self, part: Part, names: Names, above: tuple[str, ...]) -> Assembly:
         """A part's own tables, and those of the parts that are placed in it."""
-        found = Assembly()
-        for key in ROWS_OF_PARTS:
-            for index, table in enumerate(_list(part.raw, key, part.path, self.report)):
-                found.rows.append(Row(key, copy.deepcopy(table), (*part.path, key, index)))
+        found = Assembly(self._rows_of(part))
         found.let = {key: (value, (*part.path, "let", key)) for key, value in part.table.let.items()}
         ground = part.raw.get("ground_link", {})
         points = ground.get("points", {}) if isinstance(ground, Mapping) else {}
@@ -196,6 +203,20 @@ class _Placer:
                 self.report.add((*path, key), f"found {show(table)}, expected {expected}; correct it")
             else:
                 yield from (((key, name), (value, (*path, key, name))) for name, value in table.items())
+
+    def _check_ports(self, part: Part, rows: Sequence[Row]) -> bool:
+        """No port has the name of something in the part: nobody could say which of the two is meant."""
+        assembly = Assembly([*rows])
+        fine = True
+        for index, port in enumerate(part.table.ports):
+            same = next((key for key in ("joint", "link") if port in assembly.named(key)), None)
+            if port in part.table.ports[:index]:
+                same = "port"
+            if same is not None:
+                message = f'found "{port}", which is a {same} of the part too, expected a name of its own; rename one'
+                self.report.add((*part.path, "ports", index), message)
+                fine = False
+        return fine
 
     def _check_keys(self, place: PlaceTable, part: Part, path: Path) -> bool:
         """The place gives what the part asks for, and nothing that it does not know."""
