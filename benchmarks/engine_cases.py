@@ -89,9 +89,11 @@ def dropped() -> Scene:
 
 
 def walking() -> Scene:
-    """The walking machine of docs/scripts/strandbeest.py with one crank and two legs, without its pumps, afloat."""
+    """The walking machine of docs/scripts/strandbeest.py with one crank and two legs, without its pumps, afloat.
+
+    Its lengths are Jansen's numbers in metres, as when the tables of docs/accuracy.md were measured."""
     path = WORK / "engines-machine.toml"
-    text = strandbeest.text([0.0], pumps=False)
+    text = strandbeest.text([0.0], pumps=False, per_metre=1.0)
     path.write_text(text.replace('name = "strandbeest"', 'name = "engines-machine"', 1))
     return load_scene(path)
 

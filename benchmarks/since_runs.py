@@ -39,7 +39,7 @@ damping = 1e9
 
 def walker() -> str:
     """A scene of 26 links: four of Jansen's legs on two cranks of a shaft, that a motor turns, on rough ground."""
-    text = strandbeest.plain([0.0, math.pi]).replace("g = 9.81", "g = 981")
+    text = strandbeest.plain([0.0, math.pi], per_metre=1.0).replace("g = 9.81", "g = 981")
     return text.replace("shaft = 6.0", "shaft = 3.0") + WALK
 
 

@@ -76,7 +76,8 @@ def body(points: dict[str, complex]) -> tuple[float, complex, float]:
 
 
 def pair(z: complex) -> str:
-    return f"[{float(z.real)!r}, {float(z.imag)!r}]".replace("0.0]", "0]").replace("[0.0", "[0")
+    x, y = ("0" if part == 0.0 else repr(float(part)) for part in (z.real, z.imag))
+    return f"[{x}, {y}]"
 
 
 def text(driven: bool = False) -> str:

@@ -13,10 +13,12 @@ from pathlib import Path
 
 from jansen import BARS, LINKS, body, corners, pair
 
+CENTIMETRES = 100.0
+"""How many of Jansen's units are a metre: so the legs are as long as his numbers in centimetres."""
 PHASES = (0.0, math.pi)
 """Angles of the cranks on the shaft (rad); each moves a leg on the left and its mirror image on the right."""
 PUMP, ROD, PISTON = math.pi / 2.0, 30.0, 8.0
-"""Angle of the pumps' crank on the shaft (rad), lengths of the pumps' rods and pistons."""
+"""Angle of the pumps' crank on the shaft (rad), lengths of the pumps' rods and pistons in Jansen's units."""
 SPEED = 6.0
 """Angular velocity of the shaft at the start, rad/s."""
 LEG = tuple(name for name in LINKS if name != "crank")
@@ -79,26 +81,31 @@ def joint(name: str, first: str, second: str, part: bool = False, slides: bool =
     return ["", header, f'name = "{name}"', f'between = ["{first}", "{second}"]', *kind]
 
 
-def leg() -> list[str]:
+def in_metres(points: dict[str, complex], per_metre: float) -> dict[str, complex]:
+    return {key: complex(z.real / per_metre, z.imag / per_metre) for key, z in points.items()}
+
+
+def leg(per_metre: float) -> list[str]:
     """One leg, its hips to the left of the shaft."""
     lines = ["", "[[part]]", 'name = "leg"', 'ports = ["pin", "pivot"]']
     for name in LEG:
-        lines += link(name, corners(dict(LINKS[name])), part=True)
+        lines += link(name, in_metres(corners(dict(LINKS[name])), per_metre), part=True)
     for name, ends in JOINTS.items():
         lines += joint(name, *ends, part=True)
     return lines
 
 
-def pump() -> list[str]:
+def pump(per_metre: float) -> list[str]:
     """A pump's rod and piston; ``side`` is -1 to the left and 1 to the right."""
-    lines = ["", "[[part]]", 'name = "pump"', 'ports = ["pin", "cylinder"]', "let = { side = 1 }"]
-    lines += link("rod", {"A": 0j, "B": complex(ROD)}, part=True)
-    mass, com, inertia = body({"B": 0j, "E": complex(PISTON)})
+    lines = ["", "[[part]]", 'name = "pump"', 'ports = ["pin", "guide"]', "let = { side = 1 }"]
+    lines += link("rod", in_metres({"A": 0j, "B": complex(ROD)}, per_metre), part=True)
+    piston = in_metres({"B": 0j, "E": complex(PISTON)}, per_metre)
+    mass, com, inertia = body(piston)
     lines += ["", "[[part.link]]", 'name = "piston"', f"mass = {mass!r}", f"inertia = {inertia!r}"]
-    lines += [f'com = ["{com.real}*side", 0]', f'points = {{ B = [0, 0], E = ["{PISTON}*side", 0] }}']
+    lines += [f'com = ["{com.real}*side", 0]', f'points = {{ B = [0, 0], E = ["{piston["E"].real}*side", 0] }}']
     lines += joint("crank", "pin", "rod.A", part=True)
     lines += joint("wrist", "rod.B", "piston.B", part=True)
-    return lines + joint("cylinder", "cylinder", "piston.B", part=True, slides=True)
+    return lines + joint("cylinder", "guide", "piston.B", part=True, slides=True)
 
 
 def place(part: str, name: str, ports: dict[str, str], *keys: str) -> list[str]:
@@ -106,28 +113,29 @@ def place(part: str, name: str, ports: dict[str, str], *keys: str) -> list[str]:
     return ["", "[[place]]", f'part = "{part}"', f'name = "{name}"', *keys, f"ports = {{ {given} }}"]
 
 
-def shaft(phases: Sequence[float]) -> list[str]:
+def shaft(phases: Sequence[float], per_metre: float) -> list[str]:
     """The body's triangle, and the cranks as one link: three bars that meet at the axle."""
-    low = BARS["l"]
-    lines = link("body", {"P_left": complex(-BARS["a"], -low), "O": 0j, "P_right": complex(BARS["a"], -low)})
-    pins = {f"A{number}": cmath.rect(BARS["m"], phase) for number, phase in enumerate((*phases, PUMP))}
+    low, crank = BARS["l"], BARS["m"] / per_metre
+    hips = {"P_left": complex(-BARS["a"], -low), "O": 0j, "P_right": complex(BARS["a"], -low)}
+    lines = link("body", in_metres(hips, per_metre))
+    pins = {f"A{number}": cmath.rect(crank, phase) for number, phase in enumerate((*phases, PUMP))}
     pins = {key: complex(round(z.real, 9), round(z.imag, 9)) for key, z in pins.items()}
     com = sum(pins.values()) / (2 * len(pins))
-    mass = len(pins) * BARS["m"]
-    return lines + table("shaft", mass, com, mass * (BARS["m"] ** 2 / 3.0 - abs(com) ** 2), {"O": 0j, **pins})
+    mass = len(pins) * crank
+    return lines + table("shaft", mass, com, mass * (crank**2 / 3.0 - abs(com) ** 2), {"O": 0j, **pins})
 
 
-def text(phases: Sequence[float] | None = None, pumps: bool = True) -> str:
+def text(phases: Sequence[float] | None = None, pumps: bool = True, per_metre: float = CENTIMETRES) -> str:
     """The scene, with a pair of legs on a crank at each of ``phases`` (rad), and air pumps or none."""
     phases = PHASES if phases is None else phases
     lines = [
         "# A beach animal after Theo Jansen, in flight: a body, a shaft of three cranks, four legs in mirrored pairs",
-        "# on two of them, two air pumps on the third. Lengths of the legs are his numbers, in metres; every bar has",
-        "# one kilogram per metre, and triangles are three bars each. Written by docs/scripts/strandbeest.py.",
+        "# on two of them, two air pumps on the third. Lengths of the legs are his numbers, in centimetres; every bar",
+        "# has one kilogram per metre, and triangles are three bars each. Written by docs/scripts/strandbeest.py.",
         'name = "strandbeest"',
-        *shaft(phases),
+        *shaft(phases, per_metre),
     ]
-    lines += [*joint("axle", "body.O", "shaft.O"), *leg(), *(pump() if pumps else [])]
+    lines += [*joint("axle", "body.O", "shaft.O"), *leg(per_metre), *(pump(per_metre) if pumps else [])]
     for crank, phase in enumerate(phases):
         for side in ("left", "right"):
             mirrored = side == "right"
@@ -138,22 +146,23 @@ def text(phases: Sequence[float] | None = None, pumps: bool = True) -> str:
     reach = math.sqrt(ROD**2 - BARS["m"] ** 2)
     for sign, side in ((-1, "left"), (1, "right")) if pumps else ():
         angle = math.degrees(cmath.phase(complex(sign * reach, -BARS["m"])))
-        start = f'start = {{ angles = {{ rod = "{angle:.1f} deg" }}, slides = {{ cylinder = {sign * reach:.1f} }} }}'
-        ports = {"pin": f"shaft.A{len(phases)}", "cylinder": "body.O"}
+        slide = f"{sign * reach / per_metre:.3g}"
+        start = f'start = {{ angles = {{ rod = "{angle:.1f} deg" }}, slides = {{ cylinder = {slide} }} }}'
+        ports = {"pin": f"shaft.A{len(phases)}", "guide": "body.O"}
         lines += place("pump", side, ports, f"let = {{ side = {sign} }}", start)
     lines += ["", "[start.angles]   # roughly: the loops are closed from here", "body = 0.0", "shaft = 0.0"]
     return "\n".join([*lines, *_end()]) + "\n"
 
 
-def plain(phases: Sequence[float]) -> str:
+def plain(phases: Sequence[float], per_metre: float = CENTIMETRES) -> str:
     """The scene without pumps, every leg with tables of its own, for versions of ccgen that know of no parts."""
-    lines, joints, sketch = ['name = "strandbeest"', *shaft(phases)], joint("axle", "body.O", "shaft.O"), {"body": 0.0}
-    sketch["shaft"] = 0.0
+    lines, joints = ['name = "strandbeest"', *shaft(phases, per_metre)], joint("axle", "body.O", "shaft.O")
+    sketch = {"body": 0.0, "shaft": 0.0}
     for crank, phase in enumerate(phases):
         for side in ("left", "right"):
             leg, mirrored = f"{side[0]}{crank}", side == "right"
             for name in LEG:
-                points = corners(dict(LINKS[name]))
+                points = in_metres(corners(dict(LINKS[name])), per_metre)
                 mass, com, inertia = body(points)
                 if mirrored:
                     points, com = {key: z.conjugate() for key, z in points.items()}, com.conjugate()

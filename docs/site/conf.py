@@ -24,6 +24,7 @@ extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
     "diagrams_as_tables",
+    "equation_links",
     "external_links",
     "files_beside",
     "mathml",

@@ -83,7 +83,10 @@ def price_accuracy(
         with refusing(CompileError, OutputError):
             names = dict.fromkeys(("double", *precisions, *(("wide",) if wider() else ())))
             models = {name: load_model(generate(scene, MODELS, tell.stage, precision=name)) for name in names}
-        models = {name: with_settings(model, settings) for name, model in models.items()}
+        models = {
+            name: with_settings(model, settings, scene, detail if name == "double" else Detail.NOTHING)
+            for name, model in models.items()
+        }
         model = models["double"]
         tell.stage("refer")
         with refusing(ValueError):

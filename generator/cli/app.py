@@ -16,7 +16,11 @@ Fold = Annotated[bool, typer.Option("--fold", help="put the values of the parame
 
 Set = Annotated[
     list[str] | None,
-    typer.Option("--set", metavar="PATH=VALUE", help="another value of a parameter, as crank.mass=2; may be repeated"),
+    typer.Option(
+        "--set",
+        metavar="PATH=VALUE",
+        help='another value of a parameter, as crank.mass=2 or crank.mass="2 kg"; may be repeated',
+    ),
 ]
 
 Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="say more: the branch of every loop")]

@@ -1,8 +1,8 @@
-"""Numbers of a sweep's plan as scenes write them: ``"20 deg"``, ``"5 N/mm"``, ``"2*pi"``."""
+"""Numbers of a sweep's plan and of ``--set`` as scenes write them: ``"20 deg"``, ``"5 N/mm"``, ``"2*pi"``."""
 
 from __future__ import annotations
 
-from ..effect_base.arithmetic import NO_NAMES, ExpressionError, calculate
+from ..effect_base.arithmetic import NO_NAMES, ExpressionError, Written, calculate
 from ..effect_base.written_numbers import read_number, read_quantity
 
 
@@ -13,7 +13,14 @@ def written(text: str, unit: str | None) -> float:
     try:
         if unit is not None:
             return float(read_number(text, [unit]))
-        found = read_quantity(text, None)
-        return float(calculate(text, NO_NAMES) if found is None else found)
+        return float(read_any(text))
     except ExpressionError as error:
         raise ValueError(str(error)) from error
+
+
+def read_any(text: str) -> Written:
+    """The number (SI) that a text stands for, which knows what it measures where that says so.
+
+    Raises ``ExpressionError`` with a sentence."""
+    found = read_quantity(text, None)
+    return calculate(text, NO_NAMES) if found is None else found

@@ -111,7 +111,7 @@ def run(
     with progress(detail) as tell:
         with refusing(CompileError, OutputError, FoldError):
             model = load_model(generate(scene, MODELS, tell.stage, fold=fold))
-        model = with_settings(model, settings)
+        model = with_settings(model, settings, scene, detail)
         wanted.check(model)
         tell.stage("simulate")
         with refusing(ValueError):

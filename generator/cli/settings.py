@@ -1,14 +1,22 @@
-"""``--set PATH=VALUE``: values of parameters for one command."""
+"""``--set PATH=VALUE``: values of parameters for one command, in SI units or as scenes write them (``"2 kg"``)."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
+import typer
+
+from ..effect_base.arithmetic import ExpressionError
+from ..effect_base.written_numbers import check_dimension
+from .detail import Detail
+from .plan_numbers import read_any
 from .refusal import Faults, fail, value_of
 
 if TYPE_CHECKING:
     from ccgen.runtime import Model
+
+    from ..scene import Scene
 
 
 def read_settings(given: Sequence[str]) -> dict[str, float]:
@@ -16,22 +24,81 @@ def read_settings(given: Sequence[str]) -> dict[str, float]:
     faults, found = Faults(), dict[str, float]()
     for text in given:
         path, sign, number = (part.strip() for part in text.partition("="))
-        value = value_of(number)
-        if not sign or not path or not isinstance(value, float):
-            faults.add(f'--set: found "{text}", expected PATH=NUMBER in SI units, such as crank.mass=2')
+        expected = (
+            'expected PATH=NUMBER in SI units, or with a unit in quotes, such as crank.mass=2 or crank.mass="2 kg"'
+        )
+        if not sign or not path or not number:
+            faults.add(f'--set: found "{text}", {expected}')
         elif path in found:
             faults.add(f"--set {path}: found twice, expected once; leave one out")
         else:
-            found[path] = value
+            try:
+                found[path] = _number(number)
+            except ExpressionError as error:
+                faults.add(f'--set: found "{text}", {expected}; {error}')
     faults.stop_if_any()
     return found
 
 
-def with_settings(model: Model, settings: Mapping[str, float]) -> Model:
-    """The model with these values; exit code 2 where it has no such parameters, or they cannot be those."""
+def _number(text: str) -> float:
+    """A number as a shell hands it over, or as it stands in a scene, in quotes."""
+    if len(text) > 1 and text[0] == text[-1] and text[0] in "\"'":
+        text = text[1:-1]
+    plain = value_of(text)
+    return plain if isinstance(plain, float) else read_any(text)
+
+
+def with_settings(model: Model, settings: Mapping[str, float], scene: Scene, detail: Detail = Detail.USUAL) -> Model:
+    """The model of a scene with these values; exit code 2 where it has no such parameters, or they cannot be those.
+
+    What was worked out from a value that is another now, and stays, is told on standard error."""
     if not settings:
         return model
+    _check_units(settings, scene)
     try:
-        return model.with_parameters(settings)
+        changed = model.with_parameters({path: float(value) for path, value in settings.items()})
     except (KeyError, ValueError) as error:
         fail("\n".join(f"--set {line}" for line in str(error).splitlines()))
+    if detail is not Detail.NOTHING:
+        for remark in _stays(model, settings, scene):
+            typer.echo(f"{scene.name}: {remark}", err=True)
+    return changed
+
+
+def _check_units(settings: Mapping[str, float], scene: Scene) -> None:
+    """Stop with exit code 2 where a value measures something else than its parameter."""
+    from ..scene.measures import units_of
+
+    faults = Faults()
+    for path, value in settings.items():
+        units = units_of(scene, path)
+        if not units:
+            continue
+        try:
+            check_dimension(value, units)
+        except ExpressionError as error:
+            faults.add(f'--set {path}: found "{getattr(value, "text", value)}", expected {" or ".join(units)}; {error}')
+    faults.stop_if_any()
+
+
+def _stays(model: Model, settings: Mapping[str, float], scene: Scene) -> list[str]:
+    """What the scene works out of masses and lengths is worked out once, so that other ones leave it as it is."""
+    told = []
+    for name in scene.worked_out:
+        mass, inertia = f"{name}.mass", f"{name}.inertia"
+        own = [path for path in settings if path.startswith((f"{name}.points.", f"{name}.com."))]
+        if inertia in settings or inertia not in model.parameters:
+            continue
+        value = model.parameters[inertia]
+        if mass in settings:
+            grown = value * settings[mass] / model.parameters[mass]
+            told.append(
+                f"{mass} is set, {inertia} stays {value:.6g} kg m², which was worked out for "
+                f"{model.parameters[mass]:.6g} kg; --set {inertia}={grown:.6g} lets it grow with the mass"
+            )
+        elif own:
+            what = (
+                f"{', '.join(own)} is set, {inertia} stays {value:.6g} kg m², as all that was worked out from lengths"
+            )
+            told.append(f"{what}; set it too, or change the scene")
+    return told

@@ -53,7 +53,7 @@ def show(
         from ccgen.runtime.record.outputs import outputs_text
 
         text = {"--tolerances": thresholds_text, "--outputs": outputs_text}[instead[0]]
-        typer.echo(text(with_settings(compiled(scene, detail), settings)))
+        typer.echo(text(with_settings(compiled(scene, detail), settings, scene, detail)))
         return
     changed = _with_values(scene, settings, detail) if settings else None
     if changed is None:
@@ -73,7 +73,7 @@ def _with_values(scene: Scene, settings: Mapping[str, float], detail: Detail) ->
     """The scene with other values, its loops closed with them as a run closes them."""
     from ..scene.with_values import with_values
 
-    model = with_settings(compiled(scene, detail), settings)
+    model = with_settings(compiled(scene, detail), settings, scene, detail)
     with refusing(ValueError):
         q, _ = model.start()
     return with_values(scene, settings, model.poses(q))

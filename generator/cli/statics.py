@@ -47,7 +47,7 @@ def torque(
     faults.of(check_folder, MODELS, "folder of models")
     faults.stop_if_any()
     assert scene and turned and speed
-    model = with_settings(compiled(scene, detail), settings)
+    model = with_settings(compiled(scene, detail), settings, scene, detail)
     with refusing(ValueError, OSError):
         turn = driving_torque(model, turned, speed)
         if plot is not None:
@@ -71,7 +71,7 @@ def equilibrium(scene_file: Path, nearest: bool, detail: Detail, settings: Mappi
     faults.of(check_folder, MODELS, "folder of models")
     faults.stop_if_any()
     assert scene
-    model = with_settings(compiled(scene, detail), settings)
+    model = with_settings(compiled(scene, detail), settings, scene, detail)
     with refusing(ValueError):
         found = static_equilibrium(model, nearest=nearest)
     stiffness = ", ".join(f"{value:z.6g}" for value in found.stiffness) or "none, it cannot move"

@@ -48,7 +48,7 @@ def sweep(
     faults.of(check_folder, folder, "--out")
     faults.stop_if_any()
     assert scene
-    model = with_settings(compiled(scene, detail), settings)
+    model = with_settings(compiled(scene, detail), settings, scene, detail)
     from ccgen.runtime.sweep.folder import SweepError
     from ccgen.runtime.sweep.plan import PlanError, read_plan
     from ccgen.runtime.sweep.sweep import sweep as work
@@ -107,7 +107,7 @@ def replay(
     faults.of(check_folder, place, "--out")
     faults.stop_if_any()
     assert scene
-    model = with_settings(compiled(scene, detail), settings)
+    model = with_settings(compiled(scene, detail), settings, scene, detail)
     from ccgen.runtime.sweep.plan import read_plan
     from ccgen.runtime.sweep.results import Results
 

@@ -78,8 +78,8 @@ class Wheel:
 
 def term(name: str, number: int, sign: int, wheel: Wheel, radius: float, key: str) -> MeshTerm:
     """A wheel's part in a mesh: ``name.radius_1`` (m), and its angle at the start, ``name.start_1`` (rad)."""
-    found = Parameter(f"{name}.radius_{number}", f"rp_{key}_{number}", radius, POSITIVE)
-    start = Parameter(f"{name}.start_{number}", f"xp_{key}_{number}", 0.0, ANY)
+    found = Parameter(f"{name}.radius_{number}", f"rp_{key}_{number}", radius, POSITIVE, "m")
+    start = Parameter(f"{name}.start_{number}", f"xp_{key}_{number}", 0.0, ANY, "rad")
     return MeshTerm(sign, found, start, wheel.carrier, wheel.link)
 
 

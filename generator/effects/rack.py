@@ -49,7 +49,7 @@ def build(table: RackTable, index: int, around: Surroundings, complain: Complain
     name = table.name or f"rack_{index}"
     outwards = 1 if mechanism.joints[slide].first.link == wheel.carrier else -1
     turned = term(name, 1, -1 if table.reverse else 1, wheel, table.radius, f"rack_{index}")
-    start = Parameter(f"{name}.start_2", f"xp_rack_{index}_2", 0.0, ANY)
+    start = Parameter(f"{name}.start_2", f"xp_rack_{index}_2", 0.0, ANY, "m")
     row = Mesh(name, (pinion, slide), (turned, MeshTerm(-outwards, None, start, slide=slide)))
     what = f"{table.pinion} - {table.slide} on {mechanism.link_name(wheel.carrier)}"
     line = mechanism.joints[slide]

@@ -42,13 +42,15 @@ class Parameter:
     """A number of the mechanism that stays symbolic.
 
     ``path`` is its name in the scene (``link_0.mass``), ``symbol`` its name in the equations (``m_0``), ``value`` its
-    value in SI units when the model is loaded, ``domain`` what it may be set to then.
+    value in SI units when the model is loaded, ``domain`` what it may be set to then. ``unit`` is said of those that
+    are no key of a table: the others measure what their key does.
     """
 
     path: str
     symbol: str
     value: float
     domain: Domain = field(default=ANY, compare=False)
+    unit: str = field(default="", compare=False)
 
     def __post_init__(self) -> None:
         if not math.isfinite(self.value):

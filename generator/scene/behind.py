@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Collection, Mapping
-from difflib import get_close_matches
 from typing import Any
 
 from ..effect_base.table import Table, innermost, kind_of_key
 from ..mechanism.mechanism import Mechanism
 from .errors import Path, Report
+from .meant import kinds_of, meant_key, required_keys
 from .stand_ins import Names, names, stand_in
 
 Read = Callable[[Mapping[str, Any], Report, Collection[Path], bool], Mechanism | None]
@@ -116,9 +116,9 @@ class _Reading:
         owner: Any = self.tables
         for part in path[:-1]:
             owner = owner[part]
-        for meant in get_close_matches(key, model.model_fields, 1) if key not in model.MISPLACED else ():
-            if meant not in owner:
-                self._put((*path[:-1], meant), owner[key])
+        meant = meant_key(key, owner[key], kinds_of(model), owner, required_keys(model))
+        if meant is not None and key not in model.MISPLACED:
+            self._put((*path[:-1], meant), owner[key])
         self.tables = _put(self.tables, path, _REMOVED)
 
     def _put(self, path: Path, value: object) -> None:

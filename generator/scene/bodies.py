@@ -95,7 +95,7 @@ def general(
     report: Report,
 ) -> Bodies | None:
     """The general form as records, or ``None`` after faults. ``tables`` is the scene as written."""
-    names = [_name(raw, index) for index, raw in enumerate(tables["link"])]
+    names = [name_of_link(raw, index) for index, raw in enumerate(tables["link"])]
     points = {
         name: tuple(table.points) if table else _points(raw)
         for name, table, raw in zip(names, links, tables["link"], strict=True)
@@ -224,7 +224,8 @@ def _check_keys(index: int, table: JointTable, report: Report) -> bool:
     return fine
 
 
-def _name(raw: object, index: int) -> str:
+def name_of_link(raw: object, index: int) -> str:
+    """The name that a ``[[link]]`` gives itself, or has by its place."""
     name = raw.get("name") if isinstance(raw, Mapping) else None
     return name if isinstance(name, str) else f"link_{index}"
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Any, TypeVar
 
 from pydantic import ValidationError
@@ -14,6 +14,7 @@ from ..effect_base.table import Table, innermost
 from ..effect_base.written_numbers import TOLD
 from .angles import judge_angles
 from .errors import Path, Report
+from .meant import kinds_of, meant_key, required_keys, unknown_key
 from .schema import TAGS
 
 T = TypeVar("T", bound=Table)
@@ -44,27 +45,25 @@ def check(model: type[T], raw: object, path: Path, names: Names, report: Report)
     except ValidationError as error:
         faults = error.errors(include_url=False)
     unknown = {str(fault["loc"][0]) for fault in faults if fault["type"] == "extra_forbidden"}
-    for fault in faults:
+    elsewhere_given = set[Path]()  # keys that lack because their values stand at an unknown key, which is told
+    for fault in sorted(faults, key=lambda fault: fault["type"] != "extra_forbidden"):
         place = _place(fault["loc"])
         owner, inner = innermost(model, place)
+        if fault["type"] == "missing" and place in elsewhere_given:
+            continue
         if fault["type"] == "extra_forbidden":
             key = str(inner[-1])
             elsewhere = owner.INSTEAD.get(key) or owner.MISPLACED.get(key)
             message = f"found {key}, expected it elsewhere: {elsewhere}" if elsewhere else ""
-            report.add(path + place, message or unknown_key(key, owner.model_fields))
+            beside = _written_at(raw, place[:-1])
+            given = beside if isinstance(beside, Mapping) else {}
+            about = (key, given.get(key), kinds_of(owner), given, required_keys(owner))
+            report.add(path + place, message or unknown_key(*about))
+            if not message and (meant := meant_key(*about)):
+                elsewhere_given.add((*place[:-1], meant))
         elif fault["type"] != TOLD and not unknown & model.INSTEAD.keys():
             report.add(path + place, _sentence(owner, inner, fault, _written_at(raw, place)))
     return None
-
-
-def unknown_key(key: str, known: Iterable[str]) -> str:
-    """The sentence for a key that no table of this kind has."""
-    import difflib
-
-    known = list(known)
-    close = difflib.get_close_matches(key, known, 1)
-    advice = f'write "{close[0]}"' if close else "remove it"
-    return f"found an unknown key, expected one of {', '.join(known)}; {advice}"
 
 
 def show(value: object, deep: bool = False) -> str:

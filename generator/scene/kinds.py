@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from ..effect_base.table import Table
 from ..effects import REGISTRY
@@ -47,6 +48,7 @@ MODELS: dict[str, type[Table]] = {
 """Tables of a scene whose parts stand in their places."""
 MANY = (*ROWS_OF_PARTS, "release", "hold", "event")
 """Those of which there may be several."""
+_LISTED = (*MANY, "part", "place")
 KEYS = (
     *("name", "let", *SHORTHAND, "link", "joint", "ground_link", "part", "place", "start", "release", "hold", "event"),
     "run",
@@ -54,6 +56,11 @@ KEYS = (
     *(entry.key for entry in REGISTRY),
 )
 """Keys of a scene file, in the order in which they are told."""
+KINDS: dict[str, Any] = {
+    key: str if key == "name" else dict[str, Any] | list[dict[str, Any]] if key in _LISTED else dict[str, Any]
+    for key in KEYS
+}
+"""What kind of value each has. One of those of which there may be several is told by itself if it stands alone."""
 
 
 @dataclass(frozen=True)

@@ -37,7 +37,8 @@ def link_mass(table: LinkTable, path: Path, report: Report) -> Mass:
             report.add((*path, key), f"missing, expected {expected}; {advice}")
     if len(given) < len(PLAIN) or table.mass is None or table.inertia is None or table.com is None:
         return UNKNOWN
-    return Mass(table.mass, complex(*table.com), table.inertia)
+    places = _spots([table.com], table, path, report, key="com")
+    return Mass(table.mass, places[0], table.inertia) if places else UNKNOWN
 
 
 def _bodies(table: LinkTable, path: Path) -> Iterator[tuple[Path, Any]]:

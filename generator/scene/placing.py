@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import copy
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -17,11 +17,12 @@ from ..effect_base.effect import Entry
 from ..effect_base.table import Named
 from ..effect_base.written_numbers import read_quantity
 from ..effects import REGISTRY
-from .check import check, show, unknown_key
+from .check import check, show
 from .errors import Path, Report
-from .kinds import MODELS
+from .kinds import KINDS, MODELS
 from .let import read_names, wrong_name
 from .limits import MOST_PLACED
+from .meant import kinds_of, unknown_key
 from .part_tables import ROWS_OF_PARTS, TABLES_OF_PARTS, PartTable, PlacedStartTable, PlaceTable
 from .texts import rewritten
 from .turning import Sides, Turning
@@ -93,6 +94,9 @@ def place_parts(tables: Tables, report: Report) -> tuple[Tables, dict[Path, Path
     return _joined(tables, whole, report)
 
 
+_KINDS_OF_PARTS = {key: KINDS.get(key) or kinds_of(PartTable)[key] for key in TABLES_OF_PARTS}
+
+
 class _Placer:
     """Places the parts of one scene."""
 
@@ -108,9 +112,10 @@ class _Placer:
         if not isinstance(raw, Mapping):
             self.report.add(path, f"found {show(raw)}, expected a table; write [[part]]")
             return
+        once = [key for key, table in raw.items() if not isinstance(table, list)]
         for key in raw:
             if key not in TABLES_OF_PARTS:
-                self.report.add((*path, key), unknown_key(key, TABLES_OF_PARTS))
+                self.report.add((*path, key), unknown_key(key, raw[key], _KINDS_OF_PARTS, once))
         table = check(PartTable, {key: raw[key] for key in raw if key in PartTable.model_fields}, path, {}, self.report)
         if table is None:
             return
@@ -148,18 +153,25 @@ class _Placer:
                 )
                 self.report.add(path, f"{message}; make the mechanism smaller")
             return Assembly()
-        if not self._check_keys(place, part, path):
+        if not (self._check_ports(part, self._rows_of(part)) & self._check_keys(place, part, path)):
             return Assembly()
         inner = read_names({**part.table.let, **_values(place.let, names)}, Report(""))
         assembly = self._whole(part, inner, (*above, part.table.name))
+        if not self._check_ports(part, assembly.rows):
+            return Assembly()
         return _Placing(assembly, place, raw, part, path, self.report).run()
+
+    def _rows_of(self, part: Part) -> list[Row]:
+        """A part's own tables."""
+        return [
+            Row(key, copy.deepcopy(table), (*part.path, key, index))
+            for key in ROWS_OF_PARTS
+            for index, table in enumerate(_list(part.raw, key, part.path, self.report))
+        ]
 
     def _whole(self, part: Part, names: Names, above: tuple[str, ...]) -> Assembly:
         """A part's own tables, and those of the parts that are placed in it."""
-        found = Assembly()
-        for key in ROWS_OF_PARTS:
-            for index, table in enumerate(_list(part.raw, key, part.path, self.report)):
-                found.rows.append(Row(key, copy.deepcopy(table), (*part.path, key, index)))
+        found = Assembly(self._rows_of(part))
         found.let = {key: (value, (*part.path, "let", key)) for key, value in part.table.let.items()}
         ground = part.raw.get("ground_link", {})
         points = ground.get("points", {}) if isinstance(ground, Mapping) else {}
@@ -185,12 +197,26 @@ class _Placer:
                 elsewhere = PlacedStartTable.MISPLACED[key]
                 self.report.add((*path, key), f"found {key}, expected it elsewhere: {elsewhere}")
             elif key not in PlacedStartTable.model_fields:
-                self.report.add((*path, key), unknown_key(key, PlacedStartTable.model_fields))
+                self.report.add((*path, key), unknown_key(key, table, kinds_of(PlacedStartTable), raw))
             elif not isinstance(table, Mapping):
                 expected = PlacedStartTable.model_fields[key].description
                 self.report.add((*path, key), f"found {show(table)}, expected {expected}; correct it")
             else:
                 yield from (((key, name), (value, (*path, key, name))) for name, value in table.items())
+
+    def _check_ports(self, part: Part, rows: Sequence[Row]) -> bool:
+        """No port has the name of something in the part: nobody could say which of the two is meant."""
+        assembly = Assembly([*rows])
+        fine = True
+        for index, port in enumerate(part.table.ports):
+            same = next((key for key in ("joint", "link") if port in assembly.named(key)), None)
+            if port in part.table.ports[:index]:
+                same = "port"
+            if same is not None:
+                message = f'found "{port}", which is a {same} of the part too, expected a name of its own; rename one'
+                self.report.add((*part.path, "ports", index), message)
+                fine = False
+        return fine
 
     def _check_keys(self, place: PlaceTable, part: Part, path: Path) -> bool:
         """The place gives what the part asks for, and nothing that it does not know."""

@@ -22,7 +22,7 @@ from ..effects import REGISTRY
 from ..mechanism.mechanism import Mechanism
 from .around import with_around
 from .behind import tell_behind
-from .bodies import Bodies, check_masses, general
+from .bodies import Bodies, check_masses, general, name_of_link
 from .change_tables import HoldTable, ReleaseTable
 from .changes import (
     Change,
@@ -34,17 +34,18 @@ from .changes import (
     elsewhere,
     without_open,
 )
-from .check import check, show, unknown_key
+from .check import check, show
 from .driven import check_driven
 from .errors import Fault, Path, Report, SceneError
 from .event_table import EventTable
 from .events import Event, check_set, events_of
 from .integrating import integrating
-from .kinds import KEYS, MANY, MODELS, SHORTHAND
+from .kinds import KEYS, KINDS, MANY, MODELS, SHORTHAND
 from .law import law_of_all
 from .let import read_names
 from .limits import MOST_JOINTS, MOST_LINKS, MOST_TABLES, too_large
 from .locate import locate
+from .meant import unknown_key
 from .meshed import meshed
 from .module_names import hidden_module
 from .not_toml import not_toml
@@ -175,7 +176,8 @@ def read_tables(tables: Tables, file: str, name: str, lines: Mapping[Path, int] 
     report = Report(file, lines)
     for key in tables:
         if key not in KEYS and (key not in OTHER_NAMES_OF_LET or "let" in tables):
-            report.add((key,), unknown_key(key, KEYS))
+            once = [one for one, table in tables.items() if not isinstance(table, list)]
+            report.add((key,), unknown_key(key, tables[key], KINDS, once))
     given = tables
     tables = _let(_ground_link(tables, report), report)
     name = _name(tables, name, report)
@@ -196,7 +198,20 @@ def read_tables(tables: Tables, file: str, name: str, lines: Mapping[Path, int] 
         switched = _switched(scene, tables, parts.switches, report)
         report.stop_if_any()
         scene = replace(scene, off=parts.switches.off, switched=switched)
+    scene = replace(
+        scene,
+        keys_of_effects=tuple(str(path[0]) for path, _ in parts.effects),
+        worked_out=_worked_out(tables, scene.mechanism),
+    )
     return scene.written_as({"name": name, **given})
+
+
+def _worked_out(tables: Tables, mechanism: Mechanism) -> tuple[str, ...]:
+    """Names of links whose inertia the tables, their parts in their places, do not give as a number."""
+    if "link" not in tables:
+        forms = [tables[form] for form in SHORTHAND if form in tables]
+        return tuple(link.name for link in mechanism.links) if any("inertia" not in form for form in forms) else ()
+    return tuple(name_of_link(raw, index) for index, raw in enumerate(tables["link"]) if "inertia" not in raw)
 
 
 def _scene(name: str, parts: Parts, report: Report) -> Scene:

@@ -113,6 +113,8 @@ class Scene:
     ``changes`` are joints that let go and take hold, ``structures`` what the mechanism is then, beside what it is at
     the start. ``events`` are instants of a run that are asked for, ``off`` the effects
     that they switch and that are off at the start, ``switched`` what the mechanism is while some are.
+    ``keys_of_effects`` are the keys of the effects' tables, ``worked_out`` the links whose inertia follows from what
+    they are made of.
     """
 
     name: str
@@ -127,6 +129,8 @@ class Scene:
     events: tuple[Event, ...] = ()
     off: tuple[str, ...] = ()
     switched: tuple[Switched, ...] = ()
+    keys_of_effects: tuple[str, ...] = field(default=(), compare=False)
+    worked_out: tuple[str, ...] = field(default=(), compare=False)
     _tables: Mapping[str, Any] | None = field(default=None, init=False, compare=False, repr=False)
     """What it was read from; a scene that is made from another by ``dataclasses.replace`` has none."""
 
@@ -163,6 +167,7 @@ class Scene:
         A height is measured from a ground that may be gone then, so the start keeps the position it came to.
         """
         effects = tuple(e for index, e in enumerate(self.effects) if index != effect)
+        keys = tuple(key for index, key in enumerate(self.keys_of_effects) if index != effect)
         sketch = self.start.sketch
         if sketch.height is not None:
             sketch = dataclasses.replace(sketch, height=None, position=self.start.poses[0][:2])
@@ -172,7 +177,7 @@ class Scene:
         mechanism = dataclasses.replace(mechanism, meshes=meshes)
         poses, velocities = _of(links, self.start.poses), _of(links, self.start.velocities)
         start = dataclasses.replace(self.start, poses=poses, velocities=velocities, sketch=sketch)
-        return dataclasses.replace(self, mechanism=mechanism, effects=effects, start=start)
+        return dataclasses.replace(self, mechanism=mechanism, effects=effects, start=start, keys_of_effects=keys)
 
     @property
     def driven(self) -> tuple[int, ...]:

@@ -225,7 +225,9 @@ class LinkTable(Table):
         default=None,
         description="the inertia about the centre of mass in kg m², a positive number, or 0 for a point mass",
     )
-    com: Position | None = Field(default=None, description="the centre of mass in the link's frame, [x, y] in m")
+    com: Spot | None = Field(
+        default=None, description="the centre of mass, a point of the link or [x, y] in m in its frame"
+    )
     points: Points = Field(min_length=1, description="named points, { A = [x, y], ... } in m, at least one")
     outline: Annotated[list[Spot], Field(max_length=MOST_CORNERS)] | None = Field(
         default=None,

@@ -33,8 +33,8 @@ class Modes:
     """Modes of small motions, each pair of conjugate ones once, the slowest first.
 
     ``values`` (k,) are the eigenvalues s in 1/s, with an imaginary part that is not negative; ``frequencies`` (k,) are
-    |s| / 2π in Hz, ``damping`` (k,) the ratios −Re s / |s| (zero where s is zero), and ``shapes`` (nq, k) what all
-    coordinates move by, complex, the largest entry being 1.
+    ``abs(s) / 2π`` in Hz, ``damping`` (k,) the ratios ``−Re s / abs(s)`` (zero where s is zero), and ``shapes`` (nq, k)
+    what all coordinates move by, complex, the largest entry being 1.
     """
 
     values: np.ndarray[Any, np.dtype[np.complexfloating[Any, Any]]]

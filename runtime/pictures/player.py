@@ -155,6 +155,8 @@ def _part(stroke: Stroke, length: int) -> dict[str, Any]:
         found["filled"] = True
     if stroke.length is not None:
         found["length"] = stroke.length
+    if stroke.said:
+        found["said"] = stroke.said
     return found
 
 

@@ -99,7 +99,8 @@ def _poses(grid: Any, run: Record, titles: list[str], poses: Frames, motion: Fra
                 circle = {"color": FLASH, "fillstyle": "none", "markersize": 13, "markeredgewidth": 1.8}
                 axes.plot(*struck.T, "o", **circle, zorder=6, clip_on=False)
         if arrows:
-            _draw_arrows(axes, arrows[k], view)
+            at_impact = any(impact.t == poses.t[k] for impact in run.impacts)
+            _draw_arrows(axes, arrows[k], view, "N s" if at_impact else "N")
         axes.set_title(f"{title}\n$t$ = {poses.t[k]:.4g} s", fontsize=9, color=INK if title else SOFT)
         axes.set(xticks=[], yticks=[])
         if view.follow[0]:  # the frame of view moves: say where it is
@@ -148,12 +149,29 @@ def _arrows(run: Record, poses: Frames) -> list[list[Arrow]]:
     return found
 
 
-def _draw_arrows(axes: Any, arrows: list[Arrow], view: View) -> None:
-    """The largest is as long as a part of the view; each pose has a scale of its own, as impulses are no forces."""
+def round_below(value: float) -> float:
+    """The largest of 1, 2 and 5 times a power of ten that is at most a positive value."""
+    power = 10.0 ** np.floor(np.log10(value))
+    return float(f"{power * max(step for step in (1, 2, 5) if step * power <= value * (1 + 1e-12)):.3g}")
+
+
+def _draw_arrows(axes: Any, arrows: list[Arrow], view: View, unit: str) -> None:
+    """The largest is as long as a part of the view; each pose has a scale of its own, as impulses are no forces, and an
+    arrow in its corner that says how long a round number of ``unit`` is."""
     largest = max((float(np.hypot(*force)) for _, force in arrows), default=0.0)
+    if not largest:
+        return
+    longest = ARROW * float(view.half.min())
+    known = round_below(largest)
+    (low, _), (bottom, _) = axes.get_xlim(), axes.get_ylim()
+    corner = np.array([low, bottom]) + 0.08 * float(view.half.min())
+    end = corner + np.array([longest * known / largest, 0.0])
+    style = {"arrowstyle": "-|>", "color": FLASH, "linewidth": 1.6, "shrinkA": 0, "shrinkB": 0}
+    axes.annotate("", end, corner, arrowprops=style, zorder=7)
+    said = {"textcoords": "offset points", "fontsize": 7, "color": FLASH, "va": "center", "zorder": 7}
+    axes.annotate(f"{known:g} {unit}", end, (4, 0), **said)
     for at, force in arrows:
-        tip = at + ARROW * float(view.half.min()) / largest * force
-        axes.annotate("", tip, at, arrowprops={"arrowstyle": "-|>", "color": FLASH, "linewidth": 1.6}, zorder=7)
+        axes.annotate("", at + longest / largest * force, at, arrowprops=style, zorder=7)
 
 
 def _energy(axes: Any, run: Record, frames: Frames) -> None:
@@ -282,6 +300,7 @@ class Drawing:
         self._links = [self._link(k, len(outline)) for k, outline in enumerate(self._outlines)]
         self._discs = [self._disc(disc) for disc in model.discs]
         self._strokes = [(stroke, self._stroke(stroke)) for stroke in strokes(model, motion, size)]
+        self._said = [(stroke, self._words(stroke)) for stroke, _ in self._strokes if stroke.said]
         (self._joints,) = axes.plot(
             [],
             [],
@@ -304,6 +323,13 @@ class Drawing:
             return area
         (line,) = self.axes.plot([], [], color=colour, linewidth=width, zorder=4, gid=stroke.name)
         return line
+
+    def _words(self, stroke: Stroke) -> Any:
+        """What stands beyond the second corner of a stroke."""
+        way = {"textcoords": "offset points", "color": ACCENT, "fontsize": 7, "annotation_clip": False}
+        words = self.axes.annotate(stroke.said, (0, 0), (0, 0), ha="center", va="center", zorder=6, **way)
+        words.set_in_layout(False)  # else poses would make room for it, each as much as it needs
+        return words
 
     def _colour(self, link: int) -> str:
         return self._colours[link] if link >= 0 else SOFT
@@ -367,6 +393,11 @@ class Drawing:
             line.set_data(*stroke.corners(frames.poses[k]).T)
             if stroke.length is not None:
                 line.set_linestyle("--" if stroke.slack(frames.poses[k]) else "-")
+        for stroke, words in self._said:
+            first, second = stroke.corners(frames.poses[k])[:2]
+            along = (second - first) / (float(np.hypot(*(second - first))) or 1.0)
+            words.xy = second
+            words.set_position(along * [16.0, 7.0])  # words are wider than high
         self._joints.set_data(*frames.joints[k].T)
         low, high = centre - self.view.half, centre + self.view.half
         self.axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))

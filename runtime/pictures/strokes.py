@@ -37,6 +37,7 @@ class Stroke:
     that of the first of `links` plus its share of what the second has turned against it. "span": `points` (m, 2) are
     the part of the way from the first to the second of `at`, and the distance across it (m). "way": through all `at`.
     `colour` is a link's number, "ink", "soft" or "accent"; a `length` (m) is that of a way, dashed where it is slack.
+    `said` stands beyond the second corner, as seen from the first: how large a force is.
     """
 
     name: str
@@ -47,6 +48,7 @@ class Stroke:
     links: tuple[int, int] = (-1, -1)
     filled: bool = False
     length: float | None = None
+    said: str = ""
 
     def corners(self, poses: FloatArray) -> FloatArray:
         """The corners (m, 2), in m, when links have ``poses`` (links, 3)."""
@@ -202,7 +204,8 @@ def _shoe(part: Part, size: float, side: float) -> Stroke:
 
 
 def _force(part: Part, size: float) -> Iterator[Stroke]:
-    """An arrow from the point as the force points; one that changes with time has arrows both ways along its axes."""
+    """An arrow from the point as the force points, with its size; one that changes with time has arrows both ways along
+    its axes. All are of one length, so that a small force is seen beside a large one."""
     x, y, changes, turns = part.numbers
     held = part.links[0] if turns else -1
     head = [(1.0, 0.0), (0.8, 0.08), (1.0, 0.0), (0.8, -0.08)]
@@ -211,7 +214,8 @@ def _force(part: Part, size: float) -> Iterator[Stroke]:
         if along:
             way = PUSH * size * np.array([complex(*xy) for xy in [*(back if changes else [(0.0, 0.0)]), *head]])
             polar = np.column_stack([np.abs(way), np.angle(way) + np.angle(along), np.zeros(len(way))])
-            yield Stroke(part.name, "turn", _ends(part)[:1], polar, "accent", (held, held))
+            said = "" if changes else f"{abs(along):.3g} N"
+            yield Stroke(part.name, "turn", _ends(part)[:1], polar, "accent", (held, held), said=said)
 
 
 def _torque(part: Part, size: float) -> Stroke:

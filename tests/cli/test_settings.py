@@ -38,6 +38,84 @@ def test_a_run_has_the_values_that_are_set(workshop: Workshop) -> None:
     assert run.closure_max < 1e-12
 
 
+def test_values_have_units_as_in_scenes() -> None:
+    """Grams, degrees and arithmetic, as a shell hands them over and with quotes left."""
+    plain, written = (
+        CliRunner().invoke(app, ["equilibrium", FOUR_BAR, *more])
+        for more in (
+            ("--set", "crank.mass=2.5", "--set", "gravity.g=4.905", "--set", "coupler.points.B.x=0.5"),
+            ("--set", "crank.mass=2500 g", "--set", "gravity.g=9.81/2", "--set", 'coupler.points.B.x="50 cm"'),
+        )
+    )
+    assert written.exit_code == 0, written.stderr
+    assert written.stdout == plain.stdout
+
+
+@pytest.mark.parametrize("scene", [*SCENES.glob("*.toml"), *SCENES.glob("gallery/*.toml")], ids=lambda path: path.stem)
+def test_it_is_known_what_every_parameter_measures(scene: Path) -> None:
+    """So that none is set to what it cannot be."""
+    from ccgen.generator import load_scene
+    from ccgen.generator.scene.measures import units_of
+
+    found = load_scene(scene)
+    parameters = [*found.mechanism.parameters(), *(one for effect in found.effects for one in effect.parameters())]
+    assert [one.path for one in parameters if not units_of(found, one.path)] == []
+
+
+RODS = """
+name = "rods"
+[ground_link]
+points = { O = [0, 0] }
+[[link]]
+name = "rod"
+rod = { mass = 3.0 }
+points = { A = [0, 0], B = [2.0, 0] }
+[[link]]
+name = "given"
+mass = 1.0
+inertia = 0.5
+com = [0.5, 0]
+points = { A = [0, 0] }
+[[joint]]
+between = ["ground.O", "rod.A"]
+[[joint]]
+between = ["rod.B", "given.A"]
+[gravity]
+g = 9.81
+[run]
+until = 0.1
+"""
+
+
+def _said(*options: str) -> str:
+    Path("rods.toml").write_text(RODS)
+    done = CliRunner().invoke(app, ["equilibrium", "rods.toml", *options])
+    assert done.exit_code == 0, done.stderr
+    return done.stderr
+
+
+def test_an_inertia_that_stays_is_told() -> None:
+    """That of a rod of 2 m: m l²/12 is 1 kg m² for 3 kg, and 2 kg m² for 6 kg."""
+    said = _said("--set", "rod.mass=6 kg")
+    assert "rods: rod.mass is set, rod.inertia stays 1 kg m², which was worked out for 3 kg" in said
+    assert "--set rod.inertia=2 lets it grow with the mass" in said
+    assert "rods: rod.points.B.x is set, rod.inertia stays 1 kg m²" in _said("--set", "rod.points.B.x=3")
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        ("--set", "rod.mass=6", "--set", "rod.inertia=2"),
+        ("--set", "given.mass=2"),
+        ("--set", "gravity.g=1"),
+        ("--set", "rod.mass=6", "-q"),
+    ],
+    ids=" ".join,
+)
+def test_what_does_not_stay_is_not_told(options: tuple[str, ...]) -> None:
+    assert "stays" not in _said(*options)
+
+
 def test_equilibria_and_torques_have_them() -> None:
     """Twice the gravity turns a balance point into one of twice the stiffness, and takes twice the torque."""
     said = [
@@ -65,6 +143,10 @@ def test_a_crank_is_named_by_its_joint_or_its_link() -> None:
     [
         (["--set", "crank.mass"], '--set: found "crank.mass", expected PATH=NUMBER in SI units'),
         (["--set", "crank.mass=heavy"], '--set: found "crank.mass=heavy", expected PATH=NUMBER'),
+        (["--set", "crank.mass=2 m"], '--set crank.mass: found "2 m", expected kg; that is a length, not a mass in kg'),
+        (["--set", "crank.points.B.x=2 kg"], '--set crank.points.B.x: found "2 kg", expected m; that is a mass'),
+        (["--set", "gravity.g=2 m/s"], '--set gravity.g: found "2 m/s", expected m/s²; that is a'),
+        (["--set", "crank.mass=2 kgs"], '--set: found "crank.mass=2 kgs", expected PATH=NUMBER'),
         (["--set", "a=1", "--set", "a=2"], "--set a: found twice, expected once"),
         (
             ["--set", "crank.mas=1"],

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import inspect
 import re
+import shlex
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -56,6 +59,40 @@ def test_commands_print_what_the_documentation_says(document: str, command: str,
     assert output.startswith(parts[0])
     for part in parts[1:]:
         assert f"\n{part}" in output
+
+
+def test_the_script_of_the_front_page_prints_what_it_says(tmp_path: Path) -> None:
+    """Beside the scene of the page, in a process of its own; what is printed stands behind the call."""
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    (scene,) = SCENE.findall(readme)
+    (script,) = re.findall(r"```python\n(.*?)```", readme, re.DOTALL)
+    (said,) = re.findall(r"^print\(.*\) +# (.*)$", script, re.MULTILINE)
+    (tmp_path / "my-four-bar.toml").write_text(scene)
+    done = subprocess.run(
+        [sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True, timeout=300, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == f"{said}\n"
+
+
+def test_commands_of_the_front_page_work(tmp_path: Path) -> None:
+    """Those in its text, one after the other, each without a word of a fault."""
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    (scene,) = SCENE.findall(readme)
+    (tmp_path / "my-four-bar.toml").write_text(scene)
+    commands = re.findall(r"^    ccgen (.*?) +#", readme, re.MULTILINE)
+    assert len(commands) >= 3
+    for command in commands:
+        done = ccgen(*shlex.split(command), at=tmp_path)
+        assert done.returncode == 0, (command, done.stderr)
+        assert "--plot" not in command or (tmp_path / "results" / "my-four-bar" / "outputs.png").exists()
+
+
+def test_the_front_page_is_short() -> None:
+    """What it would say more belongs on a page of docs/."""
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert readme.count("\n") <= 120
+    assert len(readme.split()) <= 1000
 
 
 @pytest.mark.parametrize("function", [simulate, ensemble])

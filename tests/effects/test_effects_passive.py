@@ -396,7 +396,7 @@ BAD: list[tuple[str, str, tuple[str, ...]]] = [
     (SPRING + 'between = ["joint_1", "link_1.B"]', "spring[0].between", ("two points of one link", '"joint_1"')),
     (SPRING + 'between = ["ground.O", "joint_0"]', "spring[0].between", ("two points of one link",)),
     (SPRING + 'between = ["link_0.A"]', "spring[0].between", ("two points",)),
-    (SPRING + "stiff = 2", "spring[0].stiff", ("unknown key", 'write "stiffness"')),
+    (SPRING + "stiff = 2", "spring[0].stiff", ("unknown key", 'remove it, "stiffness" is there already')),
     ('[[spring]]\nbetween = ["ground.O", "link_1.B"]\nstiffness = -1', "spring[0].stiffness", ("found -1", "positive")),
     ('[[spring]]\nbetween = ["ground.O", "link_1.B"]\nstiffness = 0', "spring[0].stiffness", ("found 0", "positive")),
     (

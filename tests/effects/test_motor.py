@@ -159,7 +159,12 @@ BAD: dict[str, Wrong] = {
         "motor[0].table[2]",
         "found t = 2 after t = 2, expected times that grow; correct it",
     ),
-    "unknown key": ('[[motor]]\njoint = "joint_0"\ntorque = 1\ntorqe = 1', 4, "motor[0].torqe", 'write "torque"'),
+    "unknown key": (
+        '[[motor]]\njoint = "joint_0"\ntorque = 1\ntorqe = 1',
+        4,
+        "motor[0].torqe",
+        'remove it, "torque" is there already',
+    ),
 }
 
 

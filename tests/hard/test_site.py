@@ -31,6 +31,7 @@ class Page(HTMLParser):
         self.loads: list[str] = []
         self.formulas = 0
         self.anchors: set[str] = set()
+        self.links: list[str] = []
         self.words: list[str] = []
         self.inside: list[str] = []
         self.feed(text)
@@ -41,6 +42,8 @@ class Page(HTMLParser):
             self.loads.append(given["src"] or "")
         if tag == "link" and given.get("href"):
             self.loads.append(given["href"] or "")
+        if tag == "a" and given.get("href"):
+            self.links.append(given["href"] or "")
         self.formulas += tag == "math"
         self.anchors.update(filter(None, (given.get("id"), given.get("name") if tag == "a" else None)))
         if tag not in VOID:
@@ -105,6 +108,49 @@ def test_every_page_and_every_formula_is_there(site: Path) -> None:
     assert built["docs/theory.html"].formulas > 900
     assert "eq-4.7" in built["docs/theory.html"].anchors
     assert (site / "index.html").read_bytes() == (site / "README.html").read_bytes()
+
+
+def test_numbers_of_equations_are_links(site: Path) -> None:
+    """All that the text of the theory cites, counted in its source; what docstrings cite leads to its page."""
+    cited = re.compile(r"\b(?:[Ee]q\.|[Ee]quations?)\s+\d+\.\d+(?:(?:,\s+|\s+and\s+|\s+to\s+|–)\d+\.\d+)*")
+    text = re.sub(r"^#[^\n]*$|^```.*?^```$|`[^`\n]+`", "", (ROOT / "docs" / "theory.md").read_text(), flags=re.M | re.S)
+    wanted = sum(len(re.findall(r"\d+\.\d+", one[0])) for one in cited.finditer(text))
+    built = pages(site)
+    theory = built["docs/theory.html"]
+    links = [one for one in theory.links if one.startswith("#eq-")]
+    numbers = sum(anchor.startswith("eq-") for anchor in theory.anchors)
+    assert wanted > 100 and len(links) - numbers == wanted  # each numbered equation links to itself
+    assert {one[1:] for one in links} <= theory.anchors
+    reference = [one for one in built["docs/site/runtime.html"].links if "theory.html#eq-" in one]
+    assert len(reference) > 2 and {one.partition("#")[2] for one in reference} <= theory.anchors
+
+
+@pytest.mark.skipif(bool(LACKING), reason="needs the packages of 'ccgen[site]'")
+def test_what_is_the_number_of_an_equation(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(ROOT / "docs" / "site"))
+    equation_links = importlib.import_module("equation_links")
+    for text, wanted in {
+        "by eq. 4.7, 4.8 and 99.1.": ["4.7", "4.8", "99.1"],
+        "Equations 2.1–2.6 and 3.4 to\n3.6": ["2.1", "2.6", "3.4", "3.6"],
+        "theory, 4.13, takes 1.8 times as long as eq. 3": [],
+        "eq. 4.7, 3 bars": ["4.7"],
+    }.items():
+        found = [*equation_links.pieces(text)]
+        assert [piece for piece, cited in found if cited] == wanted
+        assert "".join(piece for piece, _ in found) == text
+
+
+@pytest.mark.skipif(bool(LACKING), reason="needs the packages of 'ccgen[site]'")
+def test_an_equation_that_is_not_there_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Numbers across the end of a line are links; what stands in code or in a link stays."""
+    from docutils import nodes
+
+    monkeypatch.syspath_prepend(str(ROOT / "docs" / "site"))
+    equation_links = importlib.import_module("equation_links")
+    page = nodes.paragraph("", "", *map(nodes.Text, ("by eq.", "\n", "4.7 and 99.1, ")), nodes.literal("", "eq. 4.7"))
+    assert equation_links.link(nodes.section("", page), "theory.html", {"4.7"}) == ["99.1"]
+    assert [one["refuri"] for one in page.findall(nodes.reference)] == ["theory.html#eq-4.7"]
+    assert page.astext() == "by eq.\n4.7 and 99.1, eq. 4.7"
 
 
 @pytest.mark.skipif(bool(LACKING), reason="needs the packages of 'ccgen[site]'")

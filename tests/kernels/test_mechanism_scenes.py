@@ -344,7 +344,8 @@ def test_strandbeest_flies_with_the_momentum_that_it_has(workshop: Workshop) -> 
 
 @pytest.mark.hard
 def test_strandbeest_has_the_feet_of_the_leg(workshop: Workshop) -> None:
-    """Seen from the body, four feet draw the leg's path: two of them, mirrored ones, and half a turn apart."""
+    """Seen from the body, four feet draw the leg's path, in centimetres: two of them, mirrored ones, and half a turn
+    apart."""
     model = workshop.model(load_scene(SCENES / "strandbeest.toml"))
     run = simulate(model)
     body, turned = model.poses(run.q)[:, 0], run.q[:, 3] - run.q[:, 2]
@@ -352,7 +353,7 @@ def test_strandbeest_has_the_feet_of_the_leg(workshop: Workshop) -> None:
         place = model.point(f"shin_{suffix}.F", run.q)
         seen = (place[:, 0] + 1j * place[:, 1] - body[:, 0] - 1j * body[:, 1]) * np.exp(-1j * body[:, 2])
         wanted = -foot(np.pi - turned - phase).conjugate() if mirrored else foot(turned + phase)
-        assert np.max(np.abs(seen - wanted)) <= 1e-9
+        assert np.max(np.abs(seen - wanted / 100.0)) <= 1e-11
 
 
 def test_strandbeest_is_what_its_script_writes(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -12,7 +12,7 @@ from ccgen.runtime import Run, simulate
 from ccgen.runtime.pictures.frames import frame_times, sample
 from ccgen.runtime.pictures.link_colours import link_colours
 from ccgen.runtime.pictures.player import content
-from ccgen.runtime.pictures.plot import draw
+from ccgen.runtime.pictures.plot import draw, round_below
 from ccgen.runtime.pictures.strokes import Stroke, straightened, strokes
 from ccgen.runtime.pictures.view import view_of
 
@@ -256,15 +256,18 @@ def test_links_that_meet_have_different_colours() -> None:
 
 
 def test_arrows_show_what_grounds_push(workshop: Workshop) -> None:
-    """A stone at rest: one arrow, up from the ground; none unless asked for."""
+    """A stone at rest: one arrow, up from the ground, and one for the scale, by which it is its weight of 9.81 N; none
+    unless asked for."""
     pytest.importorskip("matplotlib")
     stone = '[[link]]\nname = "stone"\nmass = 1\ninertia = 1\ncom = [0, 0]\npoints = { C = [0, 0] }\n'
     text = stone + '[[ground]]\nrestitution = 0\ncontacts = ["stone.C"]\n[gravity]\n[run]\nuntil = 0.1\n'
     run = simulate(workshop.model(text))
-    arrows = [text for text in draw(run, forces=True).subfigs[0].axes[2].texts if text.arrow_patch is not None]
-    (arrow,) = arrows
-    assert arrow.xyann == pytest.approx((0, 0)) or arrow.xy[1] > 0
-    assert abs(arrow.xy[0]) < 1e-12 and arrow.xy[1] > 0
+    texts = draw(run, forces=True).subfigs[0].axes[2].texts
+    scale, arrow = [text for text in texts if text.arrow_patch is not None]
+    assert np.allclose(arrow.xyann, (0, 0), atol=1e-12) and abs(arrow.xy[0]) < 1e-12
+    assert [text.get_text() for text in texts if text.arrow_patch is None] == ["5 N"]
+    assert scale.xy[1] == scale.xyann[1]
+    assert 5.0 * arrow.xy[1] / (scale.xy[0] - scale.xyann[0]) == pytest.approx(9.81)
     plain = draw(run)
     assert not plain.subfigs[0].axes[2].texts
     below = plain.subfigs[1].axes[-1]
@@ -299,6 +302,23 @@ def test_brakes_stand_on_the_first_link(run: Run) -> None:
     cart = run.model.point("cart.C", run.q[-1])
     for pad, side in zip(pads, (1.0, -1.0), strict=True):
         assert np.all(side * (pad.corners(poses) - cart)[:, 1] > 0.0)
+
+
+def test_forces_say_how_large_they_are(run: Run, workshop: Workshop) -> None:
+    """Those that stay; in plots and on the page of the player, with values that are set too."""
+    said = {one.name: one.said for name in drawn(run) for one in drawn(run)[name] if one.said}
+    assert said == {"push": "0.3 N", "along": "0.3 N"}
+    assert {one["name"]: one["said"] for one in content(run)["parts"] if "said" in one} == said
+    assert not {"0.3 N"} - {text.get_text() for text in draw(run).subfigs[0].axes[0].texts}
+    heavier = simulate(run.model, until=0.01, params={"push.vector.y": -4.0})
+    assert [one.said for one in drawn(heavier)["push"]] == ["4 N"]
+
+
+@pytest.mark.parametrize(
+    ("value", "below"), [(9.81, 5.0), (10.0, 10.0), (1.99, 1.0), (2.0, 2.0), (0.03, 0.02), (7e5, 5e5), (1.0, 1.0)]
+)
+def test_a_scale_is_a_round_number_that_fits(value: float, below: float) -> None:
+    assert round_below(value) == below
 
 
 def test_forces_are_arrows_and_torques_arcs(run: Run) -> None:

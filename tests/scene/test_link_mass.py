@@ -46,6 +46,11 @@ RIGHT: dict[str, tuple[dict[str, Any], dict[str, Any], tuple[float, tuple[float,
         {"rod": {"density": "7.85 g/cm^3", "width": "20 mm", "thickness": "5 mm"}},
         (0.3925, (0.25, 0), 0.3925 * (0.25 + 0.0004) / 12),
     ),
+    "a mass centre at a point": (
+        ONE,
+        {"mass": 2, "inertia": 0.3, "com": "hub"},
+        (2, (0.1, 0.2), 0.3),
+    ),
     "a right triangle": (
         THREE,  # legs of 0.6 and 0.3 m: m (a² + b²)/18
         {"plate": {"mass": 2}},
@@ -164,6 +169,12 @@ WRONG: dict[str, tuple[dict[str, Any], dict[str, Any], dict[str, str]]] = {
         {"rod": {"mass": 1, "between": ["A", "Z"]}},
         {"rod.between[1]": 'found "Z", expected a point of the link: A, B, or [x, y] in m'},
     ),
+    "a mass centre that is no point": (
+        TWO,
+        {"mass": 1, "inertia": 1, "com": "Z"},
+        {"com": 'found "Z", expected a point of the link: A, B, or [x, y] in m; correct the name or add the point'},
+    ),
+    "a mass centre that is a number": (TWO, {"mass": 1, "inertia": 1, "com": 0.5}, {"com": "found 0.5, expected the"}),
     "three ends": (TWO, {"rod": {"mass": 1, "between": ["A", "B", "A"]}}, {"rod.between": "write 2 values"}),
     "a number for a rod": (TWO, {"rod": 0.4}, {"rod": "found 0.4, expected a uniform rod between two points, { mass"}),
     "no rods": (TWO, {"rod": []}, {"rod": "found [], expected a uniform rod"}),
