@@ -4,6 +4,7 @@ up and down, and the stride and the torque of Jansen's leg with other lengths.""
 from __future__ import annotations
 
 import math
+import tomllib
 from dataclasses import replace
 
 import numpy as np
@@ -11,12 +12,12 @@ import pytest
 from numpy.typing import NDArray
 
 from ccgen.generator import load_scene
-from ccgen.runtime import ensemble
+from ccgen.runtime import ensemble, simulate
 
 from ..oracles.bouncing_table import BouncingTable
 from ..oracles.maximal import Array
 from ..support.folders import SCENES
-from ..support.jansen_foot import foot
+from ..support.jansen_foot import foot, torque
 from ..support.workshop import Workshop
 
 WIDTH, HEIGHT, MASS, G = 0.5, 1.5, 60.0, 9.81
@@ -171,6 +172,10 @@ def test_bouncing_once_a_period_is_stable_where_it_must_be(workshop: Workshop) -
     assert np.array_equal(back[sure], stable[sure])
 
 
+FINE = 4
+"""Times as many angles as there are instants at which the closed form of the torque is looked at."""
+
+
 def turn_at_which_the_foot_stops(cranks: Array, struts: Array, first: Array) -> NDArray[np.float64]:
     """From ``first`` on, how far the crank can turn until shin and tie are in line, by halving; infinite where it goes
     all round."""
@@ -189,6 +194,9 @@ def turn_at_which_the_foot_stops(cranks: Array, struts: Array, first: Array) -> 
 def test_strides_of_legs_with_other_lengths(workshop: Workshop) -> None:
     """Cranks of 12 to 17 and struts of 38 to 41: the foot at every instant, the stride, and legs that cannot go round.
 
+    A leg stops where its motion ends as a square root does. Steps are in proportion to what is left before it, so each
+    is shorter than the one before by a factor, and all that could follow are a geometric series: no more is left.
+
     Each extreme is read at times whose crank angles are ``apart``; between them it lies at most half of that away, and
     is missed by a (apart / 2)² / 2 at most, a being the largest second derivative of the foot's place by the angle.
     """
@@ -201,8 +209,12 @@ def test_strides_of_legs_with_other_lengths(workshop: Workshop) -> None:
     limit = turn_at_which_the_foot_stops(cranks, struts, first)
     whole = np.isinf(limit)
     assert np.array_equal(made.status == "done", whole) and 0 < np.count_nonzero(~whole) < whole.size
-    early = limit[~whole] / (2.0 * math.pi) - made.t[~whole]  # rows that rounding has pushed beside the way are cut off
-    assert early.min() > 0.0 and early.max() < 0.02
+    for row in np.flatnonzero(~whole).tolist():
+        alone = simulate(model, params={"crank.points.A.x": cranks[row], "strut.points.C.x": struts[row]})
+        assert alone.t[-1] == made.t[row]
+        before, last = np.diff(alone.t[-3:])
+        left = limit[row] / (2.0 * math.pi) - made.t[row]
+        assert 0.0 < left < last / (before / last - 1.0)
     assert all("tie and shin are in line there" in made.reason[row] for row in np.flatnonzero(~whole))
     places = foot(angles[whole], m=cranks[whole, None], c=struts[whole, None]).real
     assert np.abs(made["shin.F.x"][whole] - places).max() < 1e-10  # lengths to 66, joints shut to rounding
@@ -214,3 +226,38 @@ def test_strides_of_legs_with_other_lengths(workshop: Workshop) -> None:
     own = bend * (turn[1] / 2.0) ** 2  # what the closed form's own grid misses
     assert np.all(missed >= -own - 1e-10) and np.all(missed <= bend * (apart / 2.0) ** 2 + 1e-10)
     assert bend.max() * (apart / 2.0) ** 2 < 2e-3  # of strides of 53 to 79
+
+
+def test_peak_torque_of_legs_with_other_lengths(workshop: Workshop) -> None:
+    """The torque that drives the crank at every instant, and its extremes over a turn, over twelve pairs of lengths.
+
+    The closed form is the derivative of the leg's energy by series, over ``FINE`` times as many angles as there are
+    times. That these are enough is seen from half as many. Two derivatives multiply what is rounded by the square of
+    the highest order. Extremes are read at the times, as those of strides are."""
+    file = SCENES / "jansen-driven.toml"
+    scene = tomllib.loads(file.read_text())
+    model = workshop.model(load_scene(file))
+    cranks, struts = (x.ravel() for x in np.meshgrid(np.linspace(12.0, 15.0, 4), np.linspace(38.5, 40.5, 3)))
+    at = np.linspace(0.0, 1.0, 1001)
+    names = ["max(axle.moment)", "min(axle.moment)", "axle.moment", "crank.angle"]
+    made = ensemble(model, {"crank.points.A.x": cranks, "strut.points.C.x": struts}, observe=names, at=at)
+    assert set(made.status) == {"done"}
+
+    def wanted(fine: int) -> Array:
+        turn = made["crank.angle"][:, :1] + np.arange(1000 * fine) * (2.0 * math.pi / (1000 * fine))
+        lengths = {"m": cranks[:, None], "c": struts[:, None]}
+        return torque(turn, scene["link"], 2.0 * math.pi, scene["gravity"]["g"], **lengths)
+
+    fine = wanted(FINE)
+    peak = np.abs(fine).max(axis=1)
+    cut = np.abs(fine[:, ::2] - wanted(FINE // 2)).max(axis=1)
+    rounded = 16.0 * float(np.finfo(float).eps) * (1000 * FINE / 2) ** 2 * peak  # 1.4e-8 of the peak
+    assert np.all(cut < rounded)
+    off = np.abs(made["axle.moment"][:, :1000] - fine[:, ::FINE]).max(axis=1)
+    assert np.all(off < rounded)
+    apart = 2.0 * math.pi * at[1]
+    bend = np.abs(np.diff(fine, 2, axis=1)).max(axis=1) / (apart / FINE) ** 2
+    for found, best in ((made["max(axle.moment)"], fine.max(axis=1)), (-made["min(axle.moment)"], -fine.min(axis=1))):
+        own = bend * (apart / FINE / 2.0) ** 2 / 2.0 + rounded
+        assert np.all(best - found >= -own) and np.all(best - found <= bend * (apart / 2.0) ** 2 / 2.0 + own)
+    assert peak.max() > 20.0 * peak.min()  # from legs that turn easily to one that hardly gets round
