@@ -12,6 +12,7 @@ EXTRAS = {
     "pandas": "data",
     "pyarrow": "sweep",
     "scipy": "sweep",
+    "zarr": "zarr",
     "distributed": "cluster",
     "control": "control",
 }

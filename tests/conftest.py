@@ -21,8 +21,8 @@ from .support.workshop import Workshop  # noqa: E402
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark what the tiers run, before any tests are chosen by their marks: first what of samples only ``make hard`` runs,
-    then the quick tests, which ``make quick`` runs."""
+    """Mark what the tiers run, before any tests are chosen by their marks: what of samples only ``make hard`` runs, and
+    the quick tests, which ``make quick`` runs."""
     leave_samples(items)
     for item in items:
         if is_quick(item):

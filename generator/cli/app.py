@@ -278,6 +278,7 @@ def sweep(
     ] = None,
     plot: Annotated[bool, typer.Option("--plot", help="draw a map or histograms of what is observed")] = False,
     netcdf: Annotated[Path | None, typer.Option(metavar="FILE", help="write the table as NetCDF too")] = None,
+    zarr: Annotated[Path | None, typer.Option(metavar="DIR", help="write the table as Zarr too")] = None,
     settings: Set = None,
     verbose: Verbose = False,
     quiet: Quiet = False,
@@ -294,7 +295,7 @@ def sweep(
     faults = Faults()
     values = faults.of(read_settings, settings or []) or {}
     said = detail(faults, verbose, quiet)
-    work(scene, plan, out, threads, chunk, dask, plot, netcdf, said, values, faults)
+    work(scene, plan, out, threads, chunk, dask, plot, netcdf, zarr, said, values, faults)
 
 
 @app.command()

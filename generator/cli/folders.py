@@ -45,7 +45,7 @@ def check_picture(file: Path, option: str) -> None:
     if file.suffix != ".png":
         fail(f"{option} {file}: found {file.name!r}, expected a name that ends in .png; correct it")
     check_folder(file.parent, option)
-    if os.path.lexists(file) and not _is_picture(file):
+    if os.path.lexists(file) and not is_picture(file):
         fail(f"{option} {file}: found a file that ccgen did not write, expected none; move it away or name another")
 
 
@@ -124,7 +124,7 @@ def _written(folder: Path) -> dict[str, str]:
         return {}
 
 
-def _is_picture(file: Path) -> bool:
+def is_picture(file: Path) -> bool:
     """Whether a file is a PNG that says that ccgen made it."""
     try:
         with file.open("rb") as opened:

@@ -13,17 +13,16 @@ import typer
 from ..rebuild import rebuild
 from .compiled import compiled
 from .detail import Detail
-from .folders import MODELS, check_folder
+from .folders import MODELS, check_folder, check_results, record_results
 from .plan_numbers import written
 from .progress import Silence, progress
 from .refusal import STOPPED_EARLY, Faults, fail, refusing
+from .run import FILES
 from .scene_file import read
 from .settings import with_settings
 
 if TYPE_CHECKING:
     from ccgen.runtime.sweep.results import Results
-
-CHART = "sweep.png"
 
 
 def sweep(
@@ -35,6 +34,7 @@ def sweep(
     dask: str | None,
     plot: bool,
     netcdf: Path | None,
+    zarr: Path | None,
     detail: Detail,
     settings: Mapping[str, float],
     faults: Faults,
@@ -46,6 +46,9 @@ def sweep(
     folder = Path("results") / f"{plan_file.stem}-sweep" if out is None else out
     faults.of(check_folder, MODELS, "folder of models")
     faults.of(check_folder, folder, "--out")
+    for file, check in ((netcdf, _check_netcdf), (zarr, _check_zarr)):
+        if file is not None:
+            faults.of(check, file)
     faults.stop_if_any()
     assert scene
     model = with_settings(compiled(scene, detail), settings, scene, detail)
@@ -77,17 +80,43 @@ def sweep(
     files = [str(file) for file in results.files]
     with refusing(ImportError, OSError, ValueError):
         if plot:
-            from ccgen.runtime.sweep.chart import draw_sweep
+            from ccgen.runtime.sweep.chart import CHART, draw_sweep
 
             draw_sweep(results, folder / CHART)
             files.append(str(folder / CHART))
         if netcdf is not None:
-            results.to_xarray().to_netcdf(netcdf, engine="scipy")
+            results.to_netcdf(netcdf)
             files.append(str(netcdf))
+        if zarr is not None:
+            results.to_zarr(zarr)
+            files.append(str(zarr))
     if detail is not Detail.NOTHING:
         tell_ends(results)
         shown = [*files[:3], "..."] if len(files) > 4 else files
         typer.echo(f"written: {', '.join(shown)}")
+
+
+def _check_netcdf(file: Path) -> None:
+    """Stop with exit code 2 unless a table can be written there as NetCDF."""
+    from ccgen.runtime.extras import needed
+    from ccgen.runtime.sweep.results import check_netcdf
+
+    _check_file("--netcdf", lambda: (needed("xarray", "a table as NetCDF"), check_netcdf(file)))
+
+
+def _check_zarr(folder: Path) -> None:
+    """Stop with exit code 2 unless a table can be written there as Zarr."""
+    from ccgen.runtime.extras import needed
+    from ccgen.runtime.sweep.zarr_folder import check_zarr
+
+    _check_file("--zarr", lambda: (needed("zarr", "a table as Zarr"), check_zarr(folder)))
+
+
+def _check_file(option: str, check: Callable[[], object]) -> None:
+    try:
+        check()
+    except (ValueError, ImportError) as error:
+        fail(f"{option}: {error}")
 
 
 def replay(
@@ -104,7 +133,7 @@ def replay(
     scene = faults.of(read, scene_file)
     place = folder / f"run-{run}" if out is None else out
     faults.of(check_folder, MODELS, "folder of models")
-    faults.of(check_folder, place, "--out")
+    faults.of(check_results, place, FILES, "--out")
     faults.stop_if_any()
     assert scene
     model = with_settings(compiled(scene, detail), settings, scene, detail)
@@ -115,11 +144,11 @@ def replay(
         made = Results(folder).run(model, read_plan(plan_file, model, written), run)
     place.mkdir(parents=True, exist_ok=True)
     with refusing(OSError):
-        made.save(place / "result.npz")
-        made.plot(place / "plot.png")
-        made.save_player(place / "player.html")
+        for name, way in zip(FILES, (made.save, made.plot, made.save_player), strict=True):
+            way(place / name)
+            record_results(place, [name])
     typer.echo(f"run {run}: {made.message}")
-    typer.echo(f"written: {place / 'result.npz'}, {place / 'plot.png'}, {place / 'player.html'}")
+    typer.echo(f"written: {', '.join(str(place / name) for name in FILES)}")
 
 
 def told_of(tell: Silence) -> Callable[[int, int], None]:

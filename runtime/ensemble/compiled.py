@@ -18,12 +18,13 @@ from ..simulation.arguments import DEPTH, RATE_BUDGET, STEP_BUDGET, checked_star
 from ..simulation.ending import message_of
 from ..simulation.one_run import Options
 from .numbers import Numbers, prepare, rounding_sample
-from .observed import Observed, extremes
+from .observed import EXTREMES, Observed
 from .reduction import Reduction
 from .singly import SingleRuns
 from .stacked import Apart, Stack, WantsParameters, WantsRun, wants_forces
 from .table import DONE, INTERRUPTED, REFUSED, STOPPED, Ensemble
 from .threads import share
+from .units import units_of_columns
 
 MEMORY = 64e6
 """Bytes of what is observed that are worked on at a time, beside the table itself."""
@@ -37,7 +38,7 @@ def can(model: Model, numbers: Numbers, observed: Observed, until: float) -> boo
         return False
     if numbers.params and kinks_until(model, until):
         return False  # instants at which steps end are parameters
-    if observed.at is None and any(name.startswith(("min(", "max(")) for name in observed.names):
+    if observed.at is None and any(column.kind in EXTREMES for column in observed.columns):
         return False
     known = outputs_of(model)
     try:
@@ -62,6 +63,7 @@ class CompiledRuns:
         self.asked = asked
         self.model, self.observed, self.options, self.reduction = model, observed, options, reduction
         known = outputs_of(model)
+        self.units = units_of_columns(model, observed.columns)
         self.outputs = {name: known[name] for name in observed.outputs}
         self.forces = any(wants_forces(model, output) for output in self.outputs.values())
         self.times = 0 if not self.outputs else 1 if observed.at is None else len(observed.at)
@@ -130,21 +132,20 @@ class CompiledRuns:
     def _table(self, numbers: Numbers, found: Mapping[str, Any]) -> Ensemble:
         n = len(self.model.q_names)
         status, reasons = self._ends(numbers, found)
-        end, columns, units = found["end"], dict[str, FloatArray](), dict[str, str]()
+        end, columns = found["end"], dict[str, FloatArray]()
         read = self._read(numbers, found)
-        for name in self.observed.names:
-            if name in ("q", "u"):
-                columns[name] = end[:, :n].copy() if name == "q" else end[:, n : 2 * n].copy()
-            elif name == "impacts":
+        for column in self.observed.columns:
+            name, kind = column.name, column.kind
+            if kind in ("q", "u"):
+                columns[name] = end[:, :n].copy() if kind == "q" else end[:, n : 2 * n].copy()
+            elif kind == "impacts":
                 columns[name] = found["impacts"].astype(float)
-            elif name.startswith("impact_times("):
-                columns[name] = found["impact_t"][:, : int(name[13:-1])].copy()
-                units[name] = "s"
+            elif kind == "impact_times":
+                columns[name] = found["impact_t"][:, : column.count].copy()
             else:
-                output = name[4:-1] if name.startswith(("min(", "max(")) else name
-                values, units[name] = read[output], self.outputs[output].unit
-                if output != name:
-                    values = extremes(name, values)
+                values = read[column.output]
+                if kind in EXTREMES:
+                    values = column.extremes(values)
                 elif self.observed.at is None:
                     values = values[:, 0]
                 columns[name] = values
@@ -152,7 +153,7 @@ class CompiledRuns:
             columns[self.reduction.name] = found["reduction"]
         t = np.where(np.isnan(end[:, 2 * n]), 0.0, end[:, 2 * n])
         at = self.observed.at
-        return Ensemble(status, reasons, t, found["steps"], found["impacts"], columns, units, numbers.params, at)
+        return Ensemble(status, reasons, t, found["steps"], found["impacts"], columns, self.units, numbers.params, at)
 
     def _ends(self, numbers: Numbers, found: Mapping[str, Any]) -> tuple[Any, tuple[str, ...]]:
         """How runs have ended, and of those that have not come to their end the sentence on it."""

@@ -12,16 +12,15 @@ import numpy as np
 
 from ..arrays import BoolArray, FloatArray
 from ..faults import sentence
-from ..loading.structures import structures_of
 from ..model.model import Model
-from ..model.whole import Whole
-from ..record.outputs import units_of, values_of
+from ..record.outputs import values_of
 from ..run import Run
 from ..simulate import simulate
 from .numbers import Numbers, outside
-from .observed import Observed, extremes
+from .observed import EXTREMES, Observed
 from .table import DONE, INTERRUPTED, REFUSED, STOPPED, Ensemble
 from .threads import share
+from .units import coordinates_of, units_of_columns
 
 SIZE = 1024
 """Runs at a time."""
@@ -32,9 +31,8 @@ class SingleRuns:
 
     def __init__(self, model: Model, observed: Observed, options: dict[str, Any]) -> None:
         self.model, self.observed, self.options = model, observed, options
-        self.units = units_of(model)
-        changing = model.data.get("switching") is not None  # runs are in the coordinates of all structures
-        self.width = len(Whole(structures_of(model)).q_names if changing else model.q_names)
+        self.units = units_of_columns(model, observed.columns)
+        self.width = len(coordinates_of(model)[0])
 
     def size(self, numbers: Numbers) -> int:
         """How many runs are made at a time."""
@@ -89,46 +87,42 @@ class SingleRuns:
         reached = np.zeros(0, dtype=bool) if at is None else at <= run.t[-1]
         times = run.t[-1:] if at is None else at[reached]
         values = values_of(run, observed.outputs, times) if observed.outputs and times.size else {}
-        for name in observed.names:
-            if name in ("q", "u"):
-                found[name] = run.q[-1] if name == "q" else run.u[-1]
-            elif name == "impacts":
+        for column in observed.columns:
+            name, kind = column.name, column.kind
+            if kind in ("q", "u"):
+                found[name] = run.q[-1] if kind == "q" else run.u[-1]
+            elif kind == "impacts":
                 found[name] = np.array(float(len(run.impacts)))
-            elif name.startswith("impact_times("):
+            elif kind == "impact_times":
                 instants = np.array([impact.t for impact in run.impacts], dtype=float)
-                found[name] = filled(instants, int(name[13:-1]))
-            elif name.startswith(("min(", "max(")):
-                along = (
-                    values_of(run, [name[4:-1]])[name[4:-1]]
-                    if at is None
-                    else values.get(name[4:-1], np.full(1, np.nan))
-                )
-                found[name] = extremes(name, along[None])[0]
+                found[name] = filled(instants, column.count)
+            elif kind in EXTREMES:
+                rows = values if at is not None else values_of(run, [column.output])
+                found[name] = column.extremes(rows.get(column.output, np.full(1, np.nan))[None])[0]
             else:
                 found[name] = values[name][0] if at is None else placed(values.get(name), reached)
         return found
 
     def _table(self, numbers: Numbers, rows: list[_Row]) -> Ensemble:
-        observed, kind = self.observed, self.model.core.REAL
-        columns, units = dict[str, FloatArray](), dict[str, str]()
-        for name in observed.names:
-            wide = (self.width,) if name in ("q", "u") else ()
-            if name.startswith("impact_times("):
-                wide, units[name] = (int(name[13:-1]),), "s"
-            elif name not in ("q", "u", "impacts"):
-                output = name[4:-1] if name.startswith(("min(", "max(")) else name
-                units[name] = self.units[output]
-                wide = (len(observed.at),) if observed.at is not None and output == name else ()
-            empty = np.full(wide, np.nan, dtype=kind)
-            columns[name] = np.array([row.values.get(name, empty) for row in rows], dtype=kind)
+        observed, number = self.observed, self.model.core.REAL
+        columns = dict[str, FloatArray]()
+        for column in observed.columns:
+            name, kind = column.name, column.kind
+            wide = (self.width,) if kind in ("q", "u") else ()
+            if kind == "impact_times":
+                wide = (column.count,)
+            elif kind == "output" and observed.at is not None:
+                wide = (len(observed.at),)
+            empty = np.full(wide, np.nan, dtype=number)
+            columns[name] = np.array([row.values.get(name, empty) for row in rows], dtype=number)
         return Ensemble(
             np.array([row.status for row in rows], dtype="<U11"),
             tuple(row.reason for row in rows),
-            np.array([row.t for row in rows], dtype=kind),
+            np.array([row.t for row in rows], dtype=number),
             np.array([row.steps for row in rows], dtype=np.int64),
             np.array([row.impacts for row in rows], dtype=np.int64),
             columns,
-            units,
+            self.units,
             numbers.params,
             observed.at,
         )

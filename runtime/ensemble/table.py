@@ -29,7 +29,8 @@ class Ensemble:
     ``status`` (b,) is one of :data:`STATUSES`, ``reason`` (b,) the sentence on it, empty where it is ``done``. ``t``
     (b,) is the time reached (s), ``steps`` (b,) how many rows its record had behind the first, ``impacts`` (b,) how
     many there were. ``columns`` are what was observed,
-    by name: (b,) or (b, times); not a number where a run did not come so far. ``units`` are their units.
+    by name: (b,) or (b, times); not a number where a run did not come so far. ``units`` are their units, "m, m, rad"
+    of a column of q.
     ``params`` (b,) are the values of the parameters that vary.
     """
 

@@ -145,9 +145,9 @@ def dataset(run: Record, names: Sequence[str] | None = None, t: ArrayLike | None
         "t": ("t", run.t, {"long_name": "time", "units": "s"}),
         "coordinate": named["q_names"],
         "q_of": ("coordinate", _texts(run.model.q_of), {"long_name": "what each coordinate is"}),
-        "q_units": ("coordinate", _texts(_unit(name) for name in run.model.q_names)),
+        "q_units": ("coordinate", _texts(unit_of_coordinate(name) for name in run.model.q_names)),
         "velocity": named["u_names"],
-        "u_units": ("velocity", _texts(f"{_unit(name)}/s" for name in run.model.u_names)),
+        "u_units": ("velocity", _texts(f"{unit_of_coordinate(name)}/s" for name in run.model.u_names)),
         "joint": _texts(run.model.joints),
         "component": _texts(("x", "y", "moment")),
         "impact_t": ("impact", named["impact_t"], {"units": "s"}),
@@ -194,8 +194,8 @@ def _coordinates(run: Record, q: FloatArray, u: FloatArray) -> tuple[dict[str, F
     """Columns of states, with their units."""
     kinetic, potential = run.model.energy(q, u)
     columns = dict(zip(run.model.q_names, q.T, strict=True)) | dict(zip(run.model.u_names, u.T, strict=True))
-    units = {name: _unit(name) for name in run.model.q_names}
-    units |= {name: f"{_unit(name)}/s" for name in run.model.u_names}
+    units = {name: unit_of_coordinate(name) for name in run.model.q_names}
+    units |= {name: f"{unit_of_coordinate(name)}/s" for name in run.model.u_names}
     columns |= {"kinetic_energy": kinetic, "potential_energy": potential}
     return columns, units | {"kinetic_energy": "J", "potential_energy": "J"}
 
@@ -204,6 +204,6 @@ def _texts(texts: Any) -> Any:
     return np.array(list(texts), dtype=np.str_)
 
 
-def _unit(name: str) -> str:
+def unit_of_coordinate(name: str) -> str:
     """The unit of a coordinate, and per second of a velocity, from its name: angles are theta_* and w_*."""
     return "rad" if name.startswith(("theta_", "w_")) else "m"

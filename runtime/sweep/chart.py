@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,8 @@ from ..extras import needed
 from ..files import read_path, write_whole
 from .results import Results
 
+CHART = "sweep.png"
+"""Its name in the folder of a sweep."""
 MOST = 6
 """Panels: of more columns that are observed, the first are drawn."""
 BINS = 40
@@ -41,6 +44,7 @@ def draw_sweep(results: Results, path: str | os.PathLike[str]) -> Any:
         columns.pop("impacts")
     shown = dict(list(columns.items())[:MOST])
     several = [name for name in vary if np.unique(table[name]).size > 1]
+    labels = _labels([*several, *shown], results.manifest["units"])
     across = min(3, len(shown))
     down = -(-len(shown) // across)
     figure = figure_module.Figure(figsize=(1.2 + 4.4 * across, 1.0 + 3.6 * down), dpi=120, layout="constrained")
@@ -48,11 +52,19 @@ def draw_sweep(results: Results, path: str | os.PathLike[str]) -> Any:
     panels = figure.subplots(down, across, squeeze=False).ravel()
     for axes, (name, values) in zip(panels, shown.items(), strict=False):
         if len(several) == 2:
-            _map(figure, axes, [table[one] for one in several], several, name, values, done)
+            _map(
+                figure,
+                axes,
+                [table[one] for one in several],
+                [labels[one] for one in several],
+                labels[name],
+                values,
+                done,
+            )
         elif len(several) == 1:
-            _curve(axes, table[several[0]], several[0], name, values, done)
+            _curve(axes, table[several[0]], labels[several[0]], labels[name], values, done)
         else:
-            _histogram(axes, name, values, done)
+            _histogram(axes, labels[name], values, done)
         axes.spines[["top", "right"]].set_visible(False)
     for axes in panels[len(shown) :]:
         axes.set_visible(False)
@@ -61,6 +73,12 @@ def draw_sweep(results: Results, path: str | os.PathLike[str]) -> Any:
     figure.suptitle(f"{results.manifest['model']}: {len(done)} runs, {ends}", fontsize=12)
     write_whole(target, lambda file: figure.savefig(file, format="png", metadata={"Software": "ccgen"}))
     return figure
+
+
+def _labels(names: Iterable[str], units: Mapping[str, str]) -> dict[str, str]:
+    """Names with their units, as headings of tables have them; without one where it is no more than a number, or SI."""
+    plain = ("", "1", "SI")
+    return {name: name if (unit := units.get(name, "")) in plain else f"{name} [{unit}]" for name in names}
 
 
 def _one(values: Any) -> FloatArray:

@@ -13,7 +13,7 @@ from ..ensemble.ensemble import ensemble
 from ..ensemble.table import INTERRUPTED, REFUSED
 from ..model.model import Model
 from .plan import Plan
-from .source import Source, model_of
+from .source import Source, build_here, model_of
 from .starts import start_names, starts_of
 
 
@@ -63,10 +63,10 @@ def make_chunk(model: Model, chunk: Chunk, threads: int | None = None) -> dict[s
     return columns | {"steps": made.steps, "impacts": made.impacts} | observed
 
 
-def make_elsewhere(source: Source, chunk: Chunk, threads: int) -> tuple[dict[str, Any], float]:
-    """Columns of a chunk, and the seconds that its runs took, in the process of a worker.
+def make_elsewhere(source: Source, chunk: Chunk, threads: int) -> tuple[dict[str, Any], float, dict[str, Any]]:
+    """Columns of a chunk, the seconds that its runs took, in the process of a worker, and what built the model there.
 
     Raises :class:`~.source.NoModelError` where the model cannot be loaded there."""
     model = model_of(source)
     began = time.perf_counter()
-    return make_chunk(model, chunk, threads), time.perf_counter() - began
+    return make_chunk(model, chunk, threads), time.perf_counter() - began, build_here(source)

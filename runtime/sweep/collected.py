@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import re
 import time
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 from ..extras import needed
-from .folder import SweepError, SweepFolder, table_of
+from .folder import PIECE, SweepError, SweepFolder, table_of
 
-PIECE = re.compile(r"^piece-(\d{10})-(\d{10})\.arrow$")
-"""File of the runs from one number to another, the last one left out."""
 EVERY = 1.0
 """Seconds after which runs that have come back are put on disk: what a sudden end costs."""
 
@@ -49,7 +46,7 @@ class Collected:
 
     def add(self, first: int, columns: Mapping[str, Any]) -> None:
         """Keep runs from ``first`` on, of one part; a part that they make whole is written."""
-        table = table_of(columns)
+        table = table_of(columns, self.folder.manifest["units"])
         self.stretches[first] = first + table.num_rows, table
         part = self._part(first)
         self.left[part] -= table.num_rows

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Generator, Iterator, Mapping
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -36,10 +36,17 @@ class Sent:
 
 class Elsewhere:
     """Makes chunks by an executor, a Dask client, or a function that gives an executor: where all workers of one are
-    gone, a second one is made by it."""
+    gone, a second one is made by it. ``built`` is called with what built the model of the worker, for every chunk."""
 
-    def __init__(self, source: Source, plan: Plan, executor: Any, threads: int | None) -> None:
-        self.source, self.plan, self.threads = source, plan, threads or 1
+    def __init__(
+        self,
+        source: Source,
+        plan: Plan,
+        executor: Any,
+        threads: int | None,
+        built: Callable[[Mapping[str, Any]], None],
+    ) -> None:
+        self.source, self.plan, self.threads, self.built = source, plan, threads or 1, built
         self.another: Callable[[], Executor] | None = None if hasattr(executor, "submit") else executor
         self.client = executor if hasattr(executor, "get_executor") else None
         self.executor = self._begin(executor)
@@ -71,13 +78,14 @@ class Elsewhere:
             if sent is None:  # sent again with another one, whose executor has broken
                 continue
             try:
-                columns, seconds = future.result()
+                columns, seconds, build = future.result()
             except NoModelError as error:
                 self._bring(sent, error)
             except (Exception, CancelledError) as error:
                 self._lost(sent, error)
             else:
                 sizes.took(sent.last - sent.first, seconds)
+                self.built(build)
                 yield sent.first, columns
 
     def _send(self, sent: Sent) -> None:

@@ -16,12 +16,19 @@ from typing import Any
 import numpy as np
 
 from ..extras import needed
-from ..loading.package import RECORD
 from ..model.model import Model
 from .plan import Plan, PlanError
+from .source import build_of
+from .units import units_of_table
 
+FORMAT = "ccgen sweep 1"
+"""What a manifest begins with, and what other files made of the table say that they are of."""
 MANIFEST, LOCK = "manifest.json", ".lock"
+ELSEWHERE = "built_elsewhere"
+"""Entry of a manifest for what built the models of workers that compiled theirs themselves; no condition to go on."""
 NAME = re.compile(r"^part-(\d{6})\.parquet$")
+PIECE = re.compile(r"^piece-(\d{10})-(\d{10})\.arrow$")
+"""File of the runs from one number to another, the last one left out."""
 UNFINISHED = re.compile(r"^\..*\.part$")
 SPARE = 1.1
 """Times as much room as the table takes is asked for before the first run."""
@@ -33,20 +40,16 @@ class SweepError(Exception):
 
 def manifest_of(model: Model, plan: Plan) -> dict[str, Any]:
     """All that rows follow from. Where any of it is other than it was, a folder is not gone on with."""
-    assert model.folder is not None
-    record = json.loads((model.folder / RECORD).read_text())
     versions = {"pyarrow": needed("pyarrow", "a sweep").__version__, "numpy": np.__version__}
     drawn = [(axis.samples.by, axis.drawn.values()) for axis in plan.axes if axis.samples is not None]
     if any(by != "random" or any(one.kind == "normal" for one in those) for by, those in drawn):
         versions["scipy"] = needed("scipy", "a quasi-random sample").__version__
     return {
-        "format": "ccgen sweep 1",
+        "format": FORMAT,
         "model": model.name,
         "scene": model.data["hash"],
         "parameters": _hash(json.dumps(dict(model.parameters), sort_keys=True)),
-        "runtime": _hash_of_core(model),
-        "compiler": record["compiler"],
-        "flags": record["flags"],
+        **build_of(model),
         "versions": versions,
         "plan": _hash(plan.text),
         "plan_text": plan.text,
@@ -57,6 +60,7 @@ def manifest_of(model: Model, plan: Plan) -> dict[str, Any]:
         ],
         "tables": [_hash_of(axis.columns) for axis in plan.axes if axis.samples is None],
         "vary": list(plan.names),
+        "units": units_of_table(model, plan),
         "observe": list(plan.observe),
         "at": None if plan.at is None else list(plan.at),
         "runs": plan.count,
@@ -75,14 +79,6 @@ def _hash_of(columns: Mapping[str, Any]) -> str:
     return found.hexdigest()
 
 
-def _hash_of_core(model: Model) -> str:
-    """Of the compiled core that makes the runs, and of the Python beside it that prepares and reads them."""
-    found = hashlib.sha256(Path(str(model.core.__file__)).read_bytes())
-    for file in sorted(Path(__file__).parents[1].rglob("*.py")):
-        found.update(file.read_bytes())
-    return found.hexdigest()
-
-
 class SweepFolder:
     """The parts of a sweep on disk, each written whole or not at all."""
 
@@ -91,49 +87,48 @@ class SweepFolder:
         self.parts = -(-int(manifest["runs"]) // int(manifest["part"]))
 
     @classmethod
-    def begin(cls, path: Path, manifest: Mapping[str, Any]) -> SweepFolder:
-        """A new folder, or one that is gone on with. Raises :class:`PlanError` where it holds another sweep, or what
-        ccgen did not write."""
-        found = path / MANIFEST
-        if path.exists() and not path.is_dir():
-            raise PlanError(f"{path}: found a file, expected a folder, or nothing; name another")
-        if found.exists():
-            before = read_manifest(path)
-            changed = [key for key in manifest if before.get(key) != manifest[key] and key != "plan_text"]
-            if changed:
-                raise PlanError(
-                    f"{path}: found a sweep with another {', '.join(changed)}, expected the same to go on with; name "
-                    "another folder, or move this one away"
-                )
-        elif path.exists() and any(not UNFINISHED.match(one.name) and one.name != LOCK for one in path.iterdir()):
-            raise PlanError(f"{path}: found files and no {MANIFEST}, expected a sweep or an empty folder; name another")
-        try:
-            path.mkdir(parents=True, exist_ok=True)
-            made = cls(path, manifest)
-            if not found.exists():
-                made.write(MANIFEST, (json.dumps(made.manifest, indent=1, sort_keys=True) + "\n").encode())
-        except OSError as error:
-            raise PlanError(f"{path}: cannot be written: {error.strerror}; name another folder") from error
-        except SweepError as error:
-            raise PlanError(str(error)) from error
-        return made
-
     @contextmanager
-    def held(self) -> Iterator[None]:
-        """Held by one program at a time; what others left unfinished is removed.
+    def held(cls, path: Path, manifest: Mapping[str, Any]) -> Iterator[SweepFolder]:
+        """A new folder, or one that is gone on with, held by one program at a time; what others left unfinished is
+        removed.
 
-        Raises :class:`SweepError` where another is at work."""
+        Raises :class:`PlanError` where it holds another sweep, or what ccgen did not write, and :class:`SweepError`
+        where another program is at work. Nothing is written before it is held but the lock."""
         import fcntl
 
-        with (self.path / LOCK).open("w") as lock:
+        _check(path, manifest)
+        try:
+            path.mkdir(parents=True, exist_ok=True)
+            lock = (path / LOCK).open("w")
+        except OSError as error:
+            raise PlanError(f"{path}: cannot be written: {error.strerror}; name another folder") from error
+        with lock:
             try:
                 fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except OSError:
-                raise SweepError(f"{self.path}: another ccgen sweep is writing here; wait for it") from None
-            for one in self.path.iterdir():
+                raise SweepError(f"{path}: another ccgen sweep is writing here; wait for it") from None
+            before = _check(path, manifest)  # again: another may have begun one since
+            for one in path.iterdir():
                 if UNFINISHED.match(one.name):
                     one.unlink()
-            yield
+            made = cls(path, manifest if before is None else before)
+            if before is None:
+                try:
+                    made.write_manifest()
+                except SweepError as error:
+                    raise PlanError(str(error)) from error
+            yield made
+
+    def write_manifest(self) -> None:
+        """Raises :class:`SweepError` where that cannot be done."""
+        self.write(MANIFEST, (json.dumps(self.manifest, indent=1, sort_keys=True) + "\n").encode())
+
+    def built(self, build: Mapping[str, Any]) -> None:
+        """Note that rows come from a model that was built like this, where that is another way than the manifest's."""
+        others = self.manifest.get(ELSEWHERE, [])
+        if any(self.manifest[key] != build[key] for key in build) and build not in others:
+            self.manifest[ELSEWHERE] = sorted([*others, dict(build)], key=lambda one: json.dumps(one, sort_keys=True))
+            self.write_manifest()
 
     def name(self, part: int) -> str:
         return f"part-{part:06d}.parquet"
@@ -194,10 +189,34 @@ class SweepFolder:
             os.close(descriptor)
 
 
-def table_of(columns: Mapping[str, Any]) -> Any:
-    """A table of Arrow of columns by name."""
+def _check(path: Path, manifest: Mapping[str, Any]) -> dict[str, Any] | None:
+    """The manifest of the sweep that is there, None where there is none. Raises :class:`PlanError` for another sweep,
+    and for what ccgen did not write."""
+    if path.exists() and not path.is_dir():
+        raise PlanError(f"{path}: found a file, expected a folder, or nothing; name another")
+    if (path / MANIFEST).exists():
+        before = read_manifest(path)
+        changed = [key for key in manifest if before.get(key) != manifest[key] and key != "plan_text"]
+        if changed:
+            raise PlanError(
+                f"{path}: found a sweep with another {', '.join(changed)}, expected the same to go on with; name "
+                "another folder, or move this one away"
+            )
+        return before
+    if path.exists() and any(not UNFINISHED.match(one.name) and one.name != LOCK for one in path.iterdir()):
+        raise PlanError(f"{path}: found files and no {MANIFEST}, expected a sweep or an empty folder; name another")
+    return None
+
+
+def table_of(columns: Mapping[str, Any], units: Mapping[str, str]) -> Any:
+    """A table of Arrow of columns by name; a column that has a unit says so in its field's metadata."""
     arrow = needed("pyarrow", "a sweep")
-    return arrow.table({name: _array(arrow, values) for name, values in columns.items()})
+    arrays = {name: _array(arrow, values) for name, values in columns.items()}
+    fields = [
+        arrow.field(name, one.type, metadata={"unit": units[name]} if name in units else None)
+        for name, one in arrays.items()
+    ]
+    return arrow.table(list(arrays.values()), schema=arrow.schema(fields))
 
 
 def _array(arrow: Any, values: Any) -> Any:
@@ -214,11 +233,24 @@ def _array(arrow: Any, values: Any) -> Any:
     return arrow.array(values)
 
 
+def array_of(column: Any) -> Any:
+    """What a column of an Arrow table holds: (runs,), or (runs, n) of a list; texts as objects."""
+    column = column.combine_chunks()
+    if str(column.type).startswith("fixed_size_list"):
+        return np.asarray(column.flatten()).reshape(len(column), -1)
+    return np.asarray(column.to_numpy(zero_copy_only=False))
+
+
+def is_of_sweep(name: str) -> bool:
+    """Whether a file of this name in the folder of a sweep is the sweep's own."""
+    return name in (MANIFEST, LOCK) or any(kind.match(name) for kind in (NAME, PIECE, UNFINISHED))
+
+
 def read_manifest(path: Path) -> dict[str, Any]:
     """Raises :class:`PlanError` where a folder has none, or one that cannot be read."""
     try:
         found = json.loads((path / MANIFEST).read_text())
-        if isinstance(found, dict) and found.get("format") == "ccgen sweep 1":
+        if isinstance(found, dict) and found.get("format") == FORMAT:
             return found
     except FileNotFoundError:
         raise PlanError(f"{path}: found no {MANIFEST}, expected the folder of a sweep; correct the name") from None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -9,12 +10,14 @@ from typing import Any
 import numpy as np
 
 from ..extras import needed
+from ..files import read_path, write_whole
 from ..model.model import Model
 from ..run import Run
 from ..simulate import simulate
-from .folder import MANIFEST, SweepFolder, manifest_of, read_manifest
+from .folder import FORMAT, MANIFEST, SweepFolder, array_of, manifest_of, read_manifest
 from .plan import Plan, PlanError
 from .starts import start_names, starts_of
+from .zarr_folder import dimensions, write_zarr
 
 SAME = ("scene", "plan", "parameters", "tables", "samples", "versions")
 """Entries of the manifest by which a run is the same again."""
@@ -47,19 +50,18 @@ class Results:
         return arrow.concat_tables([parquet.read_table(file, columns=columns) for file in self.files])
 
     def to_dataframe(self) -> Any:
-        """The table as one of pandas."""
+        """The table as one of pandas; `attrs["units"]` has the unit of every column that has one."""
         needed("pandas", "a table of runs")
-        return self.to_arrow().to_pandas()
+        frame = self.to_arrow().to_pandas()
+        frame.attrs["units"] = dict(self.manifest["units"])
+        return frame
 
     def column(self, name: str) -> Any:
         """One column (runs,), or (runs, times). Raises ``KeyError`` for one that is none."""
         known = needed("pyarrow.parquet", "a sweep").read_schema(self.files[0]).names if self.files else []
         if name not in known:
             raise KeyError(f"{name}: found no such column, expected one of {', '.join(known)}")
-        column = self.to_arrow([name])[name].combine_chunks()
-        if hasattr(column, "flatten") and str(column.type).startswith("fixed_size_list"):
-            return np.asarray(column.flatten()).reshape(len(column), -1)
-        return np.asarray(column.to_numpy(zero_copy_only=False))
+        return array_of(self.to_arrow([name])[name])
 
     def to_xarray(self) -> Any:
         """The table as an xarray dataset: columns over ``run``, those at several times over ``time`` (s) too."""
@@ -69,12 +71,28 @@ class Results:
         names = needed("pyarrow.parquet", "a sweep").read_schema(self.files[0]).names if self.files else []
         for name in names:
             values = self.column(name)
-            over = "time" if name not in ("q", "u") and not name.startswith("impact_times(") else f"number of {name}"
-            dims = ("run",) if values.ndim == 1 else ("run", over)
-            found[name] = (dims, values.astype(str) if values.dtype.kind == "O" else values)
+            units = {"units": self.manifest["units"][name]} if name in self.manifest["units"] else {}
+            found[name] = (dimensions(name, values), values.astype(str) if values.dtype.kind == "O" else values, units)
         run = found.pop("run")
-        coords: dict[str, Any] = {"run": run} | ({"time": np.array(at)} if at is not None else {})
-        return xarray.Dataset(found, coords)
+        coords: dict[str, Any] = {"run": run} | (
+            {"time": ("time", np.array(at), {"units": "s"})} if at is not None else {}
+        )
+        about = {key: self.manifest[key] for key in ("model", "scene", "plan")}
+        return xarray.Dataset(found, coords, {"source": FORMAT, **about})
+
+    def to_netcdf(self, path: str | PathLike[str]) -> None:
+        """Write the table as NetCDF. Raises :class:`~.plan.PlanError` where another file is, ``FileNotFoundError``
+        where there is no folder for it."""
+        target = read_path(path, "a NetCDF file")
+        check_netcdf(target)
+        table = self.to_xarray()
+        write_whole(target, lambda file: file.write(bytes(table.to_netcdf(engine="scipy"))))
+
+    def to_zarr(self, path: str | PathLike[str]) -> None:
+        """Write the table as a Zarr group, part by part, so that it need not fit into memory; xarray opens it as
+        :meth:`to_xarray` has it. Raises :class:`~.plan.PlanError` where runs are missing, or another file or folder
+        is."""
+        write_zarr(self.folder, read_path(path, "a Zarr group"))
 
     def run(self, model: Model, plan: Plan, number: int) -> Run:
         """One of the runs again, whole, by ``simulate``. Raises ``ValueError`` for a number that is none, for another
@@ -98,3 +116,29 @@ class Results:
             **plan.run,
         )
         return found
+
+
+HEADER = 10_000
+"""Bytes from the beginning of a NetCDF file in which it says what it is of: behind its dimensions."""
+
+
+def check_netcdf(path: Path) -> None:
+    """Raise :class:`~.plan.PlanError` unless nothing is at ``path``, or the NetCDF file of a sweep, in a folder that
+    there is."""
+    if not path.absolute().parent.is_dir():
+        raise PlanError(f"{path}: found no folder {path.parent}, expected one; make it first")
+    if os.path.lexists(path) and not is_netcdf_of_sweep(path):
+        raise PlanError(
+            f"{path}: found what ccgen did not write, expected a table of a sweep as NetCDF, or nothing; move it away "
+            "or name another"
+        )
+
+
+def is_netcdf_of_sweep(path: Path) -> bool:
+    """Whether a file is a NetCDF file that says that it is of a sweep."""
+    try:
+        with path.open("rb") as file:
+            begin = file.read(HEADER)
+    except OSError:
+        return False
+    return not path.is_symlink() and begin.startswith(b"CDF") and FORMAT.encode() in begin

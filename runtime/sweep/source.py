@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 from ..loading.load import reopen
+from ..loading.package import RECORD
 from ..model.model import Model
 
 Packages = Mapping[str, Mapping[str, bytes]]
@@ -60,6 +64,33 @@ def model_of(source: Source) -> Model:
             raise NoModelError(str(error)) from None
     packages = {name: dict(files) for name, files in source.files}
     return reopen(source.rebuild(packages, source.folder.name), source.name, source.hash, values)
+
+
+def build_of(model: Model) -> dict[str, Any]:
+    """What a model's last digits hang on beside its numbers: the ``compiler``, its ``flags`` and the ``processor`` of
+    its package, and the hash of the ``runtime``."""
+    assert model.folder is not None
+    record = json.loads((model.folder / RECORD).read_text())
+    return {key: record[key] for key in ("compiler", "flags", "processor")} | {"runtime": hash_of_runtime(model)}
+
+
+def hash_of_runtime(model: Model) -> str:
+    """Of the compiled core that makes the runs, and of the Python beside it that prepares and reads them."""
+    found = hashlib.sha256(Path(str(model.core.__file__)).read_bytes())
+    for file in python_sources():
+        found.update(file.read_bytes())
+    return found.hexdigest()
+
+
+def python_sources() -> list[Path]:
+    """Those of the runtime, in order."""
+    return sorted(Path(__file__).parents[1].rglob("*.py"))
+
+
+@lru_cache(maxsize=16)
+def build_here(source: Source) -> dict[str, Any]:
+    """What has built the model in this process."""
+    return build_of(model_of(source))
 
 
 def _others(source: Source) -> list[str]:

@@ -9,6 +9,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
+from ..ensemble.observed import column_of
 from ..ensemble.threads import processors
 from ..model.model import Model
 from .chunk import chunk_of, make_chunk
@@ -55,8 +56,7 @@ def sweep(
         plan = plan_of(plan, model, "plan", repr(sorted(plan.items(), key=str)), Path())
     elif not isinstance(plan, Plan):
         plan = read_plan(plan, model)
-    folder = SweepFolder.begin(Path(out), manifest_of(model, plan))
-    with folder.held():
+    with SweepFolder.held(Path(out), manifest_of(model, plan)) as folder:
         folder.check_room(_row_bytes(model, plan))
         collected = Collected(folder)
 
@@ -70,7 +70,7 @@ def sweep(
         if executor is None:
             made: Made = _here(model, plan, threads, chunks, sizes)
         else:
-            made = Elsewhere(source_of(model, rebuild), plan, executor, threads).made(chunks, sizes)
+            made = Elsewhere(source_of(model, rebuild), plan, executor, threads, folder.built).made(chunks, sizes)
         try:
             with closing(made):
                 for first, columns in made:
@@ -95,8 +95,13 @@ def _here(model: Model, plan: Plan, threads: int | None, chunks: Iterator[tuple[
         yield first, columns
 
 
+TOLD = 6
+"""Numbers that a row takes beside what varies and is observed: run, status, reason, t, steps and impacts."""
+
+
 def _row_bytes(model: Model, plan: Plan) -> int:
     times = len(plan.at) if plan.at is not None else 1
-    numbers = sum(1 if "(" in name and "_times" not in name else times for name in plan.observe)
-    listed = sum(int(name[13:-1]) for name in plan.observe if name.startswith("impact_times("))
-    return 8 * (len(plan.names) + numbers + listed + 6 + 2 * len(model.q_names))
+    columns = [column_of(name) for name in plan.observe]
+    sizes = {"output": times, "q": len(model.q_names), "u": len(model.u_names)}
+    numbers = sum(column.count or sizes.get(column.kind, 1) for column in columns)
+    return 8 * (len(plan.names) + numbers + TOLD)

@@ -23,6 +23,7 @@ from ccgen.runtime.cost.timing import evaluation_times, price, run_times, sample
 from ..support.command_line import ccgen, written
 from ..support.effect_examples import EXAMPLES, SCENE
 from ..support.folders import ROOT
+from ..support.tiers import hard
 from ..support.workshop import Workshop
 
 HEXAGON = ROOT / "scenes" / "falling-hexagon.toml"

@@ -9,6 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 from ccgen.generator.cli.app import app
+from ccgen.generator.cli.clean import clean
 from ccgen.runtime.sweep.results import Results
 
 from ..support.folders import SCENES
@@ -39,8 +40,10 @@ def call(*words: str) -> tuple[int, str, str]:
 
 
 def test_a_plan_becomes_a_table_and_a_run_of_it_a_player() -> None:
-    code, out, err = call("sweep", SCENE, "plan.toml", "--plot", "--netcdf", "table.nc")
+    code, out, err = call("sweep", SCENE, "plan.toml", "--plot", "--netcdf", "table.nc", "--zarr", "table.zarr")
     assert code == 0, err
+    assert out.splitlines()[-1].endswith("sweep.png, table.nc, table.zarr")
+    assert Path("table.zarr/joint_0.y/c/0").exists()
     assert out.splitlines()[0] == "4 runs: 2 refused, 2 done"
     assert "inside ground_0 by 3 m; raise or move the start" in out.splitlines()[1]
     folder = Path("results/plan-sweep")
@@ -69,3 +72,50 @@ def test_what_is_wrong_is_told_before_the_first_run() -> None:
     assert code == 2 and "inside ground_0" in err
     code, _, err = call("sweep", SCENE, "plan.toml", "--set", "link_0.mass=3")
     assert code == 2 and "found a sweep with another parameters" in err
+
+
+def test_tables_go_where_nothing_of_others_is() -> None:
+    """Told before the first run, and all at once."""
+    Path("mine.nc").write_text("mine")
+    Path("mine").mkdir()
+    code, _, err = call("sweep", SCENE, "plan.toml", "--netcdf", "mine.nc", "--zarr", "mine")
+    assert code == 2 and not Path("results").exists() and Path("mine.nc").read_text() == "mine"
+    assert [line.split(", expected")[0] for line in err.splitlines()] == [
+        "--netcdf: mine.nc: found what ccgen did not write",
+        "--zarr: mine: found what ccgen did not write",
+    ]
+
+
+def test_clean_removes_what_sweeps_have_written_alone() -> None:
+    """A sweep, its chart, its tables and a run of it made again; an unfinished one too; nothing of others."""
+    folder = Path("results/plan-sweep")
+    inside = ("--netcdf", str(folder / "t.nc"), "--zarr", str(folder / "t.zarr"))
+    assert call("sweep", SCENE, "plan.toml", "-q")[0] == 0
+    assert call("sweep", SCENE, "plan.toml", "--plot", *inside)[0] == 0
+    assert call("replay", str(folder), SCENE, "plan.toml", "1")[0] == 0
+    assert call("replay", str(folder), SCENE, "plan.toml", "1")[0] == 0  # over its own files
+    stopped = Path("results/stopped")
+    stopped.mkdir()
+    for name in ("manifest.json", "part-000000.parquet"):
+        (stopped / name).write_bytes((folder / name).read_bytes())
+    for name in ("piece-0000000001-0000000002.arrow", ".manifest.json.part", ".lock"):
+        (stopped / name).write_bytes(b"")
+    mine = [folder / "notes.txt", folder / "t.zarr" / "notes.txt", folder / "run-1" / "notes.txt", stopped / "part.csv"]
+    mine += [Path("results/mine/part-000000.parquet"), Path("results/mine/sweep.png"), stopped / "sweep.png"]
+    for file in mine:
+        file.parent.mkdir(exist_ok=True)
+        file.write_text("mine")
+    assert sorted(clean(Path("results"))) == sorted(mine)
+    assert sorted(file for file in Path("results").rglob("*") if file.is_file()) == sorted(mine)
+    for file in mine:
+        file.unlink()
+    assert clean(Path("results")) == [] and not Path("results").exists()
+
+
+def test_replay_leaves_files_of_others() -> None:
+    assert call("sweep", SCENE, "plan.toml", "-q")[0] == 0
+    Path("mine").mkdir()
+    Path("mine/plot.png").write_text("mine")
+    code, _, err = call("replay", "results/plan-sweep", SCENE, "plan.toml", "1", "--out", "mine")
+    assert code == 2 and "found the file plot.png, which ccgen did not write" in err
+    assert Path("mine/plot.png").read_text() == "mine" and len(list(Path("mine").iterdir())) == 1

@@ -1,19 +1,23 @@
-"""Maps over two numbers whose every cell is known: a rocking block that falls over or not, and the stride of Jansen's
-leg with other lengths."""
+"""Maps over two numbers whose every cell is known: a rocking block that falls over or not, a ball on a table that goes
+up and down, and the stride and the torque of Jansen's leg with other lengths."""
 
 from __future__ import annotations
 
 import math
+import tomllib
+from dataclasses import replace
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
 from ccgen.generator import load_scene
-from ccgen.runtime import ensemble
+from ccgen.runtime import ensemble, simulate
 
+from ..oracles.bouncing_table import BouncingTable
 from ..oracles.maximal import Array
 from ..support.folders import SCENES
-from ..support.jansen_foot import foot
+from ..support.jansen_foot import foot, torque
 from ..support.workshop import Workshop
 
 WIDTH, HEIGHT, MASS, G = 0.5, 1.5, 60.0, 9.81
@@ -69,6 +73,109 @@ def test_a_rocking_block_falls_where_it_must(workshop: Workshop) -> None:
     assert np.abs(np.abs(angle[lies]) - math.pi / 2.0).max() < 1e-9  # on its side
 
 
+TABLE = BouncingTable(gravity=G, amplitude=0.013, frequency=10.0 * math.pi, restitution=0.5)
+RADIUS = 0.01
+SHAKEN = f"""
+name = "bouncing-table"
+[ground_link]
+points = {{ O = [0, 0] }}
+[[link]]
+name = "table"
+mass = 1.0
+inertia = 1.0
+com = [0, 0]
+points = {{ C = [0, 0], L = [-0.1, 0], R = [0.1, 0] }}
+[[link]]
+name = "ball"
+mass = 0.01
+inertia = 1e-6
+com = [0, 0]
+points = {{ C = [0, 0] }}
+[[joint]]
+name = "shaker"
+type = "prismatic"
+between = ["ground.O", "table.C"]
+axis = [0, 1]
+[[joint]]
+name = "fall"
+type = "prismatic"
+between = ["ground.O", "ball.C"]
+axis = [0, 1]
+[[drive]]
+joint = "shaker"
+position = "{TABLE.amplitude}*sin({TABLE.frequency}*t)"
+[[touch]]
+name = "bounce"
+between = ["ball.C", ["table.L", "table.R"]]
+radius = {RADIUS}
+restitution = {TABLE.restitution}
+[start]
+slides = {{ shaker = 0.0, fall = 0.05 }}
+[gravity]
+g = {G}
+[run]
+until = {20 * TABLE.period}
+"""
+
+
+def balls(gap: Array, speed: Array) -> dict[str, Array]:
+    """Starts with balls at gaps above the table, which goes up through its middle."""
+    q0, u0 = np.zeros((2, gap.size, 2))
+    q0[:, 1], u0[:, 1] = RADIUS + gap, speed
+    u0[:, 0] = TABLE.amplitude * TABLE.frequency
+    return {"q0": q0, "u0": u0}
+
+
+def test_a_ball_on_a_shaken_table_bounces_or_rests(workshop: Workshop) -> None:
+    """From each start the ball comes to bounce once a period, or comes to rest again and again: by the exact map which.
+
+    What bounces is drawn to its orbit by the factor e, 0.5, an impact; where it rests while the table goes up through
+    its middle the gap is none. Each cell is that of all starts within 1e-6 of its gap and speed too; and the first
+    impacts are at the instants of the map, whose rounding grows by no more than its derivative from one to the next.
+    """
+    model = workshop.model(SHAKEN)
+    gap, speed = (x.ravel() for x in np.meshgrid(np.linspace(0.002, 0.122, 21), np.linspace(-1.0, 1.0, 21)))
+    times, rests = TABLE.impacts(gap.copy(), speed.copy(), 60)
+    for share in (1.0 - 1e-6, 1.0 + 1e-6):
+        assert np.array_equal(TABLE.impacts(share * gap, share * speed, 60)[1], rests)
+    phase = TABLE.frequency * times[~rests, -1] % (2.0 * math.pi)
+    assert np.abs(phase - TABLE.phase).max() < 1e-12 and np.abs(TABLE.multipliers) == pytest.approx(0.5)
+    assert 150 < np.count_nonzero(rests) < gap.size - 150
+    made = ensemble(model, **balls(gap, speed), observe=["q", "impact_times(6)"])
+    assert set(made.status) == {"done"}
+    orbit, _ = TABLE.orbit_at_middle()
+    found = made["q"][:, 1] - RADIUS
+    assert np.array_equal(found < orbit / 2.0, rests)
+    assert np.abs(found[rests]).max() < 1e-9 and np.abs(found[~rests] - orbit).max() < 1e-5
+    assert np.abs(made["impact_times(6)"] - times[:, :6]).max() < 1e-11
+
+
+def test_bouncing_once_a_period_is_stable_where_it_must_be(workshop: Workshop) -> None:
+    """Restitutions from 0.35 to 0.75, each ball 1e-5 m above its own orbit: after 200 periods it is on it again just
+    where the orbit is there and its multipliers are less than one.
+
+    Left out are those whose multipliers are so near to 1 that 200 impacts make less of a factor than 1e3."""
+    model = workshop.model(SHAKEN)
+    tables = [replace(TABLE, restitution=e) for e in np.linspace(0.35, 0.75, 41).tolist()]
+    there = np.array([one.strength > one.least_strength for one in tables])
+    known = [one.orbit_at_middle() if ok else (0.02, 0.0) for one, ok in zip(tables, there, strict=True)]
+    largest = np.array([np.abs(one.multipliers).max() if ok else 2.0 for one, ok in zip(tables, there, strict=True)])
+    sure = np.abs(np.log(largest)) * 200 > math.log(1e3)
+    stable = there & (largest < 1.0)
+    assert np.array_equal(stable, [one.least_strength < one.strength < one.stable_until for one in tables])
+    gap, speed = np.array(known).T
+    restitutions = {"bounce.restitution": [one.restitution for one in tables]}
+    made = ensemble(model, restitutions, **balls(gap + 1e-5, speed), observe=["q"], until=200 * TABLE.period)
+    assert set(made.status) == {"done"}
+    back = np.abs(made["q"][:, 1] - RADIUS - gap) < 1e-7
+    assert np.count_nonzero(sure) >= 38 and 10 < np.count_nonzero(stable[sure]) < np.count_nonzero(sure) - 10
+    assert np.array_equal(back[sure], stable[sure])
+
+
+FINE = 4
+"""Times as many angles as there are instants at which the closed form of the torque is looked at."""
+
+
 def turn_at_which_the_foot_stops(cranks: Array, struts: Array, first: Array) -> NDArray[np.float64]:
     """From ``first`` on, how far the crank can turn until shin and tie are in line, by halving; infinite where it goes
     all round."""
@@ -87,6 +194,9 @@ def turn_at_which_the_foot_stops(cranks: Array, struts: Array, first: Array) -> 
 def test_strides_of_legs_with_other_lengths(workshop: Workshop) -> None:
     """Cranks of 12 to 17 and struts of 38 to 41: the foot at every instant, the stride, and legs that cannot go round.
 
+    A leg stops where its motion ends as a square root does. Steps are in proportion to what is left before it, so each
+    is shorter than the one before by a factor, and all that could follow are a geometric series: no more is left.
+
     Each extreme is read at times whose crank angles are ``apart``; between them it lies at most half of that away, and
     is missed by a (apart / 2)² / 2 at most, a being the largest second derivative of the foot's place by the angle.
     """
@@ -99,8 +209,12 @@ def test_strides_of_legs_with_other_lengths(workshop: Workshop) -> None:
     limit = turn_at_which_the_foot_stops(cranks, struts, first)
     whole = np.isinf(limit)
     assert np.array_equal(made.status == "done", whole) and 0 < np.count_nonzero(~whole) < whole.size
-    early = limit[~whole] / (2.0 * math.pi) - made.t[~whole]  # rows that rounding has pushed beside the way are cut off
-    assert early.min() > 0.0 and early.max() < 0.02
+    for row in np.flatnonzero(~whole).tolist():
+        alone = simulate(model, params={"crank.points.A.x": cranks[row], "strut.points.C.x": struts[row]})
+        assert alone.t[-1] == made.t[row]
+        before, last = np.diff(alone.t[-3:])
+        left = limit[row] / (2.0 * math.pi) - made.t[row]
+        assert 0.0 < left < last / (before / last - 1.0)
     assert all("tie and shin are in line there" in made.reason[row] for row in np.flatnonzero(~whole))
     places = foot(angles[whole], m=cranks[whole, None], c=struts[whole, None]).real
     assert np.abs(made["shin.F.x"][whole] - places).max() < 1e-10  # lengths to 66, joints shut to rounding
@@ -112,3 +226,38 @@ def test_strides_of_legs_with_other_lengths(workshop: Workshop) -> None:
     own = bend * (turn[1] / 2.0) ** 2  # what the closed form's own grid misses
     assert np.all(missed >= -own - 1e-10) and np.all(missed <= bend * (apart / 2.0) ** 2 + 1e-10)
     assert bend.max() * (apart / 2.0) ** 2 < 2e-3  # of strides of 53 to 79
+
+
+def test_peak_torque_of_legs_with_other_lengths(workshop: Workshop) -> None:
+    """The torque that drives the crank at every instant, and its extremes over a turn, over twelve pairs of lengths.
+
+    The closed form is the derivative of the leg's energy by series, over ``FINE`` times as many angles as there are
+    times. That these are enough is seen from half as many. Two derivatives multiply what is rounded by the square of
+    the highest order. Extremes are read at the times, as those of strides are."""
+    file = SCENES / "jansen-driven.toml"
+    scene = tomllib.loads(file.read_text())
+    model = workshop.model(load_scene(file))
+    cranks, struts = (x.ravel() for x in np.meshgrid(np.linspace(12.0, 15.0, 4), np.linspace(38.5, 40.5, 3)))
+    at = np.linspace(0.0, 1.0, 1001)
+    names = ["max(axle.moment)", "min(axle.moment)", "axle.moment", "crank.angle"]
+    made = ensemble(model, {"crank.points.A.x": cranks, "strut.points.C.x": struts}, observe=names, at=at)
+    assert set(made.status) == {"done"}
+
+    def wanted(fine: int) -> Array:
+        turn = made["crank.angle"][:, :1] + np.arange(1000 * fine) * (2.0 * math.pi / (1000 * fine))
+        lengths = {"m": cranks[:, None], "c": struts[:, None]}
+        return torque(turn, scene["link"], 2.0 * math.pi, scene["gravity"]["g"], **lengths)
+
+    fine = wanted(FINE)
+    peak = np.abs(fine).max(axis=1)
+    cut = np.abs(fine[:, ::2] - wanted(FINE // 2)).max(axis=1)
+    rounded = 16.0 * float(np.finfo(float).eps) * (1000 * FINE / 2) ** 2 * peak  # 1.4e-8 of the peak
+    assert np.all(cut < rounded)
+    off = np.abs(made["axle.moment"][:, :1000] - fine[:, ::FINE]).max(axis=1)
+    assert np.all(off < rounded)
+    apart = 2.0 * math.pi * at[1]
+    bend = np.abs(np.diff(fine, 2, axis=1)).max(axis=1) / (apart / FINE) ** 2
+    for found, best in ((made["max(axle.moment)"], fine.max(axis=1)), (-made["min(axle.moment)"], -fine.min(axis=1))):
+        own = bend * (apart / FINE / 2.0) ** 2 / 2.0 + rounded
+        assert np.all(best - found >= -own) and np.all(best - found <= bend * (apart / 2.0) ** 2 / 2.0 + own)
+    assert peak.max() > 20.0 * peak.min()  # from legs that turn easily to one that hardly gets round

@@ -16,7 +16,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ccgen.generator import load_scene
 from ccgen.runtime import Model, simulate
 from ccgen.runtime.sweep import folder as folder_module
 from ccgen.runtime.sweep.folder import SweepError
@@ -24,29 +23,8 @@ from ccgen.runtime.sweep.plan import PlanError, read_plan
 from ccgen.runtime.sweep.results import Results
 from ccgen.runtime.sweep.sweep import sweep
 
-from ..support.sweep_scene import PLAN, PROGRAM, SCENE, content
+from ..support.sweep_scene import PLAN, PROGRAM, content
 from ..support.tiers import all_hard_but
-from ..support.workshop import Workshop
-
-
-@pytest.fixture(scope="module")
-def model(workshop: Workshop) -> Model:
-    return workshop.model(load_scene(SCENE))
-
-
-@pytest.fixture(scope="module")
-def plan(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    file = tmp_path_factory.mktemp("plan") / "plan.toml"
-    file.write_text(PLAN)
-    return file
-
-
-@pytest.fixture(scope="module")
-def whole(model: Model, plan: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The folder of a sweep that was never stopped."""
-    folder = tmp_path_factory.mktemp("whole") / "out"
-    sweep(model, plan, folder)
-    return folder
 
 
 def test_rows_are_the_plans_runs(model: Model, plan: Path, whole: Path) -> None:
@@ -163,3 +141,4 @@ def test_one_program_at_a_time(model: Model, plan: Path, tmp_path: Path) -> None
         fcntl.flock(lock, fcntl.LOCK_EX)
         with pytest.raises(SweepError, match="another ccgen sweep is writing here"):
             sweep(model, plan, tmp_path / "out")
+    assert list(content(tmp_path / "out")) == [".lock"]  # nothing is written where another may be writing

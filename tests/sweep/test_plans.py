@@ -18,13 +18,7 @@ from ccgen.runtime.sweep.plan import Plan, PlanError, plan_of, read_plan
 from ccgen.runtime.sweep.starts import starts_of
 
 from ..support.folders import SCENES
-from ..support.sweep_scene import SCENE
 from ..support.workshop import Workshop
-
-
-@pytest.fixture(scope="module")
-def model(workshop: Workshop) -> Model:
-    return workshop.model(load_scene(SCENE))
 
 
 @pytest.fixture(scope="module")

@@ -13,38 +13,18 @@ from typing import Any
 
 import pytest
 
-from ccgen.generator import load_scene, rebuild
+from ccgen.generator import rebuild
 from ccgen.runtime import Model, load_model
+from ccgen.runtime.sweep import chunk as chunk_module
 from ccgen.runtime.sweep import elsewhere as elsewhere_module
 from ccgen.runtime.sweep.folder import SweepError
 from ccgen.runtime.sweep.results import Results
-from ccgen.runtime.sweep.source import model_of, source_of
+from ccgen.runtime.sweep.source import build_of, model_of, source_of
 from ccgen.runtime.sweep.sweep import sweep
 
-from ..support.sweep_scene import PLAN, SCENE, content
-from ..support.workshop import Workshop
+from ..support.sweep_scene import content
 
 SPAWN = multiprocessing.get_context("spawn")
-
-
-@pytest.fixture(scope="module")
-def model(workshop: Workshop) -> Model:
-    return workshop.model(load_scene(SCENE))
-
-
-@pytest.fixture(scope="module")
-def plan(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    file = tmp_path_factory.mktemp("plan") / "plan.toml"
-    file.write_text(PLAN)
-    return file
-
-
-@pytest.fixture(scope="module")
-def whole(model: Model, plan: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The folder of a sweep that was never stopped."""
-    folder = tmp_path_factory.mktemp("whole") / "out"
-    sweep(model, plan, folder)
-    return folder
 
 
 class Dying(ThreadPoolExecutor):
@@ -137,6 +117,28 @@ def test_an_executor_that_breaks_is_told(
         sweep(model, plan, tmp_path / "out", executor=executor, progress=lambda done, _: told.append(done))
     assert told[0] >= 40 and told[-1] == 99
     assert content(tmp_path / "out") == content(whole)
+
+
+def test_what_built_the_models_of_workers_is_noted(
+    model: Model, plan: Path, whole: Path, tmp_path: Path, monkeypatch: Any
+) -> None:
+    """Each way that is not the manifest's own, once; the sweep is gone on with all the same."""
+    own = build_of(model)
+    ways = [own, own | {"flags": ["-O3"]}, own | {"compiler": "another 1.0"}, own | {"flags": ["-O3"]}]
+    monkeypatch.setattr(chunk_module, "build_here", lambda source: ways.pop() if ways else own)
+
+    def stop(done: int, count: int) -> None:
+        if done >= 50:
+            raise KeyboardInterrupt
+
+    with ThreadPoolExecutor(1) as executor, pytest.raises(KeyboardInterrupt):
+        sweep(model, plan, tmp_path / "out", executor=executor, chunk=10, progress=stop)
+    sweep(model, plan, tmp_path / "out")
+    manifest = Results(tmp_path / "out").manifest
+    noted = manifest.pop("built_elsewhere")
+    assert len(noted) == 2 and own | {"compiler": "another 1.0"} in noted and own | {"flags": ["-O3"]} in noted
+    assert manifest == Results(whole).manifest
+    assert {key: manifest[key] for key in own} == own
 
 
 @pytest.mark.hard

@@ -1,0 +1,31 @@
+"""Units of what is observed of many runs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from ..loading.structures import structures_of
+from ..model.model import Model
+from ..model.whole import Whole
+from ..record.outputs import units_of
+from ..record.tables import unit_of_coordinate
+from .observed import Column
+
+
+def coordinates_of(model: Model) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Names of the coordinates q and velocities u that runs are in: where joints change, those of all structures."""
+    whole = model if model.data.get("switching") is None else Whole(structures_of(model))
+    return tuple(whole.q_names), tuple(whole.u_names)
+
+
+def units_of_columns(model: Model, columns: Iterable[Column]) -> dict[str, str]:
+    """The unit of each column by its name: those of all entries of q and u, as "m, m, rad"; "1" for a number of
+    impacts."""
+    known, (q, u) = units_of(model), coordinates_of(model)
+    fixed = {
+        "impacts": "1",
+        "impact_times": "s",
+        "q": ", ".join(unit_of_coordinate(name) for name in q),
+        "u": ", ".join(f"{unit_of_coordinate(name)}/s" for name in u),
+    }
+    return {column.name: known[column.output] if column.output else fixed[column.kind] for column in columns}
