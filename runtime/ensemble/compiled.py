@@ -13,7 +13,7 @@ from ..faults import sentence
 from ..model.inputs import read_values, table_of
 from ..model.kinks import kinks_until
 from ..model.model import Model
-from ..record.outputs import Output, outputs_of
+from ..record.outputs import Output, named_outputs
 from ..simulation.arguments import DEPTH, RATE_BUDGET, STEP_BUDGET, checked_start, stops_of
 from ..simulation.ending import message_of
 from ..simulation.one_run import Options
@@ -40,10 +40,9 @@ def can(model: Model, numbers: Numbers, observed: Observed, until: float) -> boo
         return False  # instants at which steps end are parameters
     if observed.at is None and any(column.kind in EXTREMES for column in observed.columns):
         return False
-    known = outputs_of(model)
     try:
-        for name in observed.outputs:
-            wants_forces(model, known[name])
+        for output in named_outputs(model, observed.outputs).values():
+            wants_forces(model, output)
     except WantsRun:
         return False
     return True
@@ -62,9 +61,8 @@ class CompiledRuns:
     ) -> None:
         self.asked = asked
         self.model, self.observed, self.options, self.reduction = model, observed, options, reduction
-        known = outputs_of(model)
         self.units = units_of_columns(model, observed.columns)
-        self.outputs = {name: known[name] for name in observed.outputs}
+        self.outputs = named_outputs(model, observed.outputs)
         self.forces = any(wants_forces(model, output) for output in self.outputs.values())
         self.times = 0 if not self.outputs else 1 if observed.at is None else len(observed.at)
 

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from ..loading.structures import structures_of
 from ..model.model import Model
 from ..model.whole import Whole
-from ..record.outputs import units_of
+from ..record.outputs import named_outputs
 from ..record.tables import unit_of_coordinate
 from .observed import Column
 
@@ -21,11 +21,13 @@ def coordinates_of(model: Model) -> tuple[tuple[str, ...], tuple[str, ...]]:
 def units_of_columns(model: Model, columns: Iterable[Column]) -> dict[str, str]:
     """The unit of each column by its name: those of all entries of q and u, as "m, m, rad"; "1" for a number of
     impacts."""
-    known, (q, u) = units_of(model), coordinates_of(model)
+    columns = tuple(columns)
+    known = named_outputs(model, (column.output for column in columns if column.output))
+    q, u = coordinates_of(model)
     fixed = {
         "impacts": "1",
         "impact_times": "s",
         "q": ", ".join(unit_of_coordinate(name) for name in q),
         "u": ", ".join(f"{unit_of_coordinate(name)}/s" for name in u),
     }
-    return {column.name: known[column.output] if column.output else fixed[column.kind] for column in columns}
+    return {column.name: known[column.output].unit if column.output else fixed[column.kind] for column in columns}

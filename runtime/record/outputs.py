@@ -6,7 +6,7 @@ A name is that of what it is of, as scenes have it, a dot, and what is asked. Ea
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import cached_property, partial
@@ -116,6 +116,14 @@ def outputs_of(model: Any) -> dict[str, Output]:
     for output in _every(model):
         found.setdefault(output.name, []).append(output)
     return {name if len(same) == 1 else f"{one.kind} {name}": one for name, same in found.items() for one in same}
+
+
+def named_outputs(model: Any, names: Iterable[str]) -> dict[str, Output]:
+    """Those of these names; where none is asked for, the list of all is not made, which takes as long as thousands of
+    short runs. Raises ``KeyError`` for a name that none has."""
+    asked = list(names)
+    known = outputs_of(model) if asked else {}
+    return {name: known[name] for name in asked}
 
 
 def units_of(model: Any) -> dict[str, str]:
