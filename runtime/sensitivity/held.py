@@ -27,6 +27,11 @@ BALANCED = 1e-8
 are known to some hundred roundings of a solution whose condition is up to 1e5."""
 
 
+DEPENDENT = 1e-10
+"""Rows count as dependent where singular values fall below this part of the largest: what the core takes for dependent
+in doubles (docs/theory.md, section 8)."""
+
+
 def pushing(held: Held) -> list[tuple[int, str]]:
     """Contacts that push, and how each is held."""
     return [(contact, how) for contact, how, _ in held if how != "carried"]
@@ -119,23 +124,42 @@ def _of_contacts(
         along = at.slips_move(u_dot, ("q", "k")) + at.tangent("slip_bias", count, u)
         missed = np.vstack([missed, along[sticks]])
     matrix = rows @ answer
-    return moved - answer @ solved(at, matrix, rows @ (free + moved) + missed)
+    wanted, sizes = rows @ (free + moved) + missed, np.abs(rows) @ (np.abs(free) + np.abs(moved)) + np.abs(missed)
+    return moved - answer @ solved(at, matrix, wanted, sizes, alike=not any(one in AGAINST for one in how))
 
 
-def solved(at: Local, matrix: FloatArray, wanted: FloatArray) -> FloatArray:
-    """The changes of forces or impulses (k, D) that give the rates of contacts ``wanted`` changes.
+def solved(at: Local, matrix: FloatArray, wanted: FloatArray, sizes: FloatArray, *, alike: bool) -> FloatArray:
+    """The changes of forces or impulses (k, D) that give the rates of contacts ``wanted`` changes, sums of terms of
+    these ``sizes``.
 
-    Raises ``ValueError`` where the rows of the contacts depend on each other, so that these are not unique.
+    Where rows depend on each other these are of least norm, and what moves is unique all the same if forces are where
+    rates are, ``alike``: two solutions differ by forces that move nothing. Raises ``ValueError`` where friction at its
+    limit is among them, and where rows cannot have what is wanted.
     """
+    if not len(matrix):
+        return np.zeros_like(wanted)
     scale = np.sqrt(np.abs(np.diag(matrix)))
     scale[scale == 0.0] = 1.0
-    small = np.linalg.cond(matrix / np.outer(scale, scale)) if len(matrix) else 1.0
-    if not small < 1e10:
+    even = matrix / np.outer(scale, scale)
+    left, values, right = np.linalg.svd(even)
+    rank = int(np.count_nonzero(values > DEPENDENT * values[0]))
+    if rank == len(even):
+        return np.asarray(np.linalg.solve(matrix, wanted))
+    where = f"{at.model.name}: found contacts at t = {at.t:.9g} s whose rows depend on each other, "
+    if not alike:
         raise ValueError(
-            f"{at.model.name}: found contacts at t = {at.t:.9g} s whose rows depend on each other, so that what each "
-            "pushes with is not unique; runs have no derivatives there"
+            f"{where}with friction at its limit, so that what each pushes with is not unique; runs have no derivatives "
+            "there"
         )
-    return np.asarray(np.linalg.solve(matrix, wanted))
+    found = right[:rank].T @ ((left[:, :rank].T @ (wanted / scale[:, None])) / values[:rank, None])
+    found = found / scale[:, None]
+    missed = np.abs(matrix @ found - wanted)
+    rounding = np.finfo(float).eps ** 2 * float(sizes.max(initial=0.0))  # of rates that are rounding themselves
+    if np.any(missed > BALANCED * (sizes + np.abs(matrix) @ np.abs(found)) + rounding):
+        raise ValueError(
+            f"{where}which the directions part, so that not all of them stay closed; runs have no derivatives there"
+        )
+    return np.asarray(found)
 
 
 def _check_friction(at: Local, contact: int, P: float, F: float, ratio: float) -> None:

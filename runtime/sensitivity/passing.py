@@ -40,14 +40,17 @@ class Passed:
     """An instant ``t`` (s) that small differences have passed.
 
     ``contacts`` are those that struck, or slid until then. ``dt`` (columns,) is by what the instant moves, s per unit
-    of each column; ``growth`` is the largest factor by which a difference of the state, in units of the mechanism,
-    grows there: near grazing, where a contact closes slowly, it is large, as one by the speed of closing.
+    of each column; ``behind`` (2 n, columns) is by what the state (q, u) behind the instant does, wherever that has
+    moved: the derivative of the map onto a section. ``growth`` is the largest factor by which a difference of the
+    state, in units of the mechanism, grows there: near grazing, where a contact closes slowly, it is large, as one by
+    the speed of closing.
     """
 
     t: float
     kind: Literal["impact", "sliding ends", "force ends"]
     contacts: tuple[tuple[str, str], ...]
     dt: FloatArray
+    behind: FloatArray
     growth: float
 
 
@@ -80,8 +83,9 @@ def pass_impacts(
     struck = list(dict.fromkeys(model._contact(contact) for impact in impacts for contact in impact.contacts))
     _check_meet(at, struck, trigger, gaps, whole, first.u_minus, dt)
     D = _struck(at, impacts, np.eye(2 * n, whole.shape[0])[n:])
-    found, matrix = _salted(at, S, guard, rates[trigger], dt, (first.u_minus, before), (last.u_plus, after), D)
-    return found, Passed(t, "impact", tuple(first.contacts), dt, _growth(model, matrix))
+    sides = (first.u_minus, before), (last.u_plus, after)
+    found, behind, matrix = _salted(at, S, guard, rates[trigger], dt, sides, D)
+    return found, Passed(t, "impact", tuple(first.contacts), dt, behind, _growth(model, matrix))
 
 
 def at_scale(at: Local, contact: int) -> float:
@@ -103,23 +107,24 @@ def _salted(
     guard: FloatArray,
     rate: float,
     dt: FloatArray,
-    before: tuple[FloatArray, FloatArray],
-    after: tuple[FloatArray, FloatArray],
+    sides: tuple[tuple[FloatArray, FloatArray], tuple[FloatArray, FloatArray]],
     D: FloatArray,
-) -> tuple[FloatArray, FloatArray]:
-    """Differences behind an instant, and the matrix (2 n, 2 n) of those in the state: to the instant that moves,
-    through the jump D there, and back to the time of the run (theory, eq. 11.8)."""
-    n = len(at.q)
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Differences behind an instant, at the time of the run and where the instant is, and the matrix (2 n, 2 n) of the
+    former by those in the state: to the instant that moves, through the jump D there, and back to the time of the run
+    (theory, eq. 11.8)."""
+    n, (before, after) = len(at.q), sides
 
-    def through(states: FloatArray, arguments: FloatArray, moved: FloatArray) -> FloatArray:
+    def through(states: FloatArray, arguments: FloatArray, moved: FloatArray) -> tuple[FloatArray, FloatArray]:
         q = states[:n] + np.outer(before[0], moved)
         u = states[n:] + np.outer(before[1], moved)
         jumped = D @ np.vstack([q, u, arguments])
-        return np.vstack([q - np.outer(after[0], moved), jumped - np.outer(after[1], moved)])
+        there = np.vstack([q, jumped])
+        return there - np.outer(np.concatenate(after), moved), there
 
     none = np.zeros((len(at.moving.along), 2 * n))
-    matrix = through(np.eye(2 * n), none, -guard[: 2 * n] / rate)
-    return through(S, at.moving.along, dt), matrix
+    matrix, _ = through(np.eye(2 * n), none, -guard[: 2 * n] / rate)
+    return *through(S, at.moving.along, dt), matrix
 
 
 def _check_meet(
@@ -160,7 +165,7 @@ def pass_change(
     size = max(float(np.max(np.abs(after))), float(np.max(np.abs(before))))
     if jump <= SMOOTH * size:
         let_go = tuple(model.contacts[c] for c, *_ in ways[0] if c not in {x for x, *_ in ways[1]})
-        return S, Passed(t, "force ends", names or let_go, np.full(S.shape[1], np.nan), 1.0)
+        return S, Passed(t, "force ends", names or let_go, np.full(S.shape[1], np.nan), np.full_like(S, np.nan), 1.0)
     whole = moving.whole(S[:n], S[n:])
     slips = at.slips_move(u)
     ended = [
@@ -192,8 +197,8 @@ def pass_change(
                 "directions part; there is no one matrix of derivatives"
             )
     D = np.eye(2 * n, whole.shape[0])[n:]
-    found, matrix = _salted(at, S, slips[trigger], rates[trigger], dt, (u, before), (u, after), D)
-    return found, Passed(t, "sliding ends", names, dt, _growth(model, matrix))
+    found, behind, matrix = _salted(at, S, slips[trigger], rates[trigger], dt, ((u, before), (u, after)), D)
+    return found, Passed(t, "sliding ends", names, dt, behind, _growth(model, matrix))
 
 
 def _accelerations(

@@ -259,7 +259,9 @@ def _move(at: Local, stage: Stage) -> None:
     if columns:
         answer = at.response(np.array(columns).T, np.zeros((rows, len(columns))))
         N = np.array([row for row, _ in wanted])
-        z = solved(at, N @ answer, np.array([rate for _, rate in wanted]) - N @ moved)
+        rates, sizes = np.array([rate for _, rate in wanted]), np.abs(N) @ np.abs(moved)
+        alike = not any(way.sign for way in stage.ways)
+        z = solved(at, N @ answer, rates - N @ moved, sizes + np.abs(rates), alike=alike)
         moved = moved + answer @ z
         for i, c in enumerate(which):
             stage.P[c] = z[i]
