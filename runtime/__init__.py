@@ -18,6 +18,8 @@ from .record.hybrid_state import HybridState
 from .record.impact import Impact
 from .record.phase import Phase
 from .run import Run
+from .sensitivities import sensitivities
+from .sensitivity.jacobian import Sensitivities
 from .simulate import simulate
 
 __all__ = [
@@ -35,6 +37,7 @@ __all__ = [
     "Phase",
     "Reduction",
     "Run",
+    "Sensitivities",
     "driving_torque",
     "ensemble",
     "follow",
@@ -45,6 +48,7 @@ __all__ = [
     "methods",
     "momentum",
     "reach",
+    "sensitivities",
     "simulate",
     "static_equilibrium",
 ]

@@ -21,6 +21,9 @@ from .record.point_motion import PointMotion, point_motion
 from .record.record import Record
 from .record.saved import saved
 from .record.tables import arrays, dataframe, dataset
+from .sensitivity.jacobian import run_sensitivities, starts_as_scene
+from .sensitivity.moving import Wrt
+from .sensitivity.told import Output
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -97,6 +100,22 @@ class Run(Record):
         if not isinstance(name, str):
             raise TypeError(f"output: found {name!r}, expected a name such as {next(iter(self.outputs))!r}")
         return values_of(self, [name])[name]
+
+    def jacobian(
+        self,
+        wrt: Wrt,
+        outputs: Sequence[Output] | Output = ("q", "u"),
+        at: ArrayLike | None = None,
+    ) -> FloatArray:
+        """What the ``outputs`` move by, one below the other, (numbers, columns), at the times ``at`` (s), the end of
+        the run unless given: the ``jacobian`` of :func:`~.sensitivities.sensitivities`, which has them by name, and
+        says what ``wrt`` and ``outputs`` may be and what is refused.
+
+        Where the run's first row is the scene's start it moves with the parameters as that does; else it is the start
+        that was given, put onto the closure.
+        """
+        given = None if starts_as_scene(self) else (self.q[0], self.u[0])
+        return run_sensitivities(self, wrt, outputs, at, given).jacobian
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write everything recorded to an .npz file, whole or not at all.

@@ -19,13 +19,11 @@ from ..model.drives import drive_rows
 from ..model.forces import Contacts
 from ..model.inputs import Values
 from ..model.model import Model
+from ..model.places import places_of, rate_of
 from ..precision import need_doubles
 
 EASY = 0.5
 """The next state is the first coordinate that moves at least this part as far as the one that moves farthest."""
-
-RATES = {"angle": "angular_velocity", "slide": "slide_rate", "x": "vx", "y": "vy"}
-"""What the rate of a coordinate is called."""
 
 
 @dataclass(frozen=True)
@@ -120,7 +118,7 @@ def linearise(
         raise ValueError(f"inputs: found {', '.join(wrong)}, expected some of {', '.join(model.inputs) or 'none'}")
     at = _At(model, state, rates, t, values, contacts)
     own = [model.q_of[i] for i in at.independent]
-    names = (*own, *map(_rate_of, own))
+    names = (*own, *map(rate_of, own))
     told = names if outputs is None else tuple(outputs)
     A, B = at.matrices(chosen)
     C, D = at.outputs(told, chosen)
@@ -137,11 +135,6 @@ def _check_shut(model: Model, q: FloatArray, u: FloatArray) -> None:
             f"{model.name}: found loops that are open by {miss:.1e} m and open at {rate:.1e} m/s, expected shut ones; "
             "take the state of model.project"
         )
-
-
-def _rate_of(coordinate: str) -> str:
-    owner, _, kind = coordinate.rpartition(".")
-    return f"{owner}.{RATES[kind]}"
 
 
 class _At:
@@ -186,7 +179,7 @@ class _At:
         return A, B
 
     def outputs(self, names: Sequence[str], inputs: Sequence[str]) -> tuple[FloatArray, FloatArray]:
-        dof, places = len(self.independent), _places(self.model)
+        dof, places = len(self.independent), places_of(self.model)
         C, D = np.zeros((len(names), 2 * dof)), np.zeros((len(names), len(inputs)))
         if wrong := [name for name in names if name not in places]:
             raise ValueError(
@@ -222,27 +215,3 @@ def independent(basis: FloatArray, weights: FloatArray) -> list[int]:
         direction = left[row] / sizes[row]
         left = left - np.outer(left @ direction, direction)
     return sorted(found)
-
-
-def _places(model: Model) -> dict[str, tuple[str, tuple[int, ...]]]:
-    """Outputs by name: what is derived, and the entry of it."""
-    found: dict[str, tuple[str, tuple[int, ...]]] = {}
-    for i, name in enumerate(model.q_of):
-        found[name], found[_rate_of(name)] = ("q", (i,)), ("u", (i,))
-    for k, link in enumerate(model.links):
-        found.setdefault(f"{link}.angle", ("poses", (k, 2)))
-        found.setdefault(f"{link}.angular_velocity", ("velocities", (k, 2)))
-    for k, point in enumerate(model.points):
-        for axis, letter in enumerate("xy"):
-            found.setdefault(f"{point}.{letter}", ("points", (k, axis)))
-    for k, joint in enumerate(model.joints):
-        for part, letter in enumerate(("fx", "fy", "moment")):
-            found[f"{joint}.{letter}"] = "reactions", (k, part)
-    for k, (point, ground) in enumerate(model.contacts):
-        found[f"{ground}.{point}.gap"] = "gaps", (k,)
-        found[f"{ground}.{point}.gap_rate"] = "gap_rates", (k,)
-    for k, name in enumerate(("kinetic_energy", "potential_energy")):
-        found[name] = "energy", (k,)
-    for k, (name, _) in enumerate(model.told):
-        found[name] = "outputs", (k,)
-    return found

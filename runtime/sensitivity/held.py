@@ -1,0 +1,190 @@
+"""Accelerations along a phase and their derivatives: in flight, and with contacts held (theory, eq. 11.6)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..arrays import FloatArray
+from ..model.compiled import Compiled
+from ..model.derivatives import INEXACT
+from ..model.forces import Held
+from ..model.model import Model
+from .local import Local
+from .moving import Moving
+
+AGAINST = {
+    "slides forward": -1.0,
+    "slides backward": 1.0,
+    "at the limit, forward": -1.0,
+    "at the limit, backward": 1.0,
+}
+"""Friction by the normal force and the coefficient, along the ground, of what is held so."""
+
+BALANCED = 1e-8
+"""Forces that do not obey the law which is differentiated by this part of themselves are not those of that law: they
+are known to some hundred roundings of a solution whose condition is up to 1e5."""
+
+
+DEPENDENT = 1e-10
+"""Rows count as dependent where singular values fall below this part of the largest: what the core takes for dependent
+in doubles (docs/theory.md, section 8)."""
+
+
+def pushing(held: Held) -> list[tuple[int, str]]:
+    """Contacts that push, and how each is held."""
+    return [(contact, how) for contact, how, _ in held if how != "carried"]
+
+
+def cannot(held: Held, model: Compiled) -> str:
+    """Why the motion with these contacts held has no derivative; empty where it has."""
+    for contact, how, _ in held:
+        name = "({}, {})".format(*model.contacts[contact])
+        if how == "touches":
+            return f"{name} touches without pressing: whether it presses is undecided"
+        if how == "carried":
+            return (
+                f"{name} is closed because other contacts or driven joints keep it so: which of them push is not unique"
+            )
+    return ""
+
+
+def accelerations(
+    model: Model, held: Held, t: FloatArray, q: FloatArray, u: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Accelerations (b, n), multipliers (b, rows) and forces of contacts (b, 2 contacts), normal ones first, at times
+    t (b,) and states (b, n), under the inputs that are set."""
+    if not held:
+        u_dot, multipliers, without = model.kernels.acceleration(q, u, t)
+        if without:
+            raise _none(model, t, without)
+        return u_dot, multipliers, np.zeros((len(q), 2 * len(model.contacts)))
+    u_dot, multipliers, pushes, _, _, trouble = model.kernels.motion(q, u, t, held)
+    if trouble:
+        raise _none(model, t, {trouble[0]: trouble[1]})
+    return u_dot, multipliers, pushes
+
+
+def jacobians(
+    model: Model, moving: Moving, held: Held, t: FloatArray, q: FloatArray, u: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Accelerations (b, n) and their derivatives (b, n, D) by q, u and the arguments, under the inputs that are set."""
+    u_dot, multipliers, pushes = accelerations(model, held, t, q, u)
+    along = moving.directions
+    tangents, missed, without = model.kernels.acceleration_tangents(q, u, t, u_dot, multipliers, along.by, along.blocks)
+    if without:
+        raise _none(model, t, without)
+    if np.any(missed > INEXACT):
+        where = float(t[int(np.argmax(missed))])
+        raise ValueError(
+            f"{model.name}: found closure rows that depend on each other at t = {where:.9g} s, of redundant joints or "
+            "of a singular configuration; runs have no derivatives there. Leave out joints that the mechanism does not "
+            "need"
+        )
+    n = len(model.u_names)
+    found = np.array([along.result(one[:, :n]) for one in tangents])
+    if held:
+        for i in range(len(q)):
+            found[i] += _of_contacts(Local(model, moving, float(t[i]), q[i]), held, u[i], u_dot[i], pushes[i], found[i])
+    return u_dot, found
+
+
+def _of_contacts(
+    at: Local, held: Held, u: FloatArray, u_dot: FloatArray, pushes: FloatArray, free: FloatArray
+) -> FloatArray:
+    """What the contacts add to the tangents (n, D) that accelerations have with their forces held in value and place.
+
+    The unknown changes of force keep the rows of the contacts shut: N u_dot + dN/dt u = 0, of what sticks the same
+    along the ground.
+    """
+    model, count = at.model, len(at.model.contacts)
+    P, F = pushes[:count], pushes[count:]
+    set_, how = zip(*pushing(held), strict=True)
+    sticks = [contact for contact, one in zip(set_, how, strict=True) if one == "sticks"]
+    f, columns = at.pushes_move(P, F), []
+    friction = model.kernels.friction
+    changes = at.coefficients_move("friction") if any(one in AGAINST for one in how) else np.zeros((count, 0))
+    for contact, one in zip(set_, how, strict=True):
+        column = at.gap_rows[contact].copy()
+        if one in AGAINST:
+            sign = AGAINST[one]
+            _check_friction(at, contact, P[contact], F[contact], sign * float(friction[contact]))
+            column += sign * friction[contact] * at.slip_rows[contact]
+            f = f + sign * P[contact] * np.outer(at.slip_rows[contact], changes[contact])
+        columns.append(column)
+    columns += [at.slip_rows[contact] for contact in sticks]
+    none = np.zeros((len(model.rows), f.shape[1]))
+    moved = at.response(f, none)
+    answer = at.response(np.array(columns).T, none[:, : len(columns)])
+    rows = np.vstack([at.gap_rows[list(set_)], at.slip_rows[sticks]])
+    bent = at.gap_rates_move(u_dot, ("q", "k")) + at.tangent("gap_bias", count, u)
+    missed = bent[list(set_)]
+    if sticks:
+        along = at.slips_move(u_dot, ("q", "k")) + at.tangent("slip_bias", count, u)
+        missed = np.vstack([missed, along[sticks]])
+    matrix = rows @ answer
+    wanted, sizes = rows @ (free + moved) + missed, np.abs(rows) @ (np.abs(free) + np.abs(moved)) + np.abs(missed)
+    return moved - answer @ solved(at, matrix, wanted, sizes, alike=not any(one in AGAINST for one in how))
+
+
+def solved(at: Local, matrix: FloatArray, wanted: FloatArray, sizes: FloatArray, *, alike: bool) -> FloatArray:
+    """The changes of forces or impulses (k, D) that give the rates of contacts ``wanted`` changes, sums of terms of
+    these ``sizes``.
+
+    Where rows depend on each other these are of least norm, and what moves is unique all the same if forces are where
+    rates are, ``alike``: two solutions differ by forces that move nothing. Raises ``ValueError`` where friction at its
+    limit is among them, and where rows cannot have what is wanted.
+    """
+    if not len(matrix):
+        return np.zeros_like(wanted)
+    scale = np.sqrt(np.abs(np.diag(matrix)))
+    scale[scale == 0.0] = 1.0
+    even = matrix / np.outer(scale, scale)
+    left, values, right = np.linalg.svd(even)
+    rank = int(np.count_nonzero(values > DEPENDENT * values[0]))
+    if rank == len(even):
+        return np.asarray(np.linalg.solve(matrix, wanted))
+    where = f"{at.model.name}: found contacts at t = {at.t:.9g} s whose rows depend on each other, "
+    if not alike:
+        raise ValueError(
+            f"{where}with friction at its limit, so that what each pushes with is not unique; runs have no derivatives "
+            "there"
+        )
+    found = right[:rank].T @ ((left[:, :rank].T @ (wanted / scale[:, None])) / values[:rank, None])
+    found = found / scale[:, None]
+    missed = np.abs(matrix @ found - wanted)
+    rounding = np.finfo(float).eps ** 2 * float(sizes.max(initial=0.0))  # of rates that are rounding themselves
+    if np.any(missed > BALANCED * (sizes + np.abs(matrix) @ np.abs(found)) + rounding):
+        raise ValueError(
+            f"{where}which the directions part, so that not all of them stay closed; runs have no derivatives there"
+        )
+    return np.asarray(found)
+
+
+def _check_friction(at: Local, contact: int, P: float, F: float, ratio: float) -> None:
+    if abs(F - ratio * P) > BALANCED * max(abs(F), abs(ratio * P)):
+        name = "({}, {})".format(*at.model.contacts[contact])
+        raise ValueError(
+            f"{at.model.name}: found friction of {F:.6g} N at {name} at t = {at.t:.9g} s, expected {ratio * P:.6g} "
+            "N, the limit; runs have no derivatives there"
+        )
+
+
+def _none(model: Compiled, t: FloatArray, without: dict[int, str]) -> ValueError:
+    state = min(without)
+    return ValueError(
+        f"{model.name}: found no accelerations at t = {float(t[state]):.9g} s ({without[state].replace('_', ' ')}); "
+        "runs have no derivatives there"
+    )
+
+
+def ways_differ(one: Held, other: Held) -> bool:
+    """Whether contacts are held otherwise."""
+    return [tuple(x[:2]) for x in one] != [tuple(x[:2]) for x in other]
+
+
+def changed(before: Held, after: Held) -> Sequence[int]:
+    """Contacts that slid before and are held otherwise after."""
+    now = {contact: how for contact, how, _ in after}
+    return [contact for contact, how, _ in before if how.startswith("slides") and now.get(contact) != how]

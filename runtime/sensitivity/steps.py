@@ -1,0 +1,256 @@
+"""What a step of a run carries of small differences of its state: the linear map, by collocation (theory, eq. 11.7).
+
+The states along a step are the solution through its first row, found anew at the nodes of Gauss and Legendre; the
+variational equations, collocated at the same nodes, are linear systems (E. Hairer, C. Lubich, G. Wanner, Geometric
+Numerical Integration, 2006, sections II.1.3 and VI.4.1). All steps that are held alike are taken side by side.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..arrays import FloatArray
+from ..model.forces import Held
+from ..model.model import Model
+from .held import accelerations, jacobians
+from .moving import Moving, moving_of
+
+STAGES = 8
+"""Order 16, as of the method ``gauss``."""
+
+SWEEPS, NEWTON = 40, 30
+"""Iterations at most: by putting in, and by Newton's method where that does not contract. At a contraction of 0.4, for
+which steps are chosen, forty reach rounding."""
+
+HALVINGS = 6
+"""A step that misses the next row is halved as often as this at most: 64 pieces of order 16."""
+
+TOGETHER = 64
+"""Steps whose linear systems are in memory at one time."""
+
+UNKNOWN = 1e-6
+"""What a step of fixed length may miss the next row by, relative to the size of the state: nobody has said how exact it
+is to be."""
+
+MISSED = 10.0
+"""A step may miss the next row by this many tolerances of the run: its error is of the size of one, and the next."""
+
+
+class Tableau(NamedTuple):
+    """Nodes c (s,), weights b (s,), the matrix A (s, s), and those of double integrals, A A and b A."""
+
+    c: FloatArray
+    b: FloatArray
+    A: FloatArray
+    twice: FloatArray
+    twice_b: FloatArray
+
+
+@cache
+def gauss() -> Tableau:
+    """The collocation of Gauss and Legendre: A_ij is the integral from 0 to c_i of the polynomial that is 1 at c_j and
+    0 at the other nodes (Hairer, Lubich, Wanner, section II.1.2)."""
+    legendre = np.polynomial.legendre
+    x, w = legendre.leggauss(STAGES)
+    basis = np.linalg.inv(legendre.legvander(x, STAGES - 1))  # columns: coefficients of those polynomials
+    A = np.array([legendre.legval(x, legendre.legint(basis[:, j], lbnd=-1)) for j in range(STAGES)]).T / 2.0
+    b = w / 2.0
+    return Tableau((x + 1.0) / 2.0, b, A, A @ A, b @ A)
+
+
+class Steps(NamedTuple):
+    """Steps from states q, u (k, n) at t (k,) over h (k,), whose ends are near to q1, u1 (k, n)."""
+
+    t: FloatArray
+    h: FloatArray
+    q: FloatArray
+    u: FloatArray
+    q1: FloatArray
+    u1: FloatArray
+
+    def some(self, which: Any) -> Steps:
+        return Steps(*(part[which] for part in self))
+
+
+def maps(model: Model, moving: Moving, held: Held, steps: Steps, tolerance: tuple[float, float]) -> FloatArray:
+    """What the state (q, u) at the end of each step moves by, (k, 2 n, D), by that at its start and the arguments.
+
+    Raises ``ValueError`` where the run cannot be followed to ``tolerance``, relative and in rad and lengths of the
+    mechanism (0, 0 where it had none).
+    """
+    n = steps.q.shape[1]
+    found = np.zeros((len(steps.t), 2 * n, len(moving.directions.columns)))
+    for first in range(0, len(steps.t), TOGETHER):
+        part = slice(first, first + TOGETHER)
+        found[part] = _maps(model, moving, held, Steps(*(one[part] for one in steps)), tolerance, HALVINGS)
+    return found
+
+
+def _maps(
+    model: Model, moving: Moving, held: Held, steps: Steps, tolerance: tuple[float, float], halvings: int
+) -> FloatArray:
+    stages = _stages(model, held, steps)
+    q_end, u_end = _ends(steps, stages)
+    missed = np.logical_not(_meets(model, steps, q_end, u_end, tolerance) & np.isfinite(stages).all(axis=(1, 2)))
+    n = steps.q.shape[1]
+    found = np.zeros((len(steps.t), 2 * n, len(moving.directions.columns)))
+    good = np.flatnonzero(~missed)
+    if good.size:
+        found[good] = _linear(model, moving, held, steps.some(good), stages[good])
+    if missed.any() and not halvings:
+        t = float(steps.t[np.flatnonzero(missed)[0]])
+        raise ValueError(
+            f"{model.name}: found no solution through the run's row at t = {t:.9g} s that meets the next row, "
+            "expected one within the run's tolerance; simulate with a smaller rtol"
+        )
+    for i in np.flatnonzero(missed):
+        found[i] = _halved(model, moving, held, steps.some(np.array([i])), tolerance, halvings - 1)
+    return found
+
+
+def _halved(
+    model: Model, moving: Moving, held: Held, step: Steps, tolerance: tuple[float, float], halvings: int
+) -> FloatArray:
+    """One step as two."""
+    half = step._replace(h=step.h / 2.0)
+    q, u = _carried(model, held, half, halvings)
+    first = _maps(model, moving, held, half._replace(q1=q, u1=u), tolerance, halvings)[0]
+    then = Steps(step.t + half.h, half.h, q, u, step.q1, step.u1)
+    return _composed(first, _maps(model, moving, held, then, tolerance, halvings)[0])
+
+
+def _carried(model: Model, held: Held, step: Steps, halvings: int) -> tuple[FloatArray, FloatArray]:
+    """The end of one step, in as many pieces as it needs."""
+    stages = _stages(model, held, step)
+    if np.isfinite(stages).all():
+        return _ends(step, stages)
+    if not halvings:
+        raise ValueError(
+            f"{model.name}: found no solution through the run's row near t = {float(step.t[0]):.9g} s by collocation; "
+            "simulate with a smaller rtol"
+        )
+    half = step._replace(h=step.h / 2.0)
+    q, u = _carried(model, held, half, halvings - 1)
+    return _carried(model, held, Steps(step.t + half.h, half.h, q, u, step.q1, step.u1), halvings - 1)
+
+
+def _composed(first: FloatArray, then: FloatArray) -> FloatArray:
+    """Two maps (2 n, D) one after the other."""
+    states = len(first)
+    found = then[:, :states] @ first
+    found[:, states:] += then[:, states:]
+    return found
+
+
+def _stages(model: Model, held: Held, steps: Steps) -> FloatArray:
+    """Accelerations (k, s, n) at the nodes; not a number where none are found."""
+    g = gauss()
+    k = len(steps.t)
+    at_start = accelerations(model, held, steps.t, steps.q, steps.u)[0]
+    at_end = accelerations(model, held, steps.t + steps.h, steps.q1, steps.u1)[0]
+    found = at_start[:, None] + g.c[:, None] * (at_end - at_start)[:, None]
+    size = np.max(np.abs(found), axis=(1, 2))
+    left, before = np.arange(k), np.full(k, np.inf)
+    for sweep in range(SWEEPS):
+        new = _at_nodes(model, held, steps.some(left), found[left])
+        change = np.max(np.abs(new - found[left]), axis=(1, 2))
+        found[left] = new
+        size[left] = np.maximum(size[left], np.max(np.abs(new), axis=(1, 2)))
+        rounding = 16.0 * np.finfo(float).eps * size[left]
+        # below 1e-12 what no longer falls is rounding
+        done = (change <= rounding) | ((change <= 1e-12 * size[left]) & (change >= 0.5 * before[left]))
+        wild = ~np.isfinite(change) | ((sweep > 4) & (change > before[left]) & (change > 1e-9 * size[left]))
+        before[left] = change
+        found[left[wild]] = np.nan
+        left = left[~done & ~wild]
+        if not left.size:
+            break
+    found[left] = np.nan
+    for i in np.flatnonzero(~np.isfinite(found).all(axis=(1, 2))):
+        found[i] = _by_newton(model, held, steps.some(np.array([i])), at_start[i], at_end[i])
+    return found
+
+
+def _nodes(steps: Steps, W: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Times, coordinates and rates at the nodes, one behind the other, of accelerations (k, s, n) there."""
+    g, h = gauss(), steps.h[:, None, None]
+    q = steps.q[:, None] + h * g.c[:, None] * steps.u[:, None] + h**2 * np.einsum("ij,kjn->kin", g.twice, W)
+    u = steps.u[:, None] + h * np.einsum("ij,kjn->kin", g.A, W)
+    n = q.shape[-1]
+    t = (steps.t[:, None] + steps.h[:, None] * g.c).ravel()
+    return t, np.ascontiguousarray(q.reshape(-1, n)), np.ascontiguousarray(u.reshape(-1, n))
+
+
+def _at_nodes(model: Model, held: Held, steps: Steps, W: FloatArray) -> FloatArray:
+    t, q, u = _nodes(steps, W)
+    if not (np.isfinite(q).all() and np.isfinite(u).all()):
+        return np.full_like(W, np.nan)
+    return accelerations(model, held, t, q, u)[0].reshape(W.shape)
+
+
+def _by_newton(model: Model, held: Held, step: Steps, start: FloatArray, end: FloatArray) -> FloatArray:
+    """The same of one stiff step, by Newton's method with exact derivatives at all nodes; not numbers where it
+    fails."""
+    g, n = gauss(), len(start)
+    W = (start + g.c[:, None] * (end - start))[None]
+    states = moving_of(model, "q0")  # by q and u alone
+    for _ in range(NEWTON):
+        t, q, u = _nodes(step, W)
+        if not (np.isfinite(q).all() and np.isfinite(u).all()):
+            return np.full_like(W[0], np.nan)
+        u_dot, J = jacobians(model, states, held, t, q, u)
+        K = _matrix(step, J.reshape(1, STAGES, n, -1))
+        change = np.linalg.solve(K[0], (u_dot - W[0]).ravel()).reshape(W.shape)
+        W = W + change
+        if np.max(np.abs(change)) <= 1e-13 * np.max(np.abs(W)):
+            return np.asarray(W[0])
+    return np.full_like(W[0], np.nan)
+
+
+def _ends(steps: Steps, W: FloatArray) -> tuple[FloatArray, FloatArray]:
+    g, h = gauss(), steps.h[:, None]
+    q = steps.q + h * steps.u + h**2 * np.einsum("j,kjn->kn", g.twice_b, W)
+    return q, steps.u + h * np.einsum("j,kjn->kn", g.b, W)
+
+
+def _meets(model: Model, steps: Steps, q: FloatArray, u: FloatArray, tolerance: tuple[float, float]) -> Any:
+    """Whether ends (k, n) are the steps' own, to what the run's tolerance allows."""
+    rtol, atol = tolerance
+    rtol, atol = (MISSED * rtol, MISSED * atol) if rtol else (UNKNOWN, UNKNOWN)
+    unit = np.array([1.0 if kind == "angle" else model.length for kind, _ in model.data["coordinates"]])
+    span = np.max(np.abs(steps.q1 - steps.q) / unit, axis=1)
+    speed = np.max(np.maximum(np.abs(steps.u1), np.abs(steps.u)) / unit, axis=1)
+    per = model.time or model.duration
+    place = np.max(np.abs(q - steps.q1) / unit, axis=1)
+    rate = np.max(np.abs(u - steps.u1) / unit, axis=1)
+    size = np.max(np.abs(steps.q1) / unit, axis=1) + span
+    return (place <= atol + rtol * size) & (rate <= atol / per + rtol * speed)
+
+
+def _matrix(steps: Steps, J: FloatArray) -> FloatArray:
+    """The collocated equations of the accelerations' changes, (k, s n, s n), from J (k, s, n, D) at the nodes."""
+    g, h = gauss(), steps.h
+    k, _, n, _ = J.shape
+    by_q, by_u = J[..., :n], J[..., n : 2 * n]
+    blocks = np.einsum("k,ij,kinm->kinjm", h**2, g.twice, by_q) + np.einsum("k,ij,kinm->kinjm", h, g.A, by_u)
+    return np.asarray(np.eye(STAGES * n) - blocks.reshape(k, STAGES * n, STAGES * n))
+
+
+def _linear(model: Model, moving: Moving, held: Held, steps: Steps, W: FloatArray) -> FloatArray:
+    """The maps (k, 2 n, D) of steps with accelerations W (k, s, n) at their nodes."""
+    g, (k, n) = gauss(), steps.q.shape
+    _, J = jacobians(model, moving, held, *_nodes(steps, W))
+    J = J.reshape(k, STAGES, n, -1)
+    right = J.copy()
+    right[..., n : 2 * n] += steps.h[:, None, None, None] * g.c[:, None, None] * J[..., :n]
+    changes = np.linalg.solve(_matrix(steps, J), right.reshape(k, STAGES * n, -1)).reshape(right.shape)
+    h = steps.h[:, None, None]
+    found = np.zeros((k, 2 * n, J.shape[-1]))
+    found[:, :n] = h**2 * np.einsum("j,kjnd->knd", g.twice_b, changes)
+    found[:, n:] = h * np.einsum("j,kjnd->knd", g.b, changes)
+    found[:, :, : 2 * n] += np.eye(2 * n)
+    found[:, :n, n : 2 * n] += h * np.eye(n)
+    return found

@@ -1,0 +1,268 @@
+"""What the rates after an impact move by: its law, linearised about what each contact did (theory, eq. 11.9).
+
+What each contact did, pushed or left, stuck or slid, is read off its impulses and rates and held to the law's own
+conditions; an impact that is within rounding of another way has no derivative, and is refused.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+from ..arrays import FloatArray
+from ..record.impact import Impact
+from .held import solved
+from .local import Local
+
+UNDECIDED = 1e-9
+"""Rates and impulses count as zero below this part of those of the impact: laws of impact are decided to 1e-10 of the
+terms that they compare (docs/theory.md, section 5.7), and what is ten times that may still be either."""
+
+Normal = Literal["rate", "given", "leaves"]
+
+
+@dataclass
+class Way:
+    """How one contact takes part in one stage of an impact, and with which impulses.
+
+    Its rate along the normal after the stage is given, or its impulse is, or it leaves without one; along the ground it
+    ``sticks``, or its friction is ``sign`` times the limit, or it has none (``sign`` 0).
+    """
+
+    contact: int
+    normal: Normal
+    sticks: bool = False
+    sign: float = 0.0
+    P: float = 0.0
+    F: float = 0.0
+
+
+@dataclass
+class Stage:
+    """From the rates ``before`` to those ``after`` (n,), with what these rates move by: (n, D) each.
+
+    ``P`` (contacts, D) is what normal impulses move by; ``wanted`` (contacts, D) is what normal rates after it are to
+    move by, where they are given.
+    """
+
+    ways: Sequence[Way]
+    before: FloatArray
+    after: FloatArray
+    before_moves: FloatArray
+    wanted: FloatArray
+    P: FloatArray
+    after_moves: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
+
+
+def after_impact(at: Local, impact: Impact, before_moves: FloatArray) -> FloatArray:
+    """What u+ of an impact moves by, (n, D), where u- moves by ``before_moves`` (n, D) in the directions of ``at``.
+
+    Raises ``ValueError`` for an impact that has no derivative, or whose law is not covered, and says why.
+    """
+    model = at.model
+    chosen = [model._contact(contact) for contact in impact.contacts]
+    if impact.restitution_share < 1.0:
+        raise _refused(
+            at, impact, "its contacts had less than their restitution, as all of it would have gained energy"
+        )
+    mu, e = model.kernels.friction[chosen], _restitution(at, chosen)
+    law = model.data["law"]
+    alike = len({model.contacts[contact][1] for contact in chosen}) == 1
+    if law == "newton" or not e.any() or (not mu.any() and alike):
+        return _by_newton(at, impact, chosen, e, mu, before_moves)
+    if law == "poisson":
+        return _by_poisson(at, impact, chosen, e, mu, before_moves)
+    if len(chosen) == 1 and _slides_through(at, impact, chosen[0]):
+        return _by_newton(at, impact, chosen, e, mu, before_moves)
+    raise _refused(
+        at,
+        impact,
+        "by Stronge's law what is given back is followed along the impulses where sliding ends within an impact, or "
+        "where "
+        'several contacts have friction or differ in restitution; use law = "newton" or "poisson"',
+    )
+
+
+def _refused(at: Local, impact: Impact, why: str) -> ValueError:
+    where = " and ".join("{} on {}".format(*contact) for contact in impact.contacts)
+    return ValueError(f"{at.model.name}: the impact of {where} at t = {impact.t:.9g} s has no derivative here: {why}")
+
+
+def _restitution(at: Local, chosen: Sequence[int]) -> FloatArray:
+    grounds = [at.model.contacts[contact][1].partition(".")[0] for contact in chosen]
+    return np.array([at.model.parameters[f"{ground}.restitution"] for ground in grounds])
+
+
+def _slides_through(at: Local, impact: Impact, contact: int) -> bool:
+    """Whether the one contact slides in the same direction from the beginning of the impact to its end."""
+    before, after = (float(at.slip_rows[contact] @ u) for u in (impact.u_minus, impact.u_plus))
+    speed = _speed(at, contact, impact.u_minus)
+    return before * after > 0.0 and min(abs(before), abs(after)) > UNDECIDED * speed
+
+
+def _speed(at: Local, contact: int, *u: FloatArray) -> float:
+    """The size of the terms that a contact's rates consist of (m/s, or rad/s)."""
+    sizes = np.abs(at.gap_rows[contact]) + np.abs(at.slip_rows[contact])
+    return max(float(sizes @ np.abs(one)) for one in u) or 1.0
+
+
+def _by_newton(
+    at: Local, impact: Impact, chosen: Sequence[int], e: FloatArray, mu: FloatArray, before_moves: FloatArray
+) -> FloatArray:
+    """N u+ = -e N u- where it pushes."""
+    u_minus, u_plus = impact.u_minus, impact.u_plus
+    targets = {c: -e_c * float(at.gap_rows[c] @ u_minus) for c, e_c in zip(chosen, e, strict=True)}
+    friction = impact.friction if impact.friction.size else np.zeros(len(chosen))
+    P = dict(zip(chosen, impact.impulses, strict=True))
+    F = dict(zip(chosen, friction, strict=True))
+    ways = _ways(at, impact, chosen, mu, u_minus, u_plus, P, F, targets)
+    count = len(at.model.contacts)
+    wanted = np.zeros((count, before_moves.shape[1]))
+    changes = at.coefficients_move("restitution")
+    approach = at.gap_rates_move(u_minus, ("q", "k")) + at.gap_rows @ before_moves
+    for c, e_c in zip(chosen, e, strict=True):
+        wanted[c] = -e_c * approach[c] - changes[c] * float(at.gap_rows[c] @ u_minus)
+    stage = Stage(ways, u_minus, u_plus, before_moves, wanted, np.zeros_like(wanted))
+    _move(at, stage)
+    return stage.after_moves
+
+
+def _by_poisson(
+    at: Local, impact: Impact, chosen: Sequence[int], e: FloatArray, mu: FloatArray, before_moves: FloatArray
+) -> FloatArray:
+    """Compression to N u = 0, then at least e times its impulses."""
+    model, count, k = at.model, len(at.model.contacts), len(chosen)
+    compressed, impulses, outcome = model.kernels.impact(
+        at.q, np.ascontiguousarray(impact.u_minus), np.array(chosen, dtype=np.int32), np.zeros(k)
+    )
+    if outcome != "done":
+        raise _refused(at, impact, f"its compression has no impulses by itself ({outcome.replace('_', ' ')})")
+    friction = impact.friction if impact.friction.size else np.zeros(k)
+    P, F = impulses[:k], impulses[k : 2 * k]
+    still = dict.fromkeys(chosen, 0.0)
+    named = [dict(zip(chosen, one.tolist(), strict=True)) for one in (P, F, impact.impulses - P, friction - F)]
+    first = _ways(at, impact, chosen, mu, impact.u_minus, compressed, named[0], named[1], still)
+    none = np.zeros((count, before_moves.shape[1]))
+    compression = Stage(first, impact.u_minus, compressed, before_moves, none, none.copy())
+    _move(at, compression)
+    least = dict(zip(chosen, (e * P).tolist(), strict=True))
+    then = _ways(at, impact, chosen, mu, compressed, impact.u_plus, named[2], named[3], still, least)
+    given = none.copy()
+    changes = at.coefficients_move("restitution")
+    for i, c in enumerate(chosen):
+        given[c] = e[i] * compression.P[c] + changes[c] * P[i]
+    expansion = Stage(then, compressed, impact.u_plus, compression.after_moves, none, given)
+    _move(at, expansion)
+    return expansion.after_moves
+
+
+def _ways(
+    at: Local,
+    impact: Impact,
+    chosen: Sequence[int],
+    mu: FloatArray,
+    before: FloatArray,
+    after: FloatArray,
+    P: dict[int, float],
+    F: dict[int, float],
+    targets: dict[int, float],
+    least: dict[int, float] | None = None,
+) -> list[Way]:
+    """What each contact did in one stage: it has its target rate and pushes more than the ``least``, or pushes with
+    that."""
+    ways = []
+    # what an impulse is known to: that of the contact that has most, by the rates that it gives
+    units = {c: _strength(at, c) for c in chosen}
+    largest = max(P[c] * units[c] for c in chosen)
+    for c, mu_c in zip(chosen, mu, strict=True):
+        speed = _speed(at, c, before, after)
+        at_rate = abs(float(at.gap_rows[c] @ after) - targets[c]) <= UNDECIDED * speed
+        own = P[c] - (least[c] if least else 0.0)
+        pushes = own * units[c] > UNDECIDED * max(largest, 0.0)
+        name = "{} on {}".format(*at.model.contacts[c])
+        if pushes and not at_rate:
+            raise _refused(at, impact, f"{name} does not leave as one step of the law has it")
+        if at_rate and not pushes:
+            raise _refused(
+                at, impact, f"whether {name} pushes is undecided: it leaves as if it did, without an impulse"
+            )
+        given = bool(least) and not pushes
+        if not pushes and abs(own) * units[c] > UNDECIDED * largest:
+            raise _refused(at, impact, f"{name} pushes less than one step of the law has it")
+        normal: Normal = "rate" if pushes else "given" if given else "leaves"
+        way = Way(c, normal, P=P[c], F=F[c])
+        if mu_c > 0.0 and P[c] * units[c] > UNDECIDED * largest:
+            _rub(at, impact, way, mu_c, after, speed)
+        ways.append(way)
+    return ways
+
+
+def _strength(at: Local, contact: int) -> float:
+    """What a unit impulse at a contact changes its own normal rate by, loops held shut."""
+    column = at.gap_rows[contact][:, None]
+    return float(at.gap_rows[contact] @ at.response(column, np.zeros((len(at.model.rows), 1)))[:, 0])
+
+
+def _rub(at: Local, impact: Impact, way: Way, mu: float, after: FloatArray, speed: float) -> None:
+    """Whether a contact that pushes sticks at the end of a stage, or in which direction friction is at its limit."""
+    slip = float(at.slip_rows[way.contact] @ after)
+    rests = abs(slip) <= UNDECIDED * speed
+    limit = abs(mu * way.P - abs(way.F)) <= UNDECIDED * mu * way.P
+    name = "{} on {}".format(*at.model.contacts[way.contact])
+    if rests and limit:
+        raise _refused(at, impact, f"whether {name} sticks is undecided: it rests, with friction at its limit")
+    if not rests and (not limit or way.F * slip > 0.0):
+        raise _refused(at, impact, f"friction at {name} is not that of one step of the law")
+    way.sticks, way.sign = rests, 0.0 if rests else float(np.sign(way.F))
+
+
+def _move(at: Local, stage: Stage) -> None:
+    """Fill in what the rates after a stage and its impulses move by: the linear equations of theory, eq. 11.9."""
+    model, count = at.model, len(at.model.contacts)
+    n, rows = len(at.q), len(model.rows)
+    P, F = np.zeros(count), np.zeros(count)
+    for way in stage.ways:
+        P[way.contact], F[way.contact] = way.P, way.F
+    jump = np.ascontiguousarray(stage.after - stage.before)
+    _, Lambda, _ = model.kernels.impulse(
+        at.q[None],
+        np.ascontiguousarray((at.gap_rows.T @ P + at.slip_rows.T @ F)[None]),
+        np.zeros((1, rows + 1)),
+    )
+    held = at.tangent("jump", n + rows, jump, ("q", "k"), multipliers=Lambda[0])
+    f = held[:n] + at.pushes_move(P, F)
+    friction = model.kernels.friction
+    changes = at.coefficients_move("friction") if any(way.sign for way in stage.ways) else np.zeros((count, 0))
+    columns, wanted, which = [], [], []
+    slips = at.slips_move(stage.after, ("q", "k")) if any(way.sticks for way in stage.ways) else None
+    for way in stage.ways:
+        c = way.contact
+        column = at.gap_rows[c] + way.sign * friction[c] * at.slip_rows[c]
+        if way.sign:
+            f = f + way.sign * way.P * np.outer(at.slip_rows[c], changes[c])
+        if way.normal == "given":
+            f = f + np.outer(column, stage.P[c])
+        if way.normal == "rate":
+            columns.append(column)
+            wanted.append((at.gap_rows[c], stage.wanted[c] - at.gap_rates_move(stage.after, ("q", "k"))[c]))
+            which.append(c)
+    for way in stage.ways:
+        if way.sticks and slips is not None:
+            columns.append(at.slip_rows[way.contact])
+            wanted.append((at.slip_rows[way.contact], -slips[way.contact]))
+    # A (du- + change) = -dA u+
+    shut = -at.tangent("closure_rate", rows, stage.after, ("q", "k")) - at.closure_rows @ stage.before_moves
+    moved = stage.before_moves + at.response(f, shut)
+    if columns:
+        answer = at.response(np.array(columns).T, np.zeros((rows, len(columns))))
+        N = np.array([row for row, _ in wanted])
+        rates, sizes = np.array([rate for _, rate in wanted]), np.abs(N) @ np.abs(moved)
+        alike = not any(way.sign for way in stage.ways)
+        z = solved(at, N @ answer, rates - N @ moved, sizes + np.abs(rates), alike=alike)
+        moved = moved + answer @ z
+        for i, c in enumerate(which):
+            stage.P[c] = z[i]
+    stage.after_moves = moved

@@ -1,0 +1,105 @@
+"""Outputs of a run by name, and what they move by with the state."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..arrays import FloatArray
+from ..faults import Faults
+from ..model.derivatives import SOLVED
+from ..model.forces import Held
+from ..model.inputs import Values
+from ..model.model import Model
+from ..model.places import places_of
+from .moving import Moving
+
+Function = Callable[[float, FloatArray, FloatArray], tuple[ArrayLike, ArrayLike, ArrayLike]]
+"""From t, q (n,) and u (n,) values (k,) or a number, and their derivatives (k, n) by q and by u."""
+
+Output = str | Function
+
+WHOLE = ("q", "u")
+TIMES = "impact_times"
+
+
+def check_outputs(model: Model, outputs: Sequence[Output]) -> None:
+    """Raise ``ValueError`` for outputs that are none, or have no derivatives, with all that is wrong."""
+    places, faults = places_of(model), Faults()
+    for one in outputs:
+        if not callable(one) and one not in (*WHOLE, TIMES) and one not in places:
+            near = ", ".join(list(places)[:12])
+            faults.add(
+                f"outputs: found {one!r}, expected q, u, impact_times, a function, or one of {near}"
+                f"{', …' if len(places) > 12 else ''}; of others there are no derivatives"
+            )
+    faults.stop_if_any()
+
+
+def label(output: Output) -> str:
+    """The name of an output."""
+    return output if isinstance(output, str) else getattr(output, "__name__", "function")
+
+
+def moves(
+    model: Model,
+    moving: Moving,
+    output: Output,
+    t: float,
+    state: tuple[FloatArray, FloatArray],
+    S: FloatArray,
+    held: Held,
+    inputs: Values | None,
+) -> FloatArray:
+    """What an output moves by at one time, (columns,) or (k, columns)."""
+    q, u = state
+    n = len(q)
+    if output == "q":
+        return S[:n]
+    if output == "u":
+        return S[n:]
+    if callable(output):
+        return _of_function(output, t, q, u, S)
+    of, index = places_of(model)[str(output)]
+    if of in ("q", "u"):
+        return np.asarray(S[:n][index] if of == "q" else S[n:][index])
+    if of in SOLVED and held:
+        raise ValueError(
+            f"outputs: found {output} at t = {t:.9g} s, where contacts are held, expected a time in flight: forces "
+            "have derivatives there alone"
+        )
+    by: dict[str, Any] = {"q": S[:n], "u": S[n:]} | dict(zip(moving.arguments, moving.along, strict=True))
+    found = model.derivatives(of, q, u, t, inputs, by, () if model.contacts else None)
+    return np.asarray(found[index])
+
+
+def _of_function(function: Function, t: float, q: FloatArray, u: FloatArray, S: FloatArray) -> FloatArray:
+    n = len(q)
+    found = function(t, q.copy(), u.copy())
+    name = label(function)
+    if not isinstance(found, tuple) or len(found) != 3:
+        raise ValueError(
+            f"outputs: {name}: found {type(found).__name__}, expected a tuple of values and of their derivatives by "
+            "q and by u"
+        )
+    value, by_q, by_u = (np.asarray(part, dtype=float) for part in found)
+    for part, argument in ((by_q, "q"), (by_u, "u")):
+        if part.shape != (*value.shape, n):
+            raise ValueError(
+                f"outputs: {name}: found derivatives by {argument} of shape {part.shape}, expected {(*value.shape, n)}"
+            )
+    return np.asarray(by_q @ S[:n] + by_u @ S[n:])
+
+
+def values(
+    output: Output, t: float, state: tuple[FloatArray, FloatArray], named: Mapping[str, FloatArray]
+) -> FloatArray:
+    """The value of an output at one time; ``named`` are those of names."""
+    if output in WHOLE:
+        return np.asarray(state[WHOLE.index(str(output))])
+    if callable(output):
+        return np.asarray(output(t, *state)[0], dtype=float)
+    return np.asarray(named[str(output)])
