@@ -10,6 +10,8 @@ from .analysis.reach import OutOfReach, reach
 from .ensemble.ensemble import ensemble
 from .ensemble.reduction import Reduction
 from .ensemble.table import Ensemble
+from .fitting.curve import Fitted, fit
+from .fitting.identify import Identified, identify
 from .load_run import load_run
 from .loading.load import load_model
 from .model.model import Model
@@ -27,8 +29,10 @@ __all__ = [
     "Ensemble",
     "Equilibrium",
     "Event",
+    "Fitted",
     "Followed",
     "HybridState",
+    "Identified",
     "Impact",
     "Linear",
     "Model",
@@ -40,7 +44,9 @@ __all__ = [
     "Sensitivities",
     "driving_torque",
     "ensemble",
+    "fit",
     "follow",
+    "identify",
     "inverse_dynamics",
     "linearise",
     "load_model",
