@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -57,7 +58,7 @@ def sweep(
     from ccgen.runtime.sweep.sweep import sweep as work
 
     with refusing(PlanError, ImportError):
-        plan = read_plan(plan_file, model, written)
+        plan = read_plan(plan_file, model, partial(written, scene=scene))
     try:
         with progress(detail) as tell, executor_of(dask) as executor:
             tell.stage("simulate")
@@ -141,7 +142,7 @@ def replay(
     from ccgen.runtime.sweep.results import Results
 
     with refusing(ValueError, ImportError):
-        made = Results(folder).run(model, read_plan(plan_file, model, written), run)
+        made = Results(folder).run(model, read_plan(plan_file, model, partial(written, scene=scene)), run)
     place.mkdir(parents=True, exist_ok=True)
     with refusing(OSError):
         for name, way in zip(FILES, (made.save, made.plot, made.save_player), strict=True):

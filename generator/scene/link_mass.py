@@ -33,7 +33,7 @@ def link_mass(table: LinkTable, path: Path, report: Report) -> Mass:
     for key in PLAIN:
         if key not in given:
             expected = LinkTable.model_fields[key].description
-            advice = "add it, or a body that it follows from: rod = { mass = ... }, plate or disc"
+            advice = "add it, or a body that it follows from: rod = { mass = ... }, plate, disc or point_mass"
             report.add((*path, key), f"missing, expected {expected}; {advice}")
     if len(given) < len(PLAIN) or table.mass is None or table.inertia is None or table.com is None:
         return UNKNOWN

@@ -24,6 +24,15 @@ from .record import Record
 
 NEAREST = 6
 """Names that are told beside one that is none."""
+OTHER_WORDS: Mapping[str, tuple[str, ...]] = {
+    "torque": ("moment",),
+    "moment": ("torque",),
+    "reaction": ("force",),
+    "velocity": ("speed", "angular_velocity", "slide_rate"),
+    "omega": ("angular_velocity",),
+    "position": ("x", "y", "slide"),
+}
+"""What somebody may call it who knows other programs: a driven joint's torque is its moment."""
 
 
 @dataclass(frozen=True)
@@ -165,9 +174,11 @@ def _unknown_name(name: str, known: Mapping[str, Output]) -> str:
     twice = [one for one in known if one.endswith(f" {name}")]
     if twice:
         return f"found {name!r}, which is of two things, expected {' or '.join(map(repr, twice))}"
-    owner = name.rpartition(".")[0]
+    owner, _, word = name.rpartition(".")
     same = [one for one in known if one.rpartition(".")[0] == owner] if owner else []
-    near = get_close_matches(name, known, NEAREST, 0.5) or same[:NEAREST]
+    meant = [one for one in known if one.rpartition(".")[2] in (word, *OTHER_WORDS.get(word, ()))]
+    own = [one for one in meant if one in same]
+    near = own or get_close_matches(name, known, NEAREST, 0.5) or (same or meant)[:NEAREST]
     beside = f", expected one such as {', '.join(near)}" if near else ""
     return (
         f"found {name!r}, which nothing is called{beside}; Run.outputs and ccgen show --outputs have all {len(known)}"

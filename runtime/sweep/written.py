@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-Written = Callable[[str, str | None], float]
-"""The number (SI) that a text stands for, which measures what a unit does, or anything where that is None. Raises
-``ValueError`` with a sentence on what to write instead."""
+Written = Callable[[str, str | None, str | None], float]
+"""The number (SI) that a text stands for, which measures what a unit does, or what a parameter of this path does, as
+far as that is known. Raises ``ValueError`` with a sentence on what to write instead."""
 
 UNITS = {"angle": "rad", "angular_velocity": "rad/s", "slide": "m", "slide_rate": "m/s"}
 UNITS |= {"x": "m", "y": "m", "vx": "m/s", "vy": "m/s"}
@@ -40,17 +40,19 @@ class Plain:
         if not isinstance(one, Mapping):
             return one
         unit = UNITS.get(str(one.get("start", "")).rpartition(".")[2])
+        path = str(one["parameter"]) if "parameter" in one else None
         return {
-            key: self._number(value, f"{where}.{key}", unit) if key in VARIED else value for key, value in one.items()
+            key: self._number(value, f"{where}.{key}", unit, path) if key in VARIED else value
+            for key, value in one.items()
         }
 
-    def _number(self, value: Any, where: str, unit: str | None) -> Any:
+    def _number(self, value: Any, where: str, unit: str | None, path: str | None = None) -> Any:
         if isinstance(value, list):
-            return [self._number(one, where, unit) for one in value]
+            return [self._number(one, where, unit, path) for one in value]
         if not isinstance(value, str):
             return value
         try:
-            return self.written(value, unit)
+            return self.written(value, unit, path)
         except ValueError as error:
             self.faults[where] = f'{where}: found "{value}": {error}'
             return value

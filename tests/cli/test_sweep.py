@@ -63,6 +63,10 @@ def test_what_is_wrong_is_told_before_the_first_run() -> None:
     code, _, err = call("sweep", SCENE, "bad.toml")
     assert code == 2 and "bad.toml: vary[0].parameter: gravity.gg: found no such parameter" in err
     assert "bad.toml: observe: found 'joint_0.z'" in err and not Path("results").exists()
+    Path("bad.toml").write_text(PLAN.replace("[5.0, 9.81]", '["5 m/s^2", "9.81 kg"]'))
+    code, _, err = call("sweep", SCENE, "bad.toml")
+    assert code == 2 and 'bad.toml: vary[0].values: found "9.81 kg": that is a mass, not' in err
+    assert '"5 m/s^2"' not in err and not Path("results").exists()
     code, _, err = call("sweep", SCENE, "plan.toml", "--threads", "0", "--chunk", "x")
     assert code == 2 and "--threads: found '0', expected a whole number" in err and "--chunk: found 'x'" in err
     assert call("sweep", SCENE, "plan.toml", "-q")[0] == 0

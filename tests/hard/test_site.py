@@ -130,10 +130,10 @@ def test_what_is_the_number_of_an_equation(monkeypatch: pytest.MonkeyPatch) -> N
     monkeypatch.syspath_prepend(str(ROOT / "docs" / "site"))
     equation_links = importlib.import_module("equation_links")
     for text, wanted in {
-        "by eq. 4.7, 4.8 and 99.1.": ["4.7", "4.8", "99.1"],
+        "by equations 4.7, 4.8 and 99.1.": ["4.7", "4.8", "99.1"],
         "Equations 2.1–2.6 and 3.4 to\n3.6": ["2.1", "2.6", "3.4", "3.6"],
-        "theory, 4.13, takes 1.8 times as long as eq. 3": [],
-        "eq. 4.7, 3 bars": ["4.7"],
+        "theory, 4.13, takes 1.8 times as long as equation 3": [],
+        "Equation 4.7, 3 bars": ["4.7"],
     }.items():
         found = [*equation_links.pieces(text)]
         assert [piece for piece, cited in found if cited] == wanted

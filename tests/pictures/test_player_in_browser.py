@@ -23,6 +23,14 @@ pytestmark = pytest.mark.slow
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 WIDE, NARROW = {"width": 1280, "height": 800}, {"width": 390, "height": 844}
+WIDEST_WORDS = """(() => {
+  const follow = document.getElementById("follow"), style = getComputedStyle(follow);
+  const brush = document.createElement("canvas").getContext("2d");
+  brush.font = style.font;
+  const words = brush.measureText(follow.options[0].label).width;
+  return words + parseFloat(style.paddingLeft) + parseFloat(style.paddingRight) + 12;  // and the arrow of the list
+})()"""
+"""How wide the list of what is followed has to be for its first entry."""
 
 
 @pytest.fixture(scope="module")
@@ -280,6 +288,7 @@ def test_it_fits_on_a_telephone(browser: Any, falling: Path, scheme: str) -> Non
     with Page(browser, falling, size=NARROW, is_mobile=True, has_touch=True, color_scheme=scheme) as page:
         assert page.of("document.documentElement.scrollWidth") <= 390
         assert page.of("[...document.querySelectorAll('#bar > *')].every(e => e.getBoundingClientRect().right <= 390)")
+        assert page.of(WIDEST_WORDS) <= page.of("document.getElementById('follow').clientWidth")  # none is cut off
         assert (
             page.of("height") > 250
             and page.of("document.querySelector('footer').getBoundingClientRect().bottom") <= 844

@@ -129,7 +129,7 @@ WRONG: dict[str, tuple[dict[str, Any], dict[str, Any], dict[str, str]]] = {
         {},
         {
             "mass": "missing, expected the mass in kg, a positive number, or 0 for a link without mass; add it, or a",
-            "inertia": "rod = { mass = ... }, plate or disc",
+            "inertia": "rod = { mass = ... }, plate, disc or point_mass",
             "com": "missing, expected the centre of mass",
         },
     ),
