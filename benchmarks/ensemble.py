@@ -22,6 +22,7 @@ import numpy as np
 from driver import ROOT, WORK
 from linkage import as_tree, of_model
 from machine import machine
+from turns import fastest
 from workload import Array, workload
 
 from ccgen.generator import generate, load_scene, loop
@@ -40,17 +41,6 @@ MUJOCO_STEPS = (2e-3, 1e-3)
 """The first is the one it has unless told otherwise (s)."""
 PIECE = 10_000
 """Starts that are drawn at a time where memory is looked at."""
-
-
-def fastest(calls: list[Callable[[], object]], rounds: int) -> list[float]:
-    """Seconds of each call, the fastest of some rounds in which all have their turn."""
-    best = [math.inf] * len(calls)
-    for _ in range(rounds):
-        for i, call in enumerate(calls):
-            began = time.perf_counter()
-            call()
-            best[i] = min(best[i], time.perf_counter() - began)
-    return best
 
 
 def ring(height: float | None = None) -> Model:

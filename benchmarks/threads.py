@@ -4,14 +4,12 @@ Prints a markdown table; `python benchmarks/threads.py --help` lists the options
 """
 
 import argparse
-import math
 import os
-import time
-from collections.abc import Callable
 
 import numpy as np
 from driver import WORK
 from machine import machine
+from turns import fastest
 from workload import Array, workload
 
 from ccgen.generator import generate, loop
@@ -24,17 +22,6 @@ def starts(model: Model, height: float | None) -> tuple[Array, Array]:
     if height is not None:
         q[:, 1] += height - model.poses(q)[:, :, 1].min(axis=1)
     return q, u
-
-
-def fastest(calls: list[Callable[[], object]], rounds: int) -> list[float]:
-    """Seconds of each call in turn, the fastest of some rounds."""
-    best = [math.inf] * len(calls)
-    for _ in range(rounds):
-        for i, call in enumerate(calls):
-            began = time.perf_counter()
-            call()
-            best[i] = min(best[i], time.perf_counter() - began)
-    return best
 
 
 def main() -> None:

@@ -27,10 +27,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from .compile.cache import contract_version, fetch_or_build, key_of, runtime_folder
-from .compile.compiler import Compiler, compile_model, cythonize, extension_file, extension_module, find_compiler
+from .compile.compiled_package import compile_package
+from .compile.compiler import Compiler, cythonize, find_compiler
 from .compile.kept_steps import Steps
-from .compile.processor import processor
-from .package.parts import DERIVATIVES, HEADERS, ONE_LANE_HEADERS, is_current, write_record
+from .package.parts import DERIVATIVES, HEADERS, ONE_LANE_HEADERS, is_current
 from .package.replace import OutputError
 from .scene.module_names import hidden_module
 from .scene.scene import Scene
@@ -152,7 +152,6 @@ def _build(scene: Scene, variant: Variant, compiler: Compiler, key: str, folder:
     hash_ = _hash(scene, variant)
     banner = Banner(scene.name, numbers.package(scene.package), VERSION, hash_)
     (folder / "_binding.pyx").write_text(render_binding(banner.version, numbers.capsule))
-    extension = extension_module(hash_)
     (folder / "__init__.py").write_text(render_package(banner))
     for header in HEADERS if numbers.double else ONE_LANE_HEADERS:
         (folder / header).write_text((runtime_folder() / header).read_text())
@@ -162,17 +161,7 @@ def _build(scene: Scene, variant: Variant, compiler: Compiler, key: str, folder:
         _write_model(scene, banner, folder, tell, variant)
         tell("compile")
         binding.result()
-    more = (DERIVATIVES,) if variant.derivatives else ()
-    compile_model(compiler, folder, extension, f"ccgen_model_{banner.package}", steps, more)
-    steps.keep()
-    facts = {
-        "compiler": compiler.version,
-        "flags": list(compiler.flags()),
-        "processor": processor(compiler.command, compiler.flags()),
-        "contract": contract_version(),
-        "extension": extension_file(extension),
-    }
-    write_record(folder, key, facts)
+    compile_package(compiler, folder, banner.package, hash_, key, steps)
 
 
 def _write_model(scene: Scene, banner: Banner, folder: Path, tell: Progress, variant: Variant = Variant()) -> None:

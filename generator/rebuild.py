@@ -7,11 +7,11 @@ from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 
-from .compile.cache import cache_folder, contract_version, fetch_or_build, key_of
-from .compile.compiler import Compiler, compile_model, cythonize, extension_file, extension_module, find_compiler
+from .compile.cache import cache_folder, fetch_or_build, key_of
+from .compile.compiled_package import compile_package
+from .compile.compiler import Compiler, cythonize, find_compiler
 from .compile.kept_steps import Steps
-from .compile.processor import processor
-from .package.parts import DATA, EXTENSION, KEY, RECORD, write_record
+from .package.parts import DATA, EXTENSION, KEY, RECORD
 
 MADE = (KEY, RECORD, "_binding.c")
 """Files that compiling makes, beside the extension module."""
@@ -44,16 +44,6 @@ def _build(files: Mapping[str, bytes], name: str, compiler: Compiler, key: str, 
     """Write and compile them in an empty folder."""
     for file, text in files.items():
         (folder / Path(file).name).write_bytes(text)
-    extension = extension_module(json.loads(files[DATA])["hash"])
     steps = Steps()
     cythonize(folder, steps)
-    compile_model(compiler, folder, extension, f"ccgen_model_{name}", steps)
-    steps.keep()
-    facts = {
-        "compiler": compiler.version,
-        "flags": list(compiler.flags()),
-        "processor": processor(compiler.command, compiler.flags()),
-        "contract": contract_version(),
-        "extension": extension_file(extension),
-    }
-    write_record(folder, key, facts)
+    compile_package(compiler, folder, name, json.loads(files[DATA])["hash"], key, steps)

@@ -148,6 +148,22 @@ class Kernels:
         scales: tuple[float, float] | None = None,
         latched: Array | Sequence[float] = (),
     ) -> tuple[Array, Array, str]: ...
+    def between(
+        self,
+        name: str,
+        t: tuple[float, float],
+        q: Array,
+        u: Array,
+        at: float,
+        line: bool,
+        supply: Supply | None = None,
+        kept: str = ...,
+        held: Sequence[tuple[int, str]] = (),
+        rtol: float = ...,
+        atol: float = ...,
+        scales: tuple[float, float] | None = None,
+        latched: Array | Sequence[float] = (),
+    ) -> tuple[Array, Array, str]: ...
     def simulate(
         self,
         q: Array,

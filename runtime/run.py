@@ -37,8 +37,8 @@ if TYPE_CHECKING:
 class Run(Record):
     """A simulated motion: rows t (nt,), q (nt, nq), u (nt, nu); an impact is two rows of the same t, before and after.
 
-    `model` carries the parameter values that the motion was computed with. `advance(t0, q0, u0, h)` is the state that
-    one projected step of the run's method reaches from a recorded row; `motion(t, q, u)` the forces along the run.
+    `model` carries the parameter values that the motion was computed with. `advance.between` finds states between two
+    rows by steps of the run's method; `motion(t, q, u)` the forces along the run.
     `success` says whether the end was reached,
     `message` why not. Audits: `closure_max`, the largest gap of a cut joint (m), and `energy_drift`, the largest
     unexplained change of energy (J), over all rows; `closure_rate_max`, the largest speed at which one opens (m/s).

@@ -17,13 +17,13 @@ from ..record.outputs import Output, named_outputs
 from ..simulation.arguments import DEPTH, RATE_BUDGET, STEP_BUDGET, checked_start, stops_of
 from ..simulation.ending import message_of
 from ..simulation.one_run import Options
+from ..simulation.threads import share
 from .numbers import Numbers, prepare, rounding_sample
 from .observed import EXTREMES, Observed
 from .reduction import Reduction
 from .singly import SingleRuns
 from .stacked import Apart, Stack, WantsParameters, WantsRun, wants_forces
 from .table import DONE, INTERRUPTED, REFUSED, STOPPED, Ensemble
-from .threads import share
 from .units import units_of_columns
 
 MEMORY = 64e6

@@ -11,13 +11,13 @@ from ..faults import Faults
 from ..model.model import Model
 from ..simulation.arguments import check_calls
 from ..simulation.one_run import options_of
+from ..simulation.threads import processors
 from .compiled import CompiledRuns, can
 from .numbers import Numbers, read_numbers_of_runs
 from .observed import read_observed
 from .reduction import Reduction
 from .singly import SingleRuns
 from .table import TOLD, Ensemble, joined
-from .threads import processors
 
 
 def ensemble(

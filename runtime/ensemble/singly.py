@@ -16,10 +16,10 @@ from ..model.model import Model
 from ..record.outputs import values_of
 from ..run import Run
 from ..simulate import simulate
+from ..simulation.threads import share
 from .numbers import Numbers, outside
 from .observed import EXTREMES, Observed
 from .table import DONE, INTERRUPTED, REFUSED, STOPPED, Ensemble
-from .threads import share
 from .units import coordinates_of, units_of_columns
 
 SIZE = 1024

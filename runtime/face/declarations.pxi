@@ -209,8 +209,25 @@ cdef extern from *:
         int contact
         long steps, rejected, choices
         real rest_speed
-    int run_advance "advance"(system *s, const method *m, tolerance bound, drift kept, real t, real h, int count, const int *held,
-                              const signed char *mode, const real *latched, real *y) nogil
+    struct stretch:
+        const system *system
+        const method *method
+        tolerance tolerance
+        drift drift
+        real t[2]
+        const real *q[2]
+        const real *u[2]
+        int line
+        int count
+        const int *set
+        const signed char *mode
+        const real *latched
+    struct look:
+        real *y
+        real *other
+        real *curve
+    int state_between(const stretch *w, const look *l, real t) nogil
+    int step_from(const stretch *w, int end, real h, real *y) nogil
 
 cdef extern from *:
     struct ccgen_settings:

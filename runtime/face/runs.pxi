@@ -2,40 +2,83 @@
 
 OTHER_STATE = "a state of another model, method or precision, or written on another kind of processor"
 
+cdef class _Stretch:
+    """What a look between rows of a run needs, and the memory of all of it."""
+    cdef stretch w
+    cdef look l
+    cdef system s
+    cdef _Memory memory
+    cdef Supply supply
+    cdef real[::1] unit, inputs, numbers, latched
+    cdef const real[:, ::1] q, u
+    cdef int[::1] set
+    cdef signed char[::1] mode
+    cdef real[:, ::1] room
+
+    cdef tuple found(self, int outcome, Py_ssize_t n):
+        """The state that was found, and how that went; raises what a controller has raised."""
+        if self.supply is not None and self.supply.error is not None:
+            raise self.supply.error
+        y = np.array(self.room[0])
+        return y[:n], y[n : 2 * n], OUTCOMES[outcome]
+
 cdef class Kernels(Differentiating):
     """A model's kernels, and its runs."""
 
-    def advance(self, str name, t, const real[::1] q, const real[::1] u, h, Supply supply=None, str kept="projected",
-                held=(), rtol=0.0, atol=0.0, scales=None, latched=()):
-        """From t on by ``h`` (s) with the method ``name``, contacts ``held`` closed: (q, u, outcome). In one step, or
-        without contacts and with tolerances by as many as these ask for. ``scales``: characteristic time (s) and energy (J).
-        ``latched``: what effects hold."""
-        cdef real[::1] times = np.array([t, h, rtol, atol], dtype=REAL)
-        cdef tolerance bound
-        bound.rtol, bound.atol = times[2], times[3]
-        cdef _Memory memory = _Memory()
-        cdef system s = self._system(memory)
-        cdef real[::1] unit = empty(2 * self.m.nu + 1)  # other calls have other scales
-        s.unit = &unit[0]
-        if scales is not None:
-            s.time, s.energy = scales
-        set_units(&s)
-        cdef real[::1] inputs = np.array(self.inputs)
-        s.inputs = &inputs[0]
-        if supply is not None:
-            supply.attach(&s)
-        cdef real[::1] y = np.concatenate([q, u, zeros(1)])
-        cdef int[::1] chosen = np.array([*(contact for contact, _ in held), 0], dtype=np.int32)
-        cdef signed char[::1] mode = np.array([*(MODE_NUMBERS[how] for _, how in held), 0], dtype=np.int8)
-        cdef real[::1] holding = np.array([*latched, 0.0], dtype=REAL)
+    cdef _Stretch _stretch(self, str name, t, const real[:, ::1] q, const real[:, ::1] u, Supply supply, str kept, held, rtol, atol,
+                           scales, latched):
+        """How a run went on from rows at the times t (n,), q and u (n, nu), n being 1 or 2."""
         if len(latched) != self.m.latches:
             raise ValueError(f"found {len(latched)} values that effects hold, expected {self.m.latches}")
-        found = run_advance(&s, find_method(name.encode()), bound, <drift><int>DRIFTS.index(kept), times[0], times[1],
-                            <int>len(held), &chosen[0], &mode[0], &holding[0], &y[0])
-        if supply is not None and supply.error is not None:
-            raise supply.error
-        n = self.m.nu
-        return np.asarray(y)[:n], np.asarray(y)[n : 2 * n], OUTCOMES[found]
+        cdef _Stretch made = _Stretch()
+        cdef Py_ssize_t row
+        made.memory = _Memory()
+        made.s = self._system(made.memory)
+        made.unit = empty(2 * self.m.nu + 1)  # other calls have other scales
+        made.s.unit = &made.unit[0]
+        if scales is not None:
+            made.s.time, made.s.energy = scales
+        set_units(&made.s)
+        made.inputs = np.array(self.inputs)
+        made.s.inputs = &made.inputs[0]
+        made.supply = supply
+        if supply is not None:
+            supply.attach(&made.s)
+        made.numbers = np.array([rtol, atol, *t], dtype=REAL)
+        made.q, made.u = q, u
+        made.set = np.array([*(contact for contact, _ in held), 0], dtype=np.int32)
+        made.mode = np.array([*(MODE_NUMBERS[how] for _, how in held), 0], dtype=np.int8)
+        made.latched = np.array([*latched, 0.0], dtype=REAL)
+        made.room = empty((3, made.s.size))
+        made.l.y, made.l.other, made.l.curve = &made.room[0, 0], &made.room[1, 0], &made.room[2, 0]
+        memset(&made.w, 0, sizeof(made.w))
+        made.w.system = &made.s
+        made.w.method = find_method(name.encode())
+        made.w.tolerance.rtol, made.w.tolerance.atol = made.numbers[0], made.numbers[1]
+        made.w.drift = <drift><int>DRIFTS.index(kept)
+        for row in range(q.shape[0]):
+            made.w.t[row], made.w.q[row], made.w.u[row] = made.numbers[2 + row], &made.q[row, 0], &made.u[row, 0]
+        made.w.count = <int>len(held)
+        made.w.set, made.w.mode, made.w.latched = &made.set[0], &made.mode[0], &made.latched[0]
+        return made
+
+    def advance(self, str name, t, const real[::1] q, const real[::1] u, h, Supply supply=None, str kept="projected",
+                held=(), rtol=0.0, atol=0.0, scales=None, latched=()):
+        """From t on by ``h`` (s) with the method ``name``, or where that has no step with collocation, contacts ``held`` closed:
+        (q, u, outcome). In one step, or without contacts and with tolerances by as many as these ask for. ``scales``:
+        characteristic time (s) and energy (J). ``latched``: what effects hold."""
+        cdef _Stretch one = self._stretch(name, [t], np.asarray(q)[None, :], np.asarray(u)[None, :], supply, kept, held, rtol, atol, scales, latched)
+        cdef real[::1] by = np.array([h], dtype=REAL)
+        return one.found(step_from(&one.w, 0, by[0], one.l.y), self.m.nu)
+
+    def between(self, str name, t, const real[:, ::1] q, const real[:, ::1] u, at, line, Supply supply=None, str kept="projected",
+                held=(), rtol=0.0, atol=0.0, scales=None, latched=()):
+        """The state at the time ``at`` between two rows of a run, which are at t (2,), q and u (2, nu): (q, u, outcome). On the
+        ``line`` between both where that is so, as by time stepping, else by steps of the method from one or the other."""
+        cdef _Stretch two = self._stretch(name, t, q, u, supply, kept, held, rtol, atol, scales, latched)
+        cdef real[::1] when = np.array([at], dtype=REAL)
+        two.w.line = bool(line)
+        return two.found(state_between(&two.w, &two.l, when[0]), self.m.nu)
 
     def simulate(self, const real[::1] q, const real[::1] u, str name, real until, real rtol, real atol,
                  real fixed_step, long step_budget, long rate_budget, progress, Supply supply=None, stops=(),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
@@ -20,8 +19,14 @@ from .impact import Impact
 from .joint_change import JointChange
 from .phase import Phase
 
-Step = Callable[[float, FloatArray, FloatArray, float], tuple[FloatArray, FloatArray]]
-"""From (t0, q0, u0), a recorded row, the state (q, u) a time h later."""
+
+class Step(Protocol):
+    """How a run goes on from its rows."""
+
+    def between(self, t: float, times: FloatArray, q: FloatArray, u: FloatArray, /) -> tuple[FloatArray, FloatArray]:
+        """The state (q, u) at t between two rows that follow each other, at ``times`` (2,), q and u (2, n).
+
+        Raises ``ValueError`` where none is found."""
 
 
 class Forces(Protocol):
@@ -38,7 +43,7 @@ class Forces(Protocol):
 class Record:
     """The rows t (nt,), q (nt, nq), u (nt, nu) of a run, its impacts and phases, its end and its audits.
 
-    Checks itself; the states between the rows are what ``advance`` reaches from them. :class:`~..run.Run` says what
+    Checks itself; the states between the rows are what ``advance`` finds there. :class:`~..run.Run` says what
     each of its fields is.
     """
 
@@ -117,37 +122,9 @@ class Record:
         rows = np.searchsorted(self.t, wanted, side="right") - 1
         q, u = self.q[rows], self.u[rows]
         for k in np.flatnonzero(wanted > self.t[rows]):
-            q[k], u[k] = self._between(int(rows[k]), wanted[k].item())
+            two = slice(rows[k], rows[k] + 2)
+            q[k], u[k] = self.advance.between(wanted[k].item(), self.t[two], self.q[two], self.u[two])
         return (q, u) if times.ndim else (q[0], u[0])
-
-    def _between(self, row: int, t: float) -> tuple[FloatArray, FloatArray]:
-        """The state between ``row`` and the next.
-
-        Beside a singular configuration a step may take the wrong branch; the one from the other side, which need not
-        pass it, then does not. The nearer to the cubic through both rows is right. That misses a turn by an angle a by
-        a^4/24 (part (1 - part))^2 at most; what is off by more is looked at from both sides.
-        """
-        t0, t1 = self.t[row].item(), self.t[row + 1].item()
-        if self.model.contacts:
-            return self.advance(t0, self.q[row], self.u[row], t - t0)
-        part, step = (t - t0) / (t1 - t0), t1 - t0
-        change = self.q[row + 1] - self.q[row]
-        bend = part * self.u[row + 1] * step - (1.0 - part) * self.u[row] * step + (1.0 - 2.0 * part) * change
-        curve = self.q[row] + part * change + part * (part - 1.0) * bend
-        found, last = [], None
-        for start, q, u in ((t0, self.q[row], self.u[row]), (t1, self.q[row + 1], self.u[row + 1])):
-            try:
-                found.append(self.advance(start, q, u, t - start))
-            except ValueError as error:
-                last = error
-                continue
-            off = float(np.abs(found[-1][0] - curve).max())
-            if off <= (part * (1.0 - part)) ** 2 * float(np.abs(change).max()) ** 4:  # more than a turn's curve misses
-                return found[-1]
-        if not found:
-            assert last is not None
-            raise last
-        return min(found, key=lambda state: float(np.abs(state[0] - curve).max()))
 
     def contact_forces(self, t: ArrayLike) -> FloatArray:
         """Force of every contact at t along its normal and along the ground, (contacts, 2); of times (b, contacts, 2).

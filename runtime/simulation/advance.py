@@ -37,13 +37,9 @@ LOST = "lost"
 """In place of a controller that cannot be pickled."""
 
 
-COLLOCATION = "gauss"
-"""Method of steps that end beside a singular configuration, where that of the run may have none."""
-
-
 @dataclass(eq=False)
 class Advance:
-    """Called with (t0, q0, u0, h): the state (q, u) that one projected step reaches from a recorded row.
+    """States of a run beside its rows: between two of them, or, called with (t0, q0, u0, h), a step from one.
 
     ``method``, ``drift`` and the two ``tolerances`` are the run's, as are the ``scales``, its
     characteristic time (s) and energy (J); ``inputs`` as they were given to it and ``supply``
@@ -71,29 +67,35 @@ class Advance:
             self.inputs = copy.deepcopy(self.inputs)  # the caller may change his
 
     def __call__(self, t0: float, q0: FloatArray, u0: FloatArray, h: float) -> tuple[FloatArray, FloatArray]:
+        """The state that one projected step of length h reaches from a recorded row."""
+        latched = self.latched.at(t0) if h >= 0.0 else self.latched.before(t0)
+        settings = self._settings(t0, latched)
+        return self._found(t0, self.model.kernels.advance(self.method, t0, np.array(q0), np.array(u0), h, *settings))
+
+    def between(self, t: float, times: FloatArray, q: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The state at t between two rows at ``times`` (2,), q and u (2, n); the core says how it is found there."""
+        t0, t1 = times.tolist()
+        line = any(rows[0] <= t0 < rows[-1] for rows, _, _ in self.stepped)
+        states = np.ascontiguousarray(q), np.ascontiguousarray(u)
+        settings = self._settings(t0, self.latched.at(t0))
+        return self._found(t0, self.model.kernels.between(self.method, (t0, t1), *states, t, line, *settings))
+
+    def _settings(self, t0: float, latched: FloatArray) -> tuple[Any, ...]:
+        """What the core is told beside rows."""
         if isinstance(self.inputs, str):
             raise ValueError(
                 f"no state between the rows at t = {t0} and after: the run was pickled without its controller, which "
                 "cannot be; define it at the top of a module, or ask for states before the run is pickled"
             )
-        for t, q, u in self.stepped:
-            if t[0] <= t0 < t[-1]:
-                return self._between_steps(t, q, u, t0 + h)
         change = int(np.searchsorted(self.hold_t, t0, side="right")) - 1
         held = [(contact, how) for contact, how in self.held[change] if how != "carried"] if change >= 0 else []
-        latched = self.latched.at(t0) if h >= 0.0 else self.latched.before(t0)
-        for method in dict.fromkeys((self.method, COLLOCATION)):
-            start, settings = (t0, np.array(q0), np.array(u0), h), (*self.tolerances, self.scales, latched)
-            new_q, new_u, outcome = self.model.kernels.advance(method, *start, self.supply, self.drift, held, *settings)
-            if outcome == "done":
-                return new_q, new_u
-        raise ValueError(f"no state between the rows at t = {t0} and after ({outcome.replace('_', ' ')})")
+        return self.supply, self.drift, held, *self.tolerances, self.scales, latched
 
-    def _between_steps(self, t: FloatArray, q: FloatArray, u: FloatArray, at: float) -> tuple[FloatArray, FloatArray]:
-        """The state between two steps in time: on the line between them, put onto the closure."""
-        row = int(np.searchsorted(t, at, side="right")) - 1
-        part = (at - t[row]) / (t[row + 1] - t[row])
-        return self.model.project(q[row] + part * (q[row + 1] - q[row]), u[row] + part * (u[row + 1] - u[row]))
+    def _found(self, t0: float, found: tuple[FloatArray, FloatArray, str]) -> tuple[FloatArray, FloatArray]:
+        q, u, outcome = found
+        if outcome != "done":
+            raise ValueError(f"no state between the rows at t = {t0} and after ({outcome.replace('_', ' ')})")
+        return q, u
 
     def __copy__(self) -> Advance:
         return self

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
-from concurrent.futures import Future, ThreadPoolExecutor, wait
 from typing import Any
 
 import numpy as np
@@ -16,9 +14,7 @@ from ..model.model import Model
 from ..model.numbers import read_numbers
 from ..run import Run
 from .one_run import options_of, simulate_one
-
-PAUSE = 0.05
-"""Seconds that the calling thread waits before it lets signals in, where waiting does not."""
+from .threads import processors, share
 
 
 def simulate_batch(
@@ -59,26 +55,20 @@ def simulate_batch(
         try:
             while not ended_by and (index := next(waiting, None)) is not None:
                 runs[index] = simulate_one(model, qs[index], us[index], progress=reached, **options)
+        except AnotherFailed:
+            return  # which is raised by the thread that it failed in
         except BaseException:
-            ended_by.append(InterruptedError("another run of the batch has failed"))
+            ended_by.append(AnotherFailed())
             raise
 
-    workers = min(os.cpu_count() or 1, len(qs))
-    tasks: list[Future[None]] = []
-    with ThreadPoolExecutor(workers) as pool:
-        try:
-            for _ in range(workers):
-                tasks.append(pool.submit(work))
-            while wait(tasks, PAUSE).not_done:
-                pass
-        except KeyboardInterrupt as pressed:  # it comes to this thread alone
-            ended_by.insert(0, pressed)
-            if not options["keep_interrupted"]:
-                raise
-    errors = [error for error in (task.exception() for task in tasks) if error is not None]
-    for error in sorted(errors, key=lambda error: isinstance(error, InterruptedError)):
-        raise error
+    whole = share(work, min(processors(), len(qs)), lambda: ended_by.insert(0, KeyboardInterrupt()), None)
+    if not whole and not options["keep_interrupted"]:
+        raise KeyboardInterrupt
     return [run for run in runs if run is not None]
+
+
+class AnotherFailed(Exception):
+    """What runs end with when another one has raised."""
 
 
 def _starts(model: Model, q0: ArrayLike, u0: ArrayLike | None) -> tuple[FloatArray, FloatArray]:

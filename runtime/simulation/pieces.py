@@ -52,9 +52,9 @@ class Between:
     whole: Whole
     pieces: tuple[Piece, ...]
 
-    def __call__(self, t0: float, q0: FloatArray, u0: FloatArray, h: float) -> tuple[FloatArray, FloatArray]:
-        piece = self.pieces[number_at(self.pieces, t0, before=h < 0.0)]
-        t = min(max(t0 + h, piece.run.t[0]), piece.run.t[-1])
+    def between(self, t: float, times: FloatArray, q: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
+        piece = self.pieces[number_at(self.pieces, times[0].item(), before=False)]
+        t = min(max(t, piece.run.t[0]), piece.run.t[-1])
         return self.whole.lifted(piece.structure, *piece.run.at(t))
 
 

@@ -34,9 +34,9 @@ class Between:
 
     pieces: tuple[Piece, ...]
 
-    def __call__(self, t0: float, q0: FloatArray, u0: FloatArray, h: float) -> tuple[FloatArray, FloatArray]:
-        run = self.pieces[number_at(self.pieces, t0, before=h < 0.0)].run
-        return run.at(min(max(t0 + h, run.t[0]), run.t[-1]))
+    def between(self, t: float, times: FloatArray, q: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
+        run = self.pieces[number_at(self.pieces, times[0].item(), before=False)].run
+        return run.at(min(max(t, run.t[0]), run.t[-1]))
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from ..ensemble.observed import column_of
-from ..ensemble.threads import processors
 from ..model.model import Model
+from ..simulation.threads import processors
 from .chunk import chunk_of, make_chunk
 from .collected import Collected
 from .elsewhere import Elsewhere, Made

@@ -61,11 +61,14 @@ def test_at_an_impact_is_after_it_and_just_before_is_before(run: Run) -> None:
 def test_at_steps_from_the_last_row_that_is_not_later(run: Run) -> None:
     asked: list[tuple[float, float]] = []
 
-    def advance(t0: float, q0: Any, u0: Any, h: float) -> Any:
-        asked.append((t0, h))
-        return q0, u0
+    class Spy:
+        def between(self, t: float, times: Any, q: Any, u: Any) -> Any:
+            asked.append((times[0], t - times[0]))
+            assert np.array_equal(times, run.t[[k := int(np.flatnonzero(run.t == times[0])[-1]), k + 1]])
+            assert np.array_equal(q, run.q[k : k + 2]) and np.array_equal(u, run.u[k : k + 2])
+            return q[0], u[0]
 
-    spied, impact = replace(run, advance=advance), run.impacts[0]
+    spied, impact = replace(run, advance=Spy()), run.impacts[0]
     spied.at(np.array([0.07, impact.t, impact.t + 0.001, run.t[-1]]))
     assert asked == [(run.t[1], pytest.approx(0.02)), (impact.t, pytest.approx(0.001))]
 

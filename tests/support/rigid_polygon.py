@@ -140,6 +140,10 @@ class PolygonModel:
         later = middle + h * speed + 0.5 * h**2 * fall
         return self.state(later, speed + h * fall, angle + h * float(spin), float(spin))
 
+    def between(self, t: float, times: Array, q: Array, u: Array) -> tuple[Array, Array]:
+        """The state at t between two rows of a flight."""
+        return self.flight(times[0], q[0], u[0], t - times[0])
+
     def height(self, q: Array) -> float:
         return float(self._corners(q)[..., 1].min())
 
@@ -169,7 +173,7 @@ def bouncing(
         u, began = impact.u_plus, t
     phases.append(Phase("flight", began, t))
     ts, qs, us = (np.array(column) for column in zip(*rows, strict=True))
-    return Run(model, ts, qs, us, tuple(impacts), tuple(phases), True, "", 12 * len(rows), 1e-15, 2e-13, model.flight)
+    return Run(model, ts, qs, us, tuple(impacts), tuple(phases), True, "", 12 * len(rows), 1e-15, 2e-13, model)
 
 
 def _touch(model: PolygonModel, q: Array, u: Array, h: float) -> float:

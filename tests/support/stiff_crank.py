@@ -78,6 +78,10 @@ class FourBar:
         far = pin + COUPLER * np.array([np.cos(coupler), np.sin(coupler)]) - np.array([SPAN, 0.0])
         return np.array([crank, coupler, np.arctan2(far[1], far[0])]), u0
 
+    def between(self, t: float, times: Array, q: Array, u: Array) -> tuple[Array, Array]:
+        """The state at t between two rows."""
+        return self.turn(times[0], q[0], u[0], t - times[0])
+
 
 def turning(until: float = 1.0) -> Run:
     model = FourBar()
@@ -85,4 +89,4 @@ def turning(until: float = 1.0) -> Run:
     ts = np.linspace(0.0, until, 21)
     qs = np.array([model.turn(0.0, start, np.zeros(3), t)[0] for t in ts])
     flight = (Phase("flight", 0.0, until),)
-    return Run(model, ts, qs, np.ones_like(qs), (), flight, False, "made to stop", 1, 0.0, 0.0, model.turn)
+    return Run(model, ts, qs, np.ones_like(qs), (), flight, False, "made to stop", 1, 0.0, 0.0, model)

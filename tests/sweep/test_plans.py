@@ -120,6 +120,18 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ({"vary": [{**MASS, "values": [1]}, {**MASS, "values": [2]}]}, "found 'link_0.mass', expected each name once"),
     ({"vary": [{**MASS, "values": [1], "count": 3}]}, "count: found beside values, expected one of both"),
     (
+        {"vary": [{**MASS, "mean": 1, "deviation": 1, "from": 1}], "sample": {"count": 2}},
+        "from: found beside mean and deviation, expected one of both",
+    ),
+    (
+        {"vary": [{**MASS, "deviation": 1, "mean": 1, "to": 2}], "sample": {"count": 2}},
+        "to: found beside mean and deviation, expected one of both",
+    ),
+    (
+        {"vary": [{**MASS, "mean": 1, "deviation": 1, "scale": "log"}], "sample": {"count": 2}},
+        "scale: found beside mean and deviation, expected one of both",
+    ),
+    (
         {"combine": "rows", "vary": [{**MASS, "values": [1]}, {**HEIGHT, "values": [1, 2]}]},
         "found rows beside link_0.mass of 1, link_0.y.0. of 2, expected equally many",
     ),

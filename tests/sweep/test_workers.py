@@ -5,12 +5,14 @@ from __future__ import annotations
 import functools
 import importlib
 import json
+import math
 import multiprocessing
 import sys
 from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from ccgen.generator import rebuild
@@ -23,6 +25,7 @@ from ccgen.runtime.sweep.source import build_of, model_of, source_of
 from ccgen.runtime.sweep.sweep import sweep
 
 from ..support.sweep_scene import content
+from ..support.workshop import Workshop
 
 SPAWN = multiprocessing.get_context("spawn")
 
@@ -204,3 +207,16 @@ def test_workers_without_the_package_compile_it(
         sweep(model, plan, tmp_path / "out", executor=executor, rebuild=rebuild)
     model_of.cache_clear()
     assert content(tmp_path / "out") == content(whole)
+
+
+def test_derivatives_are_compiled_again(workshop: Workshop) -> None:
+    """A package that was asked for with derivatives has them where it is rebuilt too."""
+    text = 'name = "pendulum"\n[chain]\nlinks = 1\nhinged = true\n[gravity]\ng = 9.81\n[run]\nuntil = 1.0\n'
+    model = workshop.model(text, derivatives=True)
+    source = source_of(model, rebuild).with_files()
+    made = load_model(rebuild({name: dict(files) for name, files in source.files}, model.folder.name))
+    assert made.folder != model.folder
+    q = np.array([0.3])
+    found = made.derivatives("acceleration", q, np.zeros(1), wrt="q")
+    assert np.array_equal(found, model.derivatives("acceleration", q, np.zeros(1), wrt="q"))
+    assert found.ravel() == pytest.approx(1.5 * 9.81 * math.sin(0.3), rel=1e-12)  # of -3/2 g cos(q), a rod of 1 m

@@ -16,9 +16,9 @@ int take_between(struct ccgen_simulation *it, struct between *b)
     struct arena *arena = s->arena;
     const size_t contacts = s->model->contacts;
     *b = (struct between){
-        .y = TAKE(arena, double, s->size),
-        .other = TAKE(arena, double, s->size),
-        .curve = TAKE(arena, double, s->n),
+        .look = {.y = TAKE(arena, double, s->size),
+                 .other = TAKE(arena, double, s->size),
+                 .curve = TAKE(arena, double, s->n)},
         .latched = TAKE_ZEROS(arena, double, s->model->latches),
         .unit = TAKE(arena, double, 2 * (size_t)s->n + 1),
         .set = TAKE(arena, int, contacts),
@@ -28,13 +28,13 @@ int take_between(struct ccgen_simulation *it, struct between *b)
     return arena->ran_out;
 }
 
-/* How many of count times that never decrease are not later than t, or, where `before`, are earlier */
-static size_t times_until(size_t count, const double *times, double t, int before)
+/* How many of count times that never decrease are not later than t */
+static size_t times_until(size_t count, const double *times, double t)
 {
     size_t low = 0, high = count;
     while (low < high) {
         const size_t middle = low + (high - low) / 2;
-        if (before ? times[middle] < t : times[middle] <= t)
+        if (times[middle] <= t)
             low = middle + 1;
         else
             high = middle;
@@ -50,7 +50,7 @@ static const double *row_of(const struct ccgen_simulation *it, size_t row)
 void held_at(const struct ccgen_simulation *it, struct between *b, double t, int pushing)
 {
     const struct mode_history *modes = &it->run.modes;
-    const size_t changes = times_until(modes->count, modes->t, t, 0);
+    const size_t changes = times_until(modes->count, modes->t, t);
     b->count = 0;
     if (!changes)
         return;
@@ -64,18 +64,12 @@ void held_at(const struct ccgen_simulation *it, struct between *b, double t, int
     }
 }
 
-/* What effects held from the row before t on, or where t is a row's time and `before`, until it */
-static void latched_from(const struct ccgen_simulation *it, struct between *b, double t, int before)
-{
-    const size_t latches = it->system.model->latches;
-    const size_t rows = times_until(it->run.record.count, it->run.record.t, t, before);
-    if (latches)
-        memcpy(b->latched, row_of(it, rows ? rows - 1 : 0) + it->system.size, latches * sizeof *b->latched);
-}
-
 void latched_at(const struct ccgen_simulation *it, struct between *b, double t)
 {
-    latched_from(it, b, t, 0);
+    const size_t latches = it->system.model->latches;
+    const size_t rows = times_until(it->run.record.count, it->run.record.t, t);
+    if (latches)
+        memcpy(b->latched, row_of(it, rows ? rows - 1 : 0) + it->system.size, latches * sizeof *b->latched);
 }
 
 int stepped_at(const struct ccgen_simulation *it, double t)
@@ -88,31 +82,90 @@ int stepped_at(const struct ccgen_simulation *it, double t)
     return 0;
 }
 
-/* A step of length h from a row at t0 whose state is q, u: into y */
-static enum outcome step_from(const struct ccgen_simulation *it, struct between *b, double t0, const double *q,
-                              double h, double *y)
+enum outcome step_from(const struct stretch *w, int end, double h, double *y)
 {
-    const struct run *run = &it->run;
-    const struct method *ways[] = {run->method, &gauss};
-    struct tolerance tolerance = run->tolerance;
-    const enum drift drift = it->system.projects_steps ? DRIFT_PROJECTED
-                             : it->system.baumgarte    ? DRIFT_DAMPED
-                                                       : DRIFT_LEFT;
+    const size_t n = w->system->n;
+    const struct method *ways[] = {w->method, &gauss};
     enum outcome outcome = OUTCOME_UNKNOWN_METHOD;
-    if (run->fixed_step != 0.0)
-        tolerance.rtol = tolerance.atol = 0.0;
-    held_at(it, b, t0, 1);
-    latched_from(it, b, t0, h < 0.0);
     for (int way = 0; way < 2 && outcome; way++) {
-        struct system s = it->system;
-        s.interruption = NULL;
-        memcpy(y, q, 2 * (size_t)s.n * sizeof *y);
-        memset(y + 2 * s.n, 0, (size_t)(s.size - 2 * s.n) * sizeof *y);
-        outcome = advance(&s, ways[way], tolerance, drift, t0, h, b->count, b->set, b->mode, b->latched, y);
+        struct system s = *w->system;
+        memcpy(y, w->q[end], n * sizeof *y);
+        memcpy(y + n, w->u[end], n * sizeof *y);
+        memset(y + 2 * n, 0, (s.size - 2 * n) * sizeof *y);
+        outcome =
+            advance(&s, ways[way], w->tolerance, w->drift, w->t[end], h, w->count, w->set, w->mode, w->latched, y);
         if (ways[way] == &gauss)
             break;
     }
     return outcome;
+}
+
+/* Part of the way from the first row to the second */
+static double part_of(const struct stretch *w, double t)
+{
+    return (t - w->t[0]) / (w->t[1] - w->t[0]);
+}
+
+/* On the line between both rows, put onto the closure, into y */
+static enum outcome on_the_line(const struct stretch *w, double t, double *y)
+{
+    struct system s = *w->system;
+    const size_t n = s.n;
+    const double part = part_of(w, t);
+    for (size_t i = 0; i < n; i++) {
+        y[i] = w->q[0][i] + part * (w->q[1][i] - w->q[0][i]);
+        y[n + i] = w->u[0][i] + part * (w->u[1][i] - w->u[0][i]);
+    }
+    s.active = NULL;
+    const enum outcome outcome = project_position(&s, y);
+    return outcome ? outcome : project_velocity(&s, y, y + n);
+}
+
+/* The cubic through both rows at the part of the way between them, into `curve`; the largest change of a coordinate between them */
+static double draw_curve(const struct stretch *w, double part, double *curve)
+{
+    const size_t n = w->system->n;
+    const double step = w->t[1] - w->t[0];
+    double most = 0.0;
+    for (size_t i = 0; i < n; i++) {
+        const double change = w->q[1][i] - w->q[0][i];
+        const double bend = part * w->u[1][i] * step - (1.0 - part) * w->u[0][i] * step + (1.0 - 2.0 * part) * change;
+        curve[i] = w->q[0][i] + part * change + part * (part - 1.0) * bend;
+        most = fmax(most, fabs(change));
+    }
+    return most;
+}
+
+static double off_curve(const double *curve, size_t n, const double *y)
+{
+    double most = 0.0;
+    for (size_t i = 0; i < n; i++)
+        most = fmax(most, fabs(y[i] - curve[i]));
+    return most;
+}
+
+/* In flight: from the first row, and where that leads away from the curve, back from the second */
+static enum outcome from_either(const struct stretch *w, const struct look *l, double t)
+{
+    const size_t n = w->system->n;
+    const double part = part_of(w, t);
+    const double most = draw_curve(w, part, l->curve);
+    const double allowed = pow(part * (1.0 - part), 2.0) * pow(most, 4.0);
+    const enum outcome onward = step_from(w, 0, t - w->t[0], l->y);
+    if (!onward && off_curve(l->curve, n, l->y) <= allowed)
+        return OUTCOME_DONE;
+    const enum outcome back = step_from(w, 1, t - w->t[1], l->other);
+    const double off = back ? INFINITY : off_curve(l->curve, n, l->other);
+    if (!back && (onward || off <= allowed || off < off_curve(l->curve, n, l->y)))
+        memcpy(l->y, l->other, w->system->size * sizeof *l->y);
+    return onward && back ? back : OUTCOME_DONE;
+}
+
+enum outcome state_between(const struct stretch *w, const struct look *l, double t)
+{
+    if (w->line)
+        return on_the_line(w, t, l->y);
+    return w->system->model->contacts ? step_from(w, 0, t - w->t[0], l->y) : from_either(w, l, t);
 }
 
 /* The row of a stretch of time stepping that t is in lies before it on a line: whether t is in one */
@@ -126,77 +179,37 @@ static int on_a_line(const struct ccgen_simulation *it, size_t row)
     return 0;
 }
 
-/* On the line between a row and the next, put onto the closure */
-static enum outcome between_steps(const struct ccgen_simulation *it, size_t row, double t, double *q, double *u)
-{
-    struct system s = it->system;
-    const size_t n = s.n;
-    const double *from = row_of(it, row), *to = row_of(it, row + 1), *times = it->run.record.t;
-    const double part = (t - times[row]) / (times[row + 1] - times[row]);
-    for (size_t i = 0; i < n; i++) {
-        q[i] = from[i] + part * (to[i] - from[i]);
-        u[i] = from[n + i] + part * (to[n + i] - from[n + i]);
-    }
-    s.interruption = NULL;
-    s.active = NULL;
-    const enum outcome outcome = project_position(&s, q);
-    return outcome ? outcome : project_velocity(&s, q, u);
-}
-
-/* The cubic through a row and the next at the part of the way between them, into b->curve; the largest change of a coordinate
- * between them */
-static double draw_curve(const struct ccgen_simulation *it, struct between *b, size_t row, double part)
-{
-    const size_t n = it->system.n;
-    const double *from = row_of(it, row), *to = row_of(it, row + 1);
-    const double step = it->run.record.t[row + 1] - it->run.record.t[row];
-    double most = 0.0;
-    for (size_t i = 0; i < n; i++) {
-        const double change = to[i] - from[i];
-        const double bend = part * to[n + i] * step - (1.0 - part) * from[n + i] * step + (1.0 - 2.0 * part) * change;
-        b->curve[i] = from[i] + part * change + part * (part - 1.0) * bend;
-        most = fmax(most, fabs(change));
-    }
-    return most;
-}
-
-static double off_curve(const struct between *b, size_t n, const double *y)
-{
-    double most = 0.0;
-    for (size_t i = 0; i < n; i++)
-        most = fmax(most, fabs(y[i] - b->curve[i]));
-    return most;
-}
-
-/* In flight: from the row, and where that leads away from the curve, back from the next one */
-static enum outcome from_either(const struct ccgen_simulation *it, struct between *b, size_t row, double t)
-{
-    const double *times = it->run.record.t;
-    const size_t n = it->system.n;
-    const double part = (t - times[row]) / (times[row + 1] - times[row]);
-    const double most = draw_curve(it, b, row, part);
-    const double allowed = pow(part * (1.0 - part), 2.0) * pow(most, 4.0);
-    const enum outcome onward = step_from(it, b, times[row], row_of(it, row), t - times[row], b->y);
-    if (!onward && off_curve(b, n, b->y) <= allowed)
-        return OUTCOME_DONE;
-    const enum outcome back = step_from(it, b, times[row + 1], row_of(it, row + 1), t - times[row + 1], b->other);
-    if (!back && (onward || off_curve(b, n, b->other) <= allowed || off_curve(b, n, b->other) < off_curve(b, n, b->y)))
-        memcpy(b->y, b->other, it->system.size * sizeof *b->y);
-    return onward && back ? back : OUTCOME_DONE;
-}
-
 enum outcome state_at(const struct ccgen_simulation *it, struct between *b, double t, double *q, double *u)
 {
     const struct record *record = &it->run.record;
-    const size_t n = it->system.n, row = times_until(record->count, record->t, t, 0) - 1;
+    const size_t n = it->system.n, row = times_until(record->count, record->t, t) - 1;
     const double *y = row_of(it, row);
     enum outcome outcome = OUTCOME_DONE;
     if (t > record->t[row]) {
-        if (on_a_line(it, row))
-            return between_steps(it, row, t, q, u);
-        outcome = it->system.model->contacts ? step_from(it, b, record->t[row], y, t - record->t[row], b->y)
-                                             : from_either(it, b, row, t);
-        y = b->y;
+        struct system s = it->system;
+        struct tolerance tolerance = it->run.tolerance;
+        s.interruption = NULL;
+        if (it->run.fixed_step != 0.0)
+            tolerance.rtol = tolerance.atol = 0.0;
+        held_at(it, b, record->t[row], 1);
+        latched_at(it, b, record->t[row]);
+        const double *behind = row_of(it, row + 1);
+        const struct stretch w = {.system = &s,
+                                  .method = it->run.method,
+                                  .tolerance = tolerance,
+                                  .drift = s.projects_steps ? DRIFT_PROJECTED
+                                           : s.baumgarte    ? DRIFT_DAMPED
+                                                            : DRIFT_LEFT,
+                                  .t = {record->t[row], record->t[row + 1]},
+                                  .q = {y, behind},
+                                  .u = {y + n, behind + n},
+                                  .line = on_a_line(it, row),
+                                  .count = b->count,
+                                  .set = b->set,
+                                  .mode = b->mode,
+                                  .latched = b->latched};
+        outcome = state_between(&w, &b->look, t);
+        y = b->look.y;
     }
     if (!outcome) {
         memcpy(q, y, n * sizeof *q);

@@ -8,6 +8,7 @@
 #include "constraints/nullspace.h"
 #include "impact/impact.h"
 #include "impact/law.h"
+#include "interface/between.h"
 #include "interface/ensemble.h"
 #include "interface/forces.h"
 #include "interface/simulation.h"
