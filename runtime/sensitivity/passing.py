@@ -73,7 +73,7 @@ def pass_impacts(
     if not closing:
         raise ValueError(
             f"{model.name}: the impact at t = {t:.9g} s has no derivative: none of its contacts closes, as where "
-            "friction jams or a contact grazes"
+            "bounces accumulate, friction jams or a contact grazes; end the run before it"
         )
     trigger = min(closing, key=lambda c: rates[c] / at_scale(at, c))
     gaps = at.gaps_move()
@@ -82,7 +82,9 @@ def pass_impacts(
     dt = -(guard @ whole) / rates[trigger]
     struck = list(dict.fromkeys(model._contact(contact) for impact in impacts for contact in impact.contacts))
     _check_meet(at, struck, trigger, gaps, whole, first.u_minus, dt)
-    D = _struck(at, impacts, np.eye(2 * n, whole.shape[0])[n:])
+    there = whole.copy()
+    there[: 2 * n] += np.outer(np.concatenate([first.u_minus, before]), dt)
+    D = _struck(at, impacts, np.eye(2 * n, whole.shape[0])[n:], there)
     sides = (first.u_minus, before), (last.u_plus, after)
     found, behind, matrix = _salted(at, S, guard, rates[trigger], dt, sides, D)
     return found, Passed(t, "impact", tuple(first.contacts), dt, behind, _growth(model, matrix))
@@ -93,11 +95,11 @@ def at_scale(at: Local, contact: int) -> float:
     return float(np.linalg.norm(at.gap_rows[contact])) or 1.0
 
 
-def _struck(at: Local, impacts: Sequence[Impact], moves: FloatArray) -> FloatArray:
-    """What u moves by (n, D) behind all impacts, in the directions of ``at``, one after the other at the same
-    instant."""
+def _struck(at: Local, impacts: Sequence[Impact], moves: FloatArray, along: FloatArray) -> FloatArray:
+    """What u moves by (n, D) behind all impacts, in the directions of ``at``, one after the other at the same instant;
+    ``along`` (D, columns) are the directions that there are at the instant."""
     for impact in impacts:
-        moves = after_impact(at, impact, moves)
+        moves = after_impact(at, impact, moves, along)
     return moves
 
 
@@ -174,6 +176,12 @@ def pass_change(
         if abs(float(at.slip_rows[c] @ u)) <= MEET * float(np.abs(at.slip_rows[c]) @ np.abs(u))
         or abs(float(at.slip_rows[c] @ u)) <= RESTS * model.length / (model.time or model.duration)
     ]
+    if closed := [model.contacts[c] for c, *_ in ways[1] if c not in {x for x, *_ in ways[0]}]:
+        where = " and ".join("{} on {}".format(*one) for one in closed)
+        raise ValueError(
+            f"{model.name}: found {where} at rest from t = {t:.9g} s on, where its bounces accumulate, expected a "
+            "run of impacts one by one; end the run before"
+        )
     if not ended:
         raise ValueError(
             f"{model.name}: found accelerations that jump at t = {t:.9g} s without an impact and without an end of "
