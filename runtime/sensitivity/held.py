@@ -1,4 +1,4 @@
-"""Accelerations along a phase and their derivatives: in flight, and with contacts held (theory, eq. 11.6)."""
+"""Accelerations along a phase and their derivatives: in flight, and with contacts held (docs/theory.md, eq. 11.6)."""
 
 from __future__ import annotations
 

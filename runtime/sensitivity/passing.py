@@ -1,8 +1,8 @@
 """How small differences pass an instant at which a run changes: impacts, and contacts that are held otherwise.
 
-The instant moves along with them. What comes out is the saltation matrix, for simultaneous contacts too (M. A.
-Aizerman, F. R. Gantmakher, Quarterly Journal of Mechanics and Applied Mathematics 11, 1958; R. I. Leine, H. Nijmeijer,
-Dynamics and Bifurcations of Non-Smooth Mechanical Systems, 2004, section 7.3; theory, eq. 11.8).
+The instant moves along with them. What comes out is the saltation matrix, of contacts that strike together too
+(M. A. Aizerman, F. R. Gantmakher, Journal of Applied Mathematics and Mechanics 22, 1958; R. I. Leine, H. Nijmeijer,
+Dynamics and Bifurcations of Non-Smooth Mechanical Systems, 2004, chapter 7; docs/theory.md, eq. 11.8).
 """
 
 from __future__ import annotations
@@ -114,7 +114,7 @@ def _salted(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Differences behind an instant, at the time of the run and where the instant is, and the matrix (2 n, 2 n) of the
     former by those in the state: to the instant that moves, through the jump D there, and back to the time of the run
-    (theory, eq. 11.8)."""
+    (docs/theory.md, eq. 11.8)."""
     n, (before, after) = len(at.q), sides
 
     def through(states: FloatArray, arguments: FloatArray, moved: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -1,8 +1,10 @@
-"""What a step of a run carries of small differences of its state: the linear map, by collocation (theory, eq. 11.7).
+"""What a step of a run carries of small differences of its state: the linear map, by collocation (docs/theory.md, eq.
+11.7).
 
 The states along a step are the solution through its first row, found anew at the nodes of Gauss and Legendre; the
-variational equations, collocated at the same nodes, are linear systems (E. Hairer, C. Lubich, G. Wanner, Geometric
-Numerical Integration, 2006, sections II.1.3 and VI.4.1). All steps that are held alike are taken side by side.
+variational equations (eq. 11.5), collocated at the same nodes, are linear systems (E. Hairer, C. Lubich, G. Wanner,
+Geometric Numerical Integration, 2006, sections II.1.3 and VI.4.1). All steps that are held alike are taken side by
+side.
 """
 
 from __future__ import annotations

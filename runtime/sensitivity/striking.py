@@ -1,4 +1,4 @@
-"""What the rates after an impact move by: its law, linearised about what each contact did (theory, eq. 11.9).
+"""What the rates after an impact move by: its law, linearised about what each contact did (docs/theory.md, eq. 11.9).
 
 What each contact did, pushed or left, stuck or slid, is read off its impulses and rates and held to the law's own
 conditions; an impact that is within rounding of another way has no derivative, and is refused.
@@ -238,7 +238,8 @@ def _rub(at: Local, impact: Impact, way: Way, mu: float, after: FloatArray, spee
 
 
 def _move(at: Local, stage: Stage) -> None:
-    """Fill in what the rates after a stage and its impulses move by: the linear equations of theory, eq. 11.9."""
+    """Fill in what the rates after a stage and its impulses move by: the linear equations of docs/theory.md, eq.
+    11.9."""
     model, count = at.model, len(at.model.contacts)
     n, rows = len(at.q), len(model.rows)
     P, F = np.zeros(count), np.zeros(count)
