@@ -235,11 +235,18 @@ def _check_held(model: Model, moving: Moving, first: Piece, S: FloatArray) -> No
     chosen = [contact for contact, _ in pushing(first.held)]
     whole = moving.whole(S[:n], S[n:])
     sticks = [contact for contact, how in pushing(first.held) if how == "sticks"]
-    for rows, which in ((at.gaps_move(), chosen), (at.gap_rates_move(u), chosen), (at.slips_move(u), sticks)):
+    per = model.time or model.duration
+    checked = (
+        (at.gaps_move(), chosen, at.gap_rows),
+        (at.gap_rates_move(u), chosen, at.gap_rows / per),
+        (at.slips_move(u), sticks, at.slip_rows / per),
+    )
+    for rows, which, of in checked:
         for c in which:
             moved, terms = np.abs(rows[c] @ whole), np.abs(rows[c]) @ np.abs(whole)
-            if np.any(moved > 1e-9 * terms):
-                column = moving.columns[int(np.argmax(moved - 1e-9 * terms))]
+            allowed = KEPT * (terms + KEPT * whole_of(model, moving, of[c]))
+            if np.any(moved > allowed):
+                column = moving.columns[int(np.argmax(moved - allowed))]
                 raise ValueError(
                     f"{model.name}: found {'({}, {})'.format(*model.contacts[c])} held from the start on, which "
                     f"{column} opens or makes strike or slide, expected columns that leave it as it is; there is no "
@@ -259,7 +266,8 @@ def _check_kept(at: Local, rows: FloatArray, rates: FloatArray, S: FloatArray) -
     terms = np.max(np.abs(rates) @ np.abs(whole) + size, axis=0)
     missed = np.max(np.abs(rates @ whole), axis=0)
     # of what no column moves all is rounding
-    allowed = KEPT * (terms + KEPT * whole_of(model, at.moving) * float(np.max(np.abs(rows))) / per)
+    whole_size = np.max([whole_of(model, at.moving, row) for row in rows], axis=0)
+    allowed = KEPT * (terms + KEPT * whole_size / per)
     if np.any(missed > allowed):
         column = at.moving.columns[int(np.argmax(missed - allowed))]
         raise ValueError(

@@ -104,9 +104,9 @@ def _directions(name: str, value: ArrayLike, size: int) -> FloatArray:
     return np.asarray(found, dtype=float)
 
 
-def whole_of(model: Model, moving: Moving) -> FloatArray:
-    """What is a state's whole size over that of each column (columns,): a change of the state by as much is one by all
-    of itself where the column changes what it is by all of that."""
+def whole_of(model: Model, moving: Moving, row: FloatArray) -> FloatArray:
+    """What a row (n,) of the coordinates makes of a change of the state by all of its size, where each column
+    (columns,) is as large as changes what it is by all of that."""
     unit = np.array([1.0 if kind == "angle" else model.length for kind, _ in model.data["coordinates"]])
     values = np.array([abs(model.parameters[name]) if name in model.parameters else 1.0 for name in moving.arguments])
     values[values == 0.0] = 1.0
@@ -115,4 +115,5 @@ def whole_of(model: Model, moving: Moving) -> FloatArray:
         (model.time or model.duration) * moving.u0 / unit[:, None],
         moving.along / values[:, None],
     )
-    return np.asarray(np.max([np.max(np.abs(part), axis=0, initial=0.0) for part in parts], axis=0))
+    columns = np.max([np.max(np.abs(part), axis=0, initial=0.0) for part in parts], axis=0)
+    return np.asarray(float(np.abs(row) @ unit) * columns)

@@ -19,13 +19,13 @@ from ..model.model import Model
 from ..record.impact import Impact
 from .held import accelerations, changed
 from .local import Local
-from .moving import Moving
+from .moving import Moving, whole_of
 from .striking import after_impact
 
 MEET = 1e-6
 """Contacts meet at the instant of another where what their gaps differ by is below this part of the terms that it is
-the sum of. Tangents are known to about a hundred tolerances of the run; of what is not bound to meet, all is far
-above."""
+the sum of, or where all of it is rounding: below the square of that part of all that there is. Tangents are known to
+about a hundred tolerances of the run; of what is not bound to meet, all is far above."""
 
 SMOOTH = 1e-7
 """Accelerations that change by less than this part of themselves at an instant do not jump there: where it lies is
@@ -142,7 +142,7 @@ def _check_meet(
     for c in struck:
         apart = gaps[c] @ whole + float(at.gap_rows[c] @ u) * dt
         terms = np.abs(gaps[c]) @ np.abs(whole) + np.abs(at.gap_rows[c]) @ np.abs(u) * np.abs(dt)
-        wrong = np.abs(apart) > MEET * terms
+        wrong = np.abs(apart) > MEET * (terms + MEET * whole_of(at.model, at.moving, at.gap_rows[c]))
         if not wrong.any():
             continue
         column = at.moving.columns[int(np.flatnonzero(wrong)[0])]
@@ -198,7 +198,8 @@ def pass_change(
     for c in ended:
         apart = slips[c] @ whole + rates[c] * dt
         terms = np.abs(slips[c]) @ np.abs(whole) + np.abs(rates[c] * dt)
-        if np.any(np.abs(apart) > MEET * terms):
+        most = whole_of(model, moving, at.slip_rows[c]) / (model.time or model.duration)
+        if np.any(np.abs(apart) > MEET * (terms + MEET * most)):
             one, other = ("{} on {}".format(*model.contacts[x]) for x in (trigger, c))
             raise ValueError(
                 f"{model.name}: found sliding of {one} and {other} that ends together at t = {t:.9g} s, which the "
