@@ -16,9 +16,13 @@ from ..record.impact import Impact
 from ..record.record import Record
 from .held import cannot, pushing, ways_differ
 from .local import Local
-from .moving import Moving
+from .moving import Moving, whole_of
 from .passing import Passed, pass_change, pass_impacts
 from .steps import Steps, maps
+
+KEPT = 1e-6
+"""Contacts stay as they are held where their rates move by less than this part of their terms in a step, which is what
+gaps that meet may miss (``MEET``); the step itself is exact to about a tolerance."""
 
 
 class Piece(NamedTuple):
@@ -215,6 +219,7 @@ def _shut(model: Model, moving: Moving, piece: Piece, S: FloatArray) -> FloatArr
             unit[:, None] * (free @ (np.linalg.pinv(rows @ (unit[:, None] * free), rcond=1e-10) @ missed))
         )
 
+    _check_kept(at, Rs, rates, S)
     moved_q = S[:n] - put(R, places @ moving.whole(S[:n], S[n:]))
     moved_u = S[n:] - put(Rs, rates @ moving.whole(moved_q, S[n:]))
     return np.vstack([moved_q, moved_u])
@@ -230,13 +235,42 @@ def _check_held(model: Model, moving: Moving, first: Piece, S: FloatArray) -> No
     chosen = [contact for contact, _ in pushing(first.held)]
     whole = moving.whole(S[:n], S[n:])
     sticks = [contact for contact, how in pushing(first.held) if how == "sticks"]
-    for rows, which in ((at.gaps_move(), chosen), (at.gap_rates_move(u), chosen), (at.slips_move(u), sticks)):
+    per = model.time or model.duration
+    checked = (
+        (at.gaps_move(), chosen, at.gap_rows),
+        (at.gap_rates_move(u), chosen, at.gap_rows / per),
+        (at.slips_move(u), sticks, at.slip_rows / per),
+    )
+    for rows, which, of in checked:
         for c in which:
             moved, terms = np.abs(rows[c] @ whole), np.abs(rows[c]) @ np.abs(whole)
-            if np.any(moved > 1e-9 * terms):
-                column = moving.columns[int(np.argmax(moved - 1e-9 * terms))]
+            allowed = KEPT * (terms + KEPT * whole_of(model, moving, of[c]))
+            if np.any(moved > allowed):
+                column = moving.columns[int(np.argmax(moved - allowed))]
                 raise ValueError(
                     f"{model.name}: found {'({}, {})'.format(*model.contacts[c])} held from the start on, which "
                     f"{column} opens or makes strike or slide, expected columns that leave it as it is; there is no "
                     "one derivative"
                 )
+
+
+def _check_kept(at: Local, rows: FloatArray, rates: FloatArray, S: FloatArray) -> None:
+    """Rates of contacts are kept by the step's own equations where their rows depend on each other: there not all need
+    be solved for. What rounding leaves of what is at rest is compared with places per characteristic time."""
+    if np.linalg.matrix_rank(rows, tol=1e-10 * float(np.linalg.norm(rows))) == len(rows):
+        return
+    model, n = at.model, len(at.q)
+    whole = at.moving.whole(S[:n], S[n:])
+    per = model.time or model.duration
+    size = np.abs(rows) @ np.abs(S[:n]) / per + np.abs(rows) @ np.abs(S[n:])
+    terms = np.max(np.abs(rates) @ np.abs(whole) + size, axis=0)
+    missed = np.max(np.abs(rates @ whole), axis=0)
+    # of what no column moves all is rounding
+    whole_size = np.max([whole_of(model, at.moving, row) for row in rows], axis=0)
+    allowed = KEPT * (terms + KEPT * whole_size / per)
+    if np.any(missed > allowed):
+        column = at.moving.columns[int(np.argmax(missed - allowed))]
+        raise ValueError(
+            f"{model.name}: found contacts held until t = {at.t:.9g} s with rows that depend on each other, which "
+            f"{column} parts; there is no derivative by it"
+        )

@@ -14,6 +14,7 @@ from ..faults import Faults
 from ..model.inputs import read_values
 from ..model.model import Model
 from ..model.numbers import read_numbers
+from ..model.places import places_of
 from ..record.outputs import values_of
 from ..record.record import Record
 from .along import along, check
@@ -101,7 +102,7 @@ def run_sensitivities(
             for k, t in enumerate(np.unique(times).tolist())
         ]
         each = [
-            values(output, t, found.states[k], {name: named[k]} if named is not None else {})
+            values(model, output, t, found.states[k], {name: named[k]} if named is not None else {})
             for k, t in enumerate(np.unique(times).tolist())
         ]
         told[name], derived[name] = np.array(each)[places], np.array(each_moves)[places]
@@ -121,7 +122,7 @@ def starts_as_scene(run: Record) -> bool:
 
 
 def _named(run: Record, output: Output, times: FloatArray) -> FloatArray | None:
-    if callable(output) or output in WHOLE:
+    if callable(output) or output in WHOLE or places_of(run.model)[output][0] in WHOLE:  # type: ignore[arg-type]
         return None
     return np.asarray(values_of(run, [output], times)[output])
 

@@ -102,3 +102,18 @@ def _directions(name: str, value: ArrayLike, size: int) -> FloatArray:
     if found.ndim != 2 or len(found) != size or not np.all(np.isfinite(found)):
         raise ValueError(f"wrt: {name}: found shape {found.shape}, expected finite numbers ({size}, directions)")
     return np.asarray(found, dtype=float)
+
+
+def whole_of(model: Model, moving: Moving, row: FloatArray) -> FloatArray:
+    """What a row (n,) of the coordinates makes of a change of the state by all of its size, where each column
+    (columns,) is as large as changes what it is by all of that."""
+    unit = np.array([1.0 if kind == "angle" else model.length for kind, _ in model.data["coordinates"]])
+    values = np.array([abs(model.parameters[name]) if name in model.parameters else 1.0 for name in moving.arguments])
+    values[values == 0.0] = 1.0
+    parts = (
+        moving.q0 / unit[:, None],
+        (model.time or model.duration) * moving.u0 / unit[:, None],
+        moving.along / values[:, None],
+    )
+    columns = np.max([np.max(np.abs(part), axis=0, initial=0.0) for part in parts], axis=0)
+    return np.asarray(float(np.abs(row) @ unit) * columns)

@@ -1,8 +1,8 @@
 """How small differences pass an instant at which a run changes: impacts, and contacts that are held otherwise.
 
-The instant moves along with them. What comes out is the saltation matrix, for simultaneous contacts too (M. A.
-Aizerman, F. R. Gantmakher, Quarterly Journal of Mechanics and Applied Mathematics 11, 1958; R. I. Leine, H. Nijmeijer,
-Dynamics and Bifurcations of Non-Smooth Mechanical Systems, 2004, section 7.3; theory, eq. 11.8).
+The instant moves along with them. What comes out is the saltation matrix, of contacts that strike together too
+(M. A. Aizerman, F. R. Gantmakher, Journal of Applied Mathematics and Mechanics 22, 1958; R. I. Leine, H. Nijmeijer,
+Dynamics and Bifurcations of Non-Smooth Mechanical Systems, 2004, chapter 7; docs/theory.md, eq. 11.8).
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from ..model.model import Model
 from ..record.impact import Impact
 from .held import accelerations, changed
 from .local import Local
-from .moving import Moving
+from .moving import Moving, whole_of
 from .striking import after_impact
 
 MEET = 1e-6
 """Contacts meet at the instant of another where what their gaps differ by is below this part of the terms that it is
-the sum of. Tangents are known to about a hundred tolerances of the run; of what is not bound to meet, all is far
-above."""
+the sum of, or where all of it is rounding: below the square of that part of all that there is. Tangents are known to
+about a hundred tolerances of the run; of what is not bound to meet, all is far above."""
 
 SMOOTH = 1e-7
 """Accelerations that change by less than this part of themselves at an instant do not jump there: where it lies is
@@ -73,7 +73,7 @@ def pass_impacts(
     if not closing:
         raise ValueError(
             f"{model.name}: the impact at t = {t:.9g} s has no derivative: none of its contacts closes, as where "
-            "friction jams or a contact grazes"
+            "bounces accumulate, friction jams or a contact grazes; end the run before it"
         )
     trigger = min(closing, key=lambda c: rates[c] / at_scale(at, c))
     gaps = at.gaps_move()
@@ -82,7 +82,9 @@ def pass_impacts(
     dt = -(guard @ whole) / rates[trigger]
     struck = list(dict.fromkeys(model._contact(contact) for impact in impacts for contact in impact.contacts))
     _check_meet(at, struck, trigger, gaps, whole, first.u_minus, dt)
-    D = _struck(at, impacts, np.eye(2 * n, whole.shape[0])[n:])
+    there = whole.copy()
+    there[: 2 * n] += np.outer(np.concatenate([first.u_minus, before]), dt)
+    D = _struck(at, impacts, np.eye(2 * n, whole.shape[0])[n:], there)
     sides = (first.u_minus, before), (last.u_plus, after)
     found, behind, matrix = _salted(at, S, guard, rates[trigger], dt, sides, D)
     return found, Passed(t, "impact", tuple(first.contacts), dt, behind, _growth(model, matrix))
@@ -93,11 +95,11 @@ def at_scale(at: Local, contact: int) -> float:
     return float(np.linalg.norm(at.gap_rows[contact])) or 1.0
 
 
-def _struck(at: Local, impacts: Sequence[Impact], moves: FloatArray) -> FloatArray:
-    """What u moves by (n, D) behind all impacts, in the directions of ``at``, one after the other at the same
-    instant."""
+def _struck(at: Local, impacts: Sequence[Impact], moves: FloatArray, along: FloatArray) -> FloatArray:
+    """What u moves by (n, D) behind all impacts, in the directions of ``at``, one after the other at the same instant;
+    ``along`` (D, columns) are the directions that there are at the instant."""
     for impact in impacts:
-        moves = after_impact(at, impact, moves)
+        moves = after_impact(at, impact, moves, along)
     return moves
 
 
@@ -112,7 +114,7 @@ def _salted(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Differences behind an instant, at the time of the run and where the instant is, and the matrix (2 n, 2 n) of the
     former by those in the state: to the instant that moves, through the jump D there, and back to the time of the run
-    (theory, eq. 11.8)."""
+    (docs/theory.md, eq. 11.8)."""
     n, (before, after) = len(at.q), sides
 
     def through(states: FloatArray, arguments: FloatArray, moved: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -140,7 +142,7 @@ def _check_meet(
     for c in struck:
         apart = gaps[c] @ whole + float(at.gap_rows[c] @ u) * dt
         terms = np.abs(gaps[c]) @ np.abs(whole) + np.abs(at.gap_rows[c]) @ np.abs(u) * np.abs(dt)
-        wrong = np.abs(apart) > MEET * terms
+        wrong = np.abs(apart) > MEET * (terms + MEET * whole_of(at.model, at.moving, at.gap_rows[c]))
         if not wrong.any():
             continue
         column = at.moving.columns[int(np.flatnonzero(wrong)[0])]
@@ -174,6 +176,12 @@ def pass_change(
         if abs(float(at.slip_rows[c] @ u)) <= MEET * float(np.abs(at.slip_rows[c]) @ np.abs(u))
         or abs(float(at.slip_rows[c] @ u)) <= RESTS * model.length / (model.time or model.duration)
     ]
+    if closed := [model.contacts[c] for c, *_ in ways[1] if c not in {x for x, *_ in ways[0]}]:
+        where = " and ".join("{} on {}".format(*one) for one in closed)
+        raise ValueError(
+            f"{model.name}: found {where} at rest from t = {t:.9g} s on, where its bounces accumulate, expected a "
+            "run of impacts one by one; end the run before"
+        )
     if not ended:
         raise ValueError(
             f"{model.name}: found accelerations that jump at t = {t:.9g} s without an impact and without an end of "
@@ -190,7 +198,8 @@ def pass_change(
     for c in ended:
         apart = slips[c] @ whole + rates[c] * dt
         terms = np.abs(slips[c]) @ np.abs(whole) + np.abs(rates[c] * dt)
-        if np.any(np.abs(apart) > MEET * terms):
+        most = whole_of(model, moving, at.slip_rows[c]) / (model.time or model.duration)
+        if np.any(np.abs(apart) > MEET * (terms + MEET * most)):
             one, other = ("{} on {}".format(*model.contacts[x]) for x in (trigger, c))
             raise ValueError(
                 f"{model.name}: found sliding of {one} and {other} that ends together at t = {t:.9g} s, which the "

@@ -1,4 +1,4 @@
-"""What the start of a run moves by: by the implicit function theorem (theory, eq. 11.10)."""
+"""What the start of a run moves by: by the implicit function theorem (docs/theory.md, eq. 11.10)."""
 
 from __future__ import annotations
 

@@ -1,8 +1,10 @@
-"""What a step of a run carries of small differences of its state: the linear map, by collocation (theory, eq. 11.7).
+"""What a step of a run carries of small differences of its state: the linear map, by collocation (docs/theory.md, eq.
+11.7).
 
 The states along a step are the solution through its first row, found anew at the nodes of Gauss and Legendre; the
-variational equations, collocated at the same nodes, are linear systems (E. Hairer, C. Lubich, G. Wanner, Geometric
-Numerical Integration, 2006, sections II.1.3 and VI.4.1). All steps that are held alike are taken side by side.
+variational equations (eq. 11.5), collocated at the same nodes, are linear systems (E. Hairer, C. Lubich, G. Wanner,
+Geometric Numerical Integration, 2006, sections II.1.3 and VI.4.1). All steps that are held alike are taken side by
+side.
 """
 
 from __future__ import annotations
@@ -25,6 +27,10 @@ SWEEPS, NEWTON = 40, 30
 """Iterations at most: by putting in, and by Newton's method where that does not contract. At a contraction of 0.4, for
 which steps are chosen, forty reach rounding."""
 
+STAYS = 1e-9
+"""Below this part of the accelerations a change that no longer falls is rounding, of light links that carry heavy ones;
+whether the step is as exact as the run, the next row tells."""
+
 HALVINGS = 6
 """A step that misses the next row is halved as often as this at most: 64 pieces of order 16."""
 
@@ -37,6 +43,10 @@ is to be."""
 
 MISSED = 10.0
 """A step may miss the next row by this many tolerances of the run: its error is of the size of one, and the next."""
+
+ROUNDED = 1e-11
+"""By this much a step may miss in any case: by the rounding of accelerations whose masses and contacts make it 1e5
+times as large as that of a number."""
 
 
 class Tableau(NamedTuple):
@@ -160,9 +170,8 @@ def _stages(model: Model, held: Held, steps: Steps) -> FloatArray:
         found[left] = new
         size[left] = np.maximum(size[left], np.max(np.abs(new), axis=(1, 2)))
         rounding = 16.0 * np.finfo(float).eps * size[left]
-        # below 1e-12 what no longer falls is rounding
-        done = (change <= rounding) | ((change <= 1e-12 * size[left]) & (change >= 0.5 * before[left]))
-        wild = ~np.isfinite(change) | ((sweep > 4) & (change > before[left]) & (change > 1e-9 * size[left]))
+        done = (change <= rounding) | ((change <= STAYS * size[left]) & (change >= 0.5 * before[left]))
+        wild = ~np.isfinite(change) | ((sweep > 4) & (change > before[left]) & (change > STAYS * size[left]))
         before[left] = change
         found[left[wild]] = np.nan
         left = left[~done & ~wild]
@@ -196,7 +205,7 @@ def _by_newton(model: Model, held: Held, step: Steps, start: FloatArray, end: Fl
     fails."""
     g, n = gauss(), len(start)
     W = (start + g.c[:, None] * (end - start))[None]
-    states = moving_of(model, "q0")  # by q and u alone
+    states, before = moving_of(model, "q0"), np.inf  # by q and u alone
     for _ in range(NEWTON):
         t, q, u = _nodes(step, W)
         if not (np.isfinite(q).all() and np.isfinite(u).all()):
@@ -205,8 +214,10 @@ def _by_newton(model: Model, held: Held, step: Steps, start: FloatArray, end: Fl
         K = _matrix(step, J.reshape(1, STAGES, n, -1))
         change = np.linalg.solve(K[0], (u_dot - W[0]).ravel()).reshape(W.shape)
         W = W + change
-        if np.max(np.abs(change)) <= 1e-13 * np.max(np.abs(W)):
+        size, moved = float(np.max(np.abs(W))), float(np.max(np.abs(change)))
+        if moved <= 1e-13 * size or (moved <= STAYS * size and moved >= 0.5 * before):
             return np.asarray(W[0])
+        before = moved
     return np.full_like(W[0], np.nan)
 
 
@@ -219,7 +230,7 @@ def _ends(steps: Steps, W: FloatArray) -> tuple[FloatArray, FloatArray]:
 def _meets(model: Model, steps: Steps, q: FloatArray, u: FloatArray, tolerance: tuple[float, float]) -> Any:
     """Whether ends (k, n) are the steps' own, to what the run's tolerance allows."""
     rtol, atol = tolerance
-    rtol, atol = (MISSED * rtol, MISSED * atol) if rtol else (UNKNOWN, UNKNOWN)
+    rtol, atol = (max(MISSED * x, ROUNDED) for x in (rtol, atol)) if rtol else (UNKNOWN, UNKNOWN)
     unit = np.array([1.0 if kind == "angle" else model.length for kind, _ in model.data["coordinates"]])
     span = np.max(np.abs(steps.q1 - steps.q) / unit, axis=1)
     speed = np.max(np.maximum(np.abs(steps.u1), np.abs(steps.u)) / unit, axis=1)

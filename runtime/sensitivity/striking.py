@@ -1,4 +1,4 @@
-"""What the rates after an impact move by: its law, linearised about what each contact did (theory, eq. 11.9).
+"""What the rates after an impact move by: its law, linearised about what each contact did (docs/theory.md, eq. 11.9).
 
 What each contact did, pushed or left, stuck or slid, is read off its impulses and rates and held to the law's own
 conditions; an impact that is within rounding of another way has no derivative, and is refused.
@@ -21,6 +21,9 @@ UNDECIDED = 1e-9
 """Rates and impulses count as zero below this part of those of the impact: laws of impact are decided to 1e-10 of the
 terms that they compare (docs/theory.md, section 5.7), and what is ten times that may still be either."""
 
+MISSED = 1e-6
+"""Rows keep their rates where they miss them by less than this part of their terms: as of gaps that meet (``MEET``)."""
+
 Normal = Literal["rate", "given", "leaves"]
 
 
@@ -42,7 +45,8 @@ class Way:
 
 @dataclass
 class Stage:
-    """From the rates ``before`` to those ``after`` (n,), with what these rates move by: (n, D) each.
+    """From the rates ``before`` to those ``after`` (n,), with what these rates move by: (n, D) each. ``along`` (D,
+    columns) are the directions that there are, all contacts closed.
 
     ``P`` (contacts, D) is what normal impulses move by; ``wanted`` (contacts, D) is what normal rates after it are to
     move by, where they are given.
@@ -54,11 +58,13 @@ class Stage:
     before_moves: FloatArray
     wanted: FloatArray
     P: FloatArray
+    along: FloatArray
     after_moves: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
 
 
-def after_impact(at: Local, impact: Impact, before_moves: FloatArray) -> FloatArray:
-    """What u+ of an impact moves by, (n, D), where u- moves by ``before_moves`` (n, D) in the directions of ``at``.
+def after_impact(at: Local, impact: Impact, before_moves: FloatArray, along: FloatArray) -> FloatArray:
+    """What u+ of an impact moves by, (n, D), where u- moves by ``before_moves`` (n, D) in the directions of ``at``;
+    ``along`` (D, columns) are those that there are, all contacts closed.
 
     Raises ``ValueError`` for an impact that has no derivative, or whose law is not covered, and says why.
     """
@@ -72,11 +78,11 @@ def after_impact(at: Local, impact: Impact, before_moves: FloatArray) -> FloatAr
     law = model.data["law"]
     alike = len({model.contacts[contact][1] for contact in chosen}) == 1
     if law == "newton" or not e.any() or (not mu.any() and alike):
-        return _by_newton(at, impact, chosen, e, mu, before_moves)
+        return _by_newton(at, impact, chosen, e, mu, before_moves, along)
     if law == "poisson":
-        return _by_poisson(at, impact, chosen, e, mu, before_moves)
+        return _by_poisson(at, impact, chosen, e, mu, before_moves, along)
     if len(chosen) == 1 and _slides_through(at, impact, chosen[0]):
-        return _by_newton(at, impact, chosen, e, mu, before_moves)
+        return _by_newton(at, impact, chosen, e, mu, before_moves, along)
     raise _refused(
         at,
         impact,
@@ -110,7 +116,13 @@ def _speed(at: Local, contact: int, *u: FloatArray) -> float:
 
 
 def _by_newton(
-    at: Local, impact: Impact, chosen: Sequence[int], e: FloatArray, mu: FloatArray, before_moves: FloatArray
+    at: Local,
+    impact: Impact,
+    chosen: Sequence[int],
+    e: FloatArray,
+    mu: FloatArray,
+    before_moves: FloatArray,
+    along: FloatArray,
 ) -> FloatArray:
     """N u+ = -e N u- where it pushes."""
     u_minus, u_plus = impact.u_minus, impact.u_plus
@@ -125,13 +137,19 @@ def _by_newton(
     approach = at.gap_rates_move(u_minus, ("q", "k")) + at.gap_rows @ before_moves
     for c, e_c in zip(chosen, e, strict=True):
         wanted[c] = -e_c * approach[c] - changes[c] * float(at.gap_rows[c] @ u_minus)
-    stage = Stage(ways, u_minus, u_plus, before_moves, wanted, np.zeros_like(wanted))
+    stage = Stage(ways, u_minus, u_plus, before_moves, wanted, np.zeros_like(wanted), along)
     _move(at, stage)
     return stage.after_moves
 
 
 def _by_poisson(
-    at: Local, impact: Impact, chosen: Sequence[int], e: FloatArray, mu: FloatArray, before_moves: FloatArray
+    at: Local,
+    impact: Impact,
+    chosen: Sequence[int],
+    e: FloatArray,
+    mu: FloatArray,
+    before_moves: FloatArray,
+    along: FloatArray,
 ) -> FloatArray:
     """Compression to N u = 0, then at least e times its impulses."""
     model, count, k = at.model, len(at.model.contacts), len(chosen)
@@ -146,7 +164,7 @@ def _by_poisson(
     named = [dict(zip(chosen, one.tolist(), strict=True)) for one in (P, F, impact.impulses - P, friction - F)]
     first = _ways(at, impact, chosen, mu, impact.u_minus, compressed, named[0], named[1], still)
     none = np.zeros((count, before_moves.shape[1]))
-    compression = Stage(first, impact.u_minus, compressed, before_moves, none, none.copy())
+    compression = Stage(first, impact.u_minus, compressed, before_moves, none, none.copy(), along)
     _move(at, compression)
     least = dict(zip(chosen, (e * P).tolist(), strict=True))
     then = _ways(at, impact, chosen, mu, compressed, impact.u_plus, named[2], named[3], still, least)
@@ -154,7 +172,7 @@ def _by_poisson(
     changes = at.coefficients_move("restitution")
     for i, c in enumerate(chosen):
         given[c] = e[i] * compression.P[c] + changes[c] * P[i]
-    expansion = Stage(then, compressed, impact.u_plus, compression.after_moves, none, given)
+    expansion = Stage(then, compressed, impact.u_plus, compression.after_moves, none, given, along)
     _move(at, expansion)
     return expansion.after_moves
 
@@ -220,7 +238,8 @@ def _rub(at: Local, impact: Impact, way: Way, mu: float, after: FloatArray, spee
 
 
 def _move(at: Local, stage: Stage) -> None:
-    """Fill in what the rates after a stage and its impulses move by: the linear equations of theory, eq. 11.9."""
+    """Fill in what the rates after a stage and its impulses move by: the linear equations of docs/theory.md, eq.
+    11.9."""
     model, count = at.model, len(at.model.contacts)
     n, rows = len(at.q), len(model.rows)
     P, F = np.zeros(count), np.zeros(count)
@@ -259,10 +278,22 @@ def _move(at: Local, stage: Stage) -> None:
     if columns:
         answer = at.response(np.array(columns).T, np.zeros((rows, len(columns))))
         N = np.array([row for row, _ in wanted])
-        rates, sizes = np.array([rate for _, rate in wanted]), np.abs(N) @ np.abs(moved)
-        alike = not any(way.sign for way in stage.ways)
-        z = solved(at, N @ answer, rates - N @ moved, sizes + np.abs(rates), alike=alike)
+        rates, alike = np.array([rate for _, rate in wanted]), not any(way.sign for way in stage.ways)
+        z = solved(at, N @ answer, rates - N @ moved, alike=alike)
+        _check_kept(at, stage, rates, N @ (moved + answer @ z), np.abs(N) @ np.abs(moved))
         moved = moved + answer @ z
         for i, c in enumerate(which):
             stage.P[c] = z[i]
     stage.after_moves = moved
+
+
+def _check_kept(at: Local, stage: Stage, wanted: FloatArray, found: FloatArray, sizes: FloatArray) -> None:
+    """Rows have the rates that they are to have, in all directions that there are, dependent ones too."""
+    missed = np.max(np.abs((found - wanted) @ stage.along), axis=0)
+    terms = np.max((sizes + np.abs(wanted)) @ np.abs(stage.along), axis=0)
+    if np.any(missed > MISSED * terms):
+        column = at.moving.columns[int(np.argmax(missed - MISSED * terms))]
+        raise ValueError(
+            f"{at.model.name}: found contacts that strike at t = {at.t:.9g} s with rows that depend on each other, "
+            f"which {column} parts; there is no derivative by it"
+        )

@@ -95,11 +95,14 @@ def _of_function(function: Function, t: float, q: FloatArray, u: FloatArray, S: 
 
 
 def values(
-    output: Output, t: float, state: tuple[FloatArray, FloatArray], named: Mapping[str, FloatArray]
+    model: Model, output: Output, t: float, state: tuple[FloatArray, FloatArray], named: Mapping[str, FloatArray]
 ) -> FloatArray:
     """The value of an output at one time; ``named`` are those of names."""
     if output in WHOLE:
         return np.asarray(state[WHOLE.index(str(output))])
     if callable(output):
         return np.asarray(output(t, *state)[0], dtype=float)
+    of, index = places_of(model)[str(output)]
+    if of in WHOLE:
+        return np.asarray(state[WHOLE.index(of)][index])
     return np.asarray(named[str(output)])

@@ -64,6 +64,25 @@ def test_generate_into_another_folder(tmp_path: Path) -> None:
     assert (tmp_path / "models" / "mine" / "loop6" / "model.c").is_file()
 
 
+def test_generate_with_derivatives(tmp_path: Path) -> None:
+    """By a scene and by sizes; a package without them has no such file."""
+    from ccgen.runtime import load_model
+
+    (tmp_path / "pendulum.toml").write_text(PENDULUM)
+    for options, package in ((("--links", "3"), "loop3"), (("--scene", "pendulum.toml"), "pendulum")):
+        done = ccgen(*options, "--derivatives", "--out", "with", at=tmp_path)
+        assert (done.returncode, done.stdout, done.stderr) == (0, f"with/{package}\n", "")
+        assert (tmp_path / "with" / package / "derivatives.c").is_file()
+    q, u = (model := load_model(tmp_path / "with" / "pendulum")).start()
+    rod = 9.81 * 1.5  # a uniform rod of 1 m: 3 g / 2 l
+    assert model.acceleration_jacobian(q, u)[0, 0] == pytest.approx(rod * np.sin(q[0]), abs=1e-12)
+    assert ccgen("--scene", "pendulum.toml", "--out", "without", at=tmp_path).returncode == 0
+    assert not (tmp_path / "without" / "pendulum" / "derivatives.c").exists()
+    refused = ccgen("show", "pendulum.toml", "--derivatives", at=tmp_path)
+    assert refused.returncode != 0
+    assert "--derivatives" in refused.stderr
+
+
 @pytest.mark.quick
 def test_version_and_help(tmp_path: Path) -> None:
     assert re.fullmatch(r"ccgen \d+\.\d+\S*\n", ccgen("--version", at=tmp_path).stdout)

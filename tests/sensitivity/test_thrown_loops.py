@@ -1,0 +1,15 @@
+"""Loops that are thrown onto the ground: derivatives of their runs, and differences of runs in wide numbers."""
+
+from __future__ import annotations
+
+import pytest
+
+from ..support.thrown_loops import BOUND, misses
+from ..support.workshop import Workshop
+
+
+@pytest.mark.parametrize("rough", [False, True])
+def test_derivatives_are_those_of_differences(rough: bool, workshop: Workshop) -> None:
+    found = list(misses(workshop, 4, rough, seed=1, count=5))
+    assert not [why for _, why in found if why]
+    assert max(miss for miss, _ in found) < BOUND

@@ -1,0 +1,74 @@
+"""Loops thrown onto the ground to their third impact and a little beyond, and the derivatives of their runs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ccgen.runtime import Model, sensitivities, simulate
+
+from ..hard import fuzz
+from .run_differences import RTOL, along, relative
+from .workshop import Workshop
+
+BOUND = 1e-9
+"""What is asked for. The differences themselves are known to about 1e-12, times what three impacts make of rounding."""
+
+IMPACTS = 3
+
+
+def parameters(rough: bool) -> tuple[str, ...]:
+    """A length, a mass, a restitution, a slope and, where there is some, friction."""
+    return "link_0.length", "link_1.mass", "ground_0.restitution", "ground_0.normal.x", *(["ground_0.friction"] * rough)
+
+
+def misses(workshop: Workshop, n: int, rough: bool, seed: int, count: int) -> Iterator[tuple[float, str]]:
+    """How far derivatives of so many throws are from differences; and why not, where these are refused."""
+    scene = fuzz.scene(n, rough)
+    models = workshop.model(scene, derivatives=True), workshop.model(scene, "wide")
+    made = number = 0
+    while made < count:
+        rng = np.random.default_rng([seed, n, rough, number])
+        toss = replace(next(fuzz.tosses(1, int(rng.integers(2**31)), rough=rough)), n=n)
+        number += 1
+        restitution = min(max(toss.restitution, 0.1), 0.9)  # the differences go to either side
+        thrown = _thrown(models, replace(toss, restitution=restitution), rng)
+        if thrown is None:
+            continue
+        made += 1
+        try:
+            yield _miss(*thrown, rng, parameters(rough)), ""
+        except ValueError as error:
+            yield 0.0, str(error)
+
+
+def _thrown(
+    models: tuple[Any, Any], toss: fuzz.Toss, rng: np.random.Generator
+) -> tuple[Any, Any, Any, Any, float] | None:
+    """The model in doubles and in wide numbers, a start, and an end between the third impact and the fourth; None where
+    there are not as many, or friction and Newton's law take some of the restitution."""
+    values = fuzz.numbers(toss, rng)
+    model, wide = (Model(m._descriptor, {**m.data, "law": toss.law}).with_parameters(values) for m in models)
+    q, u = model.start()
+    u = u + 2.0 * rng.normal(size=u.size)
+    q[2:] += rng.normal()
+    q, u = model.project(q, u)
+    q[1] += 0.2 + 1.5 * max(0.0, -float(model.gaps(q).min()))
+    impacts = simulate(model, q, u, until=4.0, rtol=RTOL).impacts
+    times = [impact.t for impact in impacts]
+    if len(times) <= IMPACTS or any(impact.restitution_share < 1.0 for impact in impacts[:IMPACTS]):
+        return None
+    end = 0.5 * (times[IMPACTS - 1] + times[IMPACTS])
+    return (model, wide, q, u, end) if times[IMPACTS] - times[IMPACTS - 1] > 1e-3 else None
+
+
+def _miss(model: Any, wide: Any, q: Any, u: Any, end: float, rng: np.random.Generator, names: tuple[str, ...]) -> float:
+    columns = 2 + len(names)
+    wrt = {"q0": np.zeros((len(q), columns)), "u0": np.zeros((len(q), columns))}
+    wrt["q0"][:, 0], wrt["u0"][:, 1] = rng.normal(size=len(q)), rng.normal(size=len(q))
+    wrt |= {name: np.eye(columns)[2 + k] for k, name in enumerate(names)}
+    found = sensitivities(model, wrt, ["q", "u", "impact_times"], q, u, until=end, rtol=RTOL)
+    return relative(found.jacobian, along(wide, model, wrt, end, q, u))
