@@ -25,7 +25,7 @@ NEARER = 0.5
 """A search that leaves more than this part of the squares of the one before is the last: that was at its minimum."""
 
 AT_ONCE = 1e-12
-"""Distances below this part of the curve's size are rounding: nothing is nearer."""
+"""A root mean square of distances below this part of the curve's size is rounding: nothing is nearer."""
 
 CANDIDATES = 8
 """Angles that are tried for the first point, the others being in order behind it."""
@@ -105,7 +105,7 @@ def fit(
     curves = _Curves(begun, search, places, of, crank, start)
     curves.check_freedoms()
     found, turned = _timed(curves, given, most) if given is not None else _untimed(curves, most)
-    misses = found.residuals.reshape(-1, 2)
+    misses = curves.size * found.residuals.reshape(-1, 2)
     distances = np.hypot(*misses.T)
     return Fitted(
         values=dict(zip(search.paths, found.x[: len(search.paths)].tolist(), strict=True)),
@@ -156,7 +156,7 @@ def _untimed(curves: _Curves, most: int) -> tuple[Search, FloatArray]:
             curves.residuals(found.x)
             return found, turned
         best, x = (error, found, turned), found.x[:p]
-        if error <= (AT_ONCE * np.linalg.norm(curves.places)) ** 2:
+        if error <= AT_ONCE**2 * len(curves.places):
             return found, turned
 
 
@@ -192,6 +192,8 @@ class _Curves:
         self.search, self.paths = search, search.paths
         self.places, self.of, self.crank = places, of, crank
         self.start, self.q = start, np.zeros((0, len(start)))
+        self.size = float(np.max(np.ptp(places, axis=0))) or model.length
+        """How large the curve is (m): residuals are parts of it."""
         self.given: FloatArray | None = None
         self.kept: FloatArray | None = None
         self.failed = ""
@@ -320,7 +322,7 @@ class _Curves:
         return np.array([self.model.point(self.of, one) for one in self.q])
 
     def residuals(self, x: FloatArray) -> FloatArray:
-        return np.asarray((self.at(x) - self.places).ravel())
+        return np.asarray((self.at(x) - self.places).ravel() / self.size)
 
     def jacobian(self, x: FloatArray) -> FloatArray:
         """By the parameters, and by the angles where these are free."""
@@ -339,7 +341,7 @@ class _Curves:
             found[k, :, :p] = by[:, :p] + moved[k]
             if self.given is None:
                 found[k, :, p + k] = by[:, p]
-        return found.reshape(2 * m, -1)
+        return found.reshape(2 * m, -1) / self.size
 
 
 def _next(model: Model, crank: str, q: FloatArray, before: float, angle: float) -> FloatArray:

@@ -131,7 +131,7 @@ def identify(
     found = least_squares(
         runs.residuals, runs.jacobian, search.start, bounds, search.scales, most, "identifying parameters"
     )
-    return _told(runs, measured, search.scales, found, EXACT_TO * settings.rtol)
+    return _told(runs, measured, found, EXACT_TO * settings.rtol)
 
 
 @dataclass(frozen=True, eq=False)
@@ -261,9 +261,9 @@ class _Runs:
         return np.asarray(np.concatenate(rows)[self.measures])
 
 
-def _told(runs: _Runs, measured: _Measured, scales: FloatArray, found: Search, exact_to: float) -> Identified:
+def _told(runs: _Runs, measured: _Measured, found: Search, exact_to: float) -> Identified:
     run, residuals = runs.at(found.x), found.residuals
-    of = known(runs.paths, found.jacobian, scales, exact_to)
+    of = known(runs.paths, found.jacobian, np.where(found.x == 0.0, 1.0, np.abs(found.x)), exact_to)
     misfit = float(np.sqrt(residuals @ residuals / max(len(residuals) - of.rank, 1)))
     scale = 1.0 if measured.given else misfit
     covariance = of.covariance * scale**2

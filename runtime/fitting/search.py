@@ -80,7 +80,8 @@ def least_squares(
     purpose: str,
 ) -> Search:
     """SciPy's trust region with bounds (M. A. Branch, T. F. Coleman, Y. Li, SIAM Journal on Scientific Computing 21,
-    1999). Where residuals are no numbers the region shrinks."""
+    1999). Where residuals are no numbers the region shrinks. They
+    are pure numbers, of size one where something is wrong by all of it."""
     optimize = needed("scipy.optimize", purpose)
     found = optimize.least_squares(
         residuals,
@@ -91,7 +92,7 @@ def least_squares(
         method="trf",
         xtol=ENOUGH,
         ftol=ENOUGH,
-        gtol=None,
+        gtol=np.finfo(float).eps,  # where no residual is left SciPy would divide by their sum
         max_nfev=most,
     )
     ended = "converged" if found.status > 0 else f"ended after {most} tries, before it had converged"
