@@ -25,6 +25,10 @@ terms that they compare (docs/theory.md, section 5.7), and what is ten times tha
 MISSED = 1e-6
 """Rows keep their rates where they miss them by less than this part of their terms: as of gaps that meet (``MEET``)."""
 
+GAINS = 1e-7
+"""An impact that gains no energy with its share of restitution, and would with more, keeps it to this part: the share
+is found to 1e-9 (docs/events.md), and near a wedge energy changes with it by a hundred times as much."""
+
 Normal = Literal["rate", "given", "leaves"]
 
 
@@ -52,8 +56,9 @@ class Stage:
     """From the rates ``before`` to those ``after`` (n,), with what these rates move by: (n, D) each. ``along`` (D,
     columns) are the directions that there are, all contacts closed.
 
-    ``P`` (contacts, D) is what normal impulses move by; ``wanted`` (contacts, D) is what normal rates after it are to
-    move by, where they are given.
+    ``by_share`` (n,) is what the rates after it move by with the part of restitution that contacts have, which gives
+    the rates ``share`` by contact. ``P`` (contacts, D) is what normal impulses move by; ``wanted`` (contacts, D) is
+    what normal rates after it are to move by, where they are given.
     """
 
     ways: Sequence[Way]
@@ -64,6 +69,8 @@ class Stage:
     P: FloatArray
     along: FloatArray
     after_moves: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
+    share: dict[int, float] = field(default_factory=dict)
+    by_share: FloatArray = field(default_factory=lambda: np.zeros(0))
 
 
 def after_impact(at: Local, impact: Impact, before_moves: FloatArray, along: FloatArray) -> FloatArray:
@@ -74,12 +81,15 @@ def after_impact(at: Local, impact: Impact, before_moves: FloatArray, along: Flo
     """
     model = at.model
     chosen = [model._contact(contact) for contact in impact.contacts]
-    if impact.restitution_share < 1.0:
-        raise _refused(
-            at, impact, "its contacts had less than their restitution, as all of it would have gained energy"
-        )
     mu, e = model.kernels.friction[chosen], _restitution(at, chosen)
     law = model.data["law"]
+    if impact.restitution_share < 1.0 and (law != "newton" or model.data["drives"]):
+        raise _refused(
+            at,
+            impact,
+            "its contacts had less than their restitution, as all of it would have gained energy, which is covered by "
+            "Newton's law without drives alone",
+        )
     alike = len({model.contacts[contact][1] for contact in chosen}) == 1
     if law == "newton" or not e.any() or (not mu.any() and alike):
         return _by_newton(at, impact, chosen, e, mu, before_moves, along)
@@ -129,7 +139,8 @@ def _by_newton(
     along: FloatArray,
 ) -> FloatArray:
     """N u+ = -e N u- where it pushes."""
-    u_minus, u_plus = impact.u_minus, impact.u_plus
+    u_minus, u_plus, share = impact.u_minus, impact.u_plus, impact.restitution_share
+    whole, e = e, share * e
     targets = {c: -e_c * float(at.gap_rows[c] @ u_minus) for c, e_c in zip(chosen, e, strict=True)}
     friction = impact.friction if impact.friction.size else np.zeros(len(chosen))
     P = dict(zip(chosen, impact.impulses, strict=True))
@@ -140,10 +151,34 @@ def _by_newton(
     changes = at.coefficients_move("restitution")
     approach = at.gap_rates_move(u_minus, ("q", "k")) + at.gap_rows @ before_moves
     for c, e_c in zip(chosen, e, strict=True):
-        wanted[c] = -e_c * approach[c] - changes[c] * float(at.gap_rows[c] @ u_minus)
+        wanted[c] = -e_c * approach[c] - share * changes[c] * float(at.gap_rows[c] @ u_minus)
     stage = Stage(ways, u_minus, u_plus, before_moves, wanted, np.zeros_like(wanted), along)
+    stage.share = {c: -e_c * float(at.gap_rows[c] @ u_minus) for c, e_c in zip(chosen, whole, strict=True)}
     _move(at, stage)
-    return stage.after_moves
+    return stage.after_moves if share == 1.0 else _without_gain(at, impact, stage)
+
+
+def _without_gain(at: Local, impact: Impact, stage: Stage) -> FloatArray:
+    """What the rates after an impact move by (n, D) whose share of restitution is the one with which no energy is
+    gained: that share moves so that the kinetic energy behind it stays that before it.
+
+    Raises ``ValueError`` where more of it would not gain energy little by little, but by another way to strike.
+    """
+    momenta, energies, moves = [], [], []
+    for u in (stage.before, stage.after):
+        momenta.append(at.model.kernels.of_state("momentum", at.q[None], u[None])[0])
+        energies.append(float(at.model.kernels.of_state("energy", at.q[None], u[None])[0, 0]))
+        moves.append(at.tangent("energy", 2, u, ("q", "k"))[0])
+    if abs(energies[1] - energies[0]) > GAINS * energies[0]:
+        raise _refused(
+            at,
+            impact,
+            f"its contacts had {impact.restitution_share:.6g} of their restitution, where more of it would be "
+            "another way to strike that gains energy",
+        )
+    gained = moves[1] + momenta[1] @ stage.after_moves - moves[0] - momenta[0] @ stage.before_moves
+    rate = float(momenta[1] @ stage.by_share)
+    return np.asarray(stage.after_moves - np.outer(stage.by_share, gained / rate))
 
 
 def _by_poisson(
@@ -315,6 +350,8 @@ def _move(at: Local, stage: Stage) -> None:
         moved = moved + answer @ z
         for i, c in enumerate(which):
             stage.P[c] = z[i]
+        more = np.array([[stage.share.get(c, 0.0)] for c in which] + [[0.0]] * (len(columns) - len(which)))
+        stage.by_share = (answer @ solved(at, N @ answer, more, alike=alike))[:, 0]
     for way in stage.ways:
         for kept in way.kept:
             row, bent = at.gap_rows[way.contact], at.gap_rates_move(stage.after, ("q", "k"))[way.contact]

@@ -11,6 +11,10 @@ from ..support.workshop import Workshop
 COUNT = 20
 """Loops of each number of rods and kind."""
 
+STAYING = 1e-8
+"""Bound for loops that stay on the ground: runs in wide numbers with contacts held go by dop853, and differ by as much
+from the motion as makes differences of them some 1e-9, with what a dozen events make of it."""
+
 
 @pytest.mark.hard
 @pytest.mark.parametrize("rough", [False, True])
@@ -28,5 +32,5 @@ def test_they_are_those_of_differences(n: int, rough: bool, workshop: Workshop, 
 def test_so_are_those_of_what_stays_on_the_ground(n: int, rough: bool, workshop: Workshop, reach: Reach) -> None:
     found = list(misses(workshop, n, rough, seed=5, count=COUNT, stays=True))
     refused = [why for _, why in found if why]
-    reach(f"derivatives of loops of {n} that stay{', rough' * rough}: miss", max(miss for miss, _ in found), 2e-9)
+    reach(f"derivatives of loops of {n} that stay{', rough' * rough}: miss", max(miss for miss, _ in found), STAYING)
     reach(f"derivatives of loops of {n} that stay{', rough' * rough}: refused", len(refused), COUNT / 2)
