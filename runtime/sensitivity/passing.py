@@ -179,8 +179,8 @@ def pass_change(
     if closed := [model.contacts[c] for c, *_ in ways[1] if c not in {x for x, *_ in ways[0]}]:
         where = " and ".join("{} on {}".format(*one) for one in closed)
         raise ValueError(
-            f"{model.name}: found {where} at rest from t = {t:.9g} s on, where its bounces accumulate, expected a "
-            "run of impacts one by one; end the run before"
+            f"{model.name}: found {where} at rest from t = {t:.9g} s on, where its bounces accumulate or it touches "
+            "without striking, expected a run of impacts one by one; end the run before"
         )
     if not ended:
         raise ValueError(

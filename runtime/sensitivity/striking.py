@@ -14,8 +14,9 @@ import numpy as np
 
 from ..arrays import FloatArray
 from ..record.impact import Impact
-from .held import solved
+from .held import DEPENDENT, FIXED, solved
 from .local import Local
+from .moving import whole_of
 
 UNDECIDED = 1e-9
 """Rates and impulses count as zero below this part of those of the impact: laws of impact are decided to 1e-10 of the
@@ -23,6 +24,10 @@ terms that they compare (docs/theory.md, section 5.7), and what is ten times tha
 
 MISSED = 1e-6
 """Rows keep their rates where they miss them by less than this part of their terms: as of gaps that meet (``MEET``)."""
+
+GAINS = 1e-7
+"""An impact that gains no energy with its share of restitution, and would with more, keeps it to this part: the share
+is found to 1e-9 (docs/events.md), and near a wedge energy changes with it by a hundred times as much."""
 
 Normal = Literal["rate", "given", "leaves"]
 
@@ -32,7 +37,9 @@ class Way:
     """How one contact takes part in one stage of an impact, and with which impulses.
 
     Its rate along the normal after the stage is given, or its impulse is, or it leaves without one; along the ground it
-    ``sticks``, or its friction is ``sign`` times the limit, or it has none (``sign`` 0).
+    ``sticks``, or its friction is ``sign`` times the limit, or it has none (``sign`` 0). ``kept`` says what else stays
+    at rest because others do: its normal rate, though it does not push, or its sliding, though friction is at the
+    limit.
     """
 
     contact: int
@@ -41,6 +48,7 @@ class Way:
     sign: float = 0.0
     P: float = 0.0
     F: float = 0.0
+    kept: tuple[Literal["normal", "sliding"], ...] = ()
 
 
 @dataclass
@@ -48,8 +56,9 @@ class Stage:
     """From the rates ``before`` to those ``after`` (n,), with what these rates move by: (n, D) each. ``along`` (D,
     columns) are the directions that there are, all contacts closed.
 
-    ``P`` (contacts, D) is what normal impulses move by; ``wanted`` (contacts, D) is what normal rates after it are to
-    move by, where they are given.
+    ``by_share`` (n,) is what the rates after it move by with the part of restitution that contacts have, which gives
+    the rates ``share`` by contact. ``P`` (contacts, D) is what normal impulses move by; ``wanted`` (contacts, D) is
+    what normal rates after it are to move by, where they are given.
     """
 
     ways: Sequence[Way]
@@ -60,6 +69,8 @@ class Stage:
     P: FloatArray
     along: FloatArray
     after_moves: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
+    share: dict[int, float] = field(default_factory=dict)
+    by_share: FloatArray = field(default_factory=lambda: np.zeros(0))
 
 
 def after_impact(at: Local, impact: Impact, before_moves: FloatArray, along: FloatArray) -> FloatArray:
@@ -70,12 +81,15 @@ def after_impact(at: Local, impact: Impact, before_moves: FloatArray, along: Flo
     """
     model = at.model
     chosen = [model._contact(contact) for contact in impact.contacts]
-    if impact.restitution_share < 1.0:
-        raise _refused(
-            at, impact, "its contacts had less than their restitution, as all of it would have gained energy"
-        )
     mu, e = model.kernels.friction[chosen], _restitution(at, chosen)
     law = model.data["law"]
+    if impact.restitution_share < 1.0 and (law != "newton" or model.data["drives"]):
+        raise _refused(
+            at,
+            impact,
+            "its contacts had less than their restitution, as all of it would have gained energy, which is covered by "
+            "Newton's law without drives alone",
+        )
     alike = len({model.contacts[contact][1] for contact in chosen}) == 1
     if law == "newton" or not e.any() or (not mu.any() and alike):
         return _by_newton(at, impact, chosen, e, mu, before_moves, along)
@@ -125,7 +139,8 @@ def _by_newton(
     along: FloatArray,
 ) -> FloatArray:
     """N u+ = -e N u- where it pushes."""
-    u_minus, u_plus = impact.u_minus, impact.u_plus
+    u_minus, u_plus, share = impact.u_minus, impact.u_plus, impact.restitution_share
+    whole, e = e, share * e
     targets = {c: -e_c * float(at.gap_rows[c] @ u_minus) for c, e_c in zip(chosen, e, strict=True)}
     friction = impact.friction if impact.friction.size else np.zeros(len(chosen))
     P = dict(zip(chosen, impact.impulses, strict=True))
@@ -136,10 +151,34 @@ def _by_newton(
     changes = at.coefficients_move("restitution")
     approach = at.gap_rates_move(u_minus, ("q", "k")) + at.gap_rows @ before_moves
     for c, e_c in zip(chosen, e, strict=True):
-        wanted[c] = -e_c * approach[c] - changes[c] * float(at.gap_rows[c] @ u_minus)
+        wanted[c] = -e_c * approach[c] - share * changes[c] * float(at.gap_rows[c] @ u_minus)
     stage = Stage(ways, u_minus, u_plus, before_moves, wanted, np.zeros_like(wanted), along)
+    stage.share = {c: -e_c * float(at.gap_rows[c] @ u_minus) for c, e_c in zip(chosen, whole, strict=True)}
     _move(at, stage)
-    return stage.after_moves
+    return stage.after_moves if share == 1.0 else _without_gain(at, impact, stage)
+
+
+def _without_gain(at: Local, impact: Impact, stage: Stage) -> FloatArray:
+    """What the rates after an impact move by (n, D) whose share of restitution is the one with which no energy is
+    gained: that share moves so that the kinetic energy behind it stays that before it.
+
+    Raises ``ValueError`` where more of it would not gain energy little by little, but by another way to strike.
+    """
+    momenta, energies, moves = [], [], []
+    for u in (stage.before, stage.after):
+        momenta.append(at.model.kernels.of_state("momentum", at.q[None], u[None])[0])
+        energies.append(float(at.model.kernels.of_state("energy", at.q[None], u[None])[0, 0]))
+        moves.append(at.tangent("energy", 2, u, ("q", "k"))[0])
+    if abs(energies[1] - energies[0]) > GAINS * energies[0]:
+        raise _refused(
+            at,
+            impact,
+            f"its contacts had {impact.restitution_share:.6g} of their restitution, where more of it would be "
+            "another way to strike that gains energy",
+        )
+    gained = moves[1] + momenta[1] @ stage.after_moves - moves[0] - momenta[0] @ stage.before_moves
+    rate = float(momenta[1] @ stage.by_share)
+    return np.asarray(stage.after_moves - np.outer(stage.by_share, gained / rate))
 
 
 def _by_poisson(
@@ -203,19 +242,44 @@ def _ways(
         name = "{} on {}".format(*at.model.contacts[c])
         if pushes and not at_rate:
             raise _refused(at, impact, f"{name} does not leave as one step of the law has it")
-        if at_rate and not pushes:
-            raise _refused(
-                at, impact, f"whether {name} pushes is undecided: it leaves as if it did, without an impulse"
-            )
         given = bool(least) and not pushes
         if not pushes and abs(own) * units[c] > UNDECIDED * largest:
             raise _refused(at, impact, f"{name} pushes less than one step of the law has it")
         normal: Normal = "rate" if pushes else "given" if given else "leaves"
-        way = Way(c, normal, P=P[c], F=F[c])
+        way = Way(c, normal, P=P[c], F=F[c], kept=("normal",) if at_rate and not pushes else ())
         if mu_c > 0.0 and P[c] * units[c] > UNDECIDED * largest:
             _rub(at, impact, way, mu_c, after, speed)
         ways.append(way)
+    _check_decided(at, impact, ways, targets)
     return ways
+
+
+def _check_decided(at: Local, impact: Impact, ways: Sequence[Way], targets: dict[int, float]) -> None:
+    """What rests without a force of its own that could keep it there does so because others rest, which surely do."""
+    if not any(way.kept for way in ways):
+        return
+    rows = [at.gap_rows[way.contact] for way in ways if way.normal == "rate" and targets[way.contact] == 0.0]
+    rows += [at.slip_rows[way.contact] for way in ways if way.sticks]
+    for way in ways:
+        name = "{} on {}".format(*at.model.contacts[way.contact])
+        if "normal" in way.kept and not (targets[way.contact] == 0.0 and _follows(at, at.gap_rows[way.contact], rows)):
+            raise _refused(
+                at, impact, f"whether {name} pushes is undecided: it leaves as if it did, without an impulse"
+            )
+        if "sliding" in way.kept and not _follows(at, at.slip_rows[way.contact], rows):
+            raise _refused(at, impact, f"whether {name} sticks is undecided: it rests, with friction at its limit")
+
+
+def _follows(at: Local, row: FloatArray, rows: Sequence[FloatArray]) -> bool:
+    """Whether a contact's rate is zero because others are, loops held shut: no impulse moves it beside those that move
+    none of these."""
+    every = np.array([*rows, row])
+    mobility = every @ at.response(every.T, np.zeros((len(at.model.rows), len(every))))
+    own = float(mobility[-1, -1])
+    if not rows:
+        return own <= 0.0
+    left = own - mobility[-1, :-1] @ np.linalg.pinv(mobility[:-1, :-1], rcond=DEPENDENT) @ mobility[:-1, -1]
+    return bool(abs(left) <= DEPENDENT * max(own, float(np.max(np.diag(mobility))) * FIXED))
 
 
 def _strength(at: Local, contact: int) -> float:
@@ -231,7 +295,8 @@ def _rub(at: Local, impact: Impact, way: Way, mu: float, after: FloatArray, spee
     limit = abs(mu * way.P - abs(way.F)) <= UNDECIDED * mu * way.P
     name = "{} on {}".format(*at.model.contacts[way.contact])
     if rests and limit:
-        raise _refused(at, impact, f"whether {name} sticks is undecided: it rests, with friction at its limit")
+        way.kept, way.sign = (*way.kept, "sliding"), float(np.sign(way.F))
+        return
     if not rests and (not limit or way.F * slip > 0.0):
         raise _refused(at, impact, f"friction at {name} is not that of one step of the law")
     way.sticks, way.sign = rests, 0.0 if rests else float(np.sign(way.F))
@@ -256,7 +321,8 @@ def _move(at: Local, stage: Stage) -> None:
     friction = model.kernels.friction
     changes = at.coefficients_move("friction") if any(way.sign for way in stage.ways) else np.zeros((count, 0))
     columns, wanted, which = [], [], []
-    slips = at.slips_move(stage.after, ("q", "k")) if any(way.sticks for way in stage.ways) else None
+    rubs = any(way.sticks or "sliding" in way.kept for way in stage.ways)
+    slips = at.slips_move(stage.after, ("q", "k")) if rubs else None
     for way in stage.ways:
         c = way.contact
         column = at.gap_rows[c] + way.sign * friction[c] * at.slip_rows[c]
@@ -280,19 +346,35 @@ def _move(at: Local, stage: Stage) -> None:
         N = np.array([row for row, _ in wanted])
         rates, alike = np.array([rate for _, rate in wanted]), not any(way.sign for way in stage.ways)
         z = solved(at, N @ answer, rates - N @ moved, alike=alike)
-        _check_kept(at, stage, rates, N @ (moved + answer @ z), np.abs(N) @ np.abs(moved))
+        _check_kept(at, stage, N, rates, N @ (moved + answer @ z), np.abs(N) @ np.abs(moved))
         moved = moved + answer @ z
         for i, c in enumerate(which):
             stage.P[c] = z[i]
+        more = np.array([[stage.share.get(c, 0.0)] for c in which] + [[0.0]] * (len(columns) - len(which)))
+        stage.by_share = (answer @ solved(at, N @ answer, more, alike=alike))[:, 0]
+    for way in stage.ways:
+        for kept in way.kept:
+            row, bent = at.gap_rows[way.contact], at.gap_rates_move(stage.after, ("q", "k"))[way.contact]
+            if kept == "sliding" and slips is not None:
+                row, bent = at.slip_rows[way.contact], slips[way.contact]
+            rate = (row @ moved + bent)[None]
+            _check_kept(
+                at, stage, row[None], np.zeros_like(rate), rate, (np.abs(row) @ np.abs(moved) + np.abs(bent))[None]
+            )
     stage.after_moves = moved
 
 
-def _check_kept(at: Local, stage: Stage, wanted: FloatArray, found: FloatArray, sizes: FloatArray) -> None:
+def _check_kept(
+    at: Local, stage: Stage, rows: FloatArray, wanted: FloatArray, found: FloatArray, sizes: FloatArray
+) -> None:
     """Rows have the rates that they are to have, in all directions that there are, dependent ones too."""
     missed = np.max(np.abs((found - wanted) @ stage.along), axis=0)
     terms = np.max((sizes + np.abs(wanted)) @ np.abs(stage.along), axis=0)
-    if np.any(missed > MISSED * terms):
-        column = at.moving.columns[int(np.argmax(missed - MISSED * terms))]
+    # of what no column moves all is rounding
+    most = np.max([whole_of(at.model, at.moving, row) for row in rows], axis=0) / (at.model.time or at.model.duration)
+    allowed = MISSED * (terms + MISSED * most)
+    if np.any(missed > allowed):
+        column = at.moving.columns[int(np.argmax(missed - allowed))]
         raise ValueError(
             f"{at.model.name}: found contacts that strike at t = {at.t:.9g} s with rows that depend on each other, "
             f"which {column} parts; there is no derivative by it"

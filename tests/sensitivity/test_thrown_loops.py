@@ -13,3 +13,10 @@ def test_derivatives_are_those_of_differences(rough: bool, workshop: Workshop) -
     found = list(misses(workshop, 4, rough, seed=1, count=5))
     assert not [why for _, why in found if why]
     assert max(miss for miss, _ in found) < BOUND
+
+
+@pytest.mark.parametrize("rough", [False, True])
+def test_so_are_those_of_what_stays_on_the_ground(rough: bool, workshop: Workshop) -> None:
+    found = list(misses(workshop, 4, rough, seed=3, count=6, stays=True))
+    assert len([why for _, why in found if why]) <= 2
+    assert max(miss for miss, _ in found) < BOUND
