@@ -234,8 +234,9 @@ def _ways(
     # what an impulse is known to: that of the contact that has most, by the rates that it gives
     units = {c: _strength(at, c) for c in chosen}
     largest = max(P[c] * units[c] for c in chosen)
+    # rates are known to what is struck with, of all contacts together: one may be at rest to rounding
+    speed = max(_speed(at, c, before, after) for c in chosen)
     for c, mu_c in zip(chosen, mu, strict=True):
-        speed = _speed(at, c, before, after)
         at_rate = abs(float(at.gap_rows[c] @ after) - targets[c]) <= UNDECIDED * speed
         own = P[c] - (least[c] if least else 0.0)
         pushes = own * units[c] > UNDECIDED * max(largest, 0.0)
