@@ -15,6 +15,7 @@ from .fitting.identify import Identified, identify
 from .load_run import load_run
 from .loading.load import load_model
 from .model.model import Model
+from .orbits.find import Orbit, find_orbit
 from .record.event import Event
 from .record.hybrid_state import HybridState
 from .record.impact import Impact
@@ -37,6 +38,7 @@ __all__ = [
     "Linear",
     "Model",
     "Modes",
+    "Orbit",
     "OutOfReach",
     "Phase",
     "Reduction",
@@ -44,6 +46,7 @@ __all__ = [
     "Sensitivities",
     "driving_torque",
     "ensemble",
+    "find_orbit",
     "fit",
     "follow",
     "identify",

@@ -1,0 +1,1 @@
+"""Motions that come back to where they began."""

@@ -1,0 +1,204 @@
+"""The map of a motion from a section back to it, and its derivatives."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..arrays import FloatArray, IntArray
+from ..faults import Faults
+from ..model.drives import drive_rows
+from ..model.model import Model
+from ..model.numbers import read_numbers
+from ..run import Run
+from ..sensitivities import sensitivities
+from ..simulate import simulate
+
+Section = float | tuple[str, str]
+"""A time (s), or a contact behind whose impact the section is."""
+
+RANK = 1e-10
+"""Rows of loops and contacts below this part of the largest depend on others."""
+
+BEHIND = 1e-6
+"""A run that is derived ends this part of its time behind the impact: beyond the rounding of its instant."""
+
+
+@dataclass(frozen=True, eq=False)
+class Crossed:
+    """A state (q, u) (n,) on the section and what comes of it: the ``run``, its ``time`` (s), what the state behind it
+    differs by, ``rest`` (k,), in units of the mechanism. ``basis`` (2 n, m) are directions of the state on the section,
+    ``ends`` (2 n, m) what the state behind the run moves by with them, and ``moves`` (k, m) what ``rest`` does."""
+
+    q: FloatArray
+    u: FloatArray
+    run: Run
+    time: float
+    rest: FloatArray
+    basis: FloatArray
+    ends: FloatArray
+    moves: FloatArray
+
+
+class Map:
+    """From a state on a section of a model to that in which it comes back."""
+
+    def __init__(
+        self,
+        model: Model,
+        section: Section,
+        crossings: int,
+        until: float,
+        relabel: tuple[FloatArray, FloatArray],
+        free: IntArray,
+        options: dict[str, Any],
+    ) -> None:
+        self.model, self.section, self.crossings, self.until = model, section, crossings, until
+        self.relabel, self.free, self.options = relabel, free, options
+        n, time = len(model.q_names), model.time or model.duration
+        unit = np.array([1.0 if kind == "angle" else model.length for kind, _ in model.data["coordinates"]])
+        self.units = np.concatenate([unit, unit / time])
+        self.kept = np.setdiff1d(np.arange(2 * n), free)
+        self.count = 0
+
+    def at(self, q: FloatArray, u: FloatArray) -> Crossed:
+        """What comes of a state with loops shut."""
+        self.count += 1
+        basis = self._basis(q, u)
+        n = len(q)
+        by = {"q0": basis[:n], "u0": basis[n:]}
+        run, time, end, moved = self._timed(q, u, by) if isinstance(self.section, float) else self._struck(q, u, by)
+        A, b = self.relabel
+        end, moved = A @ end + b, A @ moved
+        units = self.units[self.kept]
+        rest = (end - np.concatenate([q, u]))[self.kept] / units
+        moves = (moved - basis)[self.kept] / units[:, None]
+        return Crossed(q, u, run, time, rest, basis, moved, moves)
+
+    def on_section(self, crossed: Crossed) -> FloatArray:
+        """The derivative of the map in the coordinates of the basis; what may advance does not count."""
+        free = np.eye(2 * len(crossed.q))[:, self.free]
+        both = np.hstack([crossed.basis, free]) / self.units[:, None]
+        found = np.linalg.lstsq(both, crossed.ends / self.units[:, None], rcond=RANK)[0]
+        return np.asarray(found[: crossed.basis.shape[1]])
+
+    def _timed(
+        self, q: FloatArray, u: FloatArray, by: dict[str, FloatArray]
+    ) -> tuple[Run, float, FloatArray, FloatArray]:
+        """At a time: periods of what drives the model."""
+        assert isinstance(self.section, float)
+        time = self.section * self.crossings
+        found = sensitivities(self.model, by, ["q", "u"], q, u, until=time, **self.options)
+        end = np.concatenate([found.values["q"], found.values["u"]])
+        return _whole(found.run), time, end, np.vstack([found["q"], found["u"]])
+
+    def _struck(
+        self, q: FloatArray, u: FloatArray, by: dict[str, FloatArray]
+    ) -> tuple[Run, float, FloatArray, FloatArray]:
+        """Behind an impact of a contact, wherever that comes."""
+        run = simulate(self.model, q, u, until=self.until, **self.options)
+        assert isinstance(run, Run)
+        own = [impact for impact in run.impacts if self.section in impact.contacts and impact.t > 0.0]
+        if len(own) < self.crossings:
+            raise ValueError(
+                f"{self.model.name}: found {len(own)} impacts of {' on '.join(self._name())} in {run.t[-1]:g} s, "
+                f"expected {self.crossings}: {run.message or 'the run came to its end; let it go on with until'}"
+            )
+        last = own[self.crossings - 1]
+        until = last.t * (1.0 + BEHIND)
+        found = sensitivities(self.model, by, ["impact_times"], q, u, until=until, **self.options)
+        met = [one for one in found.passed if one.kind == "impact" and self.section in one.contacts]
+        rows = np.flatnonzero(found.run.t == last.t)
+        end = np.concatenate([found.run.q[rows[-1]], last.u_plus])
+        return _whole(found.run), last.t, end, met[self.crossings - 1].behind
+
+    def _name(self) -> tuple[str, str]:
+        assert isinstance(self.section, tuple)
+        return self.section
+
+    def _basis(self, q: FloatArray, u: FloatArray) -> FloatArray:
+        """Directions of the state that keep loops shut and drives as they are, stay on the section, and leave out what
+        may advance."""
+        model, n = self.model, len(q)
+        rows = [np.eye(2 * n)[self.free]]
+        if model.rows:
+            A = model.jacobian(q)
+            rates = model.derivatives("closure_rate", q, u, wrt=["q"])
+            rows += [np.hstack([A, np.zeros_like(A)]), np.hstack([rates, A])]
+        driven = drive_rows(model)
+        placed = [drive["position"] is not None for drive in model.data["drives"]]
+        if len(driven):
+            rows += [np.hstack([driven, 0.0 * driven])[placed], np.hstack([0.0 * driven, driven])]
+        if isinstance(self.section, tuple):
+            gap = model.derivatives("gaps", q, u, wrt=["q"])[model.contacts.index(self.section)]
+            rows.append(np.concatenate([gap, np.zeros(n)])[None])
+        whole = np.vstack(rows) * self.units
+        if not len(whole):
+            return np.diag(self.units)
+        _, values, directions = np.linalg.svd(whole)
+        rank = int(np.sum(values > RANK * values.max(initial=0.0)))
+        return np.asarray(directions[rank:].T * self.units[:, None])
+
+
+def _whole(run: Any) -> Run:
+    assert isinstance(run, Run)
+    return run
+
+
+def read_map(
+    model: Model,
+    section: Any,
+    crossings: Any,
+    until: Any,
+    relabel: Any,
+    advances: Sequence[str],
+    options: dict[str, Any],
+) -> Map:
+    """Raises ``ValueError`` with all that is wrong."""
+    faults, n = Faults(), len(model.q_names)
+    where: Section = 0.0
+    if isinstance(section, (tuple, list)):
+        where = (str(section[0]), str(section[1])) if len(section) == 2 else ("", "")
+        if where not in model.contacts:
+            known = ", ".join(map(str, model.contacts)) or "there are none"
+            faults.add(f"section: found {section!r}, expected a time, or one of the contacts {known}")
+    elif isinstance(section, (int, float)) and not isinstance(section, bool) and 0.0 < section < np.inf:
+        where = float(section)
+    else:
+        faults.add(f"section: found {section!r}, expected a time in s above 0, or a contact (point, surface)")
+    if isinstance(crossings, bool) or not isinstance(crossings, int) or crossings < 1:
+        faults.add(f"crossings: found {crossings!r}, expected a number, at least 1")
+    end = model.data["run"]["until"] if until is None else until
+    if isinstance(end, bool) or not isinstance(end, (int, float)) or not 0.0 < end < np.inf:
+        faults.add(f"until: found {until!r}, expected a time in s above 0")
+    changed = np.eye(2 * n), np.zeros(2 * n)
+    if relabel is not None:
+        with faults.collecting():
+            changed = _relabel(relabel, n)
+    unknown = [name for name in advances if name not in model.q_of]
+    if isinstance(advances, str) or unknown:
+        faults.add(f"advances: found {advances!r}, expected a list of coordinates, of {', '.join(model.q_of)}")
+    if model.data["drives"] and isinstance(where, tuple):
+        faults.add("section: found a contact beside driven joints, expected the period of the drives, as a time")
+    if model.kernels.derivatives is None:
+        faults.add(
+            f"{model.name}: found a model without derivatives, expected one with them; generate it with "
+            "generate(scene, derivatives=True)"
+        )
+    faults.stop_if_any()
+    free = np.array([model.q_of.index(name) for name in advances], dtype=int)
+    return Map(model, where, crossings, float(end), changed, free, options)
+
+
+def _relabel(relabel: Any, n: int) -> tuple[FloatArray, FloatArray]:
+    if not isinstance(relabel, (tuple, list)) or len(relabel) != 2:
+        raise ValueError(f"relabel: found {type(relabel).__name__}, expected a matrix and a column, (A, b)")
+    A, b = (np.asarray(read_numbers(part, "relabel"), dtype=float) for part in relabel)
+    if A.shape != (2 * n, 2 * n) or b.shape != (2 * n,) or not np.all(np.isfinite(A)) or not np.all(np.isfinite(b)):
+        raise ValueError(
+            f"relabel: found shapes {A.shape} and {b.shape}, expected finite numbers {(2 * n, 2 * n)} and {(2 * n,)}"
+        )
+    return A, b
