@@ -153,12 +153,19 @@ def outside(model: Model, numbers: Numbers) -> NDArray[np.bool_]:
         for bound, fails in (("minimum", np.less), ("above", np.less_equal), ("maximum", np.greater)):
             if domain[bound] is not None:
                 wrong |= fails(values, domain[bound])
+    # as a rule nothing is wrong, which two numbers of all rows tell sooner than one of each: short runs feel it
     for rows in (numbers.q, numbers.u, numbers.inputs):
-        if isinstance(rows, np.ndarray):
+        if isinstance(rows, np.ndarray) and not _within(rows, np.finfo(rows.dtype).max):
             wrong |= ~np.isfinite(rows).all(axis=1)
-    if numbers.q is not None and model.angular:
-        wrong |= (np.abs(numbers.q[:, list(model.angular)]) > largest_angle(model.core)).any(axis=1)
+    most = largest_angle(model.core)
+    if numbers.q is not None and model.angular and not _within(numbers.q, most):
+        wrong |= (np.abs(numbers.q[:, list(model.angular)]) > most).any(axis=1)
     return wrong
+
+
+def _within(rows: FloatArray, most: float) -> bool:
+    """Whether all are numbers of at most this size; NaN is not."""
+    return rows.size == 0 or bool(rows.max() <= most and rows.min() >= -most)
 
 
 @dataclass(frozen=True, eq=False)
