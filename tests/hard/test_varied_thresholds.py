@@ -15,7 +15,6 @@ from ccgen.runtime import Model, _core
 from ..support.bodies import tossed_hexagon
 from ..support.c_library import Library
 from ..support.folders import ROOT
-from ..support.outline_scenes import flush_boxes
 from ..support.workshop import Workshop
 from .fuzz import scene as toss_scene
 
@@ -153,17 +152,3 @@ def test_what_an_event_gains_is_taken_back(vary: Any, library: Library, workshop
     with pytest.raises(AssertionError, match="an event adds energy"):
         for start in starts:
             survey(library, start)
-
-
-@pytest.mark.hard
-def test_what_forces_of_carried_contacts_are_known_to(vary: Any, library: Library, workshop: Workshop) -> None:
-    """Smooth boxes flush on each other stand without events but one or two; where forces are taken for known that are
-    not, contacts are lost and found on without end."""
-    model = workshop.model(flush_boxes([0.2, 0.2, 0.2], [1.0, 1.0, 1.0]))
-    start = (model, *model.start(), 2.0)
-    for factor in (0.5, 1.0, 2.0):
-        vary("ACROSS_KNOWN", factor)
-        outcome, closed, events, _ = survey(library, start, method=b"gauss")
-        assert outcome == "done" and len(closed) == 10 and len(events) <= 2
-    vary("ACROSS_KNOWN", 1e-9)
-    assert len(survey(library, start, method=b"gauss")[2]) == 3

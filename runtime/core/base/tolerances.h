@@ -220,7 +220,7 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
       "error of a step that no mere length explains", \
       "with an order of 8, a step six times too long has 1.7e6") \
     X(ACROSS_KNOWN, 64.0, OF_RELATIVE, \
-      "times rounding / sigma^2: what velocities across a singular configuration are known to, and forces of contacts that others all but carry", \
+      "times rounding / sigma^2: what velocities across a singular configuration are known to", \
       "sums of some tens of terms, each with its rounding (as TERM_ROUNDING; docs/theory section 8)") \
     X(GUIDED, 0.0625, OF_TOLERANCE, \
       "what the estimate of a step about a singular configuration may be", \

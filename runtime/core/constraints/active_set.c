@@ -13,7 +13,6 @@ int take_active_set(struct arena *arena, struct active_set *h, const struct ccge
         .of = TAKE(arena, int, 2 * c),
         .force = TAKE(arena, double, 2 * c),
         .least = TAKE(arena, double, c),
-        .blur = TAKE(arena, double, c),
         .peak = TAKE(arena, double, c),
         .weight = TAKE(arena, double, 2 * c),
         .closed = TAKE(arena, char, c),
@@ -34,7 +33,6 @@ void clear_active_set(struct active_set *h, const struct ccgen_model *m)
     memset(h->of, 0, 2 * c * sizeof *h->of);
     memset(h->force, 0, 2 * c * sizeof *h->force);
     memset(h->least, 0, c * sizeof *h->least);
-    memset(h->blur, 0, c * sizeof *h->blur);
     memset(h->peak, 0, c * sizeof *h->peak);
     memset(h->weight, 0, 2 * c * sizeof *h->weight);
     memset(h->closed, WATCHED, c * sizeof *h->closed);
@@ -52,7 +50,6 @@ void copy_active_set(struct active_set *to, const struct active_set *from, int c
     memcpy(to->of, from->of, 2 * c * sizeof *to->of);
     memcpy(to->force, from->force, 2 * c * sizeof *to->force);
     memcpy(to->least, from->least, c * sizeof *to->least);
-    memcpy(to->blur, from->blur, c * sizeof *to->blur);
     memcpy(to->peak, from->peak, c * sizeof *to->peak);
     memcpy(to->weight, from->weight, 2 * c * sizeof *to->weight);
     memcpy(to->closed, from->closed, c * sizeof *to->closed);

@@ -43,7 +43,6 @@ struct active_set {
     int *of;           /* [rows] the contact of each row, as a number in `set` */
     double *force;     /* [rows] N, of the last acceleration */
     double *least;     /* [count] N: what the force of one that touches without pressing is known to; 0 of others */
-    double *blur;      /* [count] part of the largest: what the last force is not known to, 0 but near dependence */
     double *peak;      /* [contacts] N: the most that each has pushed with since nothing was held */
     double
         *weight;  /* [rows] how much a row bears where forces can be shared: friction by the square root of its limit */

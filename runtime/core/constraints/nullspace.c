@@ -275,27 +275,6 @@ void choose_motion(struct system *s, const struct nullspace *z, affine *residual
     memcpy(lambda + closed, z->every + z->fixed, (z->rows - z->fixed) * sizeof *lambda);
 }
 
-void blur_forces(int n, const struct nullspace *z, int held, double *blur)
-{
-    const struct factors *f = &z->factors;
-    memset(blur, 0, held * sizeof *blur);
-    for (int last = z->rank - 1; last >= 0 && f->order[last] >= z->fixed; last--) {
-        const double sigma = fabs(f->diagonal[last] / f->diagonal[0]),
-                     unknown = ACROSS_KNOWN * DBL_EPSILON / (sigma * sigma);
-        double most = 0.0;
-        if (unknown <= FORCE_ROUNDING)
-            return;
-        memset(z->b, 0, n * sizeof *z->b);
-        z->b[last] = 1.0;
-        reflect(n, z->rank, f->g, f->beta, 0, z->b);
-        find_least_norm(n, z->rows, z->rank, f->g, f->beta, z->b, &z->least_norm, z->every);
-        for (int j = 0; j < z->rows; j++)
-            most = fmax(most, fabs(z->every[j]));
-        for (int j = 0; j < held; j++)
-            blur[j] = fmax(blur[j], unknown * fabs(z->every[z->fixed + j]) / most);
-    }
-}
-
 enum outcome solve_in_nullspace(struct system *s, const double *q, int held, const double *y, const double *t,
                                 double nearest, affine *residual, const void *context, double *x, double *lambda)
 {

@@ -28,9 +28,6 @@ struct nullspace {
     double *b, *more, *every; /* scratch: [n], [n], [rows] */
 };
 
-/* What the forces of `held` contacts are not known to, of a motion whose rows have been factorised, as a part of the largest: blur[held] */
-void blur_forces(int n, const struct nullspace *z, int held, double *blur);
-
 /* All motions x[n] with A x = y on the rows that count, from the arena. The rows
  * of A are those of the closure, and of the first `held` rows of the held contacts below them. A row nearer to the span of
  * the others than `nearest`, relative to its joint's rows, does not count. Driven joints have the prescribed accelerations

@@ -51,7 +51,6 @@ struct room {
     double scale;        /* energy (J) of the heaviest coordinate at a speed of its unit */
     double *from;        /* [size] where a piece of a step begins */
     double *whole;       /* [size] end of a whole step */
-    double *trial;       /* [n] a place without one of the contacts held */
     double *half;        /* [size] end of its first half */
     int *held;           /* [contacts] those that are put back onto their grounds */
     signed char *mode;   /* [contacts] how: without friction */
@@ -73,7 +72,6 @@ static int take_room(const struct system *s, struct room *r)
         .P = TAKE(arena, double, 2 * c),
         .from = TAKE(arena, double, s->size),
         .whole = TAKE(arena, double, s->size),
-        .trial = TAKE(arena, double, n),
         .half = TAKE(arena, double, s->size),
         .held = TAKE(arena, int, c),
         .mode = TAKE(arena, signed char, c),
@@ -177,85 +175,30 @@ static enum outcome push(struct phase *f, struct room *r, int count)
     return outcome == OUTCOME_GAINED ? OUTCOME_DONE : outcome; /* rounding: the whole step is looked at again */
 }
 
-static int is_behind(const struct phase *f, int contact)
-{
-    return f->gaps[contact] < -PLACE_ROUNDING * f->s->model->links * f->s->extent[contact];
-}
-
-/* Of all contacts the one that is most behind its ground, by more than rounding, or -1 */
-static int deepest_of(const struct phase *f)
-{
-    int found = -1;
-    for (int c = 0; c < f->s->model->contacts; c++)
-        if (is_behind(f, c) && (found < 0 || f->gaps[c] < f->gaps[found]))
-            found = c;
-    return found;
-}
-
-/* Take r->held[at] out. */
-static void let_go(struct room *r, int at, int held)
-{
-    memmove(r->held + at, r->held + at + 1, (size_t)(held - at - 1) * sizeof *r->held);
-}
-
-/* Of r->held[held], which y1 cannot all have on their grounds, the place of the first without which `deepest` is not behind its own, nor the one let go;
- * y1 is put there. -1 if there is none. */
-static int find_lifted(struct phase *f, struct room *r, int held, int deepest, double *y1)
+/* Put y1 onto the closure, the gaps of r->held[count] onto their grounds, and no other behind its own: those are put there too, but they
+ * move as they do. */
+static enum outcome put_back(struct phase *f, struct room *r, int count, double *y1)
 {
     struct system *s = f->s;
-    for (int at = 0; at < held; at++) {
-        const int c = r->held[at];
-        if (c == deepest)
-            continue;
-        memcpy(r->trial, y1, (size_t)s->n * sizeof *y1);
-        let_go(r, at, held);
-        hold(s, held - 1, r);
-        const enum outcome outcome = project_position(s, r->trial);
-        memmove(r->held + at + 1, r->held + at, (size_t)(held - at - 1) * sizeof *r->held);
-        r->held[at] = c;
-        if (outcome)
-            continue;
-        contact_gaps(s, r->trial, f->gaps);
-        if (is_behind(f, deepest) || is_behind(f, c))
-            continue;
-        memcpy(y1, r->trial, (size_t)s->n * sizeof *y1);
-        return at;
-    }
-    return -1;
-}
-
-/* Put y1 onto the closure, the gaps of r->held[*count] onto their grounds, and no other behind its own: those are put there too, but they
- * move as they do. Grounds hold nothing back: of gaps that cannot all be zero one that need not be is let go, and *count becomes less, or it would
- * push others behind their grounds. */
-static enum outcome put_back(struct phase *f, struct room *r, int *count, double *y1)
-{
-    struct system *s = f->s;
-    const int contacts = s->model->contacts;
-    int held = *count;
-    for (int pass = 0; pass <= 2 * contacts; pass++) {
-        hold(s, held, r);
+    for (int pass = 0; pass <= s->model->contacts; pass++) {
+        hold(s, count, r);
         const enum outcome outcome = project_position(s, y1);
-        if (outcome || !contacts)
+        if (outcome || !s->model->contacts)
             return outcome;
         contact_gaps(s, y1, f->gaps);
-        const int deepest = deepest_of(f);
+        int deepest = -1;
+        for (int c = 0; c < s->model->contacts; c++)
+            if (f->gaps[c] < -PLACE_ROUNDING * s->model->links * s->extent[c] &&
+                (deepest < 0 || f->gaps[c] < f->gaps[deepest]))
+                deepest = c;
+        for (int i = 0; i < count && deepest >= 0; i++)
+            if (r->held[i] == deepest)
+                return f->gaps[deepest] < -SHUT * s->extent[deepest] ? OUTCOME_NOT_CLOSED : OUTCOME_DONE;
         if (deepest < 0)
-            return OUTCOME_DONE;
-        int at = 0;
-        while (at < held && r->held[at] != deepest)
-            at++;
-        if (at == held) {
-            r->held[held++] = deepest;
-            continue;
-        }
-        if ((at = find_lifted(f, r, held, deepest, y1)) < 0)
             break;
-        let_go(r, at, held--);
-        *count -= at < *count;
+        r->held[count++] = deepest;
     }
-    contact_gaps(s, y1, f->gaps);
-    const int deepest = deepest_of(f);
-    return deepest >= 0 && f->gaps[deepest] < -SHUT * s->extent[deepest] ? OUTCOME_NOT_CLOSED : OUTCOME_DONE;
+    return OUTCOME_DONE;
 }
 
 /* Bring to rest what is closed at y1 and approaches no faster than `slow`. */
@@ -337,7 +280,7 @@ static enum outcome try_step(struct phase *f, struct room *r, double t, double h
         y1[i] = r->middle[i] + 0.5 * h * r->u[i];
         y1[n + i] = r->u[i];
     }
-    outcome = put_back(f, r, &held, y1);
+    outcome = put_back(f, r, held, y1);
     hold(s, held, r);
     outcome = outcome ? outcome : project_velocity(s, y1, y1 + n);
     hold(s, 0, r);
@@ -444,29 +387,6 @@ static enum outcome commit(struct phase *f, double t, double h, double miss)
     return follow_sides(f);
 }
 
-/* Put what lies behind its ground by rounding out of it before the first step: steps keep the energy to rounding, and have no work to spare for that.
- * It is no more than the weight times a gap that counts as closed, and is taken from what moves as far as that goes. */
-static enum outcome come_out(struct phase *f, struct room *r)
-{
-    struct system *s = f->s;
-    double moving;
-    int none = 0;
-    if (!s->model->contacts)
-        return OUTCOME_DONE;
-    contact_gaps(s, f->y, f->gaps);
-    if (deepest_of(f) < 0)
-        return OUTCOME_DONE;
-    memcpy(f->y1, f->y, s->size * sizeof *f->y);
-    enum outcome outcome = put_back(f, r, &none, f->y1);
-    hold(s, 0, r);
-    outcome = outcome ? outcome : project_velocity(s, f->y1, f->y1 + s->n);
-    if (outcome == OUTCOME_NO_MEMORY || outcome == OUTCOME_INTERRUPTED)
-        return outcome;
-    if (!outcome && keeps(s, energy_of(s, f->y, &moving), INFINITY, f->y1) && all_finite(2 * (size_t)s->n, f->y1))
-        memcpy(f->y, f->y1, s->size * sizeof *f->y);
-    return OUTCOME_DONE;
-}
-
 /* Go on from the present record: the stepping begins, or goes on in a run that has begun again. */
 static enum outcome open_record(struct phase *f)
 {
@@ -507,12 +427,10 @@ static enum outcome with_room(struct span *span, struct phase *f, double end, do
     struct room r;
     enum outcome outcome = take_room(f->s, &r) ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
     if (!outcome) {
-        if (!(span->scale > 0.0)) { /* it begins; what goes on has come out */
+        if (!(span->scale > 0.0))
             span->scale = heaviest(f->s, f->y);
-            outcome = come_out(f, &r);
-        }
         r.scale = span->scale;
-        outcome = outcome ? outcome : r.scale < 0.0 ? OUTCOME_NO_MEMORY : go_through(span, f, &r, end, longest);
+        outcome = r.scale < 0.0 ? OUTCOME_NO_MEMORY : go_through(span, f, &r, end, longest);
     }
     give_back(f->s->arena, mark);
     return outcome;

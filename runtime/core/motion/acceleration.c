@@ -94,10 +94,7 @@ static enum outcome take_robust_path(struct system *s, double t, const double *q
     m->closure_bias(s->k, q, u, bias);
     for (int i = 0; i < m->rows + held; i++)
         bias[i] = -bias[i];
-    const enum outcome outcome = factorise_motions(s, q, held, bias, &t, RANK_TOLERANCE, &r->motions);
-    if (!outcome && active_count(s))
-        blur_forces(s->n, &r->motions, active_count(s), s->active->blur);
-    return outcome;
+    return factorise_motions(s, q, held, bias, &t, RANK_TOLERANCE, &r->motions);
 }
 
 /* On the robust path, with the friction that the forces h->force bring where contacts slide; the forces that it finds in
@@ -183,8 +180,6 @@ static enum outcome solve_motion(struct system *s, double t, const double *q, co
     if (interrupted(s->interruption, s->n))
         return OUTCOME_INTERRUPTED;
     s->evaluations++;
-    if (active_count(s))
-        memset(s->active->blur, 0, active_count(s) * sizeof *s->active->blur);
     int dependent = m->acceleration(s->k, q, u, t, s->inputs, u_dot, lambda);
     if (!dependent &&
         active_count(s)) /* columns of the contacts would each lose digits: both together on the robust path */

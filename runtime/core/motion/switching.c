@@ -58,13 +58,8 @@ enum outcome switching_functions(struct system *s, double t, const double *y, do
     int count = h->count, row = h->count;
     for (int i = 0; i < h->count && !outcome; i++)
         h->peak[h->set[i]] = fmax(h->peak[h->set[i]], fabs(h->force[i]));
-    double most = 0.0;
     for (int i = 0; i < h->count; i++)
-        most = fmax(most, h->peak[h->set[i]]);
-    for (int i = 0; i < h->count; i++) {
-        const double least = h->least[i] + h->blur[i] * most;
-        values[i] = h->mode[i] == GRAZING ? least - fabs(h->force[i]) : least + h->force[i];
-    }
+        values[i] = h->mode[i] == GRAZING ? h->least[i] - fabs(h->force[i]) : h->least[i] + h->force[i];
     if (watches_slips(h))
         s->model->slips(s->k, y, y + s->n, slips);
     for (int i = 0; i < h->count; i++) {
