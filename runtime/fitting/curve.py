@@ -99,6 +99,8 @@ def fit(
     if begun.kernels.derivatives is None:
         faults.add(f"{begun.name}: found a model without derivatives, expected one with them; generate it with "
                    "generate(scene, derivatives=True)")  # fmt: skip
+    if isinstance(most, bool) or not isinstance(most, int) or most < 1:
+        faults.add(f"most: found {most!r}, expected a number of tries, at least 1")
     faults.stop_if_any()
     assert search is not None and places is not None
     start = begun.start()[0] if q0 is None else np.asarray(read_numbers(q0, "q0"), dtype=float)

@@ -110,7 +110,7 @@ def identify(
         search = varied(begun, wrt, "wrt")
     with faults.collecting():
         measured = _measured(begun, data, at, sigma)
-    if not isinstance(most, int) or most < 1:
+    if isinstance(most, bool) or not isinstance(most, int) or most < 1:
         faults.add(f"most: found {most!r}, expected a number of runs, at least 1")
     faults.stop_if_any()
     assert measured is not None and search is not None

@@ -17,6 +17,11 @@ ENOUGH = 1e-12
 be quadratic, and one more is cheap."""
 
 
+WEAK = 1e-11
+"""How weakly variables are held to their start, beside what moves most: enough to count beside rounding times some
+thousand numbers, and its square far below what any direction that is told moves."""
+
+
 @dataclass(frozen=True)
 class Varied:
     """Parameters that are searched for: their paths, where the search begins, and what they may be."""
@@ -80,16 +85,29 @@ def least_squares(
     purpose: str,
 ) -> Search:
     """SciPy's trust region with bounds (M. A. Branch, T. F. Coleman, Y. Li, SIAM Journal on Scientific Computing 21,
-    1999). Where residuals are no numbers the region shrinks. They
-    are pure numbers, of size one where something is wrong by all of it."""
-    optimize = needed("scipy.optimize", purpose)
+    1999). Where residuals are no numbers the region shrinks. They are pure numbers, of size one where something is
+    wrong by all of it.
+
+    Its steps are only right where every direction moves something (it takes all to the border of the region else). So
+    each variable is also held to its start, ``WEAK``ly: what measurements tell is changed by the square of that.
+    """
+    optimize, m = needed("scipy.optimize", purpose), len(residuals(start))
+    weak = WEAK * np.linalg.norm(jacobian(start) * scales, 2) / scales
+
+    def held(x: FloatArray) -> FloatArray:
+        return np.concatenate([residuals(x), weak * (x - start)])
+
+    def held_jacobian(x: FloatArray) -> FloatArray:
+        return np.vstack([jacobian(x), np.diag(weak)])
+
     found = optimize.least_squares(
-        residuals,
+        held,
         start,
-        jacobian,
+        held_jacobian,
         bounds,
         x_scale=scales,
         method="trf",
+        tr_solver="exact",
         xtol=ENOUGH,
         ftol=ENOUGH,
         gtol=np.finfo(float).eps,  # where no residual is left SciPy would divide by their sum
@@ -97,4 +115,4 @@ def least_squares(
     )
     ended = "converged" if found.status > 0 else f"ended after {most} tries, before it had converged"
     x, misses, J = (np.asarray(part, dtype=float) for part in (found.x, found.fun, found.jac))
-    return Search(x, misses, J, bool(found.status > 0), ended)
+    return Search(x, misses[:m], J[:m], bool(found.status > 0), ended)

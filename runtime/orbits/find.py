@@ -74,8 +74,9 @@ def find_orbit(
     """The periodic motion near the state (q0, u0), the scene's start unless given, by Newton's method on its map.
 
     ``section`` is a time (s), the period of what drives the model, ``crossings`` of which the motion takes; or a
-    contact, (point, surface) as in ``model.contacts``: the state behind its impact, the ``crossings``-th one of the
-    run, which may take as long as ``until`` (s) to get there, the scene's end unless given. ``relabel`` (A, b) is what
+    contact, (point, surface) as in ``model.contacts``, of a model that does not depend on time: the state behind its
+    impact, the ``crossings``-th one of the run, which may take as long as ``until`` (s) to get there, the scene's end
+    unless given. The search begins behind the first of these impacts of a run from (q0, u0). ``relabel`` (A, b) is what
     is done to the state x = (q, u) there before it is compared, A x + b, of shapes (2 n, 2 n) and (2 n,): where a
     walker's legs change their parts. ``advances`` names coordinates that need not come back, as the place of a walker.
     ``most`` is how many steps Newton's method may take. Derivatives of the map are exact, through impacts and
@@ -114,7 +115,7 @@ def _start(model: Model, q0: ArrayLike | None, u0: ArrayLike | None) -> tuple[Fl
 def _converged(a_map: Map, start: tuple[FloatArray, FloatArray], tolerance: float, most: int) -> Orbit:
     """Newton's method until what is missed no longer becomes less."""
     best: tuple[float, Crossed] | None = None
-    q, u = start
+    q, u = a_map.first(*start)
     for _ in range(most):
         crossed = a_map.at(q, u)
         missed = float(np.max(np.abs(crossed.rest)))

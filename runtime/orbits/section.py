@@ -23,6 +23,9 @@ Section = float | tuple[str, str]
 RANK = 1e-10
 """Rows of loops and contacts below this part of the largest depend on others."""
 
+SOMETIMES = (0.1234567, 0.3141593, 0.5772157, 0.7071068, 0.9159656)
+"""Parts of a run's time at which forces are looked at."""
+
 BEHIND = 1e-6
 """A run that is derived ends this part of its time behind the impact: beyond the rounding of its instant."""
 
@@ -98,22 +101,42 @@ class Map:
     def _struck(
         self, q: FloatArray, u: FloatArray, by: dict[str, FloatArray]
     ) -> tuple[Run, float, FloatArray, FloatArray]:
-        """Behind an impact of a contact, wherever that comes."""
+        """Behind an impact of a contact, wherever that comes. Instants are those of the run that is derived: the one
+        that looks for the impact ends elsewhere, and its last digits are others."""
+        until = self._instant(q, u) * (1.0 + BEHIND)
+        found = sensitivities(self.model, by, ["impact_times"], q, u, until=until, **self.options)
+        run = _whole(found.run)
+        time = self._instants(run)[self.crossings - 1]
+        last = [impact for impact in run.impacts if impact.t == time][-1]
+        (passed,) = (one for one in found.passed if one.kind == "impact" and one.t == time)
+        end = np.concatenate([run.q[np.flatnonzero(run.t == time)[-1]], last.u_plus])
+        return run, time, end, passed.behind
+
+    def first(self, q: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The state behind the first crossing of a run, on the section, from a state that need not be on it."""
+        if isinstance(self.section, float):
+            return q, u
+        run = simulate(self.model, q, u, until=self._instant(q, u, 1), **self.options)
+        assert isinstance(run, Run)
+        last = run.impacts[-1]
+        return self.model.project(run.q[-1], last.u_plus)
+
+    def _instant(self, q: FloatArray, u: FloatArray, crossings: int | None = None) -> float:
+        """When a run from there crosses the section so many times."""
         run = simulate(self.model, q, u, until=self.until, **self.options)
         assert isinstance(run, Run)
-        own = [impact for impact in run.impacts if self.section in impact.contacts and impact.t > 0.0]
-        if len(own) < self.crossings:
+        found, wanted = self._instants(run), crossings or self.crossings
+        if len(found) < wanted:
             raise ValueError(
-                f"{self.model.name}: found {len(own)} impacts of {' on '.join(self._name())} in {run.t[-1]:g} s, "
-                f"expected {self.crossings}: {run.message or 'the run came to its end; let it go on with until'}"
+                f"{self.model.name}: found {len(found)} impacts of {' on '.join(self._name())} in {run.t[-1]:g} s, "
+                f"expected {wanted}: {run.message or 'the run came to its end; let it go on with until'}"
             )
-        last = own[self.crossings - 1]
-        until = last.t * (1.0 + BEHIND)
-        found = sensitivities(self.model, by, ["impact_times"], q, u, until=until, **self.options)
-        met = [one for one in found.passed if one.kind == "impact" and self.section in one.contacts]
-        rows = np.flatnonzero(found.run.t == last.t)
-        end = np.concatenate([found.run.q[rows[-1]], last.u_plus])
-        return _whole(found.run), last.t, end, met[self.crossings - 1].behind
+        return found[wanted - 1]
+
+    def _instants(self, run: Run) -> list[float]:
+        """When the section is crossed, behind the start; impacts at one instant are one crossing."""
+        own = (impact.t for impact in run.impacts if self.section in impact.contacts and impact.t > 0.0)
+        return list(dict.fromkeys(own))
 
     def _name(self) -> tuple[str, str]:
         assert isinstance(self.section, tuple)
@@ -181,8 +204,11 @@ def read_map(
     unknown = [name for name in advances if name not in model.q_of]
     if isinstance(advances, str) or unknown:
         faults.add(f"advances: found {advances!r}, expected a list of coordinates, of {', '.join(model.q_of)}")
-    if model.data["drives"] and isinstance(where, tuple):
-        faults.add("section: found a contact beside driven joints, expected the period of the drives, as a time")
+    if isinstance(where, tuple) and (model.data["drives"] or _depends_on_time(model)):
+        faults.add(
+            "section: found a contact in a model that depends on time, expected the period of what drives it, as a "
+            "time: behind an impact it would begin at another phase"
+        )
     if model.kernels.derivatives is None:
         faults.add(
             f"{model.name}: found a model without derivatives, expected one with them; generate it with "
@@ -191,6 +217,14 @@ def read_map(
     faults.stop_if_any()
     free = np.array([model.q_of.index(name) for name in advances], dtype=int)
     return Map(model, where, crossings, float(end), changed, free, options)
+
+
+def _depends_on_time(model: Model) -> bool:
+    """Whether accelerations change with time, at the scene's start and at instants that no period has in common."""
+    q, u = model.start()
+    inputs = dict.fromkeys(model.inputs, 0.0) or None
+    found = [model.acceleration(q, u, t * model.duration, inputs, contacts=()) for t in (0.0, *SOMETIMES)]
+    return any(not np.array_equal(one, found[0]) for one in found)
 
 
 def _relabel(relabel: Any, n: int) -> tuple[FloatArray, FloatArray]:

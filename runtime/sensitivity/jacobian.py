@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -84,7 +84,7 @@ def run_sensitivities(
     faults.stop_if_any()
     assert moving is not None
     with model.given(inputs):
-        S = start_moves(model, moving, run.q[0], run.u[0], _start(model, given))
+        S = _start_moves(model, moving, run, given)
         order = np.argsort(times, kind="stable")
         found = along(run, model, moving, S, [*dict.fromkeys(times[order].tolist())] or [])
     places = np.searchsorted(np.unique(times), times)
@@ -159,17 +159,23 @@ def _inputs(run: Record, model: Model) -> Any:
     return read_values(model.inputs, given) if model.inputs else None
 
 
-def _start(
-    model: Model, given: tuple[FloatArray | None, FloatArray | None] | None
-) -> tuple[FloatArray, FloatArray] | None:
-    """The start as it was given; None for the scene's."""
-    if given is None or (given[0] is None and given[1] is None):
-        return None
-    own_q, own_u = model.start()
-    q, u = (
-        own if one is None else np.asarray(one, dtype=float) for one, own in zip(given, (own_q, own_u), strict=True)
-    )
-    return q, u
+def _start_moves(
+    model: Model, moving: Moving, run: Record, given: tuple[FloatArray | None, FloatArray | None] | None
+) -> FloatArray:
+    """What the start of a run moves by. Where q0 or u0 alone is given the other is the scene's, and moves as that."""
+    q, u = given if given is not None else (None, None)
+    if q is None and u is None:
+        return start_moves(model, moving, run.q[0], run.u[0], None)
+    if q is None or u is None:
+        own = model.start()
+        still = replace(moving, q0=np.zeros_like(moving.q0), u0=np.zeros_like(moving.u0))
+        of_scene = start_moves(model, still, *own, None)
+        n = len(own[0])
+        if q is None:
+            q, moving = own[0], replace(moving, q0=moving.q0 + of_scene[:n])
+        else:
+            u, moving = own[1], replace(moving, u0=moving.u0 + of_scene[n:])
+    return start_moves(model, moving, run.q[0], run.u[0], (np.asarray(q, dtype=float), np.asarray(u, dtype=float)))
 
 
 def _impact_times(run: Record, moving: Moving, passed: Sequence[Passed]) -> FloatArray:

@@ -21,7 +21,7 @@ from .plan import Plan, PlanError
 from .source import build_of
 from .units import units_of_table
 
-FORMAT = "ccgen sweep 1"
+FORMAT = "ccgen sweep 2"
 """What a manifest begins with, and what other files made of the table say that they are of."""
 MANIFEST, LOCK = "manifest.json", ".lock"
 ELSEWHERE = "built_elsewhere"

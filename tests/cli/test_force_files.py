@@ -141,7 +141,7 @@ def test_forces_on_both_sides_of_a_jump_are_those_of_the_run(workshop: Workshop)
     assert np.array_equal(found.reactions[after], run.reactions(found.t[after]))
 
 
-@pytest.mark.sample(1)
+@pytest.mark.sample(2)
 @pytest.mark.parametrize("thickness", [0.02, 1e-12])
 @pytest.mark.parametrize("friction", ["", "friction = 0.5"])
 def test_contacts_push_to_the_end_of_their_touch(friction: str, thickness: float, workshop: Workshop) -> None:

@@ -241,7 +241,7 @@ def test_stops_and_a_rough_ground_together(workshop: Workshop, extra: str) -> No
     assert set(run.phases[-1].contacts) == {("shank.B", "ground_0"), ("knee", "stop_0.highest")}
 
 
-@pytest.mark.sample(2)
+@pytest.mark.sample(3)
 @pytest.mark.parametrize("length", [1e-3, 1.0, 100.0])
 @pytest.mark.parametrize("e", [0.0, 0.5])
 def test_small_and_large_mechanisms(workshop: Workshop, length: float, e: float) -> None:

@@ -76,6 +76,17 @@ def test_what_was_not_measured_is_left_out(ball: Any) -> None:
     assert found.deviations["gravity.g"] == pytest.approx(wanted.deviations["gravity.g"], rel=1e-9)
 
 
+def test_what_moves_nothing_holds_nothing_up(ball: Any) -> None:
+    """A parameter that no measurement depends on is told to be so, and the other is found as without it, as soon."""
+    y = fallen(0.01)
+    alone = identify(ball, {"ball.y": y}, AT, ["gravity.g"], sigma=0.01)
+    found = identify(ball, {"ball.y": y}, AT, ["gravity.g", "ball.inertia"], sigma=0.01)
+    assert found.converged and found.evaluations <= alone.evaluations + 2
+    assert found.values["gravity.g"] == pytest.approx(alone.values["gravity.g"], rel=1e-10)
+    assert found.deviations["gravity.g"] == pytest.approx(alone.deviations["gravity.g"], rel=1e-9)
+    assert found.undetermined == ({"ball.inertia": 1.0},) and np.isinf(found.deviations["ball.inertia"])
+
+
 def test_masses_of_a_swinging_linkage_are_told_up_to_their_scale(workshop: Workshop) -> None:
     """A four-bar that swings by its weight alone moves the same with all masses and inertias twice as large."""
     model = workshop.model(load_scene(ROOT / "scenes" / "four-bar.toml"), derivatives=True)

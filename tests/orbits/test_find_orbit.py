@@ -169,6 +169,27 @@ def test_a_ball_that_bounces_for_ever_is_one_of_a_family(workshop: Workshop) -> 
     assert not found.stable
 
 
+@pytest.mark.parametrize("start", [-0.7, -0.2, 0.05])
+def test_a_mass_that_bounces_off_a_wall_from_any_start(start: float, workshop: Workshop) -> None:
+    """On a spring without a damper, e = 1: half a period of the free motion between impacts, whatever the speed, where
+    the wall is at the place of rest. The start need not be on the section."""
+    bare = SWING.replace('[[force]]\npoint = "mass.C"\nvector = ["5*cos(w*t)", 0]\n', "")
+    bare = bare.replace('[[damper]]\nbetween = ["ground.W", "mass.C"]\ndamping = 1.2\n', "")
+    wall = '[[ground]]\npoint = [0.1, 0]\nnormal = [-1, 0]\nrestitution = 1\ncontacts = ["mass.C"]\n'
+    model = workshop.model(bare.format(more=wall).replace("length = 1.0", "length = 1.1"), derivatives=True)
+    found = find_orbit(model, [start], [0.0], section=model.contacts[0])
+    assert found.period == pytest.approx(math.pi / math.sqrt(8.0 / 2.0), abs=1e-9)
+    assert found.multipliers == pytest.approx([1.0], abs=1e-9)
+    assert abs(found.u[0]) == pytest.approx(2.0 * (0.1 - start), abs=1e-9)
+
+
+def test_a_contact_section_needs_a_model_without_time(workshop: Workshop) -> None:
+    wall = '[[ground]]\npoint = [0.2, 0]\nnormal = [-1, 0]\nrestitution = 0.6\ncontacts = ["mass.C"]\n'
+    model = workshop.model(SWING.format(more=wall), derivatives=True)
+    with pytest.raises(ValueError, match="found a contact in a model that depends on time, expected the period"):
+        find_orbit(model, section=model.contacts[0])
+
+
 def test_all_that_is_wrong_is_told_at_once(workshop: Workshop) -> None:
     model = workshop.model(SWING.format(more=""), derivatives=True)
     wrong: dict[str, Any] = {"section": ("mass.C", "ground_0"), "crossings": 0, "advances": ["mass.y"], "most": 0}

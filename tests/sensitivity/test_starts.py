@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from ccgen.generator import load_scene
 from ccgen.runtime import sensitivities, simulate
 
 from ..oracles.maximal import WIDE
@@ -86,3 +87,16 @@ def test_a_start_that_is_open_is_refused(workshop: Workshop) -> None:
     q, u = model.start()
     with pytest.raises(ValueError, match=r"q0: found a start that is open by 0\.0.* take it from model\.project"):
         sensitivities(model, "u0", q0=q + np.array([1e-3, 0, 0]), u0=u, until=0.1)
+
+
+def test_what_is_not_given_of_a_start_moves_as_the_scenes(workshop: Workshop) -> None:
+    """u0 alone is combined with the scene's configuration, which moves with a length."""
+    model = workshop.model(load_scene(ROOT / "scenes" / "four-bar.toml"), derivatives=True)
+    path, u0, h = "crank.points.B.x", 1.1 * model.start()[1], 2.0**-10
+    found = sensitivities(model, [path], ["q", "u"], u0=u0, until=0.3, rtol=1e-12)
+    ends = []
+    for k in (1, -1, 2, -2):
+        run = simulate(model, u0=u0, until=0.3, rtol=1e-12, params={path: model.parameters[path] + k * h})
+        ends.append(np.concatenate([run.q[-1], run.u[-1]]))
+    wanted = (8.0 * (ends[0] - ends[1]) - (ends[2] - ends[3])) / (12.0 * h)
+    assert found.jacobian.ravel() == pytest.approx(wanted, rel=1e-7, abs=1e-7)

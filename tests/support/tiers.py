@@ -25,8 +25,8 @@ def hard(*case: Any) -> Any:
 def leave_samples(items: Iterable[pytest.Item]) -> None:
     """Make all but some cases hard of each test that has the mark ``sample(count)``.
 
-    ``count`` of its cases that are not hard by themselves stay, spread evenly over them. The mark is for cases that are
-    alike; where some cover more than others, :func:`all_hard_but` chooses them.
+    ``count`` of its cases that are not hard by themselves stay, spread evenly over them from the first to the last. The
+    mark is for cases that are alike; where some cover more than others, :func:`all_hard_but` chooses them.
     """
     cases: defaultdict[tuple[Any, ...], list[pytest.Item]] = defaultdict(list)
     for item in items:
@@ -36,7 +36,7 @@ def leave_samples(items: Iterable[pytest.Item]) -> None:
         mark = same[0].get_closest_marker("sample")
         assert mark is not None
         (count,) = mark.args
-        kept = {k * len(same) // count for k in range(count)}
+        kept = {round(k * (len(same) - 1) / max(count - 1, 1)) for k in range(count)}
         for k, item in enumerate(same):
             if k not in kept:
                 item.add_marker(pytest.mark.hard)
