@@ -92,7 +92,7 @@ def test_a_start_that_is_open_is_refused(workshop: Workshop) -> None:
 def test_what_is_not_given_of_a_start_moves_as_the_scenes(workshop: Workshop) -> None:
     """u0 alone is combined with the scene's configuration, which moves with a length."""
     model = workshop.model(load_scene(ROOT / "scenes" / "four-bar.toml"), derivatives=True)
-    path, u0, h = "crank.points.B.x", 1.1 * model.start()[1], 2.0**-10
+    path, u0, h = "crank.points.B.x", 1.1 * model.start()[1], 2.0**-11
     found = sensitivities(model, [path], ["q", "u"], u0=u0, until=0.3, rtol=1e-12)
     ends = []
     for k in (1, -1, 2, -2):
