@@ -11,7 +11,7 @@ from ..support.workshop import Workshop
 COUNT = 20
 """Loops of each number of rods and kind, 200 in all."""
 
-FEW = 8
+FEW = 5
 """Of those that stay, whose runs take longer."""
 
 STAYING = 1e-7
