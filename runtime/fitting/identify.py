@@ -65,7 +65,7 @@ class Identified:
         for direction in self.undetermined:
             terms = ", ".join(f"{path} by {change:+.3g}" for path, change in direction.items())
             lines.append(f"changes nothing that was measured: relative changes of {terms}")
-        lines.append(f"misfit {self.misfit:.3g}, {self.evaluations} runs; {self.message}")
+        lines.append(f"misfit {self.misfit:.3g}; {self.message}")
         return "\n".join(lines)
 
 
