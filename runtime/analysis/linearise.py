@@ -145,7 +145,7 @@ class _At:
     ) -> None:
         self.model, self.q, self.u, self.t, self.values, self.contacts = model, q, u, t, values, contacts
         free = model.motions(q)
-        self.independent = independent(free, _weights(model))
+        self.independent = independent(free, 1.0 / model.coordinate_units)
         self.along = np.array(
             np.linalg.solve(free[self.independent].T, free.T).T if free.shape[1] else free, dtype=float
         )
@@ -196,11 +196,6 @@ class _At:
                 derived[of] = self._derived(of, inputs)
             C[row], D[row] = (part[index] for part in derived[of])
         return C, D
-
-
-def _weights(model: Model) -> FloatArray:
-    """By which coordinates are comparable: a length counts as an angle, in lengths of the mechanism."""
-    return np.array([1.0 if kind == "angle" else 1.0 / model.length for kind, _ in model.data["coordinates"]])
 
 
 def independent(basis: FloatArray, weights: FloatArray) -> list[int]:

@@ -13,6 +13,7 @@ from ..analysis.follow import follow
 from ..analysis.wants import Turn, read_wants
 from ..arrays import FloatArray, IntArray
 from ..faults import Faults
+from ..model.derivatives import need_derivatives
 from ..model.model import Model
 from ..model.numbers import read_numbers
 from ..precision import need_doubles
@@ -96,9 +97,8 @@ def fit(
         faults.add(f"of: found {of!r}, expected one of {', '.join(begun.points)}")
     with faults.collecting():
         read_wants(begun, None, {crank: 0.0}, None)
-    if begun.kernels.derivatives is None:
-        faults.add(f"{begun.name}: found a model without derivatives, expected one with them; generate it with "
-                   "generate(scene, derivatives=True)")  # fmt: skip
+    with faults.collecting():
+        need_derivatives(begun)
     if isinstance(most, bool) or not isinstance(most, int) or most < 1:
         faults.add(f"most: found {most!r}, expected a number of tries, at least 1")
     faults.stop_if_any()

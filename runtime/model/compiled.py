@@ -124,6 +124,13 @@ class Compiled:
         return time if math.isfinite(time) and time <= FALLS * self.duration else None
 
     @property
+    def coordinate_units(self) -> FloatArray:
+        """What coordinates (nq,) are measured by, so that they compare: 1 rad, or the mechanism's ``length`` (m)."""
+        units = np.full(len(self.q_names), self.length)
+        units[list(self.angular)] = 1.0
+        return units
+
+    @property
     def duration(self) -> float:
         """How long (s) the scene is simulated: the longest that a characteristic time told by a start can be."""
         return float(self.data["run"]["until"])

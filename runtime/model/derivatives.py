@@ -51,12 +51,17 @@ def derivatives(
     return found[0] if single else found
 
 
-def _check(model: Geometry, of: str, contacts: Contacts) -> None:
+def need_derivatives(model: Geometry) -> None:
+    """Raise ``ValueError`` for a model that was generated without its derivatives."""
     if model.kernels.derivatives is None:
         raise ValueError(
             f"{model.name}: found a model without derivatives, expected one with them; generate it with "
             "generate(scene, derivatives=True) or ccgen --scene FILE --derivatives"
         )
+
+
+def _check(model: Geometry, of: str, contacts: Contacts) -> None:
+    need_derivatives(model)
     shapes = shapes_of(model)
     if of not in shapes:
         raise ValueError(f"of: found {of!r}, expected one of {', '.join(shapes)}")

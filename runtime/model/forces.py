@@ -10,6 +10,7 @@ import numpy as np
 
 from ..arrays import FloatArray
 from .compiled import Compiled
+from .thresholds import characteristic_time
 
 if TYPE_CHECKING:
     from .._core import Supply
@@ -212,7 +213,7 @@ def _held_as_named(
     if not any(rough[c] for c in numbers):
         return [([(c, "smooth", 1.0) for c in numbers], every)]
     slips = model.kernels.of_state("slips", q, u)[:, numbers]
-    still = model.core.TOLERANCES["STILL"].value * model.length / (model.time or model.duration)
+    still = model.core.TOLERANCES["STILL"].value * model.length / characteristic_time(model)
     ways = np.where(np.abs(slips) <= still, 2.0, np.sign(slips))
     ways[:, [not rough[c] for c in numbers]] = 0.0
     names = {0.0: "smooth", 1.0: "slides forward", 2.0: "sticks", -1.0: "slides backward"}

@@ -10,9 +10,11 @@ import numpy as np
 
 from ..arrays import FloatArray, IntArray
 from ..faults import Faults
+from ..model.derivatives import need_derivatives
 from ..model.drives import drive_rows
 from ..model.model import Model
 from ..model.numbers import read_numbers
+from ..model.thresholds import characteristic_time
 from ..run import Run
 from ..sensitivities import sensitivities
 from ..simulate import simulate
@@ -61,8 +63,8 @@ class Map:
     ) -> None:
         self.model, self.section, self.crossings, self.until = model, section, crossings, until
         self.relabel, self.free, self.options = relabel, free, options
-        n, time = len(model.q_names), model.time or model.duration
-        unit = np.array([1.0 if kind == "angle" else model.length for kind, _ in model.data["coordinates"]])
+        n, time = len(model.q_names), characteristic_time(model)
+        unit = model.coordinate_units
         self.units = np.concatenate([unit, unit / time])
         self.kept = np.setdiff1d(np.arange(2 * n), free)
         self.count = 0
@@ -209,22 +211,27 @@ def read_map(
             "section: found a contact in a model that depends on time, expected the period of what drives it, as a "
             "time: behind an impact it would begin at another phase"
         )
-    if model.kernels.derivatives is None:
-        faults.add(
-            f"{model.name}: found a model without derivatives, expected one with them; generate it with "
-            "generate(scene, derivatives=True)"
-        )
+    with faults.collecting():
+        need_derivatives(model)
     faults.stop_if_any()
     free = np.array([model.q_of.index(name) for name in advances], dtype=int)
     return Map(model, where, crossings, float(end), changed, free, options)
 
 
 def _depends_on_time(model: Model) -> bool:
-    """Whether accelerations change with time, at the scene's start and at instants that no period has in common."""
+    """Whether accelerations change with time: at the scene's start, at rest and in motion (what damps is nothing at
+    rest), at instants that no period has in common."""
     q, u = model.start()
+    states = (q, 0.0 * u), model.project(q, u + model.coordinate_units / characteristic_time(model))
     inputs = dict.fromkeys(model.inputs, 0.0) or None
-    found = [model.acceleration(q, u, t * model.duration, inputs, contacts=()) for t in (0.0, *SOMETIMES)]
-    return any(not np.array_equal(one, found[0]) for one in found)
+    return any(
+        not np.array_equal(
+            model.acceleration(*state, t * model.duration, inputs, contacts=()),
+            model.acceleration(*state, 0.0, inputs, contacts=()),
+        )
+        for state in states
+        for t in SOMETIMES
+    )
 
 
 def _relabel(relabel: Any, n: int) -> tuple[FloatArray, FloatArray]:

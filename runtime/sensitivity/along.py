@@ -9,8 +9,10 @@ import numpy as np
 
 from ..arrays import FloatArray
 from ..faults import Faults
+from ..model.derivatives import need_derivatives
 from ..model.forces import Held
 from ..model.model import Model
+from ..model.thresholds import characteristic_time
 from ..precision import need_doubles
 from ..record.impact import Impact
 from ..record.record import Record
@@ -55,11 +57,8 @@ def check(run: Record) -> Model:
         )
     need_doubles(model.precision, model.name, "derivatives of a run")
     name = model.name
-    if model.kernels.derivatives is None:
-        faults.add(
-            f"{name}: found a model without derivatives, expected one with them; generate it with "
-            "generate(scene, derivatives=True) or ccgen --scene FILE --derivatives"
-        )
+    with faults.collecting():
+        need_derivatives(model)
     if model.data.get("events") or run.events:
         faults.add(f"{name}: found [[event]] tables, expected none: the instants of events are not differentiated")
     if model.kernels.sizes["switches"]:
@@ -209,7 +208,7 @@ def _shut(model: Model, moving: Moving, piece: Piece, S: FloatArray) -> FloatArr
     n = len(q)
     at = Local(model, moving, piece.t + piece.h, q)
     (R, places), (Rs, rates) = _rows(at, piece.held, u)
-    unit = np.array([1.0 if kind == "angle" else model.length for kind, _ in model.data["coordinates"]])
+    unit = model.coordinate_units
     free = np.eye(n)
     if len(at.drive_rows):  # driven joints stay where they are
         free = free - np.linalg.pinv(at.drive_rows) @ at.drive_rows
@@ -235,7 +234,7 @@ def _check_held(model: Model, moving: Moving, first: Piece, S: FloatArray) -> No
     chosen = [contact for contact, _ in pushing(first.held)]
     whole = moving.whole(S[:n], S[n:])
     sticks = [contact for contact, how in pushing(first.held) if how == "sticks"]
-    per = model.time or model.duration
+    per = characteristic_time(model)
     checked = (
         (at.gaps_move(), chosen, at.gap_rows),
         (at.gap_rates_move(u), chosen, at.gap_rows / per),
@@ -261,7 +260,7 @@ def _check_kept(at: Local, rows: FloatArray, rates: FloatArray, S: FloatArray) -
         return
     model, n = at.model, len(at.q)
     whole = at.moving.whole(S[:n], S[n:])
-    per = model.time or model.duration
+    per = characteristic_time(model)
     size = np.abs(rows) @ np.abs(S[:n]) / per + np.abs(rows) @ np.abs(S[n:])
     terms = np.max(np.abs(rates) @ np.abs(whole) + size, axis=0)
     missed = np.max(np.abs(rates @ whole), axis=0)

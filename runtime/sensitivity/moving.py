@@ -13,6 +13,7 @@ from ..faults import Faults
 from ..model.directions import Directions, directions_of
 from ..model.model import Model
 from ..model.numbers import read_numbers
+from ..model.thresholds import characteristic_time
 
 Wrt = str | Sequence[str] | Mapping[str, ArrayLike]
 """What a run is derived by: names, each with all its entries one by one, or directions in them by name."""
@@ -107,12 +108,12 @@ def _directions(name: str, value: ArrayLike, size: int) -> FloatArray:
 def whole_of(model: Model, moving: Moving, row: FloatArray) -> FloatArray:
     """What a row (n,) of the coordinates makes of a change of the state by all of its size, where each column
     (columns,) is as large as changes what it is by all of that."""
-    unit = np.array([1.0 if kind == "angle" else model.length for kind, _ in model.data["coordinates"]])
+    unit = model.coordinate_units
     values = np.array([abs(model.parameters[name]) if name in model.parameters else 1.0 for name in moving.arguments])
     values[values == 0.0] = 1.0
     parts = (
         moving.q0 / unit[:, None],
-        (model.time or model.duration) * moving.u0 / unit[:, None],
+        characteristic_time(model) * moving.u0 / unit[:, None],
         moving.along / values[:, None],
     )
     columns = np.max([np.max(np.abs(part), axis=0, initial=0.0) for part in parts], axis=0)

@@ -16,6 +16,7 @@ import numpy as np
 from ..arrays import FloatArray
 from ..model.forces import Held
 from ..model.model import Model
+from ..model.thresholds import characteristic_time
 from ..record.impact import Impact
 from .held import accelerations, changed
 from .local import Local
@@ -174,7 +175,7 @@ def pass_change(
         c
         for c in slid
         if abs(float(at.slip_rows[c] @ u)) <= MEET * float(np.abs(at.slip_rows[c]) @ np.abs(u))
-        or abs(float(at.slip_rows[c] @ u)) <= RESTS * model.length / (model.time or model.duration)
+        or abs(float(at.slip_rows[c] @ u)) <= RESTS * model.length / characteristic_time(model)
     ]
     if closed := [model.contacts[c] for c, *_ in ways[1] if c not in {x for x, *_ in ways[0]}]:
         where = " and ".join("{} on {}".format(*one) for one in closed)
@@ -198,7 +199,7 @@ def pass_change(
     for c in ended:
         apart = slips[c] @ whole + rates[c] * dt
         terms = np.abs(slips[c]) @ np.abs(whole) + np.abs(rates[c] * dt)
-        most = whole_of(model, moving, at.slip_rows[c]) / (model.time or model.duration)
+        most = whole_of(model, moving, at.slip_rows[c]) / characteristic_time(model)
         if np.any(np.abs(apart) > MEET * (terms + MEET * most)):
             one, other = ("{} on {}".format(*model.contacts[x]) for x in (trigger, c))
             raise ValueError(
@@ -221,7 +222,6 @@ def _accelerations(
 
 def _growth(model: Model, matrix: FloatArray) -> float:
     """The largest singular value, in units of the mechanism."""
-    length, time = model.length, model.time or model.duration
-    unit = np.array([1.0 if kind == "angle" else length for kind, _ in model.data["coordinates"]])
-    units = np.concatenate([unit, unit / time])
+    unit = model.coordinate_units
+    units = np.concatenate([unit, unit / characteristic_time(model)])
     return float(np.linalg.norm(matrix * units / units[:, None], 2))

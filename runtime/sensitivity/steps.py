@@ -17,6 +17,7 @@ import numpy as np
 from ..arrays import FloatArray
 from ..model.forces import Held
 from ..model.model import Model
+from ..model.thresholds import characteristic_time
 from .held import accelerations, jacobians
 from .moving import Moving, moving_of
 
@@ -231,10 +232,10 @@ def _meets(model: Model, steps: Steps, q: FloatArray, u: FloatArray, tolerance: 
     """Whether ends (k, n) are the steps' own, to what the run's tolerance allows."""
     rtol, atol = tolerance
     rtol, atol = (max(MISSED * x, ROUNDED) for x in (rtol, atol)) if rtol else (UNKNOWN, UNKNOWN)
-    unit = np.array([1.0 if kind == "angle" else model.length for kind, _ in model.data["coordinates"]])
+    unit = model.coordinate_units
     span = np.max(np.abs(steps.q1 - steps.q) / unit, axis=1)
     speed = np.max(np.maximum(np.abs(steps.u1), np.abs(steps.u)) / unit, axis=1)
-    per = model.time or model.duration
+    per = characteristic_time(model)
     place = np.max(np.abs(q - steps.q1) / unit, axis=1)
     rate = np.max(np.abs(u - steps.u1) / unit, axis=1)
     size = np.max(np.abs(steps.q1) / unit, axis=1) + span

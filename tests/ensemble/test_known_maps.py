@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from ccgen.generator import load_scene
 from ccgen.runtime import ensemble, simulate
 
-from ..oracles.bouncing_table import BouncingTable
 from ..oracles.maximal import Array
 from ..support.folders import SCENES
 from ..support.jansen_foot import foot, torque
+from ..support.shaken_table import RADIUS, SHAKEN, TABLE
 from ..support.workshop import Workshop
 
 WIDTH, HEIGHT, MASS, G = 0.5, 1.5, 60.0, 9.81
@@ -71,51 +71,6 @@ def test_a_rocking_block_falls_where_it_must(workshop: Workshop) -> None:
     assert np.array_equal(found[sure], wanted[sure])
     lies = found != 0.0
     assert np.abs(np.abs(angle[lies]) - math.pi / 2.0).max() < 1e-9  # on its side
-
-
-TABLE = BouncingTable(gravity=G, amplitude=0.013, frequency=10.0 * math.pi, restitution=0.5)
-RADIUS = 0.01
-SHAKEN = f"""
-name = "bouncing-table"
-[ground_link]
-points = {{ O = [0, 0] }}
-[[link]]
-name = "table"
-mass = 1.0
-inertia = 1.0
-com = [0, 0]
-points = {{ C = [0, 0], L = [-0.1, 0], R = [0.1, 0] }}
-[[link]]
-name = "ball"
-mass = 0.01
-inertia = 1e-6
-com = [0, 0]
-points = {{ C = [0, 0] }}
-[[joint]]
-name = "shaker"
-type = "prismatic"
-between = ["ground.O", "table.C"]
-axis = [0, 1]
-[[joint]]
-name = "fall"
-type = "prismatic"
-between = ["ground.O", "ball.C"]
-axis = [0, 1]
-[[drive]]
-joint = "shaker"
-position = "{TABLE.amplitude}*sin({TABLE.frequency}*t)"
-[[touch]]
-name = "bounce"
-between = ["ball.C", ["table.L", "table.R"]]
-radius = {RADIUS}
-restitution = {TABLE.restitution}
-[start]
-slides = {{ shaker = 0.0, fall = 0.05 }}
-[gravity]
-g = {G}
-[run]
-until = {20 * TABLE.period}
-"""
 
 
 def balls(gap: Array, speed: Array) -> dict[str, Array]:

@@ -10,6 +10,7 @@ import pytest
 
 from ccgen.runtime import find_orbit, simulate
 
+from ..support.shaken_table import RADIUS, SHAKEN, TABLE
 from ..support.workshop import Workshop
 
 SWING = """
@@ -46,49 +47,6 @@ rtol = 1e-12
 """
 PERIOD = 2.0 * math.pi / 3.0
 
-TABLE = """
-name = "bouncing-table"
-[ground_link]
-points = { O = [0, 0] }
-[[link]]
-name = "table"
-mass = 1.0
-inertia = 1.0
-com = [0, 0]
-points = { C = [0, 0], L = [-0.1, 0], R = [0.1, 0] }
-[[link]]
-name = "ball"
-mass = 0.01
-inertia = 1e-6
-com = [0, 0]
-points = { C = [0, 0] }
-[[joint]]
-name = "shaker"
-type = "prismatic"
-between = ["ground.O", "table.C"]
-axis = [0, 1]
-[[joint]]
-name = "fall"
-type = "prismatic"
-between = ["ground.O", "ball.C"]
-axis = [0, 1]
-[[drive]]
-joint = "shaker"
-position = "0.013*sin(10*pi*t)"
-[[touch]]
-name = "bounce"
-between = ["ball.C", ["table.L", "table.R"]]
-radius = 0.01
-restitution = 0.5
-[start]
-slides = { shaker = 0.0, fall = 0.05 }
-[gravity]
-g = 9.81
-[run]
-until = 1.0
-rtol = 1e-12
-"""
-
 
 def test_a_shaken_mass_on_a_spring(workshop: Workshop) -> None:
     """m x'' + c x' + k x = F cos(w t): its motion and multipliers, exp of the roots times the period."""
@@ -103,6 +61,16 @@ def test_a_shaken_mass_on_a_spring(workshop: Workshop) -> None:
     assert found.runs <= 4  # the map is linear
 
 
+def test_half_a_period_with_its_mirror_image(workshop: Workshop) -> None:
+    """The shaken mass is after half a period where its mirror image was: the same motion, by a map of half the time."""
+    model = workshop.model(SWING.format(more=""), derivatives=True)
+    response = 5.0 / (8.0 - 2.0 * 9.0 + 1.2j * 3.0)
+    found = find_orbit(model, [0.3], [-1.0], section=PERIOD / 2.0, relabel=(-np.eye(2), np.zeros(2)))
+    assert found.q[0] == pytest.approx(response.real, abs=1e-10)
+    roots = -np.exp(np.roots([2.0, 1.2, 8.0]) * PERIOD / 2.0)
+    assert np.sort_complex(found.multipliers) == pytest.approx(np.sort_complex(roots), abs=1e-10)
+
+
 @pytest.mark.parametrize("phase", ["stable", "unstable"])
 def test_a_ball_on_a_shaken_table(phase: str, workshop: Workshop) -> None:
     """Once a period: its phase, and the matrix of its impacts, by hand; the unstable one too.
@@ -110,20 +78,20 @@ def test_a_ball_on_a_shaken_table(phase: str, workshop: Workshop) -> None:
     At the impact the table's speed is (1 - e) / (1 + e) g T / 2, and the matrix of (time, speed) has the determinant
     e^2 and the trace 1 + e^2 + (1 + e)^2 a / g, a being the table's acceleration.
     """
-    e, g, A, w = 0.5, 9.81, 0.013, 10.0 * math.pi
+    e, g, A, w = TABLE.restitution, TABLE.gravity, TABLE.amplitude, TABLE.frequency
     T = 2.0 * math.pi / w
     speed = (1.0 - e) / (1.0 + e) * g * T / 2.0
     angle = math.acos(speed / (A * w)) * (1.0 if phase == "stable" else -1.0)
     struck = angle / w % T
-    model = workshop.model(TABLE, derivatives=True)
+    model = workshop.model(SHAKEN, derivatives=True)
     rate = g * T / 2.0  # behind the impact, over a table at the height it has there
     since = (T - struck) % T
     height = A * math.sin(angle) + rate * since - g * since**2 / 2.0
     slide = [model.q_of.index(name) for name in ("shaker.slide", "fall.slide")]
     q, u = np.zeros(2), np.zeros(2)
-    q[slide[1]], u[slide] = height + 0.011, (A * w, rate - g * since + 0.01)  # not quite there
-    found = find_orbit(model, q, u, section=T)
-    assert found.q[slide[1]] == pytest.approx(height + 0.01, abs=1e-10)
+    q[slide[1]], u[slide] = height + 1.1 * RADIUS, (A * w, rate - g * since + 0.01)  # not quite there
+    found = find_orbit(model, q, u, section=T, rtol=1e-12)
+    assert found.q[slide[1]] == pytest.approx(height + RADIUS, abs=1e-10)
     assert found.u[slide[1]] == pytest.approx(rate - g * since, abs=1e-9)
     assert found.run.impacts[0].t == pytest.approx(struck, abs=1e-10)
     trace = 1.0 + e**2 - (1.0 + e) ** 2 * A * w**2 * math.sin(angle) / g
