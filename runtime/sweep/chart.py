@@ -45,6 +45,9 @@ def draw_sweep(results: Results, path: str | os.PathLike[str]) -> Any:
     shown = dict(list(columns.items())[:MOST])
     several = [name for name in vary if np.unique(table[name]).size > 1]
     labels = _labels([*several, *shown], results.manifest["units"])
+    labels |= {
+        name: f"{labels[name]} at t = {results.manifest['at'][-1]:g} s" for name in shown if _is_late(table[name])
+    }
     across = min(3, len(shown))
     down = -(-len(shown) // across)
     figure = figure_module.Figure(figsize=(1.2 + 4.4 * across, 1.0 + 3.6 * down), dpi=120, layout="constrained")
@@ -81,10 +84,15 @@ def _labels(names: Iterable[str], units: Mapping[str, str]) -> dict[str, str]:
     return {name: name if (unit := units.get(name, "")) in plain else f"{name} [{unit}]" for name in names}
 
 
+def _is_late(values: Any) -> bool:
+    """Whether a column is at several times, of which the last is drawn."""
+    return bool(np.ndim(values) == 2)
+
+
 def _one(values: Any) -> FloatArray:
     """Of columns at several times the last."""
     values = np.asarray(values, dtype=float)
-    return values if values.ndim == 1 else np.asarray(values[:, -1])
+    return np.asarray(values[:, -1]) if _is_late(values) else values
 
 
 def _map(

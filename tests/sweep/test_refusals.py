@@ -148,3 +148,11 @@ def test_maps_have_cells_where_there_is_a_grid(
     drawn = panel.collections[0].get_array()
     assert np.ma.count(drawn) == (4 if combine == "grid" else len(masses))
     assert panel.get_title() == "joint_0.y [m]" and panel.get_xlabel() == "link_0.mass"
+
+
+def test_a_map_says_which_time_it_is_of(model: Model, tmp_path: Path) -> None:
+    vary = [{"parameter": "link_0.mass", "values": [1.0, 2.0]}, {"parameter": "link_0.inertia", "values": [1.0, 2.0]}]
+    plan = plan_for(model, vary=vary, observe=["joint_0.y", "max(joint_0.y)"], at=[0.0, 0.005])
+    figure = draw_sweep(sweep(model, plan, tmp_path / "out"), tmp_path / "sweep.png")
+    titles = [axes.get_title() for axes in figure.axes if axes.get_title()]
+    assert titles == ["joint_0.y [m] at t = 0.005 s", "max(joint_0.y) [m]"]
