@@ -15,7 +15,8 @@ from .fitting.identify import Identified, identify
 from .load_run import load_run
 from .loading.load import load_model
 from .model.model import Model
-from .orbits.find import Orbit, find_orbit
+from .orbits.find import find_orbit
+from .orbits.orbit import Orbit
 from .record.event import Event
 from .record.hybrid_state import HybridState
 from .record.impact import Impact

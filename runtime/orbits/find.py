@@ -3,22 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arrays import ComplexArray, FloatArray
+from ..arrays import FloatArray
 from ..faults import Faults
 from ..model.model import Model
 from ..model.numbers import read_numbers
-from ..run import Run
-from .section import Crossed, Map, Section, read_map
-
-RANK = 1e-10
-"""Singular values of the map less the identity below this part of the largest are zero: directions along which there is
-a whole family of orbits, of which the nearest is taken."""
+from .orbit import Orbit, orbit_at
+from .section import RANK, Crossed, Map, Section, read_map
 
 LESS = 4.0
 """Newton's method squares what is missed; where that becomes less by no more than this factor it is rounding."""
@@ -26,34 +21,6 @@ LESS = 4.0
 CLOSED = 1e4
 """A motion comes back where it misses by less than this many tolerances of the run: it is known to a hundred of them,
 which a period of an unstable orbit may make a hundred times as many."""
-
-
-@dataclass(frozen=True, eq=False)
-class Orbit:
-    """A motion that comes back to where it began.
-
-    ``q``, ``u`` (n,) are its state on the section and ``period`` (s) its time to come back. ``multipliers`` (k,),
-    complex, largest first, are those by which small differences on the section grow in a period: the orbit is
-    ``stable`` where all are less than 1 in size. ``matrix`` (k, k) has them as eigenvalues, in the coordinates of
-    ``basis`` (2 n, k): directions of the state (q, u) that keep loops shut and stay on the section. ``missed`` is by
-    how much it does not come back, the largest of all coordinates and rates, in units of the mechanism. ``runs`` is
-    how many runs were derived, ``run`` the motion of one period.
-    """
-
-    q: FloatArray
-    u: FloatArray
-    period: float
-    multipliers: ComplexArray
-    matrix: FloatArray = field(repr=False)
-    basis: FloatArray = field(repr=False)
-    missed: float
-    runs: int
-    run: Run = field(repr=False)
-
-    @property
-    def stable(self) -> bool:
-        """Whether small differences die away."""
-        return bool(np.all(np.abs(self.multipliers) < 1.0))
 
 
 def find_orbit(
@@ -100,7 +67,13 @@ def find_orbit(
         faults.add(f"most: found {most!r}, expected a number of steps, at least 1")
     faults.stop_if_any()
     assert a_map is not None and start is not None
-    return _converged(a_map, start, CLOSED * (chosen.data["run"]["rtol"] if rtol is None else rtol), most)
+    return _converged(a_map, start, tolerance_of(a_map), most)
+
+
+def tolerance_of(a_map: Map) -> float:
+    """By how much a periodic motion may miss itself, in units of the mechanism."""
+    rtol = a_map.options["rtol"]
+    return CLOSED * float(a_map.model.data["run"]["rtol"] if rtol is None else rtol)
 
 
 def _start(model: Model, q0: ArrayLike | None, u0: ArrayLike | None) -> tuple[FloatArray, FloatArray]:
@@ -126,7 +99,7 @@ def _converged(a_map: Map, start: tuple[FloatArray, FloatArray], tolerance: floa
         if missed == 0.0:
             break
         change = crossed.basis @ np.linalg.lstsq(crossed.moves, -crossed.rest, rcond=RANK)[0]
-        q, u = a_map.model.project(q + change[: len(q)], u + change[len(q) :])
+        q, u = a_map.moved(crossed, change)
     assert best is not None
     missed, crossed = best
     if missed > tolerance:
@@ -134,8 +107,4 @@ def _converged(a_map: Map, start: tuple[FloatArray, FloatArray], tolerance: floa
             f"{a_map.model.name}: found no periodic motion in {most} steps of Newton's method, the nearest misses "
             f"by {missed:.2g} of its size; begin nearer, or ask for more steps"
         )
-    matrix = a_map.on_section(crossed)
-    found = np.linalg.eigvals(matrix).astype(complex)
-    found = found[np.lexsort((found.imag, -np.abs(found)))]
-    state, basis, run = (crossed.q, crossed.u), crossed.basis, crossed.run
-    return Orbit(*state, crossed.time, found, matrix, basis, missed, a_map.count, run)
+    return orbit_at(a_map, crossed)

@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..arrays import FloatArray, IntArray
 from ..faults import Faults
 from ..model.derivatives import need_derivatives
-from ..model.drives import drive_rows
 from ..model.model import Model
 from ..model.numbers import read_numbers
 from ..model.thresholds import characteristic_time
 from ..run import Run
 from ..sensitivities import sensitivities
 from ..simulate import simulate
+from .kept import Kept, kept_at, rows_of, settled
 
 Section = float | tuple[str, str]
 """A time (s), or a contact behind whose impact the section is."""
@@ -32,24 +32,29 @@ BEHIND = 1e-6
 """A run that is derived ends this part of its time behind the impact: beyond the rounding of its instant."""
 
 
-@dataclass(frozen=True, eq=False)
-class Crossed:
-    """A state (q, u) (n,) on the section and what comes of it: the ``run``, its ``time`` (s), what the state behind it
-    differs by, ``rest`` (k,), in units of the mechanism. ``basis`` (2 n, m) are directions of the state on the section,
-    ``ends`` (2 n, m) what the state behind the run moves by with them, and ``moves`` (k, m) what ``rest`` does."""
+class Crossed(NamedTuple):
+    """A state (q, u) (n,) on the section and what comes of it: the ``runs``, one for each time that the map is applied,
+    its ``time`` (s), what the state behind it differs by, ``rest`` (k,), in units of the mechanism. ``basis`` (2 n, m)
+    are directions of the state on the section, ``ends`` (2 n, m) what the state behind the runs moves by with them, and
+    ``moves`` (k, m) what ``rest`` does. With a parameter the state moves by ``lift`` (2 n,), so that loops and contacts
+    stay shut, and ``rest`` by ``by`` (k,)."""
 
     q: FloatArray
     u: FloatArray
-    run: Run
+    runs: tuple[Run, ...]
     time: float
     rest: FloatArray
     basis: FloatArray
     ends: FloatArray
     moves: FloatArray
+    lift: FloatArray
+    by: FloatArray
+    kept: Kept
 
 
 class Map:
-    """From a state on a section of a model to that in which it comes back."""
+    """From a state on a section of a model to that in which it comes back; ``times`` it is applied, the state relabelled
+    behind each."""
 
     def __init__(
         self,
@@ -57,31 +62,91 @@ class Map:
         section: Section,
         crossings: int,
         until: float,
-        relabel: tuple[FloatArray, FloatArray],
+        relabel: tuple[FloatArray, FloatArray] | None,
         free: IntArray,
         options: dict[str, Any],
     ) -> None:
         self.model, self.section, self.crossings, self.until = model, section, crossings, until
-        self.relabel, self.free, self.options = relabel, free, options
+        self.relabel, self.free, self.options, self.times = relabel, free, options, 1
         n, time = len(model.q_names), characteristic_time(model)
         unit = model.coordinate_units
         self.units = np.concatenate([unit, unit / time])
-        self.kept = np.setdiff1d(np.arange(2 * n), free)
-        self.count = 0
+        self.compared = np.setdiff1d(np.arange(2 * n), free)
+        self.counted = [0]
 
-    def at(self, q: FloatArray, u: FloatArray) -> Crossed:
-        """What comes of a state with loops shut."""
-        self.count += 1
-        basis = self._basis(q, u)
-        n = len(q)
-        by = {"q0": basis[:n], "u0": basis[n:]}
-        run, time, end, moved = self._timed(q, u, by) if isinstance(self.section, float) else self._struck(q, u, by)
-        A, b = self.relabel
-        end, moved = A @ end + b, A @ moved
-        units = self.units[self.kept]
-        rest = (end - np.concatenate([q, u]))[self.kept] / units
-        moves = (moved - basis)[self.kept] / units[:, None]
-        return Crossed(q, u, run, time, rest, basis, moved, moves)
+    @property
+    def count(self) -> int:
+        """How many runs were derived, by this map and those made of it."""
+        return self.counted[0]
+
+    def of(self, model: Model) -> Map:
+        """The same map of the model with other values of its parameters."""
+        other = copy.copy(self)
+        other.model = model
+        return other
+
+    def doubled(self) -> Map:
+        """The map applied twice: in one run, or one after the other where the state is relabelled between them."""
+        other = copy.copy(self)
+        if self.relabel is None:
+            other.crossings, other.until = 2 * self.crossings, 2.0 * self.until
+        else:
+            other.times = 2 * self.times
+        return other
+
+    def at(self, q: FloatArray, u: FloatArray, parameter: str | None = None) -> Crossed:
+        """What comes of a state with loops shut, and by what that moves with a ``parameter``."""
+        kept = kept_at(self.model, q, u, self._closed())
+        rows, by = rows_of(self.model, q, u, kept, parameter)
+        n, units = len(q), self.units
+        rows = np.vstack([np.eye(2 * n)[self.free], rows]) * units
+        basis = _null(rows) * units[:, None]
+        lift = np.zeros(2 * n)
+        columns, along = basis, dict[str, FloatArray]()
+        if parameter is not None:
+            wanted = np.concatenate([np.zeros(len(self.free)), -by])
+            lift = units * np.linalg.lstsq(rows, wanted, rcond=RANK)[0] if len(rows) else lift
+            columns = np.column_stack([basis, lift])
+            along = {parameter: np.eye(columns.shape[1])[-1:]}
+        runs, time, begin, end, moved = self._applied(q, u, columns, along)
+        rest = (end - begin)[self.compared] / units[self.compared]
+        moves = (moved - columns)[self.compared] / units[self.compared, None]
+        m = basis.shape[1]
+        by = moves[:, m] if parameter is not None else np.zeros(len(rest))
+        return Crossed(begin[:n], begin[n:], runs, time, rest, basis, moved[:, :m], moves[:, :m], lift, by, kept)
+
+    def moved(self, crossed: Crossed, change: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The state that is (2 n,) away from one, of this map's model, put back onto all that is kept shut there."""
+        n = len(crossed.q)
+        return settled(self.model, crossed.q + change[:n], crossed.u + change[n:], crossed.kept, self.units)
+
+    def _closed(self) -> tuple[int, bool]:
+        """The contact that is closed on the section, -1 for none, and whether others that are closed stay so."""
+        if isinstance(self.section, float):
+            return -1, False
+        return (self.model.contacts.index(self.section) if self.relabel is None else -1), True
+
+    def _applied(
+        self, q: FloatArray, u: FloatArray, columns: FloatArray, along: dict[str, FloatArray]
+    ) -> tuple[tuple[Run, ...], float, FloatArray, FloatArray, FloatArray]:
+        """The runs and the time that they take, the state (2 n,) in which they begin and that behind them, and by what
+        the latter moves along ``columns`` (2 n, m)."""
+        n, runs, time = len(q), list[Run](), 0.0
+        begin = end = np.concatenate([q, u])
+        moved = columns
+        for _ in range(self.times):
+            self.counted[0] += 1
+            by = {"q0": moved[:n], "u0": moved[n:], **along}
+            crossing = self._timed if isinstance(self.section, float) else self._struck
+            run, one, end, moved = crossing(end[:n], end[n:], by)
+            if not runs:
+                begin = np.concatenate([run.q[0], run.u[0]])
+            if self.relabel is not None:
+                A, b = self.relabel
+                end, moved = A @ end + b, A @ moved
+            runs.append(run)
+            time += one
+        return tuple(runs), time, begin, end, moved
 
     def on_section(self, crossed: Crossed) -> FloatArray:
         """The derivative of the map in the coordinates of the basis; what may advance does not count."""
@@ -120,8 +185,12 @@ class Map:
             return q, u
         run = simulate(self.model, q, u, until=self._instant(q, u, 1), **self.options)
         assert isinstance(run, Run)
-        last = run.impacts[-1]
-        return self.model.project(run.q[-1], last.u_plus)
+        q, u = self.model.project(run.q[-1], run.impacts[-1].u_plus)
+        if self.relabel is not None:
+            A, b = self.relabel
+            whole = A @ np.concatenate([q, u]) + b
+            q, u = self.model.project(whole[: len(q)], whole[len(q) :])
+        return q, u
 
     def _instant(self, q: FloatArray, u: FloatArray, crossings: int | None = None) -> float:
         """When a run from there crosses the section so many times."""
@@ -144,28 +213,14 @@ class Map:
         assert isinstance(self.section, tuple)
         return self.section
 
-    def _basis(self, q: FloatArray, u: FloatArray) -> FloatArray:
-        """Directions of the state that keep loops shut and drives as they are, stay on the section, and leave out what
-        may advance."""
-        model, n = self.model, len(q)
-        rows = [np.eye(2 * n)[self.free]]
-        if model.rows:
-            A = model.jacobian(q)
-            rates = model.derivatives("closure_rate", q, u, wrt=["q"])
-            rows += [np.hstack([A, np.zeros_like(A)]), np.hstack([rates, A])]
-        driven = drive_rows(model)
-        placed = [drive["position"] is not None for drive in model.data["drives"]]
-        if len(driven):
-            rows += [np.hstack([driven, 0.0 * driven])[placed], np.hstack([0.0 * driven, driven])]
-        if isinstance(self.section, tuple):
-            gap = model.derivatives("gaps", q, u, wrt=["q"])[model.contacts.index(self.section)]
-            rows.append(np.concatenate([gap, np.zeros(n)])[None])
-        whole = np.vstack(rows) * self.units
-        if not len(whole):
-            return np.diag(self.units)
-        _, values, directions = np.linalg.svd(whole)
-        rank = int(np.sum(values > RANK * values.max(initial=0.0)))
-        return np.asarray(directions[rank:].T * self.units[:, None])
+
+def _null(rows: FloatArray) -> FloatArray:
+    """Directions (columns, m), orthonormal, that rows leave as they are."""
+    if not len(rows):
+        return np.eye(rows.shape[1])
+    _, values, directions = np.linalg.svd(rows)
+    rank = int(np.sum(values > RANK * values.max(initial=0.0)))
+    return np.asarray(directions[rank:].T)
 
 
 def _whole(run: Any) -> Run:
@@ -199,7 +254,7 @@ def read_map(
     end = model.data["run"]["until"] if until is None else until
     if isinstance(end, bool) or not isinstance(end, (int, float)) or not 0.0 < end < np.inf:
         faults.add(f"until: found {until!r}, expected a time in s above 0")
-    changed = np.eye(2 * n), np.zeros(2 * n)
+    changed = None
     if relabel is not None:
         with faults.collecting():
             changed = _relabel(relabel, n)
