@@ -15,6 +15,9 @@ from .fitting.identify import Identified, identify
 from .load_run import load_run
 from .loading.load import load_model
 from .model.model import Model
+from .orbits.bifurcation import Bifurcation
+from .orbits.branch import Branch, continue_orbit
+from .orbits.doubling import double_period
 from .orbits.find import find_orbit
 from .orbits.orbit import Orbit
 from .record.event import Event
@@ -27,6 +30,8 @@ from .sensitivity.jacobian import Sensitivities
 from .simulate import simulate
 
 __all__ = [
+    "Bifurcation",
+    "Branch",
     "DrivingTorque",
     "Ensemble",
     "Equilibrium",
@@ -45,6 +50,8 @@ __all__ = [
     "Reduction",
     "Run",
     "Sensitivities",
+    "continue_orbit",
+    "double_period",
     "driving_torque",
     "ensemble",
     "find_orbit",

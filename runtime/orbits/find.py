@@ -14,14 +14,7 @@ from ..model.model import Model
 from ..model.numbers import read_numbers
 from .orbit import Orbit, orbit_at
 from .section import RANK, Crossed, Map, Section, read_map
-
-LESS = 4.0
-"""Newton's method squares what is missed; where that becomes less by no more than this factor it is rounding."""
-
-CLOSED = 1e4
-"""A motion comes back where it misses by less than this many tolerances of the run: it is known to a hundred of them,
-which a period of an unstable orbit may make a hundred times as many."""
-
+from .tolerance import LESS, tolerance_of
 
 def find_orbit(
     model: Model,
@@ -68,12 +61,6 @@ def find_orbit(
     faults.stop_if_any()
     assert a_map is not None and start is not None
     return _converged(a_map, start, tolerance_of(a_map), most)
-
-
-def tolerance_of(a_map: Map) -> float:
-    """By how much a periodic motion may miss itself, in units of the mechanism."""
-    rtol = a_map.options["rtol"]
-    return CLOSED * float(a_map.model.data["run"]["rtol"] if rtol is None else rtol)
 
 
 def _start(model: Model, q0: ArrayLike | None, u0: ArrayLike | None) -> tuple[FloatArray, FloatArray]:
