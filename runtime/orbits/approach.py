@@ -89,7 +89,7 @@ def _nearer(corrector: Corrector, found: Sequence[Point], which: int) -> Point |
     for part in (NEARER, 0.6, 0.8):
         guess = _extrapolated(sizes, np.array([point.place for point in some]), part * sizes[-1])
         try:
-            point = corrector.point(guess, last.tangent, last)
+            point = corrector.point(guess, last.tangent, last, exactly=True)
         except Missed:
             continue
         same = point.pattern == last.pattern and [*map(_name, point.near)] == [*map(_name, last.near)]

@@ -93,7 +93,7 @@ def _zero(corrector: Corrector, one: Point, other: Point, kind: Kind) -> tuple[P
         if not low[0] < at < high[0]:
             break
         try:
-            found = corrector.point(one.place + at * chord, chord / np.linalg.norm(chord), one)
+            found = corrector.point(one.place + at * chord, chord / np.linalg.norm(chord), one, exactly=True)
         except Missed:
             break
         value = tests(found)[kind]

@@ -19,15 +19,21 @@ from .bifurcation import Bifurcation, passed
 from .corrector import Corrector, Missed, Point
 from .orbit import Orbit
 
-FIRST, LARGEST, LEAST = 0.01, 0.05, 1e-7
-"""Steps along a branch, in units of the mechanism and of the range of the parameter: the first one, the largest unless
-another is asked for, and that at which a branch counts as ended."""
+FIRST, LARGEST, LEAST = 0.01, 0.04, 1e-7
+"""Steps along a branch, in units of the mechanism and of the range of the parameter: the first one; the largest in the
+parameter alone, unless another is asked for; and that at which a branch counts as ended."""
+
+SLANTED = 5.0
+"""Where states change much with the parameter a step may be so many times the largest."""
 
 QUICK, GROWS = 3, 1.6
 """Where Newton's method takes no more than so many steps the next step is larger by this factor."""
 
 BENDS = 0.95
 """Cosine of the angle by which a branch may turn in one step."""
+
+BESIDE = 1e-2
+"""An impact is at the instant of the section where it is within this part of the period."""
 
 WAYS = ("both", "up", "down")
 
@@ -67,8 +73,8 @@ def continue_orbit(
     """Follow a periodic motion along a parameter of its model, by the path of it, to the ends of a range.
 
     ``between`` (low, high) is the range, in the parameter's own units, in which its value now lies. ``way`` says
-    whether the parameter at first grows, falls, or both one after the other. ``step`` is the largest step, in lengths
-    of the mechanism and parts of the range together; ``most`` is how many points there may be on either side. The
+    whether the parameter at first grows, falls, or both one after the other. ``step`` is the largest step, a part of
+    the range; ``most`` is how many points there may be on either side. The
     motion may be stable or not; folds are passed. Folds, flips, Neimark-Sacker bifurcations and branch points are
     located by the zeros of their test functions, and grazing, which ends a branch, by extrapolation.
 
@@ -78,7 +84,7 @@ def continue_orbit(
         raise TypeError(f"orbit: found {type(orbit).__name__}, expected an Orbit; find one with find_orbit")
     low, high = check_arguments(orbit, parameter, between, way, step, most)
     value = orbit.return_map.model.parameters[parameter]
-    corrector = Corrector(orbit.return_map, parameter, high - low)
+    corrector = Corrector(orbit.return_map, orbit.period, parameter, high - low)
     first = corrector.begin(orbit, value)
     back, forth = Side([first], [], "not followed"), Side([first], [], "not followed")
     limits = Limits(low, high, step, most)
@@ -181,7 +187,7 @@ def _follow(corrector: Corrector, first: Point, limits: Limits) -> Side:
                 return side
             ds /= 2.0
             if ds < LEAST:
-                side.end = f"no periodic motion was found beyond {last.value:.9g}: {missed}"
+                side.end = _why(last, missed)
                 return side
             continue
         side.met += found
@@ -193,7 +199,7 @@ def _follow(corrector: Corrector, first: Point, limits: Limits) -> Side:
             side.end, side.closed = "the branch comes back to where it began", True
             return side
         if point.steps <= QUICK:
-            ds = min(GROWS * ds, limits.step)
+            ds = min(GROWS * ds, SLANTED * limits.step, limits.step / max(abs(float(point.tangent[-1])), 1e-3))
     return side
 
 
@@ -211,10 +217,7 @@ def _next(corrector: Corrector, last: Point, ds: float) -> Point:
 
 def _on_bound(corrector: Corrector, last: Point, value: float) -> Point:
     """The point at an end of the range."""
-    up = np.zeros_like(last.tangent)
-    up[-1] = 1.0
-    part = (value - last.value) / (corrector.unit * last.tangent[-1])
-    point = corrector.point(last.place + part * last.tangent, up, last)
+    point = corrector.point_at(value, last)
     _check_neighbours(last, point)
     return point
 
@@ -222,7 +225,7 @@ def _on_bound(corrector: Corrector, last: Point, value: float) -> Point:
 def _check_neighbours(last: Point, point: Point) -> None:
     """Raise :class:`Missed` where two points are not of one branch, or too far apart on it."""
     if point.pattern != last.pattern:
-        raise Missed(f"the impacts are others there, {_named(point)} instead of {_named(last)}{_at_section(last)}")
+        raise Missed(f"the impacts are others there, {_named(point)} instead of {_named(last)}")
     if float(point.tangent @ last.tangent) < BENDS:
         raise Missed("the branch has a corner")
 
@@ -231,14 +234,13 @@ def _named(point: Point) -> str:
     return ", ".join(" and ".join("{} on {}".format(*one) for one in struck) for struck in point.pattern) or "none"
 
 
-def _at_section(point: Point) -> str:
-    """That an impact is at the section, where it is."""
-    run, time = point.crossed.runs[0], point.crossed.time
-    near = any(min(impact.t, abs(time - impact.t)) <= 1e-3 * time for impact in run.impacts)
-    section = point.orbit.return_map.section
-    return "; an impact comes to the instant of the section: begin at another phase" if near and isinstance(
-        section, float
-    ) else ""
+def _why(last: Point, missed: Missed) -> str:
+    """Why there is no next point."""
+    run, time, section = last.crossed.runs[0], last.crossed.time, last.orbit.return_map.section
+    found = f"no periodic motion was found beyond {last.value:.9g}: {missed}"
+    if isinstance(section, float) and any(min(one.t, abs(time - one.t)) <= BESIDE * time for one in run.impacts):
+        return f"{found}; there an impact comes to the instant of the section: begin at another phase of what drives it"
+    return found
 
 
 def _comes_back(points: Sequence[Point], ds: float) -> bool:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-
 import numpy as np
 
 from .bifurcation import Bifurcation
@@ -25,17 +24,21 @@ def double_period(flip: Bifurcation) -> Orbit:
         found = flip.kind if isinstance(flip, Bifurcation) else type(flip).__name__
         raise ValueError(f"flip: found {found}, expected a flip among the bifurcations of a branch")
     orbit, a_map = flip.orbit, flip.orbit.return_map
+    unit = max(abs(flip.value), a_map.model.parameters[flip.parameter]) or 1.0
+    single, double = (Corrector(one, orbit.period, flip.parameter, unit) for one in (a_map, a_map.doubled()))
+    first = double.begin(orbit, flip.value)
     values, vectors = np.linalg.eig(orbit.matrix)
     turning = vectors[:, int(np.argmin(np.abs(values + 1.0)))].real
-    direction = np.append(orbit.basis @ turning / a_map.units, 0.0)
+    direction = np.append(orbit.basis @ turning / double.units, 0.0)
     direction /= np.linalg.norm(direction)
-    corrector = Corrector(a_map.doubled(), flip.parameter, max(abs(flip.value), a_map.model.parameters[flip.parameter]))
-    first = corrector.begin(orbit, flip.value)
+    # the branch of the single period lies in the plane normal to this, but for its curvature
+    tangent = single.begin(orbit, flip.value).tangent
+    normal = direction - float(direction @ tangent) * tangent
+    normal /= np.linalg.norm(normal)
     for part in TRIES:
         try:
-            point = corrector.point(first.place + part * direction, direction, first)
+            point = double.point(first.place + part * direction, normal, first)
         except Missed:
             continue
-        if abs(float(direction @ (point.place - first.place))) > part / 2.0:
-            return point.orbit
+        return point.orbit
     raise ValueError(f"{a_map.model.name}: found no motion of twice the period near the flip at {flip.value:.9g}")

@@ -16,6 +16,7 @@ from .orbit import Orbit, orbit_at
 from .section import RANK, Crossed, Map, Section, read_map
 from .tolerance import LESS, tolerance_of
 
+
 def find_orbit(
     model: Model,
     q0: ArrayLike | None = None,

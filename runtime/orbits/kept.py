@@ -79,9 +79,7 @@ def rows_of(
     return rows[:, : 2 * n], rows[:, -1] if more else np.zeros(len(rows))
 
 
-def settled(
-    model: Model, q: FloatArray, u: FloatArray, kept: Kept, units: FloatArray
-) -> tuple[FloatArray, FloatArray]:
+def settled(model: Model, q: FloatArray, u: FloatArray, kept: Kept, units: FloatArray) -> tuple[FloatArray, FloatArray]:
     """A state near (q, u) with loops shut and contacts as they are ``kept``, by Newton's method; ``units`` (2 n,) are
     those of the state."""
     n = len(q)
@@ -92,7 +90,13 @@ def settled(
     for _ in range(ROUNDS):
         missed = [model.gaps(q)[list(kept.gaps)], model.gap_rates(q, u)[list(kept.held)]]
         missed.append((rate_rows(model, "slips", q) @ u)[list(kept.sticks)] if kept.sticks else np.zeros(0))
-        if max(float(np.max(np.abs(part), initial=0.0)) / one for part, one in zip(missed, (length, speed, speed), strict=True)) <= SHUT:
+        if (
+            max(
+                float(np.max(np.abs(part), initial=0.0)) / one
+                for part, one in zip(missed, (length, speed, speed), strict=True)
+            )
+            <= SHUT
+        ):
             break
         rows, _ = rows_of(model, q, u, kept)
         count = sum(map(len, missed))

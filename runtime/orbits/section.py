@@ -53,8 +53,8 @@ class Crossed(NamedTuple):
 
 
 class Map:
-    """From a state on a section of a model to that in which it comes back; ``times`` it is applied, the state relabelled
-    behind each."""
+    """From a state on a section of a model to that in which it comes back; it is applied so many ``times``, and the
+    state relabelled behind each."""
 
     def __init__(
         self,
@@ -174,18 +174,16 @@ class Map:
         found = sensitivities(self.model, by, ["impact_times"], q, u, until=until, **self.options)
         run = _whole(found.run)
         time = self._instants(run)[self.crossings - 1]
-        last = [impact for impact in run.impacts if impact.t == time][-1]
         (passed,) = (one for one in found.passed if one.kind == "impact" and one.t == time)
-        end = np.concatenate([run.q[np.flatnonzero(run.t == time)[-1]], last.u_plus])
-        return run, time, end, passed.behind
+        return run, time, np.concatenate(_behind(run, time)), passed.behind
 
     def first(self, q: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The state behind the first crossing of a run, on the section, from a state that need not be on it."""
         if isinstance(self.section, float):
             return q, u
-        run = simulate(self.model, q, u, until=self._instant(q, u, 1), **self.options)
+        run = simulate(self.model, q, u, until=self._instant(q, u, 1) * (1.0 + BEHIND), **self.options)
         assert isinstance(run, Run)
-        q, u = self.model.project(run.q[-1], run.impacts[-1].u_plus)
+        q, u = self.model.project(*_behind(run, self._instants(run)[0]))
         if self.relabel is not None:
             A, b = self.relabel
             whole = A @ np.concatenate([q, u]) + b
@@ -212,6 +210,12 @@ class Map:
     def _name(self) -> tuple[str, str]:
         assert isinstance(self.section, tuple)
         return self.section
+
+
+def _behind(run: Run, time: float) -> tuple[FloatArray, FloatArray]:
+    """The state behind the impacts of an instant."""
+    last = [impact for impact in run.impacts if impact.t == time][-1]
+    return run.q[np.flatnonzero(run.t == time)[-1]], last.u_plus
 
 
 def _null(rows: FloatArray) -> FloatArray:

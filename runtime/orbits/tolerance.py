@@ -11,8 +11,8 @@ CLOSED = 1e4
 """A motion comes back where it misses by less than this many tolerances of the run: it is known to a hundred of them,
 which a period of an unstable orbit may make a hundred times as many."""
 
-KNOWN = 1e-2
-"""What a run is known to, as a part of that."""
+KNOWN = 1e-3
+"""The part of that to which points of a branch come back: Newton's method squares it in one step more."""
 
 
 def tolerance_of(a_map: Map) -> float:
