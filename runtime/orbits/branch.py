@@ -29,7 +29,7 @@ SLANTED = 5.0
 QUICK, GROWS = 3, 1.6
 """Where Newton's method takes no more than so many steps the next step is larger by this factor."""
 
-BENDS = 0.95
+BENDS = 0.98
 """Cosine of the angle by which a branch may turn in one step."""
 
 BESIDE = 1e-2

@@ -8,7 +8,7 @@ from .bifurcation import Bifurcation
 from .corrector import Corrector, Missed
 from .orbit import Orbit
 
-TRIES = (0.02, 0.01, 0.005, 0.05)
+TRIES = (0.004, 0.01, 0.002, 0.03)
 """How far from the flip a motion of twice the period is looked for, along the direction that turns round, in units of
 the mechanism."""
 

@@ -21,7 +21,8 @@ class Orbit:
     ``basis`` (2 n, k): directions of the state (q, u) that keep loops shut and stay on the section. ``missed`` is by
     how much it does not come back, the largest of all coordinates and rates, in units of the mechanism. ``runs`` is
     how many runs were derived, ``run`` the motion of one period; of a doubled orbit whose state is relabelled on the
-    way, up to there. ``return_map`` is the map from the section back to it, for :func:`continue_orbit`.
+    way, up to there. ``states`` (crossings, 2 n) are those each time that it crosses the section, the first being (q,
+    u). ``return_map`` is the map from the section back to it, for :func:`continue_orbit`.
     """
 
     q: FloatArray
@@ -33,6 +34,7 @@ class Orbit:
     missed: float
     runs: int
     run: Run = field(repr=False)
+    states: FloatArray = field(repr=False)
     return_map: Map = field(repr=False)
 
     @property
@@ -48,4 +50,4 @@ def orbit_at(a_map: Map, crossed: Crossed) -> Orbit:
     found = found[np.lexsort((found.imag, -np.abs(found)))]
     missed = float(np.max(np.abs(crossed.rest), initial=0.0))
     state, basis, run = (crossed.q, crossed.u), crossed.basis, crossed.runs[0]
-    return Orbit(*state, crossed.time, found, matrix, basis, missed, a_map.count, run, a_map)
+    return Orbit(*state, crossed.time, found, matrix, basis, missed, a_map.count, run, crossed.states, a_map)

@@ -35,7 +35,8 @@ BEHIND = 1e-6
 class Crossed(NamedTuple):
     """A state (q, u) (n,) on the section and what comes of it: the ``runs``, one for each time that the map is applied,
     its ``time`` (s), what the state behind it differs by, ``rest`` (k,), in units of the mechanism. ``basis`` (2 n, m)
-    are directions of the state on the section, ``ends`` (2 n, m) what the state behind the runs moves by with them, and
+    are directions of the state on the section, ``states`` (crossings, 2 n) those each time that it is crossed, from the
+    first on, ``ends`` (2 n, m) what the state behind the runs moves by with them, and
     ``moves`` (k, m) what ``rest`` does. With a parameter the state moves by ``lift`` (2 n,), so that loops and contacts
     stay shut, and ``rest`` by ``by`` (k,)."""
 
@@ -50,6 +51,7 @@ class Crossed(NamedTuple):
     lift: FloatArray
     by: FloatArray
     kept: Kept
+    states: FloatArray
 
 
 class Map:
@@ -108,12 +110,15 @@ class Map:
             lift = units * np.linalg.lstsq(rows, wanted, rcond=RANK)[0] if len(rows) else lift
             columns = np.column_stack([basis, lift])
             along = {parameter: np.eye(columns.shape[1])[-1:]}
-        runs, time, begin, end, moved = self._applied(q, u, columns, along)
+        runs, time, states, end, moved = self._applied(q, u, columns, along)
+        begin = states[0]
         rest = (end - begin)[self.compared] / units[self.compared]
         moves = (moved - columns)[self.compared] / units[self.compared, None]
         m = basis.shape[1]
         by = moves[:, m] if parameter is not None else np.zeros(len(rest))
-        return Crossed(begin[:n], begin[n:], runs, time, rest, basis, moved[:, :m], moves[:, :m], lift, by, kept)
+        return Crossed(
+            begin[:n], begin[n:], runs, time, rest, basis, moved[:, :m], moves[:, :m], lift, by, kept, states
+        )
 
     def moved(self, crossed: Crossed, change: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The state that is (2 n,) away from one, of this map's model, put back onto all that is kept shut there."""
@@ -129,24 +134,22 @@ class Map:
     def _applied(
         self, q: FloatArray, u: FloatArray, columns: FloatArray, along: dict[str, FloatArray]
     ) -> tuple[tuple[Run, ...], float, FloatArray, FloatArray, FloatArray]:
-        """The runs and the time that they take, the state (2 n,) in which they begin and that behind them, and by what
-        the latter moves along ``columns`` (2 n, m)."""
-        n, runs, time = len(q), list[Run](), 0.0
-        begin = end = np.concatenate([q, u])
-        moved = columns
+        """The runs and the time that they take, the states (crossings, 2 n) in which they cross the section, from the
+        first on, that behind them, and by what this moves along ``columns`` (2 n, m)."""
+        n, runs, time, states = len(q), list[Run](), 0.0, list[FloatArray]()
+        end, moved = np.concatenate([q, u]), columns
         for _ in range(self.times):
             self.counted[0] += 1
             by = {"q0": moved[:n], "u0": moved[n:], **along}
             crossing = self._timed if isinstance(self.section, float) else self._struck
             run, one, end, moved = crossing(end[:n], end[n:], by)
-            if not runs:
-                begin = np.concatenate([run.q[0], run.u[0]])
+            states += [np.concatenate(state) for state in self._crossed(run)]
             if self.relabel is not None:
                 A, b = self.relabel
                 end, moved = A @ end + b, A @ moved
             runs.append(run)
             time += one
-        return tuple(runs), time, begin, end, moved
+        return tuple(runs), time, np.array(states), end, moved
 
     def on_section(self, crossed: Crossed) -> FloatArray:
         """The derivative of the map in the coordinates of the basis; what may advance does not count."""
@@ -154,6 +157,13 @@ class Map:
         both = np.hstack([crossed.basis, free]) / self.units[:, None]
         found = np.linalg.lstsq(both, crossed.ends / self.units[:, None], rcond=RANK)[0]
         return np.asarray(found[: crossed.basis.shape[1]])
+
+    def _crossed(self, run: Run) -> list[tuple[FloatArray, FloatArray]]:
+        """The states in which a run crosses the section, that in which it begins the first, the last left out."""
+        found = [(run.q[0], run.u[0])]
+        if isinstance(self.section, float):
+            return found + [run.at(k * self.section) for k in range(1, self.crossings)]
+        return found + [_behind(run, t) for t in self._instants(run)[: self.crossings - 1]]
 
     def _timed(
         self, q: FloatArray, u: FloatArray, by: dict[str, FloatArray]
