@@ -15,7 +15,7 @@ from .detail import Detail
 from .folders import MODELS, check_folder, check_results, record_results
 from .orbit_words import guess_of, read_along, read_pairs, read_section, relabel_of
 from .progress import progress
-from .refusal import Faults, read_option, refusing
+from .refusal import Faults, fail, read_option, refusing
 from .scene_file import read
 from .settings import with_settings
 from .sweep import read_count, told_of
@@ -131,8 +131,6 @@ def _follow(
     parameter, low, high = along
     model = found.return_map.model
     if wanted.show is not None and wanted.show not in names_of(model):
-        from .refusal import fail
-
         fail(f"--show: found {wanted.show}, expected one of {', '.join(names_of(model))}")
     with refusing(ValueError, OSError, ImportError), progress(detail) as tell:
         tell.stage("follow")

@@ -1,7 +1,7 @@
 """Where a branch of periodic motions folds or changes its stability, and the functions that are zero there.
 
 Test functions are those of Y. A. Kuznetsov, Elements of Applied Bifurcation Theory, 2004, section 10.2.3, with the
-product over pairs of multipliers for the Neimark-Sacker bifurcation (docs/theory.md, section 12.3).
+product over pairs of multipliers for the Neimark-Sacker bifurcation (docs/theory.md, eq. 12.3).
 """
 
 from __future__ import annotations

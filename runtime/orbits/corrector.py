@@ -1,4 +1,4 @@
-"""Points of a branch of periodic motions: Newton's method in state and parameter (docs/theory.md, section 12.2)."""
+"""Points of a branch of periodic motions: Newton's method in state and parameter (docs/theory.md, eq. 12.2)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The map of a motion from a section back to it, and its derivatives."""
+"""The map of a motion from a section back to it, and its derivatives (docs/theory.md, eq. 12.1)."""
 
 from __future__ import annotations
 
