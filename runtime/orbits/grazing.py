@@ -1,4 +1,4 @@
-"""How near a periodic motion is to grazing: the least closing speed of its impacts, and the least gap it keeps (eq. 12.4)."""
+"""How near a motion is to grazing: the least closing speed of its impacts, and the least gap it keeps (eq. 12.4)."""
 
 from __future__ import annotations
 
