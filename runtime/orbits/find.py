@@ -14,6 +14,7 @@ from ..model.model import Model
 from ..model.numbers import read_numbers
 from .orbit import Orbit, orbit_at
 from .section import RANK, Crossed, Map, Section, read_map
+from .shooting import shoot
 from .tolerance import LESS, tolerance_of
 
 
@@ -31,6 +32,7 @@ def find_orbit(
     rtol: float | None = None,
     method: str | None = None,
     most: int = 30,
+    segments: int = 1,
 ) -> Orbit:
     """The periodic motion near the state (q0, u0), the scene's start unless given, by Newton's method on its map.
 
@@ -43,7 +45,12 @@ def find_orbit(
     ``most`` is how many steps Newton's method may take. Derivatives of the map are exact, through impacts and
     friction, so that orbits need not be stable.
 
-    Single shooting (S. H. Strogatz, Nonlinear Dynamics and Chaos, 1994, section 8.7, has the map and its multipliers).
+    A long or very unstable motion is found in ``segments``, each with a start of its own (multiple shooting): q0 and u0
+    are then one state, from which a run gives the starts, or (segments, n). Where the model depends on time, or
+    ``crossings`` is more than one, segments are whole crossings, and their number is a part of that.
+
+    With one segment it is single shooting (S. H. Strogatz, Nonlinear Dynamics and Chaos, 1994, section 8.7, has the map
+    and its multipliers).
     Raises ``ValueError`` for names, shapes and numbers that are wrong, all at once; where a run does not get to the
     section; where a map has no derivative, as :func:`~.sensitivities.sensitivities` says; and where Newton's method
     does not converge. A model has to be generated with its derivatives.
@@ -56,21 +63,35 @@ def find_orbit(
     with faults.collecting():
         a_map = read_map(chosen, section, crossings, until, relabel, advances, options)
     with faults.collecting():
-        start = _start(chosen, q0, u0)
+        start = _starts(chosen, q0, u0, segments)
     if isinstance(most, bool) or not isinstance(most, int) or most < 1:
         faults.add(f"most: found {most!r}, expected a number of steps, at least 1")
     faults.stop_if_any()
     assert a_map is not None and start is not None
-    return _converged(a_map, start, tolerance_of(a_map), most)
+    if segments > 1:
+        return shoot(a_map, start, segments, most)
+    return _converged(a_map, start[0], tolerance_of(a_map), most)
 
 
-def _start(model: Model, q0: ArrayLike | None, u0: ArrayLike | None) -> tuple[FloatArray, FloatArray]:
+def _starts(
+    model: Model, q0: ArrayLike | None, u0: ArrayLike | None, segments: int
+) -> list[tuple[FloatArray, FloatArray]]:
+    """One state, or one for each segment; loops are shut."""
+    if isinstance(segments, bool) or not isinstance(segments, int) or segments < 1:
+        raise ValueError(f"segments: found {segments!r}, expected a number, at least 1")
     own = model.start()
     q, u = (
         one if given is None else np.asarray(read_numbers(given, name), dtype=float)
         for one, given, name in zip(own, (q0, u0), ("q0", "u0"), strict=True)
     )
-    return model.project(q, u)
+    if q.ndim == 1 and u.ndim == 1:
+        return [model.project(q, u)]
+    if q.shape != (segments, len(own[0])) or u.shape != q.shape:
+        raise ValueError(
+            f"q0, u0: found shapes {q.shape} and {u.shape}, expected one state, ({len(own[0])},), or one for each of "
+            f"the segments, {(segments, len(own[0]))}"
+        )
+    return [model.project(*one) for one in zip(q, u, strict=True)]
 
 
 def _converged(a_map: Map, start: tuple[FloatArray, FloatArray], tolerance: float, most: int) -> Orbit:

@@ -34,11 +34,11 @@ BEHIND = 1e-6
 
 class Crossed(NamedTuple):
     """A state (q, u) (n,) on the section and what comes of it: the ``runs``, one for each time that the map is applied,
-    its ``time`` (s), what the state behind it differs by, ``rest`` (k,), in units of the mechanism. ``basis`` (2 n, m)
-    are directions of the state on the section, ``states`` (crossings, 2 n) those each time that it is crossed, from the
-    first on, ``ends`` (2 n, m) what the state behind the runs moves by with them, and
-    ``moves`` (k, m) what ``rest`` does. With a parameter the state moves by ``lift`` (2 n,), so that loops and contacts
-    stay shut, and ``rest`` by ``by`` (k,)."""
+    its ``time`` (s), what the state behind it differs by, ``rest`` (k,), in units of the mechanism. ``states``
+    (crossings, 2 n) are those each time that the section is crossed, from the first on, and ``end`` (2 n,) that behind
+    the runs. ``basis`` (2 n, m) are directions of the state on the section, ``ends`` (2 n, m) what ``end`` moves by
+    with them, and ``moves`` (k, m) what ``rest`` does. With a parameter the state moves by ``lift`` (2 n,), so that
+    loops and contacts stay shut, and ``rest`` by ``by`` (k,)."""
 
     q: FloatArray
     u: FloatArray
@@ -52,6 +52,7 @@ class Crossed(NamedTuple):
     by: FloatArray
     kept: Kept
     states: FloatArray
+    end: FloatArray
 
 
 class Map:
@@ -75,6 +76,10 @@ class Map:
         self.units = np.concatenate([unit, unit / time])
         self.compared = np.setdiff1d(np.arange(2 * n), free)
         self.counted = [0]
+        # the contact that is closed on the section, -1 for none, and whether others that are closed stay so
+        self.closed = -1, isinstance(section, tuple)
+        if isinstance(section, tuple) and relabel is None:
+            self.closed = model.contacts.index(section), True
 
     @property
     def count(self) -> int:
@@ -98,7 +103,7 @@ class Map:
 
     def at(self, q: FloatArray, u: FloatArray, parameter: str | None = None) -> Crossed:
         """What comes of a state with loops shut, and by what that moves with a ``parameter``."""
-        kept = kept_at(self.model, q, u, self._closed())
+        kept = kept_at(self.model, q, u, self.closed)
         rows, by = rows_of(self.model, q, u, kept, parameter)
         n, units = len(q), self.units
         rows = np.vstack([np.eye(2 * n)[self.free], rows]) * units
@@ -117,19 +122,13 @@ class Map:
         m = basis.shape[1]
         by = moves[:, m] if parameter is not None else np.zeros(len(rest))
         return Crossed(
-            begin[:n], begin[n:], runs, time, rest, basis, moved[:, :m], moves[:, :m], lift, by, kept, states
+            begin[:n], begin[n:], runs, time, rest, basis, moved[:, :m], moves[:, :m], lift, by, kept, states, end
         )
 
     def moved(self, crossed: Crossed, change: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The state that is (2 n,) away from one, of this map's model, put back onto all that is kept shut there."""
         n = len(crossed.q)
         return settled(self.model, crossed.q + change[:n], crossed.u + change[n:], crossed.kept, self.units)
-
-    def _closed(self) -> tuple[int, bool]:
-        """The contact that is closed on the section, -1 for none, and whether others that are closed stay so."""
-        if isinstance(self.section, float):
-            return -1, False
-        return (self.model.contacts.index(self.section) if self.relabel is None else -1), True
 
     def _applied(
         self, q: FloatArray, u: FloatArray, columns: FloatArray, along: dict[str, FloatArray]
@@ -193,12 +192,29 @@ class Map:
             return q, u
         run = simulate(self.model, q, u, until=self._instant(q, u, 1) * (1.0 + BEHIND), **self.options)
         assert isinstance(run, Run)
-        q, u = self.model.project(*_behind(run, self._instants(run)[0]))
+        return self._relabelled(*_behind(run, self._instants(run)[0]))
+
+    def after(self, q: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The state to which the map leads, loops shut, without derivatives."""
+        until = self.time_of(q, u)
+        run = simulate(self.model, q, u, until=until * (1.0 + BEHIND), **self.options)
+        assert isinstance(run, Run)
+        if not run.success:
+            raise ValueError(f"{self.model.name}: {run.message}")
+        if isinstance(self.section, tuple):
+            return self._relabelled(*_behind(run, self._instants(run)[self.crossings - 1]))
+        return self._relabelled(*run.at(until))
+
+    def _relabelled(self, q: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
         if self.relabel is not None:
             A, b = self.relabel
-            whole = A @ np.concatenate([q, u]) + b
-            q, u = self.model.project(whole[: len(q)], whole[len(q) :])
-        return q, u
+            whole = A @ np.concatenate(self.model.project(q, u)) + b
+            q, u = whole[: len(q)], whole[len(q) :]
+        return self.model.project(q, u)
+
+    def time_of(self, q: FloatArray, u: FloatArray) -> float:
+        """How long a run from there takes to come back to the section."""
+        return self.section * self.crossings if isinstance(self.section, float) else self._instant(q, u)
 
     def _instant(self, q: FloatArray, u: FloatArray, crossings: int | None = None) -> float:
         """When a run from there crosses the section so many times."""
@@ -275,7 +291,7 @@ def read_map(
     unknown = [name for name in advances if name not in model.q_of]
     if isinstance(advances, str) or unknown:
         faults.add(f"advances: found {advances!r}, expected a list of coordinates, of {', '.join(model.q_of)}")
-    if isinstance(where, tuple) and (model.data["drives"] or _depends_on_time(model)):
+    if isinstance(where, tuple) and depends_on_time(model):
         faults.add(
             "section: found a contact in a model that depends on time, expected the period of what drives it, as a "
             "time: behind an impact it would begin at another phase"
@@ -287,9 +303,11 @@ def read_map(
     return Map(model, where, crossings, float(end), changed, free, options)
 
 
-def _depends_on_time(model: Model) -> bool:
-    """Whether accelerations change with time: at the scene's start, at rest and in motion (what damps is nothing at
-    rest), at instants that no period has in common."""
+def depends_on_time(model: Model) -> bool:
+    """Whether joints are driven, or accelerations change with time: at the scene's start, at rest and in motion (what
+    damps is nothing at rest), at instants that no period has in common."""
+    if model.data["drives"]:
+        return True
     q, u = model.start()
     states = (q, 0.0 * u), model.project(q, u + model.coordinate_units / characteristic_time(model))
     inputs = dict.fromkeys(model.inputs, 0.0) or None

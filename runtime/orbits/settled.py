@@ -66,7 +66,7 @@ def _iterated(a_map: Map, orbit: Orbit, crossings: int) -> FloatArray:
     q, u = orbit.q, orbit.u
     for row in found:
         try:
-            q, u = a_map.first(q, u)
+            q, u = a_map.after(q, u)
         except ValueError:  # it falls, or stops
             break
         row[:] = np.concatenate([q, u])
