@@ -154,7 +154,7 @@ NEARLY = (
     (0.1124, -0.6948),
     (0.0336, -0.1836),
 )
-"""Heights (m) and speeds (m/s) of a ball that does not settle, a period apart, as it came near itself after thirteen."""
+"""Heights (m) and speeds (m/s) of a ball that does not settle, a period apart, as it nears itself after thirteen."""
 
 
 def test_an_orbit_of_a_ball_that_does_not_settle(shaken: Any) -> None:
