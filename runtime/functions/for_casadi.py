@@ -26,7 +26,7 @@ RESERVED = ("null", "jac", "hess")
 
 @cache
 def _callbacks(casadi: Any) -> Any:
-    class Of(casadi.Callback):  # type: ignore[misc, name-defined]
+    class Of(casadi.Callback):  # type: ignore[misc]
         """One output of dense inputs; what it makes is kept, which CasADi does not."""
 
         def __init__(self, name: str, inputs: list[tuple[int, int]], output: tuple[int, int], options: Any) -> None:

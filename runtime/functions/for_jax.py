@@ -30,12 +30,13 @@ def for_jax(function: Derived, reverse: bool) -> Callable[[Any], Any]:
         run = jax.custom_vjp(lambda x: ask(function.value, values, x))
         run.defvjp(lambda x: (run(x), x), lambda x, w: (ask(function.vjp, row, x, w),))
     else:
-        run = jax.custom_jvp(lambda x: ask(function.value, values, x))
 
-        @run.defjvp
-        def _along(primals: Any, tangents: Any) -> Any:
+        def along(primals: Any, tangents: Any) -> Any:
             value, jacobian = ask(function.value_and_jacobian, (values, whole), primals[0])
             return value, jacobian @ tangents[0]
+
+        run = jax.custom_jvp(lambda x: ask(function.value, values, x))
+        run.defjvp(along)
 
     def of_run(x: Any) -> Any:
         """The outputs (m,) of the run of x (p,)."""

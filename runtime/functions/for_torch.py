@@ -11,7 +11,7 @@ from .derived import Derived, check_vector, doubles
 
 
 def for_torch(function: Derived) -> Callable[[Any], Any]:
-    """A function of a tensor (p,) of float64 on the CPU, differentiated backwards by ``vjp`` and forwards by ``jvp``."""
+    """A function of a tensor (p,) of float64 on the CPU, derived by ``vjp`` backwards and by ``jvp`` forwards."""
     torch = needed("torch", "a run as a function of PyTorch")
     run = _run_of(torch)
 
@@ -29,26 +29,62 @@ def for_torch(function: Derived) -> Callable[[Any], Any]:
 
 @cache
 def _run_of(torch: Any) -> Any:
-    def tensor(array: Any) -> Any:
-        return torch.from_numpy(array)
+    def one_by_one(of: Any, info: Any, dims: Any, arguments: Any) -> Any:
+        """``vmap``: the function of each entry."""
+        rows = [
+            [one if dim is None else one.select(dim, k) for one, dim in zip(arguments, dims, strict=True)]
+            for k in range(info.batch_size)
+        ]
+        return torch.stack([of.apply(*row) for row in rows]), 0
 
-    class Run(torch.autograd.Function):  # type: ignore[misc, name-defined]
+    class Derivative(torch.autograd.Function):  # type: ignore[misc]
+        """``work`` of x and a vector beside it. A step in the graph of its own, so that who derives it again is told
+        that there is nothing, where a plain tensor would count as constant."""
+
         @staticmethod
-        def forward(ctx: Any, x: Any, function: Derived) -> Any:
-            ctx.function = function
+        def forward(x: Any, other: Any, work: Callable[[Any, Any], Any]) -> Any:
+            return torch.from_numpy(work(doubles(x.detach()), doubles(other.detach())))
+
+        @staticmethod
+        def setup_context(ctx: Any, inputs: Any, output: Any) -> None:
+            pass
+
+        @staticmethod
+        def backward(ctx: Any, *_: Any) -> Any:
+            raise NotImplementedError(AGAIN)
+
+        @staticmethod
+        def jvp(ctx: Any, *_: Any) -> Any:
+            raise NotImplementedError(AGAIN)
+
+        @staticmethod
+        def vmap(info: Any, dims: Any, *arguments: Any) -> Any:
+            return one_by_one(Derivative, info, dims, arguments)
+
+    class Run(torch.autograd.Function):  # type: ignore[misc]
+        @staticmethod
+        def forward(x: Any, function: Derived) -> Any:
+            return torch.from_numpy(function.value(doubles(x.detach())))
+
+        @staticmethod
+        def setup_context(ctx: Any, inputs: Any, output: Any) -> None:
+            x, ctx.function = inputs
             ctx.save_for_backward(x)
             ctx.save_for_forward(x)
-            return tensor(function.value(doubles(x.detach())))
 
         @staticmethod
-        @torch.autograd.function.once_differentiable
         def backward(ctx: Any, w: Any) -> Any:
-            (x,) = ctx.saved_tensors
-            return tensor(ctx.function.vjp(doubles(x), doubles(w))), None
+            return Derivative.apply(*ctx.saved_tensors, w, ctx.function.vjp), None
 
         @staticmethod
         def jvp(ctx: Any, v: Any, _: Any) -> Any:
-            (x,) = ctx.saved_tensors
-            return tensor(ctx.function.jvp(doubles(x.detach()), doubles(v.detach())))
+            return Derivative.apply(*ctx.saved_tensors, v, ctx.function.jvp)
+
+        @staticmethod
+        def vmap(info: Any, dims: Any, *arguments: Any) -> Any:
+            return one_by_one(Run, info, dims, arguments)
 
     return Run
+
+
+AGAIN = "derivatives of a run: found a second derivative asked for, expected first ones alone: there are no others"

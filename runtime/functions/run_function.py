@@ -58,6 +58,8 @@ class RunFunction:
         on_stop: str,
         options: dict[str, Any],
     ) -> None:
+        need_doubles(model.precision, model.name, "derivatives of a run")
+        need_derivatives(model)
         faults = Faults()
         self.model = model
         self.outputs: tuple[Output, ...] = (
@@ -66,10 +68,6 @@ class RunFunction:
         self._start, self._options, self._on_stop = start, options, on_stop
         self._kept: Kept | None = None
         self.evaluations = 0
-        with faults.collecting():
-            need_doubles(model.precision, model.name, "derivatives of a run")
-        with faults.collecting():
-            need_derivatives(model)
         with faults.collecting():
             self._arguments = arguments_of(model, wrt, start, options["inputs"])
         with faults.collecting():
@@ -219,19 +217,19 @@ class RunFunction:
             self._kept = kept = Kept(read, self._told(read, lambda: self._simulated(read)))
         return kept
 
-    def _split(self, x: FloatArray) -> tuple[list[ArrayLike | None], dict[str, float], Given]:
-        """Starts, values of parameters, and inputs."""
+    def _split(self, x: FloatArray) -> tuple[tuple[Any, Any], dict[str, float], Given]:
+        """The start (q0, u0), values of parameters, and inputs."""
         parts: dict[str, Any] = self._arguments.parts(x)
-        starts = [parts.pop(name, given) for name, given in zip(("q0", "u0"), self._start, strict=True)]
+        start = parts.pop("q0", self._start[0]), parts.pop("u0", self._start[1])
         own = {name: parts.pop(name) for name in [*parts] if name in self.model.inputs}
         inputs = self._options["inputs"]
         if own:
             inputs = dict(zip(self.model.inputs, constants_of(self.model, inputs).tolist(), strict=True)) | own
-        return starts, parts, inputs
+        return start, parts, inputs
 
     def _simulated(self, x: FloatArray) -> Run:
-        starts, params, inputs = self._split(x)
-        found = simulate(self.model, *starts, params=params or None, **self._options | {"inputs": inputs})
+        (q0, u0), params, inputs = self._split(x)
+        found = simulate(self.model, q0, u0, params=params or None, **self._options | {"inputs": inputs})
         self.evaluations += 1
         assert isinstance(found, Run)
         return found
@@ -264,9 +262,8 @@ class RunFunction:
         )
 
     def _derived(self, kept: Kept) -> FloatArray:
-        starts, _, _ = self._split(kept.x)
-        given = tuple(None if one is None else np.asarray(one, dtype=float) for one in starts)
-        return run_sensitivities(kept.run, self._arguments.names, self.outputs, self._at, (given[0], given[1])).jacobian
+        q0, u0 = (None if one is None else np.asarray(one, dtype=float) for one in self._split(kept.x)[0])
+        return run_sensitivities(kept.run, self._arguments.names, self.outputs, self._at, (q0, u0)).jacobian
 
     def _told(self, x: FloatArray, work: Callable[[], Any]) -> Any:
         """What ``work`` gives; what it refuses is refused with x."""
