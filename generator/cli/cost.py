@@ -53,8 +53,8 @@ def cost(
         aim = ERROR if wanted is None else wanted
         price_accuracy(scene_file, until, aim, drift, precisions, out, detail, settings, faults)
         return
-    others = {"--until": until, "--error": error, "--drift": drift, "--precision": precision, "--set": settings}
-    refuse_beside("--effects", others, faults)
+    beside = {"--until": until, "--error": error, "--drift": drift, "--precision": precision}
+    refuse_beside("--effects", {**beside, "--set": settings}, faults)
     scene = faults.of(read, scene_file)
     from .price import FILE, price_effects
 
