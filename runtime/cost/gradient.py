@@ -21,16 +21,16 @@ from ..functions.arguments import Arguments, arguments_of
 from ..functions.run_function import RunFunction, run_function
 from ..model.model import Model
 from ..simulate import simulate
-from .accuracy import REPEATS, SPENT
+from .accuracy import LARGEST_DOUBT, REPEATS, SPENT
 
 STEPS = tuple(10.0 ** (-k / 2) for k in range(2, 29))
 """Steps of differences, in parts of what is changed, or of one where that is zero."""
 TOLERANCES = tuple(10.0**-k for k in range(4, 14))
 TIGHT = 1e-13
 """Tolerance of runs whose differences are looked at too, beside the scene's."""
-WIDE_STEP, WIDE_RTOL = 2.0**-18, 1e-18
-"""Of the reference: what is cut off falls with the sixth power of the step, and what rounding leaves, 1e-18 of a run,
-is divided by it."""
+WIDE_STEP, WIDE_RTOL = 2.0**-15, 1e-18
+"""Of the reference: what is cut off falls with the sixth power of the step, 1e-27 of what derivatives of that order
+are, and what rounding leaves, 1e-18 of a run, is divided by it."""
 NOTHING = 1e-9
 """A column whose largest number is below this is looked at as it is, not in parts of that."""
 WAYS = ("one-sided", "central", "tangent")
@@ -98,8 +98,19 @@ def sizes_of(arguments: Arguments) -> FloatArray:
 def refer(model: Model, wide: Model | None, names: Sequence[str], until: float) -> Derivatives:
     """The reference, and how far it can be trusted.
 
-    Raises ``ValueError`` where a run for it does not reach its end, or has no derivative.
+    Raises ``ValueError`` where a run for it does not reach its end, or has no derivative, and where it cannot be
+    trusted, as beside an impact.
     """
+    found = _reference(model, wide, names, until)
+    if not found.doubt <= LARGEST_DOUBT:
+        raise ValueError(
+            f"{model.name}: no reference: {found.text} differ from it by {found.doubt:.1e} at t = {until:g} s; choose "
+            "another end"
+        )
+    return found
+
+
+def _reference(model: Model, wide: Model | None, names: Sequence[str], until: float) -> Derivatives:
     arguments = arguments_of(model, names, (None, None), None)
     if wide is None:
         first, second = (

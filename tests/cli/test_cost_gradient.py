@@ -11,6 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from ccgen.generator.cli.app import app
+from ccgen.runtime import simulate
 from ccgen.runtime.cost.gradient import TIGHT, WAYS, Measured, best, columns_of, compare, measure, refer, relative
 from ccgen.runtime.precision import wider
 
@@ -130,3 +131,10 @@ def test_wrong_options(options: list[str], sentence: str, tmp_path: Path, monkey
     done = CliRunner().invoke(app, ["cost", "bounced.toml", *options])
     assert done.exit_code == 2
     assert sentence in done.output
+
+
+def test_beside_an_impact_there_is_no_reference(ball: Any, workshop: Workshop) -> None:
+    """Its steps to one side end before the bounce, those to the other behind it."""
+    hit = simulate(ball).impacts[0].t
+    with pytest.raises(ValueError, match=r"no reference: .* differ from it by .* choose another end"):
+        refer(ball, workshop.model(BOUNCED, "wide") if wider() else None, NAMES, hit + 1e-6)
