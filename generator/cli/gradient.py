@@ -74,13 +74,14 @@ def price_gradient(
         folder.mkdir(parents=True, exist_ok=True)
         table, picture = (folder / name for name in FILES)
         write_csv(measured, table)
-        title = f"{scene.name}: {len(reference.jacobian)} coordinates at {end:g} s by {reference.jacobian.shape[1]}"
+        rows, count = reference.jacobian.shape
+        title = f"{scene.name}: {rows} coordinates at {end:g} s by {count} numbers"
         draw_gradient(measured, title, rtol, reference.doubt, picture)
         record_results(folder, FILES)
     print_tables(measured)
     tell_left(columns)
     typer.echo(
-        f"derived: {len(reference.jacobian)} coordinates at t = {end:g} s by {reference.jacobian.shape[1]} numbers of "
+        f"derived: {rows} coordinates at t = {end:g} s by {count} numbers of "
         f"{', '.join(columns.names[:6])}{', …' if len(columns.names) > 6 else ''}"
     )
     typer.echo(f"reference: {reference.text} differ from it by {reference.doubt:.1e}: smaller errors mean nothing")

@@ -54,6 +54,9 @@ def draw_gradient(
     left.set_xlabel("step, in parts of what is changed", color=INK)
     left.set_ylabel("largest error of a column, relative", color=INK)
     right.set_xlabel("wall time of all derivatives  [ms]", color=INK)
+    taken = [1e3 * one.seconds for one in measured if np.isfinite(one.error)]
+    if taken:  # whole decades, whose ends have numbers
+        right.set_xlim(10.0 ** np.floor(np.log10(min(taken))), 10.0 ** np.ceil(np.log10(max(taken))))
     for axes in (left, right):
         axes.axhspan(LEAST / 10.0, max(doubt, LEAST), color="#eeeeee", zorder=0)
         axes.set_ylim(LEAST, 10.0)
