@@ -12,6 +12,7 @@ from .ensemble.reduction import Reduction
 from .ensemble.table import Ensemble
 from .fitting.curve import Fitted, fit
 from .fitting.identify import Identified, identify
+from .functions.run_function import RunFunction, run_function
 from .load_run import load_run
 from .loading.load import load_model
 from .model.model import Model
@@ -49,6 +50,7 @@ __all__ = [
     "Phase",
     "Reduction",
     "Run",
+    "RunFunction",
     "Sensitivities",
     "continue_orbit",
     "double_period",
@@ -65,6 +67,7 @@ __all__ = [
     "methods",
     "momentum",
     "reach",
+    "run_function",
     "sensitivities",
     "simulate",
     "static_equilibrium",

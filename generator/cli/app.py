@@ -202,6 +202,10 @@ def cost(
     ] = None,
     effects: Annotated[bool, typer.Option("--effects", help="measure what each effect costs instead")] = False,
     fold: Annotated[bool, typer.Option("--fold", help="with --effects: numbers for parameters too")] = False,
+    gradient: Annotated[bool, typer.Option("--gradient", help="measure derivatives of the end instead")] = False,
+    by: Annotated[
+        str | None, typer.Option(metavar="NAMES", help="with --gradient: parameters, q0, u0 [all that can be]")
+    ] = None,
     settings: Set = None,
     out: Annotated[Path | None, typer.Option(metavar="DIR", help="folder of the figures")] = None,
     verbose: Verbose = False,
@@ -209,7 +213,8 @@ def cost(
 ) -> None:
     """Measure error against wall time for all methods and tolerances, and say which to choose.
 
-    With --effects measure the price of each effect instead, in operations and in time.
+    With --effects measure the price of each effect instead, in operations and in time; with --gradient error against
+    wall time of derivatives, by differences over their steps and along the run.
     """
     from .cost import cost as work
     from .detail import detail
@@ -217,7 +222,8 @@ def cost(
 
     faults = Faults()
     values = faults.of(read_settings, settings or []) or {}
-    work(scene, until, error, drift, precision, effects, fold, out, detail(faults, verbose, quiet), values, faults)
+    told = detail(faults, verbose, quiet)
+    work(scene, until, error, drift, precision, effects, fold, gradient, by, out, told, values, faults)
 
 
 @app.command()
