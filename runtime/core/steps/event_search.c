@@ -333,6 +333,8 @@ static double watched_noise(const struct search *search, int index)
     double peak = 0.0;
     if (loss.how == SLIP_ENDS)
         return STILL * s->length / s->time;
+    if (loss.how == BEARS) /* it has what it is known to in it */
+        return 0.0;
     for (int i = 0; i < h->count; i++)
         peak = fmax(peak, h->peak[h->set[i]]);
     return FORCE_ROUNDING * peak * (loss.how == DETACHES ? 1.0 : 1.0 + s->friction[loss.contact]);
@@ -365,7 +367,8 @@ static double unresolved(const struct search *search, const double *samples, int
     double found = 0.0;
     for (int w = 0; w < count; w++) {
         double low, size;
-        if (mode_change_of(search->s, w).how == LOADS) /* has kinks, and changes by rounding */
+        const int how = mode_change_of(search->s, w).how;
+        if (how == LOADS || how == BEARS) /* has kinks, and changes by rounding */
             continue;
         const double noise = watched_noise(search, w), wrong = unforeseen(samples + w, count, noise, &low, &size);
         if (wrong > noise && low < FORESEEN * wrong)
