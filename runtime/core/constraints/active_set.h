@@ -47,8 +47,9 @@ struct active_set {
     double
         *weight;  /* [rows] how much a row bears where forces can be shared: friction by the square root of its limit */
     char *closed; /* [contacts] WATCHED for impacts, or closed: PUSHING, or CARRIED by others */
-    int *twin;    /* [contacts] the contact that bears in place of one that is carried and touches as it does, or -1: constraints/twins.c */
-    int implied;  /* how many are carried */
+    int *
+        twin; /* [contacts] the contact that bears in place of one that is carried and touches as it does, or -1: constraints/twins.c */
+    int implied;   /* how many are carried */
     double window; /* s: what eight pieces last showed the watched values in; 0 where that is not known */
 };
 

@@ -40,7 +40,8 @@ int switching_count(const struct system *s)
     return count + twin_count(s);
 }
 
-/* What each carried twin is known to be from where it bears, values[twin_count], in the order of contacts */
+/* How far each carried twin is from where it bears, values[twin_count], in the order of contacts; the dense output knows that no better than COARSEST_GAP, and
+ * what comes to bear slower is seen at the ends of steps. */
 static enum outcome twin_values(struct system *s, const double *q, double *values)
 {
     const struct active_set *h = s->active;
@@ -49,7 +50,7 @@ static enum outcome twin_values(struct system *s, const double *q, double *value
     for (int c = 0, k = 0; any && c < s->model->contacts && !outcome; c++)
         if (has_twin(h, c)) {
             outcome = twins_apart(s, q, c, h->twin[c], &values[k]);
-            values[k++] += TERM_ROUNDING;
+            values[k++] += COARSEST_GAP;
         }
     return outcome;
 }

@@ -10,6 +10,7 @@
 #include "steps/flat_loop.h"
 #include "steps/step_control.h"
 #include "steps/kinks.h"
+#include "constraints/twins.h"
 #include "motion/sides.h"
 #include "model/contacts.h"
 #include "model/scales.h"
@@ -81,6 +82,18 @@ static int opened_implied_contact(const struct phase *f)
     for (int c = 0; c < m->contacts; c++)
         if (f->s->active->closed[c] == CARRIED && fabs(f->gaps[c]) > ADRIFT * f->s->extent[c])
             return c;
+    return -1;
+}
+
+/* A carried contact that would bear in place of another that touches as it does, or -1 */
+static int bearing_twin(struct phase *f)
+{
+    const struct active_set *h = f->s->active;
+    for (int c = 0; h && h->implied && c < f->s->model->contacts; c++) {
+        double aside;
+        if (has_twin(h, c) && !twins_apart(f->s, f->y, c, h->twin[c], &aside) && aside < -SHUT)
+            return c;
+    }
     return -1;
 }
 
@@ -352,7 +365,7 @@ static enum outcome find_standing_event(struct phase *f, struct event *event)
     struct progress *at = &f->at;
     int closed = 0;
     enum outcome outcome = OUTCOME_DONE;
-    if ((event->contact = opened_implied_contact(f)) >= 0) {
+    if ((event->contact = opened_implied_contact(f)) >= 0 || (event->contact = bearing_twin(f)) >= 0) {
         event->watch = LOST;
         return outcome;
     }
