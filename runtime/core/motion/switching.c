@@ -40,8 +40,7 @@ int switching_count(const struct system *s)
     return count + twin_count(s);
 }
 
-/* How far each carried twin is from where it bears, values[twin_count], in the order of contacts; the dense output knows that no better than COARSEST_GAP, and
- * what comes to bear slower is seen at the ends of steps. */
+/* How far each carried twin is from where it bears, and what that is known to, values[twin_count], in the order of contacts */
 static enum outcome twin_values(struct system *s, const double *q, double *values)
 {
     const struct active_set *h = s->active;
@@ -50,7 +49,7 @@ static enum outcome twin_values(struct system *s, const double *q, double *value
     for (int c = 0, k = 0; any && c < s->model->contacts && !outcome; c++)
         if (has_twin(h, c)) {
             outcome = twins_apart(s, q, c, h->twin[c], &values[k]);
-            values[k++] += COARSEST_GAP;
+            values[k++] += SHUT;
         }
     return outcome;
 }

@@ -52,6 +52,7 @@ struct search {
     double *samples;                /* [SAMPLES + 1][watched] watched values in a window */
     double *noise;                  /* [switches] what those of effects are known to */
     double slow;                    /* times extent: a closed contact is not falling before its rate is beyond this */
+    int bears;                      /* whether events are asked for of contacts that come to bear in place of others */
     long interval_count;
 };
 
@@ -458,6 +459,8 @@ static struct event first_loss(struct search *search)
         }
         before = INFINITY;
         for (int w = 0; w < count; w++) {
+            if (!search->bears && mode_change_of(search->s, w).how == BEARS)
+                continue;
             const double theta = first_in_window(search, w, count, a, width, samples, &behind);
             if (theta < first.theta)
                 first = (struct event){mode_change_of(search->s, w).contact, theta, w, behind};
@@ -534,7 +537,7 @@ static enum outcome take_search(struct search *search, size_t watched)
 }
 
 enum outcome find_event(struct system *s, const struct method *method, const double *steps, double t, double h,
-                        double slow, struct event *event)
+                        double slow, int bears, struct event *event)
 {
     struct search search = {.s = s,
                             .method = method,
@@ -542,6 +545,7 @@ enum outcome find_event(struct system *s, const struct method *method, const dou
                             .t = t,
                             .h = h,
                             .slow = slow,
+                            .bears = bears,
                             .watch = watch_contacts,
                             .take_sample = sample_gaps,
                             .first_in_piece = first_closing,
