@@ -98,11 +98,11 @@ def run_sensitivities(
             continue
         named = _named(run, output, np.unique(times))
         each_moves = [
-            moves(model, moving, output, t, found.states[k], found.S[k], found.held[k], inputs)
+            moves(model, moving, output, t, found.stops[k].state, found.S[k], found.stops[k].held, inputs)
             for k, t in enumerate(np.unique(times).tolist())
         ]
         each = [
-            values(model, output, t, found.states[k], {name: named[k]} if named is not None else {})
+            values(model, output, t, found.stops[k].state, {name: named[k]} if named is not None else {})
             for k, t in enumerate(np.unique(times).tolist())
         ]
         told[name], derived[name] = np.array(each)[places], np.array(each_moves)[places]

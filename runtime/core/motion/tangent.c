@@ -216,3 +216,17 @@ enum outcome acceleration_tangents(struct system *s, double t, const double *q, 
     give_back(s->arena, mark);
     return outcome;
 }
+
+enum outcome impulse_tangents(struct system *s, const double *q, int blocks, const double *right, double *tangents)
+{
+    const struct ccgen_derivatives *d = s->model->derivatives;
+    const struct mark mark = s->arena->top;
+    double missed;
+    const struct ccgen_arguments at = {.k = s->k, .q = q};
+    const struct ccgen_arguments sides = {.f = right, .y = right + s->n * d->lanes};
+    enum outcome outcome = OUTCOME_DONE;
+    if (s->refine || d->solve(&at, &sides, blocks, tangents))
+        outcome = solve_all(s, q, blocks, right, tangents, &missed);
+    give_back(s->arena, mark);
+    return outcome;
+}

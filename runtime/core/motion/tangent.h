@@ -22,4 +22,8 @@ enum outcome acceleration_tangents(struct system *s, double t, const double *q, 
                                    const double *lambda, const struct directions *along, double *tangents,
                                    double *miss);
 
+/* tangents[blocks][n + rows][lanes]: jumps and impulses of `system_impulse` along right[blocks][n + rows][lanes], generalized
+ * impulses and behind them closure rates */
+enum outcome impulse_tangents(struct system *s, const double *q, int blocks, const double *right, double *tangents);
+
 #endif
