@@ -63,21 +63,22 @@ class Course(NamedTuple):
         what these times move by; each part is applied to them from the left (adjoint mode: docs/theory.md, section
         11.9)."""
         found = np.zeros(at_stops.shape[1:])
-        states = 2 * len(self.stops[0].state[0]) if self.stops else 0
-        left = len(self.stops)
+        left, missing = len(self.stops), dict(at_impacts)
         for number in range(len(self.parts), -1, -1):
             while left and self.stops[left - 1].behind == number:
                 left -= 1
                 found += at_stops[left]
             if not number:
                 break
-            part = self.parts[number - 1]
-            through = found[:, :states] @ part.matrix
+            matrix, _, passed = self.parts[number - 1]
+            states = len(matrix)
+            through = found[:, :states] @ matrix
             through[:, states:] += found[:, states:]
             found = through
-            passed = part.passed
-            if passed is not None and passed.kind == "impact" and passed.t in at_impacts:
-                found += np.outer(at_impacts[passed.t], passed.dt)
+            if passed is not None and passed.kind == "impact" and passed.t in missing:
+                found += np.outer(missing.pop(passed.t), passed.dt)
+        if missing:  # an impact that ends the run is not passed
+            found[np.any(list(missing.values()), axis=0)] = np.nan
         return found
 
 

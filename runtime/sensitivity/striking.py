@@ -355,6 +355,12 @@ def _move(at: Local, stage: Stage) -> None:
             stage.P[c] = z[i]
         more = np.array([[stage.share.get(c, 0.0)] for c in which] + [[0.0]] * (len(columns) - len(which)))
         stage.by_share = (answer @ solved(at, N @ answer, more, alike=alike)[0])[:, 0]
+    _keep_all(at, stage, moved, slips)
+    stage.after_moves = moved
+
+
+def _keep_all(at: Local, stage: Stage, moved: FloatArray, slips: FloatArray | None) -> None:
+    """What rests beside others stays at rest in all directions, which move rates by ``moved`` and bend ``slips``."""
     for way in stage.ways:
         for kept in way.kept:
             row, bent = at.gap_rows[way.contact], at.gap_rates_move(stage.after, ("q", "k"))[way.contact]
@@ -363,7 +369,6 @@ def _move(at: Local, stage: Stage) -> None:
             rate = (row @ moved + bent)[None]
             sizes = (np.abs(row) @ np.abs(moved) + np.abs(bent))[None]
             _keep(at, stage, row[None], np.zeros_like(rate), rate, sizes)
-    stage.after_moves = moved
 
 
 def _keep(at: Local, stage: Stage, rows: FloatArray, wanted: FloatArray, found: FloatArray, sizes: FloatArray) -> None:
