@@ -120,8 +120,8 @@ cdef class Differentiating(Contacting):
         return found
 
     def responses(self, const real[:, ::1] q):
-        """Jumps (b, n, n + rows) by unit generalized impulses and by unit closure rates, driven joints held, and outcomes by
-        state where there are none."""
+        """Jumps and impulses (b, n + rows, n + rows) by unit generalized impulses and by unit closure rates, driven joints
+        held, and outcomes by state where there are none."""
         cdef Py_ssize_t i, j, b = q.shape[0], lanes = self.m.derivatives.lanes, n = self.m.nu
         cdef Py_ssize_t every = n + self.m.rows, blocks = -(-every // lanes)
         cdef real[:, :, ::1] units = zeros((blocks, every, lanes))
@@ -138,7 +138,17 @@ cdef class Differentiating(Contacting):
             outcome = impulse_tangents(&s, &q[i, 0], blocks, &units[0, 0, 0], &out[i, 0, 0, 0])
             if outcome:
                 without[i] = OUTCOMES[outcome]
-        return found[:, :, :n].transpose(0, 2, 1, 3).reshape(b, n, blocks * lanes)[:, :, :every], without
+        return found.transpose(0, 2, 1, 3).reshape(b, every, blocks * lanes)[:, :, :every], without
+
+    def collocate(self, const real[::1] h, const real[:, ::1] A, const real[:, ::1] twice, const real[:, :, :, ::1] J):
+        """Matrices (k, stages n, stages n) of the collocated tangents of k steps, transposed; see collocate_tangents."""
+        cdef Py_ssize_t i, k = J.shape[0], size = J.shape[1] * J.shape[2]
+        found = empty((k, size, size))
+        cdef real[:, :, ::1] out = found
+        for i in range(k if size else 0):
+            collocate_tangents(J.shape[2], J.shape[1], J.shape[3], h[i], &A[0, 0], &twice[0, 0], &J[i, 0, 0, 0],
+                               &out[i, 0, 0])
+        return found
 
     def repeat_jacobian(self, const real[::1] q, const real[::1] u, real t, dict by, int blocks, long calls):
         """Evaluate accelerations and their tangents at one state ``calls`` times, without the GIL: for timing."""

@@ -20,7 +20,7 @@ from ..record.record import Record
 from .held import cannot, pushing, ways_differ, well
 from .local import Local, Places, at_one
 from .moving import Moving, whole_of
-from .passing import Check, Part, Passed, pass_change, pass_impacts
+from .passing import Check, Part, Passed, pass_change, pass_impacts, struck_at
 from .steps import Steps, maps
 
 KEPT = 1e-6
@@ -166,12 +166,14 @@ def along(run: Record, model: Model, moving: Moving, S: FloatArray, times: Seque
 
     while wanted and wanted[0] <= run.t[0]:
         stop((run.q[0], run.u[0]), pieces[0].held if pieces else ())
+    helds: list[tuple[Held, Held]] = [((), ())] * len(pieces)
     for k, piece in enumerate(pieces):
-        struck = joints.get(piece.t, ())
-        before: Held = pieces[k - 1].held if k else ()
-        ways = (before, piece.held)
-        if struck:
-            S = go_through(pass_impacts(model, moving, struck, piece.start[0], ways))
+        helds[k] = (pieces[k - 1].held if k else (), piece.held)
+    instants = [(joints[one.t], one.start[0], ways) for one, ways in zip(pieces, helds, strict=True) if one.t in joints]
+    impacts = {one.impacts[0].t: one for one in struck_at(model, moving, instants)}
+    for k, (piece, ways) in enumerate(zip(pieces, helds, strict=True)):
+        if piece.t in impacts:
+            S = go_through(pass_impacts(impacts[piece.t]))
         elif k and ways_differ(*ways):
             S = go_through(pass_change(model, moving, piece.t, *piece.start, ways))
         S = go_through(steps[k])

@@ -165,6 +165,8 @@ def solved(at: Local, matrix: FloatArray, wanted: FloatArray, *, alike: bool) ->
     """
     if not len(matrix):
         return np.zeros_like(wanted), True
+    if len(matrix) == 1 and matrix[0, 0] > 0.0:
+        return wanted / matrix[0, 0], True
     scale = np.sqrt(np.abs(np.diag(matrix)))
     scale[scale <= FIXED * scale.max()] = scale.max() or 1.0
     even = matrix / np.outer(scale, scale)

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -14,6 +13,17 @@ from ..model.model import Model
 from .moving import Moving
 
 BY = ("q", "u", "k")
+
+
+Asked = tuple[int, str, tuple[str, ...], bytes, bytes, bytes]
+"""A tangent at one configuration: its number, of which function and by what, and the bytes of u, P and multipliers."""
+
+
+def _asked(
+    number: int, of: str, by: tuple[str, ...], u: FloatArray, P: FloatArray | None, multipliers: FloatArray | None
+) -> Asked:
+    pushes, held = (b"" if one is None else one.tobytes() for one in (P, multipliers))
+    return number, of, by, u.tobytes(), pushes, held
 
 
 @dataclass(frozen=True)
@@ -27,6 +37,8 @@ class Places:
     moving: Moving
     t: FloatArray
     q: FloatArray
+    known: dict[Asked, FloatArray] = field(default_factory=dict, compare=False, repr=False)
+    """What single configurations need, found for all of them at once, by what is asked for."""
 
     @cached_property
     def gap_rows(self) -> FloatArray:
@@ -52,7 +64,8 @@ class Places:
 
     @cached_property
     def responses(self) -> FloatArray:
-        """Jumps (b, n, n + rows) that unit generalized impulses and unit closure rates give, driven joints held."""
+        """Jumps and impulses of the loops (b, n + rows, n + rows) that unit generalized impulses and unit closure rates
+        give, driven joints held."""
         found, without = self.model.kernels.responses(self.q)
         if without:
             i = min(without)
@@ -83,22 +96,36 @@ class Places:
             held[:, :-1] = multipliers
         pushes = np.zeros((b, max(len(model.contacts), 1))) if P is None else P
         found = model.kernels.tangents(of, self.q, u, self.t, np.zeros((b, n)), held, pushes, given, along.blocks)
-        return np.zeros((b, size, len(along.columns))) if found is None else np.asarray(along.result(found))
+        tangents = np.zeros((b, size, len(along.columns))) if found is None else np.asarray(along.result(found))
+        for i in range(b if b > 1 else 0):
+            rest = (None if one is None else one[i] for one in (P, multipliers))
+            self.known[_asked(i, of, by, u[i], *rest)] = tangents[i]
+        return tangents
 
     def response(self, f: FloatArray, y: FloatArray | None = None) -> FloatArray:
         """Jumps (b, n, k) that generalized impulses f (b, n, k) give with closure rates y (b, rows, k), driven joints
         held."""
         n = self.q.shape[1]
-        found = self.responses[:, :, :n] @ f
-        return np.asarray(found if y is None else found + self.responses[:, :, n:] @ y)
+        found = self.responses[:, :n, :n] @ f
+        return np.asarray(found if y is None else found + self.responses[:, :n, n:] @ y)
+
+    def loop_impulses(self, P: FloatArray, F: FloatArray) -> FloatArray:
+        """Impulses (b, rows) of the loops that impulses P and F (b, contacts) of the contacts give, closure rates being
+        kept."""
+        n = self.q.shape[1]
+        f = P[:, None] @ self.gap_rows + F[:, None] @ self.slip_rows
+        found = np.asarray((self.responses[:, n:, :n] @ f.transpose(0, 2, 1))[:, :, 0])
+        for i in range(len(found) if len(found) > 1 else 0):
+            self.known[_asked(i, "loop impulses", (), P[i], F[i], None)] = found[i]
+        return found
 
     def closure_moves(self) -> FloatArray:
         """By what the closure changes, (b, rows, D)."""
         return self.tangent("closure", len(self.model.rows), np.zeros_like(self.q), ("q", "k"))
 
-    def closure_rates_move(self, u: FloatArray) -> FloatArray:
+    def closure_rates_move(self, u: FloatArray, by: tuple[str, ...] = BY) -> FloatArray:
         """By what A u changes, (b, rows, D)."""
-        return self.tangent("closure_rate", len(self.model.rows), u)
+        return self.tangent("closure_rate", len(self.model.rows), u, by)
 
     def gaps_move(self) -> FloatArray:
         """By what gaps change, (b, contacts, D): raw, of stops in rad."""
@@ -120,8 +147,14 @@ class Places:
 
     def coefficients_move(self, of: str) -> FloatArray:
         """By what ``"restitution"`` or ``"friction"`` of the contacts change, (contacts, D), at any place."""
-        one = self.some(slice(0, 1))
-        return np.asarray(one.tangent(of, len(self.model.contacts), np.zeros_like(one.q), ("k",))[0])
+        if of not in self.coefficients:
+            one = self.some(slice(0, 1))
+            self.coefficients[of] = one.tangent(of, len(self.model.contacts), np.zeros_like(one.q), ("k",))[0]
+        return self.coefficients[of]
+
+    @cached_property
+    def coefficients(self) -> dict[str, FloatArray]:
+        return {}
 
     def some(self, which: slice) -> Places:
         """Some of the configurations."""
@@ -185,49 +218,55 @@ class Local:
         multipliers: FloatArray | None = None,
     ) -> FloatArray:
         """Derivatives (size, D) of a function at ``u``, other ``by`` than these held; zero where it has none."""
+        known = self.places.known.get(_asked(self.number, of, by, u, P, multipliers))
+        if known is not None:
+            return known
         pushes = None if P is None else P[None]
         held = None if multipliers is None else multipliers[None]
         return np.asarray(self._alone.tangent(of, size, u[None], by, pushes, held)[0])
 
     def response(self, f: FloatArray, y: FloatArray) -> FloatArray:
         """Jumps (n, k) that generalized impulses f (n, k) give with closure rates y (rows, k), driven joints held."""
-        found, n = self.places.responses[self.number], len(f)
+        found, n = self.places.responses[self.number, : len(f)], len(f)
         return np.asarray(found[:, :n] @ f + found[:, n:] @ y)
+
+    def loop_impulses(self, P: FloatArray, F: FloatArray) -> FloatArray:
+        """Impulses (rows,) of the loops that impulses P and F (contacts,) of the contacts give, closure rates being
+        kept."""
+        known = self.places.known.get(_asked(self.number, "loop impulses", (), P, F, None))
+        return self._alone.loop_impulses(P[None], F[None])[0] if known is None else known
 
     def closure_moves(self) -> FloatArray:
         """By what the closure changes, (rows, D)."""
-        return np.asarray(self._alone.closure_moves()[0])
+        return self.tangent("closure", len(self.model.rows), np.zeros_like(self.q), ("q", "k"))
 
-    def closure_rates_move(self, u: FloatArray) -> FloatArray:
+    def closure_rates_move(self, u: FloatArray, by: tuple[str, ...] = BY) -> FloatArray:
         """By what A u changes, (rows, D)."""
-        return np.asarray(self._alone.closure_rates_move(u[None])[0])
+        return self.tangent("closure_rate", len(self.model.rows), u, by)
 
     def gaps_move(self) -> FloatArray:
         """By what gaps change, (contacts, D): raw, of stops in rad."""
-        return np.asarray(self._alone.gaps_move()[0])
+        return self.tangent("gaps", len(self.model.contacts), np.zeros_like(self.q), ("q", "k"))
 
     def gap_rates_move(self, u: FloatArray, by: tuple[str, ...] = BY) -> FloatArray:
         """By what N u changes, (contacts, D)."""
-        return np.asarray(self._alone.gap_rates_move(u[None], by)[0])
+        return self.tangent("gap_rates", len(self.model.contacts), u, by)
 
     def slips_move(self, u: FloatArray, by: tuple[str, ...] = BY) -> FloatArray:
         """By what T u changes, (contacts, D)."""
-        return np.asarray(self._alone.slips_move(u[None], by)[0])
+        return self.tangent("slips", len(self.model.contacts), u, by)
 
     def pushes_move(self, P: FloatArray, F: FloatArray) -> FloatArray:
         """By what N^T P + T^T F changes, (n, D), P and F (contacts,) held."""
-        return np.asarray(self._alone.pushes_move(P[None], F[None])[0])
+        n, none = len(self.q), np.zeros_like(self.q)
+        found = self.tangent("contact_impulse", n, none, ("q", "k"), P)
+        return found + self.tangent("slip_impulse", n, none, ("q", "k"), F) if F.any() else found
 
     def coefficients_move(self, of: str) -> FloatArray:
         """By what ``"restitution"`` or ``"friction"`` of the contacts change, (contacts, D)."""
-        return self._alone.coefficients_move(of)
+        return self.places.coefficients_move(of)
 
 
 def at_one(model: Model, moving: Moving, t: float, q: FloatArray) -> Local:
     """One configuration alone."""
     return Local(Places(model, moving, np.array([t]), np.ascontiguousarray(q)[None]), 0)
-
-
-def at_each(places: Places) -> Sequence[Local]:
-    """The configurations one by one."""
-    return [Local(places, number) for number in range(len(places.q))]

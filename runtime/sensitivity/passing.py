@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -19,9 +20,9 @@ from ..model.model import Model
 from ..model.thresholds import characteristic_time
 from ..record.impact import Impact
 from .held import accelerations, changed
-from .local import Local, at_one
+from .local import Local, Places, at_one
 from .moving import Moving, whole_of
-from .striking import after_impact
+from .striking import after_impact, prepare
 
 MEET = 1e-6
 """Contacts meet at the instant of another where what their gaps differ by is below this part of the terms that it is
@@ -46,9 +47,8 @@ class Passed:
 
     ``contacts`` are those that struck, or slid until then. ``dt`` (columns,) is by what the instant moves, s per unit
     of each column; ``behind`` (2 n, columns) is by what the state (q, u) behind the instant does, wherever that has
-    moved: the derivative of the map onto a section. ``growth`` is the largest factor by which a difference of the
-    state, in units of the mechanism, grows there: near grazing, where a contact closes slowly, it is large, as one by
-    the speed of closing.
+    moved: the derivative of the map onto a section. ``matrix`` (2 n, 2 n) is the saltation matrix, in units of the
+    mechanism.
     """
 
     t: float
@@ -56,7 +56,13 @@ class Passed:
     contacts: tuple[tuple[str, str], ...]
     dt: FloatArray
     behind: FloatArray
-    growth: float
+    matrix: FloatArray
+
+    @cached_property
+    def growth(self) -> float:
+        """The largest factor by which a difference of the state, in units of the mechanism, grows there: near grazing,
+        where a contact closes slowly, it is large, as one by the speed of closing."""
+        return float(np.linalg.norm(self.matrix, 2))
 
 
 class Part(NamedTuple):
@@ -73,17 +79,50 @@ class Part(NamedTuple):
     def of_columns(self, whole: FloatArray) -> Passed | None:
         """The instant that was passed, by columns ``whole`` (D, columns) before it."""
         one = self.passed
-        return one and Passed(one.t, one.kind, one.contacts, one.dt @ whole, one.behind @ whole, one.growth)
+        return one and Passed(one.t, one.kind, one.contacts, one.dt @ whole, one.behind @ whole, one.matrix)
 
 
-def pass_impacts(
-    model: Model, moving: Moving, impacts: Sequence[Impact], q: FloatArray, ways: tuple[Held, Held]
-) -> Part:
+class Struck(NamedTuple):
+    """The impacts of one instant, what is held before and after it, and the accelerations then; and where that is."""
+
+    impacts: Sequence[Impact]
+    ways: tuple[Held, Held]
+    before: FloatArray
+    after: FloatArray
+    at: Local
+
+
+def struck_at(
+    model: Model, moving: Moving, instants: Sequence[tuple[Sequence[Impact], FloatArray, tuple[Held, Held]]]
+) -> list[Struck]:
+    """The instants at which impacts come, at configurations q, between what is held; all at once."""
+    if not instants:
+        return []
+    impacts, q = [one[0] for one in instants], np.array([one[1] for one in instants])
+    at = Places(model, moving, np.array([one[0].t for one in impacts]), q)
+    prepare(at, [one[0] for one in impacts])
+    sides = [np.array([one[0].u_minus for one in impacts]), np.array([one[-1].u_plus for one in impacts])]
+    moved = []
+    for side, u in enumerate(sides):
+        found = np.zeros_like(q)
+        flies = np.array([not one[2][side] for one in instants])
+        if flies.any():
+            found[flies] = accelerations(model, (), at.t[flies], q[flies], u[flies])[0]
+        for i in np.flatnonzero(~flies).tolist():
+            some = slice(i, i + 1)
+            found[i] = accelerations(model, instants[i][2][side], at.t[some], q[some], u[some])[0][0]
+        moved.append(found)
+    return [
+        Struck(one[0], one[2], before, after, Local(at, i))
+        for i, (one, before, after) in enumerate(zip(instants, *moved, strict=True))
+    ]
+
+
+def pass_impacts(struck_at: Struck) -> Part:
     """The impacts of one instant."""
-    first, last = impacts[0], impacts[-1]
-    t, n = first.t, len(q)
-    at = at_one(model, moving, t, q)
-    before, after = _accelerations(model, t, q, first.u_minus, last.u_plus, ways)
+    impacts, _, before, after, at = struck_at
+    first, last, model = impacts[0], impacts[-1], at.model
+    t, n = first.t, len(before)
     chosen = [model._contact(contact) for contact in first.contacts]
     rates = {c: float(at.gap_rows[c] @ first.u_minus) for c in chosen}
     closing = [c for c in chosen if rates[c] < -RESTS * float(np.abs(at.gap_rows[c]) @ np.abs(first.u_minus))]
@@ -104,7 +143,7 @@ def pass_impacts(
         checks.append(lambda whole: _check_meet(at, struck, trigger, gaps, whole, first.u_minus, dt @ whole))
     checks += [_there(there, check) for check in kept]
     matrix, behind = _salted(there, D, dt, (last.u_plus, after))
-    passed = Passed(t, "impact", tuple(first.contacts), dt, behind, _growth(model, matrix))
+    passed = Passed(t, "impact", tuple(first.contacts), dt, behind, _in_units(model, matrix))
     return Part(matrix, tuple(checks), passed)
 
 
@@ -175,7 +214,7 @@ def pass_change(model: Model, moving: Moving, t: float, q: FloatArray, u: FloatA
     if jump <= SMOOTH * size:
         let_go = tuple(model.contacts[c] for c, *_ in ways[0] if c not in {x for x, *_ in ways[1]})
         none = np.full((2 * n + 1, D), np.nan)
-        return Part(np.eye(2 * n, D), (), Passed(t, "force ends", names or let_go, none[0], none[1:], 1.0))
+        return Part(np.eye(2 * n, D), (), Passed(t, "force ends", names or let_go, none[0], none[1:], np.eye(2 * n)))
     slips = at.slips_move(u)
     ended = [
         c
@@ -218,7 +257,7 @@ def pass_change(model: Model, moving: Moving, t: float, q: FloatArray, u: FloatA
     there = np.eye(D)
     there[: 2 * n] += np.outer(np.concatenate([u, before]), dt)
     matrix, behind = _salted(there, np.eye(2 * n, D)[n:], dt, (u, after))
-    passed = Passed(t, "sliding ends", names, dt, behind, _growth(model, matrix))
+    passed = Passed(t, "sliding ends", names, dt, behind, _in_units(model, matrix))
     return Part(matrix, (check,) if len(ended) > 1 else (), passed)
 
 
@@ -231,8 +270,8 @@ def _accelerations(
     return before, after
 
 
-def _growth(model: Model, matrix: FloatArray) -> float:
-    """The largest singular value, in units of the mechanism."""
+def _in_units(model: Model, matrix: FloatArray) -> FloatArray:
+    """By the state alone, (2 n, 2 n), in units of the mechanism."""
     unit = model.coordinate_units
     units = np.concatenate([unit, unit / characteristic_time(model)])
-    return float(np.linalg.norm(matrix[:, : len(units)] * units / units[:, None], 2))
+    return np.asarray(matrix[:, : len(units)] * units / units[:, None])

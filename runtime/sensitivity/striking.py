@@ -15,7 +15,7 @@ import numpy as np
 from ..arrays import FloatArray
 from ..record.impact import Impact
 from .held import DEPENDENT, FIXED, solved
-from .local import Local
+from .local import Local, Places
 from .moving import whole_of
 
 UNDECIDED = 1e-9
@@ -132,6 +132,28 @@ def _speed(at: Local, contact: int, *u: FloatArray) -> float:
     return max(float(sizes @ np.abs(one)) for one in u) or 1.0
 
 
+def prepare(at: Places, impacts: Sequence[Impact]) -> None:
+    """Find what impacts at as many configurations need, for all of them at once: where several strike together at one,
+    the first of them; by Poisson's law the rest follows from what its compression ends with."""
+    count, by = len(at.model.contacts), ("q", "k")
+    if len(impacts) < 2:
+        return
+    before, after = (np.array([getattr(one, name) for one in impacts]) for name in ("u_minus", "u_plus"))
+    P, F = np.zeros((len(impacts), count)), np.zeros((len(impacts), count))
+    for i, one in enumerate(impacts):
+        chosen = [at.model._contact(contact) for contact in one.contacts]
+        P[i, chosen] = one.impulses
+        if one.friction.size:
+            F[i, chosen] = one.friction
+    at.gaps_move()
+    at.gap_rates_move(before, by)
+    at.closure_rates_move(after, by)
+    at.pushes_move(P, F)
+    at.tangent("jump", len(after[0]) + len(at.model.rows), after - before, by, multipliers=at.loop_impulses(P, F))
+    if F.any():
+        at.slips_move(after, by)
+
+
 def _by_newton(
     at: Local,
     impact: Impact,
@@ -155,7 +177,8 @@ def _by_newton(
     for c, e_c in zip(chosen, e, strict=True):
         wanted[c] = -e_c * approach[c] - share * changes[c] * float(at.gap_rows[c] @ u_minus)
     stage = Stage(ways, u_minus, u_plus, before_moves, wanted, np.zeros_like(wanted), [])
-    stage.share = {c: -e_c * float(at.gap_rows[c] @ u_minus) for c, e_c in zip(chosen, whole, strict=True)}
+    if share < 1.0:
+        stage.share = {c: -e_c * float(at.gap_rows[c] @ u_minus) for c, e_c in zip(chosen, whole, strict=True)}
     _move(at, stage)
     return stage.after_moves if share == 1.0 else _without_gain(at, impact, stage), stage.checks
 
@@ -313,12 +336,8 @@ def _move(at: Local, stage: Stage) -> None:
     for way in stage.ways:
         P[way.contact], F[way.contact] = way.P, way.F
     jump = np.ascontiguousarray(stage.after - stage.before)
-    _, Lambda, _ = model.kernels.impulse(
-        at.q[None],
-        np.ascontiguousarray((at.gap_rows.T @ P + at.slip_rows.T @ F)[None]),
-        np.zeros((1, rows + 1)),
-    )
-    held = at.tangent("jump", n + rows, jump, ("q", "k"), multipliers=Lambda[0])
+    Lambda = at.loop_impulses(P, F)
+    held = at.tangent("jump", n + rows, jump, ("q", "k"), multipliers=Lambda)
     f = held[:n] + at.pushes_move(P, F)
     friction = model.kernels.friction
     changes = at.coefficients_move("friction") if any(way.sign for way in stage.ways) else np.zeros((count, 0))
@@ -341,7 +360,7 @@ def _move(at: Local, stage: Stage) -> None:
             columns.append(at.slip_rows[way.contact])
             wanted.append((at.slip_rows[way.contact], -slips[way.contact]))
     # A (du- + change) = -dA u+
-    shut = -at.tangent("closure_rate", rows, stage.after, ("q", "k")) - at.closure_rows @ stage.before_moves
+    shut = -at.closure_rates_move(stage.after, ("q", "k")) - at.closure_rows @ stage.before_moves
     moved = stage.before_moves + at.response(f, shut)
     if columns:
         answer = at.response(np.array(columns).T, np.zeros((rows, len(columns))))
@@ -353,8 +372,9 @@ def _move(at: Local, stage: Stage) -> None:
         moved = moved + answer @ z
         for i, c in enumerate(which):
             stage.P[c] = z[i]
-        more = np.array([[stage.share.get(c, 0.0)] for c in which] + [[0.0]] * (len(columns) - len(which)))
-        stage.by_share = (answer @ solved(at, N @ answer, more, alike=alike)[0])[:, 0]
+        if stage.share:
+            more = np.array([[stage.share.get(c, 0.0)] for c in which] + [[0.0]] * (len(columns) - len(which)))
+            stage.by_share = (answer @ solved(at, N @ answer, more, alike=alike)[0])[:, 0]
     _keep_all(at, stage, moved, slips)
     stage.after_moves = moved
 

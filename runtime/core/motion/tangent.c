@@ -230,3 +230,19 @@ enum outcome impulse_tangents(struct system *s, const double *q, int blocks, con
     give_back(s->arena, mark);
     return outcome;
 }
+
+void collocate_tangents(int n, int stages, int width, double h, const double *A, const double *twice, const double *J,
+                        double *K)
+{
+    for (int j = 0; j < stages; j++)
+        for (int m = 0; m < n; m++)
+            for (int i = 0; i < stages; i++) {
+                const double by_q = -h * h * twice[i * stages + j], by_u = -h * A[i * stages + j];
+                const double *from = J + (size_t)i * n * width + m;
+                double *to = K + ((size_t)(j * n + m) * stages + i) * n;
+                for (int l = 0; l < n; l++)
+                    to[l] = by_q * from[l * width] + by_u * from[l * width + n];
+                if (i == j)
+                    to[m] += 1.0;
+            }
+}
