@@ -11,7 +11,7 @@ from ..model.drives import drive_rows, rate_rows
 from ..model.model import Model
 from ..run import Run
 from ..sensitivity.held import pushing
-from ..sensitivity.local import Local
+from ..sensitivity.local import at_one
 from ..sensitivity.moving import moving_of
 from ..simulate import simulate
 
@@ -58,7 +58,7 @@ def rows_of(
 ) -> tuple[FloatArray, FloatArray]:
     """Rows (k, 2 n) of all that a start keeps shut, by the state (q, u), and (k,) by a ``parameter``."""
     n = len(q)
-    at = Local(model, moving_of(model, ["q0", "u0", *([parameter] if parameter else [])]), 0.0, q)
+    at = at_one(model, moving_of(model, ["q0", "u0", *([parameter] if parameter else [])]), 0.0, q)
     parts = list[FloatArray]()
     if model.rows:
         parts += [at.closure_moves(), at.closure_rates_move(u)]

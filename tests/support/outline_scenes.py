@@ -89,7 +89,8 @@ def box_on_ramp(slope: float, mu: float, skin: float = 0.01) -> str:
 def flush_boxes(
     widths: Sequence[float], masses: Sequence[float], restitution: float = 0.0, skin: float = 0.01, more: str = ""
 ) -> str:
-    """Smooth boxes, 0.2 m high, each flush on the one below; the lowest stands on level ground. Edges have a skin. What is in ``more`` acts on them."""
+    """Smooth boxes, 0.2 m high, each flush on the one below; the lowest stands on level ground. Edges have a skin. What
+    is in ``more`` acts on them."""
     bodies, touches, slides = "", "", []
     for k, (width, mass) in enumerate(zip(widths, masses, strict=True)):
         x, y = 0.5 * width, 0.1
