@@ -153,9 +153,9 @@ def test_wrong_vectors_are_refused(x: Any, said: str, ball: Any) -> None:
 
 def test_other_wrong_asking_is_refused(ball: Any) -> None:
     function = run_function(ball, ["gravity.g", "ball.mass"], ["ball.x", "ball.y"])
-    with pytest.raises(ValueError, match="outputs: found 2 numbers, expected one, which has a gradient"):
+    with pytest.raises(ValueError, match="values: found 2 numbers, expected one, which has a gradient"):
         function.value_and_gradient(function.x0)
-    with pytest.raises(ValueError, match=r"w: found shape \(3,\), expected \(2,\), a weight for each output"):
+    with pytest.raises(ValueError, match=r"w: found shape \(3,\), expected \(2,\), a weight for each value"):
         function.vjp(function.x0, np.ones(3))
     with pytest.raises(ValueError, match=r"v: found shape \(1,\), expected \(2,\)"):
         function.jvp(function.x0, np.ones(1))
