@@ -10,6 +10,7 @@ import pytest
 from ccgen.generator import load_scene
 from ccgen.runtime import acceleration_function
 
+from ..support.bounced import BOUNCED
 from ..support.folders import SCENES
 from ..support.workshop import Workshop
 
@@ -103,8 +104,8 @@ def test_wrong_use_is_refused(arm: Any, workshop: Workshop) -> None:
     with pytest.raises(ValueError, match=r"inputs: found 'push', expected one of torque"):
         acceleration_function(arm.model, inputs={"push": 1.0})
     with pytest.raises(ValueError, match="derivatives"):
-        acceleration_function(workshop.model(ARM))
+        acceleration_function(workshop.model(BOUNCED))
     with pytest.raises(ValueError, match="double"):
-        acceleration_function(workshop.model(ARM, "wide"))
+        acceleration_function(workshop.model(BOUNCED, "wide"))
     with pytest.raises(TypeError, match="model: found str, expected a Model"):
         acceleration_function("arm")  # type: ignore[arg-type]
