@@ -12,6 +12,7 @@ from .ensemble.reduction import Reduction
 from .ensemble.table import Ensemble
 from .fitting.curve import Fitted, fit
 from .fitting.identify import Identified, identify
+from .functions.acceleration_function import AccelerationFunction, acceleration_function
 from .functions.run_function import RunFunction, run_function
 from .load_run import load_run
 from .loading.load import load_model
@@ -31,6 +32,7 @@ from .sensitivity.jacobian import Sensitivities
 from .simulate import simulate
 
 __all__ = [
+    "AccelerationFunction",
     "Bifurcation",
     "Branch",
     "DrivingTorque",
@@ -52,6 +54,7 @@ __all__ = [
     "Run",
     "RunFunction",
     "Sensitivities",
+    "acceleration_function",
     "continue_orbit",
     "double_period",
     "driving_torque",

@@ -16,6 +16,9 @@ from ..model.model import Model
 from ..model.numbers import read_numbers
 from ..sensitivity.moving import STARTS, moving_of
 
+STATES = (*STARTS, "q", "u")
+"""Names of which there are as many entries as coordinates."""
+
 
 @dataclass(frozen=True, eq=False)
 class Arguments:
@@ -45,10 +48,10 @@ class Arguments:
         return found
 
     def parts(self, x: FloatArray) -> dict[str, FloatArray | float]:
-        """What each of the names is: arrays (n,) of starts, numbers of others."""
+        """What each of the names is: arrays (n,) of coordinates and rates, numbers of others."""
         ends = np.cumsum(self.sizes)[:-1]
         parts = zip(self.names, np.split(x, ends), strict=True)
-        return {name: part if name in STARTS else float(part[0]) for name, part in parts}
+        return {name: part if name in STATES else float(part[0]) for name, part in parts}
 
     def told(self, x: FloatArray) -> str:
         """A vector for a sentence."""

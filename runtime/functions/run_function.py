@@ -21,6 +21,7 @@ from ..sensitivity.told import TIMES, WHOLE, Output, check_outputs, label
 from ..simulate import simulate
 from ..simulation.one_run import options_of
 from .arguments import arguments_of, constants_of
+from .function import Function
 from .values import output_values
 
 STOPS = ("refuse", "nan")
@@ -35,7 +36,7 @@ class Kept(NamedTuple):
     jacobian: FloatArray | None = None
 
 
-class RunFunction:
+class RunFunction(Function):
     """Outputs (m,) of a model's run as a function of a vector x (p,), with their derivatives (m, p).
 
     ``columns`` (p,) name the entries of x, ``x0`` (p,) is what they are in the model, and ``bounds``, two arrays (p,),
@@ -107,21 +108,6 @@ class RunFunction:
         return f"RunFunction({self.model.name}: {', '.join(self._arguments.names)} -> {outputs})"
 
     @property
-    def columns(self) -> tuple[str, ...]:
-        """Names of the entries of x (p,)."""
-        return self._arguments.columns
-
-    @property
-    def x0(self) -> FloatArray:
-        """What x (p,) is in the model, or in what was given beside it."""
-        return self._arguments.start.copy()
-
-    @property
-    def bounds(self) -> tuple[FloatArray, FloatArray]:
-        """The least and the largest of what each entry of x may be, (p,) each; infinite where there is no end."""
-        return self._arguments.lowest.copy(), self._arguments.highest.copy()
-
-    @property
     def count(self) -> int:
         """How many numbers ``value`` has, m; where only a run can tell, as of impact times, those at ``x0``."""
         if self._count is None:
@@ -139,12 +125,6 @@ class RunFunction:
         """The outputs (m,). Raises ``ValueError``, with x, where the run stops early, unless ``on_stop`` is "nan"."""
         return self._values(self._at_x(x)).copy()
 
-    __call__ = value
-
-    def jacobian(self, x: ArrayLike) -> FloatArray:
-        """What the outputs move by, (m, p). Raises ``ValueError``, with x, where there is no derivative."""
-        return self.value_and_jacobian(x)[1]
-
     def value_and_jacobian(self, x: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Both, (m,) and (m, p), of one run."""
         kept = self._at_x(x)
@@ -154,60 +134,6 @@ class RunFunction:
             self._kept = kept = kept._replace(value=value, jacobian=found)
         assert kept.jacobian is not None
         return value.copy(), kept.jacobian.copy()
-
-    def value_and_gradient(self, x: ArrayLike) -> tuple[float, FloatArray]:
-        """The one output, a number, and its gradient (p,), as ``scipy.optimize.minimize(..., jac=True)`` asks for them.
-
-        Raises ``ValueError`` where there are more numbers than one.
-        """
-        value, jacobian = self.value_and_jacobian(x)
-        if len(value) != 1:
-            raise ValueError(f"outputs: found {len(value)} numbers, expected one, which has a gradient")
-        return float(value[0]), jacobian[0]
-
-    def jvp(self, x: ArrayLike, v: ArrayLike) -> FloatArray:
-        """What the outputs (m,) move by along v (p,)."""
-        return np.asarray(self.jacobian(x) @ self._arguments.read(v, "v"))
-
-    def vjp(self, x: ArrayLike, w: ArrayLike) -> FloatArray:
-        """What the outputs weighted with w (m,) move by, (p,). All that asks for gradients backwards asks here."""
-        jacobian = self.jacobian(x)
-        weights = read_numbers(w, "w")
-        if weights.shape != (len(jacobian),):
-            raise ValueError(f"w: found shape {weights.shape}, expected ({len(jacobian)},), a weight for each output")
-        return np.asarray(weights @ jacobian)
-
-    def to_jax(self, *, reverse: bool = False) -> Callable[[Any], Any]:
-        """This as a function of JAX, of float64 (p,) to float64 (m,); works under ``jit``, ``vmap`` (one by one),
-        ``grad``, ``jacrev``, ``jacfwd`` and ``jvp``. With ``reverse`` derivatives are asked backwards, by :meth:`vjp`,
-        and those forwards are refused by JAX, which knows one of the two of a function.
-
-        Raises ``ImportError`` where JAX is missing, ``ValueError`` where it works in 32 bits.
-        """
-        from .for_jax import for_jax
-
-        return for_jax(self, reverse)
-
-    def to_torch(self) -> Callable[[Any], Any]:
-        """This as a function of PyTorch, of a tensor (p,) of float64 on the CPU to one (m,), with its derivatives
-        backwards and forwards.
-
-        Raises ``ImportError`` where PyTorch is missing.
-        """
-        from .for_torch import for_torch
-
-        return for_torch(self)
-
-    def to_casadi(self, name: str = "run") -> Any:
-        """This as a ``casadi.Function`` of that name, (p,) to (m,), with its Jacobian; no second derivatives: solvers
-        that want them need an approximation, as ``{"ipopt.hessian_approximation": "limited-memory"}``. Keep it as long
-        as what is built of it: CasADi does not.
-
-        Raises ``ImportError`` where CasADi is missing.
-        """
-        from .for_casadi import for_casadi
-
-        return for_casadi(self, name)
 
     # -- the run that is kept: replaced as a whole, so that threads at worst make one anew ---------------------------
 

@@ -40,7 +40,7 @@ def test_it_is_the_closed_form(ball: Any) -> None:
 def test_what_it_gives_is_not_what_it_keeps(ball: Any) -> None:
     function = run_function(ball, "gravity.g", "ball.y", at=AT)
     x = function.x0
-    for part in (*function.value_and_jacobian(x), x):
+    for part in (*function.value_and_jacobian(x), function.value(x), x):
         part.fill(0.0)
     assert np.all(function(function.x0) != 0.0) and np.all(function.jacobian(function.x0) != 0.0)
 
@@ -153,9 +153,9 @@ def test_wrong_vectors_are_refused(x: Any, said: str, ball: Any) -> None:
 
 def test_other_wrong_asking_is_refused(ball: Any) -> None:
     function = run_function(ball, ["gravity.g", "ball.mass"], ["ball.x", "ball.y"])
-    with pytest.raises(ValueError, match="outputs: found 2 numbers, expected one, which has a gradient"):
+    with pytest.raises(ValueError, match="values: found 2 numbers, expected one, which has a gradient"):
         function.value_and_gradient(function.x0)
-    with pytest.raises(ValueError, match=r"w: found shape \(3,\), expected \(2,\), a weight for each output"):
+    with pytest.raises(ValueError, match=r"w: found shape \(3,\), expected \(2,\), a weight for each value"):
         function.vjp(function.x0, np.ones(3))
     with pytest.raises(ValueError, match=r"v: found shape \(1,\), expected \(2,\)"):
         function.jvp(function.x0, np.ones(1))
