@@ -59,7 +59,7 @@ def test_lines_of_derivatives_are_few() -> None:
     from ccgen.generator.write_c.render import Banner, render_derivatives
 
     sizes = []
-    for links in (16, 32):
+    for links in (10, 20):
         _, equations = derive_scene(loop(links, gravity=True))
         routines = Routines(lower(equations), C.term)
         text = render_derivatives(Banner("a", "a", "0", "0"), equations, routines)
