@@ -92,13 +92,15 @@ class Kernels:
         name: str,
         q: Array,
         u: Array,
-        t: float,
+        t: float | Array,
         u_dot: Array,
         multipliers: Array,
         P: Array,
         by: dict[str, Array],
         blocks: int,
     ) -> Array | None: ...
+    def collocate(self, h: Array, A: Array, twice: Array, J: Array) -> Array: ...
+    def responses(self, q: Array) -> tuple[Array, dict[int, str]]: ...
     def repeat_jacobian(
         self, q: Array, u: Array, t: float, by: dict[str, tuple[int, Array]], blocks: int, calls: int
     ) -> None: ...

@@ -21,7 +21,7 @@ from .record.point_motion import PointMotion, point_motion
 from .record.record import Record
 from .record.saved import saved
 from .record.tables import arrays, dataframe, dataset
-from .sensitivity.jacobian import run_sensitivities, starts_as_scene
+from .sensitivity.jacobian import run_sensitivities, run_vjp, starts_as_scene
 from .sensitivity.moving import Wrt
 from .sensitivity.told import Output
 
@@ -116,6 +116,22 @@ class Run(Record):
         """
         given = None if starts_as_scene(self) else (self.q[0], self.u[0])
         return run_sensitivities(self, wrt, outputs, at, given).jacobian
+
+    def vjp(
+        self,
+        covector: ArrayLike,
+        wrt: Wrt,
+        outputs: Sequence[Output] | Output = ("q", "u"),
+        at: ArrayLike | None = None,
+    ) -> FloatArray:
+        """A ``covector`` (numbers,) times :meth:`jacobian`, (columns,), in adjoint mode: the gradient of the number
+        that it makes of the ``outputs``; rows of covectors (k, numbers) give (k, columns).
+
+        Numbers are those of the outputs one below the other, in the order of the rows of :meth:`jacobian`, whose
+        arguments and refusals the others are. Raises ``ValueError`` for a covector of another shape.
+        """
+        given = None if starts_as_scene(self) else (self.q[0], self.u[0])
+        return run_vjp(self, covector, wrt, outputs, at, given)
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write everything recorded to an .npz file, whole or not at all.

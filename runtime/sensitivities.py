@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from .model.inputs import Given
 from .model.model import Model
-from .sensitivity.jacobian import Sensitivities, run_sensitivities
+from .sensitivity.jacobian import Mode, Sensitivities, run_sensitivities
 from .sensitivity.moving import Wrt
 from .sensitivity.told import Output
 from .simulate import simulate
@@ -31,6 +31,7 @@ def sensitivities(
     step: float | None = None,
     params: Mapping[str, float] | None = None,
     inputs: Given = None,
+    mode: Mode = "auto",
 ) -> Sensitivities:
     """Simulate a model and derive its run, exactly, through impacts, contact and friction (theory, section 11.5).
 
@@ -42,6 +43,10 @@ def sensitivities(
     functions of (t, q, u) that return values and their derivatives by q and by u. They are read at the times ``at``
     (s), at the end of the run unless given. All other arguments are those of :func:`simulate`. Units are those of SI,
     and radians.
+
+    ``mode`` says how: ``"tangent"`` takes differences along the run, from each column; ``"adjoint"`` takes covectors
+    back through it, from each number that the outputs have; ``"auto"`` takes what there are fewer of. Both give the
+    same derivatives, to rounding.
 
     Raises ``ValueError`` where there is no one matrix of derivatives or it is not known: time stepping, bounces that
     have come to rest, contacts that close together by chance, grazing, decisions of friction or of an impact within
@@ -55,4 +60,4 @@ def sensitivities(
     if isinstance(run, list):
         raise ValueError(f"q0: found {len(run)} starts, expected one; derive them one by one")
     given = tuple(None if part is None else np.asarray(part, dtype=float) for part in (q0, u0))
-    return run_sensitivities(run, wrt, outputs, at, (given[0], given[1]))
+    return run_sensitivities(run, wrt, outputs, at, (given[0], given[1]), mode)

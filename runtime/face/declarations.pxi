@@ -146,6 +146,9 @@ cdef extern from *:
     const ccgen_named_tangent *find_tangent(const ccgen_model *m, const char *name) nogil
     int acceleration_tangents(system *s, real t, const real *q, const real *u, const real *u_dot, const real *lambda_,
                               const directions *along, real *tangents, real *miss) nogil
+    void collocate_tangents(int n, int stages, int width, real h, const real *A, const real *twice, const real *J,
+                            real *K) nogil
+    int impulse_tangents(system *s, const real *q, int blocks, const real *right, real *tangents) nogil
     real rounding_of_acceleration(system *s, real t, const real *q, const real *u, real *whole) nogil
 
 cdef extern from *:

@@ -85,13 +85,17 @@ cdef class Differentiating(Contacting):
                 without[i] = OUTCOMES[outcome]
         return found, missed, without
 
-    def tangents(self, str name, const real[::1] q, const real[::1] u, real t, const real[::1] u_dot,
-                 const real[::1] multipliers, const real[::1] P, dict by, int blocks):
-        """Tangents (blocks, outputs, lanes) of the function ``name`` at one state; zeros where it does not move."""
+    def tangents(self, str name, const real[:, ::1] q, const real[:, ::1] u, t, const real[:, ::1] u_dot,
+                 const real[:, ::1] multipliers, const real[:, ::1] P, dict by, int blocks):
+        """Tangents (b, blocks, outputs, lanes) of the function ``name`` at states, along directions ``by`` that are the same
+        for all; None where it does not move."""
         cdef const ccgen_named_tangent *function = find_tangent(self.m, name.encode())
         cdef list kept = []
         cdef ccgen_arguments at, moved
-        cdef real[:, :, ::1] out
+        cdef real[:, :, :, ::1] out
+        cdef Py_ssize_t i, b = q.shape[0]
+        cdef _Times times = _Times(t, b)
+        cdef real now
         if function is NULL:
             return None
         moved.k = self._given_directions(by, "k", blocks, self.m.constants, kept)
@@ -101,16 +105,49 @@ cdef class Differentiating(Contacting):
         moved.inputs = self._given_directions(by, "inputs", blocks, self.m.inputs, kept)
         moved.u_dot = self._given_directions(by, "u_dot", blocks, self.m.nu, kept)
         moved.multipliers = self._given_directions(by, "multipliers", blocks, self.m.rows, kept)
-        moved.P = self._given_directions(by, "P", blocks, P.shape[0], kept)
+        moved.P = self._given_directions(by, "P", blocks, P.shape[1], kept)
         moved.f = moved.y = NULL
-        found = empty((blocks, function.outputs, self.m.derivatives.lanes))
+        found = empty((b, blocks, function.outputs, self.m.derivatives.lanes))
         out = found
-        at.k, at.q, at.u, at.t = &self.k[0], &q[0], &u[0], &t
-        at.inputs = self._given(t, &q[0], &u[0])
-        at.u_dot, at.P = &u_dot[0], &P[0]
-        at.multipliers = &multipliers[0]
+        at.k = &self.k[0]
         at.f = at.y = NULL
-        function.function(&at, &moved, blocks, &out[0, 0, 0])
+        for i in range(b if blocks and function.outputs else 0):
+            now = times.at(i)
+            at.q, at.u, at.t = &q[i, 0], &u[i, 0], &now
+            at.inputs = self._given(now, &q[i, 0], &u[i, 0])
+            at.u_dot, at.P, at.multipliers = &u_dot[i, 0], &P[i, 0], &multipliers[i, 0]
+            function.function(&at, &moved, blocks, &out[i, 0, 0, 0])
+        return found
+
+    def responses(self, const real[:, ::1] q):
+        """Jumps and impulses (b, n + rows, n + rows) by unit generalized impulses and by unit closure rates, driven joints
+        held, and outcomes by state where there are none."""
+        cdef Py_ssize_t i, j, b = q.shape[0], lanes = self.m.derivatives.lanes, n = self.m.nu
+        cdef Py_ssize_t every = n + self.m.rows, blocks = -(-every // lanes)
+        cdef real[:, :, ::1] units = zeros((blocks, every, lanes))
+        cdef real[:, :, :, ::1] out
+        cdef _Memory memory = _Memory()
+        cdef system s = self._system(memory)
+        cdef int outcome
+        for j in range(every):
+            units[j // lanes, j, j % lanes] = 1.0
+        found = empty((b, blocks, every, lanes))
+        out = found
+        without = {}
+        for i in range(b):
+            outcome = impulse_tangents(&s, &q[i, 0], blocks, &units[0, 0, 0], &out[i, 0, 0, 0])
+            if outcome:
+                without[i] = OUTCOMES[outcome]
+        return found.transpose(0, 2, 1, 3).reshape(b, every, blocks * lanes)[:, :, :every], without
+
+    def collocate(self, const real[::1] h, const real[:, ::1] A, const real[:, ::1] twice, const real[:, :, :, ::1] J):
+        """Matrices (k, stages n, stages n) of the collocated tangents of k steps, transposed; see collocate_tangents."""
+        cdef Py_ssize_t i, k = J.shape[0], size = J.shape[1] * J.shape[2]
+        found = empty((k, size, size))
+        cdef real[:, :, ::1] out = found
+        for i in range(k if size else 0):
+            collocate_tangents(J.shape[2], J.shape[1], J.shape[3], h[i], &A[0, 0], &twice[0, 0], &J[i, 0, 0, 0],
+                               &out[i, 0, 0])
         return found
 
     def repeat_jacobian(self, const real[::1] q, const real[::1] u, real t, dict by, int blocks, long calls):

@@ -119,20 +119,23 @@ def _of_functions(
 ) -> FloatArray:
     """Of a generated function, state by state; with the ``tangents`` of the accelerations where it reads these."""
     n = len(model.u_names)
-    times = np.broadcast_to(np.asarray(t, dtype=float), (len(q),))
+    size, columns = int(np.prod(shapes_of(model)[of], dtype=int)), len(along.columns)
+    times = np.array(np.broadcast_to(np.asarray(t, dtype=model.core.REAL), (len(q),)))
     pushes = np.zeros(2 * len(model.contacts) + 1, dtype=model.core.REAL)
-    by, found = along.whole(), []
+    by, roomy = along.whole(), np.tile(pushes, (len(q), 1))
+    if tangents is None:
+        found = model.kernels.tangents(of, q, u, times, *solution, roomy, by, along.blocks)
+        return np.zeros((len(q), size, columns)) if found is None else along.result(found)
+    each = np.zeros((len(q), size, columns), dtype=model.core.REAL)
     for i in range(len(q)):
-        if tangents is not None:
-            by["u_dot"] = np.ascontiguousarray(tangents[i][:, :n])
-            by["multipliers"] = np.ascontiguousarray(tangents[i][:, n:])
-        one = model.kernels.tangents(
-            of, q[i], u[i], float(times[i]), solution[0][i], solution[1][i], pushes, by, along.blocks
-        )
-        found.append(np.zeros((0, len(along.columns))) if one is None else along.result(one))
-    size = int(np.prod(shapes_of(model)[of], dtype=int))
-    shape = (len(q), size, len(along.columns))
-    return np.zeros(shape, dtype=model.core.REAL) if found[0].size == 0 else np.array(found)
+        by["u_dot"] = np.ascontiguousarray(tangents[i][:, :n])
+        by["multipliers"] = np.ascontiguousarray(tangents[i][:, n:])
+        part = slice(i, i + 1)
+        given = q[part], u[part], times[part], solution[0][part], solution[1][part], roomy[part]
+        one = model.kernels.tangents(of, *given, by, along.blocks)
+        if one is not None:
+            each[i] = along.result(one[0])
+    return each
 
 
 def _accelerated(

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arrays import FloatArray
+from ..arrays import FloatArray, IntArray
 from ..faults import Faults
 from .compiled import Compiled
 from .numbers import read_numbers
@@ -30,18 +31,32 @@ class Directions:
     by: dict[str, tuple[int, FloatArray]] = field(default_factory=dict)
     columns: list[int] = field(default_factory=list)
 
+    @cached_property
+    def zeros(self) -> dict[str, FloatArray]:
+        """Per argument an array (blocks, size, lanes) of directions that do not move it."""
+        return {name: np.zeros((self.blocks, *part.shape[1:]), dtype=part.dtype) for name, (_, part) in self.by.items()}
+
     def whole(self) -> dict[str, FloatArray]:
         """Per argument an array (blocks, size, lanes), zero where nothing moves it."""
+        return dict(self._whole)
+
+    @cached_property
+    def _whole(self) -> dict[str, FloatArray]:
         found = {}
         for name, (first, part) in self.by.items():
-            found[name] = np.zeros((self.blocks, *part.shape[1:]), dtype=part.dtype)
+            found[name] = self.zeros[name].copy()
             found[name][first : first + len(part)] = part
         return found
 
     def result(self, tangents: FloatArray) -> FloatArray:
-        """(outputs, columns) of tangents (blocks, outputs, lanes)."""
-        outputs = tangents.shape[1]
-        return tangents.transpose(1, 0, 2).reshape(outputs, -1)[:, self.columns]
+        """(…, outputs, columns) of tangents (…, blocks, outputs, lanes)."""
+        outputs = tangents.shape[-2]
+        found = np.moveaxis(tangents, -2, -3).reshape(*tangents.shape[:-3], outputs, -1)
+        return found[..., self._chosen]
+
+    @cached_property
+    def _chosen(self) -> IntArray:
+        return np.array(self.columns, dtype=np.intp)
 
 
 def directions_of(model: Compiled, wrt: Wrt) -> Directions:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -10,16 +10,17 @@ import numpy as np
 from ..arrays import FloatArray
 from ..faults import Faults
 from ..model.derivatives import need_derivatives
+from ..model.drives import drive_rows
 from ..model.forces import Held
 from ..model.model import Model
 from ..model.thresholds import characteristic_time
 from ..precision import need_doubles
 from ..record.impact import Impact
 from ..record.record import Record
-from .held import cannot, pushing, ways_differ
-from .local import Local
+from .held import cannot, pushing, ways_differ, well
+from .local import Local, Places, at_one
 from .moving import Moving, whole_of
-from .passing import Passed, pass_change, pass_impacts
+from .passing import Check, Part, Passed, pass_change, pass_impacts, struck_at
 from .steps import Steps, maps
 
 KEPT = 1e-6
@@ -37,14 +38,48 @@ class Piece(NamedTuple):
     held: Held
 
 
-class Found(NamedTuple):
-    """Differences S (times, 2 n, columns) at the times that were asked for, with the states (q, u) there and what is
-    held; and what was passed."""
+class Stop(NamedTuple):
+    """A time that was asked for: behind how many of the parts it lies, the state (q, u) there and what is held."""
 
-    S: FloatArray
-    states: list[tuple[FloatArray, FloatArray]]
-    held: list[Held]
+    behind: int
+    state: tuple[FloatArray, FloatArray]
+    held: Held
+
+
+class Course(NamedTuple):
+    """A run as what its ``parts`` make of small differences one after the other, ``stops`` at the times that were asked
+    for, and the instants that were ``passed``, by the columns."""
+
+    parts: Sequence[Part]
+    stops: Sequence[Stop]
     passed: tuple[Passed, ...]
+    S: FloatArray
+    """Differences (times, 2 n, columns) at the stops."""
+
+    def back(self, at_stops: FloatArray, at_impacts: Mapping[float, FloatArray]) -> FloatArray:
+        """Covectors (k, D) at the start of the run, of differences of the state there and the arguments.
+
+        They are the sums of those ``at_stops`` (times, k, D), and of ``at_impacts``, (k,) by the times of impacts, of
+        what these times move by; each part is applied to them from the left (adjoint mode: docs/theory.md, section
+        11.9)."""
+        found = np.zeros(at_stops.shape[1:])
+        left, missing = len(self.stops), dict(at_impacts)
+        for number in range(len(self.parts), -1, -1):
+            while left and self.stops[left - 1].behind == number:
+                left -= 1
+                found += at_stops[left]
+            if not number:
+                break
+            matrix, _, passed = self.parts[number - 1]
+            states = len(matrix)
+            through = found[:, :states] @ matrix
+            through[:, states:] += found[:, states:]
+            found = through
+            if passed is not None and passed.kind == "impact" and passed.t in missing:
+                found += np.outer(missing.pop(passed.t), passed.dt)
+        if missing:  # an impact that ends the run is not passed
+            found[np.any(list(missing.values()), axis=0)] = np.nan
+        return found
 
 
 def check(run: Record) -> Model:
@@ -104,40 +139,48 @@ def _held(run: Record) -> list[tuple[float, Held]]:
     ]
 
 
-def along(run: Record, model: Model, moving: Moving, S: FloatArray, times: Sequence[float]) -> Found:
+def along(run: Record, model: Model, moving: Moving, S: FloatArray, times: Sequence[float]) -> Course:
     """Differences along a run that begin with S (2 n, columns), at ``times`` that grow, under the inputs that are
     set."""
     pieces, joints = _pieces(run, times)
-    steps = _maps(run, model, moving, pieces)
-    found, states, helds, passed = [], [], [], []
+    steps = _steps(run, model, moving, pieces)
+    parts, stops, found, passed = list[Part](), list[Stop](), [], []
+    n = len(S) // 2
     wanted = list(times)
     if pieces:
         _check_held(model, moving, pieces[0], S)
-    while wanted and wanted[0] <= run.t[0]:
+
+    def go_through(part: Part) -> FloatArray:
+        parts.append(part)
+        whole = moving.whole(S[:n], S[n:])
+        for check in part.checks:
+            check(whole)
+        if part.passed is not None:
+            passed.append(part.of_columns(whole))
+        return np.asarray(part.matrix @ whole)
+
+    def stop(state: tuple[FloatArray, FloatArray], held: Held) -> None:
+        stops.append(Stop(len(parts), state, held))
         found.append(S)
-        states.append((run.q[0], run.u[0]))
-        helds.append(pieces[0].held if pieces else ())
         wanted.pop(0)
+
+    while wanted and wanted[0] <= run.t[0]:
+        stop((run.q[0], run.u[0]), pieces[0].held if pieces else ())
+    helds: list[tuple[Held, Held]] = [((), ())] * len(pieces)
     for k, piece in enumerate(pieces):
-        struck = joints.get(piece.t, ())
-        before: Held = pieces[k - 1].held if k else ()
-        if struck:
-            ways = (before, piece.held)
-            S, one = pass_impacts(model, moving, struck, piece.start[0], S, ways)
-            passed.append(one)
-        elif k and ways_differ(before, piece.held):
-            S, one = pass_change(model, moving, piece.t, *piece.start, S, (before, piece.held))
-            passed.append(one)
-        n = len(piece.start[0])
-        S = steps[k][:, : 2 * n] @ S + steps[k][:, 2 * n :] @ moving.along
+        helds[k] = (pieces[k - 1].held if k else (), piece.held)
+    instants = [(joints[one.t], one.start[0], ways) for one, ways in zip(pieces, helds, strict=True) if one.t in joints]
+    impacts = {one.impacts[0].t: one for one in struck_at(model, moving, instants)}
+    for k, (piece, ways) in enumerate(zip(pieces, helds, strict=True)):
+        if piece.t in impacts:
+            S = go_through(pass_impacts(impacts[piece.t]))
+        elif k and ways_differ(*ways):
+            S = go_through(pass_change(model, moving, piece.t, *piece.start, ways))
+        S = go_through(steps[k])
         end = piece.t + piece.h
-        S = _shut(model, moving, piece, S) if run.drift == "projected" or piece.held else S
         if wanted and abs(wanted[0] - end) <= 4.0 * np.finfo(float).eps * abs(end):
-            found.append(S)
-            states.append(piece.end)
-            helds.append(piece.held)
-            wanted.pop(0)
-    return Found(np.array(found), states, helds, tuple(passed))
+            stop(piece.end, piece.held)
+    return Course(parts, stops, tuple(one for one in passed if one is not None), np.array(found))
 
 
 def _pieces(run: Record, times: Sequence[float]) -> tuple[list[Piece], dict[float, Sequence[Impact]]]:
@@ -165,13 +208,13 @@ def _pieces(run: Record, times: Sequence[float]) -> tuple[list[Piece], dict[floa
     return pieces, {t: tuple(found) for t, found in joints.items()}
 
 
-def _maps(run: Record, model: Model, moving: Moving, pieces: Sequence[Piece]) -> list[FloatArray]:
-    """The map (2 n, D) of each piece; all that are held alike at once."""
+def _steps(run: Record, model: Model, moving: Moving, pieces: Sequence[Piece]) -> list[Part]:
+    """What each piece makes of differences; all that are held alike at once."""
     tolerance = getattr(run.advance, "tolerances", (0.0, 0.0))
     groups: dict[tuple[tuple[int, str, float], ...], list[int]] = {}
     for k, piece in enumerate(pieces):
         groups.setdefault(tuple(tuple(one) for one in piece.held), []).append(k)  # type: ignore[misc]
-    found: dict[int, FloatArray] = {}
+    found: dict[int, Part] = {}
     for held, which in groups.items():
         some = [pieces[k] for k in which]
         steps = Steps(
@@ -180,48 +223,64 @@ def _maps(run: Record, model: Model, moving: Moving, pieces: Sequence[Piece]) ->
             *(np.array([one.start[part] for one in some]) for part in (0, 1)),
             *(np.array([one.end[part] for one in some]) for part in (0, 1)),
         )
-        found |= dict(zip(which, maps(model, moving, held, steps, tolerance), strict=True))
+        matrices = maps(model, moving, held, steps, tolerance)
+        if (model.rows and run.drift == "projected") or held:
+            parts = _shut(model, moving, held, steps, matrices)
+        else:
+            parts = [Part(matrix) for matrix in matrices]
+        found |= dict(zip(which, parts, strict=True))
     return [found[k] for k in range(len(pieces))]
 
 
-def _rows(at: Local, held: Held, u: FloatArray) -> tuple[tuple[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]:
-    """Rows that a motion keeps, and by what they change, (rows, n) and (rows, D): of places, and of rates at u."""
+def _rows(at: Places, held: Held, u: FloatArray) -> tuple[tuple[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]:
+    """Rows that a motion keeps, and by what they change, (b, rows, n) and (b, rows, D): of places, and of rates at
+    u."""
     chosen = [contact for contact, _ in pushing(held)]
     sticks = [contact for contact, how in pushing(held) if how == "sticks"]
-    R = np.vstack([at.closure_rows, at.gap_rows[chosen]])
-    places, rates = at.closure_moves(), at.closure_rates_move(u)
+    R, places, rates = at.closure_rows, at.closure_moves(), at.closure_rates_move(u)
     if chosen:
-        places = np.vstack([places, at.gaps_move()[chosen]])
-        rates = np.vstack([rates, at.gap_rates_move(u)[chosen]])
+        R = np.concatenate([R, at.gap_rows[:, chosen]], axis=1)
+        places = np.concatenate([places, at.gaps_move()[:, chosen]], axis=1)
+        rates = np.concatenate([rates, at.gap_rates_move(u)[:, chosen]], axis=1)
     Rs = R
     if sticks:
-        Rs = np.vstack([R, at.slip_rows[sticks]])
-        rates = np.vstack([rates, at.slips_move(u)[sticks]])
+        Rs = np.concatenate([R, at.slip_rows[:, sticks]], axis=1)
+        rates = np.concatenate([rates, at.slips_move(u)[:, sticks]], axis=1)
     return (R, places), (Rs, rates)
 
 
-def _shut(model: Model, moving: Moving, piece: Piece, S: FloatArray) -> FloatArray:
-    """S put back onto the loops and the contacts that are held, as the run is after each step."""
-    if not model.rows and not piece.held:
-        return S
-    q, u = piece.end
-    n = len(q)
-    at = Local(model, moving, piece.t + piece.h, q)
-    (R, places), (Rs, rates) = _rows(at, piece.held, u)
-    unit = model.coordinate_units
-    free = np.eye(n)
-    if len(at.drive_rows):  # driven joints stay where they are
-        free = free - np.linalg.pinv(at.drive_rows) @ at.drive_rows
+def _shut(model: Model, moving: Moving, held: Held, steps: Steps, matrices: FloatArray) -> list[Part]:
+    """Steps behind each of which differences are put back onto the loops and the contacts that are held, as the run
+    is."""
+    k, states, D = matrices.shape
+    n = states // 2
+    at = Places(model, moving, steps.t + steps.h, steps.q1)
+    (R, places), (Rs, rates) = _rows(at, held, steps.u1)
+    free, drives = np.diag(model.coordinate_units), drive_rows(model)
+    if len(drives):  # driven joints stay where they are
+        free = free @ (np.eye(n) - np.linalg.pinv(drives) @ drives)
+    whole = np.zeros((k, D, D))
+    whole[:, :states] = matrices
+    whole[:, states:, states:] = np.eye(D - states)
+    checks: list[tuple[Check, ...]] = [()] * k
+    for i in np.flatnonzero(~well(Rs @ Rs.transpose(0, 2, 1))):
+        if np.linalg.matrix_rank(Rs[i], tol=1e-10 * float(np.linalg.norm(Rs[i]))) < Rs.shape[1]:
+            checks[i] = (_kept(Local(at, int(i)), Rs[i], rates[i], whole[i].copy()),)
+    whole[:, :n] -= free @ (_inverted(R @ free) @ (places @ whole))
+    whole[:, n:states] -= free @ (_inverted(Rs @ free) @ (rates @ whole))
+    return [Part(one[:states], check) for one, check in zip(whole, checks, strict=True)]
 
-    def put(rows: FloatArray, missed: FloatArray) -> FloatArray:
-        return np.asarray(
-            unit[:, None] * (free @ (np.linalg.pinv(rows @ (unit[:, None] * free), rcond=1e-10) @ missed))
-        )
 
-    _check_kept(at, Rs, rates, S)
-    moved_q = S[:n] - put(R, places @ moving.whole(S[:n], S[n:]))
-    moved_u = S[n:] - put(Rs, rates @ moving.whole(moved_q, S[n:]))
-    return np.vstack([moved_q, moved_u])
+def _inverted(rows: FloatArray) -> FloatArray:
+    """The pseudo-inverse (b, n, k) of rows (b, k, n)."""
+    across = rows.transpose(0, 2, 1)
+    gram = rows @ across
+    sure = well(gram)
+    found = np.zeros(across.shape)
+    found[sure] = across[sure] @ np.linalg.inv(gram[sure])
+    if not sure.all():
+        found[~sure] = np.linalg.pinv(rows[~sure], rcond=1e-10)
+    return found
 
 
 def _check_held(model: Model, moving: Moving, first: Piece, S: FloatArray) -> None:
@@ -230,7 +289,7 @@ def _check_held(model: Model, moving: Moving, first: Piece, S: FloatArray) -> No
         return
     q, u = first.start
     n = len(q)
-    at = Local(model, moving, first.t, q)
+    at = at_one(model, moving, first.t, q)
     chosen = [contact for contact, _ in pushing(first.held)]
     whole = moving.whole(S[:n], S[n:])
     sticks = [contact for contact, how in pushing(first.held) if how == "sticks"]
@@ -253,23 +312,26 @@ def _check_held(model: Model, moving: Moving, first: Piece, S: FloatArray) -> No
                 )
 
 
-def _check_kept(at: Local, rows: FloatArray, rates: FloatArray, S: FloatArray) -> None:
+def _kept(at: Local, rows: FloatArray, rates: FloatArray, through: FloatArray) -> Check:
     """Rates of contacts are kept by the step's own equations where their rows depend on each other: there not all need
-    be solved for. What rounding leaves of what is at rest is compared with places per characteristic time."""
-    if np.linalg.matrix_rank(rows, tol=1e-10 * float(np.linalg.norm(rows))) == len(rows):
-        return
+    be solved for. ``through`` (D, D) is the step. What rounding leaves of what is at rest is compared with places per
+    characteristic time."""
     model, n = at.model, len(at.q)
-    whole = at.moving.whole(S[:n], S[n:])
     per = characteristic_time(model)
-    size = np.abs(rows) @ np.abs(S[:n]) / per + np.abs(rows) @ np.abs(S[n:])
-    terms = np.max(np.abs(rates) @ np.abs(whole) + size, axis=0)
-    missed = np.max(np.abs(rates @ whole), axis=0)
-    # of what no column moves all is rounding
-    whole_size = np.max([whole_of(model, at.moving, row) for row in rows], axis=0)
-    allowed = KEPT * (terms + KEPT * whole_size / per)
-    if np.any(missed > allowed):
-        column = at.moving.columns[int(np.argmax(missed - allowed))]
-        raise ValueError(
-            f"{model.name}: found contacts held until t = {at.t:.9g} s with rows that depend on each other, which "
-            f"{column} parts; there is no derivative by it"
-        )
+
+    def check(before: FloatArray) -> None:
+        whole = through @ before
+        size = np.abs(rows) @ np.abs(whole[:n]) / per + np.abs(rows) @ np.abs(whole[n : 2 * n])
+        terms = np.max(np.abs(rates) @ np.abs(whole) + size, axis=0)
+        missed = np.max(np.abs(rates @ whole), axis=0)
+        # of what no column moves all is rounding
+        whole_size = np.max([whole_of(model, at.moving, row) for row in rows], axis=0)
+        allowed = KEPT * (terms + KEPT * whole_size / per)
+        if np.any(missed > allowed):
+            column = at.moving.columns[int(np.argmax(missed - allowed))]
+            raise ValueError(
+                f"{model.name}: found contacts held until t = {at.t:.9g} s with rows that depend on each other, which "
+                f"{column} parts; there is no derivative by it"
+            )
+
+    return check

@@ -6,12 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..arrays import FloatArray
+from ..arrays import BoolArray, FloatArray
 from ..model.compiled import Compiled
 from ..model.derivatives import INEXACT
 from ..model.forces import Held
 from ..model.model import Model
-from .local import Local
+from .local import Local, Places
 from .moving import Moving
 
 AGAINST = {
@@ -37,6 +37,10 @@ FIXED = 1e-7
 gives its own rate, is one that no force moves, as two links beside their joint do not slide: what is left is rounding,
 which is about 1e-16 of the terms of a row. Stops, whose rates are angles, differ from others by the size of the
 mechanism in metres."""
+
+
+SURE = 1e-5
+"""Rows are surely independent, and no contact is one that no force moves: far above ``DEPENDENT`` and ``FIXED``."""
 
 
 def pushing(held: Held) -> list[tuple[int, str]]:
@@ -90,53 +94,69 @@ def jacobians(
             "need"
         )
     n = len(model.u_names)
-    found = np.array([along.result(one[:, :n]) for one in tangents])
+    found = np.asarray(along.result(tangents)[:, :n])
     if held:
-        for i in range(len(q)):
-            found[i] += _of_contacts(Local(model, moving, float(t[i]), q[i]), held, u[i], u_dot[i], pushes[i], found[i])
+        found = found + _of_contacts(Places(model, moving, t, q), held, u, u_dot, pushes, found)
     return u_dot, found
 
 
 def _of_contacts(
-    at: Local, held: Held, u: FloatArray, u_dot: FloatArray, pushes: FloatArray, free: FloatArray
+    at: Places, held: Held, u: FloatArray, u_dot: FloatArray, pushes: FloatArray, free: FloatArray
 ) -> FloatArray:
-    """What the contacts add to the tangents (n, D) that accelerations have with their forces held in value and place.
+    """What the contacts add to the tangents (b, n, D) that accelerations have with their forces held in value and
+    place.
 
     The unknown changes of force keep the rows of the contacts shut: N u_dot + dN/dt u = 0, of what sticks the same
     along the ground.
     """
     model, count = at.model, len(at.model.contacts)
-    P, F = pushes[:count], pushes[count:]
+    P, F = (np.ascontiguousarray(part) for part in (pushes[:, :count], pushes[:, count:]))
     set_, how = zip(*pushing(held), strict=True)
     sticks = [contact for contact, one in zip(set_, how, strict=True) if one == "sticks"]
     f, columns = at.pushes_move(P, F), []
     friction = model.kernels.friction
     changes = at.coefficients_move("friction") if any(one in AGAINST for one in how) else np.zeros((count, 0))
     for contact, one in zip(set_, how, strict=True):
-        column = at.gap_rows[contact].copy()
+        column = at.gap_rows[:, contact]
         if one in AGAINST:
             sign = AGAINST[one]
-            _check_friction(at, contact, P[contact], F[contact], sign * float(friction[contact]))
-            column += sign * friction[contact] * at.slip_rows[contact]
-            f = f + sign * P[contact] * np.outer(at.slip_rows[contact], changes[contact])
+            _check_friction(at, contact, P[:, contact], F[:, contact], sign * float(friction[contact]))
+            slip = at.slip_rows[:, contact]
+            column = column + sign * friction[contact] * slip
+            f = f + sign * P[:, contact, None, None] * slip[:, :, None] * changes[contact]
         columns.append(column)
-    columns += [at.slip_rows[contact] for contact in sticks]
-    none = np.zeros((len(model.rows), f.shape[1]))
-    moved = at.response(f, none)
-    answer = at.response(np.array(columns).T, none[:, : len(columns)])
-    rows = np.vstack([at.gap_rows[list(set_)], at.slip_rows[sticks]])
+    columns += [at.slip_rows[:, contact] for contact in sticks]
+    moved = at.response(f)
+    answer = at.response(np.stack(columns, axis=2))
+    rows = np.concatenate([at.gap_rows[:, list(set_)], at.slip_rows[:, sticks]], axis=1)
     bent = at.gap_rates_move(u_dot, ("q", "k")) + at.tangent("gap_bias", count, u)
-    missed = bent[list(set_)]
+    missed = bent[:, list(set_)]
     if sticks:
         along = at.slips_move(u_dot, ("q", "k")) + at.tangent("slip_bias", count, u)
-        missed = np.vstack([missed, along[sticks]])
-    matrix = rows @ answer
+        missed = np.concatenate([missed, along[:, sticks]], axis=1)
     alike = not any(one in AGAINST for one in how)
-    return moved - answer @ solved(at, matrix, rows @ (free + moved) + missed, alike=alike)
+    matrix, wanted = rows @ answer, rows @ (free + moved) + missed
+    sure = well(matrix)
+    found = np.zeros_like(wanted)
+    found[sure] = np.linalg.solve(matrix[sure], wanted[sure])
+    for i in np.flatnonzero(~sure):
+        found[i] = solved(Local(at, int(i)), matrix[i], wanted[i], alike=alike)[0]
+    return np.asarray(moved - answer @ found)
 
 
-def solved(at: Local, matrix: FloatArray, wanted: FloatArray, *, alike: bool) -> FloatArray:
-    """The changes of forces or impulses (k, D) that give the rates of contacts ``wanted`` changes.
+def well(matrices: FloatArray) -> BoolArray:
+    """Which of the matrices (b, k, k) are surely regular, far from where rows count as dependent."""
+    scale = np.sqrt(np.abs(np.diagonal(matrices, axis1=1, axis2=2)))
+    scale[~(scale > 0.0)] = 1.0
+    even = matrices / (scale[:, :, None] * scale[:, None, :])
+    small = np.min(scale, axis=1) > SURE * np.max(scale, axis=1)
+    values = np.linalg.svd(even, compute_uv=False)
+    return np.asarray(small & (values[:, -1] > SURE * values[:, 0]))
+
+
+def solved(at: Local, matrix: FloatArray, wanted: FloatArray, *, alike: bool) -> tuple[FloatArray, bool]:
+    """The changes of forces or impulses (k, D) that give the rates of contacts ``wanted`` changes, and whether these
+    are the only ones.
 
     Where rows depend on each other these are of least norm, and what moves is unique all the same if forces are where
     rates are, ``alike``: two solutions differ by forces that move nothing. Rows may then miss what is wanted; along
@@ -144,14 +164,16 @@ def solved(at: Local, matrix: FloatArray, wanted: FloatArray, *, alike: bool) ->
     where friction at its limit is among them.
     """
     if not len(matrix):
-        return np.zeros_like(wanted)
+        return np.zeros_like(wanted), True
+    if len(matrix) == 1 and matrix[0, 0] > 0.0:
+        return wanted / matrix[0, 0], True
     scale = np.sqrt(np.abs(np.diag(matrix)))
     scale[scale <= FIXED * scale.max()] = scale.max() or 1.0
     even = matrix / np.outer(scale, scale)
     left, values, right = np.linalg.svd(even)
     rank = int(np.count_nonzero(values > DEPENDENT * values[0]))
     if rank == len(even):
-        return np.asarray(np.linalg.solve(matrix, wanted))
+        return np.asarray(np.linalg.solve(matrix, wanted)), True
     where = f"{at.model.name}: found contacts at t = {at.t:.9g} s whose rows depend on each other, "
     if not alike:
         raise ValueError(
@@ -159,15 +181,17 @@ def solved(at: Local, matrix: FloatArray, wanted: FloatArray, *, alike: bool) ->
             "there"
         )
     found: FloatArray = right[:rank].T @ ((left[:, :rank].T @ (wanted / scale[:, None])) / values[:rank, None])
-    return np.asarray(found / scale[:, None])
+    return np.asarray(found / scale[:, None]), False
 
 
-def _check_friction(at: Local, contact: int, P: float, F: float, ratio: float) -> None:
-    if abs(F - ratio * P) > BALANCED * max(abs(F), abs(ratio * P)):
+def _check_friction(at: Places, contact: int, P: FloatArray, F: FloatArray, ratio: float) -> None:
+    wrong = np.abs(F - ratio * P) > BALANCED * np.maximum(np.abs(F), np.abs(ratio * P))
+    if wrong.any():
+        i = int(np.argmax(wrong))
         name = "({}, {})".format(*at.model.contacts[contact])
         raise ValueError(
-            f"{at.model.name}: found friction of {F:.6g} N at {name} at t = {at.t:.9g} s, expected {ratio * P:.6g} "
-            "N, the limit; runs have no derivatives there"
+            f"{at.model.name}: found friction of {F[i]:.6g} N at {name} at t = {at.t[i]:.9g} s, expected "
+            f"{ratio * P[i]:.6g} N, the limit; runs have no derivatives there"
         )
 
 

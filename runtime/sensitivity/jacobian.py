@@ -4,24 +4,32 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arrays import FloatArray
+from ..arrays import FloatArray, IntArray
 from ..faults import Faults
-from ..model.inputs import read_values
+from ..model.inputs import Values, read_values
 from ..model.model import Model
 from ..model.numbers import read_numbers
 from ..model.places import places_of
 from ..record.outputs import values_of
 from ..record.record import Record
-from .along import along, check
+from .along import Course, along, check
 from .moving import Moving, Wrt, moving_of
 from .passing import Passed
 from .start import start_moves
 from .told import TIMES, WHOLE, Output, check_outputs, label, moves, values
+
+Mode = Literal["auto", "tangent", "adjoint"]
+MODES: tuple[Mode, ...] = get_args(Mode)
+"""Whether differences go along the run from each column, or covectors back from each number; "auto" takes what there
+are fewer of."""
+
+Given = tuple[FloatArray | None, FloatArray | None] | None
+"""A start as it was given, with None for what is the scene's; None where all of it is."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,13 +69,75 @@ def run_sensitivities(
     wrt: Wrt,
     outputs: Sequence[Output] | Output = WHOLE,
     at: ArrayLike | None = None,
-    given: tuple[FloatArray | None, FloatArray | None] | None = None,
+    given: Given = None,
+    mode: Mode = "auto",
 ) -> Sensitivities:
     """The derivatives of a run; ``given`` is its start as it was given, with None for what is the scene's.
 
     Raises ``ValueError`` for what has no derivative, with the instant and the reason (docs/model.md, "Derivatives of a
     run").
     """
+    if mode not in MODES:
+        raise ValueError(f"mode: found {mode!r}, expected one of {', '.join(MODES)}")
+    asked = _followed(run, wrt, outputs, at, given)
+    told = {label(output): value for output, value in zip(asked.outputs, _values(asked), strict=True)}
+    count = len(asked.moving.columns)
+    numbers = sum(value.size for value in told.values())
+    adjoint = mode == "adjoint" or (mode == "auto" and numbers < count)
+    moved = _pulled_back(asked, np.eye(numbers)) if adjoint else _moved(asked)
+    derived, first = {}, 0
+    for name, value in told.items():
+        derived[name] = moved[first : first + value.size].reshape(*value.shape, count)
+        first += value.size
+    passed = asked.course.passed
+    return Sensitivities(
+        run, asked.moving.columns, asked.times, told, derived, _impact_times(run, asked.moving, passed), passed
+    )
+
+
+def run_vjp(
+    run: Record,
+    covector: ArrayLike,
+    wrt: Wrt,
+    outputs: Sequence[Output] | Output = WHOLE,
+    at: ArrayLike | None = None,
+    given: Given = None,
+) -> FloatArray:
+    """``covector`` (numbers,) or (k, numbers) times the Jacobian of :func:`run_sensitivities`, (columns,) or
+    (k, columns), in adjoint mode."""
+    asked = _followed(run, wrt, outputs, at, given)
+    numbers = sum(value.size for value in _values(asked))
+    found = read_numbers(covector, "covector")
+    if found.ndim not in (1, 2) or found.shape[-1] != numbers:
+        raise ValueError(
+            f"covector: found shape {found.shape}, expected ({numbers},), or rows of as many: a number for each of the "
+            "outputs"
+        )
+    return np.asarray(_pulled_back(asked, np.atleast_2d(found)).reshape(*found.shape[:-1], -1))
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A run that small differences have followed, and what of it is asked for: ``outputs`` at ``times``, of which
+    ``course`` has each once; ``single`` where a number was given instead of a row of them."""
+
+    run: Record
+    model: Model
+    moving: Moving
+    inputs: Values | None
+    outputs: Sequence[Output]
+    times: FloatArray
+    single: bool
+    S: FloatArray
+    course: Course
+
+    @property
+    def places(self) -> IntArray:
+        """Where each of the times lies among the stops of the course."""
+        return np.searchsorted(np.unique(self.times), self.times)
+
+
+def _followed(run: Record, wrt: Wrt, outputs: Sequence[Output] | Output, at: ArrayLike | None, given: Given) -> Asked:
     model = check(run)
     chosen = [outputs] if isinstance(outputs, str) or callable(outputs) else list(outputs)
     faults = Faults()
@@ -85,30 +155,72 @@ def run_sensitivities(
     assert moving is not None
     with model.given(inputs):
         S = _start_moves(model, moving, run, given)
-        order = np.argsort(times, kind="stable")
-        found = along(run, model, moving, S, [*dict.fromkeys(times[order].tolist())] or [])
-    places = np.searchsorted(np.unique(times), times)
+        course = along(run, model, moving, S, np.unique(times).tolist())
     single = at is None or np.ndim(at) == 0
-    told, derived = {}, {}
-    impact_times = _impact_times(run, moving, found.passed)
-    for output in chosen:
-        name = label(output)
+    return Asked(run, model, moving, inputs, chosen, times, single, S, course)
+
+
+def _values(asked: Asked) -> list[FloatArray]:
+    """Of each output its values, at all times the first of which tells the shape."""
+    found, unique = [], np.unique(asked.times)
+    for output in asked.outputs:
         if output == TIMES:
-            told[name], derived[name] = np.array([impact.t for impact in run.impacts]), impact_times
+            found.append(np.array([impact.t for impact in asked.run.impacts]))
             continue
-        named = _named(run, output, np.unique(times))
-        each_moves = [
-            moves(model, moving, output, t, found.states[k], found.S[k], found.held[k], inputs)
-            for k, t in enumerate(np.unique(times).tolist())
-        ]
+        named = _named(asked.run, output, unique)
         each = [
-            values(model, output, t, found.states[k], {name: named[k]} if named is not None else {})
-            for k, t in enumerate(np.unique(times).tolist())
+            values(asked.model, output, t, stop.state, {str(output): named[k]} if named is not None else {})
+            for k, (t, stop) in enumerate(zip(unique.tolist(), asked.course.stops, strict=True))
         ]
-        told[name], derived[name] = np.array(each)[places], np.array(each_moves)[places]
-        if single:
-            told[name], derived[name] = told[name][0], derived[name][0]
-    return Sensitivities(run, moving.columns, times, told, derived, impact_times, found.passed)
+        told = np.array(each)[asked.places]
+        found.append(told[0] if asked.single else told)
+    return found
+
+
+def _moved(asked: Asked) -> FloatArray:
+    """All outputs one below the other, (numbers, columns), by the differences that went along."""
+    parts = [np.zeros((0, len(asked.moving.columns)))]
+    for output in asked.outputs:
+        if output == TIMES:
+            parts.append(_impact_times(asked.run, asked.moving, asked.course.passed))
+            continue
+        each = _at_stops(asked, output, asked.moving, asked.course.S)
+        parts += [each[place] for place in asked.places]
+    return np.vstack(parts)
+
+
+def _pulled_back(asked: Asked, covectors: FloatArray) -> FloatArray:
+    """Covectors (k, numbers) of all outputs one below the other as those of the columns, (k, columns)."""
+    moving = asked.moving
+    D = len(moving.directions.columns)
+    unit = np.eye(D)
+    one_by_one = replace(moving, along=unit[moving.states :])
+    at_stops = np.zeros((len(asked.course.stops), len(covectors), D))
+    at_impacts: dict[float, FloatArray] = {}
+    first = 0
+    for output in asked.outputs:
+        if output == TIMES:
+            for impact in asked.run.impacts:
+                at_impacts[impact.t] = at_impacts.get(impact.t, 0.0) + covectors[:, first]
+                first += 1
+            continue
+        each = _at_stops(
+            asked, output, one_by_one, np.broadcast_to(unit[: moving.states], (len(at_stops), moving.states, D))
+        )
+        for place in asked.places:
+            rows = each[place]
+            at_stops[place] += covectors[:, first : first + len(rows)] @ rows
+            first += len(rows)
+    found = asked.course.back(at_stops, at_impacts)
+    return np.asarray(found @ np.vstack([asked.S, moving.along]))
+
+
+def _at_stops(asked: Asked, output: Output, moving: Moving, S: FloatArray) -> list[FloatArray]:
+    """What an output moves by at each stop, (numbers, columns), along differences S (stops, 2 n, columns)."""
+    return [
+        np.atleast_2d(moves(asked.model, moving, output, t, stop.state, one, stop.held, asked.inputs))
+        for t, stop, one in zip(np.unique(asked.times).tolist(), asked.course.stops, S, strict=True)
+    ]
 
 
 def starts_as_scene(run: Record) -> bool:
@@ -159,9 +271,7 @@ def _inputs(run: Record, model: Model) -> Any:
     return read_values(model.inputs, given) if model.inputs else None
 
 
-def _start_moves(
-    model: Model, moving: Moving, run: Record, given: tuple[FloatArray | None, FloatArray | None] | None
-) -> FloatArray:
+def _start_moves(model: Model, moving: Moving, run: Record, given: Given) -> FloatArray:
     """What the start of a run moves by. Where q0 or u0 alone is given the other is the scene's, and moves as that."""
     q, u = given if given is not None else (None, None)
     if q is None and u is None:

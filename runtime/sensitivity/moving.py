@@ -75,10 +75,8 @@ def moving_of(model: Model, wrt: Wrt) -> Moving:
         faults.stop_if_any()
         labels = [(name, entry) for name in given for entry in range(sizes[name])]
         columns = tuple(f"{name}[{model.q_of[entry]}]" if name in STARTS else name for name, entry in labels)
-        parts = {
-            name: np.array([[float(label == (name, e)) for label in labels] for e in range(sizes[name])])
-            for name in given
-        }
+        each, firsts = np.eye(len(labels)), np.cumsum([0, *sizes.values()])
+        parts = {name: each[first : first + sizes[name]] for name, first in zip(given, firsts, strict=False)}
     none = np.zeros((n, len(columns)))
     along = np.vstack([parts[name] for name in arguments]) if arguments else np.zeros((0, len(columns)))
     directions = directions_of(model, ("q", "u", *arguments))

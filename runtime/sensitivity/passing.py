@@ -7,9 +7,10 @@ Dynamics and Bifurcations of Non-Smooth Mechanical Systems, 2004, chapter 7; doc
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from functools import cached_property
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -19,9 +20,9 @@ from ..model.model import Model
 from ..model.thresholds import characteristic_time
 from ..record.impact import Impact
 from .held import accelerations, changed
-from .local import Local
+from .local import Local, Places, at_one
 from .moving import Moving, whole_of
-from .striking import after_impact
+from .striking import after_impact, prepare
 
 MEET = 1e-6
 """Contacts meet at the instant of another where what their gaps differ by is below this part of the terms that it is
@@ -36,15 +37,18 @@ RESTS = 1e-9
 """A rate is zero below this part of its terms."""
 
 
+Check = Callable[[FloatArray], None]
+"""Raises ``ValueError`` for columns (D, columns) of differences before a part that keep it from having one matrix."""
+
+
 @dataclass(frozen=True, eq=False)
 class Passed:
     """An instant ``t`` (s) that small differences have passed.
 
     ``contacts`` are those that struck, or slid until then. ``dt`` (columns,) is by what the instant moves, s per unit
     of each column; ``behind`` (2 n, columns) is by what the state (q, u) behind the instant does, wherever that has
-    moved: the derivative of the map onto a section. ``growth`` is the largest factor by which a difference of the
-    state, in units of the mechanism, grows there: near grazing, where a contact closes slowly, it is large, as one by
-    the speed of closing.
+    moved: the derivative of the map onto a section. ``matrix`` (2 n, 2 n) is the saltation matrix, in units of the
+    mechanism.
     """
 
     t: float
@@ -52,22 +56,73 @@ class Passed:
     contacts: tuple[tuple[str, str], ...]
     dt: FloatArray
     behind: FloatArray
-    growth: float
+    matrix: FloatArray
+
+    @cached_property
+    def growth(self) -> float:
+        """The largest factor by which a difference of the state, in units of the mechanism, grows there: near grazing,
+        where a contact closes slowly, it is large, as one by the speed of closing."""
+        return float(np.linalg.norm(self.matrix, 2))
 
 
-def pass_impacts(
-    model: Model,
-    moving: Moving,
-    impacts: Sequence[Impact],
-    q: FloatArray,
-    S: FloatArray,
-    ways: tuple[Held, Held],
-) -> tuple[FloatArray, Passed]:
-    """Differences S (2 n, columns) of the state behind the impacts of one instant, from those before."""
-    first, last = impacts[0], impacts[-1]
-    t, n = first.t, len(q)
-    at = Local(model, moving, t, q)
-    before, after = _accelerations(model, t, q, first.u_minus, last.u_plus, ways)
+class Part(NamedTuple):
+    """What a part of a run makes of small differences: a ``matrix`` (2 n, D) from those of the state and the arguments
+    before it to those of the state behind it, and ``checks`` of the columns before it.
+
+    Of an instant that is passed, ``passed`` has rows by all D directions instead of columns.
+    """
+
+    matrix: FloatArray
+    checks: tuple[Check, ...] = ()
+    passed: Passed | None = None
+
+    def of_columns(self, whole: FloatArray) -> Passed | None:
+        """The instant that was passed, by columns ``whole`` (D, columns) before it."""
+        one = self.passed
+        return one and Passed(one.t, one.kind, one.contacts, one.dt @ whole, one.behind @ whole, one.matrix)
+
+
+class Struck(NamedTuple):
+    """The impacts of one instant, what is held before and after it, and the accelerations then; and where that is."""
+
+    impacts: Sequence[Impact]
+    ways: tuple[Held, Held]
+    before: FloatArray
+    after: FloatArray
+    at: Local
+
+
+def struck_at(
+    model: Model, moving: Moving, instants: Sequence[tuple[Sequence[Impact], FloatArray, tuple[Held, Held]]]
+) -> list[Struck]:
+    """The instants at which impacts come, at configurations q, between what is held; all at once."""
+    if not instants:
+        return []
+    impacts, q = [one[0] for one in instants], np.array([one[1] for one in instants])
+    at = Places(model, moving, np.array([one[0].t for one in impacts]), q)
+    prepare(at, [one[0] for one in impacts])
+    sides = [np.array([one[0].u_minus for one in impacts]), np.array([one[-1].u_plus for one in impacts])]
+    moved = []
+    for side, u in enumerate(sides):
+        found = np.zeros_like(q)
+        flies = np.array([not one[2][side] for one in instants])
+        if flies.any():
+            found[flies] = accelerations(model, (), at.t[flies], q[flies], u[flies])[0]
+        for i in np.flatnonzero(~flies).tolist():
+            some = slice(i, i + 1)
+            found[i] = accelerations(model, instants[i][2][side], at.t[some], q[some], u[some])[0][0]
+        moved.append(found)
+    return [
+        Struck(one[0], one[2], before, after, Local(at, i))
+        for i, (one, before, after) in enumerate(zip(instants, *moved, strict=True))
+    ]
+
+
+def pass_impacts(struck_at: Struck) -> Part:
+    """The impacts of one instant."""
+    impacts, _, before, after, at = struck_at
+    first, last, model = impacts[0], impacts[-1], at.model
+    t, n = first.t, len(before)
     chosen = [model._contact(contact) for contact in first.contacts]
     rates = {c: float(at.gap_rows[c] @ first.u_minus) for c in chosen}
     closing = [c for c in chosen if rates[c] < -RESTS * float(np.abs(at.gap_rows[c]) @ np.abs(first.u_minus))]
@@ -78,17 +133,23 @@ def pass_impacts(
         )
     trigger = min(closing, key=lambda c: rates[c] / at_scale(at, c))
     gaps = at.gaps_move()
-    whole = moving.whole(S[:n], S[n:])
-    guard = gaps[trigger]
-    dt = -(guard @ whole) / rates[trigger]
+    dt = -gaps[trigger] / rates[trigger]
     struck = list(dict.fromkeys(model._contact(contact) for impact in impacts for contact in impact.contacts))
-    _check_meet(at, struck, trigger, gaps, whole, first.u_minus, dt)
-    there = whole.copy()
+    there = np.eye(len(dt))
     there[: 2 * n] += np.outer(np.concatenate([first.u_minus, before]), dt)
-    D = _struck(at, impacts, np.eye(2 * n, whole.shape[0])[n:], there)
-    sides = (first.u_minus, before), (last.u_plus, after)
-    found, behind, matrix = _salted(at, S, guard, rates[trigger], dt, sides, D)
-    return found, Passed(t, "impact", tuple(first.contacts), dt, behind, _growth(model, matrix))
+    D, kept = _struck(at, impacts, np.eye(2 * n, len(dt))[n:])
+    checks: list[Check] = []
+    if struck != [trigger]:
+        checks.append(lambda whole: _check_meet(at, struck, trigger, gaps, whole, first.u_minus, dt @ whole))
+    checks += [_there(there, check) for check in kept]
+    matrix, behind = _salted(there, D, dt, (last.u_plus, after))
+    passed = Passed(t, "impact", tuple(first.contacts), dt, behind, _in_units(model, matrix))
+    return Part(matrix, tuple(checks), passed)
+
+
+def _there(there: FloatArray, check: Check) -> Check:
+    """A check of the differences ``there`` at the instant, as one of those before it."""
+    return lambda whole: check(there @ whole)
 
 
 def at_scale(at: Local, contact: int) -> float:
@@ -96,38 +157,24 @@ def at_scale(at: Local, contact: int) -> float:
     return float(np.linalg.norm(at.gap_rows[contact])) or 1.0
 
 
-def _struck(at: Local, impacts: Sequence[Impact], moves: FloatArray, along: FloatArray) -> FloatArray:
+def _struck(at: Local, impacts: Sequence[Impact], moves: FloatArray) -> tuple[FloatArray, list[Check]]:
     """What u moves by (n, D) behind all impacts, in the directions of ``at``, one after the other at the same instant;
-    ``along`` (D, columns) are the directions that there are at the instant."""
+    and checks of the directions (D, columns) that there are at the instant."""
+    checks: list[Check] = []
     for impact in impacts:
-        moves = after_impact(at, impact, moves, along)
-    return moves
+        moves, more = after_impact(at, impact, moves)
+        checks += more
+    return moves, checks
 
 
 def _salted(
-    at: Local,
-    S: FloatArray,
-    guard: FloatArray,
-    rate: float,
-    dt: FloatArray,
-    sides: tuple[tuple[FloatArray, FloatArray], tuple[FloatArray, FloatArray]],
-    D: FloatArray,
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Differences behind an instant, at the time of the run and where the instant is, and the matrix (2 n, 2 n) of the
-    former by those in the state: to the instant that moves, through the jump D there, and back to the time of the run
-    (docs/theory.md, eq. 11.8)."""
-    n, (before, after) = len(at.q), sides
-
-    def through(states: FloatArray, arguments: FloatArray, moved: FloatArray) -> tuple[FloatArray, FloatArray]:
-        q = states[:n] + np.outer(before[0], moved)
-        u = states[n:] + np.outer(before[1], moved)
-        jumped = D @ np.vstack([q, u, arguments])
-        there = np.vstack([q, jumped])
-        return there - np.outer(np.concatenate(after), moved), there
-
-    none = np.zeros((len(at.moving.along), 2 * n))
-    matrix, _ = through(np.eye(2 * n), none, -guard[: 2 * n] / rate)
-    return *through(S, at.moving.along, dt), matrix
+    there: FloatArray, D: FloatArray, dt: FloatArray, after: tuple[FloatArray, FloatArray]
+) -> tuple[FloatArray, FloatArray]:
+    """Matrices (2 n, D) of the differences behind an instant, at the time of the run and where the instant is: to the
+    instant that moves by ``dt`` (D,), where differences are ``there`` (D, D), through the jump D, and back to the time
+    of the run (docs/theory.md, eq. 11.8)."""
+    behind = np.vstack([there[: len(D)], D @ there])
+    return behind - np.outer(np.concatenate(after), dt), behind
 
 
 def _check_meet(
@@ -155,21 +202,19 @@ def _check_meet(
         )
 
 
-def pass_change(
-    model: Model, moving: Moving, t: float, q: FloatArray, u: FloatArray, S: FloatArray, ways: tuple[Held, Held]
-) -> tuple[FloatArray, Passed]:
-    """Differences S (2 n, columns) behind an instant without an impact at which contacts are held otherwise."""
-    n = len(q)
+def pass_change(model: Model, moving: Moving, t: float, q: FloatArray, u: FloatArray, ways: tuple[Held, Held]) -> Part:
+    """An instant without an impact at which contacts are held otherwise."""
+    n, D = len(q), len(moving.directions.columns)
     before, after = _accelerations(model, t, q, u, u, ways)
-    at = Local(model, moving, t, q)
+    at = at_one(model, moving, t, q)
     slid = changed(*ways)
     names = tuple(model.contacts[c] for c in slid)
     jump = float(np.max(np.abs(after - before)))
     size = max(float(np.max(np.abs(after))), float(np.max(np.abs(before))))
     if jump <= SMOOTH * size:
         let_go = tuple(model.contacts[c] for c, *_ in ways[0] if c not in {x for x, *_ in ways[1]})
-        return S, Passed(t, "force ends", names or let_go, np.full(S.shape[1], np.nan), np.full_like(S, np.nan), 1.0)
-    whole = moving.whole(S[:n], S[n:])
+        none = np.full((2 * n + 1, D), np.nan)
+        return Part(np.eye(2 * n, D), (), Passed(t, "force ends", names or let_go, none[0], none[1:], np.eye(2 * n)))
     slips = at.slips_move(u)
     ended = [
         c
@@ -195,20 +240,25 @@ def pass_change(
         raise ValueError(
             f"{model.name}: found sliding at t = {t:.9g} s that ends without slowing down; it has no derivative"
         )
-    dt = -(slips[trigger] @ whole) / rates[trigger]
-    for c in ended:
-        apart = slips[c] @ whole + rates[c] * dt
-        terms = np.abs(slips[c]) @ np.abs(whole) + np.abs(rates[c] * dt)
-        most = whole_of(model, moving, at.slip_rows[c]) / characteristic_time(model)
-        if np.any(np.abs(apart) > MEET * (terms + MEET * most)):
-            one, other = ("{} on {}".format(*model.contacts[x]) for x in (trigger, c))
-            raise ValueError(
-                f"{model.name}: found sliding of {one} and {other} that ends together at t = {t:.9g} s, which the "
-                "directions part; there is no one matrix of derivatives"
-            )
-    D = np.eye(2 * n, whole.shape[0])[n:]
-    found, behind, matrix = _salted(at, S, slips[trigger], rates[trigger], dt, ((u, before), (u, after)), D)
-    return found, Passed(t, "sliding ends", names, dt, behind, _growth(model, matrix))
+    dt = -slips[trigger] / rates[trigger]
+
+    def check(whole: FloatArray) -> None:
+        for c in ended:
+            apart = slips[c] @ whole + rates[c] * (dt @ whole)
+            terms = np.abs(slips[c]) @ np.abs(whole) + np.abs(rates[c] * (dt @ whole))
+            most = whole_of(model, moving, at.slip_rows[c]) / characteristic_time(model)
+            if np.any(np.abs(apart) > MEET * (terms + MEET * most)):
+                one, other = ("{} on {}".format(*model.contacts[x]) for x in (trigger, c))
+                raise ValueError(
+                    f"{model.name}: found sliding of {one} and {other} that ends together at t = {t:.9g} s, which the "
+                    "directions part; there is no one matrix of derivatives"
+                )
+
+    there = np.eye(D)
+    there[: 2 * n] += np.outer(np.concatenate([u, before]), dt)
+    matrix, behind = _salted(there, np.eye(2 * n, D)[n:], dt, (u, after))
+    passed = Passed(t, "sliding ends", names, dt, behind, _in_units(model, matrix))
+    return Part(matrix, (check,) if len(ended) > 1 else (), passed)
 
 
 def _accelerations(
@@ -220,8 +270,8 @@ def _accelerations(
     return before, after
 
 
-def _growth(model: Model, matrix: FloatArray) -> float:
-    """The largest singular value, in units of the mechanism."""
+def _in_units(model: Model, matrix: FloatArray) -> FloatArray:
+    """By the state alone, (2 n, 2 n), in units of the mechanism."""
     unit = model.coordinate_units
     units = np.concatenate([unit, unit / characteristic_time(model)])
-    return float(np.linalg.norm(matrix * units / units[:, None], 2))
+    return np.asarray(matrix[:, : len(units)] * units / units[:, None])

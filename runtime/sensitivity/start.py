@@ -7,7 +7,7 @@ import numpy as np
 from ..arrays import FloatArray
 from ..model.model import Model
 from ..model.poses import read_off, read_rates
-from .local import Local
+from .local import Local, at_one
 from .moving import Moving
 
 SHUT = 1e-9
@@ -25,7 +25,7 @@ def start_moves(
 
     Raises ``ValueError`` for a start that was given far from closed.
     """
-    at = Local(model, moving, 0.0, q)
+    at = at_one(model, moving, 0.0, q)
     n = len(q)
     scene = given is None
     q_given, u_given = given if given is not None else _of_scene(model)

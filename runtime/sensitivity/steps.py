@@ -69,7 +69,7 @@ def gauss() -> Tableau:
     basis = np.linalg.inv(legendre.legvander(x, STAGES - 1))  # columns: coefficients of those polynomials
     A = np.array([legendre.legval(x, legendre.legint(basis[:, j], lbnd=-1)) for j in range(STAGES)]).T / 2.0
     b = w / 2.0
-    return Tableau((x + 1.0) / 2.0, b, A, A @ A, b @ A)
+    return Tableau((x + 1.0) / 2.0, b, np.ascontiguousarray(A), np.ascontiguousarray(A @ A), b @ A)
 
 
 class Steps(NamedTuple):
@@ -187,8 +187,8 @@ def _stages(model: Model, held: Held, steps: Steps) -> FloatArray:
 def _nodes(steps: Steps, W: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Times, coordinates and rates at the nodes, one behind the other, of accelerations (k, s, n) there."""
     g, h = gauss(), steps.h[:, None, None]
-    q = steps.q[:, None] + h * g.c[:, None] * steps.u[:, None] + h**2 * np.einsum("ij,kjn->kin", g.twice, W)
-    u = steps.u[:, None] + h * np.einsum("ij,kjn->kin", g.A, W)
+    q = steps.q[:, None] + h * g.c[:, None] * steps.u[:, None] + h**2 * (g.twice @ W)
+    u = steps.u[:, None] + h * (g.A @ W)
     n = q.shape[-1]
     t = (steps.t[:, None] + steps.h[:, None] * g.c).ravel()
     return t, np.ascontiguousarray(q.reshape(-1, n)), np.ascontiguousarray(u.reshape(-1, n))
@@ -212,8 +212,8 @@ def _by_newton(model: Model, held: Held, step: Steps, start: FloatArray, end: Fl
         if not (np.isfinite(q).all() and np.isfinite(u).all()):
             return np.full_like(W[0], np.nan)
         u_dot, J = jacobians(model, states, held, t, q, u)
-        K = _matrix(step, J.reshape(1, STAGES, n, -1))
-        change = np.linalg.solve(K[0], (u_dot - W[0]).ravel()).reshape(W.shape)
+        K = model.kernels.collocate(step.h, g.A, g.twice, np.ascontiguousarray(J).reshape(1, STAGES, n, -1))
+        change = np.linalg.solve(K[0].T, (u_dot - W[0]).ravel()).reshape(W.shape)
         W = W + change
         size, moved = float(np.max(np.abs(W))), float(np.max(np.abs(change)))
         if moved <= 1e-13 * size or (moved <= STAYS * size and moved >= 0.5 * before):
@@ -224,8 +224,8 @@ def _by_newton(model: Model, held: Held, step: Steps, start: FloatArray, end: Fl
 
 def _ends(steps: Steps, W: FloatArray) -> tuple[FloatArray, FloatArray]:
     g, h = gauss(), steps.h[:, None]
-    q = steps.q + h * steps.u + h**2 * np.einsum("j,kjn->kn", g.twice_b, W)
-    return q, steps.u + h * np.einsum("j,kjn->kn", g.b, W)
+    q = steps.q + h * steps.u + h**2 * (g.twice_b @ W)
+    return q, steps.u + h * (g.b @ W)
 
 
 def _meets(model: Model, steps: Steps, q: FloatArray, u: FloatArray, tolerance: tuple[float, float]) -> Any:
@@ -242,27 +242,25 @@ def _meets(model: Model, steps: Steps, q: FloatArray, u: FloatArray, tolerance: 
     return (place <= atol + rtol * size) & (rate <= atol / per + rtol * speed)
 
 
-def _matrix(steps: Steps, J: FloatArray) -> FloatArray:
-    """The collocated equations of the accelerations' changes, (k, s n, s n), from J (k, s, n, D) at the nodes."""
-    g, h = gauss(), steps.h
-    k, _, n, _ = J.shape
-    by_q, by_u = J[..., :n], J[..., n : 2 * n]
-    blocks = np.einsum("k,ij,kinm->kinjm", h**2, g.twice, by_q) + np.einsum("k,ij,kinm->kinjm", h, g.A, by_u)
-    return np.asarray(np.eye(STAGES * n) - blocks.reshape(k, STAGES * n, STAGES * n))
-
-
 def _linear(model: Model, moving: Moving, held: Held, steps: Steps, W: FloatArray) -> FloatArray:
-    """The maps (k, 2 n, D) of steps with accelerations W (k, s, n) at their nodes."""
+    """The maps (k, 2 n, D) of steps with accelerations W (k, s, n) at their nodes.
+
+    The collocated equations K dW = R are solved from the left, for what the end of the step makes of dW, E K^-1: that
+    is as many columns as the state has, however many directions R has.
+    """
     g, (k, n) = gauss(), steps.q.shape
     _, J = jacobians(model, moving, held, *_nodes(steps, W))
-    J = J.reshape(k, STAGES, n, -1)
-    right = J.copy()
-    right[..., n : 2 * n] += steps.h[:, None, None, None] * g.c[:, None, None] * J[..., :n]
-    changes = np.linalg.solve(_matrix(steps, J), right.reshape(k, STAGES * n, -1)).reshape(right.shape)
+    J = np.ascontiguousarray(J).reshape(k, STAGES, n, -1)
+    K = model.kernels.collocate(np.ascontiguousarray(steps.h), g.A, g.twice, J)  # transposed
     h = steps.h[:, None, None]
-    found = np.zeros((k, 2 * n, J.shape[-1]))
-    found[:, :n] = h**2 * np.einsum("j,kjnd->knd", g.twice_b, changes)
-    found[:, n:] = h * np.einsum("j,kjnd->knd", g.b, changes)
+    ends = np.broadcast_to(
+        np.hstack([np.kron(one[:, None], np.eye(n)) for one in (g.twice_b, g.b)]), (k, STAGES * n, 2 * n)
+    )
+    left = np.linalg.solve(K, ends).transpose(0, 2, 1)
+    J[..., n : 2 * n] += h[..., None] * g.c[:, None, None] * J[..., :n]
+    found = np.asarray(left @ J.reshape(k, STAGES * n, -1))
+    found[:, :n] *= h**2
+    found[:, n:] *= h
     found[:, :, : 2 * n] += np.eye(2 * n)
     found[:, :n, n : 2 * n] += h * np.eye(n)
     return found

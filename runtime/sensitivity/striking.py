@@ -6,7 +6,7 @@ conditions; an impact that is within rounding of another way has no derivative, 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -15,7 +15,7 @@ import numpy as np
 from ..arrays import FloatArray
 from ..record.impact import Impact
 from .held import DEPENDENT, FIXED, solved
-from .local import Local
+from .local import Local, Places
 from .moving import whole_of
 
 UNDECIDED = 1e-9
@@ -30,6 +30,9 @@ GAINS = 1e-7
 is found to 1e-9 (docs/events.md), and near a wedge energy changes with it by a hundred times as much."""
 
 Normal = Literal["rate", "given", "leaves"]
+
+Checks = list[Callable[[FloatArray], None]]
+"""Raise ``ValueError`` for directions (D, columns) that there are, all contacts closed, that part what has to keep."""
 
 
 @dataclass
@@ -53,8 +56,8 @@ class Way:
 
 @dataclass
 class Stage:
-    """From the rates ``before`` to those ``after`` (n,), with what these rates move by: (n, D) each. ``along`` (D,
-    columns) are the directions that there are, all contacts closed.
+    """From the rates ``before`` to those ``after`` (n,), with what these rates move by: (n, D) each. ``checks`` are of
+    the directions (D, columns) that there are, all contacts closed.
 
     ``by_share`` (n,) is what the rates after it move by with the part of restitution that contacts have, which gives
     the rates ``share`` by contact. ``P`` (contacts, D) is what normal impulses move by; ``wanted`` (contacts, D) is
@@ -67,15 +70,15 @@ class Stage:
     before_moves: FloatArray
     wanted: FloatArray
     P: FloatArray
-    along: FloatArray
+    checks: Checks
     after_moves: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
     share: dict[int, float] = field(default_factory=dict)
     by_share: FloatArray = field(default_factory=lambda: np.zeros(0))
 
 
-def after_impact(at: Local, impact: Impact, before_moves: FloatArray, along: FloatArray) -> FloatArray:
-    """What u+ of an impact moves by, (n, D), where u- moves by ``before_moves`` (n, D) in the directions of ``at``;
-    ``along`` (D, columns) are those that there are, all contacts closed.
+def after_impact(at: Local, impact: Impact, before_moves: FloatArray) -> tuple[FloatArray, Checks]:
+    """What u+ of an impact moves by, (n, D), where u- moves by ``before_moves`` (n, D) in the directions of ``at``; and
+    checks of those that there are.
 
     Raises ``ValueError`` for an impact that has no derivative, or whose law is not covered, and says why.
     """
@@ -92,11 +95,11 @@ def after_impact(at: Local, impact: Impact, before_moves: FloatArray, along: Flo
         )
     alike = len({model.contacts[contact][1] for contact in chosen}) == 1
     if law == "newton" or not e.any() or (not mu.any() and alike):
-        return _by_newton(at, impact, chosen, e, mu, before_moves, along)
+        return _by_newton(at, impact, chosen, e, mu, before_moves)
     if law == "poisson":
-        return _by_poisson(at, impact, chosen, e, mu, before_moves, along)
+        return _by_poisson(at, impact, chosen, e, mu, before_moves)
     if len(chosen) == 1 and _slides_through(at, impact, chosen[0]):
-        return _by_newton(at, impact, chosen, e, mu, before_moves, along)
+        return _by_newton(at, impact, chosen, e, mu, before_moves)
     raise _refused(
         at,
         impact,
@@ -129,6 +132,28 @@ def _speed(at: Local, contact: int, *u: FloatArray) -> float:
     return max(float(sizes @ np.abs(one)) for one in u) or 1.0
 
 
+def prepare(at: Places, impacts: Sequence[Impact]) -> None:
+    """Find what impacts at as many configurations need, for all of them at once: where several strike together at one,
+    the first of them; by Poisson's law the rest follows from what its compression ends with."""
+    count, by = len(at.model.contacts), ("q", "k")
+    if len(impacts) < 2:
+        return
+    before, after = (np.array([getattr(one, name) for one in impacts]) for name in ("u_minus", "u_plus"))
+    P, F = np.zeros((len(impacts), count)), np.zeros((len(impacts), count))
+    for i, one in enumerate(impacts):
+        chosen = [at.model._contact(contact) for contact in one.contacts]
+        P[i, chosen] = one.impulses
+        if one.friction.size:
+            F[i, chosen] = one.friction
+    at.gaps_move()
+    at.gap_rates_move(before, by)
+    at.closure_rates_move(after, by)
+    at.pushes_move(P, F)
+    at.tangent("jump", len(after[0]) + len(at.model.rows), after - before, by, multipliers=at.loop_impulses(P, F))
+    if F.any():
+        at.slips_move(after, by)
+
+
 def _by_newton(
     at: Local,
     impact: Impact,
@@ -136,8 +161,7 @@ def _by_newton(
     e: FloatArray,
     mu: FloatArray,
     before_moves: FloatArray,
-    along: FloatArray,
-) -> FloatArray:
+) -> tuple[FloatArray, Checks]:
     """N u+ = -e N u- where it pushes."""
     u_minus, u_plus, share = impact.u_minus, impact.u_plus, impact.restitution_share
     whole, e = e, share * e
@@ -152,10 +176,11 @@ def _by_newton(
     approach = at.gap_rates_move(u_minus, ("q", "k")) + at.gap_rows @ before_moves
     for c, e_c in zip(chosen, e, strict=True):
         wanted[c] = -e_c * approach[c] - share * changes[c] * float(at.gap_rows[c] @ u_minus)
-    stage = Stage(ways, u_minus, u_plus, before_moves, wanted, np.zeros_like(wanted), along)
-    stage.share = {c: -e_c * float(at.gap_rows[c] @ u_minus) for c, e_c in zip(chosen, whole, strict=True)}
+    stage = Stage(ways, u_minus, u_plus, before_moves, wanted, np.zeros_like(wanted), [])
+    if share < 1.0:
+        stage.share = {c: -e_c * float(at.gap_rows[c] @ u_minus) for c, e_c in zip(chosen, whole, strict=True)}
     _move(at, stage)
-    return stage.after_moves if share == 1.0 else _without_gain(at, impact, stage)
+    return stage.after_moves if share == 1.0 else _without_gain(at, impact, stage), stage.checks
 
 
 def _without_gain(at: Local, impact: Impact, stage: Stage) -> FloatArray:
@@ -188,8 +213,7 @@ def _by_poisson(
     e: FloatArray,
     mu: FloatArray,
     before_moves: FloatArray,
-    along: FloatArray,
-) -> FloatArray:
+) -> tuple[FloatArray, Checks]:
     """Compression to N u = 0, then at least e times its impulses."""
     model, count, k = at.model, len(at.model.contacts), len(chosen)
     compressed, impulses, outcome = model.kernels.impact(
@@ -203,7 +227,7 @@ def _by_poisson(
     named = [dict(zip(chosen, one.tolist(), strict=True)) for one in (P, F, impact.impulses - P, friction - F)]
     first = _ways(at, impact, chosen, mu, impact.u_minus, compressed, named[0], named[1], still)
     none = np.zeros((count, before_moves.shape[1]))
-    compression = Stage(first, impact.u_minus, compressed, before_moves, none, none.copy(), along)
+    compression = Stage(first, impact.u_minus, compressed, before_moves, none, none.copy(), [])
     _move(at, compression)
     least = dict(zip(chosen, (e * P).tolist(), strict=True))
     then = _ways(at, impact, chosen, mu, compressed, impact.u_plus, named[2], named[3], still, least)
@@ -211,9 +235,9 @@ def _by_poisson(
     changes = at.coefficients_move("restitution")
     for i, c in enumerate(chosen):
         given[c] = e[i] * compression.P[c] + changes[c] * P[i]
-    expansion = Stage(then, compressed, impact.u_plus, compression.after_moves, none, given, along)
+    expansion = Stage(then, compressed, impact.u_plus, compression.after_moves, none, given, compression.checks)
     _move(at, expansion)
-    return expansion.after_moves
+    return expansion.after_moves, expansion.checks
 
 
 def _ways(
@@ -312,12 +336,8 @@ def _move(at: Local, stage: Stage) -> None:
     for way in stage.ways:
         P[way.contact], F[way.contact] = way.P, way.F
     jump = np.ascontiguousarray(stage.after - stage.before)
-    _, Lambda, _ = model.kernels.impulse(
-        at.q[None],
-        np.ascontiguousarray((at.gap_rows.T @ P + at.slip_rows.T @ F)[None]),
-        np.zeros((1, rows + 1)),
-    )
-    held = at.tangent("jump", n + rows, jump, ("q", "k"), multipliers=Lambda[0])
+    Lambda = at.loop_impulses(P, F)
+    held = at.tangent("jump", n + rows, jump, ("q", "k"), multipliers=Lambda)
     f = held[:n] + at.pushes_move(P, F)
     friction = model.kernels.friction
     changes = at.coefficients_move("friction") if any(way.sign for way in stage.ways) else np.zeros((count, 0))
@@ -340,43 +360,54 @@ def _move(at: Local, stage: Stage) -> None:
             columns.append(at.slip_rows[way.contact])
             wanted.append((at.slip_rows[way.contact], -slips[way.contact]))
     # A (du- + change) = -dA u+
-    shut = -at.tangent("closure_rate", rows, stage.after, ("q", "k")) - at.closure_rows @ stage.before_moves
+    shut = -at.closure_rates_move(stage.after, ("q", "k")) - at.closure_rows @ stage.before_moves
     moved = stage.before_moves + at.response(f, shut)
     if columns:
         answer = at.response(np.array(columns).T, np.zeros((rows, len(columns))))
         N = np.array([row for row, _ in wanted])
         rates, alike = np.array([rate for _, rate in wanted]), not any(way.sign for way in stage.ways)
-        z = solved(at, N @ answer, rates - N @ moved, alike=alike)
-        _check_kept(at, stage, N, rates, N @ (moved + answer @ z), np.abs(N) @ np.abs(moved))
+        z, unique = solved(at, N @ answer, rates - N @ moved, alike=alike)
+        if not unique:
+            _keep(at, stage, N, rates, N @ (moved + answer @ z), np.abs(N) @ np.abs(moved))
         moved = moved + answer @ z
         for i, c in enumerate(which):
             stage.P[c] = z[i]
-        more = np.array([[stage.share.get(c, 0.0)] for c in which] + [[0.0]] * (len(columns) - len(which)))
-        stage.by_share = (answer @ solved(at, N @ answer, more, alike=alike))[:, 0]
+        if stage.share:
+            more = np.array([[stage.share.get(c, 0.0)] for c in which] + [[0.0]] * (len(columns) - len(which)))
+            stage.by_share = (answer @ solved(at, N @ answer, more, alike=alike)[0])[:, 0]
+    _keep_all(at, stage, moved, slips)
+    stage.after_moves = moved
+
+
+def _keep_all(at: Local, stage: Stage, moved: FloatArray, slips: FloatArray | None) -> None:
+    """What rests beside others stays at rest in all directions, which move rates by ``moved`` and bend ``slips``."""
     for way in stage.ways:
         for kept in way.kept:
             row, bent = at.gap_rows[way.contact], at.gap_rates_move(stage.after, ("q", "k"))[way.contact]
             if kept == "sliding" and slips is not None:
                 row, bent = at.slip_rows[way.contact], slips[way.contact]
             rate = (row @ moved + bent)[None]
-            _check_kept(
-                at, stage, row[None], np.zeros_like(rate), rate, (np.abs(row) @ np.abs(moved) + np.abs(bent))[None]
-            )
-    stage.after_moves = moved
+            sizes = (np.abs(row) @ np.abs(moved) + np.abs(bent))[None]
+            _keep(at, stage, row[None], np.zeros_like(rate), rate, sizes)
 
 
-def _check_kept(
-    at: Local, stage: Stage, rows: FloatArray, wanted: FloatArray, found: FloatArray, sizes: FloatArray
-) -> None:
-    """Rows have the rates that they are to have, in all directions that there are, dependent ones too."""
-    missed = np.max(np.abs((found - wanted) @ stage.along), axis=0)
-    terms = np.max((sizes + np.abs(wanted)) @ np.abs(stage.along), axis=0)
-    # of what no column moves all is rounding
-    most = np.max([whole_of(at.model, at.moving, row) for row in rows], axis=0) / (at.model.time or at.model.duration)
-    allowed = MISSED * (terms + MISSED * most)
-    if np.any(missed > allowed):
-        column = at.moving.columns[int(np.argmax(missed - allowed))]
-        raise ValueError(
-            f"{at.model.name}: found contacts that strike at t = {at.t:.9g} s with rows that depend on each other, "
-            f"which {column} parts; there is no derivative by it"
+def _keep(at: Local, stage: Stage, rows: FloatArray, wanted: FloatArray, found: FloatArray, sizes: FloatArray) -> None:
+    """Rows have the rates that they are to have, in all directions that there are, dependent ones too: that is to be
+    checked."""
+
+    def check(along: FloatArray) -> None:
+        missed = np.max(np.abs((found - wanted) @ along), axis=0)
+        terms = np.max((sizes + np.abs(wanted)) @ np.abs(along), axis=0)
+        # of what no column moves all is rounding
+        most = np.max([whole_of(at.model, at.moving, row) for row in rows], axis=0) / (
+            at.model.time or at.model.duration
         )
+        allowed = MISSED * (terms + MISSED * most)
+        if np.any(missed > allowed):
+            column = at.moving.columns[int(np.argmax(missed - allowed))]
+            raise ValueError(
+                f"{at.model.name}: found contacts that strike at t = {at.t:.9g} s with rows that depend on each "
+                f"other, which {column} parts; there is no derivative by it"
+            )
+
+    stage.checks.append(check)

@@ -33,6 +33,18 @@ def misses(
     ``stays``, it has no restitution, and slides, sticks, rolls over and is let go behind its impacts."""
     scene = fuzz.scene(n, rough)
     models = workshop.model(scene, derivatives=True), workshop.model(scene, "wide")
+    for thrown in throws(models, n, rough, seed, count, stays):
+        try:
+            yield _miss(*thrown, parameters(rough, stays)), ""
+        except ValueError as error:
+            yield 0.0, str(error)
+
+
+def throws(
+    models: tuple[Any, Any], n: int, rough: bool, seed: int, count: int, stays: bool = False
+) -> Iterator[tuple[Any, Any, Any, Any, float, np.random.Generator]]:
+    """So many throws of loops of n rods: the model in doubles and in wide numbers, a start, an end, and random numbers
+    to go on with."""
     made = number = 0
     while made < count:
         rng = np.random.default_rng([seed, n, rough, number])
@@ -43,10 +55,7 @@ def misses(
         if thrown is None:
             continue
         made += 1
-        try:
-            yield _miss(*thrown, rng, parameters(rough, stays)), ""
-        except ValueError as error:
-            yield 0.0, str(error)
+        yield *thrown, rng
 
 
 def _thrown(
@@ -76,9 +85,15 @@ def _thrown(
 
 
 def _miss(model: Any, wide: Any, q: Any, u: Any, end: float, rng: np.random.Generator, names: tuple[str, ...]) -> float:
+    wrt = directions(q, names, rng)
+    found = sensitivities(model, wrt, ["q", "u", "impact_times"], q, u, until=end, rtol=RTOL)
+    return relative(found.jacobian, along(wide, model, wrt, end, q, u))
+
+
+def directions(q: Any, names: tuple[str, ...], rng: np.random.Generator) -> dict[str, Any]:
+    """One direction in q0, one in u0, and each of the parameters."""
     columns = 2 + len(names)
     wrt = {"q0": np.zeros((len(q), columns)), "u0": np.zeros((len(q), columns))}
     wrt["q0"][:, 0], wrt["u0"][:, 1] = rng.normal(size=len(q)), rng.normal(size=len(q))
     wrt |= {name: np.eye(columns)[2 + k] for k, name in enumerate(names)}
-    found = sensitivities(model, wrt, ["q", "u", "impact_times"], q, u, until=end, rtol=RTOL)
-    return relative(found.jacobian, along(wide, model, wrt, end, q, u))
+    return wrt

@@ -216,3 +216,33 @@ enum outcome acceleration_tangents(struct system *s, double t, const double *q, 
     give_back(s->arena, mark);
     return outcome;
 }
+
+enum outcome impulse_tangents(struct system *s, const double *q, int blocks, const double *right, double *tangents)
+{
+    const struct ccgen_derivatives *d = s->model->derivatives;
+    const struct mark mark = s->arena->top;
+    double missed;
+    const struct ccgen_arguments at = {.k = s->k, .q = q};
+    const struct ccgen_arguments sides = {.f = right, .y = right + s->n * d->lanes};
+    enum outcome outcome = OUTCOME_DONE;
+    if (s->refine || d->solve(&at, &sides, blocks, tangents))
+        outcome = solve_all(s, q, blocks, right, tangents, &missed);
+    give_back(s->arena, mark);
+    return outcome;
+}
+
+void collocate_tangents(int n, int stages, int width, double h, const double *A, const double *twice, const double *J,
+                        double *K)
+{
+    for (int j = 0; j < stages; j++)
+        for (int m = 0; m < n; m++)
+            for (int i = 0; i < stages; i++) {
+                const double by_q = -h * h * twice[i * stages + j], by_u = -h * A[i * stages + j];
+                const double *from = J + (size_t)i * n * width + m;
+                double *to = K + ((size_t)(j * n + m) * stages + i) * n;
+                for (int l = 0; l < n; l++)
+                    to[l] = by_q * from[l * width] + by_u * from[l * width + n];
+                if (i == j)
+                    to[m] += 1.0;
+            }
+}

@@ -22,4 +22,14 @@ enum outcome acceleration_tangents(struct system *s, double t, const double *q, 
                                    const double *lambda, const struct directions *along, double *tangents,
                                    double *miss);
 
+/* tangents[blocks][n + rows][lanes]: jumps and impulses of `system_impulse` along right[blocks][n + rows][lanes], generalized
+ * impulses and behind them closure rates */
+enum outcome impulse_tangents(struct system *s, const double *q, int blocks, const double *right, double *tangents);
+
+/* The transposed matrix K[stages n][stages n] of the equations that the tangents w of the accelerations at the nodes of a step
+ * fulfil, w_i = J_q,i (.. + h^2 twice_ij w_j) + J_u,i (.. + h A_ij w_j) (docs/theory, eq. 11.7), from J[stages][n][width], whose
+ * first n columns are by q and the next n by u */
+void collocate_tangents(int n, int stages, int width, double h, const double *A, const double *twice, const double *J,
+                        double *K);
+
 #endif
