@@ -73,7 +73,9 @@ class RunFunction(Function):
         with faults.collecting():
             self._arguments = arguments_of(model, wrt, start, options["inputs"])
         with faults.collecting():
-            self._check_outputs()
+            check_outputs(model, self.outputs)
+        if not self.outputs:
+            faults.add("outputs: found none, expected at least one")
         with faults.collecting():
             self._at = None if at is None else _times(at, options["until"])
             if self._at is not None and options["until"] is None:
@@ -95,16 +97,6 @@ class RunFunction(Function):
             return None
         times = 1 if self._at is None else len(self._at)
         return times * sum(len(self.model.q_names) if one in WHOLE else 1 for one in self.outputs)
-
-    def _check_outputs(self) -> None:
-        faults, names = Faults(), [label(one) for one in self.outputs]
-        if not names:
-            faults.add("outputs: found none, expected at least one")
-        for name in dict.fromkeys(name for name in names if names.count(name) > 1):
-            faults.add(f"outputs: found {name} {names.count(name)} times, expected names that differ")
-        with faults.collecting():
-            check_outputs(self.model, self.outputs)
-        faults.stop_if_any()
 
     def __repr__(self) -> str:
         outputs = ", ".join(label(one) for one in self.outputs)
