@@ -45,6 +45,12 @@ def by_hand(way: str, step: float) -> Any:
     return np.array(columns).T
 
 
+@pytest.fixture(autouse=True)
+def once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nothing is repeated to be timed better."""
+    monkeypatch.setattr("ccgen.runtime.cost.gradient.SPENT", 0.0)
+
+
 @pytest.fixture(scope="module")
 def ball(workshop: Workshop) -> Any:
     return workshop.model(BOUNCED, derivatives=True)
@@ -102,7 +108,6 @@ def test_a_way_without_derivatives_is_worth_nothing(ball: Any) -> None:
 def test_the_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "bounced.toml").write_text(BOUNCED)
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("ccgen.runtime.cost.gradient.SPENT", 0.0)
     done = CliRunner().invoke(app, ["cost", "bounced.toml", "--gradient", "--until", "0.8", "--by", "u0,gravity.g"])
     assert done.exit_code == 0, done.output
     lines = done.output.splitlines()
