@@ -117,7 +117,9 @@ def print_tables(measured: Sequence[Measured]) -> None:
     from rich.table import Table
 
     console = Console(width=140, highlight=False, soft_wrap=True)
-    differences = [one for one in measured if one.way != "tangent"]
+    from ccgen.runtime.cost.gradient import DIFFERENCES, WAYS
+
+    differences = [one for one in measured if one.way in DIFFERENCES]
     kinds = list(dict.fromkeys((one.way, one.rtol) for one in differences))
     table = Table("step", box=None, pad_edge=False, padding=(0, 2, 0, 0))
     for way, rtol in kinds:
@@ -127,12 +129,14 @@ def print_tables(measured: Sequence[Measured]) -> None:
         table.add_row(f"{step:.1e}", *(_number(errors[(*kind, step)]) for kind in kinds))
     console.print(table)
     console.print()
-    table = Table("tangent, rtol", box=None, pad_edge=False, padding=(0, 2, 0, 0))
-    for title in ("error", "wall time, ms"):
-        table.add_column(title, justify="right", no_wrap=True)
-    for one in measured:
-        if one.way == "tangent":
-            table.add_row(f"{one.rtol:.0e}", _number(one.error), f"{1e3 * one.seconds:.2f}")
+    along = WAYS[len(DIFFERENCES) :]
+    table = Table("rtol", box=None, pad_edge=False, padding=(0, 2, 0, 0))
+    for way in along:
+        for title in ("error", "wall time, ms"):
+            table.add_column(f"{way}: {title}", justify="right", no_wrap=True)
+    found = {(one.way, one.rtol): (_number(one.error), f"{1e3 * one.seconds:.2f}") for one in measured}
+    for rtol in dict.fromkeys(one.rtol for one in measured if one.way in along):
+        table.add_row(f"{rtol:.0e}", *(cell for way in along for cell in found[way, rtol]))
     console.print(table)
 
 
@@ -149,7 +153,7 @@ def tell_left(columns: Columns) -> None:
 
 def advice(measured: Sequence[Measured], rtol: float) -> list[str]:
     """What each way gets at best with the scene's tolerance, and what that takes."""
-    from ccgen.runtime.cost.gradient import WAYS, best
+    from ccgen.runtime.cost.gradient import DIFFERENCES, WAYS, best
 
     lines = []
     for way in WAYS:
@@ -157,7 +161,7 @@ def advice(measured: Sequence[Measured], rtol: float) -> list[str]:
         if found.error == float("inf"):
             lines.append(f"{way} at rtol {rtol:.0e}: no derivatives")
             continue
-        step = "" if way == "tangent" else f" with steps of {found.step:.0e}"
+        step = f" with steps of {found.step:.0e}" if way in DIFFERENCES else ""
         lines.append(f"{way} at rtol {rtol:.0e}: {found.error:.0e} at best{step}, {1e3 * found.seconds:.3g} ms")
     return lines
 

@@ -20,6 +20,7 @@ from ..arrays import FloatArray
 from ..functions.arguments import Arguments, arguments_of
 from ..functions.run_function import RunFunction, run_function
 from ..model.model import Model
+from ..sensitivity.jacobian import Mode
 from ..simulate import simulate
 from .accuracy import LARGEST_DOUBT, REPEATS, SPENT
 
@@ -33,7 +34,8 @@ WIDE_STEP, WIDE_RTOL = 2.0**-15, 1e-18
 are, and what rounding leaves, 1e-18 of a run, is divided by it."""
 NOTHING = 1e-9
 """A column whose largest number is below this is looked at as it is, not in parts of that."""
-WAYS = ("one-sided", "central", "tangent")
+WAYS = ("one-sided", "central", "tangent", "adjoint")
+DIFFERENCES = WAYS[:2]
 
 
 @dataclass(frozen=True)
@@ -164,7 +166,8 @@ def measure(
     arguments = arguments_of(model, names, (None, None), None)
     seconds, spent, error = np.inf, 0.0, np.inf
     for _ in range(REPEATS):
-        function = run_function(model, names, "q", until=until, rtol=rtol)
+        mode: Mode = "adjoint" if way == "adjoint" else "tangent"
+        function = run_function(model, names, "q", until=until, rtol=rtol, mode=mode)
         began = time.perf_counter()
         try:
             found = derived(function, arguments, way, step)
@@ -179,9 +182,9 @@ def measure(
 
 def derived(function: RunFunction, arguments: Arguments, way: str, step: float) -> FloatArray:
     """The derivatives in one way."""
-    if way == "tangent":
-        return function.jacobian(arguments.start)
-    return np.asarray(differences(function.value, arguments, step, way))
+    if way in DIFFERENCES:
+        return np.asarray(differences(function.value, arguments, step, way))
+    return function.jacobian(arguments.start)
 
 
 def compare(
@@ -195,8 +198,8 @@ def compare(
 ) -> list[Measured]:
     """Differences over their steps, of runs at ``rtol`` and at :data:`TIGHT`, and derivatives along runs at all
     tolerances."""
-    asked = [(way, t, h) for t in sorted({rtol, TIGHT}, reverse=True) for way in WAYS[:2] for h in steps]
-    asked += [("tangent", t, np.nan) for t in sorted({*TOLERANCES, rtol}, reverse=True)]
+    asked = [(way, t, h) for t in sorted({rtol, TIGHT}, reverse=True) for way in DIFFERENCES for h in steps]
+    asked += [(way, t, np.nan) for way in WAYS[2:] for t in sorted({*TOLERANCES, rtol}, reverse=True)]
     found = []
     for k, (way, tolerance, step) in enumerate(asked):
         tell(k, len(asked))

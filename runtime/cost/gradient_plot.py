@@ -13,9 +13,9 @@ from ..extras import needed
 from ..files import write_whole
 from ..pictures.link_colours import COLOURS
 from ..pictures.plot import INK, SOFT
-from .gradient import WAYS, Measured
+from .gradient import DIFFERENCES, WAYS, Measured
 
-MARKERS = dict(zip(WAYS, "osD", strict=True))
+MARKERS = dict(zip(WAYS, "osDv", strict=True))
 LEAST = 1e-16
 """Errors smaller than this are drawn there."""
 
@@ -29,9 +29,9 @@ def draw_gradient(
     figure = figure_module.Figure(figsize=(10.0, 5.0), dpi=120, layout="constrained")
     backend.FigureCanvasAgg(figure)
     left, right = figure.subplots(1, 2, sharey=True)
-    tolerances = sorted({one.rtol for one in measured if one.way != "tangent"}, reverse=True)
+    tolerances = sorted({one.rtol for one in measured if one.way in DIFFERENCES}, reverse=True)
     for k, way in enumerate(WAYS):
-        for tolerance in [None] if way == "tangent" else tolerances:
+        for tolerance in tolerances if way in DIFFERENCES else [None]:
             rows = [one for one in measured if one.way == way and tolerance in (None, one.rtol)]
             rows = [one for one in rows if np.isfinite(one.error)]
             tight = tolerance is not None and tolerance != rtol
@@ -43,10 +43,15 @@ def draw_gradient(
                 "label": way if tolerance is None else f"{way}, rtol {tolerance:.0e}",
             }
             errors = [max(one.error, LEAST) for one in rows]
-            if way == "tangent":
+            if way not in DIFFERENCES:
                 at = [error for error, one in zip(errors, rows, strict=True) if one.rtol == rtol]
                 for error in at:
-                    left.axhline(error, color=COLOURS[k], label=f"{way}, rtol {rtol:.0e}")
+                    left.axhline(
+                        error,
+                        color=COLOURS[k],
+                        linestyle="--" if way == WAYS[-1] else "-",
+                        label=f"{way}, rtol {rtol:.0e}",
+                    )
                 right.loglog([1e3 * one.seconds for one in rows], errors, linestyle="none", **style)
             else:
                 left.loglog([one.step for one in rows], errors, ":" if tight else "-", **style)

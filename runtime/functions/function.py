@@ -72,10 +72,14 @@ class Function(ABC):
     def vjp(self, x: ArrayLike, w: ArrayLike) -> FloatArray:
         """What the values weighted with w (m,) move by, (p,). All that asks for gradients backwards asks here."""
         jacobian = self.jacobian(x)
-        weights = read_numbers(w, "w")
-        if weights.shape != (len(jacobian),):
-            raise ValueError(f"w: found shape {weights.shape}, expected ({len(jacobian)},), a weight for each value")
-        return np.asarray(weights @ jacobian)
+        return np.asarray(self._weights(w, len(jacobian)) @ jacobian)
+
+    @staticmethod
+    def _weights(w: ArrayLike, count: int) -> FloatArray:
+        weights = np.asarray(read_numbers(w, "w"), dtype=float)
+        if weights.shape != (count,):
+            raise ValueError(f"w: found shape {weights.shape}, expected ({count},), a weight for each value")
+        return weights
 
     def to_jax(self, *, reverse: bool = False) -> Callable[[Any], Any]:
         """This as a function of JAX, of float64 (p,) to float64 (m,); works under ``jit``, ``vmap`` (one by one),

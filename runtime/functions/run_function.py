@@ -16,7 +16,7 @@ from ..model.model import Model
 from ..model.numbers import read_numbers
 from ..precision import need_doubles
 from ..run import Run
-from ..sensitivity.jacobian import run_sensitivities
+from ..sensitivity.jacobian import MODES, Mode, run_sensitivities, run_vjp
 from ..sensitivity.told import TIMES, WHOLE, Output, check_outputs, label
 from ..simulate import simulate
 from ..simulation.one_run import options_of
@@ -57,6 +57,7 @@ class RunFunction(Function):
         start: tuple[ArrayLike | None, ArrayLike | None],
         at: ArrayLike | None,
         on_stop: str,
+        mode: Mode,
         options: dict[str, Any],
     ) -> None:
         need_doubles(model.precision, model.name, "derivatives of a run")
@@ -66,13 +67,15 @@ class RunFunction(Function):
         self.outputs: tuple[Output, ...] = (
             (outputs,) if isinstance(outputs, str) or callable(outputs) else tuple(outputs)
         )
-        self._start, self._options, self._on_stop = start, options, on_stop
+        self._start, self._options, self._on_stop, self._mode = start, options, on_stop, mode
         self._kept: Kept | None = None
         self.evaluations = 0
         with faults.collecting():
             self._arguments = arguments_of(model, wrt, start, options["inputs"])
         with faults.collecting():
-            self._check_outputs()
+            check_outputs(model, self.outputs)
+        if not self.outputs:
+            faults.add("outputs: found none, expected at least one")
         with faults.collecting():
             self._at = None if at is None else _times(at, options["until"])
             if self._at is not None and options["until"] is None:
@@ -83,6 +86,8 @@ class RunFunction(Function):
             self.rtol = options_of(model, inputs=None, **asked, **others).settings.rtol
         if on_stop not in STOPS:
             faults.add(f"on_stop: found {on_stop!r}, expected one of {', '.join(STOPS)}")
+        if mode not in MODES:
+            faults.add(f"mode: found {mode!r}, expected one of {', '.join(MODES)}")
         faults.stop_if_any()
         self._count = self._known_count()
 
@@ -92,16 +97,6 @@ class RunFunction(Function):
             return None
         times = 1 if self._at is None else len(self._at)
         return times * sum(len(self.model.q_names) if one in WHOLE else 1 for one in self.outputs)
-
-    def _check_outputs(self) -> None:
-        faults, names = Faults(), [label(one) for one in self.outputs]
-        if not names:
-            faults.add("outputs: found none, expected at least one")
-        for name in dict.fromkeys(name for name in names if names.count(name) > 1):
-            faults.add(f"outputs: found {name} {names.count(name)} times, expected names that differ")
-        with faults.collecting():
-            check_outputs(self.model, self.outputs)
-        faults.stop_if_any()
 
     def __repr__(self) -> str:
         outputs = ", ".join(label(one) for one in self.outputs)
@@ -134,6 +129,20 @@ class RunFunction(Function):
             self._kept = kept = kept._replace(value=value, jacobian=found)
         assert kept.jacobian is not None
         return value.copy(), kept.jacobian.copy()
+
+    def vjp(self, x: ArrayLike, w: ArrayLike) -> FloatArray:
+        """What the outputs weighted with w (m,) move by, (p,), in adjoint mode: no Jacobian is made for it."""
+        kept = self._at_x(x)
+        value = self._values(kept)
+        if kept.jacobian is not None:
+            return super().vjp(x, w)
+        weights = self._weights(w, len(value))
+        q0, u0 = self._given(kept.x)
+        names = self._arguments.names
+        found: FloatArray = self._told(
+            kept.x, lambda: run_vjp(kept.run, weights, names, self.outputs, self._at, (q0, u0))
+        )
+        return found
 
     # -- the run that is kept: replaced as a whole, so that threads at worst make one anew ---------------------------
 
@@ -188,8 +197,14 @@ class RunFunction(Function):
         )
 
     def _derived(self, kept: Kept) -> FloatArray:
-        q0, u0 = (None if one is None else np.asarray(one, dtype=float) for one in self._split(kept.x)[0])
-        return run_sensitivities(kept.run, self._arguments.names, self.outputs, self._at, (q0, u0)).jacobian
+        q0, u0 = self._given(kept.x)
+        names = self._arguments.names
+        return run_sensitivities(kept.run, names, self.outputs, self._at, (q0, u0), self._mode).jacobian
+
+    def _given(self, x: FloatArray) -> tuple[FloatArray | None, FloatArray | None]:
+        """The start as the run has it from x, with None for what is the scene's."""
+        q0, u0 = (None if one is None else np.asarray(one, dtype=float) for one in self._split(x)[0])
+        return q0, u0
 
     def _told(self, x: FloatArray, work: Callable[[], Any]) -> Any:
         """What ``work`` gives; what it refuses is refused with x."""
@@ -224,11 +239,13 @@ def run_function(
     params: dict[str, float] | None = None,
     inputs: Given = None,
     on_stop: str = "refuse",
+    mode: Mode = "auto",
 ) -> RunFunction:
     """Outputs of a model's run as a function of starts, parameters and inputs, with exact derivatives.
 
     ``wrt`` names the entries of its vector, ``"q0"``, ``"u0"``, parameters by their paths and inputs, in that order;
-    ``outputs`` and ``at`` what its values are, as for :func:`~.sensitivities.sensitivities`, and all other arguments
+    ``outputs``, ``at`` and ``mode`` say what its values are and how Jacobians are made, as for
+    :func:`~.sensitivities.sensitivities`, and all other arguments
     are those of :func:`simulate`: what ``wrt`` does not name. The run ends with the last of the times ``at`` unless
     ``until`` is given. A run that stops early has no values: that is refused, or with ``on_stop="nan"`` they are no
     numbers, from which searches step back.
@@ -239,4 +256,4 @@ def run_function(
         raise TypeError(f"model: found {type(model).__name__}, expected a Model; load one with load_model(folder)")
     begun = model.with_parameters(dict(params)) if params else model.as_it_is()
     options = {"until": until, "rtol": rtol, "atol": atol, "method": method, "step": step, "inputs": inputs}
-    return RunFunction(begun, wrt, outputs, (q0, u0), at, on_stop, options)
+    return RunFunction(begun, wrt, outputs, (q0, u0), at, on_stop, mode, options)

@@ -37,6 +37,26 @@ def test_it_is_the_closed_form(ball: Any) -> None:
     assert function.vjp(moved, w) == pytest.approx(w @ bounced_jacobian(moved), rel=1e-10, abs=1e-11)
 
 
+def test_weighted_derivatives_need_no_jacobian(ball: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """They are taken back through the run; once there is a Jacobian, from that."""
+    w = np.array([1.0, -2.0, 3.0, 0.5])
+    function = run_function(ball, WRT, OUTPUTS, at=AT, inputs={"push": 0.8})
+    with monkeypatch.context() as patch:
+        patch.setattr("ccgen.runtime.functions.run_function.run_sensitivities", None)
+        found = function.vjp(X, w)
+    assert found == pytest.approx(w @ bounced_jacobian(X), rel=1e-10, abs=1e-11)
+    function.jacobian(X)
+    monkeypatch.setattr("ccgen.runtime.functions.run_function.run_vjp", None)
+    assert function.vjp(X, w) == pytest.approx(found, rel=1e-12)
+    assert function.evaluations == 1
+
+
+@pytest.mark.parametrize("mode", ["tangent", "adjoint"])
+def test_both_modes_are_the_closed_form(mode: Any, ball: Any) -> None:
+    function = run_function(ball, WRT, OUTPUTS, at=AT, inputs={"push": 0.8}, mode=mode)
+    assert function.jacobian(X) == pytest.approx(bounced_jacobian(X), rel=1e-10, abs=1e-11)
+
+
 def test_what_it_gives_is_not_what_it_keeps(ball: Any) -> None:
     function = run_function(ball, "gravity.g", "ball.y", at=AT)
     x = function.x0
@@ -112,6 +132,7 @@ def test_runs_that_stop_early(slider: Any) -> None:
         ({"q0": [1.0]}, ("q0: found shape (1,), expected (3,)",)),
         ({"inputs": lambda t, q, u: 0.0}, ("inputs: found a controller, expected constants",)),
         ({"rtol": -1.0}, ("rtol",)),
+        ({"mode": "both"}, ("mode: found 'both', expected one of auto",)),
         ({"on_stop": "ignore"}, ("on_stop: found 'ignore', expected one of refuse, nan",)),
         ({"wrt": "gravity.h", "outputs": "ball.z", "on_stop": ""}, ("gravity.h", "ball.z", "on_stop")),
     ],
