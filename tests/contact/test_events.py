@@ -76,7 +76,7 @@ DIPS = [1e-3, 1e-5, 1e-7, 1e-9]
 """Depths (m) of the dip under the ground."""
 
 
-@pytest.mark.sample(3)
+@pytest.mark.sample(1)
 @pytest.mark.parametrize("depth", DIPS)
 @pytest.mark.parametrize("weight", [0.0, G], ids=["weightless", "falling"])
 def test_a_dip_inside_one_step_is_caught(triangle: Any, weightless: Any, weight: float, depth: float) -> None:

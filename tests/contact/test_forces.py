@@ -121,6 +121,7 @@ def test_states_without_forces_of_contact_are_refused(leaning: Any) -> None:
             leaning.acceleration(q[0], [0.0], contacts=contacts)
 
 
+@pytest.mark.sample(1)
 @pytest.mark.parametrize("friction", [0.0, 0.5])
 def test_a_hexagon_at_rest_has_its_weight_under_it(friction: float, workshop: Workshop) -> None:
     """It has fallen flat: all that its contacts push is its weight, and friction adds up to nothing."""

@@ -172,6 +172,7 @@ def touching(request: pytest.FixtureRequest, workshop: Workshop) -> Any:
     return workshop.model(form + TOUCHES + start)
 
 
+@pytest.mark.sample(1)
 def test_rows_are_those_of_the_geometry(touching: Any) -> None:
     """Gaps, rates, sliding and what both accelerate at with u' = 0, at random states on both branches of every edge."""
     rng, shape = np.random.default_rng(4), Geometry(touching)

@@ -121,7 +121,7 @@ def driven(request: pytest.FixtureRequest, workshop: Workshop) -> tuple[Any, Dri
     return workshop.model(case.text), case
 
 
-@pytest.mark.sample(2)
+@pytest.mark.sample(1)
 def test_accelerations_are_those_of_the_dense_solve(driven: tuple[Any, Driven]) -> None:
     model, case = driven
     assert model.inputs == ("push", "tail", "servo", "spin")

@@ -233,6 +233,7 @@ def test_rough_rings_in_a_corner(n: int, workshop: Workshop, reach: Reach) -> No
     _survey(f"rough ring of {n} in a corner", 0, 11, runs, reach)
 
 
+@pytest.mark.sample(1)
 @pytest.mark.parametrize("method", ["gauss", "dop853"])
 def test_a_square_crosses_a_line_close_above_the_ground(method: str, workshop: Workshop, reach: Reach) -> None:
     """1e-5 m above it all links lie in one line where both branches meet: by `gauss` 20,000 steps in a row get less far

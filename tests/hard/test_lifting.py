@@ -24,6 +24,7 @@ from .lifts import COMPILED, METHODS, lift, scene, standing
 LIFTS = int(os.environ.get("CCGEN_LIFTS", "1000" if "CCGEN_LARGE" in os.environ else "200"))
 
 
+@pytest.mark.hard
 @pytest.mark.parametrize("count", [20, hard(LIFTS)])
 def test_random_even_lifts(count: int, workshop: Workshop, reach: Reach) -> None:
     """All points leave at once, when the force reaches the weight; then the block rises without a turn."""

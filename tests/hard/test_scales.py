@@ -107,6 +107,7 @@ def test_masses_nine_orders_apart(name: str, workshop: Workshop, reach: Reach) -
     weigh(model, system, np.ones(system.size))
 
 
+@pytest.mark.hard
 def test_a_force_between_heavy_links_through_a_light_cut_is_told(workshop: Workshop, reach: Reach) -> None:
     """Two heavy links pull at each other through a light one that carries the cut: the multiplier's own last digit is
     as large as all forces on the light links. The warning says what is left."""

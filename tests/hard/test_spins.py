@@ -70,7 +70,7 @@ def spin(workshop: Workshop, walls: bool, seed: int, rtol: float, method: str = 
     return one, other
 
 
-@pytest.mark.sample(2)
+@pytest.mark.sample(1)
 @pytest.mark.parametrize("walls", [False, True], ids=["free", "walls"])
 @pytest.mark.parametrize("rtol", [1e-11, hard(1e-13), hard(1e-15)])
 @pytest.mark.parametrize("count", [10, hard(170)])
@@ -79,7 +79,7 @@ def test_lines_are_passed(count: int, rtol: float, walls: bool, workshop: Worksh
     _pass_lines(count, rtol, walls, "gauss", (1e-12, 1e-9), workshop, reach)
 
 
-@pytest.mark.sample(2)
+@pytest.mark.sample(1)
 @pytest.mark.parametrize("walls", [False, True], ids=["free", "walls"])
 @pytest.mark.parametrize("rtol", [hard(1e-11), 1e-13, hard(1e-15)])
 @pytest.mark.parametrize(

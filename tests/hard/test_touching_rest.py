@@ -145,6 +145,7 @@ height = 2.0
 """
 
 
+@pytest.mark.hard
 @pytest.mark.parametrize("rough", ["", hard('friction = 0.4\nlaw = "stronge"')])
 def test_tossed_chains_that_touch_themselves(rough: str, workshop: Workshop, reach: Reach) -> None:
     """Discs and edges of a chain of four, thrown: what must hold whether a run ends or stops and says why."""

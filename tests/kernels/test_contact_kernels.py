@@ -109,7 +109,7 @@ def moving(request: pytest.FixtureRequest, model: Any, workshop: Workshop) -> An
     return workshop.model(TELESCOPE.replace("SLOT", slot))
 
 
-@pytest.mark.sample(2)
+@pytest.mark.sample(1)
 @pytest.mark.parametrize(("rate", "bias"), [("gap_rates", "gap_bias"), ("slips", "slip_bias")])
 def test_bias_is_the_rate_of_the_rates(rate: str, bias: str, moving: Any) -> None:
     """d/dt (N u) and d/dt (T u) with u constant, by central differences in long steps of a smooth function."""

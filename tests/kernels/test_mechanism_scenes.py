@@ -436,6 +436,7 @@ def test_states_between_rows_are_as_good_where_steps_pass_lines(name: str, works
     assert run.acceleration_error <= 1e-12
 
 
+@pytest.mark.sample(1)
 @pytest.mark.parametrize("count", [1, 3, hard(5)])
 def test_rows_of_four_bars_start_upright(count: int, workshop: Workshop) -> None:
     scene = workshop.scene(f'name = "row"\n[four_bars]\ncount = {count}\nlength = 2.0\n')

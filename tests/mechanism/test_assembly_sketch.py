@@ -123,6 +123,7 @@ def branch_turn(knee: complex, elbow: complex) -> float:
     return ((elbow - knee).conjugate() * (BASE - elbow)).imag
 
 
+@pytest.mark.sample(1)
 @pytest.mark.parametrize("side", [0, 1])
 def test_a_rough_drawing_is_the_nearest_assembly_of_its_branch(side: int) -> None:
     """Angles of the drawing by hand; the assembled ones have the smallest sum of squared changes from them."""

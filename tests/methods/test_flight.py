@@ -99,6 +99,7 @@ def test_recorded_velocities_keep_the_loop_shut(run: Any) -> None:
         assert np.max(np.abs(speeds)) <= 1e-12
 
 
+@pytest.mark.sample(1)
 def test_motion_is_that_of_the_reference(run: Any, reference: tuple[Array, Array, Array]) -> None:
     """All poses and velocities of all links at 41 times, most of them between the run's own rows."""
     times, poses, velocities = reference
@@ -135,6 +136,7 @@ SMOOTH = [("open", 3, (32, 40, 48, 56)), ("floating", 5, (24, 32, 40, 48))]
 """Weightless motions, and numbers of steps between the last wild and the first rounding-limited one."""
 
 
+@pytest.mark.sample(1)
 @pytest.mark.parametrize(("family", "n", "counts"), SMOOTH, ids=str)
 def test_order_of_the_method(family: str, n: int, counts: tuple[int, ...], workshop: Workshop) -> None:
     """With fixed steps the error of DOP853 falls with the eighth power of the step."""

@@ -126,6 +126,7 @@ def test_the_stable_gait(walkers: list[Walker]) -> None:
     assert by[2, 2] + by[2, :2] @ state == pytest.approx(5.346788245468937, rel=1e-8)
 
 
+@pytest.mark.hard
 def test_the_unstable_gait(walkers: list[Walker]) -> None:
     found = [walker.gait(UNSTABLE) for walker in walkers]
     assert vanishing([state for state, _ in found]) == pytest.approx(UNSTABLE, abs=2e-11)
