@@ -161,7 +161,7 @@ def _build(scene: Scene, variant: Variant, compiler: Compiler, key: str, folder:
         _write_model(scene, banner, folder, tell, variant)
         tell("compile")
         binding.result()
-    compile_package(compiler, folder, banner.package, hash_, key, steps)
+    compile_package(compiler, folder, banner.name, hash_, key, steps)
 
 
 def _write_model(scene: Scene, banner: Banner, folder: Path, tell: Progress, variant: Variant = Variant()) -> None:

@@ -12,10 +12,16 @@ from .ensemble.reduction import Reduction
 from .ensemble.table import Ensemble
 from .fitting.curve import Fitted, fit
 from .fitting.identify import Identified, identify
+from .functions.acceleration_function import AccelerationFunction, acceleration_function
+from .functions.run_function import RunFunction, run_function
 from .load_run import load_run
 from .loading.load import load_model
 from .model.model import Model
-from .orbits.find import Orbit, find_orbit
+from .orbits.bifurcation import Bifurcation
+from .orbits.branch import Branch, continue_orbit
+from .orbits.doubling import double_period
+from .orbits.find import find_orbit
+from .orbits.orbit import Orbit
 from .record.event import Event
 from .record.hybrid_state import HybridState
 from .record.impact import Impact
@@ -26,6 +32,9 @@ from .sensitivity.jacobian import Sensitivities
 from .simulate import simulate
 
 __all__ = [
+    "AccelerationFunction",
+    "Bifurcation",
+    "Branch",
     "DrivingTorque",
     "Ensemble",
     "Equilibrium",
@@ -43,7 +52,11 @@ __all__ = [
     "Phase",
     "Reduction",
     "Run",
+    "RunFunction",
     "Sensitivities",
+    "acceleration_function",
+    "continue_orbit",
+    "double_period",
     "driving_torque",
     "ensemble",
     "find_orbit",
@@ -57,6 +70,7 @@ __all__ = [
     "methods",
     "momentum",
     "reach",
+    "run_function",
     "sensitivities",
     "simulate",
     "static_equilibrium",

@@ -15,6 +15,9 @@ EXTRAS = {
     "zarr": "zarr",
     "distributed": "cluster",
     "control": "control",
+    "jax": "jax",
+    "torch": "torch",
+    "casadi": "casadi",
 }
 INSTALL_NAMES = {"PIL": "pillow"}
 

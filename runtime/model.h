@@ -20,6 +20,18 @@
 
 #define CCGEN_CONTRACT_VERSION 13
 
+/* What a model's C gives to others ends in its package's name, so that a program can hold many models. An extension module
+ * holds one: with CCGEN_BOUND it is called the same in all, and is told its name and its hash when it is linked, so that
+ * models which differ in nothing else share what is compiled. */
+#ifdef CCGEN_BOUND
+#define CCGEN_CALLED(what, package) what##_bound
+#define CCGEN_SAID(what, text) ccgen_bound_##what
+extern const char ccgen_bound_name[], ccgen_bound_hash[];
+#else
+#define CCGEN_CALLED(what, package) what##_##package
+#define CCGEN_SAID(what, text) text
+#endif
+
 /* 1 where x is positive, else 0: formulas with branches */
 static inline double unit_step(double x)
 {

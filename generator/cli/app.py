@@ -202,6 +202,10 @@ def cost(
     ] = None,
     effects: Annotated[bool, typer.Option("--effects", help="measure what each effect costs instead")] = False,
     fold: Annotated[bool, typer.Option("--fold", help="with --effects: numbers for parameters too")] = False,
+    gradient: Annotated[bool, typer.Option("--gradient", help="measure derivatives of the end instead")] = False,
+    by: Annotated[
+        str | None, typer.Option(metavar="NAMES", help="with --gradient: parameters, q0, u0 [all that can be]")
+    ] = None,
     settings: Set = None,
     out: Annotated[Path | None, typer.Option(metavar="DIR", help="folder of the figures")] = None,
     verbose: Verbose = False,
@@ -209,7 +213,8 @@ def cost(
 ) -> None:
     """Measure error against wall time for all methods and tolerances, and say which to choose.
 
-    With --effects measure the price of each effect instead, in operations and in time.
+    With --effects measure the price of each effect instead, in operations and in time; with --gradient error against
+    wall time of derivatives, by differences over their steps and along the run.
     """
     from .cost import cost as work
     from .detail import detail
@@ -217,7 +222,8 @@ def cost(
 
     faults = Faults()
     values = faults.of(read_settings, settings or []) or {}
-    work(scene, until, error, drift, precision, effects, fold, out, detail(faults, verbose, quiet), values, faults)
+    told = detail(faults, verbose, quiet)
+    work(scene, until, error, drift, precision, effects, fold, gradient, by, out, told, values, faults)
 
 
 @app.command()
@@ -262,6 +268,87 @@ def equilibrium(
     faults = Faults()
     values = faults.of(read_settings, settings or []) or {}
     work(scene, nearest, detail(faults, verbose, quiet), values, faults)
+
+
+@app.command()
+def orbit(
+    scene: SceneFile,
+    section: Annotated[
+        str,
+        typer.Option(
+            metavar="WHERE",
+            help="the period of what drives it, as 0.2 or 2*pi/3, or a contact behind whose impact it is compared, as "
+            "ball.C,ground_0",
+        ),
+    ],
+    guess: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME=VALUE", help="a coordinate or rate near the motion [the scene's start]; may be repeated"
+        ),
+    ] = None,
+    relabel: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME=NAME",
+            help="what a coordinate becomes before it is compared: another, with a minus or not, or a number; may be "
+            "repeated",
+        ),
+    ] = None,
+    advances: Annotated[
+        str | None, typer.Option(metavar="NAMES", help="coordinates that need not come back, as hip.x")
+    ] = None,
+    crossings: Annotated[str | None, typer.Option(metavar="N", help="crossings of the section [1]")] = None,
+    until: Annotated[
+        str | None, typer.Option(metavar="T", help="how long a run may take to get to a contact in s")
+    ] = None,
+    rtol: Annotated[str | None, typer.Option(metavar="TOL", help="relative tolerance")] = None,
+    method: Annotated[str | None, typer.Option(metavar="NAME", help="integration method [gauss]")] = None,
+    along: Annotated[
+        str | None,
+        typer.Option(metavar="PARAM=LOW:HIGH", help="follow it along a parameter; write branch.csv and branch.png"),
+    ] = None,
+    double: Annotated[
+        bool, typer.Option("--double", help="with --along: follow motions of twice the period from flips too")
+    ] = False,
+    settled: Annotated[
+        str | None, typer.Option(metavar="N", help="with --along: draw where runs settle at N values too")
+    ] = None,
+    show: Annotated[
+        str | None, typer.Option(metavar="NAME", help="with --along: which coordinate or rate is drawn")
+    ] = None,
+    out: Annotated[Path | None, typer.Option(metavar="DIR", help="folder of results [results/<name>-orbit]")] = None,
+    settings: Set = None,
+    verbose: Verbose = False,
+    quiet: Quiet = False,
+) -> None:
+    """Find a periodic motion, stable or not; print its period, multipliers and state, and follow it along a parameter.
+
+    Exit code 0: found, 2: wrong input, or none was found.
+    """
+    from .detail import detail
+    from .orbit import Wanted
+    from .orbit import orbit as work
+    from .settings import read_settings
+
+    faults = Faults()
+    values = faults.of(read_settings, settings or []) or {}
+    wanted = Wanted(
+        section,
+        guess or [],
+        relabel or [],
+        advances,
+        crossings,
+        until,
+        rtol,
+        method,
+        along,
+        double,
+        settled,
+        show,
+        out,
+    )
+    work(scene, wanted, detail(faults, verbose, quiet), values, faults)
 
 
 @app.command()

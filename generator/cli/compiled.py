@@ -18,11 +18,11 @@ if TYPE_CHECKING:
     from ccgen.runtime import Model
 
 
-def compiled(scene: Scene, detail: Detail) -> Model:
-    """The compiled model of a scene, in the folder of models, which the caller has looked at; exit code 2 and a
-    sentence where there is none."""
+def compiled(scene: Scene, detail: Detail, *, derivatives: bool = False) -> Model:
+    """The compiled model of a scene, in the folder of models, which the caller has looked at, with its derivatives
+    where asked; exit code 2 and a sentence where there is none."""
     tell_assembly(scene, detail)
     from ccgen.runtime import load_model
 
     with progress(detail) as tell, refusing(CompileError, OutputError):
-        return load_model(generate(scene, MODELS, tell.stage))
+        return load_model(generate(scene, MODELS, tell.stage, derivatives=derivatives))

@@ -1,4 +1,4 @@
-"""``ccgen cost SCENE``: what a scene costs, by accuracy or by effect."""
+"""``ccgen cost SCENE``: what a scene costs, by accuracy, by effect or in derivatives."""
 
 from __future__ import annotations
 
@@ -23,12 +23,24 @@ def cost(
     precision: str | None,
     effects: bool,
     fold: bool,
+    gradient: bool,
+    by: str | None,
     out: Path | None,
     detail: Detail,
     settings: Mapping[str, float],
     faults: Faults,
 ) -> None:
-    """Measure error against time, or with ``effects`` each effect's price; options of the other one are refused."""
+    """Measure error against time, with ``effects`` each effect's price, or with ``gradient`` derivatives; options of
+    the others are refused."""
+    if gradient:
+        from .gradient import price_gradient
+
+        others = {"--effects": effects, "--fold": fold, "--drift": drift, "--error": error, "--precision": precision}
+        refuse_beside("--gradient", others, faults)
+        price_gradient(scene_file, until, by, out, detail, settings, faults)
+        return
+    if by is not None:
+        faults.add("--by: found without --gradient, expected with it only; add --gradient")
     if not effects:
         if fold:
             faults.add("--fold: found without --effects, expected with it only; add --effects")
@@ -41,11 +53,8 @@ def cost(
         aim = ERROR if wanted is None else wanted
         price_accuracy(scene_file, until, aim, drift, precisions, out, detail, settings, faults)
         return
-    others: dict[str, object] = {"--until": until, "--error": error, "--drift": drift or None, "--precision": precision}
-    others["--set"] = settings or None
-    for option, given in others.items():
-        if given is not None:
-            faults.add(f"{option}: found beside --effects, expected one of them; leave one out")
+    beside = {"--until": until, "--error": error, "--drift": drift, "--precision": precision}
+    refuse_beside("--effects", {**beside, "--set": settings}, faults)
     scene = faults.of(read, scene_file)
     from .price import FILE, price_effects
 
@@ -55,6 +64,13 @@ def cost(
     assert scene
     tell_assembly(scene, detail)
     price_effects(scene, fold, out, detail)
+
+
+def refuse_beside(option: str, others: Mapping[str, object], faults: Faults) -> None:
+    """Note which of the ``others`` are given, none of which goes with the ``option``."""
+    for name, given in others.items():
+        if given is not None and given is not False and given != {}:
+            faults.add(f"{name}: found beside {option}, expected one of them; leave one out")
 
 
 def check_error(error: object) -> None:

@@ -23,6 +23,7 @@ STAGES = {
     "draw": "drawing",
     "refer": "making a reference",
     "measure": "measuring",
+    "follow": "following the motion",
 }
 """What the stages are called on the terminal; others by their own name."""
 INTERVAL = 0.1

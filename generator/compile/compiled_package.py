@@ -12,13 +12,13 @@ from .processor import processor
 
 
 def compile_package(compiler: Compiler, folder: Path, name: str, hash_: str, key: str, steps: Steps) -> None:
-    """Compile the model of the package ``name``, whose sources lie in ``folder`` and whose binding is C already; then
+    """Compile the model of the scene ``name``, whose sources lie in ``folder`` and whose binding is C already; then
     write the record of its parts and its ``key``.
 
     ``hash_`` is that of the model. Raises ``CompileError`` where the compiler fails."""
     extension = extension_module(hash_)
     more = tuple(file for file in (DERIVATIVES,) if (folder / file).exists())
-    compile_model(compiler, folder, extension, f"ccgen_model_{name}", steps, more)
+    compile_model(compiler, folder, extension, name, hash_, steps, more)
     steps.keep()
     facts = {
         "compiler": compiler.version,

@@ -31,16 +31,20 @@ WIDTHS = ("2", "4", "8")
 BINDING = "ccgen_binding"
 """What Cython takes the name of the binding's module to be; Python finds each by that of its own extension module."""
 
+BOUND = "-DCCGEN_BOUND"
+"""Flag by which the C of a model is called the same in every extension module (``model.h``)."""
+
 NAMES = """\
-struct ccgen_model;
-extern const struct ccgen_model {descriptor};
-const struct ccgen_model *const ccgen_bound_model = &{descriptor};
+const char ccgen_bound_name[] = "{name}", ccgen_bound_hash[] = "{hash}";
+extern const struct ccgen_model ccgen_model_bound;
+const struct ccgen_model *const ccgen_bound_model = &ccgen_model_bound;
 
 void *PyInit_{binding}(void);
 __attribute__((visibility("default"))) void *PyInit_{module}(void);
 void *PyInit_{module}(void) {{ return PyInit_{binding}(); }}
 """
-"""C that says what the binding, which is compiled once for all models, is called in one, and which it hands on."""
+"""C of what a model's own names are: the rest of an extension module is compiled once for all that are alike but for
+their names and hashes."""
 
 
 class CompileError(Exception):
@@ -133,18 +137,18 @@ def cythonize(folder: Path, steps: Steps) -> None:
 
 
 def compile_model(
-    compiler: Compiler, folder: Path, module: str, descriptor: str, steps: Steps, more: Iterable[str] = ()
+    compiler: Compiler, folder: Path, module: str, name: str, hash_: str, steps: Steps, more: Iterable[str] = ()
 ) -> None:
     """Compile the binding, the model and its lanes side by side and link them into the extension ``module``.
 
-    ``descriptor`` is what the model's C calls its descriptor; ``more`` are sources besides that work in lanes.
+    ``name`` is the scene's and ``hash_`` the model's; ``more`` are sources besides that work in lanes.
     """
-    names = NAMES.format(descriptor=descriptor, binding=BINDING, module=module)
+    names = NAMES.format(name=name, hash=hash_, binding=BINDING, module=module)
     (folder / "_names.c").write_text(names)
     jobs = {
-        "model.c": (*compiler.flags(), "-I."),
-        "lanes.c": (*compiler.flags(), *LANES, "-I."),
-        **{source: (*compiler.flags(), *LANES, "-I.") for source in more},
+        "model.c": (*compiler.flags(), BOUND, "-I."),
+        "lanes.c": (*compiler.flags(), *LANES, BOUND, "-I."),
+        **{source: (*compiler.flags(), *LANES, BOUND, "-I.") for source in more},
         "_binding.c": (*LANGUAGE, "-O1", f"-I{sysconfig.get_path('include')}"),
     }
     objects = tuple(source.replace(".c", ".o") for source in jobs)
@@ -161,20 +165,30 @@ def compile_model(
 
 
 def _compile(compiler: Compiler, flags: tuple[str, ...], source: str, folder: Path, steps: Steps) -> None:
-    """One source to its object file, unless the same bytes have been compiled before with the same flags."""
-    headers = sorted(path.name for path in folder.glob("*.h"))
-    said = (compiler.version, sys.version, *compiler.command, *flags, source, *headers)
-    made_from = (*(text.encode() for text in said), *(_text(folder, name) for name in (source, *headers)))
+    """One source to its object file, unless the same has been compiled before with the same flags.
+
+    A model's source is known by what the preprocessor makes of it: without comments, which name scene and links, and
+    with the headers. The binding, which is the same for all, is known by its bytes: Python's headers are long.
+    """
+    said = (compiler.version, sys.version, *compiler.command, *flags, source)
+    seen = _preprocessed(compiler, flags, source, folder) if BOUND in flags else _text(folder, source)
     command = (*compiler.command, *flags, "-c", source)
     result = folder / source.replace(".c", ".o")
+    made_from = (*(text.encode() for text in said), seen)
     steps.fetch_or_make(result, made_from, lambda: _run(command, folder, "the C compiler"))
+
+
+def _preprocessed(compiler: Compiler, flags: tuple[str, ...], source: str, folder: Path) -> bytes:
+    """What the compiler reads of a source: headers and macros put in, comments left out."""
+    return _run((*compiler.command, *flags, "-E", "-P", source), folder, "the C compiler").encode()
 
 
 def _text(folder: Path, name: str) -> bytes:
     return (folder / name).read_bytes()
 
 
-def _run(command: tuple[str, ...], folder: Path, what: str) -> None:
+def _run(command: tuple[str, ...], folder: Path, what: str) -> str:
+    """What a command prints."""
     try:
         done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
     except OSError as error:
@@ -182,3 +196,4 @@ def _run(command: tuple[str, ...], folder: Path, what: str) -> None:
     if done.returncode:
         output = "\n".join((done.stdout + done.stderr).strip().splitlines()[-20:])
         raise CompileError(f"{what} failed ({' '.join(command)}):\n{output}")
+    return done.stdout

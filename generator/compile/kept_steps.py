@@ -22,7 +22,7 @@ class Steps:
     def __init__(self) -> None:
         self._made: list[tuple[Path, bytes]] = []
 
-    def fetch_or_make(self, result: Path, made_from: Iterable[bytes], make: Callable[[], None]) -> None:
+    def fetch_or_make(self, result: Path, made_from: Iterable[bytes], make: Callable[[], object]) -> None:
         """Put a step's ``result`` in place: the kept one of the same bytes, or what ``make`` writes.
 
         A kept result that is damaged is made again.

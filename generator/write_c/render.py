@@ -117,7 +117,7 @@ def render_c(
     called = {f.kernel.otherwise for f in program.functions}
     own = [f.kernel.name for f in program.functions if f.kernel.name not in called]
     members += [(MEMBERS.get(name, name), name) for name in own]
-    members += [(name, f"ccgen_{name}_{banner.package}") for name in IN_LANES]
+    members += [(name, f"CCGEN_CALLED(ccgen_{name}, {banner.package})") for name in IN_LANES]
     return (
         _environment()
         .get_template("model.c.j2")

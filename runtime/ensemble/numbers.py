@@ -18,7 +18,7 @@ from ..model.model import Model
 from ..model.numbers import read_numbers
 from ..model.poses import read_off, read_rates
 from ..model.samples import ROUNDING, samples
-from ..model.tolerances import joint_miss, largest_angle
+from ..model.tolerances import largest_angle, start_miss
 from ..simulation.arguments import checked_start
 
 
@@ -239,7 +239,7 @@ def _to_be_assembled(model: Model, numbers: Numbers, parameters: Any, scales: An
     if not model.rows:
         return np.zeros(numbers.count, dtype=bool)
     misses = model.kernels.closure_misses(parameters, q)
-    allowed = np.array([joint_miss(model.core.REAL, length) for length in scales[:, 0].tolist()])
+    allowed = np.array([start_miss(model.core.REAL, length) for length in scales[:, 0].tolist()])
     return np.asarray(~(misses <= allowed))
 
 

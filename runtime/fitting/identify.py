@@ -11,16 +11,13 @@ from numpy.typing import ArrayLike
 
 from ..arrays import FloatArray
 from ..faults import Faults
+from ..functions.run_function import RunFunction, run_function
+from ..functions.values import output_values
 from ..model.inputs import Given
 from ..model.model import Model
 from ..model.numbers import read_numbers
-from ..model.places import places_of
-from ..record.outputs import values_of
 from ..run import Run
-from ..sensitivity.jacobian import run_sensitivities
 from ..sensitivity.told import WHOLE, check_outputs
-from ..simulate import simulate
-from ..simulation.one_run import options_of
 from .known import known
 from .search import Search, least_squares, varied
 
@@ -114,24 +111,23 @@ def identify(
         faults.add(f"most: found {most!r}, expected a number of runs, at least 1")
     faults.stop_if_any()
     assert measured is not None and search is not None
-    options: dict[str, Any] = {"rtol": rtol, "atol": atol, "method": method, "step": step, "inputs": inputs}
-    until = float(measured.times.max())
-    others: dict[str, Any] = {"drift": None, "on_gain": None, "progress": None, "keep_interrupted": False}
-    settings = options_of(begun, until=until, **options, **others).settings
     if measured.count <= len(search.paths):
         raise ValueError(
             f"data: found {measured.count} numbers, expected more than the {len(search.paths)} parameters that they "
             "are to tell"
         )
-    runs = _Runs(begun, search.paths, measured, (q0, u0), options)
-    first = runs.residuals(search.start)
-    if not np.all(np.isfinite(first)):
-        raise ValueError(f"{model.name}: the first run ends before the last of the times: {runs.run.message}")
+    options: dict[str, Any] = {"rtol": rtol, "atol": atol, "method": method, "step": step, "inputs": inputs}
+    outputs = [*measured.values]
+    function = run_function(begun, search.paths, outputs, q0, u0, at=measured.times, on_stop="nan", **options)
+    misses = _Misses(function, measured)
+    if not np.all(np.isfinite(misses.residuals(search.start))):
+        message = function.run(search.start).message
+        raise ValueError(f"{model.name}: the first run ends before the last of the times: {message}")
     bounds = (search.lowest, search.highest)
     found = least_squares(
-        runs.residuals, runs.jacobian, search.start, bounds, search.scales, most, "identifying parameters"
+        misses.residuals, misses.jacobian, search.start, bounds, search.scales, most, "identifying parameters"
     )
-    return _told(runs, measured, found, EXACT_TO * settings.rtol)
+    return _told(search.paths, misses, found)
 
 
 @dataclass(frozen=True, eq=False)
@@ -196,89 +192,46 @@ def _size(values: FloatArray) -> float:
     return float(np.nanstd(values) or np.nanmax(np.abs(values)) or 1.0) if np.isfinite(values).any() else 1.0
 
 
-class _Runs:
-    """Runs with values of the parameters, the last of which is kept: what a search asks of one comes together."""
+class _Misses:
+    """What is measured less what is simulated, over their deviations, as a function of the parameters."""
 
-    def __init__(
-        self,
-        model: Model,
-        paths: tuple[str, ...],
-        measured: _Measured,
-        start: tuple[ArrayLike | None, ArrayLike | None],
-        options: dict[str, Any],
-    ) -> None:
-        self.model, self.paths, self.measured, self.options = model, paths, measured, options
-        self.start = start
-        self.kept: FloatArray | None = None
-        self.run: Any = None
-        self.count = 0
+    def __init__(self, function: RunFunction, measured: _Measured) -> None:
+        self.function, self.measured = function, measured
         self.measures = np.concatenate([np.isfinite(one).ravel() for one in measured.values.values()])
-
-    def at(self, x: FloatArray) -> Any:
-        """The run of these values."""
-        if self.kept is None or not np.array_equal(self.kept, x):
-            values_of_run = dict(zip(self.paths, x.tolist(), strict=True))
-            until = float(self.measured.times.max())
-            self.run = simulate(self.model, *self.start, until=until, params=values_of_run, **self.options)
-            self.kept, self.count = x.copy(), self.count + 1
-        return self.run
+        self.wanted, self.sigma = (
+            np.concatenate([one.ravel() for one in parts.values()])[self.measures]
+            for parts in (measured.values, measured.sigma)
+        )
 
     def residuals(self, x: FloatArray) -> FloatArray:
-        """Measured less simulated over their deviations; NaN where the run ends before."""
-        run, times = self.at(x), self.measured.times
-        if run.t[-1] < times.max():
-            return np.full(int(self.measures.sum()), np.nan)
-        each = self.simulated(run)
-        parts = [((self.measured.values[name] - one) / self.measured.sigma[name]).ravel() for name, one in each.items()]
-        return np.asarray(np.concatenate(parts)[self.measures])
-
-    def simulated(self, run: Any) -> dict[str, FloatArray]:
-        """The outputs at the times."""
-        times, places = self.measured.times, places_of(run.model)
-        states = dict(zip(WHOLE, run.at(times), strict=True))
-        found: dict[str, FloatArray] = {}
-        for name in self.measured.values:
-            of, entry = places[name] if name not in WHOLE else (name, ())
-            if of not in WHOLE:
-                found[name] = np.asarray(values_of(run, [name], times)[name])
-            else:
-                found[name] = np.asarray(states[of][:, entry[0]] if entry else states[of])
-        return found
+        """NaN where the run ends before."""
+        return np.asarray((self.wanted - self.function.value(x)[self.measures]) / self.sigma)
 
     def jacobian(self, x: FloatArray) -> FloatArray:
         """What the residuals move by."""
-        run = self.at(x)
-        q0, u0 = (None if one is None else np.asarray(one, dtype=float) for one in self.start)
-        try:
-            found = run_sensitivities(run, self.paths, list(self.measured.values), self.measured.times, (q0, u0))
-        except ValueError as error:
-            where = ", ".join(f"{path} = {value:.6g}" for path, value in zip(self.paths, x, strict=True))
-            raise ValueError(f"with {where}: {error}") from error
-        rows = [
-            (-found[name] / self.measured.sigma[name][..., None]).reshape(-1, len(self.paths))
-            for name in self.measured.values
-        ]
-        return np.asarray(np.concatenate(rows)[self.measures])
+        return np.asarray(-self.function.jacobian(x)[self.measures] / self.sigma[:, None])
 
 
-def _told(runs: _Runs, measured: _Measured, found: Search, exact_to: float) -> Identified:
-    run, residuals = runs.at(found.x), found.residuals
-    of = known(runs.paths, found.jacobian, np.where(found.x == 0.0, 1.0, np.abs(found.x)), exact_to)
+def _told(paths: tuple[str, ...], misses: _Misses, found: Search) -> Identified:
+    function, measured, residuals = misses.function, misses.measured, found.residuals
+    run = function.run(found.x)
+    exact_to = EXACT_TO * function.rtol
+    of = known(paths, found.jacobian, np.where(found.x == 0.0, 1.0, np.abs(found.x)), exact_to)
     misfit = float(np.sqrt(residuals @ residuals / max(len(residuals) - of.rank, 1)))
     scale = 1.0 if measured.given else misfit
     covariance = of.covariance * scale**2
     noise = {name: scale * float(np.nanmean(one)) for name, one in measured.sigma.items()}
-    each = runs.simulated(run)
+    each = output_values(run, [*measured.values], measured.times)
     return Identified(
-        values=dict(zip(runs.paths, found.x.tolist(), strict=True)),
-        deviations=dict(zip(runs.paths, np.sqrt(np.diag(covariance)).tolist(), strict=True)),
+        values=dict(zip(paths, found.x.tolist(), strict=True)),
+        deviations=dict(zip(paths, np.sqrt(np.diag(covariance)).tolist(), strict=True)),
         covariance=covariance,
         undetermined=of.open,
         misfit=misfit if measured.given else 1.0,
         noise=noise,
         residuals={name: one - each[name] for name, one in measured.values.items()},
         run=run,
-        evaluations=runs.count,
+        evaluations=function.evaluations,
         converged=found.converged,
         message=found.message,
     )

@@ -10,6 +10,7 @@ import numpy as np
 from ..arrays import FloatArray
 from ..extras import needed
 from ..faults import Faults
+from ..functions.arguments import domain_of
 from ..model.model import Model
 
 ENOUGH = 1e-12
@@ -64,13 +65,7 @@ def varied(model: Model, paths: Sequence[str], what: str) -> Varied:
             faults.add(f"{what}: found {path!r}, which is no parameter; model.parameters has all")
     faults.stop_if_any()
     model.with_parameters({path: model.parameters[path] for path in names})  # raises for what must keep its value
-    domains = {one["path"]: one["domain"] for one in model.data["parameters"]}
-    lowest, highest = [], []
-    for path in names:
-        domain = domains[path]
-        least = [domain[key] for key in ("minimum", "above") if domain[key] is not None]
-        lowest.append(max(least, default=-np.inf))
-        highest.append(np.inf if domain["maximum"] is None else domain["maximum"])
+    lowest, highest = zip(*(domain_of(model, path) for path in names), strict=True)
     start = np.array([model.parameters[path] for path in names], dtype=float)
     return Varied(names, start, np.array(lowest), np.array(highest))
 

@@ -102,7 +102,8 @@ def c_header(model: Geometry) -> str:
 
 def _package(folder: Path) -> str:
     """The package's name in the code of the model, whatever its folder is called now."""
-    found = re.search(r"^const struct ccgen_model ccgen_model_(\w+) = ", (folder / "model.c").read_text(), re.M)
+    source = (folder / "model.c").read_text()
+    found = re.search(r"^const struct ccgen_model CCGEN_CALLED\(ccgen_model, (\w+)\) = ", source, re.M)
     if found is None:
         raise ValueError(f"{folder / 'model.c'}: found no descriptor of a model; generate the model again")
     return found[1]

@@ -9,7 +9,7 @@ import numpy as np
 from ..arrays import FloatArray
 from .assembly import nearest_closed
 from .geometry import Geometry
-from .tolerances import JOINT_MISS, joint_miss
+from .tolerances import JOINT_MISS, start_miss
 
 IMMOVABLE = 1e-9
 """Part of a contact's rate that must be free for an impulse to change it."""
@@ -62,7 +62,7 @@ def drive_misses(model: Geometry, q: FloatArray) -> FloatArray:
 
 def put_where_driven(model: Geometry, q: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
     """The nearest state in which driven joints are where they are to be at t = 0, and as fast, loops shut."""
-    if np.max(np.abs(drive_misses(model, q))) > joint_miss(model.core.REAL, model.length):
+    if np.max(np.abs(drive_misses(model, q))) > start_miss(model.core.REAL, model.length):
         q = _nearest_driven(model, q)
     rows = np.vstack([drive_rows(model), model.jacobian(q)])
     for _ in range(1 if model.precision == "double" else 3):  # solved in doubles, whatever the numbers of the model

@@ -10,7 +10,7 @@ from .drives import drive_rows, put_where_driven
 from .geometry import Geometry
 from .integrators import integral_rows
 from .poses import read_off, read_rates
-from .tolerances import joint_miss
+from .tolerances import start_miss
 
 
 def start(model: Geometry) -> tuple[FloatArray, FloatArray]:
@@ -18,7 +18,7 @@ def start(model: Geometry) -> tuple[FloatArray, FloatArray]:
     poses = np.array(model.data["start"]["poses"], dtype=float)
     velocities = np.array(model.data["start"]["velocities"], dtype=float)
     q, u = read_off(model, poses), read_rates(model, poses, velocities)
-    if model.rows and np.max(np.abs(model.closure(q))) > joint_miss(model.core.REAL, model.length):
+    if model.rows and np.max(np.abs(model.closure(q))) > start_miss(model.core.REAL, model.length):
         q = assemble(model, q)
     if model.data["drives"]:
         q, u = put_where_driven(model, q, u)

@@ -15,6 +15,11 @@ from ..arrays import FloatArray
 JOINT_MISS = 1e-6
 """Poses whose joints miss by more than this, times the mechanism's length, are not a state of it."""
 
+START_MISS = 1e-12
+"""Loops of the scene's start, and its driven joints, that miss by more than this, times the mechanism's length, are put
+right: parameters have changed. It is some thousand times the rounding of what adds up to a closure, so that nothing
+moves by rounding, and no more, so that the start moves with parameters however little they change."""
+
 ANGLE_KNOWN = TOLERANCES["ANGLE_KNOWN"].value
 """Angles are states if they are known to this (rad): points at the mechanism's length are then known to JOINT_MISS.
 Floats have a limit of their own."""
@@ -46,3 +51,9 @@ def joint_miss(kind: np.dtype[Any], length: float) -> float:
     """How far joints of a mechanism of this ``length`` (m) may miss in numbers of that type: floats miss by more than
     JOINT_MISS already by rounding."""
     return max(JOINT_MISS, 1e3 * float(np.finfo(kind).eps)) * length
+
+
+def start_miss(kind: np.dtype[Any], length: float) -> float:
+    """How far loops and driven joints of the start of a mechanism of this ``length`` (m) may miss in numbers of that
+    type."""
+    return max(START_MISS, 1e3 * float(np.finfo(kind).eps)) * length

@@ -3,57 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arrays import ComplexArray, FloatArray
+from ..arrays import FloatArray
 from ..faults import Faults
 from ..model.model import Model
 from ..model.numbers import read_numbers
-from ..run import Run
-from .section import Crossed, Map, Section, read_map
-
-RANK = 1e-10
-"""Singular values of the map less the identity below this part of the largest are zero: directions along which there is
-a whole family of orbits, of which the nearest is taken."""
-
-LESS = 4.0
-"""Newton's method squares what is missed; where that becomes less by no more than this factor it is rounding."""
-
-CLOSED = 1e4
-"""A motion comes back where it misses by less than this many tolerances of the run: it is known to a hundred of them,
-which a period of an unstable orbit may make a hundred times as many."""
-
-
-@dataclass(frozen=True, eq=False)
-class Orbit:
-    """A motion that comes back to where it began.
-
-    ``q``, ``u`` (n,) are its state on the section and ``period`` (s) its time to come back. ``multipliers`` (k,),
-    complex, largest first, are those by which small differences on the section grow in a period: the orbit is
-    ``stable`` where all are less than 1 in size. ``matrix`` (k, k) has them as eigenvalues, in the coordinates of
-    ``basis`` (2 n, k): directions of the state (q, u) that keep loops shut and stay on the section. ``missed`` is by
-    how much it does not come back, the largest of all coordinates and rates, in units of the mechanism. ``runs`` is
-    how many runs were derived, ``run`` the motion of one period.
-    """
-
-    q: FloatArray
-    u: FloatArray
-    period: float
-    multipliers: ComplexArray
-    matrix: FloatArray = field(repr=False)
-    basis: FloatArray = field(repr=False)
-    missed: float
-    runs: int
-    run: Run = field(repr=False)
-
-    @property
-    def stable(self) -> bool:
-        """Whether small differences die away."""
-        return bool(np.all(np.abs(self.multipliers) < 1.0))
+from .orbit import Orbit, orbit_at
+from .section import RANK, Crossed, Map, Section, read_map
+from .shooting import shoot
+from .tolerance import LESS, tolerance_of
 
 
 def find_orbit(
@@ -70,6 +32,7 @@ def find_orbit(
     rtol: float | None = None,
     method: str | None = None,
     most: int = 30,
+    segments: int = 1,
 ) -> Orbit:
     """The periodic motion near the state (q0, u0), the scene's start unless given, by Newton's method on its map.
 
@@ -82,7 +45,12 @@ def find_orbit(
     ``most`` is how many steps Newton's method may take. Derivatives of the map are exact, through impacts and
     friction, so that orbits need not be stable.
 
-    Single shooting (S. H. Strogatz, Nonlinear Dynamics and Chaos, 1994, section 8.7, has the map and its multipliers).
+    A long or very unstable motion is found in ``segments``, each with a start of its own (multiple shooting): q0 and u0
+    are then one state, from which a run gives the starts, or (segments, n). Where the model depends on time, or
+    ``crossings`` is more than one, segments are whole crossings, and their number is a part of that.
+
+    With one segment it is single shooting (S. H. Strogatz, Nonlinear Dynamics and Chaos, 1994, section 8.7, has the map
+    and its multipliers).
     Raises ``ValueError`` for names, shapes and numbers that are wrong, all at once; where a run does not get to the
     section; where a map has no derivative, as :func:`~.sensitivities.sensitivities` says; and where Newton's method
     does not converge. A model has to be generated with its derivatives.
@@ -95,21 +63,35 @@ def find_orbit(
     with faults.collecting():
         a_map = read_map(chosen, section, crossings, until, relabel, advances, options)
     with faults.collecting():
-        start = _start(chosen, q0, u0)
+        start = _starts(chosen, q0, u0, segments)
     if isinstance(most, bool) or not isinstance(most, int) or most < 1:
         faults.add(f"most: found {most!r}, expected a number of steps, at least 1")
     faults.stop_if_any()
     assert a_map is not None and start is not None
-    return _converged(a_map, start, CLOSED * (chosen.data["run"]["rtol"] if rtol is None else rtol), most)
+    if segments > 1:
+        return shoot(a_map, start, segments, most)
+    return _converged(a_map, start[0], tolerance_of(a_map), most)
 
 
-def _start(model: Model, q0: ArrayLike | None, u0: ArrayLike | None) -> tuple[FloatArray, FloatArray]:
+def _starts(
+    model: Model, q0: ArrayLike | None, u0: ArrayLike | None, segments: int
+) -> list[tuple[FloatArray, FloatArray]]:
+    """One state, or one for each segment; loops are shut."""
+    if isinstance(segments, bool) or not isinstance(segments, int) or segments < 1:
+        raise ValueError(f"segments: found {segments!r}, expected a number, at least 1")
     own = model.start()
     q, u = (
         one if given is None else np.asarray(read_numbers(given, name), dtype=float)
         for one, given, name in zip(own, (q0, u0), ("q0", "u0"), strict=True)
     )
-    return model.project(q, u)
+    if q.ndim == 1 and u.ndim == 1:
+        return [model.project(q, u)]
+    if q.shape != (segments, len(own[0])) or u.shape != q.shape:
+        raise ValueError(
+            f"q0, u0: found shapes {q.shape} and {u.shape}, expected one state, ({len(own[0])},), or one for each of "
+            f"the segments, {(segments, len(own[0]))}"
+        )
+    return [model.project(*one) for one in zip(q, u, strict=True)]
 
 
 def _converged(a_map: Map, start: tuple[FloatArray, FloatArray], tolerance: float, most: int) -> Orbit:
@@ -126,7 +108,7 @@ def _converged(a_map: Map, start: tuple[FloatArray, FloatArray], tolerance: floa
         if missed == 0.0:
             break
         change = crossed.basis @ np.linalg.lstsq(crossed.moves, -crossed.rest, rcond=RANK)[0]
-        q, u = a_map.model.project(q + change[: len(q)], u + change[len(q) :])
+        q, u = a_map.moved(crossed, change)
     assert best is not None
     missed, crossed = best
     if missed > tolerance:
@@ -134,8 +116,4 @@ def _converged(a_map: Map, start: tuple[FloatArray, FloatArray], tolerance: floa
             f"{a_map.model.name}: found no periodic motion in {most} steps of Newton's method, the nearest misses "
             f"by {missed:.2g} of its size; begin nearer, or ask for more steps"
         )
-    matrix = a_map.on_section(crossed)
-    found = np.linalg.eigvals(matrix).astype(complex)
-    found = found[np.lexsort((found.imag, -np.abs(found)))]
-    state, basis, run = (crossed.q, crossed.u), crossed.basis, crossed.run
-    return Orbit(*state, crossed.time, found, matrix, basis, missed, a_map.count, run)
+    return orbit_at(a_map, crossed)

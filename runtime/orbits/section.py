@@ -1,23 +1,23 @@
-"""The map of a motion from a section back to it, and its derivatives."""
+"""The map of a motion from a section back to it, and its derivatives (docs/theory.md, eq. 12.1)."""
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..arrays import FloatArray, IntArray
 from ..faults import Faults
 from ..model.derivatives import need_derivatives
-from ..model.drives import drive_rows
 from ..model.model import Model
 from ..model.numbers import read_numbers
 from ..model.thresholds import characteristic_time
 from ..run import Run
 from ..sensitivities import sensitivities
 from ..simulate import simulate
+from .kept import Kept, kept_at, rows_of, settled
 
 Section = float | tuple[str, str]
 """A time (s), or a contact behind whose impact the section is."""
@@ -32,24 +32,32 @@ BEHIND = 1e-6
 """A run that is derived ends this part of its time behind the impact: beyond the rounding of its instant."""
 
 
-@dataclass(frozen=True, eq=False)
-class Crossed:
-    """A state (q, u) (n,) on the section and what comes of it: the ``run``, its ``time`` (s), what the state behind it
-    differs by, ``rest`` (k,), in units of the mechanism. ``basis`` (2 n, m) are directions of the state on the section,
-    ``ends`` (2 n, m) what the state behind the run moves by with them, and ``moves`` (k, m) what ``rest`` does."""
+class Crossed(NamedTuple):
+    """A state (q, u) (n,) on the section and what comes of it: the ``runs``, one for each time that the map is applied,
+    its ``time`` (s), what the state behind it differs by, ``rest`` (k,), in units of the mechanism. ``states``
+    (crossings, 2 n) are those each time that the section is crossed, from the first on, and ``end`` (2 n,) that behind
+    the runs. ``basis`` (2 n, m) are directions of the state on the section, ``ends`` (2 n, m) what ``end`` moves by
+    with them, and ``moves`` (k, m) what ``rest`` does. With a parameter the state moves by ``lift`` (2 n,), so that
+    loops and contacts stay shut, and ``rest`` by ``by`` (k,)."""
 
     q: FloatArray
     u: FloatArray
-    run: Run
+    runs: tuple[Run, ...]
     time: float
     rest: FloatArray
     basis: FloatArray
     ends: FloatArray
     moves: FloatArray
+    lift: FloatArray
+    by: FloatArray
+    kept: Kept
+    states: FloatArray
+    end: FloatArray
 
 
 class Map:
-    """From a state on a section of a model to that in which it comes back."""
+    """From a state on a section of a model to that in which it comes back; it is applied so many ``times``, and the
+    state relabelled behind each."""
 
     def __init__(
         self,
@@ -57,31 +65,90 @@ class Map:
         section: Section,
         crossings: int,
         until: float,
-        relabel: tuple[FloatArray, FloatArray],
+        relabel: tuple[FloatArray, FloatArray] | None,
         free: IntArray,
         options: dict[str, Any],
     ) -> None:
         self.model, self.section, self.crossings, self.until = model, section, crossings, until
-        self.relabel, self.free, self.options = relabel, free, options
+        self.relabel, self.free, self.options, self.times = relabel, free, options, 1
         n, time = len(model.q_names), characteristic_time(model)
         unit = model.coordinate_units
         self.units = np.concatenate([unit, unit / time])
-        self.kept = np.setdiff1d(np.arange(2 * n), free)
-        self.count = 0
+        self.compared = np.setdiff1d(np.arange(2 * n), free)
+        self.counted = [0]
+        # the contact that is closed on the section, -1 for none, and whether others that are closed stay so
+        self.closed = -1, isinstance(section, tuple)
+        if isinstance(section, tuple) and relabel is None:
+            self.closed = model.contacts.index(section), True
 
-    def at(self, q: FloatArray, u: FloatArray) -> Crossed:
-        """What comes of a state with loops shut."""
-        self.count += 1
-        basis = self._basis(q, u)
-        n = len(q)
-        by = {"q0": basis[:n], "u0": basis[n:]}
-        run, time, end, moved = self._timed(q, u, by) if isinstance(self.section, float) else self._struck(q, u, by)
-        A, b = self.relabel
-        end, moved = A @ end + b, A @ moved
-        units = self.units[self.kept]
-        rest = (end - np.concatenate([q, u]))[self.kept] / units
-        moves = (moved - basis)[self.kept] / units[:, None]
-        return Crossed(q, u, run, time, rest, basis, moved, moves)
+    @property
+    def count(self) -> int:
+        """How many runs were derived, by this map and those made of it."""
+        return self.counted[0]
+
+    def of(self, model: Model) -> Map:
+        """The same map of the model with other values of its parameters."""
+        other = copy.copy(self)
+        other.model = model
+        return other
+
+    def doubled(self) -> Map:
+        """The map applied twice: in one run, or one after the other where the state is relabelled between them."""
+        other = copy.copy(self)
+        if self.relabel is None:
+            other.crossings, other.until = 2 * self.crossings, 2.0 * self.until
+        else:
+            other.times = 2 * self.times
+        return other
+
+    def at(self, q: FloatArray, u: FloatArray, parameter: str | None = None) -> Crossed:
+        """What comes of a state with loops shut, and by what that moves with a ``parameter``."""
+        kept = kept_at(self.model, q, u, self.closed)
+        rows, by = rows_of(self.model, q, u, kept, parameter)
+        n, units = len(q), self.units
+        rows = np.vstack([np.eye(2 * n)[self.free], rows]) * units
+        basis = _null(rows) * units[:, None]
+        lift = np.zeros(2 * n)
+        columns, along = basis, dict[str, FloatArray]()
+        if parameter is not None:
+            wanted = np.concatenate([np.zeros(len(self.free)), -by])
+            lift = units * np.linalg.lstsq(rows, wanted, rcond=RANK)[0] if len(rows) else lift
+            columns = np.column_stack([basis, lift])
+            along = {parameter: np.eye(columns.shape[1])[-1:]}
+        runs, time, states, end, moved = self._applied(q, u, columns, along)
+        begin = states[0]
+        rest = (end - begin)[self.compared] / units[self.compared]
+        moves = (moved - columns)[self.compared] / units[self.compared, None]
+        m = basis.shape[1]
+        by = moves[:, m] if parameter is not None else np.zeros(len(rest))
+        return Crossed(
+            begin[:n], begin[n:], runs, time, rest, basis, moved[:, :m], moves[:, :m], lift, by, kept, states, end
+        )
+
+    def moved(self, crossed: Crossed, change: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The state that is (2 n,) away from one, of this map's model, put back onto all that is kept shut there."""
+        n = len(crossed.q)
+        return settled(self.model, crossed.q + change[:n], crossed.u + change[n:], crossed.kept, self.units)
+
+    def _applied(
+        self, q: FloatArray, u: FloatArray, columns: FloatArray, along: dict[str, FloatArray]
+    ) -> tuple[tuple[Run, ...], float, FloatArray, FloatArray, FloatArray]:
+        """The runs and the time that they take, the states (crossings, 2 n) in which they cross the section, from the
+        first on, that behind them, and by what this moves along ``columns`` (2 n, m)."""
+        n, runs, time, states = len(q), list[Run](), 0.0, list[FloatArray]()
+        end, moved = np.concatenate([q, u]), columns
+        for _ in range(self.times):
+            self.counted[0] += 1
+            by = {"q0": moved[:n], "u0": moved[n:], **along}
+            crossing = self._timed if isinstance(self.section, float) else self._struck
+            run, one, end, moved = crossing(end[:n], end[n:], by)
+            states += [np.concatenate(state) for state in self._crossed(run)]
+            if self.relabel is not None:
+                A, b = self.relabel
+                end, moved = A @ end + b, A @ moved
+            runs.append(run)
+            time += one
+        return tuple(runs), time, np.array(states), end, moved
 
     def on_section(self, crossed: Crossed) -> FloatArray:
         """The derivative of the map in the coordinates of the basis; what may advance does not count."""
@@ -89,6 +156,13 @@ class Map:
         both = np.hstack([crossed.basis, free]) / self.units[:, None]
         found = np.linalg.lstsq(both, crossed.ends / self.units[:, None], rcond=RANK)[0]
         return np.asarray(found[: crossed.basis.shape[1]])
+
+    def _crossed(self, run: Run) -> list[tuple[FloatArray, FloatArray]]:
+        """The states in which a run crosses the section, that in which it begins the first, the last left out."""
+        found = [(run.q[0], run.u[0])]
+        if isinstance(self.section, float):
+            return found + [run.at(k * self.section) for k in range(1, self.crossings)]
+        return found + [_behind(run, t) for t in self._instants(run)[: self.crossings - 1]]
 
     def _timed(
         self, q: FloatArray, u: FloatArray, by: dict[str, FloatArray]
@@ -109,19 +183,38 @@ class Map:
         found = sensitivities(self.model, by, ["impact_times"], q, u, until=until, **self.options)
         run = _whole(found.run)
         time = self._instants(run)[self.crossings - 1]
-        last = [impact for impact in run.impacts if impact.t == time][-1]
         (passed,) = (one for one in found.passed if one.kind == "impact" and one.t == time)
-        end = np.concatenate([run.q[np.flatnonzero(run.t == time)[-1]], last.u_plus])
-        return run, time, end, passed.behind
+        return run, time, np.concatenate(_behind(run, time)), passed.behind
 
     def first(self, q: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The state behind the first crossing of a run, on the section, from a state that need not be on it."""
         if isinstance(self.section, float):
             return q, u
-        run = simulate(self.model, q, u, until=self._instant(q, u, 1), **self.options)
+        run = simulate(self.model, q, u, until=self._instant(q, u, 1) * (1.0 + BEHIND), **self.options)
         assert isinstance(run, Run)
-        last = run.impacts[-1]
-        return self.model.project(run.q[-1], last.u_plus)
+        return self._relabelled(*_behind(run, self._instants(run)[0]))
+
+    def after(self, q: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The state to which the map leads, loops shut, without derivatives."""
+        until = self.time_of(q, u)
+        run = simulate(self.model, q, u, until=until * (1.0 + BEHIND), **self.options)
+        assert isinstance(run, Run)
+        if not run.success:
+            raise ValueError(f"{self.model.name}: {run.message}")
+        if isinstance(self.section, tuple):
+            return self._relabelled(*_behind(run, self._instants(run)[self.crossings - 1]))
+        return self._relabelled(*run.at(until))
+
+    def _relabelled(self, q: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
+        if self.relabel is not None:
+            A, b = self.relabel
+            whole = A @ np.concatenate(self.model.project(q, u)) + b
+            q, u = whole[: len(q)], whole[len(q) :]
+        return self.model.project(q, u)
+
+    def time_of(self, q: FloatArray, u: FloatArray) -> float:
+        """How long a run from there takes to come back to the section."""
+        return self.section * self.crossings if isinstance(self.section, float) else self._instant(q, u)
 
     def _instant(self, q: FloatArray, u: FloatArray, crossings: int | None = None) -> float:
         """When a run from there crosses the section so many times."""
@@ -144,28 +237,20 @@ class Map:
         assert isinstance(self.section, tuple)
         return self.section
 
-    def _basis(self, q: FloatArray, u: FloatArray) -> FloatArray:
-        """Directions of the state that keep loops shut and drives as they are, stay on the section, and leave out what
-        may advance."""
-        model, n = self.model, len(q)
-        rows = [np.eye(2 * n)[self.free]]
-        if model.rows:
-            A = model.jacobian(q)
-            rates = model.derivatives("closure_rate", q, u, wrt=["q"])
-            rows += [np.hstack([A, np.zeros_like(A)]), np.hstack([rates, A])]
-        driven = drive_rows(model)
-        placed = [drive["position"] is not None for drive in model.data["drives"]]
-        if len(driven):
-            rows += [np.hstack([driven, 0.0 * driven])[placed], np.hstack([0.0 * driven, driven])]
-        if isinstance(self.section, tuple):
-            gap = model.derivatives("gaps", q, u, wrt=["q"])[model.contacts.index(self.section)]
-            rows.append(np.concatenate([gap, np.zeros(n)])[None])
-        whole = np.vstack(rows) * self.units
-        if not len(whole):
-            return np.diag(self.units)
-        _, values, directions = np.linalg.svd(whole)
-        rank = int(np.sum(values > RANK * values.max(initial=0.0)))
-        return np.asarray(directions[rank:].T * self.units[:, None])
+
+def _behind(run: Run, time: float) -> tuple[FloatArray, FloatArray]:
+    """The state behind the impacts of an instant."""
+    last = [impact for impact in run.impacts if impact.t == time][-1]
+    return run.q[np.flatnonzero(run.t == time)[-1]], last.u_plus
+
+
+def _null(rows: FloatArray) -> FloatArray:
+    """Directions (columns, m), orthonormal, that rows leave as they are."""
+    if not len(rows):
+        return np.eye(rows.shape[1])
+    _, values, directions = np.linalg.svd(rows)
+    rank = int(np.sum(values > RANK * values.max(initial=0.0)))
+    return np.asarray(directions[rank:].T)
 
 
 def _whole(run: Any) -> Run:
@@ -199,14 +284,14 @@ def read_map(
     end = model.data["run"]["until"] if until is None else until
     if isinstance(end, bool) or not isinstance(end, (int, float)) or not 0.0 < end < np.inf:
         faults.add(f"until: found {until!r}, expected a time in s above 0")
-    changed = np.eye(2 * n), np.zeros(2 * n)
+    changed = None
     if relabel is not None:
         with faults.collecting():
             changed = _relabel(relabel, n)
     unknown = [name for name in advances if name not in model.q_of]
     if isinstance(advances, str) or unknown:
         faults.add(f"advances: found {advances!r}, expected a list of coordinates, of {', '.join(model.q_of)}")
-    if isinstance(where, tuple) and (model.data["drives"] or _depends_on_time(model)):
+    if isinstance(where, tuple) and depends_on_time(model):
         faults.add(
             "section: found a contact in a model that depends on time, expected the period of what drives it, as a "
             "time: behind an impact it would begin at another phase"
@@ -218,9 +303,11 @@ def read_map(
     return Map(model, where, crossings, float(end), changed, free, options)
 
 
-def _depends_on_time(model: Model) -> bool:
-    """Whether accelerations change with time: at the scene's start, at rest and in motion (what damps is nothing at
-    rest), at instants that no period has in common."""
+def depends_on_time(model: Model) -> bool:
+    """Whether joints are driven, or accelerations change with time: at the scene's start, at rest and in motion (what
+    damps is nothing at rest), at instants that no period has in common."""
+    if model.data["drives"]:
+        return True
     q, u = model.start()
     states = (q, 0.0 * u), model.project(q, u + model.coordinate_units / characteristic_time(model))
     inputs = dict.fromkeys(model.inputs, 0.0) or None

@@ -62,7 +62,7 @@ int first_event(int contacts, const double *table, double turning, double slow, 
     s.time = 1.0;
     s.arena = &arena;
     struct event found = {-1, 2.0, CLOSES, 1.0};
-    const enum outcome outcome = find_event(&s, &method, table, 0.0, 1.0, slow, &found);
+    const enum outcome outcome = find_event(&s, &method, table, 0.0, 1.0, slow, 1, &found);
     *theta = found.theta;
     free_arena(&arena);
     return outcome ? -2 : found.contact;

@@ -51,6 +51,7 @@ def test_values_have_units_as_in_scenes() -> None:
     assert written.stdout == plain.stdout
 
 
+@pytest.mark.sample(12)
 @pytest.mark.parametrize("scene", [*SCENES.glob("*.toml"), *SCENES.glob("gallery/*.toml")], ids=lambda path: path.stem)
 def test_it_is_known_what_every_parameter_measures(scene: Path) -> None:
     """So that none is set to what it cannot be."""

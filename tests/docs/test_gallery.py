@@ -68,6 +68,7 @@ def test_answers_are_what_is_said(name: str, gallery: ModuleType) -> None:
     assert row.answer == pytest.approx(ANSWERS[name](), abs=row.within / 5.0)
 
 
+@pytest.mark.sample(4)
 @pytest.mark.parametrize("path", sorted((ROOT / "scenes" / "gallery").glob("*.toml")), ids=lambda path: path.stem)
 def test_scenes_of_the_gallery_are_read_without_remarks(path: Path) -> None:
     scene = load_scene(path)

@@ -15,6 +15,8 @@ from ..support.tiers import all_hard_but
 PAGES = sorted(path.stem for path in (ROOT / "docs" / "howto").glob("*.md") if path.stem != "index")
 KEPT = ("go-on", "equilibrium")
 """Two small ones; the others are compiled by ``make hard``."""
+NEEDED = {"jax": "jax", "torch": "torch", "casadi": "casadi"}
+"""Packages without which a page cannot be run, each an extra of its name."""
 
 
 @pytest.fixture(scope="module")
@@ -30,7 +32,10 @@ def howto() -> ModuleType:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("page", all_hard_but(*KEPT, of=PAGES))
+@pytest.mark.filterwarnings("ignore:`torch.jit.script` is deprecated:DeprecationWarning")  # in PyTorch's own code
 def test_pages_print_what_they_say(page: str, howto: ModuleType, tmp_path: Path) -> None:
+    if package := NEEDED.get(page):
+        pytest.importorskip(package, reason=f"needs the package {package}: pip install 'ccgen[{package}]'")
     text = (ROOT / "docs" / "howto" / f"{page}.md").read_text(encoding="utf-8")
     found = howto.run_page(text, tmp_path)
     assert found, "a page without anything printed shows nothing"

@@ -100,6 +100,7 @@ def unknown(text: str) -> list[str]:
     return sorted(name for name in bare if not any(pattern.fullmatch(name) for pattern in known))
 
 
+@pytest.mark.sample(5)
 @pytest.mark.parametrize("scene", SCENES)
 def test_every_name_is_in_the_table(scene: str) -> None:
     assert unknown(listing(load_scene(ROOT / "scenes" / f"{scene}.toml"))) == []

@@ -97,6 +97,7 @@ def position(run: Any, t: np.ndarray) -> np.ndarray:
     return np.array([float(run.model.slides(run.at(s)[0])["rail"]) for s in t])
 
 
+@pytest.mark.sample(3)
 @pytest.mark.parametrize(("order", "ends"), KINDS)
 def test_a_driven_slider_is_where_the_spline_is(order: int, ends: str, workshop: Workshop) -> None:
     """Within the rows and beyond, where its acceleration jumps at the ends too."""
@@ -108,6 +109,7 @@ def test_a_driven_slider_is_where_the_spline_is(order: int, ends: str, workshop:
     assert position(run, times) == pytest.approx([wanted(t, 0) for t in times], abs=1e-9)
 
 
+@pytest.mark.sample(3)
 @pytest.mark.parametrize(("order", "ends"), [(1, "rest"), (1, "straight"), *KINDS[:2], *KINDS[3:]])
 def test_a_driven_slider_is_as_fast_as_the_spline(order: int, ends: str, workshop: Workshop) -> None:
     """Order 1, whose acceleration jumps at every row, included: the usual profile of a drive."""

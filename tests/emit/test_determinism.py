@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -33,12 +34,18 @@ SCENES = {
 
 @pytest.fixture(scope="module", params=all_hard_but("falling ring", of=SCENES))
 def generated(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> list[dict[str, bytes]]:
-    """All text files of freshly generated packages, once per hash seed, each time from another folder."""
+    """All text files of freshly generated packages, once per hash seed, each time from another folder.
+
+    They share what is compiled: it is known by what the compiler reads, and texts are compared here."""
+    steps = Path(os.environ["CCGEN_CACHE_DIR"]) / "steps"
+    steps.mkdir(mode=0o700, exist_ok=True)
     places = [tmp_path_factory.mktemp(name) for name in ("here", "far-away", "elsewhere")]
     running = []
     for seed, place in zip(SEEDS, places, strict=True):
         scene = place / "scene.toml"
         scene.write_text(SCENES[request.param])
+        (place / "cache").mkdir(mode=0o700)
+        (place / "cache" / "steps").symlink_to(steps)
         environment = {**os.environ, "PYTHONHASHSEED": seed, "CCGEN_CACHE_DIR": str(place / "cache")}
         command = [sys.executable, "-c", GENERATE, str(place / "out"), str(scene)]
         running.append(subprocess.Popen(command, env=environment, cwd=place, stderr=subprocess.PIPE, text=True))

@@ -72,7 +72,7 @@ def spin(workshop: Workshop, walls: bool, seed: int, rtol: float, method: str = 
 
 @pytest.mark.sample(2)
 @pytest.mark.parametrize("walls", [False, True], ids=["free", "walls"])
-@pytest.mark.parametrize("rtol", [1e-11, hard(1e-13), 1e-15])
+@pytest.mark.parametrize("rtol", [1e-11, hard(1e-13), hard(1e-15)])
 @pytest.mark.parametrize("count", [10, hard(170)])
 def test_lines_are_passed(count: int, rtol: float, walls: bool, workshop: Workshop, reach: Reach) -> None:
     """A few come close to a line and turn back, or strike a wall beside one, where velocities are not known better."""

@@ -31,14 +31,13 @@ def still(model: Any) -> float:
 
 QUICK = (("floating", 4), ("hinged", 2))
 LARGEST = 10
-"""Links, or loops of a ladder times five, of what is compiled in ``make test``, but for one long ring."""
+"""Links, or loops of a ladder times five, of what is compiled in ``make test``."""
 
 
 def _marks(family: str, n: int) -> tuple[pytest.MarkDecorator, ...]:
     if (family, n) in QUICK:
         return (pytest.mark.quick,)
-    large = n * (5 if family == "ladder" else 1) > LARGEST and (family, n) != ("floating", 24)
-    return (pytest.mark.hard,) if large else ()
+    return (pytest.mark.hard,) if n * (5 if family == "ladder" else 1) > LARGEST else ()
 
 
 MARKED = [pytest.param(case, marks=_marks(*case)) for case in CASES]
@@ -143,7 +142,7 @@ SMALL = [
 ]
 
 
-@pytest.mark.sample(3)
+@pytest.mark.sample(2)
 @pytest.mark.parametrize(
     ("method", "family", "n"),
     [

@@ -47,14 +47,14 @@ def test_loads_of_every_effect_have_derivatives(workshop: Workshop) -> None:
     check_derivatives(model, wide, *near_start(model))
 
 
-@pytest.mark.sample(2)
+@pytest.mark.sample(1)
 @pytest.mark.parametrize("kind", CONTACTS)
 def test_gaps_of_every_contact_have_derivatives(kind: str, workshop: Workshop) -> None:
     model, wide = both(workshop, SCENE + EXAMPLES[kind])
     check_derivatives(model, wide, *near_start(model), of=("gaps", "gap_rates", "acceleration"))
 
 
-@settings(DRAWN, max_examples=FEW // 3)
+@settings(DRAWN, max_examples=FEW // 5)
 @given(sketch=sketches(meshes=True))
 def test_random_mechanisms_have_derivatives(sketch: Sketch, workshop: Workshop) -> None:
     check_sketch(sketch, workshop)

@@ -146,6 +146,7 @@ def test_large_angles(workshop: Workshop) -> None:
     assert np.max(np.abs(lanes - single)) <= 1e-14 * np.max(np.abs(single))
 
 
+@pytest.mark.sample(2)
 @pytest.mark.parametrize("width", ["2", "4", "8"])
 def test_the_width_can_be_asked_for(width: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Widths that the machine does not have are emulated by the compiler; a run is the same to rounding."""

@@ -122,7 +122,7 @@ def test_cams_are_those_of_the_dense_reference(drawn: Drawn, workshop: Workshop)
     check(drawn, workshop)
 
 
-@settings(DRAWN, max_examples=6)
+@settings(DRAWN, max_examples=3)
 @given(drawn=drawings(every=True))
 def test_a_few_mechanisms_of_all_parts_are_those_of_the_dense_reference(drawn: Drawn, workshop: Workshop) -> None:
     check(drawn, workshop)

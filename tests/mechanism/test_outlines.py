@@ -51,6 +51,7 @@ def test_how_many_pieces() -> None:
     assert convex_corners(L_SHAPE) == [0, 1, 2, 4, 5]
 
 
+@pytest.mark.sample(8)
 @pytest.mark.parametrize("corners", polygons())
 def test_a_disc_outside_touches_a_piece_in_one_place(corners: list[complex]) -> None:
     """Of the places of an outline that are as near as any round them and are seen from outside, a piece has one."""

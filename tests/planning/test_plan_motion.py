@@ -42,7 +42,7 @@ def state_of(text: str, poses: Array, velocities: Array) -> tuple[Array, Array, 
     return read(q_names, poses), read(u_names, velocities), list(u_names)
 
 
-@pytest.mark.sample(4)
+@pytest.mark.sample(2)
 @pytest.mark.parametrize("plan", PLANS)
 @pytest.mark.parametrize("name", all_hard_but("four-bar", "one leg", "theta", "hinged ring", of=MECHANISMS | ROWS))
 def test_every_plan_gives_the_motion_of_the_dense_reference(name: str, plan: str, tmp_path: Any) -> None:

@@ -20,6 +20,7 @@ from ccgen.generator.program.tangent import Tangent, tangent
 from ccgen.generator.scene import load_scene, loop
 
 from ..support.folders import ROOT
+from ..support.tiers import all_hard_but
 
 MATH: dict[str, Any] = {
     name: getattr(math, name) for name in ("sin", "cos", "tan", "atan", "exp", "log", "tanh", "sqrt")
@@ -83,8 +84,10 @@ def constants_of(program: Program) -> list[float]:
     return list(values.values())
 
 
-@pytest.mark.sample(3)
-@pytest.mark.parametrize("name", ["residual", "jump", "acceleration", "energy", "closure_rate", "points"])
+FUNCTIONS = ("residual", "jump", "acceleration", "energy", "closure_rate", "points")
+
+
+@pytest.mark.parametrize("name", all_hard_but("residual", "jump", "closure_rate", of=FUNCTIONS))
 def test_a_four_bars_functions_have_sympys_derivatives(name: str) -> None:
     """That of the acceleration too, which the runtime takes another way: through the elimination, line by line."""
     _, equations = derive_scene(load_scene(ROOT / "scenes" / "four-bar.toml"))

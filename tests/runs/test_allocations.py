@@ -16,7 +16,8 @@ from ccgen.generator import chain, generate, load_scene, loop
 from ccgen.runtime import load_model
 
 from ..hard.fuzz import scene
-from ..support.folders import ROOT
+from ..support.core_objects import core_objects
+from ..support.folders import ROOT, RUNTIME
 from ..support.tiers import all_hard_but
 
 CORE = ROOT / "runtime" / "core"
@@ -65,10 +66,7 @@ def core(tmp_path_factory: pytest.TempPathFactory) -> Path:
     if sys.platform != "linux" or not shutil.which("cc") or not shutil.which("ld"):
         pytest.skip("needs cc and ld with --wrap")
     folder = tmp_path_factory.mktemp("core")
-    sources = sorted(map(str, CORE.rglob("*.c")))
-    command = ["cc", "-O1", "-std=c11", f"-I{ROOT / 'runtime'}", f"-I{CORE}", "-c", *sources]
-    subprocess.run(command, cwd=folder, check=True)
-    subprocess.run(["ld", "-r", "-o", str(folder / "core.o"), *sorted(map(str, folder.glob("*.o")))], check=True)
+    subprocess.run(["ld", "-r", "-o", str(folder / "core.o"), *core_objects(RUNTIME)], check=True)
     return folder / "core.o"
 
 

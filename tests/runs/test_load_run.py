@@ -34,6 +34,7 @@ def same(run: Run, other: Run) -> None:
     assert not other.q.flags.writeable
 
 
+@pytest.mark.sample(2)
 @pytest.mark.parametrize("scene", ["falling-hexagon", "trebuchet", "simplest-walker"])
 def test_a_run_answers_as_before(scene: str, workshop: Workshop, tmp_path: Path) -> None:
     """With impacts; with joints that let go; with events that switch effects, whose models lie beside its own."""

@@ -124,7 +124,7 @@ def settles(delassus: Array, before: Array, modes: tuple[str, ...]) -> bool:
 EVERY = {"drawn": drawings(every=True, slack=SLACK), "release": st.booleans()}
 
 
-@settings(DRAWN, max_examples=4)
+@settings(DRAWN, max_examples=2)
 @given(**EVERY)
 def test_a_few_mechanisms_of_all_parts_run(drawn: Drawn, release: bool, workshop: Workshop) -> None:
     check(drawn, release, workshop)

@@ -190,6 +190,7 @@ def decisions(run: Run, unseen: float = 0.0) -> Any:
     return [impact.contacts for impact in run.impacts if impact.t not in short], seen
 
 
+@pytest.mark.sample(6)
 @pytest.mark.parametrize("case", CASES)
 @pytest.mark.parametrize(
     "units",

@@ -465,6 +465,7 @@ REFUSED = [
 ]
 
 
+@pytest.mark.sample(13)
 @pytest.mark.parametrize(
     ("options", "named"), REFUSED, ids=lambda value: " ".join(value) if isinstance(value, list) else ""
 )

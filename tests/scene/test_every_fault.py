@@ -123,6 +123,7 @@ def test_no_fault_of_a_table_hides_another(kind: str) -> None:
     assert not hidden
 
 
+@pytest.mark.sample(12)
 @pytest.mark.parametrize("kind", KINDS)
 def test_what_no_key_takes_is_told_alone(kind: str) -> None:
     """Nothing follows from a value of the wrong kind, at an example that needs no other."""

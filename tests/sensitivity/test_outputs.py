@@ -199,3 +199,12 @@ def test_stronges_law_is_covered_where_sliding_goes_on(workshop: Workshop) -> No
     sticking = workshop.model(BALL + '[run]\nlaw = "stronge"\n', derivatives=True)
     with pytest.raises(ValueError, match="Stronge's law"):
         sensitivities(sticking.with_parameters({"ground_0.friction": 0.9}), wrt, until=0.7)
+
+
+def test_outputs_of_one_name_are_refused(ball: Any) -> None:
+    """They are told by their names: one would hide the other."""
+    both = [lambda t, q, u, k=k: (q[k], np.eye(3)[k], np.zeros(3)) for k in (0, 1)]
+    with pytest.raises(ValueError, match="outputs: found <lambda> 2 times, expected names that differ"):
+        sensitivities(ball, "u0", both, until=0.1)
+    with pytest.raises(ValueError, match="outputs: found q 2 times"):
+        simulate(ball, until=0.1).jacobian("u0", ["q", "u", "q"])

@@ -12,6 +12,7 @@ from ..support.run_differences import RTOL, along, relative, unit_directions
 from ..support.workshop import Workshop
 
 
+@pytest.mark.sample(5)
 @pytest.mark.parametrize("scene", DERIVED)
 def test_derivatives_are_those_of_differences(scene: str, workshop: Workshop) -> None:
     text, until, passed = DERIVED[scene]

@@ -30,6 +30,7 @@ def by_differences(wide: Any, model: Any, names: list[str]) -> Any:
     return np.array([difference(lambda h, name=name: start(name, h), STEP) for name in names], dtype=float).T
 
 
+@pytest.mark.sample(3)
 @pytest.mark.parametrize(
     ("scene", "changed"),
     [("four-bar", False), ("four-bar", True), ("lifter", False), ("lifter", True), ("jansen-driven", False)],

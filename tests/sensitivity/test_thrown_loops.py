@@ -5,7 +5,6 @@ from __future__ import annotations
 import pytest
 
 from ..support.thrown_loops import BOUND, misses
-from ..support.tiers import hard
 from ..support.workshop import Workshop
 
 
@@ -16,7 +15,8 @@ def test_derivatives_are_those_of_differences(rough: bool, workshop: Workshop) -
     assert max(miss for miss, _ in found) < BOUND
 
 
-@pytest.mark.parametrize("rough", [False, hard(True)])
+@pytest.mark.hard
+@pytest.mark.parametrize("rough", [False, True])
 def test_so_are_those_of_what_stays_on_the_ground(rough: bool, workshop: Workshop) -> None:
     found = list(misses(workshop, 4, rough, seed=3, count=6, stays=True))
     assert len([why for _, why in found if why]) <= 2

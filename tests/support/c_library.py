@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import ctypes
 import os
-import shutil
 import subprocess
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pytest
 
 from .c_declarations import fields_of
+from .core_objects import core_objects
 from .folders import RUNTIME
 
 Array = Any
@@ -34,13 +33,10 @@ class Library:
     """The library made of the core in ``runtime``, a folder, compiled into ``file`` with more ``flags``."""
 
     def __init__(self, runtime: Path, file: Path, *more: str) -> None:
-        if os.name != "posix" or not shutil.which("cc"):
-            pytest.skip("needs cc")
-        sources = sorted(str(path) for path in (runtime / "core").rglob("*.c"))
-        flags = "-O0 -std=c11 -shared -fPIC -fvisibility=hidden -DCCGEN_SHARED -Wall -Wextra -Werror"
-        folders = [f"-I{runtime}", f"-I{runtime / 'core'}"]
-        flags += " " + os.environ.get("CFLAGS", "")
-        subprocess.run(["cc", *flags.split(), *more, *folders, *sources, "-lm", "-o", str(file)], check=True)
+        hidden = ("-fvisibility=hidden", "-DCCGEN_SHARED", "-Wall", "-Wextra", "-Werror")
+        objects = core_objects(runtime, (*hidden, *more))
+        own = os.environ.get("CFLAGS", "").split()
+        subprocess.run(["cc", "-shared", *own, *more, *objects, "-lm", "-o", str(file)], check=True)
         self.calls: Any = ctypes.CDLL(str(file))
         self.calls.ccgen_outcome_name.restype = ctypes.c_char_p
         self.calls.ccgen_state_size.restype = ctypes.c_size_t

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ctypes
 import os
-import shutil
 import subprocess
 import sys
 from collections.abc import Sequence
@@ -12,11 +11,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pytest
 
-from .folders import ROOT
+from .core_objects import BASE, core_objects
+from .folders import RUNTIME
 
-CORE = ROOT / "runtime" / "core"
+CORE = RUNTIME / "core"
 
 
 class Functions:
@@ -24,13 +23,12 @@ class Functions:
     arrays and ``None``; functions that want an arena take the one that is here."""
 
     def __init__(self, folder: Path, *layers: str, sources: Sequence[Path] = ()) -> None:
-        if os.name != "posix" or not shutil.which("cc"):
-            pytest.skip("needs cc")
-        files = [str(path) for layer in layers for path in sorted((CORE / layer).glob("*.c"))] + list(map(str, sources))
+        objects = core_objects(RUNTIME, layers=layers)
         library = folder / "functions.so"
-        flags = ["-O0", "-std=c11", "-shared", "-fPIC", *os.environ.get("CFLAGS", "").split()]
+        flags = [*BASE, "-shared", *os.environ.get("CFLAGS", "").split()]
         flags += ["-Wl,-Bsymbolic"] if sys.platform == "linux" else []  # glibc has functions of the same names
-        subprocess.run(["cc", *flags, f"-I{CORE}", *files, "-lm", "-o", str(library)], check=True)
+        more = [str(source) for source in sources]
+        subprocess.run(["cc", *flags, f"-I{CORE}", *more, *objects, "-lm", "-o", str(library)], check=True)
         self.library: Any = ctypes.CDLL(str(library))
         self.arena = np.zeros(16, dtype=np.uint64)
         """A ``struct arena``, which is zeros as long as it has nothing (``base/arena.h``)."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from .touching_scenes import free_body
 
@@ -82,4 +83,26 @@ def box_on_ramp(slope: float, mu: float, skin: float = 0.01) -> str:
         'between = [["box.A", "box.B", "box.D", "box.E", "box.A"], ["ground.O", "ground.Q", "ground.R", "ground.O"]]\n'
         f"radius = {skin!r}\nrestitution = 0\n{f'friction = {mu!r}' if mu else ''}\n"
         f"[start]\nangles = {{ box = {slope!r} }}\nslides = {{ x_box = {centre.real!r}, y_box = {centre.imag!r} }}\n"
+    )
+
+
+def flush_boxes(
+    widths: Sequence[float], masses: Sequence[float], restitution: float = 0.0, skin: float = 0.01, more: str = ""
+) -> str:
+    """Smooth boxes, 0.2 m high, each flush on the one below; the lowest stands on level ground. Edges have a skin. What
+    is in ``more`` acts on them."""
+    bodies, touches, slides = "", "", []
+    for k, (width, mass) in enumerate(zip(widths, masses, strict=True)):
+        x, y = 0.5 * width, 0.1
+        corners = f"A = [{-x!r}, {-y}], B = [{x!r}, {-y}], D = [{x!r}, {y}], E = [{-x!r}, {y}]"
+        bodies += free_body(f"b{k}", mass, mass * (width**2 + 0.04) / 12, f"C = [0, 0], {corners}")
+        slides.append(f"y_b{k} = {0.1 + k * (0.2 + skin)!r}")
+        if k:
+            outlines = (", ".join(f'"b{of}.{corner}"' for corner in "ABDEA") for of in (k, k - 1))
+            between = ", ".join(f"[{outline}]" for outline in outlines)
+            touches += f"[[touch]]\nbetween = [{between}]\nradius = {skin!r}\nrestitution = {restitution!r}\n"
+    return (
+        f"[ground_link]\npoints = {{ O = [0, 0] }}\n{bodies}[gravity]\n[[ground]]\npoint = [0, 0]\nnormal = [0, 1]\n"
+        f'restitution = {restitution!r}\ncontacts = ["b0.A", "b0.B"]\n{touches}{more}'
+        f"[start]\nslides = {{ {', '.join(slides)} }}\n"
     )

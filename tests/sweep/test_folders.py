@@ -53,6 +53,7 @@ def test_rows_are_the_plans_runs(model: Model, plan: Path, whole: Path) -> None:
     assert results.to_xarray()["joint_0.y"].dims == ("run", "time")
 
 
+@pytest.mark.sample(2)
 @pytest.mark.parametrize("threads", [1, 2])
 @pytest.mark.parametrize("chunk", [1, 7, 1000])
 def test_threads_and_chunks_leave_no_trace(

@@ -71,6 +71,7 @@ def test_dimensions_of_coordinates(model: Model, tmp_path: Path) -> None:
     assert table["q"].dims == ("run", "number of q") and table["joint_0.y"].dims == ("run", "time")
 
 
+@pytest.mark.sample(2)
 @pytest.mark.parametrize("threads", [1, 2])
 @pytest.mark.parametrize("chunk", [7, 1000])
 def test_zarr_and_netcdf_are_the_same_bytes(

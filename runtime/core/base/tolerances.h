@@ -93,6 +93,9 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
     X(CONTACT_PIVOT, CCGEN_LIMIT(1e-6, 1e-3), OF_RELATIVE, \
       "held contacts with such a pivot, where some slide, go to the null-space path", \
       "what a solution loses is the inverse of its least pivot: ten digits are kept (as WELL_PIVOT)") \
+    X(BENDS_OTHERWISE, CCGEN_LIMIT(1e-6, 1e-3), OF_RELATIVE, \
+      "contacts whose rows are one part where their gaps bend differently: by this part of the length, or of how they bend, along a unit of a coordinate", \
+      "curvatures are sums as places are, of some thousand roundings (as SHUT), squared in what a step of such a size makes of them: radii to a million lengths are round") \
     LAYER(motion) \
     X(SIDE_ROUNDING, (256.0 * DBL_EPSILON), OF_UNIT, \
       "a switching function of an effect changes its sign where it is more than a state off by this makes of it", \

@@ -16,6 +16,7 @@ int take_active_set(struct arena *arena, struct active_set *h, const struct ccge
         .peak = TAKE(arena, double, c),
         .weight = TAKE(arena, double, 2 * c),
         .closed = TAKE(arena, char, c),
+        .twin = TAKE(arena, int, c),
     };
     if (arena->ran_out)
         return 1;
@@ -36,6 +37,8 @@ void clear_active_set(struct active_set *h, const struct ccgen_model *m)
     memset(h->peak, 0, c * sizeof *h->peak);
     memset(h->weight, 0, 2 * c * sizeof *h->weight);
     memset(h->closed, WATCHED, c * sizeof *h->closed);
+    for (size_t i = 0; i < c; i++)
+        h->twin[i] = -1;
 }
 
 void copy_active_set(struct active_set *to, const struct active_set *from, int contacts)
@@ -53,6 +56,7 @@ void copy_active_set(struct active_set *to, const struct active_set *from, int c
     memcpy(to->peak, from->peak, c * sizeof *to->peak);
     memcpy(to->weight, from->weight, 2 * c * sizeof *to->weight);
     memcpy(to->closed, from->closed, c * sizeof *to->closed);
+    memcpy(to->twin, from->twin, c * sizeof *to->twin);
 }
 
 void contact_modes(const struct active_set *h, int contacts, signed char *modes)

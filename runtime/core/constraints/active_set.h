@@ -47,7 +47,9 @@ struct active_set {
     double
         *weight;  /* [rows] how much a row bears where forces can be shared: friction by the square root of its limit */
     char *closed; /* [contacts] WATCHED for impacts, or closed: PUSHING, or CARRIED by others */
-    int implied;  /* how many are carried */
+    int *
+        twin; /* [contacts] the contact that bears in place of one that is carried and touches as it does, or -1: constraints/twins.c */
+    int implied;   /* how many are carried */
     double window; /* s: what eight pieces last showed the watched values in; 0 where that is not known */
 };
 
@@ -83,6 +85,12 @@ void rates_of_active(const struct system *s, const double *q, const double *u, i
 /* Generalized forces f[n] of row number `row`, without the friction of a contact that slides; push[contacts] are zeros, and so again
  * afterwards. */
 void active_row(const struct system *s, const double *q, int row, double *push, double *f);
+
+/* Whether a carried contact has one that bears in its place */
+static inline int has_twin(const struct active_set *h, int contact)
+{
+    return h->closed[contact] == CARRIED && h->twin[contact] >= 0;
+}
 
 /* How many contacts are held */
 static inline int active_count(const struct system *s)

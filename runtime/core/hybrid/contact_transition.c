@@ -22,6 +22,7 @@
 #include "complementarity/complementarity.h"
 #include "complementarity/friction.h"
 #include "constraints/mobility.h"
+#include "constraints/twins.h"
 #include "hybrid/decision.h"
 #include "motion/projection.h"
 #include "model/contacts.h"
@@ -244,6 +245,7 @@ static enum outcome activate_selected(struct phase *f, struct decision *d, struc
     for (int i = 0; i < d->count; i++)
         if (d->stands[i] || (h->count && !stays(d, i) && fixed(d, i, h->mode))) {
             h->closed[d->contact[i]] = CARRIED;
+            h->twin[d->contact[i]] = d->twin[i] >= 0 && stays(d, d->twin[i]) ? d->contact[d->twin[i]] : -1;
             h->implied++;
         }
     if (h->rows <= h->count)
@@ -257,7 +259,7 @@ static enum outcome activate_selected(struct phase *f, struct decision *d, struc
         goto end;
     outcome = switching_functions(f->s, f->t, f->y, f->dy, values);
     for (int w = h->count; w < switching_count(f->s); w++)
-        over |= mode_change_of(f->s, w).how != SLIP_ENDS && values[w] < 0.0;
+        over |= mode_change_of(f->s, w).how != SLIP_ENDS && mode_change_of(f->s, w).how != BEARS && values[w] < 0.0;
     if (over)
         activate_staying(f, d, 1);
 end:
@@ -297,6 +299,31 @@ static enum outcome leave_out_immovable(struct phase *f, struct decision *d)
         }
     give_back(arena, mark);
     return outcome;
+}
+
+/* Whether smooth candidate i is a twin of j: 1 where j bears, -1 where i does, 0 where they are none. W tells most that are not. */
+static int twins(const struct phase *f, const struct decision *d, int i, int j)
+{
+    const int a = d->contact[i], b = d->contact[j];
+    const double ii = d->W[i * (d->all + 1)], jj = d->W[j * (d->all + 1)], ij = d->W[i * d->all + j];
+    if (ii + jj - 2.0 * ij > IMPLIED_SHARE * ii || (d->mu && (d->mu[a] > 0.0 || d->mu[b] > 0.0)))
+        return 0;
+    return twins_at(f->s, f->y, a, b);
+}
+
+/* Of contacts that touch alike only one is asked, the one that bears. What the other would do instead, no force tells. */
+static void pair_twins(const struct phase *f, struct decision *d)
+{
+    for (int i = 0; i < d->count; i++)
+        for (int j = 0; j < i && d->in[i]; j++) {
+            const int which = d->in[j] ? twins(f, d, i, j) : 0, carried = which > 0 ? i : j, bears = i + j - carried;
+            if (!which)
+                continue;
+            for (int k = 0; k < i; k++)
+                d->twin[k] = d->twin[k] == carried ? bears : d->twin[k];
+            d->twin[carried] = bears;
+            d->in[carried] = 0;
+        }
 }
 
 /* Bring the gaps of what is held to rest, and the sliding of what was asked whether it slides: that is rounding, and may be
@@ -348,6 +375,8 @@ static enum outcome select_contacts(struct phase *f, struct decision *d, struct 
     d->chosen = outcome ? 0 : choose_to_leave(d);
     if (!outcome && d->count && f->s->model->drives)
         outcome = leave_out_immovable(f, d);
+    if (!outcome)
+        pair_twins(f, d);
     if (!outcome && d->count)
         outcome = release_bouncing(f, d, resting);
     return outcome || !d->count ? outcome : activate_selected(f, d, d->loss);
@@ -378,6 +407,8 @@ static enum outcome select_and_project(struct phase *f, struct decision *d, stru
 static void deactivate_all(struct active_set *h, size_t contacts)
 {
     memset(h->closed, WATCHED, contacts);
+    for (size_t c = 0; c < contacts; c++)
+        h->twin[c] = -1;
     h->implied = 0;
     h->window = 0.0;
     activate(h, 0, NULL, NULL);

@@ -25,6 +25,7 @@ int take_decision(struct decision *d, struct system *s)
         .given = TAKE_ZEROS(arena, char, c),
         .touches = TAKE_ZEROS(arena, char, c),
         .stands = TAKE_ZEROS(arena, char, c),
+        .twin = TAKE(arena, int, c),
         .b = TAKE(arena, double, rows),
         .P = TAKE(arena, double, rows),
         .W = TAKE(arena, double, (rows * rows)),
@@ -44,6 +45,8 @@ int take_decision(struct decision *d, struct system *s)
             },
     };
     take_semidefinite(arena, &d->part.room, rows);
+    for (size_t i = 0; i < c && !arena->ran_out; i++)
+        d->twin[i] = -1;
     return arena->ran_out;
 }
 

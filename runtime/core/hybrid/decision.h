@@ -20,6 +20,7 @@ struct decision {
     signed char *mode;  /* [count] 0 where that is to be found */
     char *given;        /* [count] friction has just reached a limit: what is near it has reached it */
     char *touches;      /* [count] held although it does not push: nor does it move */
+    int *twin;          /* [count] the candidate that bears in place of one that touches as it does, or -1 */
     char *stands;       /* [count] closed, and stays so whatever contacts do: no motion changes its gap */
     double *b;          /* [all] accelerations of the gaps, and of the sliding, without the forces */
     double *P, *W;      /* [all], [all][all] */

@@ -72,6 +72,7 @@ static struct kind kind_of(const struct phase *f)
     ARRAY(h->of, 2 * c)                     \
     ARRAY(h->mode, c)                       \
     ARRAY(h->closed, c)                     \
+    ARRAY(h->twin, c)                       \
     ARRAY(h->force, 2 * c)                  \
     ARRAY(h->weight, 2 * c)                 \
     ARRAY(h->least, c)                      \
@@ -169,7 +170,7 @@ static int is_sound(const struct automaton *a, const struct phase *f)
     for (int i = 0; i < h->rows && !wrong; i++)
         wrong = h->of[i] < 0 || h->of[i] >= h->count;
     for (int i = 0; i < c && !wrong; i++)
-        wrong = h->closed[i] < WATCHED || h->closed[i] > CARRIED;
+        wrong = h->closed[i] < WATCHED || h->closed[i] > CARRIED || h->twin[i] < -1 || h->twin[i] >= c;
     return !wrong && (a->stage != MEET || a->event.watch < switching_count(f->s));
 }
 

@@ -4,6 +4,7 @@
 #include <math.h>
 
 #include "base/tolerances.h"
+#include "constraints/twins.h"
 #include "motion/derivative.h"
 
 /* watched values of a contact besides its force */
@@ -21,13 +22,36 @@ static int watches_slips(const struct active_set *h)
     return 0;
 }
 
+/* How many contacts are carried by one that touches as they do */
+static int twin_count(const struct system *s)
+{
+    int count = 0;
+    for (int c = 0; active_count(s) && s->active->implied && c < s->model->contacts; c++)
+        count += has_twin(s->active, c);
+    return count;
+}
+
 int switching_count(const struct system *s)
 {
     const struct active_set *h = s->active;
     int count = h ? h->count : 0;
     for (int i = 0; i < active_count(s); i++)
         count += tangential(h->mode[i]);
-    return count;
+    return count + twin_count(s);
+}
+
+/* How far each carried twin is from where it bears, and what that is known to, values[twin_count], in the order of contacts */
+static enum outcome twin_values(struct system *s, const double *q, double *values)
+{
+    const struct active_set *h = s->active;
+    const int any = twin_count(s) > 0;
+    enum outcome outcome = OUTCOME_DONE;
+    for (int c = 0, k = 0; any && c < s->model->contacts && !outcome; c++)
+        if (has_twin(h, c)) {
+            outcome = twins_apart(s, q, c, h->twin[c], &values[k]);
+            values[k++] += SHUT;
+        }
+    return outcome;
 }
 
 struct mode_change mode_change_of(const struct system *s, int index)
@@ -42,6 +66,9 @@ struct mode_change mode_change_of(const struct system *s, int index)
             return (struct mode_change){h->set[i], values == 1 ? SLIP_ENDS : index ? SLIPS_FORWARD : SLIPS_BACKWARD};
         index -= values;
     }
+    for (int c = 0; c < s->model->contacts; c++)
+        if (has_twin(h, c) && index-- == 0)
+            return (struct mode_change){c, BEARS};
     return (struct mode_change){-1, DETACHES};
 }
 
@@ -54,7 +81,7 @@ enum outcome switching_functions(struct system *s, double t, const double *y, do
         give_back(s->arena, mark);
         return OUTCOME_NO_MEMORY;
     }
-    const enum outcome outcome = system_derivative(s, t, y, dy);
+    enum outcome outcome = system_derivative(s, t, y, dy);
     int count = h->count, row = h->count;
     for (int i = 0; i < h->count && !outcome; i++)
         h->peak[h->set[i]] = fmax(h->peak[h->set[i]], fabs(h->force[i]));
@@ -74,6 +101,7 @@ enum outcome switching_functions(struct system *s, double t, const double *y, do
             values[count++] = against(h->mode[i]) * slips[contact] + creeps;
         }
     }
+    outcome = outcome ? outcome : twin_values(s, y, values + count);
     give_back(s->arena, mark);
     return outcome;
 }

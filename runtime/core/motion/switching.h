@@ -4,8 +4,9 @@
 
 #include "constraints/active_set.h"
 
-/* how a held contact ends being held as it is; LOADS: what touched without pressing presses or pulls */
-enum { DETACHES, SLIP_ENDS, SLIPS_FORWARD, SLIPS_BACKWARD, LOADS };
+/* how a held contact ends being held as it is; LOADS: what touched without pressing presses or pulls. BEARS: one that is carried gets behind its surface
+ * where the one that bears in its place goes on to */
+enum { DETACHES, SLIP_ENDS, SLIPS_FORWARD, SLIPS_BACKWARD, LOADS, BEARS };
 
 struct mode_change {
     int contact, how;

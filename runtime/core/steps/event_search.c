@@ -52,6 +52,7 @@ struct search {
     double *samples;                /* [SAMPLES + 1][watched] watched values in a window */
     double *noise;                  /* [switches] what those of effects are known to */
     double slow;                    /* times extent: a closed contact is not falling before its rate is beyond this */
+    int bears;                      /* whether events are asked for of contacts that come to bear in place of others */
     long interval_count;
 };
 
@@ -333,6 +334,8 @@ static double watched_noise(const struct search *search, int index)
     double peak = 0.0;
     if (loss.how == SLIP_ENDS)
         return STILL * s->length / s->time;
+    if (loss.how == BEARS) /* it has what it is known to in it */
+        return 0.0;
     for (int i = 0; i < h->count; i++)
         peak = fmax(peak, h->peak[h->set[i]]);
     return FORCE_ROUNDING * peak * (loss.how == DETACHES ? 1.0 : 1.0 + s->friction[loss.contact]);
@@ -365,7 +368,8 @@ static double unresolved(const struct search *search, const double *samples, int
     double found = 0.0;
     for (int w = 0; w < count; w++) {
         double low, size;
-        if (mode_change_of(search->s, w).how == LOADS) /* has kinks, and changes by rounding */
+        const int how = mode_change_of(search->s, w).how;
+        if (how == LOADS || how == BEARS) /* has kinks, and changes by rounding */
             continue;
         const double noise = watched_noise(search, w), wrong = unforeseen(samples + w, count, noise, &low, &size);
         if (wrong > noise && low < FORESEEN * wrong)
@@ -455,6 +459,8 @@ static struct event first_loss(struct search *search)
         }
         before = INFINITY;
         for (int w = 0; w < count; w++) {
+            if (!search->bears && mode_change_of(search->s, w).how == BEARS)
+                continue;
             const double theta = first_in_window(search, w, count, a, width, samples, &behind);
             if (theta < first.theta)
                 first = (struct event){mode_change_of(search->s, w).contact, theta, w, behind};
@@ -531,7 +537,7 @@ static enum outcome take_search(struct search *search, size_t watched)
 }
 
 enum outcome find_event(struct system *s, const struct method *method, const double *steps, double t, double h,
-                        double slow, struct event *event)
+                        double slow, int bears, struct event *event)
 {
     struct search search = {.s = s,
                             .method = method,
@@ -539,6 +545,7 @@ enum outcome find_event(struct system *s, const struct method *method, const dou
                             .t = t,
                             .h = h,
                             .slow = slow,
+                            .bears = bears,
                             .watch = watch_contacts,
                             .take_sample = sample_gaps,
                             .first_in_piece = first_closing,

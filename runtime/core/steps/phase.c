@@ -11,6 +11,7 @@
 #include "steps/step_control.h"
 #include "steps/kinks.h"
 #include "motion/sides.h"
+#include "motion/switching.h"
 #include "model/contacts.h"
 #include "model/scales.h"
 
@@ -49,19 +50,44 @@ int take_phase(struct phase *f)
     return 0;
 }
 
+/* Whether a carried contact really comes to bear in the step: the dense output, which is not put back onto the contacts, shows that before it is known. The
+ * step is the whole one again. */
+static enum outcome confirm_bearing(struct phase *f, const struct event *event, int *is_one)
+{
+    struct system *s = f->s;
+    const struct mark mark = s->arena->top;
+    double *value = TAKE(s->arena, double, switching_count(s));
+    enum outcome outcome = s->arena->ran_out ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
+    if (!outcome && event->behind < 1.0)
+        outcome = projected_step(f, event->behind * f->h);
+    outcome = outcome ? outcome : switching_functions(s, f->t + event->behind * f->h, f->y1, f->dy1, value);
+    *is_one = !outcome && value[event->watch] < 0.0;
+    if (!outcome && event->behind < 1.0)
+        outcome = projected_step(f, f->h);
+    give_back(s->arena, mark);
+    return outcome;
+}
+
 /* Prepare the dense output of the step just taken and look for its first event. An event early in a long step is looked for
  * again in a shorter one, until it lies well inside: the dense output of a long step is too coarse for a short bounce. If a
  * shorter step turns out to have no event, it stands as the step taken. */
 static enum outcome search_step(struct phase *f, struct event *event)
 {
+    int bears = 1;
     for (int i = 0;; i++) {
         enum outcome outcome = evaluate_end_derivative(f);
         if (!outcome)
             outcome = f->by->prepare(f->s, f->steps, f->t, f->h, f->y, f->dy, f->y1, f->dy1);
         if (outcome)
             return outcome;
-        if ((outcome = find_event(f->s, f->by, f->steps, f->t, f->h, rest_speed(f) / f->s->time, event)))
+        if ((outcome = find_event(f->s, f->by, f->steps, f->t, f->h, rest_speed(f) / f->s->time, bears, event)))
             return outcome;
+        if (event->watch >= 0 && mode_change_of(f->s, event->watch).how == BEARS) {
+            if ((outcome = confirm_bearing(f, event, &bears)))
+                return outcome;
+            if (!bears) /* looked at again without that */
+                continue;
+        }
         const double shorter = 2.0 * event->theta * f->h;
         if (event->contact < 0 || event->theta > EARLY || f->t + shorter <= f->t || i == SHORTER)
             return OUTCOME_DONE;

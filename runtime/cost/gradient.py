@@ -1,0 +1,212 @@
+"""What derivatives of a run cost: by differences over their step, and along the run (theory, section 11.5).
+
+What is derived are all coordinates at the end. The error is the largest of a column, in parts of the largest number of
+that column. The reference are differences of runs in wide numbers at three steps, extrapolated (L. F. Richardson,
+Philosophical Transactions A 210, 1911), where the machine has such numbers; those with other steps tell how far they
+can be trusted. Where it has none, they are derivatives along the run at a tight tolerance, beside those of another
+method.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..arrays import FloatArray
+from ..functions.arguments import Arguments, arguments_of
+from ..functions.run_function import RunFunction, run_function
+from ..model.model import Model
+from ..sensitivity.jacobian import Mode
+from ..simulate import simulate
+from .accuracy import LARGEST_DOUBT, REPEATS, SPENT
+
+STEPS = tuple(10.0 ** (-k / 2) for k in range(2, 29))
+"""Steps of differences, in parts of what is changed, or of one where that is zero."""
+TOLERANCES = tuple(10.0**-k for k in range(4, 14))
+TIGHT = 1e-13
+"""Tolerance of runs whose differences are looked at too, beside the scene's."""
+WIDE_STEP, WIDE_RTOL = 2.0**-15, 1e-18
+"""Of the reference: what is cut off falls with the sixth power of the step, 1e-27 of what derivatives of that order
+are, and what rounding leaves, 1e-18 of a run, is divided by it."""
+NOTHING = 1e-9
+"""A column whose largest number is below this is looked at as it is, not in parts of that."""
+WAYS = ("one-sided", "central", "tangent", "adjoint")
+DIFFERENCES = WAYS[:2]
+
+
+@dataclass(frozen=True)
+class Derivatives:
+    """Derivatives that are better than what is measured, (coordinates, columns), by how much others differ, and what
+    both are."""
+
+    jacobian: FloatArray
+    doubt: float
+    text: str
+
+
+@dataclass(frozen=True)
+class Measured:
+    """One way at one tolerance, of differences at one ``step`` (not a number of others): seconds for all columns, the
+    run itself included, and the error, infinite where a run did not reach its end or has no derivative."""
+
+    way: str
+    rtol: float
+    step: float
+    seconds: float
+    error: float
+
+
+@dataclass(frozen=True)
+class Columns:
+    """What is derived by, and what is ``left`` out, each with the reason."""
+
+    names: tuple[str, ...]
+    left: dict[str, str]
+
+
+def columns_of(model: Model, until: float) -> Columns:
+    """The rates of the start and all parameters by which the run has derivatives, and can be changed to both sides."""
+    names, left = list[str](), dict[str, str]()
+    for name in ("u0", *model.parameters):
+        try:
+            function = run_function(model, name, "q", until=until)
+            function.jacobian(function.x0)
+        except (KeyError, ValueError) as error:
+            left[name] = str(error.__cause__ or error)  # without the values, which are the scene's
+            continue
+        lowest, highest = function.bounds
+        if np.any(function.x0 <= lowest) or np.any(function.x0 >= highest):
+            left[name] = "it is at the end of what it may be"
+        else:
+            names.append(name)
+    return Columns(tuple(names), left)
+
+
+def relative(found: FloatArray, wanted: FloatArray) -> float:
+    """The largest error of a column in parts of its largest number."""
+    size = np.max(np.abs(wanted), axis=0)
+    return float(np.max(np.max(np.abs(found - wanted), axis=0) / np.where(size > NOTHING, size, 1.0)))
+
+
+def sizes_of(arguments: Arguments) -> FloatArray:
+    """How large each entry of x is, 1 where it is zero: steps are parts of it."""
+    return np.where(arguments.start == 0.0, 1.0, np.abs(arguments.start))
+
+
+def refer(model: Model, wide: Model | None, names: Sequence[str], until: float) -> Derivatives:
+    """The reference, and how far it can be trusted.
+
+    Raises ``ValueError`` where a run for it does not reach its end, or has no derivative, and where it cannot be
+    trusted, as beside an impact.
+    """
+    found = _reference(model, wide, names, until)
+    if not found.doubt <= LARGEST_DOUBT:
+        raise ValueError(
+            f"{model.name}: no reference: {found.text} differ from it by {found.doubt:.1e} at t = {until:g} s; choose "
+            "another end"
+        )
+    return found
+
+
+def _reference(model: Model, wide: Model | None, names: Sequence[str], until: float) -> Derivatives:
+    arguments = arguments_of(model, names, (None, None), None)
+    if wide is None:
+        first, second = (
+            run_function(model, names, "q", until=until, rtol=rtol, method=method).jacobian(arguments.start)
+            for method, rtol in (("gauss", 1e-15), ("dop853", 1e-14))
+        )
+        text = "derivatives along the run by gauss at rtol 1e-15, in doubles too; those by dop853 at rtol 1e-14"
+        return Derivatives(first, relative(second, first), text)
+    first, second = (extrapolated(wide, arguments, until, step) for step in (WIDE_STEP, 4.0 * WIDE_STEP))
+    text = (
+        f"differences of runs in wide numbers at rtol {WIDE_RTOL:.0e}, extrapolated from three steps; those with steps "
+        "four times as long"
+    )
+    return Derivatives(first, relative(second, first), text)
+
+
+def extrapolated(wide: Model, arguments: Arguments, until: float, step: float) -> FloatArray:
+    """Central differences at ``step``, two and four times of it, in parts of each entry, without the errors of second
+    and fourth order."""
+
+    def end(x: FloatArray) -> Any:
+        parts: dict[str, Any] = arguments.parts(x)
+        q0, u0 = parts.pop("q0", None), parts.pop("u0", None)
+        run = simulate(wide, q0, u0, until=until, rtol=WIDE_RTOL, params=parts or None)
+        if not run.success:
+            raise ValueError(f"{wide.name}: no reference: {run.message}; choose an earlier end")
+        return run.q[-1]
+
+    each = [differences(end, arguments, factor * step) for factor in (1.0, 2.0, 4.0)]
+    return np.asarray((64.0 * each[0] - 20.0 * each[1] + each[2]) / 45.0, dtype=float)
+
+
+def differences(end: Callable[[FloatArray], Any], arguments: Arguments, step: float, way: str = "central") -> Any:
+    """Differences (coordinates, columns) with a ``step`` in parts of each entry, over the steps that are left of it
+    where sums are rounded."""
+    x, columns = arguments.start, list[Any]()
+    here = end(x) if way == "one-sided" else None
+    for k, size in enumerate(sizes_of(arguments)):
+        ahead, behind = x.copy(), x.copy()
+        ahead[k] += step * size
+        if way == "central":
+            behind[k] -= step * size
+        columns.append((end(ahead) - (here if here is not None else end(behind))) / (ahead[k] - behind[k]))
+    return np.array(columns).T
+
+
+def measure(
+    model: Model, names: Sequence[str], until: float, way: str, rtol: float, step: float, wanted: FloatArray
+) -> Measured:
+    """Time one way and compare it; what is short is repeated, and the fastest counts."""
+    arguments = arguments_of(model, names, (None, None), None)
+    seconds, spent, error = np.inf, 0.0, np.inf
+    for _ in range(REPEATS):
+        mode: Mode = "adjoint" if way == "adjoint" else "tangent"
+        function = run_function(model, names, "q", until=until, rtol=rtol, mode=mode)
+        began = time.perf_counter()
+        try:
+            found = derived(function, arguments, way, step)
+        except ValueError:
+            return Measured(way, rtol, step, np.nan, np.inf)
+        took = time.perf_counter() - began
+        seconds, spent, error = min(seconds, took), spent + took, relative(found, wanted)
+        if spent > SPENT:
+            break
+    return Measured(way, rtol, step, seconds, error)
+
+
+def derived(function: RunFunction, arguments: Arguments, way: str, step: float) -> FloatArray:
+    """The derivatives in one way."""
+    if way in DIFFERENCES:
+        return np.asarray(differences(function.value, arguments, step, way))
+    return function.jacobian(arguments.start)
+
+
+def compare(
+    model: Model,
+    names: Sequence[str],
+    until: float,
+    rtol: float,
+    wanted: FloatArray,
+    tell: Callable[[int, int], object] = lambda done, total: None,
+    steps: Iterable[float] = STEPS,
+) -> list[Measured]:
+    """Differences over their steps, of runs at ``rtol`` and at :data:`TIGHT`, and derivatives along runs at all
+    tolerances."""
+    asked = [(way, t, h) for t in sorted({rtol, TIGHT}, reverse=True) for way in DIFFERENCES for h in steps]
+    asked += [(way, t, np.nan) for way in WAYS[2:] for t in sorted({*TOLERANCES, rtol}, reverse=True)]
+    found = []
+    for k, (way, tolerance, step) in enumerate(asked):
+        tell(k, len(asked))
+        found.append(measure(model, names, until, way, tolerance, step, wanted))
+    return found
+
+
+def best(measured: Iterable[Measured], way: str, rtol: float) -> Measured:
+    """The least error of a way at a tolerance."""
+    return min((one for one in measured if one.way == way and one.rtol == rtol), key=lambda one: one.error)

@@ -1,0 +1,34 @@
+"""Values of a run's outputs at times, without their derivatives."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..arrays import FloatArray
+from ..model.places import places_of
+from ..record.outputs import values_of
+from ..run import Run
+from ..sensitivity.told import TIMES, WHOLE, Output, label
+
+
+def output_values(run: Run, outputs: Sequence[Output], times: FloatArray) -> dict[str, FloatArray]:
+    """Each output by its name, (times,) or (times, n) of what is no number; impact times (impacts,)."""
+    places, found = places_of(run.model), dict[str, FloatArray]()  # type: ignore[arg-type]
+    states = dict(zip(WHOLE, run.at(times), strict=True))
+    for output in outputs:
+        name = label(output)
+        if callable(output):
+            rows = zip(times.tolist(), *states.values(), strict=True)
+            found[name] = np.array([np.asarray(output(t, q, u)[0], dtype=float) for t, q, u in rows])
+        elif output == TIMES:
+            found[name] = np.array([impact.t for impact in run.impacts])
+        elif output in WHOLE:
+            found[name] = np.asarray(states[output])
+        elif places[output][0] in WHOLE:
+            of, index = places[output]
+            found[name] = np.asarray(states[of][:, index[0]])
+        else:
+            found[name] = np.asarray(values_of(run, [output], times)[output])
+    return found

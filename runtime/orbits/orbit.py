@@ -1,0 +1,53 @@
+"""The record of a periodic motion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..arrays import ComplexArray, FloatArray
+from ..run import Run
+from .section import Crossed, Map
+
+
+@dataclass(frozen=True, eq=False)
+class Orbit:
+    """A motion that comes back to where it began.
+
+    ``q``, ``u`` (n,) are its state on the section and ``period`` (s) its time to come back. ``multipliers`` (k,),
+    complex, largest first, are those by which small differences on the section grow in a period: the orbit is
+    ``stable`` where all are less than 1 in size. ``matrix`` (k, k) has them as eigenvalues, in the coordinates of
+    ``basis`` (2 n, k): directions of the state (q, u) that keep loops shut and stay on the section. ``missed`` is by
+    how much it does not come back, the largest of all coordinates and rates, in units of the mechanism. ``runs`` is
+    how many runs were derived, ``run`` the motion of one period; of a doubled orbit whose state is relabelled on the
+    way, up to there. ``states`` (crossings, 2 n) are those each time that it crosses the section, the first being (q,
+    u). ``return_map`` is the map from the section back to it, for :func:`continue_orbit`.
+    """
+
+    q: FloatArray
+    u: FloatArray
+    period: float
+    multipliers: ComplexArray
+    matrix: FloatArray = field(repr=False)
+    basis: FloatArray = field(repr=False)
+    missed: float
+    runs: int
+    run: Run = field(repr=False)
+    states: FloatArray = field(repr=False)
+    return_map: Map = field(repr=False)
+
+    @property
+    def stable(self) -> bool:
+        """Whether small differences die away."""
+        return bool(np.all(np.abs(self.multipliers) < 1.0))
+
+
+def orbit_at(a_map: Map, crossed: Crossed) -> Orbit:
+    """The orbit through a state that a map gives back."""
+    matrix = a_map.on_section(crossed)
+    found = np.linalg.eigvals(matrix).astype(complex)
+    found = found[np.lexsort((found.imag, -np.abs(found)))]
+    missed = float(np.max(np.abs(crossed.rest), initial=0.0))
+    state, basis, run = (crossed.q, crossed.u), crossed.basis, crossed.runs[0]
+    return Orbit(*state, crossed.time, found, matrix, basis, missed, a_map.count, run, crossed.states, a_map)

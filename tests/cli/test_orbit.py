@@ -1,0 +1,106 @@
+"""``ccgen orbit``: a periodic motion, its branch as a table, and the bifurcation diagram."""
+
+from __future__ import annotations
+
+import csv
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from ccgen.generator.cli.app import app
+
+from ..support.shaken_table import SHAKEN, TABLE
+from ..support.simplest_walker import STONES
+
+PHASE = 1.0
+NEAR = ("--guess", "fall.slide=0.0283", "--guess", "fall.slide_rate=0.87")
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    text = SHAKEN.replace("*t)", f"*t + {PHASE})")
+    Path("table.toml").write_text(
+        text.replace("shaker = 0.0", f"shaker = {TABLE.amplitude * math.sin(PHASE)!r}") + "rtol = 1e-12\n"
+    )
+
+
+def call(*words: str) -> tuple[int, str, str]:
+    done = CliRunner().invoke(app, list(words))
+    return done.exit_code, done.stdout, done.stderr
+
+
+def test_a_motion_is_printed_and_followed() -> None:
+    words = ("orbit", "table.toml", "--section", "2/10", *NEAR, "--along", "bounce.restitution=0.4:0.62")
+    code, out, err = call(*words, "--double", "--settled", "3")
+    assert code == 0, err
+    lines = out.splitlines()
+    assert lines[0] == "bouncing-table: stable periodic motion; period 0.2 s"
+    printed = [complex(line.rpartition(" ")[0].replace(" ", "").replace("i", "j")) for line in lines[3:5]]
+    assert np.sort_complex(printed) == pytest.approx(np.sort_complex(TABLE.multipliers), abs=1e-8)
+    assert "  flip at 0.607631885939" in lines and "  end: bounce.restitution reached 0.62" in lines
+    assert any("motions of 2 crossings" in line for line in lines)
+    results = Path("results/bouncing-table-orbit")
+    assert lines[-1] == f"written: {results / 'branch.csv'}, {results / 'branch.png'}"
+    assert (results / "branch.png").read_bytes().startswith(b"\x89PNG")
+    with (results / "branch.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert {row["branch"] for row in rows} == {"0", "1"}
+    kinds = {row["bifurcation"]: float(row["bounce.restitution"]) for row in rows if row["bifurcation"]}
+    strength = TABLE.strength
+    assert kinds["fold"] == pytest.approx((math.pi - strength) / (math.pi + strength), abs=1e-12)
+    for row in rows:
+        if row["branch"] == "0":  # the product of both multipliers is e²
+            first, second = (complex(*(float(row[f"{part}(multiplier {k})"]) for part in ("re", "im"))) for k in (0, 1))
+            assert first * second == pytest.approx(float(row["bounce.restitution"]) ** 2, abs=1e-8)
+            assert row["stable"] == str(int(max(abs(first), abs(second)) < 1.0))
+    changed_files_stay(results)
+
+
+def changed_files_stay(results: Path) -> None:
+    """Files that ccgen wrote are replaced, those that were changed are not."""
+    (results / "branch.csv").write_text("mine")
+    code, _, err = call("orbit", "table.toml", "--section", "0.2", *NEAR, "--along", "bounce.restitution=0.49:0.51")
+    assert code == 2 and "branch.csv, which ccgen did not write or which has changed since" in err
+
+
+def test_a_walker_on_the_command_line() -> None:
+    Path("walker.toml").write_text(STONES)
+    words = ["orbit", "walker.toml", "--section", "swing.foot, stone", "--advances", "stance.x"]
+    for text in ("stance.angle=swing.angle", "swing.angle=stance.angle", "stance.x=0", "stance.y=0"):
+        words += ["--relabel", text]
+    code, out, err = call(*words, "--rtol", "1e-11", "--method", "dop853")
+    assert code == 0, err
+    assert out.startswith("walker-on-stones: stable periodic motion; period 3.8824585")
+
+
+def test_all_that_is_wrong_is_told_at_once() -> None:
+    words = ("--guess", "fall", "--crossings", "0", "--rtol", "-1", "--double", "--settled", "no")
+    code, _, err = call("orbit", "table.toml", "--section", "soon", *words)
+    assert code == 2
+    for part in (
+        '--section: found "soon", expected a time as 0.2, or a contact as ball.C,ground_0',
+        '--guess: found "fall", expected NAME=VALUE',
+        "--crossings: found '0', expected a whole number",
+        "--rtol: found -1.0, expected a number above 0",
+        "--double: found without --along",
+        "--settled: found 'no'",
+    ):
+        assert part in err, err
+    code, _, err = call(
+        "orbit", "table.toml", "--section", "0.2", "--guess", "ball.slide=1", "--guess", "fall.slide=1 kg"
+    )
+    assert code == 2 and "--guess: found ball.slide, expected one of shaker.slide, fall.slide, shaker.slide_rate" in err
+    assert "--guess fall.slide: found" in err
+    code, _, err = call("orbit", "table.toml", "--section", "0.2", "--relabel", "fall.slide=2*fall.slide")
+    assert code == 2 and '--relabel fall.slide: found "2*fall.slide", expected a number, or one of shaker.slide' in err
+    code, _, err = call("orbit", "table.toml", "--section", "0.2", *NEAR, "--along", "bounce.restitution=0.7")
+    assert code == 2 and "expected PARAM=LOW:HIGH" in err
+    code, _, err = call("orbit", "table.toml", "--section", "0.2", *NEAR, "--along", "bounce.restitution=0.6:0.7")
+    assert code == 2 and "expected a range around 0.5" in err
+    words = ("--along", "bounce.restitution=0.4:0.7", "--show", "height")
+    code, _, err = call("orbit", "table.toml", "--section", "0.2", *NEAR, *words)
+    assert code == 2 and "--show: found height, expected one of shaker.slide" in err
