@@ -57,8 +57,8 @@ class Course(NamedTuple):
         """Covectors (k, D) at the start of the run, of differences of the state there and the arguments.
 
         They are the sums of those ``at_stops`` (times, k, D), and of ``at_impacts``, (k,) by the times of impacts, of
-        what these times move by; each part is applied to them from the left (adjoint mode: docs/theory.md, section
-        11.9)."""
+        what these times move by; each part is applied to them from the left (adjoint mode: docs/theory.md, eq.
+        11.11)."""
         found = np.zeros(at_stops.shape[1:])
         left, missing = len(self.stops), dict(at_impacts)
         for number in range(len(self.parts), -1, -1):
