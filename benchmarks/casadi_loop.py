@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from workload import GRAVITY, INERTIA, LENGTH, MASS
 
-FUNCTION = "casadi_acceleration"
+FUNCTION, JACOBIAN = "casadi_acceleration", "casadi_jacobian"
 
 
 def version() -> str:
@@ -23,8 +23,19 @@ def write_source(n: int, folder: Path) -> Path:
     """Write C of (q, u) -> du/dt; q is the position of joint 0, then the angles of all links."""
     ca = import_module("casadi")
     q, u = ca.SX.sym("q", n + 2), ca.SX.sym("u", n + 2)
-    function = ca.Function(FUNCTION, [q, u], [_acceleration(ca, n, q[2:], u[2:])], {"cse": True})
-    path = folder / f"casadi_{n}.c"
+    return _write(ca, ca.Function(FUNCTION, [q, u], [_acceleration(ca, n, q[2:], u[2:])], {"cse": True}), n, folder)
+
+
+def write_jacobian(n: int, folder: Path) -> Path:
+    """Write C of (q, u) -> the derivatives (n + 2, 2 n + 4) of du/dt by q and u, column by column."""
+    ca = import_module("casadi")
+    q, u = ca.SX.sym("q", n + 2), ca.SX.sym("u", n + 2)
+    dense = ca.densify(ca.jacobian(_acceleration(ca, n, q[2:], u[2:]), ca.vertcat(q, u)))
+    return _write(ca, ca.Function(JACOBIAN, [q, u], [dense], {"cse": True}), n, folder)
+
+
+def _write(ca: Any, function: Any, n: int, folder: Path) -> Path:
+    path = folder / f"{function.name()}_{n}.c"
     generator = ca.CodeGenerator(path.name, {"with_header": False})
     generator.add(function)
     path.write_text(generator.dump())

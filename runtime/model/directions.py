@@ -50,9 +50,9 @@ class Directions:
 
     def result(self, tangents: FloatArray) -> FloatArray:
         """(…, outputs, columns) of tangents (…, blocks, outputs, lanes)."""
-        outputs = tangents.shape[-2]
-        found = np.moveaxis(tangents, -2, -3).reshape(*tangents.shape[:-3], outputs, -1)
-        return found[..., self._chosen]
+        side_by_side = np.moveaxis(tangents, -2, -3)
+        flat = side_by_side.reshape(*side_by_side.shape[:-2], -1)
+        return np.take(flat, self._chosen, axis=-1)
 
     @cached_property
     def _chosen(self) -> IntArray:

@@ -20,7 +20,7 @@ from ..record.record import Record
 from .held import cannot, pushing, ways_differ, well
 from .local import Local, Places, at_one
 from .moving import Moving, whole_of
-from .passing import Check, Part, Passed, pass_change, pass_impacts, struck_at
+from .passing import Check, Part, Passed, pass_change, pass_impacts
 from .steps import Steps, maps
 
 KEPT = 1e-6
@@ -47,21 +47,18 @@ class Stop(NamedTuple):
 
 
 class Course(NamedTuple):
-    """A run as what its ``parts`` make of small differences one after the other, ``stops`` at the times that were asked
-    for, and the instants that were ``passed``, by the columns."""
+    """A run as what its ``parts`` make of small differences one after the other, and ``stops`` at the times that were
+    asked for."""
 
     parts: Sequence[Part]
     stops: Sequence[Stop]
-    passed: tuple[Passed, ...]
-    S: FloatArray
-    """Differences (times, 2 n, columns) at the stops."""
 
     def back(self, at_stops: FloatArray, at_impacts: Mapping[float, FloatArray]) -> FloatArray:
         """Covectors (k, D) at the start of the run, of differences of the state there and the arguments.
 
         They are the sums of those ``at_stops`` (times, k, D), and of ``at_impacts``, (k,) by the times of impacts, of
-        what these times move by; each part is applied to them from the left (adjoint mode: docs/theory.md, section
-        11.9)."""
+        what these times move by; each part is applied to them from the left (adjoint mode: docs/theory.md, eq.
+        11.11)."""
         found = np.zeros(at_stops.shape[1:])
         left, missing = len(self.stops), dict(at_impacts)
         for number in range(len(self.parts), -1, -1):
@@ -140,47 +137,52 @@ def _held(run: Record) -> list[tuple[float, Held]]:
 
 
 def along(run: Record, model: Model, moving: Moving, S: FloatArray, times: Sequence[float]) -> Course:
-    """Differences along a run that begin with S (2 n, columns), at ``times`` that grow, under the inputs that are
-    set."""
+    """What a run makes of small differences that begin with S (2 n, columns), with stops at ``times`` that grow, under
+    the inputs that are set."""
     pieces, joints = _pieces(run, times)
     steps = _steps(run, model, moving, pieces)
-    parts, stops, found, passed = list[Part](), list[Stop](), [], []
-    n = len(S) // 2
+    parts, stops = list[Part](), list[Stop]()
     wanted = list(times)
     if pieces:
         _check_held(model, moving, pieces[0], S)
-
-    def go_through(part: Part) -> FloatArray:
-        parts.append(part)
-        whole = moving.whole(S[:n], S[n:])
-        for check in part.checks:
-            check(whole)
-        if part.passed is not None:
-            passed.append(part.of_columns(whole))
-        return np.asarray(part.matrix @ whole)
-
-    def stop(state: tuple[FloatArray, FloatArray], held: Held) -> None:
-        stops.append(Stop(len(parts), state, held))
-        found.append(S)
-        wanted.pop(0)
-
     while wanted and wanted[0] <= run.t[0]:
-        stop((run.q[0], run.u[0]), pieces[0].held if pieces else ())
+        stops.append(Stop(0, (run.q[0], run.u[0]), pieces[0].held if pieces else ()))
+        wanted.pop(0)
     helds: list[tuple[Held, Held]] = [((), ())] * len(pieces)
     for k, piece in enumerate(pieces):
         helds[k] = (pieces[k - 1].held if k else (), piece.held)
     instants = [(joints[one.t], one.start[0], ways) for one, ways in zip(pieces, helds, strict=True) if one.t in joints]
-    impacts = {one.impacts[0].t: one for one in struck_at(model, moving, instants)}
+    impacts = {one[0][0].t: part for one, part in zip(instants, pass_impacts(model, moving, instants), strict=True)}
     for k, (piece, ways) in enumerate(zip(pieces, helds, strict=True)):
         if piece.t in impacts:
-            S = go_through(pass_impacts(impacts[piece.t]))
+            parts.append(impacts[piece.t])
         elif k and ways_differ(*ways):
-            S = go_through(pass_change(model, moving, piece.t, *piece.start, ways))
-        S = go_through(steps[k])
+            parts.append(pass_change(model, moving, piece.t, *piece.start, ways))
+        parts.append(steps[k])
         end = piece.t + piece.h
         if wanted and abs(wanted[0] - end) <= 4.0 * np.finfo(float).eps * abs(end):
-            stop(piece.end, piece.held)
-    return Course(parts, stops, tuple(one for one in passed if one is not None), np.array(found))
+            stops.append(Stop(len(parts), piece.end, piece.held))
+            wanted.pop(0)
+    return Course(parts, stops)
+
+
+def carried(course: Course, moving: Moving, S: FloatArray) -> tuple[FloatArray, tuple[Passed, ...]]:
+    """Differences (times, 2 n, columns) at the stops of a course that begin with S (2 n, columns), and the instants
+    that were passed.
+
+    Raises ``ValueError`` for columns that keep a part from having one matrix."""
+    n, found, passed = len(S) // 2, list[FloatArray](), list[Passed]()
+    for number in range(len(course.parts) + 1):
+        found += [S for stop in course.stops if stop.behind == number]
+        if number < len(course.parts):
+            part = course.parts[number]
+            whole = moving.whole(S[:n], S[n:])
+            for check in part.checks:
+                check(whole)
+            if part.passed is not None:
+                passed.append(part.passed.of_columns(whole))
+            S = np.asarray(part.matrix @ whole)
+    return np.array(found), tuple(passed)
 
 
 def _pieces(run: Record, times: Sequence[float]) -> tuple[list[Piece], dict[float, Sequence[Impact]]]:
@@ -259,16 +261,16 @@ def _shut(model: Model, moving: Moving, held: Held, steps: Steps, matrices: Floa
     free, drives = np.diag(model.coordinate_units), drive_rows(model)
     if len(drives):  # driven joints stay where they are
         free = free @ (np.eye(n) - np.linalg.pinv(drives) @ drives)
-    whole = np.zeros((k, D, D))
-    whole[:, :states] = matrices
-    whole[:, states:, states:] = np.eye(D - states)
     checks: list[tuple[Check, ...]] = [()] * k
     for i in np.flatnonzero(~well(Rs @ Rs.transpose(0, 2, 1))):
         if np.linalg.matrix_rank(Rs[i], tol=1e-10 * float(np.linalg.norm(Rs[i]))) < Rs.shape[1]:
-            checks[i] = (_kept(Local(at, int(i)), Rs[i], rates[i], whole[i].copy()),)
-    whole[:, :n] -= free @ (_inverted(R @ free) @ (places @ whole))
-    whole[:, n:states] -= free @ (_inverted(Rs @ free) @ (rates @ whole))
-    return [Part(one[:states], check) for one, check in zip(whole, checks, strict=True)]
+            through = np.vstack([matrices[i], np.eye(D)[states:]])
+            checks[i] = (_kept(Local(at, int(i)), Rs[i], rates[i], through),)
+    for part, rows, moves in ((slice(0, n), R, places), (slice(n, states), Rs, rates)):
+        missed = moves[:, :, :states] @ matrices
+        missed[:, :, states:] += moves[:, :, states:]
+        matrices[:, part] -= free @ (_inverted(rows @ free) @ missed)
+    return [Part(*one) for one in zip(matrices, checks, strict=True)]
 
 
 def _inverted(rows: FloatArray) -> FloatArray:

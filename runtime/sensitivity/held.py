@@ -94,7 +94,7 @@ def jacobians(
             "need"
         )
     n = len(model.u_names)
-    found = np.asarray(along.result(tangents)[:, :n])
+    found = np.asarray(along.result(tangents[:, :, :n]))
     if held:
         found = found + _of_contacts(Places(model, moving, t, q), held, u, u_dot, pushes, found)
     return u_dot, found

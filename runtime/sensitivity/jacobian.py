@@ -17,7 +17,7 @@ from ..model.numbers import read_numbers
 from ..model.places import places_of
 from ..record.outputs import values_of
 from ..record.record import Record
-from .along import Course, along, check
+from .along import Course, along, carried, check
 from .moving import Moving, Wrt, moving_of
 from .passing import Passed
 from .start import start_moves
@@ -84,12 +84,12 @@ def run_sensitivities(
     count = len(asked.moving.columns)
     numbers = sum(value.size for value in told.values())
     adjoint = mode == "adjoint" or (mode == "auto" and numbers < count)
-    moved = _pulled_back(asked, np.eye(numbers)) if adjoint else _moved(asked)
+    S, passed = carried(asked.course, asked.moving, asked.S)
+    moved = _pulled_back(asked, np.eye(numbers)) if adjoint else _moved(asked, S, passed)
     derived, first = {}, 0
     for name, value in told.items():
         derived[name] = moved[first : first + value.size].reshape(*value.shape, count)
         first += value.size
-    passed = asked.course.passed
     return Sensitivities(
         run, asked.moving.columns, asked.times, told, derived, _impact_times(run, asked.moving, passed), passed
     )
@@ -113,13 +113,16 @@ def run_vjp(
             f"covector: found shape {found.shape}, expected ({numbers},), or rows of as many: a number for each of the "
             "outputs"
         )
+    if any(part.checks for part in asked.course.parts):
+        carried(asked.course, asked.moving, asked.S)  # raises for columns that have no derivative
     return np.asarray(_pulled_back(asked, np.atleast_2d(found)).reshape(*found.shape[:-1], -1))
 
 
 @dataclass(frozen=True)
 class Asked:
-    """A run that small differences have followed, and what of it is asked for: ``outputs`` at ``times``, of which
-    ``course`` has each once; ``single`` where a number was given instead of a row of them."""
+    """A run as small differences go along it from S (2 n, columns) at its start, and what of it is asked for:
+    ``outputs`` at ``times``, of which ``course`` has each once; ``single`` where a number was given instead of a row of
+    them."""
 
     run: Record
     model: Model
@@ -177,14 +180,14 @@ def _values(asked: Asked) -> list[FloatArray]:
     return found
 
 
-def _moved(asked: Asked) -> FloatArray:
-    """All outputs one below the other, (numbers, columns), by the differences that went along."""
+def _moved(asked: Asked, S: FloatArray, passed: Sequence[Passed]) -> FloatArray:
+    """All outputs one below the other, (numbers, columns), by differences S (stops, 2 n, columns) that went along."""
     parts = [np.zeros((0, len(asked.moving.columns)))]
     for output in asked.outputs:
         if output == TIMES:
-            parts.append(_impact_times(asked.run, asked.moving, asked.course.passed))
+            parts.append(_impact_times(asked.run, asked.moving, passed))
             continue
-        each = _at_stops(asked, output, asked.moving, asked.course.S)
+        each = _at_stops(asked, output, asked.moving, S)
         parts += [each[place] for place in asked.places]
     return np.vstack(parts)
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from ..arrays import FloatArray
+from ..arrays import FloatArray, IntArray
 from ..model.drives import drive_rows
 from ..model.model import Model
 from .moving import Moving
@@ -37,8 +37,9 @@ class Places:
     moving: Moving
     t: FloatArray
     q: FloatArray
-    known: dict[Asked, FloatArray] = field(default_factory=dict, compare=False, repr=False)
-    """What single configurations need, found for all of them at once, by what is asked for."""
+    known: dict[Asked, FloatArray] | None = None
+    """Where configurations are looked at one by one, what has been found for all of them at once, by what is asked
+    for; None where that is not kept."""
 
     @cached_property
     def gap_rows(self) -> FloatArray:
@@ -97,9 +98,10 @@ class Places:
         pushes = np.zeros((b, max(len(model.contacts), 1))) if P is None else P
         found = model.kernels.tangents(of, self.q, u, self.t, np.zeros((b, n)), held, pushes, given, along.blocks)
         tangents = np.zeros((b, size, len(along.columns))) if found is None else np.asarray(along.result(found))
-        for i in range(b if b > 1 else 0):
-            rest = (None if one is None else one[i] for one in (P, multipliers))
-            self.known[_asked(i, of, by, u[i], *rest)] = tangents[i]
+        if self.known is not None:
+            for i in range(b):
+                rest = (None if one is None else one[i] for one in (P, multipliers))
+                self.known[_asked(i, of, by, u[i], *rest)] = tangents[i]
         return tangents
 
     def response(self, f: FloatArray, y: FloatArray | None = None) -> FloatArray:
@@ -115,8 +117,9 @@ class Places:
         n = self.q.shape[1]
         f = P[:, None] @ self.gap_rows + F[:, None] @ self.slip_rows
         found = np.asarray((self.responses[:, n:, :n] @ f.transpose(0, 2, 1))[:, :, 0])
-        for i in range(len(found) if len(found) > 1 else 0):
-            self.known[_asked(i, "loop impulses", (), P[i], F[i], None)] = found[i]
+        if self.known is not None:
+            for i in range(len(found)):
+                self.known[_asked(i, "loop impulses", (), P[i], F[i], None)] = found[i]
         return found
 
     def closure_moves(self) -> FloatArray:
@@ -156,7 +159,7 @@ class Places:
     def coefficients(self) -> dict[str, FloatArray]:
         return {}
 
-    def some(self, which: slice) -> Places:
+    def some(self, which: slice | IntArray) -> Places:
         """Some of the configurations."""
         return Places(self.model, self.moving, self.t[which], self.q[which])
 
@@ -218,9 +221,10 @@ class Local:
         multipliers: FloatArray | None = None,
     ) -> FloatArray:
         """Derivatives (size, D) of a function at ``u``, other ``by`` than these held; zero where it has none."""
-        known = self.places.known.get(_asked(self.number, of, by, u, P, multipliers))
-        if known is not None:
-            return known
+        if self.places.known is not None:
+            known = self.places.known.get(_asked(self.number, of, by, u, P, multipliers))
+            if known is not None:
+                return known
         pushes = None if P is None else P[None]
         held = None if multipliers is None else multipliers[None]
         return np.asarray(self._alone.tangent(of, size, u[None], by, pushes, held)[0])
@@ -233,8 +237,8 @@ class Local:
     def loop_impulses(self, P: FloatArray, F: FloatArray) -> FloatArray:
         """Impulses (rows,) of the loops that impulses P and F (contacts,) of the contacts give, closure rates being
         kept."""
-        known = self.places.known.get(_asked(self.number, "loop impulses", (), P, F, None))
-        return self._alone.loop_impulses(P[None], F[None])[0] if known is None else known
+        known = (self.places.known or {}).get(_asked(self.number, "loop impulses", (), P, F, None))
+        return np.asarray(self._alone.loop_impulses(P[None], F[None])[0]) if known is None else known
 
     def closure_moves(self) -> FloatArray:
         """By what the closure changes, (rows, D)."""

@@ -57,6 +57,9 @@ def moving_of(model: Model, wrt: Wrt) -> Moving:
     if not given:
         raise ValueError("wrt: found nothing, expected names: q0, u0, parameters by their paths, or inputs")
     faults, arguments = Faults(), tuple(name for name in given if name not in STARTS)
+    directions = None
+    with faults.collecting():
+        directions = directions_of(model, ("q", "u", *arguments))
     for name in arguments:
         with faults.collecting():
             _check_argument(model, name)
@@ -79,13 +82,12 @@ def moving_of(model: Model, wrt: Wrt) -> Moving:
         parts = {name: each[first : first + sizes[name]] for name, first in zip(given, firsts, strict=False)}
     none = np.zeros((n, len(columns)))
     along = np.vstack([parts[name] for name in arguments]) if arguments else np.zeros((0, len(columns)))
-    directions = directions_of(model, ("q", "u", *arguments))
+    assert directions is not None
     return Moving(columns, parts.get("q0", none), parts.get("u0", none), arguments, along, directions)
 
 
 def _check_argument(model: Model, name: str) -> None:
-    """It is a parameter or an input by which runs have derivatives."""
-    directions_of(model, (name,))  # raises for what is none
+    """It is none by which runs have no derivatives."""
     if name in ("q", "u", "t", "inputs"):
         raise ValueError(
             f"wrt: found {name!r}, expected q0 or u0, a parameter by its path, or one of the inputs "

@@ -8,13 +8,13 @@ Dynamics and Bifurcations of Non-Smooth Mechanical Systems, 2004, chapter 7; doc
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal, NamedTuple
 
 import numpy as np
 
-from ..arrays import FloatArray
+from ..arrays import FloatArray, IntArray
 from ..model.forces import Held
 from ..model.model import Model
 from ..model.thresholds import characteristic_time
@@ -22,7 +22,7 @@ from ..record.impact import Impact
 from .held import accelerations, changed
 from .local import Local, Places, at_one
 from .moving import Moving, whole_of
-from .striking import after_impact, prepare
+from .striking import after_impact, after_plain_impacts, is_plain, prepare
 
 MEET = 1e-6
 """Contacts meet at the instant of another where what their gaps differ by is below this part of the terms that it is
@@ -64,6 +64,10 @@ class Passed:
         where a contact closes slowly, it is large, as one by the speed of closing."""
         return float(np.linalg.norm(self.matrix, 2))
 
+    def of_columns(self, whole: FloatArray) -> Passed:
+        """The same by columns, (D, columns), where ``dt`` and ``behind`` are by all D directions."""
+        return replace(self, dt=self.dt @ whole, behind=self.behind @ whole)
+
 
 class Part(NamedTuple):
     """What a part of a run makes of small differences: a ``matrix`` (2 n, D) from those of the state and the arguments
@@ -76,85 +80,84 @@ class Part(NamedTuple):
     checks: tuple[Check, ...] = ()
     passed: Passed | None = None
 
-    def of_columns(self, whole: FloatArray) -> Passed | None:
-        """The instant that was passed, by columns ``whole`` (D, columns) before it."""
-        one = self.passed
-        return one and Passed(one.t, one.kind, one.contacts, one.dt @ whole, one.behind @ whole, one.matrix)
+
+Instant = tuple[Sequence[Impact], FloatArray, tuple[Held, Held]]
+"""The impacts of one instant, the coordinates (n,) there, and what is held before it and after."""
 
 
-class Struck(NamedTuple):
-    """The impacts of one instant, what is held before and after it, and the accelerations then; and where that is."""
-
-    impacts: Sequence[Impact]
-    ways: tuple[Held, Held]
-    before: FloatArray
-    after: FloatArray
-    at: Local
-
-
-def struck_at(
-    model: Model, moving: Moving, instants: Sequence[tuple[Sequence[Impact], FloatArray, tuple[Held, Held]]]
-) -> list[Struck]:
-    """The instants at which impacts come, at configurations q, between what is held; all at once."""
+def pass_impacts(model: Model, moving: Moving, instants: Sequence[Instant]) -> list[Part]:
+    """The instants at which impacts come; what they need is found for all at once."""
     if not instants:
         return []
-    impacts, q = [one[0] for one in instants], np.array([one[1] for one in instants])
-    at = Places(model, moving, np.array([one[0].t for one in impacts]), q)
-    prepare(at, [one[0] for one in impacts])
-    sides = [np.array([one[0].u_minus for one in impacts]), np.array([one[-1].u_plus for one in impacts])]
-    moved = []
-    for side, u in enumerate(sides):
-        found = np.zeros_like(q)
-        flies = np.array([not one[2][side] for one in instants])
-        if flies.any():
-            found[flies] = accelerations(model, (), at.t[flies], q[flies], u[flies])[0]
-        for i in np.flatnonzero(~flies).tolist():
-            some = slice(i, i + 1)
-            found[i] = accelerations(model, instants[i][2][side], at.t[some], q[some], u[some])[0][0]
-        moved.append(found)
-    return [
-        Struck(one[0], one[2], before, after, Local(at, i))
-        for i, (one, before, after) in enumerate(zip(instants, *moved, strict=True))
-    ]
-
-
-def pass_impacts(struck_at: Struck) -> Part:
-    """The impacts of one instant."""
-    impacts, _, before, after, at = struck_at
-    first, last, model = impacts[0], impacts[-1], at.model
-    t, n = first.t, len(before)
-    chosen = [model._contact(contact) for contact in first.contacts]
-    rates = {c: float(at.gap_rows[c] @ first.u_minus) for c in chosen}
-    closing = [c for c in chosen if rates[c] < -RESTS * float(np.abs(at.gap_rows[c]) @ np.abs(first.u_minus))]
-    if not closing:
-        raise ValueError(
-            f"{model.name}: the impact at t = {t:.9g} s has no derivative: none of its contacts closes, as where "
-            "bounces accumulate, friction jams or a contact grazes; end the run before it"
-        )
-    trigger = min(closing, key=lambda c: rates[c] / at_scale(at, c))
+    firsts, lasts = ([one[0][which] for one in instants] for which in (0, -1))
+    at = Places(model, moving, np.array([one.t for one in firsts]), np.array([one[1] for one in instants]))
+    u_minus, u_plus = np.array([one.u_minus for one in firsts]), np.array([one.u_plus for one in lasts])
+    before, after = (_sides(at, [one[2][side] for one in instants], u) for side, u in enumerate((u_minus, u_plus)))
+    rates = (at.gap_rows @ u_minus[:, :, None])[:, :, 0]
+    trigger = _triggers(at, firsts, rates, u_minus)
+    each, (b, n) = np.arange(len(firsts)), u_minus.shape
     gaps = at.gaps_move()
-    dt = -gaps[trigger] / rates[trigger]
-    struck = list(dict.fromkeys(model._contact(contact) for impact in impacts for contact in impact.contacts))
-    there = np.eye(len(dt))
-    there[: 2 * n] += np.outer(np.concatenate([first.u_minus, before]), dt)
-    D, kept = _struck(at, impacts, np.eye(2 * n, len(dt))[n:])
-    checks: list[Check] = []
-    if struck != [trigger]:
-        checks.append(lambda whole: _check_meet(at, struck, trigger, gaps, whole, first.u_minus, dt @ whole))
-    checks += [_there(there, check) for check in kept]
-    matrix, behind = _salted(there, D, dt, (last.u_plus, after))
-    passed = Passed(t, "impact", tuple(first.contacts), dt, behind, _in_units(model, matrix))
-    return Part(matrix, tuple(checks), passed)
+    dt = -gaps[each, trigger] / rates[each, trigger][:, None]
+    D = dt.shape[1]
+    there = np.tile(np.eye(D), (b, 1, 1))
+    there[:, : 2 * n] += np.hstack([u_minus, before])[:, :, None] * dt[:, None]
+    plain = [len(one[0]) == 1 and is_plain(at, one[0][0]) for one in instants]
+    which = np.flatnonzero(plain)
+    jumps, kept = np.zeros((b, n, D)), list[list[Check]]([[] for _ in instants])
+    if which.size:
+        jumps[which] = after_plain_impacts(at, which, [firsts[i] for i in which])
+    others = np.flatnonzero(np.logical_not(plain))
+    apart = replace(at.some(others), known={})
+    if others.size:
+        prepare(apart, [firsts[i] for i in others])
+    for number, i in enumerate(others.tolist()):
+        jumps[i], kept[i] = _struck(Local(apart, number), instants[i][0], np.eye(2 * n, D)[n:])
+    matrices, behind = _salted(there, jumps, dt, np.hstack([u_plus, after]))
+    parts, units = [], _in_units(model, matrices)
+    for i, (impacts, _, _) in enumerate(instants):
+        struck = list(dict.fromkeys(model._contact(contact) for impact in impacts for contact in impact.contacts))
+        checks = [_there(there[i], check) for check in kept[i]]
+        if len(struck) > 1:
+            checks.insert(0, _meet(Local(at, i), struck, int(trigger[i]), gaps[i], u_minus[i], dt[i]))
+        passed = Passed(firsts[i].t, "impact", tuple(firsts[i].contacts), dt[i], behind[i], units[i])
+        parts.append(Part(matrices[i], tuple(checks), passed))
+    return parts
+
+
+def _sides(at: Places, held: Sequence[Held], u: FloatArray) -> FloatArray:
+    """Accelerations (b, n) on one side of the instants, with what is held there."""
+    found = np.zeros_like(u)
+    flies = np.array([not one for one in held])
+    if flies.any():
+        found[flies] = accelerations(at.model, (), at.t[flies], at.q[flies], u[flies])[0]
+    for i in np.flatnonzero(~flies).tolist():
+        some = slice(i, i + 1)
+        found[i] = accelerations(at.model, held[i], at.t[some], at.q[some], u[some])[0][0]
+    return found
+
+
+def _triggers(at: Places, impacts: Sequence[Impact], rates: FloatArray, u: FloatArray) -> IntArray:
+    """The contact of each impact that closes fastest, in terms of the size of its rows, by which rates of stops and of
+    grounds are comparable. ``rates`` (b, contacts) are those before, at u (b, n)."""
+    sizes = RESTS * (np.abs(at.gap_rows) @ np.abs(u)[:, :, None])[:, :, 0]
+    scales = np.sqrt(np.sum(at.gap_rows**2, axis=2))
+    scales[scales == 0.0] = 1.0
+    closes, speeds = rates < -sizes, rates / scales
+    found = np.zeros(len(impacts), dtype=np.int_)
+    for i, impact in enumerate(impacts):
+        closing = [c for c in map(at.model._contact, impact.contacts) if closes[i, c]]
+        if not closing:
+            raise ValueError(
+                f"{at.model.name}: the impact at t = {impact.t:.9g} s has no derivative: none of its contacts closes, "
+                "as where bounces accumulate, friction jams or a contact grazes; end the run before it"
+            )
+        found[i] = min(closing, key=lambda c, row=speeds[i]: float(row[c]))  # type: ignore[misc]
+    return found
 
 
 def _there(there: FloatArray, check: Check) -> Check:
     """A check of the differences ``there`` at the instant, as one of those before it."""
     return lambda whole: check(there @ whole)
-
-
-def at_scale(at: Local, contact: int) -> float:
-    """The size of the rows of a contact, by which rates of stops and of grounds are comparable."""
-    return float(np.linalg.norm(at.gap_rows[contact])) or 1.0
 
 
 def _struck(at: Local, impacts: Sequence[Impact], moves: FloatArray) -> tuple[FloatArray, list[Check]]:
@@ -167,39 +170,37 @@ def _struck(at: Local, impacts: Sequence[Impact], moves: FloatArray) -> tuple[Fl
     return moves, checks
 
 
-def _salted(
-    there: FloatArray, D: FloatArray, dt: FloatArray, after: tuple[FloatArray, FloatArray]
-) -> tuple[FloatArray, FloatArray]:
-    """Matrices (2 n, D) of the differences behind an instant, at the time of the run and where the instant is: to the
-    instant that moves by ``dt`` (D,), where differences are ``there`` (D, D), through the jump D, and back to the time
-    of the run (docs/theory.md, eq. 11.8)."""
-    behind = np.vstack([there[: len(D)], D @ there])
-    return behind - np.outer(np.concatenate(after), dt), behind
+def _salted(there: FloatArray, jumps: FloatArray, dt: FloatArray, after: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Matrices (b, 2 n, D) of the differences behind instants, at the time of the run and where the instants are: to
+    the instants that move by ``dt`` (b, D), where differences are ``there`` (b, D, D), through the jumps (b, n, D) of
+    the rates there, and back to the time of the run, with what states change at ``after`` (b, 2 n) (docs/theory.md, eq.
+    11.8)."""
+    behind = np.concatenate([there[:, : jumps.shape[1]], jumps @ there], axis=1)
+    return behind - after[:, :, None] * dt[:, None], behind
 
 
-def _check_meet(
-    at: Local,
-    struck: Sequence[int],
-    trigger: int,
-    gaps: FloatArray,
-    whole: FloatArray,
-    u: FloatArray,
-    dt: FloatArray,
-) -> None:
+def _meet(
+    at: Local, struck: Sequence[int], trigger: int, gaps: FloatArray, u: FloatArray, dt_moves: FloatArray
+) -> Check:
     """All contacts of the instant are closed there for the differences too, whatever the column."""
-    for c in struck:
-        apart = gaps[c] @ whole + float(at.gap_rows[c] @ u) * dt
-        terms = np.abs(gaps[c]) @ np.abs(whole) + np.abs(at.gap_rows[c]) @ np.abs(u) * np.abs(dt)
-        wrong = np.abs(apart) > MEET * (terms + MEET * whole_of(at.model, at.moving, at.gap_rows[c]))
-        if not wrong.any():
-            continue
-        column = at.moving.columns[int(np.flatnonzero(wrong)[0])]
-        one, other = ("{} on {}".format(*at.model.contacts[x]) for x in (trigger, c))
-        raise ValueError(
-            f"{at.model.name}: found contacts that strike together at t = {at.t:.9g} s, {one} and {other}, which "
-            f"{column} parts: which of them comes first then depends on the sign of the change, and there is no one "
-            "matrix of derivatives; leave out that column, or start where they do not strike together"
-        )
+
+    def check(whole: FloatArray) -> None:
+        dt = dt_moves @ whole
+        for c in struck:
+            apart = gaps[c] @ whole + float(at.gap_rows[c] @ u) * dt
+            terms = np.abs(gaps[c]) @ np.abs(whole) + np.abs(at.gap_rows[c]) @ np.abs(u) * np.abs(dt)
+            wrong = np.abs(apart) > MEET * (terms + MEET * whole_of(at.model, at.moving, at.gap_rows[c]))
+            if not wrong.any():
+                continue
+            column = at.moving.columns[int(np.flatnonzero(wrong)[0])]
+            one, other = ("{} on {}".format(*at.model.contacts[x]) for x in (trigger, c))
+            raise ValueError(
+                f"{at.model.name}: found contacts that strike together at t = {at.t:.9g} s, {one} and {other}, which "
+                f"{column} parts: which of them comes first then depends on the sign of the change, and there is no "
+                "one matrix of derivatives; leave out that column, or start where they do not strike together"
+            )
+
+    return check
 
 
 def pass_change(model: Model, moving: Moving, t: float, q: FloatArray, u: FloatArray, ways: tuple[Held, Held]) -> Part:
@@ -256,9 +257,9 @@ def pass_change(model: Model, moving: Moving, t: float, q: FloatArray, u: FloatA
 
     there = np.eye(D)
     there[: 2 * n] += np.outer(np.concatenate([u, before]), dt)
-    matrix, behind = _salted(there, np.eye(2 * n, D)[n:], dt, (u, after))
-    passed = Passed(t, "sliding ends", names, dt, behind, _in_units(model, matrix))
-    return Part(matrix, (check,) if len(ended) > 1 else (), passed)
+    matrices, behind = _salted(there[None], np.eye(2 * n, D)[None, n:], dt[None], np.hstack([u, after])[None])
+    passed = Passed(t, "sliding ends", names, dt, behind[0], _in_units(model, matrices)[0])
+    return Part(matrices[0], (check,) if len(ended) > 1 else (), passed)
 
 
 def _accelerations(
@@ -270,8 +271,8 @@ def _accelerations(
     return before, after
 
 
-def _in_units(model: Model, matrix: FloatArray) -> FloatArray:
-    """By the state alone, (2 n, 2 n), in units of the mechanism."""
+def _in_units(model: Model, matrices: FloatArray) -> FloatArray:
+    """By the state alone, (b, 2 n, 2 n), in units of the mechanism."""
     unit = model.coordinate_units
     units = np.concatenate([unit, unit / characteristic_time(model)])
-    return np.asarray(matrix[:, : len(units)] * units / units[:, None])
+    return np.asarray(matrices[:, :, : len(units)] * (units / units[:, None]))

@@ -28,6 +28,9 @@ SWEEPS, NEWTON = 40, 30
 """Iterations at most: by putting in, and by Newton's method where that does not contract. At a contraction of 0.4, for
 which steps are chosen, forty reach rounding."""
 
+SMALL = 1e-13
+"""A change of the accelerations by this part of them is the last: the next is at most half of it."""
+
 STAYS = 1e-9
 """Below this part of the accelerations a change that no longer falls is rounding, of light links that carry heavy ones;
 whether the step is as exact as the run, the next row tells."""
@@ -92,12 +95,9 @@ def maps(model: Model, moving: Moving, held: Held, steps: Steps, tolerance: tupl
     Raises ``ValueError`` where the run cannot be followed to ``tolerance``, relative and in rad and lengths of the
     mechanism (0, 0 where it had none).
     """
-    n = steps.q.shape[1]
-    found = np.zeros((len(steps.t), 2 * n, len(moving.directions.columns)))
-    for first in range(0, len(steps.t), TOGETHER):
-        part = slice(first, first + TOGETHER)
-        found[part] = _maps(model, moving, held, Steps(*(one[part] for one in steps)), tolerance, HALVINGS)
-    return found
+    parts = [slice(first, first + TOGETHER) for first in range(0, len(steps.t), TOGETHER)]
+    found = [_maps(model, moving, held, steps.some(part), tolerance, HALVINGS) for part in parts]
+    return found[0] if len(found) == 1 else np.concatenate(found)
 
 
 def _maps(
@@ -107,6 +107,8 @@ def _maps(
     q_end, u_end = _ends(steps, stages)
     missed = np.logical_not(_meets(model, steps, q_end, u_end, tolerance) & np.isfinite(stages).all(axis=(1, 2)))
     n = steps.q.shape[1]
+    if not missed.any():
+        return _linear(model, moving, held, steps, stages)
     found = np.zeros((len(steps.t), 2 * n, len(moving.directions.columns)))
     good = np.flatnonzero(~missed)
     if good.size:
@@ -158,30 +160,40 @@ def _composed(first: FloatArray, then: FloatArray) -> FloatArray:
 
 def _stages(model: Model, held: Held, steps: Steps) -> FloatArray:
     """Accelerations (k, s, n) at the nodes; not a number where none are found."""
-    g = gauss()
-    k = len(steps.t)
     at_start = accelerations(model, held, steps.t, steps.q, steps.u)[0]
     at_end = accelerations(model, held, steps.t + steps.h, steps.q1, steps.u1)[0]
-    found = at_start[:, None] + g.c[:, None] * (at_end - at_start)[:, None]
-    size = np.max(np.abs(found), axis=(1, 2))
-    left, before = np.arange(k), np.full(k, np.inf)
+    W = _guess(steps, at_start, at_end)
+    found = np.full_like(W, np.nan)
+    left, part = np.arange(len(W)), steps
+    size, before = np.max(np.abs(W), axis=(1, 2)), np.full(len(W), np.inf)
     for sweep in range(SWEEPS):
-        new = _at_nodes(model, held, steps.some(left), found[left])
-        change = np.max(np.abs(new - found[left]), axis=(1, 2))
-        found[left] = new
-        size[left] = np.maximum(size[left], np.max(np.abs(new), axis=(1, 2)))
-        rounding = 16.0 * np.finfo(float).eps * size[left]
-        done = (change <= rounding) | ((change <= STAYS * size[left]) & (change >= 0.5 * before[left]))
-        wild = ~np.isfinite(change) | ((sweep > 4) & (change > before[left]) & (change > STAYS * size[left]))
-        before[left] = change
-        found[left[wild]] = np.nan
-        left = left[~done & ~wild]
-        if not left.size:
+        new = _at_nodes(model, held, part, W)
+        change = np.max(np.abs(new - W), axis=(1, 2))
+        size = np.maximum(size, np.max(np.abs(new), axis=(1, 2)))
+        done = (change <= SMALL * size) | ((change <= STAYS * size) & (change >= 0.5 * before))
+        wild = ~np.isfinite(change) | ((sweep > 4) & (change > before) & (change > STAYS * size))
+        found[left[done & ~wild]] = new[done & ~wild]
+        on = ~(done | wild)
+        if not on.any():
             break
-    found[left] = np.nan
+        if not on.all():
+            left, part, new, size, change = left[on], part.some(on), new[on], size[on], change[on]
+        W, before = new, change
     for i in np.flatnonzero(~np.isfinite(found).all(axis=(1, 2))):
         found[i] = _by_newton(model, held, steps.some(np.array([i])), at_start[i], at_end[i])
     return found
+
+
+def _guess(steps: Steps, at_start: FloatArray, at_end: FloatArray) -> FloatArray:
+    """Accelerations (k, s, n) at the nodes to begin with: those of rates that are a polynomial of degree 4, with these
+    accelerations at both ends, and lead from one place to the next."""
+    h, x = steps.h[:, None], gauss().c[:, None]
+    mean, change = (steps.q1 - steps.q) / h, steps.u1 - steps.u
+    ends = h / 12.0 * (at_start - at_end) + 0.5 * (steps.u + steps.u1)
+    of_change, of_start, of_end = 6.0 * x * (1.0 - x), 3.0 * x**2 - 4.0 * x + 1.0, 3.0 * x**2 - 2.0 * x
+    bump = 60.0 * x * (1.0 - x) * (1.0 - 2.0 * x)
+    found = of_change * (change / h)[:, None] + of_start * at_start[:, None] + of_end * at_end[:, None]
+    return np.asarray(found + bump * ((mean - ends) / h)[:, None])
 
 
 def _nodes(steps: Steps, W: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -196,7 +208,7 @@ def _nodes(steps: Steps, W: FloatArray) -> tuple[FloatArray, FloatArray, FloatAr
 
 def _at_nodes(model: Model, held: Held, steps: Steps, W: FloatArray) -> FloatArray:
     t, q, u = _nodes(steps, W)
-    if not (np.isfinite(q).all() and np.isfinite(u).all()):
+    if not np.isfinite(q).all():
         return np.full_like(W, np.nan)
     return accelerations(model, held, t, q, u)[0].reshape(W.shape)
 
@@ -216,7 +228,7 @@ def _by_newton(model: Model, held: Held, step: Steps, start: FloatArray, end: Fl
         change = np.linalg.solve(K[0].T, (u_dot - W[0]).ravel()).reshape(W.shape)
         W = W + change
         size, moved = float(np.max(np.abs(W))), float(np.max(np.abs(change)))
-        if moved <= 1e-13 * size or (moved <= STAYS * size and moved >= 0.5 * before):
+        if moved <= SMALL * size or (moved <= STAYS * size and moved >= 0.5 * before):
             return np.asarray(W[0])
         before = moved
     return np.full_like(W[0], np.nan)

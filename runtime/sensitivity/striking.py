@@ -12,7 +12,8 @@ from typing import Literal
 
 import numpy as np
 
-from ..arrays import FloatArray
+from ..arrays import FloatArray, IntArray
+from ..model.model import Model
 from ..record.impact import Impact
 from .held import DEPENDENT, FIXED, solved
 from .local import Local, Places
@@ -84,7 +85,7 @@ def after_impact(at: Local, impact: Impact, before_moves: FloatArray) -> tuple[F
     """
     model = at.model
     chosen = [model._contact(contact) for contact in impact.contacts]
-    mu, e = model.kernels.friction[chosen], _restitution(at, chosen)
+    mu, e = model.kernels.friction[chosen], _restitution(model, chosen)
     law = model.data["law"]
     if impact.restitution_share < 1.0 and (law != "newton" or model.data["drives"]):
         raise _refused(
@@ -114,9 +115,9 @@ def _refused(at: Local, impact: Impact, why: str) -> ValueError:
     return ValueError(f"{at.model.name}: the impact of {where} at t = {impact.t:.9g} s has no derivative here: {why}")
 
 
-def _restitution(at: Local, chosen: Sequence[int]) -> FloatArray:
-    grounds = [at.model.contacts[contact][1].partition(".")[0] for contact in chosen]
-    return np.array([at.model.parameters[f"{ground}.restitution"] for ground in grounds])
+def _restitution(model: Model, chosen: Sequence[int]) -> FloatArray:
+    grounds = [model.contacts[contact][1].partition(".")[0] for contact in chosen]
+    return np.array([model.parameters[f"{ground}.restitution"] for ground in grounds])
 
 
 def _slides_through(at: Local, impact: Impact, contact: int) -> bool:
@@ -133,11 +134,9 @@ def _speed(at: Local, contact: int, *u: FloatArray) -> float:
 
 
 def prepare(at: Places, impacts: Sequence[Impact]) -> None:
-    """Find what impacts at as many configurations need, for all of them at once: where several strike together at one,
-    the first of them; by Poisson's law the rest follows from what its compression ends with."""
+    """Find what impacts at as many configurations need, for all of them at once: where several follow each other at
+    one, the first of them; by Poisson's law the rest follows from what its compression ends with."""
     count, by = len(at.model.contacts), ("q", "k")
-    if len(impacts) < 2:
-        return
     before, after = (np.array([getattr(one, name) for one in impacts]) for name in ("u_minus", "u_plus"))
     P, F = np.zeros((len(impacts), count)), np.zeros((len(impacts), count))
     for i, one in enumerate(impacts):
@@ -145,13 +144,53 @@ def prepare(at: Places, impacts: Sequence[Impact]) -> None:
         P[i, chosen] = one.impulses
         if one.friction.size:
             F[i, chosen] = one.friction
-    at.gaps_move()
     at.gap_rates_move(before, by)
+    at.gap_rates_move(after, by)
     at.closure_rates_move(after, by)
     at.pushes_move(P, F)
     at.tangent("jump", len(after[0]) + len(at.model.rows), after - before, by, multipliers=at.loop_impulses(P, F))
     if F.any():
         at.slips_move(after, by)
+
+
+def is_plain(at: Places, impact: Impact) -> bool:
+    """Whether an impact is that of one smooth contact that surely pushes, with all of its restitution: laws are alike
+    then."""
+    if len(impact.contacts) > 1 or impact.restitution_share < 1.0:
+        return False
+    contact = at.model._contact(impact.contacts[0])
+    return bool(at.model.kernels.friction[contact] == 0.0 and impact.impulses[0] > 0.0)
+
+
+def after_plain_impacts(at: Places, which: IntArray, impacts: Sequence[Impact]) -> FloatArray:
+    """What u+ of plain impacts at ``which`` of the configurations moves by, (impacts, n, D): ``_by_newton`` of all at
+    once, with one unknown impulse each."""
+    model, (_, n), by = at.model, at.q.shape, ("q", "k")
+    contacts = [model._contact(impact.contacts[0]) for impact in impacts]
+    e, each = _restitution(model, contacts), np.arange(len(impacts))
+    before, after = (np.array([getattr(one, name) for one in impacts]) for name in ("u_minus", "u_plus"))
+    some = at.some(which)
+    N, rows, response = at.gap_rows[which, contacts], at.closure_rows[which], at.responses[which, :n]
+    P = np.zeros((len(impacts), len(model.contacts)))
+    P[each, contacts] = [impact.impulses[0] for impact in impacts]
+    none = np.zeros_like(P)
+    rate, left = (np.sum(N * u, axis=1) for u in (before, after))
+    speeds = np.maximum(*(np.sum(np.abs(N) * np.abs(u), axis=1) for u in (before, after)))
+    for i in np.flatnonzero(np.abs(left + e * rate) > UNDECIDED * np.where(speeds > 0.0, speeds, 1.0)).tolist():
+        name = "{} on {}".format(*impacts[i].contacts[0])
+        raise _refused(Local(at, int(which[i])), impacts[i], f"{name} does not leave as one step of the law has it")
+    size = n + len(model.rows)
+    held = some.tangent("jump", size, after - before, by, multipliers=some.loop_impulses(P, none))[:, :n]
+    start = np.eye(2 * n, held.shape[2])[n:]
+    f = held + some.pushes_move(P, none)
+    shut = -some.closure_rates_move(after, by) - rows @ start
+    moved = start + response[:, :, :n] @ f + response[:, :, n:] @ shut
+    answer = (response[:, :, :n] @ N[:, :, None])[:, :, 0]
+    approach, bent = (some.gap_rates_move(u, by)[each, contacts] for u in (before, after))
+    changes = at.coefficients_move("restitution")[contacts]
+    wanted = -e[:, None] * (approach + N @ start) - changes * rate[:, None] - bent
+    missing = wanted - (N[:, None] @ moved)[:, 0]
+    return np.asarray(moved + answer[:, :, None] * (missing / np.sum(N * answer, axis=1)[:, None])[:, None])
 
 
 def _by_newton(
