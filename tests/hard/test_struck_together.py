@@ -255,7 +255,7 @@ def _least(one: Set, law: str) -> float:
 
 @pytest.fixture(scope="module", params=[hard(SETS // 50), hard(SETS if os.environ.get("CCGEN_LARGE") else SETS // 5)])
 def every(request: pytest.FixtureRequest, workshop: Workshop) -> list[Set]:
-    """The sets of all mechanisms: 200 of a third of them and 2,000 of all in ``make hard``, 10,000 in ``make figures``."""
+    """The sets of mechanisms: 200 of a third of them and 2,000 of all in ``make hard``, 10,000 in ``make figures``."""
     rng, share = np.random.default_rng(20), request.param
     texts = (
         [*MECHANISMS.values()][::3] if share < SETS // 5 else [*MECHANISMS.values()]
