@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -25,6 +25,12 @@ from .steps import Steps, maps
 KEPT = 1e-6
 """Contacts stay as they are held where their rates move by less than this part of their terms in a step, which is what
 gaps that meet may miss (``MEET``); the step itself is exact to about a tolerance."""
+
+
+Passing = Callable[
+    [Model, Moving, Sequence[Impact], FloatArray, FloatArray, tuple[Held, Held]], tuple[FloatArray, Passed]
+]
+"""From differences before the impacts of an instant to those behind."""
 
 
 class Piece(NamedTuple):
@@ -104,9 +110,16 @@ def _held(run: Record) -> list[tuple[float, Held]]:
     ]
 
 
-def along(run: Record, model: Model, moving: Moving, S: FloatArray, times: Sequence[float]) -> Found:
-    """Differences along a run that begin with S (2 n, columns), at ``times`` that grow, under the inputs that are
-    set."""
+def along(
+    run: Record,
+    model: Model,
+    moving: Moving,
+    S: FloatArray,
+    times: Sequence[float],
+    passing: Passing = pass_impacts,
+) -> Found:
+    """Differences along a run that begin with S (2 n, columns), at ``times`` that grow, under the inputs that are set;
+    ``passing`` is how they pass impacts."""
     pieces, joints = _pieces(run, times)
     steps = _maps(run, model, moving, pieces)
     found, states, helds, passed = [], [], [], []
@@ -123,7 +136,7 @@ def along(run: Record, model: Model, moving: Moving, S: FloatArray, times: Seque
         before: Held = pieces[k - 1].held if k else ()
         if struck:
             ways = (before, piece.held)
-            S, one = pass_impacts(model, moving, struck, piece.start[0], S, ways)
+            S, one = passing(model, moving, struck, piece.start[0], S, ways)
             passed.append(one)
         elif k and ways_differ(before, piece.held):
             S, one = pass_change(model, moving, piece.t, *piece.start, S, (before, piece.held))

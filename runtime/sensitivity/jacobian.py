@@ -17,9 +17,9 @@ from ..model.numbers import read_numbers
 from ..model.places import places_of
 from ..record.outputs import values_of
 from ..record.record import Record
-from .along import along, check
+from .along import Passing, along, check
 from .moving import Moving, Wrt, moving_of
-from .passing import Passed
+from .passing import Passed, pass_impacts
 from .start import start_moves
 from .told import TIMES, WHOLE, Output, check_outputs, label, moves, values
 
@@ -62,8 +62,10 @@ def run_sensitivities(
     outputs: Sequence[Output] | Output = WHOLE,
     at: ArrayLike | None = None,
     given: tuple[FloatArray | None, FloatArray | None] | None = None,
+    passing: Passing = pass_impacts,
 ) -> Sensitivities:
-    """The derivatives of a run; ``given`` is its start as it was given, with None for what is the scene's.
+    """The derivatives of a run; ``given`` is its start as it was given, with None for what is the scene's, ``passing``
+    how they pass impacts.
 
     Raises ``ValueError`` for what has no derivative, with the instant and the reason (docs/model.md, "Derivatives of a
     run").
@@ -86,7 +88,7 @@ def run_sensitivities(
     with model.given(inputs):
         S = _start_moves(model, moving, run, given)
         order = np.argsort(times, kind="stable")
-        found = along(run, model, moving, S, [*dict.fromkeys(times[order].tolist())] or [])
+        found = along(run, model, moving, S, [*dict.fromkeys(times[order].tolist())], passing)
     places = np.searchsorted(np.unique(times), times)
     single = at is None or np.ndim(at) == 0
     told, derived = {}, {}

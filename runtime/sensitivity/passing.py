@@ -55,6 +55,10 @@ class Passed:
     growth: float
 
 
+class Parted(ValueError):
+    """Contacts that strike together, which a column parts."""
+
+
 def pass_impacts(
     model: Model,
     moving: Moving,
@@ -148,10 +152,11 @@ def _check_meet(
             continue
         column = at.moving.columns[int(np.flatnonzero(wrong)[0])]
         one, other = ("{} on {}".format(*at.model.contacts[x]) for x in (trigger, c))
-        raise ValueError(
+        raise Parted(
             f"{at.model.name}: found contacts that strike together at t = {at.t:.9g} s, {one} and {other}, which "
             f"{column} parts: which of them comes first then depends on the sign of the change, and there is no one "
-            "matrix of derivatives; leave out that column, or start where they do not strike together"
+            "matrix of derivatives; leave out that column, derive along one direction with directional, or start where "
+            "they do not strike together"
         )
 
 

@@ -81,7 +81,7 @@ def after_impact(at: Local, impact: Impact, before_moves: FloatArray, along: Flo
     """
     model = at.model
     chosen = [model._contact(contact) for contact in impact.contacts]
-    mu, e = model.kernels.friction[chosen], _restitution(at, chosen)
+    mu, e = model.kernels.friction[chosen], restitution_of(at, chosen)
     law = model.data["law"]
     if impact.restitution_share < 1.0 and (law != "newton" or model.data["drives"]):
         raise _refused(
@@ -111,7 +111,8 @@ def _refused(at: Local, impact: Impact, why: str) -> ValueError:
     return ValueError(f"{at.model.name}: the impact of {where} at t = {impact.t:.9g} s has no derivative here: {why}")
 
 
-def _restitution(at: Local, chosen: Sequence[int]) -> FloatArray:
+def restitution_of(at: Local, chosen: Sequence[int]) -> FloatArray:
+    """The coefficients of contacts."""
     grounds = [at.model.contacts[contact][1].partition(".")[0] for contact in chosen]
     return np.array([at.model.parameters[f"{ground}.restitution"] for ground in grounds])
 
