@@ -109,6 +109,21 @@ def test_what_slides_jumps_to_one_side_alone(workshop: Workshop) -> None:
     assert min(jumps) > 1e-3 and jumps[0] == pytest.approx(jumps[1], rel=1e-2)
 
 
+def test_a_foot_that_lifts_between_two_strikes(workshop: Workshop) -> None:
+    """A high chair turns about its first foot so fast that this leaves the ground, and strikes again: the order that is
+    told, and by how much it jumps, are those of runs beside it."""
+    model = chair(workshop, "[0.1, 0.6]", 0.05)
+    with pytest.raises(ValueError, match="which jumps here") as caught:
+        along(model, ANGLE, np.zeros(3))
+    told = "body.A on ground_0, then body.B on ground_0, then body.A on ground_0: that ends with rates that differ by "
+    assert told in str(caught.value)
+    q, u = model.start()
+    beside = simulate(model, q + 1e-6 * ANGLE, u).impacts
+    assert [impact.contacts[0][0] for impact in beside] == ["body.A", "body.B", "body.A"]
+    jump = float(np.abs(beside[-1].u_plus - simulate(model, q, u).impacts[-1].u_plus).max())
+    assert float(str(caught.value).partition(told)[2].split()[0]) == pytest.approx(jump, rel=5e-3)
+
+
 def test_bounces_one_after_the_other_end_otherwise_than_together(workshop: Workshop) -> None:
     model = chair(workshop, "[0, 0.3]", 0.0, 0.4)
     with pytest.raises(ValueError, match="which jumps here; there is no derivative"):
