@@ -11,6 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from ccgen.generator.cli.app import app
+from ccgen.generator.cli.clean import clean
 
 from ..support.shaken_table import SHAKEN, TABLE
 from ..support.simplest_walker import STONES
@@ -75,6 +76,15 @@ def test_a_walker_on_the_command_line() -> None:
     code, out, err = call(*words, "--rtol", "1e-11", "--method", "dop853")
     assert code == 0, err
     assert out.startswith("walker-on-stones: stable periodic motion; period 3.8824585")
+
+
+def test_runs_find_their_model_after_an_orbit() -> None:
+    """A model with derivatives is another one; it does not take the place of that of a run."""
+    assert call("run", "table.toml", "--until", "0.1", "--quiet")[0] == 0
+    assert call("orbit", "table.toml", "--section", "0.2", *NEAR, "--quiet")[0] == 0
+    code, out, err = call("plot", "results/bouncing-table", "fall.slide")
+    assert code == 0 and out.startswith("written: "), err
+    assert not clean(Path("build")) and not Path("build").exists()
 
 
 def test_all_that_is_wrong_is_told_at_once() -> None:
