@@ -7,6 +7,7 @@ from .analysis.follow import Followed, follow
 from .analysis.inverse_dynamics import inverse_dynamics, momentum
 from .analysis.linearise import Linear, Modes, linearise
 from .analysis.reach import OutOfReach, reach
+from .directional import directional
 from .ensemble.ensemble import ensemble
 from .ensemble.reduction import Reduction
 from .ensemble.table import Ensemble
@@ -56,6 +57,7 @@ __all__ = [
     "Sensitivities",
     "acceleration_function",
     "continue_orbit",
+    "directional",
     "double_period",
     "driving_torque",
     "ensemble",

@@ -277,8 +277,8 @@ def orbit(
         str,
         typer.Option(
             metavar="WHERE",
-            help="the period of what drives it, as 0.2 or 2*pi/3, or a contact behind whose impact it is compared, as "
-            "ball.C,ground_0",
+            help="the period of what drives it, as 0.2 or 2*pi/3, a contact behind whose impact it is compared, as "
+            "ball.C,ground_0, or a coordinate that passes a value, as rod.angle=0.3",
         ),
     ],
     guess: Annotated[

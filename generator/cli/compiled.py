@@ -9,7 +9,7 @@ from ..package.replace import OutputError
 from ..pipeline import generate
 from ..scene import Scene
 from .detail import Detail
-from .folders import MODELS
+from .folders import DERIVED, MODELS
 from .progress import progress
 from .refusal import refusing
 from .scene_file import tell_assembly
@@ -25,4 +25,5 @@ def compiled(scene: Scene, detail: Detail, *, derivatives: bool = False) -> Mode
     from ccgen.runtime import load_model
 
     with progress(detail) as tell, refusing(CompileError, OutputError):
-        return load_model(generate(scene, MODELS, tell.stage, derivatives=derivatives))
+        folder = DERIVED if derivatives else MODELS
+        return load_model(generate(scene, folder, tell.stage, derivatives=derivatives))

@@ -17,6 +17,9 @@ from .refusal import fail
 MODELS = Path("build")
 """Folder of generated models."""
 
+DERIVED = MODELS / "with-derivatives"
+"""Folder of those with derivatives that commands make for themselves, so that runs of the others still find theirs."""
+
 RECORD = ".ccgen.json"
 """File of a folder of results that holds the SHA-256 of each file as ccgen wrote it."""
 

@@ -15,15 +15,25 @@ if TYPE_CHECKING:
     from ccgen.runtime.arrays import FloatArray
 
 
-def read_section(text: str) -> float | tuple[str, str]:
-    """A time, ``0.2`` or ``2*pi/3``, or a contact, ``ball.C,ground_0``; exit code 2 for what is neither."""
+def read_section(text: str) -> float | tuple[str, str] | tuple[str, float]:
+    """A time, ``0.2`` or ``2*pi/3``, a contact, ``ball.C,ground_0``, or a coordinate and its value, ``rod.angle=0.3``;
+    exit code 2 for what is neither."""
+    if "=" in text:
+        name, _, value = (part.strip() for part in text.partition("="))
+        try:
+            return name, float(written(value, None))
+        except ValueError as error:
+            fail(f'--section: found "{text}", expected a coordinate and its value, as rod.angle=0.3; {error}')
     if "," in text:
         point, _, surface = (part.strip() for part in text.partition(","))
         return point, surface
     try:
         return float(written(text, "s"))
     except ValueError as error:
-        fail(f'--section: found "{text}", expected a time as 0.2, or a contact as ball.C,ground_0; {error}')
+        fail(
+            f'--section: found "{text}", expected a time as 0.2, a contact as ball.C,ground_0, or a coordinate as '
+            f"rod.angle=0.3; {error}"
+        )
 
 
 def read_along(text: str) -> tuple[str, float, float]:

@@ -36,11 +36,12 @@ def find_orbit(
 ) -> Orbit:
     """The periodic motion near the state (q0, u0), the scene's start unless given, by Newton's method on its map.
 
-    ``section`` is a time (s), the period of what drives the model, ``crossings`` of which the motion takes; or a
-    contact, (point, surface) as in ``model.contacts``, of a model that does not depend on time: the state behind its
+    ``section`` is a time (s), the period of what drives the model, ``crossings`` of which the motion takes; or, of a
+    model that does not depend on time, a contact, (point, surface) as in ``model.contacts``: the state behind its
     impact, the ``crossings``-th one of the run, which may take as long as ``until`` (s) to get there, the scene's end
-    unless given. The search begins behind the first of these impacts of a run from (q0, u0). ``relabel`` (A, b) is what
-    is done to the state x = (q, u) there before it is compared, A x + b, of shapes (2 n, 2 n) and (2 n,): where a
+    unless given; or a coordinate and a value, (name, number) as in ``model.q_of``, which it passes as it grows, an
+    angle in any turn. The search begins at the first of these crossings of a run from (q0, u0). ``relabel`` (A, b) is
+    what is done to the state x = (q, u) there before it is compared, A x + b, of shapes (2 n, 2 n) and (2 n,): where a
     walker's legs change their parts. ``advances`` names coordinates that need not come back, as the place of a walker.
     ``most`` is how many steps Newton's method may take. Derivatives of the map are exact, through impacts and
     friction, so that orbits need not be stable.

@@ -18,9 +18,10 @@ from ..run import Run
 from ..sensitivities import sensitivities
 from ..simulate import simulate
 from .kept import Kept, kept_at, rows_of, settled
+from .level import Level, level_times
 
-Section = float | tuple[str, str]
-"""A time (s), or a contact behind whose impact the section is."""
+Section = float | tuple[str, str] | Level
+"""A time (s), a contact behind whose impact the section is, or a coordinate that passes a value."""
 
 RANK = 1e-10
 """Rows of loops and contacts below this part of the largest depend on others."""
@@ -76,6 +77,8 @@ class Map:
         self.units = np.concatenate([unit, unit / time])
         self.compared = np.setdiff1d(np.arange(2 * n), free)
         self.counted = [0]
+        at = [section.coordinate] if isinstance(section, Level) else []
+        self.fixed = np.union1d(free, at).astype(int)
         # the contact that is closed on the section, -1 for none, and whether others that are closed stay so
         self.closed = -1, isinstance(section, tuple)
         if isinstance(section, tuple) and relabel is None:
@@ -106,12 +109,13 @@ class Map:
         kept = kept_at(self.model, q, u, self.closed)
         rows, by = rows_of(self.model, q, u, kept, parameter)
         n, units = len(q), self.units
-        rows = np.vstack([np.eye(2 * n)[self.free], rows]) * units
+        fixed = np.eye(2 * n)[self.fixed]
+        rows = np.vstack([fixed, rows]) * units
         basis = _null(rows) * units[:, None]
         lift = np.zeros(2 * n)
         columns, along = basis, dict[str, FloatArray]()
         if parameter is not None:
-            wanted = np.concatenate([np.zeros(len(self.free)), -by])
+            wanted = np.concatenate([np.zeros(len(fixed)), -by])
             lift = units * np.linalg.lstsq(rows, wanted, rcond=RANK)[0] if len(rows) else lift
             columns = np.column_stack([basis, lift])
             along = {parameter: np.eye(columns.shape[1])[-1:]}
@@ -141,6 +145,7 @@ class Map:
             self.counted[0] += 1
             by = {"q0": moved[:n], "u0": moved[n:], **along}
             crossing = self._timed if isinstance(self.section, float) else self._struck
+            crossing = self._passed if isinstance(self.section, Level) else crossing
             run, one, end, moved = crossing(end[:n], end[n:], by)
             states += [np.concatenate(state) for state in self._crossed(run)]
             if self.relabel is not None:
@@ -162,7 +167,7 @@ class Map:
         found = [(run.q[0], run.u[0])]
         if isinstance(self.section, float):
             return found + [run.at(k * self.section) for k in range(1, self.crossings)]
-        return found + [_behind(run, t) for t in self._instants(run)[: self.crossings - 1]]
+        return found + [self._state_at(run, t) for t in self._instants(run)[: self.crossings - 1]]
 
     def _timed(
         self, q: FloatArray, u: FloatArray, by: dict[str, FloatArray]
@@ -186,13 +191,28 @@ class Map:
         (passed,) = (one for one in found.passed if one.kind == "impact" and one.t == time)
         return run, time, np.concatenate(_behind(run, time)), passed.behind
 
+    def _passed(
+        self, q: FloatArray, u: FloatArray, by: dict[str, FloatArray]
+    ) -> tuple[Run, float, FloatArray, FloatArray]:
+        """Where a coordinate passes a value, at whatever time: the end moves back along the motion by that."""
+        assert isinstance(self.section, Level)
+        i, time = self.section.coordinate, self._instant(q, u)
+        found = sensitivities(self.model, by, ["q", "u"], q, u, until=time, **self.options)
+        run = _whole(found.run)
+        end = np.concatenate([found.values["q"], found.values["u"]])
+        rates = np.concatenate([found.values["u"], run.accelerations(run.t[-1])])
+        moved = np.vstack([found["q"], found["u"]])
+        off = self.section.value - end[i]
+        off -= 2.0 * np.pi * round(off / (2.0 * np.pi)) if self.section.turns else 0.0
+        return run, time + off / rates[i], end + off / rates[i] * rates, moved - np.outer(rates, moved[i] / rates[i])
+
     def first(self, q: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The state behind the first crossing of a run, on the section, from a state that need not be on it."""
         if isinstance(self.section, float):
             return q, u
         run = simulate(self.model, q, u, until=self._instant(q, u, 1) * (1.0 + BEHIND), **self.options)
         assert isinstance(run, Run)
-        return self._relabelled(*_behind(run, self._instants(run)[0]))
+        return self._relabelled(*self._state_at(run, self._instants(run)[0]))
 
     def after(self, q: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The state to which the map leads, loops shut, without derivatives."""
@@ -201,9 +221,13 @@ class Map:
         assert isinstance(run, Run)
         if not run.success:
             raise ValueError(f"{self.model.name}: {run.message}")
-        if isinstance(self.section, tuple):
-            return self._relabelled(*_behind(run, self._instants(run)[self.crossings - 1]))
-        return self._relabelled(*run.at(until))
+        if isinstance(self.section, float):
+            return self._relabelled(*run.at(until))
+        return self._relabelled(*self._state_at(run, self._instants(run)[self.crossings - 1]))
+
+    def _state_at(self, run: Run, time: float) -> tuple[FloatArray, FloatArray]:
+        """The state at a crossing, behind an impact."""
+        return _behind(run, time) if isinstance(self.section, tuple) else run.at(time)
 
     def _relabelled(self, q: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
         if self.relabel is not None:
@@ -223,19 +247,23 @@ class Map:
         found, wanted = self._instants(run), crossings or self.crossings
         if len(found) < wanted:
             raise ValueError(
-                f"{self.model.name}: found {len(found)} impacts of {' on '.join(self._name())} in {run.t[-1]:g} s, "
+                f"{self.model.name}: found {len(found)} {self._name()} in {run.t[-1]:g} s, "
                 f"expected {wanted}: {run.message or 'the run came to its end; let it go on with until'}"
             )
         return found[wanted - 1]
 
     def _instants(self, run: Run) -> list[float]:
         """When the section is crossed, behind the start; impacts at one instant are one crossing."""
+        if isinstance(self.section, Level):
+            return level_times(run, self.section, float(self.units[self.section.coordinate]))
         own = (impact.t for impact in run.impacts if self.section in impact.contacts and impact.t > 0.0)
         return list(dict.fromkeys(own))
 
-    def _name(self) -> tuple[str, str]:
+    def _name(self) -> str:
+        if isinstance(self.section, Level):
+            return f"passages of {self.model.q_of[self.section.coordinate]} = {self.section.value:g}"
         assert isinstance(self.section, tuple)
-        return self.section
+        return f"impacts of {' on '.join(self.section)}"
 
 
 def _behind(run: Run, time: float) -> tuple[FloatArray, FloatArray]:
@@ -270,15 +298,8 @@ def read_map(
     """Raises ``ValueError`` with all that is wrong."""
     faults, n = Faults(), len(model.q_names)
     where: Section = 0.0
-    if isinstance(section, (tuple, list)):
-        where = (str(section[0]), str(section[1])) if len(section) == 2 else ("", "")
-        if where not in model.contacts:
-            known = ", ".join(map(str, model.contacts)) or "there are none"
-            faults.add(f"section: found {section!r}, expected a time, or one of the contacts {known}")
-    elif isinstance(section, (int, float)) and not isinstance(section, bool) and 0.0 < section < np.inf:
-        where = float(section)
-    else:
-        faults.add(f"section: found {section!r}, expected a time in s above 0, or a contact (point, surface)")
+    with faults.collecting():
+        where = _read_section(model, section)
     if isinstance(crossings, bool) or not isinstance(crossings, int) or crossings < 1:
         faults.add(f"crossings: found {crossings!r}, expected a number, at least 1")
     end = model.data["run"]["until"] if until is None else until
@@ -291,16 +312,40 @@ def read_map(
     unknown = [name for name in advances if name not in model.q_of]
     if isinstance(advances, str) or unknown:
         faults.add(f"advances: found {advances!r}, expected a list of coordinates, of {', '.join(model.q_of)}")
-    if isinstance(where, tuple) and depends_on_time(model):
+    if not isinstance(where, float) and depends_on_time(model):
+        what = "a contact" if isinstance(where, tuple) else "a coordinate"
         faults.add(
-            "section: found a contact in a model that depends on time, expected the period of what drives it, as a "
-            "time: behind an impact it would begin at another phase"
+            f"section: found {what} in a model that depends on time, expected the period of what drives it, as a "
+            "time: there it would begin at another phase"
         )
     with faults.collecting():
         need_derivatives(model)
     faults.stop_if_any()
     free = np.array([model.q_of.index(name) for name in advances], dtype=int)
     return Map(model, where, crossings, float(end), changed, free, options)
+
+
+def _read_section(model: Model, section: Any) -> Section:
+    """Raises ``ValueError`` for what is none."""
+    if isinstance(section, (tuple, list)) and len(section) == 2 and not isinstance(section[1], str):
+        name, value = section
+        number = isinstance(value, (int, float)) and not isinstance(value, bool) and -np.inf < value < np.inf
+        if name not in model.q_of or not number:
+            known = ", ".join(model.q_of)
+            raise ValueError(f"section: found {section!r}, expected one of the coordinates {known} and its value")
+        return Level(model.q_of.index(name), float(value), name.endswith(".angle"))
+    if isinstance(section, (tuple, list)):
+        where = (str(section[0]), str(section[1])) if len(section) == 2 else ("", "")
+        if where not in model.contacts:
+            known = ", ".join(map(str, model.contacts)) or "there are none"
+            raise ValueError(f"section: found {section!r}, expected a time, or one of the contacts {known}")
+        return where
+    if isinstance(section, (int, float)) and not isinstance(section, bool) and 0.0 < section < np.inf:
+        return float(section)
+    raise ValueError(
+        f"section: found {section!r}, expected a time in s above 0, a contact (point, surface), or a coordinate and "
+        "its value (name, number)"
+    )
 
 
 def depends_on_time(model: Model) -> bool:

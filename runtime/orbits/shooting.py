@@ -99,6 +99,7 @@ def _by_time(a_map: Map, starts: Sequence[State], segments: int) -> tuple[list[M
     inner.section, inner.relabel, inner.free, inner.closed = time / segments, None, a_map.free[:0], BETWEEN
     inner.compared = np.arange(len(a_map.units))
     first, last = copy.copy(inner), copy.copy(inner)
+    inner.fixed = last.fixed = inner.free
     first.free, first.closed = a_map.free, a_map.closed
     last.section = last.section if isinstance(a_map.section, float) else a_map.section
     last.relabel = a_map.relabel

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -20,12 +20,22 @@ from ..record.record import Record
 from .held import cannot, pushing, ways_differ, well
 from .local import Local, Places, at_one
 from .moving import Moving, whole_of
-from .passing import Check, Part, Passed, pass_change, pass_impacts
+from .passing import Check, Instant, Part, Parted, Passed, pass_change, pass_impacts
 from .steps import Steps, maps
 
 KEPT = 1e-6
 """Contacts stay as they are held where their rates move by less than this part of their terms in a step, which is what
 gaps that meet may miss (``MEET``); the step itself is exact to about a tolerance."""
+
+
+Passing = Callable[
+    [Model, Moving, Sequence[Impact], FloatArray, FloatArray, tuple[Held, Held]], tuple[FloatArray, Passed]
+]
+"""From differences before the impacts of an instant to those behind."""
+
+
+InOrder = Callable[[Model, Moving, Instant, FloatArray], tuple[FloatArray, Passed]]
+"""From a difference (2 n, 1) before an instant whose contacts it parts to that behind it."""
 
 
 class Piece(NamedTuple):
@@ -166,9 +176,11 @@ def along(run: Record, model: Model, moving: Moving, S: FloatArray, times: Seque
     return Course(parts, stops)
 
 
-def carried(course: Course, moving: Moving, S: FloatArray) -> tuple[FloatArray, tuple[Passed, ...]]:
+def carried(
+    course: Course, model: Model, moving: Moving, S: FloatArray, in_order: InOrder | None = None
+) -> tuple[FloatArray, tuple[Passed, ...]]:
     """Differences (times, 2 n, columns) at the stops of a course that begin with S (2 n, columns), and the instants
-    that were passed.
+    that were passed, under the inputs that are set. ``in_order`` takes them through instants whose contacts they part.
 
     Raises ``ValueError`` for columns that keep a part from having one matrix."""
     n, found, passed = len(S) // 2, list[FloatArray](), list[Passed]()
@@ -177,8 +189,15 @@ def carried(course: Course, moving: Moving, S: FloatArray) -> tuple[FloatArray, 
         if number < len(course.parts):
             part = course.parts[number]
             whole = moving.whole(S[:n], S[n:])
-            for check in part.checks:
-                check(whole)
+            try:
+                for check in part.checks:
+                    check(whole)
+            except Parted:
+                if in_order is None or part.instant is None:
+                    raise
+                S, one = in_order(model, moving, part.instant, S)
+                passed.append(one)
+                continue
             if part.passed is not None:
                 passed.append(part.passed.of_columns(whole))
             S = np.asarray(part.matrix @ whole)

@@ -17,7 +17,7 @@ from ..model.numbers import read_numbers
 from ..model.places import places_of
 from ..record.outputs import values_of
 from ..record.record import Record
-from .along import Course, along, carried, check
+from .along import Course, InOrder, along, carried, check
 from .moving import Moving, Wrt, moving_of
 from .passing import Passed
 from .start import start_moves
@@ -71,8 +71,10 @@ def run_sensitivities(
     at: ArrayLike | None = None,
     given: Given = None,
     mode: Mode = "auto",
+    in_order: InOrder | None = None,
 ) -> Sensitivities:
-    """The derivatives of a run; ``given`` is its start as it was given, with None for what is the scene's.
+    """The derivatives of a run; ``given`` is its start as it was given, with None for what is the scene's; ``in_order``
+    takes one column, in tangent mode, through instants at which it parts contacts that strike together.
 
     Raises ``ValueError`` for what has no derivative, with the instant and the reason (docs/model.md, "Derivatives of a
     run").
@@ -84,7 +86,8 @@ def run_sensitivities(
     count = len(asked.moving.columns)
     numbers = sum(value.size for value in told.values())
     adjoint = mode == "adjoint" or (mode == "auto" and numbers < count)
-    S, passed = carried(asked.course, asked.moving, asked.S)
+    with asked.model.given(asked.inputs):
+        S, passed = carried(asked.course, asked.model, asked.moving, asked.S, in_order)
     moved = _pulled_back(asked, np.eye(numbers)) if adjoint else _moved(asked, S, passed)
     derived, first = {}, 0
     for name, value in told.items():
@@ -114,7 +117,7 @@ def run_vjp(
             "outputs"
         )
     if any(part.checks for part in asked.course.parts):
-        carried(asked.course, asked.moving, asked.S)  # raises for columns that have no derivative
+        carried(asked.course, asked.model, asked.moving, asked.S)  # raises for columns that have no derivative
     return np.asarray(_pulled_back(asked, np.atleast_2d(found)).reshape(*found.shape[:-1], -1))
 
 

@@ -48,7 +48,7 @@ class Passed:
     ``contacts`` are those that struck, or slid until then. ``dt`` (columns,) is by what the instant moves, s per unit
     of each column; ``behind`` (2 n, columns) is by what the state (q, u) behind the instant does, wherever that has
     moved: the derivative of the map onto a section. ``matrix`` (2 n, 2 n) is the saltation matrix, in units of the
-    mechanism.
+    mechanism; where one direction passed that parted its contacts, what that does to this direction alone.
     """
 
     t: float
@@ -69,20 +69,26 @@ class Passed:
         return replace(self, dt=self.dt @ whole, behind=self.behind @ whole)
 
 
+class Parted(ValueError):
+    """Contacts that strike together, which a column parts."""
+
+
+Instant = tuple[Sequence[Impact], FloatArray, tuple[Held, Held]]
+"""The impacts of one instant, the coordinates (n,) there, and what is held before it and after."""
+
+
 class Part(NamedTuple):
     """What a part of a run makes of small differences: a ``matrix`` (2 n, D) from those of the state and the arguments
     before it to those of the state behind it, and ``checks`` of the columns before it.
 
-    Of an instant that is passed, ``passed`` has rows by all D directions instead of columns.
+    Of an instant that is passed, ``passed`` has rows by all D directions instead of columns; ``instant`` is that of
+    impacts.
     """
 
     matrix: FloatArray
     checks: tuple[Check, ...] = ()
     passed: Passed | None = None
-
-
-Instant = tuple[Sequence[Impact], FloatArray, tuple[Held, Held]]
-"""The impacts of one instant, the coordinates (n,) there, and what is held before it and after."""
+    instant: Instant | None = None
 
 
 def pass_impacts(model: Model, moving: Moving, instants: Sequence[Instant]) -> list[Part]:
@@ -120,7 +126,7 @@ def pass_impacts(model: Model, moving: Moving, instants: Sequence[Instant]) -> l
         if len(struck) > 1:
             checks.insert(0, _meet(Local(at, i), struck, int(trigger[i]), gaps[i], u_minus[i], dt[i]))
         passed = Passed(firsts[i].t, "impact", tuple(firsts[i].contacts), dt[i], behind[i], units[i])
-        parts.append(Part(matrices[i], tuple(checks), passed))
+        parts.append(Part(matrices[i], tuple(checks), passed, instants[i]))
     return parts
 
 
@@ -194,10 +200,11 @@ def _meet(
                 continue
             column = at.moving.columns[int(np.flatnonzero(wrong)[0])]
             one, other = ("{} on {}".format(*at.model.contacts[x]) for x in (trigger, c))
-            raise ValueError(
+            raise Parted(
                 f"{at.model.name}: found contacts that strike together at t = {at.t:.9g} s, {one} and {other}, which "
                 f"{column} parts: which of them comes first then depends on the sign of the change, and there is no "
-                "one matrix of derivatives; leave out that column, or start where they do not strike together"
+                "one matrix of derivatives; leave out that column, derive along one direction with directional, or "
+                "start where they do not strike together"
             )
 
     return check

@@ -85,7 +85,7 @@ def after_impact(at: Local, impact: Impact, before_moves: FloatArray) -> tuple[F
     """
     model = at.model
     chosen = [model._contact(contact) for contact in impact.contacts]
-    mu, e = model.kernels.friction[chosen], _restitution(model, chosen)
+    mu, e = model.kernels.friction[chosen], restitution_of(model, chosen)
     law = model.data["law"]
     if impact.restitution_share < 1.0 and (law != "newton" or model.data["drives"]):
         raise _refused(
@@ -115,7 +115,8 @@ def _refused(at: Local, impact: Impact, why: str) -> ValueError:
     return ValueError(f"{at.model.name}: the impact of {where} at t = {impact.t:.9g} s has no derivative here: {why}")
 
 
-def _restitution(model: Model, chosen: Sequence[int]) -> FloatArray:
+def restitution_of(model: Model, chosen: Sequence[int]) -> FloatArray:
+    """The coefficients of contacts."""
     grounds = [model.contacts[contact][1].partition(".")[0] for contact in chosen]
     return np.array([model.parameters[f"{ground}.restitution"] for ground in grounds])
 
@@ -167,7 +168,7 @@ def after_plain_impacts(at: Places, which: IntArray, impacts: Sequence[Impact]) 
     once, with one unknown impulse each."""
     model, (_, n), by = at.model, at.q.shape, ("q", "k")
     contacts = [model._contact(impact.contacts[0]) for impact in impacts]
-    e, each = _restitution(model, contacts), np.arange(len(impacts))
+    e, each = restitution_of(model, contacts), np.arange(len(impacts))
     before, after = (np.array([getattr(one, name) for one in impacts]) for name in ("u_minus", "u_plus"))
     some = at.some(which)
     N, rows, response = at.gap_rows[which, contacts], at.closure_rows[which], at.responses[which, :n]

@@ -11,6 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from ccgen.generator.cli.app import app
+from ccgen.generator.cli.clean import clean
 
 from ..support.shaken_table import SHAKEN, TABLE
 from ..support.simplest_walker import STONES
@@ -77,12 +78,21 @@ def test_a_walker_on_the_command_line() -> None:
     assert out.startswith("walker-on-stones: stable periodic motion; period 3.8824585")
 
 
+def test_runs_find_their_model_after_an_orbit() -> None:
+    """A model with derivatives is another one; it does not take the place of that of a run."""
+    assert call("run", "table.toml", "--until", "0.1", "--quiet")[0] == 0
+    assert call("orbit", "table.toml", "--section", "0.2", *NEAR, "--quiet")[0] == 0
+    code, out, err = call("plot", "results/bouncing-table", "fall.slide")
+    assert code == 0 and out.startswith("written: "), err
+    assert not clean(Path("build")) and not Path("build").exists()
+
+
 def test_all_that_is_wrong_is_told_at_once() -> None:
     words = ("--guess", "fall", "--crossings", "0", "--rtol", "-1", "--double", "--settled", "no")
     code, _, err = call("orbit", "table.toml", "--section", "soon", *words)
     assert code == 2
     for part in (
-        '--section: found "soon", expected a time as 0.2, or a contact as ball.C,ground_0',
+        '--section: found "soon", expected a time as 0.2, a contact as ball.C,ground_0, or a coordinate',
         '--guess: found "fall", expected NAME=VALUE',
         "--crossings: found '0', expected a whole number",
         "--rtol: found -1.0, expected a number above 0",
@@ -95,6 +105,10 @@ def test_all_that_is_wrong_is_told_at_once() -> None:
     )
     assert code == 2 and "--guess: found ball.slide, expected one of shaker.slide, fall.slide, shaker.slide_rate" in err
     assert "--guess fall.slide: found" in err
+    code, _, err = call("orbit", "table.toml", "--section", "fall.slide=high")
+    assert code == 2 and '--section: found "fall.slide=high", expected a coordinate and its value' in err
+    code, _, err = call("orbit", "table.toml", "--section", "fall.slide=5 cm")
+    assert code == 2 and "found a coordinate in a model that depends on time, expected the period" in err
     code, _, err = call("orbit", "table.toml", "--section", "0.2", "--relabel", "fall.slide=2*fall.slide")
     assert code == 2 and '--relabel fall.slide: found "2*fall.slide", expected a number, or one of shaker.slide' in err
     code, _, err = call("orbit", "table.toml", "--section", "0.2", *NEAR, "--along", "bounce.restitution=0.7")
