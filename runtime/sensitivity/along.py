@@ -77,7 +77,7 @@ class Course(NamedTuple):
                 found += at_stops[left]
             if not number:
                 break
-            matrix, _, passed = self.parts[number - 1]
+            matrix, passed = self.parts[number - 1].matrix, self.parts[number - 1].passed
             states = len(matrix)
             through = found[:, :states] @ matrix
             through[:, states:] += found[:, states:]
