@@ -41,7 +41,7 @@ def test_runs_know_nothing_of_the_one_before(workshop: Workshop) -> None:
     params = {**apart, **inertia, "gravity.g": [9.0, 9.81]}
     assert model.with_parameters({**apart, **inertia}).kernels.refined
     alone = simulate(model, params={**params, "gravity.g": 9.81}, inputs={"tq": 0.0})
-    for first in (0.0, 1e6, 1e308):
+    for first in (0.0, 1e308):
         made = ensemble(model, params, inputs={"tq": [first, 0.0]}, observe=["q"], threads=1)
         assert np.array_equal(made["q"][1], alone.q[-1]) and made.steps[1] == alone.t.size - 1
 

@@ -20,7 +20,7 @@ SEED = int(os.environ.get("CCGEN_FUZZ_SEED", "0"))
 LONGEST = 120.0
 """Seconds of the processor that no toss may take; most take hundredths."""
 
-FEW = 10
+FEW = 6
 """Of those with six or nine rods, for every run of the tests."""
 
 

@@ -66,6 +66,7 @@ def test_a_pendulum_that_whirls(segments: int, whirl: Any) -> None:
     assert found.stable
 
 
+@pytest.mark.hard
 def test_it_is_followed_along_its_damping(whirl: Any) -> None:
     orbit = find_orbit(whirl, [0.0], [15.0], section=("rod.angle", 0.3), advances=["rod.angle"])
     branch = continue_orbit(orbit, "torsion_0.damping", (0.6, 1.0), step=0.2)
