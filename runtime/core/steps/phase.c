@@ -50,20 +50,36 @@ int take_phase(struct phase *f)
     return 0;
 }
 
-/* Whether a carried contact really comes to bear in the step: the dense output, which is not put back onto the contacts, shows that before it is known. The
- * step is the whole one again. */
-static enum outcome confirm_bearing(struct phase *f, const struct event *event, int *is_one)
+/* The first of the watched values by which a carried contact bears, or -1 */
+static int bearing(const struct system *s, const double *values)
+{
+    for (int w = 0; w < switching_count(s); w++)
+        if (values[w] < 0.0 && mode_change_of(s, w).how == BEARS)
+            return w;
+    return -1;
+}
+
+/* Whether a carried contact really comes to bear in the step, where the dense output shows one or at the end, and which: that output is not put back onto
+ * the contacts, and shows what is not. The step is the whole one again. */
+static enum outcome confirm_bearing(struct phase *f, struct event *event)
 {
     struct system *s = f->s;
     const struct mark mark = s->arena->top;
-    double *value = TAKE(s->arena, double, switching_count(s));
+    const double whole = f->h;
+    double *values = TAKE(s->arena, double, switching_count(s));
     enum outcome outcome = s->arena->ran_out ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
+    event->watch = -1;
+    for (int i = 0; i < 2 && event->watch < 0 && !outcome; i++) {
+        event->behind = i ? 1.0 : event->behind;
+        if (event->behind < 1.0 || i)
+            outcome = projected_step(f, event->behind * whole);
+        outcome = outcome ? outcome : switching_functions(s, f->t + event->behind * whole, f->y1, f->dy1, values);
+        event->watch = outcome ? -1 : bearing(s, values);
+    }
+    if (event->watch >= 0)
+        event->contact = mode_change_of(s, event->watch).contact;
     if (!outcome && event->behind < 1.0)
-        outcome = projected_step(f, event->behind * f->h);
-    outcome = outcome ? outcome : switching_functions(s, f->t + event->behind * f->h, f->y1, f->dy1, value);
-    *is_one = !outcome && value[event->watch] < 0.0;
-    if (!outcome && event->behind < 1.0)
-        outcome = projected_step(f, f->h);
+        outcome = projected_step(f, whole);
     give_back(s->arena, mark);
     return outcome;
 }
@@ -83,9 +99,9 @@ static enum outcome search_step(struct phase *f, struct event *event)
         if ((outcome = find_event(f->s, f->by, f->steps, f->t, f->h, rest_speed(f) / f->s->time, bears, event)))
             return outcome;
         if (event->watch >= 0 && mode_change_of(f->s, event->watch).how == BEARS) {
-            if ((outcome = confirm_bearing(f, event, &bears)))
+            if ((outcome = confirm_bearing(f, event)))
                 return outcome;
-            if (!bears) /* looked at again without that */
+            if ((bears = event->watch >= 0) == 0) /* looked at again without that */
                 continue;
         }
         const double shorter = 2.0 * event->theta * f->h;
