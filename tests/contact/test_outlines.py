@@ -204,6 +204,7 @@ def test_a_box_on_a_ramp(mu: float, share: float, workshop: Workshop) -> None:
         assert found.q == pytest.approx(model.start()[0], abs=1e-9)
 
 
+@pytest.mark.hard
 def test_what_is_said_and_drawn(workshop: Workshop) -> None:
     scene = workshop.scene(ratchet(teeth_as_polygon()))
     shown = show_text(scene, False, False)

@@ -14,7 +14,7 @@ from ccgen.generator.scene import Scene, read
 from ccgen.generator.write_c.render import Banner
 
 from ..support.effect_examples import EXAMPLES, SCENE
-from ..support.tiers import all_hard_but
+from ..support.tiers import all_hard_but, hard
 
 
 def _program(text: str, folder: Path) -> dict[str, bytes]:
@@ -36,21 +36,21 @@ def test_every_effect_has_an_example() -> None:
     assert list(EXAMPLES) and {entry.key for entry in REGISTRY} == set(EXAMPLES)
 
 
-@pytest.mark.sample(1)
+@pytest.mark.parametrize("beside", ["nothing", hard("every other effect")])
 @pytest.mark.parametrize("key", all_hard_but("gravity", "drive", of=EXAMPLES))
-def test_removing_a_table_removes_the_effect(key: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Byte for byte, beside every other effect and alone."""
+def test_removing_a_table_removes_the_effect(
+    key: str, beside: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Byte for byte."""
     (entry,) = (entry for entry in REGISTRY if entry.key == key)
-    others = "".join(example for key, example in EXAMPLES.items() if key != entry.key)
-    example = EXAMPLES[entry.key]
-    full = {name: _program(SCENE + text + example, tmp_path / name) for name, text in (("b", others), ("a", ""))}
-    bare = {name: _program(SCENE + text, tmp_path / f"{name}0") for name, text in (("b", others), ("a", ""))}
+    others = "" if beside == "nothing" else "".join(example for other, example in EXAMPLES.items() if other != key)
+    full = _program(SCENE + others + EXAMPLES[key], tmp_path / "full")
+    bare = _program(SCENE + others, tmp_path / "bare")
     _without(entry, monkeypatch)
-    for name, text in (("b", others), ("a", "")):
-        assert _program(SCENE + text, tmp_path / f"{name}1") == bare[name]
-        assert set(bare[name]) == {"equations.txt", "model.c", "lanes.c", "model.json"}
-        for product in ("equations.txt", "model.c"):
-            assert bare[name][product] != full[name][product]
+    assert _program(SCENE + others, tmp_path / "never") == bare
+    assert set(bare) == {"equations.txt", "model.c", "lanes.c", "model.json"}
+    for product in ("equations.txt", "model.c"):
+        assert bare[product] != full[product]
 
 
 @pytest.mark.parametrize("entry", REGISTRY, ids=lambda entry: entry.key)

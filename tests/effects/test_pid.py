@@ -153,6 +153,7 @@ def _integrated(fades: float | None) -> Any:
     )
 
 
+@pytest.mark.sample(1)
 @pytest.mark.parametrize("method", ["gauss", "dop853", "radau"])
 def test_limit_stops_the_integral(method: str, workshop: Workshop) -> None:
     """A step far beyond the limit: SciPy with short steps, and an overshoot far below that with windup."""

@@ -10,6 +10,7 @@ from scipy.integrate import solve_ivp
 
 from ccgen.runtime import continue_orbit, find_orbit
 
+from ..support.tiers import hard
 from ..support.workshop import Workshop
 
 MASS, INERTIA, DAMPING, TORQUE, G = 1.0, 1.0, 0.8, 14.0, 9.81
@@ -54,7 +55,7 @@ def speed_after_a_turn(speed: float) -> tuple[float, float]:
     return float(end[0]), float(end[1])
 
 
-@pytest.mark.parametrize("segments", [1, 3])
+@pytest.mark.parametrize("segments", [hard(1), 3])
 def test_a_pendulum_that_whirls(segments: int, whirl: Any) -> None:
     """It comes back with the same speed after a turn; small differences of it shrink by exp(- c T / I)."""
     found = find_orbit(whirl, [0.0], [15.0], section=("rod.angle", 0.3), advances=["rod.angle"], segments=segments)

@@ -30,10 +30,10 @@ def by_differences(wide: Any, model: Any, names: list[str]) -> Any:
     return np.array([difference(lambda h, name=name: start(name, h), STEP) for name in names], dtype=float).T
 
 
-@pytest.mark.sample(3)
+@pytest.mark.sample(2)
 @pytest.mark.parametrize(
     ("scene", "changed"),
-    [("four-bar", False), ("four-bar", True), ("lifter", False), ("lifter", True), ("jansen-driven", False)],
+    [("four-bar", False), ("four-bar", True), ("lifter", False), ("jansen-driven", False), ("lifter", True)],
 )
 def test_a_scene_closes_its_loops_anew(scene: str, changed: bool, workshop: Workshop) -> None:
     """Also where its parameters are no longer those that its start is written for."""

@@ -5,10 +5,11 @@ from __future__ import annotations
 import pytest
 
 from ..support.thrown_loops import BOUND, misses
+from ..support.tiers import hard
 from ..support.workshop import Workshop
 
 
-@pytest.mark.parametrize("rough", [False, True])
+@pytest.mark.parametrize("rough", [hard(False), True])
 def test_derivatives_are_those_of_differences(rough: bool, workshop: Workshop) -> None:
     found = list(misses(workshop, 4, rough, seed=1, count=3))
     assert not [why for _, why in found if why]
