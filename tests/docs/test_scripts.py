@@ -61,7 +61,7 @@ def test_every_script_knows_what_it_imports(path: Path, monkeypatch: pytest.Monk
 
 @pytest.mark.sample(1)
 @pytest.mark.parametrize(
-    "script", all_hard_but(*(f"docs/scripts/{name}.py" for name in ("counts", "folding", "accuracy")), of=SMALL)
+    "script", all_hard_but(*(f"docs/scripts/{name}.py" for name in ("folding", "accuracy")), of=SMALL)
 )
 def test_scripts_run_small(script: str, tmp_path: Path) -> None:
     arguments, said = SMALL[script]

@@ -40,7 +40,7 @@ FAMILIES: dict[str, tuple[graphs.Edges, bool]] = {
 }
 
 
-@pytest.fixture(scope="module", params=all_hard_but("theta-permuted", of=FAMILIES))
+@pytest.fixture(scope="module", params=all_hard_but("theta-two-lengths-grounded", of=FAMILIES))
 def pair(request: pytest.FixtureRequest, workshop: Workshop) -> tuple[Any, Drawing, Scene]:
     edges, permuted = FAMILIES[request.param]
     drawing = graphs.mechanism(request.param, edges, permuted=permuted)

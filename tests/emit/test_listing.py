@@ -117,9 +117,9 @@ def test_states_come_in_batches() -> None:
 
 
 def test_arrays_keep_their_size_where_zeros_are_left_out() -> None:
-    read = read_listing(listing(pinned(24)))
+    read = read_listing(listing(pinned(12)))
     found = read.evaluate("reactions", _draw(read, "reactions", 0))["reaction"]
-    assert found.shape == (3 * 25,)
+    assert found.shape == (3 * 13,)
     assert np.all(found[2::3] == 0.0)
 
 

@@ -81,6 +81,7 @@ def balls(gap: Array, speed: Array) -> dict[str, Array]:
     return {"q0": q0, "u0": u0}
 
 
+@pytest.mark.hard
 def test_a_ball_on_a_shaken_table_bounces_or_rests(workshop: Workshop) -> None:
     """From each start the ball comes to bounce once a period, or comes to rest again and again: by the exact map which.
 

@@ -87,7 +87,8 @@ def test_tossed_hexagons_come_to_lie_flat(workshop: Workshop, reach: Reach) -> N
     _lie("hexagon tossed, e = 0 ... 0.8, two methods, rtol 1e-9 and 1e-11", 1, 37, runs, reach)
 
 
-@pytest.mark.parametrize("n", [4, hard(8)])
+@pytest.mark.hard
+@pytest.mark.parametrize("n", [4, 8])
 def test_dropped_rings_come_to_lie_flat(n: int, workshop: Workshop, reach: Reach) -> None:
     model = _ring(workshop, n)
     settings = itertools.product(("dop853", "gauss"), RESTITUTIONS[:-1])
