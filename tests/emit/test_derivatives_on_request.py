@@ -50,6 +50,7 @@ def test_derivatives_compile_without_a_warning(kind: str, precision: str, tmp_pa
     assert done.returncode == 0, done.stderr[:3000]
 
 
+@pytest.mark.slow
 def test_lines_of_derivatives_are_few() -> None:
     """Of a long ring they are loops: its text does not grow with its links."""
     from ccgen.generator.pipeline import derive_scene

@@ -345,6 +345,7 @@ def test_generated_c_has_no_warnings(name: str, tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
 
 
+@pytest.mark.slow
 def test_the_summary_says_what_each_effect_adds() -> None:
     summary = show_text(load_scene(FILES / "falling-hexagon.toml"), False, False).partition("\n\n")[0]
     table = [line.split() for line in summary.partition("added by effects")[2].splitlines()]

@@ -193,6 +193,7 @@ def has_colour(pixels: Any, colour: str, least: int = 20) -> bool:
     return bool(np.count_nonzero(np.abs(pixels - wanted).max(axis=-1) < 24) >= least)
 
 
+@pytest.mark.slow
 def test_figure_is_drawn_at_its_size(run: Run, tmp_path: Path) -> None:
     figure = run.plot(tmp_path / "a.png")
     pixels = picture(tmp_path / "a.png")

@@ -95,6 +95,7 @@ def test_a_scene_of_parts_is_a_scene() -> None:
     assert tomllib.loads(scene.to_toml()) == tomllib.loads(text)
 
 
+@pytest.mark.slow
 def test_a_machine_of_parts_is_that_by_hand() -> None:
     """The strandbeest: the same equations, byte for byte, from the file that had every leg; starts to rounding."""
     scene, by_hand = load_scene(SCENES / "strandbeest.toml"), load_scene(BY_HAND)
