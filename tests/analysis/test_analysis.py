@@ -36,6 +36,7 @@ def test_torque_of_a_rod(workshop: Workshop) -> None:
     assert batch[0] == pytest.approx(found, rel=1e-14)
 
 
+@pytest.mark.hard
 def test_no_torque_where_the_motion_is_free(workshop: Workshop) -> None:
     for name, joint in (("four-bar", "motor"), ("jansen-leg", "axle")):
         model = shown(name, workshop)

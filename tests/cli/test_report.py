@@ -298,6 +298,7 @@ def test_quiet_is_quiet(command: tuple[str, ...], results: str | None, tmp_path:
     assert none.stdout == (usual.stdout if results is None else results)
 
 
+@pytest.mark.hard
 def test_quiet_says_what_goes_wrong(tmp_path: Path) -> None:
     """Wrong input and early stops, with their exit codes; warnings of doubtful figures."""
     (tmp_path / "sketch.toml").write_text(SKETCH)

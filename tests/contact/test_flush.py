@@ -80,7 +80,8 @@ def test_nothing_holds_back_what_is_lifted(lift: str, workshop: Workshop) -> Non
             assert np.abs(run.q[:, :2]).max() <= 1e-13
 
 
-@pytest.mark.parametrize("push", all_hard_but(0.1, of=[0.1, -0.1, 1e-3, -1e-6]))
+@pytest.mark.hard
+@pytest.mark.parametrize("push", [0.1, -0.1, 1e-3, -1e-6])
 def test_nothing_holds_back_what_is_pushed(push: float, workshop: Workshop) -> None:
     """A smooth box slides off as on ice, away from where it is flush, and through there."""
     model = workshop.model(flush_boxes(*STACKS["two"], more=f'[[force]]\npoint = "b1.C"\nvector = [{push!r}, 0]\n'))

@@ -70,6 +70,7 @@ def around(corners: list[complex], place: complex) -> bool:
     return abs(float(np.sum(np.angle(seen[1:] / seen[:-1])))) > np.pi
 
 
+@pytest.mark.hard
 def test_rows_are_those_of_the_nearest_points(workshop: Workshop) -> None:
     """Of all pairs of a corner and the other outline the least gap is the distance less radii; its rate, its sliding
     and what both accelerate at are those of the geometry, by nothing that the model derives."""

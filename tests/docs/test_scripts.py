@@ -100,7 +100,7 @@ def test_tables_hold_the_figures_of_a_ring_of_24() -> None:
     assert line.split(",")[4] == str(own[0])
 
 
-@pytest.mark.slow
+@pytest.mark.hard
 def test_tables_hold_the_figures_of_a_machine_that_walks(monkeypatch: pytest.MonkeyPatch) -> None:
     """One crank: dyads are closed, and the order from tip to root is counted on its best tree."""
     monkeypatch.syspath_prepend(str(FOLDERS[0]))

@@ -33,6 +33,7 @@ def chain(masses: list[float]) -> str:
     return text + '[[input]]\nname = "tq"\njoint = "j0"\n[gravity]\ng = 9.81\n[run]\nuntil = 0.3\n'
 
 
+@pytest.mark.hard
 def test_runs_know_nothing_of_the_one_before(workshop: Workshop) -> None:
     """Masses so far apart that digits are lost, which is measured for each run: with no input of another's."""
     model = workshop.model(chain([1.0, 1.0, 1.0, 1.0]))

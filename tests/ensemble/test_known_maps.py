@@ -150,8 +150,9 @@ def turn_at_which_the_foot_stops(cranks: Array, struts: Array, first: Array) -> 
 def test_strides_of_legs_with_other_lengths(workshop: Workshop) -> None:
     """Cranks of 12 to 17 and struts of 38 to 41: the foot at every instant, the stride, and legs that cannot go round.
 
-    A leg stops where its motion ends as a square root does. Steps are in proportion to what is left before it, so each
-    is shorter than the one before by a factor, and all that could follow are a geometric series: no more is left.
+    A leg stops where its motion ends as a square root does. A step takes a share of what is left before it, by rounding
+    one in some is refused and takes half of that share: less is left than the last four have taken, which holds while a
+    step takes a sixth of it or more, (5/6)⁴ < 1/2.
 
     Each extreme is read at times whose crank angles are ``apart``; between them it lies at most half of that away, and
     is missed by a (apart / 2)² / 2 at most, a being the largest second derivative of the foot's place by the angle.
@@ -168,9 +169,8 @@ def test_strides_of_legs_with_other_lengths(workshop: Workshop) -> None:
     for row in np.flatnonzero(~whole).tolist():
         alone = simulate(model, params={"crank.points.A.x": cranks[row], "strut.points.C.x": struts[row]})
         assert alone.t[-1] == made.t[row]
-        before, last = np.diff(alone.t[-3:])
         left = limit[row] / (2.0 * math.pi) - made.t[row]
-        assert 0.0 < left < last / (before / last - 1.0)
+        assert 0.0 < left < made.t[row] - alone.t[-5]
     assert all("tie and shin are in line there" in made.reason[row] for row in np.flatnonzero(~whole))
     places = foot(angles[whole], m=cranks[whole, None], c=struts[whole, None]).real
     assert np.abs(made["shin.F.x"][whole] - places).max() < 1e-10  # lengths to 66, joints shut to rounding

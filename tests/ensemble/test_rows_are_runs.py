@@ -114,6 +114,7 @@ def test_parameters(workshop: Workshop, scene: str, words: tuple[str, ...], unti
     assert "done" in made.status
 
 
+@pytest.mark.hard
 def test_rough_tosses_whatever_happens(workshop: Workshop) -> None:
     """Rings thrown onto rough ground: sticking, sliding, rest, and forces of contacts at times between rows."""
     model = workshop.model(toss_scene(5, rough=True))

@@ -247,6 +247,7 @@ def test_a_square_crosses_a_line_close_above_the_ground(method: str, workshop: W
     reach(f"square above a line, {method}: share of time by steps", max(stepped) / 5.0, 0.005)
 
 
+@pytest.mark.hard
 def test_what_a_loop_loses_against_itself_is_recorded(workshop: Workshop, reach: Reach) -> None:
     """Where it is brought into the line, no contact pushes, and what its rows of that instant lose is in the record."""
     model = workshop.model(TILTED)

@@ -91,6 +91,7 @@ def started(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 LINKED, COMPILED = "the linker", "the C compiler"
 
 
+@pytest.mark.hard
 def test_what_is_compiled_is_kept_by_its_bytes(empty_cache: Path, tmp_path: Path, started: list[str]) -> None:
     """A package that is made anew of the same C starts no compiler; one of other C does, and so does a damaged step."""
     generate(bars(tmp_path), tmp_path / "first")

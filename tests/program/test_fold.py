@@ -256,6 +256,7 @@ def test_parameters_can_be_read_and_not_set(folded_bars: Model) -> None:
     assert np.array_equal(folded_bars.with_parameters(None).acceleration([0.1, 0.2], [0.0, 0.0]), before)
 
 
+@pytest.mark.hard
 def test_both_forms_are_cached(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Same package, same folder; whichever was asked for last lies there, and neither is built twice."""
     monkeypatch.setenv("CCGEN_CACHE_DIR", str(tmp_path / "cache"))

@@ -47,6 +47,7 @@ def test_the_method_has_its_order(extended: Library, workshop: Workshop) -> None
     assert np.all(np.abs(orders - 4.0) < 0.3), orders
 
 
+@pytest.mark.hard
 def test_without_an_estimate_of_its_errors_a_method_needs_a_step(extended: Library, workshop: Workshop) -> None:
     model = workshop.model(load_scene(ROOT / "scenes" / "falling-hexagon.toml"))
     for method in (b"rk4", b"moreau"):
@@ -55,6 +56,7 @@ def test_without_an_estimate_of_its_errors_a_method_needs_a_step(extended: Libra
         assert extended.create(model, method=method, fixed_step=1e-3)[0] == "done"
 
 
+@pytest.mark.hard
 def test_the_law_ends_all_approach(extended: Library, workshop: Workshop) -> None:
     """Of a scene with restitution 0.5: velocities after the first impact are those of Newton's law without any."""
     model = workshop.model(load_scene(ROOT / "scenes" / "falling-hexagon.toml"))
