@@ -11,7 +11,6 @@ from collections.abc import Iterable
 import numpy as np
 import pytest
 
-from ..support.tiers import hard
 from ..support.workshop import Workshop
 from .fuzz import SECONDS, Toss, faults, run, scene, tosses
 
