@@ -93,6 +93,17 @@ CCGEN_PUBLIC void ccgen_get_motion(const struct ccgen_simulation *simulation, do
 /* The model's constants k[constants] with the parameters of the simulation: what its other functions read, as `energy` */
 CCGEN_PUBLIC const double *ccgen_get_constants(const struct ccgen_simulation *simulation);
 
+/* Accelerations u_dot[nq] of the model at a state, in flight: whatever contacts are closed, they do not push. They are by the
+ * inputs[inputs] given, or by those that the settings supply where `inputs` is NULL. What the simulation has reached stays. */
+CCGEN_PUBLIC int ccgen_find_acceleration(struct ccgen_simulation *simulation, double t, const double *q, const double *u,
+                                    const double *inputs, double *u_dot);
+
+/* The same, and what they change by, row by row: by_q[nq][nq], by_u[nq][nq] and by_inputs[nq][inputs], any of which may be NULL.
+ * The model has to be generated with its derivatives. Where closure rows depend on each other there are none by coordinates. */
+CCGEN_PUBLIC int ccgen_derive_acceleration(struct ccgen_simulation *simulation, double t, const double *q,
+                                             const double *u, const double *inputs, double *u_dot, double *by_q,
+                                             double *by_u, double *by_inputs);
+
 /* How each contact is held, modes[contacts]: numbers that ccgen_mode_name names */
 CCGEN_PUBLIC void ccgen_get_modes(const struct ccgen_simulation *simulation, signed char *modes);
 

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import os
+from pathlib import Path
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import FloatArray
+from ..files import read_path, write_whole
+from ..model.c_header import check_beside
 from ..model.derivatives import need_derivatives
 from ..model.forces import Contacts
 from ..model.inputs import Values, read_values
@@ -13,6 +18,7 @@ from ..model.model import Model
 from ..model.places import rate_of
 from ..precision import need_doubles
 from .arguments import Arguments
+from .casadi_source import casadi_source
 from .function import Function
 
 
@@ -53,6 +59,25 @@ class AccelerationFunction(Function):
         wrt = ("q", "u", *self.model.inputs)
         found = self.model.derivatives("acceleration", q, u, self.t, inputs, wrt, self._contacts)
         return self.value(x), np.asarray(found)
+
+    def write_casadi(self, path: str | os.PathLike[str], name: str | None = None) -> Path:
+        """Write C that makes this a function of ``casadi.external`` of that ``name``, by default as the file is called,
+        with its Jacobian: of the parameters as they are now, at the time ``t``, and without Python. ``docs/c.md`` has
+        the command that compiles it with the core.
+
+        Raises ``ValueError`` for names that CasADi does not take, for a place in the model's package, and for a model
+        with contacts that are not left out with ``contacts=()``: in C accelerations are those of flight.
+        """
+        target = read_path(path, "C for CasADi")
+        if self.model.contacts and (self._contacts is None or len(self._contacts)):
+            raise ValueError(
+                f"contacts: found {self._contacts!r}, expected (): in C accelerations are those of flight; make the "
+                "function with contacts=()"
+            )
+        check_beside(target, self.model.folder)
+        text = casadi_source(self.model, target.stem if name is None else name, self.columns, self.t)
+        write_whole(target, lambda part: part.write(text.encode()))
+        return target
 
     def _split(self, x: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray | None]:
         n = len(self.model.q_names)

@@ -15,9 +15,14 @@ from .derived import Derived, doubles
 def for_casadi(function: Derived, name: str) -> Any:
     """A ``casadi.Callback`` from x (p,) to the values (m,), with its Jacobian and, backwards, ``vjp``."""
     casadi = needed("casadi", "a run as a function of CasADi")
+    check_name(name)
+    return _callbacks(casadi)(function, name)
+
+
+def check_name(name: str) -> None:
+    """Raise ``ValueError`` for what CasADi takes for no name of a function."""
     if not isinstance(name, str) or not re.fullmatch(r"[A-Za-z](_?[A-Za-z0-9])*", name) or name in RESERVED:
         raise ValueError(f"name: found {name!r}, expected letters, digits and single underscores, as CasADi has names")
-    return _callbacks(casadi)(function, name)
 
 
 RESERVED = ("null", "jac", "hess")

@@ -69,7 +69,7 @@ def c_header(model: Geometry) -> str:
             f"{model.name}: found a model in {model.precision} numbers, expected one in doubles, in a folder"
         )
     q, u = start(model)
-    package = _package(model.folder)
+    package = package_in_code(model.folder)
     instants = sorted(set(kinks_until(model, model.data["run"]["until"])))
     kernels = model.kernels
     stops = [int(ground in model.stops) for _, ground in model.contacts]
@@ -100,7 +100,16 @@ def c_header(model: Geometry) -> str:
     )
 
 
-def _package(folder: Path) -> str:
+def check_beside(target: Path, package: Path | None) -> None:
+    """Raise ``ValueError`` for a place in a model's package, which is for ccgen's own files alone."""
+    if package is not None and package in (target.resolve(), *target.resolve().parents):
+        raise ValueError(
+            f"{target}: found a place in the model's package, which ccgen would refuse to generate again with it, "
+            f"expected one elsewhere; write it beside the package, as {package.name}{target.suffix}"
+        )
+
+
+def package_in_code(folder: Path) -> str:
     """The package's name in the code of the model, whatever its folder is called now."""
     source = (folder / "model.c").read_text()
     found = re.search(r"^const struct ccgen_model CCGEN_CALLED\(ccgen_model, (\w+)\) = ", source, re.M)

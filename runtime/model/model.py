@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from ..arrays import FloatArray
 from ..files import read_path, write_whole
 from .assembly import assemble, project
-from .c_header import c_header
+from .c_header import c_header, check_beside
 from .derivatives import derivatives
 from .directions import Wrt
 from .dynamics import at_states, impact
@@ -248,11 +248,7 @@ class Model(Geometry):
         for a model in other numbers than doubles, and for a place in its package: that is for ccgen's own files alone.
         """
         target, text = read_path(path, "a header"), c_header(self)
-        if self.folder is not None and self.folder in (target.resolve(), *target.resolve().parents):
-            raise ValueError(
-                f"{target}: found a place in the model's package, which ccgen would refuse to generate again with it, "
-                f"expected one elsewhere; write it beside the package, as {self.folder.name}.h"
-            )
+        check_beside(target, self.folder)
         write_whole(target, lambda part: part.write(text.encode()))
         return target
 

@@ -18,6 +18,7 @@ from ccgen.runtime import load_model, simulate
 
 from ..support.c_library import Library, Settings
 from ..support.folders import ROOT
+from ..support.parallel_cranks import parallel_cranks
 from ..support.workshop import Workshop
 from ..support.written_models import Descriptor
 
@@ -212,6 +213,52 @@ def test_without_a_method_it_is_that_of_python(library: Library, workshop: Works
     while simulation.step_to_event(1.5)[1].kind:
         pass
     assert run.impacts and np.array_equal(simulation.rows()[0], run.t)
+
+
+def test_accelerations_are_those_of_python(library: Library, workshop: Workshop) -> None:
+    """Of a loop that is not shut, driven by what is given; and a simulation that has begun stays where it is."""
+    text = (ROOT / "scenes" / "four-bar.toml").read_text() + '\n[[input]]\nname = "push"\njoint = "motor"\n'
+    model = workshop.model(text, derivatives=True)
+    simulation = library.create(model)[1]
+    q, u = model.start()
+    assert simulation.reset(q, u) == "done"
+    simulation.step_to_event(0.1)
+    before, rows = simulation.state(), simulation.rows()
+    q, u, push = q + 0.05, u + np.arange(len(u)), np.array([1.5])
+    outcome, u_dot = simulation.acceleration(q, u, push)
+    assert outcome == "done" and np.array_equal(u_dot, model.acceleration(q, u, inputs=push))
+    outcome, u_dot, by = simulation.derived(q, u, push)
+    assert outcome == "done" and np.array_equal(u_dot, model.acceleration(q, u, inputs=push))
+    assert np.array_equal(by, model.derivatives("acceleration", q, u, inputs=push, wrt=("q", "u", "push")))
+    none = simulation.derived(q, u)  # the inputs of the settings, which are none
+    assert none[0] == "done" and np.array_equal(none[1], model.acceleration(q, u)) and not np.array_equal(none[2], by)
+    assert simulation.state() == before and np.array_equal(simulation.rows()[1], rows[1])
+
+
+def test_contacts_do_not_push_on_accelerations_in_flight(library: Library, workshop: Workshop) -> None:
+    """A hexagon that lies on its corner falls on."""
+    model = workshop.model(load_scene(SCENE))
+    q, u = model.start()
+    q[1] -= model.gaps(q).min()
+    simulation = library.create(model)[1]
+    outcome, u_dot = simulation.acceleration(q, u)
+    assert outcome == "done" and np.array_equal(u_dot, model.acceleration(q, u, contacts=()))
+    assert np.abs(u_dot[1] + model.parameters["gravity.g"]) <= 1e-12
+
+
+def test_accelerations_that_cannot_be_are_codes(library: Library, workshop: Workshop) -> None:
+    hexagon = workshop.model(load_scene(SCENE))
+    simulation = library.create(hexagon)[1]
+    q, u = hexagon.start()
+    assert simulation.derived(q, u)[0] == "no_derivatives"
+    assert simulation.acceleration(np.full_like(q, np.inf), u)[0] == "not_finite"
+    assert simulation.acceleration(np.full_like(q, 1e200), u)[0] == "turned_far"
+    cranks = parallel_cranks(1.1, 3)
+    redundant = workshop.model(cranks.toml(), derivatives=True)
+    q, _ = redundant.state_from_poses(cranks.poses, np.zeros_like(cranks.poses))
+    turning = library.create(redundant)[1]
+    outcome, u_dot, _ = turning.derived(q, np.ones(len(q)))
+    assert outcome == "dependent" and np.all(np.isfinite(u_dot))
 
 
 def test_a_model_of_another_contract_is_refused(library: Library, workshop: Workshop) -> None:

@@ -17,6 +17,10 @@ from .folders import RUNTIME
 Array = Any
 
 
+HIDDEN = ("-fvisibility=hidden", "-DCCGEN_SHARED", "-Wall", "-Wextra", "-Werror")
+"""Flags of a library that shows its own names alone."""
+
+
 class Settings(ctypes.Structure):
     """``struct ccgen_settings``, as its header has it."""
 
@@ -33,8 +37,7 @@ class Library:
     """The library made of the core in ``runtime``, a folder, compiled into ``file`` with more ``flags``."""
 
     def __init__(self, runtime: Path, file: Path, *more: str) -> None:
-        hidden = ("-fvisibility=hidden", "-DCCGEN_SHARED", "-Wall", "-Wextra", "-Werror")
-        objects = core_objects(runtime, (*hidden, *more))
+        objects = core_objects(runtime, (*HIDDEN, *more))
         own = os.environ.get("CFLAGS", "").split()
         subprocess.run(["cc", "-shared", *own, *more, *objects, "-lm", "-o", str(file)], check=True)
         self.calls: Any = ctypes.CDLL(str(file))
@@ -97,6 +100,21 @@ class Simulation:
         )
         return t.value, q, u
 
+    def acceleration(self, q: Array, u: Array, inputs: Array | None = None, t: float = 0.0) -> tuple[str, Array]:
+        """The outcome, and accelerations in flight."""
+        u_dot = np.full(len(q), np.nan)
+        given = [_address(x) for x in (q, u, inputs)]
+        code = self.calls.ccgen_find_acceleration(self.address, ctypes.c_double(t), *given, _address(u_dot))
+        return self.library.outcome(code), u_dot
+
+    def derived(self, q: Array, u: Array, inputs: Array | None = None, t: float = 0.0) -> tuple[str, Array, Array]:
+        """The outcome, accelerations in flight, and what they change by (n, 2 n + inputs)."""
+        n, others = len(q), len(self.model.inputs)
+        u_dot, by = np.full(n, np.nan), [np.full((n, count), np.nan) for count in (n, n, others)]
+        given, found = [_address(x) for x in (q, u, inputs)], [_address(x) for x in (u_dot, *by)]
+        code = self.calls.ccgen_derive_acceleration(self.address, ctypes.c_double(t), *given, *found)
+        return self.library.outcome(code), u_dot, np.hstack(by)
+
     def modes(self) -> list[int]:
         """How each contact is held, by its number in ``runtime/ccgen.h``."""
         modes = (ctypes.c_byte * len(self.model.contacts))()
@@ -130,3 +148,8 @@ class Simulation:
     def forget(self) -> str:
         """Forget what is recorded but the present row; the outcome."""
         return self.library.outcome(self.calls.ccgen_forget(self.address))
+
+
+def _address(x: Array | None) -> ctypes.c_void_p | None:
+    """Of numbers in a row, which have to stay as long; NULL for None."""
+    return None if x is None else ctypes.c_void_p(x.ctypes.data)

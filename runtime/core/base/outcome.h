@@ -26,7 +26,9 @@
     X(BAD_SETTINGS, "bad_settings")     /* numbers that cannot be, or a time before that reached */                  \
     X(NOT_BEGUN, "not_begun")           /* a simulation that neither begins nor has a state */                       \
     X(OTHER_CONTRACT, "other_contract") /* the model was generated for another version of the contract */            \
-    X(OTHER_STATE, "other_state")       /* a state of another model, method or precision */
+    X(OTHER_STATE, "other_state")       /* a state of another model, method or precision */                          \
+    X(NO_DERIVATIVES, "no_derivatives") /* the model was generated without them */                                   \
+    X(DEPENDENT, "dependent") /* closure rows depend on each other, and there are no derivatives by all coordinates */
 
 #define ENTRY(name, text) OUTCOME_##name,
 enum outcome { ALL_OUTCOMES(ENTRY) OUTCOMES };
