@@ -17,6 +17,7 @@ from ..model.thresholds import characteristic_time
 from ..precision import need_doubles
 from ..record.impact import Impact
 from ..record.record import Record
+from .change_points import refuse_parted
 from .held import cannot, pushing, ways_differ, well
 from .local import Local, Places, at_one
 from .moving import Moving, whole_of
@@ -150,6 +151,7 @@ def along(run: Record, model: Model, moving: Moving, S: FloatArray, times: Seque
     """What a run makes of small differences that begin with S (2 n, columns), with stops at ``times`` that grow, under
     the inputs that are set."""
     pieces, joints = _pieces(run, times)
+    refuse_parted(run, model, moving, _as_steps(pieces))
     steps = _steps(run, model, moving, pieces)
     parts, stops = list[Part](), list[Stop]()
     wanted = list(times)
@@ -229,6 +231,15 @@ def _pieces(run: Record, times: Sequence[float]) -> tuple[list[Piece], dict[floa
     return pieces, {t: tuple(found) for t, found in joints.items()}
 
 
+def _as_steps(pieces: Sequence[Piece]) -> Steps:
+    return Steps(
+        np.array([one.t for one in pieces]),
+        np.array([one.h for one in pieces]),
+        *(np.array([one.start[part] for one in pieces]) for part in (0, 1)),
+        *(np.array([one.end[part] for one in pieces]) for part in (0, 1)),
+    )
+
+
 def _steps(run: Record, model: Model, moving: Moving, pieces: Sequence[Piece]) -> list[Part]:
     """What each piece makes of differences; all that are held alike at once."""
     tolerance = getattr(run.advance, "tolerances", (0.0, 0.0))
@@ -238,12 +249,7 @@ def _steps(run: Record, model: Model, moving: Moving, pieces: Sequence[Piece]) -
     found: dict[int, Part] = {}
     for held, which in groups.items():
         some = [pieces[k] for k in which]
-        steps = Steps(
-            np.array([one.t for one in some]),
-            np.array([one.h for one in some]),
-            *(np.array([one.start[part] for one in some]) for part in (0, 1)),
-            *(np.array([one.end[part] for one in some]) for part in (0, 1)),
-        )
+        steps = _as_steps(some)
         matrices = maps(model, moving, held, steps, tolerance)
         if (model.rows and run.drift == "projected") or held:
             parts = _shut(model, moving, held, steps, matrices)
