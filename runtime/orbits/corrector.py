@@ -10,6 +10,7 @@ import numpy as np
 from ..arrays import FloatArray
 from .grazing import Nearness, nearness
 from .orbit import Orbit, orbit_at
+from .repeats import check_advance
 from .section import RANK, Crossed, Map
 from .tolerance import KNOWN, LESS, tolerance_of
 
@@ -89,7 +90,9 @@ class Corrector:
             off = float(normal @ (place - guess))
             if missed <= enough or (missed <= self.tolerance and not missed < best[0] / LESS):
                 value, crossed = min(best, (missed, value, crossed), key=lambda one: one[0])[1:]
-                return self._point(value, crossed, last.tangent, steps)
+                point = self._point(value, crossed, last.tangent, steps)
+                check_advance(point.orbit)
+                return point
             if float(np.linalg.norm(place - guess)) > reach:
                 break
             best = min(best, (missed, value, crossed), key=lambda one: one[0])

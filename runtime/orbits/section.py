@@ -349,21 +349,25 @@ def _read_section(model: Model, section: Any) -> Section:
 
 
 def depends_on_time(model: Model) -> bool:
-    """Whether joints are driven, or accelerations change with time: at the scene's start, at rest and in motion (what
-    damps is nothing at rest), at instants that no period has in common."""
-    if model.data["drives"]:
-        return True
-    q, u = model.start()
-    states = (q, 0.0 * u), model.project(q, u + model.coordinate_units / characteristic_time(model))
-    inputs = dict.fromkeys(model.inputs, 0.0) or None
-    return any(
-        not np.array_equal(
-            model.acceleration(*state, t * model.duration, inputs, contacts=()),
-            model.acceleration(*state, 0.0, inputs, contacts=()),
-        )
-        for state in states
+    """Whether joints are driven, or accelerations change with time, at instants that no period has in common."""
+    return bool(model.data["drives"]) or any(
+        not np.array_equal(accelerations_at(model, *state, t * model.duration), accelerations_at(model, *state, 0.0))
+        for state in looked_at(model)
         for t in SOMETIMES
     )
+
+
+def looked_at(model: Model) -> tuple[tuple[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]:
+    """States (q, u) at which forces are looked at: the scene's start, at rest and in motion (what damps is nothing at
+    rest)."""
+    q, u = model.start()
+    return (q, 0.0 * u), model.project(q, u + model.coordinate_units / characteristic_time(model))
+
+
+def accelerations_at(model: Model, q: FloatArray, u: FloatArray, t: float) -> FloatArray:
+    """Accelerations (n,) in flight, with inputs that are zero."""
+    inputs = dict.fromkeys(model.inputs, 0.0) or None
+    return np.asarray(model.acceleration(q, u, t, inputs, contacts=()))
 
 
 def _relabel(relabel: Any, n: int) -> tuple[FloatArray, FloatArray]:
