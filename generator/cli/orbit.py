@@ -105,7 +105,7 @@ def _tell(model: Model, found: Orbit) -> None:
     """Period, stability and multipliers, then the state on the section."""
     from ccgen.runtime.orbits.values import names_of, unit_of
 
-    stable = "stable" if found.stable else "unstable"
+    stable = "stable" if found.stable else "neutral" if found.neutral else "unstable"
     typer.echo(f"{model.name}: {stable} periodic motion; period {found.period:.9g} s")
     typer.echo(f"comes back to {found.missed:.2g} of its size; {found.runs} runs derived")
     typer.echo("multiplier           size")

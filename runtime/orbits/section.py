@@ -29,6 +29,10 @@ RANK = 1e-10
 SOMETIMES = (0.1234567, 0.3141593, 0.5772157, 0.7071068, 0.9159656)
 """Parts of a run's time at which forces are looked at."""
 
+PASSES = 1e-8
+"""A coordinate passes the value of a section where it is faster than this part of its unit in the time of the
+mechanism: what is slower is rounding of what rests there, or turns back there."""
+
 BEHIND = 1e-6
 """A run that is derived ends this part of its time behind the impact: beyond the rounding of its instant."""
 
@@ -196,11 +200,16 @@ class Map:
     ) -> tuple[Run, float, FloatArray, FloatArray]:
         """Where a coordinate passes a value, at whatever time: the end moves back along the motion by that."""
         assert isinstance(self.section, Level)
-        i, time = self.section.coordinate, self._instant(q, u)
+        i, n, time = self.section.coordinate, len(q), self._instant(q, u)
         found = sensitivities(self.model, by, ["q", "u"], q, u, until=time, **self.options)
         run = _whole(found.run)
         end = np.concatenate([found.values["q"], found.values["u"]])
         rates = np.concatenate([found.values["u"], run.accelerations(run.t[-1])])
+        if abs(rates[i]) <= PASSES * self.units[n + i]:
+            raise ValueError(
+                f"{self.model.name}: found {self.model.q_of[i]} at {self.section.value:g} with a rate of "
+                f"{rates[i]:.2g}, expected a motion that passes it; begin farther from rest, or choose another value"
+            )
         moved = np.vstack([found["q"], found["u"]])
         off = self.section.value - end[i]
         off -= 2.0 * np.pi * round(off / (2.0 * np.pi)) if self.section.turns else 0.0
