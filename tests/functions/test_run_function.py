@@ -180,6 +180,10 @@ def test_other_wrong_asking_is_refused(ball: Any) -> None:
         function.vjp(function.x0, np.ones(3))
     with pytest.raises(ValueError, match=r"v: found shape \(1,\), expected \(2,\)"):
         function.jvp(function.x0, np.ones(1))
+    alone = run_function(ball, "gravity.g", lambda t, q, u: q[1])
+    for ask in (alone.value, alone.jacobian):
+        with pytest.raises(ValueError, match=r"<lambda>: found float64, expected a tuple of values and of their"):
+            ask(9.81)
     times = run_function(ball, "gravity.g", "impact_times", until=0.6)
     assert times.count == 1
     with pytest.raises(ValueError, match=r"with gravity.g = 50: found \d numbers, expected 1 as at x0"):
