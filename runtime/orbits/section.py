@@ -33,6 +33,9 @@ PASSES = 1e-8
 """A coordinate passes the value of a section where it is faster than this part of its unit in the time of the
 mechanism: what is slower is rounding of what rests there, or turns back there."""
 
+SOON = 16.0
+"""A crossing is looked for in a run of so many times of the mechanism, then in runs twice as long."""
+
 BEHIND = 1e-6
 """A run that is derived ends this part of its time behind the impact: beyond the rounding of its instant."""
 
@@ -251,9 +254,13 @@ class Map:
 
     def _instant(self, q: FloatArray, u: FloatArray, crossings: int | None = None) -> float:
         """When a run from there crosses the section so many times."""
-        run = simulate(self.model, q, u, until=self.until, **self.options)
-        assert isinstance(run, Run)
-        found, wanted = self._instants(run), crossings or self.crossings
+        wanted, until = crossings or self.crossings, min(self.until, SOON * characteristic_time(self.model))
+        while True:
+            run = _whole(simulate(self.model, q, u, until=until, **self.options))
+            found = self._instants(run)
+            if len(found) >= wanted or until >= self.until or not run.success:
+                break
+            until = min(2.0 * until, self.until)
         if len(found) < wanted:
             raise ValueError(
                 f"{self.model.name}: found {len(found)} {self._name()} in {run.t[-1]:g} s, "

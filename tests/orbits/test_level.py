@@ -109,6 +109,12 @@ def test_a_range_that_the_parameter_cannot_have(whirl: Any) -> None:
         continue_orbit(orbit, "torsion_0.damping", (-1.0, 1.0))
 
 
+def test_a_crossing_is_not_waited_for_to_the_end(whirl: Any) -> None:
+    """A run of the time that may be taken would be one of millions of turns."""
+    found = find_orbit(whirl, [0.0], [15.0], section=("rod.angle", 0.3), advances=["rod.angle"], until=1e7)
+    assert speed_after_a_turn(float(found.u[0]))[0] == pytest.approx(float(found.u[0]), abs=1e-9)
+
+
 def test_wrong_sections_are_told(whirl: Any) -> None:
     with pytest.raises(ValueError, match=r"section: found \('rod', 0\.3\), expected one of the coordinates rod\.angle"):
         find_orbit(whirl, section=("rod", 0.3))
