@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+import sys
+import threading
 from typing import Any
 
 import numpy as np
@@ -142,6 +144,34 @@ def test_wrong_functions_are_refused(change: dict[str, Any], said: tuple[str, ..
     with pytest.raises((KeyError, ValueError)) as caught:
         run_function(ball, **given)
     assert all(part in str(caught.value) for part in said), str(caught.value)
+
+
+def test_threads_share_a_function(ball: Any) -> None:
+    """They ask for derivatives of one run at once, with inputs that one thread's end leaves to the others."""
+    function = run_function(ball, ["push", "ball.mass"], ["ball.x", "ball.vx"], at=AT)
+    x, w = np.array([0.8, 2.0]), np.ones(4)
+    function.value(x)  # all derive this run
+    wanted, failed = run_function(ball, ["push", "ball.mass"], ["ball.x", "ball.vx"], at=AT).vjp(x, w), list[object]()
+
+    def ask() -> None:
+        try:
+            for _ in range(20):
+                if np.max(np.abs(function.vjp(x, w) - wanted)) > 1e-12:
+                    failed.append("other numbers")
+        except ValueError as error:
+            failed.append(error)
+
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    try:
+        threads = [threading.Thread(target=ask) for _ in range(4)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+    finally:
+        sys.setswitchinterval(before)
+    assert failed == []
 
 
 def test_wrong_kinds_are_refused(ball: Any, workshop: Workshop) -> None:
