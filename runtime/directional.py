@@ -8,10 +8,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .arrays import FloatArray
 from .model.inputs import Given
 from .model.model import Model
+from .model.numbers import read_numbers
 from .sensitivity.in_order import pass_in_order
 from .sensitivity.jacobian import Sensitivities, run_sensitivities
+from .sensitivity.moving import STARTS
 from .sensitivity.told import TIMES, Output
 from .simulate import simulate
 
@@ -45,6 +48,9 @@ def directional(
     """
     if not isinstance(model, Model):
         raise TypeError(f"model: found {type(model).__name__}, expected a Model; load one with load_model(folder)")
+    if not isinstance(direction, Mapping):
+        found = type(direction).__name__
+        raise TypeError(f"direction: found {found}, expected a mapping of names, as {{'q0': [0.0, 1.0, 0.0]}}")
     chosen = [outputs] if isinstance(outputs, str) or callable(outputs) else list(outputs)
     if TIMES in chosen:
         raise ValueError(f"outputs: found {TIMES}, expected others: along a direction there may be other impacts")
@@ -53,11 +59,16 @@ def directional(
     if isinstance(run, list):
         raise ValueError(f"q0: found {len(run)} starts, expected one; derive them one by one")
     given = tuple(None if part is None else np.asarray(part, dtype=float) for part in (q0, u0))
-    wrt = {name: _column(value) for name, value in direction.items()}
+    wrt = {name: _column(name, value, len(model.q_names)) for name, value in direction.items()}
     return run_sensitivities(run, wrt, chosen, at, (given[0], given[1]), "tangent", pass_in_order)
 
 
-def _column(value: ArrayLike) -> Any:
+def _column(name: str, value: ArrayLike, n: int) -> FloatArray:
     """A direction as the one column that it is."""
-    found = np.asarray(value, dtype=float)
-    return found[:, None] if found.ndim == 1 else found if found.ndim else found.reshape(1, 1)
+    found = np.asarray(read_numbers(value, f"direction: {name}"), dtype=float)
+    shape = (n,) if name in STARTS else ()
+    found = found[0] if not shape and found.shape == (1,) else found
+    if found.shape != shape or not np.all(np.isfinite(found)):
+        what = "what is no finite number" if found.shape == shape else f"shape {found.shape}"
+        raise ValueError(f"direction: {name}: found {what}, expected finite numbers of shape {shape}")
+    return found.reshape(-1, 1)

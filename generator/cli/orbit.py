@@ -57,13 +57,13 @@ def orbit(scene_file: Path, wanted: Wanted, detail: Detail, settings: Mapping[st
         faults.of(read_option, text, check)
         for text, check in ((wanted.until, _check("until")), (wanted.rtol, _check("rtol")))
     )
-    along = faults.of(read_along, wanted.along) if wanted.along else None
     if wanted.along is None:
         others = {"--double": wanted.double, "--settled": wanted.settled, "--show": wanted.show, "--out": wanted.out}
         for option, given in others.items():
             if given:
                 faults.add(f"{option}: found without --along, expected with it only; add --along PARAM=LOW:HIGH")
     scene = faults.of(read, scene_file)
+    along = faults.of(read_along, wanted.along, scene) if wanted.along else None
     folder = wanted.out
     if scene and along:
         folder = Path("results") / f"{scene.name}-orbit" if folder is None else folder
@@ -105,7 +105,7 @@ def _tell(model: Model, found: Orbit) -> None:
     """Period, stability and multipliers, then the state on the section."""
     from ccgen.runtime.orbits.values import names_of, unit_of
 
-    stable = "stable" if found.stable else "unstable"
+    stable = "stable" if found.stable else "neutral" if found.neutral else "unstable"
     typer.echo(f"{model.name}: {stable} periodic motion; period {found.period:.9g} s")
     typer.echo(f"comes back to {found.missed:.2g} of its size; {found.runs} runs derived")
     typer.echo("multiplier           size")

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..scene import Scene
 from .plan_numbers import written
 from .refusal import Faults, fail
 
@@ -19,9 +20,11 @@ def read_section(text: str) -> float | tuple[str, str] | tuple[str, float]:
     """A time, ``0.2`` or ``2*pi/3``, a contact, ``ball.C,ground_0``, or a coordinate and its value, ``rod.angle=0.3``;
     exit code 2 for what is neither."""
     if "=" in text:
+        from ccgen.runtime.orbits.values import unit_of
+
         name, _, value = (part.strip() for part in text.partition("="))
         try:
-            return name, float(written(value, None))
+            return name, float(written(value, unit_of(name) if name else None))
         except ValueError as error:
             fail(f'--section: found "{text}", expected a coordinate and its value, as rod.angle=0.3; {error}')
     if "," in text:
@@ -36,15 +39,16 @@ def read_section(text: str) -> float | tuple[str, str] | tuple[str, float]:
         )
 
 
-def read_along(text: str) -> tuple[str, float, float]:
-    """A parameter and its range, ``ball.restitution=0.3:0.7``; exit code 2 for what is none."""
+def read_along(text: str, scene: Scene | None) -> tuple[str, float, float]:
+    """A parameter and its range, ``ball.restitution=0.3:0.7``, in units that the parameter of the ``scene`` can have;
+    exit code 2 for what is none."""
     expected = f'--along: found "{text}", expected PARAM=LOW:HIGH, such as bounce.restitution=0.3:0.7'
     path, sign, ends = (part.strip() for part in text.partition("="))
     low, colon, high = (part.strip() for part in ends.partition(":"))
     if not (path and sign and colon and low and high):
         fail(expected)
     try:
-        return path, float(written(low, None)), float(written(high, None))
+        return path, written(low, None, path, scene), written(high, None, path, scene)
     except ValueError as error:
         fail(f"{expected}; {error}")
 
@@ -86,6 +90,8 @@ def guess_of(model: Model, given: Mapping[str, str]) -> tuple[FloatArray, FloatA
 def relabel_of(model: Model, given: Mapping[str, str]) -> tuple[FloatArray, FloatArray] | None:
     """The matrix (2 n, 2 n) and column (2 n,) by which parts are exchanged, or none: each ``given`` coordinate becomes
     what stands behind it, another one, with a minus or not, or a number; rates follow. Exit code 2 for other words."""
+    from ccgen.runtime.orbits.values import unit_of
+
     if not given:
         return None
     names, faults = list(model.q_of), Faults()
@@ -102,9 +108,9 @@ def relabel_of(model: Model, given: Mapping[str, str]) -> tuple[FloatArray, Floa
             places[row, names.index(other)] = -1.0 if text.startswith("-") else 1.0
             continue
         try:
-            column[row] = float(written(text, None))
-        except ValueError:
+            column[row] = float(written(text, unit_of(name)))
+        except ValueError as error:
             expected = f"a number, or one of {', '.join(names)} with or without a minus"
-            faults.add(f'--relabel {name}: found "{text}", expected {expected}')
+            faults.add(f'--relabel {name}: found "{text}", expected {expected}; {error}')
     faults.stop_if_any()
     return np.kron(np.eye(2), places), np.concatenate([column, np.zeros(n)])

@@ -136,7 +136,8 @@ def extrapolated(wide: Model, arguments: Arguments, until: float, step: float) -
     def end(x: FloatArray) -> Any:
         parts: dict[str, Any] = arguments.parts(x)
         q0, u0 = parts.pop("q0", None), parts.pop("u0", None)
-        run = simulate(wide, q0, u0, until=until, rtol=WIDE_RTOL, params=parts or None)
+        inputs = {name: parts.pop(name) for name in wide.inputs if name in parts}
+        run = simulate(wide, q0, u0, until=until, rtol=WIDE_RTOL, params=parts or None, inputs=inputs or None)
         if not run.success:
             raise ValueError(f"{wide.name}: no reference: {run.message}; choose an earlier end")
         return run.q[-1]

@@ -15,6 +15,7 @@ from ..model.derivatives import need_derivatives
 from ..model.forces import Contacts
 from ..model.inputs import Values, read_values
 from ..model.model import Model
+from ..model.numbers import read_numbers
 from ..model.places import rate_of
 from ..precision import need_doubles
 from .arguments import Arguments
@@ -104,4 +105,7 @@ def acceleration_function(
     if model.data.get("integrators"):
         found = ", ".join(one["name"] for one in model.data["integrators"])
         raise ValueError(f"{model.name}: found {found}, expected a model without integrals over time")
-    return AccelerationFunction(model.as_it_is(), read_values(model.inputs, inputs), float(t), contacts)
+    time = np.asarray(read_numbers(t, "t"), dtype=float)
+    if time.ndim or not np.isfinite(time):
+        raise ValueError(f"t: found {t!r}, expected a time in s")
+    return AccelerationFunction(model.as_it_is(), read_values(model.inputs, inputs), float(time), contacts)

@@ -10,7 +10,7 @@ from ..arrays import FloatArray
 from ..model.places import places_of
 from ..record.outputs import values_of
 from ..run import Run
-from ..sensitivity.told import TIMES, WHOLE, Output, label
+from ..sensitivity.told import TIMES, WHOLE, Output, label, value_of
 
 
 def output_values(run: Run, outputs: Sequence[Output], times: FloatArray) -> dict[str, FloatArray]:
@@ -21,7 +21,7 @@ def output_values(run: Run, outputs: Sequence[Output], times: FloatArray) -> dic
         name = label(output)
         if callable(output):
             rows = zip(times.tolist(), *states.values(), strict=True)
-            found[name] = np.array([np.asarray(output(t, q, u)[0], dtype=float) for t, q, u in rows])
+            found[name] = np.array([value_of(output, *row) for row in rows])
         elif output == TIMES:
             found[name] = np.array([impact.t for impact in run.impacts])
         elif output in WHOLE:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from threading import RLock
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -69,6 +69,8 @@ class Compiled:
         self.core = core_of(self.precision)
         self.contacts: tuple[tuple[str, str], ...] = tuple((point, ground) for point, ground in data["contacts"])
         self._changes = 0
+        self._asked = RLock()
+        self._inputs = np.zeros(len(self.inputs))
         folded = self.name if self.folded else ""
         self._parameters = Parameters(data["parameters"], dict(values or {}), self._rebuild, folded, data["rests_on"])
         self._rebuild()
@@ -280,16 +282,28 @@ class Compiled:
                 check_angles(what, rows[:, self.angular], [self.q_names[k] for k in self.angular], self.core)
         return rows, single
 
-    def set_inputs(self, inputs: Values | None) -> None:
-        """Values of the inputs for calls of the kernels that follow."""
-        if self.inputs or inputs is not None:
-            self.kernels.set_inputs(read_values(self.inputs, inputs))
+    def given(self, inputs: Values | None) -> Under:
+        """``with model.given(inputs):`` values of the inputs for calls of the kernels inside; outside they are what
+        they were, zero at first. Other threads wait."""
+        return Under(self, self._inputs if inputs is None and not self.inputs else read_values(self.inputs, inputs))
 
-    @contextmanager
-    def given(self, inputs: Values | None) -> Iterator[None]:
-        """Values of the inputs for calls of the kernels inside; outside they are zero."""
-        self.set_inputs(inputs)
-        try:
-            yield
-        finally:
-            self.set_inputs(None)
+
+class Under:
+    """A block in which a model's inputs have these values (inputs,)."""
+
+    def __init__(self, model: Compiled, values: FloatArray) -> None:
+        self._model, self._values, self._before = model, values, values
+
+    def __enter__(self) -> None:
+        model = self._model
+        if model.inputs:
+            model._asked.acquire()
+            self._before, model._inputs = model._inputs, self._values
+            model.kernels.set_inputs(self._values)
+
+    def __exit__(self, *_: object) -> None:
+        model = self._model
+        if model.inputs:
+            model._inputs = self._before
+            model.kernels.set_inputs(self._before)
+            model._asked.release()

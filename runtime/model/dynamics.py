@@ -14,7 +14,7 @@ from ..precision import finite
 from .compiled import Compiled
 from .failed_impact import failed_impact
 from .forces import Contacts, flight_of, in_flight, motion_of
-from .inputs import Values
+from .inputs import Values, read_values
 from .numbers import read_numbers
 
 KNOWN = 1e-9
@@ -31,18 +31,16 @@ def at_states(
     try:
         states, single = model._state(q, u)
         times = read_times(t, len(states[0]))
-        model.set_inputs(inputs)
+        under = model.given(inputs)
     except ValueError:
         _refuse_all(model, q, u, t, inputs)
         raise
-    try:
+    with under:
         if in_flight(model, states[0], contacts):
             found, inexact = flight_of(model, *states, times, what), model.kernels.inexact
         else:
             motion, inexact = motion_of(model, *states, times, contacts, reactions=what == "reactions")
             found = getattr(motion, what)
-    finally:
-        model.set_inputs(None)
     _warn_inexact(model, "accelerations", inexact)
     return found[0] if single else found
 
@@ -90,8 +88,7 @@ def _refuse_all(model: Compiled, q: ArrayLike, u: ArrayLike, t: ArrayLike, input
     with faults.collecting():
         read_times(t, count or read_numbers(t, "t").size)
     with faults.collecting():
-        model.set_inputs(inputs)
-    model.set_inputs(None)
+        read_values(model.inputs, inputs)
     faults.stop_if_any()
 
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from ..arrays import FloatArray
 from ..faults import Faults
+from ..model.model import Model
 from .approach import Grazing, approach
 from .bifurcation import Bifurcation, passed
 from .corrector import Corrector, Missed, Point
@@ -78,7 +79,8 @@ def continue_orbit(
     motion may be stable or not; folds are passed. Folds, flips, Neimark-Sacker bifurcations and branch points are
     located by the zeros of their test functions, and grazing, which ends a branch, by extrapolation.
 
-    Raises ``ValueError`` for arguments that are wrong, all at once, and where the first motion has no neighbour.
+    Raises ``ValueError`` for arguments that are wrong, all at once, and for a motion that has neighbours of the same
+    value of the parameter.
     """
     if not isinstance(orbit, Orbit):
         raise TypeError(f"orbit: found {type(orbit).__name__}, expected an Orbit; find one with find_orbit")
@@ -86,6 +88,11 @@ def continue_orbit(
     value = orbit.return_map.model.parameters[parameter]
     corrector = Corrector(orbit.return_map, orbit.period, parameter, high - low)
     first = corrector.begin(orbit, value)
+    if corrector.among_others(first):
+        raise ValueError(
+            f"orbit: found one of a family of periodic motions at one value of {parameter}, among which no branch is "
+            "told, as where energy is kept; expected one by itself: let something damp it, or drive it"
+        )
     back, forth = Side([first], [], "not followed"), Side([first], [], "not followed")
     limits = Limits(low, high, step, most)
     if way in ("both", "up"):
@@ -147,6 +154,8 @@ def check_arguments(
         faults.add(f"between: found {between!r}, expected two numbers, (low, high)")
     if not -np.inf < low < high < np.inf:
         faults.add(f"between: found {between!r}, expected two finite numbers, the lower one first")
+    elif parameter in known and (wrong := _refused(orbit.return_map.model, parameter, (low, high))):
+        faults.add(f"between: {wrong}")
     elif parameter in known and not low <= known[parameter] <= high:
         faults.add(
             f"between: found {low:g} to {high:g}, expected a range around {known[parameter]:g}, the value of "
@@ -160,6 +169,16 @@ def check_arguments(
         faults.add(f"most: found {most!r}, expected a number of points, at least 1")
     faults.stop_if_any()
     return low, high
+
+
+def _refused(model: Model, parameter: str, ends: Sequence[float]) -> str:
+    """What is wrong with values that the parameter cannot have, or nothing."""
+    for end in ends:
+        try:
+            model.with_parameters({parameter: end})
+        except ValueError as error:
+            return str(error)
+    return ""
 
 
 def _told(parameter: str, met: Met, place: float) -> Bifurcation:

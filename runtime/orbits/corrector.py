@@ -10,6 +10,7 @@ import numpy as np
 from ..arrays import FloatArray
 from .grazing import Nearness, nearness
 from .orbit import Orbit, orbit_at
+from .repeats import check_advance
 from .section import RANK, Crossed, Map
 from .tolerance import KNOWN, LESS, tolerance_of
 
@@ -18,6 +19,10 @@ MOST = 10
 
 FAR = 10.0
 """A correction that leads further than this many times the length of the step leads to another branch."""
+
+
+FAMILY = 1e-7
+"""What is missed along a direction (of length 1, in units of the mechanism) of a family of motions is below this."""
 
 
 class Missed(Exception):
@@ -89,7 +94,9 @@ class Corrector:
             off = float(normal @ (place - guess))
             if missed <= enough or (missed <= self.tolerance and not missed < best[0] / LESS):
                 value, crossed = min(best, (missed, value, crossed), key=lambda one: one[0])[1:]
-                return self._point(value, crossed, last.tangent, steps)
+                point = self._point(value, crossed, last.tangent, steps)
+                check_advance(point.orbit)
+                return point
             if float(np.linalg.norm(place - guess)) > reach:
                 break
             best = min(best, (missed, value, crossed), key=lambda one: one[0])
@@ -119,11 +126,21 @@ class Corrector:
             value, orbit, crossed, self._place(value, crossed), tangent, steps, nearness(crossed.runs), pattern
         )
 
+    def among_others(self, point: Point) -> bool:
+        """Whether motions of the same value of the parameter stay periodic too, to the accuracy of runs: of all
+        directions on the section and of the parameter more than one leaves nothing missed."""
+        values = np.linalg.svd(self._rows(point.crossed)[1], compute_uv=False)
+        return bool(np.sum(values > FAMILY) < point.crossed.moves.shape[1])
+
+    def _rows(self, crossed: Crossed) -> tuple[FloatArray, FloatArray]:
+        """Orthonormal directions (2 n + 1, m + 1) of places on the section, and what these miss, (k, m + 1)."""
+        orthonormal, triangle = np.linalg.qr(self._along(crossed))
+        return orthonormal, np.linalg.solve(triangle.T, np.column_stack([crossed.moves, crossed.by]).T).T
+
     def _tangent(self, crossed: Crossed, before: FloatArray) -> FloatArray:
         """The direction (2 n + 1,) of length 1 in which motions stay periodic; of several that nearest to the one
         ``before``."""
-        orthonormal, triangle = np.linalg.qr(self._along(crossed))
-        rows = np.linalg.solve(triangle.T, np.column_stack([crossed.moves, crossed.by]).T).T
+        orthonormal, rows = self._rows(crossed)
         _, values, directions = np.linalg.svd(rows)
         rank = min(int(np.sum(values > RANK * values.max(initial=0.0))), len(directions) - 1)
         free = orthonormal @ directions[rank:].T

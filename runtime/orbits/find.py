@@ -13,6 +13,7 @@ from ..faults import Faults
 from ..model.model import Model
 from ..model.numbers import read_numbers
 from .orbit import Orbit, orbit_at
+from .repeats import check_advance, check_time
 from .section import RANK, Crossed, Map, Section, read_map
 from .shooting import shoot
 from .tolerance import LESS, tolerance_of
@@ -53,8 +54,10 @@ def find_orbit(
     With one segment it is single shooting (S. H. Strogatz, Nonlinear Dynamics and Chaos, 1994, section 8.7, has the map
     and its multipliers).
     Raises ``ValueError`` for names, shapes and numbers that are wrong, all at once; where a run does not get to the
-    section; where a map has no derivative, as :func:`~.sensitivities.sensitivities` says; and where Newton's method
-    does not converge. A model has to be generated with its derivatives.
+    section; where a map has no derivative, as :func:`~.sensitivities.sensitivities` says; where Newton's method does
+    not converge; and where a state comes back that does not go on as it did: a time that is no period of the forces, or
+    coordinates that need not come back and on which the motion depends. A model has to be generated with its
+    derivatives.
     """
     if not isinstance(model, Model):
         raise TypeError(f"model: found {type(model).__name__}, expected a Model; load one with load_model(folder)")
@@ -63,6 +66,7 @@ def find_orbit(
     options: dict[str, Any] = {"rtol": rtol, "method": method}
     with faults.collecting():
         a_map = read_map(chosen, section, crossings, until, relabel, advances, options)
+        check_time(a_map)
     with faults.collecting():
         start = _starts(chosen, q0, u0, segments)
     if isinstance(most, bool) or not isinstance(most, int) or most < 1:
@@ -70,8 +74,11 @@ def find_orbit(
     faults.stop_if_any()
     assert a_map is not None and start is not None
     if segments > 1:
-        return shoot(a_map, start, segments, most)
-    return _converged(a_map, start[0], tolerance_of(a_map), most)
+        orbit = shoot(a_map, start, segments, most)
+    else:
+        orbit = _converged(a_map, start[0], tolerance_of(a_map), most)
+    check_advance(orbit)
+    return orbit
 
 
 def _starts(

@@ -10,6 +10,9 @@ from ..arrays import ComplexArray, FloatArray
 from ..run import Run
 from .section import Crossed, Map
 
+NEUTRAL = 1e-7
+"""A multiplier whose size is this near to 1 is neither below nor above it, to the accuracy of runs."""
+
 
 @dataclass(frozen=True, eq=False)
 class Orbit:
@@ -17,7 +20,8 @@ class Orbit:
 
     ``q``, ``u`` (n,) are its state on the section and ``period`` (s) its time to come back. ``multipliers`` (k,),
     complex, largest first, are those by which small differences on the section grow in a period: the orbit is
-    ``stable`` where all are less than 1 in size. ``matrix`` (k, k) has them as eigenvalues, in the coordinates of
+    ``stable`` where all are less than 1 in size, by more than rounding, ``neutral`` where it is not and none is larger
+    than 1. ``matrix`` (k, k) has them as eigenvalues, in the coordinates of
     ``basis`` (2 n, k): directions of the state (q, u) that keep loops shut and stay on the section. ``missed`` is by
     how much it does not come back, the largest of all coordinates and rates, in units of the mechanism. ``runs`` is
     how many runs were derived, ``run`` the motion of one period; of a doubled orbit whose state is relabelled on the
@@ -40,7 +44,12 @@ class Orbit:
     @property
     def stable(self) -> bool:
         """Whether small differences die away."""
-        return bool(np.all(np.abs(self.multipliers) < 1.0))
+        return bool(np.all(np.abs(self.multipliers) < 1.0 - NEUTRAL))
+
+    @property
+    def neutral(self) -> bool:
+        """Whether some small differences stay as large as they are, and none grow: as where energy is kept."""
+        return not self.stable and bool(np.all(np.abs(self.multipliers) <= 1.0 + NEUTRAL))
 
 
 def orbit_at(a_map: Map, crossed: Crossed) -> Orbit:
@@ -50,4 +59,4 @@ def orbit_at(a_map: Map, crossed: Crossed) -> Orbit:
     found = found[np.lexsort((found.imag, -np.abs(found)))]
     missed = float(np.max(np.abs(crossed.rest), initial=0.0))
     state, basis, run = (crossed.q, crossed.u), crossed.basis, crossed.runs[0]
-    return Orbit(*state, crossed.time, found, matrix, basis, missed, a_map.count, run, crossed.states, a_map)
+    return Orbit(*state, float(crossed.time), found, matrix, basis, missed, a_map.count, run, crossed.states, a_map)

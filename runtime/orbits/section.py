@@ -29,6 +29,13 @@ RANK = 1e-10
 SOMETIMES = (0.1234567, 0.3141593, 0.5772157, 0.7071068, 0.9159656)
 """Parts of a run's time at which forces are looked at."""
 
+PASSES = 1e-8
+"""A coordinate passes the value of a section where it is faster than this part of its unit in the time of the
+mechanism: what is slower is rounding of what rests there, or turns back there."""
+
+SOON = 16.0
+"""A crossing is looked for in a run of so many times of the mechanism, then in runs twice as long."""
+
 BEHIND = 1e-6
 """A run that is derived ends this part of its time behind the impact: beyond the rounding of its instant."""
 
@@ -196,11 +203,16 @@ class Map:
     ) -> tuple[Run, float, FloatArray, FloatArray]:
         """Where a coordinate passes a value, at whatever time: the end moves back along the motion by that."""
         assert isinstance(self.section, Level)
-        i, time = self.section.coordinate, self._instant(q, u)
+        i, n, time = self.section.coordinate, len(q), self._instant(q, u)
         found = sensitivities(self.model, by, ["q", "u"], q, u, until=time, **self.options)
         run = _whole(found.run)
         end = np.concatenate([found.values["q"], found.values["u"]])
         rates = np.concatenate([found.values["u"], run.accelerations(run.t[-1])])
+        if abs(rates[i]) <= PASSES * self.units[n + i]:
+            raise ValueError(
+                f"{self.model.name}: found {self.model.q_of[i]} at {self.section.value:g} with a rate of "
+                f"{rates[i]:.2g}, expected a motion that passes it; begin farther from rest, or choose another value"
+            )
         moved = np.vstack([found["q"], found["u"]])
         off = self.section.value - end[i]
         off -= 2.0 * np.pi * round(off / (2.0 * np.pi)) if self.section.turns else 0.0
@@ -242,9 +254,13 @@ class Map:
 
     def _instant(self, q: FloatArray, u: FloatArray, crossings: int | None = None) -> float:
         """When a run from there crosses the section so many times."""
-        run = simulate(self.model, q, u, until=self.until, **self.options)
-        assert isinstance(run, Run)
-        found, wanted = self._instants(run), crossings or self.crossings
+        wanted, until = crossings or self.crossings, min(self.until, SOON * characteristic_time(self.model))
+        while True:
+            run = _whole(simulate(self.model, q, u, until=until, **self.options))
+            found = self._instants(run)
+            if len(found) >= wanted or until >= self.until or not run.success:
+                break
+            until = min(2.0 * until, self.until)
         if len(found) < wanted:
             raise ValueError(
                 f"{self.model.name}: found {len(found)} {self._name()} in {run.t[-1]:g} s, "
@@ -349,21 +365,25 @@ def _read_section(model: Model, section: Any) -> Section:
 
 
 def depends_on_time(model: Model) -> bool:
-    """Whether joints are driven, or accelerations change with time: at the scene's start, at rest and in motion (what
-    damps is nothing at rest), at instants that no period has in common."""
-    if model.data["drives"]:
-        return True
-    q, u = model.start()
-    states = (q, 0.0 * u), model.project(q, u + model.coordinate_units / characteristic_time(model))
-    inputs = dict.fromkeys(model.inputs, 0.0) or None
-    return any(
-        not np.array_equal(
-            model.acceleration(*state, t * model.duration, inputs, contacts=()),
-            model.acceleration(*state, 0.0, inputs, contacts=()),
-        )
-        for state in states
+    """Whether joints are driven, or accelerations change with time, at instants that no period has in common."""
+    return bool(model.data["drives"]) or any(
+        not np.array_equal(accelerations_at(model, *state, t * model.duration), accelerations_at(model, *state, 0.0))
+        for state in looked_at(model)
         for t in SOMETIMES
     )
+
+
+def looked_at(model: Model) -> tuple[tuple[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]:
+    """States (q, u) at which forces are looked at: the scene's start, at rest and in motion (what damps is nothing at
+    rest)."""
+    q, u = model.start()
+    return (q, 0.0 * u), model.project(q, u + model.coordinate_units / characteristic_time(model))
+
+
+def accelerations_at(model: Model, q: FloatArray, u: FloatArray, t: float) -> FloatArray:
+    """Accelerations (n,) in flight, with inputs that are zero."""
+    inputs = dict.fromkeys(model.inputs, 0.0) or None
+    return np.asarray(model.acceleration(q, u, t, inputs, contacts=()))
 
 
 def _relabel(relabel: Any, n: int) -> tuple[FloatArray, FloatArray]:

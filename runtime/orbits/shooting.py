@@ -133,7 +133,7 @@ def _orbit(a_map: Map, found: Sequence[Crossed], missed: float) -> Orbit:
         solved = np.linalg.lstsq(both / a_map.units[:, None], one.ends / a_map.units[:, None], rcond=RANK)[0]
         parts.append(solved[: onto.shape[1]])
     matrix = np.linalg.multi_dot(parts[::-1]) if len(parts) > 1 else parts[0]
-    first, time = found[0], sum(one.time for one in found)
+    first, time = found[0], float(sum(one.time for one in found))
     run = simulate(a_map.model, first.q, first.u, until=time, **a_map.options)
     assert isinstance(run, Run)
     timed = not isinstance(a_map.section, float) and len(found) > 1 and a_map.crossings % len(found) != 0

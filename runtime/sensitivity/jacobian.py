@@ -117,8 +117,10 @@ def run_vjp(
             "outputs"
         )
     if any(part.checks for part in asked.course.parts):
-        carried(asked.course, asked.model, asked.moving, asked.S)  # raises for columns that have no derivative
-    return np.asarray(_pulled_back(asked, np.atleast_2d(found)).reshape(*found.shape[:-1], -1))
+        with asked.model.given(asked.inputs):
+            carried(asked.course, asked.model, asked.moving, asked.S)  # raises for columns that have no derivative
+    pulled = _pulled_back(asked, np.atleast_2d(found))
+    return pulled if found.ndim == 2 else pulled[0]
 
 
 @dataclass(frozen=True)

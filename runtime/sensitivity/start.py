@@ -38,9 +38,10 @@ def start_moves(
     free, fixed = _parted(moving)
     drives = at.drive_rows
     toward_q, toward_u = free[:n], free[n : 2 * n]
-    if len(drives):  # driven joints are where they are
-        off = np.linalg.pinv(drives) @ drives
-        toward_q, toward_u = toward_q - off @ toward_q, toward_u - off @ toward_u
+    if len(drives):  # driven joints are where they are, and as fast as they are to be
+        across = np.linalg.pinv(drives)
+        toward_q = toward_q - across @ (drives @ toward_q)
+        toward_u = toward_u + across @ (_speeds_move(at) - drives @ toward_u)
     closure = at.closure_moves()
     by_q = closure[:, :n]
     # directions in q0, and parameters of a start that was given: projected in the metric of the mass

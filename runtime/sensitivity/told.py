@@ -14,6 +14,7 @@ from ..model.derivatives import SOLVED
 from ..model.forces import Held
 from ..model.inputs import Values
 from ..model.model import Model
+from ..model.numbers import read_numbers
 from ..model.places import places_of
 from .moving import Moving
 
@@ -80,21 +81,31 @@ def moves(
 
 
 def _of_function(function: Function, t: float, q: FloatArray, u: FloatArray, S: FloatArray) -> FloatArray:
-    n = len(q)
-    found = function(t, q.copy(), u.copy())
-    name = label(function)
-    if not isinstance(found, tuple) or len(found) != 3:
-        raise ValueError(
-            f"outputs: {name}: found {type(found).__name__}, expected a tuple of values and of their derivatives by "
-            "q and by u"
-        )
-    value, by_q, by_u = (np.asarray(part, dtype=float) for part in found)
+    n, name = len(q), label(function)
+    value, by_q, by_u = _asked(function, t, q, u)
     for part, argument in ((by_q, "q"), (by_u, "u")):
         if part.shape != (*value.shape, n):
             raise ValueError(
                 f"outputs: {name}: found derivatives by {argument} of shape {part.shape}, expected {(*value.shape, n)}"
             )
     return np.asarray(by_q @ S[:n] + by_u @ S[n:])
+
+
+def _asked(function: Function, t: float, q: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """What a function says: its values, and what they move by with q and u."""
+    found = function(t, q.copy(), u.copy())
+    if not isinstance(found, tuple) or len(found) != 3:
+        raise ValueError(
+            f"outputs: {label(function)}: found {type(found).__name__}, expected a tuple of values and of their "
+            "derivatives by q and by u"
+        )
+    value, by_q, by_u = (np.asarray(read_numbers(part, f"outputs: {label(function)}"), dtype=float) for part in found)
+    return value, by_q, by_u
+
+
+def value_of(function: Function, t: float, q: FloatArray, u: FloatArray) -> FloatArray:
+    """The values of a function. Raises ``ValueError`` for one that does not say them with their derivatives."""
+    return _asked(function, t, q, u)[0]
 
 
 def values(
@@ -104,7 +115,7 @@ def values(
     if output in WHOLE:
         return np.asarray(state[WHOLE.index(str(output))])
     if callable(output):
-        return np.asarray(output(t, *state)[0], dtype=float)
+        return value_of(output, t, *state)
     of, index = places_of(model)[str(output)]
     if of in WHOLE:
         return np.asarray(state[WHOLE.index(of)][index])

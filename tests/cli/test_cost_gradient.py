@@ -60,6 +60,8 @@ def test_the_reference_is_exact(ball: Any, workshop: Workshop) -> None:
     found = refer(ball, workshop.model(BOUNCED, "wide") if wider() else None, NAMES, END)
     assert relative(found.jacobian, exact()) <= 2e-12 and found.doubt <= 2e-12
     assert ("wide" in found.text) == wider()
+    pushed = refer(ball, workshop.model(BOUNCED, "wide") if wider() else None, ("push", "u0"), END)
+    assert pushed.jacobian[:, 0] == pytest.approx([0.5 * END**2 / X[3], 0.0, 0.0], abs=1e-12)
     without = refer(ball, None, NAMES, END)
     assert relative(without.jacobian, exact()) <= 1e-11 and "doubles too" in without.text
 

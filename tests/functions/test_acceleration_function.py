@@ -103,6 +103,9 @@ def test_wrong_use_is_refused(arm: Any, workshop: Workshop) -> None:
         arm.jacobian([0.0, 1.0, np.nan])
     with pytest.raises(ValueError, match=r"inputs: found 'push', expected one of torque"):
         acceleration_function(arm.model, inputs={"push": 1.0})
+    for wrong in (float("nan"), "1", [0.0, 1.0]):
+        with pytest.raises(ValueError, match=r"^t: found .*, expected (a time in s|numbers)"):
+            acceleration_function(arm.model, t=wrong)  # type: ignore[arg-type]
     with pytest.raises(ValueError, match="derivatives"):
         acceleration_function(workshop.model(BOUNCED))
     with pytest.raises(ValueError, match="double"):

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+import sys
+import threading
 from typing import Any
 
 import numpy as np
@@ -144,6 +146,34 @@ def test_wrong_functions_are_refused(change: dict[str, Any], said: tuple[str, ..
     assert all(part in str(caught.value) for part in said), str(caught.value)
 
 
+def test_threads_share_a_function(ball: Any) -> None:
+    """They ask for derivatives of one run at once, with inputs that one thread's end leaves to the others."""
+    function = run_function(ball, ["push", "ball.mass"], ["ball.x", "ball.vx"], at=AT)
+    x, w = np.array([0.8, 2.0]), np.ones(4)
+    function.value(x)  # all derive this run
+    wanted, failed = run_function(ball, ["push", "ball.mass"], ["ball.x", "ball.vx"], at=AT).vjp(x, w), list[object]()
+
+    def ask() -> None:
+        try:
+            for _ in range(20):
+                if np.max(np.abs(function.vjp(x, w) - wanted)) > 1e-12:
+                    failed.append("other numbers")
+        except ValueError as error:
+            failed.append(error)
+
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    try:
+        threads = [threading.Thread(target=ask) for _ in range(4)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+    finally:
+        sys.setswitchinterval(before)
+    assert failed == []
+
+
 def test_wrong_kinds_are_refused(ball: Any, workshop: Workshop) -> None:
     with pytest.raises(TypeError, match="expected names"):
         run_function(ball, {"u0": np.eye(3)}, "ball.y")  # type: ignore[arg-type]
@@ -180,6 +210,10 @@ def test_other_wrong_asking_is_refused(ball: Any) -> None:
         function.vjp(function.x0, np.ones(3))
     with pytest.raises(ValueError, match=r"v: found shape \(1,\), expected \(2,\)"):
         function.jvp(function.x0, np.ones(1))
+    alone = run_function(ball, "gravity.g", lambda t, q, u: q[1])
+    for ask in (alone.value, alone.jacobian):
+        with pytest.raises(ValueError, match=r"<lambda>: found float64, expected a tuple of values and of their"):
+            ask(9.81)
     times = run_function(ball, "gravity.g", "impact_times", until=0.6)
     assert times.count == 1
     with pytest.raises(ValueError, match=r"with gravity.g = 50: found \d numbers, expected 1 as at x0"):

@@ -83,6 +83,36 @@ def test_what_passes_and_comes_back(whirl: Any) -> None:
     found = find_orbit(still, [rest + 1e-3], [0.0], section=("rod.angle", rest))
     assert found.period == pytest.approx(2 * math.pi / math.sqrt(20.0 * math.sin(-rest)), rel=1e-6)
     assert found.multipliers == pytest.approx([1.0], abs=1e-7) and found.u[0] > 0.0
+    assert found.neutral and not found.stable  # on whichever side of 1 the multiplier was rounded
+
+
+def test_one_of_a_family_has_no_branch(whirl: Any) -> None:
+    """Swings of any height come back where energy is kept: there is no curve of them along the weight."""
+    still = whirl.with_parameters({"torsion_0.damping": 0.0, "gravity.g": 20.0})
+    found = find_orbit(still, [-1.0], [0.0], section=("rod.angle", -math.acos(TORQUE / 20.0)))
+    with pytest.raises(ValueError, match=r"found one of a family of periodic motions at one value of gravity\.g"):
+        continue_orbit(found, "gravity.g", (18.0, 22.0))
+
+
+def test_what_rests_on_the_section_passes_nothing(whirl: Any) -> None:
+    """The rate with which it leaves is rounding, and a multiplier would be the quotient of two such."""
+    still = whirl.with_parameters({"torsion_0.damping": 0.0, "gravity.g": 20.0})
+    rest = -math.acos(TORQUE / 20.0)
+    with pytest.raises(ValueError, match=r"found (rod\.angle at .* with a rate of|0 passages of rod\.angle)"):
+        find_orbit(still, [rest], [0.0], section=("rod.angle", rest))
+
+
+def test_a_range_that_the_parameter_cannot_have(whirl: Any) -> None:
+    """It is refused before anything is followed, and not where the branch gets there."""
+    orbit = find_orbit(whirl, [0.0], [15.0], section=("rod.angle", 0.3), advances=["rod.angle"], segments=3)
+    with pytest.raises(ValueError, match=r"^between: torsion_0\.damping: found -1\.0, expected a (positive )?number"):
+        continue_orbit(orbit, "torsion_0.damping", (-1.0, 1.0))
+
+
+def test_a_crossing_is_not_waited_for_to_the_end(whirl: Any) -> None:
+    """A run of the time that may be taken would be one of millions of turns."""
+    found = find_orbit(whirl, [0.0], [15.0], section=("rod.angle", 0.3), advances=["rod.angle"], until=1e7)
+    assert speed_after_a_turn(float(found.u[0]))[0] == pytest.approx(float(found.u[0]), abs=1e-9)
 
 
 def test_wrong_sections_are_told(whirl: Any) -> None:

@@ -51,5 +51,6 @@ def test_it_gives_the_derivatives_of_tangent_mode(
         covector = rng.normal(size=(2, len(tangent.jacobian)))
         pulled = run.vjp(covector, wrt, outputs, at=options["at"])
         assert relative(pulled, covector @ tangent.jacobian) < ALIKE
+        assert run.vjp(covector[:0], wrt, outputs, at=options["at"]).shape == (0, pulled.shape[1])
         met += 1
     assert met >= count / 2

@@ -139,6 +139,25 @@ def test_where_there_is_a_matrix_it_is_a_column_of_it(sticky: Any) -> None:
     assert abs(found["body.A.x"][0]) > 1e-3
 
 
+@pytest.mark.parametrize(
+    ("direction", "said"),
+    [
+        ({"q0": np.eye(3)}, r"direction: q0: found shape \(3, 3\), expected finite numbers of shape \(3,\)"),
+        ({"q0": [0.0, 1.0]}, r"direction: q0: found shape \(2,\), expected finite"),
+        ({"q0": [0.0, np.nan, 1.0]}, "direction: q0: found what is no finite number"),
+        ({"gravity.g": "1"}, "direction: gravity.g: found '1', expected numbers"),
+        (
+            {"gravity.g": [1.0, 2.0]},
+            r"direction: gravity\.g: found shape \(2,\), expected finite numbers of shape \(\)",
+        ),
+        ("q0", "direction: found str, expected a mapping"),
+    ],
+)
+def test_what_is_no_direction_is_refused(direction: Any, said: str, sticky: Any) -> None:
+    with pytest.raises((TypeError, ValueError), match=said):
+        directional(sticky, direction)
+
+
 def test_times_of_impacts_are_no_outputs(sticky: Any) -> None:
     with pytest.raises(ValueError, match="found impact_times, expected others"):
         directional(sticky, {"q0": ANGLE}, "impact_times")

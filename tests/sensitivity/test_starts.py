@@ -70,6 +70,20 @@ def test_a_start_that_is_given_is_put_onto_the_closure(workshop: Workshop) -> No
     assert found.jacobian == pytest.approx(np.array(wanted, dtype=float).T, abs=2e-7)
 
 
+def test_a_driven_joint_of_a_start_that_is_given_moves_as_its_speed(workshop: Workshop) -> None:
+    """Of a mechanism that its drive moves all the way a start is known by the speed: given or the scene's, it moves
+    alike."""
+    model = workshop.model('name = "starts"\n' + LIFTER, derivatives=True)
+    (speed,) = (name for name in model.parameters if name.startswith("drive_"))
+    q, u = model.start()
+    own, given = (sensitivities(model, speed, q0=one, u0=other, until=0.02) for one, other in ((None, None), (q, u)))
+    h = 2.0**-12
+    ends = [simulate(model, params={speed: model.parameters[speed] + k * h}, until=0.02) for k in (-1.0, 1.0)]
+    wanted = [(getattr(ends[1], of)[-1] - getattr(ends[0], of)[-1]) / (2.0 * h) for of in ("q", "u")]
+    for found in (own, given):
+        assert found.jacobian.ravel() == pytest.approx(np.concatenate(wanted), rel=1e-6, abs=1e-6)
+
+
 def test_a_run_knows_whether_its_start_is_that_of_the_scene(workshop: Workshop) -> None:
     """The length of the coupler moves the start by assembly, or by projection."""
     model = workshop.model('name = "starts"\n' + FOUR_BAR, derivatives=True)
