@@ -105,6 +105,8 @@ def price_accuracy(
             draw_cost(measured, f"{scene.name}, {parting.until:g} s", parting.until, reference.doubt, picture)
             record_results(folder, FILES)
     print_table(measured, parting.until, drift, len(precisions) > 1)
+    if not all(math.isfinite(one.worst) for one in measured):
+        typer.echo("-: the run ended early, or met other impacts than the reference")
     print_grounds(parting, reference)
     typer.echo(f"written: {table}, {picture}")
     if model.dof == 0 and all(one.worst <= error for one in measured if one.drift == "projected"):

@@ -84,7 +84,7 @@ def price_gradient(
         f"derived: {rows} coordinates at t = {end:g} s by {count} numbers of "
         f"{', '.join(columns.names[:6])}{', …' if len(columns.names) > 6 else ''}"
     )
-    typer.echo(f"reference: {reference.text} differ from it by {reference.doubt:.1e}: smaller errors mean nothing")
+    typer.echo(f"reference: {reference.text} {reference.doubt:.1e}: smaller errors mean nothing")
     typer.echo(f"written: {table}, {picture}")
     for line in advice(measured, rtol):
         typer.echo(line)

@@ -8,9 +8,11 @@ rounding alone would spoil the comparison, it is made earlier.
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import zip_longest
 
 import numpy as np
 
@@ -99,6 +101,34 @@ def errors(run: Run, wanted: Run) -> tuple[float, float]:
     return float(np.max(np.abs(_poses(run)[-1] - _poses(wanted)[-1]))), max(late, default=0.0)
 
 
+def parted_at(run: Run, wanted: Run) -> tuple[float, str] | None:
+    """When (s) two runs first meet other impacts, and the sentence that tells it; ``None`` where they do not."""
+    for mine, others in zip_longest(_strikes(run), _strikes(wanted)):
+        if mine is not None and others is not None and mine.contacts == others.contacts:
+            continue
+        told = (_impact_told(mine, run), _impact_told(others, wanted))
+        return min(one.t for one in (mine, others) if one is not None), ", ".join(told)
+    return None
+
+
+def _impact_told(impact: Impact | None, run: Run) -> str:
+    """An impact of a run with its number in the table of all, from 1."""
+    if impact is None:
+        return f"{run.method} has no further one"
+    number = next(k for k, one in enumerate(run.impacts, 1) if one is impact)
+    return f"impact {number} of {run.method} is of {_named(impact)} at t = {impact.t:.9g} s"
+
+
+def _named(impact: Impact) -> str:
+    return " and ".join(f"{name} on {side}" if side else name for name, side in impact.contacts)
+
+
+def _before(t: float) -> float:
+    """A time (s) of three digits before a positive one."""
+    unit = 10.0 ** (math.floor(math.log10(t)) - 2)
+    return float(f"{math.floor(0.999 * t / unit) * unit:.3g}")
+
+
 def _poses(run: Run) -> FloatArray:
     model = run.model
     assert isinstance(model, Model)
@@ -166,17 +196,30 @@ def refer(model: Model, until: float) -> Reference:
     for method, rtol in GROUNDS[model.precision]:
         runs = list(_until_one_succeeds(_tighter(model, until, method, rtol)))
         if not runs[-1].success:
-            raise ValueError(f"{model.name}: no reference: {runs[-1].message}; choose an earlier end")
+            raise ValueError(f"{model.name}: no reference: {runs[-1].message}; choose an earlier end: --until")
         best.append(runs[-1])
         reached.append(rtol * 10 ** (len(runs) - 1))
     first, second = best
     doubt = max(errors(second, first))
     if doubt > LARGEST_DOUBT:
-        raise ValueError(
-            f"{model.name}: no reference: {first.method} and {second.method} differ by {doubt:.1e} at t = {until:g} s; "
-            "choose an earlier end"
-        )
+        raise ValueError(f"{model.name}: no reference: {_disagreement(first, second, doubt)}")
     return Reference(first, second, doubt, *reached)
+
+
+def _disagreement(first: Run, second: Run, doubt: float) -> str:
+    """In what two runs that should be the same differ, and what to try."""
+    parted = parted_at(first, second)
+    if parted is None:
+        return (
+            f"{first.method} and {second.method} differ by {doubt:.1e} at t = {first.t[-1]:g} s; choose an earlier "
+            "end: --until"
+        )
+    t, told = parted
+    earlier = f", as --until {_before(t):g}" if t > 0.0 else ": --until"
+    return (
+        f"{first.method} and {second.method} meet other impacts, although both are as exact as they get: {told}; from "
+        f"there on rounding decides, as where bounces accumulate. Choose an end before it{earlier}"
+    )
 
 
 def _until_one_succeeds(runs: Iterable[Run]) -> Iterator[Run]:

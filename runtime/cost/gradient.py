@@ -36,16 +36,24 @@ NOTHING = 1e-9
 """A column whose largest number is below this is looked at as it is, not in parts of that."""
 WAYS = ("one-sided", "central", "tangent", "adjoint")
 DIFFERENCES = WAYS[:2]
+NAMED = 4
+"""As many names a sentence has at most."""
 
 
 @dataclass(frozen=True)
 class Derivatives:
-    """Derivatives that are better than what is measured, (coordinates, columns), by how much others differ, and what
-    both are."""
+    """Derivatives that are better than what is measured, (coordinates, columns), by how much other ones differ from
+    each column, (columns,), and what both are."""
 
     jacobian: FloatArray
-    doubt: float
+    doubts: FloatArray
     text: str
+    """A sentence that goes on with the doubt."""
+
+    @property
+    def doubt(self) -> float:
+        """The largest of all columns."""
+        return float(np.max(self.doubts))
 
 
 @dataclass(frozen=True)
@@ -88,8 +96,13 @@ def columns_of(model: Model, until: float) -> Columns:
 
 def relative(found: FloatArray, wanted: FloatArray) -> float:
     """The largest error of a column in parts of its largest number."""
+    return float(np.max(of_columns(found, wanted)))
+
+
+def of_columns(found: FloatArray, wanted: FloatArray) -> FloatArray:
+    """The error of each column in parts of its largest number."""
     size = np.max(np.abs(wanted), axis=0)
-    return float(np.max(np.max(np.abs(found - wanted), axis=0) / np.where(size > NOTHING, size, 1.0)))
+    return np.asarray(np.max(np.abs(found - wanted), axis=0) / np.where(size > NOTHING, size, 1.0))
 
 
 def sizes_of(arguments: Arguments) -> FloatArray:
@@ -103,30 +116,42 @@ def refer(model: Model, wide: Model | None, names: Sequence[str], until: float) 
     Raises ``ValueError`` where a run for it does not reach its end, or has no derivative, and where it cannot be
     trusted, as beside an impact.
     """
-    found = _reference(model, wide, names, until)
+    arguments = arguments_of(model, names, (None, None), None)
+    found = _reference(model, wide, arguments, until)
     if not found.doubt <= LARGEST_DOUBT:
-        raise ValueError(
-            f"{model.name}: no reference: {found.text} differ from it by {found.doubt:.1e} at t = {until:g} s; choose "
-            "another end"
-        )
+        raise ValueError(f"{model.name}: no reference {_doubted(found, arguments, until)}")
     return found
 
 
-def _reference(model: Model, wide: Model | None, names: Sequence[str], until: float) -> Derivatives:
-    arguments = arguments_of(model, names, (None, None), None)
+def _doubted(found: Derivatives, arguments: Arguments, until: float) -> str:
+    """By what there are no derivatives to compare with, how that shows, and what to try."""
+    owners = np.repeat(arguments.names, arguments.sizes)
+    doubted = [name for name in arguments.names if not np.max(found.doubts[owners == name]) <= LARGEST_DOUBT]
+    kept = [name for name in arguments.names if name not in doubted]
+    others = f"leave {'it' if len(doubted) == 1 else 'them'} out, as --by {','.join(kept[:NAMED])}, or " if kept else ""
+    return (
+        f"by {', '.join(doubted[:NAMED])}{', …' if len(doubted) > NAMED else ''} at t = {until:g} s: {found.text} "
+        f"{found.doubt:.1e} of themselves, as where a small change makes other impacts, or moves one past the end; "
+        f"{others}choose another end: --until"
+    )
+
+
+def _reference(model: Model, wide: Model | None, arguments: Arguments, until: float) -> Derivatives:
     if wide is None:
         first, second = (
-            run_function(model, names, "q", until=until, rtol=rtol, method=method).jacobian(arguments.start)
+            run_function(model, arguments.names, "q", until=until, rtol=rtol, method=method).jacobian(arguments.start)
             for method, rtol in (("gauss", 1e-15), ("dop853", 1e-14))
         )
-        text = "derivatives along the run by gauss at rtol 1e-15, in doubles too; those by dop853 at rtol 1e-14"
-        return Derivatives(first, relative(second, first), text)
+        text = (
+            "derivatives along the run by gauss at rtol 1e-15, in doubles too; by dop853 at rtol 1e-14 they change by"
+        )
+        return Derivatives(first, of_columns(second, first), text)
     first, second = (extrapolated(wide, arguments, until, step) for step in (WIDE_STEP, 4.0 * WIDE_STEP))
     text = (
-        f"differences of runs in wide numbers at rtol {WIDE_RTOL:.0e}, extrapolated from three steps; those with steps "
-        "four times as long"
+        f"differences of runs in wide numbers at rtol {WIDE_RTOL:.0e}, extrapolated to steps of zero; from steps four "
+        "times as long they change by"
     )
-    return Derivatives(first, relative(second, first), text)
+    return Derivatives(first, of_columns(second, first), text)
 
 
 def extrapolated(wide: Model, arguments: Arguments, until: float, step: float) -> FloatArray:
@@ -139,7 +164,7 @@ def extrapolated(wide: Model, arguments: Arguments, until: float, step: float) -
         inputs = {name: parts.pop(name) for name in wide.inputs if name in parts}
         run = simulate(wide, q0, u0, until=until, rtol=WIDE_RTOL, params=parts or None, inputs=inputs or None)
         if not run.success:
-            raise ValueError(f"{wide.name}: no reference: {run.message}; choose an earlier end")
+            raise ValueError(f"{wide.name}: no reference: {run.message}; choose an earlier end: --until")
         return run.q[-1]
 
     each = [differences(end, arguments, factor * step) for factor in (1.0, 2.0, 4.0)]

@@ -13,6 +13,7 @@ from .orbit import Orbit, orbit_at
 from .repeats import check_advance
 from .section import RANK, Crossed, Map
 from .tolerance import KNOWN, LESS, tolerance_of
+from .trial import told, why
 
 MOST = 10
 """Steps of Newton's method; from near enough it needs three or four."""
@@ -88,8 +89,7 @@ class Corrector:
         change, value = (guess - last.place)[:-1] * units, self.value_at(guess) if fixed is None else fixed
         reach = FAR * float(np.linalg.norm(guess - last.place))
         for steps in range(MOST):
-            a_map = self._map(value)
-            crossed = a_map.at(*a_map.moved(crossed, change), self.parameter)
+            crossed = self._tried(value, crossed, change, steps)
             place, missed = self._place(value, crossed), float(np.max(np.abs(crossed.rest), initial=0.0))
             off = float(normal @ (place - guess))
             if missed <= enough or (missed <= self.tolerance and not missed < best[0] / LESS):
@@ -105,7 +105,23 @@ class Corrector:
             step = np.linalg.lstsq(rows, -np.append(crossed.rest, off), rcond=RANK)[0]
             change, value = crossed.basis @ step[:-1] + crossed.lift * step[-1], value + float(step[-1])
             value = value if fixed is None else fixed
+            if abs(value - self.value_at(guess)) > reach * self.unit:
+                break
         raise Missed("Newton's method does not converge")
+
+    def _tried(self, value: float, crossed: Crossed, change: FloatArray, steps: int) -> Crossed:
+        """What comes of the state that is (2 n,) away from one, at a value of the parameter, after so many steps.
+        Raises :class:`Missed` with the place where no run can be made there."""
+        n = len(crossed.q)
+        try:
+            a_map = self._map(value)
+            return a_map.at(*a_map.moved(crossed, change), self.parameter)
+        except ValueError as error:
+            model = self.map.model
+            state = told(model, (crossed.q + change[:n], crossed.u + change[n:]))
+            came = f"step {steps} of Newton's method" if steps else "the step along the branch"
+            place = f"{self.parameter} = {value:.9g}, {state}"
+            raise Missed(f"{came} led to {place}, where no run could be made: {why(model, error)}") from error
 
     def _map(self, value: float) -> Map:
         return self.map.of(self.map.model.with_parameters({self.parameter: value}))

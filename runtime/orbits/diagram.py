@@ -16,6 +16,9 @@ from .branch import Branch
 from .values import names_of, shown, unit_of, varied_most
 
 LINE, DOTS, MARK = "#33629b", "#9a9a9a", "#d55e00"
+LARGEST, LEAST, CROWD = 4.0, 1.5, 40.0
+"""Diameter of dots, in points: the largest, seen beside the lines; the least; and that times the root of how many
+columns of them there are, so that many do not run together."""
 MARKS = {"fold": "s", "flip": "^", "Neimark-Sacker": "D", "branch point": "o", "grazing": "X"}
 """How each kind of bifurcation is marked."""
 
@@ -47,14 +50,14 @@ def draw_branches(
     backend.FigureCanvasAgg(figure)
     axes = figure.subplots()
     if settled is not None:
-        axes.plot(*settled, ".", color=DOTS, markersize=1.2, markeredgewidth=0, zorder=1)
-        axes.plot([], [], ".", color=DOTS, markersize=3, label="runs settle")
+        axes.plot(*settled, "o", color=DOTS, markersize=_dot(settled[0]), markeredgewidth=0, zorder=1)
+        axes.plot([], [], "o", color=DOTS, markersize=LARGEST, markeredgewidth=0, label="runs settle")
     for branch in branches:
         _lines(axes, branch, name)
     _marks(axes, branches, name)
     named = dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
     axes.legend(named.values(), named.keys(), fontsize=8, frameon=False)
-    axes.set_xlabel(branches[0].parameter)
+    axes.set_xlabel(f"{branches[0].parameter} [SI units]")
     axes.set_ylabel(f"{name} [{unit_of(name)}] on the section")
     axes.grid(True, color="#e6e6e6", linewidth=0.6)
     axes.spines[["top", "right"]].set_visible(False)
@@ -62,6 +65,11 @@ def draw_branches(
     if target is not None:
         write_whole(target, lambda part: figure.savefig(part, format="png", metadata={"Software": "ccgen"}))
     return figure
+
+
+def _dot(values: FloatArray) -> float:
+    """The diameter of dots over these values of the parameter, in points."""
+    return float(np.clip(CROWD / np.sqrt(max(np.unique(values).size, 1)), LEAST, LARGEST))
 
 
 def _lines(axes: Any, branch: Branch, name: str) -> None:

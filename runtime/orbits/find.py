@@ -17,6 +17,7 @@ from .repeats import check_advance, check_time
 from .section import RANK, Crossed, Map, Section, read_map
 from .shooting import shoot
 from .tolerance import LESS, tolerance_of
+from .trial import trying
 
 
 def find_orbit(
@@ -105,9 +106,10 @@ def _starts(
 def _converged(a_map: Map, start: tuple[FloatArray, FloatArray], tolerance: float, most: int) -> Orbit:
     """Newton's method until what is missed no longer becomes less."""
     best: tuple[float, Crossed] | None = None
-    q, u = a_map.first(*start)
-    for _ in range(most):
-        crossed = a_map.at(q, u)
+    guess = q, u = a_map.first(*start)
+    for step in range(most):
+        with trying(a_map.model, step, guess, (q, u)):
+            crossed = a_map.at(q, u)
         missed = float(np.max(np.abs(crossed.rest)))
         if best is not None and best[0] <= tolerance and not missed < best[0] / LESS:
             break
@@ -116,7 +118,9 @@ def _converged(a_map: Map, start: tuple[FloatArray, FloatArray], tolerance: floa
         if missed == 0.0:
             break
         change = crossed.basis @ np.linalg.lstsq(crossed.moves, -crossed.rest, rcond=RANK)[0]
-        q, u = a_map.moved(crossed, change)
+        n = len(crossed.q)
+        with trying(a_map.model, step + 1, guess, (crossed.q + change[:n], crossed.u + change[n:])):
+            q, u = a_map.moved(crossed, change)
     assert best is not None
     missed, crossed = best
     if missed > tolerance:

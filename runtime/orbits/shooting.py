@@ -16,6 +16,7 @@ from ..simulate import simulate
 from .orbit import Orbit
 from .section import RANK, Crossed, Map, depends_on_time
 from .tolerance import LESS, tolerance_of
+from .trial import trying
 
 State = tuple[FloatArray, FloatArray]
 
@@ -31,8 +32,12 @@ def shoot(a_map: Map, starts: Sequence[State], segments: int, most: int) -> Orbi
     maps, nodes = _parted(a_map, starts, segments)
     best: tuple[float, list[Crossed]] | None = None
     tolerance = tolerance_of(a_map)
-    for _ in range(most):
-        found = [one.at(*node) for one, node in zip(maps, nodes, strict=True)]
+    guess = nodes[0]
+    for step in range(most):
+        found = []
+        for one, node in zip(maps, nodes, strict=True):
+            with trying(a_map.model, step, guess, node):
+                found.append(one.at(*node))
         rest, rows = _system(a_map, found)
         missed = float(np.max(np.abs(rest)))
         if best is not None and best[0] <= tolerance and not missed < best[0] / LESS:
@@ -43,10 +48,12 @@ def shoot(a_map: Map, starts: Sequence[State], segments: int, most: int) -> Orbi
             break
         steps = np.linalg.lstsq(rows, -rest, rcond=RANK)[0]
         ends = np.cumsum([0, *(one.basis.shape[1] for one in found)])
-        nodes = [
-            part.moved(one, one.basis @ steps[first:last])
-            for part, one, first, last in zip(maps, found, ends, ends[1:], strict=False)
-        ]
+        nodes = []
+        for part, crossed, first, last in zip(maps, found, ends, ends[1:], strict=False):
+            change = crossed.basis @ steps[first:last]
+            n = len(crossed.q)
+            with trying(a_map.model, step + 1, guess, (crossed.q + change[:n], crossed.u + change[n:])):
+                nodes.append(part.moved(crossed, change))
     assert best is not None
     missed, found = best
     if missed > tolerance:

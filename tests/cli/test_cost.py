@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 from ccgen.generator import load_scene, loop
 from ccgen.generator.cli.app import app
 from ccgen.runtime import methods, simulate
-from ccgen.runtime.cost.accuracy import Measured, compare, errors, growth, measure, recommend, refer
+from ccgen.runtime.cost.accuracy import Measured, compare, errors, growth, measure, parted_at, recommend, refer
 from ccgen.runtime.precision import wider
 
 from ..support.folders import SCENES
@@ -59,6 +59,48 @@ def test_other_impacts_are_another_motion(workshop: Workshop) -> None:
     whole, part = simulate(model, until=0.9), simulate(model, until=0.5)
     assert errors(part, whole) == (np.inf, np.inf)
     assert errors(whole, whole) == (0.0, 0.0)
+
+
+BOX = """
+name = "cost-box"
+[[link]]
+name = "box"
+rod = [{ mass = 1, between = ["A", "B"] }, { mass = 1, between = ["B", "C"] }, { mass = 1, between = ["C", "A"] }]
+points = { A = [0, 0], B = [0.4, 0], C = [0.4, 0.3] }
+[start]
+position = [0, 0.2]
+velocity = [1.5, 0]
+angular_velocities = [-6]
+[gravity]
+g = 10
+[[ground]]
+restitution = 0.4
+friction = 0.6
+contacts = ["box.A", "box.B", "box.C"]
+"""
+
+
+def test_the_first_other_impact_is_told(workshop: Workshop) -> None:
+    model = workshop.model(BOX)
+    longer = simulate(model, until=1.0)
+    first, second = longer.impacts[0].t, longer.impacts[1].t
+    shorter = simulate(model, until=(first + second) / 2.0)
+    assert parted_at(longer, longer) is None
+    t, told = parted_at(longer, shorter) or (0.0, "")
+    (contact,) = longer.impacts[1].contacts
+    assert t == second
+    assert told == f"impact 2 of gauss is of {contact[0]} on ground_0 at t = {t:.9g} s, gauss has no further one"
+
+
+def test_runs_that_meet_other_impacts_are_no_reference(workshop: Workshop) -> None:
+    """Where bounces of a corner accumulate rounding decides which is the last; the end that is suggested is before."""
+    model = workshop.model(BOX)
+    with pytest.raises(ValueError, match=r"gauss and dop853 meet other impacts.* is of box") as caught:
+        refer(model, 3.0)
+    end = float(str(caught.value).rpartition("as --until ")[2])
+    assert 0.0 < end < 3.0
+    assert refer(model, end).doubt <= 1e-6
+    assert len(simulate(model, until=end).impacts) >= 2
 
 
 def test_neighbours_of_a_regular_motion_part_slowly(pendulum: Any) -> None:

@@ -10,6 +10,7 @@ import pytest
 from scipy.optimize import brentq
 
 from ccgen.runtime import Branch, continue_orbit, double_period, find_orbit
+from ccgen.runtime.orbits.diagram import draw_branches
 
 from ..oracles.bouncing_table import BouncingTable
 from ..support.shaken_table import RADIUS, SHAKEN, TABLE, G
@@ -82,6 +83,18 @@ def test_why_a_branch_ends(branch: Branch) -> None:
     # the phase of the stable orbit comes to that at which the run begins
     at_start = brentq(lambda e: table(e).phase - PHASE, 0.5, 0.7, xtol=1e-15)
     assert branch.values[-1] == pytest.approx(at_start, abs=1e-5)
+
+
+@pytest.mark.parametrize("columns", [2, 100])
+def test_dots_of_settled_runs_show_beside_the_lines(columns: int, branch: Branch) -> None:
+    """On a branch that is stable they lie under its line, and have to be wider."""
+    dots = np.linspace(0.3, 0.8, columns), np.full(columns, 0.9)
+    axes = draw_branches([branch], settled=dots).axes[0]
+    drawn = next(line for line in axes.lines if len(line.get_xdata()) == columns and line.get_linestyle() == "None")
+    assert drawn.get_markersize() > 2.0 * max(
+        line.get_linewidth() for line in axes.lines if line.get_marker() == "None"
+    )
+    assert axes.get_xlabel() == f"{RESTITUTION} [SI units]"
 
 
 def test_the_doubled_branch(branch: Branch) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from typing import Any
 
 import numpy as np
@@ -149,6 +150,29 @@ def test_a_mass_that_bounces_off_a_wall_from_any_start(start: float, workshop: W
     assert found.period == pytest.approx(math.pi / math.sqrt(8.0 / 2.0), abs=1e-9)
     assert found.multipliers == pytest.approx([1.0], abs=1e-9)
     assert abs(found.u[0]) == pytest.approx(2.0 * (0.1 - start), abs=1e-9)
+
+
+STRUCK = SWING.format(
+    more="[[ground]]\nname = 'anvil'\npoint = [0.05, 0]\nnormal = [-1, 0]\nrestitution = 0.7\ncontacts = ['mass.C']"
+)
+"""With a wall 5 cm ahead of where the mass rests."""
+
+
+def test_a_state_of_the_search_is_not_the_users(workshop: Workshop) -> None:
+    """A step of Newton's method that leads into the wall tells the guess, where it led, and by how much that is
+    inside; the guess itself may well be outside."""
+    model = workshop.model(STRUCK, derivatives=True)
+    guess = [-0.38], [-2.1]
+    with pytest.raises(ValueError, match=r"from the guess guide\.slide = -0\.38 m, ") as caught:
+        find_orbit(model, *guess, section=PERIOD)
+    text = str(caught.value)
+    led = re.search(r"step (\d+) of Newton's method led to guide.slide = (\S+) m, guide.slide_rate", text)
+    inside = re.search(r"the start has mass.C inside anvil by (\S+) m; begin nearer to the motion", text)
+    assert led and inside and int(led[1]) >= 1
+    assert float(led[2]) - 0.05 == pytest.approx(float(inside[1]), rel=1e-4)
+    assert "move the start" not in text
+    with pytest.raises(ValueError, match="raise or move the start"):  # this one is the user's
+        find_orbit(model, [0.06], [0.0], section=PERIOD)
 
 
 def test_a_contact_section_needs_a_model_without_time(workshop: Workshop) -> None:
