@@ -98,8 +98,32 @@ class Kernels:
         P: Array,
         by: dict[str, Array],
         blocks: int,
+        columns: NDArray[np.intp] | None = None,
     ) -> Array | None: ...
-    def collocate(self, h: Array, A: Array, twice: Array, J: Array) -> Array: ...
+    def jacobians(
+        self,
+        q: Array,
+        u: Array,
+        t: Array,
+        held: Sequence[tuple[int, str, float]],
+        by: dict[str, tuple[int, Array]],
+        whole: dict[str, Array],
+        still: dict[str, Array],
+        blocks: int,
+        columns: NDArray[np.intp],
+    ) -> tuple[Array, Array, dict[int, str], bool]: ...
+    def collocated(
+        self,
+        steps: Sequence[Array],
+        held: Sequence[tuple[int, str, float]],
+        c: Array,
+        A: Array,
+        twice: Array,
+        many: int,
+        small: float,
+        stays: float,
+    ) -> tuple[Array, NDArray[np.bool_], tuple[float, str] | None]: ...
+    def collocate(self, h: Array, c: Array, A: Array, twice: Array, J: Array) -> Array: ...
     def responses(self, q: Array) -> tuple[Array, dict[int, str]]: ...
     def repeat_jacobian(
         self, q: Array, u: Array, t: float, by: dict[str, tuple[int, Array]], blocks: int, calls: int

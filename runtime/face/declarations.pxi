@@ -148,7 +148,35 @@ cdef extern from *:
                               const directions *along, real *tangents, real *miss) nogil
     void collocate_tangents(int n, int stages, int width, real h, const real *A, const real *twice, const real *J,
                             real *K) nogil
+    void tangents_at_start(int n, int stages, int width, real h, const real *c, real *J) nogil
     int impulse_tangents(system *s, const real *q, int blocks, const real *right, real *tangents) nogil
+    struct pushed:
+        real t
+        const real *q
+        const real *u
+        const real *u_dot
+        const real *lambda_ "lambda"
+        const real *push
+    struct whole_directions:
+        const directions *along
+        ccgen_arguments all, still
+    int held_tangents(system *s, const pushed *at, held chosen, const whole_directions *by, real *tangents, int *sure) nogil
+    struct tableau:
+        int stages
+        const real *c
+        const real *A
+        const real *twice
+    struct sweeping:
+        int many
+        real small, stays
+    struct stride:
+        real t, h
+        const real *q
+        const real *u
+        const real *q1
+        const real *u1
+    int collocate_motion(system *s, held chosen, const tableau *g, sweeping end, const stride *step, real *W, int *met,
+                         real *when) nogil
     real rounding_of_acceleration(system *s, real t, const real *q, const real *u, real *whole) nogil
 
 cdef extern from *:

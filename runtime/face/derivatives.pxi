@@ -1,5 +1,16 @@
 # Derivatives of a model's functions along directions, in blocks of lanes.
 
+cdef void take_columns(const real *tangents, Py_ssize_t rows, Py_ssize_t every, Py_ssize_t lanes, Py_ssize_t count,
+                       const Py_ssize_t *columns, real *out) noexcept nogil:
+    """The first rows of blocks (.., every, lanes), (rows, count): of lanes of all blocks by number."""
+    cdef Py_ssize_t i, j
+    cdef const real *column
+    for j in range(count):
+        column = tangents + columns[j] // lanes * every * lanes + columns[j] % lanes
+        for i in range(rows):
+            out[i * count + j] = column[i * lanes]
+
+
 cdef class Differentiating(Contacting):
     """A model's kernels and their derivatives."""
 
@@ -85,19 +96,9 @@ cdef class Differentiating(Contacting):
                 without[i] = OUTCOMES[outcome]
         return found, missed, without
 
-    def tangents(self, str name, const real[:, ::1] q, const real[:, ::1] u, t, const real[:, ::1] u_dot,
-                 const real[:, ::1] multipliers, const real[:, ::1] P, dict by, int blocks):
-        """Tangents (b, blocks, outputs, lanes) of the function ``name`` at states, along directions ``by`` that are the same
-        for all; None where it does not move."""
-        cdef const ccgen_named_tangent *function = find_tangent(self.m, name.encode())
-        cdef list kept = []
-        cdef ccgen_arguments at, moved
-        cdef real[:, :, :, ::1] out
-        cdef Py_ssize_t i, b = q.shape[0]
-        cdef _Times times = _Times(t, b)
-        cdef real now
-        if function is NULL:
-            return None
+    cdef ccgen_arguments _whole(self, dict by, int blocks, Py_ssize_t contacts, list kept) except *:
+        """Directions (blocks, size, lanes) in all arguments of a function; of the contacts' forces as many as there are."""
+        cdef ccgen_arguments moved
         moved.k = self._given_directions(by, "k", blocks, self.m.constants, kept)
         moved.q = self._given_directions(by, "q", blocks, self.m.nu, kept)
         moved.u = self._given_directions(by, "u", blocks, self.m.nu, kept)
@@ -105,10 +106,33 @@ cdef class Differentiating(Contacting):
         moved.inputs = self._given_directions(by, "inputs", blocks, self.m.inputs, kept)
         moved.u_dot = self._given_directions(by, "u_dot", blocks, self.m.nu, kept)
         moved.multipliers = self._given_directions(by, "multipliers", blocks, self.m.rows, kept)
-        moved.P = self._given_directions(by, "P", blocks, P.shape[1], kept)
+        moved.P = self._given_directions(by, "P", blocks, contacts, kept)
         moved.f = moved.y = NULL
-        found = empty((b, blocks, function.outputs, self.m.derivatives.lanes))
+        return moved
+
+    def tangents(self, str name, const real[:, ::1] q, const real[:, ::1] u, t, const real[:, ::1] u_dot,
+                 const real[:, ::1] multipliers, const real[:, ::1] P, dict by, int blocks, columns=None):
+        """Tangents (b, blocks, outputs, lanes) of the function ``name`` at states, along directions ``by`` that are the same
+        for all; or those of the ``columns``, lanes of all blocks by number, (b, outputs, columns). None where it does not
+        move."""
+        cdef const ccgen_named_tangent *function = find_tangent(self.m, name.encode())
+        cdef list kept = []
+        cdef ccgen_arguments at, moved
+        cdef real[:, :, :, ::1] out
+        cdef real[:, :, ::1] chosen
+        cdef const Py_ssize_t[::1] which
+        cdef Py_ssize_t i, b = q.shape[0]
+        cdef _Times times = _Times(t, b)
+        cdef real now
+        if function is NULL:
+            return None
+        moved = self._whole(by, blocks, P.shape[1], kept)
+        found = empty((b if columns is None else min(b, 1), blocks, function.outputs, self.m.derivatives.lanes))
         out = found
+        if columns is not None:
+            which = columns
+            taken = empty((b, function.outputs, which.shape[0]))
+            chosen = taken
         at.k = &self.k[0]
         at.f = at.y = NULL
         for i in range(b if blocks and function.outputs else 0):
@@ -116,8 +140,81 @@ cdef class Differentiating(Contacting):
             at.q, at.u, at.t = &q[i, 0], &u[i, 0], &now
             at.inputs = self._given(now, &q[i, 0], &u[i, 0])
             at.u_dot, at.P, at.multipliers = &u_dot[i, 0], &P[i, 0], &multipliers[i, 0]
-            function.function(&at, &moved, blocks, &out[i, 0, 0, 0])
-        return found
+            function.function(&at, &moved, blocks, &out[i if columns is None else 0, 0, 0, 0])
+            if columns is not None and which.shape[0]:
+                take_columns(&out[0, 0, 0, 0], function.outputs, function.outputs, self.m.derivatives.lanes,
+                             which.shape[0], &which[0], &chosen[i, 0, 0])
+        return found if columns is None else taken
+
+    def jacobians(self, q, u, t, held, dict by, dict whole, dict still, int blocks, const Py_ssize_t[::1] columns):
+        """Accelerations (b, n) and their derivatives (b, n, columns) with contacts ``held``, at states of as many times, along
+        directions: those of ``acceleration_tangents``, all as ``whole`` blocks, and these but for u. Behind them by state the
+        outcome where there are none, and whether all are sure: those of states whose rows may depend on each other are not."""
+        cdef const real[:, ::1] places = q, rates = u, of_rates, multipliers, pushes
+        cdef const real[::1] times = t
+        cdef Py_ssize_t i, b = places.shape[0], n = self.m.nu, lanes = self.m.derivatives.lanes
+        cdef list kept = []
+        cdef directions along = self._along(by, blocks, kept)
+        cdef whole_directions every
+        cdef _Chosen these = _Chosen(held)
+        cdef int outcome = 0, sure = 1
+        found, without = empty((b, n, columns.shape[0])), {}
+        if held:
+            u_dot, lambdas, forces, _, _, trouble = self.motion(q, u, t, held)
+            without = {trouble[0]: trouble[1]} if trouble else {}
+            pushes = forces
+        else:
+            u_dot, lambdas, without = self.acceleration(q, u, t)
+        if without:
+            return u_dot, found, without, True
+        of_rates, multipliers = u_dot, np.ascontiguousarray(lambdas)
+        every.along = &along
+        every.all = self._whole(whole, blocks, max(self.m.contacts, 1), kept)
+        every.still = self._whole(still, blocks, max(self.m.contacts, 1), kept)
+        cdef _Memory memory = _Memory()
+        cdef system s = self._system(memory)
+        cdef real[::1] tangents = empty(blocks * (n + self.m.rows) * lanes)
+        cdef real[:, :, ::1] out = found
+        cdef pushed at
+        for i in range(b if columns.shape[0] else 0):
+            at.t, at.q, at.u, at.u_dot = times[i], &places[i, 0], &rates[i, 0], &of_rates[i, 0]
+            at.lambda_ = &multipliers[i, 0] if self.m.rows else NULL
+            at.push = &pushes[i, 0] if held else NULL
+            outcome = held_tangents(&s, &at, these.given, &every, &tangents[0], &sure)
+            if outcome:
+                return u_dot, found, {i: OUTCOMES[outcome]}, True
+            if not sure:
+                break
+            take_columns(&tangents[0], n, n + self.m.rows, lanes, columns.shape[0], &columns[0], &out[i, 0, 0])
+        return u_dot, found, {}, bool(sure)
+
+    def collocated(self, steps, held, const real[::1] c, const real[:, ::1] A, const real[:, ::1] twice, int many, real small,
+                   real stays):
+        """Accelerations (k, stages, n) at the nodes of ``steps`` t, h (k,), q, u, q1, u1 (k, n) with contacts ``held``, and
+        which steps (k,) have them: those whose sweeps contract. The time and the outcome where a state has none.
+        See collocate_motion."""
+        cdef const real[::1] t, h
+        cdef const real[:, ::1] q, u, q1, u1
+        t, h, q, u, q1, u1 = steps
+        cdef Py_ssize_t i, k = t.shape[0]
+        cdef tableau g
+        cdef sweeping end
+        cdef stride step
+        cdef int outcome
+        cdef real when = 0.0
+        g.stages, g.c, g.A, g.twice = c.shape[0], &c[0], &A[0, 0], &twice[0, 0]
+        end.many, end.small, end.stays = many, small, stays
+        cdef _Chosen these = _Chosen(held)
+        cdef _Memory memory = _Memory()
+        cdef system s = self._system(memory)
+        cdef real[:, :, ::1] W = empty((k, g.stages, self.m.nu))
+        cdef int[::1] met = np.zeros(k + 1, dtype=np.int32)
+        for i in range(k):
+            step.t, step.h, step.q, step.u, step.q1, step.u1 = t[i], h[i], &q[i, 0], &u[i, 0], &q1[i, 0], &u1[i, 0]
+            outcome = collocate_motion(&s, these.given, &g, end, &step, &W[i, 0, 0], &met[i], &when)
+            if outcome:
+                return np.asarray(W), np.asarray(met)[:k] != 0, (when, OUTCOMES[outcome])
+        return np.asarray(W), np.asarray(met)[:k] != 0, None
 
     def responses(self, const real[:, ::1] q):
         """Jumps and impulses (b, n + rows, n + rows) by unit generalized impulses and by unit closure rates, driven joints
@@ -140,14 +237,17 @@ cdef class Differentiating(Contacting):
                 without[i] = OUTCOMES[outcome]
         return found.transpose(0, 2, 1, 3).reshape(b, every, blocks * lanes)[:, :, :every], without
 
-    def collocate(self, const real[::1] h, const real[:, ::1] A, const real[:, ::1] twice, const real[:, :, :, ::1] J):
-        """Matrices (k, stages n, stages n) of the collocated tangents of k steps, transposed; see collocate_tangents."""
+    def collocate(self, const real[::1] h, const real[::1] c, const real[:, ::1] A, const real[:, ::1] twice,
+                  real[:, :, :, ::1] J):
+        """Matrices (k, stages n, stages n) of the collocated tangents of k steps, transposed; and J (k, stages, n, columns),
+        whose first 2 n columns are by q and u at the nodes, becomes what is by those at the start. See collocate_tangents."""
         cdef Py_ssize_t i, k = J.shape[0], size = J.shape[1] * J.shape[2]
         found = empty((k, size, size))
         cdef real[:, :, ::1] out = found
         for i in range(k if size else 0):
             collocate_tangents(J.shape[2], J.shape[1], J.shape[3], h[i], &A[0, 0], &twice[0, 0], &J[i, 0, 0, 0],
                                &out[i, 0, 0])
+            tangents_at_start(J.shape[2], J.shape[1], J.shape[3], h[i], &c[0], &J[i, 0, 0, 0])
         return found
 
     def repeat_jacobian(self, const real[::1] q, const real[::1] u, real t, dict by, int blocks, long calls):

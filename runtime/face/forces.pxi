@@ -1,5 +1,23 @@
 # What contacts do to motions and jumps.
 
+@cython.final
+cdef class _Chosen:
+    """Contacts that are held, of each its number, how, and its share of friction; those that a run would hold where it is None."""
+
+    cdef held given
+    cdef int[::1] contacts
+    cdef signed char[::1] mode
+    cdef real[::1] weight
+
+    def __cinit__(self, chosen):
+        cdef list pushing = [one for one in chosen or () if one[1] != "carried"]
+        self.contacts = np.array([*(one[0] for one in pushing), 0], dtype=np.int32)
+        self.mode = np.array([*(MODE_NUMBERS[one[1]] for one in pushing), 0], dtype=np.int8)
+        self.weight = np.array([*(one[2] for one in pushing), 1.0], dtype=REAL)
+        self.given.count = -1 if chosen is None else <int>len(pushing)
+        self.given.set, self.given.mode, self.given.weight = &self.contacts[0], &self.mode[0], &self.weight[0]
+
+
 cdef class Contacting(Evaluations):
     """A model's kernels, and the forces of its contacts."""
 
@@ -35,10 +53,7 @@ cdef class Contacting(Evaluations):
         cdef real[:, ::1] out = empty((b, n)), forces = empty((b, rows)), push = empty((b, max(pushes, 1)))
         cdef real[:, ::1] reactions = empty((b, max(carried, 1))), told = empty((b, max(self.m.told, 1)))
         cdef real[::1] times = np.ascontiguousarray(np.atleast_1d(t), dtype=REAL), inputs = np.array(self.inputs)
-        cdef list pushing = [one for one in chosen or () if one[1] != "carried"]
-        cdef int[::1] contacts = np.array([*(one[0] for one in pushing), 0], dtype=np.int32)
-        cdef signed char[::1] mode = np.array([*(MODE_NUMBERS[one[1]] for one in pushing), 0], dtype=np.int8)
-        cdef real[::1] weight = np.array([*(one[2] for one in pushing), 1.0], dtype=REAL)
+        cdef _Chosen these = _Chosen(chosen)
         cdef real[:, ::1] holding
         cdef const real *holds = NULL
         if self.m.latches and latched is not None and b:
@@ -46,20 +61,17 @@ cdef class Contacting(Evaluations):
             if <size_t>holding.shape[0] != b or holding.shape[1] != self.m.latches:
                 raise ValueError(f"found {np.shape(latched)} values that effects hold, expected {(b, self.m.latches)}")
             holds = &holding[0, 0]
-        cdef held given
         cdef obstruction found
         cdef int outcome = 0
         cdef _Memory memory = _Memory()
         cdef system s = self._system(memory)
-        given.count = -1 if chosen is None else <int>len(pushing)
-        given.set, given.mode, given.weight = &contacts[0], &mode[0], &weight[0]
         every = 1 if times.shape[0] == <Py_ssize_t>b and b > 1 else 0
         s.inputs = &inputs[0]
         if supply is not None:
             supply.attach(&s)
         if b:
             with nogil:
-                outcome = held_forces(&s, b, every, &times[0], &q[0, 0], &u[0, 0], holds, given, &out[0, 0], &forces[0, 0],
+                outcome = held_forces(&s, b, every, &times[0], &q[0, 0], &u[0, 0], holds, these.given, &out[0, 0], &forces[0, 0],
                                       &push[0, 0], &reactions[0, 0], &told[0, 0], &found)
         if supply is not None and supply.error is not None:
             raise supply.error

@@ -41,6 +41,11 @@ class Directions:
         return dict(self._whole)
 
     @cached_property
+    def still(self) -> dict[str, FloatArray]:
+        """The same where u is held."""
+        return {name: self.zeros[name] if name == "u" else part for name, part in self._whole.items()}
+
+    @cached_property
     def _whole(self) -> dict[str, FloatArray]:
         found = {}
         for name, (first, part) in self.by.items():
@@ -52,10 +57,11 @@ class Directions:
         """(…, outputs, columns) of tangents (…, blocks, outputs, lanes)."""
         side_by_side = np.moveaxis(tangents, -2, -3)
         flat = side_by_side.reshape(*side_by_side.shape[:-2], -1)
-        return np.take(flat, self._chosen, axis=-1)
+        return np.take(flat, self.chosen, axis=-1)
 
     @cached_property
-    def _chosen(self) -> IntArray:
+    def chosen(self) -> IntArray:
+        """The columns among the lanes of all blocks."""
         return np.array(self.columns, dtype=np.intp)
 
 

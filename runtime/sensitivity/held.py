@@ -81,6 +81,19 @@ def jacobians(
     model: Model, moving: Moving, held: Held, t: FloatArray, q: FloatArray, u: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Accelerations (b, n) and their derivatives (b, n, D) by q, u and the arguments, under the inputs that are set."""
+    along = moving.directions
+    u_dot, found, without, sure = model.kernels.jacobians(
+        q, u, t, held, along.by, along.whole(), along.still, along.blocks, along.chosen
+    )
+    if without:
+        raise _none(model, t, without)
+    return (u_dot, found) if sure else _of_dependent(model, moving, held, t, q, u)
+
+
+def _of_dependent(
+    model: Model, moving: Moving, held: Held, t: FloatArray, q: FloatArray, u: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """The same where rows of closure or of contacts may depend on each other."""
     u_dot, multipliers, pushes = accelerations(model, held, t, q, u)
     along = moving.directions
     tangents, missed, without = model.kernels.acceleration_tangents(q, u, t, u_dot, multipliers, along.by, along.blocks)
@@ -197,9 +210,14 @@ def _check_friction(at: Places, contact: int, P: FloatArray, F: FloatArray, rati
 
 def _none(model: Compiled, t: FloatArray, without: dict[int, str]) -> ValueError:
     state = min(without)
+    return no_accelerations(model, float(t[state]), without[state])
+
+
+def no_accelerations(model: Compiled, t: float, outcome: str) -> ValueError:
+    """That a run has no derivatives where there are no accelerations."""
     return ValueError(
-        f"{model.name}: found no accelerations at t = {float(t[state]):.9g} s ({without[state].replace('_', ' ')}); "
-        "runs have no derivatives there"
+        f"{model.name}: found no accelerations at t = {t:.9g} s ({outcome.replace('_', ' ')}); runs have no "
+        "derivatives there"
     )
 
 

@@ -96,8 +96,10 @@ class Places:
         if multipliers is not None:
             held[:, :-1] = multipliers
         pushes = np.zeros((b, max(len(model.contacts), 1))) if P is None else P
-        found = model.kernels.tangents(of, self.q, u, self.t, np.zeros((b, n)), held, pushes, given, along.blocks)
-        tangents = np.zeros((b, size, len(along.columns))) if found is None else np.asarray(along.result(found))
+        found = model.kernels.tangents(
+            of, self.q, u, self.t, np.zeros((b, n)), held, pushes, given, along.blocks, along.chosen
+        )
+        tangents = np.zeros((b, size, len(along.columns))) if found is None else found
         if self.known is not None:
             for i in range(b):
                 rest = (None if one is None else one[i] for one in (P, multipliers))

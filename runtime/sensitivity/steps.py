@@ -18,7 +18,7 @@ from ..arrays import FloatArray
 from ..model.forces import Held
 from ..model.model import Model
 from ..model.thresholds import characteristic_time
-from .held import accelerations, jacobians
+from .held import accelerations, jacobians, no_accelerations
 from .moving import Moving, moving_of
 
 STAGES = 8
@@ -160,40 +160,13 @@ def _composed(first: FloatArray, then: FloatArray) -> FloatArray:
 
 def _stages(model: Model, held: Held, steps: Steps) -> FloatArray:
     """Accelerations (k, s, n) at the nodes; not a number where none are found."""
-    at_start = accelerations(model, held, steps.t, steps.q, steps.u)[0]
-    at_end = accelerations(model, held, steps.t + steps.h, steps.q1, steps.u1)[0]
-    W = _guess(steps, at_start, at_end)
-    found = np.full_like(W, np.nan)
-    left, part = np.arange(len(W)), steps
-    size, before = np.max(np.abs(W), axis=(1, 2)), np.full(len(W), np.inf)
-    for sweep in range(SWEEPS):
-        new = _at_nodes(model, held, part, W)
-        change = np.max(np.abs(new - W), axis=(1, 2))
-        size = np.maximum(size, np.max(np.abs(new), axis=(1, 2)))
-        done = (change <= SMALL * size) | ((change <= STAYS * size) & (change >= 0.5 * before))
-        wild = ~np.isfinite(change) | ((sweep > 4) & (change > before) & (change > STAYS * size))
-        found[left[done & ~wild]] = new[done & ~wild]
-        on = ~(done | wild)
-        if not on.any():
-            break
-        if not on.all():
-            left, part, new, size, change = left[on], part.some(on), new[on], size[on], change[on]
-        W, before = new, change
-    for i in np.flatnonzero(~np.isfinite(found).all(axis=(1, 2))):
-        found[i] = _by_newton(model, held, steps.some(np.array([i])), at_start[i], at_end[i])
+    g = gauss()
+    found, met, without = model.kernels.collocated(steps, held, g.c, g.A, g.twice, SWEEPS, SMALL, STAYS)
+    if without:
+        raise no_accelerations(model, *without)
+    for i in np.flatnonzero(~met):
+        found[i] = _by_newton(model, held, steps.some(np.array([i])))
     return found
-
-
-def _guess(steps: Steps, at_start: FloatArray, at_end: FloatArray) -> FloatArray:
-    """Accelerations (k, s, n) at the nodes to begin with: those of rates that are a polynomial of degree 4, with these
-    accelerations at both ends, and lead from one place to the next."""
-    h, x = steps.h[:, None], gauss().c[:, None]
-    mean, change = (steps.q1 - steps.q) / h, steps.u1 - steps.u
-    ends = h / 12.0 * (at_start - at_end) + 0.5 * (steps.u + steps.u1)
-    of_change, of_start, of_end = 6.0 * x * (1.0 - x), 3.0 * x**2 - 4.0 * x + 1.0, 3.0 * x**2 - 2.0 * x
-    bump = 60.0 * x * (1.0 - x) * (1.0 - 2.0 * x)
-    found = of_change * (change / h)[:, None] + of_start * at_start[:, None] + of_end * at_end[:, None]
-    return np.asarray(found + bump * ((mean - ends) / h)[:, None])
 
 
 def _nodes(steps: Steps, W: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -206,17 +179,12 @@ def _nodes(steps: Steps, W: FloatArray) -> tuple[FloatArray, FloatArray, FloatAr
     return t, np.ascontiguousarray(q.reshape(-1, n)), np.ascontiguousarray(u.reshape(-1, n))
 
 
-def _at_nodes(model: Model, held: Held, steps: Steps, W: FloatArray) -> FloatArray:
-    t, q, u = _nodes(steps, W)
-    if not np.isfinite(q).all():
-        return np.full_like(W, np.nan)
-    return accelerations(model, held, t, q, u)[0].reshape(W.shape)
-
-
-def _by_newton(model: Model, held: Held, step: Steps, start: FloatArray, end: FloatArray) -> FloatArray:
+def _by_newton(model: Model, held: Held, step: Steps) -> FloatArray:
     """The same of one stiff step, by Newton's method with exact derivatives at all nodes; not numbers where it
     fails."""
-    g, n = gauss(), len(start)
+    g, n = gauss(), step.q.shape[1]
+    start = accelerations(model, held, step.t, step.q, step.u)[0]
+    end = accelerations(model, held, step.t + step.h, step.q1, step.u1)[0]
     W = (start + g.c[:, None] * (end - start))[None]
     states, before = moving_of(model, "q0"), np.inf  # by q and u alone
     for _ in range(NEWTON):
@@ -224,7 +192,7 @@ def _by_newton(model: Model, held: Held, step: Steps, start: FloatArray, end: Fl
         if not (np.isfinite(q).all() and np.isfinite(u).all()):
             return np.full_like(W[0], np.nan)
         u_dot, J = jacobians(model, states, held, t, q, u)
-        K = model.kernels.collocate(step.h, g.A, g.twice, np.ascontiguousarray(J).reshape(1, STAGES, n, -1))
+        K = model.kernels.collocate(step.h, g.c, g.A, g.twice, J.reshape(1, STAGES, n, -1))
         change = np.linalg.solve(K[0].T, (u_dot - W[0]).ravel()).reshape(W.shape)
         W = W + change
         size, moved = float(np.max(np.abs(W))), float(np.max(np.abs(change)))
@@ -262,17 +230,21 @@ def _linear(model: Model, moving: Moving, held: Held, steps: Steps, W: FloatArra
     """
     g, (k, n) = gauss(), steps.q.shape
     _, J = jacobians(model, moving, held, *_nodes(steps, W))
-    J = np.ascontiguousarray(J).reshape(k, STAGES, n, -1)
-    K = model.kernels.collocate(np.ascontiguousarray(steps.h), g.A, g.twice, J)  # transposed
-    h = steps.h[:, None, None]
-    ends = np.broadcast_to(
-        np.hstack([np.kron(one[:, None], np.eye(n)) for one in (g.twice_b, g.b)]), (k, STAGES * n, 2 * n)
-    )
-    left = np.linalg.solve(K, ends).transpose(0, 2, 1)
-    J[..., n : 2 * n] += h[..., None] * g.c[:, None, None] * J[..., :n]
-    found = np.asarray(left @ J.reshape(k, STAGES * n, -1))
+    J = J.reshape(k, STAGES, n, -1)
+    K = model.kernels.collocate(steps.h, g.c, g.A, g.twice, J)  # transposed
+    left = np.linalg.solve(K, np.broadcast_to(_to_end(n), (k, STAGES * n, 2 * n)))
+    found = np.asarray(left.transpose(0, 2, 1) @ J.reshape(k, STAGES * n, -1))
+    h, each = steps.h[:, None, None], np.arange(n)
     found[:, :n] *= h**2
     found[:, n:] *= h
-    found[:, :, : 2 * n] += np.eye(2 * n)
-    found[:, :n, n : 2 * n] += h * np.eye(n)
+    found[:, each, each] += 1.0
+    found[:, n + each, n + each] += 1.0
+    found[:, each, n + each] += steps.h[:, None]
     return found
+
+
+@cache
+def _to_end(n: int) -> FloatArray:
+    """The weights (s n, 2 n) of what accelerations at the nodes add to the place and the rates at the end of a step."""
+    g = gauss()
+    return np.hstack([np.kron(one[:, None], np.eye(n)) for one in (g.twice_b, g.b)])

@@ -19,6 +19,8 @@ from ..support.workshop import Workshop
 
 SLOPE = 0.009
 FEET = [2e-3 / 2**k for k in range(6)]
+TO_ROUNDING, ROUNDED = 4, 6
+"""Steps of Newton's method, which are as many as it needs, and as many again that differ by rounding alone."""
 PASSED = 3.0
 """When the foot that swings is through and above the ground again (s); until then it has none."""
 
@@ -90,13 +92,16 @@ class Walker:
         return found, np.array([passed.behind[3], passed.behind[7], passed.dt])
 
     def gait(self, guess: tuple[float, float, float]) -> tuple[Any, Any]:
-        """Angle, rate and time of the gait (3,), and the derivatives of its step (3, 3)."""
-        state = np.array(guess)
-        for _ in range(6):
+        """Angle, rate and time of the gait (3,), and the derivatives of its step (3, 3): means of steps that have come to
+        rounding, which light feet make large."""
+        state, found = np.array(guess), list[tuple[Any, Any]]()
+        for _ in range(TO_ROUNDING + ROUNDED):
             after, by = self.step(state[0], state[1], state[2] + 0.1)
             change = np.linalg.solve(np.eye(2) - by[:2, :2], after[:2] - state[:2])
             state = np.append(state[:2] + change, after[2] + by[2, :2] @ change)
-        return state, by
+            found.append((state, by))
+        states, moves = zip(*found[TO_ROUNDING:], strict=True)
+        return np.mean(states, axis=0), np.mean(moves, axis=0)
 
 
 LET = "[let]\nfoot = 1e-3\n"

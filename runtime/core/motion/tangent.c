@@ -246,3 +246,13 @@ void collocate_tangents(int n, int stages, int width, double h, const double *A,
                     to[m] += 1.0;
             }
 }
+
+void tangents_at_start(int n, int stages, int width, double h, const double *c, double *J)
+{
+    for (int j = 0; j < stages; j++)
+        for (int i = 0; i < n; i++) {
+            double *row = J + ((size_t)j * n + i) * width;
+            for (int l = 0; l < n; l++)
+                row[n + l] += h * c[j] * row[l];
+        }
+}

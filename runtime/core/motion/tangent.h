@@ -32,4 +32,7 @@ enum outcome impulse_tangents(struct system *s, const double *q, int blocks, con
 void collocate_tangents(int n, int stages, int width, double h, const double *A, const double *twice, const double *J,
                         double *K);
 
+/* J, as above, from derivatives by q and u at the nodes to those by q and u at the start of the step, accelerations held */
+void tangents_at_start(int n, int stages, int width, double h, const double *c, double *J);
+
 #endif

@@ -1,0 +1,170 @@
+/* The motion along a step of a run, found anew from its start at nodes of collocation, for its derivatives (docs/theory, section
+ * 11.5): sweeps from accelerations that lead from the step's start to its end. */
+#include "interface/collocation.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "motion/acceleration.h"
+
+/* States at the nodes, and room for what `held_forces` tells beside their accelerations */
+struct room {
+    double *t, *q, *u;                        /* [stages], [stages][n] */
+    double *next;                             /* [stages][n] accelerations of the next sweep */
+    double *lambda, *push, *reactions, *told; /* as of held_forces */
+};
+
+static void take_room(struct system *s, int stages, struct room *r)
+{
+    const struct ccgen_model *m = s->model;
+    const size_t k = stages, all = k * s->n;
+    struct arena *arena = s->arena;
+    *r = (struct room){.t = TAKE(arena, double, k),
+                       .q = TAKE(arena, double, all),
+                       .u = TAKE(arena, double, all),
+                       .next = TAKE(arena, double, all),
+                       .lambda = TAKE(arena, double, (k * (m->rows + 1))),
+                       .push = TAKE(arena, double, (k * 2 * m->contacts)),
+                       .reactions = TAKE(arena, double, (k * 3 * m->joints)),
+                       .told = TAKE(arena, double, (k * m->told))};
+}
+
+/* Accelerations u_dot[count][n] of states one after the other in flight: as many at a time as there are lanes */
+static enum outcome in_flight(struct system *s, size_t count, const double *t, const double *q, const double *u,
+                              double *u_dot, double *lambda, double *when)
+{
+    const struct ccgen_model *m = s->model;
+    const size_t n = s->n, lanes = m->lanes;
+    const int side_by_side = count >= lanes && m->acceleration_states && !s->refine && !m->switches;
+    const size_t block = side_by_side ? lanes : 1;
+    for (size_t begin = 0; begin < count; begin += block) {
+        const size_t first = begin + block <= count ? begin : count - block;
+        unsigned lost = 1;
+        if (side_by_side)
+            lost = m->acceleration_states(s->k, q + first * n, u + first * n, t + first, s->inputs, u_dot + first * n,
+                                          NULL);
+        for (size_t i = first; lost; i++, lost >>= 1) {
+            *when = t[i];
+            const enum outcome outcome =
+                lost & 1 ? system_acceleration(s, t[i], q + i * n, u + i * n, u_dot + i * n, lambda) : OUTCOME_DONE;
+            if (outcome)
+                return outcome;
+        }
+    }
+    return OUTCOME_DONE;
+}
+
+static enum outcome accelerations(struct system *s, struct held held, size_t count, const double *t, const double *q,
+                                  const double *u, struct room *r, double *u_dot, double *when)
+{
+    if (!held.count)
+        return in_flight(s, count, t, q, u, u_dot, r->lambda, when);
+    struct obstruction found;
+    const enum outcome outcome = held_forces(s, count, 1, t, q, u, NULL, held, u_dot, r->lambda, r->push, r->reactions,
+                                             r->told, &found);
+    *when = t[found.state];
+    return outcome;
+}
+
+/* Accelerations of rates that are a polynomial of degree 4, with those at both ends, and lead from one place to the next */
+static void guess(const struct tableau *g, const struct stride *step, int n, const double *start, const double *end,
+                  double *W)
+{
+    const double h = step->h;
+    for (int j = 0; j < g->stages; j++) {
+        const double x = g->c[j], bump = 60.0 * x * (1.0 - x) * (1.0 - 2.0 * x) / h;
+        const double of_change = 6.0 * x * (1.0 - x) / h;
+        const double of_start = (3.0 * x - 4.0) * x + 1.0, of_end = (3.0 * x - 2.0) * x;
+        for (int i = 0; i < n; i++) {
+            const double mean = (step->q1[i] - step->q[i]) / h;
+            const double ends = h / 12.0 * (start[i] - end[i]) + 0.5 * (step->u[i] + step->u1[i]);
+            W[j * n + i] = of_change * (step->u1[i] - step->u[i]) + of_start * start[i] + of_end * end[i] +
+                           bump * (mean - ends);
+        }
+    }
+}
+
+/* Times, coordinates and rates at the nodes, of accelerations W[stages][n] there */
+static void place_nodes(const struct tableau *g, const struct stride *step, int n, const double *W, struct room *r)
+{
+    const double h = step->h;
+    for (int j = 0; j < g->stages; j++) {
+        double *q = r->q + j * n, *u = r->u + j * n;
+        r->t[j] = step->t + h * g->c[j];
+        for (int i = 0; i < n; i++) {
+            q[i] = step->q[i] + h * g->c[j] * step->u[i];
+            u[i] = step->u[i];
+        }
+        for (int l = 0; l < g->stages; l++) {
+            const double twice = h * h * g->twice[j * g->stages + l], once = h * g->A[j * g->stages + l];
+            const double *w = W + l * n;
+            for (int i = 0; i < n; i++) {
+                q[i] += twice * w[i];
+                u[i] += once * w[i];
+            }
+        }
+    }
+}
+
+/* The largest number in size, or of differences to others where these are given; not a number where one is none */
+static double largest(size_t count, const double *x, const double *less)
+{
+    double found = 0.0, sum = 0.0;
+    for (size_t i = 0; i < count; i++) {
+        const double size = fabs(less ? x[i] - less[i] : x[i]);
+        found = size > found ? size : found;
+        sum += size;
+    }
+    return isfinite(sum) ? found : NAN;
+}
+
+/* Sweep from W until nothing changes but by rounding */
+static enum outcome sweep(struct system *s, struct held held, const struct tableau *g, struct sweeping end,
+                          const struct stride *step, struct room *r, double *W, int *met, double *when)
+{
+    const size_t all = (size_t)g->stages * s->n;
+    double size = largest(all, W, NULL), before = INFINITY;
+    for (int k = 0; k < end.many; k++) {
+        place_nodes(g, step, s->n, W, r);
+        if (!isfinite(largest(all, r->q, NULL)))
+            return OUTCOME_DONE;
+        const enum outcome outcome = accelerations(s, held, g->stages, r->t, r->q, r->u, r, r->next, when);
+        if (outcome)
+            return outcome;
+        const double change = largest(all, r->next, W);
+        if (!isfinite(change))
+            return OUTCOME_DONE;
+        memcpy(W, r->next, all * sizeof *W);
+        size = fmax(size, largest(all, W, NULL));
+        const int stands = change <= end.stays * size;
+        *met = change <= end.small * size || (stands && change >= 0.5 * before);
+        if (*met || (k > 4 && change > before && !stands))
+            return OUTCOME_DONE;
+        before = change;
+    }
+    return OUTCOME_DONE;
+}
+
+enum outcome collocate_motion(struct system *s, struct held held, const struct tableau *g, struct sweeping end,
+                              const struct stride *step, double *W, int *met, double *when)
+{
+    const int n = s->n;
+    const struct mark mark = s->arena->top;
+    struct room r;
+    take_room(s, g->stages, &r);
+    double *at_start = TAKE(s->arena, double, n), *at_end = TAKE(s->arena, double, n);
+    const double until = step->t + step->h;
+    enum outcome outcome = s->arena->ran_out ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
+    *met = 0;
+    *when = step->t;
+    if (!outcome)
+        outcome = accelerations(s, held, 1, &step->t, step->q, step->u, &r, at_start, when);
+    if (!outcome)
+        outcome = accelerations(s, held, 1, &until, step->q1, step->u1, &r, at_end, when);
+    if (!outcome) {
+        guess(g, step, n, at_start, at_end, W);
+        outcome = sweep(s, held, g, end, step, &r, W, met, when);
+    }
+    give_back(s->arena, mark);
+    return outcome;
+}
