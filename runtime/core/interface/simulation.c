@@ -12,6 +12,7 @@
 #include "methods/gauss.h"
 #include "model/contacts.h"
 #include "model/scales.h"
+#include "motion/jacobian.h"
 #include "motion/projection.h"
 #include "steps/kinks.h"
 #include "steps/phase.h"
@@ -25,11 +26,13 @@ static const long STEP_BUDGET = 10000000, RATE_BUDGET = 200000;
  * of drives, and k contacts: a decision on which contacts are held has 45 k^2 numbers, with its problem of friction and the tableau
  * in which that is pivoted, and an impact has 33 k^2 and its columns, 2 k n; the null space has 2 n^2, and (r + 2 k) (n + r + 2 k)
  * of rows where contacts are held, while a decision has 18 k^2 and columns. All are less than 2 (n + r + 5 k)^2. What grows with
- * the sizes themselves, as samples of switching functions in a step, is less than 64 times them. */
+ * the sizes themselves, as samples of switching functions in a step, is less than 64 times them. Jacobians from generated derivatives
+ * take a column for every direction, and say themselves how much. */
 static size_t scratch_of(const struct ccgen_model *m)
 {
     const size_t all = m->nu + m->rows + m->drives + 5 * (size_t)m->contacts;
-    return (2 * all * all + 64 * (all + m->links + m->switches)) * sizeof(double) + 4096;
+    const size_t most = 2 * all * all > jacobian_scratch(m) ? 2 * all * all : jacobian_scratch(m);
+    return (most + 64 * (all + m->links + m->switches)) * sizeof(double) + 4096;
 }
 
 void set_parameters(struct ccgen_simulation *it, const struct ccgen_settings *settings)

@@ -2,8 +2,9 @@
  * (E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 1996, sections IV.5 and IV.8).
  *
  * Unknowns are the accelerations of the stages. Simplified Newton iterations find them, with the derivatives of the accelerations
- * with respect to coordinates and velocities at the start of the step, by differences, as many at a time as there are lanes. The
- * equations fall apart into one real and one complex system of the size of the mechanism.
+ * with respect to coordinates and velocities at the start of the step: of a model that was generated with its derivatives from
+ * these, else by differences, as many at a time as there are lanes. The equations fall apart into one real and one complex system of
+ * the size of the mechanism.
  */
 #include "methods/method.h"
 
@@ -13,6 +14,7 @@
 #include <string.h>
 
 #include "methods/radau_tableau.h"
+#include "motion/jacobian.h"
 #include "motion/lanes.h"
 #include "motion/power.h"
 
@@ -104,8 +106,8 @@ static struct radau *radau_of(const struct system *s, double *scratch)
     return r;
 }
 
-/* by_q, by_u: how the accelerations dy[n] at (t, y) change with each coordinate and velocity */
-static enum outcome differentiate(struct radau *r, struct system *s, double t, const double *y, const double *dy)
+/* by_q, by_u by differences from the accelerations dy at (t, y) */
+static enum outcome take_differences(struct radau *r, struct system *s, double t, const double *y, const double *dy)
 {
     const int n = r->n, lanes = r->lanes;
     for (int first = 0; first < 2 * n; first += lanes) {
@@ -131,6 +133,14 @@ static enum outcome differentiate(struct radau *r, struct system *s, double t, c
         }
     }
     return OUTCOME_DONE;
+}
+
+/* by_q, by_u: how the accelerations dy[n] at (t, y) change with each coordinate and velocity */
+static enum outcome differentiate(struct radau *r, struct system *s, double t, const double *y, const double *dy)
+{
+    int known;
+    const enum outcome outcome = acceleration_jacobian(s, t, y, y + r->n, r->by_q, r->by_u, &known);
+    return outcome || known ? outcome : take_differences(r, s, t, y, dy);
 }
 
 /* a = factors of 1 - z du_dot/du - z^2 du_dot/dq, with rows exchanged; 0, or 1 if there are none or the run is to end */
