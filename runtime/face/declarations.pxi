@@ -155,7 +155,7 @@ cdef extern from *:
         const real *q
         const real *u
         const real *u_dot
-        const real *lambda_ "lambda"
+        const real *multipliers
         const real *push
     struct whole_directions:
         const directions *along

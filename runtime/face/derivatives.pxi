@@ -178,7 +178,7 @@ cdef class Differentiating(Contacting):
         cdef pushed at
         for i in range(b if columns.shape[0] else 0):
             at.t, at.q, at.u, at.u_dot = times[i], &places[i, 0], &rates[i, 0], &of_rates[i, 0]
-            at.lambda_ = &multipliers[i, 0] if self.m.rows else NULL
+            at.multipliers = &multipliers[i, 0] if self.m.rows else NULL
             at.push = &pushes[i, 0] if held else NULL
             outcome = held_tangents(&s, &at, these.given, &every, &tangents[0], &sure)
             if outcome:

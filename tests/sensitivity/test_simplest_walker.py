@@ -92,7 +92,7 @@ class Walker:
         return found, np.array([passed.behind[3], passed.behind[7], passed.dt])
 
     def gait(self, guess: tuple[float, float, float]) -> tuple[Any, Any]:
-        """Angle, rate and time of the gait (3,), and the derivatives of its step (3, 3): means of steps that have come to
+        """Angle, rate and time of the gait (3,), and the derivatives of its step (3, 3): means of steps that are at
         rounding, which light feet make large."""
         state, found = np.array(guess), list[tuple[Any, Any]]()
         for _ in range(TO_ROUNDING + ROUNDED):

@@ -367,7 +367,16 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
     LAYER(interface) \
     X(BEHIND, CCGEN_LIMIT(1e-8, 1e-3), OF_LENGTH, \
       "a gap further behind its surface is no rounding", \
-      "ten times the default rtol: as wide as what counts as closed at most (COARSEST_GAP)")
+      "ten times the default rtol: as wide as what counts as closed at most (COARSEST_GAP)") \
+    X(DIRECTION_MISSED, 1e-7, OF_RELATIVE, \
+      "what rows that depend on others miss by, where directions are those of a motion", \
+      "chosen: of a motion rounding is left, 1e-16 times the condition of the rows, which is below 1e9 where they are not singular; a coordinate alone misses by about 1") \
+    X(SURELY_INDEPENDENT, 1e-5, OF_RELATIVE, \
+      "rows of contacts with a larger share of the largest are independent without looking further", \
+      "chosen: what is derived with them keeps eleven digits, and five lie between them and what is dependent (RANK_TOLERANCE)") \
+    X(FRICTION_MISSED, 1e-8, OF_RELATIVE, \
+      "friction this far from its limit is not at it, and the law of what slides is not derived", \
+      "forces are known to some hundred roundings of a solution whose condition is up to 1e5 (SURELY_INDEPENDENT)")
 /* clang-format on */
 
 /* Pairs of which the first has to be the smaller: what one lets pass, the other has to catch. */

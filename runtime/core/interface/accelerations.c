@@ -1,16 +1,13 @@
 /* Accelerations in flight and what they change by; see ../../ccgen.h. */
 #include <string.h>
 
+#include "base/tolerances.h"
 #include "base/within.h"
 #include "interface/simulation.h"
 #include "model/inputs.h"
 #include "model/scales.h"
 #include "motion/acceleration.h"
 #include "motion/tangent.h"
-
-/* Rows that depend on others miss by less than this, relative to what they are to be, where directions are those of a motion; a direction
- * of one coordinate alone is none, and misses by as much as it moves them. */
-static const double INEXACT = 1e-7;
 
 /* The system of a simulation by itself: no contact is held, and nothing is remembered. Its inputs are taken from the arena. */
 static enum outcome take_flight(const struct ccgen_simulation *it, double t, const double *q, const double *u,
@@ -100,7 +97,7 @@ static enum outcome derive_at(struct system *s, double t, const double *q, const
     const enum outcome outcome = acceleration_tangents(s, t, q, u, u_dot, lambda, &along, tangents, &miss);
     if (outcome)
         return outcome;
-    if (!(miss <= INEXACT))
+    if (!(miss <= DIRECTION_MISSED))
         return OUTCOME_DEPENDENT;
     const size_t part = (size_t)states * every * lanes;
     put_rows(n, every, lanes, tangents, n, by_q);

@@ -60,8 +60,8 @@ static enum outcome accelerations(struct system *s, struct held held, size_t cou
     if (!held.count)
         return in_flight(s, count, t, q, u, u_dot, r->lambda, when);
     struct obstruction found;
-    const enum outcome outcome = held_forces(s, count, 1, t, q, u, NULL, held, u_dot, r->lambda, r->push, r->reactions,
-                                             r->told, &found);
+    const enum outcome outcome =
+        held_forces(s, count, 1, t, q, u, NULL, held, u_dot, r->lambda, r->push, r->reactions, r->told, &found);
     *when = t[found.state];
     return outcome;
 }
@@ -78,8 +78,8 @@ static void guess(const struct tableau *g, const struct stride *step, int n, con
         for (int i = 0; i < n; i++) {
             const double mean = (step->q1[i] - step->q[i]) / h;
             const double ends = h / 12.0 * (start[i] - end[i]) + 0.5 * (step->u[i] + step->u1[i]);
-            W[j * n + i] = of_change * (step->u1[i] - step->u[i]) + of_start * start[i] + of_end * end[i] +
-                           bump * (mean - ends);
+            W[j * n + i] =
+                of_change * (step->u1[i] - step->u[i]) + of_start * start[i] + of_end * end[i] + bump * (mean - ends);
         }
     }
 }

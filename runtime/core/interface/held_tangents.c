@@ -6,25 +6,22 @@
 #include <string.h>
 
 #include "algebra/elimination.h"
+#include "base/tolerances.h"
 #include "constraints/active_set.h"
-
-static const double SURE = 1e-5; /* rows are surely independent: one by the product of the norms of the matrix and its inverse */
-static const double BALANCED = 1e-8; /* part of itself by which friction may miss its limit */
-static const double NO_PIVOT = 1e-12;
 
 /* The forces of the contacts as unknowns: those along the normal first, then those along the ground of what sticks */
 struct problem {
-    int count, rows;            /* contacts, and forces */
+    int count, rows;                /* contacts, and forces */
     size_t n, every, lanes, blocks; /* numbers of a block: every = (n + closure rows) lanes */
-    double *row, *column;       /* [rows][n] what each force keeps, and what it pushes along */
-    double *slip;               /* [count][n] rows along the ground */
-    double *f;                  /* [blocks][n + rows of closure][lanes] what contacts push otherwise, forces held */
-    double *moved, *answer;     /* as f; [blocks of columns][..][lanes] what f, and each column, accelerates by */
-    double *missed;             /* [blocks][rows][lanes] what rows move by, forces held */
-    double *matrix, *inverse;   /* [rows][rows] from forces to rates of their rows, and back */
-    double *z, *left;           /* [rows][lanes] changes of force, and what they leave */
-    double *unit;               /* [contacts] zeros */
-    double *part;               /* [blocks][n or contacts][lanes] of one function */
+    double *row, *column;           /* [rows][n] what each force keeps, and what it pushes along */
+    double *slip;                   /* [count][n] rows along the ground */
+    double *f;                      /* [blocks][n + rows of closure][lanes] what contacts push otherwise, forces held */
+    double *moved, *answer;         /* as f; [blocks of columns][..][lanes] what f, and each column, accelerates by */
+    double *missed;                 /* [blocks][rows][lanes] what rows move by, forces held */
+    double *matrix, *inverse;       /* [rows][rows] from forces to rates of their rows, and back */
+    double *z, *left;               /* [rows][lanes] changes of force, and what they leave */
+    double *unit;                   /* [contacts] zeros */
+    double *part;                   /* [blocks][n or contacts][lanes] of one function */
 };
 
 static size_t larger(size_t a, size_t b)
@@ -90,7 +87,7 @@ static int write_contacts(struct system *s, const struct pushed *at, struct held
         if (!sign)
             continue;
         const double limit = sign * s->friction[contact] * at->push[contact], rub = at->push[m->contacts + contact];
-        if (!(fabs(rub - limit) <= BALANCED * fmax(fabs(rub), fabs(limit))))
+        if (!(fabs(rub - limit) <= FRICTION_MISSED * fmax(fabs(rub), fabs(limit))))
             return 0;
         for (size_t j = 0; j < n; j++)
             column[j] += sign * s->friction[contact] * slip[j];
@@ -117,8 +114,8 @@ static void add_push(struct problem *p)
 }
 
 /* What contacts push otherwise with their forces held, and where friction slides with another coefficient */
-static void write_pushes(struct system *s, const struct pushed *at, struct held held,
-                         const struct whole_directions *by, struct problem *p)
+static void write_pushes(struct system *s, const struct pushed *at, struct held held, const struct whole_directions *by,
+                         struct problem *p)
 {
     const struct ccgen_model *m = s->model;
     const size_t lanes = p->lanes, contacts = m->contacts;
@@ -159,8 +156,8 @@ static void add_missed(const struct system *s, struct held held, int along, stru
 }
 
 /* What the accelerations of the contacts, N u_dot + dN/dt u, move by with u_dot held */
-static void write_missed(struct system *s, const struct pushed *at, struct held held,
-                         const struct whole_directions *by, struct problem *p)
+static void write_missed(struct system *s, const struct pushed *at, struct held held, const struct whole_directions *by,
+                         struct problem *p)
 {
     static const char *const names[2][2] = {{"gap_rates", "gap_bias"}, {"slips", "slip_bias"}};
     struct ccgen_arguments here = {.k = s->k, .q = at->q, .t = &at->t, .inputs = s->inputs, .P = at->push};
@@ -213,7 +210,7 @@ static int invert(struct system *s, struct problem *p)
         least = fmin(least, scale[i]);
         most = fmax(most, scale[i]);
     }
-    regular = regular && least > SURE * most;
+    regular = regular && least > SURELY_INDEPENDENT * most;
     for (size_t i = 0; i < r * r && regular; i++) {
         W[i] /= scale[i / r] * scale[i % r];
         size += W[i] * W[i];
@@ -222,14 +219,14 @@ static int invert(struct system *s, struct problem *p)
         memcpy(copy, W, r * r * sizeof *W);
         memset(x, 0, r * sizeof *x);
         x[j] = 1.0;
-        regular = eliminate((int)r, copy, x, NO_PIVOT) != 0;
+        regular = eliminate((int)r, copy, x, DEPENDENT_PIVOT) != 0;
         for (size_t i = 0; i < r; i++) {
             of_inverse += x[i] * x[i];
             p->inverse[i * r + j] = x[i] / (scale[i] * scale[j]);
         }
     }
     give_back(s->arena, mark);
-    return regular && size * of_inverse < 1.0 / (SURE * SURE);
+    return regular && size * of_inverse < 1.0 / (SURELY_INDEPENDENT * SURELY_INDEPENDENT);
 }
 
 /* y[rows][lanes] += sign times matrix[rows][count] x[count][lanes] */
@@ -271,8 +268,8 @@ enum outcome held_tangents(struct system *s, const struct pushed *at, struct hel
     struct problem p;
     double missed = -1.0;
     *sure = 1;
-    enum outcome outcome = acceleration_tangents(s, at->t, at->q, at->u, at->u_dot, at->lambda, by->along, tangents,
-                                                 &missed);
+    enum outcome outcome =
+        acceleration_tangents(s, at->t, at->q, at->u, at->u_dot, at->multipliers, by->along, tangents, &missed);
     if (!outcome && held.count && take_problem(s, held, by->along->blocks, &p))
         outcome = OUTCOME_NO_MEMORY;
     *sure = missed < 0.0;

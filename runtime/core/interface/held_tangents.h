@@ -5,11 +5,11 @@
 #include "interface/forces.h"
 #include "motion/tangent.h"
 
-/* A state with what belongs to it: accelerations u_dot[n], multipliers lambda[rows] and forces of contacts push[2 contacts], as
+/* A state with what belongs to it: accelerations u_dot[n], multipliers[rows] and forces of contacts push[2 contacts], as
  * held_forces tells them */
 struct pushed {
     double t;
-    const double *q, *u, *u_dot, *lambda, *push;
+    const double *q, *u, *u_dot, *multipliers, *push;
 };
 
 /* The directions, as blocks of those that accelerations move along, and as whole blocks of what functions of contacts read: of all
