@@ -236,7 +236,10 @@ def torque(
             help="the joint that drives, or a link pinned to the ground; the scene's driven joint unless given",
         ),
     ] = None,
-    rate: Annotated[str, typer.Option(metavar="W", help="its constant rate in rad/s")] = "1.0",
+    rate: Annotated[
+        str | None,
+        typer.Option(metavar="W", help="its constant rate in rad/s [the speed of its [[drive]], or 1]"),
+    ] = None,
     plot: Annotated[Path | None, typer.Option(metavar="FILE", help="write the curve as PNG")] = None,
     settings: Set = None,
     verbose: Verbose = False,

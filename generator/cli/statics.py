@@ -21,6 +21,9 @@ from .settings import with_settings
 SOME_TIMES = (0.0123, 0.37, 1.0, 7.3)
 """Times (s) at which loads are compared with those at 0; those of a table or formula differ at one of them at least."""
 
+ROUNDED = 1e-12
+"""A mean that is this part of the largest value is a sum that vanishes, of a few hundred roundings."""
+
 if TYPE_CHECKING:
     from ccgen.runtime import Model
     from ccgen.runtime.arrays import FloatArray
@@ -29,7 +32,7 @@ if TYPE_CHECKING:
 def torque(
     scene_file: Path,
     joint: str | None,
-    rate: str,
+    rate: str | None,
     plot: Path | None,
     detail: Detail,
     settings: Mapping[str, float],
@@ -39,21 +42,25 @@ def torque(
     from ccgen.runtime import driving_torque
     from ccgen.runtime.analysis.crank import check_rate
 
-    speed = faults.of(read_option, rate, check_rate)
+    asked = faults.of(read_option, rate, check_rate) if rate is not None else None
     scene = faults.of(read, scene_file)
     turned = faults.of(_driving, scene, scene_file, joint) if scene else None
     if plot is not None:
         faults.of(check_picture, plot, "--plot")
     faults.of(check_folder, MODELS, "folder of models")
     faults.stop_if_any()
-    assert scene and turned and speed
+    assert scene and turned
     model = with_settings(compiled(scene, detail), settings, scene, detail)
+    driven = _driven_speed(model, turned)
+    speed = asked or driven or 1.0
     with refusing(ValueError, OSError):
         turn = driving_torque(model, turned, speed)
         if plot is not None:
             turn.plot(plot)
-    typer.echo(f"{model.name}: {turned} turned once at {speed:g} rad/s: {_motion(scene, turned)}")
-    typer.echo(f"mean     {turn.mean:z16.9g} N m")
+    why = ", as its [[drive]] has it" if driven and asked is None else ""
+    typer.echo(f"{model.name}: {turned} turned once at {speed:g} rad/s{why}: {_motion(scene, turned)}")
+    mean = turn.mean if abs(turn.mean) > ROUNDED * np.abs(turn.torque).max() else 0.0
+    typer.echo(f"mean     {mean:z16.9g} N m")
     for name, k in (("largest", turn.torque.argmax()), ("smallest", turn.torque.argmin())):
         typer.echo(f"{name:8} {turn.torque[k]:z16.9g} N m at {turn.angle[k]:.6g} rad")
     _tell_time(model, turn.q[0])
@@ -61,6 +68,12 @@ def torque(
         typer.echo(f"closed on the way: {_named(turn.closed)}; what they push does no work here and is not counted")
     if plot is not None:
         typer.echo(f"written: {plot}")
+
+
+def _driven_speed(model: Model, joint: str) -> float:
+    """The constant speed (rad/s) of the drive of a joint; 0 where it has none."""
+    found = [drive["speed"] for drive in model.data["drives"] if drive["joint"] == joint]
+    return float(model.parameters[found[0]]) if found and found[0] is not None else 0.0
 
 
 def equilibrium(scene_file: Path, nearest: bool, detail: Detail, settings: Mapping[str, float], faults: Faults) -> None:

@@ -81,7 +81,7 @@ class DrivingTorque:
         )
         axes.axhline(0.0, color="#888888", linewidth=0.6)
         axes.set_xlim(*sorted((0.0, float(np.sign(self.rate)) * 360.0)))
-        axes.set_xlabel(f"{self.joint}: turned from {np.degrees(self.angle[0]):.4g}° [°]")
+        axes.set_xlabel(f"{self.joint}: turned from {round(float(np.degrees(self.angle[0])), 6) + 0.0:.4g}° [°]")
         axes.set_ylabel("torque [N m]")
         axes.set_title(f"{self.model.name}: torque at {self.joint} for {self.rate:.4g} rad/s", fontsize=11)
         axes.grid(True, color="#e6e6e6", linewidth=0.6)

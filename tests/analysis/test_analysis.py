@@ -311,6 +311,19 @@ def test_commands_print_torque_and_equilibrium(tmp_path: Path) -> None:
     assert "a mechanism that falls freely has none" in done.stderr
 
 
+def test_a_crank_turns_as_its_drive_has_it(tmp_path: Path) -> None:
+    """Unless another rate is asked for; without friction and over a whole turn the mean is zero, not its rounding."""
+    command = ["torque", str(SCENES / "jansen-driven.toml"), "-q"]
+    told, asked, slow = (
+        ccgen(*command, *more, at=tmp_path).stdout.splitlines()
+        for more in ((), ("--rate", repr(2.0 * np.pi)), ("--set", "drive_0.speed=0.5"))
+    )
+    assert told[0].startswith("jansen-driven: axle turned once at 6.28319 rad/s, as its [[drive]] has it: ")
+    assert asked[0].startswith("jansen-driven: axle turned once at 6.28319 rad/s: ") and told[1:] == asked[1:]
+    assert slow[0].startswith("jansen-driven: axle turned once at 0.5 rad/s, as its [[drive]] has it: ")
+    assert told[1].split() == ["mean", "0", "N", "m"] and told[2] != slow[2]
+
+
 @pytest.mark.hard
 def test_loads_that_depend_on_time_are_told(tmp_path: Path) -> None:
     """A motor that follows an angle over time pulls as at the start, however far the crank has turned."""
