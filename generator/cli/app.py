@@ -102,7 +102,8 @@ def run(
     plot: Annotated[
         str | None,
         typer.Option(
-            metavar="NAMES", help="draw outputs over time, in the player too, as crank.angle,coupler.tip.vy,pin.force"
+            metavar="NAMES",
+            help="draw outputs over time, in the player too, as crank.angle,coupler.tip.vy; of a point its path",
         ),
     ] = None,
     csv: Annotated[bool, typer.Option("--csv", help="write forces, and what is plotted, as CSV too")] = False,

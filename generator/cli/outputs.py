@@ -43,10 +43,10 @@ class Wanted:
 
     def check(self, model: Model) -> None:
         """Stop with exit code 2 unless the model has all of them."""
-        from ccgen.runtime.record.outputs import unknown
+        from ccgen.runtime.record.outputs import unknown, with_places
 
         asked = dict.fromkeys((*self.plot, *(one for one in self.table if one not in self.plot)))
-        found = [f"{where}: {fault}" for where, name in asked for fault in unknown(model, [name])]
+        found = [f"{where}: {fault}" for where, name in asked for fault in unknown(model, with_places(model, [name]))]
         if found:
             fail("\n".join(found))
 
@@ -54,8 +54,10 @@ class Wanted:
         """By the name of each of the files what writes it."""
         from ccgen.runtime.pictures.output_plot import draw_outputs
         from ccgen.runtime.record.output_table import write_outputs
+        from ccgen.runtime.record.outputs import with_places
 
-        plot, table = (list(dict.fromkeys(name for _, name in names)) for names in (self.plot, self.table))
+        plot = list(dict.fromkeys(name for _, name in self.plot))
+        table = with_places(run.model, [name for _, name in self.table])
         ways = {PICTURE: partial(draw_outputs, run, plot), TABLE: partial(write_outputs, run, table, times=self.times)}
         return {name: ways[name] for name in self.files}
 

@@ -167,8 +167,11 @@ def write(
     are there whatever can be drawn of them. An older file does not stay in place of one that
     cannot be made.
     """
+    from ccgen.runtime.record.outputs import with_places
+
     folder.mkdir(parents=True, exist_ok=True)
-    player = partial(result.save_player, outputs=[name for _, name in wanted.plot] or None)
+    plotted = with_places(result.model, [name for _, name in wanted.plot])
+    player = partial(result.save_player, outputs=plotted or None)
     ways: dict[str, Callable[[Path], object]] = {
         **dict(zip(FILES, (result.save, result.plot, player), strict=True)),
         **{name: {GIF: result.animate, VIDEO: result.save_video}[name] for name in moving},

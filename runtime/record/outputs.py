@@ -163,6 +163,19 @@ def values_of(run: Record, names: Sequence[str], t: ArrayLike | None = None) -> 
     return found if t is None or np.ndim(t) else {name: value[0] for name, value in found.items()}
 
 
+def points_among(model: Any, names: Sequence[str]) -> list[str]:
+    """Those of the names that are no output themselves, but have a place, ``NAME.x`` and ``NAME.y``."""
+    known = outputs_of(model)
+    return [name for name in names if name not in known and {f"{name}.x", f"{name}.y"} <= known.keys()]
+
+
+def with_places(model: Any, names: Sequence[str]) -> list[str]:
+    """The names, once each, with x and y in the place of what is a point."""
+    points = points_among(model, names)
+    each = [[f"{name}.x", f"{name}.y"] if name in points else [name] for name in names]
+    return list(dict.fromkeys(name for some in each for name in some))
+
+
 def unknown(model: Any, names: Sequence[str]) -> list[str]:
     """A sentence for each of the names that no output has."""
     known = outputs_of(model)

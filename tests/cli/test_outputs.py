@@ -106,6 +106,38 @@ def test_outputs_of_one_unit_share_a_panel(workshop: Workshop) -> None:
         draw_outputs(run, ["rod.wobble"])
 
 
+def test_of_a_point_the_path_is_drawn(workshop: Workshop) -> None:
+    """Below what is drawn over time, alike in both directions: the tip of a rod goes along a circle about its hinge."""
+    pytest.importorskip("matplotlib")
+    from ccgen.runtime import simulate
+
+    run = simulate(workshop.model(LEANING))
+    figure = draw_outputs(run, ["rod.T", "rod.angle", "hinge.fx", "rod.A"])
+    assert [axes.get_ylabel() for axes in figure.axes] == ["angle [rad]", "fx [N]", "y [m]"]
+    path = figure.axes[2]
+    assert path.get_aspect() == 1.0 and [text.get_text() for text in path.get_legend().get_texts()] == [
+        "rod.T",
+        "rod.A",
+    ]
+    x, y = path.lines[0].get_data()
+    assert np.ptp(x) > 0.1 and np.hypot(x, y - 0.5) == pytest.approx(np.ones(len(x)), rel=1e-12)
+    (alone,) = draw_outputs(run, ["rod.T"]).axes
+    assert alone.get_xlabel() == "x [m]"
+
+
+def test_a_path_is_asked_for_by_its_point(scene: Path) -> None:
+    """The player and the table have its coordinates."""
+    done = CliRunner().invoke(app, ["run", str(scene), "--plot", "rod.T,rod.angle,rod.T.x", "--csv"])
+    assert done.exit_code == 0
+    folder = Path("results/leaning")
+    page = data_of((folder / "player.html").read_text(encoding="utf-8"))
+    assert page["plotted"] == ["rod.T.x", "rod.T.y", "rod.angle"]
+    with (folder / "outputs.csv").open(newline="") as file:
+        assert next(csv.reader(file)) == ["t [s]", "rod.T.x [m]", "rod.T.y [m]", "rod.angle [rad]"]
+    done = CliRunner().invoke(app, ["run", str(scene), "--plot", "rod.U"])
+    assert done.exit_code == 2 and "found 'rod.U', which nothing is called" in done.stderr
+
+
 def test_thresholds_are_those_of_the_values_that_are_set(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The characteristic time of what hangs is that of a swing: as the root of the length over gravity."""
     monkeypatch.chdir(tmp_path)
