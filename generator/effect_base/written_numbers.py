@@ -156,14 +156,42 @@ def _in_si(number: str, unit: Unit) -> float:
         return math.inf
 
 
+WORDS = {
+    **dict.fromkeys(("gram", "gramm", "gramme", "gr"), "g"),
+    **dict.fromkeys(("kilogram", "kilogramm", "kilo"), "kg"),
+    **dict.fromkeys(("sec", "second"), "s"),
+    **dict.fromkeys(("meter", "metre"), "m"),
+    **dict.fromkeys(("millimeter", "millimetre"), "mm"),
+    **dict.fromkeys(("centimeter", "centimetre"), "cm"),
+    **dict.fromkeys(("inch", "inche"), "in"),
+    **dict.fromkeys(("foot", "feet"), "ft"),
+    **dict.fromkeys(("radian", "rd"), "rad"),
+    **dict.fromkeys(("turn", "revolution", "u"), "rev"),
+    "minute": "min",
+    "hour": "h",
+    "millisecond": "ms",
+    "newton": "N",
+    "joule": "J",
+    "watt": "W",
+    "hertz": "Hz",
+    "pascal": "Pa",
+    "pound": "lb",
+    "percent": "%",
+}
+"""Units as some write them, in the singular and in small letters, and as they are written here."""
+
+
 def _unknown(number: str, unit: str, units: Sequence[str] | None) -> str:
     """What to write for a number with a unit that is not known."""
     if unit == "°":
         return f'write "{number} deg"'
     if re.fullmatch(r"deg\w+|°\w*", unit) and (units is None or "rad" in units):
         return f'write "{number} deg", or a number of rad without quotes'
-    if unit.lower() in UNITS:
-        return f'write "{number} {unit.lower()}"'
+    small = unit.lower()
+    single = small.removesuffix("s")
+    meant = small if small in UNITS else single if single in UNITS else WORDS.get(single)
+    if meant:
+        return f'write "{number} {meant}"'
     several = re.fullmatch(r"([^/]*)/\s*([^()/]+)", unit)
     if several and read_unit(f"{several[1]}/({several[2]})"):
         return f'"{unit}" could be read in two ways; write "{several[1]}/({several[2]})" for all of it below the stroke'

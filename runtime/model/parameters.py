@@ -80,14 +80,22 @@ class Parameters(MutableMapping[str, float]):
 
     def _known(self, name: str) -> None:
         if name not in self._values:
-            from difflib import get_close_matches
-
-            near = get_close_matches(str(name), self._values, n=3) or list(self._values)[:3]
+            near = self._near(str(name))
             raise UnknownName(
                 f"{name}: found no such parameter, expected one of the model, as {', '.join(near)}; correct the name"
                 if near
                 else f"{name}: found no such parameter, expected none: the model has no parameters"
             )
+
+    def _near(self, name: str) -> list[str]:
+        """Up to three names that may be meant: of a length the coordinates of that link's points, which make it."""
+        from difflib import get_close_matches
+
+        owner, _, word = name.rpartition(".")
+        points = [one for one in self._values if one.startswith(f"{owner}.points.") and self._values[one] != 0.0]
+        if word == "length" and points:
+            return points[:3]
+        return get_close_matches(name, self._values, n=3) or list(self._values)[:3]
 
     def _checked(self, name: str, value: float) -> float:
         self._known(name)

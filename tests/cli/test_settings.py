@@ -153,6 +153,10 @@ def test_a_crank_is_named_by_its_joint_or_its_link() -> None:
             ["--set", "crank.mas=1"],
             "--set crank.mas: found no such parameter, expected one of the model, as crank.mass",
         ),
+        (
+            ["--set", "crank.length=1"],
+            "--set crank.length: found no such parameter, expected one of the model, as crank.points.B.x;",
+        ),
         (["--set", "crank.mass=-1"], "--set crank.mass: found -1.0, expected a positive number"),
         (["--set", "crank.mass=2", "--fold"], "--fold"),
     ],
