@@ -46,8 +46,8 @@ struct ccgen_settings {
     int on_gain;      /* what becomes of an impact that would gain energy, a number that ccgen_gain_name names; 0: it
                                   has the largest part of its restitution that does not */
     long step_budget; /* steps in all; ten million */
-    /* steps and events within a characteristic time, or a tenth of the duration; 200,000. With fewer, slow contacts come to rest sooner where
-     * events crowd: from a two-hundredth of these events on (docs/events.md). */
+    /* steps that get nowhere, and events, within a characteristic time, or a tenth of the duration; 200,000. With fewer, slow contacts come to rest
+     * sooner where events crowd: from a two-hundredth of these events on (docs/events.md). */
     long rate_budget;
     const double *stops; /* [stop_count] times that grow, at which steps end: where inputs have kinks */
     size_t stop_count;

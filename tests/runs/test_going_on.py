@@ -150,14 +150,45 @@ def test_tolerances_and_budgets_of_what_goes_on(workshop: Workshop, monkeypatch:
     assert simulate(model, until=1.0, state=stopped.state).success
 
 
+VIBRATING = """
+name = "vibrating"
+[chain]
+links = 1
+hinged = true
+[[torsion]]
+joint = "joint_0"
+stiffness = 1e6
+[start]
+angles = [1e-5]
+[run]
+until = 1.0
+"""
+"""A rod that swings 276 times in the second; what it turns in a step goes as its amplitude."""
+
+
 def test_a_flight_that_spends_its_rate_stops_and_goes_on(workshop: Workshop, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Without contacts there is nothing to step over."""
+    """Without contacts there is nothing to step over. Steps of hundred-thousandths of a radian get nowhere."""
+    model = workshop.model(VIBRATING)
+    with monkeypatch.context() as few:
+        few.setattr(import_module("ccgen.runtime.simulation.one_run"), "RATE_BUDGET", 50)
+        stopped = simulate(model)
+    assert not stopped.success and "are spent" in stopped.message
+    assert simulate(model, state=stopped.state).success
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_steps_that_turn_links_spend_no_rate(method: str, workshop: Workshop, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Ten steps and more in each characteristic time, all of which get the motion on: the run is the one that has the
+    usual budget."""
     model = workshop.model(load_scene(SCENES / "four-bar.toml"))
+    usual = simulate(model, until=1.0, method=method)
     with monkeypatch.context() as few:
         few.setattr(import_module("ccgen.runtime.simulation.one_run"), "RATE_BUDGET", 3)
-        stopped = simulate(model, until=1.0, method="dopri5")
-    assert not stopped.success and "are spent" in stopped.message
-    assert simulate(model, until=1.0, state=stopped.state).success
+        run = simulate(model, until=1.0, method=method)
+    assert run.success, run.message
+    assert len(run.t) > 30
+    for found, wanted in zip(rows_of(run), rows_of(usual), strict=True):
+        assert np.array_equal(found, wanted)
 
 
 GAINING = """

@@ -177,6 +177,9 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
     X(LONGEST_REBOUND, 10.0, OF_RELATIVE, \
       "times the flight before an impact: the first step tried after it", \
       "bounces shorten by the restitution: the next is not longer, and steps grow sixfold") \
+    X(GETS_ON, CCGEN_LIMIT(1e-3, 4e-2), OF_UNIT, \
+      "steps that turn the fastest link by more get the motion on: they are not counted among those that a window may have", \
+      "the fifth root of rounding: the step that a method of order 5 takes over a smooth motion with the finest rtol") \
     X(CRAWL, CCGEN_LIMIT(1e-8, 1e-4), OF_UNIT, \
       "steps that move less may be stuck where links lie in a line", \
       "the root of rounding: what is unknown there, docs/theory 8.3") \
@@ -392,6 +395,7 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
     X(EDGE, EDGE_GIVEN) \
     X(REST_TIME, INSTANT) \
     X(SHORTEST, REST_TIME) \
+    X(CRAWL, GETS_ON) \
     X(CONSISTENT, PRESSED) \
     X(CONSISTENT, LESS) \
     X(LESS, ALIKE) \

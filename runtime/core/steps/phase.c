@@ -147,13 +147,20 @@ static int penetrating_contact(const struct phase *f)
     return -1;
 }
 
+/* What a step that is begun and not ended has changed */
+struct before_step {
+    struct progress at;
+    double h, window;
+    long steps, rejected;
+};
+
 double window_of(const struct phase *f)
 {
     const double duration = f->run->duration;
     return fmin(0.1 * duration, fmax(1e-4 * duration, f->s->time));
 }
 
-/* Whether the run has taken more steps and events than a window may have */
+/* Whether the run has taken more steps that get nowhere, and events, than a window may have */
 static int exceeds_step_rate(const struct phase *f)
 {
     struct run *run = f->run;
@@ -168,6 +175,15 @@ static int exceeds_step_rate(const struct phase *f)
         run->spent_before = spent;
     }
     return exceeds;
+}
+
+/* Steps that turn links get the motion on, however short they are against the characteristic time: what has led to the one that is to be committed is
+ * not counted among those that a window may have. */
+static void excuse_progress(struct phase *f, const struct before_step *before)
+{
+    struct run *run = f->run;
+    if (f->h * fastest(f->s, f->y + f->s->n) >= GETS_ON)
+        run->spent_before += run->steps + run->rejected - before->steps - before->rejected;
 }
 
 /* Whether links have gone no further in the step than their places are known to where they lie in a line, by themselves or with grounds */
@@ -222,13 +238,6 @@ static enum outcome within_budget(struct phase *f)
         return OUTCOME_BUDGET;
     return exceeds_step_rate(f) ? OUTCOME_CROWDED : OUTCOME_DONE;
 }
-
-/* What a step that is begun and not ended has changed */
-struct before_step {
-    struct progress at;
-    double h, window;
-    long steps, rejected;
-};
 
 static struct before_step note_step(struct phase *f)
 {
@@ -434,6 +443,7 @@ static enum outcome go_to_event(struct phase *f, struct event *event)
             outcome = pass_kink(f);
         if (outcome || again)
             continue;
+        excuse_progress(f, &before);
         if (event->contact >= 0) {
             commit_event(f);
             break;
