@@ -19,7 +19,7 @@ static struct kind kind_of(const struct phase *f)
     struct kind kind;
     memset(&kind, 0, sizeof kind);
     memcpy(kind.magic, "ccgen\n", 6);
-    kind.version = 7;
+    kind.version = 8;
     kind.number = (int)sizeof(double);
     kind.size = f->s->size;
     kind.contacts = f->s->model->contacts;
@@ -43,6 +43,8 @@ static struct kind kind_of(const struct phase *f)
     NUMBER(at->late)                        \
     NUMBER(at->energy_known)                \
     NUMBER(at->bounded)                     \
+    NUMBER(at->longest)                     \
+    NUMBER(at->refused)                     \
     NUMBER(at->energy)                      \
     NUMBER(at->energy_end)                  \
     NUMBER(at->energy_h)                    \

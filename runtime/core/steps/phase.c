@@ -215,7 +215,7 @@ static enum outcome begin_phase(struct phase *f)
     f->at.since = f->t;
     f->at.energy_known = f->at.crawled = 0;
     f->at.place = NAN;
-    f->at.late = 0.0;
+    f->at.late = f->at.refused = 0.0;
     if (run->method->restart)
         run->method->restart(f->scratch, f->s->size);
     if (!outcome && f->h <= 0.0)
@@ -322,14 +322,15 @@ static enum outcome try_step(struct phase *f, struct event *event, double *stop,
     struct progress *at = &f->at;
     const double wanted = run->fixed_step > 0.0 ? run->fixed_step : at->next, next = next_stop(run, f->t);
     const int last = f->t + 1.01 * wanted >= next;
-    const double whole = last ? next - f->t - at->late : wanted;
+    const double left = next - f->t - at->late, whole = last ? left : wanted;
     f->h = whole;
+    at->longest = at->refused > 0.0 ? fmin(at->refused, left) : left;
     at->bounded = last;
     *again = 0;
     enum outcome outcome = accepted_step(f, &at->next);
     if (outcome)
         return outcome;
-    if (last && f->h == whole)
+    if (f->h == left)
         at->next = fmax(at->next, wanted);
     f->kink = -1;
     if (f->flips <= 2 * f->s->model->switches && (outcome = end_at_kink(f))) /* more at one instant are rounding */
@@ -337,6 +338,7 @@ static enum outcome try_step(struct phase *f, struct event *event, double *stop,
     if (f->kink >= 0 && !(f->t + f->h > f->t)) { /* it begins there */
         at->next = fmin(at->next,
                         LEAST_CHANGE * whole); /* where it crosses again at once, shorter steps show what is rounding */
+        at->refused = at->next;
         f->flips++;
         *again = 1;
         return OUTCOME_DONE;
@@ -362,13 +364,13 @@ static enum outcome try_step(struct phase *f, struct event *event, double *stop,
         outcome = OUTCOME_TURNED_FAR;
     if (outcome && outcome != OUTCOME_INTERRUPTED && run->fixed_step == 0.0 && f->h > shortest(f)) {
         f->kink = -1;
-        at->next = LEAST_CHANGE * f->h; /* no step ends there, or it ends too late: come nearer first */
+        at->refused = at->next = LEAST_CHANGE * f->h; /* no step ends there, or it ends too late: come nearer first */
         event->contact = -1;
         run->rejected++;
         *again = 1;
         return OUTCOME_DONE;
     }
-    *stop = last && f->h == whole ? next : NAN;
+    *stop = f->h == left ? next : NAN;
     return outcome;
 }
 
@@ -377,6 +379,7 @@ static void commit_step(struct phase *f, double stop)
 {
     struct progress *at = &f->at;
     f->flips = 0;
+    at->refused = 0.0;
     commit_energy(f);
     const double step = f->h + at->late, then = isnan(stop) ? f->t + step : stop;
     at->late = then == stop ? 0.0 : step - (then - f->t);
@@ -395,6 +398,7 @@ static void commit_event(struct phase *f)
     f->t += f->h;
     memcpy(f->y, f->y1, (size_t)f->s->size * sizeof *f->y);
     f->at.next = fmin(f->at.next, LONGEST_REBOUND * (f->t - f->at.since));
+    f->at.refused = 0.0;
 }
 
 /* Events that show in a state, not between two: what others carried is open, or links cannot move */

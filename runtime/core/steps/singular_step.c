@@ -6,9 +6,10 @@
  * shows; what the end of a step gets wrong, the next step makes larger. Steps near such a configuration are therefore placed:
  * one that would end beside it ends well before it, and the next passes it between two of its stages, with every stage put
  * onto the closure first, by a method that looks at neither of its ends: collocation (gauss.c). A state that an event or the
- * end of a run has left beside the configuration is passed over likewise. The run's own method goes on where velocities are known
- * to the tolerance again: short steps nearer by would estimate rounding. The solution of the equations is the same, and so
- * is the order of the method.
+ * end of a run has left beside the configuration is passed over likewise. Another method's steps are too short for that: they would end
+ * beside the configuration before they come in sight of it, and estimate rounding. Collocation takes over before, with steps as long
+ * and as exact as a run by collocation would have there, and the run's own method goes on where velocities are known
+ * to the tolerance again. The solution of the equations is the same, and so is the order of the method.
  */
 #include "steps/singular_step.h"
 
@@ -145,15 +146,60 @@ int misplaced(struct phase *f, const double *end)
     return 1;
 }
 
-void place_about_singularity(struct phase *f)
+/* How many times as long as those of the run's own method steps by collocation are. A method of order p misses about (h / T)^p in a step, T being
+ * how far the motion is analytic: with the tolerance for that, h = T rtol^(1/p). */
+static double times_as_long(const struct phase *f)
+{
+    return pow(f->run->tolerance.rtol, 1.0 / gauss.order - 1.0 / f->run->method->order);
+}
+
+int keeps_collocation(struct phase *f)
+{
+    const enum passage was = f->at.passage;
+    if (!f->passing || was == FREE)
+        return 0;
+    const int keeps = begins_in_doubt(f);
+    if (!keeps && was != BEFORE)
+        f->h = fmin(f->h, f->at.own);
+    return keeps;
+}
+
+int begins_beside_singularity(struct phase *f)
+{
+    return f->passing && could_begin_in_doubt(f) && begins_in_doubt(f);
+}
+
+/* Stages of a method that are not put back miss the closure by its error, and move by 1 / sigma times that: towards a singular configuration its
+ * steps become shorter in proportion to what is left of the way, and never come in sight of it by looking ahead as far as they are long. */
+int leads_to_singularity(struct phase *f)
+{
+    const struct system *s = f->s;
+    if (!f->passing || f->at.passage != FREE || active_count(s) || !projects(f))
+        return 0;
+    const double near = fmin(doubtful_margin(f, f->y1), SIGMA_DROP);
+    if (!(MAGNIFIED * near * s->moved_rate * s->length > s->missed_rate))
+        return 0;
+    const double after = rank_margin(f->s, f->y1);
+    if (!(after < near))
+        return 0;
+    const double before = rank_margin(f->s, f->y);
+    return after < before && before < LOOK_AHEAD * times_as_long(f) * (before - after);
+}
+
+void take_over(struct phase *f, double own)
+{
+    f->at.own = own;
+    f->h *= times_as_long(f);
+    if (f->h >= f->at.longest) {
+        f->h = f->at.longest;
+        f->at.bounded = 1;
+    }
+}
+
+void place_about_singularity(struct phase *f, enum passage elsewhere)
 {
     const double part = (f->at.place - f->t) / f->h;
-    const enum passage was = f->at.passage;
-    f->at.passage = f->passing && (was != FREE || could_begin_in_doubt(f)) && begins_in_doubt(f) ? ABOUT : FREE;
-    if (was == FREE && f->at.passage == ABOUT)
-        f->at.own = f->h;
-    if (was == ABOUT && f->at.passage == FREE)
-        f->h = fmin(f->h, f->at.own);
+    f->at.passage = elsewhere;
     if (!(part > -CLEAR[0] &&
           part < 1.0 + MIDDLE)) /* not where no place is known, or where a whole step before it leaves enough */
         return;

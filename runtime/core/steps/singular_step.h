@@ -8,8 +8,20 @@
  * beside one, so that it is to be taken again: f->place is when */
 int crosses_singularity(struct phase *f, enum outcome back, double error, const double *end);
 
-/* the length of a step that may be as long as f->h, and how it is taken, from f->place */
-void place_about_singularity(struct phase *f);
+/* whether collocation goes on taking the steps of a method that it has taken them over from; if not, the next is as long as those were */
+int keeps_collocation(struct phase *f);
+
+/* whether collocation takes over from the run's own method where the step begins, */
+int begins_beside_singularity(struct phase *f);
+
+/* or for where the step to y1 leads */
+int leads_to_singularity(struct phase *f);
+
+/* a step by collocation in place of one of length f->h by the run's own method, which would take one of length `own` next */
+void take_over(struct phase *f, double own);
+
+/* the length of a step that may be as long as f->h, and how it is taken, from f->place: away from it as `elsewhere`, FREE or ABOUT */
+void place_about_singularity(struct phase *f, enum passage elsewhere);
 
 /* whether the singular configuration is passed elsewhere in the step to end[2n] than f->place says, which then says it better */
 int misplaced(struct phase *f, const double *end);

@@ -77,10 +77,15 @@ enum outcome project_step_end(struct phase *f)
     return outcome;
 }
 
+/* Whether the step is placed about a singular configuration. A step by collocation at no known place is one as collocation takes anywhere. */
+static int guided(const struct phase *f)
+{
+    return f->at.passage == BEFORE || f->at.passage == ACROSS;
+}
+
 enum outcome unprojected_step(struct phase *f, double h, struct tolerance tolerance)
 {
-    const int guided = f->at.passage != FREE;
-    const int other = guided && f->passing && !active_count(f->s);
+    const int other = f->at.passage != FREE && f->passing && !active_count(f->s);
     f->by = other ? &gauss : f->run->method;
     f->steps = other ? f->passing : f->scratch;
     if (other) {
@@ -88,7 +93,7 @@ enum outcome unprojected_step(struct phase *f, double h, struct tolerance tolera
         if (f->run->method->restart)
             f->run->method->restart(f->scratch, f->s->size);
     }
-    f->s->projects_stages = guided;
+    f->s->projects_stages = guided(f);
     const enum outcome outcome = f->by->step(f->s, f->steps, f->t, h, tolerance, f->y, f->dy, f->y1);
     f->s->projects_stages = 0;
     return outcome;
@@ -102,7 +107,7 @@ enum outcome evaluate_end_derivative(struct phase *f)
 
 double unknown_velocity(const struct phase *f)
 {
-    if (f->at.passage == FREE || active_count(f->s))
+    if (!guided(f) || active_count(f->s))
         return 0.0;
     const double sigma = rank_margin(f->s, f->y);
     return fmin(ACROSS_KNOWN * DBL_EPSILON / (sigma * sigma), KNOWN_AT_LEAST);
@@ -112,7 +117,7 @@ double unknown_velocity(const struct phase *f)
 static struct tolerance tolerance_of(const struct phase *f)
 {
     struct tolerance tolerance = f->run->tolerance;
-    if (f->by == &gauss && f->at.passage != FREE) {
+    if (f->by == &gauss && guided(f)) {
         tolerance.rtol *= GUIDED;
         tolerance.atol *= GUIDED;
     }

@@ -7,7 +7,7 @@
 #include "steps/event_search.h"
 
 /* How a step lies to a singular configuration: far from it, so that it ends well before it, across it, or about one, at no known
- * place. All but the first have their stages on the closure: singular_step.h */
+ * place. All but the first are taken by collocation, those before and across with their stages on the closure: singular_step.h */
 enum passage { FREE, BEFORE, ACROSS, ABOUT };
 
 /* What a phase takes over from one step to the next, beside the state and what the method keeps */
@@ -19,7 +19,9 @@ struct progress {
     double next;         /* length of the step to try next */
     double late;         /* what rounding took from the time: many equal steps are as long as they say */
     int energy_known;    /* whether `energy` is that of the state */
-    int bounded;         /* whether the step may not go on past its end */
+    int bounded;         /* whether the step may not go on past its end, */
+    double longest;      /* and the longest that there may be */
+    double refused;      /* how long the next may be after one that could not end where it was to, or 0 */
     double energy[2],
         energy_end[2]; /* kinetic and potential, at y if it is known, and at the end of a step of length energy_h */
     double energy_h, energy_in_motion; /* and the largest energy that has been in motion */
@@ -72,7 +74,7 @@ int projects(const struct phase *f);
 /* step of length h from (t, y) to y1, not put back yet */
 enum outcome unprojected_step(struct phase *f, double h, struct tolerance tolerance);
 
-/* Part of the velocities that is not known where a step past a singular configuration begins, rounding / sigma^2: no step ends with less
+/* Part of the velocities that is not known where a step placed about a singular configuration begins, rounding / sigma^2: no step ends with less
  * than it began with, and shorter ones, which end nearer to it, end with more. 0 elsewhere */
 double unknown_velocity(const struct phase *f);
 

@@ -60,14 +60,15 @@ double shortest(const struct phase *f)
 }
 
 /* Put the end of a step back. What it had been meanwhile is kept where its derivative will be. Whether the step is to be taken
- * again, because of the place at which it passes a singular configuration, in *again. */
-static enum outcome project_and_place(struct phase *f, const double *error, int *again)
+ * again, because of the place at which it passes a singular configuration, in *again; in *over whether by collocation, which leads there. */
+static enum outcome project_and_place(struct phase *f, const double *error, int *again, int *over)
 {
     double *end = f->dy1;
     memcpy(end, f->y1, (size_t)f->s->size * sizeof *end);
     const enum outcome back = project_step_end(f);
     *again = f->at.passage == FREE || f->at.passage == ABOUT ? crosses_singularity(f, back, *error, end)
                                                              : !back && *error <= 1.0 && misplaced(f, end);
+    *over = !*again && !back && leads_to_singularity(f);
     return *error <= 1.0 ? back : OUTCOME_DONE;
 }
 
@@ -75,21 +76,31 @@ enum outcome accepted_step(struct phase *f, double *next)
 {
     struct run *run = f->run;
     int refused = 0, again = 0;
+    enum passage elsewhere = keeps_collocation(f) ? ABOUT : FREE;
     for (;;) {
         double error = 0.0;
+        if (elsewhere == FREE && begins_beside_singularity(f)) {
+            elsewhere = ABOUT;
+            take_over(f, f->h);
+        }
         const double whole = f->h;
-        place_about_singularity(f);
+        place_about_singularity(f, elsewhere);
         enum outcome outcome = unprojected_step(f, f->h, run->fixed_step > 0.0 ? to_rounding(f->s) : run->tolerance);
         if (!outcome && run->fixed_step == 0.0)
             outcome = step_error(f, &error);
         if (!outcome && isfinite(error)) {
-            int anew;
-            outcome = project_and_place(f, &error, &anew);
-            if (anew && again++ < AGAIN) {
+            int anew, over;
+            outcome = project_and_place(f, &error, &anew, &over);
+            if ((anew || over) && again++ < AGAIN) {
+                const double own =
+                    whole * (error > 1.0 ? fmax(SAFETY * pow(error, -1.0 / f->by->order), LEAST_CHANGE) : 1.0);
                 if (f->at.passage == FREE)
-                    f->at.own =
-                        whole * (error > 1.0 ? fmax(SAFETY * pow(error, -1.0 / f->by->order), LEAST_CHANGE) : 1.0);
+                    f->at.own = own;
                 f->h = whole;
+                if (over) {
+                    elsewhere = ABOUT;
+                    take_over(f, own);
+                }
                 continue;
             }
         }
@@ -104,8 +115,6 @@ enum outcome accepted_step(struct phase *f, double *next)
             *next = f->h * fmin(fmax(change, LEAST_CHANGE), refused ? 1.0 : LARGEST_CHANGE);
             if (f->at.passage == BEFORE)
                 *next = fmax(*next, whole);
-            if (f->by != run->method && f->at.passage == ACROSS) /* the length that the run's own method may have */
-                *next = f->at.own;
             run->steps++;
             return OUTCOME_DONE;
         }
@@ -127,9 +136,10 @@ enum outcome integrate_to(struct phase *f, double until)
     while (f->t < until) {
         const double left = until - f->t;
         f->h = 1.01 * next >= left ? left : next;
-        const int last = f->at.bounded = f->h == left;
+        f->at.bounded = f->h == left;
+        f->at.longest = left;
         enum outcome outcome = accepted_step(f, &next);
-        if (outcome || (last && f->h == left))
+        if (outcome || f->h == left)
             return outcome;
         if ((outcome = evaluate_end_derivative(f)))
             return outcome;
