@@ -19,6 +19,19 @@ def all_within(const real[::1] x, real limit):
     return numbers_within(x.shape[0], &x[0], limit)
 
 
+def sure_inverses(const real[:, :, ::1] matrices, real sure):
+    """Inverses (b, k, k) of matrices, and which of them (b,) are surely regular; see invert_sure."""
+    cdef Py_ssize_t i, b = matrices.shape[0], k = matrices.shape[1]
+    found, regular = zeros((b, k, k)), np.ones(b, dtype=bool)
+    cdef real[:, :, ::1] out = found
+    cdef real[::1] scratch = empty(2 * k * (k + 1) + 1)
+    if k:
+        for i in range(b):
+            if not invert_sure(k, &matrices[i, 0, 0], sure, &out[i, 0, 0], &scratch[0]):
+                regular[i] = False
+    return found, regular
+
+
 cdef object _columns(const real *x, size_t rows, size_t stride, size_t width):
     """The first ``width`` of every ``stride`` numbers, (rows, width)."""
     found = empty((rows, width))

@@ -115,6 +115,25 @@ cdef extern from *:
                        real *Lambda) nogil
     int free_motions(system *s, const real *q, real *motions) nogil
     const real RANK_TOLERANCE
+    struct collocation:
+        int stages
+        const real *c
+        const real *b
+        const real *twice_b
+        const real *A
+        const real *twice
+    struct carrying:
+        int n, width, count
+        real h
+        const real *J
+        int first[2]
+        int rows[2]
+        const real *pull[2]
+        const real *moves[2]
+    enum:
+        COLUMNS
+    int carry(const collocation *g, const carrying *step, int side, real *whole, real *room) nogil
+    int invert_sure(int n, const real *W, real sure, real *inverse, real *scratch) nogil
     bint numbers_within "all_within"(size_t n, const real *x, real limit) nogil
     bint numbers_finite "all_finite"(size_t n, const real *x) nogil
     int project_position(system *s, real *q) nogil

@@ -265,3 +265,62 @@ cdef class Differentiating(Contacting):
             for i in range(calls):
                 outcome = system_acceleration(&s, t, &q[0], &u[0], &u_dot[0], &rows[0])
                 outcome = acceleration_tangents(&s, t, &q[0], &u[0], &u_dot[0], &rows[0], &moved, &out[0], &miss)
+
+
+@cython.final
+cdef class Carried:
+    """Steps of lengths h (k,) that take small differences on by sweeps (motion/carried.h), over the tableau c, b, twice_b, A, twice.
+
+    J (k, stages, n, width) are derivatives of the accelerations at their nodes; ``back`` says what puts the ends of steps back:
+    of each the first entry of the state, pull (k, n, rows) and moves (k, rows, width); twice at most."""
+
+    cdef const real[::1] h, c, b, twice_b
+    cdef const real[:, ::1] A, twice
+    cdef const real[:, :, :, ::1] J
+    cdef list pulls, moves, firsts
+
+    def __init__(self, h, tableau, J, back):
+        self.h, self.J = h, J
+        self.c, self.b, self.twice_b, self.A, self.twice = tableau
+        self.firsts = [first for first, _, _ in back]
+        self.pulls = [np.ascontiguousarray(pull) for _, pull, _ in back]
+        self.moves = [np.ascontiguousarray(moves) for _, _, moves in back]
+
+    @staticmethod
+    def taken(Py_ssize_t columns):
+        """As how many columns so many are carried: one by itself, others in whole groups."""
+        return columns if columns <= 1 else (columns + COLUMNS - 1) // COLUMNS * COLUMNS
+
+    def through(self, Py_ssize_t number, const real[:, ::1] whole):
+        """What differences ``whole`` (width, columns) of the state and the arguments before a step are of the state behind it,
+        (2 n, columns); None where sweeps do not contract."""
+        cdef collocation g
+        cdef carrying step
+        cdef Py_ssize_t i, l, first, column, n = self.J.shape[2], width = self.J.shape[3]
+        cdef const real[:, :, ::1] pull, moves
+        g.stages, g.c, g.b, g.twice_b = self.c.shape[0], &self.c[0], &self.b[0], &self.twice_b[0]
+        g.A, g.twice = &self.A[0, 0], &self.twice[0, 0]
+        step.n, step.width, step.count, step.h, step.J = n, width, 0, self.h[number], &self.J[number, 0, 0, 0]
+        for i in range(len(self.firsts)):
+            pull, moves = self.pulls[i], self.moves[i]
+            if not pull.shape[2]:
+                continue
+            step.first[step.count], step.rows[step.count] = self.firsts[i], pull.shape[2]
+            step.pull[step.count], step.moves[step.count] = &pull[number, 0, 0], &moves[number, 0, 0]
+            step.count += 1
+        cdef int side = COLUMNS if whole.shape[1] > 1 else 1
+        found = empty((2 * n, whole.shape[1]))
+        cdef real[:, ::1] out = found
+        cdef real[::1] some = zeros(width * side), room = empty((5 * g.stages * n + width) * side)
+        for first in range(0, whole.shape[1], side):
+            for l in range(side):
+                column = min(first + l, whole.shape[1] - 1)
+                for i in range(width):
+                    some[i * side + l] = whole[i, column]
+            if not carry(&g, &step, side, &some[0], &room[0]):
+                return None
+            for l in range(side):
+                column = min(first + l, whole.shape[1] - 1)
+                for i in range(2 * n):
+                    out[i, column] = some[i * side + l]
+        return found

@@ -10,7 +10,6 @@ import numpy as np
 from ..arrays import FloatArray
 from ..faults import Faults
 from ..model.derivatives import need_derivatives
-from ..model.drives import drive_rows
 from ..model.forces import Held
 from ..model.model import Model
 from ..model.thresholds import characteristic_time
@@ -18,11 +17,13 @@ from ..precision import need_doubles
 from ..record.impact import Impact
 from ..record.record import Record
 from .change_points import refuse_parted
-from .held import cannot, pushing, ways_differ, well
-from .local import Local, Places, at_one
+from .held import cannot, pushing, ways_differ
+from .local import Local, at_one
 from .moving import Moving, whole_of
 from .passing import Check, Instant, Part, Parted, Passed, pass_change, pass_impacts
-from .steps import Steps, maps
+from .shutting import Shutting, shutting_of
+from .steps import Steps, maps, motion_along
+from .swept import Swept, few, swept
 
 KEPT = 1e-6
 """Contacts stay as they are held where their rates move by less than this part of their terms in a step, which is what
@@ -58,11 +59,12 @@ class Stop(NamedTuple):
 
 
 class Course(NamedTuple):
-    """A run as what its ``parts`` make of small differences one after the other, and ``stops`` at the times that were
-    asked for."""
+    """A run as what its ``parts`` make of small differences one after the other, ``stops`` at the times that were asked
+    for, and whether it has matrices of its steps or takes differences through them by ``sweeps``."""
 
-    parts: Sequence[Part]
+    parts: Sequence[Part | Swept]
     stops: Sequence[Stop]
+    sweeps: bool
 
     def back(self, at_stops: FloatArray, at_impacts: Mapping[float, FloatArray]) -> FloatArray:
         """Covectors (k, D) at the start of the run, of differences of the state there and the arguments.
@@ -147,13 +149,14 @@ def _held(run: Record) -> list[tuple[float, Held]]:
     ]
 
 
-def along(run: Record, model: Model, moving: Moving, S: FloatArray, times: Sequence[float]) -> Course:
+def along(run: Record, model: Model, moving: Moving, S: FloatArray, times: Sequence[float], *, forward: bool) -> Course:
     """What a run makes of small differences that begin with S (2 n, columns), with stops at ``times`` that grow, under
-    the inputs that are set."""
+    the inputs that are set. Where they only go ``forward`` and are few, no matrices are formed of its steps."""
     pieces, joints = _pieces(run, times)
     refuse_parted(run, model, moving, _as_steps(pieces))
-    steps = _steps(run, model, moving, pieces)
-    parts, stops = list[Part](), list[Stop]()
+    sweeps = forward and few(S.shape[1], len(pieces), moving)
+    steps = _steps(run, model, moving, pieces, sweeps)
+    parts, stops = list[Part | Swept](), list[Stop]()
     wanted = list(times)
     if pieces:
         _check_held(model, moving, pieces[0], S)
@@ -175,7 +178,7 @@ def along(run: Record, model: Model, moving: Moving, S: FloatArray, times: Seque
         if wanted and abs(wanted[0] - end) <= 4.0 * np.finfo(float).eps * abs(end):
             stops.append(Stop(len(parts), piece.end, piece.held))
             wanted.pop(0)
-    return Course(parts, stops)
+    return Course(parts, stops, sweeps)
 
 
 def carried(
@@ -185,24 +188,26 @@ def carried(
     that were passed, under the inputs that are set. ``in_order`` takes them through instants whose contacts they part.
 
     Raises ``ValueError`` for columns that keep a part from having one matrix."""
-    n, found, passed = len(S) // 2, list[FloatArray](), list[Passed]()
+    states, found, passed = len(S), list[FloatArray](), list[Passed]()
+    whole = np.vstack([S, moving.along])
+    behind = [stop.behind for stop in course.stops]
     for number in range(len(course.parts) + 1):
-        found += [S for stop in course.stops if stop.behind == number]
-        if number < len(course.parts):
-            part = course.parts[number]
-            whole = moving.whole(S[:n], S[n:])
-            try:
-                for check in part.checks:
-                    check(whole)
-            except Parted:
-                if in_order is None or part.instant is None:
-                    raise
-                S, one = in_order(model, moving, part.instant, S)
-                passed.append(one)
-                continue
-            if part.passed is not None:
-                passed.append(part.passed.of_columns(whole))
-            S = np.asarray(part.matrix @ whole)
+        found += [whole[:states].copy()] * behind.count(number)
+        if number == len(course.parts):
+            break
+        part = course.parts[number]
+        try:
+            for check in part.checks:
+                check(whole)
+        except Parted:
+            if in_order is None or part.instant is None:
+                raise
+            whole[:states], one = in_order(model, moving, part.instant, whole[:states].copy())
+            passed.append(one)
+            continue
+        if part.passed is not None:
+            passed.append(part.passed.of_columns(whole))
+        whole[:states] = part.through(whole)
     return np.array(found), tuple(passed)
 
 
@@ -240,74 +245,61 @@ def _as_steps(pieces: Sequence[Piece]) -> Steps:
     )
 
 
-def _steps(run: Record, model: Model, moving: Moving, pieces: Sequence[Piece]) -> list[Part]:
-    """What each piece makes of differences; all that are held alike at once."""
+def _steps(run: Record, model: Model, moving: Moving, pieces: Sequence[Piece], sweeps: bool) -> list[Part | Swept]:
+    """What each piece makes of differences, by ``sweeps`` or as matrices; all that are held alike at once."""
     tolerance = getattr(run.advance, "tolerances", (0.0, 0.0))
     groups: dict[tuple[tuple[int, str, float], ...], list[int]] = {}
     for k, piece in enumerate(pieces):
         groups.setdefault(tuple(tuple(one) for one in piece.held), []).append(k)  # type: ignore[misc]
-    found: dict[int, Part] = {}
+    found: dict[int, Part | Swept] = {}
     for held, which in groups.items():
         some = [pieces[k] for k in which]
         steps = _as_steps(some)
-        matrices = maps(model, moving, held, steps, tolerance)
-        if (model.rows and run.drift == "projected") or held:
-            parts = _shut(model, moving, held, steps, matrices)
+        projected = (model.rows and run.drift == "projected") or held
+        shut = shutting_of(model, moving, held, steps.t + steps.h, steps.q1, steps.u1) if projected else None
+        if sweeps and not (shut is not None and shut.unsure.size):
+            parts = _swept(model, moving, held, steps, tolerance, shut)
         else:
-            parts = [Part(matrix) for matrix in matrices]
+            parts = _matrices(model, moving, held, steps, tolerance, shut)
         found |= dict(zip(which, parts, strict=True))
     return [found[k] for k in range(len(pieces))]
 
 
-def _rows(at: Places, held: Held, u: FloatArray) -> tuple[tuple[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]:
-    """Rows that a motion keeps, and by what they change, (b, rows, n) and (b, rows, D): of places, and of rates at
-    u."""
-    chosen = [contact for contact, _ in pushing(held)]
-    sticks = [contact for contact, how in pushing(held) if how == "sticks"]
-    R, places, rates = at.closure_rows, at.closure_moves(), at.closure_rates_move(u)
-    if chosen:
-        R = np.concatenate([R, at.gap_rows[:, chosen]], axis=1)
-        places = np.concatenate([places, at.gaps_move()[:, chosen]], axis=1)
-        rates = np.concatenate([rates, at.gap_rates_move(u)[:, chosen]], axis=1)
-    Rs = R
-    if sticks:
-        Rs = np.concatenate([R, at.slip_rows[:, sticks]], axis=1)
-        rates = np.concatenate([rates, at.slips_move(u)[:, sticks]], axis=1)
-    return (R, places), (Rs, rates)
+def _matrices(
+    model: Model, moving: Moving, held: Held, steps: Steps, tolerance: tuple[float, float], shut: Shutting | None
+) -> list[Part | Swept]:
+    """Steps as matrices, side by side."""
+    matrices = maps(model, moving, held, steps, tolerance)
+    if shut is None:
+        return [Part(matrix) for matrix in matrices]
+    checks = _checks(shut, matrices)
+    return [Part(*one) for one in zip(shut.behind(matrices), checks, strict=True)]
 
 
-def _shut(model: Model, moving: Moving, held: Held, steps: Steps, matrices: FloatArray) -> list[Part]:
-    """Steps behind each of which differences are put back onto the loops and the contacts that are held, as the run
-    is."""
+def _swept(
+    model: Model, moving: Moving, held: Held, steps: Steps, tolerance: tuple[float, float], shut: Shutting | None
+) -> list[Part | Swept]:
+    """Steps by sweeps; those that have to be halved as matrices."""
+    stages, missed = motion_along(model, held, steps, tolerance)
+    good, others = np.flatnonzero(~missed), np.flatnonzero(missed)
+    of = [shut.some(which) if shut is not None else None for which in (good, others)]
+    parts = list[Part | Swept](swept(model, moving, held, steps.some(good), stages[good], of[0]))
+    if others.size:
+        parts += _matrices(model, moving, held, steps.some(others), tolerance, of[1])
+    return [parts[place] for place in np.argsort(np.concatenate([good, others]))]
+
+
+def _checks(shut: Shutting, matrices: FloatArray) -> list[tuple[Check, ...]]:
+    """What columns before each step have to fulfil, of which these are the matrices (k, 2 n, D) before they are put
+    back."""
     k, states, D = matrices.shape
-    n = states // 2
-    at = Places(model, moving, steps.t + steps.h, steps.q1)
-    (R, places), (Rs, rates) = _rows(at, held, steps.u1)
-    free, drives = np.diag(model.coordinate_units), drive_rows(model)
-    if len(drives):  # driven joints stay where they are
-        free = free @ (np.eye(n) - np.linalg.pinv(drives) @ drives)
     checks: list[tuple[Check, ...]] = [()] * k
-    for i in np.flatnonzero(~well(Rs @ Rs.transpose(0, 2, 1))):
-        if np.linalg.matrix_rank(Rs[i], tol=1e-10 * float(np.linalg.norm(Rs[i]))) < Rs.shape[1]:
+    for i in shut.unsure.tolist():
+        rows = shut.rows[i]
+        if np.linalg.matrix_rank(rows, tol=1e-10 * float(np.linalg.norm(rows))) < len(rows):
             through = np.vstack([matrices[i], np.eye(D)[states:]])
-            checks[i] = (_kept(Local(at, int(i)), Rs[i], rates[i], through),)
-    for part, rows, moves in ((slice(0, n), R, places), (slice(n, states), Rs, rates)):
-        missed = moves[:, :, :states] @ matrices
-        missed[:, :, states:] += moves[:, :, states:]
-        matrices[:, part] -= free @ (_inverted(rows @ free) @ missed)
-    return [Part(*one) for one in zip(matrices, checks, strict=True)]
-
-
-def _inverted(rows: FloatArray) -> FloatArray:
-    """The pseudo-inverse (b, n, k) of rows (b, k, n)."""
-    across = rows.transpose(0, 2, 1)
-    gram = rows @ across
-    sure = well(gram)
-    found = np.zeros(across.shape)
-    found[sure] = across[sure] @ np.linalg.inv(gram[sure])
-    if not sure.all():
-        found[~sure] = np.linalg.pinv(rows[~sure], rcond=1e-10)
-    return found
+            checks[i] = (_kept(Local(shut.at, i), rows, shut.rates[i], through),)
+    return checks
 
 
 def _check_held(model: Model, moving: Moving, first: Piece, S: FloatArray) -> None:

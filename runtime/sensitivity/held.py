@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from .._core import sure_inverses
 from ..arrays import BoolArray, FloatArray
 from ..model.compiled import Compiled
 from ..model.derivatives import INEXACT
@@ -159,12 +160,7 @@ def _of_contacts(
 
 def well(matrices: FloatArray) -> BoolArray:
     """Which of the matrices (b, k, k) are surely regular, far from where rows count as dependent."""
-    scale = np.sqrt(np.abs(np.diagonal(matrices, axis1=1, axis2=2)))
-    scale[~(scale > 0.0)] = 1.0
-    even = matrices / (scale[:, :, None] * scale[:, None, :])
-    small = np.min(scale, axis=1) > SURE * np.max(scale, axis=1)
-    values = np.linalg.svd(even, compute_uv=False)
-    return np.asarray(small & (values[:, -1] > SURE * values[:, 0]))
+    return sure_inverses(np.ascontiguousarray(matrices), SURE)[1]
 
 
 def solved(at: Local, matrix: FloatArray, wanted: FloatArray, *, alike: bool) -> tuple[FloatArray, bool]:

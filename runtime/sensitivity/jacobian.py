@@ -26,7 +26,7 @@ from .told import TIMES, WHOLE, Output, check_outputs, label, moves, values
 Mode = Literal["auto", "tangent", "adjoint"]
 MODES: tuple[Mode, ...] = get_args(Mode)
 """Whether differences go along the run from each column, or covectors back from each number; "auto" takes what there
-are fewer of."""
+are fewer of, and goes along where columns are few beside coordinates: then no step needs a matrix."""
 
 Given = tuple[FloatArray | None, FloatArray | None] | None
 """A start as it was given, with None for what is the scene's; None where all of it is."""
@@ -81,11 +81,11 @@ def run_sensitivities(
     """
     if mode not in MODES:
         raise ValueError(f"mode: found {mode!r}, expected one of {', '.join(MODES)}")
-    asked = _followed(run, wrt, outputs, at, given)
+    asked = _followed(run, wrt, outputs, at, given, forward=mode != "adjoint")
     told = {label(output): value for output, value in zip(asked.outputs, _values(asked), strict=True)}
     count = len(asked.moving.columns)
     numbers = sum(value.size for value in told.values())
-    adjoint = mode == "adjoint" or (mode == "auto" and numbers < count)
+    adjoint = mode == "adjoint" or (mode == "auto" and numbers < count and not asked.course.sweeps)
     with asked.model.given(asked.inputs):
         S, passed = carried(asked.course, asked.model, asked.moving, asked.S, in_order)
     moved = _pulled_back(asked, np.eye(numbers)) if adjoint else _moved(asked, S, passed)
@@ -108,7 +108,7 @@ def run_vjp(
 ) -> FloatArray:
     """``covector`` (numbers,) or (k, numbers) times the Jacobian of :func:`run_sensitivities`, (columns,) or
     (k, columns), in adjoint mode."""
-    asked = _followed(run, wrt, outputs, at, given)
+    asked = _followed(run, wrt, outputs, at, given, forward=False)
     numbers = sum(value.size for value in _values(asked))
     found = read_numbers(covector, "covector")
     if found.ndim not in (1, 2) or found.shape[-1] != numbers:
@@ -145,7 +145,10 @@ class Asked:
         return np.searchsorted(np.unique(self.times), self.times)
 
 
-def _followed(run: Record, wrt: Wrt, outputs: Sequence[Output] | Output, at: ArrayLike | None, given: Given) -> Asked:
+def _followed(
+    run: Record, wrt: Wrt, outputs: Sequence[Output] | Output, at: ArrayLike | None, given: Given, *, forward: bool
+) -> Asked:
+    """``forward`` where differences need not be taken back."""
     model = check(run)
     chosen = [outputs] if isinstance(outputs, str) or callable(outputs) else list(outputs)
     faults = Faults()
@@ -163,7 +166,7 @@ def _followed(run: Record, wrt: Wrt, outputs: Sequence[Output] | Output, at: Arr
     assert moving is not None
     with model.given(inputs):
         S = _start_moves(model, moving, run, given)
-        course = along(run, model, moving, S, np.unique(times).tolist())
+        course = along(run, model, moving, S, np.unique(times).tolist(), forward=forward)
     single = at is None or np.ndim(at) == 0
     return Asked(run, model, moving, inputs, chosen, times, single, S, course)
 

@@ -66,7 +66,7 @@ class Passed:
 
     def of_columns(self, whole: FloatArray) -> Passed:
         """The same by columns, (D, columns), where ``dt`` and ``behind`` are by all D directions."""
-        return replace(self, dt=self.dt @ whole, behind=self.behind @ whole)
+        return Passed(self.t, self.kind, self.contacts, self.dt @ whole, self.behind @ whole, self.matrix)
 
 
 class Parted(ValueError):
@@ -89,6 +89,10 @@ class Part(NamedTuple):
     checks: tuple[Check, ...] = ()
     passed: Passed | None = None
     instant: Instant | None = None
+
+    def through(self, whole: FloatArray) -> FloatArray:
+        """Differences (2 n, columns) behind the part, of those (D, columns) before it."""
+        return np.asarray(self.matrix @ whole)
 
 
 def pass_impacts(model: Model, moving: Moving, instants: Sequence[Instant]) -> list[Part]:

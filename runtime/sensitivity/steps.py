@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..arrays import FloatArray
+from ..arrays import BoolArray, FloatArray
 from ..model.forces import Held
 from ..model.model import Model
 from ..model.thresholds import characteristic_time
@@ -103,16 +103,14 @@ def maps(model: Model, moving: Moving, held: Held, steps: Steps, tolerance: tupl
 def _maps(
     model: Model, moving: Moving, held: Held, steps: Steps, tolerance: tuple[float, float], halvings: int
 ) -> FloatArray:
-    stages = _stages(model, held, steps)
-    q_end, u_end = _ends(steps, stages)
-    missed = np.logical_not(_meets(model, steps, q_end, u_end, tolerance) & np.isfinite(stages).all(axis=(1, 2)))
+    stages, missed = motion_along(model, held, steps, tolerance)
     n = steps.q.shape[1]
     if not missed.any():
-        return _linear(model, moving, held, steps, stages)
+        return linear(model, moving, held, steps, stages)
     found = np.zeros((len(steps.t), 2 * n, len(moving.directions.columns)))
     good = np.flatnonzero(~missed)
     if good.size:
-        found[good] = _linear(model, moving, held, steps.some(good), stages[good])
+        found[good] = linear(model, moving, held, steps.some(good), stages[good])
     if missed.any() and not halvings:
         t = float(steps.t[np.flatnonzero(missed)[0]])
         raise ValueError(
@@ -122,6 +120,16 @@ def _maps(
     for i in np.flatnonzero(missed):
         found[i] = _halved(model, moving, held, steps.some(np.array([i])), tolerance, halvings - 1)
     return found
+
+
+def motion_along(
+    model: Model, held: Held, steps: Steps, tolerance: tuple[float, float]
+) -> tuple[FloatArray, BoolArray]:
+    """Accelerations (k, s, n) at the nodes of steps, and which of these (k,) miss the next row."""
+    stages = _stages(model, held, steps)
+    q_end, u_end = _ends(steps, stages)
+    meets = _meets(model, steps, q_end, u_end, tolerance) & np.isfinite(stages).all(axis=(1, 2))
+    return stages, np.logical_not(meets)
 
 
 def _halved(
@@ -222,15 +230,14 @@ def _meets(model: Model, steps: Steps, q: FloatArray, u: FloatArray, tolerance: 
     return (place <= atol + rtol * size) & (rate <= atol / per + rtol * speed)
 
 
-def _linear(model: Model, moving: Moving, held: Held, steps: Steps, W: FloatArray) -> FloatArray:
+def linear(model: Model, moving: Moving, held: Held, steps: Steps, W: FloatArray) -> FloatArray:
     """The maps (k, 2 n, D) of steps with accelerations W (k, s, n) at their nodes.
 
     The collocated equations K dW = R are solved from the left, for what the end of the step makes of dW, E K^-1: that
     is as many columns as the state has, however many directions R has.
     """
     g, (k, n) = gauss(), steps.q.shape
-    _, J = jacobians(model, moving, held, *_nodes(steps, W))
-    J = J.reshape(k, STAGES, n, -1)
+    J = along_nodes(model, moving, held, steps, W)
     K = model.kernels.collocate(steps.h, g.c, g.A, g.twice, J)  # transposed
     left = np.linalg.solve(K, np.broadcast_to(_to_end(n), (k, STAGES * n, 2 * n)))
     found = np.asarray(left.transpose(0, 2, 1) @ J.reshape(k, STAGES * n, -1))
@@ -241,6 +248,12 @@ def _linear(model: Model, moving: Moving, held: Held, steps: Steps, W: FloatArra
     found[:, n + each, n + each] += 1.0
     found[:, each, n + each] += steps.h[:, None]
     return found
+
+
+def along_nodes(model: Model, moving: Moving, held: Held, steps: Steps, W: FloatArray) -> FloatArray:
+    """Derivatives (k, s, n, D) of the accelerations at the nodes of steps by the state there and the arguments."""
+    k, n = steps.q.shape
+    return jacobians(model, moving, held, *_nodes(steps, W))[1].reshape(k, STAGES, n, -1)
 
 
 @cache

@@ -118,6 +118,9 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
     X(CREEP, CCGEN_LIMIT(1e-9, 1e-3), OF_SPEED, \
       "what moves along its friction at its limit slides from here on", \
       "ten times the speed below which a contact may stick (STILL): what a decision takes for still does not slide at once") \
+    X(CARRIED_CHANGE, (4.0 * DBL_EPSILON), OF_RELATIVE, \
+      "sweeps that carry small differences along a step have settled where the last changes their accelerations by this part", \
+      "a few units of the last digit: what is left after each sweep is a small part of what it changes") \
     LAYER(impact) \
     X(IMPACT_GAIN, CCGEN_LIMIT(1e-13, 1e-5), OF_RELATIVE, \
       "energy that an impact may add: part of the kinetic", \

@@ -2,6 +2,7 @@
 #ifndef CCGEN_FACE_H
 #define CCGEN_FACE_H
 
+#include "algebra/inverse.h"
 #include "base/tolerances.h"
 #include "base/within.h"
 #include "constraints/impulse.h"
@@ -19,6 +20,7 @@
 #include "model/inputs.h"
 #include "model/scales.h"
 #include "motion/acceleration.h"
+#include "motion/carried.h"
 #include "motion/lanes.h"
 #include "motion/projection.h"
 #include "motion/rounding.h"

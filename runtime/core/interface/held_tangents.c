@@ -5,7 +5,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "algebra/elimination.h"
+#include "algebra/inverse.h"
 #include "base/tolerances.h"
 #include "constraints/active_set.h"
 
@@ -189,44 +189,22 @@ static enum outcome respond(struct system *s, const double *q, struct problem *p
     return impulse_tangents(s, q, (int)columns, p->f, p->answer);
 }
 
-/* The inverse of the matrix from forces to rates of their rows; 0 where it may be singular */
+/* The matrix from forces to rates of their rows, and its inverse; 0 where it may be singular */
 static int invert(struct system *s, struct problem *p)
 {
     const size_t r = p->rows;
     const struct mark mark = s->arena->top;
-    double *W = TAKE(s->arena, double, (r * r)), *copy = TAKE(s->arena, double, (r * r));
-    double *scale = TAKE(s->arena, double, r), *x = TAKE(s->arena, double, r);
-    double least = INFINITY, most = 0.0, size = 0.0, of_inverse = 0.0;
-    int regular = !s->arena->ran_out;
-    for (size_t i = 0; i < r && regular; i++)
+    double *scratch = TAKE(s->arena, double, (r * (2 * r + 2)));
+    for (size_t i = 0; i < r; i++)
         for (size_t j = 0; j < r; j++) {
             double sum = 0.0;
             for (size_t l = 0; l < p->n; l++)
                 sum += p->row[i * p->n + l] * *entry(p, p->answer, l, j);
-            W[i * r + j] = p->matrix[i * r + j] = sum;
+            p->matrix[i * r + j] = sum;
         }
-    for (size_t i = 0; i < r && regular; i++) {
-        scale[i] = sqrt(fabs(W[i * r + i]));
-        least = fmin(least, scale[i]);
-        most = fmax(most, scale[i]);
-    }
-    regular = regular && least > SURELY_INDEPENDENT * most;
-    for (size_t i = 0; i < r * r && regular; i++) {
-        W[i] /= scale[i / r] * scale[i % r];
-        size += W[i] * W[i];
-    }
-    for (size_t j = 0; j < r && regular; j++) {
-        memcpy(copy, W, r * r * sizeof *W);
-        memset(x, 0, r * sizeof *x);
-        x[j] = 1.0;
-        regular = eliminate((int)r, copy, x, DEPENDENT_PIVOT) != 0;
-        for (size_t i = 0; i < r; i++) {
-            of_inverse += x[i] * x[i];
-            p->inverse[i * r + j] = x[i] / (scale[i] * scale[j]);
-        }
-    }
+    const int sure = scratch && invert_sure((int)r, p->matrix, SURELY_INDEPENDENT, p->inverse, scratch);
     give_back(s->arena, mark);
-    return regular && size * of_inverse < 1.0 / (SURELY_INDEPENDENT * SURELY_INDEPENDENT);
+    return sure;
 }
 
 /* y[rows][lanes] += sign times matrix[rows][count] x[count][lanes] */

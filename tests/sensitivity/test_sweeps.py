@@ -1,0 +1,84 @@
+"""Few differences that sweeps carry through steps: a closed form, and matrices of the same steps."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from ccgen.runtime import sensitivities
+from ccgen.runtime._core import Carried
+from ccgen.runtime.sensitivity import swept
+from ccgen.runtime.sensitivity.steps import gauss
+
+from ..hard import fuzz
+from ..support.run_differences import RTOL, relative
+from ..support.thrown_loops import throws
+from ..support.workshop import Workshop
+
+STIFFNESS = 4.0
+"""1/s^2, of the oscillator whose differences obey u' = p - STIFFNESS q."""
+
+
+def oscillator(h: float, back: list[Any]) -> Carried:
+    """A step of length h, s: one coordinate, one rate, and p."""
+    g = gauss()
+    J = np.tile([-STIFFNESS, 0.0, 1.0], (1, len(g.c), 1, 1))
+    return Carried(np.array([h]), (g.c, g.b, g.twice_b, g.A, g.twice), J, back)
+
+
+def expected(h: float) -> Any:
+    """The matrix (2, 3) of the same step."""
+    w = np.sqrt(STIFFNESS)
+    c, s = np.cos(w * h), np.sin(w * h)
+    return np.array([[c, s / w, (1.0 - c) / w**2], [-w * s, c, s / w]])
+
+
+@pytest.mark.parametrize("columns", [1, 2, 4, 7])
+def test_a_step_is_that_of_an_oscillator(columns: int) -> None:
+    whole = np.random.default_rng(columns).normal(size=(3, columns))
+    found = oscillator(0.4, []).through(0, whole)
+    assert found is not None
+    assert np.abs(found - expected(0.4) @ whole).max() < 1e-14
+
+
+@pytest.mark.parametrize("columns", [1, 5])
+def test_ends_are_put_back(columns: int) -> None:
+    """The place is set to p, and then the rate to twice the place."""
+    whole = np.random.default_rng(columns).normal(size=(3, columns))
+    one = np.ones((1, 1, 1))
+    back = [(0, one, np.array([[[1.0, 0.0, -1.0]]])), (1, one, np.array([[[-2.0, 1.0, 0.0]]]))]
+    found = oscillator(0.4, back).through(0, whole)
+    assert found is not None
+    assert np.abs(found - np.array([1.0, 2.0])[:, None] * whole[2]).max() < 1e-14
+
+
+@pytest.mark.parametrize("columns", [1, 4])
+def test_steps_on_which_sweeps_do_not_contract_are_told(columns: int) -> None:
+    assert oscillator(20.0, []).through(0, np.ones((3, columns))) is None
+
+
+@pytest.mark.parametrize(("rough", "columns"), [(False, 1), (True, 1), (True, 4)])
+def test_runs_have_the_same_derivatives_by_sweeps_and_by_matrices(
+    rough: bool, columns: int, workshop: Workshop, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Through impacts, and behind sliding, of loops of six rods."""
+    models = (workshop.model(fuzz.scene(6, rough), derivatives=True),) * 2
+    calls, through = [0], swept.Swept.through
+
+    def counted(self: swept.Swept, whole: Any) -> Any:
+        calls[0] += 1
+        return through(self, whole)
+
+    monkeypatch.setattr(swept.Swept, "through", counted)
+    for model, _, q, u, end, rng in throws(models, 6, rough, 5, 3):
+        wrt = {"q0": rng.normal(size=(len(q), columns)), "u0": rng.normal(size=(len(q), columns))}
+        found = []
+        for few in (0.0, swept.FEW):
+            before = calls[0]
+            with monkeypatch.context() as patch:
+                patch.setattr(swept, "FEW", few)
+                found.append(sensitivities(model, wrt, ["q", "u"], q0=q, u0=u, until=end, rtol=RTOL).jacobian)
+            assert (calls[0] > before) == (few > 0.0)
+        assert relative(found[1], found[0]) < 1e-10
