@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from ccgen.runtime import simulate
+from ccgen.runtime import sensitivities, simulate
 
 from ..support.workshop import Workshop
 
@@ -88,3 +88,14 @@ def test_where_the_ends_turn_round_steps_are_as_long_as_ever(workshop: Workshop)
     omega = math.sqrt(STIFFNESS)
     assert run.q[:, 0] == pytest.approx(LENGTH + 0.4 * np.cos(omega * run.t), abs=1e-8)
     assert len(run.t) < 60
+
+
+def test_derivatives_are_refused_from_where_the_ends_meet(workshop: Workshop) -> None:
+    """Before, they are differences of the closed form by the stiffness; the place at t has t sqrt(k) in it alone."""
+    model = workshop.model(BODY + SPRING + SLIDING, derivatives=True)
+    wrt, outputs = ["spring_0.stiffness"], ["guide.slide"]
+    found = sensitivities(model, wrt, outputs, until=0.2).jacobian
+    steps = [along(0.2 * math.sqrt(1.0 + part * 1e-5)) for part in (1.0, -1.0)]
+    assert np.ravel(found)[-1] == pytest.approx((steps[0] - steps[1]) / (2e-5 * STIFFNESS), rel=1e-7)
+    with pytest.raises(ValueError, match=r"the ends of spring_0 to meet at t = 0\.331\d* s"):
+        sensitivities(model, wrt, outputs, until=1.0)
