@@ -198,6 +198,7 @@ def _write_model(scene: Scene, banner: Banner, folder: Path, tell: Progress, var
         switches=sum(len(effect.sides()) for effect in scene.effects),
         latches=sum(len(effect.latches()) for effect in scene.effects),
         told=len(equations.outputs),
+        lines=equations.lines,
     )
     models = [(numbers.package(one.package), _hash(one, variant)) for one in _scenes(scene)]
     extra = switching_data(scene, models) | event_data(scene, models)

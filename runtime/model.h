@@ -18,7 +18,7 @@
 #ifndef CCGEN_MODEL_H
 #define CCGEN_MODEL_H
 
-#define CCGEN_CONTRACT_VERSION 13
+#define CCGEN_CONTRACT_VERSION 14
 
 /* What a model's C gives to others ends in its package's name, so that a program can hold many models. An extension module
  * holds one: with CCGEN_BOUND it is called the same in all, and is told its name and its hash when it is linked, so that
@@ -153,6 +153,7 @@ struct ccgen_model {
     int latches; /* values that effects hold: the last `latches` of the inputs. Each is set when a switching function becomes
                    * positive, and holds until that does so again */
     int told;           /* numbers that runs tell of effects by name */
+    int lines;          /* that loads have the direction of: steps become short where the ends of one meet */
     const int *partner; /* [rows]: the other row of the same cut pin, or the row itself */
     const int *driven;  /* [drives][2]: coordinate of a driven joint, and the one that it is measured from or -1 */
     ccgen_constants *derive_constants;
@@ -192,6 +193,7 @@ struct ccgen_model {
     const int *latched_at;     /* [latches]: which function that is; this and the next NULL without latches */
     ccgen_switching *latching; /* value[latches] that are set */
     ccgen_switching *outputs;  /* value[told], from all inputs; NULL without any */
+    ccgen_of_q *reaches;       /* [lines][2], m: from the first end of each line to its second; NULL without any */
     const struct ccgen_derivatives *derivatives; /* in derivatives.c; NULL where they were not asked for */
 };
 

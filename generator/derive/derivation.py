@@ -73,6 +73,7 @@ class _Derivation:
             *self._contact(),
             *self._switching(),
             *self._told(),
+            *self._reaches(),
         ]
         parameters = [*self.mechanism.parameters(), *(p for effect in self.effects for p in effect.parameters())]
         blocks, modules = tuple(self.ledger.blocks), tuple(map(self._state_of, self.plan.modules))
@@ -149,6 +150,16 @@ class _Derivation:
             return []
         output = Output("value", tuple(value for _, (_, _, value) in told), "what runs tell of the effects")
         return [Kernel("outputs", (self.q, self.u, *self.acted), (output,), "what runs tell of the effects")]
+
+    def _reaches(self) -> list[Kernel]:
+        """The vectors that loads have the direction of: where one vanishes they jump, and steps become short."""
+        reaches = [reach for effect in self.effects for reach in effect.reaches(self.motion)]
+        self.ledger.close("lines that loads have the direction of")
+        if not reaches:
+            return []
+        entries = tuple(entry for reach in reaches for entry in reach)
+        output = Output("reach", entries, "per line: from its first end to its second, m")
+        return [Kernel("reaches", (self.q,), (output,), "lines that loads have the direction of")]
 
     def _dynamics(self) -> list[Kernel]:
         """Accelerations and velocity jumps, by the plan and by the one to go to where its guards fail."""

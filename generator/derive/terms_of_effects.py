@@ -51,6 +51,10 @@ class Terms(Protocol):
         """Those values where they are set."""
         ...
 
+    def reaches(self, motion: Motion) -> Sequence[Vector]:
+        """Vectors (m) that its loads have the direction of."""
+        ...
+
     def loads(self, motion: Motion) -> Sequence[Force | Couple]:
         """Forces and moments on links; inputs and time are expressions of ``motion``."""
         ...

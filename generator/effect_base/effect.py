@@ -118,6 +118,11 @@ class Effect:
         """The values of :meth:`latches` where they are set, of the state, time and inputs."""
         return ()
 
+    def reaches(self, motion: Motion) -> Sequence[Vector]:
+        """Vectors (m) that its loads have the direction of: loads jump where one comes to zero, and turn fast near it.
+        Steps of a run become short there."""
+        return ()
+
     def loads(self, motion: Motion) -> Sequence[Force | Couple]:
         """Forces and moments on links."""
         return ()

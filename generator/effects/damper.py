@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     from ..derive.motion import Force, Motion
     from ..derive.terms_of_effects import Told
+    from ..derive.vectors import Vector
     from ..mechanism.assembled import Assembled
     from ..mechanism.mechanism import Mechanism
 
@@ -43,6 +44,9 @@ class Damper(Effect):
 
     def parameters(self) -> tuple[Parameter, ...]:
         return (self.damping,)
+
+    def reaches(self, motion: Motion) -> Sequence[Vector]:
+        return (self.line.reach(motion),)
 
     def loads(self, motion: Motion) -> Sequence[Force]:
         """c dL/dt along the line: (r·ṙ)/(r·r) times the vector r between the points."""

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
     from ..derive.motion import Force, Motion
     from ..derive.terms_of_effects import Told
+    from ..derive.vectors import Vector
     from ..mechanism.assembled import Assembled
     from ..mechanism.mechanism import Mechanism
 
@@ -99,6 +100,11 @@ class Spring(Effect):
             return ()
         values = (self._elongation(motion), *((self._tension(motion),) if self.one_way.damping else ()))
         return tuple(self.one_way.sign * value for value in values)
+
+    def reaches(self, motion: Motion) -> Sequence[Vector]:
+        """Its line, unless it has no length at rest, or is slack where its ends meet."""
+        pulls = self.one_way is not None and self.one_way.sign > 0
+        return () if self.length is None or pulls else (self.line.reach(motion),)
 
     def loads(self, motion: Motion) -> Sequence[Force]:
         """k (L − L₀) along the line; without a length at rest, k times the vector between the points."""

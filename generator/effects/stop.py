@@ -10,11 +10,11 @@ from pydantic import Field
 from ..effect_base.contact import Restitution
 from ..effect_base.effect import Complain, Effect, Entry, Part, Surroundings
 from ..effect_base.part_at_joint import part_at_joint
-from ..effect_base.points import find_joint
+from ..effect_base.points import find_joint, written
 from ..effect_base.table import JointName, Name, Table
 from ..effect_base.written_numbers import Angle, as_written
 from ..mechanism.joints import Joint
-from ..mechanism.links import FROM_0_TO_1, Parameter
+from ..mechanism.links import FROM_0_TO_1, GROUND, Parameter
 
 if TYPE_CHECKING:
     from ..derive.gaps import Gap
@@ -104,7 +104,8 @@ def build(table: StopTable, index: int, around: Surroundings, complain: Complain
     """The record of a table, or ``None`` after having complained."""
     joint, wrong = find_joint(table.joint, around.mechanism)
     if joint is not None and around.mechanism.joints[joint].slides:
-        joint, wrong = None, "it slides along a line; a stop limits the angle of a revolute joint"
+        wrong = _where_it_slides(around.mechanism, joint)
+        joint = None
     if joint is None:
         complain(("joint",), f'found "{table.joint}", expected a joint; {wrong}')
     name = table.name or f"stop_{index}"
@@ -124,6 +125,17 @@ def build(table: StopTable, index: int, around: Surroundings, complain: Complain
         return None
     restitution = Parameter(f"{name}.restitution", f"es_{index}", table.restitution, FROM_0_TO_1)
     return Stop(index, name, around.mechanism.joints[joint], limits, restitution)
+
+
+def _where_it_slides(mechanism: Mechanism, joint: int) -> str:
+    """What is wrong with a stop of a joint that slides, and what to write in its place."""
+    first, second = mechanism.joints[joint].first, mechanism.joints[joint].second
+    point = written(second, mechanism)
+    if first.link == GROUND:
+        write = f'[[ground]] with its normal along the line, to where it may slide, and contacts = ["{point}"]'
+    else:
+        write = f'[[touch]] between "{point}" and an edge of {mechanism.link_name(first.link)} across the line'
+    return f"it slides along a line; a stop limits the angle of a revolute joint, and the end of a line is a {write}"
 
 
 ENTRY = Entry("stop", True, StopTable, build, {"lowest": "lowest angle", "highest": "highest angle"})

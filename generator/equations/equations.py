@@ -138,5 +138,10 @@ class Equations:
             if unknown:
                 raise ValueError(f"{kernel.name}: a guard uses undefined {sorted(map(str, unknown))}")
 
+    @property
+    def lines(self) -> int:
+        """Lines that loads have the direction of."""
+        return sum(len(kernel.outputs[0].entries) // 2 for kernel in self.kernels if kernel.name == "reaches")
+
     def assignments(self) -> tuple[Assignment, ...]:
         return tuple(assignment for block in self.blocks for assignment in block.assignments)

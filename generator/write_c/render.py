@@ -21,6 +21,9 @@ MEMBERS = {"points": "point_positions"}
 IN_LANES = ("acceleration_lanes", "acceleration_states", "stages")
 """Members of the contract that are in a file of their own."""
 
+OPTIONAL = ("latches", "told", "lines")
+"""Sizes that are left out where they are 0."""
+
 METHODS = (
     "start",
     "gaps",
@@ -45,8 +48,8 @@ METHODS = (
 
 @dataclass(frozen=True)
 class Sizes:
-    """Array sizes of the contract, in the order of ``struct ccgen_model``; those of ``latches`` and
-    ``told`` are left out where they are 0."""
+    """Array sizes of the contract, in the order of ``struct ccgen_model``; those with a default are left out where
+    they are 0."""
 
     nq: int
     nu: int
@@ -63,6 +66,7 @@ class Sizes:
     switches: int
     latches: int = 0
     told: int = 0
+    lines: int = 0
 
 
 @dataclass(frozen=True)
@@ -129,7 +133,7 @@ def render_c(
             preamble=numbers.preamble,
             header="sincos.h" if numbers.double else "one_lane.h",
             abreast=max(r.lanes for r in routines.made),
-            sizes=[(name, value) for name, value in vars(sizes).items() if value or name not in ("latches", "told")],
+            sizes=[(name, value) for name, value in vars(sizes).items() if value or name not in OPTIONAL],
             members=members,
             tables={name: list(values) for name, values in tables.items() if values},
             root=root,

@@ -19,6 +19,7 @@ from ..record.record import Record
 from .change_points import refuse_parted
 from .held import cannot, pushing, ways_differ
 from .local import Local, at_one
+from .meeting_ends import meetings
 from .moving import Moving, whole_of
 from .passing import Check, Instant, Part, Parted, Passed, pass_change, pass_impacts
 from .shutting import Shutting, shutting_of
@@ -130,6 +131,11 @@ def check(run: Record) -> Model:
         faults.add(
             f"{name}: found {run.choices} instants at which contacts could as well have stayed as left, expected "
             "none: which of the two a change leads to is undecided"
+        )
+    for spring, t in meetings(run, model):
+        faults.add(
+            f"{name}: found the ends of {spring} to meet at t = {t:.9g} s, expected them apart: its force jumps there, "
+            "at an instant that is not differentiated"
         )
     for since, held in _held(run):
         if why := cannot(held, model):

@@ -349,3 +349,59 @@ def test_expanded_form_has_the_rows_of_stops(workshop: Workshop) -> None:
     form = expand(scene.mechanism, span(scene.mechanism), scene.effects)
     assert form.contacts == (("knee", "stop_0.lowest"), ("knee", "stop_0.highest"))
     assert form.N.tolist() == [[-1, 1], [1, -1]] and form.definitions == ()
+
+
+SLIDE = """
+[ground_link]
+points = { O = [0, 0], P = [0, 1] }
+[[link]]
+name = "slider"
+mass = 1.0
+inertia = 0.01
+com = [0, 0]
+points = { C = [0, 0] }
+[[joint]]
+name = "guide"
+type = "prismatic"
+between = ["ground.O", "slider.C"]
+axis = [3, 4]
+angle = 0
+[start]
+sliding_velocities = { guide = 2.0 }
+"""
+LEVER = """
+[[link]]
+name = "ram"
+mass = 1.0
+inertia = 0.01
+com = [0, 0]
+points = { R = [0, 0] }
+[[joint]]
+name = "rail"
+type = "prismatic"
+between = ["slider.C", "ram.R"]
+axis = [1, 0]
+angle = 0
+"""
+
+
+@pytest.mark.parametrize(
+    ("joint", "instead"),
+    [("guide", r'\[\[ground\]\].*contacts = \["slider\.C"\]'), ("rail", r'\[\[touch\]\].*"ram\.R".*slider')],
+)
+def test_a_stop_of_a_slide_is_refused_with_what_to_write(workshop: Workshop, joint: str, instead: str) -> None:
+    from ccgen.generator.scene import SceneError
+
+    stop = f'[[stop]]\njoint = "{joint}"\nhighest = 0.5\nrestitution = 0.5\n'
+    with pytest.raises(SceneError, match=f'found "{joint}".*slides along a line.*{instead}'):
+        workshop.scene(SLIDE + LEVER + stop)
+
+
+def test_a_ground_ends_a_slide(workshop: Workshop) -> None:
+    """As that message says: 0.5 m from the start at 2 m/s, and back at 0.3 times as much."""
+    end = '[[ground]]\npoint = [0.3, 0.4]\nnormal = [-3, -4]\ncontacts = ["slider.C"]\nrestitution = 0.3\n'
+    run = simulate(workshop.model(SLIDE + end), until=1.0)
+    (impact,) = run.impacts
+    assert impact.t == pytest.approx(0.25, abs=1e-12)
+    assert impact.impulses == pytest.approx([2.6], rel=1e-12)
+    assert run.q[-1, 0] == pytest.approx(0.5 - 0.75 * 0.6, abs=1e-12)

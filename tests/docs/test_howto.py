@@ -13,8 +13,8 @@ from ..support.folders import ROOT
 from ..support.tiers import all_hard_but
 
 PAGES = sorted(path.stem for path in (ROOT / "docs" / "howto").glob("*.md") if path.stem != "index")
-KEPT = ("go-on", "equilibrium")
-"""Two small ones; the others are compiled by ``make hard``."""
+KEPT = ("go-on", "equilibrium", "end-of-a-slide")
+"""Three small ones; the others are compiled by ``make hard``."""
 NEEDED = {"jax": "jax", "torch": "torch", "casadi": "casadi"}
 """Packages without which a page cannot be run, each an extra of its name."""
 

@@ -64,6 +64,10 @@ point = [0, -3]
 restitution = 0.5
 friction = 0.3
 
+[[damper]]
+between = ["ground.O", "link_1.B"]
+damping = 0.1
+
 [[compliant_ground]]
 point = [0, -4]
 load = 10

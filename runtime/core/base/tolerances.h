@@ -144,6 +144,9 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
     X(SLOPE, CCGEN_LIMIT(1e-6, 1e-3), OF_RELATIVE, \
       "part of a piece of a step over whose change the slope of a switching function is taken", \
       "ten digits are left of a slope whose values have sixteen, and its bend over a millionth is as little") \
+    X(MEETING, CCGEN_LIMIT(1e-12, 1e-5), OF_TIME, \
+      "a step this long may pass where the ends of a spring meet", \
+      "its force jumps there: what a step gains or loses by that is some thousand roundings (as SHUT)") \
     X(SHUT, CCGEN_LIMIT(1e-12, 1e-5), OF_LENGTH, \
       "a gap this small is closed", \
       "places are sums over the links: some thousand roundings; no more than any gap_tolerance") \

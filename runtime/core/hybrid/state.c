@@ -49,6 +49,7 @@ static struct kind kind_of(const struct phase *f)
     NUMBER(at->energy_end)                  \
     NUMBER(at->energy_h)                    \
     NUMBER(at->energy_in_motion)            \
+    NUMBER(at->meets)                       \
     NUMBER(at->stretch)                     \
     NUMBER(at->stretch_end)                 \
     NUMBER(at->place)                       \

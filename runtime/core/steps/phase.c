@@ -10,6 +10,7 @@
 #include "steps/flat_loop.h"
 #include "steps/step_control.h"
 #include "steps/kinks.h"
+#include "steps/meeting.h"
 #include "motion/sides.h"
 #include "motion/switching.h"
 #include "model/contacts.h"
@@ -320,7 +321,8 @@ static enum outcome try_step(struct phase *f, struct event *event, double *stop,
 {
     struct run *run = f->run;
     struct progress *at = &f->at;
-    const double wanted = run->fixed_step > 0.0 ? run->fixed_step : at->next, next = next_stop(run, f->t);
+    const double usual = run->fixed_step > 0.0 ? run->fixed_step : at->next, next = next_stop(run, f->t);
+    const double wanted = at->meets > 0.0 ? fmin(at->meets, usual) : usual;
     const int last = f->t + 1.01 * wanted >= next;
     const double left = next - f->t - at->late, whole = last ? left : wanted;
     f->h = whole;
@@ -332,6 +334,8 @@ static enum outcome try_step(struct phase *f, struct event *event, double *stop,
         return outcome;
     if (f->h == left)
         at->next = fmax(at->next, wanted);
+    if ((outcome = refuse_before_meeting(f, again)) || *again)
+        return outcome;
     f->kink = -1;
     if (f->flips <= 2 * f->s->model->switches && (outcome = end_at_kink(f))) /* more at one instant are rounding */
         return outcome;

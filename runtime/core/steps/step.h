@@ -25,6 +25,7 @@ struct progress {
     double energy[2],
         energy_end[2]; /* kinetic and potential, at y if it is known, and at the end of a step of length energy_h */
     double energy_h, energy_in_motion; /* and the largest energy that has been in motion */
+    double meets;                      /* the longest step to try next, as the ends of a line are about to meet, or 0 */
     double stretch, stretch_end;       /* length and end of a step that was refused for the energy it missed */
     double place;                      /* time at which a singular configuration is passed, or NAN: none is known */
     double own;                        /* length of the step there that the run's own method would have taken */
