@@ -22,14 +22,16 @@ ROUNDING = 1e-13
 """Times the largest force of a run: some hundred roundings, as many as sums over links and contacts have at most."""
 
 
-def draw_forces(run: Record, path: str | os.PathLike[str] | None = None) -> Any:
-    """The figure of a run's forces between impacts, saved as a PNG where a path is given."""
+def draw_forces(run: Record, path: str | os.PathLike[str] | None = None, found: History | None = None) -> Any:
+    """The figure of a run's forces between impacts, saved as a PNG where a path is given.
+
+    ``found`` are the forces where they are known already."""
     target = None if path is None else read_path(path, "a .png file")
     if target is not None and target.suffix != ".png":
         raise ValueError(f"a plot is saved as .png, found {target.name!r}; use another name")
     figure_module = needed("matplotlib.figure", "a plot of forces")
     backend = needed("matplotlib.backends.backend_agg", "a plot of forces")
-    found = history(run)
+    found = history(run) if found is None else found
     shown = panels(run, found)
     figure = figure_module.Figure(figsize=(11, 0.8 + 2.2 * len(shown)), dpi=120, layout="constrained")
     backend.FigureCanvasAgg(figure)

@@ -84,10 +84,12 @@ def columns(run: Record) -> list[str]:
     return [*found, *(f"{mesh}: force [N]" for mesh in mesh_names(run.model))]
 
 
-def write_csv(run: Record, path: str | os.PathLike[str]) -> Path:
-    """Write the forces of contacts, joints, meshes as CSV, headings with units first; times as of ``history``."""
+def write_csv(run: Record, path: str | os.PathLike[str], found: History | None = None) -> Path:
+    """Write the forces of contacts, joints, meshes as CSV, headings with units first; times as of ``history``.
+
+    ``found`` are the forces where they are known already."""
     target = read_path(path, "a file")
-    found = history(run)
+    found = history(run) if found is None else found
     count = len(found.t)
     rubs = np.array([(True, ground not in run.model.stops) for _, ground in run.model.contacts], dtype=bool).ravel()
     pushes = found.pushes.reshape(count, -1)[:, rubs]

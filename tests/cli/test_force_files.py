@@ -189,3 +189,48 @@ restitution = 0
 friction = 0.5
 contacts = ["block.A", "block.B", "block.C", "block.D"]
 """
+
+
+SWING = """
+name = "swing"
+[ground_link]
+points = { O = [0, 0] }
+[[link]]
+name = "rod"
+rod = { mass = 2.0 }
+points = { A = [0, 0], tip = [1, 0] }
+[[joint]]
+name = "hinge"
+between = ["ground.O", "rod.A"]
+[gravity]
+g = 9.81
+[run]
+until = 2.0
+"""
+
+
+def test_joints_tell_their_forces_where_nothing_touches(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A rod let go level: at its lowest the pin carries 5/2 of the weight. Without gravity it rests, and nothing is
+    told."""
+    monkeypatch.chdir(tmp_path)
+    scene = tmp_path / "swing.toml"
+    scene.write_text(SWING)
+    lines = CliRunner().invoke(app, ["run", str(scene)]).stdout.splitlines()
+    told = lines[lines.index("largest forces:") + 1].split()
+    assert told[0] == "hinge" and float(told[1]) == pytest.approx(2.5 * 2.0 * G, rel=1e-4)
+    assert Path("results/swing/forces.png").read_bytes()[:4] == b"\x89PNG"
+    done = CliRunner().invoke(app, ["run", str(scene), "--set", "gravity.g=0"])
+    assert done.exit_code == 0 and "largest forces" not in done.stdout and "forces.png" not in done.stdout
+    assert not Path("results/swing/forces.png").exists()
+
+
+def test_forces_of_redundant_joints_are_told_as_shared(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A rod on two hinges in one place: each bears half of what one would."""
+    monkeypatch.chdir(tmp_path)
+    scene = tmp_path / "swing.toml"
+    other = '[[joint]]\nname = "other"\nbetween = ["ground.O", "rod.A"]\n'
+    scene.write_text(SWING.replace("[gravity]", f"{other}[gravity]"))
+    lines = CliRunner().invoke(app, ["run", str(scene)]).stdout.splitlines()
+    at = lines.index("largest forces, those of redundant joints of least norm:")
+    sizes = {line.split()[0]: float(line.split()[1]) for line in lines[at + 1 : at + 3]}
+    assert sizes == pytest.approx({"hinge": 2.5 * G, "other": 2.5 * G}, rel=1e-4)
