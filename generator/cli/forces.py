@@ -104,15 +104,22 @@ def _contacts(run: Run, found: History) -> list[Row]:
 
 
 def _joints(run: Run, found: History) -> list[Row]:
-    """Those whose forces are largest."""
+    """Those whose forces are largest, each with the largest impulse of the impacts that it carries: no force."""
     sizes = np.hypot(found.reactions[:, :, 0], found.reactions[:, :, 1])
     peaks = first_largest(sizes)
     order = sorted(range(len(run.model.joints)), key=lambda j: -sizes[peaks[j], j])
     return [
-        (run.model.joints[j], f"{sizes[peaks[j], j]:.6g} N", float(found.t[peaks[j]]), "")
+        (run.model.joints[j], f"{sizes[peaks[j], j]:.6g} N", float(found.t[peaks[j]]), _struck(run, j))
         for j in order[:LARGEST]
         if sizes[peaks[j], j] > ROUNDING * np.max(sizes)
     ]
+
+
+def _struck(run: Run, joint: int) -> str:
+    """The largest impulse that a joint carries in impacts, in words; nothing where none is more than rounding."""
+    impulses = [np.hypot(*impact.reactions[:, :2].T) for impact in run.impacts]
+    carried = [float(sizes[joint]) for sizes in impulses if sizes[joint] > ROUNDING * np.nanmax(sizes, initial=0.0)]
+    return f", in impacts up to {max(carried):.6g} N s" if carried else ""
 
 
 def _meshes(run: Run, found: History) -> list[Row]:

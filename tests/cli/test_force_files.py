@@ -37,6 +37,11 @@ def test_a_run_tells_its_largest_forces(scene: Path) -> None:
     at = lines.index("largest forces between impacts:")
     assert lines[at + 1].split() == ["rod.T", "on", "ground_0", "9.81", "N", "at", "t", "=", "0.268008", "s"]
     assert lines[at + 2].split()[0] == "hinge"
+    # the ground stops the rod, half a turn by twelve down, and so does the hinge: 2 kg * 0.5 m * omega - impulse at T
+    omega = math.sqrt(2.0 * 2.0 * G * 0.25 / (0.1667 + 2.0 * 0.25))
+    push = (0.1667 + 2.0 * 0.25) * omega / math.cos(math.pi / 6.0)
+    impulse = math.hypot(omega * math.sin(math.pi / 6.0), omega * math.cos(math.pi / 6.0) - push)
+    assert lines[at + 2].endswith(f", in impacts up to {impulse:.6g} N s")
     folder = Path("results/leaning")
     assert (folder / "forces.png").read_bytes()[:4] == b"\x89PNG"
     with (folder / "forces.csv").open(newline="") as file:
