@@ -146,9 +146,9 @@ def force_files(scene: Scene, csv: bool) -> list[str]:
     return [PICTURE] * (touches(scene) or bool(scene.mechanism.joints)) + [TABLE] * csv
 
 
-def ways_to_write(told: Told, csv: bool) -> dict[str, Callable[[Path], object]]:
-    """By the name of each of these files what writes it: a picture where forces act, a table if asked; none of a
-    run that went by time stepping, which records no forces."""
+def ways_to_write(told: Told, csv: bool, times: int | None = None) -> dict[str, Callable[[Path], object]]:
+    """By the name of each of these files what writes it: a picture where forces act, a table if asked, of so many even
+    ``times`` where that is a number; none of a run that went by time stepping, which records no forces."""
     run = told.run
     if run.phases and all(phase.kind == "steps" for phase in run.phases):
         return {}
@@ -159,9 +159,9 @@ def ways_to_write(told: Told, csv: bool) -> dict[str, Callable[[Path], object]]:
         draw_forces(run, path, told.history)
 
     def write(path: Path) -> None:
-        from ccgen.runtime.record.force_history import write_csv
+        from ccgen.runtime.record.force_history import even_history, write_csv
 
-        write_csv(run, path, told.history)
+        write_csv(run, path, told.history if times is None else even_history(run, times))
 
     ways: dict[str, Callable[[Path], object]] = {PICTURE: draw} if _drawn(told) else {}
     return ways | ({TABLE: write} if csv else {})

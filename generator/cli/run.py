@@ -174,7 +174,7 @@ def write(
         **dict(zip(FILES, (result.save, result.plot, player), strict=True)),
         **{name: {GIF: result.animate, VIDEO: result.save_video}[name] for name in moving},
         **wanted.ways_to_write(result),
-        **ways_to_write(forces, csv),
+        **ways_to_write(forces, csv, wanted.times),
     }
     unwritten = {}
     for name, way in ways.items():

@@ -60,6 +60,20 @@ def history(run: Record, instants: int = INSTANTS) -> History:
     return History(t[known], motion.pushes[known], motion.reactions[known], meshes)
 
 
+def even_history(run: Record, count: int) -> History:
+    """The forces at ``count`` even times from a run's start to its end, NaN where it knows none.
+
+    The last instant of a run that stopped early is left out, as by ``history``.
+    """
+    if run.motion is None:
+        raise ValueError("this run knows no forces: it was not made by simulate")
+    t = np.linspace(run.t[0], run.t[-1], count, dtype=run.t.dtype)
+    if not run.success:
+        t = t[:-1]
+    motion = run.motion(t, *run.at(t))
+    return History(t, motion.pushes, motion.reactions, mesh_forces(run.model, motion.multipliers))
+
+
 def _just_before(run: Record, jumps: FloatArray) -> FloatArray:
     """Times at which the forces are those before the ``jumps``.
 
@@ -72,15 +86,16 @@ def _just_before(run: Record, jumps: FloatArray) -> FloatArray:
 
 
 def columns(run: Record) -> list[str]:
-    """Headings of a table of forces, with units; a stop has a moment, and no friction."""
+    """Headings of a table of forces, with units; a stop has a moment, and no friction. What a joint does is to its
+    outboard link, as in ``reactions``."""
     found = ["t [s]"]
     for point, ground in run.model.contacts:
         name = f"{point} on {ground}"
         found += (
             [f"{name}: moment [N m]"] if ground in run.model.stops else [f"{name}: normal [N]", f"{name}: friction [N]"]
         )
-    for joint in run.model.joints:
-        found += [f"{joint}: x [N]", f"{joint}: y [N]", f"{joint}: moment [N m]"]
+    for joint, link in zip(run.model.joints, run.model.outboard, strict=True):
+        found += [f"{joint} on {link}: x [N]", f"{joint} on {link}: y [N]", f"{joint} on {link}: moment [N m]"]
     return [*found, *(f"{mesh}: force [N]" for mesh in mesh_names(run.model))]
 
 

@@ -48,7 +48,7 @@ def test_a_run_tells_its_largest_forces(scene: Path) -> None:
         head, *rows = csv.reader(file)
     assert head == [
         "t [s]", "rod.T on ground_0: normal [N]", "rod.T on ground_0: friction [N]",
-        "hinge: x [N]", "hinge: y [N]", "hinge: moment [N m]",
+        "hinge on rod: x [N]", "hinge on rod: y [N]", "hinge on rod: moment [N m]",
     ]  # fmt: skip
     numbers = np.array(rows, dtype=float)
     assert numbers[0, 0] == 0.0 and numbers[-1, 0] == 2.0 and np.all(np.diff(numbers[:, 0]) >= 0.0)
@@ -227,6 +227,18 @@ def test_joints_tell_their_forces_where_nothing_touches(tmp_path: Path, monkeypa
     done = CliRunner().invoke(app, ["run", str(scene), "--set", "gravity.g=0"])
     assert done.exit_code == 0 and "largest forces" not in done.stdout and "forces.png" not in done.stdout
     assert not Path("results/swing/forces.png").exists()
+
+
+def test_the_table_of_forces_has_the_times_that_are_asked_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """At first the pin of a level rod carries a quarter of its weight, upwards."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "swing.toml").write_text(SWING)
+    assert CliRunner().invoke(app, ["run", "swing.toml", "--csv", "--times", "21"]).exit_code == 0
+    head, *rows = csv.reader(Path("results/swing/forces.csv").read_text().splitlines())
+    numbers = np.array(rows, dtype=float)
+    assert head[1:3] == ["hinge on rod: x [N]", "hinge on rod: y [N]"]
+    assert np.array_equal(numbers[:, 0], np.linspace(0.0, 2.0, 21))
+    assert numbers[0, 1:3] == pytest.approx([0.0, 2.0 * G / 4.0], abs=1e-12)
 
 
 def test_forces_of_redundant_joints_are_told_as_shared(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
