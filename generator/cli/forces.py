@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Set
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -63,6 +63,12 @@ def print_forces(told: Told) -> None:
     typer.echo(f"largest forces{between}{shared}:")
     for name, size, t, more in rows:
         typer.echo(f"  {name:{width}}  {size:>12}  at t = {t:.6g} s{more}")
+    if (beside := told.history.beside).any():
+        first = told.history.t[int(np.argmax(beside))]
+        typer.echo(
+            f"forces of joints near a line of links, as at t = {first:.6g} s, are not among them: they and impulses "
+            "grow as one by the distance from it, and in it are not determined"
+        )
 
 
 def acts(run: Run) -> bool:
@@ -105,19 +111,31 @@ def _contacts(run: Run, found: History) -> list[Row]:
 
 def _joints(run: Run, found: History) -> list[Row]:
     """Those whose forces are largest, each with the largest impulse of the impacts that it carries: no force."""
+    from ccgen.runtime.record.force_history import away_from_lines
+
     sizes = np.hypot(found.reactions[:, :, 0], found.reactions[:, :, 1])
+    away = np.ones_like(sizes, dtype=bool)
+    if found.beside.any():
+        away = np.array([away_from_lines(found.t, size, found.beside) for size in sizes.T]).T
+    sizes = np.where(away, sizes, 0.0)
     peaks = first_largest(sizes)
     order = sorted(range(len(run.model.joints)), key=lambda j: -sizes[peaks[j], j])
     return [
-        (run.model.joints[j], f"{sizes[peaks[j], j]:.6g} N", float(found.t[peaks[j]]), _struck(run, j))
+        (
+            run.model.joints[j],
+            f"{sizes[peaks[j], j]:.6g} N",
+            float(found.t[peaks[j]]),
+            _struck(run, j, set(found.t[away[:, j]].tolist())),
+        )
         for j in order[:LARGEST]
         if sizes[peaks[j], j] > ROUNDING * np.max(sizes)
     ]
 
 
-def _struck(run: Run, joint: int) -> str:
-    """The largest impulse that a joint carries in impacts, in words; nothing where none is more than rounding."""
-    impulses = [np.hypot(*impact.reactions[:, :2].T) for impact in run.impacts]
+def _struck(run: Run, joint: int, away: Set[float]) -> str:
+    """The largest impulse that a joint carries in impacts, in words; nothing where none is more than rounding. Only
+    impacts at times ``away`` from lines of links count."""
+    impulses = [np.hypot(*impact.reactions[:, :2].T) for impact in run.impacts if impact.t in away]
     carried = [float(sizes[joint]) for sizes in impulses if sizes[joint] > ROUNDING * np.nanmax(sizes, initial=0.0)]
     return f", in impacts up to {max(carried):.6g} N s" if carried else ""
 

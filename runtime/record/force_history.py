@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..arrays import FloatArray
 from ..files import read_path, write_whole
@@ -26,13 +27,15 @@ class History:
     """Forces at times t (n,): ``pushes`` (n, contacts, 2), ``reactions`` (n, joints, 3) and those of the ``meshes``
     (n, meshes), as those of a run.
 
-    Instants at which forces jump are there twice, with what they are just before and after.
+    Instants at which forces jump are there twice, with what they are just before and after. ``beside`` (n,) says which
+    are next to one at which links are so nearly in a line that no force is known: forces may have no bound there.
     """
 
     t: FloatArray
     pushes: FloatArray
     reactions: FloatArray
     meshes: FloatArray
+    beside: NDArray[np.bool_]
 
 
 def history(run: Record, instants: int = INSTANTS) -> History:
@@ -57,7 +60,26 @@ def history(run: Record, instants: int = INSTANTS) -> History:
     if not known.any():
         raise ValueError("this run knows no forces: it went by time stepping, which records none")
     meshes = mesh_forces(run.model, motion.multipliers[known])
-    return History(t[known], motion.pushes[known], motion.reactions[known], meshes)
+    steps = [(t >= phase.start) & (t < phase.end) for phase in run.phases if phase.kind == "steps"]
+    line = np.pad(~known & ~np.any(steps, axis=0), 1) if steps else np.pad(~known, 1)
+    beside = line[:-2] | line[2:]
+    return History(t[known], motion.pushes[known], motion.reactions[known], meshes, beside[known])
+
+
+def away_from_lines(t: FloatArray, sizes: FloatArray, beside: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Which of the sizes (n,) of a force are not on a slope that rises to an instant ``beside`` a line of links (n,).
+
+    A slope goes on through changes of contact, instants that are there twice in t (n,).
+    """
+    away = np.ones(len(sizes), dtype=bool)
+    for peak in np.flatnonzero(beside).tolist():
+        away[peak] = False
+        for way in (-1, 1):
+            i = peak + way
+            while 0 <= i < len(sizes) and away[i] and (sizes[i] <= sizes[i - way] or t[i] == t[i - way]):
+                away[i] = False
+                i += way
+    return away
 
 
 def even_history(run: Record, count: int) -> History:
@@ -71,7 +93,8 @@ def even_history(run: Record, count: int) -> History:
     if not run.success:
         t = t[:-1]
     motion = run.motion(t, *run.at(t))
-    return History(t, motion.pushes, motion.reactions, mesh_forces(run.model, motion.multipliers))
+    none = np.zeros(len(t), dtype=bool)
+    return History(t, motion.pushes, motion.reactions, mesh_forces(run.model, motion.multipliers), none)
 
 
 def _just_before(run: Record, jumps: FloatArray) -> FloatArray:

@@ -12,10 +12,10 @@ import pytest
 from typer.testing import CliRunner
 
 from ccgen.generator.cli.app import app
-from ccgen.generator.cli.forces import first_largest
+from ccgen.generator.cli.forces import Told, first_largest
 from ccgen.runtime import simulate
 from ccgen.runtime.pictures.force_plot import draw_forces
-from ccgen.runtime.record.force_history import history, write_csv
+from ccgen.runtime.record.force_history import away_from_lines, history, write_csv
 
 from ..support.leaning_rod import LEANING, G
 from ..support.touching_scenes import disc_on_plank
@@ -251,3 +251,47 @@ def test_forces_of_redundant_joints_are_told_as_shared(tmp_path: Path, monkeypat
     at = lines.index("largest forces, those of redundant joints of least norm:")
     sizes = {line.split()[0]: float(line.split()[1]) for line in lines[at + 1 : at + 3]}
     assert sizes == pytest.approx({"hinge": 2.5 * G, "other": 2.5 * G}, rel=1e-4)
+
+
+def test_what_rises_to_a_line_of_links_is_no_largest_force() -> None:
+    """A force of 1 / |t - 1|, not known within 0.01 of 1, through a change of contact at 0.5, and a hill of 3 at 2."""
+    t = np.sort(np.append(np.linspace(0.0, 3.0, 301), 0.5))
+    sizes = 1.0 / np.maximum(np.abs(t - 1.0), 1e-9)
+    sizes[t > 1.4] = 3.0 - np.abs(t[t > 1.4] - 2.0)
+    known = np.abs(t - 1.0) > 0.011
+    beside = known & (np.abs(t - 1.0) < 0.021)
+    t, sizes, beside = t[known], sizes[known], beside[known]
+    assert beside.sum() == 2 and sizes.max() > 40.0
+    away = away_from_lines(t, sizes, beside)
+    assert not away[t < 1.395].any() and away[(t > 1.45) & (t < 3.0)].all()
+    assert sizes[away].max() == 3.0
+    assert away_from_lines(t, sizes, 0 * t > 1.0).all()
+
+
+FLOPPY = """
+name = "floppy-box"
+[loop]
+links = 4
+length = 0.4
+mass = 0.5
+[start]
+height = 1.0
+tilt = "20 deg"
+velocity = [1.5, 0]
+[gravity]
+[[ground]]
+normal = ["-sin(15*pi/180)", "cos(15*pi/180)"]
+restitution = 0.4
+friction = 0.6
+[run]
+until = 1.5
+"""
+
+
+def test_a_box_that_folds_into_its_line_says_where_forces_are_not_told(workshop: Workshop) -> None:
+    run = simulate(workshop.model(FLOPPY))
+    found, told = history(run), Told(run)
+    sizes = np.hypot(found.reactions[:, :, 0], found.reactions[:, :, 1]).max(axis=1)
+    assert found.beside.any() and found.beside[np.argmax(sizes)]
+    largest = max(float(size.split()[0]) for name, size, _, _ in told.rows if name in run.model.joints)
+    assert largest < 0.1 * sizes.max()
