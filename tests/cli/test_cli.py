@@ -221,7 +221,7 @@ def test_interrupted_run_keeps_what_it_has(tmp_path: Path) -> None:
     assert process.returncode == 3, err
     assert re.fullmatch(r"pendulum: stopped at t = \S+ s: interrupted\n", err)
     assert "result.npz" in out
-    files = ["pendulum/.ccgen.json", "pendulum/player.html", "pendulum/plot.png", "pendulum/result.npz"]
+    files = [f"pendulum/{file}" for file in (".ccgen.json", "forces.png", "player.html", "plot.png", "result.npz")]
     assert written(tmp_path / "results") == files
 
 
