@@ -108,7 +108,7 @@ def run(
     ] = None,
     csv: Annotated[bool, typer.Option("--csv", help="write forces, and what is plotted, as CSV too")] = False,
     times: Annotated[
-        str | None, typer.Option(metavar="N", help="with --plot and --csv: at N even times, not at the rows of the run")
+        str | None, typer.Option(metavar="N", help="with --csv: at N even times, not at the rows of the run")
     ] = None,
     settings: Set = None,
     fold: Fold = False,

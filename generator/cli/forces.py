@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import partial
+from collections.abc import Callable, Set
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -26,27 +26,56 @@ LARGEST = 3
 """Contacts, and joints, whose largest forces are printed."""
 
 
-def print_forces(run: Run) -> None:
-    """The largest forces of contacts, joints and meshes between impacts, and when; nothing where links touch nothing
-    and no wheels mesh."""
-    from ccgen.runtime.model.meshes import mesh_names
-    from ccgen.runtime.record.force_history import history
+class Told:
+    """The forces of a run, looked at once for all that tells them; ``shared`` where joints are redundant."""
 
-    if not run.model.contacts and not mesh_names(run.model):
+    def __init__(self, run: Run, shared: bool = False) -> None:
+        self.run, self.shared = run, shared
+
+    @cached_property
+    def history(self) -> History:
+        """Raises ``ValueError`` where the run knows none."""
+        from ccgen.runtime.record.force_history import history
+
+        return history(self.run)
+
+    @cached_property
+    def rows(self) -> list[Row]:
+        """The largest of contacts, joints and meshes; none where all are zero. Raises ``ValueError`` as ``history``."""
+        run = self.run
+        return [*_contacts(run, self.history), *_joints(run, self.history), *_meshes(run, self.history)]
+
+
+def print_forces(told: Told) -> None:
+    """The largest forces of contacts, joints and meshes between impacts, and when; nothing where there are none."""
+    if not acts(told.run):
         return
-
     try:
-        found = history(run)
+        rows = told.rows
     except ValueError as error:
         typer.echo(f"no forces: {error}")
         return
-    rows = [*_contacts(run, found), *_joints(run, found), *_meshes(run, found)]
     if not rows:
         return
     width = max(len(name) for name, _, _, _ in rows)
-    typer.echo("largest forces between impacts:")
+    between = " between impacts" if told.run.impacts else ""
+    shared = ", those of redundant joints of least norm" if told.shared else ""
+    typer.echo(f"largest forces{between}{shared}:")
     for name, size, t, more in rows:
         typer.echo(f"  {name:{width}}  {size:>12}  at t = {t:.6g} s{more}")
+    if (beside := told.history.beside).any():
+        first = told.history.t[int(np.argmax(beside))]
+        typer.echo(
+            f"forces of joints near a line of links, as at t = {first:.6g} s, are not among them: they and impulses "
+            "grow as one by the distance from it, and in it are not determined"
+        )
+
+
+def acts(run: Run) -> bool:
+    """Whether the model has anything that a force acts in."""
+    from ccgen.runtime.model.meshes import mesh_names
+
+    return bool(run.model.joints or run.model.contacts or mesh_names(run.model))
 
 
 Row = tuple[str, str, float, str]
@@ -81,15 +110,34 @@ def _contacts(run: Run, found: History) -> list[Row]:
 
 
 def _joints(run: Run, found: History) -> list[Row]:
-    """Those whose forces are largest."""
+    """Those whose forces are largest, each with the largest impulse of the impacts that it carries: no force."""
+    from ccgen.runtime.record.force_history import away_from_lines
+
     sizes = np.hypot(found.reactions[:, :, 0], found.reactions[:, :, 1])
+    away = np.ones_like(sizes, dtype=bool)
+    if found.beside.any():
+        away = np.array([away_from_lines(found.t, size, found.beside) for size in sizes.T]).T
+    sizes = np.where(away, sizes, 0.0)
     peaks = first_largest(sizes)
     order = sorted(range(len(run.model.joints)), key=lambda j: -sizes[peaks[j], j])
     return [
-        (run.model.joints[j], f"{sizes[peaks[j], j]:.6g} N", float(found.t[peaks[j]]), "")
+        (
+            run.model.joints[j],
+            f"{sizes[peaks[j], j]:.6g} N",
+            float(found.t[peaks[j]]),
+            _struck(run, j, set(found.t[away[:, j]].tolist())),
+        )
         for j in order[:LARGEST]
         if sizes[peaks[j], j] > ROUNDING * np.max(sizes)
     ]
+
+
+def _struck(run: Run, joint: int, away: Set[float]) -> str:
+    """The largest impulse that a joint carries in impacts, in words; nothing where none is more than rounding. Only
+    impacts at times ``away`` from lines of links count."""
+    impulses = [np.hypot(*impact.reactions[:, :2].T) for impact in run.impacts if impact.t in away]
+    carried = [float(sizes[joint]) for sizes in impulses if sizes[joint] > ROUNDING * np.nanmax(sizes, initial=0.0)]
+    return f", in impacts up to {max(carried):.6g} N s" if carried else ""
 
 
 def _meshes(run: Run, found: History) -> list[Row]:
@@ -112,17 +160,36 @@ def touches(scene: Scene) -> bool:
 
 
 def force_files(scene: Scene, csv: bool) -> list[str]:
-    """Names of the files of forces that a run of the scene writes."""
-    return [PICTURE] * touches(scene) + [TABLE] * csv
+    """Names of the files of forces that a run of the scene may write."""
+    return [PICTURE] * (touches(scene) or bool(scene.mechanism.joints)) + [TABLE] * csv
 
 
-def ways_to_write(run: Run, csv: bool) -> dict[str, Callable[[Path], object]]:
-    """By the name of each of these files what writes it: a picture where links can touch, a table if asked; none of a
-    run that went by time stepping, which records no forces."""
+def ways_to_write(told: Told, csv: bool, times: int | None = None) -> dict[str, Callable[[Path], object]]:
+    """By the name of each of these files what writes it: a picture where forces act, a table if asked, of so many even
+    ``times`` where that is a number; none of a run that went by time stepping, which records no forces."""
+    run = told.run
     if run.phases and all(phase.kind == "steps" for phase in run.phases):
         return {}
-    from ccgen.runtime.pictures.force_plot import draw_forces
-    from ccgen.runtime.record.force_history import write_csv
 
-    picture: dict[str, Callable[[Path], object]] = {PICTURE: partial(draw_forces, run)} if run.model.contacts else {}
-    return picture | ({TABLE: partial(write_csv, run)} if csv else {})
+    def draw(path: Path) -> None:
+        from ccgen.runtime.pictures.force_plot import draw_forces
+
+        draw_forces(run, path, told.history)
+
+    def write(path: Path) -> None:
+        from ccgen.runtime.record.force_history import even_history, write_csv
+
+        write_csv(run, path, told.history if times is None else even_history(run, times))
+
+    ways: dict[str, Callable[[Path], object]] = {PICTURE: draw} if _drawn(told) else {}
+    return ways | ({TABLE: write} if csv else {})
+
+
+def _drawn(told: Told) -> bool:
+    """Whether there is something to draw; what cannot be drawn is said by who tries."""
+    if told.run.model.contacts or not told.run.model.joints:
+        return bool(told.run.model.contacts)
+    try:
+        return bool(_joints(told.run, told.history))
+    except ValueError:
+        return True

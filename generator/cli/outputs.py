@@ -22,7 +22,8 @@ MOST_TIMES = 1_000_000
 @dataclass(frozen=True)
 class Wanted:
     """Outputs by name: those of the ``plot``, and those of the ``table``, at so many even ``times``, or at the rows of
-    the run where that is None. Each has where it is asked for before it: ``--plot``, ``output.plot[0]``."""
+    the run where that is None; the table of forces too. Each has where it is asked for before it: ``--plot``,
+    ``output.plot[0]``."""
 
     plot: tuple[tuple[str, str], ...] = ()
     table: tuple[tuple[str, str], ...] = ()
@@ -39,7 +40,7 @@ class Wanted:
         table = tuple((f"{file}: output.table[{index}]", name) for index, name in enumerate(scene.output.table))
         if self.table:
             return Wanted(self.plot or plot, self.table, self.times)
-        return Wanted(self.plot or plot, table, scene.output.times)
+        return Wanted(self.plot or plot, table, self.times or scene.output.times)
 
     def check(self, model: Model) -> None:
         """Stop with exit code 2 unless the model has all of them."""
@@ -72,9 +73,8 @@ def read_wanted(names: Sequence[str] | None, csv: bool, times: str | None, optio
     table = plot if csv else ()
     if times is None:
         return Wanted(plot, table)
-    if not table:
-        beside = "--plot and --csv, expected both" if option == "--plot" else "--csv, expected it"
-        fail(f"--times: found without {beside}; it says how many even times outputs.csv has")
+    if not (csv and (plot or option == "--plot")):
+        fail("--times: found without --csv, expected it; it says how many even times the tables have")
     if not (times.isascii() and times.isdigit() and 2 <= int(times) <= MOST_TIMES):
         fail(f"--times: found {times}, expected a whole number from 2 to {MOST_TIMES}")
     return Wanted(plot, table, int(times))

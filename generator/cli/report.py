@@ -38,7 +38,10 @@ INEXACT = 1e-9
 
 
 def print_impacts(model: Model, run: Run) -> None:
-    """The impacts as a table: when, which points, how fast they came, the impulses, the energy lost and left."""
+    """The impacts as a table: when, which points, how fast they came, the impulses, the energy lost and left.
+
+    The energy left is as ``model.energy`` counts it, of which the potential of weights is 0 at y = 0.
+    """
     if not run.impacts:
         typer.echo("no impacts")
         return
@@ -51,7 +54,7 @@ def print_impacts(model: Model, run: Run) -> None:
     table.add_column("contacts", no_wrap=True)
     units = ("rad/s", "N m s") if len(model.stops) == len(model.contacts) else ("m/s, rad/s", "N s, N m s")
     speed, push = units if model.stops else ("m/s", "N s")
-    for title in (f"speed before, {speed}", f"impulse, {push}", "energy lost, J", "energy after, J"):
+    for title in (f"speed before, {speed}", f"impulse, {push}", "energy lost, J", "energy after, J (0 at y = 0)"):
         table.add_column(title, justify="right", no_wrap=True)
     rows = [row(model, run, impact) for impact in run.impacts[:SHOWN]]
     for number, cells in enumerate(rows, 1):
@@ -210,7 +213,9 @@ def drift_of_energy(run: Run) -> str:
 def print_audit(run: Run) -> None:
     """How far the run got, at what cost, and how exact it was."""
     steps = int(np.count_nonzero(np.diff(run.t)))
-    kept = f"{run.energy_drift:.1e} J" + (f" of {energy_moved(run):.3g} J" if moves(run) else ", nothing moves")
+    kept = f"{run.energy_drift:.1e} J" + (
+        f" of {energy_moved(run):.3g} J above its lowest" if moves(run) else ", nothing moves"
+    )
     typer.echo(
         f"t = {run.t[-1]:.10g} s, impacts: {len(run.impacts)}, steps: {steps}, evaluations: {run.nfev}\n"
         f"audit: loops closed to {run.closure_max:.1e} m, energy kept to {kept}; method {run.method}"

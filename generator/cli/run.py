@@ -16,7 +16,7 @@ from ..pipeline import generate
 from ..program.errors import FoldError
 from .detail import Detail
 from .folders import MODELS, check_folder, check_results, forget_stale, record_results
-from .forces import PICTURE, TABLE, force_files, print_forces, ways_to_write
+from .forces import PICTURE, TABLE, Told, force_files, print_forces, ways_to_write
 from .outputs import PICTURE as OUTPUTS_PICTURE
 from .outputs import TABLE as OUTPUTS_TABLE
 from .outputs import Wanted
@@ -105,7 +105,7 @@ def run(
     faults.stop_if_any()
     assert scene
     tell_assembly(scene, detail)
-    tell_mobility(scene, detail)
+    shared = tell_mobility(scene, detail)
     from ccgen.runtime import load_model, simulate
 
     with progress(detail) as tell:
@@ -125,14 +125,15 @@ def run(
             typer.echo(f"{scene.name}: {result.message}", err=True)
         tell.stage("draw")
         with refusing(OSError):
-            files, unwritten = write(result, folder, moving, wanted, csv)
+            forces = Told(result, shared)
+            files, unwritten = write(result, folder, moving, wanted, csv, forces)
     if detail is not Detail.NOTHING:
         print_impacts(result.model, result)
         print_changes(result)
         print_events(result)
         print_missing(scene, result)
         print_contacts(result.model, result)
-        print_forces(result)
+        print_forces(forces)
         print_audit(result)
         typer.echo(f"written: {', '.join(str(folder / file) for file in files)}")
     print_warnings(result)
@@ -159,7 +160,7 @@ def check_reach(step: float, until: float) -> None:
 
 
 def write(
-    result: Run, folder: Path, moving: Sequence[str], wanted: Wanted, csv: bool
+    result: Run, folder: Path, moving: Sequence[str], wanted: Wanted, csv: bool, forces: Told
 ) -> tuple[list[str], dict[str, str]]:
     """Write result, plot, player, forces and, if asked, moving pictures, outputs and tables into ``folder``.
 
@@ -176,7 +177,7 @@ def write(
         **dict(zip(FILES, (result.save, result.plot, player), strict=True)),
         **{name: {GIF: result.animate, VIDEO: result.save_video}[name] for name in moving},
         **wanted.ways_to_write(result),
-        **ways_to_write(result, csv),
+        **ways_to_write(forces, csv, wanted.times),
     }
     unwritten = {}
     for name, way in ways.items():

@@ -61,14 +61,17 @@ def _tell_remarks(scene: Scene, detail: Detail) -> None:
         tell(scene, f"and {len(scene.remarks) - len(shown)} more values like these; -v for all")
 
 
-def tell_mobility(scene: Scene, detail: Detail = Detail.USUAL) -> None:
-    """Say on standard error which joints are redundant, and whether anything can move."""
+def tell_mobility(scene: Scene, detail: Detail = Detail.USUAL) -> bool:
+    """Say on standard error which joints are redundant, and whether anything can move; whether any are redundant,
+    which is not looked for where nothing is to be said."""
     if detail is Detail.NOTHING:
-        return
-    from ..documents.assembled import mobility_of, redundancy_lines
+        return False
+    from ..documents.assembled import implied_lines, mobility_of, redundancy_lines
 
-    for line in redundancy_lines(scene, mobility_of(scene)):
+    found = mobility_of(scene)
+    for line in redundancy_lines(scene, found):
         tell(scene, line)
+    return bool((found and found.groups) or implied_lines(scene))
 
 
 def tell(scene: Scene, line: str) -> None:

@@ -7,7 +7,7 @@ computed once for however many columns of impulses.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import sympy as sp
@@ -74,7 +74,23 @@ def _joined(
         impulse.otherwise and NAME + impulse.otherwise.removeprefix("impulse"),
         columns=("P", "du", "rates"),
     )
-    return kernel, tuple(blocks)
+    read = [entry for output in kernel.outputs for entry in output.entries]
+    return kernel, _read_by(blocks, [*read, *(entry for guard in impulse.guards for entry in guard)])
+
+
+def _read_by(blocks: Sequence[Block], roots: Iterable[sp.Expr]) -> tuple[Block, ...]:
+    """The blocks without what the roots do not depend on, as what was a factor of zeros."""
+    read = {s for root in roots for s in root.free_symbols}
+    found = []
+    for block in reversed(blocks):
+        kept = []
+        for a in reversed(block.assignments):
+            if a.symbol in read:
+                read |= a.expression.free_symbols
+                kept.append(a)
+        if kept:
+            found.append(replace(block, assignments=tuple(reversed(kept))))
+    return tuple(reversed(found))
 
 
 def _named(title: str, symbols: Iterable[sp.Symbol], values: Iterable[sp.Expr]) -> Block:

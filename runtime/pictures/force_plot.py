@@ -10,7 +10,7 @@ import numpy as np
 from ..arrays import FloatArray
 from ..extras import needed
 from ..files import read_path, write_whole
-from ..record.force_history import History, history
+from ..record.force_history import History, away_from_lines, history
 from ..record.record import Record
 from .plot import mark_impacts, named_curves
 
@@ -18,18 +18,23 @@ Panel = tuple[str, dict[str, FloatArray]]
 """Label of the axis, and its curves by name."""
 
 
+JOINTS = "joint force [N]"
+ROOM = 1.2
+"""Times the largest force away from lines of links: where the axis ends of forces that have no bound there."""
 ROUNDING = 1e-13
 """Times the largest force of a run: some hundred roundings, as many as sums over links and contacts have at most."""
 
 
-def draw_forces(run: Record, path: str | os.PathLike[str] | None = None) -> Any:
-    """The figure of a run's forces between impacts, saved as a PNG where a path is given."""
+def draw_forces(run: Record, path: str | os.PathLike[str] | None = None, found: History | None = None) -> Any:
+    """The figure of a run's forces between impacts, saved as a PNG where a path is given.
+
+    ``found`` are the forces where they are known already."""
     target = None if path is None else read_path(path, "a .png file")
     if target is not None and target.suffix != ".png":
         raise ValueError(f"a plot is saved as .png, found {target.name!r}; use another name")
     figure_module = needed("matplotlib.figure", "a plot of forces")
     backend = needed("matplotlib.backends.backend_agg", "a plot of forces")
-    found = history(run)
+    found = history(run) if found is None else found
     shown = panels(run, found)
     figure = figure_module.Figure(figsize=(11, 0.8 + 2.2 * len(shown)), dpi=120, layout="constrained")
     backend.FigureCanvasAgg(figure)
@@ -37,6 +42,10 @@ def draw_forces(run: Record, path: str | os.PathLike[str] | None = None) -> Any:
     for axes, (label, curves) in zip(rows, shown, strict=True):
         named_curves(axes, found.t, curves)
         mark_impacts(axes, run)
+        if found.beside.any() and label == JOINTS:
+            away = {name: curve[away_from_lines(found.t, curve, found.beside)] for name, curve in curves.items()}
+            if (largest := max(float(np.max(curve, initial=0.0)) for curve in away.values())) > 0.0:
+                axes.set_ylim(0.0, ROOM * largest)
         axes.set_ylabel(label)
         axes.grid(True, color="#e6e6e6", linewidth=0.6)
         axes.spines[["top", "right"]].set_visible(False)
@@ -70,7 +79,7 @@ def panels(run: Record, found: History) -> list[Panel]:
         ("normal force [N]", normal),
         ("friction [N]", friction),
         ("moment of stops [N m]", turning),
-        ("joint force [N]", joints),
+        (JOINTS, joints),
     ]
     least = ROUNDING * max(
         (float(np.max(np.abs(curve))) for _, curves in every for curve in curves.values()), default=0.0

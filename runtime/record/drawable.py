@@ -21,6 +21,10 @@ class Drawable(Protocol):
     @property
     def joints(self) -> Sequence[str]: ...
     @property
+    def outboard(self) -> Sequence[str]:
+        """Of each joint the link that its force is on."""
+
+    @property
     def q_names(self) -> Sequence[str]: ...
     @property
     def q_of(self) -> Sequence[str]:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..arrays import FloatArray
 from ..files import read_path, write_whole
@@ -26,13 +27,15 @@ class History:
     """Forces at times t (n,): ``pushes`` (n, contacts, 2), ``reactions`` (n, joints, 3) and those of the ``meshes``
     (n, meshes), as those of a run.
 
-    Instants at which forces jump are there twice, with what they are just before and after.
+    Instants at which forces jump are there twice, with what they are just before and after. ``beside`` (n,) says which
+    are next to one at which links are so nearly in a line that no force is known: forces may have no bound there.
     """
 
     t: FloatArray
     pushes: FloatArray
     reactions: FloatArray
     meshes: FloatArray
+    beside: NDArray[np.bool_]
 
 
 def history(run: Record, instants: int = INSTANTS) -> History:
@@ -57,7 +60,41 @@ def history(run: Record, instants: int = INSTANTS) -> History:
     if not known.any():
         raise ValueError("this run knows no forces: it went by time stepping, which records none")
     meshes = mesh_forces(run.model, motion.multipliers[known])
-    return History(t[known], motion.pushes[known], motion.reactions[known], meshes)
+    steps = [(t >= phase.start) & (t < phase.end) for phase in run.phases if phase.kind == "steps"]
+    line = np.pad(~known & ~np.any(steps, axis=0), 1) if steps else np.pad(~known, 1)
+    beside = line[:-2] | line[2:]
+    return History(t[known], motion.pushes[known], motion.reactions[known], meshes, beside[known])
+
+
+def away_from_lines(t: FloatArray, sizes: FloatArray, beside: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Which of the sizes (n,) of a force are not on a slope that rises to an instant ``beside`` a line of links (n,).
+
+    A slope goes on through changes of contact, instants that are there twice in t (n,).
+    """
+    away = np.ones(len(sizes), dtype=bool)
+    for peak in np.flatnonzero(beside).tolist():
+        away[peak] = False
+        for way in (-1, 1):
+            i = peak + way
+            while 0 <= i < len(sizes) and away[i] and (sizes[i] <= sizes[i - way] or t[i] == t[i - way]):
+                away[i] = False
+                i += way
+    return away
+
+
+def even_history(run: Record, count: int) -> History:
+    """The forces at ``count`` even times from a run's start to its end, NaN where it knows none.
+
+    The last instant of a run that stopped early is left out, as by ``history``.
+    """
+    if run.motion is None:
+        raise ValueError("this run knows no forces: it was not made by simulate")
+    t = np.linspace(run.t[0], run.t[-1], count, dtype=run.t.dtype)
+    if not run.success:
+        t = t[:-1]
+    motion = run.motion(t, *run.at(t))
+    none = np.zeros(len(t), dtype=bool)
+    return History(t, motion.pushes, motion.reactions, mesh_forces(run.model, motion.multipliers), none)
 
 
 def _just_before(run: Record, jumps: FloatArray) -> FloatArray:
@@ -72,22 +109,25 @@ def _just_before(run: Record, jumps: FloatArray) -> FloatArray:
 
 
 def columns(run: Record) -> list[str]:
-    """Headings of a table of forces, with units; a stop has a moment, and no friction."""
+    """Headings of a table of forces, with units; a stop has a moment, and no friction. What a joint does is to its
+    outboard link, as in ``reactions``."""
     found = ["t [s]"]
     for point, ground in run.model.contacts:
         name = f"{point} on {ground}"
         found += (
             [f"{name}: moment [N m]"] if ground in run.model.stops else [f"{name}: normal [N]", f"{name}: friction [N]"]
         )
-    for joint in run.model.joints:
-        found += [f"{joint}: x [N]", f"{joint}: y [N]", f"{joint}: moment [N m]"]
+    for joint, link in zip(run.model.joints, run.model.outboard, strict=True):
+        found += [f"{joint} on {link}: x [N]", f"{joint} on {link}: y [N]", f"{joint} on {link}: moment [N m]"]
     return [*found, *(f"{mesh}: force [N]" for mesh in mesh_names(run.model))]
 
 
-def write_csv(run: Record, path: str | os.PathLike[str]) -> Path:
-    """Write the forces of contacts, joints, meshes as CSV, headings with units first; times as of ``history``."""
+def write_csv(run: Record, path: str | os.PathLike[str], found: History | None = None) -> Path:
+    """Write the forces of contacts, joints, meshes as CSV, headings with units first; times as of ``history``.
+
+    ``found`` are the forces where they are known already."""
     target = read_path(path, "a file")
-    found = history(run)
+    found = history(run) if found is None else found
     count = len(found.t)
     rubs = np.array([(True, ground not in run.model.stops) for _, ground in run.model.contacts], dtype=bool).ravel()
     pushes = found.pushes.reshape(count, -1)[:, rubs]

@@ -193,9 +193,9 @@ def test_run_without_contacts(tmp_path: Path) -> None:
     (tmp_path / "pendulum.toml").write_text(PENDULUM)
     done = ccgen("run", "pendulum.toml", "--until", "0.25", "--method", "dop853", at=tmp_path)
     assert (done.returncode, done.stderr) == (0, "")
-    assert done.stdout.startswith("no impacts\nt = 0.25 s")
-    files = ["pendulum/.ccgen.json", "pendulum/player.html", "pendulum/plot.png", "pendulum/result.npz"]
-    assert written(tmp_path / "results") == files
+    assert done.stdout.startswith("no impacts\nlargest forces:\n  joint_0 ") and "\nt = 0.25 s" in done.stdout
+    files = [".ccgen.json", "forces.png", "player.html", "plot.png", "result.npz"]
+    assert written(tmp_path / "results") == [f"pendulum/{file}" for file in files]
 
 
 @pytest.mark.hard
@@ -221,7 +221,7 @@ def test_interrupted_run_keeps_what_it_has(tmp_path: Path) -> None:
     assert process.returncode == 3, err
     assert re.fullmatch(r"pendulum: stopped at t = \S+ s: interrupted\n", err)
     assert "result.npz" in out
-    files = ["pendulum/.ccgen.json", "pendulum/player.html", "pendulum/plot.png", "pendulum/result.npz"]
+    files = [f"pendulum/{file}" for file in (".ccgen.json", "forces.png", "player.html", "plot.png", "result.npz")]
     assert written(tmp_path / "results") == files
 
 

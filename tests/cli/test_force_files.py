@@ -12,10 +12,10 @@ import pytest
 from typer.testing import CliRunner
 
 from ccgen.generator.cli.app import app
-from ccgen.generator.cli.forces import first_largest
+from ccgen.generator.cli.forces import Told, first_largest
 from ccgen.runtime import simulate
 from ccgen.runtime.pictures.force_plot import draw_forces
-from ccgen.runtime.record.force_history import history, write_csv
+from ccgen.runtime.record.force_history import away_from_lines, history, write_csv
 
 from ..support.leaning_rod import LEANING, G
 from ..support.touching_scenes import disc_on_plank
@@ -37,13 +37,18 @@ def test_a_run_tells_its_largest_forces(scene: Path) -> None:
     at = lines.index("largest forces between impacts:")
     assert lines[at + 1].split() == ["rod.T", "on", "ground_0", "9.81", "N", "at", "t", "=", "0.268008", "s"]
     assert lines[at + 2].split()[0] == "hinge"
+    # the ground stops the rod, half a turn by twelve down, and so does the hinge: 2 kg * 0.5 m * omega - impulse at T
+    omega = math.sqrt(2.0 * 2.0 * G * 0.25 / (0.1667 + 2.0 * 0.25))
+    push = (0.1667 + 2.0 * 0.25) * omega / math.cos(math.pi / 6.0)
+    impulse = math.hypot(omega * math.sin(math.pi / 6.0), omega * math.cos(math.pi / 6.0) - push)
+    assert lines[at + 2].endswith(f", in impacts up to {impulse:.6g} N s")
     folder = Path("results/leaning")
     assert (folder / "forces.png").read_bytes()[:4] == b"\x89PNG"
     with (folder / "forces.csv").open(newline="") as file:
         head, *rows = csv.reader(file)
     assert head == [
         "t [s]", "rod.T on ground_0: normal [N]", "rod.T on ground_0: friction [N]",
-        "hinge: x [N]", "hinge: y [N]", "hinge: moment [N m]",
+        "hinge on rod: x [N]", "hinge on rod: y [N]", "hinge on rod: moment [N m]",
     ]  # fmt: skip
     numbers = np.array(rows, dtype=float)
     assert numbers[0, 0] == 0.0 and numbers[-1, 0] == 2.0 and np.all(np.diff(numbers[:, 0]) >= 0.0)
@@ -189,3 +194,104 @@ restitution = 0
 friction = 0.5
 contacts = ["block.A", "block.B", "block.C", "block.D"]
 """
+
+
+SWING = """
+name = "swing"
+[ground_link]
+points = { O = [0, 0] }
+[[link]]
+name = "rod"
+rod = { mass = 2.0 }
+points = { A = [0, 0], tip = [1, 0] }
+[[joint]]
+name = "hinge"
+between = ["ground.O", "rod.A"]
+[gravity]
+g = 9.81
+[run]
+until = 2.0
+"""
+
+
+def test_joints_tell_their_forces_where_nothing_touches(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A rod let go level: at its lowest the pin carries 5/2 of the weight. Without gravity it rests, and nothing is
+    told."""
+    monkeypatch.chdir(tmp_path)
+    scene = tmp_path / "swing.toml"
+    scene.write_text(SWING)
+    lines = CliRunner().invoke(app, ["run", str(scene)]).stdout.splitlines()
+    told = lines[lines.index("largest forces:") + 1].split()
+    assert told[0] == "hinge" and float(told[1]) == pytest.approx(2.5 * 2.0 * G, rel=1e-4)
+    assert Path("results/swing/forces.png").read_bytes()[:4] == b"\x89PNG"
+    done = CliRunner().invoke(app, ["run", str(scene), "--set", "gravity.g=0"])
+    assert done.exit_code == 0 and "largest forces" not in done.stdout and "forces.png" not in done.stdout
+    assert not Path("results/swing/forces.png").exists()
+
+
+def test_the_table_of_forces_has_the_times_that_are_asked_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """At first the pin of a level rod carries a quarter of its weight, upwards."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "swing.toml").write_text(SWING)
+    assert CliRunner().invoke(app, ["run", "swing.toml", "--csv", "--times", "21"]).exit_code == 0
+    head, *rows = csv.reader(Path("results/swing/forces.csv").read_text().splitlines())
+    numbers = np.array(rows, dtype=float)
+    assert head[1:3] == ["hinge on rod: x [N]", "hinge on rod: y [N]"]
+    assert np.array_equal(numbers[:, 0], np.linspace(0.0, 2.0, 21))
+    assert numbers[0, 1:3] == pytest.approx([0.0, 2.0 * G / 4.0], abs=1e-12)
+
+
+def test_forces_of_redundant_joints_are_told_as_shared(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A rod on two hinges in one place: each bears half of what one would."""
+    monkeypatch.chdir(tmp_path)
+    scene = tmp_path / "swing.toml"
+    other = '[[joint]]\nname = "other"\nbetween = ["ground.O", "rod.A"]\n'
+    scene.write_text(SWING.replace("[gravity]", f"{other}[gravity]"))
+    lines = CliRunner().invoke(app, ["run", str(scene)]).stdout.splitlines()
+    at = lines.index("largest forces, those of redundant joints of least norm:")
+    sizes = {line.split()[0]: float(line.split()[1]) for line in lines[at + 1 : at + 3]}
+    assert sizes == pytest.approx({"hinge": 2.5 * G, "other": 2.5 * G}, rel=1e-4)
+
+
+def test_what_rises_to_a_line_of_links_is_no_largest_force() -> None:
+    """A force of 1 / |t - 1|, not known within 0.01 of 1, through a change of contact at 0.5, and a hill of 3 at 2."""
+    t = np.sort(np.append(np.linspace(0.0, 3.0, 301), 0.5))
+    sizes = 1.0 / np.maximum(np.abs(t - 1.0), 1e-9)
+    sizes[t > 1.4] = 3.0 - np.abs(t[t > 1.4] - 2.0)
+    known = np.abs(t - 1.0) > 0.011
+    beside = known & (np.abs(t - 1.0) < 0.021)
+    t, sizes, beside = t[known], sizes[known], beside[known]
+    assert beside.sum() == 2 and sizes.max() > 40.0
+    away = away_from_lines(t, sizes, beside)
+    assert not away[t < 1.395].any() and away[(t > 1.45) & (t < 3.0)].all()
+    assert sizes[away].max() == 3.0
+    assert away_from_lines(t, sizes, 0 * t > 1.0).all()
+
+
+FLOPPY = """
+name = "floppy-box"
+[loop]
+links = 4
+length = 0.4
+mass = 0.5
+[start]
+height = 1.0
+tilt = "20 deg"
+velocity = [1.5, 0]
+[gravity]
+[[ground]]
+normal = ["-sin(15*pi/180)", "cos(15*pi/180)"]
+restitution = 0.4
+friction = 0.6
+[run]
+until = 1.5
+"""
+
+
+def test_a_box_that_folds_into_its_line_says_where_forces_are_not_told(workshop: Workshop) -> None:
+    run = simulate(workshop.model(FLOPPY))
+    found, told = history(run), Told(run)
+    sizes = np.hypot(found.reactions[:, :, 0], found.reactions[:, :, 1]).max(axis=1)
+    assert found.beside.any() and found.beside[np.argmax(sizes)]
+    largest = max(float(size.split()[0]) for name, size, _, _ in told.rows if name in run.model.joints)
+    assert largest < 0.1 * sizes.max()

@@ -62,7 +62,7 @@ def test_the_audit_has_its_scale(tmp_path: Path) -> None:
     (tmp_path / "pendulum.toml").write_text(PENDULUM.replace("until = 0.5", "until = 1.0"))
     done = ccgen("run", "pendulum.toml", at=tmp_path)
     assert done.returncode == 0
-    assert re.search(r"energy kept to [\d.e+-]+ J of 4\.\d+ J; method gauss", done.stdout)
+    assert re.search(r"energy kept to [\d.e+-]+ J of 4\.\d+ J above its lowest; method gauss", done.stdout)
 
 
 CHALK = """\

@@ -345,6 +345,55 @@ def test_generated_c_has_no_warnings(name: str, tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
 
 
+PRESS = """
+name = "press"
+[ground_link]
+points = { O = [0, 0] }
+[[link]]
+name = "crank"
+rod = { mass = 0.5 }
+points = { A = [0, 0], B = [0.1, 0] }
+[[link]]
+name = "conrod"
+rod = { mass = 1.0 }
+points = { A = [0, 0], B = [0.3, 0] }
+[[link]]
+name = "slider"
+mass = 2.0
+inertia = 0.01
+com = [0, 0]
+points = { C = [0, 0] }
+[[joint]]
+between = ["ground.O", "crank.A"]
+[[joint]]
+between = ["crank.B", "conrod.A"]
+[[joint]]
+between = ["conrod.B", "slider.C"]
+[[joint]]
+type = "prismatic"
+between = ["ground.O", "slider.C"]
+axis = [1, 0]
+[[ground]]
+point = [0.38, 0]
+normal = [-1, 0]
+restitution = 0.3
+contacts = ["slider.C"]
+[start]
+angles = { crank = "90 deg" }
+[gravity]
+"""
+
+
+@pytest.mark.skipif(shutil.which("cc") is None, reason="there is no cc")
+def test_what_impulses_of_contacts_do_not_need_is_not_written(tmp_path: Path) -> None:
+    """A slider strikes along its line: part of what solves for the closure is multiplied by zeros only."""
+    (tmp_path / "press.toml").write_text(PRESS, encoding="utf-8")
+    folder = generate(load_scene(tmp_path / "press.toml"), out=tmp_path / "build")
+    command = ["cc", "-std=c11", "-Wall", "-Wextra", "-Werror", "-pedantic", "-c", "model.c", "-o", "/dev/null"]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
 @pytest.mark.slow
 def test_the_summary_says_what_each_effect_adds() -> None:
     summary = show_text(load_scene(FILES / "falling-hexagon.toml"), False, False).partition("\n\n")[0]

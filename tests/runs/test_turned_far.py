@@ -86,4 +86,4 @@ def test_the_command_says_so_and_draws_what_there_is(tmp_path: Path) -> None:
     )
     assert "Traceback" not in done.stderr
     written = {path.name for path in (tmp_path / "results" / "spun").iterdir()}
-    assert written == {".ccgen.json", "result.npz", "plot.png", "player.html"}
+    assert written == {".ccgen.json", "result.npz", "plot.png", "player.html", "forces.png"}
