@@ -73,6 +73,7 @@ def test_differences_are_coarse_in_floats(workshop: Workshop) -> None:
     assert 4 * quick.nfev <= plain.nfev
 
 
+@pytest.mark.hard
 def test_what_a_controller_does_is_not_in_the_model(workshop: Workshop) -> None:
     """With a controller derivatives are differences, which know of it: to the bit the motion of a model without them.
     A table depends on time alone, and so needs none."""
@@ -119,6 +120,7 @@ BOUND = 1e-7
 """Of the differences, in parts of the largest derivative; they reach about 1e-11 where surfaces bend little."""
 
 
+@pytest.mark.sample(1)
 @pytest.mark.parametrize("name", RUNS)
 def test_known_where_contacts_are_held(name: str, tmp_path: Path) -> None:
     """Along a run, against differences of accelerations with the same contacts held (tests/c/jacobian.c)."""
