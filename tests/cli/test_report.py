@@ -371,7 +371,8 @@ def test_a_torque_needs_a_joint_that_turns(tmp_path: Path) -> None:
 def test_a_torque_turns_the_only_driven_joint(tmp_path: Path) -> None:
     done = ccgen("torque", str(SCENES / "jansen-driven.toml"), at=tmp_path)
     assert done.returncode == 0, done.stderr
-    assert "axle turned once at 6.28319 rad/s, as its [[drive]] has it: " in done.stdout and " against ground\n" in done.stdout
+    assert "axle turned once at 6.28319 rad/s, as its [[drive]] has it: " in done.stdout
+    assert " against ground\n" in done.stdout
 
 
 @pytest.mark.hard
