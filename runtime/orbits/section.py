@@ -111,6 +111,14 @@ class Map:
             other.times = 2 * self.times
         return other
 
+    def single(self) -> Map:
+        """The map to the next crossing, and where the state is relabelled behind each, to where it is."""
+        other = copy.copy(self)
+        other.times = 1
+        if self.relabel is None:
+            other.crossings = 1
+        return other
+
     def at(self, q: FloatArray, u: FloatArray, parameter: str | None = None) -> Crossed:
         """What comes of a state with loops shut, and by what that moves with a ``parameter``."""
         kept = kept_at(self.model, q, u, self.closed)
@@ -228,6 +236,12 @@ class Map:
 
     def after(self, q: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The state to which the map leads, loops shut, without derivatives."""
+        for _ in range(self.times):
+            q, u = self._once(q, u)
+        return q, u
+
+    def _once(self, q: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The state behind one run."""
         until = self.time_of(q, u)
         run = simulate(self.model, q, u, until=until * (1.0 + BEHIND), **self.options)
         assert isinstance(run, Run)
@@ -249,7 +263,7 @@ class Map:
         return self.model.project(q, u)
 
     def time_of(self, q: FloatArray, u: FloatArray) -> float:
-        """How long a run from there takes to come back to the section."""
+        """How long one run from there takes to come back to the section."""
         return self.section * self.crossings if isinstance(self.section, float) else self._instant(q, u)
 
     def _instant(self, q: FloatArray, u: FloatArray, crossings: int | None = None) -> float:

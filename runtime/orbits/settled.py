@@ -29,7 +29,7 @@ def settled(
     Not a number where a run did not come so far. With a time as section they are an :func:`ensemble`; with a contact
     the map is applied run by run.
     """
-    a_map = orbit.return_map
+    a_map = orbit.return_map.single()
     if name not in names_of(a_map.model):
         raise ValueError(f"name: found {name!r}, expected one of {', '.join(names_of(a_map.model))}")
     if isinstance(a_map.section, float) and a_map.relabel is None:

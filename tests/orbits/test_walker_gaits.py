@@ -10,6 +10,7 @@ import pytest
 from scipy.optimize import brentq
 
 from ccgen.runtime import continue_orbit, double_period, find_orbit
+from ccgen.runtime.orbits.settled import settled
 
 from ..support.simplest_walker import SEARCH, STONES, massless_gait, with_feet
 from ..support.workshop import Workshop
@@ -60,3 +61,6 @@ def test_where_the_gait_doubles(walker: Any) -> None:
     assert doubled.stable and doubled.period == pytest.approx(2 * flip.orbit.period, rel=0.02)
     (first, second) = doubled.states
     assert abs(first[2] - second[2]) > 1e-3  # one step is longer than the other
+    slope = doubled.return_map.model.parameters[PULL]
+    _, angles = settled(doubled, PULL, np.array([slope]), "swing.angle", crossings=40, last=4)
+    assert len(np.unique(np.round(angles, 6))) == 2  # runs that settle show both
