@@ -12,6 +12,7 @@
     X(REPEATS, "repeats")               /* impacts at one instant do not come to an end */                           \
     X(BUDGET, "budget")                 /* step budget spent */                                                      \
     X(CROWDED, "crowded")               /* the steps or events that a characteristic time may have are spent */      \
+    X(ENDLESS, "endless")               /* at the pace of its steps a run would not end within any budget */         \
     X(JAMMED, "jammed")   /* contacts with friction have no forces, or more than one choice of them (Painleve) */    \
     X(GAINED, "gained")   /* an impact by this law would add energy */                                               \
     X(ESCAPED, "escaped") /* a point gets behind its surface, however short the step */                              \

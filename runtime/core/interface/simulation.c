@@ -275,7 +275,10 @@ static enum outcome go_on(struct ccgen_simulation *it, double until, int to_even
         return OUTCOME_BAD_SETTINGS;
     run->until = until;
     run->contact = -1;
-    run->taken_before = run->steps + run->rejected;
+    run->taken_before = run->paced_from = run->steps + run->rejected;
+    run->paced_since = it->phase.t;
+    run->paced =
+        !to_event && run->fixed_step == 0.0; /* steps of fixed length keep their pace, and events may be near */
     start_asking(&run->interruption, it->phase.t);
     it->system.interruption = &run->interruption;
     do {

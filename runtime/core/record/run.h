@@ -47,9 +47,12 @@ struct run {
     enum outcome outcome;
     int contact; /* contact at fault, or -1 */
     long steps, rejected;
-    long taken_before; /* of them, before this call */
-    double window;     /* when the present one began */
-    long spent_before; /* steps and events before that, and those since that get on */
+    long taken_before;  /* of them, before this call */
+    double paced_since; /* when the present stretch of steps began, in this call */
+    long paced_from;    /* and how many steps there were */
+    int paced;          /* whether this call is meant to come to its end */
+    double window;      /* when the present one began */
+    long spent_before;  /* steps and events before that, and those since that get on */
     long events;
     double rest_speed; /* m/s: the largest below which contacts were at rest because events crowded, or 0 */
     long choices;      /* at how many instants contacts could as well have stayed as left, and have left */

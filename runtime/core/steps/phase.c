@@ -228,6 +228,26 @@ static enum outcome begin_phase(struct phase *f)
     return outcome;
 }
 
+/* So many steps show a pace. Runs that end take fewer, but for the longest. */
+static const long STRETCH = 100000;
+
+/* The pace of the rest of a run would have to be so many times that of a stretch: what whirls or creeps for a while gets on faster by
+ * less. */
+static const double SPEED_UP = 1e3;
+
+/* Whether all of the budget, at the pace of the last steps, would be next to nothing of what the run still has before it */
+static int is_endless(struct phase *f)
+{
+    struct run *run = f->run;
+    const long taken = run->steps + run->rejected;
+    if (!run->paced || taken - run->paced_from < STRETCH)
+        return 0;
+    const double passed = f->t - run->paced_since;
+    run->paced_from = taken;
+    run->paced_since = f->t;
+    return passed * SPEED_UP * ((double)run->step_budget / (double)STRETCH) < run->until - f->t;
+}
+
 /* Whether the run may take another step */
 static enum outcome within_budget(struct phase *f)
 {
@@ -237,6 +257,8 @@ static enum outcome within_budget(struct phase *f)
         return OUTCOME_INTERRUPTED;
     if (run->steps + run->rejected - run->taken_before >= run->step_budget)
         return OUTCOME_BUDGET;
+    if (is_endless(f))
+        return OUTCOME_ENDLESS;
     return exceeds_step_rate(f) ? OUTCOME_CROWDED : OUTCOME_DONE;
 }
 
