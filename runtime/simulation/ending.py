@@ -30,8 +30,8 @@ def message_of(model: Model, until: float, found: dict[str, Any], fixed: bool) -
         "not_closed": "the loops cannot be kept closed; ask for a smaller rtol",
         **{key: failed_impact(key, contact, model.data["law"], driven) for key in ("repeats", "jammed", "gained")},
         "budget": f"{STEP_BUDGET} steps are spent; ask for a larger rtol or an earlier end",
-        "endless": f"at the pace of its last steps it would take more than {1000 * STEP_BUDGET:.0e} of them to its end; "
-        "ask for an earlier end, or look at what moves so fast there",
+        "endless": f"at the pace of its last steps it would take more than {1000 * STEP_BUDGET:.0e} of them to its "
+        "end; ask for an earlier end, or look at what moves so fast there",
         "crowded": f"{RATE_BUDGET} steps and events within a characteristic time are spent; ask for a larger "
         "rtol, or change the start a little if the mechanism is jammed there",
         "escaped": f"a step of fixed length takes {contact.replace(' on ', ' behind the surface of ')}; take a smaller "
