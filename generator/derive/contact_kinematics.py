@@ -7,13 +7,14 @@ from functools import cached_property
 
 import sympy as sp
 
+from ..equations.names import slide_name, sliding_name
 from ..mechanism.joints import PointRef
 from ..mechanism.links import GROUND
 from .displacement import Displacement, between
 from .gaps import Gap
 from .generalized_forces import gather_inwards
 from .kinematics import Kinematics
-from .vectors import NO_LOAD, ZERO, Vector, Wrench, add, less, scale
+from .vectors import NO_LOAD, ZERO, Vector, Wrench, add, dot, less, perp, scale
 
 
 class Contacts:
@@ -127,6 +128,53 @@ class Contacts:
         """Its second rate with u̇ = 0 (m/s²)."""
         displacement = self._displacement(start, end)
         return displacement.bias() if displacement else less(self.centripetal(end), self.centripetal(start))
+
+    def joint_position(self, joint: int) -> sp.Expr:
+        """How far a joint is along its line (m): its coordinate, or where loops carry both links, d · x with the
+        direction d of the line and x from the first point to the second."""
+        if self._has_coordinate(joint):
+            return sp.Symbol(slide_name(joint))
+        return dot(self.kinematics.line(joint), self.distance(*self._ends(joint)))
+
+    def joint_speed(self, joint: int) -> sp.Expr:
+        """Its rate (m/s), d · ẋ + ω d⊥ · x."""
+        if self._has_coordinate(joint):
+            return sp.Symbol(sliding_name(joint))
+        first, second = self._ends(joint)
+        line, x = self.kinematics.line(joint), self.distance(first, second)
+        return dot(line, self.approach(first, second)) + self.rate(first.link) * dot(perp(line), x)
+
+    def joint_bias(self, joint: int) -> sp.Expr:
+        """The rate of that with u̇ = 0 (m/s²), d · ẍ + 2 ω d⊥ · ẋ − ω² d · x."""
+        if self._has_coordinate(joint):
+            return sp.S.Zero
+        first, second = self._ends(joint)
+        line, x = self.kinematics.line(joint), self.distance(first, second)
+        turned = 2 * self.rate(first.link) * dot(perp(line), self.approach(first, second))
+        inwards = self.kinematics.squared_rate[first.link] * dot(line, x)
+        return dot(line, self.bend(first, second)) + turned - inwards
+
+    def along(self, joint: int, impulse: sp.Expr) -> dict[int, Wrench]:
+        """The wrenches of an impulse along the line: the transpose of :meth:`joint_speed`. The moment of what the
+        second point is off the line, rounding where loops are closed, is the first link's."""
+        first, second = self._ends(joint)
+        line = self.kinematics.line(joint)
+        push, back = scale(impulse, line), scale(-impulse, line)
+        off = sp.S.Zero
+        if not self._has_coordinate(joint):
+            off = impulse * dot(perp(line), self.distance(first, second))
+        return {
+            second.link: (push, dot(perp(self.arms[second]), push)),
+            first.link: (back, dot(perp(self.arms[first]), back) + off),
+        }
+
+    def _ends(self, joint: int) -> tuple[PointRef, PointRef]:
+        record = self.kinematics.mechanism.joints[joint]
+        return record.first, record.second
+
+    def _has_coordinate(self, joint: int) -> bool:
+        """Whether a length along the joint's line is a coordinate."""
+        return any(branch.joint == joint for branch in self.kinematics.topology.branches)
 
     def _displacement(self, start: PointRef, end: PointRef) -> Displacement | None:
         """Along the tree, so that the position of a floating mechanism does not enter; none to the ground."""

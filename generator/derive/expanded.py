@@ -209,6 +209,17 @@ class _Expansion:
         angle = self.state.angle(record.first.link) + symbol(record.axis)
         return (sp.cos(angle), sp.sin(angle))
 
+    def joint_position(self, joint: int) -> sp.Expr:
+        """How far a sliding joint is along its line (m)."""
+        if any(branch.joint == joint for branch in self.topology.branches):
+            return sp.Symbol(slide_name(joint))
+        record = self.mechanism.joints[joint]
+        return dot(self._line(joint), less(self.position(record.second), self.position(record.first)))
+
+    def joint_speed(self, joint: int) -> sp.Expr:
+        """Its rate (m/s)."""
+        return self._rate(self.joint_position(joint))
+
     def _hung(self, branch: Branch) -> Vector:
         """Where the inboard point of a branch is: on its parent's point, or along the line on which it slides."""
         attached = self.position(PointRef(branch.parent, branch.attach))

@@ -1,4 +1,4 @@
-"""Kinds of gaps: a disc above a half-plane (of radius zero: a point), and the angle of a joint before its stop.
+"""Kinds of gaps: a disc above a half-plane (of radius zero: a point), and a joint before its stop.
 
 A gap asks :class:`Positions`, :class:`Velocities` or :class:`Accelerations` where things are and how they move, and
 answers with expressions; what its impulses do it says as wrenches on links (theory, sections 5.1 and 5.8). To add a
@@ -32,6 +32,10 @@ class Positions(Protocol):
         """The vector from one point to another (m)."""
         ...
 
+    def joint_position(self, joint: int) -> sp.Expr:
+        """How far a sliding joint is along its line (m)."""
+        ...
+
     def let(self, name: str, expression: sp.Expr) -> sp.Expr:
         """A name for what is used more than once."""
         ...
@@ -60,6 +64,10 @@ class Velocities(Positions, Protocol):
         """The rate of the vector from one point to another (m/s)."""
         ...
 
+    def joint_speed(self, joint: int) -> sp.Expr:
+        """How fast a sliding joint moves along its line (m/s)."""
+        ...
+
 
 class Accelerations(Velocities, Protocol):
     """All that gaps ask: how points accelerate by the velocities alone, too."""
@@ -74,6 +82,14 @@ class Accelerations(Velocities, Protocol):
 
     def bend(self, start: PointRef, end: PointRef) -> Vector:
         """The second rate of that vector with u̇ = 0 (m/s²)."""
+        ...
+
+    def joint_bias(self, joint: int) -> sp.Expr:
+        """What a sliding joint accelerates at along its line with u̇ = 0 (m/s²)."""
+        ...
+
+    def along(self, joint: int, impulse: sp.Expr) -> dict[int, Wrench]:
+        """What an impulse along a sliding joint's line, on its second link, does to both of its links."""
         ...
 
 
@@ -221,6 +237,50 @@ class AngleGap:
     def push(self, at: Accelerations, impulse: sp.Expr) -> dict[int, Wrench]:
         """A couple on the second link, its opposite on the first."""
         return {self.second: (ZERO, self.sign * impulse), self.first: (ZERO, -self.sign * impulse)}
+
+    def drag(self, at: Accelerations, impulse: sp.Expr) -> dict[int, Wrench]:
+        return {}
+
+
+@dataclass(frozen=True)
+class SlideGap:
+    """How far a sliding joint is along its line, before a stop at ``limit`` (m), eq. 5.12 with a length.
+
+    The gap is sign (s − limit): sign is 1 for a lowest place and −1 for a highest one.
+    """
+
+    name: str
+    ground: str
+    joint: int
+    ends: tuple[PointRef, PointRef]
+    sign: int
+    limit: sp.Expr
+    restitution: sp.Expr
+    friction: sp.Expr = sp.S.Zero
+    angular = False
+
+    def points(self) -> tuple[PointRef, ...]:
+        return self.ends
+
+    def value(self, at: Positions) -> sp.Expr:
+        return self.sign * (at.joint_position(self.joint) - self.limit)
+
+    def closing(self, at: Velocities) -> sp.Expr:
+        return self.sign * at.joint_speed(self.joint)
+
+    def bias(self, at: Accelerations) -> sp.Expr:
+        return self.sign * at.joint_bias(self.joint)
+
+    def slip(self, at: Accelerations) -> sp.Expr:
+        """Zero: a stop has no friction."""
+        return sp.S.Zero
+
+    def slip_bias(self, at: Accelerations) -> sp.Expr:
+        return sp.S.Zero
+
+    def push(self, at: Accelerations, impulse: sp.Expr) -> dict[int, Wrench]:
+        """Along the line on the second link, its opposite on the first."""
+        return at.along(self.joint, self.sign * impulse)
 
     def drag(self, at: Accelerations, impulse: sp.Expr) -> dict[int, Wrench]:
         return {}

@@ -6,6 +6,7 @@ from collections.abc import Collection, Sequence
 
 import sympy as sp
 
+from ..derive.gaps import SlideGap
 from ..effect_base.effect import Effect
 from ..equations.equations import Equations
 from ..equations.names import State, sliding_name
@@ -72,6 +73,7 @@ def model_data(
         "kinks": [list(kink) for effect in scene.effects for kink in effect.kinks()],
         "contacts": [[contact.point, contact.ground] for contact in equations.contacts],
         "stops": [contact.ground for contact in equations.contacts if contact.angular],
+        "slide_ends": [contact.ground for contact in equations.contacts if isinstance(contact, SlideGap)],
         "grounds": [plane for effect in scene.effects for plane in _planes(effect)],
         "law": scene.run.law,
         "outlines": [[_point(point) for point in link.points.values()] for link in mechanism.links],

@@ -120,6 +120,7 @@ PartKind = Literal[
     "force",
     "torque",
     "stop",
+    "linear stop",
     "gear",
     "rack",
     "belt",
@@ -140,7 +141,8 @@ class PartData(Data):
         "where these are in the links' frames", "[...][2]", "m"
     )
     numbers: list[Coordinate] = entry(
-        "of a linear motor or brake the angle of the line in the first link, of a stop the joint's angle, of gears and "
+        "of a linear motor or brake the angle of the line in the first link, of a stop the joint's angle, where it "
+        "slides the length, the line's angle and the sign of what is beyond, of gears and "
         "belts the radii, of a belt 1 where it is crossed, of a rack radius, the line's angle and -1 where it is "
         "reversed, of a force x and y (1 or 0 where it changes with time), then 1 where it does, then 1 where its axes "
         "turn with the link, of a torque its value, 1 where that changes with time",
@@ -305,6 +307,7 @@ class ModelData(Data):
         "each contact's point and what it touches", "[contacts][2]"
     )
     stops: list[str] = entry("the grounds of those contacts that limit an angle")
+    slide_ends: list[str] = entry("the grounds of those that limit the way along a joint's line", default=[])
     grounds: list[PlaneData] = entry("half-planes to be drawn, and from which heights are measured")
     law: Law = entry("the law of impact")
     outlines: list[list[Place]] = entry("each link's named points in its frame", "[links][...][2]", "m")

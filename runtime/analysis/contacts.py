@@ -256,6 +256,6 @@ def inside(model: Model, q: FloatArray, deepest: float) -> str:
     worst = int(np.argmax(depths))
     point, ground = model.contacts[worst]
     depth = depths[worst] * contacts.sizes[worst]
-    if ground in model.stops:
-        return f"{point} beyond {ground} by {depth:.6g} rad"
+    if ground in model.stops | model.slide_ends:
+        return f"{point} beyond {ground} by {depth:.6g} {'rad' if ground in model.stops else 'm'}"
     return f"{point} inside {ground} by {depth:.6g} m"

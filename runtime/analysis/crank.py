@@ -264,7 +264,7 @@ class _Turn:
         if bar < 0:
             return f"{where}, expected a crank; name another joint"
         point, ground = self.model.contacts[bar]
-        what = "" if ground in self.model.stops else "the surface of "
+        what = "" if ground in self.model.stops | self.model.slide_ends else "the surface of "
         advice = "leave that out, turn it the other way, or name another joint"
         return f"{where}, where {point} reaches {what}{ground}, which would push; {advice}"
 

@@ -16,7 +16,21 @@ from ..model.points import GROUND, link_of, turned
 from ..record.outputs import Output, States
 
 SAME = frozenset(
-    ("data", "links", "joints", "contacts", "stops", "q_names", "u_names", "told", "core", "outboard", "rows", "points")
+    (
+        "data",
+        "links",
+        "joints",
+        "contacts",
+        "stops",
+        "slide_ends",
+        "q_names",
+        "u_names",
+        "told",
+        "core",
+        "outboard",
+        "rows",
+        "points",
+    )
 )
 """What is the same of a model whatever its parameters are."""
 

@@ -53,6 +53,7 @@ class Compiled:
         self.joints = tuple(data["joints"])
         self.grounds = tuple(plane["name"] for plane in data["grounds"])
         self.stops = frozenset(data["stops"])
+        self.slide_ends = frozenset(data.get("slide_ends", ()))
         self.told = tuple((name, unit) for name, unit in data["outputs"])
         self.points = tuple(data["points"])
         self.q_names = tuple(data["q_names"])

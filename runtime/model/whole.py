@@ -44,6 +44,7 @@ class Whole:
         self.contacts = tuple(dict.fromkeys(one for model in self.structures for one in model.contacts))
         self.told = tuple(dict.fromkeys(tuple(one) for model in self.structures for one in model.told))
         self.stops = frozenset(stop for model in self.structures for stop in model.stops)
+        self.slide_ends = frozenset(end for model in self.structures for end in model.slide_ends)
         self.parameters: Mapping[str, float] = dict(self.main.parameters)
         self.core, self.kernels, self.length = self.main.core, self.loosest.kernels, self.main.length
         self.time, self.duration, self.precision = self.main.time, self.main.duration, self.main.precision

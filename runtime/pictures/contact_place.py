@@ -34,7 +34,7 @@ class ContactPlaces:
         if ground in self.planes:
             on_plane, normal = self.planes[ground]
             return np.asarray(point - ((point - on_plane) @ normal) * normal)
-        if ground in self.model.stops or ground in self.ropes:
+        if ground in self.model.stops | self.model.slide_ends or ground in self.ropes:
             return point
         return self._on_surface(point, np.asarray(self.model.poses(q), dtype=float))
 

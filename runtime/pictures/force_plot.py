@@ -73,7 +73,9 @@ def panels(run: Record, found: History) -> list[Panel]:
             turning[ground] = found.pushes[:, k, 0]
             continue
         name = point if single else f"{point} on {ground}"
-        normal[name], friction[name] = found.pushes[:, k, 0], found.pushes[:, k, 1]
+        normal[name] = found.pushes[:, k, 0]
+        if ground not in run.model.slide_ends:
+            friction[name] = found.pushes[:, k, 1]
     joints = {name: np.hypot(*found.reactions[:, k, :2].T) for k, name in enumerate(run.model.joints)}
     every: list[Panel] = [
         ("normal force [N]", normal),

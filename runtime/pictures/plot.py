@@ -205,12 +205,12 @@ def _heights(axes: Any, run: Record, frames: Frames) -> None:
     heights: dict[str, FloatArray] = {}
     nearest = False  # of several grounds that one point can touch
     for (point, ground), gap in zip(model.contacts, gaps.T, strict=True):
-        if ground not in model.stops:
+        if ground not in model.stops | model.slide_ends:
             nearest |= point in heights
             heights[point] = np.minimum(heights.get(point, gap), gap)
     along = {} if heights else dict(model.slides(frames.q))
     planes = model.ground_planes()
-    grounds = {ground for _, ground in model.contacts} <= {*planes, *model.stops}
+    grounds = {ground for _, ground in model.contacts} <= {*planes, *model.stops, *model.slide_ends}
     level = all(normal[1] > LEVEL for _, normal in planes.values())
     above = "to nearest ground [m]" if nearest else "above ground [m]" if level else "off grounds [m]"
     axes.set_ylabel((above if grounds else "gap [m]") if heights else "along line [m]" if along else "height [m]")

@@ -124,8 +124,8 @@ def _strokes(part: Part, model: Drawable, frames: Frames, size: float, coils: se
         return list(_force(part, size))
     if part.kind == "torque":
         return [_torque(part, size)] if part.numbers[0] else []
-    if part.kind == "stop":
-        return [_stop(part, model, size)]
+    if part.kind in ("stop", "linear stop"):
+        return [_stop(part, model, size) if part.kind == "stop" else _slide_stop(part, wide)]
     if part.kind == "gear":
         small = min(part.numbers)
         return [_wheel(part, k, radius, small) for k, radius in enumerate(part.numbers)]
@@ -239,6 +239,15 @@ def _stop(part: Part, model: Drawable, size: float) -> Stroke:
     angle = part.numbers[0] + float(np.arctan2(farthest[1], farthest[0]))
     bar = np.array([(0.5 * REACH * size, angle, 0.0), (1.6 * REACH * size, angle, 0.0)])
     return _turn(part, bar, "ink")
+
+
+def _slide_stop(part: Part, wide: float) -> Stroke:
+    """A bar on the first link across the line, behind the second link's point as it is at the limit."""
+    place, axis, beyond = part.numbers
+    behind = place + 1.9 * wide * beyond
+    x, y = np.array([behind, behind]), wide * np.array([-2.5, 2.5])
+    bar = np.column_stack([np.hypot(x, y), np.arctan2(y, x) + axis, np.zeros(2)])
+    return Stroke(part.name, "turn", _ends(part)[:1], bar, "ink", (part.links[0], part.links[0]))
 
 
 def _wheel(part: Part, k: int, radius: float, small: float) -> Stroke:

@@ -47,6 +47,10 @@ class Drawable(Protocol):
         """(name, unit) of every number that effects tell along runs."""
 
     @property
+    def slide_ends(self) -> frozenset[str]:
+        """Second names of those that stop joints along their lines."""
+
+    @property
     def stops(self) -> frozenset[str]:
         """Second names of those contacts that are stops: their gaps are angles."""
 

@@ -109,14 +109,15 @@ def _just_before(run: Record, jumps: FloatArray) -> FloatArray:
 
 
 def columns(run: Record) -> list[str]:
-    """Headings of a table of forces, with units; a stop has a moment, and no friction. What a joint does is to its
-    outboard link, as in ``reactions``."""
+    """Headings of a table of forces, with units; a stop has a moment, or a force along a line, and no friction. What a
+    joint does is to its outboard link, as in ``reactions``."""
     found = ["t [s]"]
     for point, ground in run.model.contacts:
         name = f"{point} on {ground}"
-        found += (
-            [f"{name}: moment [N m]"] if ground in run.model.stops else [f"{name}: normal [N]", f"{name}: friction [N]"]
-        )
+        if ground in run.model.stops:
+            found.append(f"{name}: moment [N m]")
+        else:
+            found += [f"{name}: normal [N]", *([] if ground in run.model.slide_ends else [f"{name}: friction [N]"])]
     for joint, link in zip(run.model.joints, run.model.outboard, strict=True):
         found += [f"{joint} on {link}: x [N]", f"{joint} on {link}: y [N]", f"{joint} on {link}: moment [N m]"]
     return [*found, *(f"{mesh}: force [N]" for mesh in mesh_names(run.model))]
@@ -129,7 +130,8 @@ def write_csv(run: Record, path: str | os.PathLike[str], found: History | None =
     target = read_path(path, "a file")
     found = history(run) if found is None else found
     count = len(found.t)
-    rubs = np.array([(True, ground not in run.model.stops) for _, ground in run.model.contacts], dtype=bool).ravel()
+    smooth = run.model.stops | run.model.slide_ends
+    rubs = np.array([(True, ground not in smooth) for _, ground in run.model.contacts], dtype=bool).ravel()
     pushes = found.pushes.reshape(count, -1)[:, rubs]
     numbers = np.column_stack([found.t, pushes, found.reactions.reshape(count, -1), found.meshes])
     text = io.StringIO()

@@ -214,7 +214,8 @@ def _every(model: Any) -> Iterator[Output]:
     for joint in joints:
         yield from _of_joint(model, joint)
     for number, (point, ground) in enumerate(model.contacts):
-        yield from _of_contact(f"{ground}.{point}", number, ground in model.stops)
+        rubs = ground not in model.stops | model.slide_ends
+        yield from _of_contact(f"{ground}.{point}", number, ground in model.stops, rubs)
     for number, (name, unit) in enumerate(model.told):
         yield Output(name, "effect", unit, partial(_told, number=number))
     for number, mesh in enumerate(mesh_names(model)):
@@ -260,7 +261,7 @@ def _of_joint(model: Any, joint: str) -> Iterator[Output]:
         yield Output(f"{joint}.impulse", "joint", "N s", partial(_joint_impulse, number=number))
 
 
-def _of_contact(name: str, number: int, stops: bool) -> Iterator[Output]:
+def _of_contact(name: str, number: int, stops: bool, rubs: bool) -> Iterator[Output]:
     angle = "rad" if stops else "m"
     yield Output(f"{name}.gap", "contact", angle, lambda sample: sample.gaps[:, number])
     yield Output(
@@ -269,9 +270,9 @@ def _of_contact(name: str, number: int, stops: bool) -> Iterator[Output]:
         f"{angle}/s",
         lambda sample: sample.gap_rates[:, number],
     )
-    for part, push in enumerate(("moment",) if stops else ("normal", "friction")):
+    for part, push in enumerate(("moment",) if stops else ("normal", "friction")[: 1 + rubs]):
         yield Output(f"{name}.{push}", "contact", "N m" if stops else "N", partial(_push, number=number, part=part))
-    for part, push in enumerate(("impulse",) if stops else ("impulse", "friction_impulse")):
+    for part, push in enumerate(("impulse", "friction_impulse")[: 1 + rubs]):
         of = partial(_impulse, number=number, part=part)
         yield Output(f"{name}.{push}", "contact", "N m s" if stops else "N s", of)
 

@@ -233,9 +233,10 @@ def _check_outside(model: Model, q: FloatArray, begin: float) -> None:
         return
     point, ground = model.contacts[int(np.argmax(depths))]
     deep = f"{depths.max():.6g} {'rad' if ground in model.stops else 'm'}"
-    if ground in model.stops:
+    if ground in model.stops | model.slide_ends:
         _check_limits(model, ground)
-        found, advice = f"has {point} beyond {ground} by {deep}", "turn the start"
+        advice = "turn the start" if ground in model.stops else "move the start"
+        found = f"has {point} beyond {ground} by {deep}"
     elif ground in {rope.name for rope in model.ropes}:
         found, advice = f"needs {ground} to be longer by {deep}", "change the start, or make it longer"
     else:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from ccgen.generator import SceneError
 from ccgen.runtime import simulate
 
 from ..support.workshop import Workshop
@@ -385,23 +387,145 @@ angle = 0
 """
 
 
-@pytest.mark.parametrize(
-    ("joint", "instead"),
-    [("guide", r'\[\[ground\]\].*contacts = \["slider\.C"\]'), ("rail", r'\[\[touch\]\].*"ram\.R".*slider')],
-)
-def test_a_stop_of_a_slide_is_refused_with_what_to_write(workshop: Workshop, joint: str, instead: str) -> None:
-    from ccgen.generator.scene import SceneError
-
-    stop = f'[[stop]]\njoint = "{joint}"\nhighest = 0.5\nrestitution = 0.5\n'
-    with pytest.raises(SceneError, match=f'found "{joint}".*slides along a line.*{instead}'):
-        workshop.scene(SLIDE + LEVER + stop)
+def test_a_ram_strikes_the_end_of_its_rail(workshop: Workshop) -> None:
+    """On a slider that is free to move along another line: the ram bounces against the slider, which is pushed along
+    by what of the impulse lies in its line, 0.6 of it."""
+    stop = '[[stop]]\njoint = "rail"\nhighest = 0.5\nrestitution = 0.5\n'
+    start = SLIDE.replace("{ guide = 2.0 }", "{ guide = 2.0, rail = 4.0 }")
+    (impact,) = simulate(workshop.model(start + LEVER + stop), until=0.5).impacts
+    assert impact.t == pytest.approx(0.125, rel=1e-14)
+    pushed = 0.6 / 2 * (1 + 0.5) * 4.0  # both have 1 kg: (2, 0.6; 0.6, 1) (ds, -6) = (0, -P)
+    assert impact.u_plus == pytest.approx([2.0 + pushed, -2.0], rel=1e-14)
+    assert impact.impulses == pytest.approx([6.0 - 0.6 * pushed], rel=1e-14)
 
 
 def test_a_ground_ends_a_slide(workshop: Workshop) -> None:
-    """As that message says: 0.5 m from the start at 2 m/s, and back at 0.3 times as much."""
+    """0.5 m from the start at 2 m/s, and back at 0.3 times as much."""
     end = '[[ground]]\npoint = [0.3, 0.4]\nnormal = [-3, -4]\ncontacts = ["slider.C"]\nrestitution = 0.3\n'
     run = simulate(workshop.model(SLIDE + end), until=1.0)
     (impact,) = run.impacts
     assert impact.t == pytest.approx(0.25, abs=1e-12)
     assert impact.impulses == pytest.approx([2.6], rel=1e-12)
     assert run.q[-1, 0] == pytest.approx(0.5 - 0.75 * 0.6, abs=1e-12)
+
+
+# -- ends of slides --------------------------------------------------------------------------------------------------
+
+SLIDER = """
+[ground_link]
+points = { O = [0, 0] }
+[[link]]
+name = "slider"
+mass = 2.0
+inertia = 0.01
+com = [0, 0]
+points = { C = [0, 0] }
+[[joint]]
+name = "guide"
+type = "prismatic"
+between = ["ground.O", "slider.C"]
+axis = [3, 4]
+angle = 0
+"""
+YOKE = """
+[ground_link]
+points = { O = [0, 0] }
+[[link]]
+name = "crank"
+points = { A = [0, 0], B = [0.5, 0] }
+mass = 1.0
+inertia = 0.2
+com = [0, 0]
+[[link]]
+name = "yoke"
+mass = 3.0
+inertia = 0.1
+com = [0, 0]
+points = { C = [0, 0] }
+[[joint]]
+name = "pin"
+between = ["ground.O", "crank.A"]
+[[joint]]
+name = "rail"
+type = "prismatic"
+between = ["ground.O", "yoke.C"]
+axis = 0
+angle = 0
+[[joint]]
+name = "slot"
+type = "pin-in-slot"
+between = ["yoke.C", "crank.B"]
+axis = [0, 1]
+"""
+
+
+def test_a_slider_bounces_between_its_ends(workshop: Workshop) -> None:
+    """Times, speeds and impulses (N s) of a free slider; units and zero as limits of angles have them."""
+    ends = '[[stop]]\njoint = "guide"\nlowest = "-50 cm"\nhighest = 0.5\nrestitution = 0.5\n'
+    run = simulate(workshop.model(f"{SLIDER}{ends}[start]\nsliding_velocities = {{ guide = 2.0 }}\n"), until=8.0)
+    assert [impact.t for impact in run.impacts] == pytest.approx([0.25, 1.25, 3.25, 7.25], rel=1e-14)
+    assert [impact.contacts[0] for impact in run.impacts] == 2 * [
+        ("guide", "stop_0.highest"),
+        ("guide", "stop_0.lowest"),
+    ]
+    assert [impact.impulses[0] for impact in run.impacts] == pytest.approx([6.0, 3.0, 1.5, 0.75], rel=1e-14)
+
+
+def test_a_slider_rests_on_its_end(workshop: Workshop) -> None:
+    """Down a line of 3 : 4 under gravity, with an end at zero: it presses with its weight along the line."""
+    model = workshop.model(
+        f'{SLIDER}[gravity]\ng = {G}\n[[stop]]\njoint = "guide"\nlowest = 0\nrestitution = 0.3\n'
+        "[start]\nslides = { guide = 0.2 }\n"
+    )
+    run = simulate(model, until=2.0)
+    first = np.sqrt(2 * 0.2 / (0.8 * G))
+    assert run.impacts[0].t == pytest.approx(first, rel=1e-12)
+    assert run.success and run.phases[-1].contacts == (("guide", "stop_0.lowest"),)
+    assert run.phases[-1].start == pytest.approx(first * (1 + 0.3) / (1 - 0.3), rel=1e-9)
+    assert model.contact_forces(run.q[-1], run.u[-1])[0] == pytest.approx([2 * G * 0.8, 0.0], abs=1e-9)
+
+
+def test_the_pin_of_a_yoke_strikes_the_end_of_its_slot(workshop: Workshop) -> None:
+    """The way along the slot, r sin φ, is no coordinate: its rate, its second rate and its impulse are those of the one
+    freedom, whose inertia is I + M r² sin² φ."""
+    limit, spin, e, r = 0.4, 3.0, 0.6, 0.5
+    text = f'{YOKE}[[stop]]\njoint = "slot"\nhighest = {limit}\nrestitution = {e}\n'
+    model = workshop.model(f"{text}[start]\nangles = {{ crank = 0.2 }}\nangular_velocities = {{ crank = {spin} }}\n")
+    assert "slot" in model.cuts
+    impact = simulate(model, until=0.5).impacts[0]
+    angle = np.arcsin(limit / r)
+    inertia, before = 0.2 + 3 * (r * np.sin(0.2)) ** 2, 0.2 + 3 * limit**2
+    speed = spin * np.sqrt(inertia / before)  # what turns keeps its energy
+    (k,) = [k for k, name in enumerate(model.q_of) if name == "crank.angle"]
+    assert impact.u_minus[k] == pytest.approx(speed, rel=1e-9)
+    assert impact.u_plus[k] == pytest.approx(-e * speed, rel=1e-9)
+    way = r * np.cos(angle)
+    assert impact.impulses == pytest.approx([(1 + e) * speed * before / way], rel=1e-9)
+    q, u = model.project(impact_place(model, k, angle), impact.u_minus)
+    assert model.gaps(q) == pytest.approx([0.0], abs=1e-12)
+    assert model.gap_rates(q, u) == pytest.approx([-way * u[k]], rel=1e-12)
+    held = model.acceleration(q, u, contacts={("slot", "stop_0.highest"): "smooth"})
+    assert held[k] == pytest.approx(np.tan(angle) * u[k] ** 2, rel=1e-12)  # r (φ'' cos φ - φ'² sin φ) = 0
+
+
+def impact_place(model: Any, k: int, angle: float) -> Any:
+    """Coordinates with the crank at an angle and the loop shut."""
+    q, _ = model.start()
+    q[k] = angle
+    for i, name in enumerate(model.q_of):
+        if name == "rail.slide":
+            q[i] = 0.5 * np.cos(angle)
+    return q
+
+
+@pytest.mark.parametrize(
+    ("limits", "said"),
+    [
+        ('lowest = "10 deg"', 'found "10 deg", an angle, expected a length in m'),
+        ("lowest = 0.6", "the start has guide at 0 m, expected at least 0.6 m; move the start or the stop"),
+        ("lowest = 0.2\nhighest = 0.1", "found 0.2 m, expected less than the highest place, 0.1 m; exchange them"),
+    ],
+)
+def test_wrong_ends_of_slides_are_told(workshop: Workshop, limits: str, said: str) -> None:
+    with pytest.raises(SceneError, match=re.escape(said)):
+        workshop.scene(f'{SLIDER}[[stop]]\njoint = "guide"\n{limits}\nrestitution = 0.5\n')

@@ -122,6 +122,13 @@ def test_cams_are_those_of_the_dense_reference(drawn: Drawn, workshop: Workshop)
     check(drawn, workshop)
 
 
+@pytest.mark.hard
+@settings(DRAWN, max_examples=30)
+@given(drawn=drawings(parts=("slide end",)))
+def test_ends_of_slides_are_those_of_the_dense_reference(drawn: Drawn, workshop: Workshop) -> None:
+    check(drawn, workshop)
+
+
 @settings(DRAWN, max_examples=3)
 @given(drawn=drawings(every=True))
 def test_a_few_mechanisms_of_all_parts_are_those_of_the_dense_reference(drawn: Drawn, workshop: Workshop) -> None:

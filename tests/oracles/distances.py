@@ -144,6 +144,29 @@ class Limit:
         return WIDE(0)
 
 
+@dataclass(frozen=True)
+class SlideEnd:
+    """How far the point ``on_b`` is along a line through ``on_a`` in the direction ``axis`` (rad) of its link, above
+    (``sign`` 1) or below (-1) a ``limit`` (m)."""
+
+    on_a: Place
+    on_b: Place
+    axis: float
+    sign: int
+    limit: float
+
+    def gap(self, system: System, centres: Array) -> Any:
+        a = self.on_a[0]
+        angle = WIDE(0) if a == GROUND else centres[a, 2]
+        line = turned(np.asarray(angle + WIDE(self.axis)), (1.0, 0.0))
+        way = place(system, centres, self.on_b) - place(system, centres, self.on_a)
+        return self.sign * (way @ line - self.limit)
+
+    def slip(self, system: System, centres: Array, rates: Array) -> Any:
+        """Ends of slides do not rub."""
+        return WIDE(0)
+
+
 def _from_segment(system: System, centres: Array, point: Place, ends: tuple[Place, Place]) -> Array:
     """From the nearest point of a segment to a point."""
     there, start, end = (place(system, centres, one) for one in (point, *ends))

@@ -90,7 +90,7 @@ class Sketch:
         text = f'[[joint]]\nname = "{name}"\ntype = "{kind}"\naxis = {axis!r}\nbetween = ["{one[0]}", "{other[0]}"]'
         self.tables.append(text + (f"\nangle = {held!r}" if held is not None else ""))
 
-    def _slid(self, slot: Slot) -> float:
+    def slid(self, slot: Slot) -> float:
         """How far along its line the slot is in the drawing."""
         ends = [
             np.asarray(on) if k == GROUND else self.poses[k, :2] + turned(self.poses[k, 2], on)
@@ -185,7 +185,7 @@ class Sketch:
         """The scene's text; floats are written so that they read back equal."""
         lines = [f'name = "{name}"', "[start]", f"angles = {[float(a) for a in self.poses[:, 2]]}"]
         if self.meshed and self.slots:  # wheels mesh as they stand in the drawing
-            slid = {joint: self._slid(self.slots[k]) for joint, (kind, k) in enumerate(self.kinds) if kind == "slot"}
+            slid = {joint: self.slid(self.slots[k]) for joint, (kind, k) in enumerate(self.kinds) if kind == "slot"}
             lengths = ", ".join(f"joint_{joint} = {length!r}" for joint, length in slid.items())
             lines.append(f"slides = {{ {lengths} }}")
         if not any(GROUND in (pin.a, pin.b) for pin in (*self.pins, *self.slots)):

@@ -11,13 +11,13 @@ from hypothesis import strategies as st
 
 from ..oracles import distances, random_mechanisms, sliding
 from ..oracles.cams import Face, Roller, Shape
-from ..oracles.distances import Above, Beside, Journal, Limit, Rope
+from ..oracles.distances import Above, Beside, Journal, Limit, Rope, SlideEnd
 from ..oracles.maximal import GROUND, WIDE, Array
 from ..oracles.random_mechanisms import KINDS, LAWS, LOADS, MESHES, MOST_BENT, Sketch
 
 DISTANCES = ("rope", "rope over eyelets", "bearing", "slot", "slot's end")
 CAMS = ("roller", "knife edge", "face")
-TOUCHES = ("ground", "disc", "edge", "edge's end", "line", "polygon", "stop")
+TOUCHES = ("ground", "disc", "edge", "edge's end", "line", "polygon", "stop", "slide end")
 FRICTION = 0.3
 RESTITUTION = 0.4
 
@@ -41,7 +41,7 @@ class Drawn:
         """A part of the kind that is just taut or in touch, unless its rows would
         depend on those of others; with slack whatever is drawn."""
         tables, points = len(self.sketch.tables), {k: dict(named) for k, named in self.sketch.points.items()}
-        adds = {"rope": self._rope, "stop": self._stop, "ground": self._ground}
+        adds = {"rope": self._rope, "stop": self._stop, "slide end": self._slide_end, "ground": self._ground}
         journals = dict.fromkeys(("bearing", "slot", "slot's end"), self._journal)
         cams = dict.fromkeys(CAMS, self._cam)
         (adds | {"rope over eyelets": self._rope} | journals | cams).get(kind, self._touch)(kind, rng)
@@ -193,6 +193,21 @@ class Drawn:
             f'[[stop]]\nname = "{name}"\njoint = "joint_{joint}"\n{key} = {limit!r}\nrestitution = {RESTITUTION}'
         )
         self.parts.append(Limit(pin.a, pin.b, sign, limit))
+        self.contacts.append((f"joint_{joint}", f"{name}.{key}"))
+
+    def _slide_end(self, kind: str, rng: np.random.Generator) -> None:
+        """Of a joint that slides, if there is one."""
+        slots = [(joint, index) for joint, (how, index) in enumerate(self.sketch.kinds) if how == "slot"]
+        if not slots:
+            return
+        joint, index = slots[int(rng.integers(len(slots)))]
+        slot, sign = self.sketch.slots[index], int(rng.choice([-1, 1]))
+        limit = self.sketch.slid(slot) - sign * self.slack
+        name, key = f"stop_{len(self.parts)}", "lowest" if sign > 0 else "highest"
+        self.sketch.tables.append(
+            f'[[stop]]\nname = "{name}"\njoint = "joint_{joint}"\n{key} = {limit!r}\nrestitution = {RESTITUTION}'
+        )
+        self.parts.append(SlideEnd((slot.a, slot.on_a), (slot.b, slot.on_b), slot.axis, sign, limit))
         self.contacts.append((f"joint_{joint}", f"{name}.{key}"))
 
     def _cam(self, kind: str, rng: np.random.Generator) -> None:
