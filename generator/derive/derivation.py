@@ -24,6 +24,7 @@ from ..planning.plan import Plan
 from .closure import Closure
 from .contact_kinematics import Contacts
 from .form import FLIGHT, IMPACT
+from .gaps import SlideGap
 from .gibbs import Recursion
 from .inverse import Inverse
 from .kinematics import Kinematics
@@ -77,7 +78,9 @@ class _Derivation:
         ]
         parameters = [*self.mechanism.parameters(), *(p for effect in self.effects for p in effect.parameters())]
         blocks, modules = tuple(self.ledger.blocks), tuple(map(self._state_of, self.plan.modules))
-        names = tuple(ContactName(gap.name, gap.ground, gap.angular) for gap in self.contacts)
+        names = tuple(
+            ContactName(gap.name, gap.ground, gap.angular, isinstance(gap, SlideGap)) for gap in self.contacts
+        )
         return Equations(
             tuple(parameters), self.state, blocks, tuple(kernels), names, modules=modules, outputs=tuple(self.outputs)
         )

@@ -212,6 +212,10 @@ class Effect:
         Where joints let go or take hold, that is the scene's own start, whichever of them are open."""
         return self
 
+    def angles(self) -> tuple[str, ...]:
+        """Keys of its table that are angles here, as at a joint that turns, and lengths elsewhere."""
+        return ()
+
     def check_start(self, start: Assembled) -> tuple[str, ...]:
         """What is wrong with the ``start`` as far as this effect is concerned, one sentence each."""
         return ()

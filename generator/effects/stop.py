@@ -108,6 +108,9 @@ class Stop(Effect):
             )
         return tuple(part_at_joint("stop", self.name, self.joint, limit.parameter) for limit in self.limits)
 
+    def angles(self) -> tuple[str, ...]:
+        return () if self.joint.slides else tuple(limit.key for limit in self.limits)
+
     def check_start(self, start: Assembled) -> tuple[str, ...]:
         found, unit = start.angle(self.joint.second.link) - start.angle(self.joint.first.link), "rad"
         counted = ", whole turns counted; turn the start or move the stop"

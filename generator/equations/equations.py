@@ -80,11 +80,13 @@ class Kernel:
 
 @dataclass(frozen=True)
 class ContactName:
-    """A contact as a scene calls it: the point (of a stop: the joint), and what it touches; ``angular`` is a stop."""
+    """A contact as a scene calls it: the point (of a stop: the joint), and what it touches; ``angular`` is a stop, and
+    ``slides`` one of a joint that slides."""
 
     point: str
     ground: str
     angular: bool
+    slides: bool
 
 
 @dataclass(frozen=True)

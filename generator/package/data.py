@@ -6,7 +6,6 @@ from collections.abc import Collection, Sequence
 
 import sympy as sp
 
-from ..derive.gaps import SlideGap
 from ..effect_base.effect import Effect
 from ..equations.equations import Equations
 from ..equations.names import State, sliding_name
@@ -70,10 +69,11 @@ def model_data(
         "accelerations": [p.path for effect in scene.effects for p in effect.accelerations()],
         "inputs": [name for effect in scene.effects for name in effect.inputs()],
         "instants": [p.path for effect in scene.effects for p in effect.instants()],
+        "timed": any(sp.Symbol("t") in one.expression.free_symbols for one in equations.assignments()),
         "kinks": [list(kink) for effect in scene.effects for kink in effect.kinks()],
         "contacts": [[contact.point, contact.ground] for contact in equations.contacts],
         "stops": [contact.ground for contact in equations.contacts if contact.angular],
-        "slide_ends": [contact.ground for contact in equations.contacts if isinstance(contact, SlideGap)],
+        "slide_ends": [contact.ground for contact in equations.contacts if contact.slides],
         "grounds": [plane for effect in scene.effects for plane in _planes(effect)],
         "law": scene.run.law,
         "outlines": [[_point(point) for point in link.points.values()] for link in mechanism.links],

@@ -299,6 +299,7 @@ class ModelData(Data):
     inputs: list[str] = entry("names of the inputs", "[inputs]")
     accelerations: list[str] = entry("parameters that are the size of a field of accelerations, by their paths")
     instants: list[str] = entry("parameters that are times at which a load has a kink, by their paths")
+    timed: bool = entry("whether what effects do changes with time", default=False)
     kinks: list[Annotated[list[float], Field(min_length=2, max_length=2)]] = Field(
         default=[],
         description="other such times (s), each with the time after which it comes again, or 0; absent where none is",

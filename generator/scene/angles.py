@@ -51,24 +51,31 @@ def judge_angles(model: type[Table], raw: Mapping[str, object], path: Path, name
     fine = True
     for key in (*angle_keys(model), *({OF_CHANGES} & model.model_fields.keys())):
         for where, given in _angles_in(key, raw.get(key)):
-            try:
-                angle = read_number(given, ("rad",), names) if isinstance(given, str) else given
-            except ExpressionError:
-                continue
-            if isinstance(angle, bool) or not isinstance(angle, int | float) or not _finite(angle):
-                continue
-            if abs(angle) > LARGEST:
-                message = f"expected at most {LARGEST:.2g} rad, beyond which no digits are left of where links point"
-                report.add((*path, *where), f"found an angle of {angle:.3g} rad, {message}; leave out full turns")
-                fine = False
-            elif abs(angle) > 2.0 * math.pi and not _says_its_unit(angle, names):
-                turns = f"{abs(angle) / (2.0 * math.pi):.3g} turns"
-                what = f'"{given}", {angle:g},' if isinstance(given, str) else f"{angle:g}"
-                report.remark((*path, *where), f'{what} is taken as rad, {turns}; write "{angle:g} deg" for degrees')
+            fine = judge_angle(given, (*path, *where), names, report) and fine
     for key, kind, given in ((key, field.annotation, raw.get(key)) for key, field in model.model_fields.items()):
         for where, inner, table in _tables_in(kind, given):
             fine = judge_angles(inner, table, (*path, key, *where), names, report) and fine
     return fine
+
+
+def judge_angle(given: object, path: Path, names: Names, report: Report) -> bool:
+    """The same of one angle, as it is written or read."""
+    try:
+        angle = read_number(given, ("rad",), names) if isinstance(given, str) else given
+    except ExpressionError:
+        return True
+    if isinstance(angle, bool) or not isinstance(angle, int | float) or not _finite(angle):
+        return True
+    if abs(angle) > LARGEST:
+        message = f"expected at most {LARGEST:.2g} rad, beyond which no digits are left of where links point"
+        report.add(path, f"found an angle of {angle:.3g} rad, {message}; leave out full turns")
+        return False
+    if abs(angle) > 2.0 * math.pi and not _says_its_unit(angle, names):
+        turns = f"{abs(angle) / (2.0 * math.pi):.3g} turns"
+        text = given.text if isinstance(given, Written) else given
+        what = f'"{text}", {angle:g},' if isinstance(text, str) else f"{angle:g}"
+        report.remark(path, f'{what} is taken as rad, {turns}; write "{angle:g} deg" for degrees')
+    return True
 
 
 def _tables_in(kind: Any, value: object) -> Iterator[tuple[Path, type[Table], Mapping[str, object]]]:

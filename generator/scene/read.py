@@ -20,6 +20,7 @@ from ..effect_base.effect import Effect, Entry, Surroundings
 from ..effect_base.table import Table
 from ..effects import REGISTRY
 from ..mechanism.mechanism import Mechanism
+from .angles import judge_angle
 from .around import with_around
 from .behind import tell_behind
 from .bodies import Bodies, check_masses, general, name_of_link
@@ -296,7 +297,7 @@ def _read(tables: Tables, report: Report, assemble: bool = True, other: Other | 
     switches = NOTHING_SWITCHED
     if other is None:
         switches = switches_of(events_said, begun.off or () if begun else (), named, bool(said.rows), report)
-    effects = _effects(effect_tables, bodies, report) if bodies else []
+    effects = _effects(effect_tables, bodies, names, report) if bodies else []
     if bodies:
         bodies = integrating(bodies, effects, bool(said.rows), report)
     effects = [(path, effect) for path, effect in effects if path not in off]
@@ -461,7 +462,7 @@ def _effect_tables(tables: Tables, names: Names, report: Report) -> list[EffectT
     return found
 
 
-def _effects(tables: list[EffectTable], bodies: Bodies, report: Report) -> list[tuple[Path, Effect]]:
+def _effects(tables: list[EffectTable], bodies: Bodies, names: Names, report: Report) -> list[tuple[Path, Effect]]:
     """The records of the effects, with the keys at which their faults are reported."""
     around = Surroundings(bodies.mechanism, bodies.contacts)
     used = {link.name for link in bodies.mechanism.links} | {"ground"}
@@ -474,6 +475,8 @@ def _effects(tables: list[EffectTable], bodies: Bodies, report: Report) -> list[
             report.add((*path, "name"), f"found {show(name)} a second time, expected a new name; rename one of them")
         elif effect is not None:
             built.append((path, effect))
+            for key in effect.angles():
+                judge_angle(getattr(table, key), (*path, key), names, report)
         used |= {name} if name else set()
     return built
 

@@ -95,7 +95,7 @@ class CompiledRuns:
             rate_budget=RATE_BUDGET,
             kept=asked.drift,
             on_gain=asked.on_gain,
-            stops=stops_of(model, self.options.kinks, asked.until),
+            stops=stops_of(model, self.options.kinks, asked.until, asked.step),
             parameters=ready.parameters,
             scales=ready.scales,
             inputs=table if constants else np.zeros((1, len(model.inputs))) if model.inputs and table is None else None,

@@ -5,10 +5,14 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from .geometry import Geometry
 from .kinks import kinks_until
 from .start import start
+from .time_scales import ends_of_pieces
+
+if TYPE_CHECKING:
+    from .model import Model
 
 WIDTH = 6
 """Numbers in a line."""
@@ -59,7 +63,7 @@ static const struct ccgen_settings {package}_settings = {{
 """
 
 
-def c_header(model: Geometry) -> str:
+def c_header(model: Model) -> str:
     """The header's text: parameters, start, and settings of a simulation as the model has them now.
 
     Raises ``ValueError`` for a model in other numbers than doubles, and for one that lies in no folder.
@@ -70,7 +74,9 @@ def c_header(model: Geometry) -> str:
         )
     q, u = start(model)
     package = package_in_code(model.folder)
-    instants = sorted(set(kinks_until(model, model.data["run"]["until"])))
+    until = model.data["run"]["until"]
+    kinks = kinks_until(model, until)
+    instants = sorted({*kinks, *ends_of_pieces(model, kinks, until)})
     kernels = model.kernels
     stops = [int(ground in model.stops) for _, ground in model.contacts]
     return TEXT.format(

@@ -54,6 +54,7 @@ class Compiled:
         self.grounds = tuple(plane["name"] for plane in data["grounds"])
         self.stops = frozenset(data["stops"])
         self.slide_ends = frozenset(data.get("slide_ends", ()))
+        self.pieces_of_time: dict[tuple[float, tuple[float, ...]], list[float]] = {}
         self.told = tuple((name, unit) for name, unit in data["outputs"])
         self.points = tuple(data["points"])
         self.q_names = tuple(data["q_names"])

@@ -69,6 +69,7 @@ class Model(Geometry):
     def with_parameters(self, values: Mapping[str, float] | None) -> Model:
         """A model of its own with other parameter values; this one stays as it is."""
         other = Model(self._descriptor, self.data, self._parameters, self.folder)
+        other.pieces_of_time = self.pieces_of_time  # no parameter changes how fast loads change
         if values:
             other.parameters.update(values)
         return other

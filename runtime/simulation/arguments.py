@@ -17,6 +17,7 @@ from ..model.drives import drive_misses, drive_rows, drive_speeds
 from ..model.kinks import kinks_until
 from ..model.model import Model
 from ..model.numbers import read_numbers
+from ..model.time_scales import ends_of_pieces
 
 STEP_BUDGET = 10_000_000
 """Steps of a run, refused ones included."""
@@ -117,9 +118,12 @@ def default_method(*, controlled: bool = False) -> str:
     return "dop853" if controlled else "gauss"
 
 
-def stops_of(model: Model, kinks: FloatArray, until: float) -> FloatArray:
-    """Times at which steps end: kinks of the inputs and of the effects."""
+def stops_of(model: Model, kinks: FloatArray, until: float, step: float) -> FloatArray:
+    """Times at which steps end: kinks of the inputs and of the effects, and, unless steps have a fixed length ``step``
+    (s), where loads change faster than elsewhere."""
     own = kinks_until(model, until)
+    if not step:
+        own = own + ends_of_pieces(model, own, until)
     return np.unique(np.concatenate([kinks, own])) if own else kinks
 
 

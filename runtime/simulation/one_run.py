@@ -140,7 +140,7 @@ def simulate_one(
         RATE_BUDGET,
         progress,
         supply,
-        stops_of(model, kinks, asked.until),
+        stops_of(model, kinks, asked.until, asked.step),
         asked.drift,
         None if state is None else state.memory,
         asked.on_gain,

@@ -57,6 +57,10 @@ class PolygonModel:
     def stops(self) -> frozenset[str]:
         return frozenset()
 
+    @property
+    def slide_ends(self) -> frozenset[str]:
+        return frozenset()
+
     def gaps(self, q: Array) -> Array:
         return self._corners(q)[..., : len(self.joints), 1]
 

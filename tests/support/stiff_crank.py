@@ -37,6 +37,7 @@ class FourBar:
     drawn_ground_points: Array = field(default_factory=lambda: np.array([[0.0, 0.0], [SPAN, 0.0]]))
 
     stops: frozenset[str] = frozenset()
+    slide_ends: frozenset[str] = frozenset()
     discs: tuple[Disc, ...] = ()
     ropes: tuple[Rope, ...] = ()
     parts: tuple[Part, ...] = ()
