@@ -11,7 +11,8 @@ from ..record.outputs import units_of, values_of
 from ..record.record import Record
 
 MET = 1e-9
-"""Ends that are nearer, against the longest that the spring has been, meet: only short steps end there."""
+"""Ends that are nearer, against the mechanism's length or the longest that the spring has been, meet: only short steps
+end there, of which one ends within the rounding of places, 1e-12 lengths, however little the spring moves."""
 
 
 def meetings(run: Record, model: Model) -> Iterator[tuple[str, float]]:
@@ -19,6 +20,6 @@ def meetings(run: Record, model: Model) -> Iterator[tuple[str, float]]:
     known = units_of(model)
     names = [name for name in model.parameters if name.endswith(".length") and name in known]
     for name, lengths in values_of(run, names).items():
-        met = np.flatnonzero(lengths <= MET * lengths.max())
+        met = np.flatnonzero(lengths <= MET * max(lengths.max(), model.length))
         if len(met):
             yield name.removesuffix(".length"), float(run.t[met[0]])
