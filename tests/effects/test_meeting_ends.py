@@ -154,3 +154,25 @@ def test_derivatives_are_refused_however_short_the_spring_stays(start: float, wo
     met = math.atan2(-0.8, 0.6)
     with pytest.raises(ValueError, match="the ends of spring_0 to meet"):
         sensitivities(model, ["spring_0.stiffness"], ["q"], [met + start], [-2.0], until=start)
+
+
+def test_derivatives_by_a_damper_whose_direction_is_rounding_are_refused(workshop: Workshop) -> None:
+    """They were wrong by a thousandth and more. Before they are those of the equation of motion, and on a guide, whose
+    direction is known where its anchor is its origin, those of the closed form through any number of meetings."""
+    wrt = ["spring_0.stiffness", "damper_0.damping"]
+    swinging = workshop.model(SWINGING + STRUT, derivatives=True)
+    with pytest.raises(ValueError, match=r"the ends of damper_0 to meet at t = 0\.2563\d* s.*direction is rounding"):
+        sensitivities(swinging, wrt, ["q"], until=0.3)
+    sliding = workshop.model(
+        BODY + STRUT.replace("ground.P", "ground.O").replace("crank.B", "ram.C") + SLIDING, derivatives=True
+    )
+
+    def place(k: float, c: float, t: float = 3.0) -> float:
+        omega = math.sqrt(k - c * c / 4.0)
+        return START * math.exp(-c * t / 2.0) * (math.cos(omega * t) + c / (2.0 * omega) * math.sin(omega * t))
+
+    found = np.ravel(sensitivities(sliding, wrt, ["guide.slide"], until=3.0, rtol=1e-10).jacobian)
+    part = 1e-4
+    by_k = (place(STIFFNESS + part, 4.0) - place(STIFFNESS - part, 4.0)) / (2.0 * part)
+    by_c = (place(STIFFNESS, 4.0 + part) - place(STIFFNESS, 4.0 - part)) / (2.0 * part)
+    assert found == pytest.approx([by_k, by_c], rel=1e-6)
