@@ -132,11 +132,8 @@ def check(run: Record) -> Model:
             f"{name}: found {run.choices} instants at which contacts could as well have stayed as left, expected "
             "none: which of the two a change leads to is undecided"
         )
-    for spring, t in meetings(run, model):
-        faults.add(
-            f"{name}: found the ends of {spring} to meet at t = {t:.9g} s, expected them apart: its force jumps there, "
-            "at an instant that is not differentiated"
-        )
+    for line, t, why in meetings(run, model):
+        faults.add(f"{name}: found the ends of {line} to meet at t = {t:.9g} s, expected them apart: {why}")
     for since, held in _held(run):
         if why := cannot(held, model):
             faults.add(f"{name}: found no derivative from t = {since:.9g} s on: {why}")

@@ -70,12 +70,14 @@ def refuse_parted(run: Record, model: Model, moving: Moving, steps: Steps) -> No
 
 
 def _on_the_way(steps: Steps) -> tuple[FloatArray, FloatArray]:
-    """Times (b,) that grow and coordinates (b, n) there: the ends of all steps, and between them what these tell."""
+    """Times (b,) that grow and coordinates (b, n) there: the ends of all steps, and between them what these tell. A
+    step of a rounding of its time has no middle."""
     h = steps.h[:, None]
     middle = (steps.q + steps.q1) / 2.0 + h / 8.0 * (steps.u - steps.u1)  # the cubic of Hermite
     t = np.stack([steps.t, steps.t + steps.h / 2.0], axis=1).ravel()
     q = np.stack([steps.q, middle], axis=1).reshape(len(t), -1)
-    return np.append(t, steps.t[-1] + steps.h[-1]), np.concatenate([q, steps.q1[-1:]])
+    times, first = np.unique(np.append(t, steps.t[-1] + steps.h[-1]), return_index=True)
+    return times, np.concatenate([q, steps.q1[-1:]])[first]
 
 
 def _singular_values(model: Model, q: FloatArray) -> FloatArray:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..arrays import FloatArray
 from ..model.model import Model
@@ -38,10 +39,10 @@ def start_moves(
     free, fixed = _parted(moving)
     drives = at.drive_rows
     toward_q, toward_u = free[:n], free[n : 2 * n]
-    if len(drives):  # driven joints are where they are, and as fast as they are to be
-        across = np.linalg.pinv(drives)
-        toward_q = toward_q - across @ (drives @ toward_q)
-        toward_u = toward_u + across @ (_speeds_move(at) - drives @ toward_u)
+    if len(drives):  # driven joints are where they are to be, if that is given, and as fast
+        placed = drives[_placed(model)]
+        toward_q = toward_q - np.linalg.pinv(placed) @ (placed @ toward_q)
+        toward_u = toward_u + np.linalg.pinv(drives) @ (_speeds_move(at) - drives @ toward_u)
     closure = at.closure_moves()
     by_q = closure[:, :n]
     # directions in q0, and parameters of a start that was given: projected in the metric of the mass
@@ -74,7 +75,7 @@ def _assembled(at: Local, q_given: FloatArray, closure: FloatArray) -> FloatArra
     model, n, rows = at.model, len(at.q), len(at.model.rows)
     T = model.displacements()
     W = T.T @ T
-    placed = np.array([drive["position"] is not None for drive in model.data["drives"]], dtype=bool)
+    placed = _placed(model)
     R = np.vstack([at.closure_rows, at.drive_rows[placed]])
     if not len(R):
         return np.zeros((n, closure.shape[1] - 2 * n))
@@ -87,6 +88,11 @@ def _assembled(at: Local, q_given: FloatArray, closure: FloatArray) -> FloatArra
         [turned[:, 2 * n :], closure[:, 2 * n :], np.zeros((int(placed.sum()), closure.shape[1] - 2 * n))]
     )
     return np.asarray(np.linalg.lstsq(system, right, rcond=1e-13)[0][:n])
+
+
+def _placed(model: Model) -> NDArray[np.bool_]:
+    """Which drives say where their joint is at the start; the others take it on from anywhere."""
+    return np.array([drive["position"] is not None for drive in model.data["drives"]], dtype=bool)
 
 
 def _rates(

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from ccgen.runtime import sensitivities, simulate
 
@@ -90,6 +91,50 @@ def test_where_the_ends_turn_round_steps_are_as_long_as_ever(workshop: Workshop)
     assert len(run.t) < 60
 
 
+SWINGING = """
+[ground_link]
+points = { O = [0.3, 0.7], P = [0.9, -0.1] }
+[[link]]
+name = "crank"
+mass = 1.0
+inertia = 0.25
+com = [0.5, 0]
+points = { A = [0, 0], B = [1, 0] }
+[[joint]]
+name = "pin"
+between = ["ground.O", "crank.A"]
+[start]
+angles = { crank = -0.4 }
+"""
+STRUT = """
+[[spring]]
+between = ["ground.P", "crank.B"]
+stiffness = 40
+[[damper]]
+between = ["ground.P", "crank.B"]
+damping = 4
+"""
+
+
+@pytest.mark.parametrize("damping", [4.0, 40.0])
+def test_a_strut_comes_to_rest_where_its_ends_meet(damping: float, workshop: Workshop) -> None:
+    """They stay within rounding of each other, as differences of other places. The angle x from there has the couples
+    -k sin x and -c cos(x / 2)^2 dx/dt."""
+    model = workshop.model(SWINGING + STRUT)
+    run = simulate(model, until=40.0, rtol=1e-9, params={"damper_0.damping": damping})
+    assert run.success and len(run.t) < 1000
+    met = math.atan2(-0.8, 0.6)
+
+    def motion(_: float, state: np.ndarray) -> list[float]:
+        x, u = state
+        return [u, (-STIFFNESS * math.sin(x) - damping * math.cos(x / 2.0) ** 2 * u) / 0.5]
+
+    wanted = solve_ivp(motion, (0.0, 3.0), [-0.4 - met, 0.0], rtol=1e-12, atol=1e-13, t_eval=np.linspace(0.5, 3.0, 6))
+    found = np.array([run.at(t)[0][0] for t in wanted.t]) - met
+    assert np.abs(found - wanted.y[0]).max() <= 1e-8
+    assert abs(run.q[-1, 0] - met) <= 1e-9
+
+
 def test_derivatives_are_refused_from_where_the_ends_meet(workshop: Workshop) -> None:
     """Before, they are differences of the closed form by the stiffness; the place at t has t sqrt(k) in it alone."""
     model = workshop.model(BODY + SPRING + SLIDING, derivatives=True)
@@ -99,3 +144,35 @@ def test_derivatives_are_refused_from_where_the_ends_meet(workshop: Workshop) ->
     assert np.ravel(found)[-1] == pytest.approx((steps[0] - steps[1]) / (2e-5 * STIFFNESS), rel=1e-7)
     with pytest.raises(ValueError, match=r"the ends of spring_0 to meet at t = 0\.331\d* s"):
         sensitivities(model, wrt, outputs, until=1.0)
+
+
+@pytest.mark.parametrize("start", [1e-1, 1e-4, 1e-6])
+def test_derivatives_are_refused_however_short_the_spring_stays(start: float, workshop: Workshop) -> None:
+    """Of a link a thousand times and more as long: what is near is measured by that."""
+    spring = '[[spring]]\nbetween = ["ground.P", "crank.B"]\nstiffness = 40\nlength = 0.1\n'
+    model = workshop.model(SWINGING + spring, derivatives=True)
+    met = math.atan2(-0.8, 0.6)
+    with pytest.raises(ValueError, match="the ends of spring_0 to meet"):
+        sensitivities(model, ["spring_0.stiffness"], ["q"], [met + start], [-2.0], until=start)
+
+
+def test_derivatives_by_a_damper_whose_direction_is_rounding_are_refused(workshop: Workshop) -> None:
+    """They were wrong by a thousandth and more. Before they are those of the equation of motion, and on a guide, whose
+    direction is known where its anchor is its origin, those of the closed form through any number of meetings."""
+    wrt = ["spring_0.stiffness", "damper_0.damping"]
+    swinging = workshop.model(SWINGING + STRUT, derivatives=True)
+    with pytest.raises(ValueError, match=r"the ends of damper_0 to meet at t = 0\.2563\d* s.*direction is rounding"):
+        sensitivities(swinging, wrt, ["q"], until=0.3)
+    sliding = workshop.model(
+        BODY + STRUT.replace("ground.P", "ground.O").replace("crank.B", "ram.C") + SLIDING, derivatives=True
+    )
+
+    def place(k: float, c: float, t: float = 3.0) -> float:
+        omega = math.sqrt(k - c * c / 4.0)
+        return START * math.exp(-c * t / 2.0) * (math.cos(omega * t) + c / (2.0 * omega) * math.sin(omega * t))
+
+    found = np.ravel(sensitivities(sliding, wrt, ["guide.slide"], until=3.0, rtol=1e-10).jacobian)
+    part = 1e-4
+    by_k = (place(STIFFNESS + part, 4.0) - place(STIFFNESS - part, 4.0)) / (2.0 * part)
+    by_c = (place(STIFFNESS, 4.0 + part) - place(STIFFNESS, 4.0 - part)) / (2.0 * part)
+    assert found == pytest.approx([by_k, by_c], rel=1e-6)

@@ -72,7 +72,7 @@ def test_wrong_use_is_refused(workshop: Workshop, tmp_path: Path) -> None:
         acceleration_function(touching).write_casadi(tmp_path / "moves.c")
     function = acceleration_function(touching, contacts=())
     package = str(touching.folder.name)
-    for name in ("a__b", "1st", "jac", f"{package}_q", "ccgen_moves", ""):
+    for name in ("a__b", "1st", "jac", f"{package}_q", "ccgen_moves", "while", "double", "printf", ""):
         with pytest.raises(ValueError, match=f"name: found {name!r}, expected"):
             function.write_casadi(tmp_path / "moves.c", name)
     with pytest.raises(ValueError, match=r"found a place in the model's package"):

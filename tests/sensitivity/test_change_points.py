@@ -10,7 +10,8 @@ from scipy.optimize import brentq
 
 from ccgen.generator import load_scene
 from ccgen.runtime import run_function, sensitivities, simulate
-from ccgen.runtime.sensitivity.change_points import losses
+from ccgen.runtime.sensitivity.change_points import _on_the_way, losses
+from ccgen.runtime.sensitivity.steps import Steps
 
 from ..support.folders import SCENES
 from ..support.workshop import Workshop
@@ -59,6 +60,20 @@ def test_where_a_sine_vanishes_is_found(miss: float) -> None:
         found = losses(times, values, 2, lambda t: np.array([1.0, np.hypot(np.sin(t), miss)]))
         zeros = [k * np.pi for k in range(5) if times[0] <= k * np.pi <= times[-1]]
         assert found == ([] if miss else pytest.approx(zeros, abs=1e-6))
+
+
+def test_a_step_of_a_rounding_hides_none() -> None:
+    """It has no middle: times at which rows are looked at grow, so that parabolas through three of them are some."""
+    t, h = np.array([0.5, 1.0, np.nextafter(1.0, 2.0)]), np.array([0.5, np.spacing(1.0), 0.5])
+    ends = np.append(t, 1.5)[:, None]
+    ones = np.ones((3, 1))
+    times, q = _on_the_way(Steps(t, h, ends[:-1] - 1.1, ones, ends[1:] - 1.1, ones))
+    assert np.all(np.diff(times) > 0.0)
+    assert q[:, 0] == pytest.approx(times - 1.1, abs=1e-15)
+    found = losses(
+        times, np.column_stack([np.ones(len(times)), np.abs(q[:, 0])]), 2, lambda t: np.array([1, abs(t - 1.1)])
+    )
+    assert found == pytest.approx([1.1], abs=1e-6)
 
 
 def test_a_length_parts_a_parallelogram(bars: Any) -> None:

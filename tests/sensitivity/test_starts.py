@@ -84,6 +84,32 @@ def test_a_driven_joint_of_a_start_that_is_given_moves_as_its_speed(workshop: Wo
         assert found.jacobian.ravel() == pytest.approx(np.concatenate(wanted), rel=1e-6, abs=1e-6)
 
 
+def test_a_drive_takes_its_joint_on_from_where_a_start_has_it(workshop: Workshop) -> None:
+    """A drive that gives a speed alone begins anywhere: coordinates of the start move the run, that of its joint too,
+    and so do lengths where the scene's configuration, assembled by these, goes with rates that are given."""
+    drive = '[[link]]\nname = "tail"\nrod = { mass = 1.0 }\npoints = { A = [0, 0], B = [0.3, 0] }\n[[joint]]\n'
+    drive += 'between = ["rocker.B", "tail.A"]\n[[drive]]\njoint = "motor"\nspeed = 10\n'
+    text = (ROOT / "scenes" / "four-bar.toml").read_text()
+    model = workshop.model(text[: text.index("[start]")] + drive + text[text.index("[start]") :], derivatives=True)
+    q, u = model.start()
+    lengths = ["crank.points.B.x", "coupler.points.B.x"]
+    h, options = 2.0**-12, {"until": 0.3, "rtol": 1e-11}
+
+    def ends(one: Any, params: Any = None) -> Any:
+        run = simulate(model, one, u, params=params, **options)
+        return np.concatenate([run.q[-1], run.u[-1]])
+
+    found = sensitivities(model, "q0", ["q", "u"], q, u, **options).jacobian.reshape(2 * len(q), -1)
+    for k, way in enumerate(h * np.eye(len(q))):
+        wanted = (8.0 * (ends(q + way) - ends(q - way)) - ends(q + 2.0 * way) + ends(q - 2.0 * way)) / (12.0 * h)
+        assert found[:, k] == pytest.approx(wanted, rel=1e-6, abs=1e-6)
+    assert np.abs(found[:, model.q_of.index("crank.angle")]).max() > 0.1
+    found = sensitivities(model, lengths, ["q", "u"], None, u, **options).jacobian.reshape(2 * len(q), -1)
+    for k, name in enumerate(lengths):
+        one, other = (ends(None, {name: model.parameters[name] + way}) for way in (h / 16.0, -h / 16.0))
+        assert found[:, k] == pytest.approx((one - other) / (h / 8.0), rel=1e-5, abs=1e-5)
+
+
 def test_a_run_knows_whether_its_start_is_that_of_the_scene(workshop: Workshop) -> None:
     """The length of the coupler moves the start by assembly, or by projection."""
     model = workshop.model('name = "starts"\n' + FOUR_BAR, derivatives=True)

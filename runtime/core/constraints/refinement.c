@@ -51,6 +51,18 @@ int correct_by_kernel(struct system *s, const double *q, const struct unreduced 
     return m->impulse(s->k, q, w->f, w->miss, w->dx, w->dlambda);
 }
 
+/* Whether nothing moves whatever impulses act: rows and drives leave no motion, and what they want is none. The jump is zero then, of which
+ * no digit is to be known, as the rounding that is found in its place has none. */
+static int stands_still(const struct system *s, const struct unreduced *of)
+{
+    if (of->u || s->n > s->model->rows + s->model->drives)
+        return 0;
+    for (int j = 0; j < s->model->rows; j++)
+        if (of->y[j] != 0.0)
+            return 0;
+    return 1;
+}
+
 static enum outcome refine(struct system *s, const double *q, const struct unreduced *of, double *x, double *lambda)
 {
     struct correction w;
@@ -73,6 +85,8 @@ static enum outcome refine(struct system *s, const double *q, const struct unred
             lambda[j] += w.dlambda[j];
     }
     give_back(s->arena, mark);
+    if (stands_still(s, of))
+        return OUTCOME_DONE;
     if (left > REFINED_BY_KERNEL)
         s->refinement_residual = fmax(s->refinement_residual, left);
     return left <= HOPELESS ? OUTCOME_DONE : OUTCOME_INEXACT;

@@ -35,6 +35,15 @@ static double distance(const double *a, const double *b)
     return sqrt(x * x + y * y);
 }
 
+/* Whether the ends of a line are not where they meet already, to rounding of places: nothing is left to come near to. What a spring's force
+ * jumps by from there on is work over no more than that way, so that a step of any length may pass. Ends that come to rest there, as those
+ * of a strut, would else be met again by every step. */
+static int are_apart(const struct system *s, const double *reach)
+{
+    const double met[2] = {0.0, 0.0};
+    return !(distance(met, reach) <= SHUT * s->length);
+}
+
 /* Whether a line may come near to where its ends meet: at both ends of the step or in its middle, by the cubic of its ends, it is shorter than
  * the way that its second end goes. Most steps are done with that. */
 static enum outcome comes_near(struct phase *f, int *near)
@@ -56,7 +65,7 @@ static enum outcome comes_near(struct phase *f, int *near)
     for (size_t i = 0; i < numbers; i += 2) {
         const double *a = at + i, *b = a + numbers, *c = b + numbers;
         const double shortest = fmin(distance(met, a), fmin(distance(met, b), distance(met, c)));
-        *near |= !(shortest > distance(a, b) + distance(b, c));
+        *near |= are_apart(s, a) && !(shortest > distance(a, b) + distance(b, c));
     }
     give_back(s->arena, mark);
     return OUTCOME_DONE;
@@ -76,7 +85,7 @@ static enum outcome first_meeting(struct phase *f, double *theta)
     if (!outcome)
         m->reaches(s->k, f->y, a);
     for (size_t i = 0; i < lines && !outcome; i++)
-        nearest[i] = (struct nearest){INFINITY, 0.0, 0.0};
+        nearest[i] = (struct nearest){are_apart(s, a + 2 * i) ? INFINITY : 0.0, 0.0, 0.0};
     for (int piece = 0; piece < PIECES && !outcome; piece++) {
         f->by->interpolate(f->steps, s->size, (piece + 1.0) / PIECES, y);
         m->reaches(s->k, y, b);
