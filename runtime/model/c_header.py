@@ -5,14 +5,11 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from .geometry import Geometry
 from .kinks import kinks_until
 from .start import start
 from .time_scales import ends_of_pieces
-
-if TYPE_CHECKING:
-    from .model import Model
 
 WIDTH = 6
 """Numbers in a line."""
@@ -63,7 +60,7 @@ static const struct ccgen_settings {package}_settings = {{
 """
 
 
-def c_header(model: Model) -> str:
+def c_header(model: Geometry) -> str:
     """The header's text: parameters, start, and settings of a simulation as the model has them now.
 
     Raises ``ValueError`` for a model in other numbers than doubles, and for one that lies in no folder.

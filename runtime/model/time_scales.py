@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import cache
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..arrays import FloatArray
+from .assembly import project
+from .dynamics import at_states
+from .geometry import Geometry
+from .start import start
 from .thresholds import characteristic_time
-
-if TYPE_CHECKING:
-    from .model import Model
 
 SAMPLES = 4096
 """Loads are looked at at so many equal distances of a run first: what lasts less than one of them may be missed."""
@@ -40,7 +40,7 @@ Loads = Callable[[FloatArray], FloatArray]
 """Loads (times, k) at times (s)."""
 
 
-def ends_of_pieces(model: Model, kinks: list[float], until: float) -> list[float]:
+def ends_of_pieces(model: Geometry, kinks: list[float], until: float) -> list[float]:
     """Times (s) up to ``until`` between which the accelerations of the model at rest, and in motion, at its start are
     like polynomials of time; none where one polynomial is enough, or all pieces are as long as each other: what goes
     on in the same way is met by steps wherever they are.
@@ -56,7 +56,7 @@ def ends_of_pieces(model: Model, kinks: list[float], until: float) -> list[float
     return known
 
 
-def _found(model: Model, kinks: list[float], until: float) -> list[float]:
+def _found(model: Geometry, kinks: list[float], until: float) -> list[float]:
     inside = sorted({kink for kink in kinks if 0.0 < kink < until})
     if len(inside) > MOST_KINKS:
         return []
@@ -64,7 +64,7 @@ def _found(model: Model, kinks: list[float], until: float) -> list[float]:
         loads = _loads(model)
         edges = [0.0, *inside, until]
         count = max(PIECE, 2 ** int(np.log2(SAMPLES / (len(edges) - 1))))
-        samples = [_sampled(loads, start, end, count) for start, end in pairwise(edges)]
+        samples = [_sampled(loads, begin, end, count) for begin, end in pairwise(edges)]
     except ValueError:  # no accelerations there: the run will say why
         return []
     whole = np.concatenate(samples)
@@ -72,25 +72,25 @@ def _found(model: Model, kinks: list[float], until: float) -> list[float]:
     if not np.isfinite(change) or change <= ROUNDED * size:
         return []
     found: list[float] = []
-    for (start, end), values in zip(pairwise(edges), samples, strict=True):
-        pieces = np.array(_pieces(loads, start, end, values, LIKE * change, ANEW))
-        if np.ptp(np.diff(pieces)) > 1e-6 * (end - start):
+    for (begin, end), values in zip(pairwise(edges), samples, strict=True):
+        pieces = np.array(_pieces(loads, begin, end, values, LIKE * change, ANEW))
+        if np.ptp(np.diff(pieces)) > 1e-6 * (end - begin):
             found += pieces[1:-1].tolist()
     return found
 
 
-def _loads(model: Model) -> Loads:
+def _loads(model: Geometry) -> Loads:
     """Accelerations in units of the mechanism, at rest and in motion: what damps does nothing at rest."""
-    q, u = model.start()
+    q, u = start(model)
     units = model.coordinate_units / characteristic_time(model) ** 2
-    moving = model.project(q, u + model.coordinate_units / characteristic_time(model))
+    moving = project(model, q, u + model.coordinate_units / characteristic_time(model))
     inputs = dict.fromkeys(model.inputs, 0.0) or None
 
     def loads(times: FloatArray) -> FloatArray:
         found = list[FloatArray]()
         for one, rates in ((q, 0.0 * u), moving):
             at, moves = (np.tile(state, (len(times), 1)) for state in (one, rates))
-            found.append(model.acceleration(at, moves, times, inputs, ()) / units)
+            found.append(at_states(model, at, moves, times, inputs, (), "u_dot") / units)
         return np.hstack(found)
 
     return loads
