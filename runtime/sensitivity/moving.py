@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -57,6 +58,10 @@ def moving_of(model: Model, wrt: Wrt) -> Moving:
     if not given:
         raise ValueError("wrt: found nothing, expected names: q0, u0, parameters by their paths, or inputs")
     faults, arguments = Faults(), tuple(name for name in given if name not in STARTS)
+    if not isinstance(wrt, str | Mapping):
+        again = [name for name, times in Counter(wrt).items() if times > 1]
+        for name in again:
+            faults.add(f"wrt: found {name!r} more than once, expected each name once")
     directions = None
     with faults.collecting():
         directions = directions_of(model, ("q", "u", *arguments))

@@ -114,6 +114,8 @@ def test_what_is_wrong_with_a_call_is_all_said(ball: Any) -> None:
         sensitivities(ball, ("u0", "body.mas"), ["body.x", "body.z"], at=[7.0], until=1.0)
     with pytest.raises(ValueError, match="wrt: found 'q', expected q0 or u0"):
         sensitivities(ball, "q", until=1.0)
+    with pytest.raises(ValueError, match="wrt: found 'u0' more than once"):
+        sensitivities(ball, ["u0", "q0", "u0"], until=1.0)
     with pytest.raises(ValueError, match="wrt: found nothing"):
         sensitivities(ball, (), until=1.0)
     with pytest.raises(ValueError, match=r"wrt: u0: found shape \(2, 1\), expected finite numbers \(3, directions\)"):
