@@ -90,7 +90,8 @@ class Run(Record):
         """Outputs by name at t (s), a number () or a row of times (n,), or at the rows of the run (nt,).
 
         As exact as the run at any t. At an impact time they are those after it; of the two rows of an impact the first
-        is as before it. Forces and accelerations are not numbers where the run knows none, as :meth:`point` says.
+        is as before it. All is of the mechanism as it is then, :meth:`model_at`. Forces and accelerations are not
+        numbers where the run knows none, as :meth:`point` says, nor are gaps of contacts that events have switched off.
 
         Raises ``ValueError`` for names that are none, with those that are near, and for times outside of the run.
         """
