@@ -255,11 +255,26 @@ def test_a_run_in_which_joints_let_go_has_them_too(workshop: Workshop) -> None:
     assert event.energy == pytest.approx(mass * (0.5 * speed**2 + G * y), rel=1e-6)
 
 
-def test_one_that_falls_through_is_told_at_once_where_it_strikes_next(workshop: Workshop) -> None:
-    """Gravity doubles with the first bounce: energies after the second impact are by the double."""
-    text = BALL + '[[event]]\nwhen = "t - 0.8"\nset = { "gravity.g" = "2*9.81" }\n'
+def test_each_impact_is_told_with_the_mass_of_its_time(workshop: Workshop) -> None:
+    """Heights count from where the ball strikes: what is left is kinetic energy."""
+    text = BALL + '[[event]]\nwhen = "t - 0.8"\nset = { "ball.mass" = 2 }\n'
     run = simulate(workshop.model(text))
     assert FALL < 0.8 < run.impacts[1].t
-    first, second = (row(run.model, run, run.impacts[k], run.in_force.at_impact(k)) for k in (0, 1))
-    for cells, impact in ((first, run.impacts[0]), (second, run.impacts[1])):
-        assert float(cells[-1]) == pytest.approx(0.5 * impact.u_plus[1] ** 2, abs=1e-8)  # y is zero there
+    for number, mass in ((0, 1.0), (1, 2.0)):
+        impact = run.impacts[number]
+        cells = row(run.model, run, impact, run.in_force.at_impact(number))
+        assert float(cells[-1]) == pytest.approx(0.5 * mass * impact.u_plus[1] ** 2, abs=1e-8)
+        assert float(cells[-2]) == pytest.approx(1.5 * mass * impact.u_plus[1] ** 2, abs=1e-8)  # restitution 1/2
+
+
+def test_an_event_at_an_impact_comes_after_it(workshop: Workshop) -> None:
+    """The ball of 1 kg strikes, and is of 2 kg from then on: three rows of one time, and an impact of 1 kg."""
+    text = BALL + '[[event]]\nwhen = "y(ball.P)"\ndirection = "falling"\nset = { "ball.mass" = 2 }\n'
+    run = simulate(workshop.model(text.replace("until = 2", "until = 0.6")))
+    (impact,), (event,) = run.impacts, run.events
+    assert event.t == impact.t and impact.energy_loss == pytest.approx(0.75 * G)
+    at = np.flatnonzero(run.t == impact.t)
+    assert run["energy"][at] == pytest.approx([G, 0.25 * G, 0.5 * G]) and event.energy == pytest.approx(0.25 * G)
+    cells = row(run.model, run, impact, run.in_force.at_impact(0))
+    assert float(cells[-1]) == pytest.approx(0.25 * G, abs=1e-8)
+    assert run.values("energy", t=impact.t)["energy"] == pytest.approx(0.5 * G)
