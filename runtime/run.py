@@ -37,7 +37,8 @@ if TYPE_CHECKING:
 class Run(Record):
     """A simulated motion: rows t (nt,), q (nt, nq), u (nt, nu); an impact is two rows of the same t, before and after.
 
-    `model` carries the parameter values that the motion was computed with. `advance.between` finds states between two
+    `model` carries the parameter values of its beginning, :meth:`model_at` those of later, where events have set some;
+    all that is told of an instant is told with those of that instant. `advance.between` finds states between two
     rows by steps of the run's method; `motion(t, q, u)` the forces along the run.
     `success` says whether the end was reached,
     `message` why not. Audits: `closure_max`, the largest gap of a cut joint (m), and `energy_drift`, the largest
@@ -89,7 +90,8 @@ class Run(Record):
         """Outputs by name at t (s), a number () or a row of times (n,), or at the rows of the run (nt,).
 
         As exact as the run at any t. At an impact time they are those after it; of the two rows of an impact the first
-        is as before it. Forces and accelerations are not numbers where the run knows none, as :meth:`point` says.
+        is as before it. All is of the mechanism as it is then, :meth:`model_at`. Forces and accelerations are not
+        numbers where the run knows none, as :meth:`point` says, nor are gaps of contacts that events have switched off.
 
         Raises ``ValueError`` for names that are none, with those that are near, and for times outside of the run.
         """

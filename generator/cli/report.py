@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 import typer
 
 if TYPE_CHECKING:
     from ccgen.runtime import Impact, Model, Phase, Run
+    from ccgen.runtime.arrays import FloatArray
 
     from ..scene.scene import Scene
 
@@ -40,7 +41,8 @@ INEXACT = 1e-9
 def print_impacts(model: Model, run: Run) -> None:
     """The impacts as a table: when, which points, how fast they came, the impulses, the energy lost and left.
 
-    The energy left is as ``model.energy`` counts it, of which the potential of weights is 0 at y = 0.
+    The energy left is as ``model.energy`` counts it, of the model that is in force then; the potential of weights is 0
+    at y = 0.
     """
     if not run.impacts:
         typer.echo("no impacts")
@@ -56,7 +58,11 @@ def print_impacts(model: Model, run: Run) -> None:
     speed, push = units if model.stops else ("m/s", "N s")
     for title in (f"speed before, {speed}", f"impulse, {push}", "energy lost, J", "energy after, J (0 at y = 0)"):
         table.add_column(title, justify="right", no_wrap=True)
-    rows = [row(model, run, impact) for impact in run.impacts[:SHOWN]]
+    in_force = run.in_force
+    rows = [
+        row(model, run, impact, cast("Model", in_force.at_impact(number)))
+        for number, impact in enumerate(run.impacts[:SHOWN])
+    ]
     for number, cells in enumerate(rows, 1):
         table.add_row(str(number), *cells)
     Console(width=WIDTH, highlight=False, soft_wrap=True).print(table)
@@ -77,11 +83,15 @@ def print_changes(run: Run) -> None:
 
 
 def print_events(run: Run) -> None:
-    """Events, when they came, and what they set."""
+    """Events, when they came, what they set, and by how much the energy jumped by that."""
+    least = rounding_of_energy(run) if any(event.energy for event in run.events) else 0.0
     for event in run.events[:SHOWN]:
-        values = ", ".join(f"{path} = {value:.6g}" for path, value in event.parameters.items())
+        told = [f"{path} = {value:.6g}" for path, value in event.parameters.items()]
+        if abs(event.energy) > least:
+            told.append(f"the energy jumps by {event.energy:.6g} J")
         number = f" ({event.number})" if event.number > 1 else ""
-        typer.echo(f"event {event.name}{number}, {event.direction}, at t = {event.t:.12g} s{values and f': {values}'}")
+        what = ": " + ", ".join(told) if told else ""
+        typer.echo(f"event {event.name}{number}, {event.direction}, at t = {event.t:.12g} s{what}")
     if len(run.events) > SHOWN:
         typer.echo(f"and {len(run.events) - SHOWN} more, in result.npz")
     if run.events and run.message.startswith("ended at"):
@@ -100,17 +110,18 @@ def print_missing(scene: Scene, run: Run) -> None:
         typer.echo(f"{what}: never came")
 
 
-def row(model: Model, run: Run, impact: Impact) -> tuple[str, ...]:
-    """The cells of one impact; contacts that struck together stand below each other."""
+def row(model: Model, run: Run, impact: Impact, then: Model) -> tuple[str, ...]:
+    """The cells of one impact, of the model that was in force ``then``; contacts that struck together stand below each
+    other."""
     q = run.q[np.searchsorted(run.t, impact.t)]
-    if impact.contacts[0] not in model.contacts:  # a joint that takes hold
+    if impact.contacts[0] not in then.contacts:  # a joint that takes hold
         joint, _ = impact.contacts[0]
-        speeds, names = [model.closing_speed(joint, q, impact.u_minus)], [f"{joint} takes hold"]
+        speeds, names = [then.closing_speed(joint, q, impact.u_minus)], [f"{joint} takes hold"]
     else:
-        rates = model.gap_rates(q, impact.u_minus)
-        speeds = [rates[model.contacts.index(contact)] for contact in impact.contacts]
+        rates = then.gap_rates(q, impact.u_minus)
+        speeds = [rates[then.contacts.index(contact)] for contact in impact.contacts]
         names = _names(model, impact.contacts)
-    if without_collision(model, impact, speeds):
+    if without_collision(then, impact, speeds):
         names = [name + JAMS for name in names]
     return (
         f"{impact.t:.12f}",
@@ -118,7 +129,7 @@ def row(model: Model, run: Run, impact: Impact) -> tuple[str, ...]:
         "\n".join(f"{speed:z.9f}" for speed in speeds),
         "\n".join(f"{impulse:z.9f}" for impulse in impact.impulses),
         f"{impact.energy_loss:z.9f}",
-        f"{sum(model.energy(q, impact.u_plus)):z.9f}",
+        f"{sum(then.energy(q, impact.u_plus)):z.9f}",
     )
 
 
@@ -178,23 +189,46 @@ def _interval(start: float, end: float) -> str:
 
 
 def energy_moved(run: Run) -> float:
-    """The most energy (J) that the mechanism had above the lowest potential it came to: what drifts are part of."""
-    kinetic, potential = run.model.energy(run.q, run.u)
-    return float(np.max(kinetic + potential) - np.min(potential))
+    """The most energy (J) that the mechanism had above the lowest potential it came to: what drifts are part of.
+
+    Where events have set parameters it is that between two of them: their energies count from heights and lengths of
+    their own, and what comes in at the event itself is no motion.
+    """
+    found = 0.0
+    for kinetic, potential in _energies(run):
+        found = max(found, float(np.max(kinetic + potential) - np.min(potential)))
+    return found
 
 
 def energy_scale(run: Run) -> float:
     """An energy (J) of the mechanism's size, also of one that rests: the largest kinetic energy that it has where it
     begins, if one coordinate alone moves by a radian, or a length of the mechanism, in its characteristic time."""
-    scale: float = run.model.kernels.heaviest(run.q[0])
-    return scale
+    rows = run.in_force.at_rows(len(run.t))
+    firsts = [int(np.argmax(rows == number)) for number in range(len(run.in_force.models))]
+    models = cast("list[Model]", run.in_force.models)
+    return max(float(model.kernels.heaviest(run.q[first])) for model, first in zip(models, firsts, strict=True))
+
+
+def _energies(run: Run) -> Iterator[tuple[FloatArray, FloatArray]]:
+    """Kinetic and potential energies (J) at the rows of every span between events that set something."""
+    in_force = run.in_force
+    ends = [*in_force.rows[1:].tolist(), len(run.t)]
+    for number, first, end in zip(in_force.which.tolist(), in_force.rows.tolist(), ends, strict=True):
+        model = cast("Model", in_force.models[number])
+        kinetic, potential = model.energy(run.q[first:end], run.u[first:end])
+        yield kinetic, potential
 
 
 def moves(run: Run) -> bool:
     """Whether the energy that moves is more than the rounding of energies."""
-    potential = float(np.max(np.abs(run.model.energy(run.q, run.u)[1])))
+    return energy_moved(run) > rounding_of_energy(run)
+
+
+def rounding_of_energy(run: Run) -> float:
+    """How much of an energy (J) of the run is rounding."""
+    potential = max(float(np.max(np.abs(potential))) for _, potential in _energies(run))
     rounding: float = run.model.core.TOLERANCES["ENERGY_ROUNDING"].value
-    return energy_moved(run) > rounding * (energy_scale(run) + potential)
+    return rounding * (energy_scale(run) + potential)
 
 
 def drift_of_energy(run: Run) -> str:
@@ -216,9 +250,11 @@ def print_audit(run: Run) -> None:
     kept = f"{run.energy_drift:.1e} J" + (
         f" of {energy_moved(run):.3g} J above its lowest" if moves(run) else ", nothing moves"
     )
+    jumps = sum(abs(event.energy) for event in run.events)
+    apart = f" beside jumps of {jumps:.3g} J in all at events" if jumps and jumps > rounding_of_energy(run) else ""
     typer.echo(
         f"t = {run.t[-1]:.10g} s, impacts: {len(run.impacts)}, steps: {steps}, evaluations: {run.nfev}\n"
-        f"audit: loops closed to {run.closure_max:.1e} m, energy kept to {kept}; method {run.method}"
+        f"audit: loops closed to {run.closure_max:.1e} m, energy kept to {kept}{apart}; method {run.method}"
     )
 
 

@@ -104,19 +104,19 @@ def _driven(model: Any) -> set[str]:
     return {drive["joint"] for drive in model.data["drives"]}
 
 
-def chart_times(run: Record, frames: FloatArray, impacts: Sequence[float]) -> tuple[FloatArray, FloatArray]:
-    """Times of a chart, those of the frames and each impact's twice, and the times at which the run is asked for these:
-    before an impact just before it. The end of a run that stopped early, where forces may have no solution, is left
-    out."""
+def chart_times(run: Record, frames: FloatArray, jumps: Sequence[float]) -> tuple[FloatArray, FloatArray]:
+    """Times of a chart, those of the frames and each of the ``jumps`` twice, and the times at which the run is asked
+    for these: before an impact, or an event that sets something, just before it. The end of a run that stopped early,
+    where forces may have no solution, is left out."""
     every = -(-len(frames) // MOST_INSTANTS)
     keep = np.arange(len(frames)) % every == 0
     keep[[0, -1]] = True
-    times = np.asarray(frames[keep | np.isin(frames, impacts)], dtype=run.t.dtype)
+    times = np.asarray(frames[keep | np.isin(frames, jumps)], dtype=run.t.dtype)
     if not run.success and len(times) > 1:
         times = times[:-1]
-    jumps = np.array([t for t in impacts if times[0] < t <= times[-1]], dtype=run.t.dtype)
-    t = np.concatenate([jumps, times])
-    asked = np.concatenate([np.nextafter(jumps, -np.inf, dtype=run.t.dtype), times])
+    twice = np.array([t for t in jumps if times[0] < t <= times[-1]], dtype=run.t.dtype)
+    t = np.concatenate([twice, times])
+    asked = np.concatenate([np.nextafter(twice, -np.inf, dtype=run.t.dtype), times])
     order = np.argsort(t, kind="stable")
     return np.asarray(t[order]), np.clip(asked[order], run.t[0], run.t[-1])
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from ..arrays import FloatArray
 from ..record.drawable import Drawable
+from ..record.record import Record
 from .frames import placed
 
 TOUCHING = 0.02
@@ -57,6 +58,19 @@ class ContactPlaces:
             if miss < best:
                 best, found = miss, place
         return found
+
+
+class StruckPlaces:
+    """Where contacts were when they struck in a run, by the models that were in force then."""
+
+    def __init__(self, run: Record) -> None:
+        self.in_force = run.in_force
+        self.places: dict[int, ContactPlaces] = {}
+
+    def at(self, number: int, contact: tuple[str, str], q: FloatArray) -> FloatArray:
+        """The place (2,), in m, of a contact of the impact of that ``number``, from 1 on, at its configuration."""
+        model = self.in_force.at_impact(number - 1)
+        return self.places.setdefault(id(model), ContactPlaces(model)).at(contact, q)
 
 
 def _on_rim(centre: FloatArray, radius: float, point: FloatArray) -> FloatArray:

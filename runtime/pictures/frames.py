@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..arrays import FloatArray
 from ..record.drawable import Drawable
 from ..record.impact import Impact
+from ..record.outputs import Sample
 from ..record.record import Record
 
 MOST_IMPACTS = 1000  # more than that no picture shows apart
@@ -16,7 +18,10 @@ MOST_IMPACTS = 1000  # more than that no picture shows apart
 
 @dataclass(frozen=True)
 class Frames:
-    """The motion at n instants t: poses (n, drawn links, 3), joints (n, joints, 2), energies (n,)."""
+    """The motion at n instants t: poses (n, drawn links, 3), joints (n, joints, 2), energies (n,).
+
+    ``states`` has more of it, and the models that are in force.
+    """
 
     t: FloatArray
     q: FloatArray
@@ -25,6 +30,21 @@ class Frames:
     joints: FloatArray
     kinetic: FloatArray
     potential: FloatArray
+    states: Sample
+
+    def model(self, k: int) -> Drawable:
+        """The model that is in force at instant k."""
+        in_force, which = self.states.in_force
+        return in_force.models[int(which[k])]
+
+    def looks(self) -> list[tuple[Drawable, NDArray[np.bool_]]]:
+        """The models that are in force at some of the instants, and at which (n,)."""
+        in_force, which = self.states.in_force
+        return [(in_force.models[number], which == number) for number in dict.fromkeys(which.tolist())]
+
+    def joints_of(self, model: Drawable) -> FloatArray:
+        """The joints (joints, 2) at the first instant at which a model is in force; at the first of all if none is."""
+        return np.asarray(self.joints[next((int(np.argmax(rows)) for one, rows in self.looks() if one is model), 0)])
 
 
 def shown_impacts(run: Record, most: int = MOST_IMPACTS) -> list[tuple[int, Impact]]:
@@ -42,15 +62,24 @@ def shown_impacts(run: Record, most: int = MOST_IMPACTS) -> list[tuple[int, Impa
     return sorted(largest.values(), key=lambda shown: shown[0])
 
 
+def shown_changes(run: Record, most: int = MOST_IMPACTS) -> list[float]:
+    """Times (s) at which events have set or switched something: all, or of more than ``most`` every second, third."""
+    changes = run.in_force.changes
+    every = -(-len(changes) // most) or 1
+    return [float(t) for t in changes[::every]]
+
+
 def frame_times(run: Record, rate: float, *, with_impacts: bool = True, most: int = MOST_IMPACTS) -> FloatArray:
-    """Instants 1/rate apart from the start of the run, its end and, if asked, those of the impacts that are shown.
+    """Instants 1/rate apart from the start of the run, its end and, if asked, those of the impacts that are shown, and
+    at which events have set something.
 
     A regular instant closer than a thousandth of a frame to an exact one gives way to it.
     """
     start, end = float(run.t[0]), float(run.t[-1])
     count = int(np.floor((end - start) * rate))
     regular = start + np.arange(count + 1) / rate
-    exact = np.array([start, end] + [impact.t for _, impact in shown_impacts(run, most) if with_impacts])
+    beside = [*(impact.t for _, impact in shown_impacts(run, most)), *shown_changes(run, most)] if with_impacts else []
+    exact = np.array([start, end, *beside])
     distance = np.min(np.abs(regular[:, None] - np.unique(exact)), axis=1)
     times: FloatArray = np.unique(np.concatenate([regular[distance > 1e-3 / rate], exact]))
     return times
@@ -60,18 +89,18 @@ def sample(run: Record, times: FloatArray) -> Frames:
     """The motion of a run at the given instants; at an impact its velocities are those after it."""
     model = run.model
     times = np.clip(times, run.t[0], run.t[-1])  # the end of a wide run, rounded to a double, may lie beyond it
-    q, u = run.at(times)
+    states = Sample(run, times)
     joints = np.zeros((len(times), len(model.drawn_joints), 2))
     for k, joint in enumerate(model.drawn_joints):
-        joints[:, k] = model.point(joint, q)
-    kinetic, potential = model.energy(q, u)
-    poses = np.asarray(model.poses(q))[:, : len(model.outlines)]
-    return Frames(times, q, u, poses, joints, np.asarray(kinetic), np.asarray(potential))
+        joints[:, k] = states.place(joint)
+    kinetic, potential = states.energies
+    poses = states.poses[:, : len(model.outlines)]
+    return Frames(times, states.q, states.u, poses, joints, kinetic, potential, states)
 
 
-def pivots(model: Drawable, frames: Frames, size: float) -> FloatArray:
-    """The points (k, 2) of the ground, in m, that hold something: a joint in the first of the ``frames``, or the end of
-    what acts between points. ``size`` is the mechanism's (m)."""
+def pivots(model: Drawable, joints: FloatArray, size: float) -> FloatArray:
+    """The points (k, 2) of the ground, in m, that hold something: one of the ``joints`` (joints, 2), or the end of what
+    acts between points. ``size`` is the mechanism's (m)."""
     fixed = np.asarray(model.drawn_ground_points, dtype=float).reshape(-1, 2)
     ends = [
         point
@@ -82,7 +111,7 @@ def pivots(model: Drawable, frames: Frames, size: float) -> FloatArray:
         for link, point in zip(links, points, strict=True)
         if link < 0
     ]
-    held = np.concatenate([frames.joints[0], np.reshape(ends, (-1, 2))])
+    held = np.concatenate([joints, np.reshape(ends, (-1, 2))])
     distance = np.hypot(*np.moveaxis(fixed[:, None] - held, -1, 0))
     return np.asarray(fixed[np.any(distance <= 1e-6 * size, axis=1)])
 

@@ -14,7 +14,7 @@ from ..extras import needed
 from ..files import write_whole
 from ..record.impact import Impact
 from ..record.record import Record
-from .contact_place import ContactPlaces
+from .contact_place import StruckPlaces
 from .frames import frame_times, sample, shown_impacts
 from .plot import FLASH, SOFT, Drawing
 from .view import view_of
@@ -55,8 +55,8 @@ def drawn_frames(run: Record, rate: int, pixels: int, purpose: str) -> Iterator[
     start with a glow comes first: it has every colour there is."""
     figures, backend = needed("matplotlib.figure", purpose), needed("matplotlib.backends.backend_agg", purpose)
     frames = sample(run, frame_times(run, rate, with_impacts=False))
-    impacts, places = [impact for _, impact in shown_impacts(run)], ContactPlaces(run.model)
-    view = view_of(run.model, frames)
+    impacts, places = shown_impacts(run), StruckPlaces(run)
+    view = view_of(frames)
     sides = np.clip(view.half / view.half.max(), 0.4, 1.0)
     view = replace(view, half=sides * view.half.max())
 
@@ -64,11 +64,14 @@ def drawn_frames(run: Record, rate: int, pixels: int, purpose: str) -> Iterator[
     backend.FigureCanvasAgg(figure)
     axes = figure.add_axes((0, 0, 1, 1))
     axes.set_axis_off()
-    drawing = Drawing(axes, run.model, view, frames, 72.0 * sides[0] * PIXELS / 100 / (2.0 * float(view.half[0])))
+    drawing = Drawing(axes, frames.model(0), view, frames, 72.0 * sides[0] * PIXELS / 100 / (2.0 * float(view.half[0])))
     (glow,) = axes.plot([], [], "o", color=FLASH, fillstyle="none", markersize=18, markeredgewidth=3, zorder=6)
     clock = axes.text(0.02, 0.98, "", transform=axes.transAxes, va="top", family="monospace", fontsize=10, color=SOFT)
 
     def draw(k: int, struck: FloatArray) -> Any:
+        nonlocal drawing
+        if frames.model(k) is not drawing.model:
+            drawing = drawing.of(frames.model(k))
         drawing.show(frames, k, view.centre[k])
         glow.set_data(*struck.T)
         clock.set_text(f"{run.model.name}   t = {frames.t[k]:.2f} s")
@@ -79,8 +82,8 @@ def drawn_frames(run: Record, rate: int, pixels: int, purpose: str) -> Iterator[
         yield draw(k, _struck(run, impacts, places, float(frames.t[k])))
 
 
-def _struck(run: Record, impacts: list[Impact], places: ContactPlaces, t: float) -> FloatArray:
+def _struck(run: Record, impacts: list[tuple[int, Impact]], places: StruckPlaces, t: float) -> FloatArray:
     """Where the contacts of the impacts just before t were when they struck, (k, 2)."""
-    recent = [impact for impact in impacts if 0 <= t - impact.t < GLOW]
-    points = [places.at(contact, run.at(impact.t)[0]) for impact in recent for contact in impact.contacts]
+    recent = [(k, impact) for k, impact in impacts if 0 <= t - impact.t < GLOW]
+    points = [places.at(k, contact, run.at(impact.t)[0]) for k, impact in recent for contact in impact.contacts]
     return np.reshape(points, (-1, 2))

@@ -7,7 +7,7 @@ import numpy as np
 from ..arrays import FloatArray
 from ..record.record import Record
 from .frames import Frames, placed, sample
-from .strokes import size_of_links
+from .strokes import size_of_looks
 
 PANELS = 6  # poses drawn
 GRID = 400  # instants among which one is sought that does not look like another
@@ -46,7 +46,7 @@ def _impacts(run: Record, taken: list[float], apart: float) -> list[tuple[float,
     times = np.array([*taken, *(float(impact.t) for _, impact in largest)])
     frames = sample(run, times)
     shown = _seen(run, frames)
-    near = NEAR * size_of_links(run.model, 0.0)
+    near = NEAR * size_of_looks(frames, 0.0)
     chosen = list(range(len(taken)))
     for k in range(len(taken), len(times)):
         moved = _distance(shown[chosen], shown[k][None]) if shown.shape[1] else np.zeros(len(chosen))
@@ -87,7 +87,12 @@ def _filled(run: Record, times: FloatArray, count: int) -> FloatArray:
 
 def _seen(run: Record, frames: Frames) -> FloatArray:
     """The places (n, points, 2), in m, of all that is drawn of links, and of joints."""
-    outlines = [placed(np.asarray(outline), frames.poses[:, k]) for k, outline in enumerate(run.model.outlines)]
+    in_force, which = frames.states.in_force
+
+    def drawn(k: int) -> FloatArray:
+        return in_force.told(which, lambda model, rows: placed(np.asarray(model.outlines[k]), frames.poses[rows, k]))
+
+    outlines = [drawn(k) for k in range(len(run.model.outlines))]
     rims = [placed(disc.outline[:1], frames.poses[:, disc.link]) for disc in run.model.discs if not disc.fixed]
     return np.concatenate([*outlines, *rims, frames.joints], axis=1)
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import FloatArray
+from ..record.drawable import Drawable
 from ..record.record import Record
 
 
@@ -22,14 +23,15 @@ class NamedPoint:
     mass: float = 0.0
 
 
-def named_points(run: Record) -> list[NamedPoint]:
-    """The named points of the links that pictures show, welded ones too, as ``run.point`` calls them.
+def named_points(run: Record, then: Drawable | None = None) -> list[NamedPoint]:
+    """The named points of the links that pictures show, welded ones too, as ``run.point`` calls them, by the model that
+    is in force ``then``, at the start unless given.
 
     A run that ``simulate`` has not made knows its joints alone.
     """
     if run.motion is None:
         return []
-    model: Any = run.model
+    model: Any = then or run.model
     welded = model.data["welded_points"]
     shown = model.links[: len(model.outlines)]
     found = []
@@ -44,10 +46,11 @@ def named_points(run: Record) -> list[NamedPoint]:
     return found
 
 
-def mass_centres(run: Record) -> list[NamedPoint]:
-    """Mass centres of the links that pictures show and that have a mass, by the names of the links."""
-    numbers = run.model.parameters.get
-    shown = run.model.links[: len(run.model.outlines)]
+def mass_centres(run: Record, then: Drawable | None = None) -> list[NamedPoint]:
+    """Mass centres of the links that pictures show and that have a mass, by the names of the links, likewise."""
+    model = then or run.model
+    numbers = model.parameters.get
+    shown = model.links[: len(model.outlines)]
     return [
         NamedPoint(name, k, np.array([numbers(f"{name}.com.x", 0.0), numbers(f"{name}.com.y", 0.0)]), mass)
         for k, name in enumerate(shown)

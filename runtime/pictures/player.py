@@ -18,14 +18,14 @@ from ..arrays import FloatArray
 from ..files import write_whole
 from ..record.drawable import Drawable
 from ..record.impact import Impact
-from ..record.outputs import units_of
+from ..record.outputs import Sample, units_of
 from ..record.record import Record
 from .charted import ENERGIES, chart_times, check_outputs, chosen, curves
-from .contact_place import ContactPlaces
-from .frames import MOST_IMPACTS, Frames, frame_times, pivots, sample, shown_impacts
+from .contact_place import StruckPlaces
+from .frames import MOST_IMPACTS, Frames, frame_times, pivots, sample, shown_changes, shown_impacts
 from .link_colours import link_colours
 from .named_points import mass_centres, named_points
-from .strokes import Stroke, size_of_links, straightened, strokes
+from .strokes import Stroke, size_of_looks, straightened, strokes
 from .view import View, view_of
 
 RATE = 60  # frames per second
@@ -84,9 +84,10 @@ def content(run: Record, outputs: Sequence[str] | None = None, most: int | None 
     shown = shown_impacts(run, most_impacts)
     times = frame_times(run, _rate(run, rows), most=most_impacts)
     frames = sample(run, times)
-    view = view_of(model, frames)
-    length, places = _decimals(1e-5 * view.size), ContactPlaces(model)
-    colours = link_colours(model, frames, view.size)
+    view = view_of(frames)
+    length, places = _decimals(1e-5 * view.size), StruckPlaces(run)
+    jumps = sorted({*(float(impact.t) for _, impact in shown), *shown_changes(run, most_impacts)})
+    now, later = _looks(run, frames, view, length)
     return {
         "name": model.name,
         "message": "" if run.success else run.message,
@@ -94,6 +95,39 @@ def content(run: Record, outputs: Sequence[str] | None = None, most: int | None 
         "poses": _poses(frames.poses, length),
         "joints": _numbers(frames.joints.reshape(len(frames.t), -1), length),
         "energy": _energies(frames),
+        **now,
+        **({"later": later} if later else {}),
+        "jointNames": list(model.drawn_joints),
+        "impacts": [{"number": k, **_impact(run, k, impact, places, length)} for k, impact in shown],
+        "impactCount": len(run.impacts),
+        "view": _view(view, length),
+        "chart": _chart(run, charted, plotted, frames, jumps),
+        "plotted": plotted,
+    }
+
+
+def _looks(
+    run: Record, frames: Frames, view: View, length: int
+) -> tuple[dict[str, Any], list[tuple[int, dict[str, Any]]]]:
+    """Shapes at the first frame, and for each frame from which on another model is in force, its number and the shapes
+    that are others than at the first."""
+    colours, first = link_colours(frames.model(0), frames, view.size), frames.model(0)
+    looks = {id(model): _look(run, model, frames, view, length, colours) for model, _ in frames.looks()}
+    now, later = looks[id(first)], list[tuple[int, dict[str, Any]]]()
+    before = now
+    for k in range(1, len(frames.t)):
+        then = looks[id(frames.model(k))]
+        if then != before:
+            later.append((k, {key: shapes for key, shapes in then.items() if shapes != now[key]}))
+            before = then
+    return now, later
+
+
+def _look(
+    run: Record, model: Drawable, frames: Frames, view: View, length: int, colours: Sequence[int]
+) -> dict[str, Any]:
+    """The shapes of a model: what does not change from frame to frame while it is in force."""
+    return {
         "links": [
             {
                 "name": name,
@@ -103,15 +137,14 @@ def content(run: Record, outputs: Sequence[str] | None = None, most: int | None 
             }
             for k, (name, outline) in enumerate(zip(model.links[: len(model.outlines)], model.outlines, strict=True))
         ],
-        "jointNames": list(model.drawn_joints),
         "points": [
-            {"name": one.name, "link": one.link, "at": _numbers(one.place, length)} for one in named_points(run)
+            {"name": one.name, "link": one.link, "at": _numbers(one.place, length)} for one in named_points(run, model)
         ],
         "massCentres": [
             {"name": one.name, "link": one.link, "at": _numbers(one.place, length), "mass": _digits(one.mass)}
-            for one in mass_centres(run)
+            for one in mass_centres(run, model)
         ],
-        "groundPoints": _numbers(pivots(model, frames, view.size), length),
+        "groundPoints": _numbers(pivots(model, frames.joints_of(model), view.size), length),
         "grounds": [
             {"name": name, "point": _numbers(point, length), "normal": _numbers(normal, 9)}
             for name, (point, normal) in model.ground_planes().items()
@@ -121,12 +154,7 @@ def content(run: Record, outputs: Sequence[str] | None = None, most: int | None 
             [[link, *_numbers(point, length)] for link, point in zip(rope.links, rope.points, strict=True)]
             for rope in model.ropes
         ],
-        "parts": [_part(one, length) for one in strokes(model, frames, size_of_links(model, view.size))],
-        "impacts": [{"number": k, **_impact(run, impact, places, length)} for k, impact in shown],
-        "impactCount": len(run.impacts),
-        "view": _view(view, length),
-        "chart": _chart(run, charted, plotted, frames, [float(impact.t) for _, impact in shown]),
-        "plotted": plotted,
+        "parts": [_part(one, length) for one in strokes(model, frames, size_of_looks(frames, view.size))],
     }
 
 
@@ -169,13 +197,13 @@ def _surfaces(model: Drawable, link: int, length: int) -> dict[str, Any]:
     }
 
 
-def _impact(run: Record, impact: Impact, places: ContactPlaces, length: int) -> dict[str, Any]:
+def _impact(run: Record, number: int, impact: Impact, places: StruckPlaces, length: int) -> dict[str, Any]:
     q, _ = run.at(impact.t)
     contacts = [
         {
             "point": point,
             "ground": ground,
-            "at": _numbers(places.at((point, ground), q), length),
+            "at": _numbers(places.at(number, (point, ground), q), length),
             "impulse": _digits(impulse),
             "unit": "N m s" if ground in run.model.stops else "N s",
         }
@@ -185,13 +213,12 @@ def _impact(run: Record, impact: Impact, places: ContactPlaces, length: int) -> 
 
 
 def _chart(
-    run: Record, names: Sequence[str], wanted: Sequence[str], frames: Frames, impacts: Sequence[float]
+    run: Record, names: Sequence[str], wanted: Sequence[str], frames: Frames, jumps: Sequence[float]
 ) -> dict[str, Any]:
-    """Times, those of impacts twice, and the values of each output at them; null where it is not known. Outputs that
+    """Times, those of ``jumps`` twice, and the values of each output at them; null where it is not known. Outputs that
     nobody ``wanted`` and that are zero all the time, as friction where there is none, are left out."""
-    t, asked = chart_times(run, frames.t, impacts)
-    q, u = run.at(asked)
-    kinetic, potential = run.model.energy(q, u)
+    t, asked = chart_times(run, frames.t, jumps)
+    kinetic, potential = Sample(run, asked).energies
     values = dict(zip(ENERGIES, (kinetic + potential, kinetic, potential), strict=True))
     units = dict.fromkeys(ENERGIES, "J")
     if names:

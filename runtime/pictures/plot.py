@@ -17,11 +17,12 @@ from ..extras import needed
 from ..files import read_path, write_whole
 from ..model.disc import Disc
 from ..record.drawable import Drawable
+from ..record.outputs import Sample
 from ..record.record import Record
 from .frames import Frames, frame_times, pivots, placed, sample, shown_impacts
 from .instants import instants
 from .link_colours import COLOURS, link_colours
-from .strokes import Stroke, size_of_links, straightened, strokes
+from .strokes import Stroke, size_of_links, size_of_looks, straightened, strokes
 from .view import View, view_of
 
 INK, SOFT, EARTH, FLASH, ACCENT = "#222222", "#888888", "#e9e4da", "#d55e00", "#33629b"
@@ -52,7 +53,7 @@ def draw(run: Record, path: str | os.PathLike[str] | None = None, *, forces: boo
 
     shown = instants(run)
     poses = sample(run, np.array([t for t, _ in shown]))
-    view = view_of(run.model, poses)
+    view = view_of(poses)
     flat = float(view.half[1] / view.half[0])
     lines = 2 if flat < WIDE and len(shown) > 3 else 1
     column = 10.4 * lines / len(shown)  # inches from pose to pose
@@ -94,10 +95,11 @@ def _poses(grid: Any, run: Record, titles: list[str], poses: Frames, motion: Fra
     room = 72.0 * 10.4 / grid.shape[1] / (2.0 * float(view.half[0]))  # points of the printer per metre
     arrows = _arrows(run, poses) if forces else []
     for k, (axes, title) in enumerate(zip(grid.ravel(), titles, strict=False)):
-        Drawing(axes, run.model, view, motion, room).show(poses, k, view.centre[k])
-        for impact in run.impacts:
+        Drawing(axes, poses.model(k), view, motion, room).show(poses, k, view.centre[k])
+        for number, impact in enumerate(run.impacts):
             if impact.t == poses.t[k]:
-                struck = np.array([run.model.point(point, poses.q[k]) for point, _ in impact.contacts])
+                model = run.in_force.at_impact(number)
+                struck = np.array([model.point(point, poses.q[k]) for point, _ in impact.contacts])
                 circle = {"color": FLASH, "fillstyle": "none", "markersize": 13, "markeredgewidth": 1.8}
                 axes.plot(*struck.T, "o", **circle, zorder=6, clip_on=False)
         if arrows:
@@ -129,11 +131,13 @@ Arrow = tuple[FloatArray, FloatArray]
 
 def _arrows(run: Record, poses: Frames) -> list[list[Arrow]]:
     """For each pose what grounds push in it: at an impact impulses, else forces."""
-    planes = run.model.ground_planes()
     found: list[list[Arrow]] = []
-    for t, q in zip(poses.t, poses.q, strict=True):
-        impact = next((one for one in run.impacts if one.t == t), None)
-        if impact is not None:
+    for k, (t, q) in enumerate(zip(poses.t, poses.q, strict=True)):
+        number = next((number for number, one in enumerate(run.impacts) if one.t == t), None)
+        model = poses.model(k) if number is None else run.in_force.at_impact(number)
+        planes = model.ground_planes()
+        if number is not None:
+            impact = run.impacts[number]
             rubbing = impact.friction if len(impact.friction) else np.zeros(len(impact.contacts))
             pushes = dict(zip(impact.contacts, np.column_stack([impact.impulses, rubbing]), strict=True))
         elif run.motion is not None:
@@ -144,7 +148,7 @@ def _arrows(run: Record, poses: Frames) -> list[list[Arrow]]:
         for (point, ground), (normal, along) in pushes.items():
             if ground in planes and np.isfinite(normal) and (normal or along):
                 place, up = planes[ground]
-                at = np.asarray(run.model.point(point, q))
+                at = np.asarray(model.point(point, q))
                 at = at - ((at - place) @ up) * up
                 arrows.append((at, normal * up + along * np.array([up[1], -up[0]])))
         found.append(arrows)
@@ -189,7 +193,7 @@ def _energy(axes: Any, run: Record, frames: Frames) -> None:
 
 def _with_both_sides(run: Record, frames: Frames) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Time and energies of the frames together with every recorded row, so that jumps are drawn as jumps."""
-    kinetic, potential = run.model.energy(run.q, run.u)
+    kinetic, potential = Sample(run, None).energies
     between = ~np.isin(frames.t, run.t)
     t = np.concatenate([run.t, frames.t[between]])
     order = np.argsort(t, kind="stable")
@@ -199,16 +203,17 @@ def _with_both_sides(run: Record, frames: Frames) -> tuple[FloatArray, FloatArra
 
 
 def _heights(axes: Any, run: Record, frames: Frames) -> None:
-    """Distance of each contact point from the nearest of what it can touch; without any, how far joints are along their
-    lines, or, where none slides, heights of the joints that move, or, where none does, angles."""
-    model, gaps = run.model, run.model.gaps(frames.q)
+    """Distance of each contact point from the nearest of what it can touch, while that is on; without any, how far
+    joints are along their lines, or, where none slides, heights of the joints that move, or, where none does,
+    angles."""
+    model, gaps = run.model, frames.states.gaps
     heights: dict[str, FloatArray] = {}
     nearest = False  # of several grounds that one point can touch
     for (point, ground), gap in zip(model.contacts, gaps.T, strict=True):
-        if ground not in model.stops | model.slide_ends:
+        if ground not in model.stops | model.slide_ends and not np.isnan(gap).all():
             nearest |= point in heights
-            heights[point] = np.minimum(heights.get(point, gap), gap)
-    along = {} if heights else dict(model.slides(frames.q))
+            heights[point] = np.fmin(heights.get(point, gap), gap)
+    along = {} if heights else frames.states.slides
     planes = model.ground_planes()
     grounds = {ground for _, ground in model.contacts} <= {*planes, *model.stops, *model.slide_ends}
     level = all(normal[1] > LEVEL for _, normal in planes.values())
@@ -273,7 +278,7 @@ def thinned(t: FloatArray, curve: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _closure(axes: Any, run: Record, frames: Frames) -> None:
-    gap = np.abs(run.model.closure(run.q)).max(axis=-1)
+    gap = np.abs(Sample(run, None).closure).max(axis=-1)
     axes.semilogy(run.t, np.maximum(gap, 1e-17), ".-", color=COLOURS[0], linewidth=0.7, markersize=4)
     axes.set_ylabel("closure [m]")
     low, high = axes.get_ylim()
@@ -304,13 +309,14 @@ class Drawing:
     def __init__(self, axes: Any, model: Drawable, view: View, motion: Frames, room: float) -> None:
         """On ``axes``, with a ``view`` whose frames are shown, of a ``motion`` in which all of the way is that guides
         are drawn for; ``room`` is how many points of the printer a metre has, by which lines have their widths."""
-        self.axes, self.model, self.view = axes, model, view
+        self.axes, self.model, self.view, self._given = axes, model, view, (motion, room)
+        before = set(axes.get_children())
         axes.set_aspect("equal")
         self._draw_grounds()
-        size = size_of_links(model, view.size)
+        size = size_of_looks(motion, view.size)
         self._scale = float(np.clip(room * size / 60.0, 0.35, 1.0))  # lines of a small picture are thin
-        self._colours = [COLOURS[number] for number in link_colours(model, motion, view.size)]
-        held = pivots(model, motion, view.size)
+        self._colours = [COLOURS[number] for number in link_colours(motion.model(0), motion, view.size)]
+        held = pivots(model, motion.joints_of(model), view.size)
         axes.plot(*held.T, marker=6, linestyle="", color=SOFT, markersize=13 * self._scale, zorder=1)  # triangles
         self._outlines = [straightened(np.asarray(outline)) for outline in model.outlines]
         self._links = [self._link(k, len(outline)) for k, outline in enumerate(self._outlines)]
@@ -327,6 +333,14 @@ class Drawing:
             markeredgewidth=1.1 * self._scale,
             zorder=5,
         )
+        self._artists = [artist for artist in axes.get_children() if artist not in before]
+
+    def of(self, model: Drawable) -> Drawing:
+        """The same with another ``model``, in the place of this one."""
+        for artist in self._artists:
+            artist.remove()
+        motion, room = self._given
+        return Drawing(self.axes, model, self.view, motion, room)
 
     def _stroke(self, stroke: Stroke) -> Any:
         """The artist of a stroke, called after it."""

@@ -104,6 +104,11 @@ def size_of_links(model: Drawable, otherwise: float) -> float:
     return max(extents, default=0.0) or otherwise
 
 
+def size_of_looks(frames: Frames, otherwise: float) -> float:
+    """The same (m) of the models that are in force in some of the ``frames``."""
+    return max(size_of_links(model, 0.0) for model, _ in frames.looks()) or otherwise
+
+
 def _strokes(part: Part, model: Drawable, frames: Frames, size: float, coils: set[tuple[Place, ...]]) -> list[Stroke]:
     wide = HALF_WIDTH * size
     if part.kind == "spring":

@@ -10,7 +10,7 @@ from ..arrays import FloatArray
 from ..model.disc import Disc
 from ..record.drawable import Drawable
 from .frames import Frames, placed
-from .strokes import size_of_links, strokes
+from .strokes import size_of_looks, strokes
 
 FOLLOW_BEYOND = 4.0  # the view follows along an axis when the motion is longer than this many sizes of the mechanism
 PIVOT = 0.06  # height of the triangle of a pivot, part of the extent of the motion
@@ -34,32 +34,40 @@ class View:
     size: float
 
 
-def view_of(model: Drawable, frames: Frames) -> View:
+def view_of(frames: Frames) -> View:
     """The view that shows the whole motion, or follows the mechanism along the axes where the motion is long."""
-    parts = [placed(np.asarray(outline), frames.poses[:, k]) for k, outline in enumerate(model.outlines)]
-    parts += [_reached(disc, frames.poses[:, disc.link]) for disc in model.discs if not disc.fixed]
-    points = np.concatenate([*parts, frames.joints], axis=1)
-    if not points.shape[1]:  # nothing of it is drawn
-        points = frames.poses[:, :, :2]
-    fixed = np.asarray(model.drawn_ground_points, dtype=float).reshape(-1, 2)
-    below = fixed - [0.0, PIVOT * float(np.max(np.ptp(points.reshape(-1, 2), axis=0)))]  # triangles stand there
-    corners = np.concatenate(
-        [points.reshape(-1, 2), fixed, below, *(disc.outline for disc in model.discs if disc.fixed)]
-    )
+    looks = frames.looks()
+    seen = [_points(model, frames.poses[rows], frames.joints[rows]) for model, rows in looks]
+    points = np.concatenate([part.reshape(-1, 2) for part in seen])
+    fixed = np.concatenate([np.asarray(model.drawn_ground_points, dtype=float).reshape(-1, 2) for model, _ in looks])
+    below = fixed - [0.0, PIVOT * float(np.max(np.ptp(points, axis=0)))]  # triangles stand there
+    rims = [disc.outline for model, _ in looks for disc in model.discs if disc.fixed]
+    corners = np.concatenate([points, fixed, below, *rims])
     low, high = corners.min(axis=0), corners.max(axis=0)
-    size = float(np.max(np.ptp(points, axis=1))) or float(np.max(high - low)) or 1.0  # all there is, of one point
-    middle = points.mean(axis=1)
-    reach = np.abs(points - middle[:, None]).max(axis=(0, 1))
+    extent = max(float(np.max(np.ptp(part, axis=1))) for part in seen)
+    size = extent or float(np.max(high - low)) or 1.0  # all there is, of one point
+    middle, reach = np.zeros((len(frames.t), 2)), np.zeros(2)
+    for part, (_, rows) in zip(seen, looks, strict=True):
+        middle[rows] = part.mean(axis=1)
+        reach = np.maximum(reach, np.abs(part - part.mean(axis=1)[:, None]).max(axis=(0, 1)))
 
     # beside nothing that stands still a mechanism that is followed would seem to stand still itself
-    scenery = bool(model.ground_planes()) or len(fixed) > 0 or any(disc.fixed for disc in model.discs)
-    beyond = FOLLOW_BEYOND * (1.0 if len(model.outlines) > 1 else FREE) if scenery else np.inf
+    scenery = len(fixed) > 0 or bool(rims) or any(model.ground_planes() for model, _ in looks)
+    beyond = FOLLOW_BEYOND * (1.0 if len(looks[0][0].outlines) > 1 else FREE) if scenery else np.inf
     follow = (high - low) > beyond * size
-    acting = np.concatenate([low[None], *_acting(model, frames, size)])  # arcs and arrows stand out beyond the links
+    acting = np.concatenate([low[None], *_acting(frames, size)])  # arcs and arrows stand out beyond the links
     low, high = np.minimum(low, acting.min(axis=0)), np.maximum(high, acting.max(axis=0))
     centre = np.where(follow, middle, 0.5 * (low + high))
     half = MARGIN * np.maximum(np.where(follow, reach, 0.5 * (high - low)), 0.25 * size)
     return View(centre, half, (bool(follow[0]), bool(follow[1])), size)
+
+
+def _points(model: Drawable, poses: FloatArray, joints: FloatArray) -> FloatArray:
+    """The outermost places (frames, m, 2) of what is drawn of links, and of joints."""
+    parts = [placed(np.asarray(outline), poses[:, k]) for k, outline in enumerate(model.outlines)]
+    parts += [_reached(disc, poses[:, disc.link]) for disc in model.discs if not disc.fixed]
+    points = np.concatenate([*parts, joints], axis=1)
+    return points if points.shape[1] else np.asarray(poses[:, :, :2])  # nothing of it is drawn
 
 
 def _reached(disc: Disc, poses: FloatArray) -> FloatArray:
@@ -69,9 +77,14 @@ def _reached(disc: Disc, poses: FloatArray) -> FloatArray:
     return np.asarray(placed(disc.centre[None], poses) + disc.radius * AXES)
 
 
-def _acting(model: Drawable, frames: Frames, size: float) -> list[FloatArray]:
+def _acting(frames: Frames, size: float) -> list[FloatArray]:
     """Corners (m, 2) of what is drawn where effects act, in some of the frames."""
     some = np.unique(np.linspace(0, len(frames.t) - 1, LOOKS).astype(int))
     seen = replace(frames, poses=frames.poses[some])
-    found = strokes(model, seen, size_of_links(model, size))
-    return [stroke.corners(poses) for stroke in found for poses in seen.poses]
+    found = []
+    for model, rows in frames.looks():
+        shown = strokes(model, seen, size_of_looks(frames, size))
+        own = some[rows[some]]
+        poses = frames.poses[own if own.size else np.flatnonzero(rows)[:1]]
+        found += [stroke.corners(pose) for stroke in shown for pose in poses]
+    return found

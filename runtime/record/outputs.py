@@ -19,6 +19,7 @@ from ..arrays import FloatArray
 from ..model.forces import Motion
 from ..model.joint_sides import between, ends_of
 from ..model.meshes import mesh_forces, mesh_names
+from .in_force import InForce, Numbers, of_contacts
 from .motion_at_rows import motion_at_rows
 from .record import Record
 
@@ -53,12 +54,24 @@ class States(ABC):
         self.model, self.t, self.q, self.u = model, t, q, u
 
     @cached_property
+    def in_force(self) -> tuple[InForce, Numbers]:
+        """The models that are in force at the states, and which of them is at each."""
+        return InForce.of_one(self.model), np.zeros(len(self.t), dtype=np.intp)
+
+    def _asked(self, ask: Callable[..., FloatArray], *given: FloatArray) -> FloatArray:
+        """What ``ask`` answers for the model in force and those of the ``given`` arrays (n, ...) at its states."""
+        models, which = self.in_force
+        if len(models.models) == 1:
+            return np.asarray(ask(models.models[0], *given))
+        return models.told(which, lambda model, rows: ask(model, *(one[rows] for one in given)))
+
+    @cached_property
     def poses(self) -> FloatArray:
-        return np.asarray(self.model.poses(self.q))
+        return self._asked(lambda model, q: model.poses(q), self.q)
 
     @cached_property
     def velocities(self) -> FloatArray:
-        return np.asarray(self.model.velocities(self.q, self.u))
+        return self._asked(lambda model, q, u: model.velocities(q, u), self.q, self.u)
 
     @property
     @abstractmethod
@@ -69,22 +82,30 @@ class States(ABC):
     def angular_accelerations(self) -> FloatArray:
         """Of the links (n, links): angles are sums of coordinates, so that their rates are linear in u by numbers that
         do not change."""
-        return np.asarray(
-            self.model.velocities(self.q, np.nan_to_num(self.motion.u_dot))[..., 2] + self._unknown[:, None]
-        )
+        u_dot = np.nan_to_num(self.motion.u_dot)
+        found = self._asked(lambda model, q, u_dot: model.velocities(q, u_dot)[..., 2], self.q, u_dot)
+        return np.asarray(found + self._unknown[:, None])
 
     @cached_property
     def energies(self) -> tuple[FloatArray, FloatArray]:
-        kinetic, potential = self.model.energy(self.q, self.u)
-        return kinetic, potential
+        both = self._asked(lambda model, q, u: np.stack(model.energy(q, u), axis=-1), self.q, self.u)
+        return both[:, 0], both[:, 1]
+
+    @cached_property
+    def closure(self) -> FloatArray:
+        """The gaps of the cut joints (n, rows)."""
+        return self._asked(lambda model, q: model.closure(q), self.q)
 
     @cached_property
     def gaps(self) -> FloatArray:
-        return np.asarray(self.model.gaps(self.q))
+        """Of the contacts (n, contacts); not numbers of those that are off."""
+        contacts = self.model.contacts
+        return self._asked(lambda model, q: of_contacts(contacts, model, model.gaps(q)), self.q)
 
     @cached_property
     def gap_rates(self) -> FloatArray:
-        return np.asarray(self.model.gap_rates(self.q, self.u))
+        contacts = self.model.contacts
+        return self._asked(lambda model, q, u: of_contacts(contacts, model, model.gap_rates(q, u)), self.q, self.u)
 
     @cached_property
     def _unknown(self) -> FloatArray:
@@ -92,14 +113,36 @@ class States(ABC):
         return np.where(np.isfinite(self.motion.u_dot).all(axis=1), 0.0, np.nan)
 
     def place(self, point: str) -> FloatArray:
-        return np.asarray(self.model.point(point, self.q))
+        return self._asked(lambda model, q: model.point(point, q), self.q)
 
     def velocity(self, point: str) -> FloatArray:
-        return np.asarray(self.model.point_velocity(point, self.q, self.u))
+        return self._asked(lambda model, q, u: model.point_velocity(point, q, u), self.q, self.u)
 
     def acceleration(self, point: str) -> FloatArray:
-        found = self.model.point_acceleration(point, self.q, self.u, u_dot=np.nan_to_num(self.motion.u_dot))
+        def ask(model: Any, q: FloatArray, u: FloatArray, u_dot: FloatArray) -> FloatArray:
+            return np.asarray(model.point_acceleration(point, q, u, u_dot=u_dot))
+
+        found = self._asked(ask, self.q, self.u, np.nan_to_num(self.motion.u_dot))
         return np.asarray(found + self._unknown[:, None])
+
+    @cached_property
+    def slides(self) -> dict[str, FloatArray]:
+        """How far every joint that slides is along its line (n,)."""
+        joints = self.model.slides(self.q[:1])
+        return {joint: self._asked(lambda model, q, joint=joint: model.slides(q)[joint], self.q) for joint in joints}
+
+    def slide(self, joint: str) -> tuple[FloatArray, FloatArray]:
+        """How far a joint is along its line (n,), and how fast that changes."""
+
+        def ask(model: Any, poses: FloatArray, velocities: FloatArray) -> FloatArray:
+            return np.stack(ends_of(model, joint).along(poses, velocities), axis=-1)
+
+        both = self._asked(ask, self.poses, self.velocities)
+        return both[:, 0], both[:, 1]
+
+    def line(self, joint: str) -> FloatArray:
+        """The direction (n, 2) of a joint's line."""
+        return self._asked(lambda model, poses: ends_of(model, joint).direction(poses), self.poses)
 
 
 class Sample(States):
@@ -108,6 +151,11 @@ class Sample(States):
     def __init__(self, run: Record, t: FloatArray | None) -> None:
         super().__init__(run.model, run.t if t is None else t, *((run.q, run.u) if t is None else run.at(t)))
         self.run, self.given = run, t
+
+    @cached_property
+    def in_force(self) -> tuple[InForce, Numbers]:
+        models = self.run.in_force
+        return models, models.at_rows(len(self.t)) if self.given is None else models.at(self.t)
 
     @cached_property
     def motion(self) -> Motion:
@@ -287,7 +335,7 @@ def _part(sample: States, what: str, point: str, axis: int) -> FloatArray:
 
 
 def _slide(sample: States, joint: str, part: int) -> FloatArray:
-    return ends_of(sample.model, joint).along(sample.poses, sample.velocities)[part]
+    return sample.slide(joint)[part]
 
 
 def _turn(sample: States, joint: str, what: str) -> FloatArray:
@@ -314,9 +362,8 @@ def _power(sample: States, joint: str, number: int) -> FloatArray:
     sign = 1.0 if second >= 0 and model.outboard[number] == model.links[second] else -1.0
     if joint not in model.slides(np.zeros(len(model.q_names))):
         return np.asarray(sign * reaction[:, 2] * _turn(sample, joint, "velocities"))
-    ends = ends_of(model, joint)
-    along = np.sum(reaction[:, :2] * ends.direction(sample.poses), axis=1)
-    return np.asarray(sign * along * ends.along(sample.poses, sample.velocities)[1])
+    along = np.sum(reaction[:, :2] * sample.line(joint), axis=1)
+    return np.asarray(sign * along * sample.slide(joint)[1])
 
 
 def _impulse(sample: Sample, number: int, part: int) -> FloatArray:

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ..arrays import FloatArray
 from .frozen import freeze, restore
-from .motion_at_rows import motion_at_rows
+from .outputs import Sample
 from .record import Record
 
 
@@ -37,15 +37,11 @@ class PointMotion:
 def point_motion(run: Record, name: str, t: ArrayLike | None) -> PointMotion:
     """That of the point at the times t, or at all rows of the run, those before impacts as before them."""
     if t is None:
-        times, (q, u) = run.t, (run.q, run.u)
-        u_dot = motion_at_rows(run).u_dot
-    else:
-        q, u = run.at(t)
-        times = np.array(t, dtype=run.t.dtype)
-        u_dot = run.accelerations(t)
-    model = run.model
-    acceleration = np.full((*np.shape(u_dot)[:-1], 2), np.nan, dtype=run.t.dtype)
-    known = np.isfinite(u_dot).all(axis=-1)
-    if np.any(known):
-        acceleration[known] = model.point_acceleration(name, q[known], u[known], u_dot=u_dot[known])
-    return PointMotion(name, times, model.point(name, q), model.point_velocity(name, q, u), acceleration)
+        sample = Sample(run, None)
+        return PointMotion(name, run.t, sample.place(name), sample.velocity(name), sample.acceleration(name))
+    times = np.array(t, dtype=run.t.dtype)
+    if times.ndim > 1:
+        run.at(t)  # says what is wrong
+    sample = Sample(run, np.atleast_1d(times))
+    found = sample.place(name), sample.velocity(name), sample.acceleration(name)
+    return PointMotion(name, times, *(one if times.ndim else one[0] for one in found))

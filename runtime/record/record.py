@@ -16,6 +16,7 @@ from .drawable import Drawable
 from .event import Event
 from .frozen import freeze, restore
 from .impact import Impact
+from .in_force import InForce
 from .joint_change import JointChange
 from .phase import Phase
 
@@ -102,6 +103,22 @@ class Record:
         found = f"{self.t.size} rows, {len(self.impacts)} impacts{end}"
         return f"<Run of {self.model.name} to t = {self.t[-1]:.6g} s: {found}>"
 
+    @property
+    def in_force(self) -> InForce:
+        """Which model is in force when: with the parameters of then, and without the effects that are off then."""
+        return InForce.of_one(self.model)
+
+    def model_at(self, t: float) -> Drawable:
+        """The model as it is at t (s): with the parameters that events have set up to then, and without the effects
+        that are off; at an event as after it. :attr:`model` is that of the beginning, with all effects.
+
+        Raises ``ValueError`` for a time outside of the run.
+        """
+        time = read_numbers(t, "t", self.t.dtype)
+        if time.ndim or not self.t[0] <= time <= self.t[-1]:
+            raise ValueError(f"t: found {t!r}, expected a time within the run, from {self.t[0]} to {self.t[-1]} s")
+        return self.in_force.models[int(self.in_force.at(np.atleast_1d(time))[0])]
+
     def at(self, t: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """The state (q, u) at t, a number or a row of them, as accurate as the run; after-impact at an impact time.
 
@@ -154,7 +171,7 @@ class Record:
 
         Turns are counted: an angle goes on beyond 2π.
         """
-        return dict(self.model.joint_angles(self.q if t is None else self.at(t)[0]))
+        return dict(self.model.joint_angles(self.q if t is None else self.at(t)[0]))  # no parameters are in them
 
     def _forces(self, t: ArrayLike, what: str) -> FloatArray:
         if self.motion is None:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from ..arrays import FloatArray
 from ..extras import needed
-from .outputs import units_of, values_of
+from .outputs import Sample, units_of, values_of
 from .record import Record
 
 FORMAT_VERSION = 1
@@ -90,7 +90,8 @@ def _changes(run: Record) -> dict[str, Any]:
 
 
 def _events(run: Record) -> dict[str, Any]:
-    """Instants that the scene asked for; nothing of a run that has none."""
+    """Instants that the scene asked for; nothing of a run that has none. What event k set is
+    event_set_offsets[k]:event_set_offsets[k + 1]."""
     if not run.events:
         return {}
     return {
@@ -101,6 +102,9 @@ def _events(run: Record) -> dict[str, Any]:
         "event_q": np.array([event.q for event in run.events]),
         "event_u": np.array([event.u for event in run.events]),
         "event_energy": np.array([event.energy for event in run.events], dtype=float),
+        "event_set_offsets": np.cumsum([0] + [len(event.parameters) for event in run.events]),
+        "event_set_names": _texts(path for event in run.events for path in event.parameters),
+        "event_set_values": np.array([x for event in run.events for x in event.parameters.values()], dtype=float),
     }
 
 
@@ -117,7 +121,7 @@ def dataset(run: Record, names: Sequence[str] | None = None, t: ArrayLike | None
         over = {"t": ("t", times, {"long_name": "time", "units": "s"})}
         return xarray.Dataset(by_name, over, {"model": run.model.name})
     named = arrays(run)
-    kinetic, potential = run.model.energy(run.q, run.u)
+    kinetic, potential = Sample(run, None).energies
     owners = np.repeat(np.arange(len(run.impacts)), np.diff(named["impact_offsets"]))
     data: dict[str, tuple[str | tuple[str, ...], Any, dict[str, str]]] = {
         "q": (("t", "coordinate"), run.q, {"long_name": "coordinates", "units": "see q_units"}),
@@ -184,18 +188,18 @@ def _columns(
     """Times, outputs there by name, or coordinates, velocities and energies, and their units."""
     times = run.t if t is None else np.atleast_1d(np.asarray(t, dtype=run.t.dtype))
     if names is None:
-        return (times, *_coordinates(run, *((run.q, run.u) if t is None else run.at(times))))
+        return (times, *_coordinates(Sample(run, None if t is None else times)))
     known = units_of(run.model)
     found = values_of(run, names, None if t is None else times)
     return times, found, {name: known[name] for name in found}
 
 
-def _coordinates(run: Record, q: FloatArray, u: FloatArray) -> tuple[dict[str, FloatArray], dict[str, str]]:
+def _coordinates(sample: Sample) -> tuple[dict[str, FloatArray], dict[str, str]]:
     """Columns of states, with their units."""
-    kinetic, potential = run.model.energy(q, u)
-    columns = dict(zip(run.model.q_names, q.T, strict=True)) | dict(zip(run.model.u_names, u.T, strict=True))
-    units = {name: unit_of_coordinate(name) for name in run.model.q_names}
-    units |= {name: f"{unit_of_coordinate(name)}/s" for name in run.model.u_names}
+    model, (kinetic, potential) = sample.model, sample.energies
+    columns = dict(zip(model.q_names, sample.q.T, strict=True)) | dict(zip(model.u_names, sample.u.T, strict=True))
+    units = {name: unit_of_coordinate(name) for name in model.q_names}
+    units |= {name: f"{unit_of_coordinate(name)}/s" for name in model.u_names}
     columns |= {"kinetic_energy": kinetic, "potential_energy": potential}
     return columns, units | {"kinetic_energy": "J", "potential_energy": "J"}
 

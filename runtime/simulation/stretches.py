@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -13,6 +15,7 @@ from ..model.model import Model
 from ..record.drawable import Drawable
 from ..record.event import Event
 from ..record.hybrid_state import HybridState
+from ..record.in_force import InForce
 from ..run import Run
 from .pieces import Piece, SwitchedRun, cut_at, number_at, phases_of
 
@@ -26,6 +29,20 @@ class StretchedRun(Run):
     @property
     def state(self) -> HybridState | None:
         return self.last
+
+    @cached_property
+    def in_force(self) -> InForce:
+        """That of the stretches, each of which is a run of its own model."""
+        assert isinstance(self.advance, Between)
+        spans, row, impact = [], 0, 0
+        for piece in self.advance.pieces:
+            spans.append((piece.run.model, piece.begin, row, impact))
+            row += len(piece.run.t) - (not piece.anew)
+            impact += len(piece.run.impacts)
+        return InForce.of_spans(spans)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in vars(self).items() if name != "in_force"}  # it follows from the rest
 
 
 @dataclass(frozen=True, eq=False)

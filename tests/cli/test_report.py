@@ -127,7 +127,7 @@ def test_a_drift_where_nothing_moves_is_part_of_the_scale_of_energy(
     assert capsys.readouterr().err == ""
 
     def drifting(energy_drift: float) -> Any:
-        return SimpleNamespace(model=model, q=run.q, u=run.u, energy_drift=energy_drift)
+        return SimpleNamespace(model=model, t=run.t, q=run.q, u=run.u, energy_drift=energy_drift, in_force=run.in_force)
 
     assert drift_of_energy(drifting(0.9e-4 * scale)) == ""
     assert drift_of_energy(drifting(1.1e-4 * scale)) == f"{1.1e-4 * scale:.2g} J although nothing moves"
@@ -139,7 +139,9 @@ def test_a_drift_is_part_of_what_moves_however_little_that_is(workshop: Workshop
     run = simulate(model, [-np.pi / 2 + 2e-5], [0.0], until=2.0)
     moved = energy_moved(run)
     assert 0.9 < moved / (0.25 * 9.81 * 4e-10) < 1.0 + 1e-6
-    found: Any = SimpleNamespace(model=model, q=run.q, u=run.u, energy_drift=0.5 * moved)
+    found: Any = SimpleNamespace(
+        model=model, t=run.t, q=run.q, u=run.u, energy_drift=0.5 * moved, in_force=run.in_force
+    )
     assert drift_of_energy(found) == "50 % of the energy that moves"
     found.energy_drift = 0.9e-4 * moved
     assert drift_of_energy(found) == ""
@@ -337,7 +339,7 @@ def test_no_zero_has_a_minus() -> None:
         t=1.0, contacts=[("joint_0", "ground_0")], impulses=[-0.0], energy_loss=-1e-12, u_minus=None, u_plus=None
     )
     run: Any = SimpleNamespace(q=np.zeros((1, 1)), t=np.ones(1))
-    assert row(model, run, impact) == ("1.000000000000", "joint_0", *["0.000000000"] * 4)
+    assert row(model, run, impact, model) == ("1.000000000000", "joint_0", *["0.000000000"] * 4)
 
 
 def test_one_is_not_many() -> None:

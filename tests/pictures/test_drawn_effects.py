@@ -288,7 +288,7 @@ def test_a_lone_body_flies_through_a_view_that_stands_still(workshop: Workshop) 
         '[[link]]\nname = "plate"\nmass = 1\ninertia = 0.01\ncom = [0, 0]\npoints = { A = [-0.1, 0], B = [0.1, 0] }\n'
     )
     run = simulate(workshop.model(plate + "[start]\nvelocity = [8, 5]\n[gravity]\n[run]\nuntil = 1\n"))
-    view = view_of(run.model, sample(run, frame_times(run, 20.0)))
+    view = view_of(sample(run, frame_times(run, 20.0)))
     assert view.follow == (False, False) and view.half[0] > 4.0
 
 
@@ -339,7 +339,7 @@ def test_forces_are_arrows_and_torques_arcs(run: Run) -> None:
 
 def test_no_arc_or_arrow_is_cut_off(run: Run) -> None:
     frames = sample(run, frame_times(run, 100.0))
-    view = view_of(run.model, frames)
+    view = view_of(frames)
     for stroke in strokes(run.model, frames, 1.0):
         for k, poses in enumerate(frames.poses):
             assert np.all(np.abs(stroke.corners(poses) - view.centre[k]) < view.half), stroke.name
@@ -362,5 +362,5 @@ def test_the_view_of_a_disc_is_that_of_its_rim(workshop: Workshop) -> None:
     until = 1
     """
     run = simulate(workshop.model(text))
-    view = view_of(run.model, sample(run, frame_times(run, 20.0)))
+    view = view_of(sample(run, frame_times(run, 20.0)))
     assert np.allclose(view.half, 1.12 * np.array([1.5, 0.5])) and np.allclose(view.centre[0], [1.0, 0.5])

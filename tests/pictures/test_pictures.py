@@ -63,7 +63,7 @@ def test_of_very_many_impacts_the_largest_are_shown(run: Run) -> None:
 
 def test_view_is_still_for_small_motions_and_holds_all_of_them(run: Run) -> None:
     frames = sample(run, frame_times(run, 60))
-    view = view_of(run.model, frames)
+    view = view_of(frames)
     assert view.follow == (False, False) and np.ptp(view.centre, axis=0) == pytest.approx([0, 0])
     assert np.all(np.abs(frames.joints - view.centre[:, None]) < view.half)
     assert view.size == pytest.approx(2.0, rel=0.03)
@@ -72,7 +72,7 @@ def test_view_is_still_for_small_motions_and_holds_all_of_them(run: Run) -> None
 def test_view_follows_long_motions_along_their_axis_only() -> None:
     run = bouncing(drift=12.0)
     frames = sample(run, frame_times(run, 60))
-    view = view_of(run.model, frames)
+    view = view_of(frames)
     assert view.follow == (True, False) and view.half[0] < 2.0
     assert view.centre[-1, 0] - view.centre[0, 0] == pytest.approx(12.0 * 1.25, rel=1e-9)
     assert np.all(np.abs(frames.joints - view.centre[:, None]) < view.half)

@@ -95,7 +95,7 @@ def test_the_view_holds_the_discs(rolling: Run) -> None:
     (disc,) = model_of(rolling).discs
     assert (disc.link, disc.radius, disc.centre.tolist()) == (0, RADIUS, [0.0, 0.0])
     frames = sample(rolling, np.linspace(0.0, 1.0, 5))
-    view = view_of(rolling.model, frames)
+    view = view_of(frames)
     assert np.all(np.abs(frames.poses[:, 0, :2] - view.centre) + RADIUS < view.half)
 
 
