@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ..model.model import Model
-from ..record.outputs import units_of, values_of
+from ..record.motion_at_rows import motion_at_rows
 from ..record.record import Record
 
 MET = 1e-9
@@ -16,9 +16,11 @@ MET = 1e-9
 
 def meetings(run: Record, model: Model) -> Iterator[tuple[str, float]]:
     """Per spring with a length at rest whose ends meet in the run, its name and the first time (s) at which they do."""
-    known = units_of(model)
-    names = [name for name in model.parameters if name.endswith(".length") and name in known]
-    for name, lengths in values_of(run, names).items():
-        met = np.flatnonzero(lengths <= MET * lengths.max())
+    lengths = [k for k, (name, _) in enumerate(model.told) if name.endswith(".length") and name in model.parameters]
+    if not lengths:  # the forces of all rows are found for them
+        return
+    told = motion_at_rows(run).told
+    for k in lengths:
+        met = np.flatnonzero(told[:, k] <= MET * told[:, k].max())
         if len(met):
-            yield name.removesuffix(".length"), float(run.t[met[0]])
+            yield model.told[k][0].removesuffix(".length"), float(run.t[met[0]])
