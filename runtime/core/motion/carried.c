@@ -28,6 +28,7 @@ struct sweeping_step {
 /* Arrays of some columns: [coordinates][side][NODES] */
 struct sweeping_room {
     double *right, *w, *next; /* [n] what does not change; accelerations, and those of the next sweep */
+    double *kept;             /* [n] accelerations of columns that are done */
     double *place;            /* [2 acting] places, and then rates */
 };
 
@@ -73,17 +74,13 @@ static void prepare(const struct collocation *g, const struct carrying *step, st
     }
 }
 
-/* Whether sweeps are done: 1; -1 where they lead nowhere; 0 where they go on */
-static int done(int side, const double *change, const double *before, const double *size)
+/* Whether the sweeps of a column are done: 1; -1 where they lead nowhere; 0 where they go on */
+static int done(double change, double before, double size)
 {
-    int all = 1;
-    for (int l = 0; l < side; l++) {
-        if (!isfinite(change[l] + size[l]))
-            return -1;
-        const int stands = change[l] <= STANDS * CARRIED_CHANGE * size[l] && change[l] >= 0.5 * before[l];
-        all &= change[l] <= CARRIED_CHANGE * size[l] || stands;
-    }
-    return all;
+    if (!isfinite(change + size))
+        return -1;
+    const int stands = change <= STANDS * CARRIED_CHANGE * size && change >= 0.5 * before;
+    return change <= CARRIED_CHANGE * size || stands;
 }
 
 /* The functions that take most of the time, by the length of vectors: of any processor, and longer ones that are asked for while the
@@ -150,7 +147,7 @@ int carry(const struct collocation *g, const struct carrying *step, int columns,
 
 size_t carry_room(const struct carrying *step, int columns)
 {
-    const size_t n = step->n, sweeps = 5 * n * MOST * NODES;
+    const size_t n = step->n, sweeps = 6 * n * MOST * NODES;
     size_t most = 2 * n > sweeps ? 2 * n : sweeps;
     for (int k = 0; k < step->count; k++) {
         const size_t missed = (size_t)step->rows[k] * columns;

@@ -96,34 +96,38 @@ static INLINE void NAMED(largest)(int side, int count, const double *x, const do
     }
 }
 
-/* w = right + J integrals of w of the coordinates that act; 0 where sweeps do not find it */
+/* kept = right + J integrals of it, of the coordinates that act; 0 where sweeps do not find it. Each column ends when it is done: what is found
+ * does not depend on the columns beside it. */
 static INLINE int NAMED(sweep)(int side, const struct sweeping_step *s, struct sweeping_room *r)
 {
-    const int m = s->acting;
-    double change[GROUP], before[GROUP], most[GROUP], size[GROUP];
+    const int m = s->acting, size = side * NODES;
+    double change[GROUP], before[GROUP], most[GROUP], sizes[GROUP];
+    int left = side, ended[GROUP] = {0};
     NAMED(largest)(side, m, r->right, NULL, most);
     for (int l = 0; l < side; l++)
         before[l] = INFINITY;
-    memcpy(r->w, r->right, (size_t)m * side * NODES * sizeof *r->w);
-    for (int k = 0, state = 0; k < SWEEPS; k++) {
+    memcpy(r->w, r->right, (size_t)m * size * sizeof *r->w);
+    for (int k = 0; k < SWEEPS && left; k++) {
         NAMED(integrate)(side, s, r->w, r->place);
         NAMED(multiply)(side, s, 0, m, r->right, r->place, r->next);
         NAMED(largest)(side, m, r->next, r->w, change);
-        NAMED(largest)(side, m, r->next, NULL, size);
+        NAMED(largest)(side, m, r->next, NULL, sizes);
         double *found = r->next;
         r->next = r->w;
         r->w = found;
-        state = done(side, change, before, size);
         for (int l = 0; l < side; l++) {
-            most[l] = fmax(most[l], size[l]);
+            const int state = ended[l] ? 0 : done(change[l], before[l], sizes[l]);
+            most[l] = fmax(most[l], sizes[l]);
             before[l] = change[l];
-            if (state > 0 && most[l] > GROWS * size[l])
+            if (state < 0 || (state > 0 && most[l] > GROWS * sizes[l]))
                 return 0;
+            for (int i = 0; i < m && state > 0; i++)
+                memcpy(r->kept + i * size + l * NODES, found + i * size + l * NODES, NODES * sizeof *found);
+            ended[l] |= state;
+            left -= state;
         }
-        if (state)
-            return state > 0;
     }
-    return 0;
+    return !left;
 }
 
 /* What accelerations at the nodes are by the differences at the start of the step and by arguments. `whole` has rows of `columns`. */
@@ -175,16 +179,19 @@ static INLINE void NAMED(end)(int side, const struct sweeping_step *s, int colum
 static INLINE int NAMED(carry_some)(int side, const struct sweeping_step *s, int columns, double *whole, double *room)
 {
     const int n = s->of->n, m = s->acting, size = side * NODES;
-    struct sweeping_room r = {
-        .right = room, .w = room + n * size, .next = room + 2 * n * size, .place = room + 3 * n * size};
+    struct sweeping_room r = {.right = room,
+                              .w = room + n * size,
+                              .next = room + 2 * n * size,
+                              .kept = room + 3 * n * size,
+                              .place = room + 4 * n * size};
     NAMED(begin)(side, s, columns, whole, &r);
     if (!NAMED(sweep)(side, s, &r))
         return 0;
     if (m < n) {
-        NAMED(integrate)(side, s, r.w, r.place);
-        NAMED(multiply)(side, s, m, n, r.right, r.place, r.w);
+        NAMED(integrate)(side, s, r.kept, r.place);
+        NAMED(multiply)(side, s, m, n, r.right, r.place, r.kept);
     }
-    NAMED(end)(side, s, columns, whole, r.w);
+    NAMED(end)(side, s, columns, whole, r.kept);
     return 1;
 }
 
