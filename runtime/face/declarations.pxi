@@ -116,7 +116,6 @@ cdef extern from *:
     int free_motions(system *s, const real *q, real *motions) nogil
     const real RANK_TOLERANCE
     struct collocation:
-        int stages
         const real *c
         const real *b
         const real *twice_b
@@ -131,8 +130,9 @@ cdef extern from *:
         const real *pull[2]
         const real *moves[2]
     enum:
-        COLUMNS
-    int carry(const collocation *g, const carrying *step, int side, real *whole, real *room) nogil
+        NODES
+    int carry(const collocation *g, const carrying *step, int columns, real *whole, real *room) nogil
+    size_t carry_room(const carrying *step, int columns) nogil
     int invert_sure(int n, const real *W, real sure, real *inverse, real *scratch) nogil
     bint numbers_within "all_within"(size_t n, const real *x, real limit) nogil
     bint numbers_finite "all_finite"(size_t n, const real *x) nogil

@@ -11,6 +11,14 @@ cdef void take_columns(const real *tangents, Py_ssize_t rows, Py_ssize_t every, 
             out[i * count + j] = column[i * lanes]
 
 
+@cython.final
+cdef class _Zeros:
+    """As many as an argument that does not move has wanted until now."""
+
+    cdef const real[::1] values
+    cdef Py_ssize_t count
+
+
 cdef class Differentiating(Contacting):
     """A model's kernels and their derivatives."""
 
@@ -32,14 +40,27 @@ cdef class Differentiating(Contacting):
     cdef const real *_given_directions(self, dict by, str name, int blocks, int size, list kept) except NULL:
         """Directions (blocks, size, lanes) in an argument; zeros where there are none."""
         cdef const real[:, :, ::1] given
+        cdef const real[::1] none
         value = by.get(name)
-        if value is None:
-            value = zeros((blocks, size, self.m.derivatives.lanes))
-        if value.shape != (blocks, size, self.m.derivatives.lanes):
+        if value is None or not size or not blocks:
+            none = self._no_directions(blocks, size, kept)
+            return &none[0]
+        given = value
+        if given.shape[0] != blocks or given.shape[1] != size or given.shape[2] != self.m.derivatives.lanes:
             raise ValueError(f"found directions {value.shape} in {name}, expected {blocks}, {size}, {self.directions}")
-        given = value if value.size else zeros((1, 1, 1))
-        kept.append(given)
+        kept.append(value)
         return &given[0, 0, 0]
+
+    cdef const real[::1] _no_directions(self, int blocks, int size, list kept):
+        """Zeros for as many directions, the same for all arguments that want no more."""
+        cdef Py_ssize_t wanted = max(blocks * size * self.m.derivatives.lanes, 1)
+        if not kept or not isinstance(kept[0], _Zeros):
+            kept.insert(0, _Zeros())
+        cdef _Zeros found = kept[0]
+        if found.count < wanted:
+            found.values, found.count = zeros(wanted), wanted
+            kept.append(found.values)
+        return found.values
 
     cdef directions _along(self, dict by, int blocks, list kept) except *:
         """Directions by argument: the first block and an array of blocks (count, size, lanes). With t come inputs."""
@@ -277,50 +298,40 @@ cdef class Carried:
     cdef const real[::1] h, c, b, twice_b
     cdef const real[:, ::1] A, twice
     cdef const real[:, :, :, ::1] J
-    cdef list pulls, moves, firsts
+    cdef const real[:, :, ::1] pull_0, pull_1, moves_0, moves_1
+    cdef collocation g
+    cdef carrying step
 
     def __init__(self, h, tableau, J, back):
         self.h, self.J = h, J
         self.c, self.b, self.twice_b, self.A, self.twice = tableau
-        self.firsts = [first for first, _, _ in back]
-        self.pulls = [np.ascontiguousarray(pull) for _, pull, _ in back]
-        self.moves = [np.ascontiguousarray(moves) for _, _, moves in back]
-
-    @staticmethod
-    def taken(Py_ssize_t columns):
-        """As how many columns so many are carried: one by itself, others in whole groups."""
-        return columns if columns <= 1 else (columns + COLUMNS - 1) // COLUMNS * COLUMNS
-
-    def through(self, Py_ssize_t number, const real[:, ::1] whole):
-        """What differences ``whole`` (width, columns) of the state and the arguments before a step are of the state behind it,
-        (2 n, columns); None where sweeps do not contract."""
-        cdef collocation g
-        cdef carrying step
-        cdef Py_ssize_t i, l, first, column, n = self.J.shape[2], width = self.J.shape[3]
-        cdef const real[:, :, ::1] pull, moves
-        g.stages, g.c, g.b, g.twice_b = self.c.shape[0], &self.c[0], &self.b[0], &self.twice_b[0]
-        g.A, g.twice = &self.A[0, 0], &self.twice[0, 0]
-        step.n, step.width, step.count, step.h, step.J = n, width, 0, self.h[number], &self.J[number, 0, 0, 0]
-        for i in range(len(self.firsts)):
-            pull, moves = self.pulls[i], self.moves[i]
+        if self.c.shape[0] != NODES:
+            raise ValueError(f"found {self.c.shape[0]} nodes, expected {NODES}")
+        self.g.c, self.g.b, self.g.twice_b = &self.c[0], &self.b[0], &self.twice_b[0]
+        self.g.A, self.g.twice = &self.A[0, 0], &self.twice[0, 0]
+        self.step.n, self.step.width, self.step.count = self.J.shape[2], self.J.shape[3], 0
+        for first, pull, moves in back:
             if not pull.shape[2]:
                 continue
-            step.first[step.count], step.rows[step.count] = self.firsts[i], pull.shape[2]
-            step.pull[step.count], step.moves[step.count] = &pull[number, 0, 0], &moves[number, 0, 0]
-            step.count += 1
-        cdef int side = COLUMNS if whole.shape[1] > 1 else 1
-        found = empty((2 * n, whole.shape[1]))
-        cdef real[:, ::1] out = found
-        cdef real[::1] some = zeros(width * side), room = empty((5 * g.stages * n + width) * side)
-        for first in range(0, whole.shape[1], side):
-            for l in range(side):
-                column = min(first + l, whole.shape[1] - 1)
-                for i in range(width):
-                    some[i * side + l] = whole[i, column]
-            if not carry(&g, &step, side, &some[0], &room[0]):
+            if self.step.count:
+                self.pull_1, self.moves_1 = np.ascontiguousarray(pull), np.ascontiguousarray(moves)
+            else:
+                self.pull_0, self.moves_0 = np.ascontiguousarray(pull), np.ascontiguousarray(moves)
+            self.step.first[self.step.count], self.step.rows[self.step.count] = first, pull.shape[2]
+            self.step.count += 1
+
+    def through(self, Py_ssize_t number, const real[:, ::1] whole, Py_ssize_t count=1):
+        """What differences ``whole`` (width, columns) of the state and the arguments before a step are of the state behind
+        ``count`` steps from it on, (2 n, columns); None where sweeps do not contract."""
+        cdef Py_ssize_t i, j, columns = whole.shape[1], states = 2 * self.J.shape[2]
+        cdef real[:, ::1] some = np.array(whole)
+        cdef real[::1] room = empty(carry_room(&self.step, columns))
+        for i in range(number, number + count if columns else number):
+            self.step.h, self.step.J = self.h[i], &self.J[i, 0, 0, 0]
+            if self.step.count > 0:
+                self.step.pull[0], self.step.moves[0] = &self.pull_0[i, 0, 0], &self.moves_0[i, 0, 0]
+            if self.step.count > 1:
+                self.step.pull[1], self.step.moves[1] = &self.pull_1[i, 0, 0], &self.moves_1[i, 0, 0]
+            if not carry(&self.g, &self.step, columns, &some[0, 0], &room[0]):
                 return None
-            for l in range(side):
-                column = min(first + l, whole.shape[1] - 1)
-                for i in range(2 * n):
-                    out[i, column] = some[i * side + l]
-        return found
+        return np.asarray(some)[:states]

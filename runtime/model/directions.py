@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, DTypeLike
 
 from ..arrays import FloatArray, IntArray
 from ..faults import Faults
@@ -16,6 +16,9 @@ from .numbers import read_numbers
 
 Wrt = str | Sequence[str] | Mapping[str, ArrayLike]
 """What derivatives are by: names, each with all its entries one by one, or directions in them by name."""
+
+STATE = ("q", "u")
+"""What runs are derived by where no argument moves."""
 
 GROUPS = ("q", "u", "k", "t")
 """Arguments with blocks of their own; with t come the inputs."""
@@ -74,6 +77,8 @@ def directions_of(model: Compiled, wrt: Wrt) -> Directions:
     if isinstance(wrt, Mapping):
         return _mixed(model, wrt)
     names = (wrt,) if isinstance(wrt, str) else tuple(wrt)
+    if names == STATE:
+        return _of_state(model.kernels.directions, len(model.q_names), model.core.REAL)
     places, faults = list[tuple[str, int]](), Faults()
     for name in names:
         with faults.collecting():
@@ -91,6 +96,14 @@ def directions_of(model: Compiled, wrt: Wrt) -> Directions:
             _append(model, found, {group: matrices}, len(own))
     found.columns = [where[place] for place in places]
     return found
+
+
+@cache
+def _of_state(lanes: int, n: int, kind: DTypeLike) -> Directions:
+    """Those in q and u, the same for all models with as many coordinates."""
+    blocks, units = -(-n // lanes), _packed(np.eye(n, dtype=kind), lanes)
+    units.flags.writeable, first = False, blocks * lanes
+    return Directions(lanes, 2 * blocks, {"q": (0, units), "u": (blocks, units)}, [*range(n), *range(first, first + n)])
 
 
 def _mixed(model: Compiled, given: Mapping[str, ArrayLike]) -> Directions:

@@ -103,6 +103,17 @@ def _starts(
     return [model.project(*one) for one in zip(q, u, strict=True)]
 
 
+def _step(a_map: Map, crossed: Crossed) -> FloatArray:
+    """Newton's step (2 n,) of least size. Rows are differences of what directions become along the motion and these
+    directions: where all of a row is rounding of them, as of motions of any speed that have one period, no step is
+    known."""
+    size = float(np.linalg.norm(crossed.basis / a_map.units[:, None], 2))
+    left, values, right = np.linalg.svd(crossed.moves, full_matrices=False)
+    known = values > RANK * max(float(values.max(initial=0.0)), size)
+    found = right[known].T @ ((left[:, known].T @ -crossed.rest) / values[known])
+    return np.asarray(crossed.basis @ found)
+
+
 def _converged(a_map: Map, start: tuple[FloatArray, FloatArray], tolerance: float, most: int) -> Orbit:
     """Newton's method until what is missed no longer becomes less."""
     best: tuple[float, Crossed] | None = None
@@ -117,7 +128,7 @@ def _converged(a_map: Map, start: tuple[FloatArray, FloatArray], tolerance: floa
             best = missed, crossed
         if missed == 0.0:
             break
-        change = crossed.basis @ np.linalg.lstsq(crossed.moves, -crossed.rest, rcond=RANK)[0]
+        change = _step(a_map, crossed)
         n = len(crossed.q)
         with trying(a_map.model, step + 1, guess, (crossed.q + change[:n], crossed.u + change[n:])):
             q, u = a_map.moved(crossed, change)

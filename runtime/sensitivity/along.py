@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -156,9 +157,10 @@ def along(run: Record, model: Model, moving: Moving, S: FloatArray, times: Seque
     """What a run makes of small differences that begin with S (2 n, columns), with stops at ``times`` that grow, under
     the inputs that are set. Where they only go ``forward`` and are few, no matrices are formed of its steps."""
     pieces, joints = _pieces(run, times)
-    refuse_parted(run, model, moving, _as_steps(pieces))
+    every = _as_steps(pieces)
+    refuse_parted(run, model, moving, every)
     sweeps = forward and few(S.shape[1], len(pieces), moving)
-    steps = _steps(run, model, moving, pieces, sweeps)
+    steps = _steps(run, model, moving, [one.held for one in pieces], every, sweeps)
     parts, stops = list[Part | Swept](), list[Stop]()
     wanted = list(times)
     if pieces:
@@ -194,11 +196,19 @@ def carried(
     states, found, passed = len(S), list[FloatArray](), list[Passed]()
     whole = np.vstack([S, moving.along])
     behind = [stop.behind for stop in course.stops]
-    for number in range(len(course.parts) + 1):
+    number, last = 0, len(course.parts)
+    while True:
         found += [whole[:states].copy()] * behind.count(number)
-        if number == len(course.parts):
+        if number == last:
             break
         part = course.parts[number]
+        if isinstance(part, Swept):
+            until = next((stop for stop in behind if stop > number), last)
+            count = part.alike(course.parts[number:until])
+            whole[:states] = part.through(whole, count)
+            number += count
+            continue
+        number += 1
         try:
             for check in part.checks:
                 check(whole)
@@ -221,21 +231,22 @@ def _pieces(run: Record, times: Sequence[float]) -> tuple[list[Piece], dict[floa
         joints.setdefault(impact.t, []).append(impact)
     changes = _held(run)
     pieces: list[Piece] = []
-    inner = [t for t in times if run.t[0] < t < run.t[-1] and t not in run.t]
+    rows, states = run.t.tolist(), list(zip(run.q, run.u, strict=True))
+    known = set(rows)
+    inner = [t for t in times if rows[0] < t < rows[-1] and t not in known]
     number = 0
-    for row in range(len(run.t) - 1):
-        t0, t1 = float(run.t[row]), float(run.t[row + 1])
+    for row, (t0, t1) in enumerate(pairwise(rows)):
         if t1 <= t0:
             continue
         while number < len(changes) and changes[number][0] <= t0:
             number += 1
         held: Held = changes[number - 1][1] if number else ()
-        marks = [t0, *(t for t in inner if t0 < t < t1), t1]
-        states = [(run.q[row], run.u[row]), *(run.at(t) for t in marks[1:-1]), (run.q[row + 1], run.u[row + 1])]
-        pieces += [
-            Piece(a, b - a, one, other, held)
-            for a, b, one, other in zip(marks, marks[1:], states, states[1:], strict=False)
-        ]
+        between = [t for t in inner if t0 < t < t1]
+        marks = [*zip(between, map(run.at, between), strict=True), (t1, states[row + 1])]
+        before, start = t0, states[row]
+        for t, end in marks:
+            pieces.append(Piece(before, t - before, start, end, held))
+            before, start = t, end
     return pieces, {t: tuple(found) for t, found in joints.items()}
 
 
@@ -248,16 +259,18 @@ def _as_steps(pieces: Sequence[Piece]) -> Steps:
     )
 
 
-def _steps(run: Record, model: Model, moving: Moving, pieces: Sequence[Piece], sweeps: bool) -> list[Part | Swept]:
-    """What each piece makes of differences, by ``sweeps`` or as matrices; all that are held alike at once."""
+def _steps(
+    run: Record, model: Model, moving: Moving, helds: Sequence[Held], every: Steps, sweeps: bool
+) -> list[Part | Swept]:
+    """What each step makes of differences with what is held on it, by ``sweeps`` or as matrices; all that are held
+    alike at once."""
     tolerance = getattr(run.advance, "tolerances", (0.0, 0.0))
     groups: dict[tuple[tuple[int, str, float], ...], list[int]] = {}
-    for k, piece in enumerate(pieces):
-        groups.setdefault(tuple(tuple(one) for one in piece.held), []).append(k)  # type: ignore[misc]
+    for k, one in enumerate(helds):
+        groups.setdefault(tuple(tuple(contact) for contact in one), []).append(k)  # type: ignore[misc]
     found: dict[int, Part | Swept] = {}
     for held, which in groups.items():
-        some = [pieces[k] for k in which]
-        steps = _as_steps(some)
+        steps = every.some(which) if len(groups) > 1 else every
         projected = (model.rows and run.drift == "projected") or held
         shut = shutting_of(model, moving, held, steps.t + steps.h, steps.q1, steps.u1) if projected else None
         if sweeps and not (shut is not None and shut.unsure.size):
@@ -265,7 +278,7 @@ def _steps(run: Record, model: Model, moving: Moving, pieces: Sequence[Piece], s
         else:
             parts = _matrices(model, moving, held, steps, tolerance, shut)
         found |= dict(zip(which, parts, strict=True))
-    return [found[k] for k in range(len(pieces))]
+    return [found[k] for k in range(len(helds))]
 
 
 def _matrices(
@@ -284,11 +297,12 @@ def _swept(
 ) -> list[Part | Swept]:
     """Steps by sweeps; those that have to be halved as matrices."""
     stages, missed = motion_along(model, held, steps, tolerance)
+    if not missed.any():
+        return list(swept(model, moving, held, steps, stages, shut))
     good, others = np.flatnonzero(~missed), np.flatnonzero(missed)
     of = [shut.some(which) if shut is not None else None for which in (good, others)]
     parts = list[Part | Swept](swept(model, moving, held, steps.some(good), stages[good], of[0]))
-    if others.size:
-        parts += _matrices(model, moving, held, steps.some(others), tolerance, of[1])
+    parts += _matrices(model, moving, held, steps.some(others), tolerance, of[1])
     return [parts[place] for place in np.argsort(np.concatenate([good, others]))]
 
 

@@ -89,8 +89,8 @@ class Places:
         model, along = self.model, self.moving.directions
         given = along.whole()
         for name in BY:
-            if name not in by and name in given:
-                given[name] = along.zeros[name]
+            if name not in by:
+                given.pop(name, None)
         b, n = self.q.shape
         held = np.zeros((b, len(model.rows) + 1))
         if multipliers is not None:

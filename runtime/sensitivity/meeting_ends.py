@@ -9,7 +9,7 @@ import numpy as np
 from ..arrays import FloatArray, IntArray
 from ..model.model import Model
 from ..model.part import Part
-from ..record.outputs import units_of, values_of
+from ..record.motion_at_rows import motion_at_rows
 from ..record.record import Record
 
 MET = 1e-9
@@ -28,13 +28,13 @@ def meetings(run: Record, model: Model) -> Iterator[tuple[str, float, str]]:
     directions over distances, and of ends a distance r apart a direction is known to rounding of places over r. Where
     the direction is that of a guide it is known, as is that derivative.
     """
-    known = units_of(model)
-    names = [name for name in model.parameters if name.endswith(".length") and name in known]
-    for name, lengths in values_of(run, names).items():
-        met = _met(model, lengths)
+    lengths = [k for k, (name, _) in enumerate(model.told) if name.endswith(".length") and name in model.parameters]
+    told = motion_at_rows(run).told if lengths else np.zeros((0, 0))  # the forces of all rows are found for them
+    for k in lengths:
+        met = _met(model, told[:, k])
         if len(met):
             why = "its force jumps there, at an instant that is not differentiated"
-            yield name.removesuffix(".length"), float(run.t[met[0]]), why
+            yield model.told[k][0].removesuffix(".length"), float(run.t[met[0]]), why
     for part in model.parts:
         if part.kind == "damper":
             met = _met(model, np.hypot(*_reach(model, part, run.q).T))

@@ -49,8 +49,8 @@ def shutting_of(model: Model, moving: Moving, held: Held, t: FloatArray, q: Floa
     free, drives = np.diag(model.coordinate_units), drive_rows(model)
     if len(drives):  # driven joints stay where they are
         free = free @ (np.eye(n) - np.linalg.pinv(drives) @ drives)
-    pulls = _inverted(R @ free), _inverted(Rs @ free)
-    back = (0, free @ pulls[0], places), (n, free @ pulls[1], rates)
+    pull = free @ _inverted(R @ free)
+    back = (0, pull, places), (n, pull if Rs is R else free @ _inverted(Rs @ free), rates)
     return Shutting(at, back, Rs, rates, np.flatnonzero(~well(Rs @ Rs.transpose(0, 2, 1))))
 
 

@@ -111,8 +111,10 @@ def _rates(
         wanted = np.vstack([_speeds_move(at), -bent]) - R @ (pulled + toward)
         return np.asarray(toward + pulled + np.linalg.pinv(R, rcond=1e-12) @ wanted)
     jump = np.ascontiguousarray(u - u_given)
-    _, Lambda, _ = model.kernels.impulse(at.q[None], np.zeros((1, n)), np.append(at.closure_rows @ jump, 0.0)[None])
-    held = at.tangent("jump", n + rows, jump, ("q", "k"), multipliers=Lambda[0])[:n] @ whole
+    held = np.zeros((n, whole.shape[1]))
+    if jump.any():  # else no impulse has put it onto the closure
+        _, Lambda, _ = model.kernels.impulse(at.q[None], np.zeros((1, n)), np.append(at.closure_rows @ jump, 0.0)[None])
+        held = at.tangent("jump", n + rows, jump, ("q", "k"), multipliers=Lambda[0])[:n] @ whole
     return np.asarray(toward + at.response(held, -bent - at.closure_rows @ toward))
 
 

@@ -221,13 +221,10 @@ def _meets(model: Model, steps: Steps, q: FloatArray, u: FloatArray, tolerance: 
     rtol, atol = tolerance
     rtol, atol = (max(MISSED * x, ROUNDED) for x in (rtol, atol)) if rtol else (UNKNOWN, UNKNOWN)
     unit = model.coordinate_units
-    span = np.max(np.abs(steps.q1 - steps.q) / unit, axis=1)
-    speed = np.max(np.maximum(np.abs(steps.u1), np.abs(steps.u)) / unit, axis=1)
-    per = characteristic_time(model)
-    place = np.max(np.abs(q - steps.q1) / unit, axis=1)
-    rate = np.max(np.abs(u - steps.u1) / unit, axis=1)
-    size = np.max(np.abs(steps.q1) / unit, axis=1) + span
-    return (place <= atol + rtol * size) & (rate <= atol / per + rtol * speed)
+    parts = np.array([q - steps.q1, u - steps.u1, steps.q1, steps.q1 - steps.q, steps.u, steps.u1])
+    place, rate, far, span, before, after = (np.abs(parts) / unit).max(axis=2)
+    allowed = atol + rtol * (far + span), atol / characteristic_time(model) + rtol * np.maximum(before, after)
+    return (place <= allowed[0]) & (rate <= allowed[1])
 
 
 def linear(model: Model, moving: Moving, held: Held, steps: Steps, W: FloatArray) -> FloatArray:

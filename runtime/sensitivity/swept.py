@@ -21,9 +21,9 @@ from .passing import Check, Instant, Passed
 from .shutting import Shutting
 from .steps import Steps, along_nodes, gauss, linear
 
-FEW = 0.5
-"""Columns by coordinates: with half as many columns as coordinates, sweeps take nine tenths of the time of elimination
-for 8 coordinates, and as long for 14. Columns count as they are carried, in groups."""
+FEW = 1.5
+"""Columns by coordinates: with so many, sweeps in vectors of four numbers take half of the time of elimination for 8
+coordinates, and four fifths for 14; with twice as many columns as coordinates they take as long for 14."""
 
 ROOM = 2**23
 """Numbers at most that the derivatives along the steps of a run may be; they are all in memory at one time."""
@@ -59,10 +59,24 @@ class Swept:
         found = linear(one.model, one.moving, one.held, one.steps.some(which), one.W[which])
         return np.asarray((one.shutting.some(which).behind(found) if one.shutting is not None else found)[0])
 
-    def through(self, whole: FloatArray) -> FloatArray:
-        """Differences (2 n, columns) behind the step, of those (D, columns) before it."""
-        found = self.sweeps.carried.through(self.number, whole)
-        return np.asarray(self.matrix @ whole) if found is None else found
+    def alike(self, parts: Sequence[object]) -> int:
+        """How many of the ``parts`` that begin with this one are steps of the same sweeps, one after the other."""
+        for k, part in enumerate(parts):
+            if not (isinstance(part, Swept) and part.sweeps is self.sweeps and part.number == self.number + k):
+                return k
+        return len(parts)
+
+    def through(self, whole: FloatArray, count: int = 1) -> FloatArray:
+        """Differences (2 n, columns) behind ``count`` steps from this one on, of those (D, columns) before it."""
+        found = self.sweeps.carried.through(self.number, whole, count)
+        if found is not None:
+            return found
+        if count == 1:  # sweeps do not contract
+            return np.asarray(self.matrix @ whole)
+        whole, states = whole.copy(), self.sweeps.moving.states
+        for number in range(self.number, self.number + count):
+            whole[:states] = Swept(self.sweeps, number).through(whole)
+        return whole[:states]
 
 
 def swept(
@@ -79,4 +93,4 @@ def swept(
 def few(columns: int, steps: int, moving: Moving) -> bool:
     """Whether so many columns are few enough to sweep through the steps of a run."""
     n, D = moving.states // 2, len(moving.directions.columns)
-    return Carried.taken(columns) <= FEW * n and steps * len(gauss().c) * n * D <= ROOM
+    return columns <= FEW * n and steps * len(gauss().c) * n * D <= ROOM

@@ -30,11 +30,13 @@ TIMES = "impact_times"
 def check_outputs(model: Model, outputs: Sequence[Output]) -> None:
     """Raise ``ValueError`` for outputs that are none, have no derivatives, or the same name as others, by which they
     are told, with all that is wrong."""
-    places, faults, names = places_of(model), Faults(), [label(one) for one in outputs]
+    faults, names = Faults(), [label(one) for one in outputs]
     for name in dict.fromkeys(name for name in names if names.count(name) > 1):
         faults.add(f"outputs: found {name} {names.count(name)} times, expected names that differ")
-    for one in outputs:
-        if not callable(one) and one not in (*WHOLE, TIMES) and one not in places:
+    named = [one for one in outputs if not callable(one) and one not in (*WHOLE, TIMES)]
+    places = places_of(model) if named else {}
+    for one in named:
+        if one not in places:
             near = ", ".join(list(places)[:12])
             faults.add(
                 f"outputs: found {one!r}, expected q, u, impact_times, a function, or one of {near}"

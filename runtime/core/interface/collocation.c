@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "motion/acceleration.h"
+#include "motion/lanes.h"
 
 /* States at the nodes, and room for what `held_forces` tells beside their accelerations */
 struct room {
@@ -118,23 +119,104 @@ static double largest(size_t count, const double *x, const double *less)
     return isfinite(sum) ? found : NAN;
 }
 
-/* Sweep from W until nothing changes but by rounding */
+/* What all nodes take with the model's own functions over lanes: value i of node j at [i * stages + j], or, of a block of as many nodes
+ * as there are lanes, at [i * lanes + l] */
+struct lanes {
+    double *w, *next;          /* [n][stages] accelerations, and those of the next sweep */
+    double *once, *twice, *c;  /* [blocks][stages][lanes] h A and its square, [stages] nodes */
+    double *slope, *none;      /* [n] h u, and zeros */
+    double *t, *q, *u, *u_dot; /* [lanes], [n][lanes] */
+    double *scratch;
+};
+
+/* Whether the functions over lanes have all that acts, and nodes fill them */
+static int fills_lanes(const struct system *s, struct held held, int stages)
+{
+    const struct ccgen_model *m = s->model;
+    return !held.count && m->lanes > 1 && stages % m->lanes == 0 && m->stages && !s->refine && !m->switches;
+}
+
+static int take_lanes(struct system *s, const struct tableau *g, const struct stride *step, const double *W,
+                      struct lanes *r)
+{
+    const size_t n = s->n, stages = g->stages, lanes = s->model->lanes, h_blocks = stages * stages;
+    struct arena *arena = s->arena;
+    *r = (struct lanes){.w = TAKE(arena, double, (n * stages)),
+                        .next = TAKE(arena, double, (n * stages)),
+                        .once = TAKE(arena, double, h_blocks),
+                        .twice = TAKE(arena, double, h_blocks),
+                        .c = TAKE(arena, double, stages),
+                        .slope = TAKE(arena, double, n),
+                        .none = TAKE_ZEROS(arena, double, n),
+                        .t = TAKE(arena, double, lanes),
+                        .q = TAKE(arena, double, (n * lanes)),
+                        .u = TAKE(arena, double, (n * lanes)),
+                        .u_dot = TAKE(arena, double, (n * lanes)),
+                        .scratch = TAKE(arena, double, lanes_scratch(s))};
+    if (arena->ran_out)
+        return 0;
+    memcpy(r->c, g->c, stages * sizeof *r->c);
+    for (size_t i = 0; i < n; i++) {
+        r->slope[i] = step->h * step->u[i];
+        for (size_t j = 0; j < stages; j++)
+            r->w[i * stages + j] = W[j * n + i];
+    }
+    for (size_t j = 0; j < stages; j++)
+        for (size_t k = 0; k < stages; k++) {
+            const size_t at = (k / lanes * stages + j) * lanes + k % lanes;
+            r->once[at] = step->h * g->A[k * stages + j];
+            r->twice[at] = step->h * step->h * g->twice[k * stages + j];
+        }
+    return 1;
+}
+
+/* Accelerations of the next sweep */
+static enum outcome sweep_lanes(struct system *s, int stages, const struct stride *step, struct lanes *r)
+{
+    const struct ccgen_model *m = s->model;
+    const int n = s->n, lanes = m->lanes;
+    enum outcome outcome = OUTCOME_DONE;
+    for (int b = 0; b < stages && !outcome; b += lanes) {
+        double *block = lanes == stages ? r->next : r->u_dot;
+        m->stages(n, stages, step->q, r->slope, r->c + b, r->twice + b * stages, r->w, r->q);
+        m->stages(n, stages, step->u, r->none, r->c + b, r->once + b * stages, r->w, r->u);
+        for (int l = 0; l < lanes; l++)
+            r->t[l] = step->t + step->h * r->c[b + l];
+        outcome = system_acceleration_lanes(s, r->t, r->q, r->u, block, r->scratch);
+        for (int i = 0; i < n && block != r->next; i++)
+            memcpy(r->next + i * stages + b, block + i * lanes, lanes * sizeof *block);
+    }
+    return outcome;
+}
+
+/* Accelerations of the next sweep, state by state or as the kernels take them; they stay away where places are no numbers any more */
+static enum outcome sweep_states(struct system *s, struct held held, const struct tableau *g, const struct stride *step,
+                                 struct room *r, const double *W, double *when)
+{
+    place_nodes(g, step, s->n, W, r);
+    if (isfinite(largest((size_t)g->stages * s->n, r->q, NULL)))
+        return accelerations(s, held, g->stages, r->t, r->q, r->u, r, r->next, when);
+    r->next[0] = NAN;
+    return OUTCOME_DONE;
+}
+
+/* Sweep from W, or from accelerations over lanes where there are, until nothing changes but by rounding */
 static enum outcome sweep(struct system *s, struct held held, const struct tableau *g, struct sweeping end,
-                          const struct stride *step, struct room *r, double *W, int *met, double *when)
+                          const struct stride *step, struct room *r, struct lanes *lanes, double *W, int *met,
+                          double *when)
 {
     const size_t all = (size_t)g->stages * s->n;
+    double *next = lanes ? lanes->next : r->next;
     double size = largest(all, W, NULL), before = INFINITY;
     for (int k = 0; k < end.many; k++) {
-        place_nodes(g, step, s->n, W, r);
-        if (!isfinite(largest(all, r->q, NULL)))
-            return OUTCOME_DONE;
-        const enum outcome outcome = accelerations(s, held, g->stages, r->t, r->q, r->u, r, r->next, when);
+        const enum outcome outcome =
+            lanes ? sweep_lanes(s, g->stages, step, lanes) : sweep_states(s, held, g, step, r, W, when);
         if (outcome)
             return outcome;
-        const double change = largest(all, r->next, W);
+        const double change = largest(all, next, W);
         if (!isfinite(change))
             return OUTCOME_DONE;
-        memcpy(W, r->next, all * sizeof *W);
+        memcpy(W, next, all * sizeof *W);
         size = fmax(size, largest(all, W, NULL));
         const int stands = change <= end.stays * size;
         *met = change <= end.small * size || (stands && change >= 0.5 * before);
@@ -143,6 +225,23 @@ static enum outcome sweep(struct system *s, struct held held, const struct table
         before = change;
     }
     return OUTCOME_DONE;
+}
+
+/* The same over lanes; 0 where they have no accelerations, which states by themselves tell better */
+static int found_in_lanes(struct system *s, struct held held, const struct tableau *g, struct sweeping end,
+                          const struct stride *step, double *W, int *met)
+{
+    const int n = s->n, stages = g->stages;
+    const struct mark mark = s->arena->top;
+    struct lanes lanes;
+    int found = 0;
+    if (fills_lanes(s, held, stages) && take_lanes(s, g, step, W, &lanes))
+        found = !sweep(s, held, g, end, step, NULL, &lanes, lanes.w, met, NULL);
+    for (int j = 0; j < stages && found; j++)
+        for (int i = 0; i < n; i++)
+            W[j * n + i] = lanes.w[i * stages + j];
+    give_back(s->arena, mark);
+    return found;
 }
 
 enum outcome collocate_motion(struct system *s, struct held held, const struct tableau *g, struct sweeping end,
@@ -163,7 +262,8 @@ enum outcome collocate_motion(struct system *s, struct held held, const struct t
         outcome = accelerations(s, held, 1, &until, step->q1, step->u1, &r, at_end, when);
     if (!outcome) {
         guess(g, step, n, at_start, at_end, W);
-        outcome = sweep(s, held, g, end, step, &r, W, met, when);
+        if (!found_in_lanes(s, held, g, end, step, W, met))
+            outcome = sweep(s, held, g, end, step, &r, NULL, W, met, when);
     }
     give_back(s->arena, mark);
     return outcome;

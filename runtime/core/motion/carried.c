@@ -1,166 +1,157 @@
-/* What small differences become along a collocated step (docs/theory, eq. 11.7), some side by side: the equations are linear, and
- * solved by sweeps as those of the motion are. That is less work than to eliminate, as long as there are few of them. */
+/* What small differences become along a collocated step (docs/theory, eq. 11.7): the equations are linear, and solved by sweeps as
+ * those of the motion are. That is less work than to eliminate, as long as there are not many of them.
+ *
+ * The numbers of all nodes lie side by side, and every loop over nodes is a vector: of one difference as of many. */
 #include "motion/carried.h"
 
 #include <math.h>
 #include <string.h>
 
-#include "algebra/dot.h"
 #include "base/tolerances.h"
 
-enum { SWEEPS = 40 };
+enum { SWEEPS = 40, MOST = 8 };   /* sweeps, and columns that go through a step side by side, at most */
 static const double STANDS = 1e3; /* times that: what does not fall any more is rounding; else it does not contract */
 static const double GROWS = 8.0;  /* times the solution: sweeps that go further on their way lose more than a digit */
 
-/* Arrays of differences have `side` of them side by side, a number that the compiler knows: the loops over it are vectors. */
-#define INLINE inline __attribute__((always_inline))
+/* A step with its derivatives by nodes. Coordinates that accelerations depend on, or on whose rates they do, are `acting` and come
+ * first: the others, as the place of what falls freely, feed nothing back, and are found behind the sweeps. */
+struct sweeping_step {
+    const struct carrying *of;
+    int acting;
+    int *order;                   /* [n] coordinates, those that act first */
+    double *J;                    /* [n][2 acting][NODES] */
+    double once[NODES * NODES];   /* [from][to]: what accelerations at a node add to rates, */
+    double twice[NODES * NODES];  /* and to places, at the others */
+    double c[NODES], b[2][NODES]; /* c h; weights of the end of the step, of rates and of places */
+};
 
-/* The largest numbers of x[count][side], or of its differences to `less` */
-static INLINE void largest(int side, size_t count, const double *x, const double *less, double *found)
-{
-    for (int l = 0; l < side; l++)
-        found[l] = 0.0;
-    for (size_t i = 0; i < count; i++)
-        for (int l = 0; l < side; l++) {
-            const double other = less ? less[i * side + l] : 0.0, size = fabs(x[i * side + l] - other);
-            found[l] = size > found[l] ? size : found[l];
-        }
-}
+/* Arrays of some columns: [coordinates][side][NODES] */
+struct sweeping_room {
+    double *right, *w, *next; /* [n] what does not change; accelerations, and those of the next sweep */
+    double *kept;             /* [n] accelerations of columns that are done */
+    double *place;            /* [2 acting] places, and then rates */
+};
 
-/* y[rows][side] = matrix[rows][count] x[count][side], rows of the matrix `stride` apart. Four rows are summed at a time:
- * the terms of one wait for each other, those of different ones do not. */
-static INLINE void multiply(int side, int rows, int count, size_t stride, const double *matrix, const double *x,
-                            double *y)
-{
-    int i = 0;
-    for (; i + 4 <= rows && side > 1; i += 4) {
-        const double *m0 = matrix + i * stride, *m1 = m0 + stride, *m2 = m1 + stride, *m3 = m2 + stride;
-        double sum[4][COLUMNS] = {{0.0}};
-        for (int j = 0; j < count; j++)
-            for (int l = 0; l < side; l++) {
-                sum[0][l] += m0[j] * x[j * side + l];
-                sum[1][l] += m1[j] * x[j * side + l];
-                sum[2][l] += m2[j] * x[j * side + l];
-                sum[3][l] += m3[j] * x[j * side + l];
-            }
-        memcpy(y + i * side, sum, sizeof sum);
-    }
-    if (side == 1)
-        dots(count, rows, stride, x, matrix, y);
-    for (; i < rows && side > 1; i++) {
-        double sum[COLUMNS] = {0.0};
-        for (int j = 0; j < count; j++)
-            for (int l = 0; l < side; l++)
-                sum[l] += matrix[i * stride + j] * x[j * side + l];
-        memcpy(y + i * side, sum, sizeof sum);
-    }
-}
-
-/* place[stages][2 n][side]: what accelerations w[stages][n][side] add to places and rates at the nodes */
-static INLINE void integrate(int side, const struct collocation *g, int n, double h, const double *w, double *place)
-{
-    const int all = n * side;
-    memset(place, 0, (size_t)2 * g->stages * all * sizeof *place);
-    for (int j = 0; j < g->stages; j++)
-        for (int l = 0; l < g->stages; l++) {
-            const double twice = h * h * g->twice[j * g->stages + l], once = h * g->A[j * g->stages + l];
-            double *to = place + (size_t)2 * j * all;
-            for (int i = 0; i < all; i++) {
-                to[i] += twice * w[l * all + i];
-                to[all + i] += once * w[l * all + i];
-            }
-        }
-}
-
-/* Whether sweeps are done: 1; -1 where they lead nowhere; 0 where they go on */
-static INLINE int done(int side, const double *change, const double *before, const double *size)
-{
-    int all = 1;
-    for (int l = 0; l < side; l++) {
-        if (!isfinite(change[l] + size[l]))
-            return -1;
-        const int stands = change[l] <= STANDS * CARRIED_CHANGE * size[l] && change[l] >= 0.5 * before[l];
-        all &= change[l] <= CARRIED_CHANGE * size[l] || stands;
-    }
-    return all;
-}
-
-/* w[stages][n][side] with w = right + J integrals of w; 0 where sweeps do not find it */
-static INLINE int sweep(int side, const struct collocation *g, const struct carrying *step, const double *right,
-                        double *w, double *next, double *place)
+/* The coordinates that act, first */
+static void find_acting(const struct carrying *step, struct sweeping_step *s, double *size)
 {
     const int n = step->n;
-    const size_t all = (size_t)g->stages * n;
-    double change[COLUMNS], before[COLUMNS], most[COLUMNS], size[COLUMNS];
-    largest(side, all, right, NULL, most);
-    for (int l = 0; l < side; l++)
-        before[l] = INFINITY;
-    memcpy(w, right, all * side * sizeof *w);
-    for (int k = 0, state = 0; k < SWEEPS; k++) {
-        integrate(side, g, n, step->h, w, place);
-        for (int j = 0; j < g->stages; j++)
-            multiply(side, n, 2 * n, step->width, step->J + (size_t)j * n * step->width,
-                     place + (size_t)2 * j * n * side, next + (size_t)j * n * side);
-        for (size_t i = 0; i < all * side; i++)
-            next[i] += right[i];
-        largest(side, all, next, w, change);
-        largest(side, all, next, NULL, size);
-        memcpy(w, next, all * side * sizeof *w);
-        state = done(side, change, before, size);
-        for (int l = 0; l < side; l++) {
-            most[l] = fmax(most[l], size[l]);
-            before[l] = change[l];
-            if (state > 0 && most[l] > GROWS * size[l])
-                return 0;
-        }
-        if (state)
-            return state > 0;
-    }
-    return 0;
+    memset(size, 0, (size_t)2 * n * sizeof *size);
+    for (int i = 0; i < NODES * n; i++)
+        for (int j = 0; j < 2 * n; j++)
+            size[j] += fabs(step->J[(size_t)i * step->width + j]);
+    s->acting = 0;
+    for (int j = 0; j < n; j++)
+        if (size[j] != 0.0 || size[n + j] != 0.0) /* also what is none */
+            s->order[s->acting++] = j;
+    for (int j = 0, last = s->acting; j < n; j++)
+        if (size[j] == 0.0 && size[n + j] == 0.0)
+            s->order[last++] = j;
 }
 
-/* Put the end of a step back */
-static INLINE void put_back(int side, const struct carrying *step, double *whole, double *missed, double *less)
+static void prepare(const struct collocation *g, const struct carrying *step, struct sweeping_step *s, double *size)
 {
-    for (int k = 0; k < step->count; k++) {
-        const int rows = step->rows[k];
-        double *part = whole + step->first[k] * side;
-        multiply(side, rows, step->width, step->width, step->moves[k], whole, missed);
-        multiply(side, step->n, rows, rows, step->pull[k], missed, less);
-        for (int i = 0; i < step->n * side; i++)
-            part[i] -= less[i];
-    }
-}
-
-static INLINE int carry_some(int side, const struct collocation *g, const struct carrying *step, double *whole,
-                             double *room)
-{
-    const int n = step->n, width = step->width;
-    const size_t all = (size_t)g->stages * n * side;
+    find_acting(step, s, size);
+    const int n = step->n, m = s->acting;
+    const size_t stride = (size_t)n * step->width;
     const double h = step->h;
-    double *right = room, *w = right + all, *next = w + all, *place = next + all, *at = place + 2 * all;
-    memcpy(at, whole, (size_t)width * side * sizeof *at);
-    for (int j = 0; j < g->stages; j++) {
-        for (int i = 0; i < n * side; i++)
-            at[i] = whole[i] + h * g->c[j] * whole[n * side + i];
-        multiply(side, n, width, width, step->J + (size_t)j * n * width, at, right + (size_t)j * n * side);
-    }
-    if (!sweep(side, g, step, right, w, next, place))
-        return 0;
-    for (int i = 0; i < n * side; i++) {
-        double twice = 0.0, once = 0.0;
-        for (int j = 0; j < g->stages; j++) {
-            twice += g->twice_b[j] * w[j * n * side + i];
-            once += g->b[j] * w[j * n * side + i];
+    for (int i = 0; i < n; i++)
+        for (int j = 0; j < 2 * m; j++) {
+            const int by = j < m ? s->order[j] : n + s->order[j - m];
+            const double *from = step->J + (size_t)s->order[i] * step->width + by;
+            double *to = s->J + ((size_t)i * 2 * m + j) * NODES;
+            for (int k = 0; k < NODES; k++)
+                to[k] = from[k * stride];
         }
-        whole[i] += h * whole[n * side + i] + h * h * twice;
-        whole[n * side + i] += h * once;
+    for (int k = 0; k < NODES; k++) {
+        for (int l = 0; l < NODES; l++) {
+            s->once[k * NODES + l] = h * g->A[l * NODES + k];
+            s->twice[k * NODES + l] = h * h * g->twice[l * NODES + k];
+        }
+        s->c[k] = h * g->c[k];
+        s->b[0][k] = h * g->b[k];
+        s->b[1][k] = h * h * g->twice_b[k];
     }
-    put_back(side, step, whole, at, right);
+}
+
+/* Whether the sweeps of a column are done: 1; -1 where they lead nowhere; 0 where they go on */
+static int done(double change, double before, double size)
+{
+    if (!isfinite(change + size))
+        return -1;
+    const int stands = change <= STANDS * CARRIED_CHANGE * size && change >= 0.5 * before;
+    return change <= CARRIED_CHANGE * size || stands;
+}
+
+/* The functions that take most of the time, by the length of vectors: of any processor, and longer ones that are asked for while the
+ * program runs. None has a product and a sum rounded at once, so that numbers are the same on all. */
+#ifdef __clang__
+#pragma STDC FP_CONTRACT OFF
+#endif
+#define NAMED(name) name##_usual
+#define TARGET
+#if CCGEN_PRECISION == 0 && defined(__GNUC__)
+#define WIDTH 2
+#else
+#define WIDTH 1
+#endif
+#include "motion/carried_sweeps.h"
+
+#if CCGEN_PRECISION == 0 && defined(__GNUC__) && defined(__x86_64__)
+#define NAMED(name) name##_wide
+#define TARGET __attribute__((target("avx2")))
+#define WIDTH 4
+#include "motion/carried_sweeps.h"
+
+#define NAMED(name) name##_widest
+#define TARGET __attribute__((target("avx512f")))
+#define WIDTH 8
+#include "motion/carried_sweeps.h"
+
+static int carry_all(const struct sweeping_step *s, int columns, double *whole, double *room)
+{
+    if (__builtin_cpu_supports("avx512f"))
+        return carry_all_widest(s, columns, whole, room);
+    return __builtin_cpu_supports("avx2") ? carry_all_wide(s, columns, whole, room)
+                                          : carry_all_usual(s, columns, whole, room);
+}
+#else
+#define carry_all carry_all_usual
+#endif
+
+/* y[rows][columns] = matrix[rows][count] x[count][columns], or less that */
+static void multiply_whole(int rows, int count, int columns, const double *matrix, const double *x, int less, double *y)
+{
+    for (int i = 0; i < rows; i++)
+        for (int j = 0; j < count; j++)
+            for (int l = 0; l < columns; l++) {
+                const double one = matrix[(size_t)i * count + j] * x[j * columns + l];
+                y[i * columns + l] = less ? y[i * columns + l] - one : j ? y[i * columns + l] + one : one;
+            }
+}
+
+int carry(const struct collocation *g, const struct carrying *step, int columns, double *whole, double *room)
+{
+    const int n = step->n;
+    struct sweeping_step s = {.of = step, .J = room, .order = (int *)(room + (size_t)2 * n * n * NODES)};
+    double *rest = room + (size_t)2 * n * n * NODES + n;
+    prepare(g, step, &s, rest);
+    if (!carry_all(&s, columns, whole, rest))
+        return 0;
+    for (int k = 0; k < step->count; k++) {
+        multiply_whole(step->rows[k], step->width, columns, step->moves[k], whole, 0, rest);
+        multiply_whole(n, step->rows[k], columns, step->pull[k], rest, 1, whole + step->first[k] * columns);
+    }
     return 1;
 }
 
-int carry(const struct collocation *g, const struct carrying *step, int side, double *whole, double *room)
+size_t carry_room(const struct carrying *step, int columns)
 {
-    return side == 1 ? carry_some(1, g, step, whole, room) : carry_some(COLUMNS, g, step, whole, room);
+    const size_t n = step->n, sweeps = 6 * n * MOST * NODES;
+    size_t most = 2 * n > sweeps ? 2 * n : sweeps;
+    for (int k = 0; k < step->count; k++) {
+        const size_t missed = (size_t)step->rows[k] * columns;
+        most = missed > most ? missed : most;
+    }
+    return 2 * n * n * NODES + n + most;
 }

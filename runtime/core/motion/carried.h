@@ -4,13 +4,14 @@
 
 #include "base/real.h"
 
-/* Nodes c[stages], weights b[stages], the matrix A[stages][stages] of collocation, and those of double integrals */
+enum { NODES = 8 }; /* of a step, which are taken side by side */
+
+/* Nodes c[NODES], weights b[NODES], the matrix A[NODES][NODES] of collocation, and those of double integrals */
 struct collocation {
-    int stages;
     const double *c, *b, *twice_b, *A, *twice;
 };
 
-/* A step of length h: J[stages][n][width], derivatives of the accelerations at the nodes by q, u and arguments, and what puts its end
+/* A step of length h: J[NODES][n][width], derivatives of the accelerations at the nodes by q, u and arguments, and what puts its end
  * back: `count` times, from entry first[] of the state on, pull[][n][rows[]] of what moves[][rows[]][width] make of the end. */
 struct carrying {
     int n, width, count;
@@ -20,10 +21,10 @@ struct carrying {
     const double *pull[2], *moves[2];
 };
 
-enum { COLUMNS = 4 }; /* differences that are taken side by side */
+/* whole[width][columns], differences of the state and the arguments, from the start of a step to its end. Returns 0, and leaves some of
+ * them, where sweeps do not contract; room[carry_room()]. */
+int carry(const struct collocation *g, const struct carrying *step, int columns, double *whole, double *room);
 
-/* whole[width][side], differences of the state and the arguments, one or COLUMNS of them, from the start of a step to its end. Returns
- * 0, and leaves them, where sweeps do not contract; room[(5 stages n + width) side]. */
-int carry(const struct collocation *g, const struct carrying *step, int side, double *whole, double *room);
+size_t carry_room(const struct carrying *step, int columns);
 
 #endif
