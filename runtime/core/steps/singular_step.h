@@ -26,4 +26,7 @@ void place_about_singularity(struct phase *f, enum passage elsewhere);
 /* whether the singular configuration is passed elsewhere in the step to end[2n] than f->place says, which then says it better */
 int misplaced(struct phase *f, const double *end);
 
+/* coordinates q[n] at part x of a step of length h to end[2n], on the cubic through its ends */
+void between_ends(const struct phase *f, double h, const double *end, double x, double *q);
+
 #endif

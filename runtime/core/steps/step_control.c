@@ -9,6 +9,7 @@
 #include "motion/derivative.h"
 #include "steps/energy_guard.h"
 #include "steps/singular_step.h"
+#include "steps/step_end.h"
 
 const double LEAST_CHANGE = 0.2;
 static const double SAFETY = 0.9, LARGEST_CHANGE = 6.0;
@@ -116,7 +117,7 @@ enum outcome accepted_step(struct phase *f, double *next)
             if (f->at.passage == BEFORE)
                 *next = fmax(*next, whole);
             run->steps++;
-            return OUTCOME_DONE;
+            return return_to_energy(f, f->h);
         }
         if (outcome == OUTCOME_INTERRUPTED)
             return outcome;
