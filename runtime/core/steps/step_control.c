@@ -84,6 +84,8 @@ enum outcome accepted_step(struct phase *f, double *next)
             elsewhere = ABOUT;
             take_over(f, f->h);
         }
+        if (!refused)
+            reach_known_stages(f);
         const double whole = f->h;
         place_about_singularity(f, elsewhere);
         enum outcome outcome = unprojected_step(f, f->h, run->fixed_step > 0.0 ? to_rounding(f->s) : run->tolerance);
