@@ -1,4 +1,4 @@
-/* Steps that are put back whatever their error, and what one past a singular configuration gets wrong, taken back (docs/theory, section 8).
+/* Steps that are put back whatever their error, and what one past a singular configuration gets wrong, taken back (docs/theory, eq. 8.6).
  *
  * Of the velocities by which rows that become dependent would part, passing them at the distance sigma leaves rounding / sigma^2
  * unknown, and all of it lies along one motion: that which impulses in those rows cause where they are passed. From there on it goes along
