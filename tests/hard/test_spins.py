@@ -45,8 +45,11 @@ def lengths(n: int, rng: np.random.Generator) -> Any:
             return found
 
 
-def spin(workshop: Workshop, walls: bool, seed: int, rtol: float, method: str = "gauss") -> tuple[Run, Run]:
-    """The run, and that of the neighbour."""
+Spin = tuple[Model, Any, Any]
+
+
+def spins(workshop: Workshop, walls: bool, seed: int) -> tuple[Spin, Spin]:
+    """The loop and its start, and those of the neighbour."""
     rng = np.random.default_rng(seed)
     n = int(rng.choice(SIZES))
     sizes, plain = lengths(n, rng), loops(workshop, n, walls)
@@ -64,10 +67,55 @@ def spin(workshop: Workshop, walls: bool, seed: int, rtol: float, method: str = 
         except ValueError:  # too far from closed
             continue
     one, other = (
-        simulate(model, q, u * fast / np.abs(model.velocities(q, u)[:, 2]).max(), until=1.0, rtol=rtol, method=method)
+        (model, q, u * fast / np.abs(model.velocities(q, u)[:, 2]).max())
         for model, (q, u) in zip(models, starts, strict=True)
     )
     return one, other
+
+
+def spin(workshop: Workshop, walls: bool, seed: int, rtol: float, method: str = "gauss") -> tuple[Run, Run]:
+    """The run, and that of the neighbour."""
+    one, other = (
+        simulate(model, q, u, until=1.0, rtol=rtol, method=method) for model, q, u in spins(workshop, walls, seed)
+    )
+    return one, other
+
+
+def least_share(model: Model, q: Any) -> float:
+    """Of the closure's singular values, the smallest by the largest: 0 in a line."""
+    found = np.linalg.svd(model.jacobian(q), compute_uv=False)
+    return float(found[-1] / found[0])
+
+
+def passes(run: Run, k: int) -> bool:
+    """Whether the motion from row k to the next, a cubic here, passes a line."""
+    h, change = run.t[k + 1] - run.t[k], run.q[k + 1] - run.q[k]
+    a, b = h * run.u[k] - change, change - h * run.u[k + 1]
+    parts = np.linspace(0.0, 1.0, 101)
+    return min(least_share(run.model, run.q[k] + x * (change + (1 - x) * ((1 - x) * a + x * b))) for x in parts) < 2e-3
+
+
+@pytest.mark.parametrize("seed", [387, hard(540), hard(588), hard(667)])
+def test_velocities_behind_lines_are_those_of_wide_numbers(seed: int, workshop: Workshop, reach: Reach) -> None:
+    """Of some thousand spins these have most of a velocity unknown behind a line, were there not the energy.
+
+    With it what is unknown falls to a tenth and less, in all directions.
+    """
+    (model, q, u), _ = spins(workshop, False, seed)
+    run = simulate(model, q, u, until=1.0, rtol=1e-15, method="gauss")
+    wide = workshop.model(loop(len(model.links)), precision="wide")
+    wide = wide.with_parameters(
+        {f"link_{k}.length": model.parameters[f"link_{k}.length"] for k in range(len(model.links))}
+    )
+    rows = [k for k in range(len(run.t) - 1) if passes(run, k)]
+    assert rows
+    misses = []
+    for k in rows:
+        start = wide.project(run.q[k], run.u[k])
+        exact = simulate(wide, *start, until=run.t[k + 1] - run.t[k], rtol=1e-17, method="gauss")
+        mass, miss = model.mass_matrix(run.q[k + 1]), np.asarray(run.u[k + 1] - exact.u[-1], dtype=float)
+        misses.append(float(np.sqrt(miss @ mass @ miss / (run.u[k + 1] @ mass @ run.u[k + 1]))))
+    reach(f"spin {seed}: velocities behind lines, of their size", max(misses), 7e-13)
 
 
 @pytest.mark.sample(1)
@@ -75,8 +123,8 @@ def spin(workshop: Workshop, walls: bool, seed: int, rtol: float, method: str = 
 @pytest.mark.parametrize("rtol", [1e-11, hard(1e-13), hard(1e-15)])
 @pytest.mark.parametrize("count", [10, hard(170)])
 def test_lines_are_passed(count: int, rtol: float, walls: bool, workshop: Workshop, reach: Reach) -> None:
-    """A few come close to a line and turn back, or strike a wall beside one, where velocities are not known better."""
-    _pass_lines(count, rtol, walls, "gauss", (1e-12, 1e-9), workshop, reach)
+    """Those too that come close to a line and turn back, or strike a wall beside one: energy tells what is unknown."""
+    _pass_lines(count, rtol, walls, "gauss", (1e-12, 1e-11), workshop, reach)
 
 
 @pytest.mark.sample(1)
@@ -92,7 +140,7 @@ def test_lines_are_passed_by_other_methods(
     """Their steps are shorter than those of collocation, which takes over before a line with steps of its own length.
 
     Away from lines each of some thousand steps may miss a part of rtol."""
-    _pass_lines(count, rtol, walls, method, (1e-11 + 20.0 * rtol, 1e-9), workshop, reach)
+    _pass_lines(count, rtol, walls, method, (1e-11 + 20.0 * rtol, min(1e-11 + 100.0 * rtol, 1e-9)), workshop, reach)
 
 
 def _pass_lines(

@@ -87,6 +87,9 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
     X(REFINED_BY_KERNEL, (4096.0 * DBL_EPSILON), OF_RELATIVE, \
       "the same of a correction by the kernel", \
       "some thousand roundings of the unreduced equations (as REFINED_ENOUGH)") \
+    X(ALONE, 4.0, OF_RELATIVE, \
+      "times nearer to dependence than all others rows are in one way alone", \
+      "what is unknown of velocities goes as 1 / sigma^2: of the others it is then a sixteenth") \
     X(HOPELESS, 1e-3, OF_RELATIVE, \
       "a last correction that is more leaves nothing known", \
       "less than three digits of an acceleration are no solution") \
@@ -234,6 +237,9 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
     X(ACROSS_KNOWN, 64.0, OF_RELATIVE, \
       "times rounding / sigma^2: what velocities across a singular configuration are known to", \
       "sums of some tens of terms, each with its rounding (as TERM_ROUNDING; docs/theory section 8)") \
+    X(AT_RANDOM, 0.125, OF_RELATIVE, \
+      "part of what is unknown of velocities that steps are likely to miss, and may", \
+      "of some tens of roundings, each of any sign, the sum is as the root of their number: an eighth of all for the terms of what is known across (ACROSS_KNOWN)") \
     X(GUIDED, 0.0625, OF_TOLERANCE, \
       "what the estimate of a step about a singular configuration may be", \
       "stages that are put back move by more than their polynomial shows: with a sixteenth, by an order of 16, steps are a sixth shorter") \

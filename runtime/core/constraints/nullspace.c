@@ -119,25 +119,48 @@ int free_motions(struct system *s, const double *q, double *motions)
     return rank;
 }
 
+/* weight[rows + drives] with which rows, column number `column` of the factors among them and `before` others, come to cancel */
+static void cancelling(const struct factors *f, int n, int before, int column, int rows, double *weight)
+{
+    double *x = f->g + (size_t)column * n;
+    memset(weight, 0, rows * sizeof *weight);
+    weight[f->order[column]] = 1.0 / f->length[f->order[column]];
+    for (int k = before - 1; k >= 0; k--) {
+        for (int j = k + 1; j < before; j++)
+            x[k] -= f->g[(size_t)j * n + k] * x[j];
+        x[k] /= f->diagonal[k];
+        weight[f->order[k]] = -x[k] / f->length[f->order[k]];
+    }
+}
+
 int left_null_vector(struct system *s, const double *q, int number, double *lambda)
 {
-    const int n = s->n, rows = s->model->rows + s->model->drives;
+    const int rows = s->model->rows + s->model->drives;
     const struct mark mark = s->arena->top;
     struct factors f;
     const int rank = factorise_rows(s, q, &f), lost = rank >= 0 && rank + number < rows;
-    if (lost) {
-        double *x = f.g + (size_t)(rank + number) * n;
-        memset(lambda, 0, rows * sizeof *lambda);
-        lambda[f.order[rank + number]] = 1.0 / f.length[f.order[rank + number]];
-        for (int k = rank - 1; k >= 0; k--) {
-            for (int j = k + 1; j < rank; j++)
-                x[k] -= f.g[(size_t)j * n + k] * x[j];
-            x[k] /= f.diagonal[k];
-            lambda[f.order[k]] = -x[k] / f.length[f.order[k]];
-        }
-    }
+    if (lost)
+        cancelling(&f, s->n, rank, rank + number, rows, lambda);
     give_back(s->arena, mark);
     return lost;
+}
+
+int nearly_lost_rates(struct system *s, const double *q, double *rates)
+{
+    const int rows = s->model->rows + s->model->drives;
+    const struct mark mark = s->arena->top;
+    struct factors f;
+    const int rank = factorise_rows(s, q, &f), last = rank - 1;
+    int one = rank > 0 && rank == rows;
+    for (int k = 0; k < last && one; k++)
+        one = fabs(f.diagonal[k]) > ALONE * fabs(f.diagonal[last]);
+    if (one) {
+        cancelling(&f, s->n, last, last, rows, rates);
+        for (int j = 0; j < rows; j++)
+            rates[j] *= f.length[j] * f.length[j];
+    }
+    give_back(s->arena, mark);
+    return one;
 }
 
 double rank_margin(struct system *s, const double *q)

@@ -20,6 +20,7 @@
 #include "base/tolerances.h"
 #include "constraints/delassus.h"
 #include "motion/derivative.h"
+#include "steps/step_end.h"
 
 double force_noise(const struct system *s, int count, const int *set, const double *W, int step)
 {

@@ -17,6 +17,7 @@
 #include "steps/kinks.h"
 #include "steps/phase.h"
 #include "steps/step_control.h"
+#include "steps/step_end.h"
 
 static const double BAUMGARTE = 20.0; /* rate of Baumgarte's stabilisation, per characteristic time */
 static const double RTOL = 1e-9;

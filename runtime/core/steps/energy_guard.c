@@ -64,7 +64,7 @@ double energy_residual(struct phase *f)
     const double gain = gained(f, &done, &moves), *e0 = f->at.energy;
     const double rounding = ENERGY_ROUNDING * (e0[0] + fabs(e0[1]) + moves + pressed(f));
     const double part = f->t < f->at.stretch_end ? fmin(1.0, f->h / f->at.stretch) : 1.0;
-    const double may = (KEPT * part * f->run->tolerance.rtol + 2.0 * unknown_velocity(f)) * moves + rounding;
+    const double may = (KEPT * part * f->run->tolerance.rtol + 2.0 * missed_velocity(f)) * moves + rounding;
     double missed = fabs(gain) / may;
     if (missed > OFTEN && done < 0.0 && active_count(s) && s->friction)
         missed = fmax(0.0, missed + unknown_work(f) * done / may);

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "base/tolerances.h"
+#include "steps/step_end.h"
 #include "motion/sides.h"
 #include "motion/switching.h"
 #include "model/contacts.h"

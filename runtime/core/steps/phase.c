@@ -9,6 +9,7 @@
 #include "steps/event_location.h"
 #include "steps/flat_loop.h"
 #include "steps/step_control.h"
+#include "steps/step_end.h"
 #include "steps/kinks.h"
 #include "steps/meeting.h"
 #include "motion/sides.h"

@@ -81,12 +81,11 @@ static int may_hide(const struct phase *f)
            rank_margin(f->s, f->y1) < 2.0 * LOOK_AHEAD * f->h * fastest(f->s, f->y1 + f->s->n);
 }
 
-/* Coordinates at part x of the step, on the cubic through its beginning and `end` */
-static void between_ends(const struct phase *f, const double *end, double x, double *q)
+void between_ends(const struct phase *f, double h, const double *end, double x, double *q)
 {
     const int n = f->s->n;
     for (int i = 0; i < n; i++) {
-        const double change = end[i] - f->y[i], a = f->h * f->y[n + i] - change, b = change - f->h * end[n + i];
+        const double change = end[i] - f->y[i], a = h * f->y[n + i] - change, b = change - h * end[n + i];
         q[i] = f->y[i] + x * (change + (1.0 - x) * ((1.0 - x) * a + x * b));
     }
 }
@@ -98,7 +97,7 @@ static int look_for_nearest(struct phase *f, const double *end, double last, dou
     for (int round = 0; round < ROUNDS; round++) {
         for (int j = 0; j <= LOOKS; j++) {
             const double x = fmin(fmax(low + width * j / LOOKS, 0.0), last);
-            between_ends(f, end, x, q);
+            between_ends(f, f->h, end, x, q);
             const double here = rank_margin(f->s, q);
             most = fmax(most, here);
             if (here < least) {
@@ -194,6 +193,20 @@ void take_over(struct phase *f, double own)
         f->h = f->at.longest;
         f->at.bounded = 1;
     }
+}
+
+/* Whether the step begins so near to the place that, as long as it is, no stage beside it has an acceleration of which a digit is known: what
+ * its estimate shows is rounding, and shorter steps show more. Made as long as such stages need, unless it has to end before. */
+void reach_known_stages(struct phase *f)
+{
+    const double way = f->at.place - f->t, known = cbrt(ACROSS_KNOWN * DBL_EPSILON);
+    if (f->at.bounded || !(way > 0.0 && way < (1.0 + MIDDLE) * f->h))
+        return;
+    const double sigma = rank_margin(f->s, f->y);
+    if (!(sigma < known))
+        return;
+    f->h = fmin(fmax(f->h, way / sigma * known / PLACED), f->at.longest);
+    f->at.bounded = f->h == f->at.longest;
 }
 
 void place_about_singularity(struct phase *f, enum passage elsewhere)

@@ -110,7 +110,12 @@ double unknown_velocity(const struct phase *f)
     if (!guided(f) || active_count(f->s))
         return 0.0;
     const double sigma = rank_margin(f->s, f->y);
-    return fmin(ACROSS_KNOWN * DBL_EPSILON / (sigma * sigma), KNOWN_AT_LEAST);
+    return ACROSS_KNOWN * DBL_EPSILON / (sigma * sigma);
+}
+
+double missed_velocity(const struct phase *f)
+{
+    return fmin(AT_RANDOM * unknown_velocity(f), KNOWN_AT_LEAST);
 }
 
 /* The tolerance of the step, and of what it begins with */
@@ -121,7 +126,7 @@ static struct tolerance tolerance_of(const struct phase *f)
         tolerance.rtol *= GUIDED;
         tolerance.atol *= GUIDED;
     }
-    tolerance.atol = fmax(tolerance.atol, unknown_velocity(f) * fastest(f->s, f->y + f->s->n) * f->s->time);
+    tolerance.atol = fmax(tolerance.atol, missed_velocity(f) * fastest(f->s, f->y + f->s->n) * f->s->time);
     return tolerance;
 }
 
@@ -147,23 +152,6 @@ enum outcome step_error(struct phase *f, double *error)
     const double left = f->at.passage == ACROSS ? 0.0 : BELIEVED * *error;
     *error = fmax(left, method->measure(f->steps, size, tolerance, f->y, f->y1));
     return OUTCOME_DONE;
-}
-
-/* Step of length h, put back onto the closure whatever its error. What a method iterates goes to rounding, so that y1 is a smooth
- * function of h: landing on an event needs that. */
-enum outcome projected_step(struct phase *f, double h)
-{
-    const struct tolerance tolerance = f->run->tolerance,
-                           little = {ITERATED * tolerance.rtol, ITERATED * tolerance.atol, tolerance.unit};
-    enum outcome outcome = unprojected_step(f, h, to_rounding(f->s));
-    if (outcome == OUTCOME_NO_CONVERGENCE && little.rtol > 0.0 &&
-        estimates_errors(f->by)) { /* loads that all but cancel have a rounding of their own */
-        double error = INFINITY;
-        outcome = unprojected_step(f, h, little);
-        outcome = outcome ? outcome : step_error(f, &error);
-        outcome = outcome || error <= 1.0 ? outcome : OUTCOME_NO_CONVERGENCE;
-    }
-    return outcome ? outcome : project_step_end(f);
 }
 
 int record_state(struct phase *f)

@@ -75,17 +75,17 @@ int projects(const struct phase *f);
 /* step of length h from (t, y) to y1, not put back yet */
 enum outcome unprojected_step(struct phase *f, double h, struct tolerance tolerance);
 
-/* Part of the velocities that is not known where a step placed about a singular configuration begins, rounding / sigma^2: no step ends with less
- * than it began with, and shorter ones, which end nearer to it, end with more. 0 elsewhere */
+/* Part of the velocities that is not known at worst where a step placed about a singular configuration begins, rounding / sigma^2. 0 elsewhere */
 double unknown_velocity(const struct phase *f);
+
+/* and the part that is likely to be missed there, so that such a step may miss as much: none ends with less than it began with, and shorter ones,
+ * which end nearer to the configuration, end with more */
+double missed_velocity(const struct phase *f);
 
 /* what the error of the step to y1 amounts to; accepted up to 1. An error that fails is measured again without its part
  * across the closure, which projection removes: across a singular configuration that part is large and means nothing. Elsewhere
  * what is left may be small by chance, and so some of the whole counts. */
 enum outcome step_error(struct phase *f, double *error);
-
-/* step of length h from (t, y) to y1, put back onto the closure whatever its error */
-enum outcome projected_step(struct phase *f, double h);
 
 /* record the present state, unless it is the last row already; 0, or 1 when memory runs out */
 int record_state(struct phase *f);

@@ -9,6 +9,7 @@
 #include "motion/derivative.h"
 #include "steps/energy_guard.h"
 #include "steps/singular_step.h"
+#include "steps/step_end.h"
 
 const double LEAST_CHANGE = 0.2;
 static const double SAFETY = 0.9, LARGEST_CHANGE = 6.0;
@@ -83,6 +84,8 @@ enum outcome accepted_step(struct phase *f, double *next)
             elsewhere = ABOUT;
             take_over(f, f->h);
         }
+        if (!refused)
+            reach_known_stages(f);
         const double whole = f->h;
         place_about_singularity(f, elsewhere);
         enum outcome outcome = unprojected_step(f, f->h, run->fixed_step > 0.0 ? to_rounding(f->s) : run->tolerance);
@@ -116,7 +119,7 @@ enum outcome accepted_step(struct phase *f, double *next)
             if (f->at.passage == BEFORE)
                 *next = fmax(*next, whole);
             run->steps++;
-            return OUTCOME_DONE;
+            return return_to_energy(f, f->h);
         }
         if (outcome == OUTCOME_INTERRUPTED)
             return outcome;

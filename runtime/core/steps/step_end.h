@@ -1,0 +1,13 @@
+/* The end of a step: put back onto the closure, and past a singular configuration to its energy; see step_end.c. */
+#ifndef CCGEN_STEP_END_H
+#define CCGEN_STEP_END_H
+
+#include "steps/step.h"
+
+/* Move the end y1 of a step of length h, put back already, by no more than is unknown of it, to the energy that the step began with. */
+enum outcome return_to_energy(struct phase *f, double h);
+
+/* step of length h from (t, y) to y1, put back onto the closure whatever its error */
+enum outcome projected_step(struct phase *f, double h);
+
+#endif
