@@ -46,6 +46,7 @@ struct phase {
     double *steps;             /* and its scratch */
     double *kept; /* what the method knew before a step, or knows now, on its way to or from the bytes of a state, */
     double *peak; /* and active.peak before a step */
+    int tried;    /* how often the step was refused so far */
     double *gaps, *rates; /* [contacts] where they were last looked at, for those that go on from there */
     int *met;             /* [contacts] events that each has had since its window of crowds began */
     int *set; /* [contacts] those that strike, are held, or close where rows are lost, on their way from finding them */

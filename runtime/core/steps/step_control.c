@@ -76,15 +76,16 @@ static enum outcome project_and_place(struct phase *f, const double *error, int 
 enum outcome accepted_step(struct phase *f, double *next)
 {
     struct run *run = f->run;
-    int refused = 0, again = 0;
+    int again = 0;
     enum passage elsewhere = keeps_collocation(f) ? ABOUT : FREE;
+    f->tried = 0;
     for (;;) {
         double error = 0.0;
         if (elsewhere == FREE && begins_beside_singularity(f)) {
             elsewhere = ABOUT;
             take_over(f, f->h);
         }
-        if (!refused)
+        if (!f->tried)
             reach_known_stages(f);
         const double whole = f->h;
         place_about_singularity(f, elsewhere);
@@ -115,7 +116,7 @@ enum outcome accepted_step(struct phase *f, double *next)
             error = fmax(error, energy_residual(f));
         if (!outcome && error <= 1.0) {
             const double change = SAFETY * pow(fmax(error, 1e-12), -1.0 / f->by->order);
-            *next = f->h * fmin(fmax(change, LEAST_CHANGE), refused ? 1.0 : LARGEST_CHANGE);
+            *next = f->h * fmin(fmax(change, LEAST_CHANGE), f->tried ? 1.0 : LARGEST_CHANGE);
             if (f->at.passage == BEFORE)
                 *next = fmax(*next, whole);
             run->steps++;
@@ -123,7 +124,7 @@ enum outcome accepted_step(struct phase *f, double *next)
         }
         if (outcome == OUTCOME_INTERRUPTED)
             return outcome;
-        refused = 1;
+        f->tried++;
         run->rejected++;
         const double change = outcome || !isfinite(error) ? LEAST_CHANGE : SAFETY * pow(error, -1.0 / f->by->order);
         f->h *= fmax(change, LEAST_CHANGE);
