@@ -11,7 +11,8 @@ from ..effect_base.arithmetic import ExpressionError
 from ..effect_base.written_numbers import check_dimension
 from .detail import Detail
 from .plan_numbers import read_any
-from .refusal import Faults, fail, value_of
+from .refusal import Faults, fail, refusing, value_of
+from .scene_file import SEEN, tell_closing
 
 if TYPE_CHECKING:
     from ccgen.runtime import Model
@@ -49,20 +50,55 @@ def _number(text: str) -> float:
 
 
 def with_settings(model: Model, settings: Mapping[str, float], scene: Scene, detail: Detail = Detail.USUAL) -> Model:
-    """The model of a scene with these values; exit code 2 where it has no such parameters, or they cannot be those.
+    """The model of a scene with these values, which starts where the scene does with them; exit code 2 where it has no
+    such parameters, they cannot be those, or there is no such start.
 
     What was worked out from a value that is another now, and stays, is told on standard error."""
     if not settings:
         return model
-    _check_units(settings, scene)
-    try:
-        changed = model.with_parameters({path: float(value) for path, value in settings.items()})
-    except (KeyError, ValueError) as error:
-        fail("\n".join(f"--set {line}" for line in str(error).splitlines()))
+    changed = with_numbers(model, settings, scene)
     if detail is not Detail.NOTHING:
         for remark in _stays(model, settings, scene):
             typer.echo(f"{scene.name}: {remark}", err=True)
-    return changed
+    begins = scene_with(settings, scene)
+    if detail is not Detail.NOTHING and _moved(scene, begins):
+        tell_closing(begins, detail, "with these values ")
+    before, settled = _values(scene), _values(begins)
+    follow = {path: value for path, value in settled.items() if path not in settings and value != before[path]}
+    with refusing(ValueError):
+        return changed.with_parameters(follow).with_start(begins.start.poses, begins.start.velocities)
+
+
+def with_numbers(model: Model, settings: Mapping[str, float], scene: Scene) -> Model:
+    """The model with these values; exit code 2 where it has no such parameters, or they cannot be those."""
+    _check_units(settings, scene)
+    try:
+        return model.with_parameters({path: float(value) for path, value in settings.items()})
+    except (KeyError, ValueError) as error:
+        fail("\n".join(f"--set {line}" for line in str(error).splitlines()))
+
+
+def scene_with(settings: Mapping[str, float], scene: Scene) -> Scene:
+    """The scene with these values, assembled anew; exit code 2, and what is wrong, where it has no start with them."""
+    from ..scene.errors import SceneError
+    from ..scene.with_values import with_values
+
+    try:
+        return with_values(scene, {path: float(value) for path, value in settings.items()})
+    except SceneError as error:
+        fail("\n".join(f"--set: with these values {line}" for line in str(error).splitlines()))
+
+
+def _moved(one: Scene, other: Scene) -> bool:
+    """Whether the starts of two scenes are differently far from what was asked for."""
+    off = [(start.assembled_by, start.slid_by, start.missed_by) for start in (one.start, other.start)]
+    return any(abs(a - b) > SEEN for a, b in zip(*off, strict=True))
+
+
+def _values(scene: Scene) -> dict[str, float]:
+    """Of all parameters, by their paths."""
+    acting = (one for effect in scene.effects for one in effect.parameters())
+    return {one.path: one.value for one in (*scene.mechanism.parameters(), *acting)}
 
 
 def _check_units(settings: Mapping[str, float], scene: Scene) -> None:

@@ -18,7 +18,7 @@ from .bodies import Bodies
 from .drawn import anchors, carried, drawn_lengths, offset, spread
 from .driven import drive_layout, mesh_speeds
 from .errors import Path, Report
-from .scene import Sketch, Start
+from .scene import Given, Kept, Sketch, Start
 from .schema import StartTable
 
 SKETCH = 1e-9
@@ -48,6 +48,7 @@ def sketch(table: StartTable, bodies: Bodies, driven: Collection[int], report: R
     drawn = anchors(table, bodies.mechanism, report)
     if angles is None or speeds is None or slides is None or sliding is None or drawn is None or not fine:
         return None
+    given_angles, given_speeds = list(angles), list(speeds)
     if table.angular_velocities is None and bodies.rates:
         speeds = list(bodies.rates)
     for one in bodies.mechanism.integrators:
@@ -69,6 +70,12 @@ def sketch(table: StartTable, bodies: Bodies, driven: Collection[int], report: R
         sliding=tuple(sliding),
         loose=tuple(link for link, angle in enumerate(found) if said and angle is None),
         drawn=drawn,
+        given=Given(
+            _numbers_of(given_angles, bodies.mechanism),
+            _numbers_of(given_speeds, bodies.mechanism) if table.angular_velocities is not None else (),
+            tuple(k for k, name in enumerate(lines) if name in (table.slides or ())),
+            tuple(k for k, name in enumerate(lines) if name in (table.sliding_velocities or ())),
+        ),
     )
 
 
@@ -115,7 +122,41 @@ def begin(sketch: Sketch, bodies: Bodies, effects: Sequence[tuple[Path, Effect]]
         poses[:, :2] += (away.real, away.imag)
     velocities = layout.velocities(found, speeds, sketch.velocity)
     start = Start(_triples(poses), _triples(velocities), 0.0, sketch)
+    speed_rows = [one.row for one in (*prescribed, *meshes)]
+    places, moving = _given_entries(sketch, along)
+    untouched = [k for k in places if abs(found[k] - wanted[k]) <= SKETCH]
+    start = replace(
+        start,
+        kept_places=_kept(driven.jacobian(found), places, layout) if len(untouched) == len(places) else (),
+        kept_rates=_kept(np.vstack([layout.jacobian(found), *speed_rows]), moving, layout),
+    )
     return _judged(start, driven, wanted, found, loose, bodies.mechanism)
+
+
+def _numbers_of(values: Sequence[float | None], mechanism: Mechanism) -> tuple[int, ...]:
+    """Links of the scene that have a value."""
+    return tuple(link for link, value in enumerate(values[: mechanism.own_links]) if value is not None)
+
+
+def _given_entries(sketch: Sketch, along: Sequence[int]) -> tuple[list[int], list[int]]:
+    """The displacements that a scene gives, and those whose rates; ``along``: which sliding joint each line is of."""
+    count, given = len(sketch.angles), sketch.given
+    places = [*given.angles, *(count + k for k, joint in enumerate(along) if joint in given.slides)]
+    rates = [*given.rates, *(count + k for k, joint in enumerate(along) if joint in given.sliding)]
+    return places, rates
+
+
+def _kept(rows: Real, entries: Sequence[int], layout: Layout) -> tuple[Kept, ...]:
+    """Which of the displacements ``entries`` can keep what the scene gives where ``rows`` are satisfied with other
+    numbers: all that these rows do not fix by themselves, if they leave all of those free together; else none, for then
+    they are a sketch."""
+    _, values, motions = np.linalg.svd(rows)
+    left = motions[int(np.sum(values > _RANK)) :].T
+    open_ones = [k for k in entries if np.linalg.norm(left[k]) > _RANK]
+    if int(np.linalg.matrix_rank(left[open_ones], tol=_RANK)) < len(open_ones):
+        return ()
+    count = len(layout.base)
+    return tuple(("angle", k) if k < count else ("slide", layout.lines[k - count].joint) for k in open_ones)
 
 
 def _check_slides(

@@ -23,19 +23,114 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_run_has_the_values_that_are_set(workshop: Workshop) -> None:
-    """As in Python, to the bit, and the file knows them; links of other lengths are put together anew."""
+    """As in Python, to the bit, from the start that the scene has with them, and the file knows them."""
     from ccgen.generator import load_scene
+    from ccgen.generator.scene.with_values import with_values
 
     values = {"crank.mass": 2.5, "gravity.g": 1.62, "coupler.points.B.x": 0.55}
     options = [text for path, value in values.items() for text in ("--set", f"{path}={value}")]
     done = CliRunner().invoke(app, ["run", FOUR_BAR, *options, "--until", "1", "-q"])
     assert done.exit_code == 0, done.stderr
-    run = simulate(workshop.model(load_scene(SCENES / "four-bar.toml")), until=1.0, params=values)
+    scene = load_scene(SCENES / "four-bar.toml")
+    start = with_values(scene, values).start
+    model = workshop.model(scene).with_parameters(values).with_start(start.poses, start.velocities)
+    run = simulate(model, until=1.0)
     with np.load("results/four-bar/result.npz") as written:
         parameters = dict(zip(written["parameter_names"].tolist(), written["parameter_values"].tolist(), strict=True))
         assert {path: parameters[path] for path in values} == values
         assert np.array_equal(written["q"], run.q)
     assert run.closure_max < 1e-12
+
+
+SLIDER_CRANK = """
+name = "NAME"
+[ground_link]
+points = { O = [0, 0] }
+[[link]]
+name = "crank"
+mass = 0.8
+inertia = 0.003
+com = [0.1, 0]
+points = { A = [0, 0], B = [0.2, 0] }
+[[link]]
+name = "con"
+mass = 1.2
+inertia = 0.02
+com = [0.25, 0]
+points = { A = [0, 0], B = [LENGTH, 0] }
+[[link]]
+name = "slider"
+mass = 2
+inertia = 0.01
+com = "C"
+points = { C = [0, 0] }
+[[joint]]
+name = "axle"
+between = ["ground.O", "crank.A"]
+[[joint]]
+name = "pin"
+between = ["crank.B", "con.A"]
+[[joint]]
+name = "wrist"
+between = ["con.B", "slider.C"]
+[[joint]]
+name = "guide"
+type = "prismatic"
+between = ["ground.O", "slider.C"]
+axis = [1, 0]
+[[rope]]
+name = "line"
+between = ["ground.O", "con.B"]
+restitution = 0.5
+[start]
+START
+[gravity]
+[run]
+until = 0.1
+"""
+STARTS = {
+    "given": 'angles = { crank = "60 deg" }\nangular_velocities = { crank = 5 }',
+    "sketched": 'angles = { crank = "60 deg", con = "-20 deg" }\nangular_velocities = { crank = 5 }',
+    "drawn": "joints = { pin = [0.1, 0.17], wrist = [0.5, 0] }\nangular_velocities = { crank = 5 }",
+}
+
+
+@pytest.mark.parametrize("start", STARTS)
+@pytest.mark.parametrize("length", [0.7, 0.15])
+def test_a_start_is_assembled_anew_as_that_of_the_file_with_these_numbers(
+    length: float, start: str, tmp_path: Path
+) -> None:
+    """To the bit, what is given, drawn or sketched, also where the crank cannot stand where the scene has it; the rope,
+    whose length is that of its way at the start, is as long as there."""
+    files = {}
+    for name, number in (("plain", "0.5"), ("edited", str(length))):
+        text = SLIDER_CRANK.replace("NAME", name).replace("LENGTH", number).replace("START", STARTS[start])
+        files[name] = tmp_path / f"{name}.toml"
+        files[name].write_text(text)
+    options = {"plain": ["--set", f"con.points.B.x={length}"], "edited": []}
+    told = {}
+    for name, more in options.items():
+        done = CliRunner().invoke(app, ["run", str(files[name]), *more, "--rtol", "1e-12"])
+        assert done.exit_code == 0, done.stderr
+        told[name] = done.stderr
+    runs = [np.load(f"results/{name}/result.npz") for name in files]
+    for key in ("t", "q", "u", "parameter_values"):
+        assert np.array_equal(runs[0][key], runs[1][key]), key
+    closed = [line.partition(": ")[2] for line in told["edited"].splitlines() if "changed by up to" in line]
+    assert [line for line in closed if line not in told["plain"]] == []
+
+
+def test_a_start_that_there_is_none_of_with_these_values(tmp_path: Path) -> None:
+    file = tmp_path / "short.toml"
+    text = SLIDER_CRANK.replace("NAME", "short").replace("LENGTH", "0.5").replace("START", STARTS["given"])
+    text = text.replace("O = [0, 0] }", "O = [0, 0], G = [0, 0.4] }").replace(
+        '"ground.O", "slider', '"ground.G", "slider'
+    )
+    file.write_text(text)
+    done = CliRunner().invoke(app, ["run", str(file), "--set", "con.points.B.x=0.1"])
+    assert done.exit_code == 2
+    assert done.stderr.startswith("--set: with these values short: joint[")
+    assert "found no way to close the loop" in done.stderr
 
 
 def test_values_have_units_as_in_scenes() -> None:
