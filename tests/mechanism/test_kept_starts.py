@@ -216,6 +216,24 @@ def test_two_freedoms_keep_what_is_given_of_both(workshop: Workshop, driven: boo
     assert np.abs(rates - u).max() > 0.01
 
 
+@pytest.mark.parametrize("driven", [False, True])
+@pytest.mark.parametrize("away", [0.0, 0.05])
+def test_starts_of_two_freedoms_move_as_differences_say(workshop: Workshop, away: float, driven: bool) -> None:
+    """By a length, and by a drive's speed; from the scene's own lengths, and from others."""
+    text = FIVE_BAR.replace("LEFT", "" if driven else ", left = 3")
+    text += '[[drive]]\njoint = "o"\nspeed = 3\n' if driven else ""
+    model = workshop.model(text, derivatives=True).with_parameters({"lower.points.B.x": 0.6 + away})
+    wrt = ["upper.points.B.x", *(path for path in model.parameters if path.endswith(".speed"))]
+    angles = list(model.q_of)
+    rates = [name.replace(".angle", ".angular_velocity") for name in angles]
+    found = sensitivities(model, wrt, [*angles, *rates], until=1e-9)
+    for k, path in enumerate(wrt):
+        h, value = 1e-5, model.parameters[path]
+        low, high = (np.append(*model.with_parameters({path: value + step}).start()) for step in (-h, h))
+        for name, difference in zip([*angles, *rates], (high - low) / (2.0 * h), strict=True):
+            assert found[name][k] == pytest.approx(difference, abs=2e-6), (name, path)
+
+
 def test_a_start_of_its_own_goes_with_copies_and_pickles(crank: Any, tmp_path: Any) -> None:
     from ccgen.runtime import load_run
 
