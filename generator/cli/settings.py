@@ -19,6 +19,13 @@ if TYPE_CHECKING:
 
     from ..scene import Scene
 
+OF_RUNS = ("until", "rtol", "method", "step")
+"""Options of runs that some take for parameters."""
+NO_NUMBER = (
+    "found a number that is 0 in the scene and so left out of the equations, expected a parameter; write another "
+    "number for it in the scene, which may be small, and set that"
+)
+
 
 def read_settings(given: Sequence[str]) -> dict[str, float]:
     """Values by the paths of parameters; exit code 2, and all that is wrong, where an option says none."""
@@ -58,6 +65,8 @@ def with_settings(model: Model, settings: Mapping[str, float], scene: Scene, det
         return model
     changed = with_numbers(model, settings, scene)
     if detail is not Detail.NOTHING:
+        for remark in _angles(settings, scene):
+            typer.echo(remark, err=True)
         for remark in _stays(model, settings, scene):
             typer.echo(f"{scene.name}: {remark}", err=True)
     begins = scene_with(settings, scene)
@@ -75,7 +84,50 @@ def with_numbers(model: Model, settings: Mapping[str, float], scene: Scene) -> M
     try:
         return model.with_parameters({path: float(value) for path, value in settings.items()})
     except (KeyError, ValueError) as error:
-        fail("\n".join(f"--set {line}" for line in str(error).splitlines()))
+        told = {f"{path}: ": _meant(path, value, scene) for path, value in settings.items()}
+        lines = (
+            next((path + said for path, said in told.items() if said and line.startswith(path)), line)
+            for line in str(error).splitlines()
+        )
+        fail("\n".join(f"--set {line}" for line in lines))
+
+
+def _meant(path: str, value: float, scene: Scene) -> str:
+    """What is wrong with a path that is no parameter, where it is known: an option of runs, or a number that the
+    equations are without because it is 0 in the scene."""
+    if path in OF_RUNS:
+        return f"found a setting of runs, expected a parameter; write --{path} {getattr(value, 'text', f'{value:g}')}"
+    return NO_NUMBER if path in _zeros(scene) else ""
+
+
+def _zeros(scene: Scene) -> set[str]:
+    """The paths that numbers of links would have which are 0 in the scene, and so are no parameters."""
+    from ..mechanism.links import Point
+
+    mechanism, found = scene.mechanism, set[str]()
+
+    def note(path: str, point: Point) -> None:
+        found.update(f"{path}.{axis}" for axis in "xy" if getattr(point, axis) is None)
+
+    for link in mechanism.links:
+        note(f"{link.name}.com", link.com)
+        for name, point in link.points.items():
+            note(f"{link.name}.points.{name}", point)
+        found.update(f"{link.name}.{key}" for key in ("mass", "inertia") if getattr(link, key) is None)
+    for name, point in mechanism.ground_points.items():
+        note(f"ground.points.{name}", point)
+    return found
+
+
+def _angles(settings: Mapping[str, float], scene: Scene) -> list[str]:
+    """Angles without a unit of which degrees may be meant."""
+    from ..scene.angles import taken_as_rad
+    from ..scene.measures import units_of
+
+    found = {path: getattr(value, "text", value) for path, value in settings.items()}
+    angles = [path for path in settings if units_of(scene, path) == ("rad",)]
+    told = ((path, taken_as_rad(settings[path], found[path])) for path in angles)
+    return [f"--set {path}: {remark}" for path, remark in told if remark]
 
 
 def scene_with(settings: Mapping[str, float], scene: Scene) -> Scene:

@@ -10,7 +10,7 @@ from typing import Any, get_args, get_origin
 
 from pydantic.fields import FieldInfo
 
-from ..effect_base.arithmetic import ExpressionError, Names, Written, parsed
+from ..effect_base.arithmetic import NO_NAMES, ExpressionError, Names, Written, parsed
 from ..effect_base.expression_of_time import InTime
 from ..effect_base.table import Columns, Table, alternatives
 from ..effect_base.written_numbers import Measured, read_number
@@ -61,14 +61,21 @@ def judge_angles(model: type[Table], raw: Mapping[str, object], path: Path, name
                 message = f"expected at most {LARGEST:.2g} rad, beyond which no digits are left of where links point"
                 report.add((*path, *where), f"found an angle of {angle:.3g} rad, {message}; leave out full turns")
                 fine = False
-            elif abs(angle) > 2.0 * math.pi and not _says_its_unit(angle, names):
-                turns = f"{abs(angle) / (2.0 * math.pi):.3g} turns"
-                what = f'"{given}", {angle:g},' if isinstance(given, str) else f"{angle:g}"
-                report.remark((*path, *where), f'{what} is taken as rad, {turns}; write "{angle:g} deg" for degrees')
+            elif remark := taken_as_rad(angle, given, names):
+                report.remark((*path, *where), remark)
     for key, kind, given in ((key, field.annotation, raw.get(key)) for key, field in model.model_fields.items()):
         for where, inner, table in _tables_in(kind, given):
             fine = judge_angles(inner, table, (*path, key, *where), names, report) and fine
     return fine
+
+
+def taken_as_rad(angle: float, given: object, names: Names = NO_NAMES) -> str:
+    """What to say of an angle (rad) beyond a full turn that is ``given`` without a unit; nothing of others."""
+    if abs(angle) <= 2.0 * math.pi or _says_its_unit(angle, names):
+        return ""
+    turns = f"{abs(angle) / (2.0 * math.pi):.3g} turns"
+    what = f'"{given}", {angle:g},' if isinstance(given, str) else f"{angle:g}"
+    return f'{what} is taken as rad, {turns}; write "{angle:g} deg" for degrees'
 
 
 def _tables_in(kind: Any, value: object) -> Iterator[tuple[Path, type[Table], Mapping[str, object]]]:

@@ -325,7 +325,10 @@ def _read(
     effects = [(path, valued(effect, values)) for path, effect in effects]
     bodies = meshed(bodies, effects) if bodies else None
     absent = {path for path, name in named if name in switches.off}
-    start = _start(begun, bodies, effects, report, assemble, other is None, absent) if bodies and begun else None
+    holds = said.of(HoldTable) if other is None else ()
+    start = None
+    if bodies and begun:
+        start = _start(begun, bodies, effects, report, assemble, other is None, absent, holds)
     if bodies and start:
         settled = settle(start if other is None else other.start, bodies, effects)
         effects = [(path, valued(effect, values)) for path, effect in settled]
@@ -510,8 +513,10 @@ def _start(
     assemble: bool,
     begins: bool,
     absent: Collection[Path] = (),
+    holds: Collection[str] = (),
 ) -> Start | None:
-    """``begins``: whether a run may begin there, and it is judged accordingly, without effects that are ``absent``."""
+    """``begins``: whether a run may begin there, and it is judged accordingly, without effects that are ``absent``;
+    ``holds`` are joints that take hold."""
     acting = [effect for _, effect in effects]
     driven = [joint for effect in acting for joint in effect.driven()]
     asked = sketch(table, bodies, driven, report)
@@ -519,7 +524,7 @@ def _start(
         return None
     sound = check_driven(bodies.mechanism, effects, report)
     sound = check_masses(bodies, driven, report) and sound
-    start = begin(asked, bodies, effects, report) if asked and sound else None
+    start = begin(asked, bodies, effects, report, holds) if asked and sound else None
     if start is None or not check_masses(bodies, driven, report, start.poses):
         return None
     if not begins:

@@ -10,6 +10,7 @@ import numpy as np
 from ..effect_base.effect import Effect, Level
 from ..mechanism.assembled import Assembled
 from ..mechanism.assembly import CannotClose, Contradiction, Speed, alone, follow, nearest, rates
+from ..mechanism.carriages import loose_parts
 from ..mechanism.implied import implied
 from ..mechanism.layout import Layout, Real, lay_out
 from ..mechanism.loops import loops
@@ -79,8 +80,16 @@ def sketch(table: StartTable, bodies: Bodies, driven: Collection[int], report: R
     )
 
 
-def begin(sketch: Sketch, bodies: Bodies, effects: Sequence[tuple[Path, Effect]], report: Report) -> Start | None:
-    """The consistent start nearest to ``sketch``, heights not yet applied; ``None`` after faults."""
+def begin(
+    sketch: Sketch,
+    bodies: Bodies,
+    effects: Sequence[tuple[Path, Effect]],
+    report: Report,
+    holds: Collection[str] = (),
+) -> Start | None:
+    """The consistent start nearest to ``sketch``, heights not yet applied; ``None`` after faults.
+
+    ``holds`` are joints that take hold, and so may be open at the start."""
     layout = lay_out(bodies.mechanism, driven=[joint for _, effect in effects for joint in effect.driven()])
     if layout.apart:
         _report_apart(layout, bodies, report)
@@ -104,7 +113,7 @@ def begin(sketch: Sketch, bodies: Bodies, effects: Sequence[tuple[Path, Effect]]
         if any(effect.begins()[0] is not None for _, effect in drives) and _closes(layout, wanted):
             _report_drives(drives, f"found positions that miss by {error.miss:.3g} {error.unit} together", report)
         else:
-            _report_open(driven, error, wanted, bodies, report)
+            _report_open(driven, error, wanted, bodies, len(drives), report)
         return None
     asked = [*sketch.rates, *(rate if rate is None else rate / layout.unit for rate in sliding)]
     given = {index: rate for index, rate in enumerate(asked) if rate is not None}
@@ -114,7 +123,7 @@ def begin(sketch: Sketch, bodies: Bodies, effects: Sequence[tuple[Path, Effect]]
         speeds = rates(layout, found, given, speeds=(*prescribed, *meshes))
     except Contradiction as error:
         if not _report_stuck(layout, found, prescribed, drives, bodies.mechanism, report):
-            _report_rates(error, drives, layout, bodies.mechanism, report)
+            _report_rates(error, drives, layout, bodies.mechanism, holds, report)
         return None
     poses = layout.poses(found, sketch.position)
     if sketch.drawn and layout.floating:
@@ -251,7 +260,12 @@ def _still(rates: Real) -> bool:
 
 
 def _report_rates(
-    error: Contradiction, drives: Sequence[tuple[Path, Effect]], layout: Layout, mechanism: Mechanism, report: Report
+    error: Contradiction,
+    drives: Sequence[tuple[Path, Effect]],
+    layout: Layout,
+    mechanism: Mechanism,
+    holds: Collection[str],
+    report: Report,
 ) -> None:
     """Velocities that open a joint, or that miss a drive."""
     name, turning = mechanism.joints[error.joint].name, len(mechanism.links)
@@ -264,7 +278,13 @@ def _report_rates(
     opens = f"that open {name} at {error.speed:.3g} m/s, expected loops to stay closed"
     if any(error.joint in effect.driven() for _, effect in drives):
         opens = f"that miss the drive of {name} by {error.speed:.3g} rad/s or m/s, expected those it prescribes"
-    report.add(("start", key), f"found {what} of {names} {opens}; correct one of them or give fewer")
+    advice = f"correct one of them or give fewer{_may_be_open(name, holds)}"
+    report.add(("start", key), f"found {what} of {names} {opens}; {advice}")
+
+
+def _may_be_open(joint: str, holds: Collection[str]) -> str:
+    """How to begin without a joint that takes hold only later, where it is one."""
+    return f'; write open = ["{joint}"] in [start] where {joint} is not to hold yet' if joint in holds else ""
 
 
 def _judged(
@@ -405,7 +425,7 @@ def _mover(mechanism: Mechanism, layout: Layout, index: int) -> str:
     return mechanism.joints[layout.lines[index - count].joint].name
 
 
-def _report_open(layout: Layout, error: CannotClose, wanted: Real, bodies: Bodies, report: Report) -> None:
+def _report_open(layout: Layout, error: CannotClose, wanted: Real, bodies: Bodies, driven: int, report: Report) -> None:
     """Name the loop that does not close; where each closes alone, all joints that contradict each other."""
     mechanism = bodies.mechanism
     rings = loops(mechanism, layout.gaps)
@@ -425,12 +445,33 @@ def _report_open(layout: Layout, error: CannotClose, wanted: Real, bodies: Bodie
     report.add(
         bodies.at_joint(joint),
         f"found {found} {miss:.3g} {unit} at {mechanism.joints[joint].name}, expected 0; change lengths or points, or "
-        "give a [start] nearer to a closed configuration",
+        f"give a [start] nearer to a closed configuration{_too_many(mechanism, driven)}",
+    )
+
+
+def _too_many(mechanism: Mechanism, driven: int) -> str:
+    """That there are more joints than the links have freedoms, where that is so."""
+    count = mechanism.freedoms(driven)
+    if count >= 0:
+        return ""
+    return (
+        f"; by Grübler's count the mechanism has {count} degrees of freedom: it has joints or drives that no lengths "
+        "but special ones allow; remove one"
     )
 
 
 def _report_apart(layout: Layout, bodies: Bodies, report: Report) -> None:
     links = bodies.mechanism.links
+    missing = [min(group) for group in loose_parts(bodies.mechanism) if not group & bodies.free]
+    if bodies.free and missing:
+        for index in missing:
+            message = (
+                f"found no joints that hold {links[index].name}, and no free = true, which others have, expected one "
+            )
+            report.add(
+                bodies.at_link(index), message + f"of these; add a [[joint]], or free = true to {links[index].name}"
+            )
+        return
     base = links[0].name if layout.floating else "the ground"
     for index in layout.apart:
         message = f"found no joints that connect {links[index].name} with {base}, expected one piece; add a [[joint]], "

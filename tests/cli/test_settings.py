@@ -300,3 +300,58 @@ def _entry(heading: str, text: str) -> str:
     first = next(k for k, line in enumerate(lines) if line.startswith(heading))
     last = next((k for k in range(first + 1, len(lines)) if not lines[k].startswith(" ")), len(lines))
     return "\n".join(lines[first:last])
+
+
+WRONG = {
+    "a number that is 0 in the scene": (
+        "crank.points.B.y=0.1",
+        "--set crank.points.B.y: found a number that is 0 in the scene and so left out of the equations, expected a "
+        "parameter; write another number for it in the scene",
+    ),
+    "an option of runs": ("until=3", "--set until: found a setting of runs, expected a parameter; write --until 3"),
+    "an option of runs, with a unit": ("until=3 s", "write --until 3 s"),
+    "another name": ("crank.weight=3", "--set crank.weight: found no such parameter"),
+}
+
+
+@pytest.mark.parametrize(("setting", "said"), WRONG.values(), ids=WRONG)
+def test_what_is_no_parameter_is_told(setting: str, said: str) -> None:
+    done = CliRunner().invoke(app, ["run", FOUR_BAR, "--set", setting])
+    assert done.exit_code == 2
+    assert said in done.stderr
+
+
+def test_degrees_that_may_be_meant_are_told(tmp_path: Path) -> None:
+    """As of a file: beyond a full turn, and without a unit."""
+    text = SLIDER_CRANK.replace("NAME", "turned").replace("LENGTH", "0.5").replace("START", STARTS["given"])
+    text += '[[torsion]]\nname = "wound"\njoint = "axle"\nstiffness = 1\nangle = 0.1\n'
+    (tmp_path / "turned.toml").write_text(text)
+    told = {}
+    for value in ("40", "40 deg", "6", "20*pi"):
+        done = CliRunner().invoke(app, ["run", "turned.toml", "--set", f"wound.angle={value}", "--until", "0.01"])
+        assert done.exit_code == 0, done.stderr
+        told[value] = "is taken as rad" in done.stderr
+    assert told == {"40": True, "40 deg": False, "6": False, "20*pi": False}
+    done = CliRunner().invoke(app, ["run", "turned.toml", "--set", "wound.angle=40", "--until", "10 ms"])
+    assert '--set wound.angle: 40 is taken as rad, 6.37 turns; write "40 deg" for degrees' in done.stderr
+
+
+def test_ends_have_units_as_in_scenes() -> None:
+    """And nothing but times."""
+    for text, end in (("200 ms", 0.2), ("1/4", 0.25)):
+        done = CliRunner().invoke(app, ["run", FOUR_BAR, "--until", text, "-q"])
+        assert done.exit_code == 0, done.stderr
+        with np.load("results/four-bar/result.npz") as written:
+            assert written["t"][-1] == pytest.approx(end, rel=1e-15)
+    done = CliRunner().invoke(app, ["run", FOUR_BAR, "--until", "2 kg"])
+    assert done.exit_code == 2
+    assert "--until: found '2 kg', expected a positive number of seconds" in done.stderr
+
+
+def test_the_way_to_another_equilibrium_is_told(tmp_path: Path) -> None:
+    (tmp_path / "free.toml").write_text("[loop]\nlinks = 4\n[gravity]\n")
+    done = CliRunner().invoke(app, ["equilibrium", "free.toml"])
+    assert done.exit_code == 2
+    assert "nearest=True (--nearest) looks for the nearest one, stable or not" in done.stderr
+    done = CliRunner().invoke(app, ["equilibrium", "free.toml", "--nearest"])
+    assert "--nearest" not in done.stderr
