@@ -17,7 +17,8 @@ RATES = {"angle": "angular_velocity", "slide": "slide_rate", "x": "vx", "y": "vy
 
 
 RANK = 1e-9
-"""Singular values of rows below this, times the mechanism's length, are zero."""
+"""Singular values of rows below this, times the mechanism's length, are zero: rows are known to some 1e-15 of it, and
+what they leave free by less would move the others a billion times as fast."""
 
 AT_START = "(0)"
 """Behind the name of an output: its value at t = 0, apart from the output itself, which may be observed too."""
