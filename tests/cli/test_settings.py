@@ -158,6 +158,17 @@ def test_it_is_known_what_every_parameter_measures(scene: Path) -> None:
     assert [one.path for one in parameters if not units_of(found, one.path)] == []
 
 
+@pytest.mark.sample(12)
+@pytest.mark.parametrize("scene", [*SCENES.glob("*.toml"), *SCENES.glob("gallery/*.toml")], ids=lambda path: path.stem)
+def test_a_scene_with_its_own_values_is_the_same(scene: Path) -> None:
+    from ccgen.generator import load_scene
+    from ccgen.generator.scene.with_values import with_values
+
+    found = load_scene(scene)
+    parameters = [*found.mechanism.parameters(), *(one for effect in found.effects for one in effect.parameters())]
+    assert with_values(found, {one.path: one.value for one in parameters}) == found
+
+
 RODS = """
 name = "rods"
 [ground_link]
