@@ -124,6 +124,6 @@ def _finder(model: Model) -> Callable[[Any], Any]:
         if not NAME.fullmatch(said["package"]):  # compiled code is loaded from there: from nowhere else than beside
             raise ValueError(f"{said['package']!r} is no name of a package")
         own = folder if said["name"] == model.name else folder.parent / said["package"]
-        return reopen(own, said["name"], said["hash"], said["values"])
+        return reopen(own, said["name"], said["hash"], said["values"], said.get("begin"))
 
     return find

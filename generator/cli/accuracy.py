@@ -56,7 +56,7 @@ def price_accuracy(
     from ccgen.runtime.precision import wider
     from ccgen.runtime.simulation.arguments import check_until
 
-    end = faults.of(read_option, until, check_until)
+    end = faults.of(read_option, until, check_until, "s")
     if "wide" in precisions and not wider():
         faults.add(
             "--precision wide: found a machine whose long double is a double, expected a wider one; leave wide out"

@@ -39,7 +39,7 @@ def price_gradient(
     """Measure derivatives of the scene's end, print the tables, write ``gradient.csv`` and ``gradient.png``."""
     from ccgen.runtime.simulation.arguments import check_until
 
-    asked = faults.of(read_option, until, check_until)
+    asked = faults.of(read_option, until, check_until, "s")
     scene = faults.of(read, scene_file)
     folder = Path("results") / (scene.name if scene else "") if out is None else out
     if scene or out:

@@ -54,8 +54,8 @@ def orbit(scene_file: Path, wanted: Wanted, detail: Detail, settings: Mapping[st
     crossings = faults.of(read_count, wanted.crossings, "--crossings")
     settled = faults.of(read_count, wanted.settled, "--settled")
     until, rtol = (
-        faults.of(read_option, text, check)
-        for text, check in ((wanted.until, _check("until")), (wanted.rtol, _check("rtol")))
+        faults.of(read_option, text, check, unit)
+        for text, check, unit in ((wanted.until, _check("until"), "s"), (wanted.rtol, _check("rtol"), ""))
     )
     if wanted.along is None:
         others = {"--double": wanted.double, "--settled": wanted.settled, "--show": wanted.show, "--out": wanted.out}
@@ -106,7 +106,13 @@ def _tell(model: Model, found: Orbit) -> None:
     from ccgen.runtime.orbits.values import names_of, unit_of
 
     stable = "stable" if found.stable else "neutral" if found.neutral else "unstable"
-    typer.echo(f"{model.name}: {stable} periodic motion; period {found.period:.9g} s")
+    if found.at_rest:
+        typer.echo(
+            f"{model.name}: {stable} equilibrium, at which nothing moves, compared after {found.period:.9g} s; give a "
+            "--guess that moves for a periodic motion"
+        )
+    else:
+        typer.echo(f"{model.name}: {stable} periodic motion; period {found.period:.9g} s")
     typer.echo(f"comes back to {found.missed:.2g} of its size; {found.runs} runs derived")
     typer.echo("multiplier           size")
     for one in found.multipliers:

@@ -66,13 +66,28 @@ class Faults:
             fail("\n".join(self._found))
 
 
-def read_option(text: str | None, check: Callable[[Any], None]) -> float | None:
-    """The number that an option has, if it is there; exit code 2 where ``check`` refuses it, or it is none."""
+def read_option(text: str | None, check: Callable[[Any], None], unit: str = "") -> float | None:
+    """The number that an option has, if it is there; exit code 2 where ``check`` refuses it, or it is none.
+
+    One that has a ``unit`` may be written as scenes have it, ``2 s`` or ``2*pi/3``."""
     if text is None:
         return None
+    found = value_of(text)
+    if unit and isinstance(found, str):
+        found = _measured(found, unit)
     with refusing_options():
-        check(value_of(text))
-    return float(text)
+        check(found)
+    return float(found)
+
+
+def _measured(text: str, unit: str) -> float | str:
+    """The number (SI) that a text stands for, or the text where it is none of this ``unit``."""
+    from .plan_numbers import written
+
+    try:
+        return written(text, unit)
+    except ValueError:
+        return text
 
 
 def value_of(text: str) -> float | str:

@@ -65,10 +65,10 @@ class Asked:
                 with refusing_options():
                     check_method(self.method, self.step)
 
-        until = faults.of(read_option, self.until, check_until)
+        until = faults.of(read_option, self.until, check_until, "s")
         rtol = faults.of(read_option, self.rtol, check_rtol)
         faults.of(check_name)
-        step = faults.of(read_option, self.step, check_length)
+        step = faults.of(read_option, self.step, check_length, "s")
         return {"until": until, "rtol": rtol, "method": self.method, "step": step}
 
 

@@ -28,6 +28,11 @@ def tell_assembly(scene: Scene, detail: Detail = Detail.USUAL) -> None:
     """Say on standard error, in one line, how the start was assembled, if its loops had to be closed or a drawing was
     not exact; in full detail which branch each loop is on too. Remarks on values come first."""
     _tell_remarks(scene, detail)
+    tell_closing(scene, detail)
+
+
+def tell_closing(scene: Scene, detail: Detail, when: str = "") -> None:
+    """The same without remarks on values; ``when`` says with which values."""
     start = scene.start
     changes = [
         f"angles changed by up to {start.assembled_by:.3g} rad ({start.most})" if start.assembled_by > SEEN else "",
@@ -45,7 +50,7 @@ def tell_assembly(scene: Scene, detail: Detail = Detail.USUAL) -> None:
     closed = f"{len(lines)} loop{'s' * (len(lines) != 1)} closed" if lines else "joints fitted"
     told = ", ".join(filter(None, [closed if any(changes) else "", *changes, missed]))
     hint = f"; -v for {'its branch' if len(lines) == 1 else 'their branches'}" if lines else ""
-    tell(scene, told + (hint if detail is Detail.USUAL else ""))
+    tell(scene, when + told + (hint if detail is Detail.USUAL else ""))
     for line in lines if everything else ():
         tell(scene, f"branch {line}")
 

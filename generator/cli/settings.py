@@ -11,12 +11,20 @@ from ..effect_base.arithmetic import ExpressionError
 from ..effect_base.written_numbers import check_dimension
 from .detail import Detail
 from .plan_numbers import read_any
-from .refusal import Faults, fail, value_of
+from .refusal import Faults, fail, refusing, value_of
+from .scene_file import SEEN, tell_closing
 
 if TYPE_CHECKING:
     from ccgen.runtime import Model
 
     from ..scene import Scene
+
+OF_RUNS = ("until", "rtol", "method", "step")
+"""Options of runs that some take for parameters."""
+NO_NUMBER = (
+    "found a number that is 0 in the scene and so left out of the equations, expected a parameter; write another "
+    "number for it in the scene, which may be small, and set that"
+)
 
 
 def read_settings(given: Sequence[str]) -> dict[str, float]:
@@ -49,20 +57,100 @@ def _number(text: str) -> float:
 
 
 def with_settings(model: Model, settings: Mapping[str, float], scene: Scene, detail: Detail = Detail.USUAL) -> Model:
-    """The model of a scene with these values; exit code 2 where it has no such parameters, or they cannot be those.
+    """The model of a scene with these values, which starts where the scene does with them; exit code 2 where it has no
+    such parameters, they cannot be those, or there is no such start.
 
     What was worked out from a value that is another now, and stays, is told on standard error."""
     if not settings:
         return model
-    _check_units(settings, scene)
-    try:
-        changed = model.with_parameters({path: float(value) for path, value in settings.items()})
-    except (KeyError, ValueError) as error:
-        fail("\n".join(f"--set {line}" for line in str(error).splitlines()))
+    changed = with_numbers(model, settings, scene)
     if detail is not Detail.NOTHING:
+        for remark in _angles(settings, scene):
+            typer.echo(remark, err=True)
         for remark in _stays(model, settings, scene):
             typer.echo(f"{scene.name}: {remark}", err=True)
-    return changed
+    begins = scene_with(settings, scene)
+    if detail is not Detail.NOTHING and _moved(scene, begins):
+        tell_closing(begins, detail, "with these values ")
+    before, settled = _values(scene), _values(begins)
+    follow = {path: value for path, value in settled.items() if path not in settings and value != before[path]}
+    with refusing(ValueError):
+        return changed.with_parameters(follow).with_start(begins.start.poses, begins.start.velocities)
+
+
+def with_numbers(model: Model, settings: Mapping[str, float], scene: Scene) -> Model:
+    """The model with these values; exit code 2 where it has no such parameters, or they cannot be those."""
+    _check_units(settings, scene)
+    try:
+        return model.with_parameters({path: float(value) for path, value in settings.items()})
+    except (KeyError, ValueError) as error:
+        told = {f"{path}: ": _meant(path, value, scene) for path, value in settings.items()}
+        lines = (
+            next((path + said for path, said in told.items() if said and line.startswith(path)), line)
+            for line in str(error).splitlines()
+        )
+        fail("\n".join(f"--set {line}" for line in lines))
+
+
+def _meant(path: str, value: float, scene: Scene) -> str:
+    """What is wrong with a path that is no parameter, where it is known: an option of runs, or a number that the
+    equations are without because it is 0 in the scene."""
+    if path in OF_RUNS:
+        return f"found a setting of runs, expected a parameter; write --{path} {getattr(value, 'text', f'{value:g}')}"
+    return NO_NUMBER if path in _zeros(scene) else ""
+
+
+def _zeros(scene: Scene) -> set[str]:
+    """The paths that numbers of links would have which are 0 in the scene, and so are no parameters."""
+    from ..mechanism.links import Point
+
+    mechanism, found = scene.mechanism, set[str]()
+
+    def note(path: str, point: Point) -> None:
+        found.update(f"{path}.{axis}" for axis in "xy" if getattr(point, axis) is None)
+
+    for link in mechanism.links:
+        note(f"{link.name}.com", link.com)
+        for name, point in link.points.items():
+            note(f"{link.name}.points.{name}", point)
+        found.update(f"{link.name}.{key}" for key in ("mass", "inertia") if getattr(link, key) is None)
+    for name, point in mechanism.ground_points.items():
+        note(f"ground.points.{name}", point)
+    return found
+
+
+def _angles(settings: Mapping[str, float], scene: Scene) -> list[str]:
+    """Angles without a unit of which degrees may be meant."""
+    from ..scene.angles import taken_as_rad
+    from ..scene.measures import units_of
+
+    found = {path: getattr(value, "text", value) for path, value in settings.items()}
+    angles = [path for path in settings if units_of(scene, path) == ("rad",)]
+    told = ((path, taken_as_rad(settings[path], found[path])) for path in angles)
+    return [f"--set {path}: {remark}" for path, remark in told if remark]
+
+
+def scene_with(settings: Mapping[str, float], scene: Scene) -> Scene:
+    """The scene with these values, assembled anew; exit code 2, and what is wrong, where it has no start with them."""
+    from ..scene.errors import SceneError
+    from ..scene.with_values import with_values
+
+    try:
+        return with_values(scene, {path: float(value) for path, value in settings.items()})
+    except SceneError as error:
+        fail("\n".join(f"--set: with these values {line}" for line in str(error).splitlines()))
+
+
+def _moved(one: Scene, other: Scene) -> bool:
+    """Whether the starts of two scenes are differently far from what was asked for."""
+    off = [(start.assembled_by, start.slid_by, start.missed_by) for start in (one.start, other.start)]
+    return any(abs(a - b) > SEEN for a, b in zip(*off, strict=True))
+
+
+def _values(scene: Scene) -> dict[str, float]:
+    """Of all parameters, by their paths."""
+    acting = (one for effect in scene.effects for one in effect.parameters())
+    return {one.path: one.value for one in (*scene.mechanism.parameters(), *acting)}
 
 
 def _check_units(settings: Mapping[str, float], scene: Scene) -> None:

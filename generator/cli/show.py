@@ -14,7 +14,7 @@ from .folders import MODELS, check_folder
 from .progress import progress
 from .refusal import Faults, refusing, refusing_options
 from .scene_file import read, tell_assembly
-from .settings import with_settings
+from .settings import scene_with, with_settings
 
 
 def show(
@@ -70,13 +70,9 @@ def show(
 
 
 def _with_values(scene: Scene, settings: Mapping[str, float], detail: Detail) -> Scene:
-    """The scene with other values, its loops closed with them as a run closes them."""
-    from ..scene.with_values import with_values
-
-    model = with_settings(compiled(scene, detail), settings, scene, detail)
-    with refusing(ValueError):
-        q, _ = model.start()
-    return with_values(scene, settings, model.poses(q))
+    """The scene with other values, its start assembled anew with them."""
+    with_settings(compiled(scene, detail), settings, scene, detail)
+    return scene_with(settings, scene)
 
 
 def _check_plan(plan: str | None, scene: Scene | None = None, fold: bool = False) -> None:

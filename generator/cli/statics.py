@@ -42,7 +42,7 @@ def torque(
     from ccgen.runtime import driving_torque
     from ccgen.runtime.analysis.crank import check_rate
 
-    asked = faults.of(read_option, rate, check_rate) if rate is not None else None
+    asked = faults.of(read_option, rate, check_rate, "rad/s") if rate is not None else None
     scene = faults.of(read, scene_file)
     turned = faults.of(_driving, scene, scene_file, joint) if scene else None
     if plot is not None:

@@ -138,7 +138,7 @@ def _mobility(mechanism: Mechanism, driven: int) -> str:
     count += f" - {_driven(driven)}" if driven else ""
     meshes = len(mechanism.meshes)
     count += f" - {meshes} mesh{'es' * (meshes != 1)}" if meshes else ""
-    return f"{3 * links - 2 * others - slots - driven - meshes} by Grübler's count: {count}"
+    return f"{mechanism.freedoms(driven)} by Grübler's count: {count}"
 
 
 def _driven(count: int) -> str:

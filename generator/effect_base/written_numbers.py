@@ -196,7 +196,7 @@ def _unknown(number: str, unit: str, units: Sequence[str] | None) -> str:
     if several and read_unit(f"{several[1]}/({several[2]})"):
         return f'"{unit}" could be read in two ways; write "{several[1]}/({several[2]})" for all of it below the stroke'
     first = re.match(r"[A-Za-zµ%]+", unit)
-    if first and first[0] in UNITS and re.search(r"[-+*(]", unit):
+    if first and first[0] in UNITS and re.search(r"[-+*(]|/\s*[\d.]", unit):
         return _ALONE.format(f"{number} {first[0]}")
     product = "*".join((number, *unit.split()))
     known = f"the units are {_UNIT_NAMES}, their products and quotients"

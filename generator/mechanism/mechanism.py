@@ -79,6 +79,11 @@ class Mechanism:
     def link_name(self, link: int) -> str:
         return "ground" if link == GROUND else self.links[link].name
 
+    def freedoms(self, driven: int = 0) -> int:
+        """Degrees of freedom by Grübler's count, with so many ``driven`` joints: it knows nothing of lengths."""
+        slots = sum(joint.kind == "pin-in-slot" for joint in self.joints)
+        return 3 * len(self.links) - 2 * len(self.joints) + slots - driven - len(self.meshes)
+
     def parameters(self) -> tuple[Parameter, ...]:
         """Parameters of all links, then of the ground's points, then of the joints, each once."""
         found = [p for link in self.links for p in link.parameters()]

@@ -14,7 +14,7 @@ from ..mechanism.links import GROUND, Corner, Link, Parameter, Point
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.meshes import MeshTerm
 from ..mechanism.topology import Topology
-from ..scene.scene import Scene
+from ..scene.scene import Kept, Scene
 from .schema import ModelData
 
 Json = dict[str, object]
@@ -94,6 +94,8 @@ def model_data(
         "start": {
             "poses": [list(pose) for pose in scene.start.poses],
             "velocities": [list(velocity) for velocity in scene.start.velocities],
+            "kept_places": _kept(mechanism, topology, scene.start.kept_places),
+            "kept_rates": _kept(mechanism, topology, scene.start.kept_rates),
         },
         "run": {"until": scene.run.until, "rtol": scene.run.rtol, "atol": scene.run.atol, "on_gain": scene.run.on_gain},
     }
@@ -289,6 +291,13 @@ def _coordinates(mechanism: Mechanism, topology: Topology) -> list[tuple[str, st
     angles = [("angle", k) for k in range(len(mechanism.links)) if topology.leader(k) == k]
     slides = sorted(branch.joint for branch in topology.branches if branch.slides)
     return [*root, *angles, *(("slide", mechanism.joints[joint].name) for joint in slides)]
+
+
+def _kept(mechanism: Mechanism, topology: Topology, entries: Sequence[Kept]) -> list[int]:
+    """Which coordinates these are; a length that is none, as along the line of a cut joint, is left out."""
+    named = _coordinates(mechanism, topology)
+    wanted = [(kind, topology.leader(k) if kind == "angle" else mechanism.joints[k].name) for kind, k in entries]
+    return sorted({named.index(one) for one in wanted if one in named})
 
 
 def _outboard(mechanism: Mechanism, topology: Topology) -> list[str]:

@@ -155,6 +155,10 @@ class StartData(Data):
 
     poses: list[Triple] = entry("x, y and angle of each link's frame", "[links][3]", "m, rad")
     velocities: list[Triple] = entry("their rates", "[links][3]", "m/s, rad/s")
+    kept_places: list[int] = entry(
+        "coordinates that stay as they are where loops are closed with other values of parameters", default=[]
+    )
+    kept_rates: list[int] = entry("coordinates whose rates stay so", default=[])
 
 
 class RunData(Data):

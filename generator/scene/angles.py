@@ -10,7 +10,7 @@ from typing import Any, get_args, get_origin
 
 from pydantic.fields import FieldInfo
 
-from ..effect_base.arithmetic import ExpressionError, Names, Written, parsed
+from ..effect_base.arithmetic import NO_NAMES, ExpressionError, Names, Written, parsed
 from ..effect_base.expression_of_time import InTime
 from ..effect_base.table import Columns, Table, alternatives
 from ..effect_base.written_numbers import Measured, read_number
@@ -70,12 +70,18 @@ def judge_angle(given: object, path: Path, names: Names, report: Report) -> bool
         message = f"expected at most {LARGEST:.2g} rad, beyond which no digits are left of where links point"
         report.add(path, f"found an angle of {angle:.3g} rad, {message}; leave out full turns")
         return False
-    if abs(angle) > 2.0 * math.pi and not _says_its_unit(angle, names):
-        turns = f"{abs(angle) / (2.0 * math.pi):.3g} turns"
-        text = given.text if isinstance(given, Written) else given
-        what = f'"{text}", {angle:g},' if isinstance(text, str) else f"{angle:g}"
-        report.remark(path, f'{what} is taken as rad, {turns}; write "{angle:g} deg" for degrees')
+    if remark := taken_as_rad(angle, given.text if isinstance(given, Written) else given, names):
+        report.remark(path, remark)
     return True
+
+
+def taken_as_rad(angle: float, given: object, names: Names = NO_NAMES) -> str:
+    """What to say of an angle (rad) beyond a full turn that is ``given`` without a unit; nothing of others."""
+    if abs(angle) <= 2.0 * math.pi or _says_its_unit(angle, names):
+        return ""
+    turns = f"{abs(angle) / (2.0 * math.pi):.3g} turns"
+    what = f'"{given}", {angle:g},' if isinstance(given, str) else f"{angle:g}"
+    return f'{what} is taken as rad, {turns}; write "{angle:g} deg" for degrees'
 
 
 def _tables_in(kind: Any, value: object) -> Iterator[tuple[Path, type[Table], Mapping[str, object]]]:

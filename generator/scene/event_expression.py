@@ -153,14 +153,20 @@ class _Reader:
         wrong = ""
         if kind == "joint" and given not in joints:
             wrong = f"is no joint; the joints are {', '.join(joints) or 'none'}"
+            if given in links and quantity == "angle":
+                wrong += f"; write direction({given}) for the angle of that link"
         elif quantity == "angle" and not joints[given].turns:
             wrong = "does not turn; its links keep their angle"
         elif quantity == "slide" and not joints[given].slides:
             wrong = "does not slide; it only turns"
         elif kind == "link" and given not in links:
             wrong = f"is no link that moves; the links are {', '.join(links)}"
+            if given in joints and joints[given].turns:
+                wrong += f"; write angle({given}) for the angle at that joint"
         elif kind == "point" and find_point(given, mechanism)[0] is None:
             wrong = f"is no point; {find_point(given, mechanism)[1]}"
+            if near := _points_like(given, mechanism):
+                wrong += f"; write {' or '.join(near)}"
         if wrong:
             raise ExpressionError(f"{given} in {quantity}(...) {wrong}")
         return given
@@ -175,6 +181,12 @@ class _Reader:
         if not value.is_integer() or abs(value) > HIGHEST:
             raise ExpressionError(f"exponents are whole numbers up to {HIGHEST}; write sqrt(...) or exp(...)")
         return tree
+
+
+def _points_like(given: str, mechanism: Mechanism) -> list[str]:
+    """Points of links that are called so, or that a link called so has, as ``link.point``."""
+    links = mechanism.links[: mechanism.own_links]
+    return [f"{link.name}.{point}" for link in links for point in link.points if given in (point, link.name)]
 
 
 def _called(name: str, args: list[ast.expr]) -> ast.Call:

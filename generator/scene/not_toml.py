@@ -15,6 +15,8 @@ MANY = ("link", "joint", "part", "place", *(entry.key for entry in REGISTRY if e
 _HEADER = re.compile(r"^[ \t]*\[[ \t]*([A-Za-z_]+)[ \t]*\][ \t]*(?:#.*)?$", re.MULTILINE)
 _BARE = re.compile(r"[=\[,]\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*([A-Za-zµ%°][^,\]}#\"]*)")
 """A number with something like a unit behind it, without quotes."""
+_COMMA = re.compile(r"=\s*([-+]?\d+),(\d+)\s*(?:#.*)?$")
+"""A number with a comma for its point, alone behind a key."""
 _QUOTES = "\u201c\u201d\u201e\u2018\u2019"
 
 
@@ -41,6 +43,8 @@ def _advice(line: str) -> str:
         return 'write straight quotes, ", for curved ones'
     if re.match(r"[ \t]*[A-Za-z0-9_-]+[ \t]*:", line):
         return "write = for :"
+    if comma := _COMMA.search(line):
+        return f"write {comma[1]}.{comma[2]}, with a point for the comma"
     for bare in _BARE.finditer(line):
         if read_unit(bare[2]):
             return f'write "{bare[1]} {bare[2].strip()}", in quotes, for a number with its unit'

@@ -65,6 +65,7 @@ from .schema import (
 from .shorthand import shorthand
 from .start import begin, check_effects, check_energy, lift, settle, sketch
 from .toml_text import plain
+from .valued import valued
 
 PLACING = ("let", *SHORTHAND, "link", "joint", "ground_link", "start", "release", "hold")
 """Tables that say where links are and what holds them,"""
@@ -72,6 +73,9 @@ NOT_PLACING: frozenset[str | int] = frozenset({"mass", "inertia", "rod", "plate"
 """but for these keys."""
 OTHER_NAMES_OF_LET = ("variables", "constants", "parameters", "define")
 """Where somebody may look for it first."""
+
+NO_VALUES: Mapping[str, float] = {}
+"""Parameters have those of the tables."""
 
 Tables = Mapping[str, Any]
 Gravity = bool | float | Tables
@@ -169,10 +173,17 @@ def _standard(form: str, own: dict[str, Any], name: str, gravity: Gravity, table
     return read_tables(plain(document), name, name)
 
 
-def read_tables(tables: Tables, file: str, name: str, lines: Mapping[Path, int] | None = None) -> Scene:
+def read_tables(
+    tables: Tables,
+    file: str,
+    name: str,
+    lines: Mapping[Path, int] | None = None,
+    values: Mapping[str, float] = NO_VALUES,
+) -> Scene:
     """The scene that ``tables`` describe: ``file`` and ``lines`` say where they stand, ``name`` is the default name.
 
-    Raises ``SceneError`` with all faults at once.
+    Parameters have these ``values`` instead of those of the tables, from before the start is assembled. Raises
+    ``SceneError`` with all faults at once.
     """
     report = Report(file, lines)
     for key in tables:
@@ -187,16 +198,16 @@ def read_tables(tables: Tables, file: str, name: str, lines: Mapping[Path, int] 
     if len(report.found) > faults:
         _check_tables(tables, report)
         report.stop_if_any()
-    parts = _read(tables, report)
+    parts = _read(tables, report, values=values)
     tell_behind(tables, parts.bodies.mechanism if parts.bodies else None, report, MODELS, _read_again)
     report.stop_if_any()
     scene = _scene(name, parts, report)
     if parts.changes:
-        structures = _structures(scene, tables, parts.said, report)
+        structures = _structures(scene, tables, parts.said, report, values)
         report.stop_if_any()
         scene = replace(scene, remarks=report.remarks, changes=parts.changes, structures=structures)
     if parts.switches.sets:
-        switched = _switched(scene, tables, parts.switches, report)
+        switched = _switched(scene, tables, parts.switches, report, values)
         report.stop_if_any()
         scene = replace(scene, off=parts.switches.off, switched=switched)
     scene = replace(
@@ -231,14 +242,16 @@ def _scene(name: str, parts: Parts, report: Report) -> Scene:
     return Scene(name, mechanism, effects, parts.start, settings, asked, report.remarks, events=parts.events)
 
 
-def _structures(scene: Scene, tables: Tables, said: ChangeTables, report: Report) -> tuple[Structure, ...]:
+def _structures(
+    scene: Scene, tables: Tables, said: ChangeTables, report: Report, values: Mapping[str, float]
+) -> tuple[Structure, ...]:
     """What the mechanism of a ``scene`` is with other joints open than at its start; joints in the scene's order."""
     order = [joint.name for joint in (*scene.mechanism.joints, *scene.mechanism.open)]
     found = []
     for opened in said.structures()[1:]:
         names = tuple(sorted(opened, key=order.index))
         own = Report(report.file)
-        parts = _read(tables, own, other=Other(opened, scene.start))
+        parts = _read(tables, own, other=Other(opened, scene.start), values=values)
         words = f"without {', '.join(names)}" if names else "with all joints"
         for path, message in own.found:
             report.add(path, f"{words}: {message}")
@@ -248,12 +261,14 @@ def _structures(scene: Scene, tables: Tables, said: ChangeTables, report: Report
     return tuple(found)
 
 
-def _switched(scene: Scene, tables: Tables, switches: Switches, report: Report) -> tuple[Switched, ...]:
+def _switched(
+    scene: Scene, tables: Tables, switches: Switches, report: Report, values: Mapping[str, float]
+) -> tuple[Switched, ...]:
     """What the mechanism of a ``scene`` is while effects are off."""
     found = []
     for off in switches.sets:
         own = Report(report.file)
-        parts = _read(tables, own, other=Other(frozenset(), scene.start, off))
+        parts = _read(tables, own, other=Other(frozenset(), scene.start, off), values=values)
         for path, message in own.found:
             report.add(path, f"without {', '.join(off)}: {message}")
         if not own.found:
@@ -261,7 +276,13 @@ def _switched(scene: Scene, tables: Tables, switches: Switches, report: Report) 
     return tuple(found)
 
 
-def _read(tables: Tables, report: Report, assemble: bool = True, other: Other | None = None) -> Parts:
+def _read(
+    tables: Tables,
+    report: Report,
+    assemble: bool = True,
+    other: Other | None = None,
+    values: Mapping[str, float] = NO_VALUES,
+) -> Parts:
     """The parts that ``tables`` describe, as far as they are right; ``assemble``: the start is made consistent.
 
     With an ``other`` structure than that of the start the mechanism begins nowhere: it is not asked what it may be
@@ -272,6 +293,7 @@ def _read(tables: Tables, report: Report, assemble: bool = True, other: Other | 
     said = _change_tables(tables, begun, names, report)
     released = said.open_at_start() if other is None else other.opened
     bodies = _bodies(tables, names, report, released)
+    bodies = bodies and valued(bodies, values)
     if begun and bodies and other is not None:
         begun = elsewhere(begun, bodies.mechanism)
     elif begun and released:
@@ -301,11 +323,16 @@ def _read(tables: Tables, report: Report, assemble: bool = True, other: Other | 
     if bodies:
         bodies = integrating(bodies, effects, bool(said.rows), report)
     effects = [(path, effect) for path, effect in effects if path not in off]
+    effects = [(path, valued(effect, values)) for path, effect in effects]
     bodies = meshed(bodies, effects) if bodies else None
     absent = {path for path, name in named if name in switches.off}
-    start = _start(begun, bodies, effects, report, assemble, other is None, absent) if bodies and begun else None
+    holds = said.of(HoldTable) if other is None else ()
+    start = None
+    if bodies and begun:
+        start = _start(begun, bodies, effects, report, assemble, other is None, absent, holds)
     if bodies and start:
-        effects = settle(start if other is None else other.start, bodies, effects)
+        settled = settle(start if other is None else other.start, bodies, effects)
+        effects = [(path, valued(effect, values)) for path, effect in settled]
         bodies = meshed(bodies, effects)
     events = _events(events_said, bodies, effects, names, report) if bodies and other is None else ()
     law = law_of_all(tables, MODELS, report)
@@ -489,8 +516,10 @@ def _start(
     assemble: bool,
     begins: bool,
     absent: Collection[Path] = (),
+    holds: Collection[str] = (),
 ) -> Start | None:
-    """``begins``: whether a run may begin there, and it is judged accordingly, without effects that are ``absent``."""
+    """``begins``: whether a run may begin there, and it is judged accordingly, without effects that are ``absent``;
+    ``holds`` are joints that take hold."""
     acting = [effect for _, effect in effects]
     driven = [joint for effect in acting for joint in effect.driven()]
     asked = sketch(table, bodies, driven, report)
@@ -498,7 +527,7 @@ def _start(
         return None
     sound = check_driven(bodies.mechanism, effects, report)
     sound = check_masses(bodies, driven, report) and sound
-    start = begin(asked, bodies, effects, report) if asked and sound else None
+    start = begin(asked, bodies, effects, report, holds) if asked and sound else None
     if start is None or not check_masses(bodies, driven, report, start.poses):
         return None
     if not begins:

@@ -23,8 +23,19 @@ T = TypeVar("T")
 
 
 @dataclass(frozen=True)
+class Given:
+    """What a scene itself says of the start in numbers: links whose angles and whose angular velocities it gives, and
+    which of the sliding joints, in scene order, whose lengths and whose rates."""
+
+    angles: tuple[int, ...] = ()
+    rates: tuple[int, ...] = ()
+    slides: tuple[int, ...] = ()
+    sliding: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True)
 class Sketch:
-    """What a scene asks of the start, defaults filled in.
+    """What a scene asks of the start, defaults filled in, and what of it is ``given`` rather than filled in or drawn.
 
     ``angles``: absolute angle of each link (rad), tilt included. ``rates``: angular velocity of each link (rad/s), or
     ``None`` where it is left open. ``position`` (m) and ``velocity`` (m/s) of the first link's frame, ``height`` (m) of
@@ -42,6 +53,11 @@ class Sketch:
     sliding: tuple[float | None, ...] = ()
     loose: tuple[int, ...] = ()
     drawn: tuple[Anchor, ...] = ()
+    given: Given = Given()
+
+
+Kept = tuple[str, int]
+"""The ``"angle"`` of a link, or the ``"slide"`` of a joint."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +68,9 @@ class Start:
     largest change of an angle (rad) that closing the loops took, 0 when ``sketch`` was closed to 1e-9 m, and ``most``
     the link whose angle changed so; ``slid_by`` (m) and ``farthest`` are the same of lengths along lines. Links and
     lengths of which nothing was said do not count. ``missed_by`` is the largest distance (m) of a joint or frame from
-    where it was drawn.
+    where it was drawn. ``kept_places`` and ``kept_rates`` are angles and lengths, and those whose rates, that stay as
+    the scene gives them where loops are closed with other values of parameters: all that are given, if the loops leave
+    them all free.
     """
 
     poses: tuple[Triple, ...]
@@ -63,6 +81,8 @@ class Start:
     slid_by: float = 0.0
     farthest: str = ""
     missed_by: float = 0.0
+    kept_places: tuple[Kept, ...] = ()
+    kept_rates: tuple[Kept, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ import numpy as np
 from ..effect_base.effect import Effect, Level
 from ..mechanism.assembled import Assembled
 from ..mechanism.assembly import CannotClose, Contradiction, Speed, alone, follow, nearest, rates
+from ..mechanism.carriages import loose_parts
 from ..mechanism.implied import implied
 from ..mechanism.layout import Layout, Real, lay_out
 from ..mechanism.loops import loops
@@ -18,7 +19,7 @@ from .bodies import Bodies
 from .drawn import anchors, carried, drawn_lengths, offset, spread
 from .driven import drive_layout, mesh_speeds
 from .errors import Path, Report
-from .scene import Sketch, Start
+from .scene import Given, Kept, Sketch, Start
 from .schema import StartTable
 
 SKETCH = 1e-9
@@ -48,6 +49,7 @@ def sketch(table: StartTable, bodies: Bodies, driven: Collection[int], report: R
     drawn = anchors(table, bodies.mechanism, report)
     if angles is None or speeds is None or slides is None or sliding is None or drawn is None or not fine:
         return None
+    given_angles, given_speeds = list(angles), list(speeds)
     if table.angular_velocities is None and bodies.rates:
         speeds = list(bodies.rates)
     for one in bodies.mechanism.integrators:
@@ -69,11 +71,25 @@ def sketch(table: StartTable, bodies: Bodies, driven: Collection[int], report: R
         sliding=tuple(sliding),
         loose=tuple(link for link, angle in enumerate(found) if said and angle is None),
         drawn=drawn,
+        given=Given(
+            _numbers_of(given_angles, bodies.mechanism),
+            _numbers_of(given_speeds, bodies.mechanism) if table.angular_velocities is not None else (),
+            tuple(k for k, name in enumerate(lines) if name in (table.slides or ())),
+            tuple(k for k, name in enumerate(lines) if name in (table.sliding_velocities or ())),
+        ),
     )
 
 
-def begin(sketch: Sketch, bodies: Bodies, effects: Sequence[tuple[Path, Effect]], report: Report) -> Start | None:
-    """The consistent start nearest to ``sketch``, heights not yet applied; ``None`` after faults."""
+def begin(
+    sketch: Sketch,
+    bodies: Bodies,
+    effects: Sequence[tuple[Path, Effect]],
+    report: Report,
+    holds: Collection[str] = (),
+) -> Start | None:
+    """The consistent start nearest to ``sketch``, heights not yet applied; ``None`` after faults.
+
+    ``holds`` are joints that take hold, and so may be open at the start."""
     layout = lay_out(bodies.mechanism, driven=[joint for _, effect in effects for joint in effect.driven()])
     if layout.apart:
         _report_apart(layout, bodies, report)
@@ -97,7 +113,7 @@ def begin(sketch: Sketch, bodies: Bodies, effects: Sequence[tuple[Path, Effect]]
         if any(effect.begins()[0] is not None for _, effect in drives) and _closes(layout, wanted):
             _report_drives(drives, f"found positions that miss by {error.miss:.3g} {error.unit} together", report)
         else:
-            _report_open(driven, error, wanted, bodies, report)
+            _report_open(driven, error, wanted, bodies, len(drives), report)
         return None
     asked = [*sketch.rates, *(rate if rate is None else rate / layout.unit for rate in sliding)]
     given = {index: rate for index, rate in enumerate(asked) if rate is not None}
@@ -107,7 +123,7 @@ def begin(sketch: Sketch, bodies: Bodies, effects: Sequence[tuple[Path, Effect]]
         speeds = rates(layout, found, given, speeds=(*prescribed, *meshes))
     except Contradiction as error:
         if not _report_stuck(layout, found, prescribed, drives, bodies.mechanism, report):
-            _report_rates(error, drives, layout, bodies.mechanism, report)
+            _report_rates(error, drives, layout, bodies.mechanism, holds, report)
         return None
     poses = layout.poses(found, sketch.position)
     if sketch.drawn and layout.floating:
@@ -115,7 +131,41 @@ def begin(sketch: Sketch, bodies: Bodies, effects: Sequence[tuple[Path, Effect]]
         poses[:, :2] += (away.real, away.imag)
     velocities = layout.velocities(found, speeds, sketch.velocity)
     start = Start(_triples(poses), _triples(velocities), 0.0, sketch)
+    speed_rows = [one.row for one in (*prescribed, *meshes)]
+    places, moving = _given_entries(sketch, along)
+    untouched = [k for k in places if abs(found[k] - wanted[k]) <= SKETCH]
+    start = replace(
+        start,
+        kept_places=_kept(driven.jacobian(found), places, layout) if len(untouched) == len(places) else (),
+        kept_rates=_kept(np.vstack([layout.jacobian(found), *speed_rows]), moving, layout),
+    )
     return _judged(start, driven, wanted, found, loose, bodies.mechanism)
+
+
+def _numbers_of(values: Sequence[float | None], mechanism: Mechanism) -> tuple[int, ...]:
+    """Links of the scene that have a value."""
+    return tuple(link for link, value in enumerate(values[: mechanism.own_links]) if value is not None)
+
+
+def _given_entries(sketch: Sketch, along: Sequence[int]) -> tuple[list[int], list[int]]:
+    """The displacements that a scene gives, and those whose rates; ``along``: which sliding joint each line is of."""
+    count, given = len(sketch.angles), sketch.given
+    places = [*given.angles, *(count + k for k, joint in enumerate(along) if joint in given.slides)]
+    rates = [*given.rates, *(count + k for k, joint in enumerate(along) if joint in given.sliding)]
+    return places, rates
+
+
+def _kept(rows: Real, entries: Sequence[int], layout: Layout) -> tuple[Kept, ...]:
+    """Which of the displacements ``entries`` can keep what the scene gives where ``rows`` are satisfied with other
+    numbers: all that these rows do not fix by themselves, if they leave all of those free together; else none, for then
+    they are a sketch."""
+    _, values, motions = np.linalg.svd(rows)
+    left = motions[int(np.sum(values > _RANK)) :].T
+    open_ones = [k for k in entries if np.linalg.norm(left[k]) > _RANK]
+    if int(np.linalg.matrix_rank(left[open_ones], tol=_RANK)) < len(open_ones):
+        return ()
+    count = len(layout.base)
+    return tuple(("angle", k) if k < count else ("slide", layout.lines[k - count].joint) for k in open_ones)
 
 
 def _check_slides(
@@ -210,7 +260,12 @@ def _still(rates: Real) -> bool:
 
 
 def _report_rates(
-    error: Contradiction, drives: Sequence[tuple[Path, Effect]], layout: Layout, mechanism: Mechanism, report: Report
+    error: Contradiction,
+    drives: Sequence[tuple[Path, Effect]],
+    layout: Layout,
+    mechanism: Mechanism,
+    holds: Collection[str],
+    report: Report,
 ) -> None:
     """Velocities that open a joint, or that miss a drive."""
     name, turning = mechanism.joints[error.joint].name, len(mechanism.links)
@@ -223,7 +278,13 @@ def _report_rates(
     opens = f"that open {name} at {error.speed:.3g} m/s, expected loops to stay closed"
     if any(error.joint in effect.driven() for _, effect in drives):
         opens = f"that miss the drive of {name} by {error.speed:.3g} rad/s or m/s, expected those it prescribes"
-    report.add(("start", key), f"found {what} of {names} {opens}; correct one of them or give fewer")
+    advice = f"correct one of them or give fewer{_may_be_open(name, holds)}"
+    report.add(("start", key), f"found {what} of {names} {opens}; {advice}")
+
+
+def _may_be_open(joint: str, holds: Collection[str]) -> str:
+    """How to begin without a joint that takes hold only later, where it is one."""
+    return f'; write open = ["{joint}"] in [start] where {joint} is not to hold yet' if joint in holds else ""
 
 
 def _judged(
@@ -364,7 +425,7 @@ def _mover(mechanism: Mechanism, layout: Layout, index: int) -> str:
     return mechanism.joints[layout.lines[index - count].joint].name
 
 
-def _report_open(layout: Layout, error: CannotClose, wanted: Real, bodies: Bodies, report: Report) -> None:
+def _report_open(layout: Layout, error: CannotClose, wanted: Real, bodies: Bodies, driven: int, report: Report) -> None:
     """Name the loop that does not close; where each closes alone, all joints that contradict each other."""
     mechanism = bodies.mechanism
     rings = loops(mechanism, layout.gaps)
@@ -384,12 +445,33 @@ def _report_open(layout: Layout, error: CannotClose, wanted: Real, bodies: Bodie
     report.add(
         bodies.at_joint(joint),
         f"found {found} {miss:.3g} {unit} at {mechanism.joints[joint].name}, expected 0; change lengths or points, or "
-        "give a [start] nearer to a closed configuration",
+        f"give a [start] nearer to a closed configuration{_too_many(mechanism, driven)}",
+    )
+
+
+def _too_many(mechanism: Mechanism, driven: int) -> str:
+    """That there are more joints than the links have freedoms, where that is so."""
+    count = mechanism.freedoms(driven)
+    if count >= 0:
+        return ""
+    return (
+        f"; by Grübler's count the mechanism has {count} degrees of freedom: it has joints or drives that no lengths "
+        "but special ones allow; remove one"
     )
 
 
 def _report_apart(layout: Layout, bodies: Bodies, report: Report) -> None:
     links = bodies.mechanism.links
+    missing = [min(group) for group in loose_parts(bodies.mechanism) if not group & bodies.free]
+    if bodies.free and missing:
+        for index in missing:
+            message = (
+                f"found no joints that hold {links[index].name}, and no free = true, which others have, expected one "
+            )
+            report.add(
+                bodies.at_link(index), message + f"of these; add a [[joint]], or free = true to {links[index].name}"
+            )
+        return
     base = links[0].name if layout.floating else "the ground"
     for index in layout.apart:
         message = f"found no joints that connect {links[index].name} with {base}, expected one piece; add a [[joint]], "

@@ -51,6 +51,8 @@ def rest_from(statics: Statics, q: FloatArray, nearest: bool) -> tuple[FloatArra
     why = "; a mechanism that falls freely has none" if statics.model.root in statics.model.links else ""
     if np.any(hold.closed):
         why = f"; {', '.join(touching(statics, hold))} may push and cannot balance it"
+    if not nearest:
+        why += "; nearest=True (--nearest) looks for the nearest one, stable or not"
     raise ValueError(
         f"{statics.model.name}: no equilibrium found from here, a part {statics.residual(q, hold):.3g} of the loads is "
         f"left{why}"

@@ -11,13 +11,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..arrays import FloatArray
 from ..faults import Faults
-from ..model.assembly import assemble
 from ..model.compiled import EARTH, FALLS
 from ..model.inputs import Given, read_values
 from ..model.model import Model
 from ..model.numbers import read_numbers
-from ..model.poses import read_off, read_rates
 from ..model.samples import ROUNDING, samples
+from ..model.start import closed_anew, scene_start
 from ..model.tolerances import largest_angle, start_miss
 from ..simulation.arguments import checked_start
 
@@ -198,8 +197,7 @@ def prepare(model: Model, numbers: Numbers) -> Prepared:
         q, u = _one_by_one(model, replace(numbers, count=1), np.arange(1), np.zeros(1, dtype=bool))
         refused |= ~np.isfinite(q).all()
         return Prepared(parameters, scales, q, u, 0, refused)
-    poses, velocities = (np.array(model.data["start"][key], dtype=float) for key in ("poses", "velocities"))
-    q, u = read_off(model, poses)[None], read_rates(model, poses, velocities)[None]
+    q, u = (rows[None] for rows in scene_start(model))
     apart = np.flatnonzero(_to_be_assembled(model, numbers, parameters, scales, q[0]) & ~refused)
     if not apart.size:
         return Prepared(parameters, scales, q, u, 2, refused)
@@ -207,7 +205,7 @@ def prepare(model: Model, numbers: Numbers) -> Prepared:
     for run in apart.tolist():
         try:
             other = model.with_parameters(numbers.params_of(run))
-            q[run], u[run] = assemble(other, read_off(other, poses)), read_rates(other, poses, velocities)
+            q[run], u[run] = closed_anew(other, *scene_start(other))
         except ValueError:
             refused[run] = True
     return Prepared(parameters, scales, q, u, 2, refused)

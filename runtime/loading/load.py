@@ -13,6 +13,7 @@ from typing import Any
 
 from ..files import read_path
 from ..model.model import Model
+from ..model.start import Begin
 from .package import read_package
 
 PATIENCE = 10.0
@@ -41,8 +42,9 @@ def load_model(path: str | PathLike[str]) -> Model:
                 raise
 
 
-def reopen(folder: Path, name: str, hash_: str, values: Mapping[str, float]) -> Model:
-    """The model ``name`` with parameter ``values`` from the package in ``folder``, as a copy of it was taken.
+def reopen(folder: Path, name: str, hash_: str, values: Mapping[str, float], begin: Begin | None = None) -> Model:
+    """The model ``name`` with parameter ``values`` from the package in ``folder``, as a copy of it was taken, with a
+    start of its own where it had one.
 
     Raises ``FileNotFoundError`` when the package is gone, and ``ImportError`` when another is there now.
     """
@@ -54,17 +56,19 @@ def reopen(folder: Path, name: str, hash_: str, values: Mapping[str, float]) -> 
         raise ImportError(
             f"{folder}: found another model ({model.name}) than {name} as it was; generate that one there again"
         )
-    return model if model.folded else model.with_parameters(values)
+    model = model if model.folded else model.with_parameters(values)
+    return model if begin is None else model.with_start(*begin)
 
 
 def _address(model: Model) -> tuple[Any, ...]:
-    """What a pickle holds of a model: the folder of its package and its parameters; who reads it loads the model there.
+    """What a pickle holds of a model: the folder of its package, its parameters, and a start that is not the scene's;
+    who reads it loads the model there.
 
     Raises ``TypeError`` for a model that is in no package.
     """
     if model.folder is None:
         raise TypeError(f"{model.name}: found a model without a package, which cannot be pickled; load it from one")
-    return reopen, (model.folder, model.name, model.data["hash"], dict(model.parameters))
+    return reopen, (model.folder, model.name, model.data["hash"], dict(model.parameters), model._begin)
 
 
 copyreg.pickle(Model, _address)

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import FloatArray
@@ -23,7 +24,7 @@ from .joint_motion import joint_angles, joint_rates, slide_rates
 from .masses import mass_matrix, motions
 from .points import point_acceleration, point_jacobian, point_velocity
 from .poses import read_states
-from .start import degrees_of_freedom, start
+from .start import Begin, begun, degrees_of_freedom, start
 
 
 class Model(Geometry):
@@ -40,10 +41,12 @@ class Model(Geometry):
         data: Mapping[str, Any],
         values: Mapping[str, float] | None = None,
         folder: Path | None = None,
+        begin: Begin | None = None,
     ) -> None:
         self._copy: tuple[Model | None, tuple[int, int]] = None, (0, 0)
         self._start: tuple[int, FloatArray, FloatArray] | None = None
-        super().__init__(descriptor, data, values, folder)
+        self._begin = begin
+        super().__init__(descriptor, data if begin is None else begun(data, begin), values, folder)
 
     def __repr__(self) -> str:
         counts = ((len(self.links), "link"), (len(self.joints), "joint"), (self.dof, "degree"))
@@ -68,11 +71,21 @@ class Model(Geometry):
 
     def with_parameters(self, values: Mapping[str, float] | None) -> Model:
         """A model of its own with other parameter values; this one stays as it is."""
-        other = Model(self._descriptor, self.data, self._parameters, self.folder)
+        other = Model(self._descriptor, self.data, self._parameters, self.folder, self._begin)
         other.pieces_of_time = self.pieces_of_time  # no parameter changes how fast loads change
         if values:
             other.parameters.update(values)
         return other
+
+    def with_start(self, poses: ArrayLike, velocities: ArrayLike) -> Model:
+        """A model of its own that starts with its links at ``poses`` (links, 3) moving with ``velocities`` (links, 3),
+        instead of where the scene starts; this one stays as it is.
+
+        Raises ``ValueError`` as ``state_from_poses`` does.
+        """
+        read_states(self, poses, velocities)
+        begin = tuple(tuple(map(tuple, np.asarray(rows, dtype=float).tolist())) for rows in (poses, velocities))
+        return Model(self._descriptor, self.data, self._parameters, self.folder, begin)
 
     @property
     def dof(self) -> int:
@@ -256,7 +269,8 @@ class Model(Geometry):
     # -- states ----------------------------------------------------------------------------------------------------
 
     def start(self) -> tuple[FloatArray, FloatArray]:
-        """The scene's start (q, u); where parameters have changed since, the nearest that is closed and driven."""
+        """The scene's start (q, u); where parameters have changed since, the nearest that is closed and driven,
+        with the angles, lengths and speeds that the scene gives, where the loops leave them free."""
         if self._start is None or self._start[0] != self._changes:
             self._start = self._changes, *start(self)
         _, q, u = self._start

@@ -7,8 +7,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..arrays import ComplexArray, FloatArray
+from ..model.thresholds import characteristic_time
 from ..run import Run
 from .section import Crossed, Map
+from .tolerance import KNOWN, tolerance_of
 
 NEUTRAL = 1e-7
 """A multiplier whose size is this near to 1 is neither below nor above it, to the accuracy of runs."""
@@ -45,6 +47,17 @@ class Orbit:
     def stable(self) -> bool:
         """Whether small differences die away."""
         return bool(np.all(np.abs(self.multipliers) < 1.0 - NEUTRAL))
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether nothing moves in the period by more than ten tolerances of the run, in units of the mechanism: it is
+        an equilibrium then."""
+        model, run = self.return_map.model, self.run
+        most = KNOWN * tolerance_of(self.return_map)
+        unit = model.coordinate_units
+        away = np.max(np.abs(run.q - run.q[0]) / unit, initial=0.0)
+        speed = np.max(np.abs(run.u) / unit, initial=0.0) * characteristic_time(model)
+        return bool(max(away, speed) <= most)
 
     @property
     def neutral(self) -> bool:

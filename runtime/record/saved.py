@@ -34,4 +34,5 @@ def _told(model: Any) -> Any:
         return None
     assert model.folder is not None
     values = {} if model.folded else dict(model.parameters)
-    return {"package": model.folder.name, "name": model.name, "hash": model.data["hash"], "values": values}
+    told = {"package": model.folder.name, "name": model.name, "hash": model.data["hash"], "values": values}
+    return told | ({} if model._begin is None else {"begin": [[list(row) for row in rows] for rows in model._begin]})

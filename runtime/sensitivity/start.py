@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import FloatArray
 from ..model.model import Model
-from ..model.poses import read_off, read_rates
+from ..model.start import kept_places, kept_rates, scene_start
+from ..model.tolerances import start_miss
 from .local import Local, at_one
 from .moving import Moving
 
@@ -26,10 +30,14 @@ def start_moves(
 
     Raises ``ValueError`` for a start that was given far from closed.
     """
+    if given is None and _moves_itself(moving) and moving.along.any() and kept_rates(model):
+        # what the scene gives stays with other parameters, not where the start is moved by itself
+        by_itself, by_arguments = _apart(moving)
+        return start_moves(model, by_itself, q, u, None) + start_moves(model, by_arguments, q, u, None)
     at = at_one(model, moving, 0.0, q)
     n = len(q)
     scene = given is None
-    q_given, u_given = given if given is not None else _of_scene(model)
+    q_given, u_given = given if given is not None else scene_start(model)
     if not scene and float(np.max(np.abs(q - q_given), initial=0.0)) > SHUT * max(1.0, model.length):
         raise ValueError(
             f"q0: found a start that is open by {float(np.max(np.abs(model.closure(q_given)), initial=0.0)):.3g} m, "
@@ -51,7 +59,8 @@ def start_moves(
     if scene and len(fixed):
         q_moves = q_moves + _assembled(at, q_given, closure) @ fixed
     whole = np.vstack([q_moves, np.zeros_like(q_moves), fixed])
-    u_moves = _rates(at, u, u_given, whole, toward_u, scene)
+    kept = kept_rates(model) if scene and not _moves_itself(moving) and _as_given(model, u, u_given) else []
+    u_moves = _rates(at, u, u_given, whole, toward_u, scene, kept)
     return np.vstack([q_moves, u_moves])
 
 
@@ -60,23 +69,38 @@ def _parted(moving: Moving) -> tuple[FloatArray, FloatArray]:
     return np.vstack([moving.q0, moving.u0]), moving.along
 
 
-def _of_scene(model: Model) -> tuple[FloatArray, FloatArray]:
-    poses = np.array(model.data["start"]["poses"], dtype=float)
-    velocities = np.array(model.data["start"]["velocities"], dtype=float)
-    return read_off(model, poses), read_rates(model, poses, velocities)
+def _moves_itself(moving: Moving) -> bool:
+    return bool(moving.q0.any() or moving.u0.any())
+
+
+def _apart(moving: Moving) -> tuple[Moving, Moving]:
+    """Directions of the start alone, and of the arguments alone: all that moves moves by both."""
+    none = np.zeros_like(moving.q0)
+    return replace(moving, along=np.zeros_like(moving.along)), replace(moving, q0=none, u0=none)
+
+
+def _as_given(model: Model, x: FloatArray, given: FloatArray) -> bool:
+    """Whether the rates that the scene gives are those of the start."""
+    kept = kept_rates(model)
+    near = start_miss(model.core.REAL, model.length)
+    return bool(np.all(np.abs(x - given)[kept] <= near * (1.0 + np.abs(given[kept]))))
 
 
 def _assembled(at: Local, q_given: FloatArray, closure: FloatArray) -> FloatArray:
     """What the configuration (n, arguments) nearest to that of the scene moves by with the parameters.
 
-    It has T'T (q - q_given) + R' nu = 0 and is closed, R being the rows of the closure and of the driven joints whose
-    places are given: the derivative of both solves the same system with what they miss by.
+    It has T'T (q - q_given) + R' nu = 0 and is closed, R being the rows of the closure, of the driven joints whose
+    places are given, and of the coordinates that stay: the derivative of both solves the same system with what they
+    miss by.
     """
     model, n, rows = at.model, len(at.q), len(at.model.rows)
     T = model.displacements()
     W = T.T @ T
     placed = _placed(model)
-    R = np.vstack([at.closure_rows, at.drive_rows[placed]])
+    kept = kept_places(model)
+    if np.max(np.abs(at.q - q_given)[kept], initial=0.0) > start_miss(model.core.REAL, model.length):
+        kept = []  # the loops are not closed so
+    R = np.vstack([at.closure_rows, at.drive_rows[placed], np.eye(n)[kept]])
     if not len(R):
         return np.zeros((n, closure.shape[1] - 2 * n))
     pull = -W @ (at.q - q_given)
@@ -84,9 +108,7 @@ def _assembled(at: Local, q_given: FloatArray, closure: FloatArray) -> FloatArra
     # jump: A' lambda - M 0, by q and the arguments
     turned = at.tangent("jump", n + rows, np.zeros(n), ("q", "k"), multipliers=nu[:rows])[:n]
     system = np.block([[W + turned[:, :n], R.T], [R, np.zeros((len(R), len(R)))]])
-    right = -np.vstack(
-        [turned[:, 2 * n :], closure[:, 2 * n :], np.zeros((int(placed.sum()), closure.shape[1] - 2 * n))]
-    )
+    right = -np.vstack([turned[:, 2 * n :], closure[:, 2 * n :], np.zeros((len(R) - rows, closure.shape[1] - 2 * n))])
     return np.asarray(np.linalg.lstsq(system, right, rcond=1e-13)[0][:n])
 
 
@@ -96,19 +118,26 @@ def _placed(model: Model) -> NDArray[np.bool_]:
 
 
 def _rates(
-    at: Local, u: FloatArray, u_given: FloatArray, whole: FloatArray, toward: FloatArray, scene: bool
+    at: Local,
+    u: FloatArray,
+    u_given: FloatArray,
+    whole: FloatArray,
+    toward: FloatArray,
+    scene: bool,
+    kept: Sequence[int],
 ) -> FloatArray:
-    """What the rates (n, columns) of a start move by: as little off the given ones as shuts the loops, and with driven
-    joints as fast as they are to be."""
+    """What the rates (n, columns) of a start move by: as little off the given ones as shuts the loops, with driven
+    joints as fast as they are to be, and the rates of the coordinates ``kept`` as they are."""
     model, n, rows = at.model, len(at.q), len(at.model.rows)
     turned = at.closure_rates_move(u)
     bent = np.hstack([turned[:, :n], np.zeros((rows, n)), turned[:, 2 * n :]]) @ whole
-    if scene and model.data["drives"]:
-        R = np.vstack([at.drive_rows, at.closure_rows])
+    if scene and (model.data["drives"] or kept):
+        R = np.vstack([at.drive_rows, np.eye(n)[list(kept)], at.closure_rows])
         y = np.asarray(np.linalg.lstsq(R.T, u - u_given, rcond=1e-12)[0], dtype=float)
-        held = at.tangent("jump", n + rows, np.zeros(n), ("q", "k"), multipliers=y[len(at.drive_rows) :])[:n]
+        held = at.tangent("jump", n + rows, np.zeros(n), ("q", "k"), multipliers=y[len(R) - rows :])[:n]
         pulled = held @ whole
-        wanted = np.vstack([_speeds_move(at), -bent]) - R @ (pulled + toward)
+        speeds = np.vstack([_speeds_move(at), np.zeros((len(kept), whole.shape[1]))])
+        wanted = np.vstack([speeds, -bent]) - R @ (pulled + toward)
         return np.asarray(toward + pulled + np.linalg.pinv(R, rcond=1e-12) @ wanted)
     jump = np.ascontiguousarray(u - u_given)
     held = np.zeros((n, whole.shape[1]))

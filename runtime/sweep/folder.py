@@ -49,6 +49,7 @@ def manifest_of(model: Model, plan: Plan) -> dict[str, Any]:
         "model": model.name,
         "scene": model.data["hash"],
         "parameters": _hash(json.dumps(dict(model.parameters), sort_keys=True)),
+        "start": None if model._begin is None else _hash(json.dumps(model._begin)),
         **build_of(model),
         "versions": versions,
         "plan": _hash(plan.text),

@@ -13,6 +13,7 @@ from typing import Any
 from ..loading.load import reopen
 from ..loading.package import RECORD
 from ..model.model import Model
+from ..model.start import Begin
 
 Packages = Mapping[str, Mapping[str, bytes]]
 """Files of packages, by the name of each package and of each file."""
@@ -27,7 +28,8 @@ class NoModelError(Exception):
 
 @dataclass(frozen=True)
 class Source:
-    """A model as it is sent: ``folder`` of its package, ``name`` and ``hash`` of the model, ``values`` of parameters.
+    """A model as it is sent: ``folder`` of its package, ``name`` and ``hash`` of the model, ``values`` of parameters,
+    and where it begins if that is not the scene's start.
 
     ``files`` are those of its package, and of all packages that it becomes, for workers that cannot load it from the
     folder; ``rebuild`` makes packages of them.
@@ -37,6 +39,7 @@ class Source:
     name: str
     hash: str
     values: tuple[tuple[str, float], ...]
+    begin: Begin | None = None
     rebuild: Rebuild | None = None
     files: tuple[tuple[str, tuple[tuple[str, bytes], ...]], ...] = ()
 
@@ -50,7 +53,8 @@ def source_of(model: Model, rebuild: Rebuild | None) -> Source:
     """What is sent of a model. Raises ``TypeError`` for one that is in no package."""
     if model.folder is None:
         raise TypeError(f"{model.name}: found a model without a package, which cannot be sent; load it from one")
-    return Source(model.folder, model.name, str(model.data["hash"]), tuple(model.parameters.items()), rebuild)
+    values = tuple(model.parameters.items())
+    return Source(model.folder, model.name, str(model.data["hash"]), values, model._begin, rebuild)
 
 
 @lru_cache(maxsize=16)
@@ -58,12 +62,12 @@ def model_of(source: Source) -> Model:
     """The model in this process, loaded once. Raises :class:`NoModelError` where that is not possible."""
     values = dict(source.values)
     try:
-        return reopen(source.folder, source.name, source.hash, values)
+        return reopen(source.folder, source.name, source.hash, values, source.begin)
     except (FileNotFoundError, ImportError) as error:
         if not source.files or source.rebuild is None:
             raise NoModelError(str(error)) from None
     packages = {name: dict(files) for name, files in source.files}
-    return reopen(source.rebuild(packages, source.folder.name), source.name, source.hash, values)
+    return reopen(source.rebuild(packages, source.folder.name), source.name, source.hash, values, source.begin)
 
 
 def build_of(model: Model) -> dict[str, Any]:

@@ -10,10 +10,15 @@ from ..arrays import FloatArray
 from ..faults import sentence
 from ..model.assembly import nearest_closed
 from ..model.model import Model
+from ..model.start import kept_places, kept_rates
 
 RATES = {"angle": "angular_velocity", "slide": "slide_rate", "x": "vx", "y": "vy"}
 """What the rate of each kind of coordinate is called."""
 
+
+RANK = 1e-9
+"""Singular values of rows below this, times the mechanism's length, are zero: rows are known to some 1e-15 of it, and
+what they leave free by less would move the others a billion times as fast."""
 
 AT_START = "(0)"
 """Behind the name of an output: its value at t = 0, apart from the output itself, which may be observed too."""
@@ -59,9 +64,11 @@ def starts_of(
 def _closed(
     model: Model, q: FloatArray, u: FloatArray, wanted: list[tuple[str, int, float]]
 ) -> tuple[FloatArray, FloatArray]:
-    """The start nearest to (q, u) with loops shut and the wanted entries."""
+    """The start nearest to (q, u) with loops shut and the wanted entries, and of the others those that the scene gives
+    where the loops leave all of these free together."""
     places = [(k, value) for kind, k, value in wanted if kind == "q"]
     speeds = [(k, value) for kind, k, value in wanted if kind == "u"]
+    places += _staying(model, q, places, [(k, q[k].item()) for k in kept_places(model)])
     rows = np.zeros((len(places), q.size))
     for row, (k, _) in enumerate(places):
         rows[row, k] = model.length
@@ -72,9 +79,26 @@ def _closed(
         return np.concatenate([model.closure(at), model.length * off])
 
     found = nearest_closed(misses, lambda at: np.vstack([model.jacobian(at), rows]), model.displacements(), q)
+    speeds += _staying(model, found, speeds, [(k, u[k].item()) for k in kept_rates(model)])
     jacobian = np.vstack([model.jacobian(found), np.eye(u.size)[[k for k, _ in speeds]]])
     right = np.concatenate([np.zeros(len(model.rows)), [value for _, value in speeds]])
     change = np.linalg.lstsq(jacobian, right - jacobian @ u, rcond=None)[0]
     if np.max(np.abs(jacobian @ (u + change) - right), initial=0.0) > 1e-9 * (1.0 + np.max(np.abs(right), initial=0.0)):
         raise ValueError("no motion that keeps the loops shut has the wanted speeds")
     return found, u + change
+
+
+Entries = list[tuple[int, float]]
+"""Coordinates, or rates, and their values."""
+
+
+def _staying(model: Model, q: FloatArray, wanted: Entries, kept: Entries) -> Entries:
+    """Those of the entries ``kept`` that are not ``wanted`` otherwise; none of them where the loops do not leave them
+    free together with these."""
+    others = [(k, value) for k, value in kept if k not in {one for one, _ in wanted}]
+    rows, unit = model.jacobian(q), model.length * np.eye(q.size)
+    known = np.vstack([rows, unit[[k for k, _ in wanted]]])
+    every = np.vstack([known, unit[[k for k, _ in others]]])
+    tolerance = RANK * model.length
+    free = np.linalg.matrix_rank(every, tol=tolerance) - np.linalg.matrix_rank(known, tol=tolerance)
+    return others if free == len(others) else []

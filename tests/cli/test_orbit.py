@@ -127,3 +127,20 @@ def test_all_that_is_wrong_is_told_at_once() -> None:
     words = ("--along", "bounce.restitution=0.4:0.7", "--show", "height")
     code, _, err = call("orbit", "table.toml", "--section", "0.2", *NEAR, *words)
     assert code == 2 and "--show: found height, expected one of shaker.slide" in err
+
+
+def test_an_equilibrium_is_told_as_one() -> None:
+    """A rod that hangs comes back without having moved; one that swings a little does move."""
+    Path("rod.toml").write_text(
+        'name = "rod"\n[chain]\nlinks = 1\nhinged = true\n[start]\nangles = ["-90 deg"]\n[gravity]\n'
+    )
+    code, out, err = call("orbit", "rod.toml", "--section", "0.3", "--guess", "link_0.angle=-1.6")
+    assert code == 0, err
+    assert out.startswith(
+        "rod: neutral equilibrium, at which nothing moves, compared after 0.3 s; give a --guess that "
+    )
+    table = Path("rod.toml").read_text() + '[[torque]]\nlink = "link_0"\ntorque = "1e-5*sin(2*pi*t/0.3)"\n'
+    Path("shaken.toml").write_text(table)
+    code, out, err = call("orbit", "shaken.toml", "--section", "0.3")
+    assert code == 0, err
+    assert out.startswith("rod: neutral periodic motion")

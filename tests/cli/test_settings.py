@@ -23,19 +23,114 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_run_has_the_values_that_are_set(workshop: Workshop) -> None:
-    """As in Python, to the bit, and the file knows them; links of other lengths are put together anew."""
+    """As in Python, to the bit, from the start that the scene has with them, and the file knows them."""
     from ccgen.generator import load_scene
+    from ccgen.generator.scene.with_values import with_values
 
     values = {"crank.mass": 2.5, "gravity.g": 1.62, "coupler.points.B.x": 0.55}
     options = [text for path, value in values.items() for text in ("--set", f"{path}={value}")]
     done = CliRunner().invoke(app, ["run", FOUR_BAR, *options, "--until", "1", "-q"])
     assert done.exit_code == 0, done.stderr
-    run = simulate(workshop.model(load_scene(SCENES / "four-bar.toml")), until=1.0, params=values)
+    scene = load_scene(SCENES / "four-bar.toml")
+    start = with_values(scene, values).start
+    model = workshop.model(scene).with_parameters(values).with_start(start.poses, start.velocities)
+    run = simulate(model, until=1.0)
     with np.load("results/four-bar/result.npz") as written:
         parameters = dict(zip(written["parameter_names"].tolist(), written["parameter_values"].tolist(), strict=True))
         assert {path: parameters[path] for path in values} == values
         assert np.array_equal(written["q"], run.q)
     assert run.closure_max < 1e-12
+
+
+SLIDER_CRANK = """
+name = "NAME"
+[ground_link]
+points = { O = [0, 0] }
+[[link]]
+name = "crank"
+mass = 0.8
+inertia = 0.003
+com = [0.1, 0]
+points = { A = [0, 0], B = [0.2, 0] }
+[[link]]
+name = "con"
+mass = 1.2
+inertia = 0.02
+com = [0.25, 0]
+points = { A = [0, 0], B = [LENGTH, 0] }
+[[link]]
+name = "slider"
+mass = 2
+inertia = 0.01
+com = "C"
+points = { C = [0, 0] }
+[[joint]]
+name = "axle"
+between = ["ground.O", "crank.A"]
+[[joint]]
+name = "pin"
+between = ["crank.B", "con.A"]
+[[joint]]
+name = "wrist"
+between = ["con.B", "slider.C"]
+[[joint]]
+name = "guide"
+type = "prismatic"
+between = ["ground.O", "slider.C"]
+axis = [1, 0]
+[[rope]]
+name = "line"
+between = ["ground.O", "con.B"]
+restitution = 0.5
+[start]
+START
+[gravity]
+[run]
+until = 0.1
+"""
+STARTS = {
+    "given": 'angles = { crank = "60 deg" }\nangular_velocities = { crank = 5 }',
+    "sketched": 'angles = { crank = "60 deg", con = "-20 deg" }\nangular_velocities = { crank = 5 }',
+    "drawn": "joints = { pin = [0.1, 0.17], wrist = [0.5, 0] }\nangular_velocities = { crank = 5 }",
+}
+
+
+@pytest.mark.parametrize("start", STARTS)
+@pytest.mark.parametrize("length", [0.7, 0.15])
+def test_a_start_is_assembled_anew_as_that_of_the_file_with_these_numbers(
+    length: float, start: str, tmp_path: Path
+) -> None:
+    """To the bit, what is given, drawn or sketched, also where the crank cannot stand where the scene has it; the rope,
+    whose length is that of its way at the start, is as long as there."""
+    files = {}
+    for name, number in (("plain", "0.5"), ("edited", str(length))):
+        text = SLIDER_CRANK.replace("NAME", name).replace("LENGTH", number).replace("START", STARTS[start])
+        files[name] = tmp_path / f"{name}.toml"
+        files[name].write_text(text)
+    options = {"plain": ["--set", f"con.points.B.x={length}"], "edited": []}
+    told = {}
+    for name, more in options.items():
+        done = CliRunner().invoke(app, ["run", str(files[name]), *more, "--rtol", "1e-12"])
+        assert done.exit_code == 0, done.stderr
+        told[name] = done.stderr
+    runs = [np.load(f"results/{name}/result.npz") for name in files]
+    for key in ("t", "q", "u", "parameter_values"):
+        assert np.array_equal(runs[0][key], runs[1][key]), key
+    closed = [line.partition(": ")[2] for line in told["edited"].splitlines() if "changed by up to" in line]
+    assert [line for line in closed if line not in told["plain"]] == []
+
+
+def test_a_start_that_there_is_none_of_with_these_values(tmp_path: Path) -> None:
+    file = tmp_path / "short.toml"
+    text = SLIDER_CRANK.replace("NAME", "short").replace("LENGTH", "0.5").replace("START", STARTS["given"])
+    text = text.replace("O = [0, 0] }", "O = [0, 0], G = [0, 0.4] }").replace(
+        '"ground.O", "slider', '"ground.G", "slider'
+    )
+    file.write_text(text)
+    done = CliRunner().invoke(app, ["run", str(file), "--set", "con.points.B.x=0.1"])
+    assert done.exit_code == 2
+    assert done.stderr.startswith("--set: with these values short: joint[")
+    assert "found no way to close the loop" in done.stderr
 
 
 def test_values_have_units_as_in_scenes() -> None:
@@ -61,6 +156,17 @@ def test_it_is_known_what_every_parameter_measures(scene: Path) -> None:
     found = load_scene(scene)
     parameters = [*found.mechanism.parameters(), *(one for effect in found.effects for one in effect.parameters())]
     assert [one.path for one in parameters if not units_of(found, one.path)] == []
+
+
+@pytest.mark.sample(12)
+@pytest.mark.parametrize("scene", [*SCENES.glob("*.toml"), *SCENES.glob("gallery/*.toml")], ids=lambda path: path.stem)
+def test_a_scene_with_its_own_values_is_the_same(scene: Path) -> None:
+    from ccgen.generator import load_scene
+    from ccgen.generator.scene.with_values import with_values
+
+    found = load_scene(scene)
+    parameters = [*found.mechanism.parameters(), *(one for effect in found.effects for one in effect.parameters())]
+    assert with_values(found, {one.path: one.value for one in parameters}) == found
 
 
 RODS = """
@@ -205,3 +311,58 @@ def _entry(heading: str, text: str) -> str:
     first = next(k for k, line in enumerate(lines) if line.startswith(heading))
     last = next((k for k in range(first + 1, len(lines)) if not lines[k].startswith(" ")), len(lines))
     return "\n".join(lines[first:last])
+
+
+WRONG = {
+    "a number that is 0 in the scene": (
+        "crank.points.B.y=0.1",
+        "--set crank.points.B.y: found a number that is 0 in the scene and so left out of the equations, expected a "
+        "parameter; write another number for it in the scene",
+    ),
+    "an option of runs": ("until=3", "--set until: found a setting of runs, expected a parameter; write --until 3"),
+    "an option of runs, with a unit": ("until=3 s", "write --until 3 s"),
+    "another name": ("crank.weight=3", "--set crank.weight: found no such parameter"),
+}
+
+
+@pytest.mark.parametrize(("setting", "said"), WRONG.values(), ids=WRONG)
+def test_what_is_no_parameter_is_told(setting: str, said: str) -> None:
+    done = CliRunner().invoke(app, ["run", FOUR_BAR, "--set", setting])
+    assert done.exit_code == 2
+    assert said in done.stderr
+
+
+def test_degrees_that_may_be_meant_are_told(tmp_path: Path) -> None:
+    """As of a file: beyond a full turn, and without a unit."""
+    text = SLIDER_CRANK.replace("NAME", "turned").replace("LENGTH", "0.5").replace("START", STARTS["given"])
+    text += '[[torsion]]\nname = "wound"\njoint = "axle"\nstiffness = 1\nangle = 0.1\n'
+    (tmp_path / "turned.toml").write_text(text)
+    told = {}
+    for value in ("40", "40 deg", "6", "20*pi"):
+        done = CliRunner().invoke(app, ["run", "turned.toml", "--set", f"wound.angle={value}", "--until", "0.01"])
+        assert done.exit_code == 0, done.stderr
+        told[value] = "is taken as rad" in done.stderr
+    assert told == {"40": True, "40 deg": False, "6": False, "20*pi": False}
+    done = CliRunner().invoke(app, ["run", "turned.toml", "--set", "wound.angle=40", "--until", "10 ms"])
+    assert '--set wound.angle: 40 is taken as rad, 6.37 turns; write "40 deg" for degrees' in done.stderr
+
+
+def test_ends_have_units_as_in_scenes() -> None:
+    """And nothing but times."""
+    for text, end in (("200 ms", 0.2), ("1/4", 0.25)):
+        done = CliRunner().invoke(app, ["run", FOUR_BAR, "--until", text, "-q"])
+        assert done.exit_code == 0, done.stderr
+        with np.load("results/four-bar/result.npz") as written:
+            assert written["t"][-1] == pytest.approx(end, rel=1e-15)
+    done = CliRunner().invoke(app, ["run", FOUR_BAR, "--until", "2 kg"])
+    assert done.exit_code == 2
+    assert "--until: found '2 kg', expected a positive number of seconds" in done.stderr
+
+
+def test_the_way_to_another_equilibrium_is_told(tmp_path: Path) -> None:
+    (tmp_path / "free.toml").write_text("[loop]\nlinks = 4\n[gravity]\n")
+    done = CliRunner().invoke(app, ["equilibrium", "free.toml"])
+    assert done.exit_code == 2
+    assert "nearest=True (--nearest) looks for the nearest one, stable or not" in done.stderr
+    done = CliRunner().invoke(app, ["equilibrium", "free.toml", "--nearest"])
+    assert "--nearest" not in done.stderr

@@ -263,6 +263,9 @@ def test_arrays_of_a_run_have_its_events(workshop: Workshop, tmp_path: Path) -> 
     ("lines", "told"),
     [
         ('when = "angle(pn)"', "pn in angle(...) is no joint; the joints are pin"),
+        ('when = "angle(rod)"', "the joints are pin; write direction(rod) for the angle of that link"),
+        ('when = "y(B)"', "B in y(...) is no point; the joints are pin; write rod.B"),
+        ('when = "y(rod)"', "write rod.A or rod.B"),
         ('when = "angle(pin) > 2"', "it comes to zero where both sides are equal: write their difference"),
         ('when = "2*pi"', "it has neither t nor a quantity that moves"),
         ('when = "angl(pin)"', "angl(...) is not known here"),
@@ -273,7 +276,10 @@ def test_arrays_of_a_run_have_its_events(workshop: Workshop, tmp_path: Path) -> 
         ('when = "t - foo"', "foo is not known here"),
         ('when = "t^2"', "write ** for ^"),
         ('when = "t**0.5"', "exponents are whole numbers"),
-        ('when = "direction(pin)"', "pin in direction(...) is no link that moves; the links are rod"),
+        (
+            'when = "direction(pin)"',
+            "pin in direction(...) is no link that moves; the links are rod; write angle(pin) for",
+        ),
         ('when = "t - 1"\nset = { "gravty.g" = 1 }', 'found "gravty.g", expected the path of a parameter, as "gravity'),
         ('when = "t - 1"\nset = { "rod.mass" = -1 }', "found -1, expected a number that is more than 0"),
         ('when = "t - 1"\nset = { "gravity.g" = true }', "event[0].set.gravity.g: found true, expected values of par"),

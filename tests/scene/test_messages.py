@@ -133,6 +133,13 @@ SLIPS: dict[str, tuple[str, str, int, str, tuple[str, ...]]] = {
         "run.method",
         ("ccgen run --method NAME",),
     ),
+    "a comma for a point": (
+        "mass = 1\ninertia = 0.1\ncom = [0.1",
+        "mass = 0,4  # kg\ninertia = 0.1\ncom = [0.1",
+        6,
+        "",
+        ("write 0.4, with a point for the comma",),
+    ),
     "curved quotes": ('name = "coupler"', "name = “coupler”", 11, "", ("write straight quotes",)),
     "a colon": ('name = "four-bar"', 'name: "four-bar"', 1, "", ("write = for :",)),
     "a quote that is open": ('name = "coupler"', 'name = "coupler', 11, "", ("close the quotes",)),

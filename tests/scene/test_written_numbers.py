@@ -71,6 +71,7 @@ WRONG_TEXTS: dict[str, tuple[str, tuple[str, ...], str]] = {
     "a comma before a unit": ("0,6 cm", ("m",), 'it has a comma; write "0.6 cm"'),
     "degrees": ("10 degrees", ("rad",), 'write "10 deg", or a number of rad without quotes'),
     "a sign of degrees": ("10°", ("rad",), 'write "10 deg"'),
+    "a unit above a number": ("60 s / 30", ("s",), "units stand behind a single number, not in arithmetic; give 60 s"),
     "units in arithmetic": ("20 cm + 5 mm", ("m",), "units stand behind a single number, not in arithmetic"),
     "a unit behind arithmetic": ("2*20 cm", ("m",), "give 20 cm a name in [let], and write that here"),
     "a name": ("far", ("m",), "far is not known here; the only name is pi; write a number without quotes"),
