@@ -289,9 +289,18 @@ until = 1.5
 
 
 def test_a_box_that_folds_into_its_line_says_where_forces_are_not_told(workshop: Workshop) -> None:
+    """Beside the line forces are as large as the nearest instant that is looked at is near, several times those that
+    are told, which runs by other methods and tolerances tell as well."""
     run = simulate(workshop.model(FLOPPY))
-    found, told = history(run), Told(run)
+    found = history(run)
     sizes = np.hypot(found.reactions[:, :, 0], found.reactions[:, :, 1]).max(axis=1)
     assert found.beside.any() and found.beside[np.argmax(sizes)]
-    largest = max(float(size.split()[0]) for name, size, _, _ in told.rows if name in run.model.joints)
-    assert largest < 0.1 * sizes.max()
+    told = [
+        largest_at_joints(one) for one in (run, simulate(run.model, rtol=1e-10), simulate(run.model, method="dop853"))
+    ]
+    assert told == pytest.approx([told[0]] * 3, rel=0.05) and told[0] < 0.3 * sizes.max()
+
+
+def largest_at_joints(run: Run) -> float:
+    """The largest force of a joint that is told (N)."""
+    return max(float(size.split()[0]) for name, size, _, _ in Told(run).rows if name in run.model.joints)
