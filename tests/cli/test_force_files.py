@@ -301,6 +301,6 @@ def test_a_box_that_folds_into_its_line_says_where_forces_are_not_told(workshop:
     assert told == pytest.approx([told[0]] * 3, rel=0.05) and told[0] < 0.3 * sizes.max()
 
 
-def largest_at_joints(run: Run) -> float:
+def largest_at_joints(run: Any) -> float:
     """The largest force of a joint that is told (N)."""
     return max(float(size.split()[0]) for name, size, _, _ in Told(run).rows if name in run.model.joints)
