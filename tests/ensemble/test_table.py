@@ -175,12 +175,12 @@ def test_ctrl_c_keeps_what_is_done(workshop: Workshop) -> None:
             time.sleep(0.01)
 
     made = ensemble(
-        model, u0=speeds, observe=["q"], until=500.0, threads=2, progress=press, keep_interrupted=True, rtol=1e-12
+        model, u0=speeds, observe=["q"], until=5000.0, threads=2, progress=press, keep_interrupted=True, rtol=1e-12
     )
     assert len(made) == 2_000 and "interrupted" in made.status
     done = np.flatnonzero(made.status == "done")
     for row in (done[0], done[-1]):
-        assert np.array_equal(made["q"][row], simulate(model, u0=speeds[row], until=500.0, rtol=1e-12).q[-1])
+        assert np.array_equal(made["q"][row], simulate(model, u0=speeds[row], until=5000.0, rtol=1e-12).q[-1])
     assert all(reason for reason, status in zip(made.reason, made.status, strict=True) if status != "done")
     timer = threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT))
     timer.start()
