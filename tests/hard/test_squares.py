@@ -59,33 +59,3 @@ def test_tossed_squares_come_to_rest_flat(count: int, rtol: float, workshop: Wor
     reach(f"{case}: longest share of time by steps", max(shares), 5e-2)
     reach(f"{case}: share of time by steps of all", float(np.mean(shares)), 1e-2)
     reach(f"{case}: squares above the ground at the end", sum(height > 1e-6 for height in heights), 0)
-
-
-SMOOTH = """name = "square"
-[loop]
-links = 4
-length = 1.0
-[start]
-height = 0.8
-[gravity]
-[[ground]]
-restitution = 0.5
-"""
-
-
-def test_a_square_that_folds_behind_an_impact_has_one_motion(workshop: Workshop, reach: Reach) -> None:
-    """An impact just beside a line is followed by the line: no short step has an acceleration that is known.
-
-    Short ones estimate rounding, and ended in time stepping for some tolerances, with other impacts.
-    """
-    model = workshop.model(SMOOTH)
-    q, u = model.start()
-    q, u = model.project(q, u + 0.5 * np.random.default_rng(0).normal(size=u.size))
-    runs = [
-        simulate(model, q, u, until=1.5, rtol=rtol, method="gauss")
-        for rtol in (1e-9, 1e-10, 1e-11, 1e-12, 3e-13, 1e-13)
-    ]
-    assert all(run.success for run in runs)
-    apart = max(float(np.abs(run.q[-1] - runs[-1].q[-1]).max()) for run in runs)
-    reach("a square that folds: ends at six tolerances apart, m or rad", apart, 1e-6)
-    reach("a square that folds: times of time stepping", sum(p.kind == "steps" for run in runs for p in run.phases), 0)

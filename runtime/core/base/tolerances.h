@@ -237,9 +237,6 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
     X(ACROSS_KNOWN, 64.0, OF_RELATIVE, \
       "times rounding / sigma^2: what velocities across a singular configuration are known to", \
       "sums of some tens of terms, each with its rounding (as TERM_ROUNDING; docs/theory section 8)") \
-    X(AT_RANDOM, 0.125, OF_RELATIVE, \
-      "part of what is unknown of velocities that steps are likely to miss, and may", \
-      "of some tens of roundings, each of any sign, the sum is as the root of their number: an eighth of all for the terms of what is known across (ACROSS_KNOWN)") \
     X(GUIDED, 0.0625, OF_TOLERANCE, \
       "what the estimate of a step about a singular configuration may be", \
       "stages that are put back move by more than their polynomial shows: with a sixteenth, by an order of 16, steps are a sixth shorter") \

@@ -195,20 +195,6 @@ void take_over(struct phase *f, double own)
     }
 }
 
-/* Whether the step begins so near to the place that, as long as it is, no stage beside it has an acceleration of which a digit is known: what
- * its estimate shows is rounding, and shorter steps show more. Made as long as such stages need, unless it has to end before. */
-void reach_known_stages(struct phase *f)
-{
-    const double way = f->at.place - f->t, known = cbrt(ACROSS_KNOWN * DBL_EPSILON);
-    if (f->at.bounded || !(way > 0.0 && way < (1.0 + MIDDLE) * f->h))
-        return;
-    const double sigma = rank_margin(f->s, f->y);
-    if (!(sigma < known))
-        return;
-    f->h = fmin(fmax(f->h, way / sigma * known / PLACED), f->at.longest);
-    f->at.bounded = f->h == f->at.longest;
-}
-
 void place_about_singularity(struct phase *f, enum passage elsewhere)
 {
     const double part = (f->at.place - f->t) / f->h;

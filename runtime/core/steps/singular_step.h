@@ -20,9 +20,6 @@ int leads_to_singularity(struct phase *f);
 /* a step by collocation in place of one of length f->h by the run's own method, which would take one of length `own` next */
 void take_over(struct phase *f, double own);
 
-/* make a step that passes f->place from beside it as long as it takes for stages to have accelerations that are known */
-void reach_known_stages(struct phase *f);
-
 /* the length of a step that may be as long as f->h, and how it is taken, from f->place: away from it as `elsewhere`, FREE or ABOUT */
 void place_about_singularity(struct phase *f, enum passage elsewhere);
 

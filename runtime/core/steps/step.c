@@ -113,13 +113,9 @@ double unknown_velocity(const struct phase *f)
     return ACROSS_KNOWN * DBL_EPSILON / (sigma * sigma);
 }
 
-/* A step that misses more than is likely is tried again so often; then it may miss what is unknown at worst, since shorter ones, which
- * end nearer to the configuration, miss no less */
-static const int LIKELY_TRIES = 2;
-
 double missed_velocity(const struct phase *f)
 {
-    return fmin((f->tried < LIKELY_TRIES ? AT_RANDOM : 1.0) * unknown_velocity(f), KNOWN_AT_LEAST);
+    return fmin(unknown_velocity(f), KNOWN_AT_LEAST);
 }
 
 /* The tolerance of the step, and of what it begins with */

@@ -46,7 +46,6 @@ struct phase {
     double *steps;             /* and its scratch */
     double *kept; /* what the method knew before a step, or knows now, on its way to or from the bytes of a state, */
     double *peak; /* and active.peak before a step */
-    int tried;    /* how often the step was refused so far */
     double *gaps, *rates; /* [contacts] where they were last looked at, for those that go on from there */
     int *met;             /* [contacts] events that each has had since its window of crowds began */
     int *set; /* [contacts] those that strike, are held, or close where rows are lost, on their way from finding them */
@@ -79,8 +78,8 @@ enum outcome unprojected_step(struct phase *f, double h, struct tolerance tolera
 /* Part of the velocities that is not known at worst where a step placed about a singular configuration begins, rounding / sigma^2. 0 elsewhere */
 double unknown_velocity(const struct phase *f);
 
-/* and the part that is likely to be missed there, so that such a step may miss as much: none ends with less than it began with, and shorter ones,
- * which end nearer to the configuration, end with more */
+/* and what a step there may miss for it: none ends with less than it began with, and shorter ones, which end nearer to the configuration, end
+ * with more */
 double missed_velocity(const struct phase *f);
 
 /* what the error of the step to y1 amounts to; accepted up to 1. An error that fails is measured again without its part

@@ -76,17 +76,14 @@ static enum outcome project_and_place(struct phase *f, const double *error, int 
 enum outcome accepted_step(struct phase *f, double *next)
 {
     struct run *run = f->run;
-    int again = 0;
+    int refused = 0, again = 0;
     enum passage elsewhere = keeps_collocation(f) ? ABOUT : FREE;
-    f->tried = 0;
     for (;;) {
         double error = 0.0;
         if (elsewhere == FREE && begins_beside_singularity(f)) {
             elsewhere = ABOUT;
             take_over(f, f->h);
         }
-        if (!f->tried)
-            reach_known_stages(f);
         const double whole = f->h;
         place_about_singularity(f, elsewhere);
         enum outcome outcome = unprojected_step(f, f->h, run->fixed_step > 0.0 ? to_rounding(f->s) : run->tolerance);
@@ -116,7 +113,7 @@ enum outcome accepted_step(struct phase *f, double *next)
             error = fmax(error, energy_residual(f));
         if (!outcome && error <= 1.0) {
             const double change = SAFETY * pow(fmax(error, 1e-12), -1.0 / f->by->order);
-            *next = f->h * fmin(fmax(change, LEAST_CHANGE), f->tried ? 1.0 : LARGEST_CHANGE);
+            *next = f->h * fmin(fmax(change, LEAST_CHANGE), refused ? 1.0 : LARGEST_CHANGE);
             if (f->at.passage == BEFORE)
                 *next = fmax(*next, whole);
             run->steps++;
@@ -124,7 +121,7 @@ enum outcome accepted_step(struct phase *f, double *next)
         }
         if (outcome == OUTCOME_INTERRUPTED)
             return outcome;
-        f->tried++;
+        refused = 1;
         run->rejected++;
         const double change = outcome || !isfinite(error) ? LEAST_CHANGE : SAFETY * pow(error, -1.0 / f->by->order);
         f->h *= fmax(change, LEAST_CHANGE);
