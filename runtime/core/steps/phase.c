@@ -229,8 +229,8 @@ static enum outcome begin_phase(struct phase *f)
     return outcome;
 }
 
-/* So many steps show a pace. Runs that end take fewer, but for the longest. */
-static const long STRETCH = 100000;
+/* So many steps show a pace: more than twice what a window may have of those that get nowhere, which are told as such, or stepped over, before. */
+static const long STRETCH = 500000;
 
 /* The pace of the rest of a run would have to be so many times that of a stretch: what whirls or creeps for a while gets on faster by
  * less. */
