@@ -130,23 +130,30 @@ class Contacts:
         return displacement.bias() if displacement else less(self.centripetal(end), self.centripetal(start))
 
     def joint_position(self, joint: int) -> sp.Expr:
-        """How far a joint is along its line (m): its coordinate, or where loops carry both links, d · x with the
-        direction d of the line and x from the first point to the second."""
+        """Angle of a joint (rad), second link against first; of one that slides, how far it is along its line (m): its
+        coordinate, or where loops carry both links, d · x with the direction d of the line and x from the first point
+        to the second."""
+        first, second = self._ends(joint)
+        if not self._slides(joint):
+            return self.angle(second.link) - self.angle(first.link)
         if self._has_coordinate(joint):
             return sp.Symbol(slide_name(joint))
-        return dot(self.kinematics.line(joint), self.distance(*self._ends(joint)))
+        return dot(self.kinematics.line(joint), self.distance(first, second))
 
     def joint_speed(self, joint: int) -> sp.Expr:
-        """Its rate (m/s), d · ẋ + ω d⊥ · x."""
+        """Its rate (rad/s, m/s); of d · x it is d · ẋ + ω d⊥ · x."""
+        first, second = self._ends(joint)
+        if not self._slides(joint):
+            return self.rate(second.link) - self.rate(first.link)
         if self._has_coordinate(joint):
             return sp.Symbol(sliding_name(joint))
-        first, second = self._ends(joint)
         line, x = self.kinematics.line(joint), self.distance(first, second)
         return dot(line, self.approach(first, second)) + self.rate(first.link) * dot(perp(line), x)
 
     def joint_bias(self, joint: int) -> sp.Expr:
-        """The rate of that with u̇ = 0 (m/s²), d · ẍ + 2 ω d⊥ · ẋ − ω² d · x."""
-        if self._has_coordinate(joint):
+        """The rate of that with u̇ = 0 (m/s²): d · ẍ + 2 ω d⊥ · ẋ − ω² d · x, and zero of what is linear in u with
+        constant coefficients."""
+        if not self._slides(joint) or self._has_coordinate(joint):
             return sp.S.Zero
         first, second = self._ends(joint)
         line, x = self.kinematics.line(joint), self.distance(first, second)
@@ -154,10 +161,12 @@ class Contacts:
         inwards = self.kinematics.squared_rate[first.link] * dot(line, x)
         return dot(line, self.bend(first, second)) + turned - inwards
 
-    def along(self, joint: int, impulse: sp.Expr) -> dict[int, Wrench]:
-        """The wrenches of an impulse along the line: the transpose of :meth:`joint_speed`. The moment of what the
-        second point is off the line, rounding where loops are closed, is the first link's."""
+    def along_joint(self, joint: int, impulse: sp.Expr) -> dict[int, Wrench]:
+        """The wrenches of an impulse, the transpose of :meth:`joint_speed`: couples, or forces along the line. The
+        moment of what the second point is off the line, rounding where loops are closed, is the first link's."""
         first, second = self._ends(joint)
+        if not self._slides(joint):
+            return {second.link: (ZERO, impulse), first.link: (ZERO, -impulse)}
         line = self.kinematics.line(joint)
         push, back = scale(impulse, line), scale(-impulse, line)
         off = sp.S.Zero
@@ -167,6 +176,9 @@ class Contacts:
             second.link: (push, dot(perp(self.arms[second]), push)),
             first.link: (back, dot(perp(self.arms[first]), back) + off),
         }
+
+    def _slides(self, joint: int) -> bool:
+        return self.kinematics.mechanism.joints[joint].slides
 
     def _ends(self, joint: int) -> tuple[PointRef, PointRef]:
         record = self.kinematics.mechanism.joints[joint]

@@ -24,7 +24,7 @@ from ..planning.plan import Plan
 from .closure import Closure
 from .contact_kinematics import Contacts
 from .form import FLIGHT, IMPACT
-from .gaps import SlideGap
+from .gaps import JointGap
 from .gibbs import Recursion
 from .inverse import Inverse
 from .kinematics import Kinematics
@@ -79,7 +79,8 @@ class _Derivation:
         parameters = [*self.mechanism.parameters(), *(p for effect in self.effects for p in effect.parameters())]
         blocks, modules = tuple(self.ledger.blocks), tuple(map(self._state_of, self.plan.modules))
         names = tuple(
-            ContactName(gap.name, gap.ground, gap.angular, isinstance(gap, SlideGap)) for gap in self.contacts
+            ContactName(gap.name, gap.ground, gap.angular, isinstance(gap, JointGap) and gap.slides)
+            for gap in self.contacts
         )
         return Equations(
             tuple(parameters), self.state, blocks, tuple(kernels), names, modules=modules, outputs=tuple(self.outputs)

@@ -210,14 +210,16 @@ class _Expansion:
         return (sp.cos(angle), sp.sin(angle))
 
     def joint_position(self, joint: int) -> sp.Expr:
-        """How far a sliding joint is along its line (m)."""
+        """Angle of a joint (rad), or how far a sliding one is along its line (m)."""
+        record = self.mechanism.joints[joint]
+        if not record.slides:
+            return self.angle(record.second.link) - self.angle(record.first.link)
         if any(branch.joint == joint for branch in self.topology.branches):
             return sp.Symbol(slide_name(joint))
-        record = self.mechanism.joints[joint]
         return dot(self._line(joint), less(self.position(record.second), self.position(record.first)))
 
     def joint_speed(self, joint: int) -> sp.Expr:
-        """Its rate (m/s)."""
+        """Its rate (rad/s, m/s)."""
         return self._rate(self.joint_position(joint))
 
     def _hung(self, branch: Branch) -> Vector:

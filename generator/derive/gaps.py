@@ -14,7 +14,7 @@ from typing import Protocol
 import sympy as sp
 
 from ..mechanism.joints import PointRef
-from .vectors import ZERO, Vector, Wrench, dot, perp, scale
+from .vectors import Vector, Wrench, dot, perp, scale
 
 
 class Positions(Protocol):
@@ -33,7 +33,7 @@ class Positions(Protocol):
         ...
 
     def joint_position(self, joint: int) -> sp.Expr:
-        """How far a sliding joint is along its line (m)."""
+        """Angle of a joint that turns (rad), or how far one that slides is along its line (m)."""
         ...
 
     def let(self, name: str, expression: sp.Expr) -> sp.Expr:
@@ -65,7 +65,7 @@ class Velocities(Positions, Protocol):
         ...
 
     def joint_speed(self, joint: int) -> sp.Expr:
-        """How fast a sliding joint moves along its line (m/s)."""
+        """Its rate (rad/s, m/s)."""
         ...
 
 
@@ -85,11 +85,11 @@ class Accelerations(Velocities, Protocol):
         ...
 
     def joint_bias(self, joint: int) -> sp.Expr:
-        """What a sliding joint accelerates at along its line with u̇ = 0 (m/s²)."""
+        """The second rate of a joint's position with u̇ = 0 (rad/s², m/s²)."""
         ...
 
-    def along(self, joint: int, impulse: sp.Expr) -> dict[int, Wrench]:
-        """What an impulse along a sliding joint's line, on its second link, does to both of its links."""
+    def along_joint(self, joint: int, impulse: sp.Expr) -> dict[int, Wrench]:
+        """What an impulse that moves a joint's second link on, a couple or along its line, does to both links."""
         ...
 
 
@@ -198,69 +198,30 @@ class PlaneGap:
 
 
 @dataclass(frozen=True)
-class AngleGap:
-    """A joint's angle, of link ``second`` against link ``first``, before a stop at ``limit`` (rad), eq. 5.12.
+class JointGap:
+    """A joint before its stop at ``limit``, eq. 5.12: its angle (rad), second link against first, or where it
+    ``slides`` its way along its line (m).
 
-    The gap is sign (angle − limit): sign is 1 for a lowest angle and −1 for a highest one.
-    """
-
-    name: str
-    ground: str
-    first: int
-    second: int
-    sign: int
-    limit: sp.Expr
-    restitution: sp.Expr
-    friction: sp.Expr = sp.S.Zero
-    angular = True
-
-    def points(self) -> tuple[PointRef, ...]:
-        return ()
-
-    def value(self, at: Positions) -> sp.Expr:
-        return self.sign * (at.angle(self.second) - at.angle(self.first) - self.limit)
-
-    def closing(self, at: Velocities) -> sp.Expr:
-        return self.sign * (at.rate(self.second) - at.rate(self.first))
-
-    def bias(self, at: Accelerations) -> sp.Expr:
-        """Zero: the rate is linear in u with constant coefficients."""
-        return sp.S.Zero
-
-    def slip(self, at: Accelerations) -> sp.Expr:
-        """Zero: a stop has no friction."""
-        return sp.S.Zero
-
-    def slip_bias(self, at: Accelerations) -> sp.Expr:
-        return sp.S.Zero
-
-    def push(self, at: Accelerations, impulse: sp.Expr) -> dict[int, Wrench]:
-        """A couple on the second link, its opposite on the first."""
-        return {self.second: (ZERO, self.sign * impulse), self.first: (ZERO, -self.sign * impulse)}
-
-    def drag(self, at: Accelerations, impulse: sp.Expr) -> dict[int, Wrench]:
-        return {}
-
-
-@dataclass(frozen=True)
-class SlideGap:
-    """How far a sliding joint is along its line, before a stop at ``limit`` (m), eq. 5.12 with a length.
-
-    The gap is sign (s − limit): sign is 1 for a lowest place and −1 for a highest one.
+    The gap is sign (position − limit): sign is 1 for a lowest position and −1 for a highest one. ``joint`` is the
+    joint's number, ``ends`` are its points.
     """
 
     name: str
     ground: str
     joint: int
+    slides: bool
     ends: tuple[PointRef, PointRef]
     sign: int
     limit: sp.Expr
     restitution: sp.Expr
     friction: sp.Expr = sp.S.Zero
-    angular = False
+
+    @property
+    def angular(self) -> bool:
+        return not self.slides
 
     def points(self) -> tuple[PointRef, ...]:
-        return self.ends
+        return self.ends if self.slides else ()
 
     def value(self, at: Positions) -> sp.Expr:
         return self.sign * (at.joint_position(self.joint) - self.limit)
@@ -279,8 +240,8 @@ class SlideGap:
         return sp.S.Zero
 
     def push(self, at: Accelerations, impulse: sp.Expr) -> dict[int, Wrench]:
-        """Along the line on the second link, its opposite on the first."""
-        return at.along(self.joint, self.sign * impulse)
+        """On the second link, its opposite on the first."""
+        return at.along_joint(self.joint, self.sign * impulse)
 
     def drag(self, at: Accelerations, impulse: sp.Expr) -> dict[int, Wrench]:
         return {}

@@ -81,20 +81,15 @@ class Stop(Effect):
 
     def gaps(self, let: Let) -> tuple[Gap, ...]:
         """One gap per limit, called ``stop.lowest`` and ``stop.highest``."""
-        from ..derive.gaps import AngleGap, SlideGap
+        from ..derive.gaps import JointGap
         from ..derive.vectors import symbol
 
         joint, e = self.joint, symbol(self.restitution)
-        found: list[Gap] = []
-        for limit in self.limits:
-            name, where = f"{self.name}.{limit.key}", symbol(limit.parameter)
-            if joint.slides:
-                ends = joint.first, joint.second
-                found.append(SlideGap(joint.name, name, self.place, ends, limit.sign, where, e))
-            else:
-                links = joint.first.link, joint.second.link
-                found.append(AngleGap(joint.name, name, *links, limit.sign, where, e))
-        return tuple(found)
+        at = self.place, joint.slides, (joint.first, joint.second)
+        return tuple(
+            JointGap(joint.name, f"{self.name}.{limit.key}", *at, limit.sign, symbol(limit.parameter), e)
+            for limit in self.limits
+        )
 
     def parts(self, mechanism: Mechanism) -> tuple[Part, ...]:
         """One for each limit, with its angle (rad); where it slides with its place (m), the direction (rad) and the

@@ -12,6 +12,7 @@ from ccgen.generator.cli.app import app
 from ccgen.runtime import simulate
 
 from ..support.folders import SCENES
+from ..support.slider_crank import SLIDER_CRANK as BODIES
 from ..support.workshop import Workshop
 
 FOUR_BAR = str(SCENES / "four-bar.toml")
@@ -42,43 +43,10 @@ def test_a_run_has_the_values_that_are_set(workshop: Workshop) -> None:
     assert run.closure_max < 1e-12
 
 
-SLIDER_CRANK = """
-name = "NAME"
-[ground_link]
-points = { O = [0, 0] }
-[[link]]
-name = "crank"
-mass = 0.8
-inertia = 0.003
-com = [0.1, 0]
-points = { A = [0, 0], B = [0.2, 0] }
-[[link]]
-name = "con"
-mass = 1.2
-inertia = 0.02
-com = [0.25, 0]
-points = { A = [0, 0], B = [LENGTH, 0] }
-[[link]]
-name = "slider"
-mass = 2
-inertia = 0.01
-com = "C"
-points = { C = [0, 0] }
-[[joint]]
-name = "axle"
-between = ["ground.O", "crank.A"]
-[[joint]]
-name = "pin"
-between = ["crank.B", "con.A"]
-[[joint]]
-name = "wrist"
-between = ["con.B", "slider.C"]
-[[joint]]
-name = "guide"
-type = "prismatic"
-between = ["ground.O", "slider.C"]
-axis = [1, 0]
-[[rope]]
+SLIDER_CRANK = (
+    'name = "NAME"'
+    + BODIES
+    + """[[rope]]
 name = "line"
 between = ["ground.O", "con.B"]
 restitution = 0.5
@@ -88,6 +56,7 @@ START
 [run]
 until = 0.1
 """
+)
 STARTS = {
     "given": 'angles = { crank = "60 deg" }\nangular_velocities = { crank = 5 }',
     "sketched": 'angles = { crank = "60 deg", con = "-20 deg" }\nangular_velocities = { crank = 5 }',

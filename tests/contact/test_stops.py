@@ -353,7 +353,7 @@ def test_expanded_form_has_the_rows_of_stops(workshop: Workshop) -> None:
     assert form.N.tolist() == [[-1, 1], [1, -1]] and form.definitions == ()
 
 
-SLIDE = """
+SLIDER = """
 [ground_link]
 points = { O = [0, 0], P = [0, 1] }
 [[link]]
@@ -368,9 +368,8 @@ type = "prismatic"
 between = ["ground.O", "slider.C"]
 axis = [3, 4]
 angle = 0
-[start]
-sliding_velocities = { guide = 2.0 }
 """
+SLIDE = f"{SLIDER}[start]\nsliding_velocities = {{ guide = 2.0 }}\n"
 LEVER = """
 [[link]]
 name = "ram"
@@ -411,22 +410,6 @@ def test_a_ground_ends_a_slide(workshop: Workshop) -> None:
 
 # -- ends of slides --------------------------------------------------------------------------------------------------
 
-SLIDER = """
-[ground_link]
-points = { O = [0, 0] }
-[[link]]
-name = "slider"
-mass = 2.0
-inertia = 0.01
-com = [0, 0]
-points = { C = [0, 0] }
-[[joint]]
-name = "guide"
-type = "prismatic"
-between = ["ground.O", "slider.C"]
-axis = [3, 4]
-angle = 0
-"""
 YOKE = """
 [ground_link]
 points = { O = [0, 0] }
@@ -468,7 +451,7 @@ def test_a_slider_bounces_between_its_ends(workshop: Workshop) -> None:
         ("guide", "stop_0.highest"),
         ("guide", "stop_0.lowest"),
     ]
-    assert [impact.impulses[0] for impact in run.impacts] == pytest.approx([6.0, 3.0, 1.5, 0.75], rel=1e-14)
+    assert [impact.impulses[0] for impact in run.impacts] == pytest.approx([3.0, 1.5, 0.75, 0.375], rel=1e-14)
 
 
 def test_a_slider_rests_on_its_end(workshop: Workshop) -> None:
@@ -482,7 +465,7 @@ def test_a_slider_rests_on_its_end(workshop: Workshop) -> None:
     assert run.impacts[0].t == pytest.approx(first, rel=1e-12)
     assert run.success and run.phases[-1].contacts == (("guide", "stop_0.lowest"),)
     assert run.phases[-1].start == pytest.approx(first * (1 + 0.3) / (1 - 0.3), rel=1e-9)
-    assert model.contact_forces(run.q[-1], run.u[-1])[0] == pytest.approx([2 * G * 0.8, 0.0], abs=1e-9)
+    assert model.contact_forces(run.q[-1], run.u[-1])[0] == pytest.approx([G * 0.8, 0.0], abs=1e-9)
 
 
 def test_the_pin_of_a_yoke_strikes_the_end_of_its_slot(workshop: Workshop) -> None:

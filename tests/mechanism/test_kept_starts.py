@@ -10,53 +10,22 @@ import pytest
 
 from ccgen.runtime import ensemble, sensitivities, simulate
 
+from ..support.slider_crank import SLIDER_CRANK as BODIES
 from ..support.workshop import Workshop
 
 CRANK, TURN, RATE = 0.2, np.pi / 3, 5.0
 
-SLIDER_CRANK = """
-name = "kept"
-[ground_link]
-points = { O = [0, 0] }
-[[link]]
-name = "crank"
-mass = 0.8
-inertia = 0.003
-com = [0.1, 0]
-points = { A = [0, 0], B = [0.2, 0] }
-[[link]]
-name = "con"
-mass = 1.2
-inertia = 0.02
-com = [0.25, 0]
-points = { A = [0, 0], B = [0.5, 0] }
-[[link]]
-name = "slider"
-mass = 2
-inertia = 0.01
-com = "C"
-points = { C = [0, 0] }
-[[joint]]
-name = "axle"
-between = ["ground.O", "crank.A"]
-[[joint]]
-name = "pin"
-between = ["crank.B", "con.A"]
-[[joint]]
-name = "wrist"
-between = ["con.B", "slider.C"]
-[[joint]]
-name = "guide"
-type = "prismatic"
-between = ["ground.O", "slider.C"]
-axis = [1, 0]
-[start]
+SLIDER_CRANK = (
+    'name = "kept"'
+    + BODIES.replace("LENGTH", "0.5")
+    + """[start]
 angles = { crank = "60 deg" }
 angular_velocities = { crank = 5 }
 [gravity]
 [run]
 until = 0.1
 """
+)
 
 FIVE_BAR = """
 name = "five"
