@@ -21,6 +21,8 @@ _STEPS = 200
 _SHORT = 12
 _STIFF = 1e12
 """Multipliers as large as this mean that the closure cannot be reached from here."""
+_AS_NEAR = 1e-8
+"""Misses that differ by less of themselves are the same: a smallest one is found to the root of rounding."""
 
 
 class CannotClose(ValueError):
@@ -69,8 +71,8 @@ def nearest(layout: Layout, sketch: Real, weights: Real | None = None) -> Real:
         detour = 0.3 * attempt * np.cos(1.0 + (attempt + 1.0) * np.arange(len(sketch)))
         found = _polish(layout, _descend(layout, sketch, sketch + detour, weights))
         if _closed(layout, found, tolerance):
-            return found
-        best = min(best, found, key=lambda x: float(_misses(layout, x).max()))
+            return _returned(layout, sketch, found, weights)
+        best = _nearer(layout, best, found)
     worst = int(np.argmax(_misses(layout, best)))
     raise CannotClose(*_worst(layout, best, worst), best)
 
@@ -96,7 +98,7 @@ def _worst(layout: Layout, x: Real, entry: int) -> tuple[int, float, str]:
 def follow(layout: Layout, sketch: Real, loose: Sequence[int]) -> Real:
     """The ``sketch`` with the displacements ``loose`` changed as little as closes their loops, the others held.
 
-    Where that cannot be, they come as near as they get.
+    Where that cannot be, they come as near as they get, and change as little as that takes.
     """
     free = np.array(loose, dtype=int)
     moved = np.abs(layout.jacobian(sketch + 0.1)[:, free]).max(axis=1, initial=0.0) > 0.0
@@ -119,16 +121,55 @@ def follow(layout: Layout, sketch: Real, loose: Sequence[int]) -> Real:
 
 
 def _follow(layout: Layout, sketch: Real, free: NDArray[np.int_]) -> Real:
-    """The ``free`` displacements polished until the layout closes, from the sketch or a detour from it."""
-    best = sketch
+    """The ``free`` displacements polished until the layout closes, from the sketch or a detour from it.
+
+    What a detour moved that no loop needs to be moved is moved back.
+    """
+    best, weights = sketch, np.ones(len(sketch))
     for attempt in range(_ATTEMPTS):
         start = sketch.copy()
         start[free] += 0.3 * attempt * np.cos(1.0 + (attempt + 1.0) * np.arange(len(free)))
         found = _polish(layout, start, free)
         if _closed(layout, found, CLOSED * layout.reach):
-            return found
-        best = min(best, found, key=lambda x: float(_misses(layout, x).max()))
-    return best
+            return _returned(layout, sketch, found, weights, free)
+        best = _nearer(layout, best, found)
+    return _returned(layout, sketch, best, weights, free)
+
+
+def _nearer(layout: Layout, best: Real, found: Real) -> Real:
+    """Which of two configurations that do not close misses by less, the first where both miss by the same."""
+    least, miss = (float(_misses(layout, x).max()) for x in (best, found))
+    return found if miss < (1.0 - _AS_NEAR) * least else best
+
+
+def _returned(
+    layout: Layout, sketch: Real, x: Real, weights: Real, free: NDArray[np.int_] | slice = slice(None)
+) -> Real:
+    """``x`` with its displacements ``free`` moved back to the ``sketch`` as far as that opens no loop further.
+
+    Each step goes along the motions that open nothing (to first order), to where Σ w (x - sketch)² is least on them, and
+    is polished; it is halved where that does not come nearer. Where it ends, the conditions of the constrained minimum hold.
+    """
+    root = np.sqrt(weights[free])
+    for _ in range(_STEPS):
+        away = root * (sketch - x)[free]
+        jacobian = layout.jacobian(x)[:, free] / root
+        back = (away - _smallest(jacobian, jacobian @ away)) / root
+        most = float(np.abs(back).max(initial=0.0))
+        distance, may_miss = float(away @ away), (1.0 + _AS_NEAR) * np.maximum(_misses(layout, x), CLOSED * layout.reach)
+        size = 1.0 / max(1.0, most)
+        while size * most > 1e-13:
+            moved = x.copy()
+            moved[free] += size * back
+            moved = _polish(layout, moved, free)
+            left = root * (sketch - moved)[free]
+            if float(left @ left) < distance and np.all(_misses(layout, moved) <= may_miss):
+                break
+            size /= 2.0
+        else:
+            return x
+        x = moved
+    return x
 
 
 def alone(layout: Layout, sketch: Real, gap: int) -> float:
