@@ -120,7 +120,7 @@ def _converged(a_map: Map, start: tuple[FloatArray, FloatArray], tolerance: floa
     guess = q, u = a_map.first(*start)
     for step in range(most):
         with trying(a_map.model, step, guess, (q, u)):
-            crossed = a_map.at(q, u)
+            crossed = a_map.at(q, u, about=best and best[1].time)
         missed = float(np.max(np.abs(crossed.rest)))
         if best is not None and best[0] <= tolerance and not missed < best[0] / LESS:
             break

@@ -36,6 +36,10 @@ mechanism: what is slower is rounding of what rests there, or turns back there."
 SOON = 16.0
 """A crossing is looked for in a run of so many times of the mechanism, then in runs twice as long."""
 
+BEYOND = 1.25
+"""Where it is known about when, first in a run so much longer: steps of a search for motions change their time by less,
+and what comes behind the crossing, as a fall, may take longer than all before it."""
+
 BEHIND = 1e-6
 """A run that is derived ends this part of its time behind the impact: beyond the rounding of its instant."""
 
@@ -119,8 +123,9 @@ class Map:
             other.crossings = 1
         return other
 
-    def at(self, q: FloatArray, u: FloatArray, parameter: str | None = None) -> Crossed:
-        """What comes of a state with loops shut, and by what that moves with a ``parameter``."""
+    def at(self, q: FloatArray, u: FloatArray, parameter: str | None = None, about: float | None = None) -> Crossed:
+        """What comes of a state with loops shut, and by what that moves with a ``parameter``; ``about`` is the time (s)
+        that it took from a state nearby."""
         kept = kept_at(self.model, q, u, self.closed)
         rows, by = rows_of(self.model, q, u, kept, parameter)
         n, units = len(q), self.units
@@ -134,7 +139,7 @@ class Map:
             lift = units * np.linalg.lstsq(rows, wanted, rcond=RANK)[0] if len(rows) else lift
             columns = np.column_stack([basis, lift])
             along = {parameter: np.eye(columns.shape[1])[-1:]}
-        runs, time, states, end, moved = self._applied(q, u, columns, along)
+        runs, time, states, end, moved = self._applied(q, u, columns, along, about)
         begin = states[0]
         rest = (end - begin)[self.compared] / units[self.compared]
         moves = (moved - columns)[self.compared] / units[self.compared, None]
@@ -150,7 +155,12 @@ class Map:
         return settled(self.model, crossed.q + change[:n], crossed.u + change[n:], crossed.kept, self.units)
 
     def _applied(
-        self, q: FloatArray, u: FloatArray, columns: FloatArray, along: dict[str, FloatArray]
+        self,
+        q: FloatArray,
+        u: FloatArray,
+        columns: FloatArray,
+        along: dict[str, FloatArray],
+        about: float | None,
     ) -> tuple[tuple[Run, ...], float, FloatArray, FloatArray, FloatArray]:
         """The runs and the time that they take, the states (crossings, 2 n) in which they cross the section, from the
         first on, that behind them, and by what this moves along ``columns`` (2 n, m)."""
@@ -161,7 +171,7 @@ class Map:
             by = {"q0": moved[:n], "u0": moved[n:], **along}
             crossing = self._timed if isinstance(self.section, float) else self._struck
             crossing = self._passed if isinstance(self.section, Level) else crossing
-            run, one, end, moved = crossing(end[:n], end[n:], by)
+            run, one, end, moved = crossing(end[:n], end[n:], by, about and about / self.times)
             states += [np.concatenate(state) for state in self._crossed(run)]
             if self.relabel is not None:
                 A, b = self.relabel
@@ -185,7 +195,7 @@ class Map:
         return found + [self._state_at(run, t) for t in self._instants(run)[: self.crossings - 1]]
 
     def _timed(
-        self, q: FloatArray, u: FloatArray, by: dict[str, FloatArray]
+        self, q: FloatArray, u: FloatArray, by: dict[str, FloatArray], about: float | None
     ) -> tuple[Run, float, FloatArray, FloatArray]:
         """At a time: periods of what drives the model."""
         assert isinstance(self.section, float)
@@ -195,11 +205,11 @@ class Map:
         return _whole(found.run), time, end, np.vstack([found["q"], found["u"]])
 
     def _struck(
-        self, q: FloatArray, u: FloatArray, by: dict[str, FloatArray]
+        self, q: FloatArray, u: FloatArray, by: dict[str, FloatArray], about: float | None
     ) -> tuple[Run, float, FloatArray, FloatArray]:
         """Behind an impact of a contact, wherever that comes. Instants are those of the run that is derived: the one
         that looks for the impact ends elsewhere, and its last digits are others."""
-        until = self._instant(q, u) * (1.0 + BEHIND)
+        until = self._instant(q, u, about=about) * (1.0 + BEHIND)
         found = sensitivities(self.model, by, ["impact_times"], q, u, until=until, **self.options)
         run = _whole(found.run)
         time = self._instants(run)[self.crossings - 1]
@@ -207,11 +217,11 @@ class Map:
         return run, time, np.concatenate(_behind(run, time)), passed.behind
 
     def _passed(
-        self, q: FloatArray, u: FloatArray, by: dict[str, FloatArray]
+        self, q: FloatArray, u: FloatArray, by: dict[str, FloatArray], about: float | None
     ) -> tuple[Run, float, FloatArray, FloatArray]:
         """Where a coordinate passes a value, at whatever time: the end moves back along the motion by that."""
         assert isinstance(self.section, Level)
-        i, n, time = self.section.coordinate, len(q), self._instant(q, u)
+        i, n, time = self.section.coordinate, len(q), self._instant(q, u, about=about)
         found = sensitivities(self.model, by, ["q", "u"], q, u, until=time, **self.options)
         run = _whole(found.run)
         end = np.concatenate([found.values["q"], found.values["u"]])
@@ -234,15 +244,15 @@ class Map:
         assert isinstance(run, Run)
         return self._relabelled(*self._state_at(run, self._instants(run)[0]))
 
-    def after(self, q: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """The state to which the map leads, loops shut, without derivatives."""
+    def after(self, q: FloatArray, u: FloatArray, about: float | None = None) -> tuple[FloatArray, FloatArray]:
+        """The state to which the map leads, loops shut, without derivatives; ``about`` as in :meth:`at`."""
         for _ in range(self.times):
-            q, u = self._once(q, u)
+            q, u = self._once(q, u, about and about / self.times)
         return q, u
 
-    def _once(self, q: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _once(self, q: FloatArray, u: FloatArray, about: float | None) -> tuple[FloatArray, FloatArray]:
         """The state behind one run."""
-        until = self.time_of(q, u)
+        until = self.time_of(q, u, about)
         run = simulate(self.model, q, u, until=until * (1.0 + BEHIND), **self.options)
         assert isinstance(run, Run)
         if not run.success:
@@ -262,13 +272,14 @@ class Map:
             q, u = whole[: len(q)], whole[len(q) :]
         return self.model.project(q, u)
 
-    def time_of(self, q: FloatArray, u: FloatArray) -> float:
+    def time_of(self, q: FloatArray, u: FloatArray, about: float | None = None) -> float:
         """How long one run from there takes to come back to the section."""
-        return self.section * self.crossings if isinstance(self.section, float) else self._instant(q, u)
+        return self.section * self.crossings if isinstance(self.section, float) else self._instant(q, u, about=about)
 
-    def _instant(self, q: FloatArray, u: FloatArray, crossings: int | None = None) -> float:
+    def _instant(self, q: FloatArray, u: FloatArray, crossings: int | None = None, about: float | None = None) -> float:
         """When a run from there crosses the section so many times."""
-        wanted, until = crossings or self.crossings, min(self.until, SOON * characteristic_time(self.model))
+        wanted = crossings or self.crossings
+        until = min(self.until, BEYOND * about if about else SOON * characteristic_time(self.model))
         while True:
             run = _whole(simulate(self.model, q, u, until=until, **self.options))
             found = self._instants(run)
