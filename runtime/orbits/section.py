@@ -19,12 +19,10 @@ from ..sensitivities import sensitivities
 from ..simulate import simulate
 from .kept import Kept, kept_at, rows_of, settled
 from .level import Level, level_times
+from .rank import least_change, unmoved
 
 Section = float | tuple[str, str] | Level
 """A time (s), a contact behind whose impact the section is, or a coordinate that passes a value."""
-
-RANK = 1e-10
-"""Rows of loops and contacts below this part of the largest depend on others."""
 
 SOMETIMES = (0.1234567, 0.3141593, 0.5772157, 0.7071068, 0.9159656)
 """Parts of a run's time at which forces are looked at."""
@@ -46,22 +44,19 @@ BEHIND = 1e-6
 
 class Crossed(NamedTuple):
     """A state (q, u) (n,) on the section and what comes of it: the ``runs``, one for each time that the map is applied,
-    its ``time`` (s), what the state behind it differs by, ``rest`` (k,), in units of the mechanism. ``states``
-    (crossings, 2 n) are those each time that the section is crossed, from the first on, and ``end`` (2 n,) that behind
-    the runs. ``basis`` (2 n, m) are directions of the state on the section, ``ends`` (2 n, m) what ``end`` moves by
-    with them, and ``moves`` (k, m) what ``rest`` does. With a parameter the state moves by ``lift`` (2 n,), so that
-    loops and contacts stay shut, and ``rest`` by ``by`` (k,)."""
+    and their ``time`` (s). ``states`` (crossings, 2 n) are those each time that the section is crossed, from the first
+    on, and ``end`` (2 n,) that behind the runs. ``basis`` (2 n, m) are directions of the state on the section, and
+    ``ends`` (2 n, m) what ``end`` moves by with them. With a parameter the state moves by ``lift`` (2 n,), so that
+    loops and contacts stay shut, and ``end`` by ``pushed`` (2 n,). ``kept`` is what is shut there."""
 
     q: FloatArray
     u: FloatArray
     runs: tuple[Run, ...]
     time: float
-    rest: FloatArray
     basis: FloatArray
     ends: FloatArray
-    moves: FloatArray
     lift: FloatArray
-    by: FloatArray
+    pushed: FloatArray
     kept: Kept
     states: FloatArray
     end: FloatArray
@@ -127,27 +122,21 @@ class Map:
         """What comes of a state with loops shut, and by what that moves with a ``parameter``; ``about`` is the time (s)
         that it took from a state nearby."""
         kept = kept_at(self.model, q, u, self.closed)
-        rows, by = rows_of(self.model, q, u, kept, parameter)
         n, units = len(q), self.units
+        rows, by = rows_of(self.model, q, u, kept, units, parameter)
         fixed = np.eye(2 * n)[self.fixed]
-        rows = np.vstack([fixed, rows]) * units
-        basis = _null(rows) * units[:, None]
+        rows = np.vstack([fixed, rows])
+        basis = unmoved(rows) * units[:, None]
         lift = np.zeros(2 * n)
         columns, along = basis, dict[str, FloatArray]()
         if parameter is not None:
-            wanted = np.concatenate([np.zeros(len(fixed)), -by])
-            lift = units * np.linalg.lstsq(rows, wanted, rcond=RANK)[0] if len(rows) else lift
+            lift = units * least_change(rows, np.concatenate([np.zeros(len(fixed)), -by]))
             columns = np.column_stack([basis, lift])
             along = {parameter: np.eye(columns.shape[1])[-1:]}
         runs, time, states, end, moved = self._applied(q, u, columns, along, about)
-        begin = states[0]
-        rest = (end - begin)[self.compared] / units[self.compared]
-        moves = (moved - columns)[self.compared] / units[self.compared, None]
-        m = basis.shape[1]
-        by = moves[:, m] if parameter is not None else np.zeros(len(rest))
-        return Crossed(
-            begin[:n], begin[n:], runs, time, rest, basis, moved[:, :m], moves[:, :m], lift, by, kept, states, end
-        )
+        begin, m = states[0], basis.shape[1]
+        pushed = moved[:, m] if parameter is not None else np.zeros(2 * n)
+        return Crossed(begin[:n], begin[n:], runs, time, basis, moved[:, :m], lift, pushed, kept, states, end)
 
     def moved(self, crossed: Crossed, change: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The state that is (2 n,) away from one, of this map's model, put back onto all that is kept shut there."""
@@ -179,13 +168,6 @@ class Map:
             runs.append(run)
             time += one
         return tuple(runs), time, np.array(states), end, moved
-
-    def on_section(self, crossed: Crossed) -> FloatArray:
-        """The derivative of the map in the coordinates of the basis; what may advance does not count."""
-        free = np.eye(2 * len(crossed.q))[:, self.free]
-        both = np.hstack([crossed.basis, free]) / self.units[:, None]
-        found = np.linalg.lstsq(both, crossed.ends / self.units[:, None], rcond=RANK)[0]
-        return np.asarray(found[: crossed.basis.shape[1]])
 
     def _crossed(self, run: Run) -> list[tuple[FloatArray, FloatArray]]:
         """The states in which a run crosses the section, that in which it begins the first, the last left out."""
@@ -311,15 +293,6 @@ def _behind(run: Run, time: float) -> tuple[FloatArray, FloatArray]:
     """The state behind the impacts of an instant."""
     last = [impact for impact in run.impacts if impact.t == time][-1]
     return run.q[np.flatnonzero(run.t == time)[-1]], last.u_plus
-
-
-def _null(rows: FloatArray) -> FloatArray:
-    """Directions (columns, m), orthonormal, that rows leave as they are."""
-    if not len(rows):
-        return np.eye(rows.shape[1])
-    _, values, directions = np.linalg.svd(rows)
-    rank = int(np.sum(values > RANK * values.max(initial=0.0)))
-    return np.asarray(directions[rank:].T)
 
 
 def _whole(run: Any) -> Run:
