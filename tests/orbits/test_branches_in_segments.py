@@ -11,7 +11,8 @@ import pytest
 from scipy.optimize import brentq
 
 from ccgen.runtime import continue_orbit, double_period, find_orbit
-from ccgen.runtime.orbits.shooting import PLACES, _ends, whole
+from ccgen.runtime.orbits.section import read_map
+from ccgen.runtime.orbits.shooting import PLACES, _ends, _timed, spread, whole
 
 from ..oracles.bouncing_table import BouncingTable
 from ..support.shaken_table import RADIUS, SHAKEN, TABLE, G
@@ -146,3 +147,61 @@ def test_what_advances_begins_where_it_has_got_to(workshop: Workshop) -> None:
     apart = float(orbit.nodes[1, 0] - orbit.nodes[0, 0])
     assert apart == pytest.approx(2 * orbit.u[1] / 10 * orbit.u[0], abs=1e-10)
     assert orbit.period == pytest.approx(4 * orbit.u[1] / 10, abs=1e-10)
+
+
+BOUNCES = """
+name = "bounces"
+[ground_link]
+points = { O = [0, 0], W = [-1, 0] }
+[[link]]
+name = "mass"
+mass = 2.0
+inertia = 1.0
+com = [0, 0]
+points = { C = [0, 0] }
+[[joint]]
+name = "guide"
+type = "prismatic"
+between = ["ground.O", "mass.C"]
+axis = [1, 0]
+[[spring]]
+between = ["ground.W", "mass.C"]
+stiffness = 8.0
+length = 1.1
+[[ground]]
+point = [0.1, 0]
+normal = [-1, 0]
+restitution = 1
+contacts = ["mass.C"]
+[run]
+until = 20.0
+rtol = 1e-12
+"""
+
+
+def bounced(t: float) -> tuple[float, float]:
+    """Place and rate of a mass of 2 kg on a spring of 8 N/m that rebounds at its place of rest, 0.1 m, from -0.2 m with
+    0.8 m/s: halves of swings of 0.5 m, the first impact after arcsin(0.6)/2."""
+    angle = 2 * t - math.asin(0.6)
+    half = math.floor(angle / math.pi) + 1
+    angle -= half * math.pi
+    return 0.1 + 0.5 * math.sin(angle), math.cos(angle)
+
+
+@pytest.mark.parametrize("times", [[0.321, 0.4], [0.1, 0.15], [0.75, 0.77]], ids=["impact", "last long", "last short"])
+def test_segments_that_no_longer_fit_are_chosen_anew(times: Any, workshop: Workshop) -> None:
+    """An impact 0.7 ms behind the end of one, and a last one that is far too long or too short: new ones begin on the
+    same motion, at its closed form, about as long as each other and away from the impact."""
+    model = workshop.model(BOUNCES, derivatives=True)
+    a_map = read_map(model, ("guide.slide", -0.2), 1, None, None, (), {"rtol": None, "method": None})
+    starts = [0.0, *np.cumsum(times)]
+    chain = _timed(a_map, [*times, math.pi / 2 - starts[-1]])
+    found = chain.at([tuple(np.array([one]) for one in bounced(t)) for t in starts])
+    other, nodes = spread(chain, found) or pytest.fail("they were kept")
+    begins = [0.0, *np.cumsum([one.section for one in other.maps[:-1]])]
+    assert max(abs(t - k * math.pi / 6) for k, t in enumerate(begins)) <= math.pi / 24 + 1e-9
+    assert min(abs(t - math.asin(0.6) / 2) for t in begins[1:]) >= math.pi / 96 - 1e-9
+    for t, node in zip(begins, nodes, strict=True):
+        assert np.concatenate(node) == pytest.approx(bounced(t), abs=1e-9)
+    again = other.at(nodes)
+    assert np.abs(other.system(again)[0]).max() <= 1e-9 and spread(other, again) is None
