@@ -165,6 +165,7 @@ benchmarks: $(VENV)/peers
 	@$(BIN)/python benchmarks/threads.py
 	@$(BIN)/python benchmarks/ensemble.py
 	@$(BIN)/python benchmarks/with_contacts.py
+	@$(BIN)/python benchmarks/orbits.py
 
 formulations: $(VENV)/peers
 	@$(BIN)/python benchmarks/formulations.py --write

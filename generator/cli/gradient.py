@@ -1,4 +1,4 @@
-"""``ccgen cost SCENE --gradient``: error of derivatives against wall time, by differences and along the run."""
+"""``ccgen cost SCENE --gradient``: error of a gradient against wall time, by differences and along the run."""
 
 from __future__ import annotations
 
@@ -75,13 +75,13 @@ def price_gradient(
         table, picture = (folder / name for name in FILES)
         write_csv(measured, table)
         rows, count = reference.jacobian.shape
-        title = f"{scene.name}: {rows} coordinates at {end:g} s by {count} numbers"
+        title = f"{scene.name}: one number of {rows} coordinates at {end:g} s, by {count} numbers"
         draw_gradient(measured, title, rtol, reference.doubt, picture)
         record_results(folder, FILES)
     print_tables(measured)
     tell_left(columns)
     typer.echo(
-        f"derived: {rows} coordinates at t = {end:g} s by {count} numbers of "
+        f"derived: one number, a weighted sum of {rows} coordinates at t = {end:g} s, by {count} numbers of "
         f"{', '.join(columns.names[:6])}{', …' if len(columns.names) > 6 else ''}"
     )
     typer.echo(f"reference: {reference.text} {reference.doubt:.1e}: smaller errors mean nothing")

@@ -1,10 +1,10 @@
-"""What derivatives of a run cost: by differences over their step, and along the run (theory, section 11.5).
+"""What the gradient of a run costs: by differences over their step, and along the run (theory, section 11.5).
 
-What is derived are all coordinates at the end. The error is the largest of a column, in parts of the largest number of
-that column. The reference are differences of runs in wide numbers at three steps, extrapolated (L. F. Richardson,
-Philosophical Transactions A 210, 1911), where the machine has such numbers; those with other steps tell how far they
-can be trusted. Where it has none, they are derivatives along the run at a tight tolerance, beside those of another
-method.
+What is derived is one number, a weighted sum of all coordinates at the end. Each entry of its gradient is a sum too,
+and its error is told in parts of what the terms of that sum are in size. The reference are differences of runs in wide
+numbers at three steps, extrapolated (L. F. Richardson, Philosophical Transactions A 210, 1911), where the machine has
+such numbers; those with other steps tell how far they can be trusted. Where it has none, they are derivatives along the
+run at a tight tolerance, beside those of another method.
 """
 
 from __future__ import annotations
@@ -20,7 +20,6 @@ from ..arrays import FloatArray
 from ..functions.arguments import Arguments, arguments_of
 from ..functions.run_function import RunFunction, run_function
 from ..model.model import Model
-from ..sensitivity.jacobian import Mode
 from ..simulate import simulate
 from .accuracy import LARGEST_DOUBT, REPEATS, SPENT
 
@@ -33,7 +32,7 @@ WIDE_STEP, WIDE_RTOL = 2.0**-15, 1e-18
 """Of the reference: what is cut off falls with the sixth power of the step, 1e-27 of what derivatives of that order
 are, and what rounding leaves, 1e-18 of a run, is divided by it."""
 NOTHING = 1e-9
-"""A column whose largest number is below this is looked at as it is, not in parts of that."""
+"""An entry whose terms are below this in size is looked at as it is, not in parts of that."""
 WAYS = ("one-sided", "central", "tangent", "adjoint")
 DIFFERENCES = WAYS[:2]
 NAMED = 4
@@ -42,8 +41,8 @@ NAMED = 4
 
 @dataclass(frozen=True)
 class Derivatives:
-    """Derivatives that are better than what is measured, (coordinates, columns), by how much other ones differ from
-    each column, (columns,), and what both are."""
+    """Derivatives of the coordinates that are better than what is measured, (coordinates, columns), by how much the
+    gradient of other ones differs in each entry, (columns,), and what both are."""
 
     jacobian: FloatArray
     doubts: FloatArray
@@ -58,8 +57,13 @@ class Derivatives:
 
 @dataclass(frozen=True)
 class Measured:
-    """One way at one tolerance, of differences at one ``step`` (not a number of others): seconds for all columns, the
-    run itself included, and the error, infinite where a run did not reach its end or has no derivative."""
+    """One way at one tolerance, of differences at one ``step`` (not a number of others): seconds for the gradient of
+    one number, its runs included, and its error, infinite where a run did not reach its end or has no derivative.
+
+    By "one-sided" and "central" differences that is a run, or two, for each entry and one more, or none. In "tangent"
+    mode derivatives of all coordinates by all columns go along the run, the whole Jacobian, and the gradient is the
+    weighted sum of its rows. In "adjoint" mode the weights alone go back through the run, one covector (k = 1), and
+    no Jacobian is made."""
 
     way: str
     rtol: float
@@ -94,15 +98,24 @@ def columns_of(model: Model, until: float) -> Columns:
     return Columns(tuple(names), left)
 
 
-def relative(found: FloatArray, wanted: FloatArray) -> float:
-    """The largest error of a column in parts of its largest number."""
-    return float(np.max(of_columns(found, wanted)))
+def weights_of(model: Model) -> FloatArray:
+    """Of the coordinates (n,), per radian and per length of the mechanism, between a half and one and a half: by the
+    fractional parts of multiples of the golden ratio no two are alike, so that nothing vanishes by a symmetry."""
+    golden = (1.0 + np.sqrt(5.0)) / 2.0
+    units = model.coordinate_units
+    return np.asarray((0.5 + golden * np.arange(1, len(units) + 1) % 1.0) / units)
 
 
-def of_columns(found: FloatArray, wanted: FloatArray) -> FloatArray:
-    """The error of each column in parts of its largest number."""
-    size = np.max(np.abs(wanted), axis=0)
-    return np.asarray(np.max(np.abs(found - wanted), axis=0) / np.where(size > NOTHING, size, 1.0))
+def relative(found: FloatArray, wanted: FloatArray, weights: FloatArray) -> float:
+    """The largest error of a gradient, of all its entries: :func:`of_entries`."""
+    return float(np.max(of_entries(found, wanted, weights)))
+
+
+def of_entries(found: FloatArray, wanted: FloatArray, weights: FloatArray) -> FloatArray:
+    """The error of each entry (columns,) of the gradient of coordinates with ``weights``, in parts of the sizes of the
+    terms that it is the sum of; ``wanted`` (coordinates, columns) are their derivatives."""
+    size = weights @ np.abs(wanted)
+    return np.asarray(np.abs(found - weights @ wanted) / np.where(size > NOTHING, size, 1.0))
 
 
 def sizes_of(arguments: Arguments) -> FloatArray:
@@ -137,6 +150,7 @@ def _doubted(found: Derivatives, arguments: Arguments, until: float) -> str:
 
 
 def _reference(model: Model, wide: Model | None, arguments: Arguments, until: float) -> Derivatives:
+    weights = weights_of(model)
     if wide is None:
         first, second = (
             run_function(model, arguments.names, "q", until=until, rtol=rtol, method=method).jacobian(arguments.start)
@@ -145,13 +159,13 @@ def _reference(model: Model, wide: Model | None, arguments: Arguments, until: fl
         text = (
             "derivatives along the run by gauss at rtol 1e-15, in doubles too; by dop853 at rtol 1e-14 they change by"
         )
-        return Derivatives(first, of_columns(second, first), text)
+        return Derivatives(first, of_entries(weights @ second, first, weights), text)
     first, second = (extrapolated(wide, arguments, until, step) for step in (WIDE_STEP, 4.0 * WIDE_STEP))
     text = (
         f"differences of runs in wide numbers at rtol {WIDE_RTOL:.0e}, extrapolated to steps of zero; from steps four "
         "times as long they change by"
     )
-    return Derivatives(first, of_columns(second, first), text)
+    return Derivatives(first, of_entries(weights @ second, first, weights), text)
 
 
 def extrapolated(wide: Model, arguments: Arguments, until: float, step: float) -> FloatArray:
@@ -172,8 +186,8 @@ def extrapolated(wide: Model, arguments: Arguments, until: float, step: float) -
 
 
 def differences(end: Callable[[FloatArray], Any], arguments: Arguments, step: float, way: str = "central") -> Any:
-    """Differences (coordinates, columns) with a ``step`` in parts of each entry, over the steps that are left of it
-    where sums are rounded."""
+    """Differences (coordinates, columns), or (columns,) of a number, with a ``step`` in parts of each entry, over the
+    steps that are left of it where sums are rounded."""
     x, columns = arguments.start, list[Any]()
     here = end(x) if way == "one-sided" else None
     for k, size in enumerate(sizes_of(arguments)):
@@ -188,29 +202,32 @@ def differences(end: Callable[[FloatArray], Any], arguments: Arguments, step: fl
 def measure(
     model: Model, names: Sequence[str], until: float, way: str, rtol: float, step: float, wanted: FloatArray
 ) -> Measured:
-    """Time one way and compare it; what is short is repeated, and the fastest counts."""
+    """Time the gradient in one way and compare it with the ``wanted`` derivatives of coordinates (n, columns); what is
+    short is repeated, and the fastest counts."""
     arguments = arguments_of(model, names, (None, None), None)
+    weights = weights_of(model)
     seconds, spent, error = np.inf, 0.0, np.inf
     for _ in range(REPEATS):
-        mode: Mode = "adjoint" if way == "adjoint" else "tangent"
-        function = run_function(model, names, "q", until=until, rtol=rtol, mode=mode)
+        function = run_function(model, names, "q", until=until, rtol=rtol, mode="tangent")  # keeps no run of before
         began = time.perf_counter()
         try:
-            found = derived(function, arguments, way, step)
+            found = derived(function, arguments, weights, way, step)
         except ValueError:
             return Measured(way, rtol, step, np.nan, np.inf)
         took = time.perf_counter() - began
-        seconds, spent, error = min(seconds, took), spent + took, relative(found, wanted)
+        seconds, spent, error = min(seconds, took), spent + took, relative(found, wanted, weights)
         if spent > SPENT:
             break
     return Measured(way, rtol, step, seconds, error)
 
 
-def derived(function: RunFunction, arguments: Arguments, way: str, step: float) -> FloatArray:
-    """The derivatives in one way."""
+def derived(function: RunFunction, arguments: Arguments, weights: FloatArray, way: str, step: float) -> FloatArray:
+    """The gradient (columns,) of the weighted coordinates in one way, as :class:`Measured` says."""
     if way in DIFFERENCES:
-        return np.asarray(differences(function.value, arguments, step, way))
-    return function.jacobian(arguments.start)
+        return np.asarray(differences(lambda x: weights @ function.value(x), arguments, step, way))
+    if way == "adjoint":
+        return function.vjp(arguments.start, weights)
+    return np.asarray(weights @ function.jacobian(arguments.start))
 
 
 def compare(

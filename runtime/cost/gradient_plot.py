@@ -57,8 +57,8 @@ def draw_gradient(
                 left.loglog([one.step for one in rows], errors, ":" if tight else "-", **style)
                 right.loglog([1e3 * one.seconds for one in rows], errors, linestyle="none", **style)
     left.set_xlabel("step, in parts of what is changed", color=INK)
-    left.set_ylabel("largest error of a column, relative", color=INK)
-    right.set_xlabel("wall time of all derivatives  [ms]", color=INK)
+    left.set_ylabel("largest error of an entry, relative", color=INK)
+    right.set_xlabel("wall time of the gradient  [ms]", color=INK)
     taken = [1e3 * one.seconds for one in measured if np.isfinite(one.error)]
     if taken:  # whole decades, whose ends have numbers
         right.set_xlim(10.0 ** np.floor(np.log10(min(taken))), 10.0 ** np.ceil(np.log10(max(taken))))

@@ -66,7 +66,10 @@ def approach(corrector: Corrector, points: Sequence[Point], step: float) -> Graz
 
 
 def _candidate(before: Point, last: Point, step: float) -> int | None:
-    """What comes to zero first, within some steps."""
+    """What comes to zero first, within some steps; places compare in the same segments alone."""
+    ends, others = ([one.section for one in point.orbit.chain.maps] for point in (before, last))
+    if ends != others:
+        return None
     if [_name(one) for one in before.near] != [_name(one) for one in last.near]:
         return None
     apart = float(np.linalg.norm(last.place - before.place))

@@ -75,9 +75,10 @@ def continue_orbit(
 
     ``between`` (low, high) is the range, in the parameter's own units, in which its value now lies. ``way`` says
     whether the parameter at first grows, falls, or both one after the other. ``step`` is the largest step, a part of
-    the range; ``most`` is how many points there may be on either side. The
-    motion may be stable or not; folds are passed. Folds, flips, Neimark-Sacker bifurcations and branch points are
-    located by the zeros of their test functions, and grazing, which ends a branch, by extrapolation.
+    the range; ``most`` is how many points there may be on either side. The motion may be stable or not; folds are
+    passed. One that was found in ``segments`` is followed in as many, whose times follow its period. Folds, flips,
+    Neimark-Sacker bifurcations and branch points are located by the zeros of their test functions, and grazing, which
+    ends a branch, by extrapolation.
 
     Raises ``ValueError`` for arguments that are wrong, all at once, and for a motion that has neighbours of the same
     value of the parameter.
@@ -86,8 +87,8 @@ def continue_orbit(
         raise TypeError(f"orbit: found {type(orbit).__name__}, expected an Orbit; find one with find_orbit")
     low, high = check_arguments(orbit, parameter, between, way, step, most)
     value = orbit.return_map.model.parameters[parameter]
-    corrector = Corrector(orbit.return_map, orbit.period, parameter, high - low)
-    first = corrector.begin(orbit, value)
+    corrector = Corrector(orbit.chain, orbit.period, parameter, high - low)
+    first = corrector.begin(orbit.nodes, value)
     if corrector.among_others(first):
         raise ValueError(
             f"orbit: found one of a family of periodic motions at one value of {parameter}, among which no branch is "
@@ -210,7 +211,7 @@ def _follow(corrector: Corrector, first: Point, limits: Limits) -> Side:
                 return side
             continue
         side.met += found
-        side.points.append(point)
+        side.points.append(corrector.spread(point))
         if reached is not None:
             side.end = f"{corrector.parameter} reached {reached:g}"
             return side
@@ -255,14 +256,19 @@ def _named(point: Point) -> str:
 
 def _why(last: Point, missed: Missed) -> str:
     """Why there is no next point."""
-    run, time, section = last.crossed.runs[0], last.crossed.time, last.orbit.return_map.section
     found = f"no periodic motion was found beyond {last.value:.9g}: {missed}"
-    if isinstance(section, float) and any(min(one.t, abs(time - one.t)) <= BESIDE * time for one in run.impacts):
+    if isinstance(last.orbit.return_map.section, float) and any(
+        min(one.t, abs(part.time - one.t)) <= BESIDE * part.time
+        for part in last.crossed
+        for one in part.runs[0].impacts
+    ):
         return f"{found}; there an impact comes to the instant of the section: begin at another phase of what drives it"
     return found
 
 
 def _comes_back(points: Sequence[Point], ds: float) -> bool:
     first, last = points[0], points[-1]
-    apart = float(np.linalg.norm(last.place - first.place))
-    return len(points) > 4 and apart < ds and float(first.tangent @ last.tangent) > BENDS
+    apart = float(np.linalg.norm(last.begins(last.place) - first.begins(first.place)))
+    ways = [one.begins(one.tangent) for one in (first, last)]
+    turned = float(ways[0] @ ways[1]) / float(np.linalg.norm(ways[0]) * np.linalg.norm(ways[1]))
+    return len(points) > 4 and apart < ds and turned > BENDS

@@ -23,16 +23,21 @@ def double_period(flip: Bifurcation) -> Orbit:
     if not isinstance(flip, Bifurcation) or flip.kind != "flip":
         found = flip.kind if isinstance(flip, Bifurcation) else type(flip).__name__
         raise ValueError(f"flip: found {found}, expected a flip among the bifurcations of a branch")
-    orbit, a_map = flip.orbit, flip.orbit.return_map
-    unit = max(abs(flip.value), a_map.model.parameters[flip.parameter]) or 1.0
-    single, double = (Corrector(one, orbit.period, flip.parameter, unit) for one in (a_map, a_map.doubled()))
-    first = double.begin(orbit, flip.value)
+    orbit = flip.orbit
+    model, chain = orbit.return_map.model, orbit.chain
+    unit = max(abs(flip.value), model.parameters[flip.parameter]) or 1.0
+    single, double = (Corrector(one, orbit.period, flip.parameter, unit) for one in (chain, chain.doubled()))
+    times = len(double.chain.maps) // len(chain.maps)
+    first = double.begin(np.tile(orbit.nodes, (times, 1)), flip.value)
     values, vectors = np.linalg.eig(orbit.matrix)
-    turning = vectors[:, int(np.argmin(np.abs(values + 1.0)))].real
-    direction = np.append(orbit.basis @ turning / double.units, 0.0)
+    step = [vectors[:, int(np.argmin(np.abs(values + 1.0)))].real]
+    for block in double.chain.blocks(first.crossed)[:-1]:
+        step.append(block @ step[-1])
+    direction = double.along(first.crossed) @ np.concatenate([*step, [0.0]])
     direction /= np.linalg.norm(direction)
     # the branch of the single period lies in the plane normal to this, but for its curvature
-    tangent = single.begin(orbit, flip.value).tangent
+    tangent = single.begin(orbit.nodes, flip.value).tangent
+    tangent = np.append(np.tile(tangent[:-1], times) / np.sqrt(times), tangent[-1])
     normal = direction - float(direction @ tangent) * tangent
     normal /= np.linalg.norm(normal)
     for part in TRIES:
@@ -41,4 +46,4 @@ def double_period(flip: Bifurcation) -> Orbit:
         except Missed:
             continue
         return point.orbit
-    raise ValueError(f"{a_map.model.name}: found no motion of twice the period near the flip at {flip.value:.9g}")
+    raise ValueError(f"{model.name}: found no motion of twice the period near the flip at {flip.value:.9g}")

@@ -12,11 +12,12 @@ from ..arrays import FloatArray
 from ..faults import Faults
 from ..model.model import Model
 from ..model.numbers import read_numbers
-from .orbit import Orbit, orbit_at
+from .newton import newton
+from .orbit import Orbit, orbit_of
 from .repeats import check_advance, check_time
-from .section import RANK, Crossed, Map, Section, read_map
-from .shooting import shoot
-from .tolerance import LESS, tolerance_of
+from .section import Section, read_map
+from .shooting import parted
+from .tolerance import tolerance_of
 from .trial import trying
 
 
@@ -74,10 +75,17 @@ def find_orbit(
         faults.add(f"most: found {most!r}, expected a number of steps, at least 1")
     faults.stop_if_any()
     assert a_map is not None and start is not None
-    if segments > 1:
-        orbit = shoot(a_map, start, segments, most)
-    else:
-        orbit = _converged(a_map, start[0], tolerance_of(a_map), most)
+    chain, nodes = parted(a_map, start, segments)
+    guess, tolerance = nodes[0], tolerance_of(a_map)
+    best, _ = newton(chain, nodes, tolerance, most, lambda step, state, _: trying(a_map.model, step, guess, state))
+    assert best is not None
+    if best.missed > tolerance:
+        several, more = (f" in {segments} segments", "segments or steps") if segments > 1 else ("", "steps")
+        raise ValueError(
+            f"{a_map.model.name}: found no periodic motion in {most} steps of Newton's method{several}, the nearest "
+            f"misses by {best.missed:.2g} of its size; begin nearer, or ask for more {more}"
+        )
+    orbit = orbit_of(chain, best.crossed, best.missed)
     check_advance(orbit)
     return orbit
 
@@ -101,42 +109,3 @@ def _starts(
             f"the segments, {(segments, len(own[0]))}"
         )
     return [model.project(*one) for one in zip(q, u, strict=True)]
-
-
-def _step(a_map: Map, crossed: Crossed) -> FloatArray:
-    """Newton's step (2 n,) of least size. Rows are differences of what directions become along the motion and these
-    directions: where all of a row is rounding of them, as of motions of any speed that have one period, no step is
-    known."""
-    size = float(np.linalg.norm(crossed.basis / a_map.units[:, None], 2))
-    left, values, right = np.linalg.svd(crossed.moves, full_matrices=False)
-    known = values > RANK * max(float(values.max(initial=0.0)), size)
-    found = right[known].T @ ((left[:, known].T @ -crossed.rest) / values[known])
-    return np.asarray(crossed.basis @ found)
-
-
-def _converged(a_map: Map, start: tuple[FloatArray, FloatArray], tolerance: float, most: int) -> Orbit:
-    """Newton's method until what is missed no longer becomes less."""
-    best: tuple[float, Crossed] | None = None
-    guess = q, u = a_map.first(*start)
-    for step in range(most):
-        with trying(a_map.model, step, guess, (q, u)):
-            crossed = a_map.at(q, u)
-        missed = float(np.max(np.abs(crossed.rest)))
-        if best is not None and best[0] <= tolerance and not missed < best[0] / LESS:
-            break
-        if best is None or missed < best[0]:
-            best = missed, crossed
-        if missed == 0.0:
-            break
-        change = _step(a_map, crossed)
-        n = len(crossed.q)
-        with trying(a_map.model, step + 1, guess, (crossed.q + change[:n], crossed.u + change[n:])):
-            q, u = a_map.moved(crossed, change)
-    assert best is not None
-    missed, crossed = best
-    if missed > tolerance:
-        raise ValueError(
-            f"{a_map.model.name}: found no periodic motion in {most} steps of Newton's method, the nearest misses "
-            f"by {missed:.2g} of its size; begin nearer, or ask for more steps"
-        )
-    return orbit_at(a_map, crossed)

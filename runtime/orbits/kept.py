@@ -14,9 +14,7 @@ from ..sensitivity.held import pushing
 from ..sensitivity.local import at_one
 from ..sensitivity.moving import moving_of
 from ..simulate import simulate
-
-RANK = 1e-10
-"""Rows of loops and contacts below this part of the largest depend on others."""
+from .rank import least_change
 
 AWHILE = 1e-9
 """A run of this part of the scene's time tells which contacts are held from its start on."""
@@ -54,29 +52,44 @@ def kept_at(model: Model, q: FloatArray, u: FloatArray, section: tuple[int, bool
 
 
 def rows_of(
-    model: Model, q: FloatArray, u: FloatArray, kept: Kept, parameter: str | None = None
+    model: Model, q: FloatArray, u: FloatArray, kept: Kept, units: FloatArray, parameter: str | None = None
 ) -> tuple[FloatArray, FloatArray]:
-    """Rows (k, 2 n) of all that a start keeps shut, by the state (q, u), and (k,) by a ``parameter``."""
+    """Rows (k, 2 n) of all that a start keeps shut, by the state (q, u), and (k,) by a ``parameter``: lengths, angles
+    and rates in units of the mechanism, of which ``units`` (2 n,) are those of the state."""
     n = len(q)
     at = at_one(model, moving_of(model, ["q0", "u0", *([parameter] if parameter else [])]), 0.0, q)
-    parts = list[FloatArray]()
+    per = float(units[n] / units[0])  # of a rate, to its length or angle
+    lengths, gaps = np.full(len(model.rows), model.length), gap_units(model)
+    parts, sizes = list[FloatArray](), list[FloatArray]()
     if model.rows:
         parts += [at.closure_moves(), at.closure_rates_move(u)]
+        sizes += [lengths, per * lengths]
     driven, more = drive_rows(model), int(parameter is not None)
     if len(driven):
-        places = [drive["position"] is not None for drive in model.data["drives"]]
-        speeds = np.array([[-float(drive["speed"] == parameter)] * more for drive in model.data["drives"]])
-        none = np.zeros_like(driven)
+        drives, none = model.data["drives"], np.zeros_like(driven)
+        size = np.max(np.abs(driven) * units[:n], axis=1)
+        places = [drive["position"] is not None for drive in drives]
+        speeds = np.array([[-float(drive["speed"] == parameter)] * more for drive in drives])
         parts.append(np.hstack([driven, none, np.zeros((len(driven), more))])[places])
         parts.append(np.hstack([none, driven, speeds.reshape(len(driven), more)]))
+        sizes += [size[places], per * size]
     if kept.gaps:
         parts.append(at.gaps_move()[list(kept.gaps)])
+        sizes.append(gaps[list(kept.gaps)])
     if kept.held:
         parts.append(at.gap_rates_move(u)[list(kept.held)])
+        sizes.append(per * gaps[list(kept.held)])
     if kept.sticks:
         parts.append(at.slips_move(u)[list(kept.sticks)])
+        sizes.append(per * gaps[list(kept.sticks)])
     rows = np.vstack(parts) if parts else np.zeros((0, 2 * n + more))
-    return rows[:, : 2 * n], rows[:, -1] if more else np.zeros(len(rows))
+    rows /= np.concatenate([*sizes, np.zeros(0)])[:, None]
+    return rows[:, : 2 * n] * units, rows[:, -1] if more else np.zeros(len(rows))
+
+
+def gap_units(model: Model) -> FloatArray:
+    """What gaps (contacts,) are measured by: the mechanism's length (m), of stops of joints that turn 1 rad."""
+    return np.array([1.0 if ground in model.stops else model.length for _, ground in model.contacts])
 
 
 def settled(model: Model, q: FloatArray, u: FloatArray, kept: Kept, units: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -86,21 +99,16 @@ def settled(model: Model, q: FloatArray, u: FloatArray, kept: Kept, units: Float
     q, u = model.project(q, u)
     if not kept.gaps:
         return q, u
-    length, speed = model.length, float(np.max(units[n:]))
+    sizes, per = gap_units(model), float(units[n] / units[0])
+    gaps, held, sticks = map(list, kept)
     for _ in range(ROUNDS):
-        missed = [model.gaps(q)[list(kept.gaps)], model.gap_rates(q, u)[list(kept.held)]]
-        missed.append((rate_rows(model, "slips", q) @ u)[list(kept.sticks)] if kept.sticks else np.zeros(0))
-        if (
-            max(
-                float(np.max(np.abs(part), initial=0.0)) / one
-                for part, one in zip(missed, (length, speed, speed), strict=True)
-            )
-            <= SHUT
-        ):
+        missed = [model.gaps(q)[gaps] / sizes[gaps], model.gap_rates(q, u)[held] / (per * sizes[held])]
+        if sticks:
+            missed.append((rate_rows(model, "slips", q) @ u)[sticks] / (per * sizes[sticks]))
+        wrong = np.concatenate(missed)
+        if float(np.max(np.abs(wrong), initial=0.0)) <= SHUT:
             break
-        rows, _ = rows_of(model, q, u, kept)
-        count = sum(map(len, missed))
-        wanted = np.concatenate([np.zeros(len(rows) - count), *(-part for part in missed)])
-        change = units * np.linalg.lstsq(rows * units, wanted, rcond=RANK)[0]
+        rows, _ = rows_of(model, q, u, kept, units)
+        change = units * least_change(rows, np.concatenate([np.zeros(len(rows) - len(wrong)), -wrong]))
         q, u = model.project(q + change[:n], u + change[n:])
     return q, u

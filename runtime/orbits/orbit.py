@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -9,7 +10,9 @@ import numpy as np
 from ..arrays import ComplexArray, FloatArray
 from ..model.thresholds import characteristic_time
 from ..run import Run
-from .section import Crossed, Map
+from ..simulate import simulate
+from .section import BEHIND, Crossed, Map
+from .shooting import Chain, multipliers_of
 from .tolerance import KNOWN, tolerance_of
 
 NEUTRAL = 1e-7
@@ -28,7 +31,8 @@ class Orbit:
     how much it does not come back, the largest of all coordinates and rates, in units of the mechanism. ``runs`` is
     how many runs were derived, ``run`` the motion of one period; of a doubled orbit whose state is relabelled on the
     way, up to there. ``states`` (crossings, 2 n) are those each time that it crosses the section, the first being (q,
-    u). ``return_map`` is the map from the section back to it, for :func:`continue_orbit`.
+    u), and ``nodes`` (segments, 2 n) those in which the segments begin that it was found in. ``return_map`` is the map
+    from the section back to it, and ``chain`` its segments, for :func:`continue_orbit`.
     """
 
     q: FloatArray
@@ -41,7 +45,9 @@ class Orbit:
     runs: int
     run: Run = field(repr=False)
     states: FloatArray = field(repr=False)
+    nodes: FloatArray = field(repr=False)
     return_map: Map = field(repr=False)
+    chain: Chain = field(repr=False)
 
     @property
     def stable(self) -> bool:
@@ -65,11 +71,35 @@ class Orbit:
         return not self.stable and bool(np.all(np.abs(self.multipliers) <= 1.0 + NEUTRAL))
 
 
-def orbit_at(a_map: Map, crossed: Crossed) -> Orbit:
-    """The orbit through a state that a map gives back."""
-    matrix = a_map.on_section(crossed)
-    found = np.linalg.eigvals(matrix).astype(complex)
-    found = found[np.lexsort((found.imag, -np.abs(found)))]
-    missed = float(np.max(np.abs(crossed.rest), initial=0.0))
-    state, basis, run = (crossed.q, crossed.u), crossed.basis, crossed.runs[0]
-    return Orbit(*state, float(crossed.time), found, matrix, basis, missed, a_map.count, run, crossed.states, a_map)
+def orbit_of(chain: Chain, found: Sequence[Crossed], missed: float) -> Orbit:
+    """The orbit through the nodes of segments, which miss each other by no more: multipliers by the segments, and one
+    run through all of it."""
+    parts, first, a_map = chain.blocks(found), found[0], chain.map
+    matrix = np.linalg.multi_dot(parts[::-1]) if len(parts) > 1 else parts[0]
+    run = first.runs[0]
+    if len(found) > 1:
+        until = 0.0
+        for one, crossed in zip(chain.maps, found, strict=True):
+            until += crossed.time
+            if one.relabel is not None:
+                break
+        until *= 1.0 + BEHIND if isinstance(a_map.section, tuple) else 1.0  # with the impact of the section
+        again = simulate(a_map.model, first.q, first.u, until=until, **a_map.options)
+        assert isinstance(again, Run)
+        run = again
+    states = np.vstack([one.states for one, crosses in zip(found, chain.crosses, strict=True) if crosses])
+    return Orbit(
+        q=first.q,
+        u=first.u,
+        period=float(sum(one.time for one in found)),
+        multipliers=multipliers_of(parts),
+        matrix=matrix,
+        basis=first.basis,
+        missed=missed,
+        runs=a_map.count,
+        run=run,
+        states=states,
+        nodes=np.array([np.concatenate([one.q, one.u]) for one in found]),
+        return_map=a_map,
+        chain=chain,
+    )

@@ -61,7 +61,7 @@ def check_advance(orbit: Orbit) -> None:
     if not names or grown > tolerance:  # nothing can be told of what leaves so fast
         return
     try:
-        missed = _missed_again(a_map, orbit.q, orbit.u)
+        missed = _missed_again(a_map, orbit.q, orbit.u, orbit.period)
         said = f"misses by {missed:.2g} of its size a period later"
     except ValueError as error:
         missed, said = np.inf, f"does not come back a period later: {error}"
@@ -72,9 +72,9 @@ def check_advance(orbit: Orbit) -> None:
         )
 
 
-def _missed_again(a_map: Map, q: FloatArray, u: FloatArray) -> float:
+def _missed_again(a_map: Map, q: FloatArray, u: FloatArray, period: float) -> float:
     """By how much the second of two periods misses what is compared, in units of the mechanism."""
-    once = a_map.after(q, u)
-    twice = a_map.doubled().after(q, u) if a_map.relabel is None else a_map.after(*once)
+    once = a_map.after(q, u, period)
+    twice = a_map.doubled().after(q, u, 2.0 * period) if a_map.relabel is None else a_map.after(*once, period)
     apart = (np.concatenate(twice) - np.concatenate(once)) / a_map.units
     return float(np.max(np.abs(apart[a_map.compared]), initial=0.0))

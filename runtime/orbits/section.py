@@ -19,12 +19,10 @@ from ..sensitivities import sensitivities
 from ..simulate import simulate
 from .kept import Kept, kept_at, rows_of, settled
 from .level import Level, level_times
+from .rank import least_change, unmoved
 
 Section = float | tuple[str, str] | Level
 """A time (s), a contact behind whose impact the section is, or a coordinate that passes a value."""
-
-RANK = 1e-10
-"""Rows of loops and contacts below this part of the largest depend on others."""
 
 SOMETIMES = (0.1234567, 0.3141593, 0.5772157, 0.7071068, 0.9159656)
 """Parts of a run's time at which forces are looked at."""
@@ -36,28 +34,29 @@ mechanism: what is slower is rounding of what rests there, or turns back there."
 SOON = 16.0
 """A crossing is looked for in a run of so many times of the mechanism, then in runs twice as long."""
 
+BEYOND = 1.25
+"""Where it is known about when, first in a run so much longer: steps of a search for motions change their time by less,
+and what comes behind the crossing, as a fall, may take longer than all before it."""
+
 BEHIND = 1e-6
 """A run that is derived ends this part of its time behind the impact: beyond the rounding of its instant."""
 
 
 class Crossed(NamedTuple):
     """A state (q, u) (n,) on the section and what comes of it: the ``runs``, one for each time that the map is applied,
-    its ``time`` (s), what the state behind it differs by, ``rest`` (k,), in units of the mechanism. ``states``
-    (crossings, 2 n) are those each time that the section is crossed, from the first on, and ``end`` (2 n,) that behind
-    the runs. ``basis`` (2 n, m) are directions of the state on the section, ``ends`` (2 n, m) what ``end`` moves by
-    with them, and ``moves`` (k, m) what ``rest`` does. With a parameter the state moves by ``lift`` (2 n,), so that
-    loops and contacts stay shut, and ``rest`` by ``by`` (k,)."""
+    and their ``time`` (s). ``states`` (crossings, 2 n) are those each time that the section is crossed, from the first
+    on, and ``end`` (2 n,) that behind the runs. ``basis`` (2 n, m) are directions of the state on the section, and
+    ``ends`` (2 n, m) what ``end`` moves by with them. With a parameter the state moves by ``lift`` (2 n,), so that
+    loops and contacts stay shut, and ``end`` by ``pushed`` (2 n,). ``kept`` is what is shut there."""
 
     q: FloatArray
     u: FloatArray
     runs: tuple[Run, ...]
     time: float
-    rest: FloatArray
     basis: FloatArray
     ends: FloatArray
-    moves: FloatArray
     lift: FloatArray
-    by: FloatArray
+    pushed: FloatArray
     kept: Kept
     states: FloatArray
     end: FloatArray
@@ -119,30 +118,25 @@ class Map:
             other.crossings = 1
         return other
 
-    def at(self, q: FloatArray, u: FloatArray, parameter: str | None = None) -> Crossed:
-        """What comes of a state with loops shut, and by what that moves with a ``parameter``."""
+    def at(self, q: FloatArray, u: FloatArray, parameter: str | None = None, about: float | None = None) -> Crossed:
+        """What comes of a state with loops shut, and by what that moves with a ``parameter``; ``about`` is the time (s)
+        that it took from a state nearby."""
         kept = kept_at(self.model, q, u, self.closed)
-        rows, by = rows_of(self.model, q, u, kept, parameter)
         n, units = len(q), self.units
+        rows, by = rows_of(self.model, q, u, kept, units, parameter)
         fixed = np.eye(2 * n)[self.fixed]
-        rows = np.vstack([fixed, rows]) * units
-        basis = _null(rows) * units[:, None]
+        rows = np.vstack([fixed, rows])
+        basis = unmoved(rows) * units[:, None]
         lift = np.zeros(2 * n)
         columns, along = basis, dict[str, FloatArray]()
         if parameter is not None:
-            wanted = np.concatenate([np.zeros(len(fixed)), -by])
-            lift = units * np.linalg.lstsq(rows, wanted, rcond=RANK)[0] if len(rows) else lift
+            lift = units * least_change(rows, np.concatenate([np.zeros(len(fixed)), -by]))
             columns = np.column_stack([basis, lift])
             along = {parameter: np.eye(columns.shape[1])[-1:]}
-        runs, time, states, end, moved = self._applied(q, u, columns, along)
-        begin = states[0]
-        rest = (end - begin)[self.compared] / units[self.compared]
-        moves = (moved - columns)[self.compared] / units[self.compared, None]
-        m = basis.shape[1]
-        by = moves[:, m] if parameter is not None else np.zeros(len(rest))
-        return Crossed(
-            begin[:n], begin[n:], runs, time, rest, basis, moved[:, :m], moves[:, :m], lift, by, kept, states, end
-        )
+        runs, time, states, end, moved = self._applied(q, u, columns, along, about)
+        begin, m = states[0], basis.shape[1]
+        pushed = moved[:, m] if parameter is not None else np.zeros(2 * n)
+        return Crossed(begin[:n], begin[n:], runs, time, basis, moved[:, :m], lift, pushed, kept, states, end)
 
     def moved(self, crossed: Crossed, change: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The state that is (2 n,) away from one, of this map's model, put back onto all that is kept shut there."""
@@ -150,7 +144,12 @@ class Map:
         return settled(self.model, crossed.q + change[:n], crossed.u + change[n:], crossed.kept, self.units)
 
     def _applied(
-        self, q: FloatArray, u: FloatArray, columns: FloatArray, along: dict[str, FloatArray]
+        self,
+        q: FloatArray,
+        u: FloatArray,
+        columns: FloatArray,
+        along: dict[str, FloatArray],
+        about: float | None,
     ) -> tuple[tuple[Run, ...], float, FloatArray, FloatArray, FloatArray]:
         """The runs and the time that they take, the states (crossings, 2 n) in which they cross the section, from the
         first on, that behind them, and by what this moves along ``columns`` (2 n, m)."""
@@ -161,7 +160,7 @@ class Map:
             by = {"q0": moved[:n], "u0": moved[n:], **along}
             crossing = self._timed if isinstance(self.section, float) else self._struck
             crossing = self._passed if isinstance(self.section, Level) else crossing
-            run, one, end, moved = crossing(end[:n], end[n:], by)
+            run, one, end, moved = crossing(end[:n], end[n:], by, about and about / self.times)
             states += [np.concatenate(state) for state in self._crossed(run)]
             if self.relabel is not None:
                 A, b = self.relabel
@@ -169,13 +168,6 @@ class Map:
             runs.append(run)
             time += one
         return tuple(runs), time, np.array(states), end, moved
-
-    def on_section(self, crossed: Crossed) -> FloatArray:
-        """The derivative of the map in the coordinates of the basis; what may advance does not count."""
-        free = np.eye(2 * len(crossed.q))[:, self.free]
-        both = np.hstack([crossed.basis, free]) / self.units[:, None]
-        found = np.linalg.lstsq(both, crossed.ends / self.units[:, None], rcond=RANK)[0]
-        return np.asarray(found[: crossed.basis.shape[1]])
 
     def _crossed(self, run: Run) -> list[tuple[FloatArray, FloatArray]]:
         """The states in which a run crosses the section, that in which it begins the first, the last left out."""
@@ -185,7 +177,7 @@ class Map:
         return found + [self._state_at(run, t) for t in self._instants(run)[: self.crossings - 1]]
 
     def _timed(
-        self, q: FloatArray, u: FloatArray, by: dict[str, FloatArray]
+        self, q: FloatArray, u: FloatArray, by: dict[str, FloatArray], about: float | None
     ) -> tuple[Run, float, FloatArray, FloatArray]:
         """At a time: periods of what drives the model."""
         assert isinstance(self.section, float)
@@ -195,11 +187,11 @@ class Map:
         return _whole(found.run), time, end, np.vstack([found["q"], found["u"]])
 
     def _struck(
-        self, q: FloatArray, u: FloatArray, by: dict[str, FloatArray]
+        self, q: FloatArray, u: FloatArray, by: dict[str, FloatArray], about: float | None
     ) -> tuple[Run, float, FloatArray, FloatArray]:
         """Behind an impact of a contact, wherever that comes. Instants are those of the run that is derived: the one
         that looks for the impact ends elsewhere, and its last digits are others."""
-        until = self._instant(q, u) * (1.0 + BEHIND)
+        until = self._instant(q, u, about=about) * (1.0 + BEHIND)
         found = sensitivities(self.model, by, ["impact_times"], q, u, until=until, **self.options)
         run = _whole(found.run)
         time = self._instants(run)[self.crossings - 1]
@@ -207,11 +199,11 @@ class Map:
         return run, time, np.concatenate(_behind(run, time)), passed.behind
 
     def _passed(
-        self, q: FloatArray, u: FloatArray, by: dict[str, FloatArray]
+        self, q: FloatArray, u: FloatArray, by: dict[str, FloatArray], about: float | None
     ) -> tuple[Run, float, FloatArray, FloatArray]:
         """Where a coordinate passes a value, at whatever time: the end moves back along the motion by that."""
         assert isinstance(self.section, Level)
-        i, n, time = self.section.coordinate, len(q), self._instant(q, u)
+        i, n, time = self.section.coordinate, len(q), self._instant(q, u, about=about)
         found = sensitivities(self.model, by, ["q", "u"], q, u, until=time, **self.options)
         run = _whole(found.run)
         end = np.concatenate([found.values["q"], found.values["u"]])
@@ -234,15 +226,15 @@ class Map:
         assert isinstance(run, Run)
         return self._relabelled(*self._state_at(run, self._instants(run)[0]))
 
-    def after(self, q: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """The state to which the map leads, loops shut, without derivatives."""
+    def after(self, q: FloatArray, u: FloatArray, about: float | None = None) -> tuple[FloatArray, FloatArray]:
+        """The state to which the map leads, loops shut, without derivatives; ``about`` as in :meth:`at`."""
         for _ in range(self.times):
-            q, u = self._once(q, u)
+            q, u = self._once(q, u, about and about / self.times)
         return q, u
 
-    def _once(self, q: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _once(self, q: FloatArray, u: FloatArray, about: float | None) -> tuple[FloatArray, FloatArray]:
         """The state behind one run."""
-        until = self.time_of(q, u)
+        until = self.time_of(q, u, about)
         run = simulate(self.model, q, u, until=until * (1.0 + BEHIND), **self.options)
         assert isinstance(run, Run)
         if not run.success:
@@ -262,13 +254,14 @@ class Map:
             q, u = whole[: len(q)], whole[len(q) :]
         return self.model.project(q, u)
 
-    def time_of(self, q: FloatArray, u: FloatArray) -> float:
+    def time_of(self, q: FloatArray, u: FloatArray, about: float | None = None) -> float:
         """How long one run from there takes to come back to the section."""
-        return self.section * self.crossings if isinstance(self.section, float) else self._instant(q, u)
+        return self.section * self.crossings if isinstance(self.section, float) else self._instant(q, u, about=about)
 
-    def _instant(self, q: FloatArray, u: FloatArray, crossings: int | None = None) -> float:
+    def _instant(self, q: FloatArray, u: FloatArray, crossings: int | None = None, about: float | None = None) -> float:
         """When a run from there crosses the section so many times."""
-        wanted, until = crossings or self.crossings, min(self.until, SOON * characteristic_time(self.model))
+        wanted = crossings or self.crossings
+        until = min(self.until, BEYOND * about if about else SOON * characteristic_time(self.model))
         while True:
             run = _whole(simulate(self.model, q, u, until=until, **self.options))
             found = self._instants(run)
@@ -300,15 +293,6 @@ def _behind(run: Run, time: float) -> tuple[FloatArray, FloatArray]:
     """The state behind the impacts of an instant."""
     last = [impact for impact in run.impacts if impact.t == time][-1]
     return run.q[np.flatnonzero(run.t == time)[-1]], last.u_plus
-
-
-def _null(rows: FloatArray) -> FloatArray:
-    """Directions (columns, m), orthonormal, that rows leave as they are."""
-    if not len(rows):
-        return np.eye(rows.shape[1])
-    _, values, directions = np.linalg.svd(rows)
-    rank = int(np.sum(values > RANK * values.max(initial=0.0)))
-    return np.asarray(directions[rank:].T)
 
 
 def _whole(run: Any) -> Run:

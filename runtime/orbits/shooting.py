@@ -1,72 +1,114 @@
-"""Multiple shooting: a periodic motion in segments, each begun anew, so that none lets small differences grow far.
+"""A periodic motion in segments, each begun anew, so that none lets small differences grow far; one may be all of it.
 
-J. Stoer, R. Bulirsch, Introduction to Numerical Analysis, 2002, section 7.3.5 (docs/theory.md, eq. 12.5).
+Multiple shooting: J. Stoer, R. Bulirsch, Introduction to Numerical Analysis, 2002, section 7.3.5 (docs/theory.md, eq.
+12.5).
 """
 
 from __future__ import annotations
 
 import copy
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
 from ..arrays import ComplexArray, FloatArray
+from ..model.model import Model
 from ..run import Run
 from ..simulate import simulate
-from .orbit import Orbit
-from .section import RANK, Crossed, Map, depends_on_time
-from .tolerance import LESS, tolerance_of
-from .trial import trying
+from .rank import least_change
+from .section import Crossed, Map, depends_on_time
 
 State = tuple[FloatArray, FloatArray]
 
 BETWEEN = (-1, False)
 """Where a segment begins nothing is closed but what is held there."""
 
+PLACES = 16
+"""Segments may end at sixteenths of an equal one, up to a quarter of it to either side, and away from impacts by one
+sixteenth where they can: an impact that comes to the end of a segment would make its start jump."""
 
-def shoot(a_map: Map, starts: Sequence[State], segments: int, most: int) -> Orbit:
-    """The periodic motion near ``starts``: one state, from which a run gives the others, or one for each segment.
+SHORT, LONG = 0.25, 1.75
+"""A segment is as long as it should be, in equal ones, up to here: a quarter more than where ends may lie."""
 
-    Raises ``ValueError`` where the segments cannot be parted so, and where Newton's method does not converge.
+
+class Chain:
+    """The ``maps`` from the start of each segment to that of the next, and of the last to the section of ``map``, which
+    they make together. ``crosses`` says which segments begin on the section. A motion has nodes: the state in which
+    each segment begins."""
+
+    def __init__(self, a_map: Map, maps: Iterable[Map], crosses: Sequence[bool]) -> None:
+        self.map, self.maps, self.crosses = a_map, tuple(maps), tuple(crosses)
+
+    @property
+    def timed(self) -> bool:
+        """Whether segments end after times of their own, which have to follow the period."""
+        return sum(self.crosses) == 1 and len(self.maps) > 1
+
+    def of(self, model: Model) -> Chain:
+        """The same segments of the model with other values of its parameters."""
+        return Chain(self.map.of(model), [one.of(model) for one in self.maps], self.crosses)
+
+    def doubled(self) -> Chain:
+        """All segments twice; what is one segment becomes one run of two periods."""
+        double = self.map.doubled()
+        return Chain(double, self.maps * 2, self.crosses * 2) if len(self.maps) > 1 else whole(double)
+
+    def at(self, nodes: Sequence[State], parameter: str | None = None) -> list[Crossed]:
+        """What comes of each node."""
+        return [one.at(*node, parameter) for one, node in zip(self.maps, nodes, strict=True)]
+
+    def system(self, found: Sequence[Crossed], unit: float = 1.0) -> tuple[FloatArray, FloatArray]:
+        """By what the segments miss those that follow (k,), in units of the mechanism, and rows (k, m + 1): what that
+        moves by along the directions of all their starts, and with a parameter in its ``unit``."""
+        ends, last = self.columns(found), len(found) - 1
+        rests, rows = [], []
+        for k, (a_map, one) in enumerate(zip(self.maps, found, strict=True)):
+            after = found[k + 1 if k < last else 0]
+            to = ends[k + 1 if k < last else 0]
+            kept, units = a_map.compared, a_map.units[a_map.compared]
+            rests.append((one.end - after.states[0])[kept] / units)
+            row = np.zeros((len(kept), ends[-1] + 1))
+            row[:, ends[k] : ends[k + 1]] += one.ends[kept] / units[:, None]
+            row[:, to : to + after.basis.shape[1]] -= after.basis[kept] / units[:, None]
+            row[:, -1] = (one.pushed - after.lift)[kept] / units * unit
+            rows.append(row)
+        return np.concatenate(rests), np.vstack(rows)
+
+    @staticmethod
+    def columns(found: Sequence[Crossed]) -> list[int]:
+        """Where the directions of each segment begin among all of them, and at last how many they are."""
+        return [0, *np.cumsum([one.basis.shape[1] for one in found]).tolist()]
+
+    def changes(self, found: Sequence[Crossed], step: FloatArray, unit: float = 1.0) -> list[FloatArray]:
+        """What a step (m + 1,) along the directions and the parameter changes each start by, (2 n,)."""
+        ends = self.columns(found)
+        return [
+            one.basis @ step[first:last] + one.lift * (unit * step[-1])
+            for one, first, last in zip(found, ends, ends[1:], strict=False)
+        ]
+
+    def blocks(self, found: Sequence[Crossed]) -> list[FloatArray]:
+        """The derivative of each map, from the directions of its start to those of the next one; what may advance does
+        not count."""
+        parts = []
+        for k, (a_map, one) in enumerate(zip(self.maps, found, strict=True)):
+            onto, units = found[(k + 1) % len(found)].basis, a_map.units[:, None]
+            free = np.delete(np.eye(len(units)), a_map.compared, axis=1)
+            parts.append(least_change(np.hstack([onto, free]) / units, one.ends / units)[: onto.shape[1]])
+        return parts
+
+
+def whole(a_map: Map) -> Chain:
+    """One segment."""
+    return Chain(a_map, [a_map], [True])
+
+
+def parted(a_map: Map, starts: Sequence[State], segments: int) -> tuple[Chain, list[State]]:
+    """The segments and the states in which they begin, of one state, from which a run gives them, or of all of them.
+    Where time tells the phase segments end at crossings of the section, else after times, and the last at the section.
+
+    Raises ``ValueError`` where a motion cannot be parted so.
     """
-    maps, nodes = _parted(a_map, starts, segments)
-    best: tuple[float, list[Crossed]] | None = None
-    tolerance = tolerance_of(a_map)
-    guess = nodes[0]
-    for step in range(most):
-        found = []
-        for one, node in zip(maps, nodes, strict=True):
-            with trying(a_map.model, step, guess, node):
-                found.append(one.at(*node))
-        rest, rows = _system(a_map, found)
-        missed = float(np.max(np.abs(rest)))
-        if best is not None and best[0] <= tolerance and not missed < best[0] / LESS:
-            break
-        if best is None or missed < best[0]:
-            best = missed, found
-        if missed == 0.0:
-            break
-        steps = np.linalg.lstsq(rows, -rest, rcond=RANK)[0]
-        ends = np.cumsum([0, *(one.basis.shape[1] for one in found)])
-        nodes = []
-        for part, crossed, first, last in zip(maps, found, ends, ends[1:], strict=False):
-            change = crossed.basis @ steps[first:last]
-            n = len(crossed.q)
-            with trying(a_map.model, step + 1, guess, (crossed.q + change[:n], crossed.u + change[n:])):
-                nodes.append(part.moved(crossed, change))
-    assert best is not None
-    missed, found = best
-    if missed > tolerance:
-        raise ValueError(
-            f"{a_map.model.name}: found no periodic motion in {most} steps of Newton's method in {segments} segments, "
-            f"the nearest misses by {missed:.2g} of its size; begin nearer, or ask for more segments or steps"
-        )
-    return _orbit(a_map, found, missed)
-
-
-def _parted(a_map: Map, starts: Sequence[State], segments: int) -> tuple[list[Map], list[State]]:
-    """The map of each segment, and the states in which they begin. Where time tells the phase they end at crossings of
-    the section, else after equal times, and the last at the section."""
     if a_map.crossings % segments == 0:
         return _by_crossings(a_map, starts, segments)
     if a_map.crossings > 1 or depends_on_time(a_map.model):
@@ -78,75 +120,94 @@ def _parted(a_map: Map, starts: Sequence[State], segments: int) -> tuple[list[Ma
     return _by_time(a_map, starts, segments)
 
 
-def _by_crossings(a_map: Map, starts: Sequence[State], segments: int) -> tuple[list[Map], list[State]]:
-    part = copy.copy(a_map)
-    part.crossings, part.relabel = a_map.crossings // segments, None
-    last = copy.copy(part)
-    last.relabel = a_map.relabel
+def _by_crossings(a_map: Map, starts: Sequence[State], segments: int) -> tuple[Chain, list[State]]:
+    first = copy.copy(a_map)
+    first.crossings = a_map.crossings // segments
     nodes = list(starts)
     if len(nodes) == 1:
-        nodes = [part.first(*nodes[0])]
+        nodes = [first.first(*nodes[0])]
+        first.relabel = None if segments > 1 else a_map.relabel
         while len(nodes) < segments:
-            nodes.append(part.after(*nodes[-1]))
-    return [*[part] * (segments - 1), last], nodes
+            nodes.append(first.after(*nodes[-1]))
+    if segments == 1:
+        return whole(a_map), nodes
+    return Chain(a_map, _joined(a_map, [first] * segments), [True] * segments), nodes
 
 
-def _by_time(a_map: Map, starts: Sequence[State], segments: int) -> tuple[list[Map], list[State]]:
+def _by_time(a_map: Map, starts: Sequence[State], segments: int) -> tuple[Chain, list[State]]:
     nodes = list(starts)
-    if len(nodes) == 1:
-        nodes = [a_map.first(*nodes[0])]
-        time = a_map.time_of(*nodes[0])
-        run = simulate(a_map.model, *nodes[0], until=time, **a_map.options)
-        assert isinstance(run, Run)
-        nodes += [run.at(time * k / segments) for k in range(1, segments)]
-    else:
+    if len(nodes) > 1:
         timed = isinstance(a_map.section, float)
         time = a_map.time_of(*nodes[-1]) * (1 if timed else segments)
-    inner = copy.copy(a_map)
-    inner.section, inner.relabel, inner.free, inner.closed = time / segments, None, a_map.free[:0], BETWEEN
-    inner.compared = np.arange(len(a_map.units))
-    first, last = copy.copy(inner), copy.copy(inner)
-    inner.fixed = last.fixed = inner.free
-    first.free, first.closed = a_map.free, a_map.closed
-    last.section = last.section if isinstance(a_map.section, float) else a_map.section
-    last.relabel = a_map.relabel
-    return [first, *[inner] * (segments - 2), last], nodes
-
-
-def _system(a_map: Map, found: Sequence[Crossed]) -> tuple[FloatArray, FloatArray]:
-    """By what the segments miss those that follow, in units of the mechanism, and the rows, block by block, by the
-    directions of all their starts."""
-    ends = np.cumsum([0, *(one.basis.shape[1] for one in found)])
-    rests, rows = [], []
-    for k, one in enumerate(found):
-        after = (k + 1) % len(found)
-        kept = a_map.compared if after == 0 else np.arange(len(one.end))
-        units = a_map.units[kept]
-        rests.append((one.end - found[after].states[0])[kept] / units)
-        row = np.zeros((len(kept), ends[-1]))
-        row[:, ends[k] : ends[k + 1]] += one.ends[kept] / units[:, None]
-        row[:, ends[after] : ends[after + 1]] -= found[after].basis[kept] / units[:, None]
-        rows.append(row)
-    return np.concatenate(rests), np.vstack(rows)
-
-
-def _orbit(a_map: Map, found: Sequence[Crossed], missed: float) -> Orbit:
-    """The whole motion: multipliers by the segments, and one run through all of it."""
-    parts = []
-    for k, one in enumerate(found):
-        onto = found[(k + 1) % len(found)].basis
-        free = np.eye(len(one.end))[:, a_map.free]
-        both = np.hstack([onto, free]) if k + 1 == len(found) else onto
-        solved = np.linalg.lstsq(both / a_map.units[:, None], one.ends / a_map.units[:, None], rcond=RANK)[0]
-        parts.append(solved[: onto.shape[1]])
-    matrix = np.linalg.multi_dot(parts[::-1]) if len(parts) > 1 else parts[0]
-    first, time = found[0], float(sum(one.time for one in found))
-    run = simulate(a_map.model, first.q, first.u, until=time, **a_map.options)
+        return _timed(a_map, [time / segments] * segments), nodes
+    nodes = [a_map.first(*nodes[0])]
+    time = a_map.time_of(*nodes[0])
+    run = simulate(a_map.model, *nodes[0], until=time, **a_map.options)
     assert isinstance(run, Run)
-    timed = not isinstance(a_map.section, float) and len(found) > 1 and a_map.crossings % len(found) != 0
-    states = found[0].states if timed or a_map.crossings == 1 else np.vstack([one.states for one in found])
-    multipliers = multipliers_of(parts)
-    return Orbit(first.q, first.u, time, multipliers, matrix, first.basis, missed, a_map.count, run, states, a_map)
+    ends = _ends(time, segments, [impact.t for impact in run.impacts])
+    return _timed(a_map, np.diff([0.0, *ends, time]).tolist()), [*nodes, *(run.at(t) for t in ends)]
+
+
+def _timed(a_map: Map, times: Sequence[float]) -> Chain:
+    """Segments of these times, the last to the section."""
+    maps = []
+    for k, time in enumerate(times):
+        one = copy.copy(a_map)
+        if k < len(times) - 1 or isinstance(a_map.section, float):
+            one.section = float(time)
+        if k:
+            one.fixed, one.closed = one.fixed[:0], BETWEEN
+        maps.append(one)
+    return Chain(a_map, _joined(a_map, maps), [True] + [False] * (len(times) - 1))
+
+
+def _joined(a_map: Map, maps: Sequence[Map]) -> Iterator[Map]:
+    """Segments one behind the other: all of a state goes on into the next, and only the last is relabelled. What may
+    advance begins where it begins, and is anywhere later."""
+    for k, one in enumerate(maps):
+        found = copy.copy(one)
+        found.relabel = a_map.relabel if k == len(maps) - 1 else None
+        if k:
+            found.fixed = np.setdiff1d(found.fixed, a_map.free)
+        if k < len(maps) - 1:
+            found.free, found.compared = a_map.free[:0], np.arange(len(a_map.units))
+        yield found
+
+
+def _ends(time: float, segments: int, impacts: Sequence[float]) -> list[float]:
+    """The times at which segments end but the last, as equal as impacts let them be."""
+    part = time / segments
+    nearest = sorted(range(-PLACES // 4, PLACES // 4 + 1), key=abs)
+    found = []
+    for k in range(1, segments):
+        places = [part * (k + j / PLACES) for j in nearest]
+        found.append(max(places, key=lambda t: min(_away(t, impacts), part / PLACES)))
+    return found
+
+
+def _away(t: float, impacts: Sequence[float]) -> float:
+    """How far a time is from the nearest impact."""
+    return min((abs(t - one) for one in impacts), default=np.inf)
+
+
+def spread(chain: Chain, found: Sequence[Crossed]) -> tuple[Chain, list[State]] | None:
+    """The segments of a motion that is ``found`` with times that have followed its period, and their nodes; None where
+    those that it has will do."""
+    if not chain.timed:
+        return None
+    starts = np.cumsum([0.0, *(one.time for one in found)]).tolist()
+    impacts = [first + one.t for first, part in zip(starts, found, strict=False) for one in part.runs[0].impacts]
+    part = starts[-1] / len(found)
+    equal = all(SHORT * part <= one.time <= LONG * part for one in found)
+    if equal and all(_away(t, impacts) >= part / (2 * PLACES) for t in starts[1:-1]):
+        return None
+    ends = _ends(starts[-1], len(found), impacts)
+    nodes = [(found[0].q, found[0].u)]
+    for t in ends:
+        k = max(int(np.searchsorted(starts[:-1], t, side="right")) - 1, 0)
+        nodes.append(found[k].runs[0].at(t - starts[k]))
+    times = np.diff([0.0, *ends, starts[-1]]).tolist()
+    return _timed(chain.map, times), nodes
 
 
 def multipliers_of(parts: Sequence[FloatArray]) -> ComplexArray:

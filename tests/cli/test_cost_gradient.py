@@ -12,7 +12,22 @@ from typer.testing import CliRunner
 
 from ccgen.generator.cli.app import app
 from ccgen.runtime import simulate
-from ccgen.runtime.cost.gradient import TIGHT, WAYS, Measured, best, columns_of, compare, measure, refer, relative
+from ccgen.runtime.cost.gradient import (
+    TIGHT,
+    WAYS,
+    Measured,
+    best,
+    columns_of,
+    compare,
+    derived,
+    measure,
+    refer,
+    relative,
+    weights_of,
+)
+from ccgen.runtime.functions import run_function as run_function_module
+from ccgen.runtime.functions.arguments import arguments_of
+from ccgen.runtime.functions.run_function import run_function
 from ccgen.runtime.precision import wider
 
 from ..support.bounced import AT, BOUNCED, X, bounced, bounced_jacobian
@@ -58,19 +73,22 @@ def ball(workshop: Workshop) -> Any:
 
 def test_the_reference_is_exact(ball: Any, workshop: Workshop) -> None:
     found = refer(ball, workshop.model(BOUNCED, "wide") if wider() else None, NAMES, END)
-    assert relative(found.jacobian, exact()) <= 2e-12 and found.doubt <= 2e-12
+    weights = weights_of(ball)
+    assert relative(weights @ found.jacobian, exact(), weights) <= 2e-12 and found.doubt <= 2e-12
+    assert found.jacobian == pytest.approx(exact(), rel=2e-12, abs=2e-12)
     assert ("wide" in found.text) == wider()
     pushed = refer(ball, workshop.model(BOUNCED, "wide") if wider() else None, ("push", "u0"), END)
     assert pushed.jacobian[:, 0] == pytest.approx([0.5 * END**2 / X[3], 0.0, 0.0], abs=1e-12)
     without = refer(ball, None, NAMES, END)
-    assert relative(without.jacobian, exact()) <= 1e-11 and "doubles too" in without.text
+    assert relative(weights @ without.jacobian, exact(), weights) <= 1e-11 and "doubles too" in without.text
 
 
 @pytest.mark.parametrize("way", ["one-sided", "central"])
 def test_errors_of_differences_are_those_of_the_closed_form(way: str, ball: Any) -> None:
     for step in (1e-2, 1e-3):
         found = measure(ball, NAMES, END, way, 1e-12, step, exact())
-        assert found.error == pytest.approx(relative(by_hand(way, step), exact()), rel=1e-4)
+        weights = weights_of(ball)
+        assert found.error == pytest.approx(relative(weights @ by_hand(way, step), exact(), weights), rel=1e-4)
         assert found.seconds > 0.0
 
 
@@ -91,6 +109,37 @@ def test_differences_have_a_best_step_and_derivatives_need_none(ball: Any) -> No
     for way in WAYS[2:]:
         assert best(found, way, 1e-10).error <= 1e-11 < best(found, "central", 1e-10).error / 2.0
     assert best(found, "central", TIGHT).error < best(found, "one-sided", TIGHT).error
+
+
+def test_the_adjoint_is_one_covector_and_the_tangent_all_columns(ball: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Both are the gradient of the closed form. What each asks the run for is counted: it is what its time is of."""
+    asked: list[tuple[str, tuple[int, ...]]] = []
+
+    def counted(name: str) -> Any:
+        real = getattr(run_function_module, name)
+
+        def call(run: Any, first: Any, *others: Any) -> Any:
+            asked.append((name, np.shape(first) if name == "run_vjp" else ()))
+            return real(run, first, *others)
+
+        return call
+
+    for name in ("run_vjp", "run_sensitivities"):
+        monkeypatch.setattr(run_function_module, name, counted(name))
+    weights, arguments = weights_of(ball), arguments_of(ball, NAMES, (None, None), None)
+    for way, expected in (("adjoint", ("run_vjp", (3,))), ("tangent", ("run_sensitivities", ()))):
+        asked.clear()
+        function = run_function(ball, NAMES, "q", until=END, rtol=1e-12)
+        found = derived(function, arguments, weights, way, np.nan)
+        assert asked == [expected]
+        assert found == pytest.approx(weights @ exact(), rel=1e-10, abs=1e-12)
+
+
+def test_errors_are_in_parts_of_the_terms() -> None:
+    """By hand: terms 1 and -0.9 add to 0.1, and an error of 0.019 there is a hundredth of 1.9."""
+    wanted, weights = np.array([[1.0, 2.0], [-1.8, 0.0]]), np.array([1.0, 0.5])
+    assert relative(np.array([0.119, 2.0]), wanted, weights) == pytest.approx(0.01)
+    assert relative(np.array([0.1, 2.002]), wanted, weights) == pytest.approx(0.001)
 
 
 def test_what_cannot_be_changed_to_both_sides_is_left_out(ball: Any) -> None:
@@ -114,7 +163,7 @@ def test_the_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert done.exit_code == 0, done.output
     lines = done.output.splitlines()
     assert [line.partition(" at rtol")[0] for line in lines[-4:]] == list(WAYS)
-    assert "derived: 3 coordinates at t = 0.8 s by 4 numbers of u0, gravity.g" in lines
+    assert "derived: one number, a weighted sum of 3 coordinates at t = 0.8 s, by 4 numbers of u0, gravity.g" in lines
     folder = tmp_path / "results" / "bounced"
     with (folder / "gradient.csv").open() as file:
         rows = list(csv.DictReader(file))
