@@ -71,6 +71,20 @@ def print_forces(told: Told) -> None:
         )
 
 
+def print_drives(told: Told) -> None:
+    """The largest torque or force of each drive between impacts, and its largest powers, and when; nothing where all
+    are zero, or forces are not known, which ``print_forces`` says."""
+    try:
+        rows = _drives(told.run, told.history) if told.run.model.joints else []
+    except ValueError:
+        return
+    if rows:
+        width = max(len(name) for name, _ in rows)
+        typer.echo(f"drives at most{' between impacts' if told.run.impacts else ''}:")
+    for name, said in rows:
+        typer.echo(f"  {name:{width}}  {', '.join(said)}")
+
+
 def acts(run: Run) -> bool:
     """Whether the model has anything that a force acts in."""
     from ccgen.runtime.model.meshes import mesh_names
@@ -130,6 +144,33 @@ def _joints(run: Run, found: History) -> list[Row]:
         for j in order[:LARGEST]
         if sizes[peaks[j], j] > ROUNDING * np.max(sizes)
     ]
+
+
+def _drives(run: Run, found: History) -> list[tuple[str, list[str]]]:
+    """By the joint of each drive its largest torque or force, either way, the largest power that it gives, and that
+    which it takes up; each where states are known well enough to tell it from zero, and away from lines of links, as
+    forces of joints."""
+    from ccgen.runtime.record.force_history import away_from_lines
+    from ccgen.runtime.record.outputs import driven_joints, slides
+
+    rows = []
+    for number, joint in enumerate(driven_joints(run.model)):
+        effort, power = found.drives[:, number].T
+        what, unit = ("force", "N") if slides(run.model, joint) else ("torque", "N m")
+        asked = (
+            (what, unit, effort, np.abs(effort)),
+            ("gives", "W", power, power),
+            ("takes", "W", -power, -power),
+        )
+        said = []
+        for word, measure, values, sizes in asked:
+            counted = np.where(away_from_lines(found.t, np.abs(sizes), found.beside), sizes, 0.0)
+            (peak,) = first_largest(counted[:, None])
+            if counted[peak] > ALIKE * np.max(np.abs(sizes)):
+                said.append(f"{word} {values[peak]:.6g} {measure} at t = {found.t[peak]:.6g} s")
+        if said:
+            rows.append((joint, said))
+    return rows
 
 
 def _struck(run: Run, joint: int, away: Set[float]) -> str:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from ..arrays import FloatArray
 from ..files import read_path, write_whole
 from ..model.meshes import mesh_forces, mesh_names
+from .outputs import Sample, drive_effort, drive_power, driven_joints
 from .record import Record
 
 INSTANTS = 1000
@@ -25,7 +26,8 @@ BEFORE = 1e-9
 @dataclass(frozen=True, eq=False)
 class History:
     """Forces at times t (n,): ``pushes`` (n, contacts, 2), ``reactions`` (n, joints, 3) and those of the ``meshes``
-    (n, meshes), as those of a run.
+    (n, meshes), as those of a run. Of ``drives`` (n, drives, 2) the torque (N m), or the force along a line (N), on the
+    second link, and the power (W) that it gives.
 
     Instants at which forces jump are there twice, with what they are just before and after. ``beside`` (n,) says which
     are next to one at which links are so nearly in a line that no force is known: forces may have no bound there.
@@ -35,6 +37,7 @@ class History:
     pushes: FloatArray
     reactions: FloatArray
     meshes: FloatArray
+    drives: FloatArray
     beside: NDArray[np.bool_]
 
 
@@ -55,7 +58,8 @@ def history(run: Record, instants: int = INSTANTS) -> History:
     t = np.concatenate([jumps, times])
     asked = np.concatenate([_just_before(run, jumps), times])
     order = np.argsort(t, kind="stable")
-    motion = run.motion(asked[order], *run.at(asked[order]))
+    sample = Sample(run, asked[order])
+    motion = sample.motion
     t, known = t[order], np.isfinite(motion.pushes).all(axis=(1, 2)) & np.isfinite(motion.reactions).all(axis=(1, 2))
     if not known.any():
         raise ValueError("this run knows no forces: it went by time stepping, which records none")
@@ -63,7 +67,15 @@ def history(run: Record, instants: int = INSTANTS) -> History:
     steps = [(t >= phase.start) & (t < phase.end) for phase in run.phases if phase.kind == "steps"]
     line = np.pad(~known & ~np.any(steps, axis=0), 1) if steps else np.pad(~known, 1)
     beside = line[:-2] | line[2:]
-    return History(t[known], motion.pushes[known], motion.reactions[known], meshes, beside[known])
+    drives = _of_drives(sample)[known]
+    return History(t[known], motion.pushes[known], motion.reactions[known], meshes, drives, beside[known])
+
+
+def _of_drives(sample: Sample) -> FloatArray:
+    """Efforts and powers (n, drives, 2)."""
+    joints = driven_joints(sample.model)
+    found = [np.stack([drive_effort(sample, joint), drive_power(sample, joint)], axis=-1) for joint in joints]
+    return np.stack(found, axis=1) if found else np.zeros((len(sample.t), 0, 2), dtype=sample.t.dtype)
 
 
 def away_from_lines(t: FloatArray, sizes: FloatArray, beside: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -92,9 +104,9 @@ def even_history(run: Record, count: int) -> History:
     t = np.linspace(run.t[0], run.t[-1], count, dtype=run.t.dtype)
     if not run.success:
         t = t[:-1]
-    motion = run.motion(t, *run.at(t))
-    none = np.zeros(len(t), dtype=bool)
-    return History(t, motion.pushes, motion.reactions, mesh_forces(run.model, motion.multipliers), none)
+    sample, none = Sample(run, t), np.zeros(len(t), dtype=bool)
+    motion, drives = sample.motion, _of_drives(sample)
+    return History(t, motion.pushes, motion.reactions, mesh_forces(run.model, motion.multipliers), drives, none)
 
 
 def _just_before(run: Record, jumps: FloatArray) -> FloatArray:

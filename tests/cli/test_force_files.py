@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
+import re
 from pathlib import Path
 from typing import Any
 
@@ -304,3 +305,70 @@ def test_a_box_that_folds_into_its_line_says_where_forces_are_not_told(workshop:
 def largest_at_joints(run: Any) -> float:
     """The largest force of a joint that is told (N)."""
     return max(float(size.split()[0]) for name, size, _, _ in Told(run).rows if name in run.model.joints)
+
+
+SHAKEN = """
+name = "shaken"
+[ground_link]
+points = { O = [0, 0] }
+[[link]]
+name = "rod"
+mass = 2.0
+inertia = 0.3
+com = [0, 0]
+points = { A = [0, 0] }
+[[link]]
+name = "block"
+mass = 2.0
+inertia = 0.1
+com = [0, 0]
+points = { B = [0, 0] }
+[[joint]]
+name = "axle"
+between = AXLE
+[[joint]]
+name = "lift"
+type = "prismatic"
+between = ["ground.O", "block.B"]
+axis = [0, 1]
+[gravity]
+g = 9.81
+[[drive]]
+joint = "axle"
+angle = "0.5*sin(3*t)"
+[[drive]]
+joint = "lift"
+position = "0.1*sin(2*t)"
+[run]
+until = 1.2
+"""
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_drives_tell_their_largest_torque_force_and_power(
+    turned: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A wheel that a drive swings about its centre takes I phi'' and gives I phi' phi''; a block that one moves up and
+    down takes m (g + y''). The torque is that on the joint's second link, whichever is the
+    ground."""
+    monkeypatch.chdir(tmp_path)
+    between = ["ground.O", "rod.A"]
+    (tmp_path / "shaken.toml").write_text(SHAKEN.replace("AXLE", str(between[::-1] if turned else between)))
+    lines = CliRunner().invoke(app, ["run", "shaken.toml"]).stdout.splitlines()
+    at = lines.index("drives at most:")
+    told = {line.split()[0]: line.split()[1:] for line in lines[at + 1 : at + 3]}
+
+    words = " ".join(told["axle"])  # I phi'' = -1.35 sin 3t, I phi' phi'' = -1.0125 sin 6t
+    assert re.sub(r"-?\d[\d.e-]*", "#", words) == "torque # N m at t = # s, gives # W at t = # s, takes # W at t = # s"
+    wanted = [-1.35, math.pi / 6.0, 1.0125, math.pi / 4.0, 1.0125, math.pi / 12.0]
+    assert numbers_in(words) == pytest.approx(wanted, rel=2e-3)
+
+    t = np.linspace(0.0, 1.2, 1_000_001)
+    force = 2.0 * (9.81 - 0.4 * np.sin(2.0 * t))
+    power = force * 0.2 * np.cos(2.0 * t)
+    peaks = [(force.max(), t[force.argmax()]), (power.max(), t[power.argmax()]), (-power.min(), t[power.argmin()])]
+    assert numbers_in(" ".join(told["lift"])) == pytest.approx(np.ravel(peaks), rel=2e-3, abs=1e-9)
+
+
+def numbers_in(text: str) -> list[float]:
+    return [float(word) for word in re.findall(r"(?<= )-?\d[\d.e-]*", text)]
