@@ -40,10 +40,17 @@ class Told:
         return history(self.run)
 
     @cached_property
+    def peaks(self) -> History:
+        """The same with the instants between at which the largest are. Raises ``ValueError`` as ``history``."""
+        from ccgen.runtime.record.force_history import with_peaks
+
+        return with_peaks(self.run, self.history)
+
+    @cached_property
     def rows(self) -> list[Row]:
         """The largest of contacts, joints and meshes; none where all are zero. Raises ``ValueError`` as ``history``."""
         run = self.run
-        return [*_contacts(run, self.history), *_joints(run, self.history), *_meshes(run, self.history)]
+        return [*_contacts(run, self.peaks), *_joints(run, self.peaks), *_meshes(run, self.peaks)]
 
 
 def print_forces(told: Told) -> None:
@@ -75,7 +82,7 @@ def print_drives(told: Told) -> None:
     """The largest torque or force of each drive between impacts, and its largest powers, and when; nothing where all
     are zero, or forces are not known, which ``print_forces`` says."""
     try:
-        rows = _drives(told.run, told.history) if told.run.model.joints else []
+        rows = _drives(told.run, told.peaks) if told.run.model.joints else []
     except ValueError:
         return
     if rows:

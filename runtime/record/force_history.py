@@ -5,8 +5,9 @@ from __future__ import annotations
 import csv
 import io
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,7 @@ from ..arrays import FloatArray
 from ..files import read_path, write_whole
 from ..model.meshes import mesh_forces, mesh_names
 from .outputs import Sample, drive_effort, drive_power, driven_joints
+from .peaks import peak_instants
 from .record import Record
 
 INSTANTS = 1000
@@ -40,6 +42,29 @@ class History:
     drives: FloatArray
     beside: NDArray[np.bool_]
 
+    @property
+    def parts(self) -> tuple[Any, ...]:
+        """All arrays, in their order."""
+        return tuple(getattr(self, one.name) for one in fields(self))
+
+    def rows(self, chosen: NDArray[np.bool_] | NDArray[np.intp]) -> History:
+        """Those at some of the times."""
+        return History(*(part[chosen] for part in self.parts))
+
+    @property
+    def known(self) -> NDArray[np.bool_]:
+        """Where contacts and joints have forces that are numbers (n,)."""
+        every = np.concatenate([self.pushes[:, :, 0], self.pushes[:, :, 1], *np.moveaxis(self.reactions, 2, 0)], axis=1)
+        return np.asarray(np.isfinite(every).all(axis=1))
+
+    @property
+    def sizes(self) -> FloatArray:
+        """What is told of the largest of (n, quantities): normal forces, forces of joints and meshes, efforts of
+        drives, and the powers that they give and take up."""
+        joints = np.hypot(self.reactions[:, :, 0], self.reactions[:, :, 1])
+        effort, power = self.drives[:, :, 0], self.drives[:, :, 1]
+        return np.hstack([self.pushes[:, :, 0], joints, np.abs(self.meshes), np.abs(effort), power, -power])
+
 
 def history(run: Record, instants: int = INSTANTS) -> History:
     """The forces at every row of a run and at ``instants`` even times, and at changes of contact on both sides.
@@ -58,17 +83,32 @@ def history(run: Record, instants: int = INSTANTS) -> History:
     t = np.concatenate([jumps, times])
     asked = np.concatenate([_just_before(run, jumps), times])
     order = np.argsort(t, kind="stable")
-    sample = Sample(run, asked[order])
-    motion = sample.motion
-    t, known = t[order], np.isfinite(motion.pushes).all(axis=(1, 2)) & np.isfinite(motion.reactions).all(axis=(1, 2))
-    if not known.any():
+    found = replace(_forces(run, asked[order]), t=t[order])
+    if not found.known.any():
         raise ValueError("this run knows no forces: it went by time stepping, which records none")
-    meshes = mesh_forces(run.model, motion.multipliers[known])
-    steps = [(t >= phase.start) & (t < phase.end) for phase in run.phases if phase.kind == "steps"]
-    line = np.pad(~known & ~np.any(steps, axis=0), 1) if steps else np.pad(~known, 1)
-    beside = line[:-2] | line[2:]
-    drives = _of_drives(sample)[known]
-    return History(t[known], motion.pushes[known], motion.reactions[known], meshes, drives, beside[known])
+    steps = [(found.t >= phase.start) & (found.t < phase.end) for phase in run.phases if phase.kind == "steps"]
+    line = np.pad(~found.known & ~np.any(steps, axis=0), 1) if steps else np.pad(~found.known, 1)
+    return replace(found, beside=line[:-2] | line[2:]).rows(found.known)
+
+
+def with_peaks(run: Record, found: History) -> History:
+    """A run's ``history`` with the instants added at which the largest forces are between those that are looked at."""
+    times = peak_instants(found.t, found.sizes, lambda t: _forces(run, t).sizes, ~found.beside)
+    times = np.setdiff1d(times, found.t)
+    if not len(times):
+        return found
+    more = _forces(run, times)
+    more = more.rows(more.known)
+    both = History(*(np.concatenate([one, other]) for one, other in zip(found.parts, more.parts, strict=True)))
+    return both.rows(np.argsort(both.t, kind="stable"))
+
+
+def _forces(run: Record, t: FloatArray) -> History:
+    """The forces at times t (n,), not numbers where the run knows none."""
+    sample = Sample(run, t)
+    motion = sample.motion
+    meshes = mesh_forces(run.model, motion.multipliers)
+    return History(t, motion.pushes, motion.reactions, meshes, _of_drives(sample), np.zeros(len(t), dtype=bool))
 
 
 def _of_drives(sample: Sample) -> FloatArray:
@@ -104,9 +144,7 @@ def even_history(run: Record, count: int) -> History:
     t = np.linspace(run.t[0], run.t[-1], count, dtype=run.t.dtype)
     if not run.success:
         t = t[:-1]
-    sample, none = Sample(run, t), np.zeros(len(t), dtype=bool)
-    motion, drives = sample.motion, _of_drives(sample)
-    return History(t, motion.pushes, motion.reactions, mesh_forces(run.model, motion.multipliers), drives, none)
+    return _forces(run, t)
 
 
 def _just_before(run: Record, jumps: FloatArray) -> FloatArray:
