@@ -64,9 +64,9 @@ def with_settings(model: Model, settings: Mapping[str, float], scene: Scene, det
     if not settings:
         return model
     changed = with_numbers(model, settings, scene)
+    for remark in _angles(settings, scene):
+        typer.echo(remark, err=True)
     if detail is not Detail.NOTHING:
-        for remark in _angles(settings, scene):
-            typer.echo(remark, err=True)
         for remark in _stays(model, settings, scene):
             typer.echo(f"{scene.name}: {remark}", err=True)
     begins = scene_with(settings, scene)

@@ -125,6 +125,8 @@ def test_the_command_line_prints_remarks(tmp_path: Path) -> None:
     assert done.returncode == 0
     assert any(line.startswith("up.toml:5: gravity.g: -9.81 is taken as given") for line in told)
     assert any(line.startswith("up.toml:7: start.tilt: 90 is taken as rad, 14.3 turns") for line in told)
+    quiet = ccgen("show", "up.toml", "-q", at=tmp_path).stderr.splitlines()
+    assert quiet == [line for line in told if line.startswith("up.toml:")]
 
 
 # -- digits that are gone -------------------------------------------------------------------------------------------
