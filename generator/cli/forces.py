@@ -40,11 +40,22 @@ class Told:
         return history(self.run)
 
     @cached_property
-    def peaks(self) -> History:
-        """The same with the instants between at which the largest are. Raises ``ValueError`` as ``history``."""
+    def _with_peaks(self) -> tuple[History, FloatArray]:
         from ccgen.runtime.record.force_history import with_peaks
 
-        return with_peaks(self.run, self.history)
+        both: tuple[History, FloatArray] = with_peaks(self.run, self.history)
+        return both
+
+    @property
+    def peaks(self) -> History:
+        """The same with the instants between at which the largest are. Raises ``ValueError`` as ``history``."""
+        return self._with_peaks[0]
+
+    @property
+    def passed(self) -> FloatArray:
+        """When (s) links passed a line, or were next to it at instants looked at; raises ``ValueError`` likewise."""
+        beside = self.history.t[self.history.beside]
+        return np.sort(np.concatenate([self._with_peaks[1], beside]))
 
     @cached_property
     def rows(self) -> list[Row]:
@@ -62,19 +73,18 @@ def print_forces(told: Told) -> None:
     except ValueError as error:
         typer.echo(f"no forces: {error}")
         return
-    if not rows:
-        return
-    width = max(len(name) for name, _, _, _ in rows)
-    between = " between impacts" if told.run.impacts else ""
-    shared = ", those of redundant joints of least norm" if told.shared else ""
-    typer.echo(f"largest forces{between}{shared}:")
+    if rows:
+        between = " between impacts" if told.run.impacts else ""
+        shared = ", those of redundant joints of least norm" if told.shared else ""
+        typer.echo(f"largest forces{between}{shared}:")
+    width = max((len(name) for name, _, _, _ in rows), default=0)
     for name, size, t, more in rows:
         typer.echo(f"  {name:{width}}  {size:>12}  at t = {t:.6g} s{more}")
-    if (beside := told.history.beside).any():
-        first = told.history.t[int(np.argmax(beside))]
+    if len(told.passed):
         typer.echo(
-            f"forces of joints near a line of links, as at t = {first:.6g} s, are not among them: they and impulses "
-            "grow as one by the distance from it, and in it are not determined"
+            f"forces of joints near a line of links, a change point, as at t = {told.passed[0]:.6g} s, are not "
+            f"{'among them' if rows else 'told'}: they and impulses grow as one by the distance from it, and in it are "
+            "not determined"
         )
 
 
@@ -222,7 +232,7 @@ def ways_to_write(told: Told, csv: bool, times: int | None = None) -> dict[str, 
     def draw(path: Path) -> None:
         from ccgen.runtime.pictures.force_plot import draw_forces
 
-        draw_forces(run, path, told.history)
+        draw_forces(run, path, told.peaks)
 
     def write(path: Path) -> None:
         from ccgen.runtime.record.force_history import even_history, write_csv

@@ -15,12 +15,15 @@ from numpy.typing import NDArray
 from ..arrays import FloatArray
 from ..files import read_path, write_whole
 from ..model.meshes import mesh_forces, mesh_names
+from ..model.whole import Whole
 from .outputs import Sample, drive_effort, drive_power, driven_joints
-from .peaks import peak_instants
+from .peaks import find_peaks
 from .record import Record
 
 INSTANTS = 1000
 """Least number of instants between the start of a run and its end."""
+DEPENDENT = 1e-12
+"""Part of the largest singular value: rows that others imply have less by rounding of sums over links."""
 BEFORE = 1e-9
 """Part of a phase by which its end is looked at earlier: forces change by as little, places by more than rounding."""
 
@@ -91,16 +94,46 @@ def history(run: Record, instants: int = INSTANTS) -> History:
     return replace(found, beside=line[:-2] | line[2:]).rows(found.known)
 
 
-def with_peaks(run: Record, found: History) -> History:
-    """A run's ``history`` with the instants added at which the largest forces are between those that are looked at."""
-    times = peak_instants(found.t, found.sizes, lambda t: _forces(run, t).sizes, ~found.beside)
-    times = np.setdiff1d(times, found.t)
-    if not len(times):
-        return found
-    more = _forces(run, times)
-    more = more.rows(more.known)
-    both = History(*(np.concatenate([one, other]) for one, other in zip(found.parts, more.parts, strict=True)))
-    return both.rows(np.argsort(both.t, kind="stable"))
+def with_peaks(run: Record, found: History) -> tuple[History, FloatArray]:
+    """A run's ``history`` with the instants added at which the largest forces are between those that are looked at.
+
+    And the times (k,) at which links passed a line between two of these, so that no instant beside it was looked at:
+    forces have no bound there. Instants that are next to such a time are ``beside`` it.
+    """
+    peaks = find_peaks(found.t, found.sizes, lambda t: _forces(run, t).sizes, ~found.beside)
+    passed = np.zeros(len(peaks.row), dtype=bool)
+    spikes = peaks.row[peaks.spikes]
+    passed[peaks.spikes] = [_passes_a_line(run, found.t[row - 1], found.t[row + 1]) for row in spikes.tolist()]
+    beside = found.beside.copy()
+    beside[peaks.row[passed]] = True
+    times = np.setdiff1d(peaks.t[~beside[peaks.row]], found.t)
+    found = replace(found, beside=beside)
+    if len(times):
+        more = _forces(run, times)
+        more = more.rows(more.known)
+        both = History(*(np.concatenate([one, other]) for one, other in zip(found.parts, more.parts, strict=True)))
+        found = both.rows(np.argsort(both.t, kind="stable"))
+    _, firsts = np.unique(peaks.row[passed], return_index=True)
+    return found, peaks.t[passed][firsts]
+
+
+def _passes_a_line(run: Record, before: float, after: float) -> bool:
+    """Whether the rows of the closure become dependent between two times near each other.
+
+    Of their singular vectors before, w A v = s, the least s shrinks to zero there and w A v has the other sign behind.
+    Where several do, as of two linkages alike, no one vector has a partner of its own: what w A v / s of all of them is
+    behind, the identity if nothing happens, has an eigenvalue below zero then. Mechanisms whose joints come and go have
+    no rows in common, and are not looked at.
+    """
+    t = np.array([before, after])
+    model: Any = run.in_force.models[int(run.in_force.at(t)[0])]
+    if isinstance(model, Whole) or not len(model.rows):
+        return False
+    one, other = np.asarray(model.jacobian(run.at(t)[0]), dtype=float)
+    left, values, right = np.linalg.svd(one, full_matrices=False)
+    rank = int(np.count_nonzero(values > DEPENDENT * values[0]))
+    behind = left[:, :rank].T @ other @ right[:rank].T / values[:rank]
+    return bool(np.min(np.linalg.eigvals(behind).real) < 0.0)
 
 
 def _forces(run: Record, t: FloatArray) -> History:

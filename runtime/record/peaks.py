@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import FloatArray
 
+SPIKE = 2.0
+"""Times the lower of the sizes beside a peak as it is looked at: what is so much higher may be a pole, which is twice
+as high at each half of the distance; what is smooth over several instants is not."""
 Of = Callable[[FloatArray], FloatArray]
 """Sizes (n, quantities) at times (n,)."""
 
@@ -20,17 +24,28 @@ EXACT = 1e-10
 differ by, as states are known to 1e-9 at the usual tolerance."""
 
 
-def peak_instants(t: FloatArray, sizes: FloatArray, of: Of, known: NDArray[np.bool_]) -> FloatArray:
-    """The instants of the peaks of ``sizes`` (n, quantities) at times t (n,) that may be the largest of their quantity.
+def find_peaks(t: FloatArray, sizes: FloatArray, of: Of, known: NDArray[np.bool_]) -> Peaks:
+    """Peaks of ``sizes`` (n, quantities) at times t (n,) that may be the largest of their quantity.
 
     ``of`` gives sizes (m, quantities) at any times (m,) between these. Rows that are not ``known`` (n,) to be smooth
     have no peaks beside them, nor have instants that are there twice.
     """
     found = _Peaks(t, sizes, known)
+    beside = np.minimum(found.y[0], found.y[2])
     for _ in range(ROUNDS if len(found.column) else 0):
         times = found.vertices()
         found.put(times, of(times)[np.arange(len(times)), found.column])
-    return np.unique(found.t[1])
+    return Peaks(found.row, found.t[1], found.y[1] > SPIKE * beside)
+
+
+@dataclass(frozen=True, eq=False)
+class Peaks:
+    """Peaks (p,): the ``row`` of the highest of the instants looked at, the instant ``t`` that was found, and which are
+    ``spikes``: so much higher than what is beside that they may have no bound."""
+
+    row: NDArray[np.intp]
+    t: FloatArray
+    spikes: NDArray[np.bool_]
 
 
 class _Peaks:
@@ -45,12 +60,14 @@ class _Peaks:
         y = sizes[:-2], sizes[1:-1], sizes[2:]
         inside = (t[:-2] < t[1:-1]) & (t[1:-1] < t[2:]) & known[:-2] & known[1:-1] & known[2:]
         row, self.column = np.nonzero(inside[:, None] & (y[1] >= y[0]) & (y[1] >= y[2]))
+        self.row = row + 1
         self.t = np.stack([t[row], t[row + 1], t[row + 2]])
         self.y = np.stack([one[row, self.column] for one in y])
         above = 2.0 * np.fmax((self.y[1] - np.minimum(self.y[0], self.y[2])) / 8.0, self._parabolas()[1])
         largest = np.max(sizes, axis=0, initial=0.0)[self.column]
         keep = (self.y[1] + above >= largest) & (above > EXACT * largest)
-        self.t, self.y, self.column = self.t[:, keep], self.y[:, keep], self.column[keep]
+        self.t, self.y = self.t[:, keep], self.y[:, keep]
+        self.row, self.column = self.row[keep], self.column[keep]
 
     def vertices(self) -> FloatArray:
         """Where the parabola through each of the three has its vertex; where that is none of the inside, or what is

@@ -372,3 +372,72 @@ def test_drives_tell_their_largest_torque_force_and_power(
 
 def numbers_in(text: str) -> list[float]:
     return [float(word) for word in re.findall(r"(?<= )-?\d[\d.e-]*", text)]
+
+
+JAW = """
+name = "jaw"
+[ground_link]
+points = { A = [0, 0], B = [0, -0.04] }
+[[link]]
+name = "crank"
+rod = { mass = 0.1 }
+points = { A = [0, 0], C = [0.08, 0] }
+[[link]]
+name = "lever"
+rod = { mass = 0.1 }
+points = { B = [0, 0], D = [0.08, 0] }
+[[link]]
+name = "jaw"
+rod = { mass = 0.15 }
+points = { D = [0, 0], C = [0, 0.04] }
+[[joint]]
+name = "a"
+between = ["ground.A", "crank.A"]
+[[joint]]
+name = "b"
+between = ["ground.B", "lever.B"]
+[[joint]]
+name = "c"
+between = ["crank.C", "jaw.C"]
+[[joint]]
+name = "d"
+between = ["lever.D", "jaw.D"]
+[start]
+angles = { crank = "START", jaw = 0 }
+[[motor]]
+joint = "a"
+torque = -1.0
+[run]
+until = UNTIL
+rtol = RTOL
+"""
+
+
+def told_of_jaw(start: str, rtol: str, until: str = "0.06") -> tuple[float, list[str]]:
+    """The largest of the forces that are told, 0 without any, and what is said of lines."""
+    Path("jaw.toml").write_text(JAW.replace("START", start).replace("RTOL", rtol).replace("UNTIL", until))
+    lines = CliRunner().invoke(app, ["run", "jaw.toml"]).stdout.splitlines()
+    first = lines[lines.index("largest forces:") + 1].split() if "largest forces:" in lines else ["", "0"]
+    return float(first[1]), [line for line in lines if "near a line of links" in line]
+
+
+def test_a_change_point_that_is_passed_between_instants_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A parallelogram turns by its motor's torque alone, M / (2 m l^2 / 3 + m_jaw l^2) evenly faster, through the line
+    of its links at 90 degrees. The jaw turns the lever by its force along the line times an arm that vanishes there:
+    the largest force would be that of the nearest instant. At another tolerance, with instants elsewhere, the same is
+    told. What does not come to the line says nothing of it."""
+    monkeypatch.chdir(tmp_path)
+    inertia = 2.0 * 0.1 * 0.08**2 / 3.0 + 0.15 * 0.08**2
+    passed = math.sqrt(2.0 * math.radians(10.0) * inertia)
+    told = [told_of_jaw("100 deg", rtol) for rtol in ("1e-6", "1e-9", "1e-12")]
+    for _, lines in told:
+        (line,) = lines
+        found = re.search(r"a change point, as at t = ([\d.]+) s, are not among them", line)
+        assert found and float(found[1]) == pytest.approx(passed, rel=1e-3)
+    assert [force for force, _ in told] == pytest.approx([told[0][0]] * 3, rel=0.02)
+    away, none = told_of_jaw("80 deg", "1e-9")
+    assert none == [] and away > 0.0
+    nothing, (line,) = told_of_jaw("100 deg", "1e-9", "0.03")  # all rise to it
+    assert nothing == 0.0 and "s, are not told: they and impulses grow" in line
