@@ -62,11 +62,20 @@ class History:
 
     @property
     def sizes(self) -> FloatArray:
-        """What is told of the largest of (n, quantities): normal forces, forces of joints and meshes, efforts of
+        """What is told of the largest of (n, quantities): normal forces, forces of meshes and joints, efforts of
         drives, and the powers that they give and take up."""
         joints = np.hypot(self.reactions[:, :, 0], self.reactions[:, :, 1])
         effort, power = self.drives[:, :, 0], self.drives[:, :, 1]
-        return np.hstack([self.pushes[:, :, 0], joints, np.abs(self.meshes), np.abs(effort), power, -power])
+        return np.hstack([self.pushes[:, :, 0], np.abs(self.meshes), joints, np.abs(effort), power, -power])
+
+    @property
+    def away(self) -> FloatArray:
+        """The ``sizes`` with zero for those of joints and drives on a slope that rises to a line of links."""
+        sizes = self.sizes
+        for column in range(self.pushes.shape[1] + self.meshes.shape[1], sizes.shape[1] if self.beside.any() else 0):
+            away = away_from_lines(self.t, np.abs(sizes[:, column]), self.beside)
+            sizes[~away, column] = 0.0
+        return sizes
 
 
 def history(run: Record, instants: int = INSTANTS) -> History:
@@ -100,21 +109,24 @@ def with_peaks(run: Record, found: History) -> tuple[History, FloatArray]:
     And the times (k,) at which links passed a line between two of these, so that no instant beside it was looked at:
     forces have no bound there. Instants that are next to such a time are ``beside`` it.
     """
-    peaks = find_peaks(found.t, found.sizes, lambda t: _forces(run, t).sizes, ~found.beside)
-    passed = np.zeros(len(peaks.row), dtype=bool)
-    spikes = peaks.row[peaks.spikes]
-    passed[peaks.spikes] = [_passes_a_line(run, found.t[row - 1], found.t[row + 1]) for row in spikes.tolist()]
-    beside = found.beside.copy()
-    beside[peaks.row[passed]] = True
-    times = np.setdiff1d(peaks.t[~beside[peaks.row]], found.t)
-    found = replace(found, beside=beside)
+    passed: dict[int, float] = {}
+    while True:
+        peaks = find_peaks(found.t, found.away, lambda t: _forces(run, t).sizes, ~found.beside)
+        spikes = np.unique(peaks.row[peaks.spikes]).tolist()
+        rows = [row for row in spikes if _passes_a_line(run, found.t[row - 1], found.t[row + 1])]
+        if not rows:
+            break
+        passed |= {row: peaks.t[peaks.row == row][0] for row in rows}
+        beside = found.beside.copy()
+        beside[rows] = True
+        found = replace(found, beside=beside)
+    times = np.setdiff1d(peaks.t, found.t)
     if len(times):
         more = _forces(run, times)
         more = more.rows(more.known)
         both = History(*(np.concatenate([one, other]) for one, other in zip(found.parts, more.parts, strict=True)))
         found = both.rows(np.argsort(both.t, kind="stable"))
-    _, firsts = np.unique(peaks.row[passed], return_index=True)
-    return found, peaks.t[passed][firsts]
+    return found, np.array([passed[row] for row in sorted(passed)], dtype=found.t.dtype)
 
 
 def _passes_a_line(run: Record, before: float, after: float) -> bool:

@@ -439,5 +439,10 @@ def test_a_change_point_that_is_passed_between_instants_is_told(
     assert [force for force, _ in told] == pytest.approx([told[0][0]] * 3, rel=0.02)
     away, none = told_of_jaw("80 deg", "1e-9")
     assert none == [] and away > 0.0
+    # ten turns on it has passed a line twenty times: what is told is the pull of the speed, m r omega^2 and so on
+    late, _ = told_of_jaw("100 deg", "1e-9", "0.43")
+    speed = 0.43 / inertia
+    jaw, rod = 0.15 * 0.08 * speed**2, 0.1 * 0.04 * speed**2
+    assert late < jaw + rod
     nothing, (line,) = told_of_jaw("100 deg", "1e-9", "0.03")  # all rise to it
     assert nothing == 0.0 and "s, are not told: they and impulses grow" in line
