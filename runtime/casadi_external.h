@@ -51,6 +51,9 @@ static int external_take(void)
         atomic_store(&external_taken[i], 0);
         return -1;
     }
+    fprintf(stderr,
+            "%s: no acceleration: found more calls at once than %d, expected as many at most; use fewer threads\n",
+            EXTERNAL_TEXT(EXTERNAL), EXTERNAL_THREADS);
     return -1;
 }
 

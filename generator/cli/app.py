@@ -19,7 +19,8 @@ Set = Annotated[
     typer.Option(
         "--set",
         metavar="PATH=VALUE",
-        help='another value of a parameter, as crank.mass=2 or crank.mass="2 kg"; may be repeated',
+        help='another value of a parameter, as crank.mass=2 or crank.mass="2 kg", or of the start, as '
+        'start.angles.crank="30 deg"; may be repeated',
     ),
 ]
 

@@ -40,10 +40,28 @@ class Told:
         return history(self.run)
 
     @cached_property
+    def _with_peaks(self) -> tuple[History, FloatArray]:
+        from ccgen.runtime.record.force_history import with_peaks
+
+        both: tuple[History, FloatArray] = with_peaks(self.run, self.history)
+        return both
+
+    @property
+    def peaks(self) -> History:
+        """The same with the instants between at which the largest are. Raises ``ValueError`` as ``history``."""
+        return self._with_peaks[0]
+
+    @property
+    def passed(self) -> FloatArray:
+        """When (s) links passed a line, or were next to it at instants looked at; raises ``ValueError`` likewise."""
+        beside = self.history.t[self.history.beside]
+        return np.sort(np.concatenate([self._with_peaks[1], beside]))
+
+    @cached_property
     def rows(self) -> list[Row]:
         """The largest of contacts, joints and meshes; none where all are zero. Raises ``ValueError`` as ``history``."""
         run = self.run
-        return [*_contacts(run, self.history), *_joints(run, self.history), *_meshes(run, self.history)]
+        return [*_contacts(run, self.peaks), *_joints(run, self.peaks), *_meshes(run, self.peaks)]
 
 
 def print_forces(told: Told) -> None:
@@ -55,20 +73,33 @@ def print_forces(told: Told) -> None:
     except ValueError as error:
         typer.echo(f"no forces: {error}")
         return
-    if not rows:
-        return
-    width = max(len(name) for name, _, _, _ in rows)
-    between = " between impacts" if told.run.impacts else ""
-    shared = ", those of redundant joints of least norm" if told.shared else ""
-    typer.echo(f"largest forces{between}{shared}:")
+    if rows:
+        between = " between impacts" if told.run.impacts else ""
+        shared = ", those of redundant joints of least norm" if told.shared else ""
+        typer.echo(f"largest forces{between}{shared}:")
+    width = max((len(name) for name, _, _, _ in rows), default=0)
     for name, size, t, more in rows:
         typer.echo(f"  {name:{width}}  {size:>12}  at t = {t:.6g} s{more}")
-    if (beside := told.history.beside).any():
-        first = told.history.t[int(np.argmax(beside))]
+    if len(told.passed):
         typer.echo(
-            f"forces of joints near a line of links, as at t = {first:.6g} s, are not among them: they and impulses "
-            "grow as one by the distance from it, and in it are not determined"
+            f"forces of joints near a line of links, a change point, as at t = {told.passed[0]:.6g} s, are not "
+            f"{'among them' if rows else 'told'}: they and impulses grow as one by the distance from it, and in it are "
+            "not determined"
         )
+
+
+def print_drives(told: Told) -> None:
+    """The largest torque or force of each drive between impacts, and its largest powers, and when; nothing where all
+    are zero, or forces are not known, which ``print_forces`` says."""
+    try:
+        rows = _drives(told.run, told.peaks) if told.run.model.joints else []
+    except ValueError:
+        return
+    if rows:
+        width = max(len(name) for name, _ in rows)
+        typer.echo(f"drives at most{' between impacts' if told.run.impacts else ''}:")
+    for name, said in rows:
+        typer.echo(f"  {name:{width}}  {', '.join(said)}")
 
 
 def acts(run: Run) -> bool:
@@ -132,6 +163,33 @@ def _joints(run: Run, found: History) -> list[Row]:
     ]
 
 
+def _drives(run: Run, found: History) -> list[tuple[str, list[str]]]:
+    """By the joint of each drive its largest torque or force, either way, the largest power that it gives, and that
+    which it takes up; each where states are known well enough to tell it from zero, and away from lines of links, as
+    forces of joints."""
+    from ccgen.runtime.record.force_history import away_from_lines
+    from ccgen.runtime.record.outputs import driven_joints, slides
+
+    rows = []
+    for number, joint in enumerate(driven_joints(run.model)):
+        effort, power = found.drives[:, number].T
+        what, unit = ("force", "N") if slides(run.model, joint) else ("torque", "N m")
+        asked = (
+            (what, unit, effort, np.abs(effort)),
+            ("gives", "W", power, power),
+            ("takes", "W", -power, -power),
+        )
+        said = []
+        for word, measure, values, sizes in asked:
+            counted = np.where(away_from_lines(found.t, np.abs(sizes), found.beside), sizes, 0.0)
+            (peak,) = first_largest(counted[:, None])
+            if counted[peak] > ALIKE * np.max(np.abs(sizes)):
+                said.append(f"{word} {values[peak]:.6g} {measure} at t = {found.t[peak]:.6g} s")
+        if said:
+            rows.append((joint, said))
+    return rows
+
+
 def _struck(run: Run, joint: int, away: Set[float]) -> str:
     """The largest impulse that a joint carries in impacts, in words; nothing where none is more than rounding. Only
     impacts at times ``away`` from lines of links count."""
@@ -174,7 +232,7 @@ def ways_to_write(told: Told, csv: bool, times: int | None = None) -> dict[str, 
     def draw(path: Path) -> None:
         from ccgen.runtime.pictures.force_plot import draw_forces
 
-        draw_forces(run, path, told.history)
+        draw_forces(run, path, told.peaks)
 
     def write(path: Path) -> None:
         from ccgen.runtime.record.force_history import even_history, write_csv

@@ -55,4 +55,13 @@ def _load(result: Path, models: Path) -> Run:
             "by --models, or run the scene again"
         )
     with refusing(FileNotFoundError, ImportError, ValueError):
-        return load_run(result, load_model(place))
+        model = load_model(place)
+    try:
+        with refusing(FileNotFoundError, ValueError):
+            return load_run(result, model)
+    except ImportError:
+        fail(
+            f"{result}: found {place} made of another scene than the run, or of this one after a change, expected the "
+            "model of the run; make that in a folder of its own, ccgen --scene FILE --out DIR, and name it by --models "
+            "DIR, or run the scene again"
+        )

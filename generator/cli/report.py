@@ -83,10 +83,11 @@ def print_changes(run: Run) -> None:
 
 
 def print_events(run: Run) -> None:
-    """Events, when they came, what they set, and by how much the energy jumped by that."""
+    """Events, when they came, what they set and switched, and by how much the energy jumped by that."""
     least = rounding_of_energy(run) if any(event.energy for event in run.events) else 0.0
     for event in run.events[:SHOWN]:
-        told = [f"{path} = {value:.6g}" for path, value in event.parameters.items()]
+        told = [f"{path} from {event.before[path]:.6g} to {value:.6g}" for path, value in event.parameters.items()]
+        told += [f"{', '.join(names)} {way}" for way, names in (("on", event.on), ("off", event.off)) if names]
         if abs(event.energy) > least:
             told.append(f"the energy jumps by {event.energy:.6g} J")
         number = f" ({event.number})" if event.number > 1 else ""

@@ -16,7 +16,7 @@ from ..pipeline import generate
 from ..program.errors import FoldError
 from .detail import Detail
 from .folders import MODELS, check_folder, check_results, forget_stale, record_results
-from .forces import PICTURE, TABLE, Told, force_files, print_forces, ways_to_write
+from .forces import PICTURE, TABLE, Told, force_files, print_drives, print_forces, ways_to_write
 from .outputs import PICTURE as OUTPUTS_PICTURE
 from .outputs import TABLE as OUTPUTS_TABLE
 from .outputs import Wanted
@@ -134,6 +134,7 @@ def run(
         print_missing(scene, result)
         print_contacts(result.model, result)
         print_forces(forces)
+        print_drives(forces)
         print_audit(result)
         typer.echo(f"written: {', '.join(str(folder / file) for file in files)}")
     print_warnings(result)

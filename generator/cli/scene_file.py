@@ -56,9 +56,9 @@ def tell_closing(scene: Scene, detail: Detail, when: str = "") -> None:
 
 
 def _tell_remarks(scene: Scene, detail: Detail) -> None:
-    """Say how values are understood that may be meant otherwise; of many some, unless in full detail."""
-    if detail is Detail.NOTHING:
-        return
+    """Say how values are understood that may be meant otherwise; of many some, unless in full detail. They are
+    warnings, which --quiet leaves: who meant degrees has other results than asked for.
+    """
     shown = scene.remarks if detail is Detail.ALL else scene.remarks[:REMARKS]
     for remark in shown:
         typer.echo(remark, err=True)

@@ -1,4 +1,5 @@
-"""``--set PATH=VALUE``: values of parameters for one command, in SI units or as scenes write them (``"2 kg"``)."""
+"""``--set PATH=VALUE``: values of parameters and of the start for one command, in SI units or as scenes write them
+(``"2 kg"``)."""
 
 from __future__ import annotations
 
@@ -64,9 +65,9 @@ def with_settings(model: Model, settings: Mapping[str, float], scene: Scene, det
     if not settings:
         return model
     changed = with_numbers(model, settings, scene)
+    for remark in _angles(settings, scene):
+        typer.echo(remark, err=True)
     if detail is not Detail.NOTHING:
-        for remark in _angles(settings, scene):
-            typer.echo(remark, err=True)
         for remark in _stays(model, settings, scene):
             typer.echo(f"{scene.name}: {remark}", err=True)
     begins = scene_with(settings, scene)
@@ -81,8 +82,10 @@ def with_settings(model: Model, settings: Mapping[str, float], scene: Scene, det
 def with_numbers(model: Model, settings: Mapping[str, float], scene: Scene) -> Model:
     """The model with these values; exit code 2 where it has no such parameters, or they cannot be those."""
     _check_units(settings, scene)
+    begins = [path for path in _of_start(scene) if path in settings]
+    values = {path: float(value) for path, value in settings.items() if path not in begins}
     try:
-        return model.with_parameters({path: float(value) for path, value in settings.items()})
+        return model.with_parameters(values) if values else model
     except (KeyError, ValueError) as error:
         told = {f"{path}: ": _meant(path, value, scene) for path, value in settings.items()}
         lines = (
@@ -97,7 +100,25 @@ def _meant(path: str, value: float, scene: Scene) -> str:
     equations are without because it is 0 in the scene."""
     if path in OF_RUNS:
         return f"found a setting of runs, expected a parameter; write --{path} {getattr(value, 'text', f'{value:g}')}"
+    if path.startswith("start."):
+        given = ", ".join(_of_start(scene)) or "none"
+        return f"found a value that [start] does not give, expected one that it gives: {given}; write it in the scene"
     return NO_NUMBER if path in _zeros(scene) else ""
+
+
+def _of_start(scene: Scene) -> Mapping[str, str]:
+    """What may be set of a start, and what that measures."""
+    from ..scene.with_values import start_values
+
+    return start_values(scene)
+
+
+def _units_of(scene: Scene, path: str) -> tuple[str, ...]:
+    """The units one of which a parameter, or a value of the start, has; none where there is no such."""
+    from ..scene.measures import units_of
+
+    unit = _of_start(scene).get(path) if path.startswith("start.") else None
+    return units_of(scene, path) if unit is None else (unit,)
 
 
 def _zeros(scene: Scene) -> set[str]:
@@ -122,10 +143,9 @@ def _zeros(scene: Scene) -> set[str]:
 def _angles(settings: Mapping[str, float], scene: Scene) -> list[str]:
     """Angles without a unit of which degrees may be meant."""
     from ..scene.angles import taken_as_rad
-    from ..scene.measures import units_of
 
     found = {path: getattr(value, "text", value) for path, value in settings.items()}
-    angles = [path for path in settings if units_of(scene, path) == ("rad",)]
+    angles = [path for path in settings if _units_of(scene, path) == ("rad",)]
     told = ((path, taken_as_rad(settings[path], found[path])) for path in angles)
     return [f"--set {path}: {remark}" for path, remark in told if remark]
 
@@ -155,11 +175,9 @@ def _values(scene: Scene) -> dict[str, float]:
 
 def _check_units(settings: Mapping[str, float], scene: Scene) -> None:
     """Stop with exit code 2 where a value measures something else than its parameter."""
-    from ..scene.measures import units_of
-
     faults = Faults()
     for path, value in settings.items():
-        units = units_of(scene, path)
+        units = _units_of(scene, path)
         if not units:
             continue
         try:

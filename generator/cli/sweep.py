@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from ..rebuild import rebuild
+from ..scene.locate import locate
 from .compiled import compiled
 from .detail import Detail
 from .folders import MODELS, check_folder, check_results, record_results
@@ -58,7 +59,7 @@ def sweep(
     from ccgen.runtime.sweep.sweep import sweep as work
 
     with refusing(PlanError, ImportError):
-        plan = read_plan(plan_file, model, partial(written, scene=scene))
+        plan = read_plan(plan_file, model, partial(written, scene=scene), locate)
     try:
         with progress(detail) as tell, executor_of(dask) as executor:
             tell.stage("simulate")
@@ -142,7 +143,7 @@ def replay(
     from ccgen.runtime.sweep.results import Results
 
     with refusing(ValueError, ImportError):
-        made = Results(folder).run(model, read_plan(plan_file, model, partial(written, scene=scene)), run)
+        made = Results(folder).run(model, read_plan(plan_file, model, partial(written, scene=scene), locate), run)
     place.mkdir(parents=True, exist_ok=True)
     with refusing(OSError):
         for name, way in zip(FILES, (made.save, made.plot, made.save_player), strict=True):

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
+from ..effect_base.arithmetic import Written
 from ..mechanism.uniform_bodies import Mass, crossing_edges, disc, point, polygon, polygon_area, rod, together
 from .around import first_circle
 from .errors import Path, Report
@@ -88,6 +89,7 @@ def _rod(body: RodTable, link: LinkTable, path: Path, report: Report) -> Mass | 
     mass = _heaviness(body, length * (body.width or 0.0), length, path, report)
     if mass is None or ends is None or not length:
         return None
+    _judge_thickness(body, max(length, body.width or 0.0), path, report)
     return _computed(mass, lambda: rod(mass, ends[0], ends[1], body.width or 0.0), path, report)
 
 
@@ -108,6 +110,7 @@ def _plate(body: PlateTable, link: LinkTable, path: Path, report: Report) -> Mas
     mass = _heaviness(body, polygon_area(corners) if corners and not crossing else 1.0, 0.0, path, report)
     if mass is None or corners is None or crossing:
         return None
+    _judge_thickness(body, max(abs(one - other) for one in corners for other in corners), path, report)
     return _computed(mass, lambda: polygon(mass, corners), path, report)
 
 
@@ -136,6 +139,7 @@ def _disc(body: DiscTable, link: LinkTable, path: Path, report: Report) -> Mass 
     places = _spots([centre], link, path, report, key="centre")
     if mass is None or places is None or not fine:
         return None
+    _judge_thickness(body, 2.0 * body.radius, path, report)
     return _computed(mass, lambda: disc(mass, places[0], body.radius, inner), path, report)
 
 
@@ -198,6 +202,20 @@ def _heaviness(body: Body, area: float, length: float, path: Path, report: Repor
     if body.mass_per_area is not None:
         return body.mass_per_area * area
     return (body.density or 0.0) * (body.thickness or 0.0) * area
+
+
+def _judge_thickness(body: Body, extent: float, path: Path, report: Report) -> None:
+    """Remark on a thickness without a unit that is more than the body's largest ``extent`` (m) in the plane: of what
+    links are made of one is mostly a tenth to a hundredth of the other, and millimetres taken for metres are a
+    thousand times as thick."""
+    thickness = body.thickness
+    if thickness is None or thickness <= extent or (isinstance(thickness, Written) and thickness.dimension is not None):
+        return
+    report.remark(
+        (*path, "thickness"),
+        f"{thickness:g} is taken as m, more than the {extent:.3g} m that the body measures in the plane, and its mass "
+        f'is so many times as large; write "{thickness:g} mm" for millimetres, or "{thickness:g} m"',
+    )
 
 
 def _spots(

@@ -53,8 +53,10 @@ def reopen(folder: Path, name: str, hash_: str, values: Mapping[str, float], beg
     except FileNotFoundError:
         raise FileNotFoundError(f"{folder}: found no model, expected {name}; generate it there again") from None
     if model.data["hash"] != hash_:
+        other = "of the same name, made of another scene or after a change," if model.name == name else f"{model.name},"
         raise ImportError(
-            f"{folder}: found another model ({model.name}) than {name} as it was; generate that one there again"
+            f"{folder}: found another model, {other} expected {name} as it was; generate that one there again, or into "
+            "a folder of its own and load it from there"
         )
     model = model if model.folded else model.with_parameters(values)
     return model if begin is None else model.with_start(*begin)

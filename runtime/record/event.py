@@ -15,8 +15,8 @@ class Event:
     """At ``t`` (s) what the ``[[event]]`` called ``name`` watches came to zero, "rising" or "falling" (``direction``).
 
     ``number`` counts the instants of that name in its run, from 1. ``q`` (nq,), ``u`` (nu,) are the state there, after
-    an impact where there is one. ``parameters`` are the values that were set, and ``energy`` (J) is what the mechanism
-    got by that.
+    an impact where there is one. ``parameters`` are the values that were set, ``before`` those that they had, ``on``
+    and ``off`` the effects that were switched, and ``energy`` (J) is what the mechanism got by all that.
     """
 
     t: float
@@ -27,6 +27,9 @@ class Event:
     u: FloatArray = field(repr=False)
     parameters: Mapping[str, float] = field(default_factory=dict)
     energy: float = 0.0
+    before: Mapping[str, float] = field(default_factory=dict)
+    on: tuple[str, ...] = ()
+    off: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         freeze(self, "q", "u")

@@ -5,8 +5,9 @@ from __future__ import annotations
 import csv
 import io
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,10 +15,15 @@ from numpy.typing import NDArray
 from ..arrays import FloatArray
 from ..files import read_path, write_whole
 from ..model.meshes import mesh_forces, mesh_names
+from ..model.whole import Whole
+from .outputs import Sample, drive_effort, drive_power, driven_joints
+from .peaks import find_peaks
 from .record import Record
 
 INSTANTS = 1000
 """Least number of instants between the start of a run and its end."""
+DEPENDENT = 1e-12
+"""Part of the largest singular value: rows that others imply have less by rounding of sums over links."""
 BEFORE = 1e-9
 """Part of a phase by which its end is looked at earlier: forces change by as little, places by more than rounding."""
 
@@ -25,7 +31,8 @@ BEFORE = 1e-9
 @dataclass(frozen=True, eq=False)
 class History:
     """Forces at times t (n,): ``pushes`` (n, contacts, 2), ``reactions`` (n, joints, 3) and those of the ``meshes``
-    (n, meshes), as those of a run.
+    (n, meshes), as those of a run. Of ``drives`` (n, drives, 2) the torque (N m), or the force along a line (N), on the
+    second link, and the power (W) that it gives.
 
     Instants at which forces jump are there twice, with what they are just before and after. ``beside`` (n,) says which
     are next to one at which links are so nearly in a line that no force is known: forces may have no bound there.
@@ -35,7 +42,40 @@ class History:
     pushes: FloatArray
     reactions: FloatArray
     meshes: FloatArray
+    drives: FloatArray
     beside: NDArray[np.bool_]
+
+    @property
+    def parts(self) -> tuple[Any, ...]:
+        """All arrays, in their order."""
+        return tuple(getattr(self, one.name) for one in fields(self))
+
+    def rows(self, chosen: NDArray[np.bool_] | NDArray[np.intp]) -> History:
+        """Those at some of the times."""
+        return History(*(part[chosen] for part in self.parts))
+
+    @property
+    def known(self) -> NDArray[np.bool_]:
+        """Where contacts and joints have forces that are numbers (n,)."""
+        every = np.concatenate([self.pushes[:, :, 0], self.pushes[:, :, 1], *np.moveaxis(self.reactions, 2, 0)], axis=1)
+        return np.asarray(np.isfinite(every).all(axis=1))
+
+    @property
+    def sizes(self) -> FloatArray:
+        """What is told of the largest of (n, quantities): normal forces, forces of meshes and joints, efforts of
+        drives, and the powers that they give and take up."""
+        joints = np.hypot(self.reactions[:, :, 0], self.reactions[:, :, 1])
+        effort, power = self.drives[:, :, 0], self.drives[:, :, 1]
+        return np.hstack([self.pushes[:, :, 0], np.abs(self.meshes), joints, np.abs(effort), power, -power])
+
+    @property
+    def away(self) -> FloatArray:
+        """The ``sizes`` with zero for those of joints and drives on a slope that rises to a line of links."""
+        sizes = self.sizes
+        for column in range(self.pushes.shape[1] + self.meshes.shape[1], sizes.shape[1] if self.beside.any() else 0):
+            away = away_from_lines(self.t, np.abs(sizes[:, column]), self.beside)
+            sizes[~away, column] = 0.0
+        return sizes
 
 
 def history(run: Record, instants: int = INSTANTS) -> History:
@@ -55,15 +95,72 @@ def history(run: Record, instants: int = INSTANTS) -> History:
     t = np.concatenate([jumps, times])
     asked = np.concatenate([_just_before(run, jumps), times])
     order = np.argsort(t, kind="stable")
-    motion = run.motion(asked[order], *run.at(asked[order]))
-    t, known = t[order], np.isfinite(motion.pushes).all(axis=(1, 2)) & np.isfinite(motion.reactions).all(axis=(1, 2))
-    if not known.any():
+    found = replace(_forces(run, asked[order]), t=t[order])
+    if not found.known.any():
         raise ValueError("this run knows no forces: it went by time stepping, which records none")
-    meshes = mesh_forces(run.model, motion.multipliers[known])
-    steps = [(t >= phase.start) & (t < phase.end) for phase in run.phases if phase.kind == "steps"]
-    line = np.pad(~known & ~np.any(steps, axis=0), 1) if steps else np.pad(~known, 1)
-    beside = line[:-2] | line[2:]
-    return History(t[known], motion.pushes[known], motion.reactions[known], meshes, beside[known])
+    steps = [(found.t >= phase.start) & (found.t < phase.end) for phase in run.phases if phase.kind == "steps"]
+    line = np.pad(~found.known & ~np.any(steps, axis=0), 1) if steps else np.pad(~found.known, 1)
+    return replace(found, beside=line[:-2] | line[2:]).rows(found.known)
+
+
+def with_peaks(run: Record, found: History) -> tuple[History, FloatArray]:
+    """A run's ``history`` with the instants added at which the largest forces are between those that are looked at.
+
+    And the times (k,) at which links passed a line between two of these, so that no instant beside it was looked at:
+    forces have no bound there. Instants that are next to such a time are ``beside`` it.
+    """
+    passed: dict[int, float] = {}
+    while True:
+        peaks = find_peaks(found.t, found.away, lambda t: _forces(run, t).sizes, ~found.beside)
+        spikes = np.unique(peaks.row[peaks.spikes]).tolist()
+        rows = [row for row in spikes if _passes_a_line(run, found.t[row - 1], found.t[row + 1])]
+        if not rows:
+            break
+        passed |= {row: peaks.t[peaks.row == row][0] for row in rows}
+        beside = found.beside.copy()
+        beside[rows] = True
+        found = replace(found, beside=beside)
+    times = np.setdiff1d(peaks.t, found.t)
+    if len(times):
+        more = _forces(run, times)
+        more = more.rows(more.known)
+        both = History(*(np.concatenate([one, other]) for one, other in zip(found.parts, more.parts, strict=True)))
+        found = both.rows(np.argsort(both.t, kind="stable"))
+    return found, np.array([passed[row] for row in sorted(passed)], dtype=found.t.dtype)
+
+
+def _passes_a_line(run: Record, before: float, after: float) -> bool:
+    """Whether the rows of the closure become dependent between two times near each other.
+
+    Of their singular vectors before, w A v = s, the least s shrinks to zero there and w A v has the other sign behind.
+    Where several do, as of two linkages alike, no one vector has a partner of its own: what w A v / s of all of them is
+    behind, the identity if nothing happens, has an eigenvalue below zero then. Mechanisms whose joints come and go have
+    no rows in common, and are not looked at.
+    """
+    t = np.array([before, after])
+    model: Any = run.in_force.models[int(run.in_force.at(t)[0])]
+    if isinstance(model, Whole) or not len(model.rows):
+        return False
+    one, other = np.asarray(model.jacobian(run.at(t)[0]), dtype=float)
+    left, values, right = np.linalg.svd(one, full_matrices=False)
+    rank = int(np.count_nonzero(values > DEPENDENT * values[0]))
+    behind = left[:, :rank].T @ other @ right[:rank].T / values[:rank]
+    return bool(np.min(np.linalg.eigvals(behind).real) < 0.0)
+
+
+def _forces(run: Record, t: FloatArray) -> History:
+    """The forces at times t (n,), not numbers where the run knows none."""
+    sample = Sample(run, t)
+    motion = sample.motion
+    meshes = mesh_forces(run.model, motion.multipliers)
+    return History(t, motion.pushes, motion.reactions, meshes, _of_drives(sample), np.zeros(len(t), dtype=bool))
+
+
+def _of_drives(sample: Sample) -> FloatArray:
+    """Efforts and powers (n, drives, 2)."""
+    joints = driven_joints(sample.model)
+    found = [np.stack([drive_effort(sample, joint), drive_power(sample, joint)], axis=-1) for joint in joints]
+    return np.stack(found, axis=1) if found else np.zeros((len(sample.t), 0, 2), dtype=sample.t.dtype)
 
 
 def away_from_lines(t: FloatArray, sizes: FloatArray, beside: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -92,9 +189,7 @@ def even_history(run: Record, count: int) -> History:
     t = np.linspace(run.t[0], run.t[-1], count, dtype=run.t.dtype)
     if not run.success:
         t = t[:-1]
-    motion = run.motion(t, *run.at(t))
-    none = np.zeros(len(t), dtype=bool)
-    return History(t, motion.pushes, motion.reactions, mesh_forces(run.model, motion.multipliers), none)
+    return _forces(run, t)
 
 
 def _just_before(run: Record, jumps: FloatArray) -> FloatArray:

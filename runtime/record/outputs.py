@@ -289,7 +289,7 @@ def _of_point(point: str) -> Iterator[Output]:
 
 def _of_joint(model: Any, joint: str) -> Iterator[Output]:
     q = np.zeros(len(model.q_names))
-    if joint in model.slides(q):
+    if slides(model, joint):
         for name, unit, part in (("slide", "m", 0), ("slide_rate", "m/s", 1)):
             yield Output(f"{joint}.{name}", "joint", unit, partial(_slide, joint=joint, part=part))
     if joint in model.joint_angles(q):
@@ -303,8 +303,8 @@ def _of_joint(model: Any, joint: str) -> Iterator[Output]:
     yield Output(f"{joint}.force", "joint", "N", lambda sample: np.hypot(*sample.motion.reactions[:, number, :2].T))
     for part, (name, unit) in enumerate((("fx", "N"), ("fy", "N"), ("moment", "N m"))):
         yield Output(f"{joint}.{name}", "joint", unit, partial(_reaction, number=number, part=part))
-    if any(drive["joint"] == joint for drive in model.data["drives"]):
-        yield Output(f"{joint}.power", "joint", "W", partial(_power, joint=joint, number=number))
+    if joint in driven_joints(model):
+        yield Output(f"{joint}.power", "joint", "W", partial(drive_power, joint=joint))
     if model.contacts:
         yield Output(f"{joint}.impulse", "joint", "N s", partial(_joint_impulse, number=number))
 
@@ -354,16 +354,31 @@ def _push(sample: States, number: int, part: int) -> FloatArray:
     return sample.motion.pushes[:, number, part]
 
 
-def _power(sample: States, joint: str, number: int) -> FloatArray:
-    """What the drive of a joint does: the reaction is on the outboard link, motions are of the second against the
-    first."""
-    model, reaction = sample.model, sample.motion.reactions[:, number]
-    second = between(model, joint)[1]
+def drive_effort(sample: States, joint: str) -> FloatArray:
+    """What the drive of a joint does to its second link (n,): a torque (N m), or a force along its line (N), whichever
+    side of the joint ``reactions`` are on."""
+    model, number = sample.model, list(sample.model.joints).index(joint)
+    reaction, second = sample.motion.reactions[:, number], between(model, joint)[1]
     sign = 1.0 if second >= 0 and model.outboard[number] == model.links[second] else -1.0
-    if joint not in model.slides(np.zeros(len(model.q_names))):
-        return np.asarray(sign * reaction[:, 2] * _turn(sample, joint, "velocities"))
-    along = np.sum(reaction[:, :2] * sample.line(joint), axis=1)
-    return np.asarray(sign * along * sample.slide(joint)[1])
+    if not slides(model, joint):
+        return np.asarray(sign * reaction[:, 2])
+    return np.asarray(sign * np.sum(reaction[:, :2] * sample.line(joint), axis=1))
+
+
+def drive_power(sample: States, joint: str) -> FloatArray:
+    """What it gives the mechanism (n,), in W."""
+    rate = sample.slide(joint)[1] if slides(sample.model, joint) else _turn(sample, joint, "velocities")
+    return np.asarray(drive_effort(sample, joint) * rate)
+
+
+def driven_joints(model: Any) -> list[str]:
+    """Of each ``[[drive]]`` its joint."""
+    return [drive["joint"] for drive in model.data["drives"]]
+
+
+def slides(model: Any, joint: str) -> bool:
+    """Whether a joint has a line."""
+    return joint in model.slides(np.zeros(len(model.q_names)))
 
 
 def _impulse(sample: Sample, number: int, part: int) -> FloatArray:

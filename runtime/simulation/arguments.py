@@ -12,12 +12,13 @@ from numpy.typing import ArrayLike
 from .._core import DRIFTS, GAINS, methods
 from ..arrays import FloatArray
 from ..faults import Faults
-from ..model.assembly import put_onto_closure
-from ..model.drives import drive_misses, drive_rows, drive_speeds
+from ..model.assembly import project, put_onto_closure
+from ..model.drives import drive_misses, drive_rows, drive_speeds, put_where_driven
 from ..model.kinks import kinks_until
 from ..model.model import Model
 from ..model.numbers import read_numbers
 from ..model.time_scales import ends_of_pieces
+from ..model.tolerances import start_miss
 
 STEP_BUDGET = 10_000_000
 """Steps of a run, refused ones included."""
@@ -30,7 +31,8 @@ TIME_STEPPING = "moreau"
 LEAST = {"float": 1e-6, "double": 1e-15, "wide": 1e-18}
 """Least tolerance by the precision of a model's numbers."""
 DRIVEN = 1e-6
-"""A start whose driven joints move otherwise than prescribed by more than this part of its speeds is refused."""
+"""A start that the closure puts this far from where its driven joints are to be, or this part of its speeds from how
+fast, is refused: loops of a state may miss by as much (JOINT_MISS). What is nearer is put right."""
 DEPTH = 1e-8
 """A start deeper inside a ground than this, relative to the mechanism's length, is refused; less is rounding."""
 
@@ -223,9 +225,12 @@ def checked_start(
     """
     q0, u0 = read_start(model, q0, u0)
     _check_energy(model, q0, u0)
+    driven = model.data["drives"] and begin == 0.0
+    if driven:
+        _check_speeds(model, u0, float(model.core.TOLERANCES["DRIVEN"].value))
     (q,), (u,) = put_onto_closure(model, q0[None], u0[None], single=True)
-    if model.data["drives"] and begin == 0.0:
-        _check_driven(model, q, u)
+    if driven:
+        q, u = _put_right(model, q, u)
     _check_outside(model, q, begin)
     return q, u
 
@@ -274,18 +279,35 @@ def _check_limits(model: Model, limit: str) -> None:
         raise ValueError(f"{lowest}: found {low:.6g}, expected less than {highest}, which is {high:.6g}; set both")
 
 
-def _check_driven(model: Model, q: FloatArray, u: FloatArray) -> None:
-    """A start has driven joints where they are to be, and as fast."""
-    places, speeds = drive_misses(model, q), drive_rows(model) @ u - drive_speeds(model)
-    for drive, place, speed in zip(model.data["drives"], places, speeds, strict=True):
-        unit = "m" if drive["slides"] else "rad"
-        if abs(place) > DRIVEN * max(1.0, model.length):
-            raise ValueError(
-                f"q0: the driven joint {drive['joint']} is {abs(place):.3g} {unit} from where it is to be at t = 0; "
-                "take q0 from model.start()"
-            )
-        if abs(speed) > DRIVEN * max(1.0, float(np.abs(u).max())):
+def _check_speeds(model: Model, u: FloatArray, part: float) -> None:
+    """The velocities of a start have driven joints as fast as they are to be, to this ``part`` of the fastest.
+
+    A driven joint keeps the speed with which it begins. As it is given, that may miss by what a step may leave of it
+    (DRIVEN of the core), the root of rounding and ten times the usual tolerance: so states of other runs are starts.
+    """
+    most = part * max(1.0, float(np.abs(u).max()))
+    for drive, miss in zip(model.data["drives"], drive_rows(model) @ u - drive_speeds(model), strict=True):
+        if abs(miss) > most:
+            unit = "m" if drive["slides"] else "rad"
             raise ValueError(
                 f"u0: the driven joint {drive['joint']} misses the speed that is prescribed at t = 0 by "
-                f"{abs(speed):.3g} {unit}/s; take u0 from model.start()"
+                f"{abs(miss):.3g} {unit}/s, expected {most:.3g} {unit}/s at most; take u0 from model.start()"
             )
+
+
+def _put_right(model: Model, q: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """A start on the closure with driven joints where they are to be, and as fast, to rounding; ``ValueError`` for one
+    that is too far from that."""
+    places = np.abs(drive_misses(model, q))
+    for drive, place in zip(model.data["drives"], places, strict=True):
+        if place > DRIVEN * max(1.0, model.length):
+            raise ValueError(
+                f"q0: the driven joint {drive['joint']} is {place:.3g} {'m' if drive['slides'] else 'rad'} from where "
+                "it is to be at t = 0; take q0 from model.start()"
+            )
+    _check_speeds(model, u, max(DRIVEN, float(model.core.TOLERANCES["DRIVEN"].value)))
+    speeds = np.abs(drive_rows(model) @ u - drive_speeds(model))
+    near = start_miss(model.core.REAL, model.length)
+    if places.max() <= near and speeds.max() <= near / model.length * max(1.0, float(np.abs(u).max())):
+        return q, u
+    return project(model, *put_where_driven(model, q, u))

@@ -319,7 +319,15 @@ def _happen(course: Course, crossings: Sequence[Crossing], run: Run) -> str | No
         values |= answered
         off = (course.off | frozenset(said["off"])) - frozenset(said["on"])
         if values or off != course.off:  # what is left to raise is what the caller's own function has answered
-            event = replace(event, parameters=dict(values), energy=_set(course, values, off))
+            parameters, now_on, now_off = course.main.parameters, course.off - off, off - course.off
+            event = replace(
+                event,
+                parameters=dict(values),
+                before={path: parameters[path] for path in values if path in parameters},
+                on=tuple(sorted(now_on)),
+                off=tuple(sorted(now_off)),
+            )
+            event = replace(event, energy=_set(course, values, off))
         course.events.append(event)
     if ends:
         return f"ended at t = {course.t:.12g} s by {' and '.join(dict.fromkeys(ends))}"

@@ -1,4 +1,5 @@
-"""The picture of a sweep: a map over two numbers that vary, a curve over one, histograms over more."""
+"""The picture of a sweep: a map over two numbers that vary, a curve over one, histograms over more and over what is
+drawn at random."""
 
 from __future__ import annotations
 
@@ -26,7 +27,8 @@ TOLD = ("run", "status", "reason", "t", "steps")
 
 
 def draw_sweep(results: Results, path: str | os.PathLike[str]) -> Any:
-    """The figure of what was observed, a panel for each column of one number, saved as PNG at ``path``.
+    """The figure of what was observed, a panel for each column of one number, saved as PNG at ``path``; of a sample
+    over one or two numbers a map or a curve, and how often each value is, beside each other.
 
     Of columns at several times the last is drawn. Runs that did not come to their end are marked and counted. Raises
     ``ValueError`` where no run is done, or where nothing was observed.
@@ -34,48 +36,53 @@ def draw_sweep(results: Results, path: str | os.PathLike[str]) -> Any:
     target = read_path(path, "a .png file")
     if target.suffix != ".png":
         raise ValueError(f"a chart is saved as .png, found {target.name!r}; use another name")
-    figure_module = needed("matplotlib.figure", "a chart of a sweep")
-    backend = needed("matplotlib.backends.backend_agg", "a chart of a sweep")
     vary = list(results.manifest["vary"])
     table = {name: results.column(name) for name in results.to_arrow().column_names}
     done = np.asarray(table["status"] == DONE)
     columns = {name: _one(values) for name, values in table.items() if name not in (*TOLD, *vary)}
     if len(columns) > 1 and "impacts" not in results.manifest["observe"]:
         columns.pop("impacts")
-    shown = dict(list(columns.items())[:MOST])
     several = [name for name in vary if np.unique(table[name]).size > 1]
+    spread = len(several) in (1, 2) and bool(results.manifest["samples"])
+    shown = dict(list(columns.items())[: MOST // 2 if spread else MOST])
     labels = _labels([*several, *shown], results.manifest["units"])
     labels |= {
         name: f"{labels[name]} at t = {results.manifest['at'][-1]:g} s" for name in shown if _is_late(table[name])
     }
-    across = min(3, len(shown))
-    down = -(-len(shown) // across)
-    figure = figure_module.Figure(figsize=(1.2 + 4.4 * across, 1.0 + 3.6 * down), dpi=120, layout="constrained")
-    backend.FigureCanvasAgg(figure)
-    panels = figure.subplots(down, across, squeeze=False).ravel()
-    for axes, (name, values) in zip(panels, shown.items(), strict=False):
+    figure, panels, beside = _panels(len(shown), spread)
+    for axes, (name, values) in zip(panels, shown.items(), strict=True):
         if len(several) == 2:
-            _map(
-                figure,
-                axes,
-                [table[one] for one in several],
-                [labels[one] for one in several],
-                labels[name],
-                values,
-                done,
-            )
+            xy, of = [table[one] for one in several], [labels[one] for one in several]
+            _map(figure, axes, xy, of, labels[name], values, done)
         elif len(several) == 1:
             _curve(axes, table[several[0]], labels[several[0]], labels[name], values, done)
         else:
             _histogram(axes, labels[name], values, done)
+    for axes, (name, values) in zip(beside, shown.items(), strict=False):
+        _histogram(axes, labels[name], values, done)
+    for axes in (*panels, *beside):
         axes.spines[["top", "right"]].set_visible(False)
-    for axes in panels[len(shown) :]:
-        axes.set_visible(False)
     statuses, counts = np.unique(table["status"], return_counts=True)
     ends = ", ".join(f"{n} {status}" for status, n in zip(statuses, counts.tolist(), strict=True))
     figure.suptitle(f"{results.manifest['model']}: {len(done)} runs, {ends}", fontsize=12)
     write_whole(target, lambda file: figure.savefig(file, format="png", metadata={"Software": "ccgen"}))
     return figure
+
+
+def _panels(count: int, beside: bool) -> tuple[Any, list[Any], list[Any]]:
+    """A figure with ``count`` panels, and as many ``beside`` them where these are wanted, else none."""
+    figure_module = needed("matplotlib.figure", "a chart of a sweep")
+    backend = needed("matplotlib.backends.backend_agg", "a chart of a sweep")
+    across = 2 if beside else min(3, count)
+    down = count if beside else -(-count // across)
+    figure = figure_module.Figure(figsize=(1.2 + 4.4 * across, 1.0 + 3.6 * down), dpi=120, layout="constrained")
+    backend.FigureCanvasAgg(figure)
+    every = figure.subplots(down, across, squeeze=False).ravel().tolist()
+    if beside:
+        return figure, every[::2], every[1::2]
+    for axes in every[count:]:
+        axes.set_visible(False)
+    return figure, every[:count], []
 
 
 def _labels(names: Iterable[str], units: Mapping[str, str]) -> dict[str, str]:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import csv
 import math
+import re
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -32,6 +33,12 @@ PART = 10_000
 MOST = 10**9
 """Runs of a plan."""
 SCALES = ("linear", "log")
+
+
+Locate = Callable[[str], Mapping[tuple[str | int, ...], int]]
+"""The lines (from 1) at which keys stand in a TOML text, by their paths, as ``("vary", 0, "count")``."""
+STEP = re.compile(r"([\w-]+)((?:\[\d+\])*)")
+"""A part of a key as faults write it, ``vary[0]``."""
 
 
 class PlanError(ValueError):
@@ -101,8 +108,9 @@ class Plan:
         return {name: found[name] for name in self.names}
 
 
-def read_plan(path: Any, model: Model, written: Written | None = None) -> Plan:
-    """The plan in a TOML file, for runs of ``model``; numbers that are texts, as "20 deg", are read by ``written``.
+def read_plan(path: Any, model: Model, written: Written | None = None, locate: Locate | None = None) -> Plan:
+    """The plan in a TOML file, for runs of ``model``; numbers that are texts, as "20 deg", are read by ``written``, and
+    faults have the lines that ``locate`` finds.
 
     Raises :class:`PlanError` with all that is wrong with it."""
     file = read_path(path, "a plan")
@@ -115,20 +123,43 @@ def read_plan(path: Any, model: Model, written: Written | None = None) -> Plan:
         raise PlanError(f"{file}: cannot be read: {error}") from error
     except tomllib.TOMLDecodeError as error:
         raise PlanError(f"{file}: found no TOML: {error}; correct it") from error
-    return plan_of(tables, model, str(file), text, file.parent, written)
+    return plan_of(tables, model, str(file), text, file.parent, written, locate)
 
 
 def plan_of(
-    tables: Mapping[str, Any], model: Model, file: str, text: str, beside: Path, written: Written | None = None
+    tables: Mapping[str, Any],
+    model: Model,
+    file: str,
+    text: str,
+    beside: Path,
+    written: Written | None = None,
+    locate: Locate | None = None,
 ) -> Plan:
     """The plan that ``tables`` are; files that it names are found from the folder ``beside``."""
     reader = _Reader(tables, model, file, beside, written)
     plan = reader.read(text)
     if reader.faults:
-        with_file = (f"{file}: {line}" for line in reader.lines())
-        raise PlanError("\n".join(with_file))
+        lines = locate(text) if locate is not None else {}
+        raise PlanError("\n".join(f"{file}{_place(fault, lines)}: {fault}" for fault in reader.lines()))
     assert plan is not None
     return plan
+
+
+def _place(fault: str, lines: Mapping[tuple[str | int, ...], int]) -> str:
+    """``:12`` where the key that a fault begins with, or the closest table of it, stands in line 12; nothing where it
+    begins with none, as with the name of a CSV file."""
+    path: tuple[str | int, ...] = ()
+    place = ""
+    key, _, rest = fault.partition(": ")
+    argument = rest.partition(":")[0]
+    for step in (*key.split("."), *([argument] if key == "run" else [])):
+        match = STEP.fullmatch(step)
+        if match is None:
+            break
+        for part in (match[1], *map(int, re.findall(r"\d+", match[2]))):
+            path += (part,)
+            place = f":{lines[path]}" if path in lines else place
+    return place
 
 
 class _Reader:

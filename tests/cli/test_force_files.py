@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
+import re
 from pathlib import Path
 from typing import Any
 
@@ -304,3 +305,144 @@ def test_a_box_that_folds_into_its_line_says_where_forces_are_not_told(workshop:
 def largest_at_joints(run: Any) -> float:
     """The largest force of a joint that is told (N)."""
     return max(float(size.split()[0]) for name, size, _, _ in Told(run).rows if name in run.model.joints)
+
+
+SHAKEN = """
+name = "shaken"
+[ground_link]
+points = { O = [0, 0] }
+[[link]]
+name = "rod"
+mass = 2.0
+inertia = 0.3
+com = [0, 0]
+points = { A = [0, 0] }
+[[link]]
+name = "block"
+mass = 2.0
+inertia = 0.1
+com = [0, 0]
+points = { B = [0, 0] }
+[[joint]]
+name = "axle"
+between = AXLE
+[[joint]]
+name = "lift"
+type = "prismatic"
+between = ["ground.O", "block.B"]
+axis = [0, 1]
+[gravity]
+g = 9.81
+[[drive]]
+joint = "axle"
+angle = "0.5*sin(3*t)"
+[[drive]]
+joint = "lift"
+position = "0.1*sin(2*t)"
+[run]
+until = 1.5
+"""
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_drives_tell_their_largest_torque_force_and_power(
+    turned: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A wheel that a drive swings about its centre takes I phi'' and gives I phi' phi''; a block that one moves up and
+    down takes m (g + y''). The torque is that on the joint's second link, whichever is the
+    ground."""
+    monkeypatch.chdir(tmp_path)
+    between = ["ground.O", "rod.A"]
+    (tmp_path / "shaken.toml").write_text(SHAKEN.replace("AXLE", str(between[::-1] if turned else between)))
+    lines = CliRunner().invoke(app, ["run", "shaken.toml"]).stdout.splitlines()
+    at = lines.index("drives at most:")
+    told = {line.split()[0]: line.split()[1:] for line in lines[at + 1 : at + 3]}
+
+    words = " ".join(told["axle"])  # I phi'' = -1.35 sin 3t, I phi' phi'' = -1.0125 sin 6t
+    assert re.sub(r"-?\d[\d.e-]*", "#", words) == "torque # N m at t = # s, gives # W at t = # s, takes # W at t = # s"
+    wanted = [-1.35, math.pi / 6.0, 1.0125, math.pi / 4.0, 1.0125, math.pi / 12.0]
+    assert numbers_in(words) == pytest.approx(wanted, rel=1e-5)
+
+    t = np.linspace(0.0, 1.5, 1_000_001)
+    force = 2.0 * (9.81 - 0.4 * np.sin(2.0 * t))
+    power = force * 0.2 * np.cos(2.0 * t)
+    peaks = [(force.max(), t[force.argmax()]), (power.max(), t[power.argmax()]), (-power.min(), t[power.argmin()])]
+    assert numbers_in(" ".join(told["lift"])) == pytest.approx(np.ravel(peaks), rel=1e-5, abs=1e-9)
+
+
+def numbers_in(text: str) -> list[float]:
+    return [float(word) for word in re.findall(r"(?<= )-?\d[\d.e-]*", text)]
+
+
+JAW = """
+name = "jaw"
+[ground_link]
+points = { A = [0, 0], B = [0, -0.04] }
+[[link]]
+name = "crank"
+rod = { mass = 0.1 }
+points = { A = [0, 0], C = [0.08, 0] }
+[[link]]
+name = "lever"
+rod = { mass = 0.1 }
+points = { B = [0, 0], D = [0.08, 0] }
+[[link]]
+name = "jaw"
+rod = { mass = 0.15 }
+points = { D = [0, 0], C = [0, 0.04] }
+[[joint]]
+name = "a"
+between = ["ground.A", "crank.A"]
+[[joint]]
+name = "b"
+between = ["ground.B", "lever.B"]
+[[joint]]
+name = "c"
+between = ["crank.C", "jaw.C"]
+[[joint]]
+name = "d"
+between = ["lever.D", "jaw.D"]
+[start]
+angles = { crank = "START", jaw = 0 }
+[[motor]]
+joint = "a"
+torque = -1.0
+[run]
+until = UNTIL
+rtol = RTOL
+"""
+
+
+def told_of_jaw(start: str, rtol: str, until: str = "0.06") -> tuple[float, list[str]]:
+    """The largest of the forces that are told, 0 without any, and what is said of lines."""
+    Path("jaw.toml").write_text(JAW.replace("START", start).replace("RTOL", rtol).replace("UNTIL", until))
+    lines = CliRunner().invoke(app, ["run", "jaw.toml"]).stdout.splitlines()
+    first = lines[lines.index("largest forces:") + 1].split() if "largest forces:" in lines else ["", "0"]
+    return float(first[1]), [line for line in lines if "near a line of links" in line]
+
+
+def test_a_change_point_that_is_passed_between_instants_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A parallelogram turns by its motor's torque alone, M / (2 m l^2 / 3 + m_jaw l^2) evenly faster, through the line
+    of its links at 90 degrees. The jaw turns the lever by its force along the line times an arm that vanishes there:
+    the largest force would be that of the nearest instant. At another tolerance, with instants elsewhere, the same is
+    told. What does not come to the line says nothing of it."""
+    monkeypatch.chdir(tmp_path)
+    inertia = 2.0 * 0.1 * 0.08**2 / 3.0 + 0.15 * 0.08**2
+    passed = math.sqrt(2.0 * math.radians(10.0) * inertia)
+    told = [told_of_jaw("100 deg", rtol) for rtol in ("1e-6", "1e-9", "1e-12")]
+    for _, lines in told:
+        (line,) = lines
+        found = re.search(r"a change point, as at t = ([\d.]+) s, are not among them", line)
+        assert found and float(found[1]) == pytest.approx(passed, rel=1e-3)
+    assert [force for force, _ in told] == pytest.approx([told[0][0]] * 3, rel=0.02)
+    away, none = told_of_jaw("80 deg", "1e-9")
+    assert none == [] and away > 0.0
+    # ten turns on it has passed a line twenty times: what is told is the pull of the speed, m r omega^2 and so on
+    late, _ = told_of_jaw("100 deg", "1e-9", "0.43")
+    speed = 0.43 / inertia
+    jaw, rod = 0.15 * 0.08 * speed**2, 0.1 * 0.04 * speed**2
+    assert late < jaw + rod
+    nothing, (line,) = told_of_jaw("100 deg", "1e-9", "0.03")  # all rise to it
+    assert nothing == 0.0 and "s, are not told: they and impulses grow" in line

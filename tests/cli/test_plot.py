@@ -90,3 +90,22 @@ def test_files_that_are_none_are_refused() -> None:
         assert done.exit_code == 2 and "found no such file, expected the .npz file of a run" in done.stderr
     done = CliRunner().invoke(app, ["plot", "here", "t", "--times", "5"])
     assert done.exit_code == 2 and "--times: found without --csv" in done.stderr
+
+
+def test_results_of_a_model_that_another_has_replaced_say_what_to_do() -> None:
+    """What is said to be done is done, and draws them."""
+    rod = 'name = "same"\n[chain]\nlinks = 1\nhinged = true\n[gravity]\n[run]\nuntil = 0.1\n'
+    Path("one.toml").write_text(rod)
+    Path("two.toml").write_text(rod.replace("links = 1", "links = 2"))
+    assert CliRunner().invoke(app, ["run", "one.toml", "-q"]).exit_code == 0
+    assert CliRunner().invoke(app, ["--scene", "two.toml", "-q"]).exit_code == 0
+    done = CliRunner().invoke(app, ["plot", "results/same", "joint_0.force"])
+    assert done.exit_code == 2 and done.stdout == ""
+    assert done.stderr == (
+        "results/same/result.npz: found build/same made of another scene than the run, or of this one after a change, "
+        "expected the model of the run; make that in a folder of its own, ccgen --scene FILE --out DIR, and name it by "
+        "--models DIR, or run the scene again\n"
+    )
+    assert CliRunner().invoke(app, ["--scene", "one.toml", "--out", "old", "-q"]).exit_code == 0
+    done = CliRunner().invoke(app, ["plot", "results/same", "joint_0.force", "--models", "old"])
+    assert done.exit_code == 0, done.stderr

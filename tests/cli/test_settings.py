@@ -89,6 +89,32 @@ def test_a_start_is_assembled_anew_as_that_of_the_file_with_these_numbers(
     assert [line for line in closed if line not in told["plain"]] == []
 
 
+def test_a_start_that_is_set_is_that_of_the_file_with_these_numbers(tmp_path: Path) -> None:
+    """To the bit, and nothing is compiled anew; another one is remarked on as in a file, and refused as there."""
+    text = SLIDER_CRANK.replace("LENGTH", "0.5")
+    (tmp_path / "plain.toml").write_text(text.replace("NAME", "plain").replace("START", STARTS["given"]))
+    edited = text.replace("NAME", "edited").replace("START", STARTS["given"])
+    edited = edited.replace("60 deg", "0.6 rad").replace("crank = 5", "crank = -2")
+    (tmp_path / "edited.toml").write_text(edited)
+    options = ["--set", "start.angles.crank=0.6 rad", "--set", "start.angular_velocities.crank=-2"]
+    for name, more in (("plain", options), ("edited", [])):
+        done = CliRunner().invoke(app, ["run", f"{name}.toml", *more])
+        assert done.exit_code == 0, done.stderr
+    runs = [np.load(f"results/{name}/result.npz") for name in ("plain", "edited")]
+    for key in ("t", "q", "u", "parameter_values"):
+        assert np.array_equal(runs[0][key], runs[1][key]), key
+    assert runs[0]["q"][0, 0] == 0.6
+    done = CliRunner().invoke(app, ["show", "plain.toml", "--set", "start.angles.crank=60"])
+    assert '--set start.angles.crank: 60 is taken as rad, 9.55 turns; write "60 deg" for degrees' in done.stderr
+    for given, said in (
+        ("start.angles.con=1", "--set start.angles.con: found a value that [start] does not give, expected one that it "
+         "gives: start.angles.crank, start.angular_velocities.crank; write it in the scene"),
+        ("start.angles.crank=2 kg", '--set start.angles.crank: found "2 kg", expected rad; that is a mass'),
+    ):  # fmt: skip
+        done = CliRunner().invoke(app, ["run", "plain.toml", "--set", given])
+        assert done.exit_code == 2 and said in done.stderr, done.stderr
+
+
 def test_a_start_that_there_is_none_of_with_these_values(tmp_path: Path) -> None:
     file = tmp_path / "short.toml"
     text = SLIDER_CRANK.replace("NAME", "short").replace("LENGTH", "0.5").replace("START", STARTS["given"])
@@ -314,6 +340,8 @@ def test_degrees_that_may_be_meant_are_told(tmp_path: Path) -> None:
     assert told == {"40": True, "40 deg": False, "6": False, "20*pi": False}
     done = CliRunner().invoke(app, ["run", "turned.toml", "--set", "wound.angle=40", "--until", "10 ms"])
     assert '--set wound.angle: 40 is taken as rad, 6.37 turns; write "40 deg" for degrees' in done.stderr
+    quiet = CliRunner().invoke(app, ["run", "turned.toml", "--set", "wound.angle=40", "--until", "10 ms", "-q"])
+    assert quiet.stderr == '--set wound.angle: 40 is taken as rad, 6.37 turns; write "40 deg" for degrees\n'
 
 
 def test_ends_have_units_as_in_scenes() -> None:

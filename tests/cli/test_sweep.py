@@ -61,11 +61,11 @@ def test_a_plan_becomes_a_table_and_a_run_of_it_a_player() -> None:
 def test_what_is_wrong_is_told_before_the_first_run() -> None:
     Path("bad.toml").write_text(PLAN.replace("gravity.g", "gravity.gg").replace("joint_0.y", "joint_0.z"))
     code, _, err = call("sweep", SCENE, "bad.toml")
-    assert code == 2 and "bad.toml: vary[0].parameter: gravity.gg: found no such parameter" in err
-    assert "bad.toml: observe: found 'joint_0.z'" in err and not Path("results").exists()
+    assert code == 2 and "bad.toml:6: vary[0].parameter: gravity.gg: found no such parameter" in err
+    assert "bad.toml:2: observe: found 'joint_0.z'" in err and not Path("results").exists()
     Path("bad.toml").write_text(PLAN.replace("[5.0, 9.81]", '["5 m/s^2", "9.81 kg"]'))
     code, _, err = call("sweep", SCENE, "bad.toml")
-    assert code == 2 and 'bad.toml: vary[0].values: found "9.81 kg": that is a mass, not' in err
+    assert code == 2 and 'bad.toml:7: vary[0].values: found "9.81 kg": that is a mass, not' in err
     assert '"5 m/s^2"' not in err and not Path("results").exists()
     code, _, err = call("sweep", SCENE, "plan.toml", "--threads", "0", "--chunk", "x")
     assert code == 2 and "--threads: found '0', expected a whole number" in err and "--chunk: found 'x'" in err
@@ -76,6 +76,26 @@ def test_what_is_wrong_is_told_before_the_first_run() -> None:
     assert code == 2 and "inside ground_0" in err
     code, _, err = call("sweep", SCENE, "plan.toml", "--set", "link_0.mass=3")
     assert code == 2 and "found a sweep with another parameters" in err
+
+
+def test_faults_of_a_plan_have_the_lines_of_their_keys() -> None:
+    """Of a key that lacks the line of its table, of an argument of a run that of its key; in a CSV file its own."""
+    Path("few.csv").write_text("gravity.g\n")
+    Path("bad.toml").write_text(
+        "observe = [1]\n\n[run]\nuntil = 1.0\nrtol = -1\nmethode = 1\n[[vary]]\nparameter = 'gravity.g'\n"
+        "[[vary]]\ncount = 3\nstart = 'link_0.y'\nfrom = 0.0\n[table]\nfile = 'few.csv'\n"
+    )
+    code, _, err = call("sweep", SCENE, "bad.toml")
+    places = [line.removeprefix("ccgen: ").split(": found")[0] for line in err.splitlines()]
+    assert code == 2 and places == [
+        "bad.toml:6: run.methode",
+        "bad.toml:5: run: rtol",
+        "bad.toml:1: observe",
+        *(f"bad.toml:7: vary[0].{key}" for key in ("from", "to", "count")),
+        "bad.toml:9: vary[1].to",
+        "bad.toml: few.csv: heading",
+        "bad.toml: few.csv",
+    ]
 
 
 def test_tables_go_where_nothing_of_others_is() -> None:

@@ -156,6 +156,33 @@ def test_a_start_that_moves_otherwise_is_refused(workshop: Workshop) -> None:
         simulate(model, q0=q, u0=0.0 * u, until=0.1)
 
 
+@pytest.mark.parametrize("part", [1e-6, -1e-6, 2e-8])
+def test_a_speed_that_is_not_quite_that_of_its_drive_is_refused(part: float, workshop: Workshop) -> None:
+    """It would turn as much faster all the way: here by 1e-6 of a turn per turn."""
+    model = workshop.model(CRANK + SPEED)
+    q, u = model.start()
+    with pytest.raises(
+        ValueError, match=rf"axle misses the speed .* by {5 * abs(part):.3g} rad/s, expected .* at most"
+    ):
+        simulate(model, q0=q, u0=(1.0 + part) * u, until=0.1)
+
+
+def test_what_states_are_not_known_to_is_put_right(workshop: Workshop) -> None:
+    """A speed that misses by less than states of runs do, and loops that the start leaves open by a micrometre: the
+    crank turns as its drive has it, to rounding, from where it is."""
+    model = workshop.model(CRANK + SPEED)
+    q, u = model.start()
+    for q0, u0 in ((q, (1.0 + 1e-9) * u), (q + np.array([0.0, 1e-7, -1e-7]), u)):
+        run = simulate(model, q0=q0, u0=u0, until=10.0)
+        crank = run.q[:, model.q_names.index("theta_0")]
+        assert np.max(np.abs(crank - crank[0] - 5.0 * run.t)) <= 1e-11
+    swung = workshop.model(CRANK + SWING)
+    q, u = swung.start()
+    run = simulate(swung, q0=q + np.array([0.0, 1e-7, -1e-7]), u0=u, until=2.0)
+    crank = run.q[:, model.q_names.index("theta_0")]
+    assert crank[0] == pytest.approx(0.7, abs=1e-14) and crank[-1] == pytest.approx(0.7 + 0.5 * np.sin(4.0), abs=1e-8)
+
+
 def test_a_driven_crank_passes_its_change_point(workshop: Workshop) -> None:
     """Crank and rod of equal length: at 90° the slider stands over the axle and the rows lose rank."""
     text = CRANK.replace(f"[{L}, 0]", f"[{R}, 0]").replace("rod = -0.24", "rod = -0.7")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import subprocess
 from pathlib import Path
 from typing import Any
@@ -53,6 +54,29 @@ def test_it_is_the_function_of_python(workshop: Workshop, tmp_path: Path, capfd:
     with pytest.raises(RuntimeError, match="four_bar_moves"):
         external(np.full(len(function.x0), np.nan))
     assert capfd.readouterr().err == "four_bar_moves: no acceleration: not_finite\n"
+
+
+def test_more_calls_at_once_than_it_has_simulations_for_are_told(
+    workshop: Workshop, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """CasADi checks out a simulation for each call: the 65th has none, which is said, and fails; what has been given
+    back is given out again."""
+    model = workshop.model((SCENES / "four-bar.toml").read_text() + DRIVEN, derivatives=True)
+    function = acceleration_function(model, inputs=0.3, t=0.25)
+    written = function.write_casadi(tmp_path / "loop.c", "four_bar_moves")
+    library = ctypes.CDLL(str(compiled(written, model.folder)))
+    library.four_bar_moves_incref()
+    assert [library.four_bar_moves_checkout() for _ in range(64)] == list(range(64))
+    assert capfd.readouterr().err == ""
+    assert library.four_bar_moves_checkout() == library.jac_four_bar_moves_checkout() == -1
+    message = "four_bar_moves: no acceleration: found more calls at once than 64, expected as many at most; "
+    assert capfd.readouterr().err == 2 * f"{message}use fewer threads\n"
+    vector = (ctypes.c_double * 64)()
+    pointers = (ctypes.POINTER(ctypes.c_double) * 1)(vector)
+    assert library.four_bar_moves(pointers, pointers, None, None, -1) == 1
+    library.four_bar_moves_release(7)
+    assert library.four_bar_moves_checkout() == 7
+    library.four_bar_moves_decref()
 
 
 def test_what_is_written_is_of_its_parameters(workshop: Workshop, tmp_path: Path) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from ccgen.generator import SceneError, load_scene
+from ccgen.generator.cli.report import print_events
 from ccgen.runtime import simulate
 
 from ..support.workshop import Workshop
@@ -44,7 +45,9 @@ rtol = 1e-12
 """x = 1 + cos(2t)/2 while the spring acts."""
 
 
-def test_a_spring_that_is_off_pulls_no_more_and_takes_its_energy_along(workshop: Workshop) -> None:
+def test_a_spring_that_is_off_pulls_no_more_and_takes_its_energy_along(
+    workshop: Workshop, capsys: pytest.CaptureFixture[str]
+) -> None:
     text = OSCILLATOR + '[[event]]\nname = "cut"\nwhen = "t - 0.5"\noff = ["coil"]\n'
     text += '[[event]]\nname = "again"\nwhen = "t - 1.5"\non = ["coil"]\n'
     model = workshop.model(text)
@@ -53,6 +56,11 @@ def test_a_spring_that_is_off_pulls_no_more_and_takes_its_energy_along(workshop:
     assert run.at(0.9)[0] == pytest.approx([x + 0.4 * v], abs=1e-11)
     cut, again = run.events
     assert cut.energy == pytest.approx(-0.5 * 8 * (x - 1.0) ** 2, abs=1e-10)
+    assert (cut.on, cut.off, again.on, again.off) == ((), ("coil",), ("coil",), ())
+    print_events(run)
+    told = capsys.readouterr().out.splitlines()
+    assert told[0] == f"event cut, rising, at t = 0.5 s: coil off, the energy jumps by {cut.energy:.6g} J"
+    assert told[1].startswith("event again, rising, at t = 1.5 s: coil on, the energy")
     y = x + v
     assert again.energy == pytest.approx(0.5 * 8 * (y - 1.0) ** 2, abs=1e-10)
     later = 1.0 + (y - 1.0) * np.cos(2 * 1.7) + v / 2.0 * np.sin(2 * 1.7)

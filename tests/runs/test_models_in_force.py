@@ -146,7 +146,7 @@ def test_what_an_event_does_to_the_energy_is_a_jump_and_no_drift(
     print_events(heavy)
     print_audit(heavy)
     told = capsys.readouterr().out
-    assert f"rod.points.B.x = 2, the energy jumps by {jump:.6g} J" in told
+    assert f"rod.points.B.x from 1 to 2, the energy jumps by {jump:.6g} J" in told
     assert f"above its lowest beside jumps of {abs(jump):.3g} J in all at events; method" in told
 
 

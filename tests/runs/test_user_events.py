@@ -180,6 +180,7 @@ def test_two_events_at_one_instant_both_happen(workshop: Workshop) -> None:
     run = simulate(workshop.model(text))
     assert [event.name for event in run.events] == ["event_0", "event_1"]
     assert run.events[0].t == run.events[1].t == run.t[-1]
+    assert [event.before for event in run.events] == [{"gravity.g": 9.81}, {"gravity.g": 1.0}]
     assert run.state is not None and run.state.parameters["gravity.g"] == 2.0  # the later table's
 
 

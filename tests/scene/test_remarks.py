@@ -33,6 +33,16 @@ ARM: dict[str, Any] = {
     ],
 }
 
+
+def thick(thickness: Any) -> list[dict[str, Any]]:
+    """A plate a metre long, and a rod with a disc of 0.2 m."""
+    steel = {"density": 7850, "thickness": thickness}
+    upper = {"A": [0, 0], "B": [1, 0], "C": [0.5, 0.1]}
+    discs = [{"mass": 1, "radius": 0.1, "centre": "A"}, {**steel, "radius": 0.1, "centre": "B"}]
+    fore = {"name": "fore", "disc": discs, "points": {"A": [0, 0], "B": [1, 0]}}
+    return [{"name": "upper", "plate": steel, "points": upper}, fore]
+
+
 REMARKS: dict[str, tuple[dict[str, Any], list[str]]] = {
     "angles by name": (
         {"start": {"angles": {"upper": 90, "fore": 1.5}}},
@@ -81,6 +91,16 @@ REMARKS: dict[str, tuple[dict[str, Any], list[str]]] = {
             "[0.6, -0.8]; write 2 if not"
         ],
     ),
+    "a thickness of 5 that is meant in mm": (
+        {"link": thick(5)},
+        [
+            "link[0].plate.thickness: 5 is taken as m, more than the 1 m that the body measures in the plane, and its "
+            'mass is so many times as large; write "5 mm" for millimetres, or "5 m"',
+            "link[1].disc[1].thickness: 5 is taken as m, more than the 0.2 m that the body measures in the plane, and "
+            'its mass is so many times as large; write "5 mm" for millimetres, or "5 m"',
+        ],
+    ),
+    "a thickness that says its unit, or is small": ({"link": [*thick("5 m")[:1], *thick(0.1)[1:]]}, []),
     "gravity": ({"gravity": {"g": 9.81, "direction": [0, 1]}}, []),
 }
 
@@ -125,6 +145,8 @@ def test_the_command_line_prints_remarks(tmp_path: Path) -> None:
     assert done.returncode == 0
     assert any(line.startswith("up.toml:5: gravity.g: -9.81 is taken as given") for line in told)
     assert any(line.startswith("up.toml:7: start.tilt: 90 is taken as rad, 14.3 turns") for line in told)
+    quiet = ccgen("show", "up.toml", "-q", at=tmp_path).stderr.splitlines()
+    assert quiet == [line for line in told if line.startswith("up.toml:")]
 
 
 # -- digits that are gone -------------------------------------------------------------------------------------------

@@ -150,6 +150,26 @@ def test_maps_have_cells_where_there_is_a_grid(
     assert panel.get_title() == "joint_0.y [m]" and panel.get_xlabel() == "link_0.mass"
 
 
+@pytest.mark.parametrize("names", [["link_0.mass"], ["link_0.mass", "gravity.g"]])
+def test_what_is_drawn_at_random_has_histograms_too(model: Model, tmp_path: Path, names: list[str]) -> None:
+    """Beside a curve or a map the runs are counted, all of them, over the values that the table has."""
+    vary = [{"parameter": name, "from": 1.0, "to": 2.0} for name in names]
+    plan = plan_for(model, vary=vary, sample={"by": "latin", "count": 50}, observe=["joint_0.y", "potential_energy"])
+    results = sweep(model, plan, tmp_path / "out")
+    figure = draw_sweep(results, tmp_path / "sweep.png")
+    panels = [axes for axes in figure.axes if axes.get_ylabel() == "runs"]
+    assert [axes.get_xlabel() for axes in panels] == ["joint_0.y [m]", "potential_energy [J]"]
+    for axes, name in zip(panels, ("joint_0.y", "potential_energy"), strict=True):
+        assert sum(bar.get_height() for bar in axes.patches) == 50
+        values = results.column(name)
+        ends = axes.patches[0].get_x(), axes.patches[-1].get_x() + axes.patches[-1].get_width()
+        assert values.max() == values.min() or ends == pytest.approx((values.min(), values.max()))
+    assert len([axes for axes in figure.axes if axes.get_title()]) == 2
+    grid = plan_for(model, vary=[{**one, "count": 3} for one in vary], observe=["joint_0.y"])
+    figure = draw_sweep(sweep(model, grid, tmp_path / "grid"), tmp_path / "grid.png")
+    assert not [axes for axes in figure.axes if axes.get_ylabel() == "runs"]
+
+
 def test_a_map_says_which_time_it_is_of(model: Model, tmp_path: Path) -> None:
     vary = [{"parameter": "link_0.mass", "values": [1.0, 2.0]}, {"parameter": "link_0.inertia", "values": [1.0, 2.0]}]
     plan = plan_for(model, vary=vary, observe=["joint_0.y", "max(joint_0.y)"], at=[0.0, 0.005])

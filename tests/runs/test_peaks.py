@@ -1,0 +1,63 @@
+"""Where quantities of a run are largest between the instants that are looked at."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from ccgen.generator.cli.forces import Told
+from ccgen.runtime import simulate
+from ccgen.runtime.record.force_history import history
+from ccgen.runtime.record.peaks import find_peaks
+
+from ..support.driven_crank import CRANK
+from ..support.workshop import Workshop
+
+
+@pytest.mark.parametrize("looks", [97, 201, 1000])
+def test_equal_peaks_are_equal_wherever_they_are_looked_at(looks: int) -> None:
+    """Ten periods of a sine and of one whose crests grow; of the second the last alone is looked for."""
+
+    def of(t: np.ndarray) -> np.ndarray:
+        return np.column_stack([np.sin(t), (1.0 + 0.1 * t) * np.sin(t), np.ones_like(t)])
+
+    t = np.linspace(0.0, 20.0 * np.pi, looks)
+    peaks = find_peaks(t, of(t), of, np.ones(looks, dtype=bool))
+    found = peaks.t
+    assert looks < 200 or not peaks.spikes.any()
+    crests = np.pi / 2.0 + 2.0 * np.pi * np.arange(10)
+    near = np.array([found[np.argmin(np.abs(found - crest))] for crest in crests])
+    assert np.max(np.abs(near - crests)) <= 1e-6 and np.min(np.sin(near)) >= 1.0 - 1e-12
+    # (1 + t/10) sin t is highest where tan t = -(10 + t)
+    last = 18.5 * np.pi
+    for _ in range(50):
+        last = 19.0 * np.pi - np.arctan(10.0 + last)
+    assert np.min(np.abs(found - last)) <= 1e-6
+    assert len(found) <= 13
+
+
+def test_beside_a_jump_and_where_nothing_is_known_there_is_no_peak() -> None:
+    t = np.array([0.0, 1.0, 1.0, 2.0, 3.0, 4.0])
+    sizes = np.array([0.0, 1.0, 5.0, 4.0, 4.5, 0.0])[:, None]
+    known = np.array([True, True, True, True, False, True])
+
+    def never(t: np.ndarray) -> np.ndarray:
+        raise AssertionError
+
+    assert len(find_peaks(t, sizes, never, known).row) == 0
+
+
+def test_the_first_of_equal_peaks_is_told(workshop: Workshop) -> None:
+    """A crank that turns evenly needs in every turn what it needs in the first; the largest torque of a turn, told of
+    runs of 1 and of 9 turns, is at one instant, whatever instants are looked at."""
+    model = workshop.model(CRANK + '[[drive]]\njoint = "axle"\nspeed = 5.0\n')
+    turn = 2.0 * np.pi / 5.0
+    for until in (1.1 * turn, 3.7, 9.3 * turn):
+        run = simulate(model, until=until)
+        times = [t for _, _, t, _ in Told(run).rows]
+        assert all(t <= turn for t in times), times
+    fine = history(run, 200_000)
+    sizes = np.hypot(*fine.reactions[:, 0, :2].T)
+    told = {name: float(size.split()[0]) for name, size, _, _ in Told(run).rows}
+    name = run.model.joints[0]
+    assert told[name] == pytest.approx(sizes.max(), rel=1e-5)
