@@ -119,10 +119,12 @@ class Kernels:
         still: dict[str, Array],
         blocks: int,
         columns: NDArray[np.intp],
+        side: int = 1,
     ) -> tuple[Array, Array, dict[int, str], bool]: ...
     def collocated(
         self,
         steps: Sequence[Array],
+        ends: tuple[Array, Array],
         held: Sequence[tuple[int, str, float]],
         c: Array,
         A: Array,

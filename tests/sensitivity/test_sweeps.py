@@ -34,7 +34,7 @@ class Stuck:
 def oscillator(h: float, back: list[Any]) -> Carried:
     """A step of length h, s: one coordinate, one rate, and p."""
     g = gauss()
-    J = np.tile([-STIFFNESS, 0.0, 1.0], (1, len(g.c), 1, 1))
+    J = np.tile(np.array([-STIFFNESS, 0.0, 1.0])[:, None], (1, 1, 1, len(g.c)))
     return Carried(np.array([h]), (g.c, g.b, g.twice_b, g.A, g.twice), J, back)
 
 
@@ -57,7 +57,7 @@ def test_a_step_is_that_of_an_oscillator(columns: int) -> None:
 def test_steps_one_after_the_other(columns: int) -> None:
     """The second and the third of three; what puts their ends back makes none of it."""
     g, h = gauss(), np.array([0.7, 0.4, 0.1])
-    J = np.tile([-STIFFNESS, 0.0, 1.0], (3, len(g.c), 1, 1))
+    J = np.tile(np.array([-STIFFNESS, 0.0, 1.0])[:, None], (3, 1, 1, len(g.c)))
     still = np.zeros((3, 1, 1)), np.zeros((3, 1, 3))
     steps = Carried(h, (g.c, g.b, g.twice_b, g.A, g.twice), J, [(0, *still), (1, *still)])
     whole = np.random.default_rng(columns).normal(size=(3, columns))
@@ -71,8 +71,8 @@ def test_steps_one_after_the_other(columns: int) -> None:
 def test_what_feeds_nothing_back(first: int, columns: int) -> None:
     """The oscillator y beside z, u' = y, that nothing depends on: the double integral of y is that of p - u' / k."""
     g, h, y, z = gauss(), 0.4, first, 1 - first
-    J = np.zeros((1, len(g.c), 2, 5))
-    J[:, :, y, y], J[:, :, y, 4], J[:, :, z, y] = -STIFFNESS, 1.0, 1.0
+    J = np.zeros((1, 2, 5, len(g.c)))
+    J[:, y, y], J[:, y, 4], J[:, z, y] = -STIFFNESS, 1.0, 1.0
     step = Carried(np.array([h]), (g.c, g.b, g.twice_b, g.A, g.twice), J, [])
     whole = np.random.default_rng(columns).normal(size=(5, columns))
     found = step.through(0, whole)
