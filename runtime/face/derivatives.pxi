@@ -336,13 +336,21 @@ cdef class Carried:
             self.step.first[self.step.count], self.step.rows[self.step.count] = first, pull.shape[2]
             self.step.count += 1
 
-    def through(self, Py_ssize_t number, const real[:, ::1] whole, Py_ssize_t count=1):
+    def through(self, Py_ssize_t number, const real[:, ::1] whole, Py_ssize_t count=1, const Py_ssize_t[::1] before=None,
+                const real[:, :, ::1] jumps=None, real[:, :, ::1] seen=None):
         """What differences ``whole`` (width, columns) of the state and the arguments before a step are of the state behind
-        ``count`` steps from it on, (2 n, columns); None where sweeps do not contract."""
-        cdef Py_ssize_t i, j, columns = whole.shape[1], states = 2 * self.J.shape[1]
+        ``count`` steps from it on, (2 n, columns); None where sweeps do not contract.
+
+        Some are taken through ``jumps`` (m, 2 n, width), matrices, ``before`` steps (m,), which are counted from the first
+        and grow; ``seen`` (m, width, columns) is filled with what they are before each of these."""
+        cdef Py_ssize_t i, j = 0, columns = whole.shape[1], states = 2 * self.J.shape[1]
         cdef real[:, ::1] some = np.array(whole)
         cdef real[::1] room = empty(carry_room(&self.step, columns))
         for i in range(number, number + count if columns else number):
+            if before is not None and j < before.shape[0] and before[j] == i - number:
+                seen[j] = some
+                jump(jumps[j], seen[j], some)
+                j += 1
             self.step.h, self.step.J = self.h[i], &self.J[i, 0, 0, 0]
             if self.step.count > 0:
                 self.step.pull[0], self.step.moves[0] = &self.pull_0[i, 0, 0], &self.moves_0[i, 0, 0]
@@ -351,3 +359,14 @@ cdef class Carried:
             if not carry(&self.g, &self.step, columns, &some[0, 0], &room[0]):
                 return None
         return np.asarray(some)[:states]
+
+
+cdef void jump(const real[:, ::1] matrix, const real[:, ::1] before, real[:, ::1] behind) noexcept nogil:
+    """The first rows of differences behind a ``matrix``, as many as it has."""
+    cdef Py_ssize_t i, j, k
+    for i in range(matrix.shape[0]):
+        for k in range(before.shape[1]):
+            behind[i, k] = 0.0
+        for j in range(matrix.shape[1]):
+            for k in range(before.shape[1]):
+                behind[i, k] += matrix[i, j] * before[j, k]

@@ -200,9 +200,12 @@ def carried(
         part = course.parts[number]
         if isinstance(part, Swept):
             until = next((stop for stop in behind if stop > number), last)
-            count = part.alike(course.parts[number:until])
-            whole[:states] = part.through(whole, count)
-            number += count
+            stretch = part.stretch(course.parts[number:until])
+            whole[:states], seen = part.through(whole, stretch)
+            instants = [one.passed for one in stretch if one.passed is not None]
+            at_instants |= zip(range(len(passed), len(passed) + len(instants)), seen, strict=True)
+            passed += instants
+            number += len(stretch)
             continue
         number += 1
         try:

@@ -54,7 +54,7 @@ class Places:
 
     def _rate_rows(self, kernel: str) -> FloatArray:
         b, n = self.q.shape
-        units = np.tile(np.eye(n), (b, 1))
+        units = np.repeat(np.eye(n)[None], b, axis=0).reshape(-1, n)
         found = self.model.kernels.of_state(kernel, np.repeat(self.q, n, axis=0), units)
         return np.asarray(found.reshape(b, n, -1).transpose(0, 2, 1))
 
@@ -219,7 +219,7 @@ class Local:
 
     @cached_property
     def _alone(self) -> Places:
-        return self.places.some(slice(self.number, self.number + 1))
+        return self.places if len(self.places.t) == 1 else self.places.some(slice(self.number, self.number + 1))
 
     def tangent(
         self,

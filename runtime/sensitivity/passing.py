@@ -71,8 +71,8 @@ def by_columns(instants: Sequence[Passed], whole: FloatArray) -> list[Passed]:
     dt = (np.array([one.dt for one in instants])[:, None] @ whole)[:, 0]
     behind = np.array([one.behind for one in instants]) @ whole
     return [
-        Passed(one.t, one.kind, one.contacts, *moved, one.matrix)
-        for one, *moved in zip(instants, dt, behind, strict=True)
+        Passed(one.t, one.kind, one.contacts, its_dt, its_behind, one.matrix)
+        for one, its_dt, its_behind in zip(instants, dt, behind, strict=True)
     ]
 
 
@@ -117,8 +117,8 @@ def pass_impacts(model: Model, moving: Moving, instants: Sequence[Instant]) -> l
     gaps = at.gaps_move()
     dt = -gaps[each, trigger] / rates[each, trigger][:, None]
     D = dt.shape[1]
-    there = np.tile(np.eye(D), (b, 1, 1))
-    there[:, : 2 * n] += np.hstack([u_minus, before])[:, :, None] * dt[:, None]
+    there = np.repeat(np.eye(D)[None], b, axis=0)
+    there[:, : 2 * n] += np.concatenate([u_minus, before], axis=1)[:, :, None] * dt[:, None]
     which = plain_ones(model, [one[0] for one in instants], contacts)
     jumps, kept = np.zeros((b, n, D)), list[list[Check]]([[] for _ in instants])
     if which.size:
@@ -130,7 +130,7 @@ def pass_impacts(model: Model, moving: Moving, instants: Sequence[Instant]) -> l
         prepare(apart, [firsts[i] for i in others])
         for number, i in enumerate(others.tolist()):
             jumps[i], kept[i] = _struck(Local(apart, number), instants[i][0], np.eye(2 * n, D)[n:])
-    matrices, behind = _salted(there, jumps, dt, np.hstack([u_plus, after]))
+    matrices, behind = _salted(there, jumps, dt, np.concatenate([u_plus, after], axis=1))
     parts, units = [], _in_units(model, matrices)
     for i, (impacts, _, _) in enumerate(instants):
         checks = [_there(there[i], check) for check in kept[i]]
@@ -145,6 +145,8 @@ def pass_impacts(model: Model, moving: Moving, instants: Sequence[Instant]) -> l
 
 def _sides(at: Places, held: Sequence[Held], u: FloatArray) -> FloatArray:
     """Accelerations (b, n) on one side of the instants, with what is held there."""
+    if not any(held):
+        return accelerations(at.model, (), at.t, at.q, u)[0]
     found = np.zeros_like(u)
     flies = np.array([not one for one in held])
     if flies.any():

@@ -85,6 +85,25 @@ def test_what_feeds_nothing_back(first: int, columns: int) -> None:
 
 
 @pytest.mark.parametrize("columns", [1, 5])
+def test_impacts_between_steps(columns: int) -> None:
+    """Of an oscillator that bounces: its rate turns before the first step and before the third of three, by the same
+    closed form."""
+    g, h = gauss(), np.array([0.7, 0.4, 0.1])
+    J = np.tile(np.array([-STIFFNESS, 0.0, 1.0])[:, None], (3, 1, 1, len(g.c)))
+    steps = Carried(h, (g.c, g.b, g.twice_b, g.A, g.twice), J, [])
+    rng = np.random.default_rng(columns)
+    whole, bounce = rng.normal(size=(3, columns)), np.array([[1.0, 0.0, 0.0], [0.3, -0.6, 0.2]])
+    seen = np.empty((2, 3, columns))
+    found = steps.through(0, whole, 3, np.array([0, 2]), np.array([bounce, bounce]), seen)
+    assert found is not None
+    first = np.vstack([bounce @ whole, whole[2:]])  # some numbers up to ten: ten times the rounding of single steps
+    then = np.vstack([expected(0.7 + 0.4) @ first, whole[2:]])
+    assert np.array_equal(seen[0], whole)
+    assert np.abs(seen[1] - then).max() < 1e-13
+    assert np.abs(found - expected(0.1) @ np.vstack([bounce @ then, whole[2:]])).max() < 1e-13
+
+
+@pytest.mark.parametrize("columns", [1, 5])
 def test_ends_are_put_back(columns: int) -> None:
     """The place is set to p, and then the rate to twice the place."""
     whole = np.random.default_rng(columns).normal(size=(3, columns))
@@ -109,9 +128,9 @@ def test_runs_have_the_same_derivatives_by_sweeps_and_by_matrices(
     models = (workshop.model(fuzz.scene(6, rough), derivatives=True),) * 2
     calls, through = [0], swept.Swept.through
 
-    def counted(self: swept.Swept, whole: Any, count: int = 1) -> Any:
+    def counted(self: swept.Swept, whole: Any, parts: Any = ()) -> Any:
         calls[0] += 1
-        return through(self, whole, count)
+        return through(self, whole, parts)
 
     monkeypatch.setattr(swept.Swept, "through", counted)
     for model, _, q, u, end, rng in throws(models, 6, rough, 5, 3):
