@@ -231,7 +231,7 @@ def no_accelerations(model: Compiled, t: float, outcome: str) -> ValueError:
 
 def ways_differ(one: Held, other: Held) -> bool:
     """Whether contacts are held otherwise."""
-    return [tuple(x[:2]) for x in one] != [tuple(x[:2]) for x in other]
+    return one is not other and [tuple(x[:2]) for x in one] != [tuple(x[:2]) for x in other]
 
 
 def changed(before: Held, after: Held) -> Sequence[int]:
