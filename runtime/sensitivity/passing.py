@@ -163,18 +163,18 @@ def _triggers(
     """Of the ``contacts`` of each impact the one that closes fastest, in terms of the size of its rows, by which rates
     of stops and of grounds are comparable. ``rates`` (b, contacts) are those before, at u (b, n)."""
     sizes = RESTS * (np.abs(at.gap_rows) @ np.abs(u)[:, :, None])[:, :, 0]
-    scales = np.sqrt(np.sum(at.gap_rows**2, axis=2))
-    scales[scales == 0.0] = 1.0
-    closes, speeds = rates < -sizes, rates / scales
-    found = np.zeros(len(impacts), dtype=np.int_)
+    closes, found = (rates < -sizes).tolist(), np.zeros(len(impacts), dtype=np.int_)
     for i, impact in enumerate(impacts):
-        closing = [c for c in contacts[i] if closes[i, c]]
+        closing = [c for c in contacts[i] if closes[i][c]]
         if not closing:
             raise ValueError(
                 f"{at.model.name}: the impact at t = {impact.t:.9g} s has no derivative: none of its contacts closes, "
                 "as where bounces accumulate, friction jams or a contact grazes; end the run before it"
             )
-        found[i] = closing[int(np.argmin(speeds[i, closing]))] if len(closing) > 1 else closing[0]
+        found[i] = closing[0]
+        if len(closing) > 1:
+            scales = np.sqrt(np.sum(at.gap_rows[i, closing] ** 2, axis=1))
+            found[i] = closing[int(np.argmin(rates[i, closing] / scales))]
     return found
 
 
