@@ -25,7 +25,15 @@ class Carried:
     def __init__(
         self, h: Array, tableau: Sequence[Array], J: Array, back: Sequence[tuple[int, Array, Array]]
     ) -> None: ...
-    def through(self, number: int, whole: Array, count: int = 1) -> Array | None: ...
+    def through(
+        self,
+        number: int,
+        whole: Array,
+        count: int = 1,
+        before: NDArray[np.intp] | None = None,
+        jumps: Array | None = None,
+        seen: Array | None = None,
+    ) -> Array | None: ...
 
 def sure_inverses(matrices: Array, sure: float) -> tuple[Array, NDArray[np.bool_]]: ...
 def all_finite(x: Array) -> bool: ...
@@ -119,10 +127,12 @@ class Kernels:
         still: dict[str, Array],
         blocks: int,
         columns: NDArray[np.intp],
+        side: int = 1,
     ) -> tuple[Array, Array, dict[int, str], bool]: ...
     def collocated(
         self,
         steps: Sequence[Array],
+        ends: tuple[Array, Array],
         held: Sequence[tuple[int, str, float]],
         c: Array,
         A: Array,

@@ -194,6 +194,8 @@ cdef extern from *:
         const real *u
         const real *q1
         const real *u1
+        const real *at_start
+        const real *at_end
     int collocate_motion(system *s, held chosen, const tableau *g, sweeping end, const stride *step, real *W, int *met,
                          real *when) nogil
     real rounding_of_acceleration(system *s, real t, const real *q, const real *u, real *whole) nogil

@@ -1,14 +1,23 @@
 # Derivatives of a model's functions along directions, in blocks of lanes.
 
-cdef void take_columns(const real *tangents, Py_ssize_t rows, Py_ssize_t every, Py_ssize_t lanes, Py_ssize_t count,
-                       const Py_ssize_t *columns, real *out) noexcept nogil:
-    """The first rows of blocks (.., every, lanes), (rows, count): of lanes of all blocks by number."""
-    cdef Py_ssize_t i, j
-    cdef const real *column
-    for j in range(count):
-        column = tangents + columns[j] // lanes * every * lanes + columns[j] % lanes
-        for i in range(rows):
-            out[i * count + j] = column[i * lanes]
+cdef void take_columns(const real *tangents, Py_ssize_t rows, Py_ssize_t lanes, Py_ssize_t count, const Py_ssize_t *places,
+                       Py_ssize_t side, Py_ssize_t apart, real *out) noexcept nogil:
+    """The first rows of blocks, (rows, count, side): of columns whose first entries are at ``places``, of as many states
+    ``side`` by side whose blocks begin ``apart``."""
+    cdef Py_ssize_t i, j, k
+    for i in range(rows):
+        for j in range(count):
+            for k in range(side):
+                out[(i * count + j) * side + k] = tangents[k * apart + places[j] + i * lanes]
+
+
+cdef Py_ssize_t[::1] places_of(const Py_ssize_t[::1] columns, Py_ssize_t every, Py_ssize_t lanes):
+    """Where ``columns``, lanes of all blocks by number, begin in blocks (.., every, lanes)."""
+    cdef Py_ssize_t j
+    cdef Py_ssize_t[::1] found = np.empty(columns.shape[0], dtype=np.intp)
+    for j in range(columns.shape[0]):
+        found[j] = columns[j] // lanes * every * lanes + columns[j] % lanes
+    return found
 
 
 @cython.final
@@ -141,7 +150,7 @@ cdef class Differentiating(Contacting):
         cdef ccgen_arguments at, moved
         cdef real[:, :, :, ::1] out
         cdef real[:, :, ::1] chosen
-        cdef const Py_ssize_t[::1] which
+        cdef Py_ssize_t[::1] which
         cdef Py_ssize_t i, b = q.shape[0]
         cdef _Times times = _Times(t, b)
         cdef real now
@@ -151,7 +160,7 @@ cdef class Differentiating(Contacting):
         found = empty((b if columns is None else min(b, 1), blocks, function.outputs, self.m.derivatives.lanes))
         out = found
         if columns is not None:
-            which = columns
+            which = places_of(columns, function.outputs, self.m.derivatives.lanes)
             taken = empty((b, function.outputs, which.shape[0]))
             chosen = taken
         at.k = &self.k[0]
@@ -163,14 +172,16 @@ cdef class Differentiating(Contacting):
             at.u_dot, at.P, at.multipliers = &u_dot[i, 0], &P[i, 0], &multipliers[i, 0]
             function.function(&at, &moved, blocks, &out[i if columns is None else 0, 0, 0, 0])
             if columns is not None and which.shape[0]:
-                take_columns(&out[0, 0, 0, 0], function.outputs, function.outputs, self.m.derivatives.lanes,
-                             which.shape[0], &which[0], &chosen[i, 0, 0])
+                take_columns(&out[0, 0, 0, 0], function.outputs, self.m.derivatives.lanes, which.shape[0], &which[0], 1, 0,
+                             &chosen[i, 0, 0])
         return found if columns is None else taken
 
-    def jacobians(self, q, u, t, held, dict by, dict whole, dict still, int blocks, const Py_ssize_t[::1] columns):
-        """Accelerations (b, n) and their derivatives (b, n, columns) with contacts ``held``, at states of as many times, along
-        directions: those of ``acceleration_tangents``, all as ``whole`` blocks, and these but for u. Behind them by state the
-        outcome where there are none, and whether all are sure: those of states whose rows may depend on each other are not."""
+    def jacobians(self, q, u, t, held, dict by, dict whole, dict still, int blocks, const Py_ssize_t[::1] columns,
+                  Py_ssize_t side=1):
+        """Accelerations (b, n) and their derivatives (b / side, n, columns, side), of as many states ``side`` by side, with
+        contacts ``held``, at states of as many times, along directions: those of ``acceleration_tangents``, all as ``whole``
+        blocks, and these but for u. Behind them by state the outcome where there are none, and whether all are sure: those
+        of states whose rows may depend on each other are not."""
         cdef const real[:, ::1] places = q, rates = u, of_rates, multipliers, pushes
         cdef const real[::1] times = t
         cdef Py_ssize_t i, b = places.shape[0], n = self.m.nu, lanes = self.m.derivatives.lanes
@@ -179,7 +190,7 @@ cdef class Differentiating(Contacting):
         cdef whole_directions every
         cdef _Chosen these = _Chosen(held)
         cdef int outcome = 0, sure = 1
-        found, without = empty((b, n, columns.shape[0])), {}
+        found, without = empty((b // side, n, columns.shape[0], side)), {}
         if held:
             u_dot, lambdas, forces, _, _, trouble = self.motion(q, u, t, held)
             without = {trouble[0]: trouble[1]} if trouble else {}
@@ -194,29 +205,33 @@ cdef class Differentiating(Contacting):
         every.still = self._whole(still, blocks, max(self.m.contacts, 1), kept)
         cdef _Memory memory = _Memory()
         cdef system s = self._system(memory)
-        cdef real[::1] tangents = empty(blocks * (n + self.m.rows) * lanes)
-        cdef real[:, :, ::1] out = found
+        cdef Py_ssize_t apart = blocks * (n + self.m.rows) * lanes
+        cdef real[::1] tangents = empty(side * apart)
+        cdef real[:, :, :, ::1] out = found
+        cdef Py_ssize_t[::1] chosen = places_of(columns, n + self.m.rows, lanes)
         cdef pushed at
         for i in range(b if columns.shape[0] else 0):
             at.t, at.q, at.u, at.u_dot = times[i], &places[i, 0], &rates[i, 0], &of_rates[i, 0]
             at.multipliers = &multipliers[i, 0] if self.m.rows else NULL
             at.push = &pushes[i, 0] if held else NULL
-            outcome = held_tangents(&s, &at, these.given, &every, &tangents[0], &sure)
+            outcome = held_tangents(&s, &at, these.given, &every, &tangents[i % side * apart], &sure)
             if outcome:
                 return u_dot, found, {i: OUTCOMES[outcome]}, True
             if not sure:
                 break
-            take_columns(&tangents[0], n, n + self.m.rows, lanes, columns.shape[0], &columns[0], &out[i, 0, 0])
+            if i % side == side - 1:
+                take_columns(&tangents[0], n, lanes, columns.shape[0], &chosen[0], side, apart, &out[i // side, 0, 0, 0])
         return u_dot, found, {}, bool(sure)
 
-    def collocated(self, steps, held, const real[::1] c, const real[:, ::1] A, const real[:, ::1] twice, int many, real small,
-                   real stays):
-        """Accelerations (k, stages, n) at the nodes of ``steps`` t, h (k,), q, u, q1, u1 (k, n) with contacts ``held``, and
-        which steps (k,) have them: those whose sweeps contract. The time and the outcome where a state has none.
+    def collocated(self, steps, ends, held, const real[::1] c, const real[:, ::1] A, const real[:, ::1] twice, int many,
+                   real small, real stays):
+        """Accelerations (k, stages, n) at the nodes of ``steps`` t, h (k,), q, u, q1, u1 (k, n), with those at both ``ends``
+        (k, n) of each, with contacts ``held``, and which steps (k,) have them: those whose sweeps contract. The time and the outcome where a state has none.
         See collocate_motion."""
         cdef const real[::1] t, h
-        cdef const real[:, ::1] q, u, q1, u1
+        cdef const real[:, ::1] q, u, q1, u1, at_start, at_end
         t, h, q, u, q1, u1 = steps
+        at_start, at_end = ends
         cdef Py_ssize_t i, k = t.shape[0]
         cdef tableau g
         cdef sweeping end
@@ -232,6 +247,7 @@ cdef class Differentiating(Contacting):
         cdef int[::1] met = np.zeros(k + 1, dtype=np.int32)
         for i in range(k):
             step.t, step.h, step.q, step.u, step.q1, step.u1 = t[i], h[i], &q[i, 0], &u[i, 0], &q1[i, 0], &u1[i, 0]
+            step.at_start, step.at_end = &at_start[i, 0], &at_end[i, 0]
             outcome = collocate_motion(&s, these.given, &g, end, &step, &W[i, 0, 0], &met[i], &when)
             if outcome:
                 return np.asarray(W), np.asarray(met)[:k] != 0, (when, OUTCOMES[outcome])
@@ -292,7 +308,7 @@ cdef class Differentiating(Contacting):
 cdef class Carried:
     """Steps of lengths h (k,) that take small differences on by sweeps (motion/carried.h), over the tableau c, b, twice_b, A, twice.
 
-    J (k, stages, n, width) are derivatives of the accelerations at their nodes; ``back`` says what puts the ends of steps back:
+    J (k, n, width, stages) are derivatives of the accelerations at their nodes; ``back`` says what puts the ends of steps back:
     of each the first entry of the state, pull (k, n, rows) and moves (k, rows, width); twice at most."""
 
     cdef const real[::1] h, c, b, twice_b
@@ -309,7 +325,7 @@ cdef class Carried:
             raise ValueError(f"found {self.c.shape[0]} nodes, expected {NODES}")
         self.g.c, self.g.b, self.g.twice_b = &self.c[0], &self.b[0], &self.twice_b[0]
         self.g.A, self.g.twice = &self.A[0, 0], &self.twice[0, 0]
-        self.step.n, self.step.width, self.step.count = self.J.shape[2], self.J.shape[3], 0
+        self.step.n, self.step.width, self.step.count = self.J.shape[1], self.J.shape[2], 0
         for first, pull, moves in back:
             if not pull.shape[2]:
                 continue
@@ -320,13 +336,21 @@ cdef class Carried:
             self.step.first[self.step.count], self.step.rows[self.step.count] = first, pull.shape[2]
             self.step.count += 1
 
-    def through(self, Py_ssize_t number, const real[:, ::1] whole, Py_ssize_t count=1):
+    def through(self, Py_ssize_t number, const real[:, ::1] whole, Py_ssize_t count=1, const Py_ssize_t[::1] before=None,
+                const real[:, :, ::1] jumps=None, real[:, :, ::1] seen=None):
         """What differences ``whole`` (width, columns) of the state and the arguments before a step are of the state behind
-        ``count`` steps from it on, (2 n, columns); None where sweeps do not contract."""
-        cdef Py_ssize_t i, j, columns = whole.shape[1], states = 2 * self.J.shape[2]
+        ``count`` steps from it on, (2 n, columns); None where sweeps do not contract.
+
+        Some are taken through ``jumps`` (m, 2 n, width), matrices, ``before`` steps (m,), which are counted from the first
+        and grow; ``seen`` (m, width, columns) is filled with what they are before each of these."""
+        cdef Py_ssize_t i, j = 0, columns = whole.shape[1], states = 2 * self.J.shape[1]
         cdef real[:, ::1] some = np.array(whole)
         cdef real[::1] room = empty(carry_room(&self.step, columns))
         for i in range(number, number + count if columns else number):
+            if before is not None and j < before.shape[0] and before[j] == i - number:
+                seen[j] = some
+                jump(jumps[j], seen[j], some)
+                j += 1
             self.step.h, self.step.J = self.h[i], &self.J[i, 0, 0, 0]
             if self.step.count > 0:
                 self.step.pull[0], self.step.moves[0] = &self.pull_0[i, 0, 0], &self.moves_0[i, 0, 0]
@@ -335,3 +359,14 @@ cdef class Carried:
             if not carry(&self.g, &self.step, columns, &some[0, 0], &room[0]):
                 return None
         return np.asarray(some)[:states]
+
+
+cdef void jump(const real[:, ::1] matrix, const real[:, ::1] before, real[:, ::1] behind) noexcept nogil:
+    """The first rows of differences behind a ``matrix``, as many as it has."""
+    cdef Py_ssize_t i, j, k
+    for i in range(matrix.shape[0]):
+        for k in range(before.shape[1]):
+            behind[i, k] = 0.0
+        for j in range(matrix.shape[1]):
+            for k in range(before.shape[1]):
+                behind[i, k] += matrix[i, j] * before[j, k]

@@ -22,7 +22,7 @@ from .held import cannot, pushing, ways_differ
 from .local import Local, at_one
 from .meeting_ends import meetings
 from .moving import Moving, whole_of
-from .passing import Check, Instant, Part, Parted, Passed, pass_change, pass_impacts
+from .passing import Check, Instant, Part, Parted, Passed, by_columns, pass_change, pass_impacts
 from .shutting import Shutting, shutting_of
 from .steps import Steps, maps, motion_along
 from .swept import Swept, few, swept
@@ -32,6 +32,9 @@ KEPT = 1e-6
 gaps that meet may miss (``MEET``); the step itself is exact to about a tolerance."""
 
 
+ROUNDING = 4.0 * float(np.finfo(float).eps)
+"""Ends of steps, sums of two times, are these by so much of themselves."""
+
 Passing = Callable[
     [Model, Moving, Sequence[Impact], FloatArray, FloatArray, tuple[Held, Held]], tuple[FloatArray, Passed]
 ]
@@ -40,16 +43,6 @@ Passing = Callable[
 
 InOrder = Callable[[Model, Moving, Instant, FloatArray], tuple[FloatArray, Passed]]
 """From a difference (2 n, 1) before an instant whose contacts it parts to that behind it."""
-
-
-class Piece(NamedTuple):
-    """A step of the run from one state to the next, with what is held on it."""
-
-    t: float
-    h: float
-    start: tuple[FloatArray, FloatArray]
-    end: tuple[FloatArray, FloatArray]
-    held: Held
 
 
 class Stop(NamedTuple):
@@ -156,32 +149,33 @@ def _held(run: Record) -> list[tuple[float, Held]]:
 def along(run: Record, model: Model, moving: Moving, S: FloatArray, times: Sequence[float], *, forward: bool) -> Course:
     """What a run makes of small differences that begin with S (2 n, columns), with stops at ``times`` that grow, under
     the inputs that are set. Where they only go ``forward`` and are few, no matrices are formed of its steps."""
-    pieces, joints = _pieces(run, times)
-    every = _as_steps(pieces)
+    every, helds = _pieces(run, times)
     refuse_parted(run, model, moving, every)
-    sweeps = forward and few(S.shape[1], len(pieces), moving)
-    steps = _steps(run, model, moving, [one.held for one in pieces], every, sweeps)
+    sweeps = forward and few(S.shape[1], len(helds), moving)
+    steps = _steps(run, model, moving, helds, every, sweeps)
     parts, stops = list[Part | Swept](), list[Stop]()
     wanted = list(times)
-    if pieces:
-        _check_held(model, moving, pieces[0], S)
+    first = helds[0] if helds else ()
+    if first:
+        _check_held(model, moving, float(every.t[0]), (every.q[0], every.u[0]), first, S)
     while wanted and wanted[0] <= run.t[0]:
-        stops.append(Stop(0, (run.q[0], run.u[0]), pieces[0].held if pieces else ()))
+        stops.append(Stop(0, (run.q[0], run.u[0]), first))
         wanted.pop(0)
-    helds: list[tuple[Held, Held]] = [((), ())] * len(pieces)
-    for k, piece in enumerate(pieces):
-        helds[k] = (pieces[k - 1].held if k else (), piece.held)
-    instants = [(joints[one.t], one.start[0], ways) for one, ways in zip(pieces, helds, strict=True) if one.t in joints]
-    impacts = {one[0][0].t: part for one, part in zip(instants, pass_impacts(model, moving, instants), strict=True)}
-    for k, (piece, ways) in enumerate(zip(pieces, helds, strict=True)):
-        if piece.t in impacts:
-            parts.append(impacts[piece.t])
-        elif k and ways_differ(*ways):
-            parts.append(pass_change(model, moving, piece.t, *piece.start, ways))
+    joints: dict[float, list[Impact]] = {}
+    for impact in run.impacts:
+        joints.setdefault(impact.t, []).append(impact)
+    begins, ends, ways = every.t.tolist(), (every.t + every.h).tolist(), [*pairwise([(), *helds])]
+    struck = [k for k, t in enumerate(begins) if t in joints]
+    instants = [(joints[begins[k]], every.q[k], ways[k]) for k in struck]
+    impacts = dict(zip(struck, pass_impacts(model, moving, instants), strict=True))
+    for k, end in enumerate(ends):
+        if k in impacts:
+            parts.append(impacts[k])
+        elif k and ways_differ(*ways[k]):
+            parts.append(pass_change(model, moving, begins[k], every.q[k], every.u[k], ways[k]))
         parts.append(steps[k])
-        end = piece.t + piece.h
-        if wanted and abs(wanted[0] - end) <= 4.0 * np.finfo(float).eps * abs(end):
-            stops.append(Stop(len(parts), piece.end, piece.held))
+        if wanted and abs(wanted[0] - end) <= ROUNDING * abs(end):
+            stops.append(Stop(len(parts), (every.q1[k], every.u1[k]), helds[k]))
             wanted.pop(0)
     return Course(parts, stops, sweeps)
 
@@ -194,19 +188,24 @@ def carried(
 
     Raises ``ValueError`` for columns that keep a part from having one matrix."""
     states, found, passed = len(S), list[FloatArray](), list[Passed]()
+    at_instants: dict[int, FloatArray] = {}
     whole = np.vstack([S, moving.along])
     behind = [stop.behind for stop in course.stops]
     number, last = 0, len(course.parts)
     while True:
-        found += [whole[:states].copy()] * behind.count(number)
+        if number in behind:
+            found += [whole[:states].copy()] * behind.count(number)
         if number == last:
             break
         part = course.parts[number]
         if isinstance(part, Swept):
             until = next((stop for stop in behind if stop > number), last)
-            count = part.alike(course.parts[number:until])
-            whole[:states] = part.through(whole, count)
-            number += count
+            stretch = part.stretch(course.parts[number:until])
+            whole[:states], seen = part.through(whole, stretch)
+            instants = [one.passed for one in stretch if one.passed is not None]
+            at_instants |= zip(range(len(passed), len(passed) + len(instants)), seen, strict=True)
+            passed += instants
+            number += len(stretch)
             continue
         number += 1
         try:
@@ -219,44 +218,30 @@ def carried(
             passed.append(one)
             continue
         if part.passed is not None:
-            passed.append(part.passed.of_columns(whole))
+            at_instants[len(passed)] = whole.copy()
+            passed.append(part.passed)
         whole[:states] = part.through(whole)
+    if at_instants:
+        of_columns = by_columns([passed[k] for k in at_instants], np.array(list(at_instants.values())))
+        for k, one in zip(at_instants, of_columns, strict=True):
+            passed[k] = one
     return np.array(found), tuple(passed)
 
 
-def _pieces(run: Record, times: Sequence[float]) -> tuple[list[Piece], dict[float, Sequence[Impact]]]:
-    """The steps of the run, parted at ``times`` too, and its impacts by the times of the steps behind them."""
-    joints: dict[float, list[Impact]] = {}
-    for impact in run.impacts:
-        joints.setdefault(impact.t, []).append(impact)
-    changes = _held(run)
-    pieces: list[Piece] = []
-    rows, states = run.t.tolist(), list(zip(run.q, run.u, strict=True))
-    known = set(rows)
-    inner = [t for t in times if rows[0] < t < rows[-1] and t not in known]
-    number = 0
-    for row, (t0, t1) in enumerate(pairwise(rows)):
-        if t1 <= t0:
-            continue
-        while number < len(changes) and changes[number][0] <= t0:
-            number += 1
-        held: Held = changes[number - 1][1] if number else ()
-        between = [t for t in inner if t0 < t < t1]
-        marks = [*zip(between, map(run.at, between), strict=True), (t1, states[row + 1])]
-        before, start = t0, states[row]
-        for t, end in marks:
-            pieces.append(Piece(before, t - before, start, end, held))
-            before, start = t, end
-    return pieces, {t: tuple(found) for t, found in joints.items()}
-
-
-def _as_steps(pieces: Sequence[Piece]) -> Steps:
-    return Steps(
-        np.array([one.t for one in pieces]),
-        np.array([one.h for one in pieces]),
-        *(np.array([one.start[part] for one in pieces]) for part in (0, 1)),
-        *(np.array([one.end[part] for one in pieces]) for part in (0, 1)),
-    )
+def _pieces(run: Record, times: Sequence[float]) -> tuple[Steps, list[Held]]:
+    """The steps of the run, parted at ``times`` too, which grow, and what is held on each."""
+    t, q, u = run.t, run.q, run.u
+    known = set(t.tolist())
+    between = [at for at in times if t[0] < at < t[-1] and at not in known]
+    if between:
+        places, states = np.searchsorted(t, between), [run.at(at) for at in between]
+        t = np.insert(t, places, between)
+        q, u = (np.insert(x, places, [state[i] for state in states], axis=0) for i, x in enumerate((q, u)))
+    start = np.flatnonzero(t[1:] > t[:-1])
+    end, changes = start + 1, _held(run)
+    every = Steps(t[start], t[end] - t[start], q[start], u[start], q[end], u[end])
+    last = np.searchsorted([since for since, _ in changes], every.t, side="right")
+    return every, [changes[number - 1][1] if number else () for number in last.tolist()]
 
 
 def _steps(
@@ -319,16 +304,16 @@ def _checks(shut: Shutting, matrices: FloatArray) -> list[tuple[Check, ...]]:
     return checks
 
 
-def _check_held(model: Model, moving: Moving, first: Piece, S: FloatArray) -> None:
-    """Contacts that are closed from the start on stay closed whatever column moves it."""
-    if not first.held:
-        return
-    q, u = first.start
+def _check_held(
+    model: Model, moving: Moving, t: float, state: tuple[FloatArray, FloatArray], held: Held, S: FloatArray
+) -> None:
+    """Contacts that are closed from the start (q, u) on stay closed whatever column moves it."""
+    q, u = state
     n = len(q)
-    at = at_one(model, moving, first.t, q)
-    chosen = [contact for contact, _ in pushing(first.held)]
+    at = at_one(model, moving, t, q)
+    chosen = [contact for contact, _ in pushing(held)]
     whole = moving.whole(S[:n], S[n:])
-    sticks = [contact for contact, how in pushing(first.held) if how == "sticks"]
+    sticks = [contact for contact, how in pushing(held) if how == "sticks"]
     per = characteristic_time(model)
     checked = (
         (at.gaps_move(), chosen, at.gap_rows),

@@ -82,13 +82,25 @@ def jacobians(
     model: Model, moving: Moving, held: Held, t: FloatArray, q: FloatArray, u: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Accelerations (b, n) and their derivatives (b, n, D) by q, u and the arguments, under the inputs that are set."""
+    u_dot, found = jacobians_abreast(model, moving, held, t, q, u, 1)
+    return u_dot, found.reshape(found.shape[:-1])
+
+
+def jacobians_abreast(
+    model: Model, moving: Moving, held: Held, t: FloatArray, q: FloatArray, u: FloatArray, side: int
+) -> tuple[FloatArray, FloatArray]:
+    """The same, derivatives (b / side, n, D, side) of as many states side by side."""
     along = moving.directions
     u_dot, found, without, sure = model.kernels.jacobians(
-        q, u, t, held, along.by, along.whole(), along.still, along.blocks, along.chosen
+        q, u, t, held, along.by, along.whole(), along.still, along.blocks, along.chosen, side
     )
     if without:
         raise _none(model, t, without)
-    return (u_dot, found) if sure else _of_dependent(model, moving, held, t, q, u)
+    if sure:
+        return u_dot, found
+    u_dot, found = _of_dependent(model, moving, held, t, q, u)
+    apart = found.reshape(len(q) // side, side, *found.shape[1:])
+    return u_dot, np.ascontiguousarray(np.moveaxis(apart, 1, 3))
 
 
 def _of_dependent(
@@ -219,7 +231,7 @@ def no_accelerations(model: Compiled, t: float, outcome: str) -> ValueError:
 
 def ways_differ(one: Held, other: Held) -> bool:
     """Whether contacts are held otherwise."""
-    return [tuple(x[:2]) for x in one] != [tuple(x[:2]) for x in other]
+    return one is not other and [tuple(x[:2]) for x in one] != [tuple(x[:2]) for x in other]
 
 
 def changed(before: Held, after: Held) -> Sequence[int]:

@@ -165,7 +165,8 @@ def _followed(
         inputs = _inputs(run, model)
     faults.stop_if_any()
     assert moving is not None
-    stops, places = np.unique(times, return_inverse=True)
+    stops = np.array(sorted(set(times.tolist())))
+    places = np.searchsorted(stops, times)
     with model.given(inputs):
         S = _start_moves(model, moving, run, given)
         course = along(run, model, moving, S, stops.tolist(), forward=forward)

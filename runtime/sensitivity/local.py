@@ -54,7 +54,7 @@ class Places:
 
     def _rate_rows(self, kernel: str) -> FloatArray:
         b, n = self.q.shape
-        units = np.tile(np.eye(n), (b, 1))
+        units = np.repeat(np.eye(n)[None], b, axis=0).reshape(-1, n)
         found = self.model.kernels.of_state(kernel, np.repeat(self.q, n, axis=0), units)
         return np.asarray(found.reshape(b, n, -1).transpose(0, 2, 1))
 
@@ -117,7 +117,9 @@ class Places:
         """Impulses (b, rows) of the loops that impulses P and F (b, contacts) of the contacts give, closure rates being
         kept."""
         n = self.q.shape[1]
-        f = P[:, None] @ self.gap_rows + F[:, None] @ self.slip_rows
+        f = P[:, None] @ self.gap_rows
+        if F.any():
+            f = f + F[:, None] @ self.slip_rows
         found = np.asarray((self.responses[:, n:, :n] @ f.transpose(0, 2, 1))[:, :, 0])
         if self.known is not None:
             for i in range(len(found)):
@@ -152,6 +154,8 @@ class Places:
 
     def coefficients_move(self, of: str) -> FloatArray:
         """By what ``"restitution"`` or ``"friction"`` of the contacts change, (contacts, D), at any place."""
+        if "k" not in self.moving.directions.by:
+            return np.zeros((len(self.model.contacts), len(self.moving.directions.columns)))
         if of not in self.coefficients:
             one = self.some(slice(0, 1))
             self.coefficients[of] = one.tangent(of, len(self.model.contacts), np.zeros_like(one.q), ("k",))[0]
@@ -161,9 +165,13 @@ class Places:
     def coefficients(self) -> dict[str, FloatArray]:
         return {}
 
-    def some(self, which: slice | IntArray) -> Places:
-        """Some of the configurations."""
-        return Places(self.model, self.moving, self.t[which], self.q[which])
+    def some(self, which: slice | IntArray, known: dict[Asked, FloatArray] | None = None) -> Places:
+        """Some of the configurations, with the rows and responses that have been found there."""
+        found = Places(self.model, self.moving, self.t[which], self.q[which], known)
+        for name in ("gap_rows", "slip_rows", "closure_rows", "responses"):
+            if name in self.__dict__:
+                found.__dict__[name] = self.__dict__[name][which]
+        return found
 
 
 @dataclass(frozen=True)
@@ -211,7 +219,7 @@ class Local:
 
     @cached_property
     def _alone(self) -> Places:
-        return self.places.some(slice(self.number, self.number + 1))
+        return self.places if len(self.places.t) == 1 else self.places.some(slice(self.number, self.number + 1))
 
     def tangent(
         self,

@@ -8,7 +8,7 @@ Dynamics and Bifurcations of Non-Smooth Mechanical Systems, 2004, chapter 7; doc
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal, NamedTuple
 
@@ -22,7 +22,7 @@ from ..record.impact import Impact
 from .held import accelerations, changed
 from .local import Local, Places, at_one
 from .moving import Moving, whole_of
-from .striking import after_impact, after_plain_impacts, is_plain, prepare
+from .striking import after_impact, after_plain_impacts, plain_ones, prepare
 
 MEET = 1e-6
 """Contacts meet at the instant of another where what their gaps differ by is below this part of the terms that it is
@@ -64,9 +64,16 @@ class Passed:
         where a contact closes slowly, it is large, as one by the speed of closing."""
         return float(np.linalg.norm(self.matrix, 2))
 
-    def of_columns(self, whole: FloatArray) -> Passed:
-        """The same by columns, (D, columns), where ``dt`` and ``behind`` are by all D directions."""
-        return Passed(self.t, self.kind, self.contacts, self.dt @ whole, self.behind @ whole, self.matrix)
+
+def by_columns(instants: Sequence[Passed], whole: FloatArray) -> list[Passed]:
+    """Instants whose ``dt`` and ``behind`` are by all D directions, by the columns of ``whole`` (instants, D,
+    columns)."""
+    dt = (np.array([one.dt for one in instants])[:, None] @ whole)[:, 0]
+    behind = np.array([one.behind for one in instants]) @ whole
+    return [
+        Passed(one.t, one.kind, one.contacts, its_dt, its_behind, one.matrix)
+        for one, its_dt, its_behind in zip(instants, dt, behind, strict=True)
+    ]
 
 
 class Parted(ValueError):
@@ -100,35 +107,37 @@ def pass_impacts(model: Model, moving: Moving, instants: Sequence[Instant]) -> l
     if not instants:
         return []
     firsts, lasts = ([one[0][which] for one in instants] for which in (0, -1))
+    contacts = [[model._contact(contact) for contact in one.contacts] for one in firsts]
     at = Places(model, moving, np.array([one.t for one in firsts]), np.array([one[1] for one in instants]))
     u_minus, u_plus = np.array([one.u_minus for one in firsts]), np.array([one.u_plus for one in lasts])
     before, after = (_sides(at, [one[2][side] for one in instants], u) for side, u in enumerate((u_minus, u_plus)))
     rates = (at.gap_rows @ u_minus[:, :, None])[:, :, 0]
-    trigger = _triggers(at, firsts, rates, u_minus)
+    trigger = _triggers(at, firsts, contacts, rates, u_minus)
     each, (b, n) = np.arange(len(firsts)), u_minus.shape
     gaps = at.gaps_move()
     dt = -gaps[each, trigger] / rates[each, trigger][:, None]
     D = dt.shape[1]
-    there = np.tile(np.eye(D), (b, 1, 1))
-    there[:, : 2 * n] += np.hstack([u_minus, before])[:, :, None] * dt[:, None]
-    plain = [len(one[0]) == 1 and is_plain(at, one[0][0]) for one in instants]
-    which = np.flatnonzero(plain)
+    there = np.repeat(np.eye(D)[None], b, axis=0)
+    there[:, : 2 * n] += np.concatenate([u_minus, before], axis=1)[:, :, None] * dt[:, None]
+    which = plain_ones(model, [one[0] for one in instants], contacts)
     jumps, kept = np.zeros((b, n, D)), list[list[Check]]([[] for _ in instants])
     if which.size:
-        jumps[which] = after_plain_impacts(at, which, [firsts[i] for i in which])
-    others = np.flatnonzero(np.logical_not(plain))
-    apart = replace(at.some(others), known={})
-    if others.size:
+        plain = at if which.size == b else at.some(which)
+        jumps[which] = after_plain_impacts(plain, [firsts[i] for i in which], [contacts[i][0] for i in which])
+    if which.size < b:
+        others = np.delete(each, which)
+        apart = at.some(others, known={})
         prepare(apart, [firsts[i] for i in others])
-    for number, i in enumerate(others.tolist()):
-        jumps[i], kept[i] = _struck(Local(apart, number), instants[i][0], np.eye(2 * n, D)[n:])
-    matrices, behind = _salted(there, jumps, dt, np.hstack([u_plus, after]))
+        for number, i in enumerate(others.tolist()):
+            jumps[i], kept[i] = _struck(Local(apart, number), instants[i][0], np.eye(2 * n, D)[n:])
+    matrices, behind = _salted(there, jumps, dt, np.concatenate([u_plus, after], axis=1))
     parts, units = [], _in_units(model, matrices)
     for i, (impacts, _, _) in enumerate(instants):
-        struck = list(dict.fromkeys(model._contact(contact) for impact in impacts for contact in impact.contacts))
         checks = [_there(there[i], check) for check in kept[i]]
-        if len(struck) > 1:
-            checks.insert(0, _meet(Local(at, i), struck, int(trigger[i]), gaps[i], u_minus[i], dt[i]))
+        if len(impacts) > 1 or len(contacts[i]) > 1:
+            struck = list(dict.fromkeys(model._contact(contact) for impact in impacts for contact in impact.contacts))
+            if len(struck) > 1:
+                checks.insert(0, _meet(Local(at, i), struck, int(trigger[i]), gaps[i], u_minus[i], dt[i]))
         passed = Passed(firsts[i].t, "impact", tuple(firsts[i].contacts), dt[i], behind[i], units[i])
         parts.append(Part(matrices[i], tuple(checks), passed, instants[i]))
     return parts
@@ -136,6 +145,8 @@ def pass_impacts(model: Model, moving: Moving, instants: Sequence[Instant]) -> l
 
 def _sides(at: Places, held: Sequence[Held], u: FloatArray) -> FloatArray:
     """Accelerations (b, n) on one side of the instants, with what is held there."""
+    if not any(held):
+        return accelerations(at.model, (), at.t, at.q, u)[0]
     found = np.zeros_like(u)
     flies = np.array([not one for one in held])
     if flies.any():
@@ -146,22 +157,24 @@ def _sides(at: Places, held: Sequence[Held], u: FloatArray) -> FloatArray:
     return found
 
 
-def _triggers(at: Places, impacts: Sequence[Impact], rates: FloatArray, u: FloatArray) -> IntArray:
-    """The contact of each impact that closes fastest, in terms of the size of its rows, by which rates of stops and of
-    grounds are comparable. ``rates`` (b, contacts) are those before, at u (b, n)."""
+def _triggers(
+    at: Places, impacts: Sequence[Impact], contacts: Sequence[Sequence[int]], rates: FloatArray, u: FloatArray
+) -> IntArray:
+    """Of the ``contacts`` of each impact the one that closes fastest, in terms of the size of its rows, by which rates
+    of stops and of grounds are comparable. ``rates`` (b, contacts) are those before, at u (b, n)."""
     sizes = RESTS * (np.abs(at.gap_rows) @ np.abs(u)[:, :, None])[:, :, 0]
-    scales = np.sqrt(np.sum(at.gap_rows**2, axis=2))
-    scales[scales == 0.0] = 1.0
-    closes, speeds = rates < -sizes, rates / scales
-    found = np.zeros(len(impacts), dtype=np.int_)
+    closes, found = (rates < -sizes).tolist(), np.zeros(len(impacts), dtype=np.int_)
     for i, impact in enumerate(impacts):
-        closing = [c for c in map(at.model._contact, impact.contacts) if closes[i, c]]
+        closing = [c for c in contacts[i] if closes[i][c]]
         if not closing:
             raise ValueError(
                 f"{at.model.name}: the impact at t = {impact.t:.9g} s has no derivative: none of its contacts closes, "
                 "as where bounces accumulate, friction jams or a contact grazes; end the run before it"
             )
-        found[i] = min(closing, key=lambda c, row=speeds[i]: float(row[c]))  # type: ignore[misc]
+        found[i] = closing[0]
+        if len(closing) > 1:
+            scales = np.sqrt(np.sum(at.gap_rows[i, closing] ** 2, axis=1))
+            found[i] = closing[int(np.argmin(rates[i, closing] / scales))]
     return found
 
 

@@ -130,7 +130,7 @@ def _rates(
     joints as fast as they are to be, and the rates of the coordinates ``kept`` as they are."""
     model, n, rows = at.model, len(at.q), len(at.model.rows)
     turned = at.closure_rates_move(u)
-    bent = np.hstack([turned[:, :n], np.zeros((rows, n)), turned[:, 2 * n :]]) @ whole
+    bent = turned[:, :n] @ whole[:n] + turned[:, 2 * n :] @ whole[2 * n :]
     if scene and (model.data["drives"] or kept):
         R = np.vstack([at.drive_rows, np.eye(n)[list(kept)], at.closure_rows])
         y = np.asarray(np.linalg.lstsq(R.T, u - u_given, rcond=1e-12)[0], dtype=float)

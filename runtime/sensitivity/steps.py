@@ -18,7 +18,7 @@ from ..arrays import BoolArray, FloatArray
 from ..model.forces import Held
 from ..model.model import Model
 from ..model.thresholds import characteristic_time
-from .held import accelerations, jacobians, no_accelerations
+from .held import accelerations, jacobians, jacobians_abreast, no_accelerations
 from .moving import Moving, moving_of
 
 STAGES = 8
@@ -29,7 +29,9 @@ SWEEPS, NEWTON = 40, 30
 which steps are chosen, forty reach rounding."""
 
 SMALL = 1e-13
-"""A change of the accelerations by this part of them is the last: the next is at most half of it."""
+"""Sweeps are done where what is left of changes of the accelerations is this part of them: of changes that fall by the
+same factor, less than a half, from one to the next, all that follow together; of others as much as the last. By
+Newton's method a change by this part is the last."""
 
 STAYS = 1e-9
 """Below this part of the accelerations a change that no longer falls is rounding, of light links that carry heavy ones;
@@ -169,7 +171,9 @@ def _composed(first: FloatArray, then: FloatArray) -> FloatArray:
 def _stages(model: Model, held: Held, steps: Steps) -> FloatArray:
     """Accelerations (k, s, n) at the nodes; not a number where none are found."""
     g = gauss()
-    found, met, without = model.kernels.collocated(steps, held, g.c, g.A, g.twice, SWEEPS, SMALL, STAYS)
+    start = accelerations(model, held, steps.t, steps.q, steps.u)[0]
+    ends = start, accelerations(model, held, steps.t + steps.h, steps.q1, steps.u1)[0]
+    found, met, without = model.kernels.collocated(steps, ends, held, g.c, g.A, g.twice, SWEEPS, SMALL, STAYS)
     if without:
         raise no_accelerations(model, *without)
     for i in np.flatnonzero(~met):
@@ -234,7 +238,7 @@ def linear(model: Model, moving: Moving, held: Held, steps: Steps, W: FloatArray
     is as many columns as the state has, however many directions R has.
     """
     g, (k, n) = gauss(), steps.q.shape
-    J = along_nodes(model, moving, held, steps, W)
+    J = jacobians(model, moving, held, *_nodes(steps, W))[1].reshape(k, STAGES, n, -1)
     K = model.kernels.collocate(steps.h, g.c, g.A, g.twice, J)  # transposed
     left = np.linalg.solve(K, np.broadcast_to(_to_end(n), (k, STAGES * n, 2 * n)))
     found = np.asarray(left.transpose(0, 2, 1) @ J.reshape(k, STAGES * n, -1))
@@ -248,9 +252,8 @@ def linear(model: Model, moving: Moving, held: Held, steps: Steps, W: FloatArray
 
 
 def along_nodes(model: Model, moving: Moving, held: Held, steps: Steps, W: FloatArray) -> FloatArray:
-    """Derivatives (k, s, n, D) of the accelerations at the nodes of steps by the state there and the arguments."""
-    k, n = steps.q.shape
-    return jacobians(model, moving, held, *_nodes(steps, W))[1].reshape(k, STAGES, n, -1)
+    """Derivatives (k, n, D, s) of the accelerations at the nodes of steps by the state there and the arguments."""
+    return jacobians_abreast(model, moving, held, *_nodes(steps, W), STAGES)[1]
 
 
 @cache

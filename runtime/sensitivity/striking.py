@@ -154,42 +154,47 @@ def prepare(at: Places, impacts: Sequence[Impact]) -> None:
         at.slips_move(after, by)
 
 
-def is_plain(at: Places, impact: Impact) -> bool:
-    """Whether an impact is that of one smooth contact that surely pushes, with all of its restitution: laws are alike
-    then."""
-    if len(impact.contacts) > 1 or impact.restitution_share < 1.0:
-        return False
-    contact = at.model._contact(impact.contacts[0])
-    return bool(at.model.kernels.friction[contact] == 0.0 and impact.impulses[0] > 0.0)
+def plain_ones(model: Model, impacts: Sequence[Sequence[Impact]], contacts: Sequence[Sequence[int]]) -> IntArray:
+    """The instants whose impact is that of one smooth contact that surely pushes, with all of its restitution: laws are
+    alike then. ``contacts`` are those of the first impact of each."""
+    smooth = (model.kernels.friction == 0.0).tolist()
+    found = [
+        i
+        for i, (one, chosen) in enumerate(zip(impacts, contacts, strict=True))
+        if len(one) == len(chosen) == 1
+        and smooth[chosen[0]]
+        and one[0].restitution_share == 1.0
+        and one[0].impulses[0] > 0.0
+    ]
+    return np.array(found, dtype=np.intp)
 
 
-def after_plain_impacts(at: Places, which: IntArray, impacts: Sequence[Impact]) -> FloatArray:
-    """What u+ of plain impacts at ``which`` of the configurations moves by, (impacts, n, D): ``_by_newton`` of all at
-    once, with one unknown impulse each."""
+def after_plain_impacts(at: Places, impacts: Sequence[Impact], contacts: Sequence[int]) -> FloatArray:
+    """What u+ of plain impacts of ``contacts`` at as many configurations moves by, (impacts, n, D): ``_by_newton`` of
+    all at once, with one unknown impulse each."""
     model, (_, n), by = at.model, at.q.shape, ("q", "k")
-    contacts = [model._contact(impact.contacts[0]) for impact in impacts]
-    e, each = restitution_of(model, contacts), np.arange(len(impacts))
+    e, each = restitution_of(model, range(len(model.contacts)))[list(contacts)], np.arange(len(impacts))
     before, after = (np.array([getattr(one, name) for one in impacts]) for name in ("u_minus", "u_plus"))
-    some = at.some(which)
-    N, rows, response = at.gap_rows[which, contacts], at.closure_rows[which], at.responses[which, :n]
+    N, response = at.gap_rows[each, contacts], at.responses[:, :n]
     P = np.zeros((len(impacts), len(model.contacts)))
     P[each, contacts] = [impact.impulses[0] for impact in impacts]
     none = np.zeros_like(P)
-    rate, left = (np.sum(N * u, axis=1) for u in (before, after))
-    speeds = np.maximum(*(np.sum(np.abs(N) * np.abs(u), axis=1) for u in (before, after)))
+    terms = N * np.array([before, after])
+    (rate, left), speeds = terms.sum(axis=2), np.abs(terms).sum(axis=2).max(axis=0)
     for i in np.flatnonzero(np.abs(left + e * rate) > UNDECIDED * np.where(speeds > 0.0, speeds, 1.0)).tolist():
         name = "{} on {}".format(*impacts[i].contacts[0])
-        raise _refused(Local(at, int(which[i])), impacts[i], f"{name} does not leave as one step of the law has it")
+        raise _refused(Local(at, i), impacts[i], f"{name} does not leave as one step of the law has it")
     size = n + len(model.rows)
-    held = some.tangent("jump", size, after - before, by, multipliers=some.loop_impulses(P, none))[:, :n]
+    held = at.tangent("jump", size, after - before, by, multipliers=at.loop_impulses(P, none))[:, :n]
     start = np.eye(2 * n, held.shape[2])[n:]
-    f = held + some.pushes_move(P, none)
-    shut = -some.closure_rates_move(after, by) - rows @ start
+    f = held + at.pushes_move(P, none)
+    shut = -at.closure_rates_move(after, by) - at.closure_rows @ start
     moved = start + response[:, :, :n] @ f + response[:, :, n:] @ shut
     answer = (response[:, :, :n] @ N[:, :, None])[:, :, 0]
-    approach, bent = (some.gap_rates_move(u, by)[each, contacts] for u in (before, after))
+    # N (u+ + e u-), linear in the rates
+    bent = at.gap_rates_move(after + e[:, None] * before, by)[each, contacts]
     changes = at.coefficients_move("restitution")[contacts]
-    wanted = -e[:, None] * (approach + N @ start) - changes * rate[:, None] - bent
+    wanted = -bent - e[:, None] * (N @ start) - changes * rate[:, None]
     missing = wanted - (N[:, None] @ moved)[:, 0]
     return np.asarray(moved + answer[:, :, None] * (missing / np.sum(N * answer, axis=1)[:, None])[:, None])
 

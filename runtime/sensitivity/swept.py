@@ -17,7 +17,7 @@ from ..arrays import FloatArray
 from ..model.forces import Held
 from ..model.model import Model
 from .moving import Moving
-from .passing import Check, Instant, Passed
+from .passing import Check, Instant, Part, Passed
 from .shutting import Shutting
 from .steps import Steps, along_nodes, gauss, linear
 
@@ -59,24 +59,39 @@ class Swept:
         found = linear(one.model, one.moving, one.held, one.steps.some(which), one.W[which])
         return np.asarray((one.shutting.some(which).behind(found) if one.shutting is not None else found)[0])
 
-    def alike(self, parts: Sequence[object]) -> int:
-        """How many of the ``parts`` that begin with this one are steps of the same sweeps, one after the other."""
+    def stretch(self, parts: Sequence[Part | Swept]) -> Sequence[Part | Swept]:
+        """Those of the ``parts``, which begin with this one, that are steps of the same sweeps one after the other, and
+        the instants between them that let every column pass."""
+        number, last = self.number, 0
         for k, part in enumerate(parts):
-            if not (isinstance(part, Swept) and part.sweeps is self.sweeps and part.number == self.number + k):
-                return k
-        return len(parts)
+            if isinstance(part, Swept):
+                if part.sweeps is not self.sweeps or part.number != number:
+                    break
+                number, last = number + 1, k + 1
+            elif part.checks or part.passed is None:
+                break
+        return parts[:last]
 
-    def through(self, whole: FloatArray, count: int = 1) -> FloatArray:
-        """Differences (2 n, columns) behind ``count`` steps from this one on, of those (D, columns) before it."""
-        found = self.sweeps.carried.through(self.number, whole, count)
+    def through(self, whole: FloatArray, parts: Sequence[Part | Swept] = ()) -> tuple[FloatArray, FloatArray]:
+        """Differences (2 n, columns) behind a stretch of ``parts`` from this one on, or behind this one alone, of those
+        (D, columns) before it; and those before each instant on it, (instants, D, columns)."""
+        instants = [k for k, part in enumerate(parts) if isinstance(part, Part)]
+        before = np.array([k - i for i, k in enumerate(instants)], dtype=np.intp)  # steps until there
+        jumps = np.array([parts[k].matrix for k in instants]).reshape(-1, self.sweeps.moving.states, len(whole))
+        seen, count = np.empty((len(instants), *whole.shape)), max(len(parts), 1) - len(instants)
+        found = self.sweeps.carried.through(self.number, whole, count, before, jumps, seen)
         if found is not None:
-            return found
-        if count == 1:  # sweeps do not contract
-            return np.asarray(self.matrix @ whole)
-        whole, states = whole.copy(), self.sweeps.moving.states
-        for number in range(self.number, self.number + count):
-            whole[:states] = Swept(self.sweeps, number).through(whole)
-        return whole[:states]
+            return found, seen
+        if len(parts) <= 1:  # sweeps do not contract
+            return np.asarray(self.matrix @ whole), seen
+        whole, states, passed = whole.copy(), self.sweeps.moving.states, 0
+        for part in parts:
+            if isinstance(part, Part):
+                seen[passed], passed = whole, passed + 1
+                whole[:states] = part.through(whole)
+            else:
+                whole[:states] = part.through(whole)[0]
+        return whole[:states], seen
 
 
 def swept(

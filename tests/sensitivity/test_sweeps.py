@@ -34,7 +34,7 @@ class Stuck:
 def oscillator(h: float, back: list[Any]) -> Carried:
     """A step of length h, s: one coordinate, one rate, and p."""
     g = gauss()
-    J = np.tile([-STIFFNESS, 0.0, 1.0], (1, len(g.c), 1, 1))
+    J = np.tile(np.array([-STIFFNESS, 0.0, 1.0])[:, None], (1, 1, 1, len(g.c)))
     return Carried(np.array([h]), (g.c, g.b, g.twice_b, g.A, g.twice), J, back)
 
 
@@ -57,7 +57,7 @@ def test_a_step_is_that_of_an_oscillator(columns: int) -> None:
 def test_steps_one_after_the_other(columns: int) -> None:
     """The second and the third of three; what puts their ends back makes none of it."""
     g, h = gauss(), np.array([0.7, 0.4, 0.1])
-    J = np.tile([-STIFFNESS, 0.0, 1.0], (3, len(g.c), 1, 1))
+    J = np.tile(np.array([-STIFFNESS, 0.0, 1.0])[:, None], (3, 1, 1, len(g.c)))
     still = np.zeros((3, 1, 1)), np.zeros((3, 1, 3))
     steps = Carried(h, (g.c, g.b, g.twice_b, g.A, g.twice), J, [(0, *still), (1, *still)])
     whole = np.random.default_rng(columns).normal(size=(3, columns))
@@ -71,8 +71,8 @@ def test_steps_one_after_the_other(columns: int) -> None:
 def test_what_feeds_nothing_back(first: int, columns: int) -> None:
     """The oscillator y beside z, u' = y, that nothing depends on: the double integral of y is that of p - u' / k."""
     g, h, y, z = gauss(), 0.4, first, 1 - first
-    J = np.zeros((1, len(g.c), 2, 5))
-    J[:, :, y, y], J[:, :, y, 4], J[:, :, z, y] = -STIFFNESS, 1.0, 1.0
+    J = np.zeros((1, 2, 5, len(g.c)))
+    J[:, y, y], J[:, y, 4], J[:, z, y] = -STIFFNESS, 1.0, 1.0
     step = Carried(np.array([h]), (g.c, g.b, g.twice_b, g.A, g.twice), J, [])
     whole = np.random.default_rng(columns).normal(size=(5, columns))
     found = step.through(0, whole)
@@ -82,6 +82,25 @@ def test_what_feeds_nothing_back(first: int, columns: int) -> None:
     assert found is not None
     wanted = np.array([moved[0], place, moved[1], rate] if y == 0 else [place, moved[0], rate, moved[1]])
     assert np.abs(found - wanted).max() < 1e-14
+
+
+@pytest.mark.parametrize("columns", [1, 5])
+def test_impacts_between_steps(columns: int) -> None:
+    """Of an oscillator that bounces: its rate turns before the first step and before the third of three, by the same
+    closed form."""
+    g, h = gauss(), np.array([0.7, 0.4, 0.1])
+    J = np.tile(np.array([-STIFFNESS, 0.0, 1.0])[:, None], (3, 1, 1, len(g.c)))
+    steps = Carried(h, (g.c, g.b, g.twice_b, g.A, g.twice), J, [])
+    rng = np.random.default_rng(columns)
+    whole, bounce = rng.normal(size=(3, columns)), np.array([[1.0, 0.0, 0.0], [0.3, -0.6, 0.2]])
+    seen = np.empty((2, 3, columns))
+    found = steps.through(0, whole, 3, np.array([0, 2]), np.array([bounce, bounce]), seen)
+    assert found is not None
+    first = np.vstack([bounce @ whole, whole[2:]])  # some numbers up to ten: ten times the rounding of single steps
+    then = np.vstack([expected(0.7 + 0.4) @ first, whole[2:]])
+    assert np.array_equal(seen[0], whole)
+    assert np.abs(seen[1] - then).max() < 1e-13
+    assert np.abs(found - expected(0.1) @ np.vstack([bounce @ then, whole[2:]])).max() < 1e-13
 
 
 @pytest.mark.parametrize("columns", [1, 5])
@@ -109,9 +128,9 @@ def test_runs_have_the_same_derivatives_by_sweeps_and_by_matrices(
     models = (workshop.model(fuzz.scene(6, rough), derivatives=True),) * 2
     calls, through = [0], swept.Swept.through
 
-    def counted(self: swept.Swept, whole: Any, count: int = 1) -> Any:
+    def counted(self: swept.Swept, whole: Any, parts: Any = ()) -> Any:
         calls[0] += 1
-        return through(self, whole, count)
+        return through(self, whole, parts)
 
     monkeypatch.setattr(swept.Swept, "through", counted)
     for model, _, q, u, end, rng in throws(models, 6, rough, 5, 3):

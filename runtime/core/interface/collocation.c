@@ -68,10 +68,9 @@ static enum outcome accelerations(struct system *s, struct held held, size_t cou
 }
 
 /* Accelerations of rates that are a polynomial of degree 4, with those at both ends, and lead from one place to the next */
-static void guess(const struct tableau *g, const struct stride *step, int n, const double *start, const double *end,
-                  double *W)
+static void guess(const struct tableau *g, const struct stride *step, int n, double *W)
 {
-    const double h = step->h;
+    const double h = step->h, *start = step->at_start, *end = step->at_end;
     for (int j = 0; j < g->stages; j++) {
         const double x = g->c[j], bump = 60.0 * x * (1.0 - x) * (1.0 - 2.0 * x) / h;
         const double of_change = 6.0 * x * (1.0 - x) / h;
@@ -107,16 +106,36 @@ static void place_nodes(const struct tableau *g, const struct stride *step, int 
     }
 }
 
-/* The largest number in size, or of differences to others where these are given; not a number where one is none */
-static double largest(size_t count, const double *x, const double *less)
+/* How large accelerations are, and what they differ by from others */
+struct sizes {
+    double size, change; /* the largest; not numbers where one is none */
+};
+
+enum { SIDE = 8 }; /* numbers side by side, which compilers make vectors of: as many as a step has nodes */
+
+/* Of `count` numbers, as many as there are nodes of each coordinate */
+static struct sizes measure(size_t count, const double *x, const double *others)
 {
-    double found = 0.0, sum = 0.0;
-    for (size_t i = 0; i < count; i++) {
-        const double size = fabs(less ? x[i] - less[i] : x[i]);
-        found = size > found ? size : found;
-        sum += size;
+    double most[SIDE] = {0.0}, apart[SIDE] = {0.0}, sum[SIDE] = {0.0}, whole = 0.0;
+    struct sizes found = {0.0, 0.0};
+    for (size_t first = 0; first + SIDE <= count; first += SIDE)
+        for (int l = 0; l < SIDE; l++) {
+            const double size = fabs(x[first + l]), change = fabs(x[first + l] - others[first + l]);
+            most[l] = size > most[l] ? size : most[l];
+            apart[l] = change > apart[l] ? change : apart[l];
+            sum[l] += size + change;
+        }
+    for (size_t i = count - count % SIDE; i < count; i++) {
+        most[0] = fmax(most[0], fabs(x[i]));
+        apart[0] = fmax(apart[0], fabs(x[i] - others[i]));
+        sum[0] += fabs(x[i]) + fabs(x[i] - others[i]);
     }
-    return isfinite(sum) ? found : NAN;
+    for (int l = 0; l < SIDE; l++) {
+        found.size = most[l] > found.size ? most[l] : found.size;
+        found.change = apart[l] > found.change ? apart[l] : found.change;
+        whole += sum[l];
+    }
+    return isfinite(whole) ? found : (struct sizes){NAN, NAN};
 }
 
 /* What all nodes take with the model's own functions over lanes: value i of node j at [i * stages + j], or, of a block of as many nodes
@@ -194,10 +213,17 @@ static enum outcome sweep_states(struct system *s, struct held held, const struc
                                  struct room *r, const double *W, double *when)
 {
     place_nodes(g, step, s->n, W, r);
-    if (isfinite(largest((size_t)g->stages * s->n, r->q, NULL)))
+    if (isfinite(measure((size_t)g->stages * s->n, r->q, r->q).size))
         return accelerations(s, held, g->stages, r->t, r->q, r->u, r, r->next, when);
     r->next[0] = NAN;
     return OUTCOME_DONE;
+}
+
+/* What is left after a sweep that has changed accelerations by so much, where changes fall at this rate: all that follow together. A
+ * rate of a half or more says nothing of what follows but that it is not more. */
+static double left_after(double change, double rate)
+{
+    return rate < 0.5 ? change * rate / (1.0 - rate) : change;
 }
 
 /* Sweep from W, or from accelerations over lanes where there are, until nothing changes but by rounding */
@@ -207,22 +233,24 @@ static enum outcome sweep(struct system *s, struct held held, const struct table
 {
     const size_t all = (size_t)g->stages * s->n;
     double *next = lanes ? lanes->next : r->next;
-    double size = largest(all, W, NULL), before = INFINITY;
+    double largest = measure(all, W, W).size, before = INFINITY, rate = 1.0;
     for (int k = 0; k < end.many; k++) {
         const enum outcome outcome =
             lanes ? sweep_lanes(s, g->stages, step, lanes) : sweep_states(s, held, g, step, r, W, when);
         if (outcome)
             return outcome;
-        const double change = largest(all, next, W);
-        if (!isfinite(change))
+        const struct sizes now = measure(all, next, W);
+        if (!isfinite(now.change))
             return OUTCOME_DONE;
         memcpy(W, next, all * sizeof *W);
-        size = fmax(size, largest(all, W, NULL));
-        const int stands = change <= end.stays * size;
-        *met = change <= end.small * size || (stands && change >= 0.5 * before);
-        if (*met || (k > 4 && change > before && !stands))
+        largest = fmax(largest, now.size);
+        const double last_rate = rate;
+        rate = k ? now.change / before : 0.0;
+        const int stands = now.change <= end.stays * largest;
+        *met = left_after(now.change, fmax(rate, last_rate)) <= end.small * largest || (stands && rate >= 0.5);
+        if (*met || (k > 4 && rate > 1.0 && !stands))
             return OUTCOME_DONE;
-        before = change;
+        before = now.change;
     }
     return OUTCOME_DONE;
 }
@@ -247,21 +275,14 @@ static int found_in_lanes(struct system *s, struct held held, const struct table
 enum outcome collocate_motion(struct system *s, struct held held, const struct tableau *g, struct sweeping end,
                               const struct stride *step, double *W, int *met, double *when)
 {
-    const int n = s->n;
     const struct mark mark = s->arena->top;
     struct room r;
     take_room(s, g->stages, &r);
-    double *at_start = TAKE(s->arena, double, n), *at_end = TAKE(s->arena, double, n);
-    const double until = step->t + step->h;
     enum outcome outcome = s->arena->ran_out ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
     *met = 0;
     *when = step->t;
-    if (!outcome)
-        outcome = accelerations(s, held, 1, &step->t, step->q, step->u, &r, at_start, when);
-    if (!outcome)
-        outcome = accelerations(s, held, 1, &until, step->q1, step->u1, &r, at_end, when);
     if (!outcome) {
-        guess(g, step, n, at_start, at_end, W);
+        guess(g, step, s->n, W);
         if (!found_in_lanes(s, held, g, end, step, W, met))
             outcome = sweep(s, held, g, end, step, &r, NULL, W, met, when);
     }

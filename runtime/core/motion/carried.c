@@ -18,7 +18,7 @@ static const double GROWS = 8.0;  /* times the solution: sweeps that go further 
 struct sweeping_step {
     const struct carrying *of;
     int acting;
-    int *order;                   /* [n] coordinates, those that act first */
+    int *order, *still;           /* [n] coordinates, those that act first; those that do not */
     double *J;                    /* [n][2 acting][NODES] */
     double once[NODES * NODES];   /* [from][to]: what accelerations at a node add to rates, */
     double twice[NODES * NODES];  /* and to places, at the others */
@@ -32,37 +32,10 @@ struct sweeping_room {
     double *place;            /* [2 acting] places, and then rates */
 };
 
-/* The coordinates that act, first */
-static void find_acting(const struct carrying *step, struct sweeping_step *s, double *size)
+/* The tableau by the length of the step */
+static void prepare(const struct collocation *g, const struct carrying *step, struct sweeping_step *s)
 {
-    const int n = step->n;
-    memset(size, 0, (size_t)2 * n * sizeof *size);
-    for (int i = 0; i < NODES * n; i++)
-        for (int j = 0; j < 2 * n; j++)
-            size[j] += fabs(step->J[(size_t)i * step->width + j]);
-    s->acting = 0;
-    for (int j = 0; j < n; j++)
-        if (size[j] != 0.0 || size[n + j] != 0.0) /* also what is none */
-            s->order[s->acting++] = j;
-    for (int j = 0, last = s->acting; j < n; j++)
-        if (size[j] == 0.0 && size[n + j] == 0.0)
-            s->order[last++] = j;
-}
-
-static void prepare(const struct collocation *g, const struct carrying *step, struct sweeping_step *s, double *size)
-{
-    find_acting(step, s, size);
-    const int n = step->n, m = s->acting;
-    const size_t stride = (size_t)n * step->width;
     const double h = step->h;
-    for (int i = 0; i < n; i++)
-        for (int j = 0; j < 2 * m; j++) {
-            const int by = j < m ? s->order[j] : n + s->order[j - m];
-            const double *from = step->J + (size_t)s->order[i] * step->width + by;
-            double *to = s->J + ((size_t)i * 2 * m + j) * NODES;
-            for (int k = 0; k < NODES; k++)
-                to[k] = from[k * stride];
-        }
     for (int k = 0; k < NODES; k++) {
         for (int l = 0; l < NODES; l++) {
             s->once[k * NODES + l] = h * g->A[l * NODES + k];
@@ -74,13 +47,15 @@ static void prepare(const struct collocation *g, const struct carrying *step, st
     }
 }
 
-/* Whether the sweeps of a column are done: 1; -1 where they lead nowhere; 0 where they go on */
+/* Whether the sweeps of a column are done: 1; -1 where they lead nowhere; 0 where they go on. Of changes that fall by a factor, less than a
+ * half, what is left are all that follow together. */
 static int done(double change, double before, double size)
 {
     if (!isfinite(change + size))
         return -1;
-    const int stands = change <= STANDS * CARRIED_CHANGE * size && change >= 0.5 * before;
-    return change <= CARRIED_CHANGE * size || stands;
+    const double rate = change / before, left = rate < 0.5 ? change * rate / (1.0 - rate) : change;
+    const int stands = change <= STANDS * CARRIED_CHANGE * size && rate >= 0.5;
+    return (isfinite(before) ? left : change) <= CARRIED_CHANGE * size || stands;
 }
 
 /* The functions that take most of the time, by the length of vectors: of any processor, and longer ones that are asked for while the
@@ -108,7 +83,7 @@ static int done(double change, double before, double size)
 #define WIDTH 8
 #include "motion/carried_sweeps.h"
 
-static int carry_all(const struct sweeping_step *s, int columns, double *whole, double *room)
+static int carry_all(struct sweeping_step *s, int columns, double *whole, double *room)
 {
     if (__builtin_cpu_supports("avx512f"))
         return carry_all_widest(s, columns, whole, room);
@@ -133,9 +108,9 @@ static void multiply_whole(int rows, int count, int columns, const double *matri
 int carry(const struct collocation *g, const struct carrying *step, int columns, double *whole, double *room)
 {
     const int n = step->n;
-    struct sweeping_step s = {.of = step, .J = room, .order = (int *)(room + (size_t)2 * n * n * NODES)};
-    double *rest = room + (size_t)2 * n * n * NODES + n;
-    prepare(g, step, &s, rest);
+    double *order = room + (size_t)2 * n * n * NODES, *rest = order + 2 * n;
+    struct sweeping_step s = {.of = step, .J = room, .order = (int *)order, .still = (int *)(order + n)};
+    prepare(g, step, &s);
     if (!carry_all(&s, columns, whole, rest))
         return 0;
     for (int k = 0; k < step->count; k++) {
@@ -148,10 +123,10 @@ int carry(const struct collocation *g, const struct carrying *step, int columns,
 size_t carry_room(const struct carrying *step, int columns)
 {
     const size_t n = step->n, sweeps = 6 * n * MOST * NODES;
-    size_t most = 2 * n > sweeps ? 2 * n : sweeps;
+    size_t most = sweeps;
     for (int k = 0; k < step->count; k++) {
         const size_t missed = (size_t)step->rows[k] * columns;
         most = missed > most ? missed : most;
     }
-    return 2 * n * n * NODES + n + most;
+    return 2 * n * n * NODES + 2 * n + most;
 }

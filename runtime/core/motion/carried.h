@@ -11,7 +11,7 @@ struct collocation {
     const double *c, *b, *twice_b, *A, *twice;
 };
 
-/* A step of length h: J[NODES][n][width], derivatives of the accelerations at the nodes by q, u and arguments, and what puts its end
+/* A step of length h: J[n][width][NODES], derivatives of the accelerations at the nodes by q, u and arguments, and what puts its end
  * back: `count` times, from entry first[] of the state on, pull[][n][rows[]] of what moves[][rows[]][width] make of the end. */
 struct carrying {
     int n, width, count;

@@ -14,18 +14,58 @@ typedef double LANES __attribute__((vector_size(WIDTH * sizeof(double)), aligned
 typedef double LANES;
 #endif
 
+/* The coordinates that act, first. Squares tell: what is so small that they vanish moves nothing. */
+static INLINE void NAMED(find_acting)(struct sweeping_step *s)
+{
+    const size_t n = s->of->n, width = s->of->width;
+    const LANES *J = (const LANES *)s->of->J;
+    int acting = 0, still = 0;
+    for (size_t j = 0; j < n; j++) {
+        LANES part[PARTS] = {0};
+        for (size_t i = 0; i < n; i++)
+            for (int p = 0; p < PARTS; p++) {
+                const LANES by_q = J[(i * width + j) * PARTS + p], by_u = J[(i * width + n + j) * PARTS + p];
+                part[p] += by_q * by_q + by_u * by_u;
+            }
+        double each[NODES], sum = 0.0;
+        memcpy(each, part, sizeof each);
+        for (int k = 0; k < NODES; k++)
+            sum += each[k];
+        if (sum != 0.0) /* also what is none */
+            s->order[acting++] = (int)j;
+        else
+            s->still[still++] = (int)j;
+    }
+    s->acting = acting;
+    memcpy(s->order + acting, s->still, still * sizeof *s->order);
+}
+
+/* The derivatives by those that act */
+static INLINE void NAMED(take_derivatives)(struct sweeping_step *s)
+{
+    const int n = s->of->n, m = s->acting, width = s->of->width;
+    const LANES *J = (const LANES *)s->of->J;
+    LANES *to = (LANES *)s->J;
+    for (int i = 0; i < n; i++)
+        for (int j = 0; j < 2 * m; j++) {
+            const int by = j < m ? s->order[j] : n + s->order[j - m];
+            for (int p = 0; p < PARTS; p++)
+                to[(i * 2 * m + j) * PARTS + p] = J[((size_t)s->order[i] * width + by) * PARTS + p];
+        }
+}
+
 /* y = right + J x of `rows` coordinates, whose number and that of columns are known to the compiler: their sums stay in registers. */
-static INLINE void NAMED(multiply_rows)(int rows, int side, int count, const LANES *J, const LANES *right,
+static INLINE void NAMED(multiply_rows)(int rows, int side, size_t count, const LANES *J, const LANES *right,
                                         const LANES *x, LANES *y)
 {
     LANES sum[GROUP * PARTS];
     for (int i = 0; i < rows * side * PARTS; i++)
         sum[i] = right[i];
-    for (int j = 0; j < count; j++)
+    for (size_t j = 0; j < count; j++, J += PARTS, x += side * PARTS)
         for (int i = 0; i < rows; i++)
             for (int l = 0; l < side; l++)
                 for (int p = 0; p < PARTS; p++)
-                    sum[(i * side + l) * PARTS + p] += J[(i * count + j) * PARTS + p] * x[(j * side + l) * PARTS + p];
+                    sum[(i * side + l) * PARTS + p] += J[i * count * PARTS + p] * x[l * PARTS + p];
     for (int i = 0; i < rows * side * PARTS; i++)
         y[i] = sum[i];
 }
@@ -38,6 +78,12 @@ static INLINE void NAMED(multiply)(int side, const struct sweeping_step *s, int 
     int i = first;
     for (; i + GROUP / side <= end; i += GROUP / side)
         NAMED(multiply_rows)(GROUP / side, side, count, (const LANES *)(s->J + i * count * NODES),
+                             (const LANES *)(right + i * size), (const LANES *)x, (LANES *)(y + i * size));
+    for (; GROUP / side >= 8 && i + 4 <= end; i += 4)
+        NAMED(multiply_rows)(4, side, count, (const LANES *)(s->J + i * count * NODES),
+                             (const LANES *)(right + i * size), (const LANES *)x, (LANES *)(y + i * size));
+    for (; GROUP / side >= 4 && i + 2 <= end; i += 2)
+        NAMED(multiply_rows)(2, side, count, (const LANES *)(s->J + i * count * NODES),
                              (const LANES *)(right + i * size), (const LANES *)x, (LANES *)(y + i * size));
     for (; i < end; i++)
         NAMED(multiply_rows)(1, side, count, (const LANES *)(s->J + i * count * NODES),
@@ -145,15 +191,12 @@ static INLINE void NAMED(begin)(int side, const struct sweeping_step *s, int col
             }
         }
     memset(r->next, 0, (size_t)n * side * NODES * sizeof *r->next);
-    for (int i = 0; i < n && arguments; i++)
-        for (int k = 0; k < NODES; k++) {
-            const double *J = step->J + ((size_t)k * n + s->order[i]) * step->width + 2 * n;
-            double sum[GROUP] = {0.0};
-            for (int j = 0; j < arguments; j++)
-                for (int l = 0; l < side; l++)
-                    sum[l] += J[j] * whole[(2 * n + j) * columns + l];
+    for (int i = 0; i < n; i++)
+        for (int j = 0; j < arguments; j++) {
+            const double *J = step->J + ((size_t)s->order[i] * step->width + 2 * n + j) * NODES;
             for (int l = 0; l < side; l++)
-                r->next[(i * side + l) * NODES + k] = sum[l];
+                for (int k = 0; k < NODES; k++)
+                    r->next[(i * side + l) * NODES + k] += J[k] * whole[(2 * n + j) * columns + l];
         }
     NAMED(multiply)(side, s, 0, n, r->next, r->place, r->right);
 }
@@ -195,9 +238,11 @@ static INLINE int NAMED(carry_some)(int side, const struct sweeping_step *s, int
     return 1;
 }
 
-static TARGET int NAMED(carry_all)(const struct sweeping_step *s, int columns, double *whole, double *room)
+static TARGET int NAMED(carry_all)(struct sweeping_step *s, int columns, double *whole, double *room)
 {
     int first = 0, found = 1;
+    NAMED(find_acting)(s);
+    NAMED(take_derivatives)(s);
     for (; first + GROUP <= columns && found; first += GROUP)
         found = NAMED(carry_some)(GROUP, s, columns, whole + first, room);
     for (; GROUP > 2 && first + GROUP / 2 <= columns && found; first += GROUP / 2)
