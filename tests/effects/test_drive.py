@@ -42,6 +42,87 @@ def test_a_driven_crank_goes_as_it_is_told(table: str, law: Any, workshop: Works
     assert run.energy_drift <= 1e-8 and run.closure_max <= 1e-13
 
 
+EXCAVATOR = """
+name = "excavator"
+[ground_link]
+points = { O = [0, 0], C = [0.5, -0.3] }
+[[link]]
+name = "boom"
+rod = { mass = 800, between = ["O", "E"] }
+points = { O = [0, 0], E = [4, 0], P = [1.8, 0.2], Q = [2.2, 0.4] }
+[[link]]
+name = "stick"
+rod = { mass = 400, between = ["E", "T"] }
+points = { E = [0, 0], T = [2.5, 0], K = [-0.5, 0.1] }
+[[link]]
+name = "barrel1"
+rod = { mass = 40, between = ["A", "B"] }
+points = { A = [0, 0], B = [1, 0] }
+[[link]]
+name = "rod1"
+rod = { mass = 25, between = ["A", "B"] }
+points = { A = [-1, 0], B = [0, 0] }
+[[link]]
+name = "barrel2"
+rod = { mass = 40, between = ["A", "B"] }
+points = { A = [0, 0], B = [1, 0] }
+[[link]]
+name = "rod2"
+rod = { mass = 25, between = ["A", "B"] }
+points = { A = [-1, 0], B = [0, 0] }
+[[joint]]
+between = ["ground.O", "boom.O"]
+[[joint]]
+between = ["boom.E", "stick.E"]
+[[joint]]
+between = ["ground.C", "barrel1.A"]
+[[joint]]
+name = "lift"
+type = "prismatic"
+between = ["barrel1.A", "rod1.B"]
+axis = [1, 0]
+[[joint]]
+between = ["rod1.B", "boom.P"]
+[[joint]]
+between = ["boom.Q", "barrel2.A"]
+[[joint]]
+name = "curl"
+type = "prismatic"
+between = ["barrel2.A", "rod2.B"]
+axis = [1, 0]
+[[joint]]
+between = ["rod2.B", "stick.K"]
+[[drive]]
+joint = "lift"
+position = { rows = [[0, 1.7], [4, 2.1]], order = 5 }
+[[drive]]
+joint = "curl"
+position = { rows = [[0, 1.5], [1, 1.5], [4, 1.8]], order = 5 }
+[[force]]
+point = "stick.T"
+vector = [0, "-3 kN"]
+[gravity]
+[start]
+angles = { boom = "25 deg", stick = "-35 deg" }
+[run]
+until = 5.0
+"""
+"""Both cylinders are driven: nothing is left to move, and the steps are as long as the motion is smooth."""
+
+
+@pytest.mark.parametrize("method", ["gauss", "dop853", "radau"])
+@pytest.mark.parametrize("rtol", [1e-6, 1e-8, 1e-9, 1e-11])
+def test_drives_that_leave_no_motion_work_what_the_energy_gains(method: str, rtol: float, workshop: Workshop) -> None:
+    """Positions alone give the energy that is gained, the work is found along the way, to some tolerances of it."""
+    model = workshop.model(EXCAVATOR)
+    assert model.dof == 0
+    run = simulate(model, rtol=rtol, method=method)
+    assert run.success, run.message
+    energy = np.sum(model.energy(run.q, run.u), axis=0)
+    assert energy[-1] - energy[0] > 1e4
+    assert run.energy_drift <= 10.0 * rtol * (energy[-1] - energy[0])
+
+
 def test_the_reaction_moment_is_the_torque_that_gives_the_energy(workshop: Workshop) -> None:
     """Moment times speed is the rate of the energy, by central differences along the run."""
     model = workshop.model(CRANK + SPEED)

@@ -121,7 +121,7 @@ static size_t gauss_memory(const struct system *s, double *scratch, int put, dou
     return (size_t)(at - numbers);
 }
 
-/* The power of what does work but has no potential, at all stages. */
+/* The power of what does work but has no potential, at all stages: the last row of g->f. */
 static enum outcome power(struct gauss *g, struct system *s, double t, double h, const double *y)
 {
     const int n = g->n;
@@ -132,6 +132,24 @@ static enum outcome power(struct gauss *g, struct system *s, double t, double h,
             return outcome;
     }
     return OUTCOME_DONE;
+}
+
+/* The same, where sweeps have settled along the closure alone, and whether the work has settled too: no projection removes from it what
+ * stages still change across the closure. Where drives leave no motion, that is all they change. */
+static enum outcome settled_power(struct gauss *g, struct system *s, double t, double h, struct tolerance tolerance,
+                                  const double *y, int *settled)
+{
+    const int n = g->n, at = 2 * n;
+    enum outcome outcome = power(g, s, t, h, y);
+    if (outcome || !(g->along > 0.0))
+        return outcome;
+    double *now = g->f, *before = g->g;
+    g->f = before;
+    outcome = power(g, s, t, h, y);
+    g->f = now;
+    const double work = h * weighed(WEIGHT, now + n * STAGES), earlier = h * weighed(WEIGHT, before + n * STAGES);
+    *settled = fabs(work - earlier) <= g->along * allowed_error(tolerance, at, fabs(y[at]) + fabs(work));
+    return outcome;
 }
 
 /* sum[0] + sum[1] = y + lost + increment, the first as near as a number can be */
@@ -194,6 +212,8 @@ static enum outcome gauss_step(struct system *s, double *scratch, double t, doub
     enum outcome outcome = OUTCOME_DONE;
     if (!active_count(s) && fabs(h) > SHORT * fmax(fabs(t), s->time))
         outcome = gauss_solve(g, s, t, h, tolerance, y, dy, &converged);
+    if (!outcome && converged && s->size > 2 * s->n && !s->projects_stages)
+        outcome = settled_power(g, s, t, h, tolerance, y, &converged);
     g->known = g->replaced = 0;
     g->tried = 1;
     g->t = t;
@@ -202,8 +222,6 @@ static enum outcome gauss_step(struct system *s, double *scratch, double t, doub
         return outcome;
     if (outcome || !converged)
         return replace(g, s, t, h, tolerance, y, y1);
-    if (s->size > 2 * s->n && !s->projects_stages && (outcome = power(g, s, t, h, y)))
-        return outcome;
     finish(g, s, h, tolerance, y, y1);
     g->known = 1;
     return OUTCOME_DONE;

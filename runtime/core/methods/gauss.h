@@ -15,7 +15,9 @@ struct gauss {
     int replaced;       /* whether DOP853 took the step */
     double first;       /* size of the first coefficients but the constant, in tolerances */
     double contraction; /* of the last sweep */
-    double grain;       /* rounding, in tolerances */
+    double
+        along; /* part of the tolerance that the last sweep may change where it still changes more across the closure; else 0 */
+    double grain; /* rounding, in tolerances */
     int n, rows, lanes;
     double *f, *g;            /* [rows][STAGES] accelerations, and those of the next sweep */
     double *legendre;         /* [rows][STAGES] coefficients of the stage polynomial */

@@ -229,7 +229,7 @@ static enum outcome converge(struct gauss *g, struct system *s, double t, double
     double before = INFINITY;
     int standing = 0; /* sweeps in a row that hardly contract */
     *converged = 1;
-    g->contraction = 0.0;
+    g->contraction = g->along = 0.0;
     for (int k = 1;; k++) {
         enum outcome outcome = sweep(g, s, t, h, y);
         if (outcome)
@@ -253,7 +253,9 @@ static enum outcome converge(struct gauss *g, struct system *s, double t, double
             continue;
         if ((outcome = change_along(g, s, h, y, &now)))
             return outcome;
-        *converged = now <= (standing > 1 || s->projects_stages ? fmax(STANDING, NEAR * g->grain) : REST);
+        const double may = standing > 1 || s->projects_stages ? fmax(STANDING, NEAR * g->grain) : REST;
+        *converged = now <= may;
+        g->along = strict ? 0.0 : may;
         if (k == most || !strict || *converged)
             return OUTCOME_DONE;
     }
