@@ -147,8 +147,9 @@ def _returned(
 ) -> Real:
     """``x`` with its displacements ``free`` moved back to the ``sketch`` as far as that opens no loop further.
 
-    Each step goes along the motions that open nothing (to first order), to where Σ w (x - sketch)² is least on them, and
-    is polished; it is halved where that does not come nearer. Where it ends, the conditions of the constrained minimum hold.
+    Each step goes along the motions that open nothing (to first order), to where Σ w (x - sketch)² is least on them,
+    and is polished; it is halved where that does not come nearer. Where it ends, the conditions of the constrained
+    minimum hold.
     """
     root = np.sqrt(weights[free])
     for _ in range(_STEPS):
@@ -156,7 +157,8 @@ def _returned(
         jacobian = layout.jacobian(x)[:, free] / root
         back = (away - _smallest(jacobian, jacobian @ away)) / root
         most = float(np.abs(back).max(initial=0.0))
-        distance, may_miss = float(away @ away), (1.0 + _AS_NEAR) * np.maximum(_misses(layout, x), CLOSED * layout.reach)
+        distance = float(away @ away)
+        may_miss = (1.0 + _AS_NEAR) * np.maximum(_misses(layout, x), CLOSED * layout.reach)
         size = 1.0 / max(1.0, most)
         while size * most > 1e-13:
             moved = x.copy()

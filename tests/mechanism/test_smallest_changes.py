@@ -46,7 +46,7 @@ def carriages(start: dict[str, object]) -> Scene:
 
 
 def test_carriages_of_which_nothing_is_said_stay_where_they_are() -> None:
-    """Angles that do not quite close a loop move that loop alone; of two bars of a parallelogram each goes half the way."""
+    """Angles that do not quite close a loop move that loop alone; of two equal bars each goes half the way."""
     scene = carriages({"angles": {"upper": "-2 deg", "lower": "-5 deg", "upright": 0}})
     body, upper, lower, upright, road = scene.start.poses
     assert body == pytest.approx((0.0, 0.6, 0.0), abs=1e-14)
