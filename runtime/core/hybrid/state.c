@@ -55,6 +55,7 @@ static struct kind kind_of(const struct phase *f)
     NUMBER(at->place)                       \
     NUMBER(at->own)                         \
     NUMBER(at->passage)                     \
+    NUMBER(at->nearer)                      \
     NUMBER(at->gap_uncertainty)             \
     NUMBER(at->flat)                        \
     NUMBER(at->slow)                        \

@@ -195,6 +195,11 @@ void take_over(struct phase *f, double own)
     }
 }
 
+int passes_place(const struct phase *f, double h)
+{
+    return f->at.passage == ACROSS && f->at.place - f->t <= CLEAR[CLEARS - 1] * h;
+}
+
 void place_about_singularity(struct phase *f, enum passage elsewhere)
 {
     const double part = (f->at.place - f->t) / f->h;

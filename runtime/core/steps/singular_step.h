@@ -23,6 +23,9 @@ void take_over(struct phase *f, double own);
 /* the length of a step that may be as long as f->h, and how it is taken, from f->place: away from it as `elsewhere`, FREE or ABOUT */
 void place_about_singularity(struct phase *f, enum passage elsewhere);
 
+/* whether the step passes f->place, and one of length h in its stead would do so too */
+int passes_place(const struct phase *f, double h);
+
 /* whether the singular configuration is passed elsewhere in the step to end[2n] than f->place says, which then says it better */
 int misplaced(struct phase *f, const double *end);
 

@@ -13,7 +13,10 @@
 
 const double LEAST_CHANGE = 0.2;
 static const double SAFETY = 0.9, LARGEST_CHANGE = 6.0;
-enum { AGAIN = 4 /* times a step is taken anew for where it passes a singular configuration */ };
+enum {
+    AGAIN =
+        4 /* times a step is taken anew for where it passes a singular configuration, or for the energy it misses there */
+};
 
 double first_step(struct phase *f)
 {
@@ -73,10 +76,39 @@ static enum outcome project_and_place(struct phase *f, const double *error, int 
     return *error <= 1.0 ? back : OUTCOME_DONE;
 }
 
+/* Part of its length that a step with this error is taken by again */
+static double shorter(const struct phase *f, double error)
+{
+    return fmax(SAFETY * pow(error, -1.0 / f->by->order), LEAST_CHANGE);
+}
+
+/* Hold the end of a step that is to be accepted to what its energy tells; *error is larger than 1 where that refuses it.
+ *
+ * A step past a singular configuration is given a wide tolerance there, for what no step can know; what its energy misses beyond that is an error of
+ * the step, which a shorter one past the same place mends. Where a shorter one would end before it, the next begins nearer to it, where less
+ * is known, and would be refused for that, and so on without end: that is done once for a place. */
+static enum outcome hold_to_energy(struct phase *f, double *error, int *missed)
+{
+    double excess = 0.0;
+    *error = fmax(*error, energy_residual(f));
+    if (*error > 1.0)
+        return OUTCOME_DONE;
+    const enum outcome outcome = return_to_energy(f, f->h, &excess);
+    if (outcome || !(excess > 1.0) || f->run->fixed_step > 0.0 || *missed >= AGAIN)
+        return outcome;
+    const int passes = passes_place(f, f->h * shorter(f, excess));
+    if (passes || !f->at.nearer) {
+        f->at.nearer |= !passes;
+        ++*missed;
+        *error = excess;
+    }
+    return OUTCOME_DONE;
+}
+
 enum outcome accepted_step(struct phase *f, double *next)
 {
     struct run *run = f->run;
-    int refused = 0, again = 0;
+    int refused = 0, again = 0, missed = 0;
     enum passage elsewhere = keeps_collocation(f) ? ABOUT : FREE;
     for (;;) {
         double error = 0.0;
@@ -110,21 +142,22 @@ enum outcome accepted_step(struct phase *f, double *next)
         if (!outcome && run->fixed_step > 0.0 && breaks_energy(f))
             outcome = OUTCOME_NOT_KEPT;
         if (!outcome && error <= 1.0)
-            error = fmax(error, energy_residual(f));
+            outcome = hold_to_energy(f, &error, &missed);
         if (!outcome && error <= 1.0) {
             const double change = SAFETY * pow(fmax(error, 1e-12), -1.0 / f->by->order);
             *next = f->h * fmin(fmax(change, LEAST_CHANGE), refused ? 1.0 : LARGEST_CHANGE);
             if (f->at.passage == BEFORE)
                 *next = fmax(*next, whole);
+            else
+                f->at.nearer = 0;
             run->steps++;
-            return return_to_energy(f, f->h);
+            return OUTCOME_DONE;
         }
         if (outcome == OUTCOME_INTERRUPTED)
             return outcome;
         refused = 1;
         run->rejected++;
-        const double change = outcome || !isfinite(error) ? LEAST_CHANGE : SAFETY * pow(error, -1.0 / f->by->order);
-        f->h *= fmax(change, LEAST_CHANGE);
+        f->h *= outcome || !isfinite(error) ? LEAST_CHANGE : shorter(f, error);
         if (f->h < shortest(f) || run->fixed_step > 0.0)
             return outcome ? outcome : OUTCOME_STEP_TOO_SMALL;
     }

@@ -79,13 +79,16 @@ static enum outcome move_end(struct phase *f, double h, double x, double by, str
     return outcome ? outcome : project_velocity(f->s, p->end, p->end + n);
 }
 
-/* J, and in *noise what it is known to */
-static double energy_at(const struct system *s, const double *y, double *noise)
+/* J: of it what is in motion, and what it is known to */
+struct energy {
+    double all, moves, noise;
+};
+
+static struct energy energy_at(const struct system *s, const double *y)
 {
     double e[2];
     s->model->energy(s->k, y, y + s->n, e);
-    *noise = ENERGY_ROUNDING * (e[0] + fabs(e[1]));
-    return e[0] + e[1];
+    return (struct energy){e[0] + e[1], e[0], ENERGY_ROUNDING * (e[0] + fabs(e[1]))};
 }
 
 /* Of all that is unknown the part, -1 to 1, that is most likely where moving by all of it gains `all` (J), the end has gained `gain`, and energies are
@@ -97,7 +100,8 @@ static double most_likely(double gain, double all, double noise)
 }
 
 /* The same, once the motion is found; `unknown` is the part of the velocities that was unknown at the beginning. */
-static enum outcome return_along_motion(struct phase *f, double h, double part, double unknown, struct passing *p)
+static enum outcome return_along_motion(struct phase *f, double h, double part, double unknown, struct passing *p,
+                                        double *excess)
 {
     struct system *s = f->s;
     const double speed = fastest(s, f->y1 + s->n);
@@ -106,19 +110,20 @@ static enum outcome return_along_motion(struct phase *f, double h, double part, 
     outcome = outcome ? outcome : move_end(f, h, part, fmin(unknown, first_order) * speed, p);
     if (outcome)
         return outcome;
-    double noise;
-    const double end = energy_at(s, f->y1, &noise), all = energy_at(s, p->end, &noise) - end;
-    const double by = most_likely(end - energy_at(s, f->y, &noise), all, noise);
+    const struct energy begin = energy_at(s, f->y), end = energy_at(s, f->y1), moved = energy_at(s, p->end);
+    const double gain = end.all - begin.all, all = moved.all - end.all, by = most_likely(gain, all, begin.noise);
     for (int i = 0; i < 2 * s->n && by != 0.0; i++)
         f->y1[i] += by * (p->end[i] - f->y1[i]);
+    *excess = fabs(gain + by * all) / (KEPT * f->run->tolerance.rtol * begin.moves + begin.noise);
     if (f->at.energy_h == h)
         s->model->energy(s->k, f->y1, f->y1 + s->n, f->at.energy_end);
     return OUTCOME_DONE;
 }
 
-enum outcome return_to_energy(struct phase *f, double h)
+enum outcome return_to_energy(struct phase *f, double h, double *excess)
 {
     struct system *s = f->s;
+    *excess = 0.0;
     const double part = fmax(0.0, (f->at.place - f->t) / h);
     if (f->at.passage != ACROSS || s->model->power || active_count(s) || !(h > 0.0 && part < 1.0))
         return OUTCOME_DONE;
@@ -126,7 +131,7 @@ enum outcome return_to_energy(struct phase *f, double h)
     struct passing p;
     enum outcome outcome = take_passing(s, &p);
     if (!outcome && motion_of_both_sides(f, h, part, &p))
-        outcome = return_along_motion(f, h, part, unknown_velocity(f), &p);
+        outcome = return_along_motion(f, h, part, unknown_velocity(f), &p, excess);
     give_back(s->arena, mark);
     return outcome == OUTCOME_INTERRUPTED || outcome == OUTCOME_NO_MEMORY ? outcome : OUTCOME_DONE; /* it stays else */
 }
@@ -146,5 +151,6 @@ enum outcome projected_step(struct phase *f, double h)
         outcome = outcome || error <= 1.0 ? outcome : OUTCOME_NO_CONVERGENCE;
     }
     outcome = outcome ? outcome : project_step_end(f);
-    return outcome ? outcome : return_to_energy(f, h);
+    double excess;
+    return outcome ? outcome : return_to_energy(f, h, &excess);
 }
