@@ -22,7 +22,7 @@ _SHORT = 12
 _STIFF = 1e12
 """Multipliers as large as this mean that the closure cannot be reached from here."""
 _AS_NEAR = 1e-8
-"""Misses that differ by less of themselves are the same: a smallest one is found to the root of rounding."""
+"""Misses larger by no more than this of themselves are the same: a smallest one is found to the root of rounding."""
 
 
 class CannotClose(ValueError):
@@ -137,9 +137,9 @@ def _follow(layout: Layout, sketch: Real, free: NDArray[np.int_]) -> Real:
 
 
 def _nearer(layout: Layout, best: Real, found: Real) -> Real:
-    """Which of two configurations that do not close misses by less, the first where both miss by the same."""
+    """Which of two configurations that do not close misses by less."""
     least, miss = (float(_misses(layout, x).max()) for x in (best, found))
-    return found if miss < (1.0 - _AS_NEAR) * least else best
+    return found if miss < least else best
 
 
 def _returned(
