@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
@@ -145,7 +146,7 @@ def _angles(settings: Mapping[str, float], scene: Scene) -> list[str]:
     from ..scene.angles import taken_as_rad
 
     found = {path: getattr(value, "text", value) for path, value in settings.items()}
-    angles = [path for path in settings if _units_of(scene, path) == ("rad",)]
+    angles = [path for path in settings if _units_of(scene, path) == ("rad",) and math.isfinite(settings[path])]
     told = ((path, taken_as_rad(settings[path], found[path])) for path in angles)
     return [f"--set {path}: {remark}" for path, remark in told if remark]
 

@@ -21,6 +21,8 @@ _STEPS = 200
 _SHORT = 12
 _STIFF = 1e12
 """Multipliers as large as this mean that the closure cannot be reached from here."""
+_STANDS = 1e-13
+"""A step (rad, or lengths in units) as short as this is the rounding of angles about 1 after a few sums."""
 _AS_NEAR = 1e-8
 """Misses larger by no more than this of themselves are the same: a smallest one is found to the root of rounding."""
 
@@ -147,31 +149,47 @@ def _returned(
 ) -> Real:
     """``x`` with its displacements ``free`` moved back to the ``sketch`` as far as that opens no loop further.
 
-    Each step goes along the motions that open nothing (to first order), to where Σ w (x - sketch)² is least on them,
-    and is polished; it is halved where that does not come nearer. Where it ends, the conditions of the constrained
-    minimum hold.
+    Newton's steps know how the loops curve. Where they break off, because loops do not close or beside a dead end, each
+    step goes along the motions that open nothing (to first order), to where Σ w (x - sketch)² is least on them,
+    and is polished; it is halved where that does not come nearer. Where it ends before ``_STEPS`` of them, the
+    conditions of the constrained minimum hold; else it is nearer than ``x`` was.
     """
     root = np.sqrt(weights[free])
+    back = _back(layout, sketch, x, root, free)
+    if np.abs(back).max(initial=0.0) > _STANDS:
+        near = _polish(layout, _descend(layout, sketch, x, weights, free), free)
+        if _closed(layout, near, CLOSED * layout.reach) and _distance(near, sketch, root, free) < _distance(
+            x, sketch, root, free
+        ):
+            x, back = near, _back(layout, sketch, near, root, free)
     for _ in range(_STEPS):
-        away = root * (sketch - x)[free]
-        jacobian = layout.jacobian(x)[:, free] / root
-        back = (away - _smallest(jacobian, jacobian @ away)) / root
         most = float(np.abs(back).max(initial=0.0))
-        distance = float(away @ away)
+        distance = _distance(x, sketch, root, free)
         may_miss = (1.0 + _AS_NEAR) * np.maximum(_misses(layout, x), CLOSED * layout.reach)
         size = 1.0 / max(1.0, most)
-        while size * most > 1e-13:
+        while size * most > _STANDS:
             moved = x.copy()
             moved[free] += size * back
             moved = _polish(layout, moved, free)
-            left = root * (sketch - moved)[free]
-            if float(left @ left) < distance and np.all(_misses(layout, moved) <= may_miss):
+            if _distance(moved, sketch, root, free) < distance and np.all(_misses(layout, moved) <= may_miss):
                 break
             size /= 2.0
         else:
             return x
-        x = moved
+        x, back = moved, _back(layout, sketch, moved, root, free)
     return x
+
+
+def _back(layout: Layout, sketch: Real, x: Real, root: Real, free: NDArray[np.int_] | slice) -> Real:
+    """The way of the displacements ``free`` back to the sketch, less what opens loops; ``root``: of weights."""
+    away = root * (sketch - x)[free]
+    jacobian = layout.jacobian(x)[:, free] / root
+    return np.asarray((away - _smallest(jacobian, jacobian @ away)) / root, dtype=np.float64)
+
+
+def _distance(x: Real, sketch: Real, root: Real, free: NDArray[np.int_] | slice) -> float:
+    away = root * (x - sketch)[free]
+    return float(away @ away)
 
 
 def alone(layout: Layout, sketch: Real, gap: int) -> float:
@@ -234,8 +252,12 @@ def tangent(layout: Layout, x: Real, direction: Real) -> Real:
     return direction - _smallest(jacobian, jacobian @ direction)
 
 
-def _descend(layout: Layout, sketch: Real, start: Real, weights: Real) -> Real:
+def _descend(
+    layout: Layout, sketch: Real, start: Real, weights: Real, free: NDArray[np.int_] | slice = slice(None)
+) -> Real:
     """Stationary point of ½ Σ w (x - sketch)² on the closed configurations, by damped Newton steps from ``start``.
+
+    Only the displacements ``free`` change, all unless given.
 
     The closure's second derivatives are diagonal, because each arm turns with one angle only (what a length and its
     line's angle share is left out); so is the Hessian of the Lagrangian, kept positive here so that every step goes
@@ -245,17 +267,19 @@ def _descend(layout: Layout, sketch: Real, start: Real, weights: Real) -> Real:
     multipliers: Real = np.zeros(2 * len(layout.gaps) + len(layout.held) + len(layout.lengths))
     penalty = 1.0
     for _ in range(_STEPS):
-        gap, jacobian, away = layout.closure(angles), layout.jacobian(angles), weights * (angles - sketch)
-        hessian = np.maximum(weights + layout.curvature(angles, multipliers), 0.1 * weights)
+        gap, jacobian = layout.closure(angles), layout.jacobian(angles)[:, free]
+        away = (weights * (angles - sketch))[free]
+        hessian = np.maximum(weights + layout.curvature(angles, multipliers), 0.1 * weights)[free]
         schur = (jacobian / hessian) @ jacobian.T
         multipliers = _smallest(schur, gap - (jacobian / hessian) @ away)
         if np.linalg.norm(multipliers) > _STIFF:
             break
-        step = -(away + jacobian.T @ multipliers) / hessian
+        step = np.zeros(len(angles))
+        step[free] = -(away + jacobian.T @ multipliers) / hessian
         penalty = max(penalty, 2.0 * float(np.linalg.norm(multipliers)))
         size = _line_search(layout, sketch, weights, angles, step, penalty)
         angles = angles + size * step
-        if float(np.abs(size * step).max()) <= 1e-13:
+        if float(np.abs(size * step).max()) <= _STANDS:
             break
     return angles
 

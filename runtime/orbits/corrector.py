@@ -114,9 +114,10 @@ class Corrector:
         first = len(self.units)
         before[:first], before[-1] = point.tangent[:first], point.tangent[-1]
         try:
-            return self._begun(*parts, point.value, before)._replace(steps=point.steps)
+            fresh = self._begun(*parts, point.value, before)._replace(steps=point.steps)
         except ValueError:  # where they cannot be begun anew they go on as they are
             return point
+        return fresh if fresh.orbit.missed <= self.tolerance else point
 
     def point(self, guess: FloatArray, normal: FloatArray, last: Point, *, exactly: bool = False) -> Point:
         """The point of the branch in the plane through the place ``guess`` that is normal to ``normal``, from the

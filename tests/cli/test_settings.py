@@ -342,6 +342,8 @@ def test_degrees_that_may_be_meant_are_told(tmp_path: Path) -> None:
     assert '--set wound.angle: 40 is taken as rad, 6.37 turns; write "40 deg" for degrees' in done.stderr
     quiet = CliRunner().invoke(app, ["run", "turned.toml", "--set", "wound.angle=40", "--until", "10 ms", "-q"])
     assert quiet.stderr == '--set wound.angle: 40 is taken as rad, 6.37 turns; write "40 deg" for degrees\n'
+    wrong = CliRunner().invoke(app, ["run", "turned.toml", "--set", "wound.angle=nan", "-q"])
+    assert wrong.exit_code == 2 and "is taken as rad" not in wrong.stderr
 
 
 def test_ends_have_units_as_in_scenes() -> None:

@@ -97,3 +97,39 @@ def test_what_follows_moves_no_more_than_it_must(seed: int) -> None:
             held = np.setdiff1d(np.arange(count + 2), loose)
             assert np.all(found[held] == sketch[held])
             assert found[count:] == pytest.approx(sketch[count:], abs=1e-12)
+
+
+@pytest.mark.parametrize(("links", "span"), [(4, 3.6), (6, 5.4), (6, 1.8)])
+def test_chains_that_follow_one_link_change_least(links: int, span: float) -> None:
+    """All links of a chain between two pins but the first follow it; SciPy finds nothing nearer from there."""
+    scene = read_tables(
+        {
+            "ground_link": {"points": {"O": [0, 0], "E": [span, 0.1]}},
+            "link": [{**LINK, "name": f"l{k}", "points": {"A": [0, 0], "B": [1, 0]}} for k in range(links)],
+            "joint": [
+                {"between": ["ground.O", "l0.A"]},
+                *({"between": [f"l{k}.B", f"l{k + 1}.A"]} for k in range(links - 1)),
+                {"between": [f"l{links - 1}.B", "ground.E"]},
+            ],
+            "start": {"angles": {"l0": 0.3}},
+        },
+        "chain.toml",
+        "chain",
+    )
+    found = np.array([pose[2] for pose in scene.start.poses[1:]])
+
+    def gap(x: np.ndarray) -> np.ndarray:
+        miss = np.exp(0.3j) + np.sum(np.exp(1j * x)) - (span + 0.1j)
+        return np.array([miss.real, miss.imag])
+
+    assert scene.start.poses[0][2] == 0.3 and np.max(np.abs(gap(found))) < 1e-13
+    other = minimize(
+        lambda x: x @ x,
+        found,
+        jac=lambda x: 2 * x,
+        method="SLSQP",
+        constraints={"type": "eq", "fun": gap, "jac": lambda x: np.array([-np.sin(x), np.cos(x)])},
+        options={"ftol": 1e-15, "maxiter": 300},
+    )
+    assert np.max(np.abs(gap(other.x))) < 1e-9
+    assert found @ found <= other.x @ other.x + 1e-8
