@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor, wait
+from threading import Event
 
 PAUSE = 0.05
 """Seconds between two looks of the thread that waits."""
@@ -23,11 +24,20 @@ def share(work: Callable[[], None], threads: int, end: Callable[[], None], told:
 
     ``end`` is to have them come back soon, ``told`` is called now and then. What they raise is raised.
     """
-    whole = True
+    whole, at_work = True, list[Event]()
+
+    def working() -> None:
+        back = Event()
+        at_work.append(back)
+        try:
+            work()
+        finally:
+            back.set()
+
     with ThreadPoolExecutor(threads) as pool:
         tasks: list[Future[None]] = []
         try:
-            tasks += [pool.submit(work) for _ in range(threads)]
+            tasks += [pool.submit(working) for _ in range(threads)]
             while wait(tasks, PAUSE).not_done:
                 if told is not None:
                     told()
@@ -37,6 +47,8 @@ def share(work: Callable[[], None], threads: int, end: Callable[[], None], told:
         except BaseException:
             end()
             raise
+    for back in at_work:
+        back.wait()  # the pool does not know a thread that Ctrl-C broke the start of
     for task in tasks:
         task.result()
     return whole

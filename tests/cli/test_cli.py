@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import select
 import signal
 import subprocess
 import time
@@ -14,8 +15,9 @@ import pytest
 
 from ccgen.runtime import methods
 
-from ..support.command_line import CCGEN, PENDULUM, Done, ccgen, written
+from ..support.command_line import CCGEN, LONGEST, PENDULUM, Done, ccgen, written
 from ..support.folders import SCENES
+from ..support.heeding import heeding_ctrl_c
 from ..support.tiers import hard
 
 HEXAGON = str(SCENES / "falling-hexagon.toml")
@@ -200,29 +202,53 @@ def test_run_without_contacts(tmp_path: Path) -> None:
 
 @pytest.mark.hard
 def test_interrupted_run_keeps_what_it_has(tmp_path: Path) -> None:
+    """Ctrl-C comes when the line of progress on the terminal tells the first time that the simulation has reached."""
     many = PENDULUM.replace("links = 1", "links = 24")  # slow enough not to be done before the signal
     (tmp_path / "pendulum.toml").write_text(many)
     ccgen("--scene", "pendulum.toml", at=tmp_path)
-    heeded = signal.signal(signal.SIGINT, signal.default_int_handler)  # jobs of shells may be told to ignore it
-    process = subprocess.Popen(
-        [CCGEN, "run", "pendulum.toml", "--until", "5e5", "--rtol", "1e-13", "--method", "dop853"],
-        cwd=tmp_path,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    try:
-        time.sleep(6.0)
-        process.send_signal(signal.SIGINT)
-        out, err = process.communicate(timeout=120)
-    finally:
-        process.kill()
-        signal.signal(signal.SIGINT, heeded)
+    options = ("--until", "5e5", "--rtol", "1e-13", "--method", "dop853")
+    terminal, end = os.openpty()
+    with (tmp_path / "out").open("w+") as out, heeding_ctrl_c():
+        process = subprocess.Popen(
+            [CCGEN, "run", "pendulum.toml", *options],
+            cwd=tmp_path,
+            stdout=out,
+            stderr=end,
+            env={**os.environ, "TERM": "xterm", "COLUMNS": "120"},
+        )
+        os.close(end)
+        try:
+            err = told(terminal, until=" t = ")
+            assert " t = " in err, err
+            process.send_signal(signal.SIGINT)
+            err += told(terminal)
+            process.wait(LONGEST)
+        finally:
+            process.kill()
+            os.close(terminal)
+        out.seek(0)
+        printed = out.read()
     assert process.returncode == 3, err
-    assert re.fullmatch(r"pendulum: stopped at t = \S+ s: interrupted\n", err)
-    assert "result.npz" in out
+    assert re.search(r"pendulum: stopped at t = \S+ s: interrupted\r\n", err), err
+    assert "result.npz" in printed
     files = [f"pendulum/{file}" for file in (".ccgen.json", "forces.png", "player.html", "plot.png", "result.npz")]
     assert written(tmp_path / "results") == files
+
+
+def told(terminal: int, until: str | None = None) -> str:
+    """What a process tells a terminal until it ends, or says that, or for as long as a command may take."""
+    found, last = "", time.monotonic() + LONGEST
+    while until is None or until not in found:
+        if not select.select([terminal], [], [], max(0.0, last - time.monotonic()))[0] or time.monotonic() > last:
+            break
+        try:
+            more = os.read(terminal, 65536)
+        except OSError:  # the other side is closed
+            break
+        if not more:
+            break
+        found += more.decode(errors="replace")
+    return found
 
 
 # Showing and comparing

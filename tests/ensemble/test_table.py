@@ -6,8 +6,6 @@ import ctypes
 import math
 import os
 import signal
-import threading
-import time
 from typing import Any
 
 import numpy as np
@@ -18,6 +16,7 @@ from ccgen.runtime import Model, Reduction, ensemble, load_model, simulate
 from ccgen.runtime.ensemble.reduction import SIGNATURE
 
 from ..support.folders import SCENES
+from ..support.heeding import heeding_ctrl_c
 from ..support.workshop import Workshop
 
 
@@ -164,29 +163,40 @@ def test_reduce_keeps_no_table(workshop: Workshop) -> None:
 
 
 def test_ctrl_c_keeps_what_is_done(workshop: Workshop) -> None:
+    """Two thousand runs take half a minute of two processors; Ctrl-C comes when a few are done."""
     model = workshop.model(PENDULUM)
     speeds = np.linspace(0.0, 3.0, 2_000)[:, None]
-    pressed: list[int] = []
 
     def press(done: int, count: int) -> None:
-        if done > 3 and not pressed:
-            pressed.append(done)
-            os.kill(os.getpid(), signal.SIGINT)
-            time.sleep(0.01)
+        if done > 3:
+            signal.raise_signal(signal.SIGINT)
 
-    made = ensemble(
-        model, u0=speeds, observe=["q"], until=5000.0, threads=2, progress=press, keep_interrupted=True, rtol=1e-12
-    )
+    with heeding_ctrl_c():
+        made = ensemble(
+            model, u0=speeds, observe=["q"], until=5000.0, threads=2, progress=press, keep_interrupted=True, rtol=1e-12
+        )
     assert len(made) == 2_000 and "interrupted" in made.status
     done = np.flatnonzero(made.status == "done")
     for row in (done[0], done[-1]):
         assert np.array_equal(made["q"][row], simulate(model, u0=speeds[row], until=5000.0, rtol=1e-12).q[-1])
     assert all(reason for reason, status in zip(made.reason, made.status, strict=True) if status != "done")
-    timer = threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT))
-    timer.start()
-    with pytest.raises(KeyboardInterrupt):
-        ensemble(model, u0=speeds, until=5000.0, rtol=1e-12)
-    timer.join()
+
+
+def test_ctrl_c_ends_all_runs(workshop: Workshop) -> None:
+    """Pressed by the fourth run as it ends, on one of the threads at work: the one that waits for them takes it."""
+    model = workshop.model(PENDULUM)
+    made: list[int] = []
+
+    @SIGNATURE
+    def press(context: Any, t: Any, rows: Any, count: int, width: int, out: Any) -> int:
+        made.append(count)
+        if len(made) == 4:
+            os.kill(os.getpid(), signal.SIGINT)
+        return 0
+
+    with heeding_ctrl_c(), pytest.raises(KeyboardInterrupt):
+        ensemble(model, u0=np.ones((2_000, 1)), until=5000.0, threads=2, rtol=1e-12, reduction=Reduction(press, 1))
+    assert 4 <= len(made) < 2_000
 
 
 def test_every_fault_at_once(hexagon: Model) -> None:

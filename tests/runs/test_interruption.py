@@ -13,7 +13,9 @@ import numpy as np
 import pytest
 
 from ccgen.runtime import Run, simulate
+from ccgen.runtime.simulation.threads import share
 
+from ..support.heeding import heeding_ctrl_c
 from ..support.workshop import Workshop
 
 SOON = 0.2
@@ -37,7 +39,6 @@ def ctrl_c(call: Called, after: float = AFTER) -> tuple[Any, float]:
 def once(call: Called, after: float) -> tuple[Any, float]:
     """The same, tried once. The seconds are those of the clock, or of the processor where these are fewer: a process
     that waits for its turn on a machine that does much else has not gone on."""
-    heeded = signal.signal(signal.SIGINT, signal.default_int_handler)  # jobs of shells may be told to ignore it
     sent: list[tuple[float, float]] = []
 
     def send() -> None:
@@ -45,15 +46,15 @@ def once(call: Called, after: float) -> tuple[Any, float]:
         os.kill(os.getpid(), signal.SIGINT)
 
     timer = threading.Timer(after, send)
-    timer.start()
-    try:
-        found = call()
-    except KeyboardInterrupt as error:
-        found = error
-    finally:
-        now = (time.perf_counter(), time.process_time())
-        timer.cancel()
-        signal.signal(signal.SIGINT, heeded)
+    with heeding_ctrl_c():
+        timer.start()
+        try:
+            found = call()
+        except KeyboardInterrupt as error:
+            found = error
+        finally:
+            now = (time.perf_counter(), time.process_time())
+            timer.cancel()
     assert sent, "it was over before Ctrl-C"
     return found, min(end - start for end, start in zip(now, sent[0], strict=True))
 
@@ -115,6 +116,34 @@ def test_ctrl_c_in_the_progress_of_a_batch_ends_it(tossed: Any) -> None:
     times.clear()
     runs = simulate(model, q, u, until=1.0, progress=progress, keep_interrupted=True)
     assert 0 < len(runs) <= 40 and not all(run.success for run in runs)
+
+
+def test_threads_are_back_where_ctrl_c_broke_their_start(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It comes when the second thread is at work and its start has not returned: that is waited for too, as it still
+    writes."""
+    starts, begun, ended = list[threading.Thread](), threading.Event(), threading.Event()
+    back: list[threading.Thread] = []
+    start = threading.Thread.start
+
+    def broken(thread: threading.Thread) -> None:
+        starts.append(thread)
+        start(thread)
+        if len(starts) == 2:
+            begun.wait()
+            raise KeyboardInterrupt
+
+    def work() -> None:
+        second = len(starts) == 2 and threading.current_thread() is starts[1]
+        if second:
+            begun.set()
+        ended.wait()
+        if second:
+            time.sleep(0.2)  # what is not waited for is still at work
+        back.append(threading.current_thread())
+
+    monkeypatch.setattr(threading.Thread, "start", broken)
+    assert not share(work, 2, ended.set, None)
+    assert len(starts) == 2 and set(back) == set(starts)
 
 
 @pytest.mark.hard
