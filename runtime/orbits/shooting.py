@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Iterable, Iterator, Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -42,7 +43,12 @@ class Chain:
     @property
     def timed(self) -> bool:
         """Whether segments end after times of their own, which have to follow the period."""
-        return sum(self.crosses) == 1 and len(self.maps) > 1
+        return not all(self.crosses)
+
+    def turns(self) -> list[slice]:
+        """The segments of each way from the section back to it: several where the motion was doubled."""
+        begins = [k for k, crosses in enumerate(self.crosses) if crosses]
+        return [slice(*ends) for ends in pairwise([*begins, len(self.maps)])]
 
     def of(self, model: Model) -> Chain:
         """The same segments of the model with other values of its parameters."""
@@ -192,9 +198,25 @@ def _away(t: float, impacts: Sequence[float]) -> float:
 
 def spread(chain: Chain, found: Sequence[Crossed]) -> tuple[Chain, list[State]] | None:
     """The segments of a motion that is ``found`` with times that have followed its period, and their nodes; None where
-    those that it has will do."""
+    those that it has will do. Of a doubled motion each turn has its own times: it goes on crossing the section, where
+    its state may be relabelled."""
     if not chain.timed:
         return None
+    single, maps, nodes, anew = chain.map.single(), list[Map](), list[State](), False
+    for turn in chain.turns():
+        fresh = _spread(single, found[turn])
+        if fresh is None:
+            maps += chain.maps[turn]
+            nodes += [(one.q, one.u) for one in found[turn]]
+        else:
+            maps += fresh[0].maps
+            nodes += fresh[1]
+            anew = True
+    return (Chain(chain.map, maps, chain.crosses), nodes) if anew else None
+
+
+def _spread(a_map: Map, found: Sequence[Crossed]) -> tuple[Chain, list[State]] | None:
+    """The same of one turn, of whose map the segments are parts."""
     starts = np.cumsum([0.0, *(one.time for one in found)]).tolist()
     impacts = [first + one.t for first, part in zip(starts, found, strict=False) for one in part.runs[0].impacts]
     part = starts[-1] / len(found)
@@ -207,7 +229,7 @@ def spread(chain: Chain, found: Sequence[Crossed]) -> tuple[Chain, list[State]] 
         k = max(int(np.searchsorted(starts[:-1], t, side="right")) - 1, 0)
         nodes.append(found[k].runs[0].at(t - starts[k]))
     times = np.diff([0.0, *ends, starts[-1]]).tolist()
-    return _timed(chain.map, times), nodes
+    return _timed(a_map, times), nodes
 
 
 def multipliers_of(parts: Sequence[FloatArray]) -> ComplexArray:

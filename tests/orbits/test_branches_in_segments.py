@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 
 from ccgen.runtime import continue_orbit, double_period, find_orbit
 from ccgen.runtime.orbits.section import read_map
-from ccgen.runtime.orbits.shooting import PLACES, _ends, _timed, spread, whole
+from ccgen.runtime.orbits.shooting import PLACES, Chain, _ends, _timed, multipliers_of, spread, whole
 
 from ..oracles.bouncing_table import BouncingTable
 from ..support.shaken_table import RADIUS, SHAKEN, TABLE, G
@@ -114,6 +114,33 @@ def test_doubling_in_segments(workshop: Workshop) -> None:
     assert np.sort_complex(again.multipliers**3) == pytest.approx(np.sort_complex(doubled.multipliers), abs=1e-8)
 
 
+def test_segments_of_a_doubled_motion_follow_its_period(workshop: Workshop) -> None:
+    """The simplest walker's gait of a long and a short step, where gravity becomes three times as strong: in steps of
+    three segments, two of which take longer at first than a whole step at last. One run for each step comes back too,
+    with the same multipliers."""
+    pull, slope = "gravity.direction.x", 0.015
+    model = with_feet(workshop.model(STONES, derivatives=True), 1e-4).with_parameters({pull: slope})
+    theta, rate = 0.2003 * (slope / 0.009) ** (1 / 3), -0.1998 * (slope / 0.009) ** (1 / 3)  # as in test_walker_gaits
+    guess = [0.0, 0.0, math.pi / 2 + theta, math.pi / 2 - theta], [0.0, 0.0, rate, math.cos(2 * theta) * rate]
+    orbit = find_orbit(model, *guess, **SEARCH, segments=3)
+    (flip,) = continue_orbit(orbit, pull, (slope, slope + 3e-4), way="up", step=0.3).bifurcations
+    doubled = double_period(flip)
+    assert doubled.nodes.shape == (6, 8) and abs(doubled.states[0, 2] - doubled.states[1, 2]) > 1e-3
+    first = sum(one.section for one in doubled.chain.maps[:2])
+    branch = continue_orbit(doubled, "gravity.g", (1.0, 3.0), way="up", step=0.2)
+    assert branch.ends[1] == "gravity.g reached 3" and not branch.bifurcations
+    for g, one in zip(branch.values.tolist(), branch.orbits, strict=True):
+        assert one.period == pytest.approx(doubled.period / math.sqrt(g), abs=1e-8)
+        assert one.states[:, :4] == pytest.approx(doubled.states[:, :4], abs=1e-8)
+        assert one.states[:, 4:] / math.sqrt(g) == pytest.approx(doubled.states[:, 4:], abs=1e-8)
+    last = branch.orbits[-1]
+    assert last.nodes.shape == (6, 8) and last.period / 2 < first
+    alone = whole(last.return_map)
+    found = alone.at([(last.q, last.u)])
+    assert np.abs(alone.system(found)[0]).max() <= 1e-8 and len(found[0].runs) == 2
+    assert multipliers_of(alone.blocks(found))[:2] == pytest.approx(last.multipliers[:2], abs=1e-7)
+
+
 BALL = """
 name = "ball"
 [[link]]
@@ -205,3 +232,24 @@ def test_segments_that_no_longer_fit_are_chosen_anew(times: Any, workshop: Works
         assert np.concatenate(node) == pytest.approx(bounced(t), abs=1e-9)
     again = other.at(nodes)
     assert np.abs(other.system(again)[0]).max() <= 1e-9 and spread(other, again) is None
+
+
+def test_of_a_doubled_motion_the_turn_that_no_longer_fits_is_parted_anew(workshop: Workshop) -> None:
+    """The same motion twice: its first turn has a last segment that is far too long, the second one is as it should
+    be and keeps its times."""
+    model = workshop.model(BOUNCES, derivatives=True)
+    a_map = read_map(model, ("guide.slide", -0.2), 1, None, None, (), {"rtol": None, "method": None})
+    parts = [np.array([0.1, 0.15, math.pi / 2 - 0.25]), np.array([0.5, 0.5, math.pi / 2 - 1.0])]
+    first, second = (_timed(a_map, part.tolist()) for part in parts)
+    chain = Chain(a_map.doubled(), first.maps + second.maps, first.crosses + second.crosses)
+    starts = [float(t) for part in parts for t in np.cumsum([0.0, *part[:-1]])]
+    found = chain.at([tuple(np.array([one]) for one in bounced(t)) for t in starts])
+    other, nodes = spread(chain, found) or pytest.fail("they were kept")
+    assert other.map is chain.map and other.crosses == chain.crosses and other.maps[3:] == chain.maps[3:]
+    for t, node in zip(np.cumsum([0.0, *(one.section for one in other.maps[:2])]).tolist(), nodes[:3], strict=True):
+        assert np.concatenate(node) == pytest.approx(bounced(t), abs=1e-9)
+    for t, node in zip(starts[3:], nodes[3:], strict=True):
+        assert np.concatenate(node) == pytest.approx(bounced(t), abs=1e-9)
+    again = other.at(nodes)
+    assert np.abs(other.system(again)[0]).max() <= 1e-9 and spread(other, again) is None
+    assert sum(one.time for one in again) == pytest.approx(math.pi, abs=1e-9)
