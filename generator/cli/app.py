@@ -309,6 +309,11 @@ def orbit(
     ] = None,
     rtol: Annotated[str | None, typer.Option(metavar="TOL", help="relative tolerance")] = None,
     method: Annotated[str | None, typer.Option(metavar="NAME", help="integration method [gauss]")] = None,
+    segments: Annotated[
+        str | None,
+        typer.Option(metavar="N", help="segments that begin anew, of a motion whose neighbours leave it fast [1]"),
+    ] = None,
+    most: Annotated[str | None, typer.Option(metavar="N", help="steps that Newton's method may take [30]")] = None,
     along: Annotated[
         str | None,
         typer.Option(metavar="PARAM=LOW:HIGH", help="follow it along a parameter; write branch.csv and branch.png"),
@@ -347,6 +352,8 @@ def orbit(
         until,
         rtol,
         method,
+        segments,
+        most,
         along,
         double,
         settled,

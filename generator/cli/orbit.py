@@ -39,6 +39,8 @@ class Wanted:
     until: str | None
     rtol: str | None
     method: str | None
+    segments: str | None
+    most: str | None
     along: str | None
     double: bool
     settled: str | None
@@ -52,6 +54,8 @@ def orbit(scene_file: Path, wanted: Wanted, detail: Detail, settings: Mapping[st
     guess = faults.of(read_pairs, wanted.guess, "--guess")
     relabel = faults.of(read_pairs, wanted.relabel, "--relabel")
     crossings = faults.of(read_count, wanted.crossings, "--crossings")
+    segments = faults.of(read_count, wanted.segments, "--segments")
+    most = faults.of(read_count, wanted.most, "--most")
     settled = faults.of(read_count, wanted.settled, "--settled")
     until, rtol = (
         faults.of(read_option, text, check, unit)
@@ -81,6 +85,8 @@ def orbit(scene_file: Path, wanted: Wanted, detail: Detail, settings: Mapping[st
         "advances": [name.strip() for name in (wanted.advances or "").split(",") if name.strip()],
         "rtol": rtol,
         "method": wanted.method,
+        "segments": segments or 1,
+        **({} if most is None else {"most": most}),
     }
     from ccgen.runtime import find_orbit
 

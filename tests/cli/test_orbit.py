@@ -70,6 +70,24 @@ def changed_files_stay(results: Path) -> None:
     assert code == 2 and "branch.csv, which ccgen did not write or which has changed since" in err
 
 
+def test_a_motion_is_found_in_segments() -> None:
+    """Three periods, each in a segment of its own: multipliers by hand, to the third power. A branch of them goes on in
+    segments, and a rough guess needs more than one step."""
+    words = ("orbit", "table.toml", "--section", "0.2", *NEAR, "--crossings", "3", "--segments", "3")
+    code, out, err = call(*words, "--most", "20", "--along", "bounce.restitution=0.49:0.51")
+    assert code == 0, err
+    lines = out.splitlines()
+    assert lines[0] == "bouncing-table: stable periodic motion; period 0.6 s"
+    printed = [complex(line.rpartition(" ")[0].replace(" ", "").replace("i", "j")) for line in lines[3:5]]
+    expected = np.sort_complex(np.array(TABLE.multipliers) ** 3)
+    assert np.sort_complex(printed) == pytest.approx(expected, abs=1e-8)
+    assert "  end: bounce.restitution reached 0.51" in lines
+    code, _, err = call(*words, "--most", "1")
+    assert code == 2 and "found no periodic motion in 1 steps of Newton's method in 3 segments" in err
+    code, _, err = call("orbit", "table.toml", "--section", "0.2", *NEAR, "--segments", "2")
+    assert code == 2 and "segments: found 2 of 1 crossings in a model that depends on time" in err
+
+
 def test_a_walker_on_the_command_line() -> None:
     Path("walker.toml").write_text(STONES)
     words = ["orbit", "walker.toml", "--section", "swing.foot, stone", "--advances", "stance.x"]
@@ -78,6 +96,9 @@ def test_a_walker_on_the_command_line() -> None:
     code, out, err = call(*words, "--rtol", "1e-11", "--method", "dop853")
     assert code == 0, err
     assert out.startswith("walker-on-stones: stable periodic motion; period 3.8824585")
+    code, parted, err = call(*words, "--rtol", "1e-11", "--method", "dop853", "--segments", "3")
+    assert code == 0, err
+    assert parted.splitlines()[0] == out.splitlines()[0]
 
 
 def test_runs_find_their_model_after_an_orbit() -> None:
@@ -91,6 +112,7 @@ def test_runs_find_their_model_after_an_orbit() -> None:
 
 def test_all_that_is_wrong_is_told_at_once() -> None:
     words = ("--guess", "fall", "--crossings", "0", "--rtol", "-1", "--double", "--settled", "no")
+    words += ("--segments", "0", "--most", "1.5")
     code, _, err = call("orbit", "table.toml", "--section", "soon", *words)
     assert code == 2
     for part in (
@@ -100,6 +122,8 @@ def test_all_that_is_wrong_is_told_at_once() -> None:
         "--rtol: found -1.0, expected a number above 0",
         "--double: found without --along",
         "--settled: found 'no'",
+        "--segments: found '0', expected a whole number, at least 1",
+        "--most: found '1.5', expected a whole number, at least 1",
     ):
         assert part in err, err
     code, _, err = call(
