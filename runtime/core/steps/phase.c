@@ -9,6 +9,7 @@
 #include "steps/event_location.h"
 #include "steps/flat_loop.h"
 #include "steps/step_control.h"
+#include "steps/singular_step.h"
 #include "steps/step_end.h"
 #include "steps/kinks.h"
 #include "steps/meeting.h"
@@ -376,6 +377,14 @@ static enum outcome try_step(struct phase *f, struct event *event, double *stop,
         f->kink = -1;
     if (!outcome && interrupted(f->s->interruption, 0)) /* what was found without accelerations is none */
         outcome = OUTCOME_INTERRUPTED;
+    const double clear = !outcome && event->contact >= 0 ? clear_landing(f, event->theta * f->h) : 0.0;
+    if (clear > 0.0) { /* past a singular configuration first */
+        at->refused = at->next = clear;
+        event->contact = -1;
+        run->rejected++;
+        *again = 1;
+        return OUTCOME_DONE;
+    }
     if (!outcome && event->contact >= 0)
         outcome = locate_event(f, *event);
     if (!outcome && event->contact >= 0 && f->h > shortest(f) && outruns_velocity(f))

@@ -23,9 +23,10 @@ static const double NEARLY = 1e-6; /* relative: what the length of a step need n
 enum { LOOKS = 8, ROUNDS = 4 };    /* each round looks at a quarter of the last one's part of the step */
 
 /* Parts of a step at which a configuration is farthest from the stages of collocation: before the first one, and halfway between
- * two. One that lies later than the last is approached by a step of its own. */
-static const double CLEAR[] = {0.005, 0.0608, 0.1695, 0.3228, 0.5, 0.6772, 0.8305};
-enum { CLEARS = sizeof CLEAR / sizeof *CLEAR };
+ * two. The last is for steps that end at an event alone: a configuration that lies later than the last but one is approached by a
+ * step of its own. */
+static const double CLEAR[] = {0.005, 0.0608, 0.1695, 0.3228, 0.5, 0.6772, 0.8305, 0.9392};
+enum { CLEARS = sizeof CLEAR / sizeof *CLEAR - 1 };
 static const double MIDDLE = 0.5, LATE = 0.9;
 
 /* What velocities of state y may be wrong by (1/s) */
@@ -198,6 +199,17 @@ void take_over(struct phase *f, double own)
 int passes_place(const struct phase *f, double h)
 {
     return f->at.passage == ACROSS && f->at.place - f->t <= CLEAR[CLEARS - 1] * h;
+}
+
+double clear_landing(const struct phase *f, double length)
+{
+    const double until = f->at.place - f->t, part = until / length;
+    if (f->at.passage != ACROSS || !(part > CLEAR[0]))
+        return 0.0;
+    for (int i = 1; i <= CLEARS; i++)
+        if (part <= CLEAR[i] * (1.0 + NEARLY))
+            return part < CLEAR[i] * (1.0 - NEARLY) ? until / CLEAR[i] : 0.0;
+    return 0.0;
 }
 
 void place_about_singularity(struct phase *f, enum passage elsewhere)

@@ -26,6 +26,10 @@ void place_about_singularity(struct phase *f, enum passage elsewhere);
 /* whether the step passes f->place, and one of length h in its stead would do so too */
 int passes_place(const struct phase *f, double h);
 
+/* the length of a step past f->place that is to be taken first where one is to end after `length`, which would have the place at a
+ * stage; 0 where it may end there */
+double clear_landing(const struct phase *f, double length);
+
 /* whether the singular configuration is passed elsewhere in the step to end[2n] than f->place says, which then says it better */
 int misplaced(struct phase *f, const double *end);
 
