@@ -18,7 +18,7 @@
 #ifndef CCGEN_MODEL_H
 #define CCGEN_MODEL_H
 
-#define CCGEN_CONTRACT_VERSION 14
+#define CCGEN_CONTRACT_VERSION 15
 
 /* What a model's C gives to others ends in its package's name, so that a program can hold many models. An extension module
  * holds one: with CCGEN_BOUND it is called the same in all, and is told its name and its hash when it is linked, so that
@@ -121,6 +121,7 @@ typedef void ccgen_restitution(const double *k, double *e);
  * value i of lane l of block b at [(b * size + i) * lanes + l]. */
 struct ccgen_arguments { /* what a function reads, or blocks of directions in it; its other members may be NULL */
     const double *k, *q, *u, *t, *inputs, *u_dot, *multipliers, *P, *f, *y;
+    const double *cs; /* what `cosines` gives of q, so that the functions that accelerations take find it once; or NULL */
 };
 
 /* tangents[blocks][outputs][lanes], one output of the function behind the other, at the arguments `at`, along the directions
@@ -141,6 +142,8 @@ struct ccgen_derivatives {
     int lanes, count;
     const struct ccgen_named_tangent *tangents; /* [count] */
     ccgen_tangent *residual_q, *residual_u, *residual_k, *residual_t, *solve, *prescribed; /* those; NULL where they are zero */
+    int angles;          /* of which residuals and `solve` read cosines and sines */
+    ccgen_of_q *cosines; /* [2][angles]: cosines, behind them sines; NULL where they read none */
 };
 
 struct ccgen_model {

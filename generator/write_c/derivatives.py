@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from itertools import chain
 
 from ..equations.equations import Equations
@@ -57,6 +57,21 @@ def _parts(function: Function) -> dict[str, tuple[str, ...]]:
     return {kernel.name: ("k", *(a.name for a in kernel.inputs))}
 
 
+def shared_angles(found: Iterable[Tangent]) -> range:
+    """The coordinates whose sines and cosines the derivatives of accelerations read, and those between them."""
+    read = [angles for one in found if one.name in OF_ACCELERATIONS and (angles := _angles(one))]
+    return range(min(one.start for one in read), max(one.stop for one in read)) if read else range(0)
+
+
+def _angles(one: Tangent) -> range:
+    """The coordinates whose sines and cosines it reads; routines link by link read them one after the other."""
+    angles = one.routine.angles
+    if not angles.order or not one.read & {"c", "s"}:
+        return range(0)
+    assert angles.array == "q" and angles.first is not None
+    return range(angles.first, angles.first + len(angles.order))
+
+
 def _sizes(one: Tangent, constants: int) -> Mapping[str, int]:
     return {"k": constants} | {a.name: len(a.symbols) for a in one.routine.function.kernel.inputs}
 
@@ -71,11 +86,9 @@ class Derivatives:
 
     def function(self, one: Tangent) -> Slots:
         """One function."""
-        angles, first = one.routine.angles, one.routine.angles.first
-        if not one.read & {"c", "s"}:
-            angles = type(angles)()
+        angles = _angles(one)
         reads = [x for x in ARGUMENTS if x in one.read and x != "t"]
-        if angles.order and "q" not in reads:
+        if angles and "q" not in reads:
             reads.append("q")
         sizes = _sizes(one, self.constants_count)
         lost = " || ".join(
@@ -90,13 +103,7 @@ class Derivatives:
             "reads": reads,
             "timed": "t" in one.read,
             "value_arrays": one.value_arrays,
-            "angles": {
-                "count": len(angles.order),
-                "read": None if first is None else angles.array + (f" + {first}" if first else ""),
-                "each": [f"{angles.array}[{index}]" for index in angles.order],
-            }
-            if angles.order
-            else None,
+            "angles": {"first": angles.start, "count": len(angles)} if angles else None,
             "loads": [declared(line, self.numbers.type, self.c) for line in one.loads],
             "value_sections": [self._part(part) for part in one.values],
             "lost": lost,

@@ -10,7 +10,7 @@ import jinja2
 
 from ..equations.equations import Equations
 from ..program.routine import Routines
-from .derivatives import OF_ACCELERATIONS, Derivatives, tangents
+from .derivatives import OF_ACCELERATIONS, Derivatives, shared_angles, tangents
 from .lanes import over_lanes, over_states
 from .precision import DOUBLE, Precision
 from .routines import Writer
@@ -147,6 +147,7 @@ def render_c(
 def render_derivatives(banner: Banner, equations: Equations, routines: Routines, numbers: Precision = DOUBLE) -> str:
     """The derivatives of the functions in C11, for as many directions at a time as there are lanes."""
     writer, found = Derivatives(routines, numbers), tangents(equations, routines)
+    shared = shared_angles(found)
     return (
         _environment()
         .get_template("derivatives.c.j2")
@@ -155,6 +156,8 @@ def render_derivatives(banner: Banner, equations: Equations, routines: Routines,
             constants=writer.constants(),
             functions=[writer.function(one) for one in found],
             members=[one.name for one in found if one.name in OF_ACCELERATIONS],
+            sharing=[f"{name}_tangent" for name in OF_ACCELERATIONS],
+            shared={"first": shared.start, "count": len(shared)} if shared else None,
             member={"lambda": "multipliers"},
             real=numbers.type,
             preamble=numbers.preamble,

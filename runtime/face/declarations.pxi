@@ -20,6 +20,7 @@ cdef extern from *:
         const real *P
         const real *f
         const real *y
+        const real *cs
     struct ccgen_named_tangent:
         const char *name
         int outputs

@@ -137,7 +137,7 @@ cdef class Differentiating(Contacting):
         moved.u_dot = self._given_directions(by, "u_dot", blocks, self.m.nu, kept)
         moved.multipliers = self._given_directions(by, "multipliers", blocks, self.m.rows, kept)
         moved.P = self._given_directions(by, "P", blocks, contacts, kept)
-        moved.f = moved.y = NULL
+        moved.f = moved.y = moved.cs = NULL
         return moved
 
     def tangents(self, str name, const real[:, ::1] q, const real[:, ::1] u, t, const real[:, ::1] u_dot,
@@ -164,7 +164,7 @@ cdef class Differentiating(Contacting):
             taken = empty((b, function.outputs, which.shape[0]))
             chosen = taken
         at.k = &self.k[0]
-        at.f = at.y = NULL
+        at.f = at.y = at.cs = NULL
         for i in range(b if blocks and function.outputs else 0):
             now = times.at(i)
             at.q, at.u, at.t = &q[i, 0], &u[i, 0], &now

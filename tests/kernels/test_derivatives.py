@@ -54,6 +54,43 @@ def test_gaps_of_every_contact_have_derivatives(kind: str, workshop: Workshop) -
     check_derivatives(model, wide, *near_start(model), of=("gaps", "gap_rates", "acceleration"))
 
 
+PENDULUMS = """
+name = "pendulums"
+[ground_link]
+points = { O = [0, 0], P = [1, 0] }
+[[link]]
+name = "first"
+rod = { mass = 1 }
+points = { A = [0, 0], B = [1, 0] }
+[[link]]
+name = "second"
+rod = { mass = 2 }
+points = { A = [0, 0], B = [0.5, 0] }
+[[link]]
+name = "third"
+rod = { mass = 3 }
+points = { A = [0, 0], B = [0.7, 0] }
+[[joint]]
+between = ["ground.O", "first.A"]
+[[joint]]
+between = ["ground.P", "second.A"]
+[[joint]]
+between = ["second.B", "third.A"]
+[gravity]
+[start.angles]
+first = "-60 deg"
+second = "20 deg"
+third = "50 deg"
+"""
+
+
+def test_what_reads_some_of_the_angles_has_their_cosines(workshop: Workshop) -> None:
+    """What derivatives of accelerations are made of is given the same ones: the solution reads none of the first."""
+    model, wide = both(workshop, PENDULUMS)
+    assert model.folder is not None and "c = at->cs + 1;" in (model.folder / "derivatives.c").read_text()
+    check_derivatives(model, wide, *near_start(model), of=("acceleration",))
+
+
 @settings(DRAWN, max_examples=FEW // 5)
 @given(sketch=sketches(meshes=True))
 def test_random_mechanisms_have_derivatives(sketch: Sketch, workshop: Workshop) -> None:

@@ -199,11 +199,14 @@ enum outcome acceleration_tangents(struct system *s, double t, const double *q, 
     const size_t nu = s->n * d->lanes, ny = s->model->rows * d->lanes, blocks = along->blocks;
     const struct mark mark = s->arena->top;
     struct sides sides = {TAKE(s->arena, double, (blocks * (nu + ny))), NULL};
+    double *cs = d->cosines ? TAKE(s->arena, double, (2 * (size_t)d->angles)) : NULL;
     enum outcome outcome = s->arena->ran_out ? OUTCOME_NO_MEMORY : supply_inputs(s, t, q, u);
     const struct ccgen_arguments at = {
-        .k = s->k, .q = q, .u = u, .t = &t, .inputs = s->inputs, .u_dot = u_dot, .multipliers = lambda};
+        .k = s->k, .q = q, .u = u, .t = &t, .inputs = s->inputs, .u_dot = u_dot, .multipliers = lambda, .cs = cs};
     const struct ccgen_arguments solved = {.f = sides.right, .y = sides.right + nu};
     *miss = -1.0;
+    if (!outcome && cs)
+        d->cosines(s->k, q, cs);
     if (!outcome)
         outcome = add_residuals(s, &at, along, sides.right);
     if (!outcome && d->prescribed && (along->count[MOVES_T] || along->count[MOVES_K]))
