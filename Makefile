@@ -166,6 +166,7 @@ benchmarks: $(VENV)/peers
 	@$(BIN)/python benchmarks/ensemble.py
 	@$(BIN)/python benchmarks/with_contacts.py
 	@$(BIN)/python benchmarks/orbits.py
+	@$(BIN)/python benchmarks/identification.py
 
 formulations: $(VENV)/peers
 	@$(BIN)/python benchmarks/formulations.py --write
