@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 from collections.abc import Iterator
 from pathlib import Path
@@ -11,6 +12,10 @@ import pytest
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 """Set before numpy is imported: tests run side by side, and threads of linear algebra that wait for a busy core spin.
 With as many workers as cores a singular value decomposition of 200 rows takes a hundred times as long otherwise."""
+
+gc.set_threshold(20_000, 50, 100)
+"""Derivations make many small terms and few cycles: looked through for those after every 700 terms, as Python does by
+itself, a session takes a tenth longer."""
 
 pytest.register_assert_rewrite("tests.support")  # before it is imported: what a failed assertion there compared
 

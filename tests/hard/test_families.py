@@ -1,6 +1,6 @@
 """Families of random mechanisms run to their ends and keep the invariants. ``CCGEN_FAMILIES`` says how many runs
-there are (``make hard``: 144, twelve of each family; ``make test`` takes 11), and ``CCGEN_FAMILIES_SEED`` draws others
-than those of every time."""
+there are (``make hard``: 144, twelve of each family), and ``CCGEN_FAMILIES_SEED`` draws others than those of every
+time."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import pytest
 
 from ..support.endings import DONE
 from ..support.workshop import Workshop
-from .families import FAMILIES, Throw, throw, throws
+from .families import Throw, throw, throws
 from .family_runs import LONG, run
 
 EXAMPLES = int(os.environ.get("CCGEN_FAMILIES", "144"))
@@ -27,11 +27,6 @@ are brought to rest soon. Where sizes are far apart links turn quickly beside it
 
 ENDED = 0.995
 """The part of the runs that reaches their end."""
-
-
-@pytest.mark.hard
-def test_a_few_of_each_family(workshop: Workshop, monkeypatch: pytest.MonkeyPatch) -> None:
-    _all_but_few_end([throw(family, 0) for family in FAMILIES if family not in LONG], workshop, monkeypatch)
 
 
 @pytest.mark.hard
