@@ -76,8 +76,8 @@ def at_a_dead_point(model: Any, run: Any) -> bool:
 
 def jams(model: Any, run: Any) -> bool:
     """Whether friction turns the push of a contact that is closed into a pull, N W (N − μ T)ᵀ <= 0 one way or the
-    other, with W the mobility that closure and drives leave; or whether no modes of all that is closed bring its
-    contacts to rest together."""
+    other, with W the mobility that closure and drives leave: sliding comes to where it is 0, known to rounding. Or
+    whether no modes of all that is closed bring its contacts to rest together."""
     q, u = run.state.q, run.state.u
     rows = np.vstack([model.jacobian(q), drive_rows(model)])
     none = np.zeros((len(rows), len(rows)))
@@ -85,7 +85,7 @@ def jams(model: Any, run: Any) -> bool:
     closed = np.abs(model.gaps(q)) < NEAR
     normals, tangents = unit_rows(model, "gap_rates", q)[closed], unit_rows(model, "slips", q)[closed]
     pairs = zip(normals, tangents, strict=True)
-    if any(n @ mobility @ n <= FRICTION * abs(n @ mobility @ t) for n, t in pairs):
+    if any(n @ mobility @ n <= (1.0 + NEAR) * FRICTION * abs(n @ mobility @ t) for n, t in pairs):
         return True
     every = np.vstack([normals, tangents])
     delassus, before = every @ mobility @ every.T, every @ u
