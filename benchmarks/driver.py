@@ -3,6 +3,7 @@
 import ctypes
 import os
 import shlex
+import signal
 import subprocess
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -52,10 +53,16 @@ def compile_shared(source: Path, flags: Sequence[str], target: Path, limit: floa
     """Compile a C file to a shared object; False when the compiler needs over `limit` seconds."""
     scratch = target.with_suffix(".part")
     command = [*COMPILER, *flags, "-fPIC", "-shared", str(source), "-o", str(scratch), "-lm"]
+    compiler = subprocess.Popen(command, start_new_session=True)
     try:
-        subprocess.run(command, check=True, timeout=limit)
+        if compiler.wait(limit):
+            raise subprocess.CalledProcessError(compiler.returncode, command)
     except subprocess.TimeoutExpired:
         return False
+    finally:  # the compiler's own processes too, which would go on beside what is timed
+        if compiler.poll() is None:
+            os.killpg(compiler.pid, signal.SIGKILL)
+            compiler.wait()
     scratch.replace(target)
     return True
 
