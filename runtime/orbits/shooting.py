@@ -198,8 +198,8 @@ def _away(t: float, impacts: Sequence[float]) -> float:
 
 def spread(chain: Chain, found: Sequence[Crossed]) -> tuple[Chain, list[State]] | None:
     """The segments of a motion that is ``found`` with times that have followed its period, and their nodes; None where
-    those that it has will do. Of a doubled motion each turn has its own times: it goes on crossing the section, where
-    its state may be relabelled."""
+    those that it has will do. Of a doubled motion each turn has its own times: each begins on the section, where
+    the state may be relabelled."""
     if not chain.timed:
         return None
     single, maps, nodes, anew = chain.map.single(), list[Map](), list[State](), False

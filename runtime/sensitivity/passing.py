@@ -36,6 +36,11 @@ known to rounding of the time, and they are to its root at the worst, where a fo
 RESTS = 1e-9
 """A rate is zero below this part of its terms."""
 
+SLOW = 1e-6
+"""An impact that closes slower than this part of the mechanism's speeds has no derivative: its instant moves by what
+the gap moves, known to 1e-15 of lengths, over the approach, and would be known to less than 1e-9 of times. Bounces that
+accumulate come below it."""
+
 
 Check = Callable[[FloatArray], None]
 """Raises ``ValueError`` for columns (D, columns) of differences before a part that keep it from having one matrix."""
@@ -163,13 +168,15 @@ def _triggers(
     """Of the ``contacts`` of each impact the one that closes fastest, in terms of the size of its rows, by which rates
     of stops and of grounds are comparable. ``rates`` (b, contacts) are those before, at u (b, n)."""
     sizes = RESTS * (np.abs(at.gap_rows) @ np.abs(u)[:, :, None])[:, :, 0]
-    closes, found = (rates < -sizes).tolist(), np.zeros(len(impacts), dtype=np.int_)
+    least = SLOW * np.abs(at.gap_rows) @ (at.model.coordinate_units / characteristic_time(at.model))
+    closes, found = (rates < -np.maximum(sizes, least)).tolist(), np.zeros(len(impacts), dtype=np.int_)
     for i, impact in enumerate(impacts):
         closing = [c for c in contacts[i] if closes[i][c]]
         if not closing:
             raise ValueError(
-                f"{at.model.name}: the impact at t = {impact.t:.9g} s has no derivative: none of its contacts closes, "
-                "as where bounces accumulate, friction jams or a contact grazes; end the run before it"
+                f"{at.model.name}: the impact at t = {impact.t:.9g} s has no derivative: none of its contacts closes "
+                f"faster than {SLOW:g} of the mechanism's speeds, as where bounces accumulate, friction jams or a "
+                "contact grazes; end the run before it"
             )
         found[i] = closing[0]
         if len(closing) > 1:

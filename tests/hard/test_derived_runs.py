@@ -14,9 +14,9 @@ COUNT = 20
 FEW = 5
 """Of those that stay, whose runs take longer."""
 
-STAYING = 1e-7
-"""Bound for loops that stay on the ground. States at the end are within 1e-9; the time of an impact that closes slowly,
-just behind another, is known to a few 1e-8 of what moves it most."""
+STAYING = 1e-8
+"""Bound for loops that stay on the ground: the time of an impact that closes slowly, just behind another, is known to
+fewer digits."""
 
 
 @pytest.mark.hard

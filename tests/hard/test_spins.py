@@ -137,6 +137,15 @@ def test_walls_are_struck_behind_lines(seed: int, workshop: Workshop, reach: Rea
     _pass_lines((seed,), 1e-13, True, "gauss", (1e-12, 1e-12), workshop, reach)
 
 
+@pytest.mark.parametrize("until", [0.80081, 0.80082])
+def test_runs_end_close_behind_a_strike_behind_a_line(until: float, workshop: Workshop) -> None:
+    """The end of the run must not make a step longer that is to end between two stages: it was taken without end."""
+    (model, q, u), _ = spins(workshop, True, 49)
+    run = simulate(model, q, u, until=until, rtol=1e-11, method="gauss")
+    assert run.success, run.message
+    assert len(run.t) < 1000
+
+
 @pytest.mark.sample(1)
 @pytest.mark.parametrize("walls", [False, True], ids=["free", "walls"])
 @pytest.mark.parametrize("rtol", [hard(1e-11), 1e-13, hard(1e-15)])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import combinations
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -61,6 +63,43 @@ def test_a_pyramid_of_three(mu: float, stands: bool, workshop: Workshop, reach: 
     else:
         assert moved > 1e-4
         reach("a pyramid that falls apart: energy, J", run.energy_drift, 1e-8)
+
+
+def pile(mu: float, e: float) -> str:
+    """Ten discs above the floor between two walls, each of which may touch every other."""
+    names = [f"ball_{k}" for k in range(10)]
+    bodies = "".join(free_body(name, 1.0, 0.5 * 0.1**2, "C = [0, 0]") for name in names)
+    how = f"radius = 0.1\nrestitution = {e}\nfriction = {mu}\n"
+    touches = "".join(f'[[touch]]\nbetween = ["{a}.C", "{b}.C"]\n{how}' for a, b in combinations(names, 2))
+    all_of_them = ", ".join(f'"{name}.C"' for name in names)
+    grounds = "".join(
+        f"[[ground]]\nnormal = [{x}, {y}]\npoint = [{-0.4 * x}, 0]\ncontacts = [{all_of_them}]\n{how}"
+        for x, y in ((0, 1), (1, 0), (-1, 0))
+    )
+    places = ", ".join(f"x_{n} = {0.24 * (k % 3 - 1)}, y_{n} = {0.15 + 0.25 * (k // 3)}" for k, n in enumerate(names))
+    return (
+        f"[ground_link]\npoints = {{ O = [0, 0] }}\n{bodies}{touches}{grounds}[gravity]\ng = {G}\n[start]\n"
+        f"slides = {{ {places} }}\n"
+    )
+
+
+@pytest.mark.hard
+@pytest.mark.parametrize(("mu", "e", "seed"), [(0.5, 0.3, 0), (0.2, 0.0, 0), (0.8, 0.7, 1)])
+def test_ten_rough_discs_come_to_lie(mu: float, e: float, seed: int, workshop: Workshop, reach: Reach) -> None:
+    """Some thousand impacts. With 0.2 and 0 up to twenty discs' contacts press each other with what moves none of them:
+    pivots had no answer, and the run stopped."""
+    model = workshop.model(pile(mu, e))
+    rng = np.random.default_rng(seed)
+    q, u = model.start()
+    q, u = q + rng.uniform(-0.015, 0.015, q.size), 0.5 * rng.normal(size=u.size)
+    run = simulate(model, q, u, until=3.0)
+    assert run.success, run.message
+    energy = np.sum(model.energy(run.q, run.u), axis=0)
+    rise = float(np.max(energy - np.minimum.accumulate(energy))) / float(energy[0])
+    steps = sum(phase.end - phase.start for phase in run.phases if phase.kind == "steps")
+    reach(f"ten discs, mu {mu}, e {e}: penetration, m", penetration(run), 1e-10)
+    reach(f"ten discs, mu {mu}, e {e}: rise of energy, of that at the start", rise, 1e-9)
+    reach(f"ten discs, mu {mu}, e {e}: part of the time by time stepping", steps / 3.0, 1e-3)
 
 
 @pytest.mark.parametrize("rough", ["", hard('friction = 0.3\nlaw = "poisson"')])

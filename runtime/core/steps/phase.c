@@ -339,19 +339,45 @@ static enum outcome end_at_kink(struct phase *f)
     return locate_kink(f, kink);
 }
 
+/* Whether a step past a singular configuration is to be taken before the one that ends at the event, which would have a stage at it. Each is shorter
+ * than the last. */
+static int clears_first(struct phase *f, struct event *event)
+{
+    struct progress *at = &f->at;
+    const double h = clear_landing(f, event->theta * f->h);
+    if (!(h > 0.0) || (at->refused > 0.0 && h >= at->refused))
+        return 0;
+    at->refused = at->next = h;
+    event->contact = -1;
+    f->run->rejected++;
+    return 1;
+}
+
+/* Begin a try: f->h is as long as is wanted, or all that is left to the next stop, whose time is returned. One that was refused so that it ends clear of
+ * a singular configuration may be no longer at all. */
+static double begin_try(struct phase *f, double *wanted, double *left)
+{
+    const struct run *run = f->run;
+    struct progress *at = &f->at;
+    const double usual = run->fixed_step > 0.0 ? run->fixed_step : at->next, next = next_stop(run, f->t);
+    *wanted = at->meets > 0.0 ? fmin(at->meets, usual) : usual;
+    const int clear = *wanted == at->refused && lies_clear(f, *wanted);
+    const int last = f->t + (clear ? 1.0 : 1.01) * *wanted >= next;
+    *left = next - f->t - at->late;
+    f->h = last ? *left : *wanted;
+    at->longest = at->refused > 0.0 ? fmin(at->refused, *left) : *left;
+    at->bounded = last || clear;
+    return next;
+}
+
 /* One step, or the part of it up to its first kink or event, to y1 a time f->h later. Its end is `stop`, unless that is NAN. Where no
  * step ends there, *again is set, and the next try is shorter. */
 static enum outcome try_step(struct phase *f, struct event *event, double *stop, int *again)
 {
     struct run *run = f->run;
     struct progress *at = &f->at;
-    const double usual = run->fixed_step > 0.0 ? run->fixed_step : at->next, next = next_stop(run, f->t);
-    const double wanted = at->meets > 0.0 ? fmin(at->meets, usual) : usual;
-    const int last = f->t + 1.01 * wanted >= next;
-    const double left = next - f->t - at->late, whole = last ? left : wanted;
-    f->h = whole;
-    at->longest = at->refused > 0.0 ? fmin(at->refused, left) : left;
-    at->bounded = last;
+    double wanted, left;
+    const double next = begin_try(f, &wanted, &left), whole = f->h;
     *again = 0;
     enum outcome outcome = accepted_step(f, &at->next);
     if (outcome)
@@ -363,10 +389,10 @@ static enum outcome try_step(struct phase *f, struct event *event, double *stop,
     f->kink = -1;
     if (f->flips <= 2 * f->s->model->switches && (outcome = end_at_kink(f))) /* more at one instant are rounding */
         return outcome;
-    if (f->kink >= 0 && !(f->t + f->h > f->t)) { /* it begins there */
-        at->next = fmin(at->next,
-                        LEAST_CHANGE * whole); /* where it crosses again at once, shorter steps show what is rounding */
-        at->refused = at->next;
+    if (f->kink >= 0 &&
+        !(f->t + f->h >
+          f->t)) { /* it begins there; where it crosses again at once, shorter steps show what is rounding */
+        at->refused = at->next = fmin(at->next, LEAST_CHANGE * whole);
         f->flips++;
         *again = 1;
         return OUTCOME_DONE;
@@ -377,16 +403,10 @@ static enum outcome try_step(struct phase *f, struct event *event, double *stop,
         f->kink = -1;
     if (!outcome && interrupted(f->s->interruption, 0)) /* what was found without accelerations is none */
         outcome = OUTCOME_INTERRUPTED;
-    const double clear = !outcome && event->contact >= 0 ? clear_landing(f, event->theta * f->h) : 0.0;
-    if (clear > 0.0) { /* past a singular configuration first */
-        at->refused = at->next = clear;
-        event->contact = -1;
-        run->rejected++;
-        *again = 1;
-        return OUTCOME_DONE;
-    }
     if (!outcome && event->contact >= 0)
-        outcome = locate_event(f, *event);
+        outcome = (*again = clears_first(f, event)) ? OUTCOME_DONE : locate_event(f, *event);
+    if (*again)
+        return OUTCOME_DONE;
     if (!outcome && event->contact >= 0 && f->h > shortest(f) && outruns_velocity(f))
         outcome = OUTCOME_STEP_TOO_SMALL;
     if (!outcome && f->h != at->energy_h && f->h > shortest(f) && energy_residual(f) > 1.0) /* shorter than accepted */

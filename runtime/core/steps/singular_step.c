@@ -204,12 +204,21 @@ int passes_place(const struct phase *f, double h)
 double clear_landing(const struct phase *f, double length)
 {
     const double until = f->at.place - f->t, part = until / length;
-    if (f->at.passage != ACROSS || !(part > CLEAR[0]))
-        return 0.0;
+    if (f->passing || f->at.passage != ACROSS || !(part > CLEAR[0]))
+        return 0.0; /* the rest of the way in short steps of the run's own method would begin where less is known */
     for (int i = 1; i <= CLEARS; i++)
         if (part <= CLEAR[i] * (1.0 + NEARLY))
             return part < CLEAR[i] * (1.0 - NEARLY) ? until / CLEAR[i] : 0.0;
     return 0.0;
+}
+
+int lies_clear(const struct phase *f, double length)
+{
+    const double part = (f->at.place - f->t) / length;
+    int clear = 0;
+    for (int i = 1; i <= CLEARS; i++)
+        clear |= fabs(part - CLEAR[i]) <= NEARLY * CLEAR[i];
+    return !f->passing && f->at.passage == ACROSS && clear;
 }
 
 void place_about_singularity(struct phase *f, enum passage elsewhere)

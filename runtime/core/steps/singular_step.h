@@ -30,6 +30,9 @@ int passes_place(const struct phase *f, double h);
  * stage; 0 where it may end there */
 double clear_landing(const struct phase *f, double length);
 
+/* whether a step of that length has f->place between two stages, as no longer one would */
+int lies_clear(const struct phase *f, double length);
+
 /* whether the singular configuration is passed elsewhere in the step to end[2n] than f->place says, which then says it better */
 int misplaced(struct phase *f, const double *end);
 
