@@ -311,7 +311,11 @@ def orbit(
     method: Annotated[str | None, typer.Option(metavar="NAME", help="integration method [gauss]")] = None,
     segments: Annotated[
         str | None,
-        typer.Option(metavar="N", help="segments that begin anew, of a motion whose neighbours leave it fast [1]"),
+        typer.Option(
+            metavar="N",
+            help="segments that begin anew, of a motion whose neighbours leave it fast [1]; N has to divide "
+            "--crossings where the model depends on time, and where that is more than 1",
+        ),
     ] = None,
     most: Annotated[str | None, typer.Option(metavar="N", help="steps that Newton's method may take [30]")] = None,
     along: Annotated[

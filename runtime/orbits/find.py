@@ -51,7 +51,7 @@ def find_orbit(
 
     A long or very unstable motion is found in ``segments``, each with a start of its own (multiple shooting): q0 and u0
     are then one state, from which a run gives the starts, or (segments, n). Where the model depends on time, or
-    ``crossings`` is more than one, segments are whole crossings, and their number is a part of that.
+    ``crossings`` is more than one, segments are whole crossings, and their number has to divide that of crossings.
 
     With one segment it is single shooting (S. H. Strogatz, Nonlinear Dynamics and Chaos, 1994, section 8.7, has the map
     and its multipliers).

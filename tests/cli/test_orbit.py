@@ -84,8 +84,9 @@ def test_a_motion_is_found_in_segments() -> None:
     assert "  end: bounce.restitution reached 0.51" in lines
     code, _, err = call(*words, "--most", "1")
     assert code == 2 and "found no periodic motion in 1 steps of Newton's method in 3 segments" in err
-    code, _, err = call("orbit", "table.toml", "--section", "0.2", *NEAR, "--segments", "2")
-    assert code == 2 and "segments: found 2 of 1 crossings in a model that depends on time" in err
+    code, _, err = call("orbit", "table.toml", "--section", "0.2", *NEAR, "--segments", "3")
+    assert code == 2 and "segments: found 3 with 1 crossing, expected a divisor of 1: in a model that depends" in err
+    assert "ask for 3 crossings (--crossings 3, or crossings=3 from Python)" in err
 
 
 def test_a_walker_on_the_command_line() -> None:
