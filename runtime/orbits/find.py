@@ -82,8 +82,8 @@ def find_orbit(
     if best.missed > tolerance:
         several, more = (f" in {segments} segments", "segments or steps") if segments > 1 else ("", "steps")
         raise ValueError(
-            f"{a_map.model.name}: found no periodic motion in {most} steps of Newton's method{several}, the nearest "
-            f"misses by {best.missed:.2g} of its size; begin nearer, or ask for more {more}"
+            f"{a_map.model.name}: found no periodic motion in {most} step{'s' if most > 1 else ''} of Newton's method"
+            f"{several}, the nearest misses by {best.missed:.2g} of its size; begin nearer, or ask for more {more}"
         )
     orbit = orbit_of(chain, best.crossed, best.missed)
     check_advance(orbit)

@@ -83,7 +83,7 @@ def test_a_motion_is_found_in_segments() -> None:
     assert np.sort_complex(printed) == pytest.approx(expected, abs=1e-8)
     assert "  end: bounce.restitution reached 0.51" in lines
     code, _, err = call(*words, "--most", "1")
-    assert code == 2 and "found no periodic motion in 1 steps of Newton's method in 3 segments" in err
+    assert code == 2 and "found no periodic motion in 1 step of Newton's method in 3 segments" in err
     code, _, err = call("orbit", "table.toml", "--section", "0.2", *NEAR, "--segments", "3")
     assert code == 2 and "segments: found 3 with 1 crossing, expected a divisor of 1: in a model that depends" in err
     assert "ask for 3 crossings (--crossings 3, or crossings=3 from Python)" in err
