@@ -323,7 +323,7 @@ def orbit(
         typer.Option(metavar="PARAM=LOW:HIGH", help="follow it along a parameter; write branch.csv and branch.png"),
     ] = None,
     double: Annotated[
-        bool, typer.Option("--double", help="with --along: follow motions of twice the period from flips too")
+        bool, typer.Option("--double", help="with --along: follow motions of twice the period from its flips too")
     ] = False,
     settled: Annotated[
         str | None, typer.Option(metavar="N", help="with --along: draw where runs settle at N values too")

@@ -147,13 +147,17 @@ def _follow(
     with refusing(ValueError, OSError, ImportError), progress(detail) as tell:
         tell.stage("follow")
         branches = [continue_orbit(found, parameter, (low, high))]
+        ends = [branches[0].ends]
         for flip in [one for one in branches[0].bifurcations if one.kind == "flip" and wanted.double]:
             doubled = double_period(flip)
-            away = doubled.return_map.model.parameters[parameter] > flip.value
-            branches.append(continue_orbit(doubled, parameter, (low, high), way="up" if away else "down"))
+            upwards = doubled.return_map.model.parameters[parameter] > flip.value
+            branches.append(continue_orbit(doubled, parameter, (low, high), way="up" if upwards else "down"))
+            lower, upper = branches[-1].ends
+            begins = f"at the flip at {flip.value:.12g}, where it begins"
+            ends.append((begins, upper) if upwards else (lower, begins))
         if detail is not Detail.NOTHING:
-            for branch in branches:
-                _tell_branch(branch)
+            for branch, both in zip(branches, ends, strict=True):
+                _tell_branch(branch, both)
         name = wanted.show or varied_most(branches[0].orbits)
         dots = None
         if settled is not None:
@@ -166,7 +170,7 @@ def _follow(
     typer.echo(f"written: {folder / TABLE}, {folder / PICTURE}")
 
 
-def _tell_branch(branch: Branch) -> None:
+def _tell_branch(branch: Branch, ends: tuple[str, str]) -> None:
     low, high = float(branch.values.min()), float(branch.values.max())
     period = branch.orbits[0].return_map.crossings * branch.orbits[0].return_map.times
     typer.echo(
@@ -176,5 +180,5 @@ def _tell_branch(branch: Branch) -> None:
     for one in branch.bifurcations:
         contact = "" if one.contact is None else " of {} on {}".format(*one.contact)
         typer.echo(f"  {one.kind}{contact} at {one.value:.12g}")
-    for end in branch.ends:
+    for end in ends:
         typer.echo(f"  end: {end}")

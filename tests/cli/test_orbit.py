@@ -43,7 +43,9 @@ def test_a_motion_is_printed_and_followed() -> None:
     printed = [complex(line.rpartition(" ")[0].replace(" ", "").replace("i", "j")) for line in lines[3:5]]
     assert np.sort_complex(printed) == pytest.approx(np.sort_complex(TABLE.multipliers), abs=1e-8)
     assert "  flip at 0.607631885939" in lines and "  end: bounce.restitution reached 0.62" in lines
-    assert any("motions of 2 crossings" in line for line in lines)
+    (doubled,) = (k for k, line in enumerate(lines) if "motions of 2 crossings" in line)
+    assert lines[doubled + 1] == "  end: at the flip at 0.607631885939, where it begins"
+    assert lines[doubled + 2] == "  end: bounce.restitution reached 0.62"
     results = Path("results/bouncing-table-orbit")
     assert lines[-1] == f"written: {results / 'branch.csv'}, {results / 'branch.png'}"
     assert (results / "branch.png").read_bytes().startswith(b"\x89PNG")

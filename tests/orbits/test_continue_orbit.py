@@ -105,6 +105,7 @@ def test_the_doubled_branch(branch: Branch) -> None:
     assert value > flip.value and doubled.stable and doubled.period == 2 * TABLE.period
     found = continue_orbit(doubled, RESTITUTION, (0.5, 0.8), way="up")
     assert found.values[-1] > value
+    assert found.ends[0] == "not followed, as the way asked for was 'up'"
     for e, orbit in ((value, doubled), (found.values[-1], found.orbits[-1])):
         first, second = orbit.run.impacts
         phase = (first.t * TABLE.frequency + PHASE) / TABLE.frequency
