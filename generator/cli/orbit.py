@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import typer
 
+from ..scene.measures import units_of
 from .compiled import compiled
 from .detail import Detail
 from .folders import MODELS, check_folder, check_results, record_results
@@ -96,7 +97,7 @@ def orbit(scene_file: Path, wanted: Wanted, detail: Detail, settings: Mapping[st
         _tell(model, found)
     if along is not None:
         assert folder
-        _follow(found, along, wanted, settled, folder, detail)
+        _follow(found, along, units_of(scene, along[0]), wanted, settled, folder, detail)
 
 
 def _check(option: str) -> Any:
@@ -131,9 +132,16 @@ def _tell(model: Model, found: Orbit) -> None:
 
 
 def _follow(
-    found: Orbit, along: tuple[str, float, float], wanted: Wanted, settled: int | None, folder: Path, detail: Detail
+    found: Orbit,
+    along: tuple[str, float, float],
+    units: Sequence[str],
+    wanted: Wanted,
+    settled: int | None,
+    folder: Path,
+    detail: Detail,
 ) -> None:
-    """The branch of a motion, with those of twice the period where asked, printed and written."""
+    """The branch of a motion along a parameter that has one of the ``units``, with those of twice the period where
+    asked, printed and written."""
     from ccgen.runtime import continue_orbit, double_period
     from ccgen.runtime.orbits.branch_table import write_branches
     from ccgen.runtime.orbits.diagram import draw_branches
@@ -165,7 +173,9 @@ def _follow(
             dots = settle(found, parameter, np.linspace(low, high, settled), name, progress=told_of(tell))
         folder.mkdir(parents=True, exist_ok=True)
         write_branches(branches, folder / TABLE)
-        draw_branches(branches, folder / PICTURE, name=name, settled=dots)
+        # one that may be in several units, or in none that is known, is said to be in SI units
+        unit = None if len(units) != 1 else "" if units[0] == "1" else units[0]
+        draw_branches(branches, folder / PICTURE, name=name, settled=dots, unit=unit)
         record_results(folder, [TABLE, PICTURE])
     typer.echo(f"written: {folder / TABLE}, {folder / PICTURE}")
 

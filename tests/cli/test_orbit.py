@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,6 +13,8 @@ from typer.testing import CliRunner
 
 from ccgen.generator.cli.app import app
 from ccgen.generator.cli.clean import clean
+from ccgen.runtime.orbits import diagram
+from ccgen.runtime.orbits.diagram import draw_branches
 
 from ..support.shaken_table import SHAKEN, TABLE
 from ..support.simplest_walker import STONES
@@ -70,6 +73,25 @@ def changed_files_stay(results: Path) -> None:
     (results / "branch.csv").write_text("mine")
     code, _, err = call("orbit", "table.toml", "--section", "0.2", *NEAR, "--along", "bounce.restitution=0.49:0.51")
     assert code == 2 and "branch.csv, which ccgen did not write or which has changed since" in err
+
+
+@pytest.mark.parametrize(
+    ("along", "said"),
+    [("bounce.restitution=0.499:0.501", "bounce.restitution"), ("gravity.g=9.80:9.82", "gravity.g [m/s²]")],
+)
+def test_the_axis_of_a_branch_has_the_unit_of_its_parameter(
+    along: str, said: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A plain number has none."""
+    labels = []
+
+    def draw(*branches: Any, **options: Any) -> None:
+        labels.append(draw_branches(*branches, **options).axes[0].get_xlabel())
+
+    monkeypatch.setattr(diagram, "draw_branches", draw)
+    code, _, err = call("orbit", "table.toml", "--section", "0.2", *NEAR, "--along", along)
+    assert code == 0, err
+    assert labels == [said]
 
 
 def test_a_motion_is_found_in_segments() -> None:

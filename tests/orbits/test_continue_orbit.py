@@ -95,6 +95,8 @@ def test_dots_of_settled_runs_show_beside_the_lines(columns: int, branch: Branch
         line.get_linewidth() for line in axes.lines if line.get_marker() == "None"
     )
     assert axes.get_xlabel() == f"{RESTITUTION} [SI units]"
+    for unit, said in (("", RESTITUTION), ("kg", f"{RESTITUTION} [kg]")):
+        assert draw_branches([branch], unit=unit).axes[0].get_xlabel() == said
 
 
 def test_the_doubled_branch(branch: Branch) -> None:
