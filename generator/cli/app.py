@@ -311,7 +311,11 @@ def orbit(
     method: Annotated[str | None, typer.Option(metavar="NAME", help="integration method [gauss]")] = None,
     segments: Annotated[
         str | None,
-        typer.Option(metavar="N", help="segments that begin anew, of a motion whose neighbours leave it fast [1]"),
+        typer.Option(
+            metavar="N",
+            help="segments that begin anew, of a motion whose neighbours leave it fast [1]; N has to divide "
+            "--crossings where the model depends on time, and where that is more than 1",
+        ),
     ] = None,
     most: Annotated[str | None, typer.Option(metavar="N", help="steps that Newton's method may take [30]")] = None,
     along: Annotated[
@@ -319,7 +323,7 @@ def orbit(
         typer.Option(metavar="PARAM=LOW:HIGH", help="follow it along a parameter; write branch.csv and branch.png"),
     ] = None,
     double: Annotated[
-        bool, typer.Option("--double", help="with --along: follow motions of twice the period from flips too")
+        bool, typer.Option("--double", help="with --along: follow motions of twice the period from its flips too")
     ] = False,
     settled: Annotated[
         str | None, typer.Option(metavar="N", help="with --along: draw where runs settle at N values too")

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import typer
 
+from .report import rounding_of_energy
+
 if TYPE_CHECKING:
     from ccgen.runtime import Run
     from ccgen.runtime.arrays import FloatArray
@@ -141,7 +143,11 @@ def _contacts(run: Run, found: History) -> list[Row]:
 
 
 def _joints(run: Run, found: History) -> list[Row]:
-    """Those whose forces are largest, each with the largest impulse of the impacts that it carries: no force."""
+    """Those whose forces are largest, each with the largest impulse of the impacts that it carries: no force.
+
+    Where all are rounding, as of joints that only place free bodies, the largest is no measure of it: then it is the
+    rounding of energies over the mechanism's length.
+    """
     from ccgen.runtime.record.force_history import away_from_lines
 
     sizes = np.hypot(found.reactions[:, :, 0], found.reactions[:, :, 1])
@@ -151,6 +157,7 @@ def _joints(run: Run, found: History) -> list[Row]:
     sizes = np.where(away, sizes, 0.0)
     peaks = first_largest(sizes)
     order = sorted(range(len(run.model.joints)), key=lambda j: -sizes[peaks[j], j])
+    least = max(ROUNDING * float(np.max(sizes, initial=0.0)), rounding_of_energy(run) / run.model.length)
     return [
         (
             run.model.joints[j],
@@ -159,7 +166,7 @@ def _joints(run: Run, found: History) -> list[Row]:
             _struck(run, j, set(found.t[away[:, j]].tolist())),
         )
         for j in order[:LARGEST]
-        if sizes[peaks[j], j] > ROUNDING * np.max(sizes)
+        if sizes[peaks[j], j] > least
     ]
 
 

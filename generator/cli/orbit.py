@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import typer
 
+from ..scene.measures import units_of
 from .compiled import compiled
 from .detail import Detail
 from .folders import MODELS, check_folder, check_results, record_results
@@ -96,7 +97,7 @@ def orbit(scene_file: Path, wanted: Wanted, detail: Detail, settings: Mapping[st
         _tell(model, found)
     if along is not None:
         assert folder
-        _follow(found, along, wanted, settled, folder, detail)
+        _follow(found, along, units_of(scene, along[0]), wanted, settled, folder, detail)
 
 
 def _check(option: str) -> Any:
@@ -131,9 +132,16 @@ def _tell(model: Model, found: Orbit) -> None:
 
 
 def _follow(
-    found: Orbit, along: tuple[str, float, float], wanted: Wanted, settled: int | None, folder: Path, detail: Detail
+    found: Orbit,
+    along: tuple[str, float, float],
+    units: Sequence[str],
+    wanted: Wanted,
+    settled: int | None,
+    folder: Path,
+    detail: Detail,
 ) -> None:
-    """The branch of a motion, with those of twice the period where asked, printed and written."""
+    """The branch of a motion along a parameter that has one of the ``units``, with those of twice the period where
+    asked, printed and written."""
     from ccgen.runtime import continue_orbit, double_period
     from ccgen.runtime.orbits.branch_table import write_branches
     from ccgen.runtime.orbits.diagram import draw_branches
@@ -147,13 +155,17 @@ def _follow(
     with refusing(ValueError, OSError, ImportError), progress(detail) as tell:
         tell.stage("follow")
         branches = [continue_orbit(found, parameter, (low, high))]
+        ends = [branches[0].ends]
         for flip in [one for one in branches[0].bifurcations if one.kind == "flip" and wanted.double]:
             doubled = double_period(flip)
-            away = doubled.return_map.model.parameters[parameter] > flip.value
-            branches.append(continue_orbit(doubled, parameter, (low, high), way="up" if away else "down"))
+            upwards = doubled.return_map.model.parameters[parameter] > flip.value
+            branches.append(continue_orbit(doubled, parameter, (low, high), way="up" if upwards else "down"))
+            lower, upper = branches[-1].ends
+            begins = f"at the flip at {flip.value:.12g}, where it begins"
+            ends.append((begins, upper) if upwards else (lower, begins))
         if detail is not Detail.NOTHING:
-            for branch in branches:
-                _tell_branch(branch)
+            for branch, both in zip(branches, ends, strict=True):
+                _tell_branch(branch, both)
         name = wanted.show or varied_most(branches[0].orbits)
         dots = None
         if settled is not None:
@@ -161,12 +173,14 @@ def _follow(
             dots = settle(found, parameter, np.linspace(low, high, settled), name, progress=told_of(tell))
         folder.mkdir(parents=True, exist_ok=True)
         write_branches(branches, folder / TABLE)
-        draw_branches(branches, folder / PICTURE, name=name, settled=dots)
+        # one that may be in several units, or in none that is known, is said to be in SI units
+        unit = None if len(units) != 1 else "" if units[0] == "1" else units[0]
+        draw_branches(branches, folder / PICTURE, name=name, settled=dots, unit=unit)
         record_results(folder, [TABLE, PICTURE])
     typer.echo(f"written: {folder / TABLE}, {folder / PICTURE}")
 
 
-def _tell_branch(branch: Branch) -> None:
+def _tell_branch(branch: Branch, ends: tuple[str, str]) -> None:
     low, high = float(branch.values.min()), float(branch.values.max())
     period = branch.orbits[0].return_map.crossings * branch.orbits[0].return_map.times
     typer.echo(
@@ -176,5 +190,5 @@ def _tell_branch(branch: Branch) -> None:
     for one in branch.bifurcations:
         contact = "" if one.contact is None else " of {} on {}".format(*one.contact)
         typer.echo(f"  {one.kind}{contact} at {one.value:.12g}")
-    for end in branch.ends:
+    for end in ends:
         typer.echo(f"  end: {end}")

@@ -94,11 +94,13 @@ def continue_orbit(
             f"orbit: found one of a family of periodic motions at one value of {parameter}, among which no branch is "
             "told, as where energy is kept; expected one by itself: let something damp it, or drive it"
         )
-    back, forth = Side([first], [], "not followed"), Side([first], [], "not followed")
+    back, forth = (Side([first], [], f"not followed, as the way asked for was {way!r}") for _ in range(2))
     limits = Limits(low, high, step, most)
     if way in ("both", "up"):
         forth = _follow(corrector, first, limits)
-    if way in ("both", "down") and not forth.closed:
+    if forth.closed:
+        back.end = forth.end
+    elif way in ("both", "down"):
         back = _follow(corrector, first._replace(tangent=-first.tangent), limits)
     points = [*reversed(back.points[1:]), *forth.points]
     shift = len(back.points) - 1

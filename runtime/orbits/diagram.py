@@ -29,12 +29,14 @@ def draw_branches(
     *,
     name: str | None = None,
     settled: tuple[FloatArray, FloatArray] | None = None,
+    unit: str | None = None,
 ) -> Any:
     """The figure of branches of one model along one parameter, saved as PNG where a path is given.
 
     Drawn is a coordinate or rate by ``name`` each time that the section is crossed, that which changes most unless
     given: stable motions by a line, unstable ones by a dashed one, bifurcations by marks. ``settled`` are values of the
     parameter and what runs settle to there, as :func:`~.orbits.settled.settled` gives them, drawn as dots below.
+    ``unit`` is that of the parameter, empty of a plain number: a model does not know it, its scene does.
     Raises ``ValueError`` for names that are none.
     """
     target = None if path is None else read_path(path, "a .png file")
@@ -57,7 +59,7 @@ def draw_branches(
     _marks(axes, branches, name)
     named = dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
     axes.legend(named.values(), named.keys(), fontsize=8, frameon=False)
-    axes.set_xlabel(f"{branches[0].parameter} [SI units]")
+    axes.set_xlabel(branches[0].parameter + {None: " [SI units]", "": ""}.get(unit, f" [{unit}]"))
     axes.set_ylabel(f"{name} [{unit_of(name)}] on the section")
     axes.grid(True, color="#e6e6e6", linewidth=0.6)
     axes.spines[["top", "right"]].set_visible(False)

@@ -51,7 +51,7 @@ def find_orbit(
 
     A long or very unstable motion is found in ``segments``, each with a start of its own (multiple shooting): q0 and u0
     are then one state, from which a run gives the starts, or (segments, n). Where the model depends on time, or
-    ``crossings`` is more than one, segments are whole crossings, and their number is a part of that.
+    ``crossings`` is more than one, segments are whole crossings, and their number has to divide that of crossings.
 
     With one segment it is single shooting (S. H. Strogatz, Nonlinear Dynamics and Chaos, 1994, section 8.7, has the map
     and its multipliers).
@@ -82,8 +82,8 @@ def find_orbit(
     if best.missed > tolerance:
         several, more = (f" in {segments} segments", "segments or steps") if segments > 1 else ("", "steps")
         raise ValueError(
-            f"{a_map.model.name}: found no periodic motion in {most} steps of Newton's method{several}, the nearest "
-            f"misses by {best.missed:.2g} of its size; begin nearer, or ask for more {more}"
+            f"{a_map.model.name}: found no periodic motion in {most} step{'s' if most > 1 else ''} of Newton's method"
+            f"{several}, the nearest misses by {best.missed:.2g} of its size; begin nearer, or ask for more {more}"
         )
     orbit = orbit_of(chain, best.crossed, best.missed)
     check_advance(orbit)

@@ -7,6 +7,7 @@ Multiple shooting: J. Stoer, R. Bulirsch, Introduction to Numerical Analysis, 20
 from __future__ import annotations
 
 import copy
+import math
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import pairwise
 
@@ -118,10 +119,12 @@ def parted(a_map: Map, starts: Sequence[State], segments: int) -> tuple[Chain, l
     if a_map.crossings % segments == 0:
         return _by_crossings(a_map, starts, segments)
     if a_map.crossings > 1 or depends_on_time(a_map.model):
+        crossings, all_of = a_map.crossings, math.lcm(a_map.crossings, segments)
         raise ValueError(
-            f"segments: found {segments} of {a_map.crossings} crossings in a model that "
-            f"{'crosses its section on the way' if a_map.crossings > 1 else 'depends on time'}, expected a part of the "
-            "number of crossings: segments begin at the phase of the first"
+            f"segments: found {segments} with {crossings} crossing{'s' if crossings > 1 else ''}, expected a divisor "
+            f"of {crossings}: in a model that depends on time, or with several crossings, the number of segments has "
+            f"to divide the number of crossings; ask for {all_of} crossings (--crossings {all_of}, or "
+            f"crossings={all_of} from Python)"
         )
     return _by_time(a_map, starts, segments)
 

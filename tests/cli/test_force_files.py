@@ -230,6 +230,48 @@ def test_joints_tell_their_forces_where_nothing_touches(tmp_path: Path, monkeypa
     assert not Path("results/swing/forces.png").exists()
 
 
+FREE = """
+name = "eccentric"
+[[link]]
+name = "one"
+free = true
+mass = 2.0
+inertia = 1e-2
+com = [0.031, 0.02]
+points = { C = [0, 0] }
+[[link]]
+name = "other"
+free = true
+mass = 1.7
+inertia = 1e-2
+com = [0.031, 0.02]
+points = { C = [0, 0] }
+[start]
+poses = { one = [0, 1, 0], other = [1, 1.03, 0] }
+sliding_velocities = { one_x = 3.0, one_y = 0.5 }
+angular_velocities = { one = 7.3, other = -3 }
+[run]
+until = 1.0
+"""
+
+
+def test_joints_that_place_free_bodies_tell_forces_only_where_they_carry_some(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What flies by itself they only measure: their forces are rounding. A drive along one is a force in both."""
+    monkeypatch.chdir(tmp_path)
+    Path("flying.toml").write_text(FREE)
+    done = CliRunner().invoke(app, ["run", "flying.toml"])
+    assert done.exit_code == 0 and "largest forces" not in done.stdout and "forces.png" not in done.stdout
+    Path("driven.toml").write_text(FREE + '[[drive]]\njoint = "one_x"\nposition = "3*t"\n')
+    lines = CliRunner().invoke(app, ["run", "driven.toml"]).stdout.splitlines()
+    at = lines.index("largest forces:")
+    told = [line.split() for line in lines[at + 1 : lines.index("drives at most:")]]
+    assert [words[0] for words in told] == ["one_x", "one_y"]
+    # the drive takes the point straight on, and the mass centre swings about it
+    assert told[0][1] == told[1][1] and float(told[0][1]) > 1.0
+
+
 def test_the_table_of_forces_has_the_times_that_are_asked_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """At first the pin of a level rod carries a quarter of its weight, upwards."""
     monkeypatch.chdir(tmp_path)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,6 +13,8 @@ from typer.testing import CliRunner
 
 from ccgen.generator.cli.app import app
 from ccgen.generator.cli.clean import clean
+from ccgen.runtime.orbits import diagram
+from ccgen.runtime.orbits.diagram import draw_branches
 
 from ..support.shaken_table import SHAKEN, TABLE
 from ..support.simplest_walker import STONES
@@ -43,7 +46,9 @@ def test_a_motion_is_printed_and_followed() -> None:
     printed = [complex(line.rpartition(" ")[0].replace(" ", "").replace("i", "j")) for line in lines[3:5]]
     assert np.sort_complex(printed) == pytest.approx(np.sort_complex(TABLE.multipliers), abs=1e-8)
     assert "  flip at 0.607631885939" in lines and "  end: bounce.restitution reached 0.62" in lines
-    assert any("motions of 2 crossings" in line for line in lines)
+    (doubled,) = (k for k, line in enumerate(lines) if "motions of 2 crossings" in line)
+    assert lines[doubled + 1] == "  end: at the flip at 0.607631885939, where it begins"
+    assert lines[doubled + 2] == "  end: bounce.restitution reached 0.62"
     results = Path("results/bouncing-table-orbit")
     assert lines[-1] == f"written: {results / 'branch.csv'}, {results / 'branch.png'}"
     assert (results / "branch.png").read_bytes().startswith(b"\x89PNG")
@@ -70,6 +75,25 @@ def changed_files_stay(results: Path) -> None:
     assert code == 2 and "branch.csv, which ccgen did not write or which has changed since" in err
 
 
+@pytest.mark.parametrize(
+    ("along", "said"),
+    [("bounce.restitution=0.499:0.501", "bounce.restitution"), ("gravity.g=9.80:9.82", "gravity.g [m/s²]")],
+)
+def test_the_axis_of_a_branch_has_the_unit_of_its_parameter(
+    along: str, said: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A plain number has none."""
+    labels = []
+
+    def draw(*branches: Any, **options: Any) -> None:
+        labels.append(draw_branches(*branches, **options).axes[0].get_xlabel())
+
+    monkeypatch.setattr(diagram, "draw_branches", draw)
+    code, _, err = call("orbit", "table.toml", "--section", "0.2", *NEAR, "--along", along)
+    assert code == 0, err
+    assert labels == [said]
+
+
 def test_a_motion_is_found_in_segments() -> None:
     """Three periods, each in a segment of its own: multipliers by hand, to the third power. A branch of them goes on in
     segments, and a rough guess needs more than one step."""
@@ -83,9 +107,10 @@ def test_a_motion_is_found_in_segments() -> None:
     assert np.sort_complex(printed) == pytest.approx(expected, abs=1e-8)
     assert "  end: bounce.restitution reached 0.51" in lines
     code, _, err = call(*words, "--most", "1")
-    assert code == 2 and "found no periodic motion in 1 steps of Newton's method in 3 segments" in err
-    code, _, err = call("orbit", "table.toml", "--section", "0.2", *NEAR, "--segments", "2")
-    assert code == 2 and "segments: found 2 of 1 crossings in a model that depends on time" in err
+    assert code == 2 and "found no periodic motion in 1 step of Newton's method in 3 segments" in err
+    code, _, err = call("orbit", "table.toml", "--section", "0.2", *NEAR, "--segments", "3")
+    assert code == 2 and "segments: found 3 with 1 crossing, expected a divisor of 1: in a model that depends" in err
+    assert "ask for 3 crossings (--crossings 3, or crossings=3 from Python)" in err
 
 
 def test_a_walker_on_the_command_line() -> None:

@@ -95,6 +95,8 @@ def test_dots_of_settled_runs_show_beside_the_lines(columns: int, branch: Branch
         line.get_linewidth() for line in axes.lines if line.get_marker() == "None"
     )
     assert axes.get_xlabel() == f"{RESTITUTION} [SI units]"
+    for unit, said in (("", RESTITUTION), ("kg", f"{RESTITUTION} [kg]")):
+        assert draw_branches([branch], unit=unit).axes[0].get_xlabel() == said
 
 
 def test_the_doubled_branch(branch: Branch) -> None:
@@ -105,6 +107,7 @@ def test_the_doubled_branch(branch: Branch) -> None:
     assert value > flip.value and doubled.stable and doubled.period == 2 * TABLE.period
     found = continue_orbit(doubled, RESTITUTION, (0.5, 0.8), way="up")
     assert found.values[-1] > value
+    assert found.ends[0] == "not followed, as the way asked for was 'up'"
     for e, orbit in ((value, doubled), (found.values[-1], found.orbits[-1])):
         first, second = orbit.run.impacts
         phase = (first.t * TABLE.frequency + PHASE) / TABLE.frequency

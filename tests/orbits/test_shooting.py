@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from typing import Any
 
 import numpy as np
@@ -130,9 +131,15 @@ def test_segments_between_impacts(workshop: Workshop) -> None:
 
 
 def test_segments_that_do_not_fit(shaken: Any) -> None:
-    with pytest.raises(ValueError, match="segments: found 2 of 1 crossings in a model that depends on time"):
+    rule = (
+        "in a model that depends on time, or with several crossings, the number of segments has to divide the number "
+        "of crossings; ask for "
+    )
+    said = f"segments: found 2 with 1 crossing, expected a divisor of 1: {rule}2 crossings (--crossings 2, or "
+    with pytest.raises(ValueError, match=re.escape(f"{said}crossings=2 from Python)")):
         find_orbit(shaken, section=TABLE.period, segments=2)
-    with pytest.raises(ValueError, match="segments: found 3 of 4 crossings in a model that crosses its section"):
+    said = f"segments: found 3 with 4 crossings, expected a divisor of 4: {rule}12 crossings (--crossings 12"
+    with pytest.raises(ValueError, match=re.escape(said)):
         find_orbit(shaken, section=TABLE.period, crossings=4, segments=3)
     with pytest.raises(ValueError, match="segments: found 0, expected a number, at least 1"):
         find_orbit(shaken, section=TABLE.period, segments=0)
