@@ -24,9 +24,6 @@
 #include "complementarity/lemke.h"
 
 enum { SWEEPS = 20000, RESTARTS = 12, SHIFTS = 3 };
-/* Where contacts press each other with what moves none of them, pivots are rounding. Contacts that give way a little have one answer,
- * whose first digits are those of stiff ones: of rows of about 1, by which their law is then met is as much. */
-static const double GIVES_WAY = CCGEN_LIMIT(1e-10, 5e-5);
 /* times the largest rate: breaks ties */
 static const double SHIFT[SHIFTS] = {CCGEN_LIMIT(1e-10, 1e-4), CCGEN_LIMIT(1e-7, 1e-3), CCGEN_LIMIT(1e-12, 1e-5)};
 
@@ -153,38 +150,15 @@ static int pivots(const struct friction_problem *c, struct pivots *p, int restar
     return impulses_of(c, p->in, p->limit, Pn, Pt) || !meets(c, p, Pn, Pt) ? 3 : 0;
 }
 
-/* Let contacts give way by a part of what their own impulses move them. */
-static void give_way(const struct friction_problem *c, struct pivots *p)
-{
-    const int m = p->m;
-    for (int i = 0; i < c->n; i++) {
-        const int r = p->place[i];
-        p->M[i * (m + 1)] += GIVES_WAY * p->unit[i] * p->unit[i];
-        if (r < 0)
-            continue;
-        p->M[r * (m + 1)] += GIVES_WAY * p->unit[r] * p->unit[r];
-        p->M[r * m + i] -= GIVES_WAY * p->unit[r] * p->unit[r] * p->k[i];
-    }
-}
-
-/* From other beginnings: 0 where the law is met */
-static int pivot_anew(const struct friction_problem *c, struct pivots *p, double *Pn, double *Pt)
-{
-    for (int restart = 1; restart <= RESTARTS; restart++)
-        if (!pivots(c, p, restart, Pn, Pt))
-            return 0;
-    return 1;
-}
-
 static int search(const struct friction_problem *c, struct pivots *p, double *Pn, double *Pt)
 {
     const int first = pivots(c, p, 0, Pn, Pt);
-    if (!first || !pivot_anew(c, p, Pn, Pt))
+    if (!first)
         return 0;
+    for (int restart = 1; restart <= RESTARTS; restart++)
+        if (!pivots(c, p, restart, Pn, Pt))
+            return 0;
     if (!least_impulses(c, NOTHING, Pn, Pt) || (!sweep(c, Pn, Pt) && meets(c, p, Pn, Pt)))
-        return 0;
-    give_way(c, p);
-    if (!pivots(c, p, 0, Pn, Pt) || !pivot_anew(c, p, Pn, Pt))
         return 0;
     if (p->worst > NEARLY_CONSISTENT)
         return first == 2 ? 2 : 1;
