@@ -8,7 +8,6 @@ rates, beside CasADi's of the same accelerations where it is installed. What is 
 
 import argparse
 import ctypes
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
@@ -18,6 +17,7 @@ import numpy as np
 from driver import CASADI, WORK, Kernel, batch, compile_shared
 from forward_dynamics import CASADI_FLAGS
 from machine import machine
+from turns import fastest
 from workload import workload
 
 from ccgen.generator import Scene, generate, load_scene, loop
@@ -76,17 +76,6 @@ def cases() -> list[Case]:
     return [*found, Case("ring of 12 rods in free flight, 2 s", model, q, u, 2.0)]
 
 
-def fastest(calls: Sequence[Callable[[], object]], rounds: int) -> np.ndarray:
-    """The shortest time (s) of each call, all of them in turn in every round."""
-    found = np.full(len(calls), np.inf)
-    for _ in range(rounds):
-        for k, call in enumerate(calls):
-            began = time.perf_counter()
-            call()
-            found[k] = min(found[k], time.perf_counter() - began)
-    return found
-
-
 def compare(case: Case, count: int, rounds: int) -> str:
     """A line of the first table."""
     model, q, u, n = case.model, case.q, case.u, len(case.q)
@@ -138,7 +127,7 @@ def accelerate(n: int, rounds: int) -> str:
     ]
     theirs = casadi_kernels(n, q, u)
     timed += [lambda one=one: batch(one, calls) for one in theirs]  # type: ignore[misc]
-    seconds = fastest(timed, rounds)
+    seconds = np.array(fastest(timed, rounds))
     plain, ours, others = 1e9 * seconds[0] / (8 * calls), 1e9 * seconds[1] / calls, 1e9 * seconds[2:] / calls
     cells = [str(n), f"{plain:.0f}", f"{ours:.0f}", f"{ours / plain:.2f}"]
     if theirs:

@@ -7,13 +7,13 @@ of a rough drop, beside one plain run to the last of them. Both are timed in tur
 
 import argparse
 import statistics
-import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from driver import WORK
 from machine import machine
+from turns import in_turn
 
 from ccgen.generator import generate, load_scene
 from ccgen.runtime import Identified, Model, identify, load_model, simulate
@@ -85,17 +85,10 @@ def drop() -> Case:
     return Case(model, q, u, run.at(AT)[0] + NOISE * rng.normal(size=(AT.size, q.size)), len(run.impacts))
 
 
-def clock(call: Callable[[], object]) -> float:
-    """Seconds of a call."""
-    began = time.perf_counter()
-    call()
-    return time.perf_counter() - began
-
-
 def row(case: Case, rounds: int) -> str:
     """A line of the table."""
     found = case.search()
-    seconds = np.array([[clock(case.search), clock(case.plain) / PLAIN] for _ in range(rounds)])
+    seconds = np.array(in_turn([case.search, case.plain], rounds)) / (1, PLAIN)
     search, plain = seconds.min(axis=0)
     far = max(abs(found.values[path] - value) / found.deviations[path] for path, value in TRUTH.items())
     cells = [str(case.impacts), str(case.measured.size), str(found.evaluations), f"{1e3 * search:.0f}"]

@@ -8,13 +8,13 @@ from rough guesses, beside one plain run of a step of the gait. Both are timed i
 import argparse
 import statistics
 import sys
-import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from driver import ROOT, WORK
 from machine import machine
+from turns import in_turn
 
 from ccgen.generator import generate, load_scene
 from ccgen.runtime import Model, Orbit, find_orbit, load_model, simulate
@@ -53,13 +53,6 @@ def standing(model: Model, angle: float, rate: float) -> tuple[np.ndarray, np.nd
     return model.project(q, u)
 
 
-def clock(call: Callable[[], object]) -> float:
-    """Seconds of a call."""
-    began = time.perf_counter()
-    call()
-    return time.perf_counter() - began
-
-
 def compare(model: Model, angle: float, rate: float, rounds: int) -> Timed:
     """The search from a guess, and plain runs of the step that it finds, in turn, about as long: so that what else the
     machine does meets both alike."""
@@ -75,7 +68,7 @@ def compare(model: Model, angle: float, rate: float, rounds: int) -> Timed:
     def several() -> object:
         return [plain() for _ in range(PLAIN)]
 
-    seconds = np.array([[clock(search), clock(several) / PLAIN] for _ in range(rounds)])
+    seconds = np.array(in_turn([search, several], rounds)) / (1, PLAIN)
     return Timed(seconds[:, 0], seconds[:, 1], found)
 
 

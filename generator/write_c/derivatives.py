@@ -104,6 +104,7 @@ class Derivatives:
             "timed": "t" in one.read,
             "value_arrays": one.value_arrays,
             "angles": {"first": angles.start, "count": len(angles)} if angles else None,
+            "shares": one.name in OF_ACCELERATIONS,
             "loads": [declared(line, self.numbers.type, self.c) for line in one.loads],
             "value_sections": [self._part(part) for part in one.values],
             "lost": lost,

@@ -8,8 +8,8 @@
 #include "steps/energy_guard.h"
 #include "steps/event_location.h"
 #include "steps/flat_loop.h"
-#include "steps/step_control.h"
 #include "steps/singular_step.h"
+#include "steps/step_control.h"
 #include "steps/step_end.h"
 #include "steps/kinks.h"
 #include "steps/meeting.h"
@@ -389,10 +389,10 @@ static enum outcome try_step(struct phase *f, struct event *event, double *stop,
     f->kink = -1;
     if (f->flips <= 2 * f->s->model->switches && (outcome = end_at_kink(f))) /* more at one instant are rounding */
         return outcome;
-    if (f->kink >= 0 &&
-        !(f->t + f->h >
-          f->t)) { /* it begins there; where it crosses again at once, shorter steps show what is rounding */
-        at->refused = at->next = fmin(at->next, LEAST_CHANGE * whole);
+    if (f->kink >= 0 && !(f->t + f->h > f->t)) { /* it begins there */
+        at->next = fmin(at->next,
+                        LEAST_CHANGE * whole); /* where it crosses again at once, shorter steps show what is rounding */
+        at->refused = at->next;
         f->flips++;
         *again = 1;
         return OUTCOME_DONE;

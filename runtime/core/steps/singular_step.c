@@ -201,24 +201,32 @@ int passes_place(const struct phase *f, double h)
     return f->at.passage == ACROSS && f->at.place - f->t <= CLEAR[CLEARS - 1] * h;
 }
 
+/* The first of CLEAR[count] between two stages at which a configuration at that part may lie in a shorter step, or in this one; 0 where none is */
+static double next_clear(double part, int count)
+{
+    for (int i = 1; i < count; i++)
+        if (part <= CLEAR[i] * (1.0 + NEARLY))
+            return CLEAR[i];
+    return 0.0;
+}
+
+/* The same of a step of that length that ends at an event, in a run by collocation. By another method the rest of the way, in short steps of its own,
+ * would begin where less is known. */
+static double clear_before_event(const struct phase *f, double part)
+{
+    return f->passing || f->at.passage != ACROSS || !(part > CLEAR[0]) ? 0.0 : next_clear(part, CLEARS + 1);
+}
+
 double clear_landing(const struct phase *f, double length)
 {
-    const double until = f->at.place - f->t, part = until / length;
-    if (f->passing || f->at.passage != ACROSS || !(part > CLEAR[0]))
-        return 0.0; /* the rest of the way in short steps of the run's own method would begin where less is known */
-    for (int i = 1; i <= CLEARS; i++)
-        if (part <= CLEAR[i] * (1.0 + NEARLY))
-            return part < CLEAR[i] * (1.0 - NEARLY) ? until / CLEAR[i] : 0.0;
-    return 0.0;
+    const double until = f->at.place - f->t, clear = clear_before_event(f, until / length);
+    return until / length < clear * (1.0 - NEARLY) ? until / clear : 0.0;
 }
 
 int lies_clear(const struct phase *f, double length)
 {
-    const double part = (f->at.place - f->t) / length;
-    int clear = 0;
-    for (int i = 1; i <= CLEARS; i++)
-        clear |= fabs(part - CLEAR[i]) <= NEARLY * CLEAR[i];
-    return !f->passing && f->at.passage == ACROSS && clear;
+    const double part = (f->at.place - f->t) / length, clear = clear_before_event(f, part);
+    return clear > 0.0 && part >= clear * (1.0 - NEARLY);
 }
 
 void place_about_singularity(struct phase *f, enum passage elsewhere)
@@ -231,11 +239,11 @@ void place_about_singularity(struct phase *f, enum passage elsewhere)
     f->at.passage = ACROSS;
     if (part < CLEAR[0])
         return;
-    for (int i = 1; i < CLEARS; i++)
-        if (part <= CLEAR[i] * (1.0 + NEARLY)) {
-            f->h *= part / CLEAR[i];
-            return;
-        }
+    const double clear = next_clear(part, CLEARS);
+    if (clear > 0.0) {
+        f->h *= part / clear;
+        return;
+    }
     if (f->at.bounded && part > LATE) /* it has to end there */
         return;
     f->at.passage = BEFORE; /* so that it lies in the middle of the next, which is as long as this might have been */
