@@ -65,6 +65,7 @@ cdef extern from *:
     struct interruption:
         int (*tick)(void *context, real t) noexcept nogil
         void *context
+    void start_asking(interruption *interruption, real t) nogil
     struct impact_law:
         const char *name
     const impact_law *find_law(const char *name) nogil

@@ -8,6 +8,8 @@ cdef class _Stretch:
     cdef look l
     cdef system s
     cdef _Memory memory
+    cdef _Ticker ticker
+    cdef interruption asked
     cdef Supply supply
     cdef real[::1] unit, inputs, numbers, latched
     cdef const real[:, ::1] q, u
@@ -16,7 +18,9 @@ cdef class _Stretch:
     cdef real[:, ::1] room
 
     cdef tuple found(self, int outcome, Py_ssize_t n):
-        """The state that was found, and how that went; raises what a controller has raised."""
+        """The state that was found, and how that went; raises what a controller has raised, or Ctrl-C."""
+        if self.ticker.error is not None:
+            raise self.ticker.error
         if self.supply is not None and self.supply.error is not None:
             raise self.supply.error
         y = np.array(self.room[0])
@@ -34,6 +38,10 @@ cdef class Kernels(Differentiating):
         cdef Py_ssize_t row
         made.memory = _Memory()
         made.s = self._system(made.memory)
+        made.ticker = _Ticker(None)
+        memset(&made.asked, 0, sizeof(made.asked))
+        made.asked.tick, made.asked.context = _tick, <void *>made.ticker
+        made.s.interruption = &made.asked
         made.unit = empty(2 * self.m.nu + 1)  # other calls have other scales
         made.s.unit = &made.unit[0]
         if scales is not None:
@@ -69,6 +77,7 @@ cdef class Kernels(Differentiating):
         characteristic time (s) and energy (J). ``latched``: what effects hold."""
         cdef _Stretch one = self._stretch(name, [t], np.asarray(q)[None, :], np.asarray(u)[None, :], supply, kept, held, rtol, atol, scales, latched)
         cdef real[::1] by = np.array([h], dtype=REAL)
+        start_asking(&one.asked, by[0])
         return one.found(step_from(&one.w, 0, by[0], one.l.y), self.m.nu)
 
     def between(self, str name, t, const real[:, ::1] q, const real[:, ::1] u, at, line, Supply supply=None, str kept="projected",
@@ -78,6 +87,7 @@ cdef class Kernels(Differentiating):
         cdef _Stretch two = self._stretch(name, t, q, u, supply, kept, held, rtol, atol, scales, latched)
         cdef real[::1] when = np.array([at], dtype=REAL)
         two.w.line = bool(line)
+        start_asking(&two.asked, when[0])
         return two.found(state_between(&two.w, &two.l, when[0]), self.m.nu)
 
     def simulate(self, const real[::1] q, const real[::1] u, str name, real until, real rtol, real atol,

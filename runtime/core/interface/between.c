@@ -6,7 +6,6 @@
  * what is off by more is looked at from both sides. Where contacts are held only the way on is taken: the way back has others. */
 #include "interface/between.h"
 
-#include "methods/gauss.h"
 #include "model/scales.h"
 #include "motion/projection.h"
 
@@ -82,24 +81,6 @@ int stepped_at(const struct ccgen_simulation *it, double t)
     return 0;
 }
 
-enum outcome step_from(const struct stretch *w, int end, double h, double *y)
-{
-    const size_t n = w->system->n;
-    const struct method *ways[] = {w->method, &gauss};
-    enum outcome outcome = OUTCOME_UNKNOWN_METHOD;
-    for (int way = 0; way < 2 && outcome; way++) {
-        struct system s = *w->system;
-        memcpy(y, w->q[end], n * sizeof *y);
-        memcpy(y + n, w->u[end], n * sizeof *y);
-        memset(y + 2 * n, 0, (s.size - 2 * n) * sizeof *y);
-        outcome =
-            advance(&s, ways[way], w->tolerance, w->drift, w->t[end], h, w->count, w->set, w->mode, w->latched, y);
-        if (ways[way] == &gauss)
-            break;
-    }
-    return outcome;
-}
-
 /* Part of the way from the first row to the second */
 static double part_of(const struct stretch *w, double t)
 {
@@ -163,8 +144,12 @@ static enum outcome from_either(const struct stretch *w, const struct look *l, d
 
 enum outcome state_between(const struct stretch *w, const struct look *l, double t)
 {
+    int beside;
     if (w->line)
         return on_the_line(w, t, l->y);
+    const enum outcome outcome = step_beside(w, t, l->y, &beside);
+    if (outcome == OUTCOME_INTERRUPTED || (beside && !outcome))
+        return outcome;
     return w->system->model->contacts ? step_from(w, 0, t - w->t[0], l->y) : from_either(w, l, t);
 }
 

@@ -2,22 +2,7 @@
 #ifndef CCGEN_BETWEEN_H
 #define CCGEN_BETWEEN_H
 
-#include "interface/simulation.h"
-
-/* Two rows of a run that follow each other, and how it went on between them */
-struct stretch {
-    const struct system *system;
-    const struct method *method;
-    struct tolerance tolerance;
-    enum drift drift;
-    double t[2];
-    const double *q[2], *u[2]; /* [n] of both rows */
-    int line;                  /* whether it went on by time stepping: states are on the line between the rows */
-    int count;                 /* contacts that are held, */
-    const int *set;            /* [count] which, */
-    const signed char *mode;   /* [count] and how */
-    const double *latched;     /* [latches] what effects hold */
-};
+#include "interface/advance.h"
 
 /* Scratch of one look between rows; the state is in y */
 struct look {
@@ -27,10 +12,6 @@ struct look {
 
 /* The state at t between the rows, as accurate as the run, into l->y. */
 enum outcome state_between(const struct stretch *w, const struct look *l, double t);
-
-/* From the first row (end 0) or the second by h, in a step of the method or, beside a singular configuration, where that has none, of
- * collocation: into y[size of a state]. */
-enum outcome step_from(const struct stretch *w, int end, double h, double *y);
 
 /* Scratch for states of a simulation between its rows, from its arena */
 struct between {

@@ -36,6 +36,12 @@ static size_t scratch_of(const struct ccgen_model *m)
     return (most + 64 * (all + m->links + m->switches)) * sizeof(double) + 4096;
 }
 
+void keep_closed(struct system *s, enum drift drift)
+{
+    s->projects_steps = drift == DRIFT_PROJECTED;
+    s->baumgarte = drift == DRIFT_DAMPED ? BAUMGARTE : 0.0;
+}
+
 void set_parameters(struct ccgen_simulation *it, const struct ccgen_settings *settings)
 {
     struct system *s = &it->system;
@@ -82,8 +88,7 @@ static enum outcome make_system(struct ccgen_simulation *it, const struct ccgen_
     if (!(s->law = find_law(settings->law ? settings->law : newton.name)))
         return OUTCOME_UNKNOWN_LAW;
     set_parameters(it, settings);
-    s->projects_steps = settings->drift == DRIFT_PROJECTED;
-    s->baumgarte = settings->drift == DRIFT_DAMPED ? BAUMGARTE : 0.0;
+    keep_closed(s, (enum drift)settings->drift);
     s->input_source = settings->inputs;
     s->context = settings->context;
     return OUTCOME_DONE;
@@ -431,39 +436,4 @@ const char *ccgen_gain_name(int gain)
     static const char *const names[] = {ALL_GAINS(NAMED)};
 #undef NAMED
     return gain >= 0 && gain < GAINS ? names[gain] : NULL;
-}
-
-enum outcome advance(struct system *s, const struct method *method, struct tolerance tolerance, enum drift drift,
-                     double t, double h, int count, const int *set, const signed char *mode, const double *latched,
-                     double *y)
-{
-    tolerance.unit = s->unit;
-    struct run run = {.method = method, .tolerance = tolerance};
-    struct phase f = {.s = s, .run = &run, .t = t, .at.place = NAN};
-    const struct mark mark = s->arena->top;
-    enum outcome outcome = OUTCOME_NO_MEMORY;
-    if (!method->step)
-        return OUTCOME_UNKNOWN_METHOD;
-    s->projects_steps = drift == DRIFT_PROJECTED;
-    s->baumgarte = drift == DRIFT_DAMPED ? BAUMGARTE : 0.0;
-    if (!take_phase(&f)) {
-        if (count)
-            activate(&f.active, count, set, mode);
-        memcpy(f.y, y, (size_t)s->size * sizeof *y);
-        if (s->model->latches)
-            memcpy(f.latched, latched, s->model->latches * sizeof *latched);
-        outcome = hold_sides(&f, h < 0.0 ? -1 : 1);
-        outcome = outcome ? outcome : evaluate_derivative(&f);
-        if (!outcome)
-            outcome = s->model->contacts || s->model->switches || tolerance.rtol == 0.0 || !estimates_errors(method) ||
-                              h < 0.0
-                          ? projected_step(&f, h)
-                          : integrate_to(&f, t + h);
-        if (!outcome)
-            memcpy(y, f.y1, (size_t)s->size * sizeof *y);
-    }
-    s->active = NULL;
-    s->sides = s->latched = NULL;
-    give_back(s->arena, mark);
-    return outcome;
 }

@@ -26,14 +26,10 @@ void set_parameters(struct ccgen_simulation *s, const struct ccgen_settings *set
 enum outcome reset_holding(struct ccgen_simulation *s, double t, const double *q, const double *u,
                            const double *latched);
 
+/* How the loops of a system are kept closed */
+void keep_closed(struct system *s, enum drift drift);
+
 /* Go on to `until`, past all events. */
 enum outcome simulate(struct ccgen_simulation *s, double until);
-
-/* From y at t on by h, with the contacts `set` held, `mode` as in constraints/active_set.h, projected as `drift` says: for states between
- * two rows of a record. One step of the method, or in a model without contacts as many as the tolerance, unless it is zero,
- * asks for. latched[latches] is what effects hold. */
-enum outcome advance(struct system *s, const struct method *method, struct tolerance tolerance, enum drift drift,
-                     double t, double h, int count, const int *set, const signed char *mode, const double *latched,
-                     double *y);
 
 #endif

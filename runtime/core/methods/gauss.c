@@ -279,6 +279,29 @@ static void follow(const struct gauss *g, double theta, double *y)
     }
 }
 
+int gauss_cut(const struct system *s, double *scratch, double part, const double *y, double *y1)
+{
+    struct gauss *g = gauss_of(s, scratch);
+    if (g->replaced)
+        return 0;
+    for (int j = 0; j < STAGES; j++) {
+        const double x = 2.0 * part * NODE[j] - 1.0;
+        double p[STAGES] = {1.0, x};
+        for (int k = 1; k < STAGES - 1; k++)
+            p[k + 1] = ((2 * k + 1) * x * p[k] - k * p[k - 1]) / (k + 1);
+        for (int i = 0; i < g->rows; i++)
+            g->f[i * STAGES + j] = weighed(p, g->legendre + i * STAGES);
+    }
+    gauss_pack(g, LEGENDRE, 1.0, g->matrix);
+    gauss_combine(g, s, g->matrix, g->f, g->legendre);
+    g->h *= part;
+    memset(g->lost_next, 0, s->size * sizeof *g->lost_next);
+    memcpy(g->start, y, s->size * sizeof *y);
+    memcpy(y1, y, s->size * sizeof *y);
+    follow(g, 1.0, y1);
+    return 1;
+}
+
 static enum outcome gauss_prepare(struct system *s, double *scratch, double t, double h, const double *y,
                                   const double *dy, const double *y1, const double *dy1)
 {

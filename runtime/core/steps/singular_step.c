@@ -18,6 +18,7 @@
 
 #include "base/tolerances.h"
 #include "constraints/nullspace.h"
+#include "steps/cut_step.h"
 
 static const double NEARLY = 1e-6; /* relative: what the length of a step need not be changed by */
 enum { LOOKS = 8, ROUNDS = 4 };    /* each round looks at a quarter of the last one's part of the step */
@@ -114,7 +115,7 @@ static int look_for_nearest(struct phase *f, const double *end, double last, dou
     return least < SIGMA_DROP * most;
 }
 
-static int nearest_part(struct phase *f, const double *end, double last, double *part)
+int nearest_part(struct phase *f, const double *end, double last, double *part)
 {
     struct arena *arena = f->s->arena;
     const struct mark mark = arena->top;
@@ -130,7 +131,7 @@ int crosses_singularity(struct phase *f, enum outcome back, double error, const 
     if (!projects(f) || !f->s->model->rows || f->run->fixed_step > 0.0)
         return 0;
     if (!(back || error > WILD || off_the_closure(f) || may_hide(f) || (error <= 1.0 && unsure(f))) ||
-        !nearest_part(f, end, LOOK_AHEAD, &part))
+        !nearest_part(f, end, LOOK_AHEAD, &part) || part >= LOOK_AHEAD)
         return 0;
     f->at.place = f->t + part * f->h;
     return 1;
@@ -229,6 +230,19 @@ int lies_clear(const struct phase *f, double length)
     return clear > 0.0 && part >= clear * (1.0 - NEARLY);
 }
 
+double between_stages(double part)
+{
+    return next_clear(part, CLEARS);
+}
+
+int is_to_be_cut(const struct phase *f, double allowed)
+{
+    const double length = 2.0 * (f->at.place - f->t);
+    return f->at.bounded && length <= CUT_LENGTH * allowed * (1.0 + NEARLY) &&
+           fabs(f->t + f->h - f->at.place) <= CUT_REACH * length && projects(f) && !active_count(f->s) &&
+           f->run->fixed_step == 0.0 && (f->run->method == &gauss || f->passing);
+}
+
 void place_about_singularity(struct phase *f, enum passage elsewhere)
 {
     const double part = (f->at.place - f->t) / f->h;
@@ -244,8 +258,13 @@ void place_about_singularity(struct phase *f, enum passage elsewhere)
         f->h *= part / clear;
         return;
     }
-    if (f->at.bounded && part > LATE) /* it has to end there */
+    if (f->at.bounded && part > LATE) { /* it has to end there, */
+        if (fabs(part - 1.0) <= CUT_REACH * CUT_LENGTH) { /* and the next one, which passes the place, is cut for that */
+            f->at.passage = BEFORE;
+            f->h *= part - MIDDLE * CUT_LENGTH;
+        }
         return;
+    }
     f->at.passage = BEFORE; /* so that it lies in the middle of the next, which is as long as this might have been */
     f->h *= f->at.bounded ? (part - MIDDLE) / MIDDLE : part - MIDDLE;
 }

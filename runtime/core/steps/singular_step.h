@@ -20,6 +20,9 @@ int leads_to_singularity(struct phase *f);
 /* a step by collocation in place of one of length f->h by the run's own method, which would take one of length `own` next */
 void take_over(struct phase *f, double own);
 
+/* whether a step that the tolerance allows that length, and which has to end after f->h, is to be cut off one past f->place, which is in the middle of that */
+int is_to_be_cut(const struct phase *f, double allowed);
+
 /* the length of a step that may be as long as f->h, and how it is taken, from f->place: away from it as `elsewhere`, FREE or ABOUT */
 void place_about_singularity(struct phase *f, enum passage elsewhere);
 
@@ -35,6 +38,13 @@ int lies_clear(const struct phase *f, double length);
 
 /* whether the singular configuration is passed elsewhere in the step to end[2n] than f->place says, which then says it better */
 int misplaced(struct phase *f, const double *end);
+
+/* the part, up to `last`, of the step to end[2n] at which the cubic through its ends comes nearest to dependence; whether rows depend there */
+int nearest_part(struct phase *f, const double *end, double last, double *part);
+
+/* the first part of a step, from `part` on, that lies in the middle between two stages of collocation, where a singular configuration disturbs none; 0
+ * where none does */
+double between_stages(double part);
 
 /* coordinates q[n] at part x of a step of length h to end[2n], on the cubic through its ends */
 void between_ends(const struct phase *f, double h, const double *end, double x, double *q);

@@ -7,6 +7,7 @@
 
 #include "base/tolerances.h"
 #include "motion/derivative.h"
+#include "steps/cut_step.h"
 #include "steps/energy_guard.h"
 #include "steps/singular_step.h"
 #include "steps/step_end.h"
@@ -14,8 +15,8 @@
 const double LEAST_CHANGE = 0.2;
 static const double SAFETY = 0.9, LARGEST_CHANGE = 6.0;
 enum {
-    AGAIN =
-        4 /* times a step is taken anew for where it passes a singular configuration, or for the energy it misses there */
+    AGAIN = 4,  /* times a step is taken anew for where it passes a singular configuration, or for the energy it misses there */
+    MANY = 1000 /* steps, refused ones with them, for the way of one */
 };
 
 double first_step(struct phase *f)
@@ -105,10 +106,18 @@ static enum outcome hold_to_energy(struct phase *f, double *error, int *missed)
     return OUTCOME_DONE;
 }
 
+/* The step, f->h long, cut off one past the singular configuration beside which it ends */
+static enum outcome cut_off(struct phase *f, double *error)
+{
+    const enum outcome outcome = cut_step(f, f->t + f->h, 2.0 * (f->at.place - f->t), error);
+    *(!outcome && *error <= 1.0 ? &f->run->steps : &f->run->rejected) += 1;
+    return outcome;
+}
+
 enum outcome accepted_step(struct phase *f, double *next)
 {
     struct run *run = f->run;
-    int refused = 0, again = 0, missed = 0;
+    int refused = 0, again = 0, missed = 0, uncut = 0;
     enum passage elsewhere = keeps_collocation(f) ? ABOUT : FREE;
     for (;;) {
         double error = 0.0;
@@ -117,6 +126,12 @@ enum outcome accepted_step(struct phase *f, double *next)
             take_over(f, f->h);
         }
         const double whole = f->h;
+        if (uncut++ == 0 && is_to_be_cut(f, *next)) {
+            const enum outcome cut = cut_off(f, &error);
+            if (cut == OUTCOME_INTERRUPTED || (!cut && error <= 1.0))
+                return cut;
+            f->h = whole;
+        }
         place_about_singularity(f, elsewhere);
         enum outcome outcome = unprojected_step(f, f->h, run->fixed_step > 0.0 ? to_rounding(f->s) : run->tolerance);
         if (!outcome && run->fixed_step == 0.0)
@@ -156,6 +171,7 @@ enum outcome accepted_step(struct phase *f, double *next)
         if (outcome == OUTCOME_INTERRUPTED)
             return outcome;
         refused = 1;
+        f->at.bounded = 0;
         run->rejected++;
         f->h *= outcome || !isfinite(error) ? LEAST_CHANGE : shorter(f, error);
         if (f->h < shortest(f) || run->fixed_step > 0.0)
@@ -163,11 +179,15 @@ enum outcome accepted_step(struct phase *f, double *next)
     }
 }
 
-enum outcome integrate_to(struct phase *f, double until)
+/* y1 at the time `until`, by as many steps as the tolerance asks for */
+static enum outcome integrate_to(struct phase *f, double until)
 {
+    const struct run *run = f->run;
     double next = until - f->t;
     f->at.place = NAN;
     while (f->t < until) {
+        if (run->steps + run->rejected > MANY)
+            return OUTCOME_BUDGET;
         const double left = until - f->t;
         f->h = 1.01 * next >= left ? left : next;
         f->at.bounded = f->h == left;
@@ -182,4 +202,11 @@ enum outcome integrate_to(struct phase *f, double until)
         memcpy(f->dy, f->dy1, (size_t)f->s->size * sizeof *f->dy);
     }
     return OUTCOME_DONE;
+}
+
+enum outcome advance_to(struct phase *f, double until)
+{
+    const struct ccgen_model *m = f->s->model;
+    const int one = until < f->t || m->contacts || m->switches || f->run->tolerance.rtol == 0.0 || !estimates_errors(f->run->method);
+    return one ? projected_step(f, until - f->t) : integrate_to(f, until);
 }

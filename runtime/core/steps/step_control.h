@@ -17,8 +17,9 @@ int outruns_velocity(const struct phase *f);
 /* The shortest step that moves time */
 double shortest(const struct phase *f);
 
-/* y1 at the time `until`, by as many steps as the tolerance asks for, without events or a record */
-enum outcome integrate_to(struct phase *f, double until);
+/* y1 at the time `until`, without events or a record: by as many steps as the tolerance asks for; by one, whatever its error, back in time, where no
+ * tolerance is given or the method estimates nothing, and where contacts or kinks may end steps, none of which is longer than that */
+enum outcome advance_to(struct phase *f, double until);
 
 /* The least factor by which a refused step is shortened at once */
 extern const double LEAST_CHANGE;
