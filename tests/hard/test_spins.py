@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.optimize import minimize_scalar
 
 from ccgen.generator import loop
 from ccgen.runtime import Model, Run, simulate
@@ -25,6 +26,7 @@ FASTEST = 100.0
 """rad/s."""
 WALL = 3.0
 """Metres from the middle to each wall of the box."""
+OTHERS = [hard("gauss", rtol) for rtol in (1e-9, 1e-11, 1e-15)] + [hard("dop853", rtol) for rtol in (1e-9, 1e-13)]
 NORMALS = ([1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0])
 
 
@@ -144,6 +146,72 @@ def test_runs_end_close_behind_a_strike_behind_a_line(until: float, workshop: Wo
     run = simulate(model, q, u, until=until, rtol=1e-11, method="gauss")
     assert run.success, run.message
     assert len(run.t) < 1000
+
+
+def beside_lines(run: Run) -> list[float]:
+    """Times of the run up to a hundredth of a step before and after it passes a line first, and as near as rounding."""
+    k = next((k for k in range(len(run.t) - 1) if passes(run, k)), None)
+    if k is None:
+        return []
+    h, change = run.t[k + 1] - run.t[k], run.q[k + 1] - run.q[k]
+    a, b = h * run.u[k] - change, change - h * run.u[k + 1]
+    found = minimize_scalar(
+        lambda x: least_share(run.model, run.q[k] + x * (change + (1 - x) * ((1 - x) * a + x * b))),
+        bounds=(0.0, 1.0),
+        method="bounded",
+        options={"xatol": 1e-10},
+    )
+    parts = found.x + np.array([sign * 10.0**-d for sign in (-1, 1) for d in (2, 3, 4, 5, 6, 8, 10)])
+    return [float(t) for t in run.t[k] + parts[(parts > 0.0) & (parts < 1.0)] * h]
+
+
+@pytest.mark.sample(1)
+@pytest.mark.parametrize("walls", [False, True], ids=["free", "walls"])
+@pytest.mark.parametrize(("method", "rtol"), [("gauss", 1e-13), ("dop853", 1e-11), *OTHERS])
+def test_states_beside_lines(method: str, rtol: float, walls: bool, workshop: Workshop, reach: Reach) -> None:
+    """Looks between rows, and runs that end there, have the run's energy as the rows have it, and take no more steps.
+
+    No step can end there: velocities would be put back where rows are all but dependent.
+    """
+    looks, ends, rows = [0.0], [0.0], [0.0]
+    for seed in range(70):
+        (model, q, u), _ = spins(workshop, walls, seed)
+        run = simulate(model, q, u, until=1.0, rtol=rtol, method=method)
+        for t in beside_lines(run):
+            k = int(np.searchsorted(run.t, t)) - 1
+            whole = np.sum(model.energy(run.q[k], run.u[k]))
+            looks.append(abs(np.sum(model.energy(*run.at(t))) / whole - 1.0))
+            last = simulate(model, run.q[k], run.u[k], until=t - run.t[k], rtol=rtol, method=method)
+            assert last.success, (seed, t, last.message)
+            ends.append(abs(np.sum(model.energy(last.q[-1], last.u[-1])) / whole - 1.0))
+            rows.append(len(last.t))
+    assert len(looks) > 100
+    case = f"beside lines{' between walls' if walls else ''} by {method}, rtol {rtol:g}"
+    bound = 1e-11 + 20.0 * rtol
+    reach(f"looks {case}: energy, of that of the row before", max(looks), bound)
+    reach(f"runs that end {case}: energy, of that at the start", max(ends), bound)
+    reach(f"runs that end {case}: rows", max(rows), 100.0)
+
+
+@pytest.mark.parametrize("method", ["gauss", "dop853"])
+def test_velocities_beside_lines_are_those_of_wide_numbers(method: str, workshop: Workshop, reach: Reach) -> None:
+    """A look in doubles beside the end of a run in wide numbers, to what velocities there are known to."""
+    worst = [0.0]
+    for seed in (6, 11):
+        (model, q, u), _ = spins(workshop, False, seed)
+        run = simulate(model, q, u, until=1.0, rtol=1e-13, method=method)
+        wide = workshop.model(loop(len(model.links)), precision="wide")
+        wide = wide.with_parameters(
+            {f"link_{k}.length": model.parameters[f"link_{k}.length"] for k in range(len(model.links))}
+        )
+        for t in beside_lines(run):
+            k = int(np.searchsorted(run.t, t)) - 1
+            exact = simulate(wide, *wide.project(run.q[k], run.u[k]), until=t - run.t[k], rtol=1e-17, method="gauss")
+            assert exact.success, exact.message
+            misses = np.abs(np.asarray(run.at(t)[1] - exact.u[-1], dtype=float))
+            worst.append(float(misses.max() / np.abs(run.u[k]).max()))
+    assert len(worst) > 20
+    reach(f"looks beside lines by {method}: velocities, of the largest, beside wide numbers", max(worst), 1e-8)
 
 
 @pytest.mark.sample(1)

@@ -72,23 +72,35 @@ enum outcome step_from(const struct stretch *w, int end, double h, double *y)
     return last ? outcome : advance(w, &gauss, end, h, y);
 }
 
-enum outcome step_beside(const struct stretch *w, double t, double *y, int *beside)
+/* From the second row back to t: what lies behind a singular configuration is not reached past it by a step that is shorter than the one that passed it */
+static enum outcome come_back(const struct stretch *w, double t, double *y)
 {
     struct advance a;
-    const double h = w->t[1] - w->t[0];
-    enum outcome outcome = begin_at(w, w->method, 0, h, &a);
-    *beside = 0;
-    if (!outcome) {
-        double *end = TAKE(a.s.arena, double, a.s.size);
-        if (a.s.arena->ran_out) {
-            outcome = OUTCOME_NO_MEMORY;
-        } else {
-            write_row(w, 1, end);
-            a.f.h = h;
-            *beside = lies_beside_singularity(&a.f, end, t);
-            outcome = *beside ? come_beside_singularity(&a.f, end, t) : OUTCOME_DONE;
-        }
-    }
+    enum outcome outcome = begin_at(w, w->method, 1, t - w->t[1], &a);
+    outcome = outcome ? outcome : come_clear_of_singularity(&a.f, t);
     end_advance(&a, outcome, y);
     return outcome;
+}
+
+enum outcome step_by_singularity(const struct stretch *w, double t, double *y, int *there_is)
+{
+    struct advance a;
+    enum outcome outcome = begin_at(w, w->method, 0, t - w->t[0], &a);
+    double *end = TAKE(a.s.arena, double, a.s.size);
+    *there_is = 0;
+    if (!outcome && a.s.arena->ran_out)
+        outcome = OUTCOME_NO_MEMORY;
+    if (outcome) {
+        end_advance(&a, outcome, y);
+        return outcome;
+    }
+    write_row(w, 1, end);
+    a.f.h = w->t[1] - w->t[0];
+    const int beside = lies_beside_singularity(&a.f, end, t);
+    *there_is = (beside || goes_in_one(&a.f)) && passes_singularity(&a.f, end);
+    const int behind = *there_is && !beside && t > a.f.at.place;
+    if (*there_is && !behind)
+        outcome = beside ? come_beside_singularity(&a.f, end, t) : come_clear_of_singularity(&a.f, t);
+    end_advance(&a, outcome, y);
+    return behind ? come_back(w, t, y) : outcome;
 }

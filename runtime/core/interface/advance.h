@@ -23,8 +23,8 @@ struct stretch {
  * the tolerance, unless it is zero, asks for; where the method has none, as beside a singular configuration, by collocation. */
 enum outcome step_from(const struct stretch *w, int end, double h, double *y);
 
-/* The state at t between the rows into y[size of a state], if that is so near to a singular configuration that no step can end there, which *beside
- * says. */
-enum outcome step_beside(const struct stretch *w, double t, double *y, int *beside);
+/* The state at t between the rows into y[size of a state], if a singular configuration lies between them that one step from the first would meet or
+ * end beside, which *there_is says. */
+enum outcome step_by_singularity(const struct stretch *w, double t, double *y, int *there_is);
 
 #endif

@@ -144,11 +144,11 @@ static enum outcome from_either(const struct stretch *w, const struct look *l, d
 
 enum outcome state_between(const struct stretch *w, const struct look *l, double t)
 {
-    int beside;
+    int there_is;
     if (w->line)
         return on_the_line(w, t, l->y);
-    const enum outcome outcome = step_beside(w, t, l->y, &beside);
-    if (outcome == OUTCOME_INTERRUPTED || (beside && !outcome))
+    const enum outcome outcome = step_by_singularity(w, t, l->y, &there_is);
+    if (outcome == OUTCOME_INTERRUPTED || (there_is && !outcome))
         return outcome;
     return w->system->model->contacts ? step_from(w, 0, t - w->t[0], l->y) : from_either(w, l, t);
 }

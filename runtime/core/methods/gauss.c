@@ -234,6 +234,19 @@ static double *gauss_estimates(double *scratch, int size, int *count)
     return g->replaced ? dop853.estimates(g->other, size, count) : g->estimate;
 }
 
+/* Size of the last coefficients of the step that was taken: what the stage polynomial misses inside of it, in tolerances */
+static double last_coefficients(const struct gauss *g, int size, struct tolerance tolerance, const double *y,
+                                const double *y1)
+{
+    double sum = 0.0;
+    for (int i = 0; i < size; i++) {
+        const double scale = allowed_error(tolerance, i, fmax(fabs(y[i]), fabs(y1[i])));
+        const double last = g->estimate[i] / scale, earlier = g->estimate[size + i] / scale;
+        sum += last * last + earlier * earlier;
+    }
+    return sqrt(sum / size);
+}
+
 /* What the stage polynomial misses shrinks as its last coefficients do, and the end of the step sees it only against the
  * motion's own coefficients of that degree, which shrink likewise: the product of the two. Sweeps that contract slowly
  * make the next step shorter. */
@@ -243,15 +256,9 @@ static double gauss_measure(const double *scratch, int size, struct tolerance to
     const struct gauss *g = (const struct gauss *)scratch;
     if (g->replaced) /* as the error of a method of this order would be */
         return pow(CAUTION * dop853.measure(g->other, size, tolerance, y, y1), (double)ORDER / dop853.order);
-    double sum = 0.0;
-    for (int i = 0; i < size; i++) {
-        const double scale = allowed_error(tolerance, i, fmax(fabs(y[i]), fabs(y1[i])));
-        const double last = g->estimate[i] / scale, earlier = g->estimate[size + i] / scale;
-        sum += last * last + earlier * earlier;
-    }
-    if (!isfinite(sum + g->first)) /* a quotient of such numbers may be 0 */
+    const double size_of = last_coefficients(g, size, tolerance, y, y1), ratio = size_of / g->first;
+    if (!isfinite(size_of + g->first)) /* a quotient of such numbers may be 0 */
         return INFINITY;
-    const double size_of = sqrt(sum / size), ratio = size_of / g->first;
     const double error = size_of > 0.0 ? MISSED * size_of * fmin(1.0, ratio) : 0.0;
     const double cautious = CAUTION * error, slow = 0.9 * g->contraction / WANTED;
     return fmax(error > 1.0 ? cautious : fmin(1.0, cautious), slow > 0.3 ? fmin(1.0, pow(slow, ORDER)) : 0.0);
@@ -279,11 +286,12 @@ static void follow(const struct gauss *g, double theta, double *y)
     }
 }
 
-int gauss_cut(const struct system *s, double *scratch, double part, const double *y, double *y1)
+double gauss_cut(const struct system *s, double *scratch, double part, struct tolerance tolerance, const double *y,
+                 double *y1)
 {
     struct gauss *g = gauss_of(s, scratch);
     if (g->replaced)
-        return 0;
+        return INFINITY;
     for (int j = 0; j < STAGES; j++) {
         const double x = 2.0 * part * NODE[j] - 1.0;
         double p[STAGES] = {1.0, x};
@@ -299,7 +307,7 @@ int gauss_cut(const struct system *s, double *scratch, double part, const double
     memcpy(g->start, y, s->size * sizeof *y);
     memcpy(y1, y, s->size * sizeof *y);
     follow(g, 1.0, y1);
-    return 1;
+    return last_coefficients(g, s->size, tolerance, y, y1);
 }
 
 static enum outcome gauss_prepare(struct system *s, double *scratch, double t, double h, const double *y,

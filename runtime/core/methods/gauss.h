@@ -49,8 +49,10 @@ void gauss_stage(struct gauss *g, int j, double h, const double *y);
 enum outcome gauss_solve(struct gauss *g, struct system *s, double t, double h, struct tolerance tolerance,
                          const double *y, const double *dy, int *converged);
 
-/* The step just taken from y, as if it had been that part as long: its polynomial is kept, and its end is y1. 0 where it has none. */
-int gauss_cut(const struct system *s, double *scratch, double part, const double *y, double *y1);
+/* The step just taken from y, as if it had been that part as long: its polynomial is kept, and its end is y1. Returns what the polynomial misses inside of
+ * the step, in tolerances, which is more than the end does; infinity where there is none. */
+double gauss_cut(const struct system *s, double *scratch, double part, struct tolerance tolerance, const double *y,
+                 double *y1);
 
 /* weighted sum over the stages */
 static inline double weighed(const double *weight, const double *x)

@@ -17,15 +17,36 @@
 #include "constraints/nullspace.h"
 #include "methods/gauss.h"
 #include "motion/derivative.h"
-#include "motion/projection.h"
 #include "steps/singular_step.h"
 #include "steps/step_control.h"
 
-const double CUT_LENGTH = 0.125, CUT_REACH = 0.4;
-static const double MIDDLE = 0.5;
-enum { AGAIN = 4 }; /* times that the configuration is looked for again */
+/* Of the length that the tolerance allows a step, how long one is that is to be cut; of that, by how much its end may lie beside the configuration in
+ * its middle */
+static const double LENGTH = 0.125, REACH = 0.4, MIDDLE = 0.5;
+static const double SAFETY = 0.9,
+                    LONGEST = 0.5; /* of a step that is cut after one that missed too much, by the length of that */
+static const double NEARER = 5.45; /* 0.5 / 0.0917: the middle to the beginning, and to the next stage */
+enum { AGAIN = 4 };                /* times that the configuration is looked for again */
 
-enum outcome cut_step(struct phase *f, double until, double length, double *error)
+/* How near to dependence rows are where velocities are just known to the tolerance, or if that is finer to the default one */
+static double near_dependence(const struct phase *f)
+{
+    return sqrt(ACROSS_KNOWN * DBL_EPSILON / fmax(f->run->tolerance.rtol, KNOWN_AT_LEAST));
+}
+
+/* What the polynomial of a step with the place in its middle may miss: the tolerance, or what is unknown of accelerations at its two stages nearest to the place, which
+ * are five times nearer than its beginning. Shorter steps have these nearer still. */
+static struct tolerance tolerance_of_cut(const struct phase *f)
+{
+    struct tolerance tolerance = f->run->tolerance;
+    const double unknown = fmin(NEARER * NEARER * unknown_velocity(f), KNOWN_AT_LEAST);
+    tolerance.atol = fmax(tolerance.atol, unknown * fastest(f->s, f->y + f->s->n) * f->s->time);
+    return tolerance;
+}
+
+/* The state y1 at the time `until` beside f->place, cut off a step that goes on past both and is about `length` long; f->h is what is left of it, and *error what
+ * its polynomial misses, in tolerances. */
+static enum outcome cut_step(struct phase *f, double until, double length, double *error)
 {
     struct system *s = f->s;
     const double way = until - f->t;
@@ -40,18 +61,35 @@ enum outcome cut_step(struct phase *f, double until, double length, double *erro
         if (outcome || i == AGAIN || !misplaced(f, f->y1))
             break;
     }
-    *error = 0.0;
-    outcome = outcome || f->run->tolerance.rtol == 0.0 ? outcome : step_error(f, error);
-    if (!outcome && !gauss_cut(s, f->steps, way / f->h, f->y, f->y1))
-        outcome = OUTCOME_NO_CONVERGENCE;
+    if (!outcome)
+        *error = gauss_cut(s, f->steps, way / f->h, tolerance_of_cut(f), f->y, f->y1);
     f->h = way;
-    return outcome ? outcome : project_position(s, f->y1);
+    if (!outcome && !isfinite(*error))
+        outcome = OUTCOME_NO_CONVERGENCE;
+    return outcome;
 }
 
-/* How near to dependence rows are where velocities are just known to the tolerance, or if that is finer to the default one */
-static double near_dependence(const struct phase *f)
+int ends_beside_singularity(const struct phase *f, double allowed)
 {
-    return sqrt(ACROSS_KNOWN * DBL_EPSILON / fmax(f->run->tolerance.rtol, KNOWN_AT_LEAST));
+    const double until = f->at.place - f->t, beside = fabs(until - f->h);
+    return f->at.bounded && beside <= REACH * fmin(until / MIDDLE, LENGTH * fmax(f->h, allowed)) && projects(f) &&
+           !active_count(f->s) && f->run->fixed_step == 0.0 && (f->run->method == &gauss || f->passing);
+}
+
+enum outcome end_beside_singularity(struct phase *f, int *ends)
+{
+    const double whole = f->h, until = f->at.place - f->t, beside = fabs(until - whole);
+    const double nearest = near_dependence(f) / rank_margin(f->s, f->y); /* of the way to the place */
+    double error = INFINITY;
+    const enum outcome outcome = cut_step(f, f->t + whole, until / MIDDLE, &error);
+    *ends = !outcome && (error <= 1.0 || nearest > LONGEST);
+    if (*ends || outcome == OUTCOME_INTERRUPTED || outcome == OUTCOME_NO_MEMORY)
+        return outcome;
+    const double wanted = fmin(fmax(SAFETY * pow(error, -1.0 / (STAGES + 1)), LENGTH), LONGEST);
+    const double part = fmax(wanted, fmax(nearest, MIDDLE * beside / (REACH * until)));
+    f->h = part < 1.0 ? fmin((1.0 - part) * until, whole) : whole;
+    f->at.passage = BEFORE;
+    return OUTCOME_DONE;
 }
 
 /* How near to dependence rows are at time t on the cubic to end[2n] */
@@ -59,46 +97,58 @@ static double margin_at(struct phase *f, const double *end, double t)
 {
     const struct mark mark = f->s->arena->top;
     double *q = TAKE(f->s->arena, double, f->s->n);
-    double margin = INFINITY;
+    double margin = INFINITY, first;
     if (!f->s->arena->ran_out) {
         between_ends(f, f->h, end, (t - f->t) / f->h, q);
-        margin = rank_margin(f->s, q);
+        margin = margin_below(f, row_rank(f->s, f->y, &first), q);
     }
     give_back(f->s->arena, mark);
     return margin;
 }
 
-int lies_beside_singularity(struct phase *f, const double *end, double t)
+int passes_singularity(struct phase *f, const double *end)
 {
     double part;
     if (!f->s->model->rows || !projects(f) || active_count(f->s) || (f->run->method != &gauss && !f->passing) ||
-        !(margin_at(f, end, t) < near_dependence(f)) || !nearest_part(f, end, 1.0, &part))
+        !nearest_part(f, end, 1.0, &part))
         return 0;
     f->at.place = f->t + part * f->h;
     return 1;
 }
 
-/* Go on to `until`, which lies clear of the configuration. */
-static enum outcome come_to(struct phase *f, double until)
+int lies_beside_singularity(struct phase *f, const double *end, double t)
+{
+    return margin_at(f, end, t) < near_dependence(f);
+}
+
+enum outcome come_clear_of_singularity(struct phase *f, double t)
 {
     const double place = f->at.place;
-    enum outcome outcome = advance_to(f, until);
+    f->at.passage = BEFORE;
+    const enum outcome outcome = advance_to(f, t);
+    f->at.place = place;
+    return outcome;
+}
+
+/* Go on to `until`, which lies clear of the configuration. */
+static enum outcome begin_before(struct phase *f, double until)
+{
+    enum outcome outcome = come_clear_of_singularity(f, until);
     outcome = outcome ? outcome : system_derivative(f->s, until, f->y1, f->dy);
     if (outcome)
         return outcome;
     f->t = until;
     memcpy(f->y, f->y1, (size_t)f->s->size * sizeof *f->y);
-    f->at.place = place;
     return OUTCOME_DONE;
 }
 
 enum outcome come_beside_singularity(struct phase *f, const double *end, double t)
 {
     const double whole = f->h, near = near_dependence(f);
-    double error, length = fmax(CUT_LENGTH * whole, fabs(t - f->at.place) / CUT_REACH);
+    double error, length = fmax(LENGTH * whole, fabs(t - f->at.place) / REACH);
     while (length < whole && margin_at(f, end, f->at.place - MIDDLE * length) < near)
         length *= 2.0;
     const double begin = f->at.place - MIDDLE * length;
-    const enum outcome outcome = begin > f->t ? come_to(f, begin) : OUTCOME_DONE;
+    const enum outcome outcome = begin > f->t ? begin_before(f, begin) : OUTCOME_DONE;
     return outcome ? outcome : cut_step(f, t, length, &error);
 }

@@ -4,21 +4,23 @@
 
 #include "steps/step.h"
 
-/* how long a step past a singular configuration is that is cut, in lengths that the tolerance allows one */
-extern const double CUT_LENGTH;
+/* Whether a step of length f->h, which the tolerance lets be as long as `allowed`, has to end so near to f->place that it is to be cut off a longer one */
+int ends_beside_singularity(const struct phase *f, double allowed);
 
-/* the part of it, or less, by which its cut may lie beside the configuration in its middle */
-extern const double CUT_REACH;
+/* Such a step: cut off, with the state y1 at its end, where *ends is set. Else f->h is the length of one before it that comes as near to f->place as the
+ * cut one has to begin; or as it was, where nothing is gained by that. */
+enum outcome end_beside_singularity(struct phase *f, int *ends);
 
-/* The state y1 at the time `until` beside f->place, of a step by collocation that goes on past both, f->h being what is left of it; in *error what that step
- * misses, accepted up to 1. It is about `length` long. */
-enum outcome cut_step(struct phase *f, double until, double length, double *error);
+/* Whether the way from f->y, f->h long, passes a singular configuration before it comes to end[2n]: f->place is when. */
+int passes_singularity(struct phase *f, const double *end);
 
-/* Whether velocities are not known to the tolerance at t where the way from f->y, f->h long, leads to end[2n], and the singular configuration that
- * this comes from: f->place is when. */
+/* whether velocities are not known to the tolerance at time t of it, */
 int lies_beside_singularity(struct phase *f, const double *end, double t);
 
-/* The state y1 at that t */
+/* and the state y1 then, if so, */
 enum outcome come_beside_singularity(struct phase *f, const double *end, double t);
+
+/* or if not, at a time from which the step does not pass f->place: stages lie on the closure. */
+enum outcome come_clear_of_singularity(struct phase *f, double t);
 
 #endif

@@ -18,7 +18,6 @@
 
 #include "base/tolerances.h"
 #include "constraints/nullspace.h"
-#include "steps/cut_step.h"
 
 static const double NEARLY = 1e-6; /* relative: what the length of a step need not be changed by */
 enum { LOOKS = 8, ROUNDS = 4 };    /* each round looks at a quarter of the last one's part of the step */
@@ -92,15 +91,22 @@ void between_ends(const struct phase *f, double h, const double *end, double x, 
     }
 }
 
+double margin_below(const struct phase *f, int rank, const double *q)
+{
+    double margin;
+    return row_rank(f->s, q, &margin) < rank ? 0.0 : margin;
+}
+
 /* The part of the step, up to `last`, at which the cubic comes nearest to dependence; whether rows depend there. q[n] is scratch. */
 static int look_for_nearest(struct phase *f, const double *end, double last, double *q, double *part)
 {
-    double least = INFINITY, most = 0.0, width = last, low = 0.0;
+    double least = INFINITY, most, width = last, low = 0.0;
+    const int rank = row_rank(f->s, f->y, &most);
     for (int round = 0; round < ROUNDS; round++) {
         for (int j = 0; j <= LOOKS; j++) {
             const double x = fmin(fmax(low + width * j / LOOKS, 0.0), last);
             between_ends(f, f->h, end, x, q);
-            const double here = rank_margin(f->s, q);
+            const double here = margin_below(f, rank, q);
             most = fmax(most, here);
             if (here < least) {
                 least = here;
@@ -235,14 +241,6 @@ double between_stages(double part)
     return next_clear(part, CLEARS);
 }
 
-int is_to_be_cut(const struct phase *f, double allowed)
-{
-    const double length = 2.0 * (f->at.place - f->t);
-    return f->at.bounded && length <= CUT_LENGTH * allowed * (1.0 + NEARLY) &&
-           fabs(f->t + f->h - f->at.place) <= CUT_REACH * length && projects(f) && !active_count(f->s) &&
-           f->run->fixed_step == 0.0 && (f->run->method == &gauss || f->passing);
-}
-
 void place_about_singularity(struct phase *f, enum passage elsewhere)
 {
     const double part = (f->at.place - f->t) / f->h;
@@ -258,13 +256,8 @@ void place_about_singularity(struct phase *f, enum passage elsewhere)
         f->h *= part / clear;
         return;
     }
-    if (f->at.bounded && part > LATE) { /* it has to end there, */
-        if (fabs(part - 1.0) <= CUT_REACH * CUT_LENGTH) { /* and the next one, which passes the place, is cut for that */
-            f->at.passage = BEFORE;
-            f->h *= part - MIDDLE * CUT_LENGTH;
-        }
+    if (f->at.bounded && part > LATE) /* it has to end there */
         return;
-    }
     f->at.passage = BEFORE; /* so that it lies in the middle of the next, which is as long as this might have been */
     f->h *= f->at.bounded ? (part - MIDDLE) / MIDDLE : part - MIDDLE;
 }

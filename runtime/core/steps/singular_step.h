@@ -20,9 +20,6 @@ int leads_to_singularity(struct phase *f);
 /* a step by collocation in place of one of length f->h by the run's own method, which would take one of length `own` next */
 void take_over(struct phase *f, double own);
 
-/* whether a step that the tolerance allows that length, and which has to end after f->h, is to be cut off one past f->place, which is in the middle of that */
-int is_to_be_cut(const struct phase *f, double allowed);
-
 /* the length of a step that may be as long as f->h, and how it is taken, from f->place: away from it as `elsewhere`, FREE or ABOUT */
 void place_about_singularity(struct phase *f, enum passage elsewhere);
 
@@ -38,6 +35,9 @@ int lies_clear(const struct phase *f, double length);
 
 /* whether the singular configuration is passed elsewhere in the step to end[2n] than f->place says, which then says it better */
 int misplaced(struct phase *f, const double *end);
+
+/* how near to dependence rows are at q[n], 0 where fewer than `rank` count: of rows that depend none is near */
+double margin_below(const struct phase *f, int rank, const double *q);
 
 /* the part, up to `last`, of the step to end[2n] at which the cubic through its ends comes nearest to dependence; whether rows depend there */
 int nearest_part(struct phase *f, const double *end, double last, double *part);

@@ -15,7 +15,8 @@
 const double LEAST_CHANGE = 0.2;
 static const double SAFETY = 0.9, LARGEST_CHANGE = 6.0;
 enum {
-    AGAIN = 4,  /* times a step is taken anew for where it passes a singular configuration, or for the energy it misses there */
+    AGAIN =
+        4, /* times a step is taken anew for where it passes a singular configuration, or for the energy it misses there */
     MANY = 1000 /* steps, refused ones with them, for the way of one */
 };
 
@@ -106,18 +107,11 @@ static enum outcome hold_to_energy(struct phase *f, double *error, int *missed)
     return OUTCOME_DONE;
 }
 
-/* The step, f->h long, cut off one past the singular configuration beside which it ends */
-static enum outcome cut_off(struct phase *f, double *error)
-{
-    const enum outcome outcome = cut_step(f, f->t + f->h, 2.0 * (f->at.place - f->t), error);
-    *(!outcome && *error <= 1.0 ? &f->run->steps : &f->run->rejected) += 1;
-    return outcome;
-}
-
 enum outcome accepted_step(struct phase *f, double *next)
 {
     struct run *run = f->run;
-    int refused = 0, again = 0, missed = 0, uncut = 0;
+    const double allowed = *next;
+    int refused = 0, again = 0, missed = 0, tried = 0;
     enum passage elsewhere = keeps_collocation(f) ? ABOUT : FREE;
     for (;;) {
         double error = 0.0;
@@ -126,13 +120,17 @@ enum outcome accepted_step(struct phase *f, double *next)
             take_over(f, f->h);
         }
         const double whole = f->h;
-        if (uncut++ == 0 && is_to_be_cut(f, *next)) {
-            const enum outcome cut = cut_off(f, &error);
-            if (cut == OUTCOME_INTERRUPTED || (!cut && error <= 1.0))
-                return cut;
-            f->h = whole;
+        int ends = 0;
+        if (!tried && ends_beside_singularity(f, allowed)) {
+            tried = 1;
+            const enum outcome outcome = end_beside_singularity(f, &ends);
+            if (ends || outcome) {
+                run->steps += ends;
+                return outcome;
+            }
         }
-        place_about_singularity(f, elsewhere);
+        if (f->h == whole)
+            place_about_singularity(f, elsewhere);
         enum outcome outcome = unprojected_step(f, f->h, run->fixed_step > 0.0 ? to_rounding(f->s) : run->tolerance);
         if (!outcome && run->fixed_step == 0.0)
             outcome = step_error(f, &error);
@@ -162,7 +160,7 @@ enum outcome accepted_step(struct phase *f, double *next)
             const double change = SAFETY * pow(fmax(error, 1e-12), -1.0 / f->by->order);
             *next = f->h * fmin(fmax(change, LEAST_CHANGE), refused ? 1.0 : LARGEST_CHANGE);
             if (f->at.passage == BEFORE)
-                *next = fmax(*next, whole);
+                *next = fmax(*next, tried ? fmax(allowed, whole) : whole);
             else
                 f->at.nearer = 0;
             run->steps++;
@@ -204,9 +202,13 @@ static enum outcome integrate_to(struct phase *f, double until)
     return OUTCOME_DONE;
 }
 
-enum outcome advance_to(struct phase *f, double until)
+int goes_in_one(const struct phase *f)
 {
     const struct ccgen_model *m = f->s->model;
-    const int one = until < f->t || m->contacts || m->switches || f->run->tolerance.rtol == 0.0 || !estimates_errors(f->run->method);
-    return one ? projected_step(f, until - f->t) : integrate_to(f, until);
+    return m->contacts || m->switches || f->run->tolerance.rtol == 0.0 || !estimates_errors(f->run->method);
+}
+
+enum outcome advance_to(struct phase *f, double until)
+{
+    return until < f->t || goes_in_one(f) ? projected_step(f, until - f->t) : integrate_to(f, until);
 }
