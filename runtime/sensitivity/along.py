@@ -118,7 +118,7 @@ def check(run: Record) -> Model:
             )
     if run.rest_speed > 0.0:
         faults.add(
-            f"{name}: found bounces that crowded and came to rest below {run.rest_speed:.3g} m/s, expected impacts "
+            f"{name}: found bounces that crowded and came to rest from {run.rest_speed:.3g} m/s, expected impacts "
             "one by one; end the run before they accumulate"
         )
     if run.choices:

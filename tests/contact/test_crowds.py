@@ -50,3 +50,20 @@ def test_a_shaken_block_goes_on_to_slide(workshop: Workshop) -> None:
     late = [phase.how for phase in run.phases if phase.start > 40.0]
     assert any("slides" in how for modes in late for how in modes)
     assert not [modes for modes in late if any("limit" in how for how in modes)]
+
+
+def test_the_speed_that_is_told_is_that_of_a_contact_that_came_to_rest(workshop: Workshop) -> None:
+    """A hammer on its anvil, with e = 0.999: its last blow has no rebound. Contacts could have rested up to a speed that doubles with
+    the events of the window, and is larger."""
+    text = (
+        'name = "hammer"\n[gravity]\n[ground_link]\npoints = { O = [0, 0] }\n'
+        '[[link]]\nname = "head"\nmass = 1.0\ninertia = 0.1\ncom = [0, 0]\npoints = { A = [0, 0] }\n'
+        '[[joint]]\nname = "guide"\ntype = "prismatic"\nbetween = ["ground.O", "head.A"]\naxis = [0, 1]\n'
+        '[[stop]]\njoint = "guide"\nlowest = 0.0\nrestitution = 0.999\n[start]\nangles = [0.0]\n'
+    )
+    model = workshop.model(text)
+    run = simulate(model, np.array([0.01]), np.array([0.0]), until=100.0)
+    assert run.success, run.message
+    stopped = [abs(impact.u_minus[0]) for impact in run.impacts if abs(impact.u_plus[0]) < 1e-15]
+    assert stopped
+    assert run.rest_speed == max(stopped) > 1e-6

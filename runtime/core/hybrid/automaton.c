@@ -58,7 +58,8 @@ static void slow_down(struct automaton *a, struct phase *f)
     const long share = n > (long)FEW ? most * (long)FEW / n : most, patience = share > crowded ? share : crowded;
     const long beyond = a->crowd - patience, each = patience / 32 + 1;
     f->at.slow = beyond <= 0 ? 0.0 : fmin(ldexp(CROWDED_SPEED, (int)(beyond / each)), 1.0);
-    run->rest_speed = fmax(run->rest_speed, f->at.slow * f->s->length / f->s->time);
+    if (f->at.slow > 0.0) /* contacts that move faster and rest for it note that themselves */
+        run->rest_speed = fmax(run->rest_speed, REST_SPEED * f->s->length / f->s->time);
 }
 
 /* Count an event, and whether events still take time; put links that have come into a line there. */

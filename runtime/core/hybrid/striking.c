@@ -125,7 +125,10 @@ static enum outcome gather_striking(struct phase *f, int trigger, int last, stru
     for (int c = 0; c < m->contacts; c++) {
         const double still = rest_velocity(f, c);
         if ((f->gaps[c] <= gap_tolerance(f, c) || c == trigger) && (last || f->rates[c] <= still)) {
-            b->e[b->count] = last || (f->at.slow > 0.0 && fabs(f->rates[c]) <= still) ? 0.0 : f->s->restitution[c];
+            const int slow = f->at.slow > 0.0 && fabs(f->rates[c]) <= still;
+            if (slow)
+                note_rest(f, c, f->rates[c]);
+            b->e[b->count] = last || slow ? 0.0 : f->s->restitution[c];
             f->set[b->count++] = c;
         }
     }

@@ -20,6 +20,12 @@ double rest_velocity(const struct phase *f, int contact)
     return rest_speed(f) * f->s->extent[contact] / f->s->time;
 }
 
+void note_rest(struct phase *f, int contact, double rate)
+{
+    if (f->at.slow > 0.0)
+        f->run->rest_speed = fmax(f->run->rest_speed, fabs(rate) / f->s->extent[contact] * f->s->length);
+}
+
 double gap_tolerance(const struct phase *f, int contact)
 {
     return fmin(fmax(f->run->tolerance.rtol, FINEST_GAP), COARSEST_GAP) * f->s->extent[contact];

@@ -64,6 +64,9 @@ double rest_speed(const struct phase *f);
 /* and that speed (m/s) */
 double rest_velocity(const struct phase *f, int contact);
 
+/* A closed contact that moves at `rate` (m/s, rad/s) counts as at rest: where that is for events that crowd, the run tells how fast it was. */
+void note_rest(struct phase *f, int contact, double rate);
+
 /* gap (m, rad) below which a contact is closed */
 double gap_tolerance(const struct phase *f, int contact);
 
