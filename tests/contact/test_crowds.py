@@ -53,8 +53,8 @@ def test_a_shaken_block_goes_on_to_slide(workshop: Workshop) -> None:
 
 
 def test_the_speed_that_is_told_is_that_of_a_contact_that_came_to_rest(workshop: Workshop) -> None:
-    """A hammer on its anvil, with e = 0.999: its last blow has no rebound. Contacts could have rested up to a speed that
-    doubles with the events of the window, and is larger."""
+    """A hammer on its anvil, with e = 0.999: its last blow has no rebound. Contacts could have rested up to a speed
+    that doubles with the events of the window, and is larger."""
     text = (
         'name = "hammer"\n[gravity]\n[ground_link]\npoints = { O = [0, 0] }\n'
         '[[link]]\nname = "head"\nmass = 1.0\ninertia = 0.1\ncom = [0, 0]\npoints = { A = [0, 0] }\n'
