@@ -25,23 +25,16 @@
 static const double LENGTH = 0.125, REACH = 0.4, MIDDLE = 0.5;
 static const double SAFETY = 0.9,
                     LONGEST = 0.5; /* of a step that is cut after one that missed too much, by the length of that */
-static const double NEARER = 5.45; /* 0.5 / 0.0917: the middle to the beginning, and to the next stage */
-enum { AGAIN = 4 };                /* times that the configuration is looked for again */
+enum {
+    AGAIN = 4, /* times that the configuration is looked for again */
+    TRIES =
+        2 /* cut steps that missed too much, each but the first as short as the last one asked for: what the next one misses is not known there */
+};
 
 /* How near to dependence rows are where velocities are just known to the tolerance, or if that is finer to the default one */
 static double near_dependence(const struct phase *f)
 {
     return sqrt(ACROSS_KNOWN * DBL_EPSILON / fmax(f->run->tolerance.rtol, KNOWN_AT_LEAST));
-}
-
-/* What the polynomial of a step with the place in its middle may miss: the tolerance, or what is unknown of accelerations at its two stages nearest to the place, which
- * are five times nearer than its beginning. Shorter steps have these nearer still. */
-static struct tolerance tolerance_of_cut(const struct phase *f)
-{
-    struct tolerance tolerance = f->run->tolerance;
-    const double unknown = fmin(NEARER * NEARER * unknown_velocity(f), KNOWN_AT_LEAST);
-    tolerance.atol = fmax(tolerance.atol, unknown * fastest(f->s, f->y + f->s->n) * f->s->time);
-    return tolerance;
 }
 
 /* The state y1 at the time `until` beside f->place, cut off a step that goes on past both and is about `length` long; f->h is what is left of it, and *error what
@@ -62,7 +55,7 @@ static enum outcome cut_step(struct phase *f, double until, double length, doubl
             break;
     }
     if (!outcome)
-        *error = gauss_cut(s, f->steps, way / f->h, tolerance_of_cut(f), f->y, f->y1);
+        *error = gauss_cut(s, f->steps, way / f->h, f->run->tolerance, f->y, f->y1);
     f->h = way;
     if (!outcome && !isfinite(*error))
         outcome = OUTCOME_NO_CONVERGENCE;
@@ -82,13 +75,14 @@ enum outcome end_beside_singularity(struct phase *f, int *ends)
     const double nearest = near_dependence(f) / rank_margin(f->s, f->y); /* of the way to the place */
     double error = INFINITY;
     const enum outcome outcome = cut_step(f, f->t + whole, until / MIDDLE, &error);
-    *ends = !outcome && (error <= 1.0 || nearest > LONGEST);
+    *ends = !outcome && (error <= 1.0 || nearest > LONGEST || f->at.nearer >= TRIES);
     if (*ends || outcome == OUTCOME_INTERRUPTED || outcome == OUTCOME_NO_MEMORY)
         return outcome;
     const double wanted = fmin(fmax(SAFETY * pow(error, -1.0 / (STAGES + 1)), LENGTH), LONGEST);
     const double part = fmax(wanted, fmax(nearest, MIDDLE * beside / (REACH * until)));
     f->h = part < 1.0 ? fmin((1.0 - part) * until, whole) : whole;
     f->at.passage = BEFORE;
+    f->at.nearer++;
     return OUTCOME_DONE;
 }
 
