@@ -100,7 +100,7 @@ enum outcome step_by_singularity(const struct stretch *w, double t, double *y, i
     *there_is = (beside || goes_in_one(&a.f)) && passes_singularity(&a.f, end);
     const int behind = *there_is && !beside && t > a.f.at.place;
     if (*there_is && !behind)
-        outcome = beside ? come_beside_singularity(&a.f, end, t) : come_clear_of_singularity(&a.f, t);
+        outcome = beside ? come_beside_singularity(&a.f, t) : come_clear_of_singularity(&a.f, t);
     end_advance(&a, outcome, y);
     return behind ? come_back(w, t, y) : outcome;
 }

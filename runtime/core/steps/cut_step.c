@@ -24,7 +24,9 @@
  * its middle */
 static const double LENGTH = 0.125, REACH = 0.4, MIDDLE = 0.5;
 static const double SAFETY = 0.9,
-                    LONGEST = 0.5; /* of a step that is cut after one that missed too much, by the length of that */
+                    LONGEST = 0.5;    /* of a step that is cut after one that missed too much, by the length of that */
+static const double NEARER = 5.45;    /* 0.5 / 0.0917: from the middle to the beginning, and to the next stage */
+static const double FIRST_GAP = 0.06; /* part of a step that lies between its first two stages */
 enum {
     AGAIN = 4, /* times that the configuration is looked for again */
     TRIES =
@@ -35,6 +37,16 @@ enum {
 static double near_dependence(const struct phase *f)
 {
     return sqrt(ACROSS_KNOWN * DBL_EPSILON / fmax(f->run->tolerance.rtol, KNOWN_AT_LEAST));
+}
+
+/* What the polynomial of a step with the place in its middle may miss: the tolerance, or what is unknown at its two stages nearest to the place. Shorter steps
+ * have these nearer still. */
+static struct tolerance tolerance_of_cut(const struct phase *f)
+{
+    struct tolerance tolerance = f->run->tolerance;
+    const double unknown = fmin(NEARER * NEARER * unknown_velocity(f), KNOWN_AT_LEAST);
+    tolerance.atol = fmax(tolerance.atol, unknown * fastest(f->s, f->y + f->s->n) * f->s->time);
+    return tolerance;
 }
 
 /* The state y1 at the time `until` beside f->place, cut off a step that goes on past both and is about `length` long; f->h is what is left of it, and *error what
@@ -55,7 +67,7 @@ static enum outcome cut_step(struct phase *f, double until, double length, doubl
             break;
     }
     if (!outcome)
-        *error = gauss_cut(s, f->steps, way / f->h, f->run->tolerance, f->y, f->y1);
+        *error = gauss_cut(s, f->steps, way / f->h, tolerance_of_cut(f), f->y, f->y1);
     f->h = way;
     if (!outcome && !isfinite(*error))
         outcome = OUTCOME_NO_CONVERGENCE;
@@ -73,9 +85,12 @@ enum outcome end_beside_singularity(struct phase *f, int *ends)
 {
     const double whole = f->h, until = f->at.place - f->t, beside = fabs(until - whole);
     const double nearest = near_dependence(f) / rank_margin(f->s, f->y); /* of the way to the place */
+    const int near = nearest > LONGEST; /* so that its stages are the better the farther they lie from the place */
     double error = INFINITY;
-    const enum outcome outcome = cut_step(f, f->t + whole, until / MIDDLE, &error);
-    *ends = !outcome && (error <= 1.0 || nearest > LONGEST || f->at.nearer >= TRIES);
+    enum outcome outcome = near ? cut_step(f, f->t + whole, until / FIRST_GAP, &error) : OUTCOME_DONE;
+    if (!near || (outcome != OUTCOME_INTERRUPTED && !(error <= 1.0)))
+        outcome = cut_step(f, f->t + whole, until / MIDDLE, &error);
+    *ends = !outcome && (error <= 1.0 || near || f->at.nearer >= TRIES);
     if (*ends || outcome == OUTCOME_INTERRUPTED || outcome == OUTCOME_NO_MEMORY)
         return outcome;
     const double wanted = fmin(fmax(SAFETY * pow(error, -1.0 / (STAGES + 1)), LENGTH), LONGEST);
@@ -136,13 +151,22 @@ static enum outcome begin_before(struct phase *f, double until)
     return OUTCOME_DONE;
 }
 
-enum outcome come_beside_singularity(struct phase *f, const double *end, double t)
+enum outcome come_beside_singularity(struct phase *f, double t)
 {
-    const double whole = f->h, near = near_dependence(f);
-    double error, length = fmax(LENGTH * whole, fabs(t - f->at.place) / REACH);
-    while (length < whole && margin_at(f, end, f->at.place - MIDDLE * length) < near)
-        length *= 2.0;
-    const double begin = f->at.place - MIDDLE * length;
-    const enum outcome outcome = begin > f->t ? begin_before(f, begin) : OUTCOME_DONE;
-    return outcome ? outcome : cut_step(f, t, length, &error);
+    const double whole = f->h;
+    for (f->at.nearer = 0;;) {
+        double error;
+        int ends;
+        const double until = f->at.place - f->t, way = t - f->t;
+        if (fabs(until - way) > REACH * until / MIDDLE) /* it begins beside the place */
+            return cut_step(f, t, fmax(LENGTH * whole, way), &error);
+        f->h = way;
+        enum outcome outcome = end_beside_singularity(f, &ends);
+        if (outcome || ends)
+            return outcome;
+        if (f->h == way)
+            return OUTCOME_NO_CONVERGENCE;
+        if ((outcome = begin_before(f, f->t + f->h)))
+            return outcome;
+    }
 }

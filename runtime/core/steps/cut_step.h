@@ -18,7 +18,7 @@ int passes_singularity(struct phase *f, const double *end);
 int lies_beside_singularity(struct phase *f, const double *end, double t);
 
 /* and the state y1 then, if so, */
-enum outcome come_beside_singularity(struct phase *f, const double *end, double t);
+enum outcome come_beside_singularity(struct phase *f, double t);
 
 /* or if not, at a time from which the step does not pass f->place: stages lie on the closure. */
 enum outcome come_clear_of_singularity(struct phase *f, double t);
