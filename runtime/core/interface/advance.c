@@ -85,9 +85,11 @@ static enum outcome come_back(const struct stretch *w, double t, double *y)
 enum outcome step_by_singularity(const struct stretch *w, double t, double *y, int *there_is)
 {
     struct advance a;
+    *there_is = 0;
+    if (!w->system->model->rows || w->count || w->drift != DRIFT_PROJECTED || !w->method->step)
+        return OUTCOME_DONE;
     enum outcome outcome = begin_at(w, w->method, 0, t - w->t[0], &a);
     double *end = TAKE(a.s.arena, double, a.s.size);
-    *there_is = 0;
     if (!outcome && a.s.arena->ran_out)
         outcome = OUTCOME_NO_MEMORY;
     if (outcome) {

@@ -20,13 +20,13 @@
 #include "steps/singular_step.h"
 #include "steps/step_control.h"
 
-/* Of the length that the tolerance allows a step, how long one is that is to be cut; of that, by how much its end may lie beside the configuration in
- * its middle */
+/* A step that is cut begins before the place by an eighth (LENGTH) to half (LONGEST) of what one that missed too much did. Its end may lie beside the
+ * place, which is in its MIDDLE, by REACH of its length; and by REACH of an eighth of the length that the tolerance allows a step */
 static const double LENGTH = 0.125, REACH = 0.4, MIDDLE = 0.5;
 static const double SAFETY = 0.9,
                     LONGEST = 0.5;    /* of a step that is cut after one that missed too much, by the length of that */
 static const double NEARER = 5.45;    /* 0.5 / 0.0917: from the middle to the beginning, and to the next stage */
-static const double FIRST_GAP = 0.06; /* part of a step that lies between its first two stages */
+static const double FIRST_GAP = 0.06; /* the middle between the first two stages, from the beginning */
 enum {
     AGAIN = 4, /* times that the configuration is looked for again */
     TRIES =
@@ -41,64 +41,76 @@ static double near_dependence(const struct phase *f)
 
 /* What the polynomial of a step with the place in its middle may miss: the tolerance, or what is unknown at its two stages nearest to the place. Shorter steps
  * have these nearer still. */
-static struct tolerance tolerance_of_cut(const struct phase *f)
+static struct tolerance tolerance_of_cut(const struct phase *f, int near)
 {
     struct tolerance tolerance = f->run->tolerance;
-    const double unknown = fmin(NEARER * NEARER * unknown_velocity(f), KNOWN_AT_LEAST);
+    const double worst = NEARER * NEARER * unknown_velocity(f), unknown = near ? worst : fmin(worst, KNOWN_AT_LEAST);
     tolerance.atol = fmax(tolerance.atol, unknown * fastest(f->s, f->y + f->s->n) * f->s->time);
     return tolerance;
 }
 
-/* The state y1 at the time `until` beside f->place, cut off a step that goes on past both and is about `length` long; f->h is what is left of it, and *error what
- * its polynomial misses, in tolerances. */
-static enum outcome cut_step(struct phase *f, double until, double length, double *error)
+/* The state y1 after f->h, beside f->place, cut off a step that goes on past both and is about `length` long, but not past the time `limit`; in *error what its
+ * polynomial misses, in tolerances: infinity where there is none. `near` is whether it begins where less is known than the tolerance. */
+static enum outcome cut_step(struct phase *f, double length, double limit, int near, double *error)
 {
     struct system *s = f->s;
-    const double way = until - f->t;
+    const double way = f->h;
     enum outcome outcome = OUTCOME_DONE;
-    for (int i = 0; !outcome; i++) {
+    int misses = 1;
+    *error = INFINITY;
+    for (int i = 0; !outcome && misses; i++) {
         const double place = f->at.place - f->t, clear = between_stages(place / length);
         f->h = clear > 0.0 ? place / clear : length;
-        if (f->h < way) /* it begins beside the place */
-            f->h = fmax(length, way);
+        if (i > AGAIN || f->h < way || f->t + f->h > limit) {
+            outcome = OUTCOME_NO_CONVERGENCE;
+            break;
+        }
         f->at.passage = ACROSS;
         outcome = unprojected_step(f, f->h, f->run->tolerance);
-        if (outcome || i == AGAIN || !misplaced(f, f->y1))
-            break;
+        misses = !outcome && misplaced(f, f->y1);
     }
     if (!outcome)
-        *error = gauss_cut(s, f->steps, way / f->h, tolerance_of_cut(f), f->y, f->y1);
+        *error = gauss_cut(s, f->steps, way / f->h, tolerance_of_cut(f, near), f->y, f->y1);
     f->h = way;
-    if (!outcome && !isfinite(*error))
-        outcome = OUTCOME_NO_CONVERGENCE;
-    return outcome;
+    return outcome || isfinite(*error) ? outcome : OUTCOME_NO_CONVERGENCE;
 }
 
 int ends_beside_singularity(const struct phase *f, double allowed)
 {
     const double until = f->at.place - f->t, beside = fabs(until - f->h);
     return f->at.bounded && beside <= REACH * fmin(until / MIDDLE, LENGTH * fmax(f->h, allowed)) && projects(f) &&
-           !active_count(f->s) && f->run->fixed_step == 0.0 && (f->run->method == &gauss || f->passing);
+           !active_count(f->s) && f->run->fixed_step == 0.0 && (f->run->method == &gauss || f->passing) &&
+           !f->s->model->switches && !f->s->input_source;
 }
 
-enum outcome end_beside_singularity(struct phase *f, int *ends)
+/* Such a step, as end_beside_singularity takes it, where `tries` before have missed too much and none may go on past `limit` */
+static enum outcome cut_or_shorten(struct phase *f, int tries, double limit, int *ends)
 {
     const double whole = f->h, until = f->at.place - f->t, beside = fabs(until - whole);
     const double nearest = near_dependence(f) / rank_margin(f->s, f->y); /* of the way to the place */
     const int near = nearest > LONGEST; /* so that its stages are the better the farther they lie from the place */
     double error = INFINITY;
-    enum outcome outcome = near ? cut_step(f, f->t + whole, until / FIRST_GAP, &error) : OUTCOME_DONE;
+    enum outcome outcome = near ? cut_step(f, until / FIRST_GAP, limit, near, &error) : OUTCOME_DONE;
     if (!near || (outcome != OUTCOME_INTERRUPTED && !(error <= 1.0)))
-        outcome = cut_step(f, f->t + whole, until / MIDDLE, &error);
-    *ends = !outcome && (error <= 1.0 || near || f->at.nearer >= TRIES);
+        outcome = cut_step(f, until / MIDDLE, limit, near, &error);
+    *ends = !outcome && (error <= 1.0 || (tries >= TRIES && !near));
     if (*ends || outcome == OUTCOME_INTERRUPTED || outcome == OUTCOME_NO_MEMORY)
         return outcome;
     const double wanted = fmin(fmax(SAFETY * pow(error, -1.0 / (STAGES + 1)), LENGTH), LONGEST);
     const double part = fmax(wanted, fmax(nearest, MIDDLE * beside / (REACH * until)));
-    f->h = part < 1.0 ? fmin((1.0 - part) * until, whole) : whole;
-    f->at.passage = BEFORE;
-    f->at.nearer++;
+    if (part < 1.0 && (1.0 - part) * until < whole) {
+        f->h = (1.0 - part) * until;
+        f->at.passage = BEFORE;
+    }
     return OUTCOME_DONE;
+}
+
+enum outcome end_beside_singularity(struct phase *f, int *ends)
+{
+    const double whole = f->h;
+    const enum outcome outcome = cut_or_shorten(f, f->at.nearer, next_kink(f->run, f->t), ends);
+    f->at.nearer = *ends ? 0 : f->at.nearer + (f->h < whole);
+    return outcome;
 }
 
 /* How near to dependence rows are at time t on the cubic to end[2n] */
@@ -118,8 +130,8 @@ static double margin_at(struct phase *f, const double *end, double t)
 int passes_singularity(struct phase *f, const double *end)
 {
     double part;
-    if (!f->s->model->rows || !projects(f) || active_count(f->s) || (f->run->method != &gauss && !f->passing) ||
-        !nearest_part(f, end, 1.0, &part))
+    if (!f->s->model->rows || !projects(f) || active_count(f->s) || f->s->model->switches ||
+        (f->run->method != &gauss && !f->passing) || !nearest_part(f, end, 1.0, &part))
         return 0;
     f->at.place = f->t + part * f->h;
     return 1;
@@ -147,21 +159,21 @@ static enum outcome begin_before(struct phase *f, double until)
     if (outcome)
         return outcome;
     f->t = until;
+    f->at.energy_known = 0;
     memcpy(f->y, f->y1, (size_t)f->s->size * sizeof *f->y);
     return OUTCOME_DONE;
 }
 
 enum outcome come_beside_singularity(struct phase *f, double t)
 {
-    const double whole = f->h;
-    for (f->at.nearer = 0;;) {
-        double error;
+    const double limit = f->t + f->h;
+    for (int tries = 0;; tries++) {
         int ends;
         const double until = f->at.place - f->t, way = t - f->t;
-        if (fabs(until - way) > REACH * until / MIDDLE) /* it begins beside the place */
-            return cut_step(f, t, fmax(LENGTH * whole, way), &error);
+        if (!(fabs(until - way) <= REACH * until / MIDDLE)) /* it begins beside the place */
+            return OUTCOME_NO_CONVERGENCE;
         f->h = way;
-        enum outcome outcome = end_beside_singularity(f, &ends);
+        enum outcome outcome = cut_or_shorten(f, tries, limit, &ends);
         if (outcome || ends)
             return outcome;
         if (f->h == way)

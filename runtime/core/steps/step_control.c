@@ -196,6 +196,7 @@ static enum outcome integrate_to(struct phase *f, double until)
         if ((outcome = evaluate_end_derivative(f)))
             return outcome;
         f->t += f->h;
+        f->at.energy_known = 0;
         memcpy(f->y, f->y1, (size_t)f->s->size * sizeof *f->y);
         memcpy(f->dy, f->dy1, (size_t)f->s->size * sizeof *f->dy);
     }
