@@ -6,8 +6,8 @@
 
 #include "methods/gauss.h"
 #include "steps/kinks.h"
+#include "steps/look.h"
 #include "steps/phase.h"
-#include "steps/cut_step.h"
 #include "steps/step_control.h"
 
 /* What goes on from a row, with a system and a run of its own */

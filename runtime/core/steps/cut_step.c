@@ -11,14 +11,11 @@
 
 #include <float.h>
 #include <math.h>
-#include <string.h>
 
 #include "base/tolerances.h"
 #include "constraints/nullspace.h"
 #include "methods/gauss.h"
-#include "motion/derivative.h"
 #include "steps/singular_step.h"
-#include "steps/step_control.h"
 
 /* A step that is cut begins before the place by an eighth (LENGTH) to half (LONGEST) of what one that missed too much did. Its end may lie beside the
  * place, which is in its MIDDLE, by REACH of its length; and by REACH of an eighth of the length that the tolerance allows a step */
@@ -33,8 +30,7 @@ enum {
         2 /* cut steps that missed too much, each but the first as short as the last one asked for: what the next one misses is not known there */
 };
 
-/* How near to dependence rows are where velocities are just known to the tolerance, or if that is finer to the default one */
-static double near_dependence(const struct phase *f)
+double near_dependence(const struct phase *f)
 {
     return sqrt(ACROSS_KNOWN * DBL_EPSILON / fmax(f->run->tolerance.rtol, KNOWN_AT_LEAST));
 }
@@ -75,6 +71,12 @@ static enum outcome cut_step(struct phase *f, double length, double limit, int n
     return outcome || isfinite(*error) ? outcome : OUTCOME_NO_CONVERGENCE;
 }
 
+int can_be_cut(const struct phase *f, double way)
+{
+    const double until = f->at.place - f->t;
+    return fabs(until - way) <= REACH * until / MIDDLE;
+}
+
 int ends_beside_singularity(const struct phase *f, double allowed)
 {
     const double until = f->at.place - f->t, beside = fabs(until - f->h);
@@ -83,8 +85,7 @@ int ends_beside_singularity(const struct phase *f, double allowed)
            !f->s->model->switches && !f->s->input_source;
 }
 
-/* Such a step, as end_beside_singularity takes it, where `tries` before have missed too much and none may go on past `limit` */
-static enum outcome cut_or_shorten(struct phase *f, int tries, double limit, int *ends)
+enum outcome cut_or_shorten(struct phase *f, int tries, double limit, int *ends)
 {
     const double whole = f->h, until = f->at.place - f->t, beside = fabs(until - whole);
     const double nearest = near_dependence(f) / rank_margin(f->s, f->y); /* of the way to the place */
@@ -111,74 +112,4 @@ enum outcome end_beside_singularity(struct phase *f, int *ends)
     const enum outcome outcome = cut_or_shorten(f, f->at.nearer, next_kink(f->run, f->t), ends);
     f->at.nearer = *ends ? 0 : f->at.nearer + (f->h < whole);
     return outcome;
-}
-
-/* How near to dependence rows are at time t on the cubic to end[2n] */
-static double margin_at(struct phase *f, const double *end, double t)
-{
-    const struct mark mark = f->s->arena->top;
-    double *q = TAKE(f->s->arena, double, f->s->n);
-    double margin = INFINITY, first;
-    if (!f->s->arena->ran_out) {
-        between_ends(f, f->h, end, (t - f->t) / f->h, q);
-        margin = margin_below(f, row_rank(f->s, f->y, &first), q);
-    }
-    give_back(f->s->arena, mark);
-    return margin;
-}
-
-int passes_singularity(struct phase *f, const double *end)
-{
-    double part;
-    if (!f->s->model->rows || !projects(f) || active_count(f->s) || f->s->model->switches ||
-        (f->run->method != &gauss && !f->passing) || !nearest_part(f, end, 1.0, &part))
-        return 0;
-    f->at.place = f->t + part * f->h;
-    return 1;
-}
-
-int lies_beside_singularity(struct phase *f, const double *end, double t)
-{
-    return margin_at(f, end, t) < near_dependence(f);
-}
-
-enum outcome come_clear_of_singularity(struct phase *f, double t)
-{
-    const double place = f->at.place;
-    f->at.passage = BEFORE;
-    const enum outcome outcome = advance_to(f, t);
-    f->at.place = place;
-    return outcome;
-}
-
-/* Go on to `until`, which lies clear of the configuration. */
-static enum outcome begin_before(struct phase *f, double until)
-{
-    enum outcome outcome = come_clear_of_singularity(f, until);
-    outcome = outcome ? outcome : system_derivative(f->s, until, f->y1, f->dy);
-    if (outcome)
-        return outcome;
-    f->t = until;
-    f->at.energy_known = 0;
-    memcpy(f->y, f->y1, (size_t)f->s->size * sizeof *f->y);
-    return OUTCOME_DONE;
-}
-
-enum outcome come_beside_singularity(struct phase *f, double t)
-{
-    const double limit = f->t + f->h;
-    for (int tries = 0;; tries++) {
-        int ends;
-        const double until = f->at.place - f->t, way = t - f->t;
-        if (!(fabs(until - way) <= REACH * until / MIDDLE)) /* it begins beside the place */
-            return OUTCOME_NO_CONVERGENCE;
-        f->h = way;
-        enum outcome outcome = cut_or_shorten(f, tries, limit, &ends);
-        if (outcome || ends)
-            return outcome;
-        if (f->h == way)
-            return OUTCOME_NO_CONVERGENCE;
-        if ((outcome = begin_before(f, f->t + f->h)))
-            return outcome;
-    }
 }

@@ -11,16 +11,13 @@ int ends_beside_singularity(const struct phase *f, double allowed);
  * cut one has to begin; or as it was, where nothing is gained by that. */
 enum outcome end_beside_singularity(struct phase *f, int *ends);
 
-/* Whether the way from f->y, f->h long, passes a singular configuration before it comes to end[2n]: f->place is when. */
-int passes_singularity(struct phase *f, const double *end);
+/* The same of a look, where `tries` before have missed too much and no step may go on past the time `limit` */
+enum outcome cut_or_shorten(struct phase *f, int tries, double limit, int *ends);
 
-/* whether velocities are not known to the tolerance at time t of it, */
-int lies_beside_singularity(struct phase *f, const double *end, double t);
+/* Whether a step with f->place in its middle can be cut after `way` */
+int can_be_cut(const struct phase *f, double way);
 
-/* and the state y1 then, if so, */
-enum outcome come_beside_singularity(struct phase *f, double t);
-
-/* or if not, at a time from which the step does not pass f->place: stages lie on the closure. */
-enum outcome come_clear_of_singularity(struct phase *f, double t);
+/* How near to dependence rows are where velocities are just known to the tolerance, or if that is finer to the default one */
+double near_dependence(const struct phase *f);
 
 #endif

@@ -137,7 +137,7 @@ int crosses_singularity(struct phase *f, enum outcome back, double error, const 
     if (!projects(f) || !f->s->model->rows || f->run->fixed_step > 0.0)
         return 0;
     if (!(back || error > WILD || off_the_closure(f) || may_hide(f) || (error <= 1.0 && unsure(f))) ||
-        !nearest_part(f, end, LOOK_AHEAD, &part) || part >= LOOK_AHEAD)
+        !nearest_part(f, end, LOOK_AHEAD, &part))
         return 0;
     f->at.place = f->t + part * f->h;
     return 1;

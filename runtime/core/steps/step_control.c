@@ -107,6 +107,25 @@ static enum outcome hold_to_energy(struct phase *f, double *error, int *missed)
     return OUTCOME_DONE;
 }
 
+/* The step cut off one past the singular configuration beside which it has to end, if there is one: *ends is set where that is taken, *tried where one was */
+static enum outcome cut_off(struct phase *f, double allowed, int *tried, int *ends)
+{
+    if (!ends_beside_singularity(f, allowed))
+        return OUTCOME_DONE;
+    *tried = 1;
+    const enum outcome outcome = end_beside_singularity(f, ends);
+    f->run->steps += *ends;
+    return outcome;
+}
+
+/* A step of length f->h, and unless that is fixed its error */
+static enum outcome measured_step(struct phase *f, double *error)
+{
+    const int fixed = f->run->fixed_step > 0.0;
+    const enum outcome outcome = unprojected_step(f, f->h, fixed ? to_rounding(f->s) : f->run->tolerance);
+    return outcome || fixed ? outcome : step_error(f, error);
+}
+
 enum outcome accepted_step(struct phase *f, double *next)
 {
     struct run *run = f->run;
@@ -121,19 +140,12 @@ enum outcome accepted_step(struct phase *f, double *next)
         }
         const double whole = f->h;
         int ends = 0;
-        if (!tried && ends_beside_singularity(f, allowed)) {
-            tried = 1;
-            const enum outcome outcome = end_beside_singularity(f, &ends);
-            if (ends || outcome) {
-                run->steps += ends;
-                return outcome;
-            }
-        }
+        enum outcome outcome = tried ? OUTCOME_DONE : cut_off(f, allowed, &tried, &ends);
+        if (ends || outcome)
+            return outcome;
         if (f->h == whole)
             place_about_singularity(f, elsewhere);
-        enum outcome outcome = unprojected_step(f, f->h, run->fixed_step > 0.0 ? to_rounding(f->s) : run->tolerance);
-        if (!outcome && run->fixed_step == 0.0)
-            outcome = step_error(f, &error);
+        outcome = measured_step(f, &error);
         if (!outcome && isfinite(error)) {
             int anew, over;
             outcome = project_and_place(f, &error, &anew, &over);
