@@ -126,6 +126,14 @@ static enum outcome measured_step(struct phase *f, double *error)
     return outcome || fixed ? outcome : step_error(f, error);
 }
 
+/* Whether the end of the step is where its motion leads */
+static enum outcome check_end(struct phase *f, double error)
+{
+    if (error <= 1.0 && outruns_velocity(f))
+        return OUTCOME_NOT_CLOSED;
+    return f->run->fixed_step > 0.0 && breaks_energy(f) ? OUTCOME_NOT_KEPT : OUTCOME_DONE;
+}
+
 enum outcome accepted_step(struct phase *f, double *next)
 {
     struct run *run = f->run;
@@ -150,8 +158,7 @@ enum outcome accepted_step(struct phase *f, double *next)
             int anew, over;
             outcome = project_and_place(f, &error, &anew, &over);
             if ((anew || over) && again++ < AGAIN) {
-                const double own =
-                    whole * (error > 1.0 ? fmax(SAFETY * pow(error, -1.0 / f->by->order), LEAST_CHANGE) : 1.0);
+                const double own = whole * (error > 1.0 ? shorter(f, error) : 1.0);
                 if (f->at.passage == FREE)
                     f->at.own = own;
                 f->h = whole;
@@ -162,10 +169,7 @@ enum outcome accepted_step(struct phase *f, double *next)
                 continue;
             }
         }
-        if (!outcome && error <= 1.0 && outruns_velocity(f))
-            outcome = OUTCOME_NOT_CLOSED;
-        if (!outcome && run->fixed_step > 0.0 && breaks_energy(f))
-            outcome = OUTCOME_NOT_KEPT;
+        outcome = outcome ? outcome : check_end(f, error);
         if (!outcome && error <= 1.0)
             outcome = hold_to_energy(f, &error, &missed);
         if (!outcome && error <= 1.0) {
