@@ -398,8 +398,11 @@ static int turns_sliding(const struct phase *f, const struct decision *d, double
 static enum outcome select_and_project(struct phase *f, struct decision *d, struct mode_change loss, int resting)
 {
     enum outcome outcome = select_contacts(f, d, loss, resting);
-    if (outcome || !f->s->active->count)
+    const struct active_set *h = f->s->active;
+    if (outcome || !h->count)
         return outcome;
+    for (int i = 0; i < h->count; i++)
+        note_rest(f, h->set[i], f->rates[h->set[i]]);
     outcome = project_position(f->s, f->y);
     return outcome ? outcome : project_contact_velocities(f, d, resting);
 }

@@ -154,8 +154,6 @@ static enum outcome gather_with(struct phase *f, struct decision *d, struct acce
     const double fast = fmax(soon, sqrt(2.0 * f->at.gap_uncertainty * s->length * d->scale));
     for (int c = 0; c < m->contacts; c++)
         if (f->gaps[c] <= SHUT * s->extent[c] && fabs(f->rates[c]) <= fmax(fast, rest_velocity(f, c))) {
-            if (fabs(f->rates[c]) > fast)
-                note_rest(f, c, f->rates[c]);
             d->in[d->count] = !(c == loss.contact && loss.how == DETACHES);
             d->b[d->count] = rates[c] + bias[c];
             d->contact[d->count++] = c;

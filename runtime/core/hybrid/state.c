@@ -19,7 +19,7 @@ static struct kind kind_of(const struct phase *f)
     struct kind kind;
     memset(&kind, 0, sizeof kind);
     memcpy(kind.magic, "ccgen\n", 6);
-    kind.version = 9;
+    kind.version = 10;
     kind.number = (int)sizeof(double);
     kind.size = f->s->size;
     kind.contacts = f->s->model->contacts;
@@ -56,6 +56,7 @@ static struct kind kind_of(const struct phase *f)
     NUMBER(at->own)                         \
     NUMBER(at->passage)                     \
     NUMBER(at->nearer)                      \
+    NUMBER(at->cuts)                        \
     NUMBER(at->gap_uncertainty)             \
     NUMBER(at->flat)                        \
     NUMBER(at->slow)                        \

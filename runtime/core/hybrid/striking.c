@@ -125,10 +125,7 @@ static enum outcome gather_striking(struct phase *f, int trigger, int last, stru
     for (int c = 0; c < m->contacts; c++) {
         const double still = rest_velocity(f, c);
         if ((f->gaps[c] <= gap_tolerance(f, c) || c == trigger) && (last || f->rates[c] <= still)) {
-            const int slow = f->at.slow > 0.0 && fabs(f->rates[c]) <= still;
-            if (slow)
-                note_rest(f, c, f->rates[c]);
-            b->e[b->count] = last || slow ? 0.0 : f->s->restitution[c];
+            b->e[b->count] = last || (f->at.slow > 0.0 && fabs(f->rates[c]) <= still) ? 0.0 : f->s->restitution[c];
             f->set[b->count++] = c;
         }
     }
@@ -163,8 +160,12 @@ static enum outcome resolve_with(struct phase *f, int trigger, struct blow *b)
         }
         if (!memcmp(f->y + n, u_plus, n * sizeof *u_plus)) /* what approached did so by rounding: nothing has struck */
             continue;
-        for (int i = 0; i < b->count; i++)
-            f->met[f->set[i]] += f->rates[f->set[i]] < 0.0;
+        for (int i = 0; i < b->count; i++) {
+            const int c = f->set[i], strikes = f->rates[c] < 0.0;
+            f->met[c] += strikes;
+            if (strikes && f->rates[c] >= -rest_velocity(f, c))
+                note_rest(f, c, f->rates[c]);
+        }
         if (record_state(f) || append_impact(&run->impacts, f->t, f->y + n, u_plus, n, b->count, f->set, b->P,
                                              loss_of(f, b, u_plus), share, run->record.count))
             return OUTCOME_NO_MEMORY;

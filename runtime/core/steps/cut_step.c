@@ -109,7 +109,7 @@ enum outcome cut_or_shorten(struct phase *f, int tries, double limit, int *ends)
 enum outcome end_beside_singularity(struct phase *f, int *ends)
 {
     const double whole = f->h;
-    const enum outcome outcome = cut_or_shorten(f, f->at.nearer, next_kink(f->run, f->t), ends);
-    f->at.nearer = *ends ? 0 : f->at.nearer + (f->h < whole);
+    const enum outcome outcome = cut_or_shorten(f, f->at.cuts, next_kink(f->run, f->t), ends);
+    f->at.cuts = *ends ? 0 : f->at.cuts + (f->h < whole);
     return outcome;
 }

@@ -285,6 +285,7 @@ static void hold_resting(struct phase *f, int count)
     contact_rates(f->s, f->y1, f->y1 + f->s->n, f->rates);
     for (int i = 0; i < count; i++)
         if (fabs(f->rates[f->set[i]]) <= rest_velocity(f, f->set[i])) {
+            note_rest(f, f->set[i], f->rates[f->set[i]]);
             h->mode[held] = FRICTIONLESS;
             h->set[held++] = f->set[i];
         }

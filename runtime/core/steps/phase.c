@@ -216,7 +216,7 @@ static enum outcome begin_phase(struct phase *f)
     if (!outcome)
         outcome = f->at.gap_uncertainty > 0.0 ? leave_singularity(f) : evaluate_derivative(f);
     f->at.since = f->t;
-    f->at.energy_known = f->at.crawled = 0;
+    f->at.energy_known = f->at.crawled = f->at.cuts = 0;
     f->at.place = NAN;
     f->at.late = f->at.refused = 0.0;
     if (run->method->restart)

@@ -30,10 +30,11 @@ struct progress {
     double place;                      /* time at which a singular configuration is passed, or NAN: none is known */
     double own;                        /* length of the step there that the run's own method would have taken */
     enum passage passage;              /* how the step lies to it */
-    int nearer; /* steps taken up to it, for what the energy told of one past it or what one that is cut missed */
-    double gap_uncertainty; /* gaps so small, relative to the contact's extent, are not known: flat_loop.h */
-    double flat;            /* when the state was last put where closure rows are lost */
-    double slow;            /* speed below which contacts rest where events crowd; 0: REST_SPEED */
+    int nearer;                        /* whether a step was taken up to it for what the energy told of one past it */
+    int cuts;                          /* steps taken up to it for what one past it that was to be cut missed */
+    double gap_uncertainty;            /* gaps so small, relative to the contact's extent, are not known: flat_loop.h */
+    double flat;                       /* when the state was last put where closure rows are lost */
+    double slow;                       /* speed below which contacts rest where events crowd; 0: REST_SPEED */
 };
 
 struct phase {

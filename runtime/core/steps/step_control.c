@@ -178,7 +178,7 @@ enum outcome accepted_step(struct phase *f, double *next)
             if (f->at.passage == BEFORE)
                 *next = fmax(*next, tried ? fmax(allowed, whole) : whole);
             else
-                f->at.nearer = 0;
+                f->at.nearer = f->at.cuts = 0;
             run->steps++;
             return OUTCOME_DONE;
         }
