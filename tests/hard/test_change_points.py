@@ -153,3 +153,43 @@ def _survey(name: str, method: str, masses: range, every: int, workshop: Worksho
     runs = f"{name} by {method}, {2 * len(masses) * len(TOLERANCES[::every])} roundings"
     reach(f"{runs}: angle, over what it may lose", worst, 1.0)
     reach(f"{runs}: off its branch", astray, 1e-8)
+
+
+@pytest.mark.parametrize(
+    ("method", "after"),
+    [*(("gauss", after) for after in (-1e-3, -1e-4, -1e-6, 1e-6, 1e-4, 1e-3)), ("dop853", -1e-3), ("dop853", 1e-3)],
+)
+def test_what_comes_after_a_corner_does_not_change_what_is_before(
+    method: str, after: float, workshop: Workshop, reach: Reach
+) -> None:
+    """A parallelogram without weight turns steadily, also beside its line, up to the corner at which a torque sets in.
+
+    At the rows up to there, and at looks between them; a controller is not asked after the end of a run. By dop853 runs
+    with corners nearer to the line stop, or are known to 1e-6 (docs/hard-cases.md).
+    """
+    text = (SCENES / "parallelogram.toml").read_text().replace("g = 9.81", "g = 0.0")
+    text += '\n[[input]]\nname = "push"\njoint = "motor"\n'
+    model = workshop.model(text)
+    line = 2.0 * np.pi / 3.0 / 10.0  # from 60 degrees to half a turn, at 10 rad/s
+    corner = line + after
+    table = {"t": [0.0, corner, corner + 1e-4], "push": [0.0, 0.0, 10.0]}
+    run = simulate(model, until=0.25, rtol=1e-11, method=method, inputs=table)
+    assert run.success, run.message
+    looks = line + np.array([-1e-2, -1e-3, -1e-4, -1e-6, 1e-6, 1e-4, 1e-3])
+    looks = looks[looks <= corner]
+    states = [(t, q, u) for t, q, u in zip(run.t, run.q, run.u, strict=True) if t <= corner]
+    states += [(t, *run.at(t)) for t in looks]
+    rate = max(abs(u - [10.0, 0.0, 10.0]).max() for _, _, u in states)
+    angle = max(abs(q - [np.pi / 3 + 10.0 * t, 0.0, np.pi / 3 + 10.0 * t]).max() for t, q, _ in states)
+    case = f"parallelogram by {method}, corner {after:g} s after its line"
+    reach(f"{case}: rates, rad/s", float(rate), 1e-7)
+    reach(f"{case}: angles, rad", float(angle), 1e-8)
+
+    asked = []
+
+    def push(t: float, q: Any, u: Any) -> list[float]:
+        asked.append(t)
+        return [0.0]
+
+    assert simulate(model, until=corner, rtol=1e-11, method=method, inputs=push).success
+    assert max(asked) <= corner

@@ -160,6 +160,29 @@ def test_a_run_of_many_links_ends_within_a_step(method: str, workshop: Workshop)
     assert run.closure_max <= 1e-10 and np.isfinite(run.energy_drift)
 
 
+@pytest.mark.hard
+@pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="needs a signal from the system, as Ctrl-C is")
+def test_a_look_with_many_links_ends(workshop: Workshop) -> None:
+    """A look between rows that lie apart takes many steps, by radau long ones: broken off inside of it."""
+    from ccgen.generator import loop
+
+    def break_off(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    model = workshop.model(loop(100))
+    q, u = model.project(model.start()[0], np.random.default_rng(1).normal(scale=30.0, size=102))
+    rows = np.array([0.0, 1.0]), np.array([q, q]), np.array([u, u])
+    before = signal.signal(signal.SIGALRM, break_off)
+    try:
+        signal.setitimer(signal.ITIMER_REAL, AFTER)
+        with pytest.raises(KeyboardInterrupt) as broken:
+            model.kernels.between("radau", *rows, 0.9, False, rtol=1e-9, atol=1e-9)
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+    assert any("between" in entry.name for entry in broken.traceback)
+
+
 def test_the_search_of_a_long_step_for_events_ends(workshop: Workshop) -> None:
     """A wheel that turns steadily is one long step, in which a billion turns are searched for contact."""
     ground = "[[ground]]\npoint = [0, -3]\nrestitution = 0.5\ncontacts = ['link_0.B']\n"

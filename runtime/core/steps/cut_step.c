@@ -15,6 +15,7 @@
 #include "base/tolerances.h"
 #include "constraints/nullspace.h"
 #include "methods/gauss.h"
+#include "model/inputs.h"
 #include "steps/singular_step.h"
 
 /* A step that is cut begins before the place by an eighth (LENGTH) to half (LONGEST) of what one that missed too much did. Its end may lie beside the
@@ -82,7 +83,7 @@ int ends_beside_singularity(const struct phase *f, double allowed)
     const double until = f->at.place - f->t, beside = fabs(until - f->h);
     return f->at.bounded && beside <= REACH * fmin(until / MIDDLE, LENGTH * fmax(f->h, allowed)) && projects(f) &&
            !active_count(f->s) && f->run->fixed_step == 0.0 && (f->run->method == &gauss || f->passing) &&
-           !f->s->model->switches && !f->s->input_source;
+           !f->s->model->switches && (!f->s->input_source || f->s->input_source == input_from_table);
 }
 
 enum outcome cut_or_shorten(struct phase *f, int tries, double limit, int *ends)
