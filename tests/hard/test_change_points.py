@@ -172,7 +172,7 @@ def test_what_comes_after_a_corner_does_not_change_what_is_before(
     model = workshop.model(text)
     line = 2.0 * np.pi / 3.0 / 10.0  # from 60 degrees to half a turn, at 10 rad/s
     corner = line + after
-    table = {"t": [0.0, corner, corner + 1e-4], "push": [0.0, 0.0, 10.0]}
+    table = {"t": [0.0, corner, corner + 1.5e-4], "push": [0.0, 0.0, 10.0]}
     run = simulate(model, until=0.25, rtol=1e-11, method=method, inputs=table)
     assert run.success, run.message
     looks = line + np.array([-1e-2, -1e-3, -1e-4, -1e-6, 1e-6, 1e-4, 1e-3])

@@ -197,6 +197,26 @@ def test_states_beside_lines(method: str, rtol: float, walls: bool, workshop: Wo
 
 
 @pytest.mark.parametrize("method", ["gauss", "dop853"])
+def test_runs_go_on_from_beside_lines(method: str, workshop: Workshop, reach: Reach) -> None:
+    """A run that ends there goes on from its state as the whole run does."""
+    energies, misses = [0.0], [0.0]
+    for seed in range(25):
+        (model, q, u), _ = spins(workshop, False, seed)
+        run = simulate(model, q, u, until=1.0, rtol=1e-11, method=method)
+        whole = np.sum(model.energy(q, u))
+        for t in beside_lines(run)[::3]:
+            first = simulate(model, q, u, until=t, rtol=1e-11, method=method)
+            behind = min(t + 0.02, 1.0)
+            second = simulate(model, state=first.state, until=behind, rtol=1e-11, method=method)
+            assert second.success and len(second.t) < 100, (seed, t, second.message)
+            energies.append(abs(np.sum(model.energy(second.q[-1], second.u[-1])) / whole - 1.0))
+            misses.append(float(np.abs(second.u[-1] - run.at(behind)[1]).max() / np.abs(u).max()))
+    assert len(misses) > 30
+    reach(f"runs that go on from beside lines, {method}: energy, of that at the start", max(energies), 1e-10)
+    reach(f"runs that go on from beside lines, {method}: velocities beside the whole run", max(misses), 1e-9)
+
+
+@pytest.mark.parametrize("method", ["gauss", "dop853"])
 def test_velocities_beside_lines_are_those_of_wide_numbers(method: str, workshop: Workshop, reach: Reach) -> None:
     """A look in doubles beside the end of a run in wide numbers.
 

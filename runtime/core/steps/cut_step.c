@@ -15,7 +15,6 @@
 #include "base/tolerances.h"
 #include "constraints/nullspace.h"
 #include "methods/gauss.h"
-#include "model/inputs.h"
 #include "steps/singular_step.h"
 
 /* A step that is cut begins before the place by an eighth (LENGTH) to half (LONGEST) of what one that missed too much did. Its end may lie beside the
@@ -83,24 +82,31 @@ int ends_beside_singularity(const struct phase *f, double allowed)
     const double until = f->at.place - f->t, beside = fabs(until - f->h);
     return f->at.bounded && beside <= REACH * fmin(until / MIDDLE, LENGTH * fmax(f->h, allowed)) && projects(f) &&
            !active_count(f->s) && f->run->fixed_step == 0.0 && (f->run->method == &gauss || f->passing) &&
-           !f->s->model->switches && (!f->s->input_source || f->s->input_source == input_from_table);
+           !f->s->model->switches && !f->s->input_source;
 }
 
 enum outcome cut_or_shorten(struct phase *f, int tries, double limit, int *ends)
 {
     const double whole = f->h, until = f->at.place - f->t, beside = fabs(until - whole);
-    const double nearest = near_dependence(f) / rank_margin(f->s, f->y); /* of the way to the place */
+    const double nearest = near_dependence(f) / rank_margin(f->s, f->y);   /* of the way to the place */
+    const double least = fmax(nearest, MIDDLE * beside / (REACH * until)); /* of a step that is cut, to its middle */
+    const double most = (limit - f->at.place) / until;
     const int near = nearest > LONGEST; /* so that its stages are the better the farther they lie from the place */
     double error = INFINITY;
-    enum outcome outcome = near ? cut_step(f, until / FIRST_GAP, limit, near, &error) : OUTCOME_DONE;
-    if (!near || (outcome != OUTCOME_INTERRUPTED && !(error <= 1.0)))
+    enum outcome outcome = OUTCOME_DONE;
+    *ends = 0;
+    if (!(fmin(least, 1.0) <= most))
+        return OUTCOME_DONE;
+    if (near)
+        outcome = cut_step(f, until / FIRST_GAP, limit, near, &error);
+    if (most >= 1.0 && outcome != OUTCOME_INTERRUPTED && !(error <= 1.0))
         outcome = cut_step(f, until / MIDDLE, limit, near, &error);
-    *ends = !outcome && (error <= 1.0 || (tries >= TRIES && !near));
+    *ends = !outcome && (error <= 1.0 || (tries >= TRIES && !near && isfinite(error)));
     if (*ends || outcome == OUTCOME_INTERRUPTED || outcome == OUTCOME_NO_MEMORY)
         return outcome;
-    const double wanted = fmin(fmax(SAFETY * pow(error, -1.0 / (STAGES + 1)), LENGTH), LONGEST);
-    const double part = fmax(wanted, fmax(nearest, MIDDLE * beside / (REACH * until)));
-    if (part < 1.0 && (1.0 - part) * until < whole) {
+    const double wanted = fmin(fmax(SAFETY * pow(error, -1.0 / (STAGES + 1)), LENGTH), fmin(LONGEST, most));
+    const double part = fmax(wanted, least);
+    if (part < 1.0 && part <= most && (1.0 - part) * until < whole) {
         f->h = (1.0 - part) * until;
         f->at.passage = BEFORE;
     }
