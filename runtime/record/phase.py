@@ -18,7 +18,7 @@ class Phase:
     side.
 
     In a phase of kind "steps" the run went on by time stepping, where event by event it did not get further: the
-    shortest `step` (s), and by how much the steps differ from their halves in all, `missed` (rad, or
+    longest `step` (s), and by how much the steps differ from their halves in all, `missed` (rad, or
     lengths of the mechanism): what they may have cost in accuracy. Impulses of contacts are not recorded there.
     """
 

@@ -70,6 +70,12 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
     X(NEARLY_CONSISTENT, CCGEN_LIMIT(1e-8, 1e-4), OF_RELATIVE, \
       "what the best answer may miss Coulomb's law by where none meets it", \
       "rates beside far larger ones are known to no more than ten times the default rtol (as DROWNED)") \
+    X(COMPLIANCE, CCGEN_LIMIT(1e-10, 5e-5), OF_RELATIVE, \
+      "contacts that find no rigid forces give way by this part of what their own forces move", \
+      "what Coulomb's law may be missed by (CONSISTENT)") \
+    X(GIVES_WAY, CCGEN_LIMIT(1e-4, 1e-1), OF_RELATIVE, \
+      "contacts may give way by this part of what approaches", \
+      "chosen: those that press each other give way by 1e-6 of it, those whose friction jams by ten thousand times it and more") \
     X(SWEPT, CCGEN_LIMIT(1e-15, 1e-6), OF_RELATIVE, \
       "sweeps over the contacts have settled", \
       "the last digit") \

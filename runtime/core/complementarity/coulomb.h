@@ -10,6 +10,7 @@ struct friction_problem {
     const double *W, *bn, *bt, *mu;
     const signed char *mode;
     const double *least; /* or NULL */
+    double missed;       /* what impulses may miss the law by where none meets it, if more than NEARLY_CONSISTENT */
     const double
         *from; /* [2n] rates before, or NULL: where given, no impulses are looked for that add energy to them */
     struct arena *arena; /* for scratch */

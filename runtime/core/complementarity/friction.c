@@ -23,12 +23,18 @@
 #include "complementarity/ways.h"
 #include "complementarity/lemke.h"
 
-enum { SWEEPS = 20000, RESTARTS = 12, SHIFTS = 3 };
+enum { SWEEPS = 20000, THOUSAND = 1000, RESTARTS = 12, SHIFTS = 3 };
 /* times the largest rate: breaks ties */
 static const double SHIFT[SHIFTS] = {CCGEN_LIMIT(1e-10, 1e-4), CCGEN_LIMIT(1e-7, 1e-3), CCGEN_LIMIT(1e-12, 1e-5)};
 
 /* Times what ends the approach of each contact alone and smooth, or the least impulses: more is looked at twice */
 static const double LARGE = 2.0;
+
+/* Times that: what the law is kept to (CONSISTENT) is then more than a ten-millionth of what approaches */
+static const double WEDGED = 1e3;
+
+/* Part of the largest impulse: what changes by less in all passes is not waited for */
+static const double SLIGHT = 1e-2;
 
 static double row_rate(const struct friction_problem *c, int row, const double *Pn, const double *Pt)
 {
@@ -39,13 +45,15 @@ static double row_rate(const struct friction_problem *c, int row, const double *
     return rate;
 }
 
-/* Contact by contact, again and again, for more contacts than there are ways to try: 0 where it settles. */
+/* Contact by contact, again and again, for more contacts than there are ways to try: 0 where the impulses are finite. They have settled, or do not by
+ * the end: what a thousand passes do not halve does not settle in all of them. */
 static int sweep(const struct friction_problem *c, double *Pn, double *Pt)
 {
     const int n = c->n;
     memset(Pn, 0, n * sizeof *Pn);
     memset(Pt, 0, n * sizeof *Pt);
-    for (int pass = 0; pass < SWEEPS; pass++) {
+    double before = INFINITY; /* the change a thousand passes ago, of the largest impulse */
+    for (int pass = 1; pass <= SWEEPS; pass++) {
         double change = 0.0, largest = 0.0;
         for (int i = 0; i < n; i++) {
             const double *normal = c->W + (size_t)i * 2 * n, *tangent = normal + (size_t)n * 2 * n;
@@ -63,8 +71,13 @@ static int sweep(const struct friction_problem *c, double *Pn, double *Pt)
         }
         if (change <= SWEPT * largest)
             return 0;
+        if (pass % THOUSAND == 0) {
+            if (!(change <= 0.5 * before * largest) && change * SWEEPS <= SLIGHT * largest)
+                return !isfinite(largest);
+            before = change / largest;
+        }
     }
-    return 1;
+    return 0;
 }
 
 /* The complementarity problem of the contacts in the unknowns of the head of this file. */
@@ -160,7 +173,7 @@ static int search(const struct friction_problem *c, struct pivots *p, double *Pn
             return 0;
     if (!least_impulses(c, NOTHING, Pn, Pt) || (!sweep(c, Pn, Pt) && meets(c, p, Pn, Pt)))
         return 0;
-    if (p->worst > NEARLY_CONSISTENT)
+    if (p->worst > fmax(NEARLY_CONSISTENT, c->missed))
         return first == 2 ? 2 : 1;
     memcpy(Pn, p->best, c->n * sizeof *Pn);
     memcpy(Pt, p->best + c->n, c->n * sizeof *Pt);
@@ -208,6 +221,21 @@ end:
     return result;
 }
 
+/* Take, in place of impulses that wedge contacts, those that sweeps come to from none, if they keep the law and are less: contacts that press each other
+ * with what moves nothing may do so with any impulse, and pivots go as far as they happen to. */
+static void loosen(const struct friction_problem *c, double *Pn, double *Pt)
+{
+    const size_t n = c->n;
+    const struct mark mark = c->arena->top;
+    double *normal = TAKE(c->arena, double, n), *tangent = TAKE(c->arena, double, n);
+    if (!c->arena->ran_out && !sweep(c, normal, tangent) && loaded(c, normal) < loaded(c, Pn) &&
+        coulomb_residual(c, normal, tangent) <= fmax(NEARLY_CONSISTENT, c->missed)) {
+        memcpy(Pn, normal, n * sizeof *Pn);
+        memcpy(Pt, tangent, n * sizeof *Pt);
+    }
+    give_back(c->arena, mark);
+}
+
 int solve_friction_least(const struct friction_problem *c, double *Pn, double *Pt)
 {
     const int wrong = solve_friction(c, Pn, Pt);
@@ -215,8 +243,9 @@ int solve_friction_least(const struct friction_problem *c, double *Pn, double *P
         return wrong;
     const double bound = c->least ? loaded(c, c->least) : 0.0, usual = LARGE * (approaching(c) + bound);
     const int large = loaded(c, Pn) > usual;
-    if (large || c->n == 1 || bound == 0.0)
-        least_impulses(c, large ? IMPULSES : MOTION, Pn, Pt);
+    if ((large || c->n == 1 || bound == 0.0) && least_impulses(c, large ? IMPULSES : MOTION, Pn, Pt) &&
+        loaded(c, Pn) > WEDGED * usual)
+        loosen(c, Pn, Pt);
     refine_impulses(c, Pn, Pt);
     return 0;
 }

@@ -72,3 +72,9 @@ enum outcome delassus(struct system *s, const double *q, int count, const int *s
             W[i * all + j] = W[j * all + i] = 0.5 * (W[i * all + j] + W[j * all + i]);
     return outcome;
 }
+
+void give_way(int rows, double compliance, double *W)
+{
+    for (int i = 0; i < rows; i++)
+        W[i * (rows + 1)] *= 1.0 + compliance;
+}

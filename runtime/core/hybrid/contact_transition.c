@@ -21,6 +21,7 @@
 #include "base/tolerances.h"
 #include "complementarity/complementarity.h"
 #include "complementarity/friction.h"
+#include "constraints/delassus.h"
 #include "constraints/mobility.h"
 #include "constraints/twins.h"
 #include "hybrid/decision.h"
@@ -41,14 +42,21 @@ static double normalise(int n, double *W, double *b)
     return scale / w;
 }
 
-/* Forces x at m rough contacts, from the parts of the problem that are theirs; nonzero as `solve_friction` says */
+/* Forces x at m rough contacts, from the parts of the problem that are theirs; nonzero as `solve_friction` says. Where there are none,
+ * those of contacts that give way a little, if they are of the size of what they come from: contacts that press each other with what moves next
+ * to nothing have such, and where friction jams they are as large as the ground is stiff. */
 static int solve_rough(struct arena *arena, struct decision *d, int m)
 {
     struct part *p = &d->part;
     struct friction_problem problem = {
         .n = m, .W = p->W, .bn = p->b, .bt = p->b + m, .mu = p->mu, .mode = p->mode, .arena = arena};
     const struct mark mark = arena->top;
-    const int wrong = prepare_friction(&problem) ? 2 : solve_friction(&problem, p->x, p->x + m);
+    int wrong = prepare_friction(&problem) ? 2 : solve_friction(&problem, p->x, p->x + m);
+    if (wrong == 1) {
+        give_way(2 * m, COMPLIANCE, p->W);
+        wrong = solve_friction(&problem, p->x, p->x + m) ||
+                !(COMPLIANCE * loaded(&problem, p->x) <= GIVES_WAY * approaching(&problem));
+    }
     give_back(arena, mark);
     return wrong;
 }

@@ -37,6 +37,11 @@ enum {
 static const double HALF_TURN = 3.14159265358979323846;
 static const double SPAN = 1e-4, LONGER = 3.0, LONGEST = 0.3, SOON = 10.0;
 
+/* A span ends in steps that get shorter, to a quarter of each other, until bounces are over in one: a contact that sticks in the middle of a step slides at its end
+ * by what its ground turns in half of it, and to events that is sliding, with a direction of its own and friction at its limit. Friction that holds a contact stops
+ * in a quarter of the time what the step before has left. */
+static const double LEFT = 0.25;
+
 /* Part of a step, a power of two: what is shorter moves nothing */
 static const double SHORTEST_PIECE = 0x1p-20;
 
@@ -146,12 +151,23 @@ static int closed_contacts(struct phase *f, struct room *r, const double *u, dou
     return count;
 }
 
+/* Impulses at `count` contacts, of restitution r->less: r->u and r->P. Where none meets Coulomb's law to its digits, as where contacts press each
+ * other with what moves next to nothing, they miss it by no more than what a step may. */
+static enum outcome strike(struct phase *f, struct room *r, const double *q, const double *u, int count)
+{
+    struct system *s = f->s;
+    s->law_missed = STEPPED;
+    const enum outcome outcome = impact(s, q, u, count, f->set, r->less, r->u, r->P);
+    s->law_missed = 0.0;
+    return outcome;
+}
+
 /* The impulses of the step at `count` contacts, with `share` of their restitution: r->u */
 static enum outcome push_with(struct phase *f, struct room *r, int count, double share)
 {
     for (int i = 0; i < count; i++)
         r->less[i] = share * r->e[i];
-    return impact(f->s, r->middle, r->free, count, f->set, r->less, r->u, r->P);
+    return strike(f, r, r->middle, r->free, count);
 }
 
 /* and with the largest part of it that does not add to the energy of the velocities r->free */
@@ -209,17 +225,18 @@ static enum outcome stop_slow(struct phase *f, struct room *r, double slow, doub
     int count = 0, approaching = 0;
     if (!s->model->contacts)
         return OUTCOME_DONE;
+    const double speed = fastest(s, u);
     contact_gaps(s, y1, f->gaps);
     contact_rates(s, y1, u, f->rates);
     for (int c = 0; c < s->model->contacts; c++)
         if (f->gaps[c] <= SHUT * s->extent[c] && fabs(f->rates[c]) <= slow) {
-            approaching |= f->rates[c] < 0.0;
+            approaching |= f->rates[c] < -ROUNDED_RATE * speed * s->extent[c];
             r->less[count] = 0.0;
             f->set[count++] = c;
         }
     if (!approaching)
         return OUTCOME_DONE;
-    const enum outcome outcome = impact(s, y1, u, count, f->set, r->less, r->u, r->P);
+    const enum outcome outcome = strike(f, r, y1, u, count);
     if (!outcome || outcome == OUTCOME_GAINED)
         memcpy(u, r->u, s->n * sizeof *u);
     return outcome == OUTCOME_GAINED ? OUTCOME_DONE : outcome;
@@ -394,6 +411,13 @@ static enum outcome open_record(struct phase *f)
     return record_state(f) || open_stepping(&run->stepping, f->t, run->record.count) ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
 }
 
+/* The step to try next, so far from where the span ends */
+static double towards_end(const struct phase *f, double left, double h)
+{
+    const double settled = REST_TIME * f->s->time;
+    return !f->s->friction || left <= settled ? h : fmin(h, (1.0 - LEFT) * left);
+}
+
 static enum outcome go_through(struct span *span, struct phase *f, struct room *r, double end, double longest)
 {
     const int fixed = !span->under_way; /* no span: the whole run goes so */
@@ -406,7 +430,7 @@ static enum outcome go_through(struct span *span, struct phase *f, struct room *
         if (f->run->steps + f->run->rejected - f->run->taken_before >= f->run->step_budget)
             return OUTCOME_BUDGET;
         const double stop = fmin(next_stop(f->run, f->t), end);
-        double h = fixed ? longest : span->step, next = h, miss = 0.0;
+        double h = fixed ? longest : towards_end(f, span->ends - f->t, span->step), next = h, miss = 0.0;
         const int last = f->t + 1.01 * h >= stop;
         h = last ? stop - f->t : h;
         const double whole = h;

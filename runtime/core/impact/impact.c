@@ -222,6 +222,7 @@ enum outcome impact(struct system *s, const double *q, const double *u_minus, in
         k.energy += 0.5 * u_plus[i] * f[i];
     for (size_t i = 0; i < c && s->friction; i++)
         k.mu[i] = s->friction[set[i]];
+    k.missed = s->law_missed;
     if ((outcome = delassus(s, q, count, set, columns, k.W)) || (outcome = impulses_by_law(s->law, &k, before, P)))
         goto end;
     if ((outcome = jump(s, q, count, set, P, du)))

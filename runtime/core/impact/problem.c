@@ -35,6 +35,7 @@ static enum outcome rough_step(struct impact_problem *k, const double *least)
                                      .mu = k->mu,
                                      .mode = k->mode,
                                      .least = least,
+                                     .missed = k->missed,
                                      .from = k->from,
                                      .arena = k->arena};
     const struct mark mark = k->arena->top;

@@ -10,6 +10,7 @@ struct impact_problem {
     const double *e;      /* [count] restitution */
     const double *before; /* [all] rates before the impact, as the state has them */
     double energy;        /* kinetic, before (J) */
+    double missed;        /* what impulses may miss Coulomb's law by where none meets it; 0 for as little as rounding */
     double *W;            /* [all][all] */
     double *rate;         /* [all] of the gaps, then sliding: before a step, and after it */
     double *mu;           /* [count] */

@@ -17,8 +17,9 @@ struct system {
     const double *restitution;    /* per contact */
     const double *friction;       /* per contact, or NULL where all are smooth */
     const struct impact_law *law; /* of impact: impact/law.h */
-    int n;                        /* nq = nu */
-    int size;                     /* entries of y */
+    double law_missed; /* what impulses may miss Coulomb's law by where none meets it; 0 but in time stepping */
+    int n;             /* nq = nu */
+    int size;          /* entries of y */
     double *
         inputs; /* of the model, constant unless there is a supply; behind them the sides of effects and what they hold */
     const double *sides;   /* [switches] those that a step is on, or NULL: each state is on its own */

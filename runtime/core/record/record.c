@@ -134,7 +134,7 @@ int open_stepping(struct stepping *r, double t, size_t rows)
         r->room = room;
     }
     r->t0[r->count] = r->t1[r->count] = t;
-    r->step[r->count] = INFINITY;
+    r->step[r->count] = 0.0;
     r->miss[r->count] = 0.0;
     r->first[r->count] = r->last[r->count] = rows - 1;
     r->count++;
@@ -145,7 +145,7 @@ void note_stepping(struct stepping *r, double t, double h, double miss, size_t r
 {
     const size_t i = r->count - 1;
     r->t1[i] = t;
-    r->step[i] = fmin(r->step[i], h);
+    r->step[i] = fmax(r->step[i], h);
     r->miss[i] += miss;
     r->last[i] = rows - 1;
 }
