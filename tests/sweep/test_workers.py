@@ -18,6 +18,7 @@ import pytest
 from ccgen.generator import rebuild
 from ccgen.runtime import Model, load_model
 from ccgen.runtime.sweep import chunk as chunk_module
+from ccgen.runtime.sweep import collected as collected_module
 from ccgen.runtime.sweep import elsewhere as elsewhere_module
 from ccgen.runtime.sweep.folder import SweepError
 from ccgen.runtime.sweep.results import Results
@@ -156,8 +157,12 @@ def test_dask_with_a_worker_that_is_killed(
     assert killed_once.exists() and content(tmp_path / "out") == content(whole)
 
 
-def test_pieces_are_taken_up_by_other_chunks(model: Model, plan: Path, whole: Path, tmp_path: Path) -> None:
-    """Ctrl-C within a part keeps what is done of it; what goes on cuts it in its own way."""
+def test_pieces_are_taken_up_by_other_chunks(
+    model: Model, plan: Path, whole: Path, tmp_path: Path, monkeypatch: Any
+) -> None:
+    """Ctrl-C within a part keeps what is done of it, in one piece if none was due before; what goes on cuts it in its own
+    way."""
+    monkeypatch.setattr(collected_module, "EVERY", math.inf)
 
     def stop(done: int, count: int) -> None:
         if done >= 57:
