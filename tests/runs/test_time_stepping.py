@@ -166,6 +166,7 @@ def test_a_run_that_jams_goes_on_by_steps(jammed: Run) -> None:
         rows = np.flatnonzero((jammed.t >= phase.start) & (jammed.t <= phase.end))
         assert len(rows) > 10
         assert 0.0 < phase.step <= (phase.end - phase.start) / 10 * (1 + 1e-9)
+        assert phase.step == pytest.approx(np.diff(jammed.t[rows]).max(), rel=1e-6)
         assert 0.0 <= phase.missed < 1e-6
         assert np.max(np.diff(energy[rows])) <= 1e-13 * abs(energy[0])
     assert jammed.energy_drift <= 1e-9 * abs(energy[0])

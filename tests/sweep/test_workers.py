@@ -160,8 +160,7 @@ def test_dask_with_a_worker_that_is_killed(
 def test_pieces_are_taken_up_by_other_chunks(
     model: Model, plan: Path, whole: Path, tmp_path: Path, monkeypatch: Any
 ) -> None:
-    """Ctrl-C within a part keeps what is done of it, in one piece if none was due before; what goes on cuts it in its own
-    way."""
+    """Ctrl-C within a part keeps what is done of it, in one piece if none is due; what goes on cuts it anew."""
     monkeypatch.setattr(collected_module, "EVERY", math.inf)
 
     def stop(done: int, count: int) -> None:

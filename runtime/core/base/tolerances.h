@@ -70,12 +70,6 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
     X(NEARLY_CONSISTENT, CCGEN_LIMIT(1e-8, 1e-4), OF_RELATIVE, \
       "what the best answer may miss Coulomb's law by where none meets it", \
       "rates beside far larger ones are known to no more than ten times the default rtol (as DROWNED)") \
-    X(COMPLIANCE, CCGEN_LIMIT(1e-10, 5e-5), OF_RELATIVE, \
-      "contacts that find no rigid forces give way by this part of what their own forces move", \
-      "what Coulomb's law may be missed by (CONSISTENT)") \
-    X(GIVES_WAY, CCGEN_LIMIT(1e-4, 1e-1), OF_RELATIVE, \
-      "contacts may give way by this part of what approaches", \
-      "chosen: those that press each other give way by 1e-6 of it, those whose friction jams by ten thousand times it and more") \
     X(SWEPT, CCGEN_LIMIT(1e-15, 1e-6), OF_RELATIVE, \
       "sweeps over the contacts have settled", \
       "the last digit") \
@@ -361,6 +355,15 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
     X(STEPPED, CCGEN_LIMIT(1e-6, 1e-3), OF_UNIT, \
       "what a step of time stepping may differ by from its two halves", \
       "an impact within a step of a hundred-thousandth of the characteristic time moves things by ten times that: it is found to a tenth of the step") \
+    X(COMPLIANCE, CCGEN_LIMIT(1e-10, 5e-5), OF_RELATIVE, \
+      "contacts that find no rigid forces give way by this part of what their own forces move", \
+      "what Coulomb's law may be missed by (CONSISTENT)") \
+    X(GIVES_WAY, CCGEN_LIMIT(1e-4, 1e-1), OF_RELATIVE, \
+      "contacts may give way by this part of what approaches", \
+      "chosen: those that press each other give way by 1e-6 of it, those whose friction jams by ten thousand times it and more") \
+    X(SWEPT_MISS, CCGEN_LIMIT(1e-4, 1e-3), OF_RELATIVE, \
+      "impulses of a step of time stepping may miss Coulomb's law by this part of what approaches where none meets it", \
+      "sweeps move impulses by what they miss: from half of this on, in all of them (20,000) by the size of the approach, and then they get on") \
     X(INSTANT, CCGEN_LIMIT(1e-10, 1e-4), OF_TIME, \
       "events within such a time crowd", \
       "ten times the time in which bounces are over (REST_TIME)") \

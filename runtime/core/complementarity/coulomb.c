@@ -122,6 +122,27 @@ double coulomb_residual(const struct friction_problem *c, const double *Pn, cons
     return worst;
 }
 
+double coulomb_miss(const struct friction_problem *c, const double *Pn, const double *Pt)
+{
+    double worst = 0.0, size;
+    for (int i = 0; i < c->n; i++) {
+        const double normal = c->root[i], tangent = c->root[c->n + i];
+        const double push = normal * (Pn[i] - (c->least ? c->least[i] : 0.0));
+        const double vn = normal > 0.0 ? rate_of(c, i, Pn, Pt, &size) / normal : 0.0;
+        worst = fmax(worst, fmax(fmax(-vn, -push), fmin(vn, push)));
+        if (!isfinite(Pn[i]) || !isfinite(Pt[i]))
+            return INFINITY;
+        if (!c->rough[i] || !(tangent > 0.0))
+            continue;
+        const double vt = rate_of(c, c->n + i, Pn, Pt, &size) / tangent;
+        const double limit = tangent * c->mu[i] * Pn[i], held = tangent * Pt[i];
+        const double lacks = limit + copysign(held, vt * held);
+        worst = fmax(worst, c->slides[i] ? fabs(held + c->slides[i] * limit)
+                                         : fmax(fabs(held) - limit, fmin(fabs(vt), lacks)));
+    }
+    return worst > 0.0 ? worst / approaching(c) : 0.0;
+}
+
 void rates_after(const struct friction_problem *c, const double *Pn, const double *Pt, double *rates)
 {
     double load, speed, size;

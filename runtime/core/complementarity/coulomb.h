@@ -10,7 +10,8 @@ struct friction_problem {
     const double *W, *bn, *bt, *mu;
     const signed char *mode;
     const double *least; /* or NULL */
-    double missed;       /* what impulses may miss the law by where none meets it, if more than NEARLY_CONSISTENT */
+    double
+        missed; /* what impulses may miss the law by where none meets it, as `coulomb_miss` counts; 0: NEARLY_CONSISTENT, as `coulomb_residual` does */
     const double
         *from; /* [2n] rates before, or NULL: where given, no impulses are looked for that add energy to them */
     struct arena *arena; /* for scratch */
@@ -29,6 +30,9 @@ int prepare_friction(struct friction_problem *c);
 
 /* By how much impulses break the law, in parts of the sizes from which what is broken has been summed. */
 double coulomb_residual(const struct friction_problem *c, const double *Pn, const double *Pt);
+
+/* By how much they miss it, in parts of what approaches: approach left, pull, friction beyond its limit, or short of it where a contact slides */
+double coulomb_miss(const struct friction_problem *c, const double *Pn, const double *Pt);
 
 /* Rate of a row, normals then tangents, and the size of its terms */
 double rate_of(const struct friction_problem *c, int row, const double *Pn, const double *Pt, double *size);

@@ -46,7 +46,7 @@ static double row_rate(const struct friction_problem *c, int row, const double *
 }
 
 /* Contact by contact, again and again, for more contacts than there are ways to try: 0 where the impulses are finite. They have settled, or do not by
- * the end: what a thousand passes do not halve does not settle in all of them. */
+ * the end: what a thousand passes do not halve, and all of them move by no more than a hundredth, is left as it is. */
 static int sweep(const struct friction_problem *c, double *Pn, double *Pt)
 {
     const int n = c->n;
@@ -69,11 +69,13 @@ static int sweep(const struct friction_problem *c, double *Pn, double *Pt)
             change = fmax(change, fmax(fabs(Pn[i] - was), fabs(Pt[i] - pulled)));
             largest = fmax(largest, Pn[i]);
         }
+        if (!isfinite(largest))
+            return 1;
         if (change <= SWEPT * largest)
             return 0;
         if (pass % THOUSAND == 0) {
-            if (!(change <= 0.5 * before * largest) && change * SWEEPS <= SLIGHT * largest)
-                return !isfinite(largest);
+            if (change > 0.5 * before * largest && change * SWEEPS <= SLIGHT * largest)
+                return 0;
             before = change / largest;
         }
     }
@@ -130,12 +132,12 @@ static void vary(struct pivots *p, int restart)
     }
 }
 
-/* Whether an answer meets the law; if none does, the best one is remembered. */
+/* Whether an answer meets the law; if none does, the best one is remembered: that which breaks the law least, or where the law may be missed, misses it least. */
 static int meets(const struct friction_problem *c, struct pivots *p, const double *Pn, const double *Pt)
 {
-    const double worst = coulomb_residual(c, Pn, Pt);
-    if (worst < p->worst) {
-        p->worst = worst;
+    const double worst = coulomb_residual(c, Pn, Pt), misses = c->missed > 0.0 ? coulomb_miss(c, Pn, Pt) : worst;
+    if (misses < p->worst) {
+        p->worst = misses;
         memcpy(p->best, Pn, c->n * sizeof *Pn);
         memcpy(p->best + c->n, Pt, c->n * sizeof *Pt);
     }
@@ -173,7 +175,7 @@ static int search(const struct friction_problem *c, struct pivots *p, double *Pn
             return 0;
     if (!least_impulses(c, NOTHING, Pn, Pt) || (!sweep(c, Pn, Pt) && meets(c, p, Pn, Pt)))
         return 0;
-    if (p->worst > fmax(NEARLY_CONSISTENT, c->missed))
+    if (p->worst > (c->missed > 0.0 ? c->missed : NEARLY_CONSISTENT))
         return first == 2 ? 2 : 1;
     memcpy(Pn, p->best, c->n * sizeof *Pn);
     memcpy(Pt, p->best + c->n, c->n * sizeof *Pt);
@@ -221,15 +223,15 @@ end:
     return result;
 }
 
-/* Take, in place of impulses that wedge contacts, those that sweeps come to from none, if they keep the law and are less: contacts that press each other
+/* Take, in place of impulses that wedge contacts, those that sweeps come to from none, if they miss the law by less: contacts that press each other
  * with what moves nothing may do so with any impulse, and pivots go as far as they happen to. */
 static void loosen(const struct friction_problem *c, double *Pn, double *Pt)
 {
     const size_t n = c->n;
     const struct mark mark = c->arena->top;
     double *normal = TAKE(c->arena, double, n), *tangent = TAKE(c->arena, double, n);
-    if (!c->arena->ran_out && !sweep(c, normal, tangent) && loaded(c, normal) < loaded(c, Pn) &&
-        coulomb_residual(c, normal, tangent) <= fmax(NEARLY_CONSISTENT, c->missed)) {
+    if (!c->arena->ran_out && !sweep(c, normal, tangent) &&
+        coulomb_miss(c, normal, tangent) < coulomb_miss(c, Pn, Pt)) {
         memcpy(Pn, normal, n * sizeof *Pn);
         memcpy(Pt, tangent, n * sizeof *Pt);
     }

@@ -54,8 +54,9 @@ static int solve_rough(struct arena *arena, struct decision *d, int m)
     int wrong = prepare_friction(&problem) ? 2 : solve_friction(&problem, p->x, p->x + m);
     if (wrong == 1) {
         give_way(2 * m, COMPLIANCE, p->W);
-        wrong = solve_friction(&problem, p->x, p->x + m) ||
-                !(COMPLIANCE * loaded(&problem, p->x) <= GIVES_WAY * approaching(&problem));
+        wrong = solve_friction(&problem, p->x, p->x + m);
+        if (!wrong && !(COMPLIANCE * loaded(&problem, p->x) <= GIVES_WAY * approaching(&problem)))
+            wrong = 1;
     }
     give_back(arena, mark);
     return wrong;

@@ -152,11 +152,11 @@ static int closed_contacts(struct phase *f, struct room *r, const double *u, dou
 }
 
 /* Impulses at `count` contacts, of restitution r->less: r->u and r->P. Where none meets Coulomb's law to its digits, as where contacts press each
- * other with what moves next to nothing, they miss it by no more than what a step may. */
+ * other with what moves next to nothing, they miss it by a small part of what approaches, by far less than the step itself does. */
 static enum outcome strike(struct phase *f, struct room *r, const double *q, const double *u, int count)
 {
     struct system *s = f->s;
-    s->law_missed = STEPPED;
+    s->law_missed = SWEPT_MISS;
     const enum outcome outcome = impact(s, q, u, count, f->set, r->less, r->u, r->P);
     s->law_missed = 0.0;
     return outcome;
@@ -414,7 +414,7 @@ static enum outcome open_record(struct phase *f)
 /* The step to try next, so far from where the span ends */
 static double towards_end(const struct phase *f, double left, double h)
 {
-    const double settled = REST_TIME * f->s->time;
+    const double settled = REST_TIME * fmax(f->s->time, fabs(f->t));
     return !f->s->friction || left <= settled ? h : fmin(h, (1.0 - LEFT) * left);
 }
 
@@ -430,11 +430,16 @@ static enum outcome go_through(struct span *span, struct phase *f, struct room *
         if (f->run->steps + f->run->rejected - f->run->taken_before >= f->run->step_budget)
             return OUTCOME_BUDGET;
         const double stop = fmin(next_stop(f->run, f->t), end);
-        double h = fixed ? longest : towards_end(f, span->ends - f->t, span->step), next = h, miss = 0.0;
+        const double near = fixed ? longest : towards_end(f, span->ends - f->t, span->step);
+        double h = near, next = h, miss = 0.0;
         const int last = f->t + 1.01 * h >= stop;
         h = last ? stop - f->t : h;
         const double whole = h;
         outcome = fixed ? step_once(f, r, f->t, h, f->y, f->y1) : controlled_step(f, r, longest, &h, &next, &miss);
+        if (!fixed && near < span->step && outcome && outcome != OUTCOME_INTERRUPTED && outcome != OUTCOME_NO_MEMORY) {
+            span->ends = f->t; /* events may go on from here as well as from the end */
+            return OUTCOME_DONE;
+        }
         if (outcome)
             break;
         if (turned_far(f->s, f->y1))
