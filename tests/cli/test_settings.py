@@ -64,6 +64,7 @@ STARTS = {
 }
 
 
+@pytest.mark.sample(3)
 @pytest.mark.parametrize("start", STARTS)
 @pytest.mark.parametrize("length", [0.7, 0.15])
 def test_a_start_is_assembled_anew_as_that_of_the_file_with_these_numbers(

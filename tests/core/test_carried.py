@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from ..support.folders import ROOT
+from ..support.tiers import hard
 
 CORE = ROOT / "runtime" / "core"
 SANITIZERS = "-O1 -fsanitize=address,undefined -fno-sanitize-recover=all"
@@ -54,7 +55,7 @@ def test_vectors_of_any_length_find_the_same_numbers(longest: str, told: Callabl
     assert told(shorter) == told()
 
 
-@pytest.mark.parametrize("precision", [0, 1, 2])
+@pytest.mark.parametrize("precision", [hard(0), 1, 2])
 def test_so_do_other_precisions_but_for_rounding(precision: int, told: Callable[..., list[str]]) -> None:
     """With the sanitizers, where the compiler has them."""
     found, wanted = (

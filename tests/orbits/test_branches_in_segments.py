@@ -25,6 +25,7 @@ TURNS = 20
 """Periods in which neighbours of the unstable orbit leave by a factor of two thousand million: 2.93^20 = 2.1e9."""
 
 
+@pytest.mark.hard
 def test_a_branch_that_one_run_loses(workshop: Workshop) -> None:
     """The unstable orbit on the shaken table, as one of twenty periods, through the fold at which it becomes the stable
     one: heights and both multipliers by hand at all points. By single shooting not one step is made."""
@@ -114,6 +115,7 @@ def test_doubling_in_segments(workshop: Workshop) -> None:
     assert np.sort_complex(again.multipliers**3) == pytest.approx(np.sort_complex(doubled.multipliers), abs=1e-8)
 
 
+@pytest.mark.hard
 def test_segments_of_a_doubled_motion_follow_its_period(workshop: Workshop) -> None:
     """The simplest walker's gait of a long and a short step, where gravity becomes three times as strong: in steps of
     three segments, two of which take longer at first than a whole step at last. One run for each step comes back too,

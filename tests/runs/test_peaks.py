@@ -47,6 +47,7 @@ def test_beside_a_jump_and_where_nothing_is_known_there_is_no_peak() -> None:
     assert len(find_peaks(t, sizes, never, known).row) == 0
 
 
+@pytest.mark.hard
 def test_the_first_of_equal_peaks_is_told(workshop: Workshop) -> None:
     """A crank that turns evenly needs in every turn what it needs in the first; the largest torque of a turn, told of
     runs of 1 and of 9 turns, is at one instant, whatever instants are looked at."""
