@@ -244,5 +244,9 @@ def test_rows_of_discs_between_walls(core: Functions) -> None:
         amiss = [-rates[:n], -pushes[:n], np.minimum(rates[:n], pushes[:n]), np.abs(pushes[n:]) - limits]
         amiss.append(np.minimum(np.abs(rates[n:]), against))
         worst.append(np.max(amiss) / approach)
+        expansion = _after(Rough(0.5 * (W + W.T), b, mu, np.zeros(n)), P, 0.5)
+        outcome, P = solve(expansion)
+        assert outcome == 0 and np.all(P[:n] >= expansion.least * (1.0 - 1e-9) - 1e-4 * approach / unit[:n])
+        assert np.all((W @ P + expansion.b)[:n] / unit[:n] >= -1e-4 * (approach + unit[:n] @ expansion.least))
     assert max(worst) <= 1e-4
     assert np.median(worst) <= 1e-10

@@ -140,7 +140,7 @@ double coulomb_miss(const struct friction_problem *c, const double *Pn, const do
         worst = fmax(worst, c->slides[i] ? fabs(held + c->slides[i] * limit)
                                          : fmax(fabs(held) - limit, fmin(fabs(vt), lacks)));
     }
-    return worst > 0.0 ? worst / approaching(c) : 0.0;
+    return worst > 0.0 ? worst / caused(c) : 0.0;
 }
 
 void rates_after(const struct friction_problem *c, const double *Pn, const double *Pt, double *rates)
@@ -165,4 +165,9 @@ double approaching(const struct friction_problem *c)
     for (int i = 0; i < c->n; i++)
         sum += c->root[i] > 0.0 ? fmax(0.0, -c->bn[i]) / c->root[i] : 0.0;
     return sum;
+}
+
+double caused(const struct friction_problem *c)
+{
+    return approaching(c) + (c->least ? loaded(c, c->least) : 0.0);
 }

@@ -31,7 +31,7 @@ int prepare_friction(struct friction_problem *c);
 /* By how much impulses break the law, in parts of the sizes from which what is broken has been summed. */
 double coulomb_residual(const struct friction_problem *c, const double *Pn, const double *Pt);
 
-/* By how much they miss it, in parts of what approaches: approach left, pull, friction beyond its limit, or short of it where a contact slides */
+/* By how much they miss it, in parts of what approaches and of the least impulses: approach left, pull, friction beyond its limit, or short of it where a contact slides */
 double coulomb_miss(const struct friction_problem *c, const double *Pn, const double *Pt);
 
 /* Rate of a row, normals then tangents, and the size of its terms */
@@ -50,5 +50,8 @@ void rates_after(const struct friction_problem *c, const double *Pn, const doubl
  * where each contact is alone and smooth. */
 double loaded(const struct friction_problem *c, const double *Pn);
 double approaching(const struct friction_problem *c);
+
+/* What impulses come from, in that unit: what approaches, and in expansion the least impulses */
+double caused(const struct friction_problem *c);
 
 #endif

@@ -243,10 +243,10 @@ int solve_friction_least(const struct friction_problem *c, double *Pn, double *P
     const int wrong = solve_friction(c, Pn, Pt);
     if (wrong)
         return wrong;
-    const double bound = c->least ? loaded(c, c->least) : 0.0, usual = LARGE * (approaching(c) + bound);
+    const double usual = LARGE * caused(c);
     const int large = loaded(c, Pn) > usual;
-    if ((large || c->n == 1 || bound == 0.0) && least_impulses(c, large ? IMPULSES : MOTION, Pn, Pt) &&
-        loaded(c, Pn) > WEDGED * usual)
+    if ((large || c->n == 1 || !c->least || loaded(c, c->least) == 0.0) &&
+        least_impulses(c, large ? IMPULSES : MOTION, Pn, Pt) && loaded(c, Pn) > WEDGED * usual)
         loosen(c, Pn, Pt);
     refine_impulses(c, Pn, Pt);
     return 0;
