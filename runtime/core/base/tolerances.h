@@ -362,7 +362,7 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
       "contacts may give way by this part of what approaches", \
       "chosen: those that press each other give way by 1e-6 of it, those whose friction jams by ten thousand times it and more") \
     X(SWEPT_MISS, CCGEN_LIMIT(1e-4, 1e-3), OF_RELATIVE, \
-      "impulses of a step of time stepping may miss Coulomb's law by this part of what approaches where none meets it", \
+      "impulses may miss Coulomb's law by this part of what approaches, in a step of time stepping where none meets it", \
       "sweeps move impulses by what they miss: from half of this on, in all of them (20,000) by the size of the approach, and then they get on") \
     X(INSTANT, CCGEN_LIMIT(1e-10, 1e-4), OF_TIME, \
       "events within such a time crowd", \

@@ -192,7 +192,7 @@ static void excuse_progress(struct phase *f, const struct before_step *before)
 /* Whether links have gone no further in the step than their places are known to where they lie in a line, by themselves or with grounds */
 static int stalls(const struct phase *f)
 {
-    return f->s->model->contacts && f->h * fastest(f->s, f->y + f->s->n) < CRAWL;
+    return f->h * fastest(f->s, f->y + f->s->n) < CRAWL;
 }
 
 int is_crawling(const struct phase *f)
@@ -200,11 +200,12 @@ int is_crawling(const struct phase *f)
     return f->at.crawled >= f->run->rate_budget / 20;
 }
 
-/* Whether steps crawl and have taken next to no time, so that none will get on. Prescribed motions and steps of fixed length have no
- * other way on: they keep the whole budget of a window. */
+/* Whether steps crawl and have taken next to no time, so that none will get on; without contacts they would at last be on another branch. Prescribed
+ * motions between contacts and steps of fixed length have no other way on: they keep the whole budget of a window. */
 static int is_stuck(const struct phase *f)
 {
-    return f->run->fixed_step == 0.0 && !f->s->model->drives && is_crawling(f) &&
+    const struct ccgen_model *model = f->s->model;
+    return f->run->fixed_step == 0.0 && !(model->drives && model->contacts) && is_crawling(f) &&
            f->t - f->at.crawls_since < STANDSTILL * f->s->time;
 }
 
@@ -472,7 +473,7 @@ static enum outcome find_standing_event(struct phase *f, struct event *event)
         at->crawls_since = f->t;
     if (!at->crawled || at->crawled % CRAWLS)
         return outcome;
-    outcome = f->s->model->rows ? snap_to_singularity(f, 1, &closed) : OUTCOME_DONE;
+    outcome = f->s->model->rows && f->s->model->contacts ? snap_to_singularity(f, 1, &closed) : OUTCOME_DONE;
     if (!outcome && interrupted(f->s->interruption, 0)) {
         at->under_way = 0; /* the phase begins anew: the state may have been changed without accelerations */
         return OUTCOME_INTERRUPTED;
