@@ -265,8 +265,9 @@ def print_warnings(run: Run) -> None:
         least = min(impact.restitution_share for impact in eased)
         typer.echo(
             f"warning: {len(eased)} of {len(run.impacts)} impacts, the first at t = {eased[0].t:.6g} s, would have "
-            f"gained energy by {run.model.data['law'].title()}'s law; their contacts have the largest part of their "
-            f'restitution that gains none, {least:.0%} of it at least; law = "stronge" in [run] never gains',
+            f"gained energy by {run.model.data['law'].title()}'s law, or have no impulses by it; their contacts have "
+            f"the largest part of their restitution that has some and gains none, {least:.0%} of it at least; "
+            'law = "stronge" in [run] never gains',
             err=True,
         )
     if run.rest_speed > 0.0:

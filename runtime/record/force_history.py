@@ -98,7 +98,8 @@ def history(run: Record, instants: int = INSTANTS) -> History:
     found = replace(_forces(run, asked[order]), t=t[order])
     if not found.known.any():
         raise ValueError("this run knows no forces: it went by time stepping, which records none")
-    steps = [(found.t >= phase.start) & (found.t < phase.end) for phase in run.phases if phase.kind == "steps"]
+    looked = asked[order]
+    steps = [(looked >= phase.start) & (looked < phase.end) for phase in run.phases if phase.kind == "steps"]
     line = np.pad(~found.known & ~np.any(steps, axis=0), 1) if steps else np.pad(~found.known, 1)
     return replace(found, beside=line[:-2] | line[2:]).rows(found.known)
 

@@ -91,8 +91,8 @@ def after_impact(at: Local, impact: Impact, before_moves: FloatArray) -> tuple[F
         raise _refused(
             at,
             impact,
-            "its contacts had less than their restitution, as all of it would have gained energy, which is covered by "
-            "Newton's law without drives alone",
+            "its contacts had less than their restitution, as all of it would have gained energy or has no impulses, "
+            "which is covered by Newton's law without drives alone",
         )
     alike = len({model.contacts[contact][1] for contact in chosen}) == 1
     if law == "newton" or not e.any() or (not mu.any() and alike):
@@ -244,7 +244,7 @@ def _without_gain(at: Local, impact: Impact, stage: Stage) -> FloatArray:
             at,
             impact,
             f"its contacts had {impact.restitution_share:.6g} of their restitution, where more of it would be "
-            "another way to strike that gains energy",
+            "another way to strike that gains energy, or has no impulses",
         )
     gained = moves[1] + momenta[1] @ stage.after_moves - moves[0] - momenta[0] @ stage.before_moves
     rate = float(momenta[1] @ stage.by_share)

@@ -72,6 +72,49 @@ def test_restitution_beside_a_drive_is_decided_by_what_contacts_give(workshop: W
     pytest.fail(f"only {found} of 20,000 states gain energy and strike")
 
 
+HINGED = """name = "hinged"
+[[link]]
+name = "rod"
+rod = { mass = 1.0 }
+points = { A = [0, 0], B = [1.0, 0] }
+[ground_link]
+points = { O = [0, 0] }
+[[joint]]
+name = "pin"
+between = ["ground.O", "rod.A"]
+[start]
+angles = { rod = "100 deg" }
+angular_velocities = { rod = -3 }
+[gravity]
+[[ground]]
+name = "wall"
+point = [0.8, 0]
+normal = [-1, 0]
+restitution = 0.3
+friction = 1.5
+contacts = ["rod.B"]
+"""
+
+
+@pytest.mark.parametrize(("friction", "springs"), [(1.5, False), (0.8, False), (0.7, True), (0.2, True)])
+def test_a_hinged_rod_springs_back_unless_it_is_wedged(friction: float, springs: bool, workshop: Workshop) -> None:
+    """Its end strikes the wall 0.8 beside and 0.6 above the pin. Springing back it slides down, so friction μ P at the
+    arm 0.8 works against the wall's push P at the arm 0.6: from μ = 3/4 on nothing lets it come back."""
+    run = simulate(workshop.model(HINGED), until=0.5, params={"wall.friction": friction})
+    assert run.success, run.message
+    assert not [phase for phase in run.phases if phase.kind == "steps"]
+    impact = run.impacts[0]
+    moving = 0.5 * impact.u_minus[0] ** 2 / 3.0
+    if springs:
+        assert impact.restitution_share == 1.0
+        assert impact.u_plus[0] == pytest.approx(-0.3 * impact.u_minus[0], rel=1e-12)
+        assert impact.energy_loss == pytest.approx((1.0 - 0.3**2) * moving, rel=1e-12)
+    else:
+        assert impact.restitution_share < 1e-6
+        assert abs(impact.u_plus[0]) < 1e-6 * abs(impact.u_minus[0])
+        assert impact.energy_loss == pytest.approx(moving, rel=1e-12)
+
+
 ROD = """name = "rod"
 [[link]]
 name = "rod"

@@ -6,6 +6,7 @@ Elsewhere steps shrink towards the line without end; here they pass it, as a nei
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -237,6 +238,45 @@ def test_velocities_beside_lines_are_those_of_wide_numbers(method: str, workshop
             worst.append(float(misses.max() / np.abs(run.u[k]).max()))
     assert len(worst) > 20
     reach(f"looks beside lines by {method}: velocities, of the largest, beside wide numbers", max(worst), 3e-8)
+
+
+@pytest.mark.parametrize(
+    ("method", "seeds"), [("gauss", (6, 11)), hard("gauss", range(30)), hard("dop853", range(30))], ids=str
+)
+def test_forces_beside_lines_are_those_of_wide_numbers(
+    method: str, seeds: Sequence[int], workshop: Workshop, reach: Reach
+) -> None:
+    """From a tenth down to where none are told, and there they are no numbers; at usual and at tight tolerances."""
+    far, near, untold = [0.0], [0.0], 0
+    for seed, rtol in product(seeds, (1e-8, 1e-11)):
+        (model, q, u), _ = spins(workshop, False, seed)
+        if len(model.links) > 4:  # whose lines are passed at 0
+            continue
+        run = simulate(model, q, u, until=1.0, rtol=rtol, method=method)
+        wide = workshop.model(loop(len(model.links)), precision="wide")
+        wide = wide.with_parameters(
+            {f"link_{k}.length": model.parameters[f"link_{k}.length"] for k in range(len(model.links))}
+        )
+        for k in [k for k in range(len(run.t) - 1) if passes(run, k)][:3]:
+            t = np.linspace(run.t[k], run.t[k + 1], 4001)[1:-1]
+            shares = least_shares(model, run.at(t)[0])
+            before = slice(0, int(np.argmin(shares)) + 1)
+            for share in (1e-1, 1e-2, 1e-3, 5e-4, 3e-4, 2e-4, 1e-4):
+                x = float(t[before][int(np.argmin(np.abs(np.log(shares[before] / share))))])
+                found, here = run.reactions(x), float(least_shares(model, run.at(x)[0]))
+                if np.isnan(found).all():
+                    assert here < 2.5e-4, (seed, x, here)
+                    untold += 1
+                    continue
+                assert here > 1.2e-4, (seed, x, here)  # the core takes pivots for singular values
+                start = wide.project(run.q[k], run.u[k])
+                exact = simulate(wide, *start, until=x - run.t[k], rtol=1e-17, method="gauss")
+                forces = np.asarray(wide.reactions(exact.q[-1], exact.u[-1]), dtype=float)
+                miss = float(np.abs(found - forces).max() / np.abs(forces).max())
+                (far if here > 1e-3 else near).append(miss)
+    assert untold > len(seeds) and len(near) > len(seeds)
+    reach(f"forces nearer to lines than 1e-3, {method}, {len(seeds)} spins: of the largest", max(near), 1e-2)
+    reach(f"forces farther from lines than 1e-3, {method}, {len(seeds)} spins: of the largest", max(far), 1e-3)
 
 
 @pytest.mark.sample(1)

@@ -124,11 +124,9 @@ double coulomb_residual(const struct friction_problem *c, const double *Pn, cons
 
 double coulomb_miss(const struct friction_problem *c, const double *Pn, const double *Pt)
 {
-    double worst = 0.0, size, fastest = 0.0;
+    double worst = 0.0, size;
     for (int i = 0; i < c->n; i++) {
         const double normal = c->root[i], tangent = c->root[c->n + i];
-        fastest = fmax(fastest, normal > 0.0 ? fabs(c->bn[i]) / normal : 0.0);
-        fastest = fmax(fastest, tangent > 0.0 ? fabs(c->bt[i]) / tangent : 0.0);
         const double push = normal * (Pn[i] - (c->least ? c->least[i] : 0.0));
         const double vn = normal > 0.0 ? rate_of(c, i, Pn, Pt, &size) / normal : 0.0;
         worst = fmax(worst, fmax(fmax(-vn, -push), fmin(vn, push)));
@@ -142,9 +140,7 @@ double coulomb_miss(const struct friction_problem *c, const double *Pn, const do
         worst = fmax(worst, c->slides[i] ? fabs(held + c->slides[i] * limit)
                                          : fmax(fabs(held) - limit, fmin(fabs(vt), lacks)));
     }
-    const double beyond =
-        worst - RATE_ROUNDING * fastest; /* rows are one sum over links and contacts, slow beside fast */
-    return beyond > 0.0 ? beyond / caused(c) : 0.0;
+    return worst > 0.0 ? worst / caused(c) : 0.0;
 }
 
 void rates_after(const struct friction_problem *c, const double *Pn, const double *Pt, double *rates)

@@ -77,14 +77,14 @@ static double loss_of(const struct phase *f, const struct blow *b, const double 
     return f->s->model->drives ? jump_loss(f->s, f->y, f->y + f->s->n, u_plus, b->du, b->momentum) : b->taken;
 }
 
-/* The impact with the restitution that contacts have, or where that would gain energy, the largest part of it that does not
- * (docs/events.md, "Striking"): by bisection, since without any it never gains; where contacts differ in restitution it need not grow with the part, and
- * a part is found that does not gain. Only one in which contacts give no energy is taken: with a tolerance there, thousands of them add up. *share
+/* The impact with the restitution that contacts have, or where that would gain energy, or the law has no impulses for it, as where a rod would have to
+ * spring back along a ground that wedges it, the largest part of it that has some and gains nothing (docs/events.md, "Striking"): by bisection, since
+ * without any it never gains; where contacts differ in restitution it need not grow with the part, and a part is found that does not gain. Only one in which contacts give no energy is taken: with a tolerance there, thousands of them add up. *share
  * is that part. */
 static enum outcome strike_together(struct phase *f, struct blow *b, double *share)
 {
     enum outcome outcome = strike_with(f, b, *share = 1.0);
-    if (outcome != OUTCOME_GAINED || f->run->on_gain == GAIN_STOPS)
+    if ((outcome != OUTCOME_GAINED && outcome != OUTCOME_JAMMED) || f->run->on_gain == GAIN_STOPS)
         return outcome;
     double above = 1.0, tried = 0.0;
     *share = 0.0;

@@ -5,6 +5,8 @@
 #include <string.h>
 
 #include "base/tolerances.h"
+#include "constraints/nullspace.h"
+#include "steps/cut_step.h"
 #include "steps/energy_guard.h"
 #include "steps/event_location.h"
 #include "steps/flat_loop.h"
@@ -189,10 +191,13 @@ static void excuse_progress(struct phase *f, const struct before_step *before)
         run->spent_before += run->steps + run->rejected - before->steps - before->rejected;
 }
 
-/* Whether links have gone no further in the step than their places are known to where they lie in a line, by themselves or with grounds */
+/* Whether links have gone no further in the step than their places are known to where they lie in a line, by themselves or with grounds. Without contacts
+ * that counts where a loop is so near a line that velocities are unknown, of steps that did not have to end there. */
 static int stalls(const struct phase *f)
 {
-    return f->h * fastest(f->s, f->y + f->s->n) < CRAWL;
+    const struct ccgen_model *model = f->s->model;
+    return f->h * fastest(f->s, f->y + f->s->n) < CRAWL &&
+           (model->contacts || (model->rows && !f->at.bounded && rank_margin(f->s, f->y) < near_dependence(f)));
 }
 
 int is_crawling(const struct phase *f)
@@ -480,8 +485,10 @@ static enum outcome find_standing_event(struct phase *f, struct event *event)
     }
     if (closed)
         *event = (struct event){f->set[0], 1.0, FLAT, 1.0};
-    else if (!outcome && is_stuck(f))
+    else if (!outcome && is_stuck(f)) {
+        at->crawled = 0; /* who goes on may crawl as long again */
         outcome = OUTCOME_STEP_TOO_SMALL;
+    }
     return outcome;
 }
 
