@@ -15,11 +15,13 @@ if TYPE_CHECKING:
     from ..scene.scene import Scene
 
 SHOWN = 40
-"""Impacts printed; a longer list is cut, the result file has them all."""
+"""Impacts printed, the first, and as many later ones that are told of apart; the result file has them all."""
 STRETCHES = 8
 """Stretches of contact and of time stepping printed, the last ones."""
 JAMS = " (friction jams)"
 """Behind the contacts of an impact without collision."""
+EASED = " ({:.0%} of restitution)"
+"""Behind those of an impact that could not have all of it."""
 HELD = {
     "smooth": ("", ""),
     "sticks": (" sticks", " stick"),
@@ -60,16 +62,17 @@ def print_impacts(model: Model, run: Run) -> None:
         table.add_column(title, justify="right", no_wrap=True)
     in_force = run.in_force
     rows = [
-        row(model, run, impact, cast("Model", in_force.at_impact(number)))
-        for number, impact in enumerate(run.impacts[:SHOWN])
-    ]
-    for number, cells in enumerate(rows, 1):
+        (number, row(model, run, impact, cast("Model", in_force.at_impact(number - 1))))
+        for number, impact in enumerate(run.impacts, 1)
+        if number <= SHOWN or impact.restitution_share < 1.0
+    ][: 2 * SHOWN]
+    for number, cells in rows:
         table.add_row(str(number), *cells)
     Console(width=WIDTH, highlight=False, soft_wrap=True).print(table)
-    if any(JAMS in contacts for _, contacts, *_ in rows):
+    if any(JAMS in contacts for _, (_, contacts, *_) in rows):
         typer.echo("friction jams: an impact without collision, where a contact that slides has no forces (Painleve)")
-    if len(run.impacts) > SHOWN:
-        typer.echo(f"and {len(run.impacts) - SHOWN} more, in result.npz")
+    if len(run.impacts) > len(rows):
+        typer.echo(f"and {len(run.impacts) - len(rows)} more, in result.npz")
 
 
 def print_changes(run: Run) -> None:
@@ -124,6 +127,8 @@ def row(model: Model, run: Run, impact: Impact, then: Model) -> tuple[str, ...]:
         names = _names(model, impact.contacts)
     if without_collision(then, impact, speeds):
         names = [name + JAMS for name in names]
+    if impact.restitution_share < 1.0:
+        names = [name + EASED.format(impact.restitution_share) for name in names]
     return (
         f"{impact.t:.12f}",
         "\n".join(names),

@@ -29,6 +29,7 @@ INK, SOFT, EARTH, FLASH, ACCENT = "#222222", "#888888", "#e9e4da", "#d55e00", "#
 
 LEVEL = 0.2  # a ground whose normal rises less is a wall: what is off it is not above it
 WIDE = 0.5  # poses that are flatter than this stand in two rows
+NARROW = 0.6  # in frames narrower than this, of their height, there is room for one number below
 STEADY = 1e-9  # curves that change by less than this part of their size are constant to rounding
 ARROW = 0.35  # length of the longest arrow of a frame, part of the view's smaller half
 CURVES = 600  # least number of instants on a curve
@@ -109,7 +110,9 @@ def _poses(grid: Any, run: Record, titles: list[str], poses: Frames, motion: Fra
         axes.set(xticks=[], yticks=[])
         if view.follow[0]:  # the frame of view moves: say where it is
             low, high = axes.get_xlim()
-            axes.set_xticks([tick for tick in _ticks(low, high) if low <= tick <= high])
+            ticks = [tick for tick in _ticks(low, high) if low <= tick <= high]
+            narrow = view.half[0] < NARROW * view.half[1]
+            axes.set_xticks(ticks[len(ticks) // 2 :][:1] if narrow else ticks)
             axes.tick_params(axis="x", labelsize=7, colors=SOFT, length=2)
             axes.set_xlabel("x [m]", fontsize=7, color=SOFT, labelpad=1)
         if view.follow[1]:

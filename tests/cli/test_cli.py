@@ -180,6 +180,7 @@ def test_run_with_less_restitution_says_so(tmp_path: Path) -> None:
         assert bool(result["success"])
         shares = result["impact_restitution_share"]
         assert 0.0 < shares.min() < 1.0 and shares.max() == 1.0
+        assert done.stdout.count("% of restitution)") == np.count_nonzero(shares < 1.0)
 
 
 @pytest.mark.hard
