@@ -22,8 +22,8 @@ class Along:
     """The motion along a run: in which of the ``ways`` contacts were held from each of the times ``since`` on.
 
     From when to when it went on by time stepping, ``stepped`` (k, 2) tells: forces are not numbers there, nor where
-    links lie so nearly in a line that a hundredth of the forces is rounding, at less than 2.4e-4 from it
-    (docs/events.md, Forces).
+    links lie so nearly in a line that rounding leaves no acceleration known, at less than 6e-6 from it (docs/theory.md,
+    section 8). A hundredth of the forces can be rounding at 2.4e-4 (docs/events.md, Forces).
     ``advance`` has the model and its inputs. Can be pickled with the run.
     """
 

@@ -336,7 +336,13 @@ def test_no_zero_has_a_minus() -> None:
         contacts=[("joint_0", "ground_0")], stops=[], gap_rates=lambda q, u: [-1e-13], energy=lambda q, u: (-1e-13, 0.0)
     )
     impact: Any = SimpleNamespace(
-        t=1.0, contacts=[("joint_0", "ground_0")], impulses=[-0.0], energy_loss=-1e-12, u_minus=None, u_plus=None
+        t=1.0,
+        contacts=[("joint_0", "ground_0")],
+        impulses=[-0.0],
+        energy_loss=-1e-12,
+        u_minus=None,
+        u_plus=None,
+        restitution_share=1.0,
     )
     run: Any = SimpleNamespace(q=np.zeros((1, 1)), t=np.ones(1))
     assert row(model, run, impact, model) == ("1.000000000000", "joint_0", *["0.000000000"] * 4)

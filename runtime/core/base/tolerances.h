@@ -270,9 +270,6 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
     X(NO_ACCELERATION, CCGEN_LIMIT(6e-6, 5e-3), OF_RELATIVE, \
       "nearer than that to dependence no acceleration is known", \
       "the cube root of rounding: accelerations are known to rounding / sigma^3 (docs/theory section 8)") \
-    X(FORCES_KNOWN, CCGEN_LIMIT(2.4e-4, 5e-2), OF_RELATIVE, \
-      "nearer than that to dependence no forces of a run are told", \
-      "they miss twenty roundings / sigma^3 as a rule, 400 at worst (tests/hard/test_spins.py): a hundredth there") \
     X(TURNS, 4.0, OF_RELATIVE, \
       "times what is unknown and the links: the distance at which rows may depend", \
       "of a contact, its two links and the ground each is unknown by as much (as MARGIN)") \
@@ -427,7 +424,6 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
     X(RATE_ROUNDING, CONSISTENT) \
     X(RANK_TOLERANCE, RANK_TOLERANCE_PROJECTED) \
     X(RATES_MISSED, ROUNDED_RATE) \
-    X(NO_ACCELERATION, FORCES_KNOWN) \
     X(PRESSED, ONWARD) \
     X(SIGMA_DROP, SIGMA_DROP_COARSE) \
     X(ENERGY_ADDED, ENERGY_ASTRAY) \

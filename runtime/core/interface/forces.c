@@ -79,7 +79,7 @@ void find_unknown(struct system *s, size_t count, const double *q, char *unknown
     const int rows = s->model->rows + s->model->drives;
     for (size_t i = 0; i < count; i++) {
         double sigma;
-        unknown[i] = s->model->rows && row_rank(s, q + i * s->n, &sigma) == rows && sigma < FORCES_KNOWN;
+        unknown[i] = s->model->rows && row_rank(s, q + i * s->n, &sigma) == rows && sigma < NO_ACCELERATION;
     }
 }
 
