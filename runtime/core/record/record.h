@@ -14,7 +14,7 @@ struct record {
 struct impacts {
     size_t count, room, contact_count, contact_room;
     double *t, *u_minus, *u_plus, *energy_loss;
-    double *share; /* of their restitution that contacts had: less than 1 where all of it would have gained energy, or has no impulses */
+    double *share; /* of their restitution that contacts had: less than 1 where all would gain, or has no impulses */
     size_t *first, *after; /* after: the row of the record right after the impact */
     int *contact;
     double *impulse, *friction;
