@@ -23,7 +23,7 @@ class Along:
 
     From when to when it went on by time stepping, ``stepped`` (k, 2) tells: forces are not numbers there, nor where
     links lie so nearly in a line that rounding leaves no acceleration known, at less than 6e-6 from it (docs/theory.md,
-    section 8). A hundredth of the forces can be rounding at 2.4e-4 (docs/events.md, Forces).
+    section 8). Next to that they have few digits or none (docs/events.md, Forces).
     ``advance`` has the model and its inputs. Can be pickled with the run.
     """
 

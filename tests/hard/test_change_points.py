@@ -155,6 +155,16 @@ def _survey(name: str, method: str, masses: range, every: int, workshop: Worksho
     reach(f"{runs}: off its branch", astray, 1e-8)
 
 
+LINE = 2.0 * np.pi / 3.0 / 10.0
+"""When (s) the parallelogram passes its line: from 60 degrees to half a turn, at 10 rad/s."""
+
+
+def weightless(workshop: Workshop) -> Any:
+    """A parallelogram that turns steadily, with an input at its motor."""
+    text = (SCENES / "parallelogram.toml").read_text().replace("g = 9.81", "g = 0.0")
+    return workshop.model(text + '\n[[input]]\nname = "push"\njoint = "motor"\n')
+
+
 @pytest.mark.parametrize(
     ("method", "after"),
     [*(("gauss", after) for after in (-1e-3, -1e-4, -1e-6, 1e-6, 1e-4, 1e-3)), ("dop853", -1e-3), ("dop853", 1e-3)],
@@ -167,15 +177,12 @@ def test_what_comes_after_a_corner_does_not_change_what_is_before(
     At the rows up to there, and at looks between them; a controller is not asked after the end of a run. By dop853 runs
     with corners nearer to the line stop, or are known to 1e-6 (docs/hard-cases.md).
     """
-    text = (SCENES / "parallelogram.toml").read_text().replace("g = 9.81", "g = 0.0")
-    text += '\n[[input]]\nname = "push"\njoint = "motor"\n'
-    model = workshop.model(text)
-    line = 2.0 * np.pi / 3.0 / 10.0  # from 60 degrees to half a turn, at 10 rad/s
-    corner = line + after
+    model = weightless(workshop)
+    corner = LINE + after
     table = {"t": [0.0, corner, corner + 1.5e-4], "push": [0.0, 0.0, 10.0]}
     run = simulate(model, until=0.25, rtol=1e-11, method=method, inputs=table)
     assert run.success, run.message
-    looks = line + np.array([-1e-2, -1e-3, -1e-4, -1e-6, 1e-6, 1e-4, 1e-3])
+    looks = LINE + np.array([-1e-2, -1e-3, -1e-4, -1e-6, 1e-6, 1e-4, 1e-3])
     looks = looks[looks <= corner]
     states = [(t, q, u) for t, q, u in zip(run.t, run.q, run.u, strict=True) if t <= corner]
     states += [(t, *run.at(t)) for t in looks]
@@ -201,22 +208,19 @@ def test_two_corners_across_a_line_are_passed_or_said(workshop: Workshop, reach:
 
     Such a run says so after 10,000 steps: in 90,000 it could get on to another branch.
     """
-    text = (SCENES / "parallelogram.toml").read_text().replace("g = 9.81", "g = 0.0")
-    text += '\n[[input]]\nname = "push"\njoint = "motor"\n'
-    model = workshop.model(text)
-    line = 2.0 * np.pi / 3.0 / 10.0
+    model = weightless(workshop)
     rng = np.random.default_rng(0)
     off, ended = [], 0
     for method in ("gauss", "dop853"):
         for _ in range(40):
-            corners = line + np.sort(rng.uniform(-1e-5, 1e-5, 2))
+            corners = LINE + np.sort(rng.uniform(-1e-5, 1e-5, 2))
             table = {"t": [0.0, *corners], "push": [0.0, 0.0, 1e-9]}
             run = simulate(model, until=0.25, rtol=1e-11, method=method, inputs=table)
             ended += run.success
             if run.success:
                 off.append(abs(run.u[-1] - [10.0, 0.0, 10.0]).max())
             else:
-                assert abs(run.t[-1] - line) < 1e-5 and "no step is small enough" in run.message
+                assert abs(run.t[-1] - LINE) < 1e-5 and "no step is small enough" in run.message
                 assert len(run.t) < 12_000
     assert ended >= 50
     reach("parallelogram, two corners within 1e-5 s across its line: rates, rad/s", float(max(off)), 1e-6)

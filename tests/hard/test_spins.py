@@ -37,6 +37,12 @@ def loops(workshop: Workshop, n: int, walls: bool) -> Model:
     return model
 
 
+def in_wide_numbers(model: Model, workshop: Workshop) -> Any:
+    """The same loop, free."""
+    lengths = {f"link_{k}.length": model.parameters[f"link_{k}.length"] for k in range(len(model.links))}
+    return workshop.model(loop(len(model.links)), precision="wide").with_parameters(lengths)
+
+
 def lengths(n: int, rng: np.random.Generator) -> Any:
     """Half of them lie forwards in the line and half of them back; no link is nearly as long as all others."""
     while True:
@@ -109,10 +115,7 @@ def test_velocities_behind_lines_are_those_of_wide_numbers(
     """
     (model, q, u), _ = spins(workshop, False, seed)
     run = simulate(model, q, u, until=1.0, rtol=1e-15, method="gauss")
-    wide = workshop.model(loop(len(model.links)), precision="wide")
-    wide = wide.with_parameters(
-        {f"link_{k}.length": model.parameters[f"link_{k}.length"] for k in range(len(model.links))}
-    )
+    wide = in_wide_numbers(model, workshop)
     rows = [k for k in range(len(run.t) - 1) if passes(run, k)]
     assert rows
     misses = []
@@ -226,10 +229,7 @@ def test_velocities_beside_lines_are_those_of_wide_numbers(method: str, workshop
     for seed in (6, 11):
         (model, q, u), _ = spins(workshop, False, seed)
         run = simulate(model, q, u, until=1.0, rtol=1e-13, method=method)
-        wide = workshop.model(loop(len(model.links)), precision="wide")
-        wide = wide.with_parameters(
-            {f"link_{k}.length": model.parameters[f"link_{k}.length"] for k in range(len(model.links))}
-        )
+        wide = in_wide_numbers(model, workshop)
         for t in beside_lines(run):
             k = int(np.searchsorted(run.t, t)) - 1
             exact = simulate(wide, *wide.project(run.q[k], run.u[k]), until=t - run.t[k], rtol=1e-17, method="gauss")
@@ -253,10 +253,7 @@ def test_forces_beside_lines_are_those_of_wide_numbers(
         if len(model.links) > 4:  # whose lines are passed at 0
             continue
         run = simulate(model, q, u, until=1.0, rtol=rtol, method=method)
-        wide = workshop.model(loop(len(model.links)), precision="wide")
-        wide = wide.with_parameters(
-            {f"link_{k}.length": model.parameters[f"link_{k}.length"] for k in range(len(model.links))}
-        )
+        wide = in_wide_numbers(model, workshop)
         for k in [k for k in range(len(run.t) - 1) if passes(run, k)][:3]:
             t = np.linspace(run.t[k], run.t[k + 1], 4001)[1:-1]
             shares = least_shares(model, run.at(t)[0])

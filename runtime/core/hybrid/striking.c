@@ -79,8 +79,8 @@ static double loss_of(const struct phase *f, const struct blow *b, const double 
 
 /* The impact with the restitution that contacts have, or where that would gain energy, or the law has no impulses for it, as where a rod would have to
  * spring back along a ground that wedges it, the largest part of it that has some and gains nothing (docs/events.md, "Striking"): by bisection, since
- * without any it never gains; where contacts differ in restitution it need not grow with the part, and a part is found that does not gain. Only one in which contacts give no energy is taken: with a tolerance there, thousands of them add up. *share
- * is that part. */
+ * without any it never gains; where contacts differ in restitution it need not grow with the part, and a part is found that does not gain. Only one in
+ * which contacts give no energy is taken: with a tolerance there, thousands of them add up. *share is that part. */
 static enum outcome strike_together(struct phase *f, struct blow *b, double *share)
 {
     enum outcome outcome = strike_with(f, b, *share = 1.0);
