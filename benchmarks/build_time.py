@@ -1,4 +1,5 @@
-"""Seconds from a description of W(n) to a compiled model: stage by stage, and as a whole process.
+"""Seconds from a description of W(n) to a compiled model: stage by stage, and as a whole process; and what part of the
+quickest of these the look at a package takes, which every loading of a model begins with.
 
 Prints a markdown table; `python benchmarks/build_time.py --help` lists the options, README.md explains the rest.
 """
@@ -15,10 +16,11 @@ from tempfile import TemporaryDirectory
 from machine import machine
 
 from ccgen.generator import generate, loop
+from ccgen.runtime.loading.package import read_package
 
 SIZES = (6, 24, 96, 192)
 STAGES = ("derive", "write", "compile")
-HEADER = ("n", *STAGES, "sum", "whole process, cold", "cached")
+HEADER = ("n", *STAGES, "sum", "whole process, cold", "cached", "look at a package / cached")
 
 
 def stages(n: int, folder: Path) -> dict[str, float]:
@@ -46,6 +48,17 @@ def processes(n: int, folder: Path) -> tuple[float, float]:
     return seconds[0], seconds[1]
 
 
+def look(n: int, folder: Path) -> float:
+    """Seconds in which the package that `processes` left is found whole: the least of 50 times."""
+    package = folder / "cached" / f"loop{n}"
+    seconds = []
+    for _ in range(50):
+        start = time.perf_counter()
+        read_package(package)
+        seconds.append(time.perf_counter() - start)
+    return min(seconds)
+
+
 def row(n: int, repeats: int) -> str:
     """One line of the table: for every figure the fastest of the repeats, each with folders of its own."""
     runs = []
@@ -53,8 +66,13 @@ def row(n: int, repeats: int) -> str:
         with TemporaryDirectory() as inside, TemporaryDirectory() as outside:
             split = stages(n, Path(inside))
             named = [split[stage] for stage in STAGES]
-            runs.append([*named, sum(split.values()), *processes(n, Path(outside))])
-    return "| " + " | ".join([str(n), *(f"{min(figures):.2f}" for figures in zip(*runs, strict=True))]) + " |"
+            runs.append([*named, sum(split.values()), *processes(n, Path(outside)), look(n, Path(outside))])
+    *seconds, cached, looked = (min(figures) for figures in zip(*runs, strict=True))
+    return (
+        "| "
+        + " | ".join([str(n), *(f"{figure:.2f}" for figure in (*seconds, cached)), f"{looked / cached:.4f}"])
+        + " |"
+    )
 
 
 def main() -> None:
