@@ -17,6 +17,7 @@ from .pictures.plot import draw
 from .pictures.video import write_video
 from .record.hybrid_state import NUMBERS, WORDS, HybridState
 from .record.outputs import units_of, values_of
+from .record.penetration import penetration_max
 from .record.point_motion import PointMotion, point_motion
 from .record.record import Record
 from .record.saved import saved
@@ -48,7 +49,8 @@ class Run(Record):
     Where it is known less well: `rest_speed` (m/s), 0 unless events crowded so that contacts that still moved, the
     fastest at that speed, counted as at rest; `choices`, at how many instants contacts could as well have stayed as
     left, by friction, and left;
-    phases of kind "steps"; impacts with a `restitution_share` below 1.
+    phases of kind "steps"; impacts with a `restitution_share` below 1; `chosen_at`, when (s) the first of the choices
+    was, None without one.
     `method` and `drift` say how it was integrated and how the loops were kept shut. `state` is where it has come
     to, whole: ``simulate(model, state=run.state, until=...)`` goes on from there; None where the run was cut back.
     `left` is the core's record of it, and how the run was integrated. `changes` are joints that let go or took hold,
@@ -56,6 +58,13 @@ class Run(Record):
     """
 
     left: tuple[bytes, object] | None = field(default=None, repr=False)
+
+    @property
+    def penetration_max(self) -> float:
+        """Audit: the largest depth (m) over all contacts that are on and all rows; 0 of a model without contacts.
+
+        Stops of angles count with the mechanism's length as their lever."""
+        return penetration_max(self)
 
     @property
     def state(self) -> HybridState | None:

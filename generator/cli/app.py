@@ -107,7 +107,9 @@ def run(
             help="draw outputs over time, in the player too, as crank.angle,coupler.tip.vy; of a point its path",
         ),
     ] = None,
-    csv: Annotated[bool, typer.Option("--csv", help="write forces, and what is plotted, as CSV too")] = False,
+    csv: Annotated[
+        bool, typer.Option("--csv", help="write forces, impacts, phases, and what is plotted, as CSV too")
+    ] = False,
     times: Annotated[
         str | None, typer.Option(metavar="N", help="with --csv: at N even times, not at the rows of the run")
     ] = None,

@@ -117,14 +117,14 @@ def print_missing(scene: Scene, run: Run) -> None:
 def row(model: Model, run: Run, impact: Impact, then: Model) -> tuple[str, ...]:
     """The cells of one impact, of the model that was in force ``then``; contacts that struck together stand below each
     other."""
+    from ccgen.runtime.record.contact_tables import closing_rates
+
     q = run.q[np.searchsorted(run.t, impact.t)]
     if impact.contacts[0] not in then.contacts:  # a joint that takes hold
-        joint, _ = impact.contacts[0]
-        speeds, names = [then.closing_speed(joint, q, impact.u_minus)], [f"{joint} takes hold"]
+        names = [f"{impact.contacts[0][0]} takes hold"]
     else:
-        rates = then.gap_rates(q, impact.u_minus)
-        speeds = [rates[then.contacts.index(contact)] for contact in impact.contacts]
         names = _names(model, impact.contacts)
+    speeds = closing_rates(then, q, impact)
     if without_collision(then, impact, speeds):
         names = [name + JAMS for name in names]
     if impact.restitution_share < 1.0:
@@ -256,11 +256,12 @@ def print_audit(run: Run) -> None:
     kept = f"{run.energy_drift:.1e} J" + (
         f" of {energy_moved(run):.3g} J above its lowest" if moves(run) else ", nothing moves"
     )
+    entered = f"contacts entered by {run.penetration_max:.1e} m, " if run.model.contacts else ""
     jumps = sum(abs(event.energy) for event in run.events)
     apart = f" beside jumps of {jumps:.3g} J in all at events" if jumps and jumps > rounding_of_energy(run) else ""
     typer.echo(
         f"t = {run.t[-1]:.10g} s, impacts: {len(run.impacts)}, steps: {steps}, evaluations: {run.nfev}\n"
-        f"audit: loops closed to {run.closure_max:.1e} m, energy kept to {kept}{apart}; method {run.method}"
+        f"audit: loops closed to {run.closure_max:.1e} m, {entered}energy kept to {kept}{apart}; method {run.method}"
     )
 
 
@@ -282,9 +283,9 @@ def print_warnings(run: Run) -> None:
             err=True,
         )
     if run.choices:
+        instants = f"{run.choices} instant{'s' * (run.choices > 1)}, the first at t = {run.chosen_at:.6g} s,"
         typer.echo(
-            f"note: at {run.choices} instant{'s' * (run.choices > 1)} contacts that slide could as well have stayed as "
-            "left (Painleve); they left",
+            f"note: at {instants} contacts that slide could as well have stayed as left (Painleve); they left",
             err=True,
         )
     if run.method != "moreau" and (steps := [phase for phase in run.phases if phase.kind == "steps"]):

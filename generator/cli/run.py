@@ -14,6 +14,8 @@ from ..compile.compiler import CompileError
 from ..package.replace import OutputError
 from ..pipeline import generate
 from ..program.errors import FoldError
+from . import contact_files
+from .contact_files import IMPACTS, PHASES
 from .detail import Detail
 from .folders import MODELS, check_folder, check_results, forget_stale, record_results
 from .forces import PICTURE, TABLE, Told, force_files, print_drives, print_forces, ways_to_write
@@ -93,7 +95,12 @@ def run(
     scene = faults.of(read, scene_file)
     folder = Path("results") / (scene.name if scene else "") if out is None else out
     wanted = wanted.beside(scene, scene_file) if scene else wanted
-    names = (*FILES, *moving, *wanted.files, *(force_files(scene, csv) if scene else ()))
+    names = (
+        *FILES,
+        *moving,
+        *wanted.files,
+        *(force_files(scene, csv) + contact_files.contact_files(scene, csv) if scene else ()),
+    )
     if scene or out:
         faults.of(check_results, folder, names, "--out")
     faults.of(check_folder, MODELS, "folder of models")
@@ -179,6 +186,7 @@ def write(
         **{name: {GIF: result.animate, VIDEO: result.save_video}[name] for name in moving},
         **wanted.ways_to_write(result),
         **ways_to_write(forces, csv, wanted.times),
+        **contact_files.ways_to_write(result, csv),
     }
     unwritten = {}
     for name, way in ways.items():
@@ -189,5 +197,5 @@ def write(
         else:
             record_results(folder, [name])
     made = [name for name in ways if name not in unwritten]
-    forget_stale(folder, {*FILES, *MOVING, PICTURE, TABLE, OUTPUTS_PICTURE, OUTPUTS_TABLE} - {*made})
+    forget_stale(folder, {*FILES, *MOVING, PICTURE, TABLE, IMPACTS, PHASES, OUTPUTS_PICTURE, OUTPUTS_TABLE} - {*made})
     return made, unwritten

@@ -12,7 +12,8 @@ import numpy as np
 from ..extras import needed
 from ..files import write_whole
 from ..pictures.link_colours import COLOURS
-from ..pictures.plot import INK, SOFT
+from ..pictures.marks import SOFT
+from ..pictures.plot import INK
 from .gradient import DIFFERENCES, WAYS, Measured
 
 MARKERS = dict(zip(WAYS, "osDv", strict=True))

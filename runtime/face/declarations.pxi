@@ -262,7 +262,7 @@ cdef extern from *:
         stepping stepping
         int contact
         long steps, rejected, choices
-        real rest_speed
+        real rest_speed, chosen_at
     struct stretch:
         const system *system
         const method *method

@@ -184,7 +184,7 @@ cdef class Kernels(Differentiating):
                 for j in range(r.stepping.count) if r.stepping.last[j] > r.stepping.first[j]
             ],
             outcome=OUTCOMES[outcome], t_end=end, contact=r.contact, inexact=it.system.refinement_residual,
-            steps=r.steps, rejected=r.rejected, choices=r.choices, rest_speed=r.rest_speed, evaluations=it.system.evaluations, dependent=it.system.rank_deficient,
+            steps=r.steps, rejected=r.rejected, choices=r.choices, chosen_at=r.chosen_at if r.choices else None, rest_speed=r.rest_speed, evaluations=it.system.evaluations, dependent=it.system.rank_deficient,
             scales=(it.system.time, it.system.energy), state=state,
         )
 

@@ -12,7 +12,8 @@ from ..extras import needed
 from ..files import read_path, write_whole
 from ..record.force_history import History, away_from_lines, history
 from ..record.record import Record
-from .plot import mark_impacts, named_curves
+from .marks import mark_impacts, name_marks
+from .plot import named_curves
 
 Panel = tuple[str, dict[str, FloatArray]]
 """Label of the axis, and its curves by name."""
@@ -50,6 +51,7 @@ def draw_forces(run: Record, path: str | os.PathLike[str] | None = None, found: 
         axes.grid(True, color="#e6e6e6", linewidth=0.6)
         axes.spines[["top", "right"]].set_visible(False)
     rows[-1].set_xlabel("time [s]")
+    name_marks(figure, run)
     if run.t[-1] > run.t[0]:
         rows[-1].set_xlim(run.t[0], run.t[-1])
     figure.suptitle(f"{run.model.name}: forces", fontsize=13)

@@ -16,7 +16,8 @@ from ..record.impact import Impact
 from ..record.record import Record
 from .contact_place import StruckPlaces
 from .frames import frame_times, sample, shown_impacts
-from .plot import FLASH, SOFT, Drawing
+from .marks import FLASH, SOFT
+from .plot import Drawing
 from .view import view_of
 
 RATE = 25  # frames per second; a GIF counts in hundredths, so this plays in real time

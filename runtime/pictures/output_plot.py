@@ -14,7 +14,8 @@ from ..files import read_path, write_whole
 from ..record.outputs import points_among, units_of, values_of, with_places
 from ..record.record import Record
 from .link_colours import COLOURS
-from .plot import CURVES, mark_impacts, named_curves
+from .marks import mark_impacts, name_marks
+from .plot import CURVES, named_curves
 
 QUANTITIES = {
     "rad": "angle",
@@ -77,6 +78,7 @@ def _over_time(
         axes.grid(True, color="#e6e6e6", linewidth=0.6)
         axes.spines[["top", "right"]].set_visible(False)
     rows[-1].set_xlabel("time [s]")
+    name_marks(figure, run)
     if run.t[-1] > run.t[0]:
         rows[-1].set_xlim(run.t[0], run.t[-1])
 

@@ -19,13 +19,14 @@ from ..model.disc import Disc
 from ..record.drawable import Drawable
 from ..record.outputs import Sample
 from ..record.record import Record
-from .frames import Frames, frame_times, pivots, placed, sample, shown_impacts
+from .frames import Frames, frame_times, pivots, placed, sample
 from .instants import instants
 from .link_colours import COLOURS, link_colours
+from .marks import EARTH, FLASH, SOFT, mark_impacts, name_marks
 from .strokes import Stroke, size_of_links, size_of_looks, straightened, strokes
 from .view import View, view_of
 
-INK, SOFT, EARTH, FLASH, ACCENT = "#222222", "#888888", "#e9e4da", "#d55e00", "#33629b"
+INK, ACCENT = "#222222", "#33629b"
 
 LEVEL = 0.2  # a ground whose normal rises less is a wall: what is off it is not above it
 WIDE = 0.5  # poses that are flatter than this stand in two rows
@@ -74,6 +75,7 @@ def draw(run: Record, path: str | os.PathLike[str] | None = None, *, forces: boo
         axes.grid(True, color="#e6e6e6", linewidth=0.6)
         axes.spines[["top", "right"]].set_visible(False)
     rows[-1].set_xlabel("time [s]")
+    name_marks(below, run)
     below.align_ylabels(rows)
     if duration > 0:
         rows[-1].set_xlim(run.t[0], run.t[-1])
@@ -286,19 +288,6 @@ def _closure(axes: Any, run: Record, frames: Frames) -> None:
     axes.set_ylabel("closure [m]")
     low, high = axes.get_ylim()
     axes.set_ylim(min(low, 0.3e-17), max(high, 1e-13))
-
-
-def mark_impacts(axes: Any, run: Record) -> None:
-    """Impacts as lines, contact as shade, time stepping as hatches, however short."""
-    for phase in run.phases:
-        if phase.kind == "contact" and phase.end - phase.start > 1e-4 * (run.t[-1] - run.t[0]):
-            axes.axvspan(phase.start, phase.end, color=EARTH, alpha=0.6, linewidth=0, zorder=0.2)
-        elif phase.kind == "steps":
-            axes.axvspan(phase.start, phase.end, facecolor="none", edgecolor=SOFT, hatch="////", zorder=0.3)
-    times = sorted({impact.t for _, impact in shown_impacts(run)})
-    strength = 0.7 if len(times) <= 40 else 0.25
-    for t in times:
-        axes.axvline(t, color=FLASH, linewidth=0.8, alpha=strength, linestyle=(0, (4, 2)), zorder=0.5)
 
 
 def _legend(axes: Any, columns: int = 1) -> None:

@@ -65,6 +65,7 @@ class Record:
     drift: str = "projected"
     rest_speed: float = 0.0
     choices: int = 0
+    chosen_at: float | None = None
     closure_rate_max: float = 0.0
     acceleration_error: float = 0.0
     changes: tuple[JointChange, ...] = ()

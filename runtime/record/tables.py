@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from ..arrays import FloatArray
 from ..extras import needed
 from .outputs import Sample, units_of, values_of
+from .penetration import penetration_max
 from .record import Record
 
 FORMAT_VERSION = 1
@@ -66,10 +67,12 @@ def arrays(run: Record) -> dict[str, Any]:
         "method": np.array(run.method),
         "drift": np.array(run.drift),
         "closure_max": np.array(run.closure_max),
+        "penetration_max": np.array(penetration_max(run)),
         "closure_rate_max": np.array(run.closure_rate_max),
         "energy_drift": np.array(run.energy_drift),
         "rest_speed": np.array(run.rest_speed),
         "choices": np.array(run.choices),
+        "chosen_at": np.array(np.nan if run.chosen_at is None else run.chosen_at, dtype=float),
         "acceleration_error": np.array(run.acceleration_error),
         **_changes(run),
         **_events(run),

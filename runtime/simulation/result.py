@@ -54,6 +54,7 @@ def run_of(
         drift=advance.drift,
         rest_speed=found["rest_speed"],
         choices=found["choices"],
+        chosen_at=found["chosen_at"],
         closure_rate_max=closure_rate_max,
         acceleration_error=_acceleration_error(model, found, *rounding),
         left=left,

@@ -143,6 +143,7 @@ def strung(
         drift=last.drift,
         rest_speed=max(piece.run.rest_speed for piece in pieces),
         choices=sum(piece.run.choices for piece in pieces),
+        chosen_at=next((piece.run.chosen_at for piece in pieces if piece.run.choices), None),
         closure_rate_max=max(piece.run.closure_rate_max for piece in pieces),
         acceleration_error=max(piece.run.acceleration_error for piece in pieces),
         changes=tuple(change for piece in pieces for change in piece.run.changes),

@@ -76,7 +76,8 @@ def test_what_cannot_be_made_of_a_run_is_said_and_the_rest_is_written(
     ]
     assert "no forces: the forces at t = 1 have no solution" in done.stdout
     files = {path.name for path in Path("results/leaning").iterdir()}
-    assert files == {".ccgen.json", "result.npz", "plot.png", "player.html"}
+    tables = {"impacts.csv", "phases.csv"}
+    assert files == {".ccgen.json", "result.npz", "plot.png", "player.html", *tables}
 
 
 def test_what_ccgen_did_not_write_is_kept(scene: Path) -> None:

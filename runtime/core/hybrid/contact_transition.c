@@ -492,7 +492,8 @@ enum outcome select_active_set(struct phase *f, struct mode_change loss, int res
             outcome = OUTCOME_NO_MEMORY;
         if (!outcome && record_state(f))
             outcome = OUTCOME_NO_MEMORY;
-        run->choices += chosen > 0;
+        if (chosen && !run->choices++)
+            run->chosen_at = f->t;
     }
     give_back(f->s->arena, mark);
     return outcome;

@@ -19,7 +19,7 @@ static struct kind kind_of(const struct phase *f)
     struct kind kind;
     memset(&kind, 0, sizeof kind);
     memcpy(kind.magic, "ccgen\n", 6);
-    kind.version = 10;
+    kind.version = 11;
     kind.number = (int)sizeof(double);
     kind.size = f->s->size;
     kind.contacts = f->s->model->contacts;
@@ -66,6 +66,7 @@ static struct kind kind_of(const struct phase *f)
     NUMBER(run->rejected)                   \
     NUMBER(run->events)                     \
     NUMBER(run->choices)                    \
+    NUMBER(run->chosen_at)                  \
     NUMBER(run->window)                     \
     NUMBER(run->spent_before)               \
     NUMBER(run->rest_speed)                 \

@@ -200,7 +200,7 @@ static enum outcome begin(struct ccgen_simulation *it, double t)
     f->h = 0.0;
     f->at = (struct progress){.place = NAN};
     run->steps = run->rejected = run->events = run->choices = 0;
-    run->rest_speed = 0.0;
+    run->rest_speed = run->chosen_at = 0.0;
     run->contact = -1;
     begin_window(run, t);
     clear_active_set(&f->active, it->system.model);

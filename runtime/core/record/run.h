@@ -56,6 +56,7 @@ struct run {
     long events;
     double rest_speed; /* m/s: the largest below which contacts were at rest because events crowded, or 0 */
     long choices;      /* at how many instants contacts could as well have stayed as left, and have left */
+    double chosen_at;  /* when the first of these was; nothing without one */
 };
 
 void free_run(struct run *run);

@@ -1,0 +1,21 @@
+"""How deep contacts are in what they touch: an audit of a run's rows."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from .outputs import Sample
+from .record import Record
+
+
+def penetration_max(run: Record) -> float:
+    """The largest depth (m) over all contacts that are on and all rows; 0 of a model without contacts.
+
+    Stops of angles count with the mechanism's length as their lever."""
+    model: Any = run.model
+    if not model.contacts:
+        return 0.0
+    levers = [model.length if ground in model.stops else 1.0 for _, ground in model.contacts]
+    return float(-np.nanmin(Sample(run, None).gaps * np.array(levers, dtype=run.q.dtype), initial=0.0))
