@@ -60,10 +60,10 @@ ELSEWHERE = {
     "complementarity/friction.c": (1, "shifts that break ties of the pivots, tried one after another"),
     "hybrid/time_stepping.c": (1, "how long time stepping is tried before event by event"),
     "interface/simulation.c": (1, "the default of rtol"),
-    "steps/event_search.c": (1, "roots end at the last digit; a zero is taken for just behind it"),
-    "steps/phase.c": (1, "how long a run may take"),
+    "steps/pace.c": (1, "how long a run may take"),
     "steps/singular_step.c": (1, "a length of a step that need not change"),
     "steps/step_control.c": (4, "the first step of Hairer, Norsett, Wanner, and an error of zero"),
+    "steps/step_search.c": (1, "roots end at the last digit; a zero is taken for just behind it"),
 }
 """Files of the core with small numbers that decide nothing but the pace: in how many lines, and what they are."""
 

@@ -11,6 +11,7 @@
 #include "hybrid/striking.h"
 #include "impact/impact.h"
 #include "steps/flat_loop.h"
+#include "steps/pace.h"
 #include "steps/phase.h"
 #include "model/contacts.h"
 

@@ -5,11 +5,10 @@
 #include <string.h>
 
 #include "base/tolerances.h"
-#include "constraints/nullspace.h"
-#include "steps/cut_step.h"
 #include "steps/energy_guard.h"
 #include "steps/event_location.h"
 #include "steps/flat_loop.h"
+#include "steps/pace.h"
 #include "steps/singular_step.h"
 #include "steps/step_control.h"
 #include "steps/step_end.h"
@@ -22,8 +21,7 @@
 
 enum {
     SHORTER = 60, /* shorter steps in search of an early event */
-    CRAWLS = 20,  /* steps in a row that move nothing, before what they might be stuck at is looked at */
-    TICK = 64     /* short steps between two questions whether to go on */
+    CRAWLS = 20   /* steps in a row that move nothing, before what they might be stuck at is looked at */
 };
 
 int take_phase(struct phase *f)
@@ -152,68 +150,6 @@ static int penetrating_contact(const struct phase *f)
     return -1;
 }
 
-/* What a step that is begun and not ended has changed */
-struct before_step {
-    struct progress at;
-    double h, window;
-    long steps, rejected;
-};
-
-double window_of(const struct phase *f)
-{
-    const double duration = f->run->duration;
-    return fmin(0.1 * duration, fmax(1e-4 * duration, f->s->time));
-}
-
-/* Whether the run has taken more steps that get nowhere, and events, than a window may have */
-static int exceeds_step_rate(const struct phase *f)
-{
-    struct run *run = f->run;
-    const long spent = run->steps + run->rejected + run->events;
-    if (f->t >= run->window + window_of(f)) {
-        run->window = f->t;
-        run->spent_before = spent;
-    }
-    const int exceeds = run->fixed_step == 0.0 && spent - run->spent_before > run->rate_budget;
-    if (exceeds) { /* who goes on has another budget */
-        run->window = f->t;
-        run->spent_before = spent;
-    }
-    return exceeds;
-}
-
-/* Steps that turn links get the motion on, however short they are against the characteristic time: what has led to the one that is to be committed is
- * not counted among those that a window may have. */
-static void excuse_progress(struct phase *f, const struct before_step *before)
-{
-    struct run *run = f->run;
-    if (f->h * fastest(f->s, f->y + f->s->n) >= GETS_ON)
-        run->spent_before += run->steps + run->rejected - before->steps - before->rejected;
-}
-
-/* Whether links have gone no further in the step than their places are known to where they lie in a line, by themselves or with grounds. Without contacts
- * that counts where a loop is so near a line that velocities are unknown, of steps that did not have to end there. */
-static int stalls(const struct phase *f)
-{
-    const struct ccgen_model *model = f->s->model;
-    return f->h * fastest(f->s, f->y + f->s->n) < CRAWL &&
-           (model->contacts || (model->rows && !f->at.bounded && rank_margin(f->s, f->y) < near_dependence(f)));
-}
-
-int is_crawling(const struct phase *f)
-{
-    return f->at.crawled >= f->run->rate_budget / 20;
-}
-
-/* Whether steps crawl and have taken next to no time, so that none will get on; without contacts they would at last be on another branch. Prescribed
- * motions between contacts and steps of fixed length have no other way on: they keep the whole budget of a window. */
-static int is_stuck(const struct phase *f)
-{
-    const struct ccgen_model *model = f->s->model;
-    return f->run->fixed_step == 0.0 && !(model->drives && model->contacts) && is_crawling(f) &&
-           f->t - f->at.crawls_since < STANDSTILL * f->s->time;
-}
-
 /* Where a phase begins: sides of effects, derivative, first step, and a method that knows of no step before */
 static enum outcome begin_phase(struct phase *f)
 {
@@ -236,39 +172,12 @@ static enum outcome begin_phase(struct phase *f)
     return outcome;
 }
 
-/* So many steps show a pace: more than twice what a window may have of those that get nowhere, which are told as such, or stepped over, before. */
-static const long STRETCH = 500000;
-
-/* The pace of the rest of a run would have to be so many times that of a stretch: what whirls or creeps for a while gets on faster by
- * less. */
-static const double SPEED_UP = 1e3;
-
-/* Whether all of the budget, at the pace of the last steps, would be next to nothing of what the run still has before it */
-static int is_endless(struct phase *f)
-{
-    struct run *run = f->run;
-    const long taken = run->steps + run->rejected;
-    if (!run->paced || taken - run->paced_from < STRETCH)
-        return 0;
-    const double passed = f->t - run->paced_since;
-    run->paced_from = taken;
-    run->paced_since = f->t;
-    return passed * SPEED_UP * ((double)run->step_budget / (double)STRETCH) < run->until - f->t;
-}
-
-/* Whether the run may take another step */
-static enum outcome within_budget(struct phase *f)
-{
-    struct run *run = f->run;
-    run->interruption.t = f->t;
-    if ((run->steps % TICK == 0 && ask(&run->interruption)) || interrupted(f->s->interruption, 0))
-        return OUTCOME_INTERRUPTED;
-    if (run->steps + run->rejected - run->taken_before >= run->step_budget)
-        return OUTCOME_BUDGET;
-    if (is_endless(f))
-        return OUTCOME_ENDLESS;
-    return exceeds_step_rate(f) ? OUTCOME_CROWDED : OUTCOME_DONE;
-}
+/* What a step that is begun and not ended has changed */
+struct before_step {
+    struct progress at;
+    double h, window;
+    long steps, rejected;
+};
 
 static struct before_step note_step(struct phase *f)
 {
@@ -511,7 +420,7 @@ static enum outcome go_to_event(struct phase *f, struct event *event)
             outcome = pass_kink(f);
         if (outcome || again)
             continue;
-        excuse_progress(f, &before);
+        excuse_progress(f, before.steps + before.rejected);
         if (event->contact >= 0) {
             commit_event(f);
             break;
