@@ -2,7 +2,8 @@
 
 from .errors import Fault, SceneError
 from .kinds import TABLES, TableKind
-from .read import chain, load_scene, loop, pinned, read_tables
+from .load import chain, load_scene, loop, pinned
+from .read import read_tables
 from .scene import RunSettings, Scene, Sketch, Start
 from .toml_text import plain
 

@@ -1,0 +1,78 @@
+"""Scenes from where users have them: a TOML file, a dict, or a shorthand in a program or on the command line."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from os import PathLike
+from pathlib import Path as File
+from typing import Any
+
+from .errors import Fault, SceneError
+from .limits import too_large
+from .locate import locate
+from .not_toml import not_toml
+from .read import Tables, read_tables
+from .scene import Scene
+from .toml_text import plain
+
+Gravity = bool | float | Tables
+
+
+def load_scene(path: str | PathLike[str] | Tables) -> Scene:
+    """The scene in the TOML file ``path``, or of the tables that such a file would give, as nested dicts and lists.
+
+    Tuples and arrays of NumPy may stand for lists, and a key with the value ``None`` is left out. The scene of tables
+    without a ``name`` is called ``scene``. Raises ``SceneError`` with everything that is wrong with it.
+    """
+    if isinstance(path, Mapping):
+        name = path.get("name")
+        return read_tables(plain(path), name if isinstance(name, str) else "scene", "scene")
+    if not isinstance(path, str | PathLike):
+        raise TypeError(f"path: found {path!r}, expected the name of a scene file (TOML), or its tables as a dict")
+    file = str(path)
+    try:
+        text = File(path).read_bytes().decode("utf-8-sig")
+        if large := too_large(text):
+            raise _unreadable(file, *large)
+        tables = tomllib.loads(text)
+    except OSError as error:
+        raise _unreadable(file, None, f"{error.strerror}; expected a scene file (TOML)") from error
+    except UnicodeDecodeError as error:
+        raise _unreadable(file, None, "found bytes that are not UTF-8, expected a text file (TOML)") from error
+    except tomllib.TOMLDecodeError as error:
+        raise SceneError(not_toml(text, file, error)) from error
+    return read_tables(tables, file, File(path).stem, locate(text))
+
+
+def loop(links: int, gravity: Gravity = False, **tables: Any) -> Scene:
+    """A floating loop of equal rods, 1 m and 1 kg each, as a regular polygon.
+
+    ``gravity`` is ``True`` for g = 9.81 m/s², or g, or the table of a scene file.
+
+    ``tables`` are those of a scene file, as in ``loop(6, start={"tilt": "10 deg"}, loop={"length": 0.7})``.
+    Raises ``SceneError`` as for a file.
+    """
+    return _standard("loop", {"links": links}, f"loop{links}", gravity, tables)
+
+
+def chain(links: int, hinged: bool = False, gravity: Gravity = False, **tables: Any) -> Scene:
+    """An open chain of equal rods along the x axis, free or with its first end on the ground; otherwise as ``loop``."""
+    own = {"links": links, "hinged": hinged}
+    return _standard("chain", own, f"{'hinged' if hinged else 'chain'}{links}", gravity, tables)
+
+
+def pinned(links: int, gravity: Gravity = False, **tables: Any) -> Scene:
+    """A chain of equal rods with both ends on the ground, hanging as a regular polygon; otherwise as ``loop``."""
+    return _standard("pinned", {"links": links}, f"pinned{links}", gravity, tables)
+
+
+def _standard(form: str, own: dict[str, Any], name: str, gravity: Gravity, tables: dict[str, Any]) -> Scene:
+    document: dict[str, Any] = {**tables, form: {**own, **tables.get(form, {})}}
+    if gravity is not False:
+        document["gravity"] = {} if gravity is True else gravity if isinstance(gravity, Mapping) else {"g": gravity}
+    return read_tables(plain(document), name, name)
+
+
+def _unreadable(file: str, line: int | None, message: str) -> SceneError:
+    return SceneError((Fault(file, line, "", message),))
