@@ -5,7 +5,7 @@
 #include <math.h>
 
 #include "base/tolerances.h"
-#include "model/contacts.h"
+#include "motion/switching.h"
 
 double gap_acceleration(const struct decision *d, int i, const double *P)
 {

@@ -157,23 +157,40 @@ static void hand_over(struct automaton *a, struct phase *f)
     run->spent_before = run->steps + run->rejected + run->events;
 }
 
+/* Whether a step of time stepping has failed for what contacts do: then it is told why event by event did not get further. */
+static int has_no_way_on(enum outcome outcome)
+{
+    switch (outcome) {
+    case OUTCOME_JAMMED:
+    case OUTCOME_GAINED:
+    case OUTCOME_NOT_CLOSED:
+    case OUTCOME_NO_CONVERGENCE:
+        return 1;
+    default:
+        return 0;
+    }
+}
+
 static enum outcome step(struct automaton *a, struct phase *f)
 {
     if (f->run->method->order == 0)
         return step_to_end(&a->span, f);
     const enum outcome outcome = step_through_span(&a->span, f);
+    if (has_no_way_on(outcome)) {
+        f->run->contact = a->at_fault;
+        return a->failed;
+    }
     if (outcome || a->span.under_way)
         return outcome;
     hand_over(a, f);
     return lay_flat(f);
 }
 
-/* Whether time stepping may get further where a stage has failed so: what is unknown there is what contacts do. Prescribed motions that are
- * in the way stay in the way. What the caller has chosen stays too: to stop at what would gain, and steps of fixed length, but where no step of any
+/* Whether time stepping may get further where a stage has failed so: what is unknown there is what contacts do. What the caller has chosen stays: to stop at what would gain, and steps of fixed length, but where no step of any
  * length would do. */
 static int may_step(const struct automaton *a, const struct phase *f, enum outcome outcome)
 {
-    if (!f->s->model->contacts || f->s->model->drives || a->stage == STEP || a->stage == START)
+    if (!f->s->model->contacts || a->stage == STEP || a->stage == START)
         return 0;
     switch (outcome) {
     case OUTCOME_JAMMED:
@@ -268,6 +285,82 @@ void start_automaton(struct automaton *a)
     a->instant = -INFINITY;
 }
 
+/* What a stage that takes no time begins with, to which the run goes back where it turns out wrong */
+struct before_stage {
+    double *y;       /* [size] */
+    double *latched; /* [latches] */
+    double t;
+    double energy[2]; /* J: kinetic, potential */
+    struct active_set active;
+    long steps, rejected;
+    size_t rows, impacts, struck, changes, closed, stretches;
+};
+
+static enum outcome note_stage(const struct phase *f, struct before_stage *before)
+{
+    const struct system *s = f->s;
+    const struct run *run = f->run;
+    before->y = TAKE(s->arena, double, s->size);
+    before->latched = TAKE(s->arena, double, s->model->latches);
+    if (take_active_set(s->arena, &before->active, s->model))
+        return OUTCOME_NO_MEMORY;
+    copy_active_set(&before->active, &f->active, s->model->contacts);
+    memcpy(before->y, f->y, (size_t)s->size * sizeof *f->y);
+    for (int l = 0; l < s->model->latches; l++)
+        before->latched[l] = f->latched[l];
+    s->model->energy(s->k, f->y, f->y + s->n, before->energy);
+    before->t = f->t;
+    before->steps = run->steps;
+    before->rejected = run->rejected;
+    before->rows = run->record.count;
+    before->impacts = run->impacts.count;
+    before->struck = run->impacts.contact_count;
+    before->changes = run->modes.count;
+    before->closed = run->modes.contact_count;
+    before->stretches = run->stepping.count;
+    return OUTCOME_DONE;
+}
+
+/* As if the stage had not been begun */
+static void take_back(struct phase *f, const struct before_stage *before)
+{
+    const struct system *s = f->s;
+    struct run *run = f->run;
+    memcpy(f->y, before->y, (size_t)s->size * sizeof *f->y);
+    copy_active_set(&f->active, &before->active, s->model->contacts);
+    for (int l = 0; l < s->model->latches; l++)
+        f->latched[l] = before->latched[l];
+    f->t = before->t;
+    run->steps = before->steps;
+    run->rejected = before->rejected;
+    run->record.count = before->rows;
+    run->impacts.count = before->impacts;
+    run->impacts.contact_count = before->struck;
+    run->modes.count = before->changes;
+    run->modes.contact_count = before->closed;
+    run->stepping.count = before->stretches;
+}
+
+/* Whether a first step of time stepping gets on, which is taken back: where drives prescribe what contacts and loops do not let happen none does, and the run
+ * stays as it has come there. Without drives there is one always. */
+static enum outcome try_span(const struct automaton *a, struct phase *f)
+{
+    const struct mark mark = f->s->arena->top;
+    struct span span = a->span;
+    struct before_stage before;
+    if (!f->s->model->drives)
+        return OUTCOME_DONE;
+    enum outcome outcome = note_stage(f, &before);
+    if (!outcome) {
+        outcome = begin_span(&span, f);
+        span.ends = f->t + span.step;
+        outcome = outcome ? outcome : step_through_span(&span, f);
+        take_back(f, &before);
+    }
+    give_back(f->s->arena, mark);
+    return outcome;
+}
+
 /* Where a stage has failed so: friction that jams has an impact without collision, once at an instant, all else goes on by time stepping. */
 static enum outcome find_way_on(struct automaton *a, struct phase *f, enum outcome failed)
 {
@@ -278,8 +371,15 @@ static enum outcome find_way_on(struct automaton *a, struct phase *f, enum outco
             return outcome;
         a->jammed = f->t;
     }
-    f->at.under_way = 0;
+    a->failed = failed;
+    a->at_fault = f->run->contact;
     const int struck = contact >= 0; /* what led here is no longer what the state is about */
+    const enum outcome outcome = struck ? OUTCOME_DONE : try_span(a, f);
+    f->at.under_way = 0;
+    if (outcome) {
+        f->run->contact = a->at_fault;
+        return has_no_way_on(outcome) ? failed : outcome;
+    }
     a->event = struck ? (struct event){contact, 1.0, JAMS, 1.0} : NO_EVENT;
     a->loss = NO_LOSS;
     a->idle = 0;
@@ -287,50 +387,17 @@ static enum outcome find_way_on(struct automaton *a, struct phase *f, enum outco
     return struck ? OUTCOME_DONE : begin_span(&a->span, f);
 }
 
-/* What a stage that takes no time begins with, to which the run goes back where it turns out wrong */
-struct before_stage {
-    double *y;        /* [size] */
-    double energy[2]; /* J: kinetic, potential */
-    struct active_set active;
-    size_t rows, impacts, struck, changes, closed;
-};
-
-static enum outcome note_stage(const struct phase *f, struct before_stage *before)
-{
-    const struct system *s = f->s;
-    const struct run *run = f->run;
-    before->y = TAKE(s->arena, double, s->size);
-    if (take_active_set(s->arena, &before->active, s->model))
-        return OUTCOME_NO_MEMORY;
-    copy_active_set(&before->active, &f->active, s->model->contacts);
-    memcpy(before->y, f->y, (size_t)s->size * sizeof *f->y);
-    s->model->energy(s->k, f->y, f->y + s->n, before->energy);
-    before->rows = run->record.count;
-    before->impacts = run->impacts.count;
-    before->struck = run->impacts.contact_count;
-    before->changes = run->modes.count;
-    before->closed = run->modes.contact_count;
-    return OUTCOME_DONE;
-}
-
 /* Whether the energy is more than before by no rounding: contacts have no energy to give. Each part of a stage sees to that by itself;
  * what none has thought of is caught here, and taken back. */
 static int has_gained(struct phase *f, const struct before_stage *before)
 {
     const struct system *s = f->s;
-    struct run *run = f->run;
     double now[2];
     s->model->energy(s->k, f->y, f->y + s->n, now);
     const double gain = now[0] - before->energy[0] + (now[1] - before->energy[1]);
     if (gain <= ENERGY_JUMPED * (fmax(f->at.energy_in_motion, before->energy[0]) + s->energy))
         return 0;
-    memcpy(f->y, before->y, (size_t)s->size * sizeof *f->y);
-    copy_active_set(&f->active, &before->active, s->model->contacts);
-    run->record.count = before->rows;
-    run->impacts.count = before->impacts;
-    run->impacts.contact_count = before->struck;
-    run->modes.count = before->changes;
-    run->modes.contact_count = before->closed;
+    take_back(f, before);
     return 1;
 }
 

@@ -34,6 +34,8 @@ struct automaton {
     long at_once;            /* events in it */
     double jammed;           /* when friction jammed last */
     struct span span;        /* of time stepping, the present or the last one */
+    enum outcome failed;     /* what event by event failed with before it, */
+    int at_fault;            /* and the contact at fault */
 };
 
 /* The automaton of a run that begins */

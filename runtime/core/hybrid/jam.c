@@ -13,6 +13,7 @@
 
 #include "base/tolerances.h"
 #include "constraints/impulse.h"
+#include "hybrid/immovable.h"
 #include "impact/impact.h"
 #include "model/contacts.h"
 
@@ -67,10 +68,13 @@ static enum outcome strike_with(struct phase *f, struct room *r, int *contact)
     for (int c = 0; c < s->model->contacts; c++)
         if (f->gaps[c] <= SHUT * s->extent[c] && fabs(f->rates[c]) <= rest_velocity(f, c))
             r->set[count++] = c;
+    const enum outcome outcome = leave_out_immovable(f, f->y, &count, r->set);
+    if (outcome)
+        return outcome;
     if (!count || approach(f, r, count) || impact(s, f->y, r->approach, count, r->set, r->e, r->u_plus, r->P))
         return interrupted(s->interruption, 0) ? OUTCOME_INTERRUPTED : OUTCOME_DONE;
     const double loss = jump_loss(s, f->y, u, r->u_plus, r->du, r->momentum), change = fastest(s, r->du);
-    if (!(loss >= 0.0) || change * s->time <= COLLISION * REST_SPEED)
+    if ((!s->model->drives && !(loss >= 0.0)) || change * s->time <= COLLISION * REST_SPEED)
         return OUTCOME_DONE;
     struct impacts *impacts = &f->run->impacts;
     if (record_state(f) ||

@@ -107,6 +107,8 @@ static struct kind kind_of(const struct phase *f)
     NUMBER(a->span.step)                    \
     NUMBER(a->span.scale)                   \
     NUMBER(a->span.under_way)               \
+    NUMBER(a->failed)                       \
+    NUMBER(a->at_fault)                     \
     NUMBER(a->instant)                      \
     NUMBER(a->at_once)
 

@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "base/tolerances.h"
-#include "constraints/mobility.h"
+#include "hybrid/immovable.h"
 #include "impact/impact.h"
 #include "model/contacts.h"
 
@@ -18,7 +18,6 @@ struct blow {
     double *less;          /* [contacts] restitution that was tried in its place */
     double *P;             /* [2 contacts] impulses, normal ones and then those of friction */
     double *rates;         /* [contacts] scratch */
-    char *moves;           /* [contacts] scratch */
     double *du, *momentum; /* [n] scratch */
     double taken;          /* J: what the contacts take */
 };
@@ -31,7 +30,6 @@ static int take_blow(const struct system *s, struct blow *b)
     b->less = TAKE(s->arena, double, contacts);
     b->P = TAKE(s->arena, double, 2 * contacts);
     b->rates = TAKE(s->arena, double, contacts);
-    b->moves = TAKE(s->arena, char, contacts);
     b->du = TAKE(s->arena, double, s->n);
     b->momentum = TAKE(s->arena, double, s->n);
     return s->arena->ran_out;
@@ -98,22 +96,6 @@ static enum outcome strike_together(struct phase *f, struct blow *b, double *sha
     return tried == *share ? OUTCOME_DONE : strike_with(f, b, *share);
 }
 
-/* Leave out contacts whose gaps no motion changes and that approach by rounding: impulses there do nothing, and have no solution. */
-static enum outcome leave_out_immovable(struct phase *f, struct blow *b)
-{
-    int count = 0;
-    const enum outcome outcome = movable_contacts(f->s, f->y, b->count, f->set, b->moves);
-    for (int i = 0; !outcome && i < b->count; i++) {
-        const int c = f->set[i];
-        if (!b->moves[i] && f->rates[c] >= -rest_velocity(f, c))
-            continue;
-        b->e[count] = b->e[i];
-        f->set[count++] = c;
-    }
-    b->count = count;
-    return outcome;
-}
-
 /* The contacts f->set that take part in an impact of those that are closed, and of `trigger`, if that is not -1, in the first; in the `last` all, without
  * restitution. *approaching is whether there is one. */
 static enum outcome gather_striking(struct phase *f, int trigger, int last, struct blow *b, int *approaching)
@@ -124,14 +106,13 @@ static enum outcome gather_striking(struct phase *f, int trigger, int last, stru
     contact_rates(f->s, f->y, f->y + f->s->n, f->rates);
     for (int c = 0; c < m->contacts; c++) {
         const double still = rest_velocity(f, c);
-        if ((f->gaps[c] <= gap_tolerance(f, c) || c == trigger) && (last || f->rates[c] <= still)) {
-            b->e[b->count] = last || (f->at.slow > 0.0 && fabs(f->rates[c]) <= still) ? 0.0 : f->s->restitution[c];
+        if ((f->gaps[c] <= gap_tolerance(f, c) || c == trigger) && (last || f->rates[c] <= still))
             f->set[b->count++] = c;
-        }
     }
-    const enum outcome outcome = m->drives && b->count ? leave_out_immovable(f, b) : OUTCOME_DONE;
+    const enum outcome outcome = leave_out_immovable(f, f->y, &b->count, f->set);
     for (int i = 0; i < b->count && !outcome; i++) {
-        const int c = f->set[i];
+        const int c = f->set[i], rests = f->at.slow > 0.0 && fabs(f->rates[c]) <= rest_velocity(f, c);
+        b->e[i] = last || rests ? 0.0 : f->s->restitution[c];
         *approaching |= f->rates[c] < -rest_velocity(f, c) || (c == trigger && f->rates[c] < 0.0);
     }
     return outcome;

@@ -19,6 +19,7 @@
 #include "base/tolerances.h"
 #include "base/within.h"
 #include "hybrid/contact_transition.h"
+#include "hybrid/immovable.h"
 #include "impact/impact.h"
 #include "model/contacts.h"
 #include "model/scales.h"
@@ -129,26 +130,27 @@ static enum outcome fly(struct phase *f, struct room *r, double t, double h, con
     return outcome ? outcome : project_velocity(s, q, r->free);
 }
 
-/* The contacts that are closed in the middle of the step: their number, the set in f->set. The speed (m/s) that accelerations give
+/* The contacts that are closed in the middle of the step: *count of them, the set in f->set. The speed (m/s) that accelerations give
  * them in the step is in *gained: what approaches no faster than twice that rests, and has no restitution. */
-static int closed_contacts(struct phase *f, struct room *r, const double *u, double *gained)
+static enum outcome closed_contacts(struct phase *f, struct room *r, const double *u, double *gained, int *count)
 {
     struct system *s = f->s;
-    int count = 0;
     *gained = 0.0;
+    *count = 0;
     if (!s->model->contacts)
-        return 0;
+        return OUTCOME_DONE;
     contact_gaps(s, r->middle, f->gaps);
     contact_rates(s, r->middle, u, r->before);
     contact_rates(s, r->middle, r->free, f->rates);
     for (int c = 0; c < s->model->contacts; c++)
         if (f->gaps[c] <= gap_tolerance(f, c)) {
-            f->set[count++] = c;
+            f->set[(*count)++] = c;
             *gained = fmax(*gained, fabs(f->rates[c] - r->before[c]));
         }
-    for (int i = 0; i < count; i++)
+    const enum outcome outcome = leave_out_immovable(f, r->middle, count, f->set);
+    for (int i = 0; i < *count; i++)
         r->e[i] = r->before[f->set[i]] < -2.0 * *gained ? s->restitution[f->set[i]] : 0.0;
-    return count;
+    return outcome;
 }
 
 /* Impulses at `count` contacts, of restitution r->less: r->u and r->P. Where none meets Coulomb's law to its digits, as where contacts press each
@@ -170,12 +172,19 @@ static enum outcome push_with(struct phase *f, struct room *r, int count, double
     return strike(f, r, r->middle, r->free, count);
 }
 
-/* and with the largest part of it that does not add to the energy of the velocities r->free */
+/* Whether these have no more energy than the velocities r->free, which is `most`. Driven joints do work in an impact too: beside them it is what contacts do
+ * that may not add any, which the impact has seen to. */
+static int is_no_gain(const struct phase *f, const struct room *r, double most)
+{
+    return f->s->model->drives || kinetic(f->s, r->middle, r->u, r->momentum) <= most;
+}
+
+/* and with the largest part of it that does not add to their energy */
 static enum outcome push(struct phase *f, struct room *r, int count)
 {
     const double most = kinetic(f->s, r->middle, r->free, r->momentum);
     enum outcome outcome = push_with(f, r, count, 1.0);
-    if (!outcome && kinetic(f->s, r->middle, r->u, r->momentum) <= most)
+    if (!outcome && is_no_gain(f, r, most))
         return OUTCOME_DONE;
     if (outcome == OUTCOME_NO_MEMORY || outcome == OUTCOME_INTERRUPTED)
         return outcome;
@@ -184,7 +193,7 @@ static enum outcome push(struct phase *f, struct room *r, int count)
     double below = 0.0, above = 1.0;
     for (int i = 0; i < HALVINGS; i++) {
         const double middle = 0.5 * (below + above);
-        const int more = push_with(f, r, count, middle) || kinetic(f->s, r->middle, r->u, r->momentum) > most;
+        const int more = push_with(f, r, count, middle) || !is_no_gain(f, r, most);
         *(more ? &above : &below) = middle;
     }
     outcome = push_with(f, r, count, below);
@@ -236,7 +245,10 @@ static enum outcome stop_slow(struct phase *f, struct room *r, double slow, doub
         }
     if (!approaching)
         return OUTCOME_DONE;
-    const enum outcome outcome = strike(f, r, y1, u, count);
+    enum outcome outcome = leave_out_immovable(f, y1, &count, f->set);
+    if (outcome || !count)
+        return outcome;
+    outcome = strike(f, r, y1, u, count);
     if (!outcome || outcome == OUTCOME_GAINED)
         memcpy(u, r->u, s->n * sizeof *u);
     return outcome == OUTCOME_GAINED ? OUTCOME_DONE : outcome;
@@ -283,7 +295,9 @@ static enum outcome try_step(struct phase *f, struct room *r, double t, double h
     enum outcome outcome = fly(f, r, t, h, y);
     if (outcome)
         return outcome;
-    const int count = closed_contacts(f, r, y + n, &gained);
+    int count;
+    if ((outcome = closed_contacts(f, r, y + n, &gained, &count)))
+        return outcome;
     memcpy(r->u, r->free, n * sizeof *r->u);
     if (count && (outcome = push(f, r, count)))
         return outcome;
@@ -306,9 +320,9 @@ static enum outcome try_step(struct phase *f, struct room *r, double t, double h
         return outcome;
     const int works = s->size > 2 * n;
     double done = 0.0;
-    if ((outcome = work_of_effects(f, r, t, h, y, y1, &done)))
+    if (!s->model->drives && (outcome = work_of_effects(f, r, t, h, y, y1, &done)))
         return outcome;
-    if (!keeps(s, before + done, ENERGY_ROUNDING * (r->scale + fabs(before)), y1))
+    if (!s->model->drives && !keeps(s, before + done, ENERGY_ROUNDING * (r->scale + fabs(before)), y1))
         return OUTCOME_NOT_KEPT;
     if (!all_finite(2 * (size_t)n, y1))
         return OUTCOME_NOT_FINITE;

@@ -12,8 +12,8 @@
 #include <math.h>
 
 #include "base/tolerances.h"
+#include "constraints/active_set.h"
 #include "motion/sides.h"
-#include "motion/switching.h"
 #include "model/contacts.h"
 #include "steps/loss_search.h"
 #include "steps/step_search.h"

@@ -3,16 +3,7 @@
 #define CCGEN_EVENT_SEARCH_H
 
 #include "methods/method.h"
-
-enum { CLOSES = -1, LOST = -2, FLAT = -3, JAMS = -4 };
-
-struct event {
-    int contact;  /* -1: none */
-    double theta; /* part of the step */
-    int watch; /* CLOSES: the contact's gap; LOST: it was carried, and is not; FLAT: it was closed where rows of the closure
-                   * are lost; JAMS: its friction jams; else the watched value that is negative */
-    double behind; /* part of the step at which that value is negative */
-};
+#include "steps/event.h"
 
 /* *event: the first within the step from t to t + h that `method` has prepared. Either the gap of some contact is not positive
  * and falling. That is one-sided: a gap that is closed but opening is no event, and a gap that dips below zero and returns

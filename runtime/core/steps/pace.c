@@ -5,7 +5,6 @@
 
 #include "base/tolerances.h"
 #include "constraints/nullspace.h"
-#include "model/scales.h"
 #include "steps/cut_step.h"
 
 enum { TICK = 64 /* short steps between two questions whether to go on */ };
@@ -54,9 +53,7 @@ int is_crawling(const struct phase *f)
 
 int is_stuck(const struct phase *f)
 {
-    const struct ccgen_model *model = f->s->model;
-    return f->run->fixed_step == 0.0 && !(model->drives && model->contacts) && is_crawling(f) &&
-           f->t - f->at.crawls_since < STANDSTILL * f->s->time;
+    return f->run->fixed_step == 0.0 && is_crawling(f) && f->t - f->at.crawls_since < STANDSTILL * f->s->time;
 }
 
 /* So many steps show a pace: more than twice what a window may have of those that get nowhere, which are told as such, or stepped over, before. */

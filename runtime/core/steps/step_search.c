@@ -8,7 +8,7 @@
 #include "motion/sides.h"
 #include "motion/switching.h"
 
-enum { ITERATIONS = 100 };
+enum { ITERATIONS = 100 /* in search of a root: bisection alone needs 50 */ };
 
 long interval_count(struct search *search)
 {
@@ -51,7 +51,7 @@ double one_watched(struct search *search, int index, double theta)
     return search->values[index];
 }
 
-double root_between(struct search *search, double (*f)(struct search *, int, double), int contact, double a, double fa,
+double root_between(struct search *search, double (*f)(struct search *, int, double), int index, double a, double fa,
                     double b, double fb)
 {
     double width = fabs(b - a);
@@ -66,7 +66,7 @@ double root_between(struct search *search, double (*f)(struct search *, int, dou
             c = 0.5 * (a + b);
         if (c == a || c == b)
             break;
-        const double fc = f(search, contact, c);
+        const double fc = f(search, index, c);
         if ((fc < 0.0) == (fb < 0.0)) {
             b = c;
             fb = fc;

@@ -1,9 +1,9 @@
-/* What a search through a step looks at: gaps and watched values along its dense output. */
+/* What searches through a step share: what they look at along its dense output, and where that comes to zero. */
 #ifndef CCGEN_STEP_SEARCH_H
 #define CCGEN_STEP_SEARCH_H
 
 #include "methods/method.h"
-#include "steps/event_search.h"
+#include "steps/event.h"
 
 enum {
     SAMPLES = 8,   /* pieces of a step, and of a window */
@@ -54,10 +54,10 @@ double one_watched(struct search *search, int index, double theta);
 
 /* Root of f between a and b, where it has the signs of fa and fb: false position with the Illinois modification, and
  * bisection whenever a step shrinks the bracket by less than half in three. The returned end is the one with fb's sign. */
-double root_between(struct search *search, double (*f)(struct search *, int, double), int contact, double a, double fa,
+double root_between(struct search *search, double (*f)(struct search *, int, double), int index, double a, double fa,
                     double b, double fb);
 
-/* Event of a watched value that is lost at theta b. A value that is zero at a, as the sliding of what begins to slide, may
+/* Where watched value `index`, which is negative at theta b, comes to be so: part of the step. A value that is zero at a, as the sliding of what begins to slide, may
  * become positive before it is lost. */
 double first_negative(struct search *search, int index, double a, double at_a, double b, double at_b);
 
