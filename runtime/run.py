@@ -48,9 +48,8 @@ class Run(Record):
     masses are at fault: their rounding at some of the rows, or where it is repaired, what could not be.
     Where it is known less well: `rest_speed` (m/s), 0 unless events crowded so that contacts that still moved, the
     fastest at that speed, counted as at rest; `choices`, at how many instants contacts could as well have stayed as
-    left, by friction, and left;
-    phases of kind "steps"; impacts with a `restitution_share` below 1; `chosen_at`, when (s) the first of the choices
-    was, None without one.
+    left, by friction, and left, `chosen_at`, when (s) the first of these was, None without one;
+    phases of kind "steps"; impacts with a `restitution_share` below 1.
     `method` and `drift` say how it was integrated and how the loops were kept shut. `state` is where it has come
     to, whole: ``simulate(model, state=run.state, until=...)`` goes on from there; None where the run was cut back.
     `left` is the core's record of it, and how the run was integrated. `changes` are joints that let go or took hold,

@@ -198,10 +198,12 @@ def _drives(run: Run, found: History) -> list[tuple[str, list[str]]]:
 
 
 def _struck(run: Run, joint: int, away: Set[float]) -> str:
-    """The largest impulse that a joint carries in impacts, in words; nothing where none is more than rounding. Only
-    impacts at times ``away`` from lines of links count."""
-    impulses = [np.hypot(*impact.reactions[:, :2].T) for impact in run.impacts if impact.t in away]
-    carried = [float(sizes[joint]) for sizes in impulses if sizes[joint] > ROUNDING * np.nanmax(sizes, initial=0.0)]
+    """The largest impulse that a joint carries in impacts, in words; nothing where none is more than rounding of the
+    largest at a joint or a contact. Only impacts at times ``away`` from lines of links count."""
+    impacts = [impact for impact in run.impacts if impact.t in away]
+    sizes = [np.hypot(*impact.reactions[:, :2].T) for impact in impacts]
+    largest = [np.nanmax([*own, *impact.impulses], initial=0.0) for own, impact in zip(sizes, impacts, strict=True)]
+    carried = [float(own[joint]) for own, most in zip(sizes, largest, strict=True) if own[joint] > ROUNDING * most]
     return f", in impacts up to {max(carried):.6g} N s" if carried else ""
 
 

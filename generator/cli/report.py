@@ -47,7 +47,7 @@ def print_impacts(model: Model, run: Run) -> None:
     at y = 0.
     """
     if not run.impacts:
-        typer.echo("no impacts")
+        typer.echo("impacts are not told apart by time stepping" if run.method == "moreau" else "no impacts")
         return
     from rich.console import Console
     from rich.table import Table
@@ -62,7 +62,7 @@ def print_impacts(model: Model, run: Run) -> None:
         table.add_column(title, justify="right", no_wrap=True)
     in_force = run.in_force
     rows = [
-        (number, row(model, run, impact, cast("Model", in_force.at_impact(number - 1))))
+        (number, row(model, run, number - 1, cast("Model", in_force.at_impact(number - 1))))
         for number, impact in enumerate(run.impacts, 1)
         if number <= SHOWN or impact.restitution_share < 1.0
     ][: 2 * SHOWN]
@@ -114,17 +114,18 @@ def print_missing(scene: Scene, run: Run) -> None:
         typer.echo(f"{what}: never came")
 
 
-def row(model: Model, run: Run, impact: Impact, then: Model) -> tuple[str, ...]:
-    """The cells of one impact, of the model that was in force ``then``; contacts that struck together stand below each
-    other."""
+def row(model: Model, run: Run, number: int, then: Model) -> tuple[str, ...]:
+    """The cells of impact ``number``, from 0, of the model that was in force ``then``; contacts that struck together
+    stand below each other."""
     from ccgen.runtime.record.contact_tables import closing_rates
 
+    impact = run.impacts[number]
     q = run.q[np.searchsorted(run.t, impact.t)]
     if impact.contacts[0] not in then.contacts:  # a joint that takes hold
         names = [f"{impact.contacts[0][0]} takes hold"]
     else:
         names = _names(model, impact.contacts)
-    speeds = closing_rates(then, q, impact)
+    speeds = closing_rates(run, number)
     if without_collision(then, impact, speeds):
         names = [name + JAMS for name in names]
     if impact.restitution_share < 1.0:
@@ -256,12 +257,13 @@ def print_audit(run: Run) -> None:
     kept = f"{run.energy_drift:.1e} J" + (
         f" of {energy_moved(run):.3g} J above its lowest" if moves(run) else ", nothing moves"
     )
-    entered = f"contacts entered by {run.penetration_max:.1e} m, " if run.model.contacts else ""
+    loops = f"loops closed to {run.closure_max:.1e} m, " if run.model.closure(run.q[:1]).size else ""
+    deep = f"contacts at most {run.penetration_max:.1e} m deep, " if run.model.contacts else ""
     jumps = sum(abs(event.energy) for event in run.events)
     apart = f" beside jumps of {jumps:.3g} J in all at events" if jumps and jumps > rounding_of_energy(run) else ""
     typer.echo(
         f"t = {run.t[-1]:.10g} s, impacts: {len(run.impacts)}, steps: {steps}, evaluations: {run.nfev}\n"
-        f"audit: loops closed to {run.closure_max:.1e} m, {entered}energy kept to {kept}{apart}; method {run.method}"
+        f"audit: {loops}{deep}energy kept to {kept}{apart}; method {run.method}"
     )
 
 
@@ -283,7 +285,9 @@ def print_warnings(run: Run) -> None:
             err=True,
         )
     if run.choices:
-        instants = f"{run.choices} instant{'s' * (run.choices > 1)}, the first at t = {run.chosen_at:.6g} s,"
+        instants = f"{run.choices} instant{'s' * (run.choices > 1)}"
+        if run.chosen_at is not None:  # files of earlier versions do not have it
+            instants += f", the first at t = {run.chosen_at:.6g} s,"
         typer.echo(
             f"note: at {instants} contacts that slide could as well have stayed as left (Painleve); they left",
             err=True,
@@ -303,6 +307,5 @@ def print_warnings(run: Run) -> None:
             err=True,
         )
     if drift := drift_of_energy(run):
-        typer.echo(
-            f"warning: the energy drifts by {drift}; ask for a smaller rtol, or trust only the beginning", err=True
-        )
+        finer = "a shorter step" if run.method == "moreau" else "a smaller rtol"
+        typer.echo(f"warning: the energy drifts by {drift}; ask for {finer}, or trust only the beginning", err=True)

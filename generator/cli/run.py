@@ -14,8 +14,7 @@ from ..compile.compiler import CompileError
 from ..package.replace import OutputError
 from ..pipeline import generate
 from ..program.errors import FoldError
-from . import contact_files
-from .contact_files import IMPACTS, PHASES
+from .contact_files import IMPACTS, PHASES, contact_files, ways_to_write_contacts
 from .detail import Detail
 from .folders import MODELS, check_folder, check_results, forget_stale, record_results
 from .forces import PICTURE, TABLE, Told, force_files, print_drives, print_forces, ways_to_write
@@ -99,7 +98,7 @@ def run(
         *FILES,
         *moving,
         *wanted.files,
-        *(force_files(scene, csv) + contact_files.contact_files(scene, csv) if scene else ()),
+        *(force_files(scene, csv) + contact_files(scene, csv) if scene else ()),
     )
     if scene or out:
         faults.of(check_results, folder, names, "--out")
@@ -133,7 +132,8 @@ def run(
         tell.stage("draw")
         with refusing(OSError):
             forces = Told(result, shared)
-            files, unwritten = write(result, folder, moving, wanted, csv, forces)
+            tables = contact_files(scene, csv)
+            files, unwritten = write(result, folder, moving, wanted, csv, forces, tables)
     if detail is not Detail.NOTHING:
         print_impacts(result.model, result)
         print_changes(result)
@@ -168,9 +168,16 @@ def check_reach(step: float, until: float) -> None:
 
 
 def write(
-    result: Run, folder: Path, moving: Sequence[str], wanted: Wanted, csv: bool, forces: Told
+    result: Run,
+    folder: Path,
+    moving: Sequence[str],
+    wanted: Wanted,
+    csv: bool,
+    forces: Told,
+    tables: Sequence[str],
 ) -> tuple[list[str], dict[str, str]]:
-    """Write result, plot, player, forces and, if asked, moving pictures, outputs and tables into ``folder``.
+    """Write result, plot, player, forces and, if asked, moving pictures, outputs and tables into ``folder``, of
+    impacts and phases those that ``tables`` names.
 
     The names of the files, and of those that cannot be made of this run why not. The numbers are written first: they
     are there whatever can be drawn of them. An older file does not stay in place of one that
@@ -186,7 +193,7 @@ def write(
         **{name: {GIF: result.animate, VIDEO: result.save_video}[name] for name in moving},
         **wanted.ways_to_write(result),
         **ways_to_write(forces, csv, wanted.times),
-        **contact_files.ways_to_write(result, csv),
+        **ways_to_write_contacts(result, tables),
     }
     unwritten = {}
     for name, way in ways.items():

@@ -246,6 +246,7 @@ cdef extern from *:
         real *miss
         size_t *first
         size_t *last
+        real *jump
     struct run:
         real until
         tolerance tolerance

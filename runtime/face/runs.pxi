@@ -183,6 +183,10 @@ cdef class Kernels(Differentiating):
                  r.stepping.last[j])
                 for j in range(r.stepping.count) if r.stepping.last[j] > r.stepping.first[j]
             ],
+            jumps=[
+                _numbers(r.stepping.jump + r.stepping.first[j] + 1, r.stepping.last[j] - r.stepping.first[j])
+                for j in range(r.stepping.count) if r.stepping.last[j] > r.stepping.first[j]
+            ],
             outcome=OUTCOMES[outcome], t_end=end, contact=r.contact, inexact=it.system.refinement_residual,
             steps=r.steps, rejected=r.rejected, choices=r.choices, chosen_at=r.chosen_at if r.choices else None, rest_speed=r.rest_speed, evaluations=it.system.evaluations, dependent=it.system.rank_deficient,
             scales=(it.system.time, it.system.energy), state=state,

@@ -41,7 +41,7 @@ def draw_forces(run: Record, path: str | os.PathLike[str] | None = None, found: 
     backend.FigureCanvasAgg(figure)
     rows = figure.subplots(len(shown), 1, sharex=True, squeeze=False)[:, 0]
     for axes, (label, curves) in zip(rows, shown, strict=True):
-        named_curves(axes, found.t, curves)
+        named_curves(axes, *_with_gaps(run, found.t, curves))
         mark_impacts(axes, run)
         if found.beside.any() and label == JOINTS:
             away = {name: curve[away_from_lines(found.t, curve, found.beside)] for name, curve in curves.items()}
@@ -58,6 +58,15 @@ def draw_forces(run: Record, path: str | os.PathLike[str] | None = None, found: 
     if target is not None:
         write_whole(target, lambda part: figure.savefig(part, format="png", metadata={"Software": "ccgen"}))
     return figure
+
+
+def _with_gaps(run: Record, t: FloatArray, curves: dict[str, FloatArray]) -> tuple[FloatArray, dict[str, FloatArray]]:
+    """Times and curves with a point that is no number in each stretch of time stepping, where no force is known."""
+    gaps = [0.5 * (phase.start + phase.end) for phase in run.phases if phase.kind == "steps"]
+    if not gaps:
+        return t, curves
+    places = np.searchsorted(t, gaps)
+    return np.insert(t, places, gaps), {name: np.insert(curve, places, np.nan) for name, curve in curves.items()}
 
 
 def panels(run: Record, found: History) -> list[Panel]:

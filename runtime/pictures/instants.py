@@ -25,7 +25,8 @@ def instants(run: Record, count: int = PANELS) -> list[tuple[float, str]]:
     even instants, moved where the motion has come back to what another one shows.
     """
     start, end = float(run.t[0]), float(run.t[-1])
-    named = {start: "start", end: "end"} if end > start else {start: "start"}
+    struck = "start, impact 1" if run.impacts and run.impacts[0].t == start else "start"
+    named = {start: struck, end: "end"} if end > start else {start: struck}
     for change in run.changes[: count - 2]:
         named.setdefault(float(change.t), f"{change.joint} {'lets go' if change.kind == 'release' else 'takes hold'}")
     found = _impacts(run, sorted(named), APART * (end - start) / max(count - 1, 1))

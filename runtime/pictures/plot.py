@@ -197,9 +197,13 @@ def _energy(axes: Any, run: Record, frames: Frames) -> None:
 
 
 def _with_both_sides(run: Record, frames: Frames) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Time and energies of the frames together with every recorded row, so that jumps are drawn as jumps."""
+    """Time and energies of the frames together with every recorded row, so that jumps are drawn as jumps; of time
+    stepping those of the rows alone: states between them are on a line, which keeps no energy."""
     kinetic, potential = Sample(run, None).energies
     between = ~np.isin(frames.t, run.t)
+    for phase in run.phases:
+        if phase.kind == "steps":
+            between &= (frames.t <= phase.start) | (frames.t >= phase.end)
     t = np.concatenate([run.t, frames.t[between]])
     order = np.argsort(t, kind="stable")
     kinetic = np.concatenate([kinetic, frames.kinetic[between]])

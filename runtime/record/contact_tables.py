@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import FloatArray
 from ..files import read_path, write_whole
 from .impact import Impact
 from .record import Record
@@ -44,17 +43,32 @@ def write_impacts(run: Record, path: str | os.PathLike[str]) -> Path:
 
 def write_phases(run: Record, path: str | os.PathLike[str]) -> Path:
     """Write the phases of a run as CSV: a heading with units, and a line for each contact that stays closed in one, one
-    line for a phase without; columns are those of :data:`PHASES`, as :class:`~.phase.Phase` has them."""
+    line for a phase without; columns are those of :data:`PHASES`, as :class:`~.phase.Phase` has them. What steps of a
+    fixed length miss is not known, and left empty."""
     return _write(path, PHASES, _phases(run))
 
 
-def closing_rates(model: Any, q: FloatArray, impact: Impact) -> list[float]:
-    """How fast the gaps of an impact's contacts changed before it (m/s; of stops of angles rad/s), of the ``model``
-    that was in force, at the coordinates q (nq,); of a joint that takes hold how fast its points came."""
+def closing_rates(run: Record, number: int) -> list[float]:
+    """How fast the gaps of the contacts of impact ``number``, from 0, changed before it (m/s; of stops of angles
+    rad/s); of a joint that takes hold how fast its points came (m/s).
+
+    Of a run that was put together from pieces, the piece that the impact is in knows its own contacts."""
+    impact = run.impacts[number]
+    for piece in getattr(run.advance, "pieces", ()):
+        for k, own in enumerate(piece.run.impacts):
+            if _same(own, impact):
+                return closing_rates(piece.run, k)
+    model: Any = run.in_force.at_impact(number)
+    q = run.q[np.searchsorted(run.t, impact.t)]
     if impact.contacts[0] not in model.contacts:
         return [float(model.closing_speed(impact.contacts[0][0], q, impact.u_minus))]
     rates = model.gap_rates(q, impact.u_minus)
     return [float(rates[model.contacts.index(contact)]) for contact in impact.contacts]
+
+
+def _same(one: Impact, other: Impact) -> bool:
+    """Whether two records are of the same impact, in whatever coordinates."""
+    return one.t == other.t and one.contacts == other.contacts and np.array_equal(one.impulses, other.impulses)
 
 
 def _impacts(run: Record) -> Iterator[list[object]]:
@@ -63,7 +77,7 @@ def _impacts(run: Record) -> Iterator[list[object]]:
         model: Any = in_force.at_impact(number)
         q = run.q[np.searchsorted(run.t, impact.t)]
         after = float(sum(model.energy(q, impact.u_plus)))
-        rates = closing_rates(model, q, impact)
+        rates = closing_rates(run, number)
         friction = impact.friction if len(impact.friction) else np.zeros(len(impact.contacts))
         for (point, ground), rate, impulse, rubbing in zip(
             impact.contacts, rates, impact.impulses.tolist(), friction.tolist(), strict=True
@@ -73,10 +87,12 @@ def _impacts(run: Record) -> Iterator[list[object]]:
 
 
 def _phases(run: Record) -> Iterator[list[object]]:
+    compared = run.method != "moreau"  # steps of a fixed length are not compared with their halves
     for number, phase in enumerate(run.phases, 1):
+        missed = repr(float(phase.missed)) if compared else ""
         span = [number, phase.kind, repr(float(phase.start)), repr(float(phase.end))]
         held = [(*contact, how) for contact, how in zip(phase.contacts, phase.how, strict=True)] or [("", "", "")]
-        steps = [repr(phase.step), repr(phase.missed)] if phase.kind == "steps" else ["", ""]
+        steps = [repr(float(phase.step)), missed] if phase.kind == "steps" else ["", ""]
         for one in held:
             yield [*span, *one, *steps]
 

@@ -163,7 +163,7 @@ def dataset(run: Record, names: Sequence[str] | None = None, t: ArrayLike | None
         "contact_ground": ("contact", named["impact_grounds"]),
         "parameter": named["parameter_names"],
     }
-    facts = ("model", "success", "message", "nfev", "closure_max", "energy_drift")
+    facts = ("model", "success", "message", "nfev", "closure_max", "penetration_max", "energy_drift")
     attributes = {name: named[name].item() for name in facts}
     attributes["success"] = int(run.success)  # netCDF has no truth values
     dataset = xarray.Dataset(data, coordinates, attributes)

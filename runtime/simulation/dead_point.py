@@ -156,7 +156,7 @@ def cut(found: dict[str, Any], rows: int) -> dict[str, Any]:
         if first < rows - 1
     ]
     kept = {name: found[name][:length] for name, length in lengths.items()}
-    return found | kept | {"t_end": end, "stepping": stepping}
+    return found | kept | {"t_end": end, "stepping": stepping, "jumps": found["jumps"][: len(stepping)]}
 
 
 class _Rows:

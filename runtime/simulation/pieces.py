@@ -196,5 +196,7 @@ def cut_at(run: Run, t: float) -> Run:
         phases=tuple(phases),
         success=True,
         message=f"reached t = {t:g} s",
+        choices=run.choices if run.chosen_at is not None and run.chosen_at <= t else 0,
+        chosen_at=run.chosen_at if run.chosen_at is not None and run.chosen_at <= t else None,
         left=None,
     )

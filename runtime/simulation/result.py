@@ -62,20 +62,21 @@ def run_of(
 
 
 def _account_for_steps(model: Model, found: dict[str, Any], spent: FloatArray) -> float:
-    """Put what time stepping took into ``spent`` (rows,), the energy that each row has more than the first: J.
+    """Put what contacts took in time stepping into ``spent`` (rows,), the energy that each row has more than the first:
+    J. Where effects do work of their own that is counted with it already.
 
-    Impacts and contacts take it there, and no impulses are recorded that would tell how much. What such steps may never
-    do is to gain any: the most that one of them does is returned, of a model whose effects do no work of their own.
+    What such steps may never do is to gain any: the most that one of them does is returned, where nothing does work.
     """
     gained = 0.0
-    for *_, first, last in found["stepping"]:
+    for (*_, first, last), jumps in zip(found["stepping"], found["jumps"], strict=True):
+        if model.kernels.works:
+            continue
         rows = slice(first, last + 1)
         energy = np.sum(model.energy(found["q"][rows], found["u"][rows]), axis=0)
-        if not model.kernels.works:
-            gained = max(gained, float(np.diff(energy).max(initial=0.0)))
-        change = energy - energy[0] - (spent[rows] - spent[first])
-        spent[rows] += change
-        spent[last + 1 :] += change[-1]
+        gained = max(gained, float(np.diff(energy).max(initial=0.0)))
+        taken = np.cumsum(jumps[: last - first])
+        spent[first + 1 : last + 1] += taken
+        spent[last + 1 :] += taken[-1]
     return gained
 
 

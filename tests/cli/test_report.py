@@ -344,8 +344,9 @@ def test_no_zero_has_a_minus() -> None:
         u_plus=None,
         restitution_share=1.0,
     )
-    run: Any = SimpleNamespace(q=np.zeros((1, 1)), t=np.ones(1))
-    assert row(model, run, impact, model) == ("1.000000000000", "joint_0", *["0.000000000"] * 4)
+    in_force = SimpleNamespace(at_impact=lambda number: model)
+    run: Any = SimpleNamespace(q=np.zeros((1, 1)), t=np.ones(1), impacts=[impact], in_force=in_force, advance=None)
+    assert row(model, run, 0, model) == ("1.000000000000", "joint_0", *["0.000000000"] * 4)
 
 
 def test_one_is_not_many() -> None:

@@ -157,13 +157,13 @@ def test_how_deep_contacts_are_is_an_audit(workshop: Workshop, capsys: pytest.Ca
     deep = replace(run, q=q)
     assert deep.penetration_max == pytest.approx(1e-3, rel=1e-12)
     print_audit(deep)
-    assert ", contacts entered by 1.0e-03 m, energy" in capsys.readouterr().out
+    assert "audit: contacts at most 1.0e-03 m deep, energy" in capsys.readouterr().out
 
     stopped = simulate(workshop.model(STOPPED), until=0.1)
     q = stopped.q.copy()
     q[-1, 0] = -np.pi / 6 - 1e-3
     assert replace(stopped, q=q).penetration_max == pytest.approx(1e-3 * stopped.model.length, rel=1e-9)
-    assert stopped.penetration_max == 0.0
+    assert str(stopped.penetration_max) == "0.0"
 
 
 def test_a_model_without_contacts_enters_nothing(workshop: Workshop, capsys: pytest.CaptureFixture[str]) -> None:
@@ -174,7 +174,7 @@ def test_a_model_without_contacts_enters_nothing(workshop: Workshop, capsys: pyt
     )
     assert run.penetration_max == 0.0
     print_audit(run)
-    assert "entered" not in capsys.readouterr().out
+    assert "audit: energy" in capsys.readouterr().out
 
 
 @pytest.fixture
@@ -183,7 +183,7 @@ def undecided(workshop: Workshop) -> Any:
 
 
 def test_it_is_told_when_a_choice_was(undecided: Any, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    """The first of them; a run that goes on from there, and a file, know it too."""
+    """The first of them; a file knows it too, and a run that goes on from there tells of its own."""
     from ccgen.generator.cli.report import print_warnings
     from ccgen.runtime import load_run
 
@@ -193,7 +193,7 @@ def test_it_is_told_when_a_choice_was(undecided: Any, capsys: pytest.CaptureFixt
     note = "note: at 1 instant, the first at t = 0 s, contacts that slide could as well have stayed as left (Painleve)"
     assert note in capsys.readouterr().err
     later = simulate(undecided, state=run.state, until=0.2)
-    assert (later.choices, later.chosen_at) == (1, 0.0)
+    assert (later.choices, later.chosen_at) == (0, None)
     read = load_run(run.save(tmp_path / "run.npz"), undecided)
     assert (read.choices, read.chosen_at) == (1, 0.0)
 

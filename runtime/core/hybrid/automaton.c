@@ -292,7 +292,7 @@ struct before_stage {
     double t;
     double energy[2]; /* J: kinetic, potential */
     struct active_set active;
-    long steps, rejected;
+    long steps, rejected, choices;
     size_t rows, impacts, struck, changes, closed, stretches;
 };
 
@@ -312,6 +312,7 @@ static enum outcome note_stage(const struct phase *f, struct before_stage *befor
     before->t = f->t;
     before->steps = run->steps;
     before->rejected = run->rejected;
+    before->choices = run->choices;
     before->rows = run->record.count;
     before->impacts = run->impacts.count;
     before->struck = run->impacts.contact_count;
@@ -333,6 +334,7 @@ static void take_back(struct phase *f, const struct before_stage *before)
     f->t = before->t;
     run->steps = before->steps;
     run->rejected = before->rejected;
+    run->choices = before->choices;
     run->record.count = before->rows;
     run->impacts.count = before->impacts;
     run->impacts.contact_count = before->struck;

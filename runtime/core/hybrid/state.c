@@ -65,8 +65,6 @@ static struct kind kind_of(const struct phase *f)
     NUMBER(run->steps)                      \
     NUMBER(run->rejected)                   \
     NUMBER(run->events)                     \
-    NUMBER(run->choices)                    \
-    NUMBER(run->chosen_at)                  \
     NUMBER(run->window)                     \
     NUMBER(run->spent_before)               \
     NUMBER(run->rest_speed)                 \

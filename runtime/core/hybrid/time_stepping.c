@@ -55,11 +55,12 @@ struct room {
     double *e, *less;    /* [contacts] restitution */
     double *P;           /* [2 contacts] */
     double scale;        /* energy (J) of the heaviest coordinate at a speed of its unit */
-    double *from;        /* [size] where a piece of a step begins */
-    double *whole;       /* [size] end of a whole step */
-    double *half;        /* [size] end of its first half */
-    int *held;           /* [contacts] those that are put back onto their grounds */
-    signed char *mode;   /* [contacts] how: without friction */
+    double jump;   /* J: what impulses of contacts, and of driven joints at them, have added in a try, and in a step */
+    double *from;  /* [size] where a piece of a step begins */
+    double *whole; /* [size] end of a whole step */
+    double *half;  /* [size] end of its first half */
+    int *held;     /* [contacts] those that are put back onto their grounds */
+    signed char *mode; /* [contacts] how: without friction */
 };
 
 static int take_room(const struct system *s, struct room *r)
@@ -164,6 +165,12 @@ static enum outcome strike(struct phase *f, struct room *r, const double *q, con
     return outcome;
 }
 
+/* and what those that are taken add to the energy: r->jump */
+static void note_jump(const struct phase *f, struct room *r, const double *q, const double *u)
+{
+    r->jump += kinetic(f->s, q, r->u, r->momentum) - kinetic(f->s, q, u, r->momentum);
+}
+
 /* The impulses of the step at `count` contacts, with `share` of their restitution: r->u */
 static enum outcome push_with(struct phase *f, struct room *r, int count, double share)
 {
@@ -249,8 +256,10 @@ static enum outcome stop_slow(struct phase *f, struct room *r, double slow, doub
     if (outcome || !count)
         return outcome;
     outcome = strike(f, r, y1, u, count);
-    if (!outcome || outcome == OUTCOME_GAINED)
+    if (!outcome || outcome == OUTCOME_GAINED) {
+        note_jump(f, r, y1, u);
         memcpy(u, r->u, s->n * sizeof *u);
+    }
     return outcome == OUTCOME_GAINED ? OUTCOME_DONE : outcome;
 }
 
@@ -299,8 +308,12 @@ static enum outcome try_step(struct phase *f, struct room *r, double t, double h
     if ((outcome = closed_contacts(f, r, y + n, &gained, &count)))
         return outcome;
     memcpy(r->u, r->free, n * sizeof *r->u);
-    if (count && (outcome = push(f, r, count)))
-        return outcome;
+    r->jump = 0.0;
+    if (count) {
+        if ((outcome = push(f, r, count)))
+            return outcome;
+        note_jump(f, r, r->middle, r->free);
+    }
     int held = 0;
     if (count)
         contact_rates(s, r->middle, r->u, f->rates);
@@ -320,14 +333,14 @@ static enum outcome try_step(struct phase *f, struct room *r, double t, double h
         return outcome;
     const int works = s->size > 2 * n;
     double done = 0.0;
-    if (!s->model->drives && (outcome = work_of_effects(f, r, t, h, y, y1, &done)))
+    if ((outcome = work_of_effects(f, r, t, h, y, y1, &done)))
         return outcome;
     if (!s->model->drives && !keeps(s, before + done, ENERGY_ROUNDING * (r->scale + fabs(before)), y1))
         return OUTCOME_NOT_KEPT;
     if (!all_finite(2 * (size_t)n, y1))
         return OUTCOME_NOT_FINITE;
-    if (works) /* friction's work, and what impacts have taken, are one */
-        y1[2 * n] = y[2 * n] + energy_of(s, y1, &moving) - before;
+    if (works) /* what contacts have taken counts as work: they have no impulses that would tell */
+        y1[2 * n] = y[2 * n] + done + r->jump;
     return OUTCOME_DONE;
 }
 
@@ -344,7 +357,7 @@ static int hardly_moves(const struct phase *f, const struct room *r, const doubl
 static enum outcome step_once(struct phase *f, struct room *r, double t, double h, const double *y, double *y1)
 {
     const size_t bytes = f->s->size * sizeof *y;
-    double done = 0.0, piece = 1.0;
+    double done = 0.0, piece = 1.0, jump = 0.0;
     memcpy(r->from, y, bytes);
     while (done < 1.0) {
         if (interrupted(f->s->interruption, f->s->n))
@@ -355,15 +368,17 @@ static enum outcome step_once(struct phase *f, struct room *r, double t, double 
         else if (outcome == OUTCOME_NOT_KEPT && hardly_moves(f, r, r->from)) {
             memcpy(y1, r->from, bytes);
             memset(y1 + f->s->n, 0, f->s->n * sizeof *y1);
-            return OUTCOME_DONE;
+            break;
         } else if (outcome)
             return outcome;
         else {
+            jump += r->jump;
             done += piece;
             memcpy(r->from, y1, bytes);
             piece = fmod(done, 2.0 * piece) == 0.0 ? 2.0 * piece : piece;
         }
     }
+    r->jump = jump;
     return OUTCOME_DONE;
 }
 
@@ -386,7 +401,9 @@ static enum outcome controlled_step(struct phase *f, struct room *r, double long
     for (;; *h *= 0.5) {
         enum outcome outcome = step_once(f, r, t, *h, f->y, r->whole);
         outcome = outcome ? outcome : step_once(f, r, t, 0.5 * *h, f->y, r->half);
+        const double jump = r->jump;
         outcome = outcome ? outcome : step_once(f, r, t + 0.5 * *h, 0.5 * *h, r->half, f->y1);
+        r->jump += jump;
         if (outcome == OUTCOME_INTERRUPTED)
             f->run->rejected = rejected;
         if (outcome == OUTCOME_NO_MEMORY || outcome == OUTCOME_INTERRUPTED)
@@ -405,7 +422,7 @@ static enum outcome controlled_step(struct phase *f, struct room *r, double long
 }
 
 /* Go on by h to f->y1. */
-static enum outcome commit(struct phase *f, double t, double h, double miss)
+static enum outcome commit(struct phase *f, double t, double h, double miss, double jump)
 {
     double *swap = f->y;
     f->y = f->y1;
@@ -414,7 +431,8 @@ static enum outcome commit(struct phase *f, double t, double h, double miss)
     f->run->steps++;
     if (record_state(f))
         return OUTCOME_NO_MEMORY;
-    note_stepping(&f->run->stepping, t, h, miss, f->run->record.count);
+    if (note_stepping(&f->run->stepping, t, h, miss, jump, f->run->record.count))
+        return OUTCOME_NO_MEMORY;
     return follow_sides(f);
 }
 
@@ -459,7 +477,7 @@ static enum outcome go_through(struct span *span, struct phase *f, struct room *
         if (turned_far(f->s, f->y1))
             return OUTCOME_TURNED_FAR;
         span->step = last && h == whole ? fmax(next, span->step) : next;
-        outcome = commit(f, last && h == whole ? stop : f->t + h, h, miss);
+        outcome = commit(f, last && h == whole ? stop : f->t + h, h, miss, r->jump);
     }
     return outcome;
 }

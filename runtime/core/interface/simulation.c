@@ -174,6 +174,7 @@ static void clear_record(struct run *run)
     run->impacts.count = run->impacts.contact_count = 0;
     run->modes.count = run->modes.contact_count = 0;
     run->stepping.count = 0;
+    run->choices = 0;
 }
 
 /* How fast (1/s) the state in the phase moves, or begins to: whether it was interrupted meanwhile */
@@ -199,8 +200,8 @@ static enum outcome begin(struct ccgen_simulation *it, double t)
     f->t = t;
     f->h = 0.0;
     f->at = (struct progress){.place = NAN};
-    run->steps = run->rejected = run->events = run->choices = 0;
-    run->rest_speed = run->chosen_at = 0.0;
+    run->steps = run->rejected = run->events = 0;
+    run->rest_speed = 0.0;
     run->contact = -1;
     begin_window(run, t);
     clear_active_set(&f->active, it->system.model);

@@ -141,11 +141,18 @@ int open_stepping(struct stepping *r, double t, size_t rows)
     return 0;
 }
 
-void note_stepping(struct stepping *r, double t, double h, double miss, size_t rows)
+int note_stepping(struct stepping *r, double t, double h, double miss, double jump, size_t rows)
 {
     const size_t i = r->count - 1;
+    if (rows > r->jump_room) {
+        if (grow(&r->jump, 2 * rows, sizeof *r->jump))
+            return 1;
+        r->jump_room = 2 * rows;
+    }
+    r->jump[rows - 1] = jump;
     r->t1[i] = t;
     r->step[i] = fmax(r->step[i], h);
     r->miss[i] += miss;
     r->last[i] = rows - 1;
+    return 0;
 }

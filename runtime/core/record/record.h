@@ -37,6 +37,9 @@ struct stepping {
     size_t count, room;
     double *t0, *t1, *step, *miss;
     size_t *first, *last;
+    size_t jump_room;
+    double *
+        jump; /* [rows] of those after the first of a stretch the energy (J) that impulses of contacts added in the step to it */
 };
 
 /* Append; 0, or 1 when memory runs out. Impulses are normal ones [count], then those of friction [count]. How
@@ -47,8 +50,9 @@ int append_impact(struct impacts *impacts, double t, const double *u_minus, cons
 int append_modes(struct mode_history *modes, double t, int contacts, const signed char *mode,
                  const struct active_set *active);
 
-/* A stretch of time stepping begins, or goes on, at t, the last of `rows` rows; it has gone on by a step of length h to t. */
+/* A stretch of time stepping begins, or goes on, at t, the last of `rows` rows; it has gone on by a step of length h to t, in which
+ * impulses of contacts have added `jump` (J) to its energy. */
 int open_stepping(struct stepping *stepping, double t, size_t rows);
-void note_stepping(struct stepping *stepping, double t, double h, double miss, size_t rows);
+int note_stepping(struct stepping *stepping, double t, double h, double miss, double jump, size_t rows);
 
 #endif

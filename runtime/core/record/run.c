@@ -18,6 +18,7 @@ void free_run(struct run *run)
     free(run->stepping.miss);
     free(run->stepping.first);
     free(run->stepping.last);
+    free(run->stepping.jump);
     memset(&run->stepping, 0, sizeof run->stepping);
     free(run->record.t);
     free(run->record.y);

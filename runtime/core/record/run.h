@@ -35,7 +35,7 @@ struct run {
     double fixed_step; /* 0: steps chosen by the error estimate */
     long step_budget;  /* of the run */
     double duration;   /* how long the motion is meant to go on (s) */
-    long rate_budget;  /* steps that get nowhere, and events, within a characteristic time: steps/phase.c */
+    long rate_budget;  /* steps that get nowhere, and events, within a characteristic time: steps/pace.c */
     const struct method *method;
     enum gain on_gain;
     struct interruption interruption; /* its `tick` and `context` */
@@ -55,7 +55,7 @@ struct run {
     long spent_before;  /* steps and events before that, and those since that get on */
     long events;
     double rest_speed; /* m/s: the largest below which contacts were at rest because events crowded, or 0 */
-    long choices;      /* at how many instants contacts could as well have stayed as left, and have left */
+    long choices;      /* at how many recorded instants contacts could as well have stayed as left, and have left */
     double chosen_at;  /* when the first of these was; nothing without one */
 };
 
