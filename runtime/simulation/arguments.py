@@ -98,11 +98,6 @@ def settings_of(
             check_positive("atol", atol)
     with faults.collecting():
         check_method(name, step)
-    if name == TIME_STEPPING and model.data["drives"]:
-        faults.add(
-            f"method: found {name!r} for a model with driven joints, expected one of "
-            f"{', '.join(ESTIMATING)}: steps in time do not keep to a prescribed motion; choose one"
-        )
     if step is not None:
         with faults.collecting():
             check_step(step, end)

@@ -186,7 +186,9 @@ static enum outcome step(struct automaton *a, struct phase *f)
     return lay_flat(f);
 }
 
-/* Whether time stepping may get further where a stage has failed so: what is unknown there is what contacts do. What the caller has chosen stays: to stop at what would gain, and steps of fixed length, but where no step of any
+/* Whether time stepping may get further where a stage has failed so: what is unknown there is what contacts do. Beside
+ * drives that is so of jams and crowds alone: where steps shrink there, links come into a line that the prescribed motion forces them through, with velocities
+ * that have no bound, and steps of any kind would be far off. What the caller has chosen stays: to stop at what would gain, and steps of fixed length, but where no step of any
  * length would do. */
 static int may_step(const struct automaton *a, const struct phase *f, enum outcome outcome)
 {
@@ -205,7 +207,7 @@ static int may_step(const struct automaton *a, const struct phase *f, enum outco
     case OUTCOME_NOT_CLOSED:
     case OUTCOME_ESCAPED:
     case OUTCOME_NO_CONVERGENCE:
-        return f->run->fixed_step == 0.0;
+        return f->run->fixed_step == 0.0 && !f->s->model->drives;
     default:
         return 0;
     }
@@ -294,6 +296,8 @@ struct before_stage {
     struct active_set active;
     long steps, rejected, choices;
     size_t rows, impacts, struck, changes, closed, stretches;
+    size_t last; /* row of the last stretch of time stepping, which may go on, */
+    double t1, step, miss;
 };
 
 static enum outcome note_stage(const struct phase *f, struct before_stage *before)
@@ -319,6 +323,13 @@ static enum outcome note_stage(const struct phase *f, struct before_stage *befor
     before->changes = run->modes.count;
     before->closed = run->modes.contact_count;
     before->stretches = run->stepping.count;
+    if (before->stretches) {
+        const size_t i = before->stretches - 1;
+        before->last = run->stepping.last[i];
+        before->t1 = run->stepping.t1[i];
+        before->step = run->stepping.step[i];
+        before->miss = run->stepping.miss[i];
+    }
     return OUTCOME_DONE;
 }
 
@@ -341,6 +352,13 @@ static void take_back(struct phase *f, const struct before_stage *before)
     run->modes.count = before->changes;
     run->modes.contact_count = before->closed;
     run->stepping.count = before->stretches;
+    if (before->stretches) {
+        const size_t i = before->stretches - 1;
+        run->stepping.last[i] = before->last;
+        run->stepping.t1[i] = before->t1;
+        run->stepping.step[i] = before->step;
+        run->stepping.miss[i] = before->miss;
+    }
 }
 
 /* Whether a first step of time stepping gets on, which is taken back: where drives prescribe what contacts and loops do not let happen none does, and the run

@@ -18,6 +18,7 @@
 
 #include "base/tolerances.h"
 #include "base/within.h"
+#include "constraints/impulse.h"
 #include "hybrid/contact_transition.h"
 #include "hybrid/immovable.h"
 #include "impact/impact.h"
@@ -59,7 +60,8 @@ struct room {
     double *from;  /* [size] where a piece of a step begins */
     double *whole; /* [size] end of a whole step */
     double *half;  /* [size] end of its first half */
-    int *held;     /* [contacts] those that are put back onto their grounds */
+    int *held;     /* [contacts] those that are pressed, and stay on their grounds */
+    int *put;      /* [contacts] those that are put back onto them */
     signed char *mode; /* [contacts] how: without friction */
 };
 
@@ -81,6 +83,7 @@ static int take_room(const struct system *s, struct room *r)
         .whole = TAKE(arena, double, s->size),
         .half = TAKE(arena, double, s->size),
         .held = TAKE(arena, int, c),
+        .put = TAKE(arena, int, c),
         .mode = TAKE(arena, signed char, c),
     };
     for (size_t i = 0; !arena->ran_out && i < c; i++)
@@ -88,11 +91,11 @@ static int take_room(const struct system *s, struct room *r)
     return arena->ran_out;
 }
 
-/* Hold the contacts r->held, without friction, and no others. */
-static void hold(struct system *s, int count, const struct room *r)
+/* Hold the contacts set[count], without friction, and no others. */
+static void hold(struct system *s, int count, const int *set, const struct room *r)
 {
     if (s->active)
-        activate(s->active, count, r->held, r->mode);
+        activate(s->active, count, set, r->mode);
 }
 
 static double kinetic(const struct system *s, const double *q, const double *u, double *momentum)
@@ -207,13 +210,13 @@ static enum outcome push(struct phase *f, struct room *r, int count)
     return outcome == OUTCOME_GAINED ? OUTCOME_DONE : outcome; /* rounding: the whole step is looked at again */
 }
 
-/* Put y1 onto the closure, the gaps of r->held[count] onto their grounds, and no other behind its own: those are put there too, but they
+/* Put y1 onto the closure, the gaps of r->put[count] onto their grounds, and no other behind its own: those are put there too, but they
  * move as they do. */
-static enum outcome put_back(struct phase *f, struct room *r, int count, double *y1)
+static enum outcome put_onto(struct phase *f, struct room *r, int count, double *y1)
 {
     struct system *s = f->s;
     for (int pass = 0; pass <= s->model->contacts; pass++) {
-        hold(s, count, r);
+        hold(s, count, r->put, r);
         const enum outcome outcome = project_position(s, y1);
         if (outcome || !s->model->contacts)
             return outcome;
@@ -224,13 +227,42 @@ static enum outcome put_back(struct phase *f, struct room *r, int count, double 
                 (deepest < 0 || f->gaps[c] < f->gaps[deepest]))
                 deepest = c;
         for (int i = 0; i < count && deepest >= 0; i++)
-            if (r->held[i] == deepest)
+            if (r->put[i] == deepest)
                 return f->gaps[deepest] < -SHUT * s->extent[deepest] ? OUTCOME_NOT_CLOSED : OUTCOME_DONE;
         if (deepest < 0)
             break;
-        r->held[count++] = deepest;
+        r->put[count++] = deepest;
     }
     return OUTCOME_DONE;
+}
+
+/* The same of the contacts r->held[count]. A prescribed motion may leave no place where they and what is behind its ground are all on theirs, as where a joint between two feet
+ * comes down: then what is behind is put there alone, and they give way. */
+static enum outcome put_back(struct phase *f, struct room *r, int count, double *y1)
+{
+    const size_t bytes = f->s->n * sizeof *y1;
+    memcpy(r->put, r->held, count * sizeof *r->put);
+    memcpy(r->dy, y1, bytes);
+    const enum outcome outcome = put_onto(f, r, count, y1);
+    if (outcome != OUTCOME_NOT_CLOSED || !f->s->model->drives || !count)
+        return outcome;
+    memcpy(y1, r->dy, bytes);
+    return put_onto(f, r, 0, y1);
+}
+
+/* Bring the contacts r->held[count] to rest along their normals at y1, whose velocities keep the loops shut: that too is an impulse of contacts. */
+static enum outcome hold_still(struct phase *f, struct room *r, int count, double *y1)
+{
+    struct system *s = f->s;
+    double *u = y1 + s->n;
+    if (!count)
+        return OUTCOME_DONE;
+    const double before = kinetic(s, y1, u, r->momentum);
+    hold(s, count, r->held, r);
+    const enum outcome outcome = project_velocity(s, y1, u);
+    hold(s, 0, NULL, r);
+    r->jump += kinetic(s, y1, u, r->momentum) - before;
+    return outcome;
 }
 
 /* Bring to rest what is closed at y1 and approaches no faster than `slow`. */
@@ -278,6 +310,34 @@ static int keeps(const struct system *s, double most, double rounding, double *y
     return 1;
 }
 
+/* Slow down what drives leave free at y1, so that the energy is no more than `most` if that can be: velocities are those of least energy that drives let
+ * be, and others, which add to it by themselves, as M-orthogonal parts do. */
+static enum outcome keep_beside_drives(struct system *s, struct room *r, double most, double *y1)
+{
+    const struct mark mark = s->arena->top;
+    double *u = y1 + s->n, *du = r->free, moving;
+    const double found = energy_of(s, y1, &moving);
+    if (found <= most)
+        return OUTCOME_DONE;
+    double *f = TAKE(s->arena, double, s->n), *closed = TAKE_ZEROS(s->arena, double, s->model->rows);
+    double *multipliers = TAKE(s->arena, double, s->model->rows);
+    enum outcome outcome = s->arena->ran_out ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
+    if (!outcome) {
+        s->model->momentum(s->k, y1, u, f);
+        for (int i = 0; i < s->n; i++)
+            f[i] = -f[i];
+        outcome = system_impulse(s, y1, f, closed, RANK_TOLERANCE, du, multipliers);
+    }
+    if (!outcome) {
+        const double open = kinetic(s, y1, du, r->momentum);
+        const double left = open > 0.0 ? sqrt(fmax(0.0, 1.0 - (found - most) / open)) : 1.0;
+        for (int i = 0; i < s->n; i++)
+            u[i] += (1.0 - left) * du[i];
+    }
+    give_back(s->arena, mark);
+    return outcome;
+}
+
 /* Work (J) of the effects over the step, at the velocity that moves it: contacts are apart */
 static enum outcome work_of_effects(struct phase *f, struct room *r, double t, double h, const double *y,
                                     const double *y1, double *done)
@@ -300,7 +360,7 @@ static enum outcome try_step(struct phase *f, struct room *r, double t, double h
     const int n = s->n;
     double gained, moving;
     const double before = energy_of(s, y, &moving);
-    hold(s, 0, r);
+    hold(s, 0, NULL, r);
     enum outcome outcome = fly(f, r, t, h, y);
     if (outcome)
         return outcome;
@@ -325,9 +385,9 @@ static enum outcome try_step(struct phase *f, struct room *r, double t, double h
         y1[n + i] = r->u[i];
     }
     outcome = put_back(f, r, held, y1);
-    hold(s, held, r);
+    hold(s, 0, NULL, r);
     outcome = outcome ? outcome : project_velocity(s, y1, y1 + n);
-    hold(s, 0, r);
+    outcome = outcome ? outcome : hold_still(f, r, held, y1);
     outcome = outcome ? outcome : stop_slow(f, r, 2.0 * gained, y1);
     if (outcome)
         return outcome;
@@ -335,8 +395,12 @@ static enum outcome try_step(struct phase *f, struct room *r, double t, double h
     double done = 0.0;
     if ((outcome = work_of_effects(f, r, t, h, y, y1, &done)))
         return outcome;
-    if (!s->model->drives && !keeps(s, before + done, ENERGY_ROUNDING * (r->scale + fabs(before)), y1))
-        return OUTCOME_NOT_KEPT;
+    if (s->model->drives)
+        outcome = keep_beside_drives(s, r, before + done + r->jump, y1);
+    else if (!keeps(s, before + done, ENERGY_ROUNDING * (r->scale + fabs(before)), y1))
+        outcome = OUTCOME_NOT_KEPT;
+    if (outcome)
+        return outcome;
     if (!all_finite(2 * (size_t)n, y1))
         return OUTCOME_NOT_FINITE;
     if (works) /* what contacts have taken counts as work: they have no impulses that would tell */

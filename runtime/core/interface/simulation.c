@@ -128,8 +128,6 @@ static enum outcome fill(struct ccgen_simulation *it, const struct ccgen_model *
     if (m->version != CCGEN_CONTRACT_VERSION)
         return OUTCOME_OTHER_CONTRACT;
     enum outcome outcome = make_run(&it->run, settings);
-    if (!outcome && it->run.method->order == 0 && m->drives) /* steps in time do not keep to a prescribed motion */
-        outcome = OUTCOME_BAD_SETTINGS;
     if (!outcome)
         outcome = make_system(it, m, settings);
     if (outcome)

@@ -53,7 +53,8 @@ int is_crawling(const struct phase *f)
 
 int is_stuck(const struct phase *f)
 {
-    return f->run->fixed_step == 0.0 && is_crawling(f) && f->t - f->at.crawls_since < STANDSTILL * f->s->time;
+    return f->run->fixed_step == 0.0 && !(f->s->model->drives && f->s->model->contacts) && is_crawling(f) &&
+           f->t - f->at.crawls_since < STANDSTILL * f->s->time;
 }
 
 /* So many steps show a pace: more than twice what a window may have of those that get nowhere, which are told as such, or stepped over, before. */

@@ -19,8 +19,8 @@ void excuse_progress(struct phase *f, long spent);
  * that counts where a loop is so near a line that velocities are unknown, of steps that did not have to end there. */
 int stalls(const struct phase *f);
 
-/* Whether steps crawl and have taken next to no time, so that none will get on; without contacts they would at last be on another branch. Steps
- * of fixed length have no other way on: they keep the whole budget of a window. */
+/* Whether steps crawl and have taken next to no time, so that none will get on; without contacts they would at last be on another branch. Prescribed
+ * motions between contacts and steps of fixed length have no other way on: they keep the whole budget of a window. */
 int is_stuck(const struct phase *f);
 
 /* Whether the run may take another step */
