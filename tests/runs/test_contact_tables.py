@@ -216,3 +216,34 @@ def test_pictures_say_what_their_marks_are(workshop: Workshop) -> None:
     assert words(simulate(model, method="moreau", step=1e-2).plot()) == ["time stepping"]
     flight = simulate(model, until=0.1).plot()
     assert not any(part.legends for part in [flight, *flight.subfigs])
+
+
+def test_stops_of_a_joint_that_lets_go_are_told(workshop: Workshop, tmp_path: Path) -> None:
+    """Only the structure that holds the joint knows its stop: depth and speeds are that structure's."""
+    release = '[[release]]\njoint = "pin"\nat = 0.7\n'
+    run = simulate(workshop.model(STOPPED.replace("[gravity]", f"{release}[gravity]")), until=0.8)
+    (line,) = table(write_impacts(run, tmp_path / "impacts.csv"))
+    speed = np.sqrt(3.0 * G)  # of a rod that falls from 30 to -30 degrees about its end
+    assert float(line["speed before [m/s; rad/s]"]) == pytest.approx(-speed, rel=1e-9)
+    assert (line["point"], line["ground"]) == ("pin", "stop_0.lowest") and run.changes
+    holding = run.advance.pieces[0]  # type: ignore[attr-defined]
+    q = holding.run.q.copy()
+    q[1, 0] = -np.pi / 6 - 1e-3
+    deep = replace(holding, run=replace(holding.run, q=q))
+    advance = replace(run.advance, pieces=(deep, *run.advance.pieces[1:]))  # type: ignore[attr-defined,type-var]
+    found = replace(run, advance=advance).penetration_max
+    assert found == pytest.approx(1e-3 * holding.run.model.length, rel=1e-9)
+
+
+def test_choices_are_counted_once(workshop: Workshop) -> None:
+    """A run with an event that never comes goes on from piece to piece."""
+    event = '[[event]]\nname = "late"\nwhen = "t - 5"\nset = { "gravity.g" = 5.0 }\n'
+    run = simulate(workshop.model(SLIDING.replace("[run]", f"{event}[run]")))
+    assert (run.choices, run.chosen_at) == (1, 0.0)
+
+
+def test_what_is_off_is_not_deep(workshop: Workshop) -> None:
+    """A floor that an event takes away lets the mass through, which is no depth."""
+    event = '[[event]]\nname = "gone"\nwhen = "t - 0.2"\noff = ["floor"]\n'
+    run = simulate(workshop.model(DISC.replace("[start]", f"{event}[start]")))
+    assert run.success and run.q[-1, 1] < -0.1 and run.penetration_max <= 1e-13
