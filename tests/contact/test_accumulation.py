@@ -55,6 +55,19 @@ def test_a_ball_comes_to_rest(ball: Any, e: float, until: float | None, rtol: fl
     assert run.energy_drift <= 1e-9 * 2.0 * G
 
 
+@pytest.mark.parametrize("e", [0.5, 0.9])
+def test_rest_begins_earlier_far_from_the_origin(e: float, workshop: Workshop) -> None:
+    """Bounces that are lower than some nine roundings of a place are none: the last has the speed sqrt(2 a 9 eps y)."""
+    from ccgen.runtime import simulate
+
+    high = BALL.replace("position = [0.0, 1.0]", "position = [0.0, 6.0]")
+    model = workshop.model(high.replace("[[ground]]", "[[ground]]\npoint = [0.0, 5.0]"))
+    run = simulate(model, until=20.0, params={"ground_0.restitution": e})
+    (rest,) = contacts(run)
+    early = FIRST * (1 + e) / (1 - e) - rest.start
+    assert 1e-9 < early <= 6.0 / (1.0 - e) * np.sqrt(2.0 * 2.0**-53 * 5.0 / G)
+
+
 @pytest.mark.quick
 @pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-9, 1e-12])
 def test_a_ball_that_does_not_rebound_stays_closed(ball: Any, rtol: float) -> None:
