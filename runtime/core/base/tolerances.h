@@ -355,6 +355,9 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
     X(STEPPED, CCGEN_LIMIT(1e-6, 1e-3), OF_UNIT, \
       "what a step of time stepping may differ by from its two halves", \
       "an impact within a step of a hundred-thousandth of the characteristic time moves things by ten times that: it is found to a tenth of the step") \
+    X(DRIVEN_ASTRAY, CCGEN_LIMIT(1e-4, 1e-2), OF_RELATIVE, \
+      "a step of time stepping beside drives that misses more of the energy does not count", \
+      "chosen: steps of chains miss a millionth of it, those of loops that a drive forces through their line a hundredth and more") \
     X(COMPLIANCE, CCGEN_LIMIT(1e-10, 5e-5), OF_RELATIVE, \
       "contacts that find no rigid forces give way by this part of what their own forces move", \
       "what Coulomb's law may be missed by (CONSISTENT)") \

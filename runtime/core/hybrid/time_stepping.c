@@ -310,6 +310,15 @@ static int keeps(const struct system *s, double most, double rounding, double *y
     return 1;
 }
 
+/* Whether the energy at y1 misses what is to be there by too much of what moves: where a drive forces links through a line, their velocities have no bound, and those after a
+ * step are no motion. */
+static int goes_astray(const struct phase *f, const struct room *r, double expected, const double *y1)
+{
+    double moving;
+    const double found = energy_of(f->s, y1, &moving);
+    return f->run->method->order && fabs(found - expected) > DRIVEN_ASTRAY * (r->scale + moving);
+}
+
 /* Slow down what drives leave free at y1, so that the energy is no more than `most` if that can be: velocities are those of least energy that drives let
  * be, and others, which add to it by themselves, as M-orthogonal parts do. */
 static enum outcome keep_beside_drives(struct system *s, struct room *r, double most, double *y1)
@@ -396,7 +405,9 @@ static enum outcome try_step(struct phase *f, struct room *r, double t, double h
     if ((outcome = work_of_effects(f, r, t, h, y, y1, &done)))
         return outcome;
     if (s->model->drives)
-        outcome = keep_beside_drives(s, r, before + done + r->jump, y1);
+        outcome = goes_astray(f, r, before + done + r->jump, y1)
+                      ? OUTCOME_NO_CONVERGENCE
+                      : keep_beside_drives(s, r, before + done + r->jump, y1);
     else if (!keeps(s, before + done, ENERGY_ROUNDING * (r->scale + fabs(before)), y1))
         outcome = OUTCOME_NOT_KEPT;
     if (outcome)
