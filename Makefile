@@ -223,7 +223,7 @@ $(VENV)/ccgen: pyproject.toml setup.py $(COMPILED) | $(BIN)/python
 	@{ test -n "$$CC" || command -v cc || command -v gcc || command -v clang || $(BIN)/python -c 'import ziglang'; } \
 		> /dev/null 2>&1 || \
 		{ echo "$$NO_COMPILER" >&2; exit 1; }
-	@echo "installing ccgen into $(VENV): one to three minutes"
+	@echo "installing ccgen into $(VENV): one to five minutes"
 	$(PIP) -e .
 	@touch $@
 
