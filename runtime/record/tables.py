@@ -72,7 +72,7 @@ def arrays(run: Record) -> dict[str, Any]:
         "energy_drift": np.array(run.energy_drift),
         "rest_speed": np.array(run.rest_speed),
         "choices": np.array(run.choices),
-        "chosen_at": np.array(np.nan if run.chosen_at is None else run.chosen_at, dtype=float),
+        "chosen_at": np.array(np.inf if run.chosen_at is None else run.chosen_at, dtype=float),
         "acceleration_error": np.array(run.acceleration_error),
         **_changes(run),
         **_events(run),

@@ -172,7 +172,7 @@ def test_impacts_are_told_with_the_energies_of_their_instant(workshop: Workshop)
     assert run.at(impact.t)[0] == pytest.approx([angle], abs=1e-12)
     before, after = (0.5 * 0.85 * u[0] ** 2 for u in (impact.u_minus, impact.u_plus))
     assert impact.energy_loss == pytest.approx(before - after) and after == pytest.approx(0.25 * before)
-    cells = row(model, run, impact, then)
+    cells = row(model, run, 0, then)
     left = after + 3 * G * 0.5 * math.sin(angle) + 5.0 * (angle + math.pi / 2) ** 2
     assert float(cells[-1]) == pytest.approx(left, abs=1e-8)
     assert float(cells[2]) == pytest.approx(2.0 * impact.u_minus[0] * math.cos(angle), abs=1e-8)
@@ -262,7 +262,7 @@ def test_each_impact_is_told_with_the_mass_of_its_time(workshop: Workshop) -> No
     assert FALL < 0.8 < run.impacts[1].t
     for number, mass in ((0, 1.0), (1, 2.0)):
         impact = run.impacts[number]
-        cells = row(run.model, run, impact, run.in_force.at_impact(number))
+        cells = row(run.model, run, number, run.in_force.at_impact(number))
         assert float(cells[-1]) == pytest.approx(0.5 * mass * impact.u_plus[1] ** 2, abs=1e-8)
         assert float(cells[-2]) == pytest.approx(1.5 * mass * impact.u_plus[1] ** 2, abs=1e-8)  # restitution 1/2
 
@@ -275,6 +275,6 @@ def test_an_event_at_an_impact_comes_after_it(workshop: Workshop) -> None:
     assert event.t == impact.t and impact.energy_loss == pytest.approx(0.75 * G)
     at = np.flatnonzero(run.t == impact.t)
     assert run["energy"][at] == pytest.approx([G, 0.25 * G, 0.5 * G]) and event.energy == pytest.approx(0.25 * G)
-    cells = row(run.model, run, impact, run.in_force.at_impact(0))
+    cells = row(run.model, run, 0, run.in_force.at_impact(0))
     assert float(cells[-1]) == pytest.approx(0.25 * G, abs=1e-8)
     assert run.values("energy", t=impact.t)["energy"] == pytest.approx(0.5 * G)
