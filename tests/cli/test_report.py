@@ -27,6 +27,7 @@ from ccgen.runtime.model.thresholds import characteristic_time
 
 from ..support.command_line import PENDULUM, ccgen
 from ..support.folders import SCENES
+from ..support.sliding_rod import ROD
 from ..support.tiers import hard
 from ..support.workshop import Workshop
 
@@ -157,29 +158,9 @@ def test_a_mechanism_at_rest_without_loads_is_at_rest(workshop: Workshop, capsys
     assert "energy kept to 0.0e+00 J, nothing moves; " in printed.out and not printed.err
 
 
-JAMMED = """\
-name = "jammed"
-[chain]
-links = 1
-length = 1.0
-mass = 1.0
-[start]
-position = [0.0, 0.0]
-angles = ["58 deg"]
-velocity = [-2.0, 0.0]
-[gravity]
-[[ground]]
-restitution = 0.0
-friction = 1.5
-[run]
-until = 2.0
-"""
-"""A rod slides on its lower end, the other one ahead: Painleve's. Then it falls over onto both ends."""
-
-
 def test_an_impact_without_collision_is_called_so(workshop: Workshop, capsys: pytest.CaptureFixture[str]) -> None:
     """Nothing approaches in the first impact; in the second one end does, and the other, which does not, is struck."""
-    model = workshop.model(JAMMED)
+    model = workshop.model(ROD)
     run = simulate(model)
     print_impacts(model, run)
     heading, first, *second, note = capsys.readouterr().out.splitlines()

@@ -15,6 +15,7 @@ from ccgen.generator.cli.app import app
 from ccgen.runtime import simulate
 from ccgen.runtime.record.contact_tables import write_impacts, write_phases
 
+from ..support.sliding_rod import ROD
 from ..support.workshop import Workshop
 
 G, E, MU, HEIGHT, SPEED = 9.81, 0.5, 0.2, 0.5, 2.0
@@ -64,26 +65,8 @@ g = {G}
 [start]
 angles = ["30 deg"]
 """
-SLIDING = """\
-name = "undecided"
-[chain]
-links = 1
-length = 1.0
-mass = 1.0
-[start]
-position = [0.0, 0.0]
-angles = ["58 deg"]
-velocity = [-2.0, 0.0]
-angular_velocities = [8.0]
-[gravity]
-[[ground]]
-restitution = 0.0
-friction = 1.5
-[run]
-until = 0.1
-"""
-"""A rod slides on its lower end, the other one ahead, and turns so fast that it would lift off if friction did not hold
-it down: both are motions (Painleve)."""
+SLIDING = ROD.replace("[gravity]", "angular_velocities = [8.0]\n[gravity]").replace("until = 2.0", "until = 0.1")
+"""It turns so fast that it would lift off if friction did not hold it down: both are motions (Painleve)."""
 
 
 def table(path: Path) -> list[dict[str, str]]:

@@ -162,7 +162,6 @@ static int has_no_way_on(enum outcome outcome)
 {
     switch (outcome) {
     case OUTCOME_JAMMED:
-    case OUTCOME_GAINED:
     case OUTCOME_NOT_CLOSED:
     case OUTCOME_NO_CONVERGENCE:
         return 1;
@@ -334,7 +333,7 @@ static enum outcome note_stage(const struct phase *f, struct before_stage *befor
 }
 
 /* As if the stage had not been begun */
-static void take_back(struct phase *f, const struct before_stage *before)
+static void undo_stage(struct phase *f, const struct before_stage *before)
 {
     const struct system *s = f->s;
     struct run *run = f->run;
@@ -375,7 +374,7 @@ static enum outcome try_span(const struct automaton *a, struct phase *f)
         outcome = begin_span(&span, f);
         span.ends = f->t + span.step;
         outcome = outcome ? outcome : step_through_span(&span, f);
-        take_back(f, &before);
+        undo_stage(f, &before);
     }
     give_back(f->s->arena, mark);
     return outcome;
@@ -417,7 +416,7 @@ static int has_gained(struct phase *f, const struct before_stage *before)
     const double gain = now[0] - before->energy[0] + (now[1] - before->energy[1]);
     if (gain <= ENERGY_JUMPED * (fmax(f->at.energy_in_motion, before->energy[0]) + s->energy))
         return 0;
-    take_back(f, before);
+    undo_stage(f, before);
     return 1;
 }
 
