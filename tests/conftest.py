@@ -20,8 +20,14 @@ itself, a session takes a tenth longer."""
 pytest.register_assert_rewrite("tests.support")  # before it is imported: what a failed assertion there compared
 
 from .support.quick import is_quick  # noqa: E402
+from .support.skips import skips  # noqa: E402
 from .support.tiers import leave_samples  # noqa: E402
 from .support.workshop import Workshop  # noqa: E402
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Count skips, and say at the end for which reasons tests were skipped."""
+    config.pluginmanager.register(skips())
 
 
 @pytest.hookimpl(tryfirst=True)
