@@ -152,7 +152,7 @@ class Run(Record):
         target = read_path(path, "an .npz file")
         if target.suffix != ".npz":
             raise ValueError(f"a run is saved as .npz, found {target.name!r}; use another name")
-        write_whole(target, lambda part: np.savez_compressed(part, allow_pickle=False, **saved(self)))
+        write_whole(target, lambda part: np.savez_compressed(part, **saved(self)))
         return target
 
     def _arrays(self) -> dict[str, Any]:

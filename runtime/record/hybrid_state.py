@@ -82,7 +82,7 @@ class HybridState:
             "words": np.array([self.settings[name] for name in WORDS]),
             "memory": np.frombuffer(self.memory, dtype=np.uint8),
         }
-        write_whole(target, lambda part: np.savez_compressed(part, allow_pickle=False, **arrays))
+        write_whole(target, lambda part: np.savez_compressed(part, **arrays))
         return target
 
     @classmethod
