@@ -28,9 +28,9 @@ def test_least_squares_have_no_negative_part(m: int, n: int, kind: str) -> None:
         left = b - a @ x
         assert x.min() >= 0.0
         assert np.max(a.T @ left) <= 1e-11 and abs(x @ (a.T @ left)) <= 1e-11
-        spare = np.column_stack([a, np.zeros(m)])  # SciPy before 1.17 fails where all columns are taken
-        assert np.linalg.norm(left) == pytest.approx(nnls(spare, b)[1], abs=1e-11)
-        assert np.linalg.matrix_rank(a[:, x > 0.0]) == np.sum(x > 0.0)
+        assert np.linalg.norm(left) == pytest.approx(nnls(a, b)[1], abs=1e-11)
+        taken = a[:, x > 0.0]
+        assert (np.linalg.matrix_rank(taken) if taken.size else 0) == np.sum(x > 0.0)
 
 
 @pytest.mark.parametrize("kind", ["general", "degenerate"])
