@@ -204,9 +204,10 @@ def _write_model(scene: Scene, banner: Banner, folder: Path, tell: Progress, var
     extra = switching_data(scene, models) | event_data(scene, models)
     data = model_data(scene, topology, equations, banner.hash, contract_version(), numbers.name, extra)
     (folder / "equations.txt").write_text(write_listing(scene.name, equations, index))
-    sides = [side for effect in scene.effects for side in effect.sides()]
-    latched_at = [sides.index(side) for effect in scene.effects for _, side in effect.latches()]
-    tables = {"partner": topology.partners, "driven": driven, "latched_at": latched_at}
+    switches = [side for effect in scene.effects for side in effect.sides()]
+    latched_at = [switches.index(side) for effect in scene.effects for _, side in effect.latches()]
+    sides = topology.sides(len(mechanism.joints))
+    tables = {"partner": topology.partners, "sides": sides, "driven": driven, "latched_at": latched_at}
     model = render_c(banner, routines, sizes, tables, topology.root, index, numbers, variant.derivatives)
     (folder / "model.c").write_text(model)
     lanes = render_lanes(banner, routines) if numbers.double else render_one_lane(banner, numbers)

@@ -18,7 +18,7 @@
 #ifndef CCGEN_MODEL_H
 #define CCGEN_MODEL_H
 
-#define CCGEN_CONTRACT_VERSION 15
+#define CCGEN_CONTRACT_VERSION 16
 
 /* What a model's C gives to others ends in its package's name, so that a program can hold many models. An extension module
  * holds one: with CCGEN_BOUND it is called the same in all, and is told its name and its hash when it is linked, so that
@@ -66,8 +66,10 @@ typedef void ccgen_stages(int n, int stages, const double *base, const double *s
 typedef int ccgen_impulse(const double *k, const double *q, const double *f, const double *y, double *du,
                           double *Lambda);
 
-/* reaction[joints][3]: force x, y (N) and moment (N m) on the joint's outboard link, from q[nq], u[nu] and the u_dot[nu],
- * lambda[rows] that belong to them */
+/* reaction[joints][3]: force x, y (N) and moment (N m) on the joint's outboard link, from q[nq], u[nu] and the u_dot[nu], lambda[rows]
+ * that belong to them; the moment of a prismatic joint is about its point on the later one of its links, the ground being before
+ * all. Times sides[joint] it is what the joint does to its second link: so the runtime reports it (core/model/second_links.h), that
+ * of the next two functions too, and the tangents of all three. */
 typedef void ccgen_reactions(const double *k, const double *q, const double *u, double t, const double *inputs,
                              const double *u_dot, const double *lambda, double *reaction);
 
@@ -158,6 +160,7 @@ struct ccgen_model {
     int told;           /* numbers that runs tell of effects by name */
     int lines;          /* that loads have the direction of: steps become short where the ends of one meet */
     const int *partner; /* [rows]: the other row of the same cut pin, or the row itself */
+    const int *sides;   /* [joints]: 1 where the outboard link is the joint's second, -1 where it is its first */
     const int *driven;  /* [drives][2]: coordinate of a driven joint, and the one that it is measured from or -1 */
     ccgen_constants *derive_constants;
     ccgen_acceleration *acceleration;

@@ -93,7 +93,7 @@ def equilibrium(scene_file: Path, nearest: bool, detail: Detail, settings: Mappi
     for name, value in zip(model.q_of, found.q, strict=True):
         typer.echo(f"{name:{width}} {value:z16.9g} {'rad' if name.endswith('.angle') else 'm'}")
     typer.echo("joint            force x [N]     force y [N]  moment [N m]  on")
-    for name, (x, y, moment), link in zip(model.joints, found.reactions, model.outboard, strict=True):
+    for name, (x, y, moment), link in zip(model.joints, found.reactions, model.second_links, strict=True):
         typer.echo(f"{name:12} {x:z15.9g} {y:z15.9g} {moment:z13.6g}  {link}")
     _tell_meshes(model, found.meshes)
     if found.closed:

@@ -149,10 +149,13 @@ class _Derivation:
         """What runs tell of the effects by name, if there is any."""
         told = [(effect.title, one) for effect in self.effects for one in effect.outputs(self.motion)]
         self.ledger.close("what runs tell of effects")
-        self.outputs = [OutputName(f"{title}.{asked}", unit) for title, (asked, unit, _) in told]
+        links = [self.mechanism.link_name(one[3]) if len(one) > 3 else "" for _, one in told]
+        self.outputs = [
+            OutputName(f"{title}.{one[0]}", one[1], link) for (title, one), link in zip(told, links, strict=True)
+        ]
         if not told:
             return []
-        output = Output("value", tuple(value for _, (_, _, value) in told), "what runs tell of the effects")
+        output = Output("value", tuple(one[2] for _, one in told), "what runs tell of the effects")
         return [Kernel("outputs", (self.q, self.u, *self.acted), (output,), "what runs tell of the effects")]
 
     def _reaches(self) -> list[Kernel]:

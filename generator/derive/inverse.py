@@ -158,8 +158,18 @@ class Inverse:
         return {row: sp.Symbol(f"given_lambda_{row[0]}_{row[1]}") for row in self.topology.rows}
 
     def _per_joint(self, forces: dict[int, Vector], moments: dict[int, sp.Expr], name: str) -> tuple[sp.Expr, ...]:
-        """Those of all joints, of which some bear a share of others'."""
-        return Shares(self.kinematics, forces, moments, name).reactions()
+        """Those of all joints, of which some bear a share of others'; moments of prismatic joints are about their later
+        ends."""
+        moved = dict(moments)
+        for branch in self.topology.branches:
+            if branch.follows and branch.joint in moments and branch.link < branch.parent:
+                slide = self.kinematics.slides[branch.link]
+                arm = scale(slide.length, slide.direction)
+                moved[branch.joint] += dot(perp(arm), forces[branch.joint])
+        for cut in self.topology.cuts:
+            if cut.kind == "prismatic" and cut.joint in forces and cut.second.link < cut.first.link:
+                moved[cut.joint] = dot(perp(self.closure.lines[cut.joint].distance), forces[cut.joint])
+        return Shares(self.kinematics, forces, moved, name).reactions()
 
     def _carried(
         self, wrenches: dict[int, Wrench], given: dict[tuple[int, str], sp.Symbol], name: str, title: str

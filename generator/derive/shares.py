@@ -24,7 +24,7 @@ X, Y, MOMENT = range(3)
 class Shares:
     """``forces`` and ``moments`` of the joints that are not implied become those of all, in :meth:`reactions`.
 
-    ``name`` is that of the forces in the equations.
+    ``name`` is that of the forces in the equations. Moments are about the joints' later ends.
     """
 
     def __init__(
@@ -73,7 +73,8 @@ class Shares:
             force = scale(sp.Integer(self._sign(part)), direction)
             found |= {(part.joint, X): force[0], (part.joint, Y): force[1]}
             if mechanism.joints[part.joint].kind == "prismatic":
-                ends = (self._borne_at(part.joint), (acts.link, self.kinematics.arm_to(acts)))
+                borne = mechanism.joints[part.joint].later
+                ends = [(ref.link, self.kinematics.arm_to(ref)) for ref in (borne, acts)]
                 arm = between(self.kinematics, *ends).vector()
                 found[part.joint, MOMENT] = dot(perp(arm), force)
         return {entry: value for entry, value in found.items() if value != 0}
@@ -82,14 +83,6 @@ class Shares:
         """Of the force on the link that a joint's reaction is given for."""
         inwards = any(branch.joint == part.joint and not branch.outwards for branch in self.topology.branches)
         return -part.sign if inwards else part.sign
-
-    def _borne_at(self, joint: int) -> tuple[int, Vector]:
-        """The link and the point that a joint's reaction is given for."""
-        for branch in self.topology.branches:
-            if branch.joint == joint:
-                return branch.link, ZERO
-        second = self.kinematics.mechanism.joints[joint].second
-        return second.link, self.kinematics.arm_to(second)
 
 
 def _product(one: Stress, other: Stress) -> sp.Expr:

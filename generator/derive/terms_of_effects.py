@@ -13,8 +13,8 @@ from .motion import Couple, Force, Motion
 from .vectors import Vector
 
 Let = Callable[[str, sp.Expr], sp.Expr]
-Told = tuple[str, str, sp.Expr]
-"""What is asked of an effect, as ``torque``, its unit, and the value."""
+Told = tuple[str, str, sp.Expr] | tuple[str, str, sp.Expr, int]
+"""What is asked of an effect, as ``torque``, its unit, and the value; of a force the number of the link that it acts on."""
 
 
 class Terms(Protocol):

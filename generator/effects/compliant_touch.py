@@ -87,7 +87,7 @@ class CompliantTouch(Effect):
 
     def outputs(self, motion: Motion) -> Sequence[Told]:
         """How deep it is, negative where the bodies are apart, its normal force and friction."""
-        return self.law.outputs(motion, self._pressed(motion), "")
+        return self.law.outputs(motion, self._pressed(motion), "", self.pair.disc.start.link)
 
     def rims(self) -> tuple[Rim, ...]:
         return self.pair.rims()

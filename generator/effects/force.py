@@ -66,7 +66,8 @@ class Force(Effect):
     def outputs(self, motion: Motion) -> Sequence[Told]:
         """The force in fixed axes, and its power."""
         x, y = self._force(motion)
-        return ("fx", "N", x), ("fy", "N", y), ("power", "W", self.power(motion))
+        on = self.point.link
+        return ("fx", "N", x, on), ("fy", "N", y, on), ("power", "W", self.power(motion))
 
     def parts(self, mechanism: Mechanism) -> tuple[Part, ...]:
         """An arrow at the point: the force, or where it changes with time 1 along each axis that it has."""

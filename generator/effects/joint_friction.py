@@ -100,8 +100,9 @@ class JointFriction(Effect):
         """Of each joint the moment (the force along its line) on the second link, and the power of all."""
         told: list[Told] = []
         for index in self.joints:
-            asked, unit = ("force", "N") if motion.joint(index).slides else ("moment", "N m")
-            told.append((f"{motion.joint(index).name}.{asked}", unit, -self._moment(motion, index)))
+            joint = motion.joint(index)
+            asked, unit = ("force", "N") if joint.slides else ("moment", "N m")
+            told.append((f"{joint.name}.{asked}", unit, -self._moment(motion, index), joint.second.link))
         return [*told, ("power", "W", self.power(motion))]
 
     def _moment(self, motion: Motion, index: int) -> Expr:

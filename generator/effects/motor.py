@@ -270,7 +270,8 @@ class Motor(Effect):
     def outputs(self, motion: Motion) -> Sequence[Told]:
         """The torque (the force along its line) on the joint's second link, and its power."""
         asked, unit = ("force", "N") if motion.joint(self.joint).slides else ("torque", "N m")
-        return (asked, unit, self._torque(motion)), ("power", "W", self.power(motion))
+        second = motion.joint(self.joint).second.link
+        return (asked, unit, self._torque(motion), second), ("power", "W", self.power(motion))
 
     def parts(self, mechanism: Mechanism) -> tuple[Part, ...]:
         return (mover(self.name, mechanism.joints[self.joint]),)

@@ -58,7 +58,7 @@ class Torque(Effect):
 
     def outputs(self, motion: Motion) -> Sequence[Told]:
         """The torque on the link, and its power."""
-        return ("torque", "N m", self._torque(motion)), ("power", "W", self.power(motion))
+        return ("torque", "N m", self._torque(motion), self.link), ("power", "W", self.power(motion))
 
     def parts(self, mechanism: Mechanism) -> tuple[Part, ...]:
         """An arc about the link's point that is nearest to its mass centre."""

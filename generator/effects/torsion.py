@@ -81,7 +81,8 @@ class Torsion(Effect):
 
     def outputs(self, motion: Motion) -> Sequence[Told]:
         """The moment on the joint's second link."""
-        return (("moment", "N m", self.loads(motion)[1].moment),)
+        second = self.loads(motion)[1]
+        return (("moment", "N m", second.moment, second.link),)
 
     def parts(self, mechanism: Mechanism) -> tuple[Part, ...]:
         return (part_at_joint("torsion", self.name, mechanism.joints[self.joint]),)

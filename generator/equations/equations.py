@@ -91,10 +91,12 @@ class ContactName:
 
 @dataclass(frozen=True)
 class OutputName:
-    """A number that runs tell of an effect, as they call it, ``motor_0.torque``, and its ``unit``."""
+    """A number that runs tell of an effect, as they call it, ``motor_0.torque``, and its ``unit``; of a force the name
+    of the ``link`` that it acts on."""
 
     name: str
     unit: str
+    link: str = ""
 
 
 @dataclass(frozen=True)

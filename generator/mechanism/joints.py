@@ -58,5 +58,11 @@ class Joint:
         """Whether the links turn against each other."""
         return self.kind != "prismatic"
 
+    @property
+    def later(self) -> PointRef:
+        """The end on the link that comes later, the ground being before all: of a prismatic joint the moment is about
+        it, whichever end is the second."""
+        return max(self.first, self.second, key=lambda end: end.link)
+
     def parameters(self) -> tuple[Parameter, ...]:
         return tuple(p for p in (self.axis, self.angle) if p is not None)

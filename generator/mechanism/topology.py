@@ -129,6 +129,12 @@ class Topology:
         """Links of the tree, the root among them."""
         return frozenset({self.root} | {branch.link for branch in self.branches})
 
+    def sides(self, joints: int) -> tuple[int, ...]:
+        """Per joint of so many on which link the equations have its force: 1 on the second of the joint, the outboard
+        one of the tree or the second side of a joint that is cut or implied, and -1 on the first."""
+        inwards = {branch.joint for branch in self.branches if not branch.outwards}
+        return tuple(-1 if joint in inwards else 1 for joint in range(joints))
+
     def branch(self, link: int) -> Branch:
         """The branch that carries ``link``; the root has none (``KeyError``)."""
         for branch in self.branches:

@@ -48,7 +48,7 @@ def model_data(
         "links": [link.name for link in mechanism.links],
         "joints": [joint.name for joint in mechanism.joints],
         "between": [[joint.first.link, joint.second.link] for joint in mechanism.joints],
-        "outboard": _outboard(mechanism, topology),
+        "sides": list(topology.sides(len(mechanism.joints))),
         "cuts": [mechanism.joints[cut.joint].name for cut in topology.cuts],
         "rows": [*_rows(mechanism, topology), *(f"{row.mesh.name}.mesh" for row in topology.meshes)],
         "lines": _lines(mechanism),
@@ -86,6 +86,7 @@ def model_data(
         "ropes": _ropes(scene),
         "parts": _parts(scene),
         "outputs": [[output.name, output.unit] for output in equations.outputs],
+        "output_links": {output.name: output.link for output in equations.outputs if output.link},
         "latches": [name for effect in scene.effects for name, _ in effect.latches()],
         "aids": list(mechanism.aids),
         "integrators": [vars(one) for one in mechanism.integrators],
@@ -298,15 +299,6 @@ def _kept(mechanism: Mechanism, topology: Topology, entries: Sequence[Kept]) -> 
     named = _coordinates(mechanism, topology)
     wanted = [(kind, topology.leader(k) if kind == "angle" else mechanism.joints[k].name) for kind, k in entries]
     return sorted({named.index(one) for one in wanted if one in named})
-
-
-def _outboard(mechanism: Mechanism, topology: Topology) -> list[str]:
-    """The link on which each joint's reaction acts: the tree's outboard link, or the second side of a joint that
-    is cut or implied."""
-    found = {branch.joint: branch.link for branch in topology.branches}
-    found |= {cut.joint: cut.second.link for cut in topology.cuts}
-    found |= {idle.joint: mechanism.joints[idle.joint].second.link for idle in topology.implied}
-    return [mechanism.link_name(found[joint]) for joint in range(len(mechanism.joints))]
 
 
 def _point(point: Point) -> list[str | float]:

@@ -278,7 +278,11 @@ class ModelData(Data):
     between: list[Annotated[list[Index], Field(min_length=2, max_length=2)]] = entry(
         "the two links of each joint; -1: the ground", "[joints][2]"
     )
-    outboard: list[str] = entry("the link on which each joint's reaction acts", "[joints]")
+    sides: list[Literal[-1, 1]] = entry(
+        "whether the outboard link of each joint in the virtual open chain, on which the code has its force, is its "
+        "second (1) or its first (-1)",
+        "[joints]",
+    )
     cuts: list[str] = entry("the joints at which loops are cut", "[cuts]")
     rows: list[str] = entry('names of the closure rows, as "knee.x"', "[rows]")
     lines: dict[str, LineData] = entry("the line of each joint that slides, by the joint's name")
@@ -329,6 +333,9 @@ class ModelData(Data):
     )
     outputs: list[Annotated[list[str], Field(min_length=2, max_length=2)]] = entry(
         "what runs tell of effects: names and units", "[outputs][2]"
+    )
+    output_links: dict[str, str] = entry(
+        "of forces and moments among these, by name, the link that they act on", default={}
     )
     latches: list[str] = entry("names of the values that effects hold, in their order", default=[])
     aids: list[str] = entry(

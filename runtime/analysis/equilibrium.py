@@ -46,7 +46,7 @@ class Equilibrium:
     that keep loops shut, contacts that push closed, and those that friction holds from sliding. All positive: stable.
     One negative: unstable. Otherwise indifferent, or not to be told from the stiffness: so are rest at the very limit
     of friction, and contacts closed without force that bar motions of negative stiffness.
-    ``reactions`` (joints, 3): force and moment on each joint's outboard link. ``residual``: generalized force left
+    ``reactions`` (joints, 3): force and moment on each joint's second link. ``residual``: generalized force left
     over, relative to the loads.
 
     ``closed`` are the (point, ground) names of the contacts that are closed. ``contact_forces`` (contacts, 2), in the

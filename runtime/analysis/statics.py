@@ -185,7 +185,7 @@ class Statics:
     # -- joints ----------------------------------------------------------------------------------------------------
 
     def reactions(self, q: FloatArray, forces: FloatArray) -> FloatArray:
-        """Force and moment per joint on its outboard link, (joints, 3), contact ``forces`` (contacts, 2) counted."""
+        """Force and moment per joint on its second link, (joints, 3), contact ``forces`` (contacts, 2) counted."""
         rest, rows = np.zeros((1, len(q))), np.append(self.multipliers(q, forces), 0.0)[None]
         found = self.model.kernels.reactions(q[None], rest, 0.0, rest, np.ascontiguousarray(rows))
         pushes = np.ascontiguousarray(forces.T, dtype=float).reshape(1, -1)
@@ -197,17 +197,16 @@ class Statics:
         return carried
 
     def _pushes(self, poses: FloatArray) -> FloatArray:
-        """Per joint (joints, 2) what a force along its own line does to its outboard link: that is no reaction."""
+        """Per joint (joints, 2) what a force along its own line does to its second link: that is no reaction."""
         model, found = self.model, np.zeros((len(self.model.joints), 2))
         for name, force in self.torques.items():
             if name in model.data["lines"]:
-                second, joint = model.data["lines"][name]["links"][1], model.joints.index(name)
-                outwards = model.outboard[joint] == (model.links[second] if second >= 0 else "ground")
-                found[joint] = (force if outwards else -force) * model.lines.direction(name, poses)
+                found[model.joints.index(name)] = force * model.lines.direction(name, poses)
         return found
 
     def _torques_carried(self) -> FloatArray:
-        """Per joint (joints,) the part of its moment that the torques give: they act on links, beside the loads.
+        """Per joint (joints,) the part of its moment on its second link that the torques give: they act on links,
+        beside the loads.
 
         A tree joint whose links do not turn freely against each other carries what acts on its outboard link, and on
         what such joints hang on that.
@@ -224,11 +223,12 @@ class Statics:
         stiff = {}
         for index, name in enumerate(model.joints):
             if name in (*driven, *held) and name not in model.cuts:
-                outboard = model.links.index(model.outboard[index])
-                (inboard,) = (link for link in data["between"][index] if link != outboard)
-                stiff[index] = (inboard, outboard)
+                first, second = data["between"][index]
+                stiff[index] = (first, second) if data["sides"][index] > 0 else (second, first)
 
         def carried(link: int) -> float:
             return float(couples[link]) + sum(carried(out) for inward, out in stiff.values() if inward == link)
 
-        return np.array([carried(stiff[k][1]) if k in stiff else 0.0 for k in range(len(model.joints))])
+        return np.array(
+            [data["sides"][k] * carried(stiff[k][1]) if k in stiff else 0.0 for k in range(len(model.joints))]
+        )

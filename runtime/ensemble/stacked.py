@@ -27,7 +27,7 @@ SAME = frozenset(
         "u_names",
         "told",
         "core",
-        "outboard",
+        "second_links",
         "rows",
         "points",
     )

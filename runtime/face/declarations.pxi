@@ -108,6 +108,7 @@ cdef extern from *:
         size_t row
     int own_inputs(const ccgen_model *m)
     void find_sides(const ccgen_model *m, const real *k, real t, const real *q, const real *u, real *inputs) noexcept nogil
+    void turn_to_second_links(const ccgen_model *m, size_t blocks, size_t lanes, real *reaction) noexcept nogil
     int input_from_table(void *table, real t, const real *q, const real *u, real *inputs) noexcept nogil
     int system_acceleration(system *s, real t, const real *q, const real *u, real *u_dot, real *lambda_) nogil
     int system_acceleration_lanes(system *s, const real *t, const real *q, const real *u, real *u_dot,

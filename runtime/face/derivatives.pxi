@@ -1,5 +1,8 @@
 # Derivatives of a model's functions along directions, in blocks of lanes.
 
+REACTIONS = frozenset(("reactions", "contact_reactions", "impulse_reactions"))
+"""Functions that give forces of joints."""
+
 cdef void take_columns(const real *tangents, Py_ssize_t rows, Py_ssize_t lanes, Py_ssize_t count, const Py_ssize_t *places,
                        Py_ssize_t side, Py_ssize_t apart, real *out) noexcept nogil:
     """The first rows of blocks, (rows, count, side): of columns whose first entries are at ``places``, of as many states
@@ -154,6 +157,7 @@ cdef class Differentiating(Contacting):
         cdef Py_ssize_t i, b = q.shape[0]
         cdef _Times times = _Times(t, b)
         cdef real now
+        cdef bint turns = name in REACTIONS
         if function is NULL:
             return None
         moved = self._whole(by, blocks, P.shape[1], kept)
@@ -171,6 +175,8 @@ cdef class Differentiating(Contacting):
             at.inputs = self._given(now, &q[i, 0], &u[i, 0])
             at.u_dot, at.P, at.multipliers = &u_dot[i, 0], &P[i, 0], &multipliers[i, 0]
             function.function(&at, &moved, blocks, &out[i if columns is None else 0, 0, 0, 0])
+            if turns:
+                turn_to_second_links(self.m, blocks, self.m.derivatives.lanes, &out[i if columns is None else 0, 0, 0, 0])
             if columns is not None and which.shape[0]:
                 take_columns(&out[0, 0, 0, 0], function.outputs, self.m.derivatives.lanes, which.shape[0], &which[0], 1, 0,
                              &chosen[i, 0, 0])

@@ -298,8 +298,8 @@ cdef class Evaluations:
 
     def reactions(self, const real[:, ::1] q, const real[:, ::1] u, t, const real[:, ::1] u_dot,
                   const real[:, :] multipliers):
-        """Joint reactions (b, 3 joints) at one time ``t`` or at times (b,); numbers of a row of ``multipliers`` lie side by
-        side."""
+        """Joint reactions (b, 3 joints), on the joints' second links, at one time ``t`` or at times (b,); numbers of a row of
+        ``multipliers`` lie side by side."""
         cdef Py_ssize_t i, b = q.shape[0]
         cdef real[:, ::1] out = empty((b, 3 * self.m.joints + 1))
         cdef _Times times = _Times(t, b)
@@ -307,6 +307,7 @@ cdef class Evaluations:
         for i in range(b):
             given = self._given(times.at(i), &q[i, 0], &u[i, 0])
             self.m.reactions(&self.k[0], &q[i, 0], &u[i, 0], times.at(i), given, &u_dot[i, 0], &multipliers[i, 0], &out[i, 0])
+            turn_to_second_links(self.m, 1, 1, &out[i, 0])
         return np.asarray(out)[:, : 3 * self.m.joints]
 
     def of_q(self, str name, const real[:, ::1] q):

@@ -82,16 +82,18 @@ cdef class Contacting(Evaluations):
         return np.asarray(out), np.asarray(forces)[:, : self.m.rows], np.asarray(push)[:, :pushes], np.asarray(reactions)[:, :carried], np.asarray(told)[:, :self.m.told], trouble
 
     def contact_reactions(self, const real[:, ::1] q, const real[:, ::1] P):
-        """What forces P (b, 2 contacts) of the contacts, normal ones first, add to the joint reactions (b, 3 joints)."""
+        """What forces P (b, 2 contacts) of the contacts, normal ones first, add to the joint reactions (b, 3 joints), on the
+        joints' second links."""
         cdef Py_ssize_t i, b = q.shape[0]
         cdef real[:, ::1] out = zeros((b, 3 * self.m.joints + 1))
         if self.m.contact_reactions is not NULL:
             for i in range(b):
                 self.m.contact_reactions(&self.k[0], &q[i, 0], &P[i, 0], &out[i, 0])
+                turn_to_second_links(self.m, 1, 1, &out[i, 0])
         return np.asarray(out)[:, : 3 * self.m.joints]
 
     def joint_impulses(self, const real[:, ::1] q, const real[:, ::1] du, const real[:, ::1] P):
-        """Impulses of the joints (b, 3 joints) in impacts with jumps (b, n) and impulses P (b, 2 contacts); outcomes."""
+        """Impulses of the joints (b, 3 joints), on their second links, in impacts with jumps (b, n) and impulses P (b, 2 contacts); outcomes."""
         cdef Py_ssize_t i, b = q.shape[0]
         cdef real[:, ::1] out = zeros((b, 3 * self.m.joints + 1))
         cdef _Memory memory = _Memory()

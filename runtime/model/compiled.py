@@ -64,7 +64,7 @@ class Compiled:
         self.angular = tuple(index for index, (kind, _) in enumerate(data["coordinates"]) if kind == "angle")
         self.cuts = tuple(data["cuts"])
         self.rows = tuple(data["rows"])
-        self.outboard = tuple(data["outboard"])
+        self.second_links = tuple("ground" if k < 0 else self.links[k] for _, k in data["between"])
         self.root: str = data["root"]
         self.folded: bool = data["folded"]
         self.precision: str = data["precision"]
@@ -78,6 +78,11 @@ class Compiled:
         self._rebuild()
         if self.kernels.hash != data["hash"]:
             raise ImportError(f"the code and the data of {self.name} are of different scenes; generate the model again")
+
+    @property
+    def outboard(self) -> tuple[str, ...]:
+        """``second_links``, by their name of before."""
+        return self.second_links
 
     def _named(self, kind: str, of: str | int) -> str:
         """What a coordinate is, by the name of an output: ``crank.angle``, ``ram.slide``, ``frame.x``."""

@@ -17,7 +17,7 @@ Terms = Sequence[Mapping[str, Any]]
 def impulses_behind(
     model: Model, meshes: Mapping[str, Terms], q: FloatArray, before: FloatArray, after: FloatArray
 ) -> FloatArray:
-    """Impulses (joints, 3) of a model's joints, x, y (N s) and moment (N m s) at the joint, on its outboard links, by
+    """Impulses (joints, 3) of a model's joints, x, y (N s) and moment (N m s) at the joint, on their second links, by
     which velocities (links, 3) of its links, given as those of the frames, jump from ``before`` to ``after``.
 
     Newton's and Euler's laws for every link (docs/theory.md, eq. 5.27); of redundant joints those of least norm.
@@ -40,15 +40,14 @@ def impulses_behind(
     columns, owners = [], []
     driven = {drive["joint"] for drive in model.data["drives"]}
     for number, joint in enumerate(model.joints):
-        place = np.asarray(model.point(joint, q), dtype=float)
-        out = -1 if model.outboard[number] == "ground" else model.links.index(model.outboard[number])
+        place = _place(model, joint, q, poses)
         for force in _carried(model, joint, poses, driven):
             column = np.zeros((count, 3))
-            for link in model.data["between"][number]:
+            for link, sign in zip(model.data["between"][number], (-1.0, 1.0), strict=True):
                 if link >= 0:
                     arm = place - (poses[link, :2] + turned[link])
                     moment = force[2] + arm[0] * force[1] - arm[1] * force[0]
-                    column[link] += (1.0 if link == out else -1.0) * np.array([force[0], force[1], moment])
+                    column[link] += sign * np.array([force[0], force[1], moment])
             columns.append(column.ravel())
             owners.append((number, force))
     found = np.zeros((len(model.joints), 3))
@@ -84,6 +83,15 @@ def _of_mesh(
                 force = sign * term["sign"] * line
                 column[link] += (*force, x * force[1] - y * force[0])
     return column
+
+
+def _place(model: Model, joint: str, q: FloatArray, poses: FloatArray) -> FloatArray:
+    """Where the joint is; one that slides and does not turn, at its end on the later of its links."""
+    line = model.data["lines"].get(joint)
+    if line is None or line["angle"] is None or line["links"][1] > line["links"][0]:
+        return np.asarray(model.point(joint, q), dtype=float)
+    link, point = line["links"][0], np.asarray(model._coordinates(line["points"])[0], dtype=float)
+    return np.asarray(poses[link, :2] + _turned(poses[link, 2], point))
 
 
 def _carried(model: Model, joint: str, poses: FloatArray, driven: set[str]) -> list[FloatArray]:

@@ -123,7 +123,7 @@ class Model(Geometry):
     def reactions(
         self, q: ArrayLike, u: ArrayLike, t: ArrayLike = 0.0, inputs: Values | None = None, contacts: Contacts = None
     ) -> FloatArray:
-        """Per joint the force x, y (N) and the moment (N m) on its outboard link ``outboard[joint]``, (joints, 3).
+        """Per joint the force x, y (N) and the moment (N m) on its second link ``second_links[joint]``, (joints, 3).
 
         With what contacts push, as in ``acceleration``; those of a run: ``run.reactions``.
         """

@@ -58,12 +58,17 @@ class Whole:
         return {name: Ends.of(self.main, said) for name, said in self.data["switching"]["ends"].items()}
 
     @cached_property
-    def outboard(self) -> tuple[str, ...]:
-        """The link on which each joint's reaction is told: as the first structure has it that has the joint."""
+    def second_links(self) -> tuple[str, ...]:
+        """The second link of each joint, on which its force is."""
         return tuple(
-            next(model.outboard[model.joints.index(joint)] for model in self.structures if joint in model.joints)
+            next(model.second_links[model.joints.index(joint)] for model in self.structures if joint in model.joints)
             for joint in self.joints
         )
+
+    @property
+    def outboard(self) -> tuple[str, ...]:
+        """``second_links``, by their name of before."""
+        return self.second_links
 
     # -- from one structure to another --------------------------------------------------------------------------------
 
@@ -129,9 +134,7 @@ class Whole:
         found = np.zeros((*reactions.shape[:-2], len(self.joints), 3), dtype=reactions.dtype)
         for k, joint in enumerate(self.joints):
             if joint in model.joints:
-                own = model.joints.index(joint)
-                sign = 1.0 if model.outboard[own] == self.outboard[k] else -1.0
-                found[..., k, :] = sign * reactions[..., own, :]
+                found[..., k, :] = reactions[..., model.joints.index(joint), :]
         return found
 
     def meshes_of(self, structure: int, multipliers: FloatArray) -> FloatArray:

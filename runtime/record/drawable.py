@@ -21,8 +21,8 @@ class Drawable(Protocol):
     @property
     def joints(self) -> Sequence[str]: ...
     @property
-    def outboard(self) -> Sequence[str]:
-        """Of each joint the link that its force is on."""
+    def second_links(self) -> Sequence[str]:
+        """Of each joint the link that its force is on, the second of its ``between``."""
 
     @property
     def q_names(self) -> Sequence[str]: ...

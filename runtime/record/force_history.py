@@ -206,7 +206,7 @@ def _just_before(run: Record, jumps: FloatArray) -> FloatArray:
 
 def columns(run: Record) -> list[str]:
     """Headings of a table of forces, with units; a stop has a moment, or a force along a line, and no friction. What a
-    joint does is to its outboard link, as in ``reactions``."""
+    joint does is to its second link, as in ``reactions``."""
     found = ["t [s]"]
     for point, ground in run.model.contacts:
         name = f"{point} on {ground}"
@@ -214,7 +214,7 @@ def columns(run: Record) -> list[str]:
             found.append(f"{name}: moment [N m]")
         else:
             found += [f"{name}: normal [N]", *([] if ground in run.model.slide_ends else [f"{name}: friction [N]"])]
-    for joint, link in zip(run.model.joints, run.model.outboard, strict=True):
+    for joint, link in zip(run.model.joints, run.model.second_links, strict=True):
         found += [f"{joint} on {link}: x [N]", f"{joint} on {link}: y [N]", f"{joint} on {link}: moment [N m]"]
     return [*found, *(f"{mesh}: force [N]" for mesh in mesh_names(run.model))]
 

@@ -355,14 +355,11 @@ def _push(sample: States, number: int, part: int) -> FloatArray:
 
 
 def drive_effort(sample: States, joint: str) -> FloatArray:
-    """What the drive of a joint does to its second link (n,): a torque (N m), or a force along its line (N), whichever
-    side of the joint ``reactions`` are on."""
-    model, number = sample.model, list(sample.model.joints).index(joint)
-    reaction, second = sample.motion.reactions[:, number], between(model, joint)[1]
-    sign = 1.0 if second >= 0 and model.outboard[number] == model.links[second] else -1.0
-    if not slides(model, joint):
-        return np.asarray(sign * reaction[:, 2])
-    return np.asarray(sign * np.sum(reaction[:, :2] * sample.line(joint), axis=1))
+    """What the drive of a joint does to its second link (n,): a torque (N m), or a force along its line (N)."""
+    reaction = sample.motion.reactions[:, list(sample.model.joints).index(joint)]
+    if not slides(sample.model, joint):
+        return reaction[:, 2]
+    return np.asarray(np.sum(reaction[:, :2] * sample.line(joint), axis=1))
 
 
 def drive_power(sample: States, joint: str) -> FloatArray:

@@ -156,7 +156,7 @@ class Record:
         return self._forces(t, "pushes")
 
     def reactions(self, t: ArrayLike) -> FloatArray:
-        """Per joint the force x, y (N) and the moment (N m) on its outboard link at t, with what contacts push.
+        """Per joint the force x, y (N) and the moment (N m) on its second link at t, with what contacts push.
 
         (joints, 3), or (b, joints, 3) for a row of times; at an impact time as after it, where it is impulses that act,
         `Impact.reactions`. Those of redundant joints are of least norm.

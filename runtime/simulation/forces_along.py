@@ -79,7 +79,7 @@ def along(advance: Advance, found: Mapping[str, Any]) -> Along:
 
 
 def impulses_of_joints(model: Compiled, found: Mapping[str, Any]) -> FloatArray:
-    """Impulses of the joints (impacts, joints, 3) in the impacts that the core recorded, on the outboard links.
+    """Impulses of the joints (impacts, joints, 3) in the impacts that the core recorded, on their second links.
 
     Not a number where the equations have no solution.
     """

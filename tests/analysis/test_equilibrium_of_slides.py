@@ -64,7 +64,7 @@ def test_a_force_along_a_line_is_no_reaction(push: float, turned: bool, workshop
     assert place == pytest.approx((0.5 + stretch) * ALONG, abs=1e-8)
     assert found.stability == "stable"
     across = np.array([-ALONG[1], ALONG[0]])
-    sign = 1.0 if model.outboard[0] == "cart" else -1.0
+    sign = -1.0 if turned else 1.0  # on the second link
     assert sign * found.reactions[0, :2] == pytest.approx(weight * np.cos(SLOPE) * across, abs=1e-6)
     assert abs(found.reactions[0, 2]) <= 1e-6
     assert found.reactions[1, :2] == pytest.approx([0.0, 0.5 * G], abs=1e-6)

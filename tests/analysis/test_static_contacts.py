@@ -74,13 +74,10 @@ def check_balance(model: Any, found: Any, points: dict[str, str]) -> None:
         centre = poses[k, :2] + [x * np.cos(turn) - y * np.sin(turn), x * np.sin(turn) + y * np.cos(turn)]
         act(k, [0.0, -model.parameters[f"{name}.mass"] * G], centre)
     for k, name in enumerate(model.joints):
-        outboard = model.links.index(model.outboard[k])
-        (inboard,) = (link for link in model.data["between"][k] if link != outboard)
-        act(outboard, found.reactions[k, :2], model.point(name, found.q))
-        moment[outboard] += found.reactions[k, 2]
-        if inboard >= 0:
-            act(inboard, -found.reactions[k, :2], model.point(name, found.q))
-            moment[inboard] -= found.reactions[k, 2]
+        for link, sign in zip(model.data["between"][k], (-1.0, 1.0), strict=True):
+            if link >= 0:
+                act(link, sign * found.reactions[k, :2], model.point(name, found.q))
+                moment[link] += sign * found.reactions[k, 2]
     for (point, plane), (push, drag) in zip(model.contacts, found.contact_forces, strict=True):
         normal = planes[plane][1]
         where = model.point(point, found.q)

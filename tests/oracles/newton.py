@@ -62,9 +62,7 @@ def by_joints(model: Any, q: Array, reactions: Array) -> Array:
     """What pins (not slides) do to each link, about its mass centre, (links, 3)."""
     found, places = np.zeros((len(model.links), 3)), centres(model, q)
     for j, name in enumerate(model.joints):
-        out = model.links.index(model.outboard[j]) if model.outboard[j] != "ground" else GROUND
-        (other,) = (link for link in model.data["between"][j] if link != out)
-        for link, sign in ((out, 1.0), (other, -1.0)):
+        for link, sign in zip(model.data["between"][j], (-1.0, 1.0), strict=True):
             if link != GROUND:
                 x, y = model.point(name, q) - places[link]
                 force = sign * reactions[j]

@@ -324,9 +324,8 @@ def test_an_arm_of_a_planetary_train_is_held_and_let_go(workshop: Workshop, plan
     assert impact.energy_loss == pytest.approx(lost, rel=1e-11)
     assert impact.reactions[run.model.joints.index("sun_axle")] == pytest.approx([0.0, 0.0, 0.0], abs=1e-12)
     lock = run.model.joints.index("lock")
-    sign = 1.0 if run.model.outboard[lock] == "arm" else -1.0
     moment = inertias @ turns @ ([after, 0.0] - before)
-    assert -0.5 * sign * impact.reactions[lock, 0] == pytest.approx(moment, rel=1e-10)
+    assert -0.5 * impact.reactions[lock, 0] == pytest.approx(moment, rel=1e-10)
     still = after + 0.3 / M[0, 0] * (let_go.t - held.t)
     last = run.model.velocities(*run.at(2.0))[:2, 2]
     assert last == pytest.approx(np.array([still, 0.0]) + rate * (2.0 - let_go.t), rel=1e-10)

@@ -79,34 +79,32 @@ def check_forces(
     motion: sliding.Motion,
     contacts: dict[Any, str] | tuple[()] | None = None,
 ) -> None:
-    """Joint forces under ``contacts`` that are held as said."""
+    """Joint forces on the second links under ``contacts`` that are held as said; moments about the later links' points."""
     reactions, scale = model.reactions(q, u, contacts=contacts), 1.0
     scale = max(np.max(np.abs(motion.pins), initial=1.0), np.max(np.abs(motion.slots), initial=1.0))
     for joint, (kind, index) in enumerate(sketch.kinds):
         ends = sketch.pins[index] if kind == "pin" else sketch.slots[index]
-        sign = 1.0 if model.outboard[joint] == ("ground" if ends.b == GROUND else f"body_{ends.b}") else -1.0
         force = (motion.pins if kind == "pin" else motion.slots)[index]
         if joint not in sketch.driven or kind == "pin":
-            assert np.max(np.abs(reactions[joint, :2] - sign * force[:2])) <= BOUND * scale * 10.0
+            assert np.max(np.abs(reactions[joint, :2] - force[:2])) <= BOUND * scale * 10.0
         driven = joint in sketch.driven
         if driven and kind == "slot":
             continue  # its force along the line is in the oracle's effort
         if driven:
-            effort = sign * motion.efforts[sketch.driven.index(joint)]
-            assert abs(reactions[joint, 2] - effort) <= BOUND * scale * 10.0
+            assert abs(reactions[joint, 2] - motion.efforts[sketch.driven.index(joint)]) <= BOUND * scale * 10.0
         elif kind == "slot" and sketch.slots[index].angle is not None and model.joints[joint] not in model.cuts:
-            moment = sign * force[2] + (_about_the_first(model, ends, q, force) if sign < 0.0 else 0.0)
+            moment = force[2] + (_about_the_first(model, ends, q, force) if ends.a > ends.b else 0.0)
             assert abs(reactions[joint, 2] - moment) <= BOUND * scale * 10.0
         else:
             assert reactions[joint, 2] == 0.0
 
 
 def _about_the_first(model: Any, slot: sliding.Slot, q: Array, force: Array) -> float:
-    """Moment about the first point of what the joint does to the first link, at the second point."""
+    """Moment about the first point of a force at the second point."""
     poses = np.vstack([model.poses(q), np.zeros(3)])  # the ground comes last: index -1
     ends = [poses[k, :2] + maximal.turned(poses[k, 2], on) for k, on in ((slot.a, slot.on_a), (slot.b, slot.on_b))]
     x, y = ends[1] - ends[0]
-    return float(-(x * force[1] - y * force[0]))
+    return float(x * force[1] - y * force[0])
 
 
 def check_flight(model: Any, sketch: Sketch, contacts: tuple[()] | None = None) -> None:

@@ -19,6 +19,7 @@
 #include "model/contacts.h"
 #include "model/inputs.h"
 #include "model/scales.h"
+#include "model/second_links.h"
 #include "motion/acceleration.h"
 #include "motion/carried.h"
 #include "motion/lanes.h"

@@ -15,6 +15,7 @@
 #include "hybrid/contact_transition.h"
 #include "motion/acceleration.h"
 #include "model/contacts.h"
+#include "model/second_links.h"
 
 struct room {
     struct active_set active;
@@ -168,18 +169,19 @@ static enum outcome motion(struct room *r, double t, const double *q, const doub
     return OUTCOME_DONE;
 }
 
-/* What the joints carry then: reaction[joints][3] */
+/* What the joints do to their second links then: reaction[joints][3] */
 static void react(struct room *r, double t, const double *q, const double *u, const double *u_dot, const double *push,
                   double *reaction)
 {
     const struct system *s = r->phase.s;
     const struct ccgen_model *m = s->model;
     m->reactions(s->k, q, u, t, s->inputs, u_dot, r->lambda, reaction);
-    if (!active_count(s))
-        return;
-    m->contact_reactions(s->k, q, push, r->more);
-    for (int i = 0; i < 3 * m->joints; i++)
-        reaction[i] += r->more[i];
+    if (active_count(s)) {
+        m->contact_reactions(s->k, q, push, r->more);
+        for (int i = 0; i < 3 * m->joints; i++)
+            reaction[i] += r->more[i];
+    }
+    turn_to_second_links(m, 1, 1, reaction);
 }
 
 enum outcome held_forces(struct system *s, size_t count, size_t every, const double *t, const double *q,
@@ -237,6 +239,7 @@ enum outcome joint_impulses(struct system *s, const double *q, const double *du,
     m->contact_reactions(s->k, q, P, more);
     for (int i = 0; i < entries; i++)
         reaction[i] += more[i];
+    turn_to_second_links(m, 1, 1, reaction);
 end:
     give_back(arena, mark);
     return outcome;

@@ -35,14 +35,14 @@ struct obstruction {
 
 /* Of `count` states, at t[i * every] (every is 0 or 1), q[count][n], u[count][n]: u_dot[count][n], lambda[count][rows + 1],
  * push[count][2 contacts], normal forces (N, N m) and then those of friction, zero of contacts that are not held, and
- * reaction[count][joints][3] with them. They belong together; where they are not unique they are those of least norm. What
- * effects tell at each state: told[count][told]. Stops at the first state that has none, which `found` then tells. latched[count][latches] is what effects hold at each state, or NULL where
+ * reaction[count][joints][3] with them, on the joints' second links. They belong together; where they are not unique they are
+ * those of least norm. What effects tell at each state: told[count][told]. Stops at the first state that has none, which `found` then tells. latched[count][latches] is what effects hold at each state, or NULL where
  * no run has set it. */
 enum outcome held_forces(struct system *s, size_t count, size_t every, const double *t, const double *q,
                          const double *u, const double *latched, struct held held, double *u_dot, double *lambda,
                          double *push, double *reaction, double *told, struct obstruction *found);
 
-/* Of an impact at q with the jumps du[n] and impulses P[2 contacts]: reaction[joints][3] (N s, N m s) */
+/* Of an impact at q with the jumps du[n] and impulses P[2 contacts]: reaction[joints][3] (N s, N m s) on the second links */
 enum outcome joint_impulses(struct system *s, const double *q, const double *du, const double *P, double *reaction);
 
 /* closed[count]: whether a contact is closed at q[count][n], its gap being zero but for rounding */
