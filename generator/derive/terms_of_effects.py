@@ -14,7 +14,8 @@ from .vectors import Vector
 
 Let = Callable[[str, sp.Expr], sp.Expr]
 Told = tuple[str, str, sp.Expr] | tuple[str, str, sp.Expr, int]
-"""What is asked of an effect, as ``torque``, its unit, and the value; of a force the number of the link that it acts on."""
+"""What is asked of an effect, as ``torque``, its unit, and the value; the number of the link that a force acts on,
+where its name does not have it."""
 
 
 class Terms(Protocol):

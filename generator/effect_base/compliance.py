@@ -251,10 +251,10 @@ class Compliance:
             total += (self._elastic(motion, pressed) - self.push(motion, pressed)) * pressed.approach
         return total
 
-    def outputs(self, motion: Motion, pressed: Pressed, of: str, link: int) -> list[Told]:
-        """What runs tell of a contact, behind its name; its forces are on a ``link``."""
-        told: list[Told] = [(f"{of}depth", "m", pressed.depth), (f"{of}normal", "N", self.push(motion, pressed), link)]
-        return [*told, (f"{of}friction", "N", self.drag(motion, pressed), link)] if self.friction else told
+    def outputs(self, motion: Motion, pressed: Pressed, of: str) -> list[Told]:
+        """What runs tell of a contact, behind its name."""
+        told: list[Told] = [(f"{of}depth", "m", pressed.depth), (f"{of}normal", "N", self.push(motion, pressed))]
+        return [*told, (f"{of}friction", "N", self.drag(motion, pressed))] if self.friction else told
 
     def _power_of(self, motion: Motion, depth: Expr) -> Expr:
         """(d/unit)ⁿ; of a half the root of |d|, since a stage of a step may lie outside."""

@@ -85,8 +85,8 @@ class CompliantGround(Effect):
     def outputs(self, motion: Motion) -> Sequence[Told]:
         """Of each contact how deep it is, negative where it is apart, its normal force and friction."""
         told: list[Told] = []
-        for (pressed, ref), ((name, _), _) in zip(self._pressed(motion), self.plane.rounded(), strict=True):
-            told += self.law.outputs(motion, pressed, f"{name}.", ref.link)
+        for (pressed, _), ((name, _), _) in zip(self._pressed(motion), self.plane.rounded(), strict=True):
+            told += self.law.outputs(motion, pressed, f"{name}.")
         return told
 
     def planes(self) -> tuple[Plane, ...]:

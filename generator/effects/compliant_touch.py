@@ -87,7 +87,8 @@ class CompliantTouch(Effect):
 
     def outputs(self, motion: Motion) -> Sequence[Told]:
         """How deep it is, negative where the bodies are apart, its normal force and friction."""
-        return self.law.outputs(motion, self._pressed(motion), "", self.pair.disc.start.link)
+        depth, *forces = self.law.outputs(motion, self._pressed(motion), "")
+        return depth, *((asked, unit, value, self.pair.disc.start.link) for asked, unit, value, *_ in forces)
 
     def rims(self) -> tuple[Rim, ...]:
         return self.pair.rims()

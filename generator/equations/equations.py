@@ -91,8 +91,8 @@ class ContactName:
 
 @dataclass(frozen=True)
 class OutputName:
-    """A number that runs tell of an effect, as they call it, ``motor_0.torque``, and its ``unit``; of a force the name
-    of the ``link`` that it acts on."""
+    """A number that runs tell of an effect, as they call it, ``motor_0.torque``, and its ``unit``; the name of the
+    ``link`` that a force acts on, where its own does not have it."""
 
     name: str
     unit: str

@@ -26,6 +26,7 @@ SAME = frozenset(
         "q_names",
         "u_names",
         "told",
+        "told_links",
         "core",
         "second_links",
         "rows",

@@ -43,6 +43,7 @@ class Whole:
         self.meshes: Mapping[str, Sequence[Mapping[str, Any]]] = said.get("meshes", {})
         self.contacts = tuple(dict.fromkeys(one for model in self.structures for one in model.contacts))
         self.told = tuple(dict.fromkeys(tuple(one) for model in self.structures for one in model.told))
+        self.told_links = {name: link for model in self.structures for name, link in model.told_links.items()}
         self.stops = frozenset(stop for model in self.structures for stop in model.stops)
         self.slide_ends = frozenset(end for model in self.structures for end in model.slide_ends)
         self.parameters: Mapping[str, float] = dict(self.main.parameters)

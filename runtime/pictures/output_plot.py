@@ -11,7 +11,7 @@ import numpy as np
 from ..arrays import FloatArray
 from ..extras import needed
 from ..files import read_path, write_whole
-from ..record.outputs import points_among, units_of, values_of, with_places
+from ..record.outputs import outputs_of, points_among, units_of, values_of, with_places
 from ..record.record import Record
 from .link_colours import COLOURS
 from .marks import mark_impacts, name_marks
@@ -69,8 +69,9 @@ def _over_time(
     figure: Any, run: Record, t: FloatArray, values: Mapping[str, FloatArray], panels: Mapping[Any, Sequence[str]]
 ) -> None:
     rows = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
+    labels = {name: f"{name} on {one.link}" if one.link else name for name, one in outputs_of(run.model).items()}
     for axes, (unit, shown) in zip(rows, panels.items(), strict=True):
-        named_curves(axes, t, {name: values[name] for name in shown})
+        named_curves(axes, t, {labels[name]: values[name] for name in shown})
         mark_impacts(axes, run)
         asked = {name.rpartition(".")[2] for name in shown}
         what = asked.pop().replace("_", " ") if len(asked) == 1 else QUANTITIES[str(unit)]

@@ -47,6 +47,10 @@ class Drawable(Protocol):
         """(name, unit) of every number that effects tell along runs."""
 
     @property
+    def told_links(self) -> Mapping[str, str]:
+        """The link that forces among these act on, by their names."""
+
+    @property
     def slide_ends(self) -> frozenset[str]:
         """Second names of those that stop joints along their lines."""
 

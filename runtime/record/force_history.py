@@ -16,7 +16,7 @@ from ..arrays import FloatArray
 from ..files import read_path, write_whole
 from ..model.meshes import mesh_forces, mesh_names
 from ..model.whole import Whole
-from .outputs import Sample, drive_effort, drive_power, driven_joints
+from .outputs import Sample, drive_effort, drive_power, driven_joints, headings_of
 from .peaks import find_peaks
 from .record import Record
 
@@ -205,18 +205,25 @@ def _just_before(run: Record, jumps: FloatArray) -> FloatArray:
 
 
 def columns(run: Record) -> list[str]:
-    """Headings of a table of forces, with units; a stop has a moment, or a force along a line, and no friction. What a
-    joint does is to its second link, as in ``reactions``."""
-    found = ["t [s]"]
-    for point, ground in run.model.contacts:
-        name = f"{point} on {ground}"
-        if ground in run.model.stops:
-            found.append(f"{name}: moment [N m]")
-        else:
-            found += [f"{name}: normal [N]", *([] if ground in run.model.slide_ends else [f"{name}: friction [N]"])]
-    for joint, link in zip(run.model.joints, run.model.second_links, strict=True):
-        found += [f"{joint} on {link}: x [N]", f"{joint} on {link}: y [N]", f"{joint} on {link}: moment [N m]"]
-    return [*found, *(f"{mesh}: force [N]" for mesh in mesh_names(run.model))]
+    """Headings of a table of forces: the outputs' own names, with units and the links that joints' forces act on. A
+    stop has a moment, or a force along a line, and no friction."""
+    model = run.model
+    known, found = headings_of(model), ["t [s]"]
+
+    def add(kind: str, owner: str, asked: str, otherwise: str = "") -> None:
+        name = f"{owner}.{asked}"
+        found.append(known.get(name) or known.get(f"{kind} {name}") or f"{name} [{otherwise}]")
+
+    for point, ground in model.contacts:
+        smooth = ground in model.slide_ends
+        for asked in ("moment",) if ground in model.stops else ("normal",) if smooth else ("normal", "friction"):
+            add("contact", f"{ground}.{point}", asked)
+    for joint, link in zip(model.joints, model.second_links, strict=True):
+        for asked, unit in (("fx", "N"), ("fy", "N"), ("moment", "N m")):
+            add("joint", joint, asked, f"{unit} on {link}")  # joints that only place links are no outputs
+    for mesh in mesh_names(model):
+        add("mesh", mesh, "force")
+    return found
 
 
 def write_csv(run: Record, path: str | os.PathLike[str], found: History | None = None) -> Path:

@@ -39,12 +39,19 @@ OTHER_WORDS: Mapping[str, tuple[str, ...]] = {
 @dataclass(frozen=True)
 class Output:
     """One number over time: its ``name``, what ``kind`` of thing it is of, its ``unit``, and its values (n,) at
-    :class:`States`; those of impulses want a whole run, a :class:`Sample`."""
+    :class:`States`; those of impulses want a whole run, a :class:`Sample`. The ``link`` is that which a force or moment
+    acts on, where its name does not have it."""
 
     name: str
     kind: str
     unit: str
     of: Callable[[Any], FloatArray]
+    link: str = ""
+
+    @property
+    def measure(self) -> str:
+        """The unit, and of a force the link that it acts on: ``N on crank``."""
+        return f"{self.unit} on {self.link}" if self.link else self.unit
 
 
 class States(ABC):
@@ -188,12 +195,18 @@ def units_of(model: Any) -> dict[str, str]:
     return {name: output.unit for name, output in outputs_of(model).items()}
 
 
+def headings_of(model: Any) -> dict[str, str]:
+    """What stands over a column of every output, by name: the name, its unit, and of a force the link it acts on."""
+    return {name: f"{name} [{output.measure}]" for name, output in outputs_of(model).items()}
+
+
 def outputs_text(model: Any) -> str:
-    """A line for everything that outputs are of: its name, and what is asked of it, with units."""
+    """A line for everything that outputs are of: its name, and what is asked of it, with units, and of forces the link
+    that they act on."""
     owners: dict[str, list[str]] = {}
-    for name, unit in units_of(model).items():
+    for name, output in outputs_of(model).items():
         owner, _, asked = name.rpartition(".")
-        owners.setdefault(owner, []).append(f"{asked} [{unit}]")
+        owners.setdefault(owner, []).append(f"{asked} [{output.measure}]")
     return "\n".join(f"{owner + ': ' if owner else ''}{', '.join(asked)}" for owner, asked in owners.items())
 
 
@@ -265,7 +278,7 @@ def _every(model: Any) -> Iterator[Output]:
         rubs = ground not in model.stops | model.slide_ends
         yield from _of_contact(f"{ground}.{point}", number, ground in model.stops, rubs)
     for number, (name, unit) in enumerate(model.told):
-        yield Output(name, "effect", unit, partial(_told, number=number))
+        yield Output(name, "effect", unit, partial(_told, number=number), model.told_links.get(name, ""))
     for number, mesh in enumerate(mesh_names(model)):
         yield Output(f"{mesh}.force", "mesh", "N", partial(_mesh, number=number))
 
@@ -302,7 +315,8 @@ def _of_joint(model: Any, joint: str) -> Iterator[Output]:
     number = list(model.joints).index(joint)
     yield Output(f"{joint}.force", "joint", "N", lambda sample: np.hypot(*sample.motion.reactions[:, number, :2].T))
     for part, (name, unit) in enumerate((("fx", "N"), ("fy", "N"), ("moment", "N m"))):
-        yield Output(f"{joint}.{name}", "joint", unit, partial(_reaction, number=number, part=part))
+        of = partial(_reaction, number=number, part=part)
+        yield Output(f"{joint}.{name}", "joint", unit, of, model.second_links[number])
     if joint in driven_joints(model):
         yield Output(f"{joint}.power", "joint", "W", partial(drive_power, joint=joint))
     if model.contacts:

@@ -48,8 +48,8 @@ def test_a_run_tells_its_largest_forces(scene: Path) -> None:
     with (folder / "forces.csv").open(newline="") as file:
         head, *rows = csv.reader(file)
     assert head == [
-        "t [s]", "rod.T on ground_0: normal [N]", "rod.T on ground_0: friction [N]",
-        "hinge on rod: x [N]", "hinge on rod: y [N]", "hinge on rod: moment [N m]",
+        "t [s]", "ground_0.rod.T.normal [N]", "ground_0.rod.T.friction [N]",
+        "hinge.fx [N on rod]", "hinge.fy [N on rod]", "hinge.moment [N m on rod]",
     ]  # fmt: skip
     numbers = np.array(rows, dtype=float)
     assert numbers[0, 0] == 0.0 and numbers[-1, 0] == 2.0 and np.all(np.diff(numbers[:, 0]) >= 0.0)
@@ -113,16 +113,16 @@ def test_stops_have_a_moment_and_no_friction_in_the_table(workshop: Workshop, tm
     run = simulate(workshop.model(STOPPED))
     with write_csv(run, tmp_path / "forces.csv").open(newline="") as file:
         head, *rows = csv.reader(file)
-    names = [f"{point} on {ground}" for point, ground in run.model.contacts]
+    names = [f"{ground}.{point}" for point, ground in run.model.contacts]
     stops = [name for name, (_, ground) in zip(names, run.model.contacts, strict=True) if ground in run.model.stops]
     assert len(stops) == 2 and len(names) == 3
     for name in names:
         ends = ["moment [N m]"] if name in stops else ["normal [N]", "friction [N]"]
-        assert [column for column in head if column.startswith(f"{name}:")] == [f"{name}: {end}" for end in ends]
+        assert [column for column in head if column.startswith(f"{name}.")] == [f"{name}.{end}" for end in ends]
     numbers, found = np.array(rows, dtype=float), history(run)
     for k, name in enumerate(names):
         kept = 1 if name in stops else 2
-        at = next(i for i, column in enumerate(head) if column.startswith(f"{name}:"))
+        at = next(i for i, column in enumerate(head) if column.startswith(f"{name}."))
         assert np.array_equal(numbers[:, at : at + kept], found.pushes[:, k, :kept])
     assert np.array_equal(numbers[:, -3:], found.reactions[:, -1])
     assert not found.pushes[:, [name in stops for name in names], 1].any()
@@ -280,7 +280,7 @@ def test_the_table_of_forces_has_the_times_that_are_asked_for(tmp_path: Path, mo
     assert CliRunner().invoke(app, ["run", "swing.toml", "--csv", "--times", "21"]).exit_code == 0
     head, *rows = csv.reader(Path("results/swing/forces.csv").read_text().splitlines())
     numbers = np.array(rows, dtype=float)
-    assert head[1:3] == ["hinge on rod: x [N]", "hinge on rod: y [N]"]
+    assert head[1:3] == ["hinge.fx [N on rod]", "hinge.fy [N on rod]"]
     assert np.array_equal(numbers[:, 0], np.linspace(0.0, 2.0, 21))
     assert numbers[0, 1:3] == pytest.approx([0.0, 2.0 * G / 4.0], abs=1e-12)
 

@@ -36,7 +36,13 @@ def test_a_run_draws_and_writes_what_is_asked(scene: Path) -> None:
     assert page["plotted"] == ["rod.angle", "hinge.fy", "ground_0.rod.T.gap", "ground_0.rod.T.normal"]
     with (folder / "outputs.csv").open(newline="") as file:
         head, *rows = csv.reader(file)
-    assert head == ["t [s]", "rod.angle [rad]", "hinge.fy [N]", "ground_0.rod.T.gap [m]", "ground_0.rod.T.normal [N]"]
+    assert head == [
+        "t [s]",
+        "rod.angle [rad]",
+        "hinge.fy [N on rod]",
+        "ground_0.rod.T.gap [m]",
+        "ground_0.rod.T.normal [N]",
+    ]
     numbers = np.array(rows, dtype=float)
     assert numbers[:, 0] == pytest.approx(np.linspace(0, 2, 21), abs=0)
     assert numbers[-1, 2:] == pytest.approx([G, 0.0, G], rel=1e-11, abs=1e-11)

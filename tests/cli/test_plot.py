@@ -42,7 +42,7 @@ def test_a_run_that_is_done_is_looked_at_again() -> None:
     assert done.stdout == "written: results/four-bar/outputs.png, results/four-bar/outputs.csv\n"
     assert (results / "outputs.png").read_bytes() != before
     heading, *rows = (results / "outputs.csv").read_text().splitlines()
-    assert heading == "t [s],motor.fx [N],motor.fy [N],energy [J]"
+    assert heading == "t [s],motor.fx [N on crank],motor.fy [N on crank],energy [J]"
     t = np.array([0.0, 0.5, 1.0])
     wanted = np.column_stack([t, *run.values("motor.fx", "motor.fy", "energy", t=t).values()])
     assert np.array_equal(np.array([row.split(",") for row in rows], dtype=float), wanted)

@@ -224,7 +224,7 @@ def test_what_is_told_of_such_runs_has_all_parts(run: Any, tmp_path: Path) -> No
     assert 0.1 * (angles[1] - 0.3) == pytest.approx(0.05 * (angles[2] - 2.0), abs=1e-12)
     forces = history(run, 50)
     names = columns(run)
-    assert names[-3:] == ["gear_0: force [N]", "rack_0: force [N]", "belt_0: force [N]"]
+    assert names[-3:] == ["gear_0.force [N]", "rack_0.force [N]", "belt_0.force [N]"]
     bar = run.point("bar.C", forces.t[:1]).acceleration[0, 0]
     assert abs(forces.meshes[0, 1]) == pytest.approx(abs(1.0 * bar), rel=1e-9) and bar != 0.0
     lines = write_csv(run, tmp_path / "forces.csv").read_text().splitlines()

@@ -79,7 +79,7 @@ def check_forces(
     motion: sliding.Motion,
     contacts: dict[Any, str] | tuple[()] | None = None,
 ) -> None:
-    """Joint forces on the second links under ``contacts`` that are held as said; moments about the later links' points."""
+    """Joint forces on the second links, moments about the later links' points, under ``contacts`` held as said."""
     reactions, scale = model.reactions(q, u, contacts=contacts), 1.0
     scale = max(np.max(np.abs(motion.pins), initial=1.0), np.max(np.abs(motion.slots), initial=1.0))
     for joint, (kind, index) in enumerate(sketch.kinds):
