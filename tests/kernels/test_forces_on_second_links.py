@@ -7,15 +7,19 @@ stops, releases and holds.
 
 from __future__ import annotations
 
-
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from ccgen.runtime import driving_torque, ensemble, inverse_dynamics, sensitivities, simulate, static_equilibrium
+from ccgen.runtime import ensemble, inverse_dynamics, sensitivities, simulate, static_equilibrium
+from ccgen.runtime.record.force_history import write_csv
+from ccgen.runtime.record.output_table import write_outputs
+from ccgen.runtime.record.outputs import outputs_text
 
 from ..oracles.maximal import Array
+from ..support.leaning_rod import LEANING
 from ..support.workshop import Workshop
 
 G = 9.81
@@ -270,3 +274,106 @@ def test_links_accelerate_by_what_their_joints_are_said_to_do(driven: bool, work
             assert (fx * along[0] + fy * along[1]) * rate == pytest.approx(power, rel=1e-12)
     signs = np.array([1.0 if name == "slot" else -1.0 for name in WRITTEN])[:, None]
     assert np.max(np.abs(found[0] - signs * found[1])) <= 1e-8 * np.max(np.abs(found[0]))
+
+
+# -- every place that reports them ---------------------------------------------------------------------------------
+
+
+def test_all_that_is_reported_turns_with_the_joint(workshop: Workshop, tmp_path: Path) -> None:
+    """A rod falls onto the ground and lies there: states, runs, impacts, tables, rest, ensembles and derivatives.
+
+    The weight at rest is shared by the ground and the hinge, G each: upwards on the rod, downwards on the ground.
+    """
+    found = []
+    for sign, between in ((1.0, '["ground.O", "rod.A"]'), (-1.0, '["rod.A", "ground.O"]')):
+        text = LEANING.replace('["ground.O", "rod.A"]', between) + "[[drag]]\npoint = 'rod.T'\nlinear = 0.3\n"
+        model = workshop.model(text, derivatives=True)
+        link = "rod" if sign > 0.0 else "ground"
+        assert model.second_links == model.outboard == (link,)
+        assert f"fx [N on {link}], fy [N on {link}], moment [N m on {link}]" in outputs_text(model)
+        run = simulate(model, rtol=1e-11)
+        assert run.reactions(2.0)[0] == pytest.approx([0.0, sign * G, 0.0], abs=1e-9)
+        table = write_csv(run, tmp_path / "forces.csv").read_text().splitlines()
+        assert f"hinge.fy [N on {link}]" in table[0]
+        assert float(table[-1].split(",")[-2]) == pytest.approx(sign * G, rel=1e-9)
+        table = write_outputs(run, ["hinge.fy"], tmp_path / "outputs.csv").read_text().splitlines()
+        assert table[0] == f"t [s],hinge.fy [N on {link}]"
+        assert float(table[-1].split(",")[1]) == pytest.approx(sign * G, rel=1e-9)
+        rest = static_equilibrium(model, run.q[-1]).reactions[0]
+        assert rest == pytest.approx([0.0, sign * G, 0.0], abs=1e-9)
+        (impact,) = run.impacts
+        speed = run.values("rod.angular_velocity")["rod.angular_velocity"][np.flatnonzero(run.t == impact.t)]
+        jump = 2.0 * 0.5 * (speed[1] - speed[0])  # of the rod's momentum, upwards it is cos 30 of that
+        assert sign * impact.reactions[0, 1] + impact.impulses[0] == pytest.approx(jump * np.cos(np.pi / 6.0), rel=1e-8)
+        rows = ensemble(model, {"rod.mass": [2.0, 3.0]}, observe=["hinge.fy"], at=[0.1, 2.0])
+        assert rows["hinge.fy"][0] == pytest.approx(run.values("hinge.fy", t=[0.1, 2.0])["hinge.fy"], rel=1e-12)
+        q, u = run.at(0.1)
+        h = 1e-6
+        with_more = (model.reactions(q, u + k * h) for k in (1, -1))
+        slope = np.subtract(*with_more) / (2.0 * h)
+        assert model.derivatives("reactions", q, u, wrt="u")[..., 0] == pytest.approx(slope, abs=1e-8)
+        ways = [
+            sensitivities(model, ["rod.mass"], ["hinge.fx", "hinge.fy"], at=[0.1], rtol=1e-11, mode=mode)
+            for mode in ("tangent", "adjoint")
+        ]
+        ends = [simulate(model, until=0.1, rtol=1e-11, params={"rod.mass": 2.0 + k * 1e-4}) for k in (1, -1)]
+        by_mass = np.subtract(*(one.reactions(0.1)[0, :2] for one in ends)) / 2e-4
+        for way in ways:
+            assert way.jacobian.ravel() == pytest.approx(by_mass, rel=1e-6)
+            assert way.values["hinge.fy"] == pytest.approx(run.values("hinge.fy", t=[0.1])["hinge.fy"], rel=1e-9)
+        found.append([run.reactions(0.1), impact.reactions, rest, slope, by_mass])
+    for one, other in zip(*found, strict=True):
+        assert np.max(np.abs(one + other)) <= 1e-9 * np.max(np.abs(one))
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_rail_that_takes_hold_gives_its_impulse_to_the_second_link(turned: bool, workshop: Workshop) -> None:
+    """A block flies across a rail and spins: the rail takes its momentum across and its spin, about the block's point,
+    off the mass centre by c: m v up, and the moment of momentum I w + c m v."""
+    between = ["ground.O", "block.A"]
+    text = f"""
+name = "caught"
+[ground_link]
+points = {{ O = [-1, 0] }}
+[[link]]
+name = "block"
+mass = 2
+inertia = 0.3
+com = [0.25, 0]
+points = {{ A = [0, 0] }}
+free = true
+[[link]]
+name = "post"
+mass = 1
+inertia = 1
+com = [0, 0]
+points = {{ A = [0, 0] }}
+[[joint]]
+name = "hinge"
+between = ["ground.O", "post.A"]
+[[joint]]
+name = "rail"
+type = "prismatic"
+axis = [1, 0]
+between = {between[::-1] if turned else between}
+[[hold]]
+joint = "rail"
+at = 0
+within = 1
+[start]
+open = ["rail"]
+poses = {{ block = [0.4, 0, 0] }}
+sliding_velocities = {{ block_x = 0.5, block_y = -3 }}
+angular_velocities = {{ block = 2 }}
+[run]
+until = 0.1
+""".replace("'", '"')
+    run = simulate(workshop.model(text))
+    assert run.success, run.message
+    (impact,) = run.impacts
+    centre = -3.0 + 0.25 * 2.0  # velocity of the mass centre, across
+    up, moment = -2.0 * centre, -(0.3 * 2.0 + 0.25 * 2.0 * centre)
+    sign = -1.0 if turned else 1.0
+    rail = run.model.joints.index("rail")
+    assert impact.reactions[rail] == pytest.approx(sign * np.array([0.0, up, moment]), rel=1e-9, abs=1e-12)
+    assert impact.impulses[0] == pytest.approx(up, rel=1e-9)  # its size
