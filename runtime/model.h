@@ -66,10 +66,10 @@ typedef void ccgen_stages(int n, int stages, const double *base, const double *s
 typedef int ccgen_impulse(const double *k, const double *q, const double *f, const double *y, double *du,
                           double *Lambda);
 
-/* reaction[joints][3]: force x, y (N) and moment (N m) on the joint's outboard link, from q[nq], u[nu] and the u_dot[nu], lambda[rows]
- * that belong to them; the moment of a prismatic joint is about its point on the later one of its links, the ground being before
- * all. Times sides[joint] it is what the joint does to its second link: so the runtime reports it (core/model/second_links.h), that
- * of the next two functions too, and the tangents of all three. */
+/* reaction[joints][3]: force x, y (N) and moment (N m) on the joint's outboard link, from q[nq], u[nu] and the u_dot[nu],
+ * lambda[rows] that belong to them; the moment of a prismatic joint is about its point on the later one of its links, the ground
+ * being before all. Times sides[joint] it is what the joint does to its second link, as the runtime reports it
+ * (core/model/second_links.h): that of the next two functions too, and the tangents of all three. */
 typedef void ccgen_reactions(const double *k, const double *q, const double *u, double t, const double *inputs,
                              const double *u_dot, const double *lambda, double *reaction);
 
