@@ -242,7 +242,9 @@ def torque(
     ] = None,
     rate: Annotated[
         str | None,
-        typer.Option(metavar="W", help="its constant rate in rad/s [the speed of its [[drive]], or 1]"),
+        typer.Option(
+            metavar="W", help="its constant rate in rad/s, 0 for statics [the speed of its [[drive]] at t = 0, or 1]"
+        ),
     ] = None,
     plot: Annotated[Path | None, typer.Option(metavar="FILE", help="write the curve as PNG")] = None,
     settings: Set = None,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -51,18 +52,19 @@ def torque(
     faults.stop_if_any()
     assert scene and turned
     model = with_settings(compiled(scene, detail), settings, scene, detail)
-    driven = _driven_speed(model, turned)
-    speed = asked or driven or 1.0
+    driven, steady = _driven_speed(model, turned)
+    speed = asked if asked is not None else driven or 1.0
     with refusing(ValueError, OSError):
         turn = driving_torque(model, turned, speed)
         if plot is not None:
             turn.plot(plot)
-    why = ", as its [[drive]] has it" if driven and asked is None else ""
-    typer.echo(f"{model.name}: {turned} turned once at {speed:g} rad/s{why}: {_motion(scene, turned)}")
+    why = f", as its [[drive]] has it{'' if steady else ' at t = 0'}" if driven and asked is None else ""
+    at = f"at {speed:g} rad/s{why}" if speed else "and at rest at each angle"
+    typer.echo(f"{model.name}: {turned} turned once {at}: {_motion(scene, turned)}")
     mean = turn.mean if abs(turn.mean) > ROUNDED * np.abs(turn.torque).max() else 0.0
-    typer.echo(f"mean     {mean:z16.9g} N m")
-    for name, k in (("largest", turn.torque.argmax()), ("smallest", turn.torque.argmin())):
-        typer.echo(f"{name:8} {turn.torque[k]:z16.9g} N m at {turn.angle[k]:.6g} rad")
+    typer.echo(f"mean     {mean:z16.{_digits(mean, turn.mean_error)}g} N m")
+    for name, (most, angle) in (("largest", turn.largest), ("smallest", turn.smallest)):
+        typer.echo(f"{name:8} {most:z16.9g} N m at {angle:.6g} rad")
     _tell_time(model, turn.q[0])
     if turn.closed:
         typer.echo(f"closed on the way: {_named(turn.closed)}; what they push does no work here and is not counted")
@@ -70,10 +72,21 @@ def torque(
         typer.echo(f"written: {plot}")
 
 
-def _driven_speed(model: Model, joint: str) -> float:
-    """The constant speed (rad/s) of the drive of a joint; 0 where it has none."""
-    found = [drive["speed"] for drive in model.data["drives"] if drive["joint"] == joint]
-    return float(model.parameters[found[0]]) if found and found[0] is not None else 0.0
+def _digits(value: float, error: float) -> int:
+    """How many digits of a number are printed, nine at most, and at least one: those that hold."""
+    return 9 if not value or not error else max(1, min(9, math.floor(math.log10(abs(value) / error))))
+
+
+def _driven_speed(model: Model, joint: str) -> tuple[float, bool]:
+    """The speed (rad/s) at t = 0 of the drive of a joint, 0 where it has none, and whether that is a plain number, kept
+    all the time, rather than the rate of a law over time."""
+    from ccgen.runtime.model.drives import drive_speeds
+
+    of = [drive["joint"] for drive in model.data["drives"]]
+    if joint not in of:
+        return 0.0, True
+    index = of.index(joint)
+    return float(drive_speeds(model)[index]), isinstance(model.data["drives"][index]["speed"], str)
 
 
 def equilibrium(scene_file: Path, nearest: bool, detail: Detail, settings: Mapping[str, float], faults: Faults) -> None:

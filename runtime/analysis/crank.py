@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import bisect
+import math
 import os
 from dataclasses import dataclass
 from typing import Any
@@ -18,6 +19,7 @@ from ..model.integrators import integral_rows
 from ..model.model import Model
 from ..precision import need_doubles
 from .contacts import CLOSED, DEEPEST, Contacts, inside
+from .extremes import largest
 
 NEAR = 1e4
 """A position whose rows have a larger condition number is at a change point; its neighbours stand in for it."""
@@ -36,10 +38,14 @@ Sample = tuple[FloatArray, FloatArray, FloatArray, float]
 
 @dataclass(frozen=True)
 class DrivingTorque:
-    """The torque (samples,) in N m at ``joint`` that turns it at the constant ``rate`` (rad/s), over one turn.
+    """The torque (samples,) in N m at ``joint`` that turns it at the constant ``rate`` (rad/s), over one turn; at the
+    rate zero, that which holds it at each angle.
 
     ``angle`` (samples,) is that of the joint (rad): its second link's less its first's. Positive torque acts on the
     second link counter-clockwise. ``q``, ``u`` and ``u_dot`` are the motion.
+
+    ``largest`` and ``smallest`` are torque and angle where it is that, between the samples too: of each crest of these,
+    refined to rounding.
 
     ``closed`` are the (point, ground) names of contacts that are closed at some sample. What they push does no work in
     this motion and is not in the torque.
@@ -54,16 +60,25 @@ class DrivingTorque:
     u: FloatArray
     u_dot: FloatArray
     closed: tuple[tuple[str, str], ...]
+    largest: tuple[float, float]
+    smallest: tuple[float, float]
 
     @property
     def mean(self) -> float:
-        """Mean torque over the turn: zero unless something takes work."""
+        """Mean torque of the samples over the turn: zero unless something takes work."""
         return float(np.mean(self.torque))
+
+    @property
+    def mean_error(self) -> float:
+        """What the mean of every second sample differs by: the mean of a smooth torque is right to rounding, since it
+        repeats itself with the turn (Trefethen and Weideman, 2014), that of one with corners or near a change point
+        is not."""
+        return float(abs(np.mean(self.torque[::2]) - self.mean)) if len(self.torque) % 2 == 0 else math.inf
 
     @property
     def peak(self) -> float:
         """The torque of largest magnitude, with its sign."""
-        return float(self.torque[np.argmax(np.abs(self.torque))])
+        return max(self.largest[0], self.smallest[0], key=abs)
 
     def plot(self, path: str | os.PathLike[str] | None = None) -> Any:
         """The figure of torque over angle, saved as a PNG where a path is given."""
@@ -75,15 +90,14 @@ class DrivingTorque:
         figure = figure_module.Figure(figsize=(7, 3.6), dpi=100, layout="constrained")
         backend.FigureCanvasAgg(figure)
         axes = figure.subplots()
-        turned = np.degrees(self.angle - self.angle[0])
-        axes.plot(
-            np.append(turned, np.sign(self.rate) * 360.0), np.append(self.torque, self.torque[0]), color="#4477aa"
-        )
+        turned, whole = np.degrees(self.angle - self.angle[0]), 360.0 * _way(self.rate)
+        axes.plot(np.append(turned, whole), np.append(self.torque, self.torque[0]), color="#4477aa")
         axes.axhline(0.0, color="#888888", linewidth=0.6)
-        axes.set_xlim(*sorted((0.0, float(np.sign(self.rate)) * 360.0)))
+        axes.set_xlim(*sorted((0.0, whole)))
         axes.set_xlabel(f"{self.joint}: turned from {round(float(np.degrees(self.angle[0])), 6) + 0.0:.4g}° [°]")
         axes.set_ylabel("torque [N m]")
-        axes.set_title(f"{self.model.name}: torque at {self.joint} for {self.rate:.4g} rad/s", fontsize=11)
+        motion = f"for {self.rate:.4g} rad/s" if self.rate else "at rest"
+        axes.set_title(f"{self.model.name}: torque at {self.joint} {motion}", fontsize=11)
         axes.grid(True, color="#e6e6e6", linewidth=0.6)
         axes.spines[["top", "right"]].set_visible(False)
         if target is not None:
@@ -92,9 +106,14 @@ class DrivingTorque:
 
 
 def check_rate(rate: object) -> None:
-    """Raise ``ValueError`` unless a crank can turn at this rate (rad/s)."""
-    if not isinstance(rate, int | float | np.number) or not np.isfinite(rate) or rate == 0.0:
-        raise ValueError(f"rate: found {rate!r}, expected a finite number other than zero, in rad/s; correct it")
+    """Raise ``ValueError`` unless a crank can turn, or rest, at this rate (rad/s)."""
+    if not isinstance(rate, int | float | np.number) or not np.isfinite(rate):
+        raise ValueError(f"rate: found {rate!r}, expected a finite number, in rad/s; correct it")
+
+
+def _way(rate: float) -> float:
+    """The way round in which a crank turns, 1.0 counter-clockwise, -1.0 clockwise; what rests is turned the first."""
+    return -1.0 if rate < 0.0 else 1.0
 
 
 def driving_torque(
@@ -103,7 +122,8 @@ def driving_torque(
     """The torque that turns ``joint`` of a mechanism with one degree of freedom once, at the constant ``rate`` (rad/s).
 
     The turn begins at ``q``, the scene's start unless given, and keeps to its branch. At change points, where the
-    torque is a limit, the mean of two near neighbours stands. Loads are those at t = 0.
+    torque is a limit, the mean of two near neighbours stands. Loads are those at t = 0. With the rate zero the
+    mechanism rests at every angle: there is no inertia in the torque, nor friction or damping, which need a speed.
 
     Contacts bar the way and do not push: those that the motion closes for a moment, or keeps closed, do no work in it.
     Friction of a contact that slides would, by a force that the motion does not give.
@@ -128,64 +148,69 @@ def driving_torque(
         raise ValueError(f"q: found shape {np.shape(first)}, expected one configuration ({len(model.q_names)},)")
     if depth := inside(model, first, DEEPEST):
         raise ValueError(f"q: found {depth}, expected a configuration outside all surfaces; begin elsewhere")
-    turn = _Turn(model, drive, joint, float(rate), Contacts(model))
-    turned = 2.0 * np.pi * np.arange(samples) / samples
-    rows = turn.samples(first, turned)
-    qs, us, dots = (np.array([row[k] for row in rows]) for k in range(3))
-    torque, closed = np.array([row[3] for row in rows]), turn.closed(qs)
-    return DrivingTorque(model, joint, float(rate), qs @ drive, torque, qs, us, dots, closed)
+    turn = _Turn(model, drive, joint, float(rate), first)
+    turned = 2.0 * np.pi * np.arange(samples + 1) / samples
+    rows = [turn.sample(one) for one in turned]
+    torque = np.array([row[3] for row in rows])
+    high = largest(lambda at: turn.sample(at)[3], turned, torque)
+    low = largest(lambda at: -turn.sample(at)[3], turned, -torque)
+    qs, us, dots = (np.array([row[k] for row in rows[:-1]]) for k in range(3))
+    angle = qs @ drive
+    return DrivingTorque(
+        model,
+        joint,
+        float(rate),
+        angle,
+        torque[:-1],
+        qs,
+        us,
+        dots,
+        turn.closed(qs),
+        (high[0], float(angle[0]) + turn.way * high[1]),
+        (-low[0], float(angle[0]) + turn.way * low[1]),
+    )
 
 
-@dataclass(frozen=True)
 class _Turn:
-    """A turn of the crank: the closure's rows and the crank's own angle determine the configuration."""
+    """A turn of the crank from ``first``: the closure's rows and the crank's own angle determine the configuration."""
 
-    model: Model
-    drive: FloatArray
-    joint: str
-    rate: float
-    contacts: Contacts
+    def __init__(self, model: Model, drive: FloatArray, joint: str, rate: float, first: FloatArray) -> None:
+        self.model, self.drive, self.joint, self.rate = model, drive, joint, rate
+        self.contacts, self.way = Contacts(model), _way(rate)
+        values = np.linalg.svd(self._rows(first), compute_uv=False)
+        if len(values) < len(first) or self.condition(first) > NEAR:
+            free = len(first) - int(np.linalg.matrix_rank(np.asarray(model.jacobian(first), dtype=float)))
+            raise ValueError(
+                f"{joint}: its angle does not determine the motion here, expected a mechanism with one degree of "
+                f"freedom (found {free}; contacts do not count), away from dead and change points; start elsewhere or "
+                "name another"
+            )
+        self.angles, self.passed = [0.0], [first]
+        """Regular configurations on the way: from each of them the walk can go on."""
 
     def closed(self, qs: FloatArray) -> tuple[tuple[str, str], ...]:
         """Contacts that are closed in some of ``qs`` (samples, nq)."""
         ever = np.any([self.contacts.depths(q) >= -CLOSED for q in qs], axis=0)
         return tuple(contact for contact, touched in zip(self.model.contacts, ever, strict=True) if touched)
 
-    def samples(self, first: FloatArray, turned: FloatArray) -> list[Sample]:
-        """The motion after the crank has turned by each of ``turned`` (rad, rising, in the direction of the rate)."""
-        values = np.linalg.svd(self._rows(first), compute_uv=False)
-        if len(values) < len(first) or self.condition(first) > NEAR:
-            free = len(first) - int(np.linalg.matrix_rank(np.asarray(self.model.jacobian(first), dtype=float)))
-            raise ValueError(
-                f"{self.joint}: its angle does not determine the motion here, expected a mechanism with one degree of "
-                f"freedom (found {free}; contacts do not count), away from dead and change points; start elsewhere or "
-                "name another"
-            )
-        found: list[Sample] = []
-        angles, passed = [0.0], [first]  # regular configurations on the way: from each of them the walk can go on
+    def sample(self, turned: float) -> Sample:
+        """The motion after the crank has turned by that (rad), in the direction of the rate."""
+        reached = self._reach(turned)
+        if self.condition(reached) <= NEAR:
+            return self._sample(reached)
+        beside = min(BESIDE, turned / 2.0)
+        return _between([self._sample(self._reach(turned + part * beside)) for part in (-2.0, -1.0, 1.0, 2.0)])
 
-        def reach(wanted: float) -> FloatArray:
-            last = bisect.bisect_right(angles, wanted) - 1
-            if angles[last] == wanted:
-                return passed[last]
-            reached = self._walk(passed[last], angles[last], wanted)
-            if self.condition(reached) <= NEAR:
-                angles.insert(last + 1, wanted)
-                passed.insert(last + 1, reached)
-            return reached
-
-        for wanted in turned:
-            reached = reach(wanted)
-            if self.condition(reached) <= NEAR:
-                found.append(self._sample(reached))
-                continue
-            beside, sides = min(BESIDE, wanted / 2.0), []
-            for side in (wanted - 2.0 * beside, wanted - beside, wanted + beside, wanted + 2.0 * beside):
-                sides.append(self._sample(reach(side)))
-            found.append(_between(sides))
-        if len(self.contacts):
-            reach(2.0 * np.pi)  # nothing bars the way from the last sample to the whole turn
-        return found
+    def _reach(self, wanted: float) -> FloatArray:
+        """The configuration there, from the nearest one behind it that has been passed."""
+        last = bisect.bisect_right(self.angles, wanted) - 1
+        if self.angles[last] == wanted:
+            return self.passed[last]
+        reached = self._walk(self.passed[last], self.angles[last], wanted)
+        if self.condition(reached) <= NEAR:
+            self.angles.insert(last + 1, wanted)
+            self.passed.insert(last + 1, reached)
+        return reached
 
     def condition(self, q: FloatArray) -> float:
         """Condition number of the rows at ``q``."""
@@ -196,22 +221,24 @@ class _Turn:
         return np.vstack([self.model.jacobian(q) / self.model.length, integral_rows(self.model), self.drive])
 
     def _motion(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Velocities and accelerations at the constant rate."""
-        rows, u = self._rows(q), self._velocity(q)
-        bias = self.model.kernels.of_state("closure_bias", q[None], u[None])[0] / self.model.length
-        return u, np.linalg.lstsq(rows, np.append(-bias, np.zeros(len(rows) - len(bias))), rcond=1e-12)[0]
+        """What q changes by per radian of the crank, counted in the direction of the rate: its first and second
+        derivative (nu,)."""
+        rows, along = self._rows(q), self._along(q)
+        bias = self.model.kernels.of_state("closure_bias", q[None], along[None])[0] / self.model.length
+        return along, np.linalg.lstsq(rows, np.append(-bias, np.zeros(len(rows) - len(bias))), rcond=1e-12)[0]
 
-    def _velocity(self, q: FloatArray) -> FloatArray:
+    def _along(self, q: FloatArray) -> FloatArray:
         rows = self._rows(q)
-        wanted = np.append(np.zeros(len(rows) - 1), self.rate)
+        wanted = np.append(np.zeros(len(rows) - 1), self.way)
         return np.asarray(np.linalg.lstsq(rows, wanted, rcond=1e-12)[0], dtype=float)
 
     def _sample(self, q: FloatArray) -> Sample:
-        """The torque does the work that the motion takes: no other force does any."""
-        u, u_dot = self._motion(q)
-        self._check_sliding(q, u)
+        """The torque does the work that the motion takes, per radian of the crank: no other force does any."""
+        along, bend = self._motion(q)
+        self._check_sliding(q, along)
+        u, u_dot = abs(self.rate) * along, self.rate**2 * bend
         force = self.model.kernels.inverse_dynamics(q[None], u[None], 0.0, u_dot[None])[0]
-        return q, u, u_dot, float(force @ u / self.rate)
+        return q, u, u_dot, float(force @ along) * self.way
 
     def _check_sliding(self, q: FloatArray, u: FloatArray) -> None:
         """No rough contact slides: by its friction it would take work, and nothing says how hard it pushes."""
@@ -231,11 +258,10 @@ class _Turn:
         step, over, bar = STRIDE, False, -1
         while wanted - angle > 1e-12:
             h = min(step, wanted - angle)
-            u, u_dot = self._motion(q)
-            time = h / abs(self.rate)
-            change = time * u + time * time / 2.0 * u_dot
-            found = self._corrected(q + change, float(self.drive @ q) + np.sign(self.rate) * h)
-            bar = -1 if found is None else self._bar(q, u, found, time)
+            along, bend = self._motion(q)
+            change = h * along + h * h / 2.0 * bend
+            found = self._corrected(q + change, float(self.drive @ q) + self.way * h)
+            bar = -1 if found is None else self._bar(q, along, found, h)
             if found is None or bar >= 0 or np.linalg.norm(found - q - change) > MISS * np.linalg.norm(change):
                 step = h / 2.0
                 if over or step < SHORTEST:
@@ -246,15 +272,16 @@ class _Turn:
                 q, angle, step, over = found, angle + h, min(STRIDE, 2.0 * h), False
         return q
 
-    def _bar(self, q: FloatArray, u: FloatArray, found: FloatArray, time: float) -> int:
-        """A contact whose gap is negative at ``found``, or, by its rates, on the way there from ``q``; −1 for none."""
+    def _bar(self, q: FloatArray, along: FloatArray, found: FloatArray, h: float) -> int:
+        """A contact whose gap is negative at ``found``, or, by its rates, on the way there from ``q``, ``h`` (rad) of
+        the crank; −1 for none."""
         if not len(self.contacts):
             return -1
         gaps, ends = -self.contacts.depths(q), -self.contacts.depths(found)
-        states = np.array([q, found]), np.array([u, self._velocity(found)])
+        states = np.array([q, found]), np.array([along, self._along(found)])
         rate, last = self.model.kernels.of_state("gap_rates", *states) / self.contacts.sizes
         dips = (rate < 0.0) & (last > 0.0)
-        least = np.where(dips, np.minimum(gaps + rate * _meeting(gaps, ends, rate, last, dips, time), ends), ends)
+        least = np.where(dips, np.minimum(gaps + rate * _meeting(gaps, ends, rate, last, dips, h), ends), ends)
         worst = int(np.argmin(least))
         return worst if least[worst] < -DEEPEST else -1
 
@@ -281,10 +308,10 @@ class _Turn:
 
 
 def _meeting(
-    gaps: FloatArray, ends: FloatArray, rate: FloatArray, last: FloatArray, dips: BoolArray, time: float
+    gaps: FloatArray, ends: FloatArray, rate: FloatArray, last: FloatArray, dips: BoolArray, h: float
 ) -> FloatArray:
-    """When the tangents at both ends of a step of ``time`` (s) meet: a gap that bends upwards is nowhere below."""
-    return np.asarray((ends - gaps - last * time) / np.where(dips, rate - last, -1.0))
+    """Where the tangents at both ends of a step of ``h`` (rad) meet: a gap that bends upwards is nowhere below."""
+    return np.asarray((ends - gaps - last * h) / np.where(dips, rate - last, -1.0))
 
 
 def _between(sides: list[Sample]) -> Sample:
