@@ -105,7 +105,7 @@ def summarize(scene: Scene, choice: Choice, equations: Equations) -> Summary:
         *([("integrals", integrals)] if (integrals := _integrals(mechanism)) else []),
         ("effects", tuple(effects) or ("none",)),
         *([("changes", tuple(change.describe() for change in scene.changes))] if scene.changes else []),
-        *([("events", tuple(event.describe() for event in scene.events))] if scene.events else []),
+        *([("events", (*_off(scene), *(event.describe() for event in scene.events)))] if scene.events else []),
         *([("contacts", (contacts,))] if contacts else []),
         *([("discs", discs)] if discs else []),
         *([("inputs", (inputs,))] if inputs else []),
@@ -165,6 +165,11 @@ def _loop(mechanism: Mechanism, topology: Topology, cut: Cut) -> str:
     there, back = topology.path(cut.first.link), topology.path(cut.second.link)
     links = [*there[: there.index(cut.meeting) + 1], *reversed(back[: back.index(cut.meeting)])]
     return f"cut at {mechanism.joints[cut.joint].name}: " + " - ".join(mechanism.link_name(k) for k in links)
+
+
+def _off(scene: Scene) -> tuple[str, ...]:
+    """What is absent until an event switches it on."""
+    return (f"at the start {', '.join(scene.off)} {'is' if len(scene.off) == 1 else 'are'} off",) if scene.off else ()
 
 
 def _freedom(scene: Scene, topology: Topology, count: int) -> str:

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from ..arrays import BoolArray, FloatArray
 from ..extras import needed
 from ..files import read_path, write_whole
+from ..loading.structures import at_start
 from ..model.drives import drive_columns
 from ..model.integrators import integral_rows
 from ..model.model import Model
@@ -29,6 +30,8 @@ STRIDE, SHORTEST = 5e-3, 1e-7
 """Steps along the turn, rad of the crank."""
 MISS = 0.05
 """A step that is corrected by more than this part of its length is halved."""
+REPEATS = 1e-9
+"""Torques at both ends of a turn that differ by less than this part of the largest are the same."""
 SLIDING = 1e-9
 """A contact that slides slower than this part of the fastest motion rolls or sticks."""
 
@@ -47,6 +50,10 @@ class DrivingTorque:
     ``largest`` and ``smallest`` are torque and angle where it is that, between the samples too: of each crest of these,
     refined to rounding.
 
+    ``mean`` is the mean torque over the turn: zero unless something takes work, or the mechanism does not come back.
+    ``mean_error`` is what it differs by from that of every second sample: of a smooth torque rounding, of one with
+    corners, or near a change point, not.
+
     ``closed`` are the (point, ground) names of contacts that are closed at some sample. What they push does no work in
     this motion and is not in the torque.
     """
@@ -62,18 +69,8 @@ class DrivingTorque:
     closed: tuple[tuple[str, str], ...]
     largest: tuple[float, float]
     smallest: tuple[float, float]
-
-    @property
-    def mean(self) -> float:
-        """Mean torque of the samples over the turn: zero unless something takes work."""
-        return float(np.mean(self.torque))
-
-    @property
-    def mean_error(self) -> float:
-        """What the mean of every second sample differs by: the mean of a smooth torque is right to rounding, since it
-        repeats itself with the turn (Trefethen and Weideman, 2014), that of one with corners or near a change point
-        is not."""
-        return float(abs(np.mean(self.torque[::2]) - self.mean)) if len(self.torque) % 2 == 0 else math.inf
+    mean: float
+    mean_error: float
 
     @property
     def peak(self) -> float:
@@ -122,7 +119,8 @@ def driving_torque(
     """The torque that turns ``joint`` of a mechanism with one degree of freedom once, at the constant ``rate`` (rad/s).
 
     The turn begins at ``q``, the scene's start unless given, and keeps to its branch. At change points, where the
-    torque is a limit, the mean of two near neighbours stands. Loads are those at t = 0. With the rate zero the
+    torque is a limit, the mean of two near neighbours stands. Loads are those at t = 0,
+    and effects that ``[start] off`` names are absent. With the rate zero the
     mechanism rests at every angle: there is no inertia in the torque, nor friction or damping, which need a speed.
 
     Contacts bar the way and do not push: those that the motion closes for a moment, or keeps closed, do no work in it.
@@ -146,9 +144,10 @@ def driving_torque(
     first = model.start()[0] if q is None else model.assemble(q)
     if np.ndim(first) != 1:
         raise ValueError(f"q: found shape {np.shape(first)}, expected one configuration ({len(model.q_names)},)")
-    if depth := inside(model, first, DEEPEST):
+    acting = at_start(model)
+    if depth := inside(acting, first, DEEPEST):
         raise ValueError(f"q: found {depth}, expected a configuration outside all surfaces; begin elsewhere")
-    turn = _Turn(model, drive, joint, float(rate), first)
+    turn = _Turn(acting, drive, joint, float(rate), first)
     turned = 2.0 * np.pi * np.arange(samples + 1) / samples
     rows = [turn.sample(one) for one in turned]
     torque = np.array([row[3] for row in rows])
@@ -168,7 +167,29 @@ def driving_torque(
         turn.closed(qs),
         (high[0], float(angle[0]) + turn.way * high[1]),
         (-low[0], float(angle[0]) + turn.way * low[1]),
+        *_mean(torque),
     )
+
+
+def _mean(values: FloatArray) -> tuple[float, float]:
+    """The mean of values (n + 1,) at equal distances, and what it differs by from that of half as many.
+
+    By the trapezoidal rule, which is exact to rounding where smooth values repeat themselves (Trefethen and Weideman,
+    2014), and by Simpson's, which follows from it, where they do not.
+    """
+
+    def rule(step: int) -> float:
+        part = values[::step]
+        return float(np.mean(part[:-1]) + (part[-1] - part[0]) / (2.0 * (len(part) - 1)))
+
+    repeats = abs(values[-1] - values[0]) <= REPEATS * float(np.max(np.abs(values)))
+    if (len(values) - 1) % (2 if repeats else 4):
+        return rule(1), math.inf
+    one, two = rule(1), rule(2)
+    if repeats:
+        return one, abs(one - two)
+    simpson = (4.0 * one - two) / 3.0
+    return simpson, abs(simpson - (4.0 * two - rule(4)) / 3.0)
 
 
 class _Turn:

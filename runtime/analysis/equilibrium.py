@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import BoolArray, FloatArray
+from ..loading.structures import at_start, of_all_contacts
 from ..model.drives import drive_columns
 from ..model.integrators import refuse_integrals
 from ..model.meshes import mesh_forces
@@ -85,6 +86,7 @@ def static_equilibrium(
 
     At a joint that slides, the number is a force (N) on its second link along the line. Neither is part of the joint's
     reaction.
+    Effects that ``[start] off`` names are absent.
     Driven joints are held where they are in ``q``, by the moment (the force along the line) of their reactions.
     Grounds, stops and touches are kept: no gap is negative, contacts only push, and only those that are closed.
     The search begins at the scene's start unless ``q`` is given, and goes downhill to a stable equilibrium; with
@@ -107,9 +109,10 @@ def static_equilibrium(
     first = model.start()[0] if q is None else model.assemble(q)
     if np.ndim(first) != 1:
         raise ValueError(f"q: found shape {np.shape(first)}, expected one configuration ({len(model.q_names)},)")
-    if depth := inside(model, first, DEEPEST):
+    acting = at_start(model)
+    if depth := inside(acting, first, DEEPEST):
         raise ValueError(f"q: found {depth}, expected a configuration outside all surfaces; begin elsewhere")
-    statics = Statics(model, held, first, given)
+    statics = Statics(acting, held, first, given)
     found, hold = rest_from(statics, first, nearest)
     stability, values = _judge(statics, found, hold)
     return Equilibrium(
@@ -118,11 +121,11 @@ def static_equilibrium(
         values,
         statics.reactions(found, hold.forces),
         statics.residual(found, hold),
-        tuple(model.contacts[k] for k in np.flatnonzero(hold.closed)),
-        hold.forces,
-        hold.ranges,
+        tuple(acting.contacts[k] for k in np.flatnonzero(hold.closed)),
+        of_all_contacts(model, acting, hold.forces),
+        of_all_contacts(model, acting, hold.ranges),
         _note(statics, found, hold),
-        mesh_forces(model, statics.multipliers(found, hold.forces)),
+        mesh_forces(acting, statics.multipliers(found, hold.forces)),
     )
 
 

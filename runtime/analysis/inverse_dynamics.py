@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import FloatArray
+from ..loading.structures import at_start, own_contacts
 from ..model.drives import drive_columns, drive_rows
 from ..model.inputs import Values
 from ..model.integrators import integral_rows
@@ -55,7 +56,7 @@ def inverse_dynamics(
 
     They act on each joint's second link against its first, beside the loads of the model. More joints than degrees of
     freedom share the work with the least sum of squares. At a driven joint that is named the torque stands for its
-    drive; drives of others take what ``u_dot`` asks of them.
+    drive; drives of others take what ``u_dot`` asks of them. Effects that ``[start] off`` names are absent.
 
     The forces of contacts are not given by the motion: they are those of ``contact_forces`` (contacts, 2), normal force
     and friction of each in the order of the model's ``contacts``, in N (of stops in N m), a batch (b, contacts, 2), and
@@ -72,9 +73,12 @@ def inverse_dynamics(
     if not np.isfinite(t):
         raise ValueError(f"t: found {t}, expected a finite number")
     opening = _closure_accelerations(model, *states, wanted)
-    with model.given(inputs):
-        forces = model.kernels.inverse_dynamics(*states, t, wanted)
-    forces = forces - _contact_loads(model, *states, wanted, contact_forces, single)
+    acting = at_start(model)
+    with acting.given(inputs):
+        forces = acting.kernels.inverse_dynamics(*states, t, wanted)
+    if contact_forces is not None and acting is not model:
+        contact_forces = _acting_forces(model, acting, contact_forces, () if single else (len(states[0]),))
+    forces = forces - _contact_loads(acting, *states, wanted, contact_forces, single)
     found = []
     for index, (one_q, force, miss) in enumerate(zip(states[0], forces, opening, strict=True)):
         scale = 1.0 + float(np.max(np.abs(wanted[index]))) * model.length
@@ -85,6 +89,19 @@ def inverse_dynamics(
             )
         found.append(_torques(model, one_q, force, drives, joints))
     return found[0] if single else np.array(found)
+
+
+def _acting_forces(model: Model, acting: Model, given: ArrayLike, batch: tuple[int, ...]) -> FloatArray:
+    """The forces of the contacts that are not off, of those of all of the model's."""
+    found, shape = np.array(given, dtype=float), (*batch, len(model.contacts), 2)
+    if found.shape != shape:
+        raise ValueError(f"contact_forces: found shape {found.shape}, expected finite numbers {shape}")
+    own = own_contacts(model, acting)
+    for k in np.flatnonzero(np.any(found != 0.0, axis=tuple(axis for axis in range(found.ndim) if axis != len(batch)))):
+        if k not in own:
+            point, ground = model.contacts[k]
+            raise ValueError(f"contact_forces: found some at {point} on {ground}, which is off, expected zero there")
+    return found[..., own, :]
 
 
 def _contact_loads(

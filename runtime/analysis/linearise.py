@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 
 from ..arrays import FloatArray
 from ..extras import needed
+from ..loading.structures import at_start
 from ..model.drives import drive_rows
 from ..model.forces import Contacts
 from ..model.inputs import Values
@@ -101,6 +102,7 @@ def linearise(
     default), a link's ``angle`` and ``angular_velocity``, a point's ``x`` and ``y``, a joint's ``fx``, ``fy`` and
     ``moment``, a contact's ``gap`` and ``gap_rate``, ``kinetic_energy``, ``potential_energy``, and what effects tell.
 
+    Effects that ``[start] off`` names are absent.
     Raises ``ValueError`` as ``Model.derivatives`` does, for a model without derivatives, with integrals over time or
     in other numbers than doubles, for a state whose loops are not shut, and for names that are none.
     """
@@ -116,7 +118,8 @@ def linearise(
     chosen = tuple(model.inputs if inputs is None else inputs)
     if wrong := [name for name in chosen if name not in model.inputs]:
         raise ValueError(f"inputs: found {', '.join(wrong)}, expected some of {', '.join(model.inputs) or 'none'}")
-    at = _At(model, state, rates, t, values, contacts)
+    acting = at_start(model)
+    at = _At(acting, state, rates, t, values, contacts)
     own = [model.q_of[i] for i in at.independent]
     names = (*own, *map(rate_of, own))
     told = names if outputs is None else tuple(outputs)

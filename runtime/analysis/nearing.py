@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..arrays import FloatArray
+from ..loading.structures import at_start
 from ..model.assembly import nearest_closed
 from ..model.model import Model
 from .cones import least_distance
@@ -43,7 +44,7 @@ class Nearing:
     metric: FloatArray = field(init=False)
 
     def __post_init__(self) -> None:
-        self.contacts = Contacts(self.model)
+        self.contacts = Contacts(at_start(self.model))
         self.metric = self.model.displacements()
         self.released = [drive["joint"] for drive in self.model.data["drives"]]
 
@@ -135,7 +136,7 @@ class Nearing:
             if loops.size:
                 found = found - self.model.kernels.of_state("closure_bias", states, rates) @ loops
             if surfaces.size:
-                bent = self.model.kernels.of_state("gap_bias", states, rates)[:, closed]
+                bent = self.contacts.model.kernels.of_state("gap_bias", states, rates)[:, closed]
                 found = found - bent @ (levers * surfaces)
             return np.asarray(found)
 

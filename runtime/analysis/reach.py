@@ -197,8 +197,8 @@ def _refusal(way: Nearing, q: FloatArray, closest: FloatArray) -> OutOfReach:
         for one, part in parts
         if far[one.name] > least
     ]
-    barred = [f"{point} on {ground}" for (point, ground), gap in zip(model.contacts, way.gaps(closest), strict=True)
-              if gap <= CLOSED * model.length]  # fmt: skip
+    gaps = zip(way.contacts.model.contacts, way.gaps(closest), strict=True)
+    barred = [f"{point} on {ground}" for (point, ground), gap in gaps if gap <= CLOSED * model.length]
     tail = f"; {', '.join(barred)} is closed there" if barred else ""
     if len(parts) > 1:
         alone = [_alone(model, q, wants, number) for number in range(len(parts))]
