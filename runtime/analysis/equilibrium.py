@@ -18,11 +18,14 @@ from ..model.meshes import mesh_forces
 from ..model.model import Model
 from ..precision import need_doubles
 from .contacts import DEEPEST, Hold, inside
-from .static_search import rest_from, smallest
+from .static_search import follows, rest_from, smallest
 from .statics import Statics
 
 Stability = Literal["stable", "unstable", "indifferent"]
 
+FLUTTER = 1e-4
+"""Of the squares of frequencies, the part that is taken as zero: where two meet they are known to the root of the 1e-8
+of a stiffness that differences leave."""
 LOOSE = 8
 """Contacts closed without force, at most, of which every way to open and stay closed is looked at."""
 OPENING = 1e-9
@@ -36,6 +39,10 @@ ROUGH = (
     "it rests without friction; by the friction of its contacts it rests in a range of configurations around this one"
 )
 LIMIT = "friction is at its limit at {}: less of it, or more load, and it slides"
+FOLLOWING = (
+    "loads that follow the motion have no potential: stiffnesses are those of the symmetric part, and unstable is also "
+    "what flutters without damping"
+)
 SHARED = "contact forces are not unique: those of least norm are given, with the range of each"
 
 
@@ -55,7 +62,9 @@ class Equilibrium:
     the point or the first disc, in N (of stops in N m); 0 where open. ``ranges`` (contacts, 2, 2) are the lowest and
     highest value that each can have; they differ where forces are not ``unique``, and ``inf`` is one without a bound.
     ``meshes`` (meshes,) are the tangential forces (N) of gears, racks and belts, in the order of their rows.
-    ``note`` says in words what a rest on contacts leaves open; it is empty where that is nothing.
+    ``note`` says in words what a rest on contacts leaves open, or loads without a potential do; it is empty where that
+    is nothing. Under such loads, forces that turn with a link, ``stiffness`` is that of the symmetric part, and stable
+    is what neither falls nor, without damping, flutters.
     """
 
     q: FloatArray
@@ -140,7 +149,21 @@ def _judge(statics: Statics, q: FloatArray, hold: Hold) -> tuple[Stability, Floa
         stability = "unstable"
     elif np.any(hold.limited):
         stability = "indifferent"
+    if follows(statics, q, hold):
+        return _judge_following(statics, q, hold), values
     return stability, values
+
+
+def _judge_following(statics: Statics, q: FloatArray, hold: Hold) -> Stability:
+    """Whether it stays where loads have no potential: by the squares of the frequencies of its small motions without
+    damping, which flutter where these are complex, and fall where they are negative (Ziegler, 1968)."""
+    motions = statics.motions(q, hold)
+    mass = motions.T @ statics.model.mass_matrix(q) @ motions
+    squares = np.linalg.eigvals(np.linalg.solve(mass, statics.tangent(q, hold, hold.forces)))
+    small = FLUTTER * float(np.max(np.abs(squares), initial=0.0))
+    if np.any(squares.real < -small) or np.any(np.abs(squares.imag) > small):
+        return "unstable"
+    return "stable" if np.all(squares.real > small) and not np.any(hold.limited) else "indifferent"
 
 
 def _falls(statics: Statics, q: FloatArray, hold: Hold, form: FloatArray, loose: BoolArray, below: float) -> bool:
@@ -164,13 +187,15 @@ def _falls(statics: Statics, q: FloatArray, hold: Hold, form: FloatArray, loose:
 
 
 def _note(statics: Statics, q: FloatArray, hold: Hold) -> str:
-    """What a rest on contacts leaves open."""
+    """What a rest on contacts, or under loads that follow, leaves open."""
     parts = []
     if statics.motions(q, hold.slipping()).shape[1] > statics.motions(q, hold).shape[1]:
         parts.append(ROUGH if statics.rests_smooth(q) else HELD)
     if np.any(hold.limited):
         names = [f"{point} on {ground}" for point, ground in statics.model.contacts]
         parts.append(LIMIT.format(", ".join(names[k] for k in np.flatnonzero(hold.limited))))
+    if follows(statics, q, hold):
+        parts.append(FOLLOWING)
     if np.any(hold.ranges[..., 0] != hold.ranges[..., 1]):
         parts.append(SHARED)
     return "; ".join(parts)

@@ -9,11 +9,17 @@ import numpy as np
 from ..arrays import FloatArray
 from .cones import least_distance
 from .contacts import ACROSS, CLOSED, Hold
-from .statics import BALANCED, Statics
+from .statics import BALANCED, NODES, Statics
 
 PASSES = 200
 FLAT = 1e-7
 """Stiffnesses below this part of the largest load or stiffness are taken as zero."""
+TURNING = 1e-6
+"""Of a stiffness, the part by which it is not symmetric through differences alone; more comes of loads that follow."""
+MOST, MOVES = 3, 0.1
+"""How many coordinates are named that what is left of the loads moves, and which part of the most each moves."""
+UPHILL = 0.5
+"""A step ends where the loads bar the way half as hard as they pull along it at first: a lowest place lies behind."""
 FARTHEST = 0.5
 """Longest step: rad, or lengths of the mechanism."""
 
@@ -22,8 +28,28 @@ def rest_from(statics: Statics, q: FloatArray, nearest: bool) -> tuple[FloatArra
     """A configuration in which loads and contact forces balance, and how contacts hold it.
 
     Contacts that push are kept closed in a step like loops, contacts that friction can hold are kept from sliding; of
-    all others no gap becomes negative. Raises ``ValueError`` where it finds none.
+    all others no gap becomes negative. Where the way downhill ends without a balance, and loads have no potential, so
+    that there may be no lowest place, the nearest balance is looked for. Raises ``ValueError`` where it finds none.
     """
+    found, hold = _way_from(statics, q, nearest)
+    if statics.residual(found, hold) <= 1e3 * BALANCED:
+        return found, hold
+    if not nearest and follows(statics, found, hold):
+        for begin in (found, q):
+            other, held = _way_from(statics, begin, True)
+            if statics.residual(other, held) <= 1e3 * BALANCED:
+                return other, held
+    why = "; a mechanism that falls freely has none" if statics.model.root in statics.model.links else ""
+    if np.any(hold.closed):
+        why = f"; {', '.join(touching(statics, hold))} may push and cannot balance it"
+    if not nearest:
+        why += "; nearest=True (--nearest) looks for the nearest one, stable or not"
+    left = f"a part {statics.residual(found, hold):.3g} of the loads is left{_moved(statics, found, hold)}"
+    raise ValueError(f"{statics.model.name}: no equilibrium found from here, {left}{why}")
+
+
+def _way_from(statics: Statics, q: FloatArray, nearest: bool) -> tuple[FloatArray, Hold]:
+    """Where the way from ``q`` ends, and how contacts hold it there."""
     for _ in range(PASSES):
         hold = statics.hold(q)
         if statics.ajar(q, hold):
@@ -45,18 +71,21 @@ def rest_from(statics: Statics, q: FloatArray, nearest: bool) -> tuple[FloatArra
         if new is None:
             break
         q = new
-    hold = statics.hold(q)
-    if statics.residual(q, hold) <= 1e3 * BALANCED:
-        return q, hold
-    why = "; a mechanism that falls freely has none" if statics.model.root in statics.model.links else ""
-    if np.any(hold.closed):
-        why = f"; {', '.join(touching(statics, hold))} may push and cannot balance it"
-    if not nearest:
-        why += "; nearest=True (--nearest) looks for the nearest one, stable or not"
-    raise ValueError(
-        f"{statics.model.name}: no equilibrium found from here, a part {statics.residual(q, hold):.3g} of the loads is "
-        f"left{why}"
-    )
+    return q, statics.hold(q)
+
+
+def follows(statics: Statics, q: FloatArray, hold: Hold) -> bool:
+    """Whether loads have no potential there, as forces that turn with a link."""
+    tangent = statics.tangent(q, hold, hold.forces)
+    return bool(np.max(np.abs(tangent - tangent.T), initial=0.0) > TURNING * np.max(np.abs(tangent), initial=0.0))
+
+
+def _moved(statics: Statics, q: FloatArray, hold: Hold) -> str:
+    """Which coordinates move most along what is left of the loads."""
+    motions = statics.motions(q, hold)
+    share = np.abs(motions @ (motions.T @ statics.force(q)))
+    names = [statics.model.q_of[k] for k in np.argsort(-share, kind="stable")[:MOST] if share[k] > MOVES * share.max()]
+    return f", along {' and '.join(names)}" if names else ""
 
 
 def touching(statics: Statics, hold: Hold) -> list[str]:
@@ -97,7 +126,7 @@ def _nearer(statics: Statics, q: FloatArray, hold: Hold) -> FloatArray | None:
     """One of Newton's steps towards the balance."""
     motions = statics.motions(q, hold)
     left = motions.T @ statics.force(q)
-    stiffness = statics.stiffness(q, hold, statics.pressed(q, hold))
+    stiffness = statics.tangent(q, hold, statics.pressed(q, hold))
     step = -_bounded(statics, motions @ np.linalg.lstsq(stiffness, left, rcond=1e-12)[0])
     return statics.closed(q + _kept_out(statics, q, hold, step, motions), hold)
 
@@ -144,16 +173,22 @@ def _kept_out(statics: Statics, q: FloatArray, hold: Hold, step: FloatArray, spr
     return 0.0 * step if change is None else step + spread @ change
 
 
+def _short(statics: Statics, q: FloatArray, step: FloatArray) -> FloatArray:
+    """``step`` up to where the way leads uphill: one through the air may lead over what would hold the mechanism."""
+    slopes = statics.slopes(q, q + step)
+    bars = np.flatnonzero(slopes > UPHILL * abs(float(statics.force(q) @ step)))
+    return step * float(NODES[bars[0]]) if bars.size else step
+
+
 def _downhill(statics: Statics, q: FloatArray, hold: Hold, step: FloatArray) -> FloatArray | None:
     """The longest part of ``step`` that goes downhill, or lowers the loads left over; ``None`` where none does."""
     if not np.any(step):
         return None
-    before, left = statics.potential(q), statics.residual(q, statics.hold(q))
+    step, left = _short(statics, q, step), statics.residual(q, statics.hold(q))
     for halvings in range(40):
         new = statics.closed(q + step / 2**halvings, hold)
         if new is None:
             continue
-        lower = statics.work(q, new) < 0.0 if len(statics.contacts) else statics.potential(new) < before
-        if lower or statics.residual(new, statics.hold(new)) < 0.5 * left:
+        if statics.work(q, new) < 0.0 or statics.residual(new, statics.hold(new)) < 0.5 * left:
             return new
     return None

@@ -16,6 +16,8 @@ from .inverse_dynamics import free_motions
 
 BALANCED = 1e-10
 """Loads balance when what is left along the free motions is smaller than this part of them."""
+NODES, WEIGHTS = (np.polynomial.legendre.leggauss(16)[0] + 1.0) / 2.0, np.polynomial.legendre.leggauss(16)[1] / 2.0
+"""Of the work along a straight line from 0 to 1: to rounding for angles that change by half a radian."""
 SHUT = 1e-12
 """Contacts farther from their surfaces than this part of the length (of a stop, rad) are put onto them."""
 
@@ -129,20 +131,29 @@ class Statics:
         """The closure's rows, then those of the driven joints as lengths, (rows + drives, nu)."""
         return np.vstack([self.model.jacobian(q), drive_rows(self.model) * self.model.length])
 
-    def stiffness(self, q: FloatArray, hold: Hold, forces: FloatArray) -> FloatArray:
-        """Reduced Hessian over orthonormal motions (freedoms, freedoms), contact forces kept: that of the potential
-        along paths that keep loops shut, contacts that push closed and those that stick from sliding."""
+    def tangent(self, q: FloatArray, hold: Hold, forces: FloatArray) -> FloatArray:
+        """What the force changes by over orthonormal motions (freedoms, freedoms) along paths that keep loops shut,
+        contacts that push closed and those that stick from sliding, contact forces kept: the reduced Hessian of the
+        potential, and not symmetric where loads have none."""
         motions = self.motions(q, hold)
-        reduced = motions.T @ self._change(q, forces) @ motions
         curved = self.contacts.curvature(q, forces, motions)
-        return np.asarray((reduced + reduced.T) / 2.0 - curved, dtype=float)
+        return np.asarray(motions.T @ self._change(q, forces) @ motions - curved, dtype=float)
 
-    def potential(self, q: FloatArray) -> float:
-        return float(self.model.energy(q, np.zeros(len(q)))[1] - self.held @ q)
+    def stiffness(self, q: FloatArray, hold: Hold, forces: FloatArray) -> FloatArray:
+        """The symmetric part of ``tangent``: what loads do along a small motion and back is nothing of the rest."""
+        tangent = self.tangent(q, hold, forces)
+        return (tangent + tangent.T) / 2.0
 
     def work(self, q: FloatArray, new: FloatArray) -> float:
-        """What it takes to move from ``q`` to ``new`` (J), the force being the mean of that at both ends."""
-        return float((self.force(q) + self.force(new)) @ (new - q) / 2.0)
+        """What it takes to move straight from ``q`` to ``new`` (J), loads with a potential or not, by Gauss's rule."""
+        return float(WEIGHTS @ self.slopes(q, new))
+
+    def slopes(self, q: FloatArray, new: FloatArray) -> FloatArray:
+        """The force along the straight way from ``q`` to ``new``, times its length, at ``NODES`` of it (J)."""
+        places = q + NODES[:, None] * (new - q)
+        rest = np.zeros_like(places)
+        forces = np.asarray(self.model.kernels.inverse_dynamics(places, rest, 0.0, rest), dtype=float) - self.held
+        return np.asarray(forces @ (new - q))
 
     # -- geometry --------------------------------------------------------------------------------------------------
 
