@@ -7,13 +7,14 @@ hollow that a straight face cannot reach.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 from ..mechanism.links import Parameter
 from .expression_of_time import Expression
+from .laws_of_rise import LAWS, TURN, LawOfRise, exact
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -22,46 +23,10 @@ if TYPE_CHECKING:
 
     from ..derive.following import LiftPiece
 
-TURN = 2.0 * math.pi
 SAMPLES = 1440
 """Places round a turn at which a profile is looked at."""
 MEETS, BENDS = 1e-9, 1e-6
 """How far lifts of two pieces may be apart where they meet, and their slopes, both by the base radius: rounding."""
-
-LawOfLift = Literal["cycloidal", "3-4-5", "4-5-6-7", "harmonic"]
-
-
-@dataclass(frozen=True)
-class Law:
-    """A rise from 0 at x = 0 to 1 at x = 1, at rest at both: powers of x with their factors, and a sine
-    (amplitude, frequency, phase)."""
-
-    powers: tuple[tuple[int, float], ...]
-    wave: tuple[float, float, float] = (0.0, 0.0, 0.0)
-
-    def at(self, x: float, order: int) -> float:
-        """The derivative of this order."""
-        terms = ((factor * math.perm(power, order), power - order) for power, factor in self.powers if power >= order)
-        size, frequency, phase = self.wave
-        wave = size * frequency**order * math.sin(frequency * x + phase + order * math.pi / 2.0)
-        return math.fsum(factor * x**power for factor, power in terms) + wave
-
-    def of(self, x: Expr) -> Expr:
-        """The same as an expression."""
-        import sympy as sp
-
-        found = sp.Add(*(_exact(factor) * x**power for power, factor in self.powers))
-        size, frequency, phase = self.wave
-        return found + sp.Float(size) * sp.sin(sp.Float(frequency) * x + _exact(phase)) if size else found
-
-
-LAWS: Mapping[LawOfLift, Law] = {
-    "cycloidal": Law(((1, 1.0),), (-1.0 / TURN, TURN, 0.0)),
-    "3-4-5": Law(((3, 10.0), (4, -15.0), (5, 6.0))),
-    "4-5-6-7": Law(((4, 35.0), (5, -84.0), (6, 70.0), (7, -20.0))),
-    "harmonic": Law(((0, 0.5),), (0.5, math.pi, -0.5 * math.pi)),
-}
-"""Laws of a rise or a fall. Accelerations jump at the ends of the harmonic one, and nowhere with the others."""
 
 
 @dataclass(frozen=True)
@@ -74,19 +39,20 @@ class Height:
     def symbol(self) -> Expr:
         from ..derive.vectors import symbol
 
-        return symbol(self.parameter) if self.parameter else _exact(self.value)
+        return symbol(self.parameter) if self.parameter else exact(self.value)
 
 
 @dataclass(frozen=True)
 class Piece:
-    """The lift from the angle ``start`` to ``end`` (rad): an expression, or from height to height by a law, ``None`` of
-    a dwell."""
+    """The lift from the angle ``start`` to ``end`` (rad): an expression, or from height to height by the ``part`` of a
+    law, ``None`` of a dwell."""
 
     start: float
     end: float
-    law: LawOfLift | Expression | None
+    law: LawOfRise | Expression | None
     before: Height
     after: Height
+    part: int = 0
 
     def lift(self, angle: float, order: int) -> float:
         """The lift, or its derivative by the angle up to the second (m)."""
@@ -95,9 +61,10 @@ class Piece:
         flat = 0.0 if order else self.before.value
         if self.law is None:
             return flat
-        length = self.end - self.start
+        part = LAWS[self.law][self.part]
+        length = (self.end - self.start) / (part.end - part.start)
         rise = self.after.value - self.before.value
-        return flat + rise * LAWS[self.law].at((angle - self.start) / length, order) / length**order
+        return flat + rise * part.at((angle - self.start) / length, order) / length**order
 
     @cached_property
     def _functions(self) -> list[Callable[[float], float]]:
@@ -120,8 +87,9 @@ class Piece:
         before = self.before.symbol()
         if self.law is None:
             return before
-        share = (ANGLE - _exact(self.start)) / sp.Float(self.end - self.start)
-        return before + (self.after.symbol() - before) * LAWS[self.law].of(share)
+        part = LAWS[self.law][self.part]
+        share = (ANGLE - exact(self.start)) / sp.Float((self.end - self.start) / (part.end - part.start))
+        return before + (self.after.symbol() - before) * part.of(share)
 
 
 @dataclass(frozen=True)
@@ -258,12 +226,6 @@ def _told(function: Callable[[float], Any]) -> Callable[[float], float]:
             return math.nan
 
     return told
-
-
-def _exact(value: float) -> Expr:
-    import sympy as sp
-
-    return sp.Integer(int(value)) if value.is_integer() else sp.Float(value)
 
 
 def _degrees(angle: float) -> str:

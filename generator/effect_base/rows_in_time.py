@@ -13,21 +13,18 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from itertools import pairwise
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Discriminator, Field, Tag, ValidationInfo, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
-from .expression_of_time import InTime, Law, OfTime
+from .expression_of_time import InTime, Law
+from .laws_of_rise import LawOfRise
+from .motion_laws import Monotone, Motion, Rises
+from .piecewise_in_time import ENDS, Ends, Piecewise, State, derived, value
 from .table import Columns, Table
 from .written_numbers import Measured
-
-if TYPE_CHECKING:
-    from sympy import Expr
-
-    from ..derive.motion import Motion
-    from ..derive.terms_of_effects import Let
 
 ROWS = 500
 """Rows of a table, all of which stand in the equations: so many take some seconds to derive."""
@@ -41,13 +38,10 @@ HERMITE = {1: ((1,),), 2: ((3, -1), (-2, 1)), 3: ((10, -4, 1), (-15, 7, -2), (6,
 over their factorials."""
 
 PAIR = Field(min_length=2, max_length=2)
-Ends = Literal["rest", "straight", "periodic"]
-State = list[Fraction]
-"""A value and its derivatives at a row."""
 
 
 @dataclass(frozen=True)
-class Spline(OfTime):
+class Spline(Piecewise):
     """A value over time through ``rows`` (t, value) by a spline of ``order`` 1, 3 or 5. Its numbers are no parameters.
 
     Before the first row and after the last it rests at its value there, goes on straight, or begins anew, as ``ends``
@@ -61,24 +55,14 @@ class Spline(OfTime):
     @property
     def shown(self) -> str:
         """``a spline of order 3 through 4 rows, at rest before and after``."""
-        how = {"rest": "at rest before and after", "straight": "straight before and after", "periodic": "periodic"}
-        return f"a spline of order {self.order} through {len(self.rows)} rows, {how[self.ends]}"
+        return f"a spline of order {self.order} through {len(self.rows)} rows, {ENDS[self.ends]}"
 
-    def at(self, t: float) -> float:
-        return self.slope_at(t, 0)
+    @property
+    def kind(self) -> str:
+        return f"the spline of order {self.order}"
 
     def has_rate(self) -> bool:
         return self.order > 1
-
-    def slope_at(self, t: float, order: int = 1) -> float:
-        first, last = (Fraction(row[0]) for row in (self.rows[0], self.rows[-1]))
-        time = Fraction(t)
-        if self.ends == "periodic":
-            time = first + (time - first) % (last - first)
-        if not first <= time <= last:
-            return float(self._beyond(time, first if time < first else last, order))
-        piece = max(0, sum(start <= time for start, _ in self.rows[:-1]) - 1)
-        return float(_value(_derived(self.pieces[piece], order), time - Fraction(self.rows[piece][0])))
 
     def jumps(self, order: int) -> Mapping[int, float]:
         last = len(self.rows) - 1
@@ -86,72 +70,6 @@ class Spline(OfTime):
         if self.ends == "rest" and order > (self.order - 1) // 2:
             found = [0, *found, last]
         return {row: self.rows[row][0] for row in found}
-
-    def kinks(self) -> tuple[tuple[float, float], ...]:
-        return tuple((t, self._period) for t, _ in self.rows)
-
-    def realise(self, motion: Motion, name: str) -> Expr:
-        return self.derivative(motion, name, 0, {})
-
-    def rate(self, motion: Motion, name: str) -> Expr:
-        return self.derivative(motion, f"{name}_rate", 1, {})
-
-    def derivative(self, motion: Motion, name: str, order: int, begun: Mapping[int, Expr]) -> Expr:
-        """What it is before the first row; by how much it jumps at rows that have ``begun``; and what it adds from each
-        row to the next, a polynomial of the time since that row, of which no more counts than that between them,
-        (h + |t - t_i| - |t - t_(i+1)|)/2."""
-        import sympy as sp
-
-        time, let = motion.time, motion.let
-        if self.ends == "periodic":
-            time = self._begun_anew(time, let, name)
-        pieces = [_derived(piece, order) for piece in self.pieces]
-        first, last = (Fraction(row[0]) for row in (self.rows[0], self.rows[-1]))
-        jumps = {row: self._jump(pieces, row, order) for row in self.jumps(order)}
-        start = self._beyond(first, first, order) if 0 in jumps else pieces[0][0]
-        terms: list[Any] = [_number(start), *(_number(jump) * begun[row] for row, jump in jumps.items())]
-        since = [let(f"since_{name}_{i}", sp.Abs(time - sp.Float(t))) for i, (t, _) in enumerate(self.rows)]
-        for i, ((t0, _), (t1, _)) in enumerate(pairwise(self.rows)):
-            cut = let(f"part_{name}_{i}", (sp.Float(t1 - t0) + since[i] - since[i + 1]) / 2)
-            added = sp.S.Zero
-            for c in reversed(pieces[i][1:]):
-                added = (added + _number(c)) * cut
-            terms.append(let(f"added_{name}_{i}", added))
-        if self.ends == "straight" and order == 0:
-            before, after = (self._beyond(end, end, 1) for end in (first, last))
-            terms.append(_number(before) * (time - sp.Float(self.rows[0][0]) - since[0]) / 2)
-            terms.append(_number(after) * (time - sp.Float(self.rows[-1][0]) + since[-1]) / 2)
-        return sp.Add(*terms)
-
-    def _beyond(self, time: Fraction, end: Fraction, order: int) -> Fraction:
-        """A derivative before the first row or after the last, whichever ``end`` is."""
-        piece, start = (0, self.rows[0][0]) if end == self.rows[0][0] else (-1, self.rows[-2][0])
-        value, slope = (_value(_derived(self.pieces[piece], d), end - Fraction(start)) for d in (0, 1))
-        slope = Fraction(0) if self.ends == "rest" else slope
-        return (value + slope * (time - end), slope)[order] if order < 2 else Fraction(0)
-
-    def _jump(self, pieces: Sequence[State], row: int, order: int) -> Fraction:
-        """By how much a derivative, which has these ``pieces``, jumps at a row."""
-        times = [Fraction(t) for t, _ in self.rows]
-        before = (
-            _value(pieces[row - 1], times[row] - times[row - 1]) if row else self._beyond(times[0], times[0], order)
-        )
-        after = pieces[row][0] if row < len(pieces) else self._beyond(times[-1], times[-1], order)
-        return after - before
-
-    def _begun_anew(self, time: Expr, let: Let, name: str) -> Expr:
-        """The time within a period T from t_0 on, t_0 + T (arctan(tan(π (t - t_0)/T - π/2))/π + 1/2)."""
-        import sympy as sp
-
-        first, period = self.rows[0][0], self._period
-        turned = let(f"turned_{name}", sp.Float(math.pi / period) * (time - sp.Float(first)) - sp.Float(math.pi / 2))
-        folded = let(f"folded_{name}", sp.atan(let(f"tangent_{name}", sp.tan(turned))))
-        return let(f"within_{name}", sp.Float(period / math.pi) * folded + sp.Float(first + period / 2))
-
-    @property
-    def _period(self) -> float:
-        """After which it begins anew (s), 0 where it does not."""
-        return self.rows[-1][0] - self.rows[0][0] if self.ends == "periodic" else 0.0
 
     @cached_property
     def pieces(self) -> tuple[State, ...]:
@@ -190,10 +108,10 @@ class Spline(OfTime):
             """The sum of these derivatives: factor, piece, its end (0 or 1) and order."""
             found: Condition = {}
             for factor, piece, end, order in parts:
-                for (row, d), value in self._derivative(piece, end, order):
+                for (row, d), share in self._derivative(piece, end, order):
                     one = (0, d) if self.ends == "periodic" and row == last and d else (row, d)
                     if self.ends == "periodic" or one not in gone:
-                        found[one] = found.get(one, Fraction(0)) + factor * value
+                        found[one] = found.get(one, Fraction(0)) + factor * share
             return found
 
         if half == 1:
@@ -215,7 +133,7 @@ class Spline(OfTime):
             for d in range(half):
                 one, none = [Fraction(j == d) for j in range(half)], [Fraction(0)] * half
                 powers = _powers(one, none, h) if row == 0 else _powers(none, one, h)
-                yield (piece + row, d), _value(_derived(powers, order), h * end)
+                yield (piece + row, d), value(derived(powers, order), h * end)
 
 
 Condition = dict[tuple[int, int], Fraction]
@@ -248,25 +166,6 @@ def _power_of_two(value: Fraction) -> Fraction:
     return Fraction(2) ** (value.numerator.bit_length() - value.denominator.bit_length()) if value else Fraction(1)
 
 
-def _number(value: Fraction) -> Expr:
-    import sympy as sp
-
-    return sp.Float(float(value))
-
-
-def _value(coefficients: Sequence[Fraction], x: Fraction) -> Fraction:
-    """A polynomial at x."""
-    value = Fraction(0)
-    for c in reversed(coefficients):
-        value = value * x + c
-    return value
-
-
-def _derived(coefficients: Sequence[Fraction], order: int) -> State:
-    """The coefficients of a derivative, at least one."""
-    return [c * math.perm(j, order) for j, c in enumerate(coefficients)][order:] or [Fraction(0)]
-
-
 def _powers(a: State, b: State, h: Fraction) -> State:
     """The coefficients of the powers of t - t_i of the polynomial with the value and derivatives ``a`` at t_i and ``b``
     at t_i + h."""
@@ -284,8 +183,14 @@ class Rows(Table):
     """Rows over time in place of a value: ``{ rows = [[0, 0], [1, "90 deg"]], order = 5 }``."""
 
     rows: list[list[float]] = Field(min_length=2)
-    order: Literal[1, 3, 5] = Field(
-        description="the order of the spline through the rows, 1 (straight from row to row), 3 or 5"
+    order: Literal[1, 3, 5] | None = Field(
+        default=None,
+        description="the order of the spline through the rows, 1 (straight from row to row), 3 or 5",
+    )
+    law: Motion | None = Field(
+        default=None,
+        description='in place of the order a law that keeps within the rows: "monotone" (a cubic), or from rest at '
+        'each row to rest at the next by "cycloidal", "3-4-5", "4-5-6-7", "harmonic" or "modified-trapezoidal"',
     )
     ends: Ends = Field(
         default="rest",
@@ -312,17 +217,84 @@ class Rows(Table):
         return ends
 
     @model_validator(mode="after")
-    def _has_spline(self) -> Rows:
-        try:
-            numbers = [float(c) for piece in self.spline().pieces for c in piece]
-        except (OverflowError, np.linalg.LinAlgError):
-            numbers = [math.inf]
-        if not all(map(math.isfinite, numbers)):
-            raise _wrong("no spline in doubles goes through these rows; write times farther apart, or smaller values")
+    def _has_curve(self) -> Rows:
+        if (self.order is None) == (self.law is None):
+            found = "neither order nor law" if self.order is None else "order beside law"
+            raise _wrong(f'it has {found}; write one of them, order = 1, 3 or 5, or law = "monotone"')
+        if self.ends == "straight" and self.law not in (None, "monotone"):
+            raise _wrong(f'law = "{self.law}" rests at the last row; write ends = "rest" or "periodic"')
+        _check_finite(self.curve(), "no spline in doubles goes through these rows; write times farther apart, or ")
         return self
 
-    def spline(self) -> Spline:
-        return Spline(tuple((t, value) for t, value in self.rows), self.order, self.ends)
+    def curve(self) -> Piecewise:
+        rows = tuple((t, value) for t, value in self.rows)
+        if self.order is not None:
+            return Spline(rows, self.order, self.ends)
+        if self.law is None or self.law == "monotone":
+            return Monotone(rows, self.ends)
+        laws = (self.law if before != after else None for (_, before), (_, after) in pairwise(rows))
+        return Rises(rows, tuple(laws), self.ends)
+
+
+def _check_finite(curve: Piecewise, wrong: str) -> None:
+    try:
+        numbers = [float(c) for one in curve.curves for c in one.powers]
+        numbers += [c for one in curve.curves for c in (one.size, one.frequency)]
+    except (OverflowError, np.linalg.LinAlgError):
+        numbers = [math.inf]
+    if not all(map(math.isfinite, numbers)):
+        raise _wrong(f"{wrong}smaller values")
+
+
+class PieceInTime(Table):
+    """A piece of a motion."""
+
+    to: Annotated[float, Measured("s")] = Field(description="where it ends, in s, after the piece before")
+    value: float | None = None
+    law: LawOfRise | None = Field(
+        default=None,
+        description='how it gets there: "cycloidal" unless it says "3-4-5", "4-5-6-7", "harmonic" or '
+        '"modified-trapezoidal"',
+    )
+
+
+class Pieces(Table):
+    """Pieces over time in place of a value: ``{ pieces = [{ to = 1, value = "90 deg" }, { to = 2 }] }``."""
+
+    pieces: Sequence[PieceInTime]
+    start: float = 0.0
+    begin: Annotated[float, Measured("s")] = Field(
+        default=0.0, description="where the first piece begins, in s; 0 if not given"
+    )
+    ends: Literal["rest", "periodic"] = Field(
+        default="rest", description='what it does before and after, "rest" (stay) or "periodic" (begin anew)'
+    )
+
+    @model_validator(mode="after")
+    def _in_order(self) -> Pieces:
+        time, value = self.begin, self.start
+        for number, one in enumerate(self.pieces):
+            if not time < one.to:
+                raise _wrong(
+                    f"piece {number} ends at {one.to:g} s, where the one before ends at {time:g}; write later ones"
+                )
+            if one.law and one.value is None:
+                raise _wrong(f'piece {number} has law = "{one.law}" and no value, so it rests; leave the law out')
+            time, value = one.to, value if one.value is None else one.value
+        if self.ends == "periodic" and value != self.start:
+            raise _wrong(f"the last piece ends at {value:g}, the first begins at {self.start:g}; end with the start")
+        if len(self.pieces) > ROWS:
+            raise _wrong(f"there are {len(self.pieces)} pieces, and all stand in the equations; write at most {ROWS}")
+        _check_finite(self.curve(), "no motion in doubles goes through these pieces; write longer ones, or ")
+        return self
+
+    def curve(self) -> Piecewise:
+        rows, laws = [(self.begin, self.start)], list[LawOfRise | None]()
+        for one in self.pieces:
+            before = rows[-1][1]
+            rows.append((one.to, before if one.value is None else one.value))
+            laws.append(None if rows[-1][1] == before else one.law or "cycloidal")
+        return Rises(tuple(rows), tuple(laws), self.ends)
 
 
 def _wrong(advice: str) -> PydanticCustomError:
@@ -373,35 +345,138 @@ class ForceRows(Rows):
     )
 
 
+class AnglePiece(PieceInTime):
+    """A piece of an angle."""
+
+    value: Annotated[float, Measured("rad")] | None = Field(
+        default=None, description="the angle at its end in rad; without it the piece rests"
+    )
+
+
+class AnglePieces(Pieces):
+    """Pieces of an angle."""
+
+    pieces: list[AnglePiece] = Field(min_length=1, description="what it does, piece after piece")
+    start: Annotated[float, Measured("rad")] = Field(
+        default=0.0, description="the angle before the first piece in rad; 0 if not given"
+    )
+
+
+class PositionPiece(PieceInTime):
+    """A piece of a position."""
+
+    value: Annotated[float, Measured("m")] | None = Field(
+        default=None, description="the position at its end in m; without it the piece rests"
+    )
+
+
+class PositionPieces(Pieces):
+    """Pieces of a position."""
+
+    pieces: list[PositionPiece] = Field(min_length=1, description="what it does, piece after piece")
+    start: Annotated[float, Measured("m")] = Field(
+        default=0.0, description="the position before the first piece in m; 0 if not given"
+    )
+
+
+class SpeedPiece(PieceInTime):
+    """A piece of a speed."""
+
+    value: Annotated[float, Measured("rad/s", "m/s")] | None = Field(
+        default=None, description="the speed at its end in rad/s (m/s where it slides); without it the piece rests"
+    )
+
+
+class SpeedPieces(Pieces):
+    """Pieces of a speed."""
+
+    pieces: list[SpeedPiece] = Field(min_length=1, description="what it does, piece after piece")
+    start: Annotated[float, Measured("rad/s", "m/s")] = Field(
+        default=0.0, description="the speed before the first piece in rad/s (m/s where it slides); 0 if not given"
+    )
+
+
+class TorquePiece(PieceInTime):
+    """A piece of a torque."""
+
+    value: Annotated[float, Measured("N m")] | None = Field(
+        default=None, description="the torque at its end in N m; without it the piece rests"
+    )
+
+
+class TorquePieces(Pieces):
+    """Pieces of a torque."""
+
+    pieces: list[TorquePiece] = Field(min_length=1, description="what it does, piece after piece")
+    start: Annotated[float, Measured("N m")] = Field(
+        default=0.0, description="the torque before the first piece in N m; 0 if not given"
+    )
+
+
+class ForcePiece(PieceInTime):
+    """A piece of a force."""
+
+    value: Annotated[float, Measured("N")] | None = Field(
+        default=None, description="the force at its end in N; without it the piece rests"
+    )
+
+
+class ForcePieces(Pieces):
+    """Pieces of a force."""
+
+    pieces: list[ForcePiece] = Field(min_length=1, description="what it does, piece after piece")
+    start: Annotated[float, Measured("N")] = Field(
+        default=0.0, description="the force before the first piece in N; 0 if not given"
+    )
+
+
 def number_or_table(value: Any) -> str:
     """Which alternative of such a value is meant, as pydantic's tag."""
-    return "<table>" if isinstance(value, dict) else "<number>"
+    if isinstance(value, dict):
+        return "<pieces>" if "pieces" in value else "<table>"
+    return "<number>"
 
 
-def law_of(value: Law | Rows) -> Law:
-    """What a value that may be given by rows is in a record."""
-    return value.spline() if isinstance(value, Rows) else value
+def law_of(value: Law | Rows | Pieces) -> Law:
+    """What a value that may be given by rows or pieces is in a record."""
+    return value.curve() if isinstance(value, Rows | Pieces) else value
+
+
+def straying(law: object, key: str, unit: str) -> tuple[tuple[str, str], ...]:
+    """The key and a sentence where a law over time leaves the range of its rows."""
+    sentence = law.strays(unit) if isinstance(law, Piecewise) else ""
+    return ((key, sentence),) if sentence else ()
 
 
 _EITHER = Discriminator(number_or_table)
 
 AngleInTime = Annotated[
-    Annotated[Law, InTime("rad"), Tag("<number>")] | Annotated[AngleRows, Tag("<table>")],
+    Annotated[Law, InTime("rad"), Tag("<number>")]
+    | Annotated[AngleRows, Tag("<table>")]
+    | Annotated[AnglePieces, Tag("<pieces>")],
     _EITHER,
 ]
 PositionInTime = Annotated[
-    Annotated[Law, InTime("m"), Tag("<number>")] | Annotated[PositionRows, Tag("<table>")],
+    Annotated[Law, InTime("m"), Tag("<number>")]
+    | Annotated[PositionRows, Tag("<table>")]
+    | Annotated[PositionPieces, Tag("<pieces>")],
     _EITHER,
 ]
 SpeedInTime = Annotated[
-    Annotated[Law, InTime("rad/s", "m/s"), Tag("<number>")] | Annotated[SpeedRows, Tag("<table>")],
+    Annotated[Law, InTime("rad/s", "m/s"), Tag("<number>")]
+    | Annotated[SpeedRows, Tag("<table>")]
+    | Annotated[SpeedPieces, Tag("<pieces>")],
     _EITHER,
 ]
 TorqueInTime = Annotated[
-    Annotated[Law, InTime("N m"), Tag("<number>")] | Annotated[TorqueRows, Tag("<table>")],
+    Annotated[Law, InTime("N m"), Tag("<number>")]
+    | Annotated[TorqueRows, Tag("<table>")]
+    | Annotated[TorquePieces, Tag("<pieces>")],
     _EITHER,
 ]
 ForceInTime = Annotated[
-    Annotated[Law, InTime("N"), Tag("<number>")] | Annotated[ForceRows, Tag("<table>")],
+    Annotated[Law, InTime("N"), Tag("<number>")]
+    | Annotated[ForceRows, Tag("<table>")]
+    | Annotated[ForcePieces, Tag("<pieces>")],
     _EITHER,
 ]

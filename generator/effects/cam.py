@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Annotated
 from pydantic import Discriminator, Field, Tag
 
 from ..effect_base.between import Extent, Side, edge_between, find_extent, on_two_links, title_of
-from ..effect_base.cam_profile import MEETS, TURN, CamProfile, Height, LawOfLift, Piece
+from ..effect_base.cam_profile import MEETS, CamProfile, Height, Piece
 from ..effect_base.contact import DEPTH, LAW_MEANS, Friction, Law, Radius, Restitution
 from ..effect_base.effect import Complain, ContactPoint, Curve, Effect, Entry, Rim, Surroundings
 from ..effect_base.expression_of_angle import InAngle
 from ..effect_base.expression_of_time import Expression
+from ..effect_base.laws_of_rise import LAWS, TURN, LawOfRise
 from ..effect_base.points import choose_carrier, find_point
 from ..effect_base.table import Name, PointName, Positive, Table, number_or_list
 from ..effect_base.written_numbers import Angle, Measured
@@ -42,8 +43,10 @@ class PieceTable(Table):
         default=None,
         description="the lift at its end in m, or all of it as an expression of angle; without it the follower rests",
     )
-    law: LawOfLift | None = Field(
-        default=None, description='how it gets there: "cycloidal" unless it says "3-4-5", "4-5-6-7" or "harmonic"'
+    law: LawOfRise | None = Field(
+        default=None,
+        description='how it gets there: "cycloidal" unless it says "3-4-5", "4-5-6-7", "harmonic" or '
+        '"modified-trapezoidal"',
     )
 
 
@@ -327,7 +330,13 @@ def _pieces(
     found = []
     for k, one in enumerate(lift):
         law = one.lift if isinstance(one.lift, Expression) else None if one.lift is None else one.law or "cycloidal"
-        found.append(Piece(ends[k - 1] if k else 0.0, ends[k], law, known[k - 1], known[k]))
+        start, heights_of = ends[k - 1] if k else 0.0, (known[k - 1], known[k])
+        if law is None or isinstance(law, Expression):
+            found.append(Piece(start, ends[k], law, *heights_of))
+            continue
+        parts = LAWS[law]
+        places = [start + (ends[k] - start) * part.start for part in parts] + [ends[k]]
+        found += [Piece(places[i], places[i + 1], law, *heights_of, i) for i in range(len(parts))]
     return tuple(found)
 
 

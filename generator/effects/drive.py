@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal
 
 from pydantic import Field
@@ -12,8 +12,9 @@ from pydantic import Field
 from ..effect_base.effect import Complain, Effect, Entry, Part, Surroundings
 from ..effect_base.expression_of_time import Expression, OfTime, Quantity, kinks_of, own_parameters, quantity
 from ..effect_base.part_at_joint import mover
+from ..effect_base.piecewise_in_time import Piecewise
 from ..effect_base.points import find_joint
-from ..effect_base.rows_in_time import AngleInTime, PositionInTime, SpeedInTime, Spline, law_of
+from ..effect_base.rows_in_time import AngleInTime, PositionInTime, SpeedInTime, Spline, law_of, straying
 from ..effect_base.table import JointName, Name, Table
 from ..effect_base.written_numbers import wrong_kind
 from ..mechanism.links import Parameter
@@ -51,6 +52,7 @@ class Drive(Effect):
 
     ``given`` is what the law gives: the speed (rad/s or m/s), or the position (rad or m). The acceleration is what
     enters the equations; the force that it takes is the joint's reaction, and its work enters the energy balance.
+    ``key`` is that of its table and ``unit`` what it is measured in, for remarks.
     """
 
     index: int
@@ -58,6 +60,8 @@ class Drive(Effect):
     joint: int
     given: Literal["speed", "position"]
     law: Quantity
+    key: str = field(default="", compare=False)
+    unit: str = field(default="", compare=False)
 
     def parameters(self) -> tuple[Parameter, ...]:
         return own_parameters(self.law) if self.given == "speed" else ()
@@ -73,6 +77,9 @@ class Drive(Effect):
 
     def kinks(self) -> tuple[tuple[float, float], ...]:
         return kinks_of(self.law)
+
+    def remarks(self) -> tuple[tuple[str, str], ...]:
+        return straying(self.law, self.key, self.unit)
 
     def sides(self) -> tuple[str, ...]:
         return tuple(f"drive_{self.index}_{number}" for number in self._jumps())
@@ -138,23 +145,28 @@ def build(table: DriveTable, index: int, around: Surroundings, complain: Complai
     if isinstance(law, Expression) and not law.has_rate():
         complain((given[0],), "found abs in a prescribed motion, expected one that is smooth; write it without abs")
         return None
-    if isinstance(law, Spline) and (wrong := _rough(law, given[0])):
-        complain((given[0], "order"), wrong)
+    if isinstance(law, Piecewise) and (wrong := _rough(law, given[0])):
+        complain((given[0], "order") if isinstance(law, Spline) else (given[0],), wrong)
         return None
     if isinstance(law, Expression) and (wrong := _undefined(law, given[0])):
         complain((given[0],), f"found {wrong} at t = 0, expected a motion that is smooth from there; shift it")
         return None
     name = table.name or f"drive_{index}"
     kind: Literal["speed", "position"] = "speed" if given[0] == "speed" else "position"
-    return Drive(index, name, joint, kind, quantity(law, f"{name}.{given[0]}", f"v_drive_{index}"))
+    unit = ("m" if aim == "position" else "rad") + ("/s" if kind == "speed" else "")
+    return Drive(index, name, joint, kind, quantity(law, f"{name}.{given[0]}", f"v_drive_{index}"), given[0], unit)
 
 
-def _rough(law: Spline, key: str) -> str:
-    """What a spline may not be where a motion is prescribed."""
-    if law.order == 1 and key != "speed":
-        return f"found order = 1 for the {key}, expected 3 or 5, for else its speed jumps; write 3 or 5"
-    if law.order == 1 and law.ends == "periodic":
-        return "found order = 1 for a speed that is periodic, expected 3 or 5; write 3 or 5"
+def _rough(law: Piecewise, key: str) -> str:
+    """What a law in pieces may not be where a motion is prescribed."""
+    advice = 'order = 3 or 5, or law = "cycloidal" or "3-4-5"'
+    if key != "speed" and not law.has_rate():
+        return (
+            f"found order = 1 for the {key}, expected 3 or 5, for else its speed jumps; write 3 or 5, or in place of "
+            'the order law = "monotone", which keeps within the rows'
+        )
+    if law.ends == "periodic" and (law.jumps(1 if key == "speed" else 2) or not law.has_rate()):
+        return f"found {law.shown} for the {key}, expected one whose acceleration does not jump; write {advice}"
     return ""
 
 

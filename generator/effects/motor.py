@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
@@ -13,7 +13,16 @@ from ..effect_base.effect import Complain, Effect, Entry, Part, Surroundings
 from ..effect_base.expression_of_time import OfTime, Quantity, kinks_of, own_parameters, quantity, term
 from ..effect_base.part_at_joint import mover
 from ..effect_base.points import find_joint
-from ..effect_base.rows_in_time import ROWS, AngleInTime, ForceInTime, PositionInTime, Spline, TorqueInTime, law_of
+from ..effect_base.rows_in_time import (
+    ROWS,
+    AngleInTime,
+    ForceInTime,
+    PositionInTime,
+    Spline,
+    TorqueInTime,
+    law_of,
+    straying,
+)
 from ..effect_base.table import Columns, JointName, Name, NotNegative, Positive, Table
 from ..effect_base.written_numbers import Measured, wrong_kind
 from ..mechanism.links import NOT_NEGATIVE, POSITIVE, Parameter
@@ -233,13 +242,14 @@ class Integrating(Servo):
 class Motor(Effect):
     """A torque on the second link of a joint (a force, where it slides), and its reaction on the first.
 
-    It follows the law of its ``drive``.
+    It follows the law of its ``drive``. Whether its joint ``slides`` is for remarks.
     """
 
     index: int
     name: str
     joint: int
     drive: Given | Rows | Servo
+    slides: bool = field(default=False, compare=False)
 
     def parameters(self) -> tuple[Parameter, ...]:
         return self.drive.parameters()
@@ -249,6 +259,12 @@ class Motor(Effect):
 
     def kinks(self) -> tuple[tuple[float, float], ...]:
         return self.drive.kinks()
+
+    def remarks(self) -> tuple[tuple[str, str], ...]:
+        if isinstance(self.drive, Servo):
+            return straying(self.drive.angle, *(("position", "m") if self.slides else ("angle", "rad")))
+        effort = ("force", "N") if self.slides else ("torque", "N m")
+        return straying(self.drive.torque, *effort) if isinstance(self.drive, Given) else ()
 
     def sides(self) -> tuple[str, ...]:
         return self.drive.sides(self) if isinstance(self.drive, Servo) else ()
@@ -294,7 +310,7 @@ def build(table: MotorTable, index: int, around: Surroundings, complain: Complai
     if joint is None or not sound:
         return None
     name = table.name or f"motor_{index}"
-    return Motor(index, name, joint, _drive(table, index, name, slides))
+    return Motor(index, name, joint, _drive(table, index, name, slides), slides)
 
 
 def _drive(table: MotorTable, index: int, name: str, slides: bool) -> Given | Rows | Servo:
@@ -391,7 +407,7 @@ def _check_servo(table: MotorTable, aim: str, complain: Complain) -> bool:
         return False
     if table.damping and isinstance(law, OfTime) and not law.has_rate():
         why = "order = 1" if isinstance(law, Spline) else "abs"
-        how = "write order = 3" if isinstance(law, Spline) else "write it without abs"
+        how = 'write order = 3, or law = "monotone"' if isinstance(law, Spline) else "write it without abs"
         complain((aim,), f"found {why} in {_a(aim)} with damping, expected one that has a rate; {how}")
         return False
     return True

@@ -11,7 +11,7 @@ from pydantic import Field
 
 from ..effect_base.effect import Complain, Effect, Entry, Part, Surroundings
 from ..effect_base.expression_of_time import Quantity, kinks_of, own_parameters, quantity, term
-from ..effect_base.rows_in_time import TorqueInTime, law_of
+from ..effect_base.rows_in_time import TorqueInTime, law_of, straying
 from ..effect_base.table import LinkName, Name, Table
 from ..mechanism.joints import PointRef
 from ..mechanism.links import Parameter
@@ -46,6 +46,9 @@ class Torque(Effect):
 
     def kinks(self) -> tuple[tuple[float, float], ...]:
         return kinks_of(self.torque)
+
+    def remarks(self) -> tuple[tuple[str, str], ...]:
+        return straying(self.torque, "torque", "N m")
 
     def loads(self, motion: Motion) -> Sequence[Couple]:
         from ..derive.motion import Couple

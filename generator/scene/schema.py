@@ -23,7 +23,7 @@ from ..effect_base.table import (
 )
 from ..effect_base.written_numbers import Angle, Length, Measured, Whole
 
-TAGS = ("<number>", "<list>", "<table>", "<text>")
+TAGS = ("<number>", "<list>", "<table>", "<pieces>", "<text>")
 """Marks that pydantic puts into the place of a fault to say which alternative of a value was meant."""
 
 
