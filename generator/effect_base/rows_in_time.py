@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from itertools import pairwise
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Discriminator, Field, Tag, ValidationInfo, field_validator, model_validator
@@ -181,6 +181,8 @@ def _powers(a: State, b: State, h: Fraction) -> State:
 
 class Rows(Table):
     """Rows over time in place of a value: ``{ rows = [[0, 0], [1, "90 deg"]], order = 5 }``."""
+
+    ONE_OF: ClassVar[tuple[str, ...]] = ("order", "law")
 
     rows: list[list[float]] = Field(min_length=2)
     order: Literal[1, 3, 5] | None = Field(

@@ -54,21 +54,26 @@ def alternatives(kind: Any) -> Iterator[Any]:
 def inside(kind: Any, part: str | int) -> Any:
     """The type of an item of a list, of a value in a mapping, or of a key of a table; ``None`` where there is none."""
     wanted = list if isinstance(part, int) else dict
+    if isinstance(part, str) and (table := _table_with(kind, part)):
+        return kind_of_key(table, part)
     for one in alternatives(kind):
-        if isinstance(part, str) and isinstance(one, type) and issubclass(one, Table):
-            return kind_of_key(one, part)
         if get_origin(one) is wanted:
             return get_args(one)[-1]
     return None
+
+
+def _table_with(kind: Any, key: str) -> type[Table] | None:
+    """Of the tables among a type's alternatives that which has a key, else the first."""
+    tables = [one for one in alternatives(kind) if isinstance(one, type) and issubclass(one, Table)]
+    return next((one for one in tables if key in one.model_fields), tables[0] if tables else None)
 
 
 def innermost(model: type[Table], place: Sequence[str | int]) -> tuple[type[Table], tuple[str | int, ...]]:
     """The table in ``model`` that the last part of a place belongs to, however deep, and the place in that."""
     owner, since, kind = model, 0, kind_of_key(model, str(place[0]))
     for index, part in enumerate(place[1:], start=1):
-        tables = [one for one in alternatives(kind) if isinstance(one, type) and issubclass(one, Table)]
-        if tables and isinstance(part, str):
-            owner, since = tables[0], index
+        if isinstance(part, str) and (table := _table_with(kind, part)):
+            owner, since = table, index
         kind = inside(kind, part)
     return owner, tuple(place[since:])
 

@@ -159,14 +159,16 @@ def build(table: DriveTable, index: int, around: Surroundings, complain: Complai
 
 def _rough(law: Piecewise, key: str) -> str:
     """What a law in pieces may not be where a motion is prescribed."""
-    advice = 'order = 3 or 5, or law = "cycloidal" or "3-4-5"'
     if key != "speed" and not law.has_rate():
         return (
             f"found order = 1 for the {key}, expected 3 or 5, for else its speed jumps; write 3 or 5, or in place of "
             'the order law = "monotone", which keeps within the rows'
         )
-    if law.ends == "periodic" and (law.jumps(1 if key == "speed" else 2) or not law.has_rate()):
-        return f"found {law.shown} for the {key}, expected one whose acceleration does not jump; write {advice}"
+    if law.ends == "periodic" and not law.has_rate():
+        return "found order = 1 for a speed that is periodic, expected 3 or 5; write 3 or 5"
+    if law.ends == "periodic" and law.jumps(1 if key == "speed" else 2):
+        found = f"found {law.shown} for the {key}, expected one whose acceleration does not jump"
+        return f'{found}; write order = 3 or 5, or law = "cycloidal" or "3-4-5"'
     return ""
 
 
