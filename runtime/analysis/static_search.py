@@ -15,7 +15,8 @@ PASSES = 200
 FLAT = 1e-7
 """Stiffnesses below this part of the largest load or stiffness are taken as zero."""
 TURNING = 1e-6
-"""Of a stiffness, the part by which it is not symmetric through differences alone; more comes of loads that follow."""
+"""Of stiffness and loads, the part by which the first is not symmetric through differences alone, over steps of 1e-6 in
+which loads lose ten digits; more comes of loads that follow."""
 MOST, MOVES = 3, 0.1
 """How many coordinates are named that what is left of the loads moves, and which part of the most each moves."""
 UPHILL = 0.5
@@ -77,7 +78,8 @@ def _way_from(statics: Statics, q: FloatArray, nearest: bool) -> tuple[FloatArra
 def follows(statics: Statics, q: FloatArray, hold: Hold) -> bool:
     """Whether loads have no potential there, as forces that turn with a link."""
     tangent = statics.tangent(q, hold, hold.forces)
-    return bool(np.max(np.abs(tangent - tangent.T), initial=0.0) > TURNING * np.max(np.abs(tangent), initial=0.0))
+    size = max(float(np.max(np.abs(tangent), initial=0.0)), statics.scale(q))
+    return bool(np.max(np.abs(tangent - tangent.T), initial=0.0) > TURNING * size)
 
 
 def _moved(statics: Statics, q: FloatArray, hold: Hold) -> str:

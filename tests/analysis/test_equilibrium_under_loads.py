@@ -12,6 +12,7 @@ from scipy import optimize
 
 from ccgen.runtime import static_equilibrium
 
+from ..support.tiers import hard
 from ..support.workshop import Workshop
 
 ROD = """
@@ -158,7 +159,7 @@ def work(p: Any, guess: np.ndarray) -> Any:
     return force, pose
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", [*range(6), *map(hard, range(6, 60))])
 def test_a_four_bar_rests_by_virtual_work(seed: int, workshop: Workshop) -> None:
     """Under random constant loads: forces, one of them turning with its link, torques and a motor."""
     draw = np.random.default_rng(seed)
