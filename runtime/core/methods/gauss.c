@@ -25,8 +25,9 @@ static const double WANTED = 0.4;  /* contraction that steps aim at */
 static const double MISSED = 0.03; /* of the last coefficients, times their ratio to the first: the error of a step */
 static const double CAUTION =
     18.0; /* times the error: what the next step is chosen by, for the motion may get quicker */
-static const double EARLIER = 0.2; /* the last coefficient but one counts by this part */
-enum { ORDER = 16, ESTIMATES = 2, LINE = 8 /* numbers to a line of the cache */ };
+static const double ENDS_ALIKE = 1e-9; /* part of a step: one that begins so near to its end goes on from there */
+static const double EARLIER = 0.2;     /* the last coefficient but one counts by this part */
+enum { ORDER = 16, ESTIMATES = 4, LINE = 8 /* numbers to a line of the cache */ };
 
 /* Lays the arrays out from `at` on, unless it is NULL; returns how many numbers they take. */
 static size_t lay_out(struct gauss *g, const struct system *s, double *at)
@@ -57,6 +58,8 @@ static size_t lay_out(struct gauss *g, const struct system *s, double *at)
                  {&g->one, 3 * n},
                  {&g->dy, size},
                  {&g->dy1, size},
+                 {&g->begin, size},
+                 {&g->end, size},
                  {&g->other, dop853.scratch(s)},
                  {&g->side, lanes_scratch(s)}};
     size_t total = 0;
@@ -94,30 +97,34 @@ static struct gauss *gauss_of(const struct system *s, double *scratch)
 static void gauss_restart(double *scratch, int size)
 {
     struct gauss *g = (struct gauss *)scratch;
-    g->known = g->tried = 0;
+    g->known = g->tried = g->begun = g->ended = 0;
     if (g->f)
         memset(g->lost, 0, size * sizeof *g->lost);
 }
 
-/* The last stage polynomial, and what rounding took from the state */
+/* The last stage polynomial, what rounding took from the state, and the derivatives at the ends */
 static size_t gauss_memory(const struct system *s, double *scratch, int put, double *numbers)
 {
     const size_t size = s->size, rows = size - s->n;
-    enum { T, H, TRIED, KNOWN, SCALARS };
+    enum { T, H, TRIED, KNOWN, BEGUN, ENDED, SCALARS };
     if (!numbers)
-        return SCALARS + rows * STAGES + 2 * size;
+        return SCALARS + rows * STAGES + 4 * size;
     struct gauss *g = gauss_of(s, scratch);
-    double scalars[SCALARS] = {g->t, g->h, g->tried, g->known}, *at = numbers;
+    double scalars[SCALARS] = {g->t, g->h, g->tried, g->known, g->begun, g->ended}, *at = numbers;
     const struct {
         double *array;
         size_t count;
-    } parts[] = {{scalars, SCALARS}, {g->legendre, rows * STAGES}, {g->lost, size}, {g->lost_next, size}};
+    } parts[] = {{scalars, SCALARS}, {g->legendre, rows * STAGES},
+                 {g->lost, size},    {g->lost_next, size},
+                 {g->begin, size},   {g->end, size}};
     for (size_t i = 0; i < sizeof parts / sizeof *parts; at += parts[i++].count)
         memcpy(put ? parts[i].array : at, put ? at : parts[i].array, parts[i].count * sizeof *at);
     g->t = scalars[T];
     g->h = scalars[H];
     g->tried = scalars[TRIED] != 0.0;
     g->known = scalars[KNOWN] != 0.0;
+    g->begun = scalars[BEGUN] != 0.0;
+    g->ended = scalars[ENDED] != 0.0;
     return (size_t)(at - numbers);
 }
 
@@ -199,15 +206,29 @@ static enum outcome replace(struct gauss *g, struct system *s, double t, double 
     return outcome ? outcome : dop853.step(s, g->other, t, h, tolerance, y, g->dy, y1);
 }
 
+/* What the last step leaves to the next, if it was accepted, or dy, the derivative at y, right after a restart */
+static void go_on(struct gauss *g, const struct system *s, double t, const double *dy)
+{
+    if (!g->tried) {
+        memcpy(g->begin, dy, s->size * sizeof *dy);
+        g->begun = 1;
+    } else if (t != g->t) {
+        double *swap = g->lost;
+        g->lost = g->lost_next;
+        g->lost_next = swap;
+        swap = g->begin;
+        g->begin = g->end;
+        g->end = swap;
+        g->begun = g->ended && fabs(t - (g->t + g->h)) <= ENDS_ALIKE * fabs(g->h);
+    }
+    g->ended = 0;
+}
+
 static enum outcome gauss_step(struct system *s, double *scratch, double t, double h, struct tolerance tolerance,
                                const double *y, const double *dy, double *y1)
 {
     struct gauss *g = gauss_of(s, scratch);
-    if (g->tried && t != g->t) { /* the last step was accepted */
-        double *swap = g->lost;
-        g->lost = g->lost_next;
-        g->lost_next = swap;
-    }
+    go_on(g, s, t, dy);
     int converged = 0;
     enum outcome outcome = OUTCOME_DONE;
     if (!active_count(s) && fabs(h) > SHORT * fmax(fabs(t), s->time))
@@ -224,7 +245,7 @@ static enum outcome gauss_step(struct system *s, double *scratch, double t, doub
         return replace(g, s, t, h, tolerance, y, y1);
     finish(g, s, h, tolerance, y, y1);
     g->known = 1;
-    return OUTCOME_DONE;
+    return tolerance.rtol > 0.0 ? gauss_look_at_ends(g, s, t, h, y, y1) : OUTCOME_DONE;
 }
 
 static double *gauss_estimates(double *scratch, int size, int *count)
@@ -256,12 +277,16 @@ static double gauss_measure(const double *scratch, int size, struct tolerance to
     const struct gauss *g = (const struct gauss *)scratch;
     if (g->replaced) /* as the error of a method of this order would be */
         return pow(CAUTION * dop853.measure(g->other, size, tolerance, y, y1), (double)ORDER / dop853.order);
-    const double size_of = last_coefficients(g, size, tolerance, y, y1), ratio = size_of / g->first;
+    const struct tail tail = gauss_tail(g, size, tolerance, y, y1);
+    const double size_of = last_coefficients(g, size, tolerance, y, y1);
+    const double ratio = fmax(size_of / g->first, tail.shrink * tail.shrink * tail.shrink);
     if (!isfinite(size_of + g->first)) /* a quotient of such numbers may be 0 */
         return INFINITY;
     const double error = size_of > 0.0 ? MISSED * size_of * fmin(1.0, ratio) : 0.0;
     const double cautious = CAUTION * error, slow = 0.9 * g->contraction / WANTED;
-    return fmax(error > 1.0 ? cautious : fmin(1.0, cautious), slow > 0.3 ? fmin(1.0, pow(slow, ORDER)) : 0.0);
+    const double steered =
+        fmax(error > 1.0 ? cautious : fmin(1.0, cautious), slow > 0.3 ? fmin(1.0, pow(slow, ORDER)) : 0.0);
+    return fmax(steered, pow(tail.unseen, ORDER)); /* what is unseen shrinks as the step does */
 }
 
 /* state at theta on the stage polynomial that starts at `start` */
@@ -303,6 +328,7 @@ double gauss_cut(const struct system *s, double *scratch, double part, struct to
     gauss_pack(g, LEGENDRE, 1.0, g->matrix);
     gauss_combine(g, s, g->matrix, g->f, g->legendre);
     g->h *= part;
+    g->ended = 0;
     memset(g->lost_next, 0, s->size * sizeof *g->lost_next);
     memcpy(g->start, y, s->size * sizeof *y);
     memcpy(y1, y, s->size * sizeof *y);

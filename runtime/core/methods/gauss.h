@@ -1,4 +1,5 @@
-/* Gauss-Legendre collocation: gauss_sweeps.c finds the accelerations of the stages, gauss.c makes steps of them. */
+/* Gauss-Legendre collocation: gauss_sweeps.c finds the accelerations of the stages, gauss_ends.c compares those at the ends of a step with them,
+ * gauss.c makes steps of them. */
 #ifndef CCGEN_GAUSS_H
 #define CCGEN_GAUSS_H
 
@@ -17,7 +18,9 @@ struct gauss {
     double contraction; /* of the last sweep */
     double
         along; /* part of the tolerance that the last sweep may change where it still changes more across the closure; else 0 */
-    double grain; /* rounding, in tolerances */
+    double grain;     /* rounding, in tolerances */
+    double noise;     /* and of a velocity in its unit */
+    int begun, ended; /* whether `begin` and `end` are known */
     int n, rows, lanes;
     double *f, *g;            /* [rows][STAGES] accelerations, and those of the next sweep */
     double *legendre;         /* [rows][STAGES] coefficients of the stage polynomial */
@@ -33,6 +36,7 @@ struct gauss {
     double *start, *miss;     /* [size] for interpolation: the start, and end of the step less end of the polynomial */
     double *one;              /* [3 n] one state */
     double *dy, *dy1;         /* [size] derivatives */
+    double *begin, *end;      /* [size] those at the start and at the end of the step */
     double *other;            /* scratch of DOP853 */
     double *side;             /* of system_acceleration_lanes */
 };
@@ -48,6 +52,16 @@ void gauss_stage(struct gauss *g, int j, double h, const double *y);
  * contract too slowly. Iterates to a part of the tolerance, or, where that is zero, until rounding is met. */
 enum outcome gauss_solve(struct gauss *g, struct system *s, double t, double h, struct tolerance tolerance,
                          const double *y, const double *dy, int *converged);
+
+/* Compares the stage polynomial of the step with the accelerations at its ends: into the last two estimates. */
+enum outcome gauss_look_at_ends(struct gauss *g, struct system *s, double t, double h, const double *y,
+                                const double *y1);
+
+struct tail {
+    double shrink; /* of the stage polynomial's last two coefficients, against the two before */
+    double unseen; /* what the step has not seen of its beginning and of its end, in tolerances, up to a few */
+};
+struct tail gauss_tail(const struct gauss *g, int size, struct tolerance tolerance, const double *y, const double *y1);
 
 /* The step just taken from y, as if it had been that part as long: its polynomial is kept, and its end is y1. Returns what the polynomial misses inside of
  * the step, in tolerances, which is more than the end does; infinity where there is none. */

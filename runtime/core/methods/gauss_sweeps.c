@@ -108,6 +108,7 @@ static void prepare_sweeps(struct gauss *g, const struct system *s, double h, st
         angle = fmax(angle, s->lengths[i] ? 0.0 : fabs(y[i]));
     }
     const double noise = UNIT * (speed + length * force * angle); /* the last digit of an angle turns forces */
+    g->noise = noise;
     g->grain = DBL_MIN;
     for (int i = 0; i < n; i++) {
         const double q = fabs(y[i]), noise_u = noise * s->unit[i], noise_q = UNIT * q + length * noise_u;
