@@ -269,7 +269,8 @@ static double last_coefficients(const struct gauss *g, int size, struct toleranc
 }
 
 /* What the stage polynomial misses shrinks as its last coefficients do, and the end of the step sees it only against the
- * motion's own coefficients of that degree, which shrink likewise: the product of the two. Sweeps that contract slowly
+ * motion's own coefficients of that degree, which shrink likewise: the product of the two. Where the last coefficients shrink less than that, as
+ * those of a motion with a corner or a narrow bend do, the first that the end sees is what they come to at that pace. Sweeps that contract slowly
  * make the next step shorter. */
 static double gauss_measure(const double *scratch, int size, struct tolerance tolerance, const double *y,
                             const double *y1)
@@ -279,10 +280,11 @@ static double gauss_measure(const double *scratch, int size, struct tolerance to
         return pow(CAUTION * dop853.measure(g->other, size, tolerance, y, y1), (double)ORDER / dop853.order);
     const struct tail tail = gauss_tail(g, size, tolerance, y, y1);
     const double size_of = last_coefficients(g, size, tolerance, y, y1);
-    const double ratio = fmax(size_of / g->first, tail.shrink * tail.shrink * tail.shrink);
+    const double ratio = size_of / g->first;
     if (!isfinite(size_of + g->first)) /* a quotient of such numbers may be 0 */
         return INFINITY;
-    const double error = size_of > 0.0 ? MISSED * size_of * fmin(1.0, ratio) : 0.0;
+    const double beyond = size_of * pow(tail.shrink, 0.5 * (ORDER - STAGES + 1));
+    const double error = size_of > 0.0 ? fmax(MISSED * size_of * fmin(1.0, ratio), beyond) : 0.0;
     const double cautious = CAUTION * error, slow = 0.9 * g->contraction / WANTED;
     const double steered =
         fmax(error > 1.0 ? cautious : fmin(1.0, cautious), slow > 0.3 ? fmin(1.0, pow(slow, ORDER)) : 0.0);
