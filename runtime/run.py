@@ -41,9 +41,11 @@ class Run(Record):
     `model` carries the parameter values of its beginning, :meth:`model_at` those of later, where events have set some;
     all that is told of an instant is told with those of that instant. `advance.between` finds states between two
     rows by steps of the run's method; `motion(t, q, u)` the forces along the run.
+    `unexplained` (nt,) is what of each row's energy (J), less that of the first row, is neither work of loads nor a
+    loss that an impact, a phase of kind "steps" or an event records; none is known of runs of earlier versions.
     `success` says whether the end was reached,
     `message` why not. Audits: `closure_max`, the largest gap of a cut joint (m), and `energy_drift`, the largest
-    unexplained change of energy (J), over all rows; `closure_rate_max`, the largest speed at which one opens (m/s).
+    size of `unexplained` (J), over all rows; `closure_rate_max`, the largest speed at which one opens (m/s).
     `acceleration_error` is how far accelerations are from right, relative to the largest of a state, as far as the
     masses are at fault: their rounding at some of the rows, or where it is repaired, what could not be.
     Where it is known less well: `rest_speed` (m/s), 0 unless events crowded so that contacts that still moved, the

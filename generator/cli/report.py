@@ -261,9 +261,11 @@ def print_audit(run: Run) -> None:
     deep = f"contacts at most {run.penetration_max:.1e} m deep, " if run.model.contacts else ""
     jumps = sum(abs(event.energy) for event in run.events)
     apart = f" beside jumps of {jumps:.3g} J in all at events" if jumps and jumps > rounding_of_energy(run) else ""
+    taken = sum(phase.taken for phase in run.phases)
+    beside = f", beside {taken:.3g} J that contacts took in steps" if abs(taken) > rounding_of_energy(run) else ""
     typer.echo(
         f"t = {run.t[-1]:.10g} s, impacts: {len(run.impacts)}, steps: {steps}, evaluations: {run.nfev}\n"
-        f"audit: {loops}{deep}energy kept to {kept}{apart}; method {run.method}"
+        f"audit: {loops}{deep}energy kept to {kept}{apart}{beside}; method {run.method}"
     )
 
 
@@ -300,6 +302,7 @@ def print_warnings(run: Run) -> None:
             f"{sum(phase.missed for phase in steps):.0e} rad or lengths there",
             err=True,
         )
+        _print_taken(run, steps)
     if run.acceleration_error > INEXACT:
         typer.echo(
             f"warning: masses differ so much that accelerations are known to {run.acceleration_error:.0e} of the "
@@ -308,4 +311,31 @@ def print_warnings(run: Run) -> None:
         )
     if drift := drift_of_energy(run):
         finer = "a shorter step" if run.method == "moreau" else "a smaller rtol"
-        typer.echo(f"warning: the energy drifts by {drift}; ask for {finer}, or trust only the beginning", err=True)
+        advice = f"ask for {finer}, or trust only the beginning"
+        typer.echo(f"warning: the energy drifts by {drift}{_where(run)}; {advice}", err=True)
+
+
+def _print_taken(run: Run, steps: Sequence[Phase]) -> None:
+    """Where contacts took energy in time stepping, which no impact tells, and how much."""
+    most = max(steps, key=lambda phase: abs(phase.taken))
+    moved = energy_moved(run)
+    if abs(most.taken) <= DRIFT * moved:
+        return
+    what = "contacts took" if most.taken > 0.0 else "contacts, and what drives gave at them, added"
+    typer.echo(
+        f"warning: {what} {abs(most.taken):.3g} J, {100 * abs(most.taken) / moved:.2g} % of the energy that moves, by "
+        f"time stepping {_interval(most.start, most.end)}, in no impact that is recorded; trust only what is before, "
+        "or compare with another method and rtol",
+        err=True,
+    )
+
+
+def _where(run: Run) -> str:
+    """Between which rows most of a drift has come, and how much there; nothing where no two rows tell most of it."""
+    if not run.unexplained.size:
+        return ""
+    changes = np.diff(run.unexplained)
+    row = int(np.argmax(np.abs(changes)))
+    if not abs(changes[row]) > 0.5 * run.energy_drift:
+        return ""
+    return f", {changes[row]:.3g} J of it at t = {run.t[row]:.6g} s"

@@ -268,10 +268,10 @@ def _link(index: int, body: Body, kept: Collection[tuple[int, str, str]] = ()) -
 
 
 def _corners_of_plate(table: LinkTable) -> list[Spot] | None:
-    """The corners of the only plate that the link is made of, where its points are not all of them."""
+    """The corners of the only plate that the link is made of, in their order, where that is not what its points are."""
     beside = any(getattr(table, name) is not None for name in ("rod", "disc", "point_mass"))
     corners = table.plate.corners if isinstance(table.plate, PlateTable) and not beside else None
-    return corners if corners and not all(isinstance(corner, str) for corner in corners) else None
+    return corners if corners and list(corners) != list(table.points) else None
 
 
 def _check_outlines(links: Sequence[LinkTable | None], report: Report) -> bool:

@@ -130,11 +130,6 @@ cdef class Evaluations:
         return self.m.hash.decode()
 
     @property
-    def works(self):
-        """Whether effects without a potential do work."""
-        return self.m.power is not NULL
-
-    @property
     def friction(self):
         """Coefficient of friction of every contact, (contacts,)."""
         return np.array(self.friction_)[: self.m.contacts]
@@ -377,20 +372,20 @@ cdef class Evaluations:
         return np.asarray(found)
 
     def audit(self, const real[:, ::1] q, const real[:, ::1] u, const real[::1] spent, Py_ssize_t every):
-        """Over states (b, n): largest gap of a cut joint (m), largest speed at which one opens (m/s), largest change
-        of energy since the first state (J) other than what was ``spent`` (b,) on the mechanism until then, and of one state in
-        ``every`` the largest of both numbers of ``rounding``, at t = 0."""
+        """Over states (b, n): largest gap of a cut joint (m), largest speed at which one opens (m/s), of one state in
+        ``every`` the largest of both numbers of ``rounding``, at t = 0, and (b,) by how much the energy has changed since the first
+        state (J) other than by what was ``spent`` (b,) on the mechanism until then."""
         cdef Py_ssize_t i, j
-        cdef real first = 0.0, gap = 0.0, speed = 0.0, drift = 0.0, lost = 0.0, whole = 0.0, size
+        cdef real first = 0.0, gap = 0.0, speed = 0.0, lost = 0.0, whole = 0.0, size
         cdef _Memory memory = _Memory()
         cdef system s = self._system(memory)
         cdef real energy[2]
-        cdef real[::1] miss = empty(self.m.rows + 1)
+        cdef real[::1] miss = empty(self.m.rows + 1), drift = empty(q.shape[0])
         for i in range(q.shape[0]):
             self.m.energy(&self.k[0], &q[i, 0], &u[i, 0], energy)
             if i == 0:
                 first = energy[0] + energy[1]
-            drift = _larger(drift, energy[0] + energy[1] - first - spent[i])
+            drift[i] = energy[0] + energy[1] - first - spent[i]
             if i % every == 0:
                 lost = _larger(lost, rounding_of_acceleration(&s, 0.0, &q[i, 0], &u[i, 0], &size))
                 whole = _larger(whole, size)
@@ -402,7 +397,7 @@ cdef class Evaluations:
             self.m.closure_rate(&self.k[0], &q[i, 0], &u[i, 0], &miss[0])
             for j in range(self.m.rows):
                 speed = _larger(speed, miss[j])
-        return gap, speed, drift, lost, whole
+        return gap, speed, lost, whole, np.asarray(drift)
 
     def project(self, q, u):
         """Nearest state on the closure in the mass metric, (b, n) each, and the outcome of each state."""

@@ -189,10 +189,19 @@ class Compiled:
 
     @property
     def parts(self) -> tuple[Part, ...]:
-        """What is drawn where effects act, and of joints that slide."""
+        """What is drawn where effects act, and of joints that slide; a link with a shape of its own has no block."""
         shown = set(self.drawn_joints)
+        drawn = self.data.get("drawn", {})
+        shaped = {number for number, name in enumerate(self.links) if len(drawn.get(name, ())) > 2}
+        shaped |= {disc["link"] for disc in self.data["discs"] if disc["end"] and disc["link"] >= 0}
         sliders = (
-            Part("slider", joint, line["links"], self._coordinates(line["points"]), self._numbers([line["axis"]]))
+            Part(
+                "rails" if line["links"][1] in shaped else "slider",
+                joint,
+                line["links"],
+                self._coordinates(line["points"]),
+                self._numbers([line["axis"]]),
+            )
             for joint, line in self.data["lines"].items()
             if joint in shown
         )

@@ -106,14 +106,11 @@ def _driven(model: Any) -> set[str]:
 
 def chart_times(run: Record, frames: FloatArray, jumps: Sequence[float]) -> tuple[FloatArray, FloatArray]:
     """Times of a chart, those of the frames and each of the ``jumps`` twice, and the times at which the run is asked
-    for these: before an impact, or an event that sets something, just before it. The end of a run that stopped early,
-    where forces may have no solution, is left out."""
+    for these: before an impact, or an event that sets something, just before it."""
     every = -(-len(frames) // MOST_INSTANTS)
     keep = np.arange(len(frames)) % every == 0
     keep[[0, -1]] = True
     times = np.asarray(frames[keep | np.isin(frames, jumps)], dtype=run.t.dtype)
-    if not run.success and len(times) > 1:
-        times = times[:-1]
     twice = np.array([t for t in jumps if times[0] < t <= times[-1]], dtype=run.t.dtype)
     t = np.concatenate([twice, times])
     asked = np.concatenate([np.nextafter(twice, -np.inf, dtype=run.t.dtype), times])
@@ -122,7 +119,17 @@ def chart_times(run: Record, frames: FloatArray, jumps: Sequence[float]) -> tupl
 
 
 def curves(run: Record, names: Sequence[str], t: FloatArray) -> dict[str, FloatArray]:
-    """Outputs by name at the times t (n,); not numbers where the run knows none."""
+    """Outputs by name at the times t (n,), which grow; not numbers where the run knows none, nor at the end of a run
+    that stopped early, where forces may have no solution."""
+    if not run.success and np.any(t < run.t[-1]):
+        before = t < np.nextafter(run.t[-1], -np.inf, dtype=run.t.dtype)
+        end = np.full(np.count_nonzero(~before), np.nan)
+        return {name: np.concatenate([known, end]) for name, known in _known(run, names, t[before]).items()}
+    return _known(run, names, t)
+
+
+def _known(run: Record, names: Sequence[str], t: FloatArray) -> dict[str, FloatArray]:
+    """Outputs by name at the times t (n,)."""
     try:
         return values_of(run, names, t)
     except ValueError:  # as where forces have no solution at one of the times: the others are known

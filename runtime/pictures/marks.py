@@ -26,7 +26,9 @@ def mark_impacts(axes: Any, run: Record) -> None:
     times = sorted({impact.t for _, impact in shown_impacts(run)})
     strength = 0.7 if len(times) <= 40 else 0.25
     for t in times:
-        axes.axvline(t, color=FLASH, linewidth=0.8, alpha=strength, linestyle=DASHES, zorder=0.5)
+        at_end = t in (run.t[0], run.t[-1])  # where the axes' own edge would cover it, and half of it be cut off
+        place: dict[str, Any] = {"zorder": 3, "clip_on": False} if at_end else {"zorder": 0.5}
+        axes.axvline(t, color=FLASH, linewidth=0.8, alpha=strength, linestyle=DASHES, **place)
 
 
 def name_marks(figure: Any, run: Record) -> None:

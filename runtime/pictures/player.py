@@ -94,7 +94,6 @@ def content(run: Record, outputs: Sequence[str] | None = None, most: int | None 
         "t": _numbers(frames.t, 9),
         "poses": _poses(frames.poses, length),
         "joints": _numbers(frames.joints.reshape(len(frames.t), -1), length),
-        "energy": _energies(frames),
         **now,
         **({"later": later} if later else {}),
         "jointNames": list(model.drawn_joints),
@@ -245,11 +244,6 @@ def _view(view: View, length: int) -> dict[str, Any]:
     centre = view.centre if moving else view.centre[:1]
     size = _numbers(np.array(view.size), length)
     return {"half": _numbers(view.half, length), "centre": _numbers(centre, length), "follow": moving, "size": size}
-
-
-def _energies(frames: Frames) -> Any:
-    energies = np.stack([frames.kinetic, frames.potential], axis=1)
-    return _numbers(energies, _decimals(1e-6 * float(np.abs(energies).max())))
 
 
 def _poses(poses: FloatArray, length: int) -> Any:

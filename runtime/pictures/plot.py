@@ -19,6 +19,7 @@ from ..model.disc import Disc
 from ..record.drawable import Drawable
 from ..record.outputs import Sample
 from ..record.record import Record
+from .contact_place import StruckPlaces
 from .frames import Frames, frame_times, pivots, placed, sample
 from .instants import instants
 from .link_colours import COLOURS, link_colours
@@ -96,13 +97,12 @@ def _poses(grid: Any, run: Record, titles: list[str], poses: Frames, motion: Fra
     for axes in grid.ravel()[len(titles) :]:
         axes.set_axis_off()
     room = 72.0 * 10.4 / grid.shape[1] / (2.0 * float(view.half[0]))  # points of the printer per metre
-    arrows = _arrows(run, poses) if forces else []
+    arrows, places = _arrows(run, poses) if forces else [], StruckPlaces(run)
     for k, (axes, title) in enumerate(zip(grid.ravel(), titles, strict=False)):
         Drawing(axes, poses.model(k), view, motion, room).show(poses, k, view.centre[k])
         for number, impact in enumerate(run.impacts):
             if impact.t == poses.t[k]:
-                model = run.in_force.at_impact(number)
-                struck = np.array([model.point(point, poses.q[k]) for point, _ in impact.contacts])
+                struck = np.array([places.at(number + 1, contact, poses.q[k]) for contact in impact.contacts])
                 circle = {"color": FLASH, "fillstyle": "none", "markersize": 13, "markeredgewidth": 1.8}
                 axes.plot(*struck.T, "o", **circle, zorder=6, clip_on=False)
         if arrows:
@@ -212,21 +212,23 @@ def _with_both_sides(run: Record, frames: Frames) -> tuple[FloatArray, FloatArra
 
 
 def _heights(axes: Any, run: Record, frames: Frames) -> None:
-    """Distance of each contact point from the nearest of what it can touch, while that is on; without any, how far
-    joints are along their lines, or, where none slides, heights of the joints that move, or, where none does,
-    angles."""
+    """The gap of every contact while that is on, called after its point, and after what that touches where there are
+    several; without contacts how far joints are along their lines, or, where none slides, heights of the joints that
+    move, or, where none does, angles."""
     model, gaps = run.model, frames.states.gaps
-    heights: dict[str, FloatArray] = {}
-    nearest = False  # of several grounds that one point can touch
-    for (point, ground), gap in zip(model.contacts, gaps.T, strict=True):
-        if ground not in model.stops | model.slide_ends and not np.isnan(gap).all():
-            nearest |= point in heights
-            heights[point] = np.fmin(heights.get(point, gap), gap)
+    among = [contact for contact in model.contacts if contact[1] not in model.stops | model.slide_ends]
+    known = dict(zip(model.contacts, gaps.T, strict=True))
+    points = [point for point, _ in among]
+    heights = {
+        point if points.count(point) == 1 else f"{point} on {ground}": known[point, ground]
+        for point, ground in among
+        if not np.isnan(known[point, ground]).all()
+    }
     along = {} if heights else frames.states.slides
     planes = model.ground_planes()
     grounds = {ground for _, ground in model.contacts} <= {*planes, *model.stops, *model.slide_ends}
     level = all(normal[1] > LEVEL for _, normal in planes.values())
-    above = "to nearest ground [m]" if nearest else "above ground [m]" if level else "off grounds [m]"
+    above = "above ground [m]" if level else "off grounds [m]"
     axes.set_ylabel((above if grounds else "gap [m]") if heights else "along line [m]" if along else "height [m]")
     if not heights and not along:
         heights = _moving({joint: frames.joints[:, k, 1] for k, joint in enumerate(model.drawn_joints)})

@@ -138,8 +138,7 @@ def _strokes(part: Part, model: Drawable, frames: Frames, size: float, coils: se
         return [_fixed(part, part.links[0], _belt(part), "ink")]
     if part.kind == "rack":
         return [_wheel(part, 0, part.numbers[0], part.numbers[0]), _rack(part, frames)]
-    carried = any(link >= 0 and not len(model.outlines[link]) for link in part.links)
-    return list(_slider(part, frames, wide)) if part.kind == "slider" and not carried else []
+    return list(_slider(part, model, frames, wide)) if part.kind in ("slider", "rails") else []
 
 
 def _pose(poses: FloatArray, link: int) -> FloatArray:
@@ -298,8 +297,11 @@ def _rack(part: Part, frames: Frames) -> Stroke:
     return _fixed(part, bar, np.column_stack([teeth.real, teeth.imag]), bar)
 
 
-def _slider(part: Part, frames: Frames, wide: float) -> Iterator[Stroke]:
-    """Two rails on the first link as long as the way, and a block on the second one."""
+def _slider(part: Part, model: Drawable, frames: Frames, wide: float) -> Iterator[Stroke]:
+    """Two rails on the first link as long as the way, and a block on the second one unless that is drawn as it is;
+    nothing between links that are not drawn."""
+    if any(link >= 0 and not len(model.outlines[link]) for link in part.links):
+        return
     (first, second), (start, point), (axis,) = part.links, part.points, part.numbers
     carriers = _pose(frames.poses, first)
     reached = placed(point[None], _pose(frames.poses, second))[:, 0] - placed(start[None], carriers)[:, 0]
@@ -308,6 +310,8 @@ def _slider(part: Part, frames: Frames, wide: float) -> Iterator[Stroke]:
     for side in (-wide, wide):
         rail = complex(*start) + np.array([low + 1j * side, high + 1j * side]) * np.exp(1j * axis)
         yield _fixed(part, first, np.column_stack([rail.real, rail.imag]), "soft")
+    if part.kind == "rails":
+        return
     x, y = wide * np.array([(-1.8, -1.0), (1.8, -1.0), (1.8, 1.0), (-1.8, 1.0), (-1.8, -1.0)]).T
     block = np.column_stack([np.hypot(x, y), np.arctan2(y, x) + axis, np.zeros(len(x))])
     colour = second if second >= 0 else first

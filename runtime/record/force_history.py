@@ -219,8 +219,9 @@ def columns(run: Record) -> list[str]:
         for asked in ("moment",) if ground in model.stops else ("normal",) if smooth else ("normal", "friction"):
             add("contact", f"{ground}.{point}", asked)
     for joint, link in zip(model.joints, model.second_links, strict=True):
-        for asked, unit in (("fx", "N"), ("fy", "N"), ("moment", "N m")):
-            add("joint", joint, asked, f"{unit} on {link}")  # joints that only place links are no outputs
+        if joint in model.drawn_joints:  # others the scene has not: they place links that move freely
+            for asked, unit in (("fx", "N"), ("fy", "N"), ("moment", "N m")):
+                add("joint", joint, asked, f"{unit} on {link}")
     for mesh in mesh_names(model):
         add("mesh", mesh, "force")
     return found
@@ -236,7 +237,8 @@ def write_csv(run: Record, path: str | os.PathLike[str], found: History | None =
     smooth = run.model.stops | run.model.slide_ends
     rubs = np.array([(True, ground not in smooth) for _, ground in run.model.contacts], dtype=bool).ravel()
     pushes = found.pushes.reshape(count, -1)[:, rubs]
-    numbers = np.column_stack([found.t, pushes, found.reactions.reshape(count, -1), found.meshes])
+    shown = [joint in run.model.drawn_joints for joint in run.model.joints]
+    numbers = np.column_stack([found.t, pushes, found.reactions[:, shown].reshape(count, -1), found.meshes])
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
     table.writerow(columns(run))

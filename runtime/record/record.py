@@ -70,9 +70,10 @@ class Record:
     acceleration_error: float = 0.0
     changes: tuple[JointChange, ...] = ()
     events: tuple[Event, ...] = ()
+    unexplained: FloatArray = field(default_factory=lambda: np.zeros(0), repr=False)
 
     def __post_init__(self) -> None:
-        freeze(self, "t", "q", "u")
+        freeze(self, "t", "q", "u", "unexplained")
         if self.t.ndim != 1 or not self.t.size or not ascending(self.t):
             raise ValueError("times of a run must be a row of at least one number that never decreases")
         for name, names in (("q", self.model.q_names), ("u", self.model.u_names)):
@@ -81,6 +82,10 @@ class Record:
                 raise ValueError(
                     f"{name} of a run has shape {shape}, expected {(self.t.size, len(names))}: (times, names)"
                 )
+        if self.unexplained.shape not in ((0,), self.t.shape):
+            raise ValueError(
+                f"unexplained of a run has shape {self.unexplained.shape}, expected {self.t.shape} or none"
+            )
         recorded = set(self.t.tolist()) if self.impacts else set()
         for impact in self.impacts:
             if impact.u_minus.shape != self.u.shape[1:]:
@@ -97,7 +102,7 @@ class Record:
             raise ValueError(f"audits of a run are {self.closure_max} and {self.energy_drift}, expected numbers >= 0")
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        restore(self, state)
+        restore(self, {"unexplained": np.zeros(0)} | state)  # runs of earlier versions have none
 
     def __repr__(self) -> str:
         end = "" if self.success else f", stopped early: {self.message}"

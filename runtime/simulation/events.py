@@ -69,6 +69,7 @@ class Course:
     counts: dict[str, int] = field(default_factory=dict)
     pieces: list[Piece] = field(default_factory=list)
     events: list[Event] = field(default_factory=list)
+    given: float = 0.0
     nfev: int = 0
     changes: int = 0
     failed: bool = False
@@ -268,7 +269,8 @@ def _together(course: Course, one: float, other: float) -> bool:
 
 def _keep(course: Course, run: Run, found: Sequence[Watched], t: float, came: set[int]) -> None:
     """Take a run for the next stretch, up to ``t`` (s); the signals that ``came`` there have to go below zero again."""
-    course.pieces.append(Piece(course.structure, run, not course.pieces or course.memory is None))
+    course.pieces.append(Piece(course.structure, run, not course.pieces or course.memory is None, course.given))
+    course.given = 0.0
     course.t = float(run.t[-1])
     course.memory, course.begun = run.state, True
     course.q, course.u = run.q[-1], run.u[-1]
@@ -369,7 +371,9 @@ def _set(course: Course, values: Mapping[str, float], off: frozenset[str]) -> fl
     if latched is not None and not course.main.data.get("switching"):
         course.latched = latched_as(course.model, of, latched)
     course.memory = None
-    return _energy(course) - before
+    jump = _energy(course) - before
+    course.given += jump
+    return jump
 
 
 def _check_closed(course: Course) -> None:
@@ -402,7 +406,7 @@ def _close(course: Course, options: Mapping[str, Any]) -> str | None:
             run = _stretch(course, course.t, options)
         except ValueError as error:
             return _stuck(course, error)
-        course.pieces.append(Piece(course.structure, run, True))
+        course.pieces.append(Piece(course.structure, run, True, course.given))
     return None
 
 

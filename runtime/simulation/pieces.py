@@ -14,16 +14,19 @@ from ..record.hybrid_state import HybridState
 from ..record.impact import Impact
 from ..record.joint_change import JointChange
 from ..record.phase import Phase
+from ..record.unexplained import in_a_row, largest
 from ..run import Run
 
 
 @dataclass(frozen=True, eq=False)
 class Piece:
-    """A run of one ``structure``; ``anew``: it did not go on from the one before, but from a change."""
+    """A run of one ``structure``; ``anew``: it did not go on from the one before, but from a change. ``given`` is the
+    energy (J) that events say the mechanism got where it begins."""
 
     structure: int
     run: Run
     anew: bool
+    given: float = 0.0
 
     @property
     def begin(self) -> float:
@@ -106,18 +109,20 @@ def joined(
     pieces: Sequence[Piece],
     strikes: Sequence[tuple[int, Impact]],
     changes: Sequence[JointChange],
-    unexplained: float,
+    missed: Sequence[tuple[int, float]],
     nfev: int,
     message: str | None,
 ) -> SwitchedRun:
     """The run of all pieces, in the whole's coordinates.
 
     ``strikes`` are the impacts by which joints took hold, each with the number of the piece that it begins.
-    ``unexplained`` (J) is what changes added to the energy beside what they take, ``nfev`` what was evaluated in all,
-    ``message`` why the run stopped after the last piece, if it did.
+    ``missed`` is what changes added to the energy (J) beside what they take, each with the number of the piece that it
+    begins, ``nfev`` what was evaluated in all, ``message`` why the run stopped after the last piece, if it did.
     """
     pieces = tuple(pieces)
     t, q, u = [], [], []
+    jumps = [sum(miss for one, miss in missed if one == number) for number in range(len(pieces))]
+    unexplained = unexplained_of(pieces, jumps)
     for piece in pieces:
         first = 0 if piece.anew else 1
         own = whole.lifted(piece.structure, piece.run.q[first:], piece.run.u[first:])
@@ -142,7 +147,7 @@ def joined(
         message=last.message if message is None else message,
         nfev=nfev,
         closure_max=max(piece.run.closure_max for piece in pieces),
-        energy_drift=sum(piece.run.energy_drift for piece in pieces) + unexplained,
+        energy_drift=largest(unexplained),
         advance=Between(whole, pieces),
         motion=Along(whole, pieces),
         method=last.method,
@@ -153,8 +158,18 @@ def joined(
         closure_rate_max=max(piece.run.closure_rate_max for piece in pieces),
         acceleration_error=max(piece.run.acceleration_error for piece in pieces),
         changes=tuple(changes),
+        unexplained=unexplained,
         last=last.state if message is None else None,
     )
+
+
+def unexplained_of(pieces: Sequence[Piece], jumps: Sequence[float]) -> FloatArray:
+    """What of the energy (J) at the rows of all ``pieces`` nothing accounts for; ``jumps`` are what of it comes where
+    each piece begins."""
+    parts = in_a_row([piece.run.unexplained for piece in pieces], jumps)
+    ends = np.cumsum([len(piece.run.t) for piece in pieces])[:-1]
+    rows = [part if piece.anew else part[1:] for piece, part in zip(pieces, np.split(parts, ends), strict=True)]
+    return np.concatenate(rows)
 
 
 def _lifted(whole: Whole, piece: Piece, impact: Impact) -> Impact:
@@ -186,6 +201,7 @@ def cut_at(run: Run, t: float) -> Run:
     """A run up to an instant at which it has a row, the last of those."""
     rows = int(np.searchsorted(run.t, t, side="right"))
     phases = [phase if phase.end <= t else replace(phase, end=t) for phase in run.phases if phase.start < t]
+    unexplained = run.unexplained[:rows]
     phases += [phase for phase in run.phases if phase.kind == "impact" and phase.start == t and phase not in phases]
     return replace(
         run,
@@ -194,6 +210,8 @@ def cut_at(run: Run, t: float) -> Run:
         u=run.u[:rows],
         impacts=tuple(impact for impact in run.impacts if impact.t <= t),
         phases=tuple(phases),
+        unexplained=unexplained,
+        energy_drift=largest(unexplained),
         success=True,
         message=f"reached t = {t:g} s",
         choices=run.choices if run.chosen_at is not None and run.chosen_at <= t else 0,

@@ -10,6 +10,7 @@ from ..arrays import FloatArray
 from ..model.model import Model
 from ..record.impact import Impact
 from ..record.phase import Phase
+from ..record.unexplained import largest
 from ..run import Run
 from .advance import Advance
 from .ending import message_of
@@ -33,8 +34,8 @@ def run_of(
     spent = found["work"] - found["work"][0]
     for impact, row in zip(impacts, found["after"], strict=True):
         spent[row:] -= impact.energy_loss
-    gained = _account_for_steps(model, found, spent)
-    closure_max, closure_rate_max, energy_drift, *rounding = model.kernels.audit(q, u, spent, t.size // AUDITED + 1)
+    _account_for_steps(found, spent)
+    closure_max, closure_rate_max, *rounding, unexplained = model.kernels.audit(q, u, spent, t.size // AUDITED + 1)
 
     return Run(
         model=model,
@@ -47,7 +48,7 @@ def run_of(
         message=message_of(model, until, found, fixed),
         nfev=int(found["evaluations"]),
         closure_max=closure_max,
-        energy_drift=max(energy_drift, gained),
+        energy_drift=largest(unexplained),
         advance=advance,
         motion=along(advance, found),
         method=advance.method,
@@ -57,27 +58,18 @@ def run_of(
         chosen_at=found["chosen_at"],
         closure_rate_max=closure_rate_max,
         acceleration_error=_acceleration_error(model, found, *rounding),
+        unexplained=unexplained,
         left=left,
     )
 
 
-def _account_for_steps(model: Model, found: dict[str, Any], spent: FloatArray) -> float:
+def _account_for_steps(found: dict[str, Any], spent: FloatArray) -> None:
     """Put what contacts took in time stepping into ``spent`` (rows,), the energy that each row has more than the first:
-    J. Where effects do work of their own that is counted with it already.
-
-    What such steps may never do is to gain any: the most that one of them does is returned, where nothing does work.
-    """
-    gained = 0.0
+    J. It is recorded apart from the work of effects, whatever does some."""
     for (*_, first, last), jumps in zip(found["stepping"], found["jumps"], strict=True):
-        if model.kernels.works:
-            continue
-        rows = slice(first, last + 1)
-        energy = np.sum(model.energy(found["q"][rows], found["u"][rows]), axis=0)
-        gained = max(gained, float(np.diff(energy).max(initial=0.0)))
         taken = np.cumsum(jumps[: last - first])
         spent[first + 1 : last + 1] += taken
         spent[last + 1 :] += taken[-1]
-    return gained
 
 
 def _acceleration_error(model: Model, found: dict[str, Any], lost: float, whole: float) -> float:
@@ -115,7 +107,10 @@ def _phases(model: Model, found: dict[str, Any], impacts: tuple[Impact, ...]) ->
     start, end = found["t"][0].item(), found["t"][-1].item()
     if not impacts and not found["held"] and not found["stepping"]:
         return (Phase("flight", start, end),) if end > start else ()
-    steps = {t0: (step, miss) for t0, _, step, miss, _, _ in found["stepping"]}
+    steps = {
+        t0: (step, miss, -float(np.sum(jumps[: last - first])))
+        for (t0, _, step, miss, first, last), jumps in zip(found["stepping"], found["jumps"], strict=True)
+    }
     changes = zip(found["hold_t"], found["held"], [[], *found["held"]], strict=False)
     marks: list[tuple[float, int, list[tuple[int, str]]]] = [
         (t.item(), 1, held) for t, held, before in changes if held != before

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -16,8 +17,9 @@ from ..record.drawable import Drawable
 from ..record.event import Event
 from ..record.hybrid_state import HybridState
 from ..record.in_force import InForce
+from ..record.unexplained import largest
 from ..run import Run
-from .pieces import Piece, SwitchedRun, cut_at, number_at, phases_of
+from .pieces import Piece, SwitchedRun, cut_at, number_at, phases_of, unexplained_of
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -120,6 +122,7 @@ def strung(
     """
     pieces, events = tuple(pieces), tuple(events)
     last = pieces[-1].run
+    unexplained = unexplained_of(pieces, _jumps(pieces))
     message = last.message if message is None else message
     if len(pieces) == 1 and last.model.name == model.name and not changed:
         return replace(last, nfev=nfev, message=message, events=events)
@@ -136,7 +139,7 @@ def strung(
         message=message,
         nfev=nfev,
         closure_max=max(piece.run.closure_max for piece in pieces),
-        energy_drift=sum(piece.run.energy_drift for piece in pieces),
+        energy_drift=largest(unexplained),
         advance=Between(pieces),
         motion=Along(tuple(whole.contacts), tuple(whole.told), pieces),
         method=last.method,
@@ -148,5 +151,20 @@ def strung(
         acceleration_error=max(piece.run.acceleration_error for piece in pieces),
         changes=tuple(change for piece in pieces for change in piece.run.changes),
         events=events,
+        unexplained=unexplained,
         last=replace(last.state, changed=changed) if last.state is not None else None,
     )
+
+
+def _jumps(pieces: Sequence[Piece]) -> list[float]:
+    """By how much (J) the energy changes where each piece begins, beside what events say that it does."""
+    found = [0.0]
+    for before, piece in pairwise(pieces):
+        change = _energy(piece.run, 0) - _energy(before.run, -1) if piece.anew else 0.0
+        found.append(change - piece.given)
+    return found
+
+
+def _energy(run: Run, row: int) -> float:
+    model = run.in_force.models[run.in_force.at_rows(len(run.t))[row]]
+    return float(sum(model.energy(run.q[row], run.u[row])))

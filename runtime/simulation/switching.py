@@ -57,7 +57,7 @@ class Walk:
     pieces: list[Piece] = field(default_factory=list)
     strikes: list[tuple[int, Impact]] = field(default_factory=list)
     changes: list[JointChange] = field(default_factory=list)
-    unexplained: float = 0.0
+    missed: list[tuple[int, float]] = field(default_factory=list)
     nfev: int = 0
 
     @property
@@ -130,7 +130,7 @@ def _walked(walk: Walk, end: float, inputs: Any, options: Mapping[str, Any], fir
             break
     if walk.anew and (message is None or not walk.pieces):
         _close(walk, inputs, options)
-    return joined(walk.whole, walk.pieces, walk.strikes, walk.changes, walk.unexplained, walk.nfev, message)
+    return joined(walk.whole, walk.pieces, walk.strikes, walk.changes, walk.missed, walk.nfev, message)
 
 
 def _drawn_together(walk: Walk) -> str:
@@ -266,7 +266,7 @@ def _change(walk: Walk, numbers: tuple[int, ...]) -> str | None:
                 walk.t, ((joint, "hold"),), lifted[0], lifted[1], np.array([size]), lost, np.zeros(1), reactions
             )
             walk.strikes.append((len(walk.pieces), impact))
-        walk.unexplained += abs(float(energy[1] - energy[0] + lost))
+        walk.missed.append((len(walk.pieces), float(energy[1] - energy[0] + lost)))
         walk.changes.append(JointChange(walk.t, joint, said["kind"], _why(said), gap))
         if walk.latched is not None:
             walk.latched = whole.latched_in(then, walk.structure, walk.latched)

@@ -43,13 +43,22 @@ def of_wheel(text: str) -> str:
     return WHEEL.replace('name = "wheel"\nplate', f'name = "wheel"\n{text}plate')
 
 
-def test_default_is_all_points(workshop: Workshop) -> None:
+def test_default_is_the_plate_and_else_all_points(workshop: Workshop) -> None:
+    """The hub is no corner: drawn through it, the triangle would have a dent that its mass has not."""
     model = workshop.model(WHEEL)
-    assert "drawn" not in model.data
     assert [outline.tolist() for outline in model.outlines] == [
-        [[0.1, 0], [0, 0], [-0.1, 0.1], [-0.1, -0.1]],
+        [[0.1, 0], [-0.1, 0.1], [-0.1, -0.1]],
         [[0, 0], [0.3, 0]],
     ]
+    plain = workshop.model(WHEEL.replace(', corners = ["A", "B", "C"]', ""))
+    assert "drawn" not in plain.data and len(plain.outlines[0]) == 4
+
+
+def test_a_plate_is_drawn_in_the_order_of_its_corners(workshop: Workshop) -> None:
+    """Points in another order would draw a bow tie, of another area than the plate's."""
+    order = WHEEL.replace('["A", "B", "C"]', '["A", "hub", "C", "B"]')
+    (outline, _) = workshop.model(order).outlines
+    assert outline.tolist() == [[0.1, 0], [0, 0], [-0.1, -0.1], [-0.1, 0.1]]
 
 
 def test_outlines_are_drawn_and_change_nothing_else(workshop: Workshop) -> None:

@@ -6,13 +6,13 @@
 
 /* What a step works with */
 struct step_room {
-    double *middle, *dy; /* [size] state in the middle, and its derivative */
-    double *free, *u;    /* [n] velocities after the step without contacts, and with them */
-    double *momentum;    /* [n] scratch */
-    double *before;      /* [contacts] rates of the gaps before the step */
-    double *e, *less;    /* [contacts] restitution */
-    double *P;           /* [2 contacts] */
-    double scale;        /* energy (J) of the heaviest coordinate at a speed of its unit */
+    double *middle, *dy;    /* [size] state in the middle, and its derivative */
+    double *free, *u;       /* [n] velocities after the step without contacts, and with them */
+    double *momentum;       /* [n] scratch */
+    double *before, *after; /* [contacts] rates of the gaps before the step, or an impact, and scratch */
+    double *e, *less;       /* [contacts] restitution */
+    double *P;              /* [2 contacts] */
+    double scale;           /* energy (J) of the heaviest coordinate at a speed of its unit */
     double jump;   /* J: what impulses of contacts, and of driven joints at them, have added in a try, and in a step */
     double *from;  /* [size] where a piece of a step begins */
     double *whole; /* [size] end of a whole step */

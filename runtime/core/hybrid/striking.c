@@ -35,29 +35,6 @@ static int take_blow(const struct system *s, struct blow *b)
     return s->arena->ran_out;
 }
 
-/* Work (J) of the impulses of friction */
-static double friction_work(const struct phase *f, const struct blow *b, const double *u_plus)
-{
-    const struct system *s = f->s;
-    double *slips = b->rates, work = 0.0;
-    for (int side = 0; s->friction && side < 2; side++) {
-        s->model->slips(s->k, f->y, side ? u_plus : f->y + s->n, slips);
-        for (int i = 0; i < b->count; i++)
-            work += 0.5 * b->P[b->count + i] * slips[f->set[i]];
-    }
-    return work;
-}
-
-/* Energy (J) that the contacts take, at speeds f->rates before the impact */
-static double contact_loss(const struct phase *f, const struct blow *b, const double *u_plus)
-{
-    double loss = 0.0, *after = b->rates;
-    contact_rates(f->s, f->y, u_plus, after);
-    for (int i = 0; i < b->count; i++)
-        loss -= 0.5 * b->P[i] / lever_of(f->s, f->set[i]) * (f->rates[f->set[i]] + after[f->set[i]]);
-    return loss - friction_work(f, b, u_plus);
-}
-
 /* The impact with the restitution of all contacts times `share`, and the energy that they take by that: b->taken */
 static enum outcome strike_with(struct phase *f, struct blow *b, double share)
 {
@@ -65,7 +42,7 @@ static enum outcome strike_with(struct phase *f, struct blow *b, double share)
     for (int i = 0; i < b->count; i++)
         b->less[i] = share * b->e[i];
     const enum outcome outcome = impact(f->s, f->y, f->y + f->s->n, b->count, f->set, b->less, u_plus, b->P);
-    b->taken = contact_loss(f, b, u_plus);
+    b->taken = contacts_take(f->s, f->y, b->count, f->set, b->P, f->rates, f->y + f->s->n, u_plus, b->rates);
     return outcome;
 }
 

@@ -245,6 +245,29 @@ end:
     return outcome;
 }
 
+/* Work (J) of the impulses of friction F[count] */
+static double friction_work(const struct system *s, const double *q, int count, const int *set, const double *F,
+                            const double *u_minus, const double *u_plus, double *slips)
+{
+    double work = 0.0;
+    for (int side = 0; s->friction && side < 2; side++) {
+        s->model->slips(s->k, q, side ? u_plus : u_minus, slips);
+        for (int i = 0; i < count; i++)
+            work += 0.5 * F[i] * slips[set[i]];
+    }
+    return work;
+}
+
+double contacts_take(const struct system *s, const double *q, int count, const int *set, const double *P,
+                     const double *before, const double *u_minus, const double *u_plus, double *scratch)
+{
+    double loss = 0.0;
+    contact_rates(s, q, u_plus, scratch);
+    for (int i = 0; i < count; i++)
+        loss -= 0.5 * P[i] / lever_of(s, set[i]) * (before[set[i]] + scratch[set[i]]);
+    return loss - friction_work(s, q, count, set, P + count, u_minus, u_plus, scratch);
+}
+
 double jump_loss(const struct system *s, const double *q, const double *u_minus, const double *u_plus, double *du,
                  double *momentum)
 {
