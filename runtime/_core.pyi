@@ -225,4 +225,5 @@ class Kernels:
         on_gain: str = ...,
         begin: float = ...,
         latched: Sequence[float] | Array | None = ...,
+        look: Callable[[dict[str, Any]], int | None] | None = None,
     ) -> dict[str, Any]: ...

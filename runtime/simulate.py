@@ -15,6 +15,7 @@ from .run import Run
 from .simulation.arguments import default_method
 from .simulation.batch import simulate_batch
 from .simulation.events import OnEvent, check_functions, simulate_with_events
+from .simulation.interruption import noting
 from .simulation.one_run import simulate_one
 from .simulation.switching import simulate_switching
 
@@ -92,6 +93,19 @@ def simulate(
         "on_gain": on_gain,
         "keep_interrupted": keep_interrupted,
     }
+    with noting(keep_interrupted is True):
+        return _simulated(model, q0, u0, on_event, state, progress, options)
+
+
+def _simulated(
+    model: Model,
+    q0: ArrayLike | None,
+    u0: ArrayLike | None,
+    on_event: OnEvent | None,
+    state: HybridState | None,
+    progress: Callable[[float], object] | None,
+    options: dict[str, Any],
+) -> Run | Any:
     if model.data.get("events"):
         if q0 is not None and dimensions(q0) == 2:
             raise ValueError(

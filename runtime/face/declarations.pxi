@@ -258,6 +258,9 @@ cdef extern from *:
         const method *method
         gain on_gain
         interruption interruption
+        int (*look)(void *context, size_t *wanted) noexcept nogil
+        void *look_context
+        size_t wanted
         record record
         impacts impacts
         mode_history modes
@@ -321,7 +324,7 @@ cdef extern from *:
     const char *ccgen_gain_name(int gain) nogil
     const char *obstacle_name(int obstacle) nogil
     enum:
-        OUTCOME_OTHER_STATE, OUTCOME_BAD_SETTINGS
+        OUTCOME_OTHER_STATE, OUTCOME_BAD_SETTINGS, OUTCOME_INTERRUPTED
         OUTCOME_COUNT "OUTCOMES"
         DRIFT_COUNT "DRIFTS"
         GAIN_COUNT "GAINS"

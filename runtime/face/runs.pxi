@@ -92,9 +92,11 @@ cdef class Kernels(Differentiating):
 
     def simulate(self, const real[::1] q, const real[::1] u, str name, real until, real rtol, real atol,
                  real fixed_step, long step_budget, long rate_budget, progress, Supply supply=None, stops=(),
-                 str kept="projected", bytes state=None, str on_gain="reduce", real begin=0.0, latched=None):
+                 str kept="projected", bytes state=None, str on_gain="reduce", real begin=0.0, latched=None, look=None):
         """A whole run from t = ``begin``, or from where the run was left that the ``state`` is of, without the GIL; a dict of what was
-        recorded. Steps end at ``stops``, times that grow. ``latched``: what effects hold at first, not a number where nothing."""
+        recorded. Steps end at ``stops``, times that grow. ``latched``: what effects hold at first, not a number where nothing.
+        ``look`` is called between steps with what is recorded so far, first at the start: it gives how many rows it wants to see next, or None,
+        which ends the run there as an interruption."""
         cdef size_t n = self.m.nu, stop_count = len(stops)
         cdef real[::1] ends, kept_values
         cdef const real *from_q = NULL
@@ -119,6 +121,7 @@ cdef class Kernels(Differentiating):
             ends = np.array([*stops], dtype=REAL)
             asked.stops, asked.stop_count = &ends[0], stop_count
         asked.tick, asked.tick_context = _tick, <void *>ticker
+        cdef _Onlooker onlooker = _Onlooker(look)
         cdef ccgen_simulation *it = NULL
         outcome = ccgen_create(self.m, &asked, &it)
         if outcome:
@@ -134,12 +137,17 @@ cdef class Kernels(Differentiating):
                 raise ValueError(OTHER_STATE)
             else:
                 left = state
+            if look is not None:
+                onlooker.kernels, onlooker.it = self, it
+                it.run.look, it.run.look_context, it.run.wanted = _look, <void *>onlooker, 1
             with nogil:
                 outcome = ccgen_set_state(it, left) if left is not NULL else reset_holding(it, begin, from_q, from_u, holding)
                 if outcome == 0:
                     outcome = run_simulation(it, until)
             if outcome == OUTCOME_OTHER_STATE or outcome == OUTCOME_BAD_SETTINGS:  # a damaged time may be after the end
                 raise ValueError(OTHER_STATE)
+            if onlooker.error is not None and not isinstance(onlooker.error, KeyboardInterrupt):
+                raise onlooker.error
             if ticker.error is not None and not isinstance(ticker.error, KeyboardInterrupt):
                 raise ticker.error
             if supply is not None and supply.error is not None and not isinstance(supply.error, KeyboardInterrupt):
@@ -192,3 +200,27 @@ cdef class Kernels(Differentiating):
             scales=(it.system.time, it.system.energy), state=state,
         )
 
+cdef class _Onlooker:
+    """What is shown the rows of a run while it goes on: a function of what was found so far, which gives how many rows it wants to see next,
+    or None where it has seen enough."""
+
+    cdef object look
+    cdef Kernels kernels
+    cdef ccgen_simulation *it
+    cdef public object error
+
+    def __init__(self, look):
+        self.look, self.error = look, None
+
+
+cdef int _look(void *context, size_t *wanted) noexcept with gil:
+    cdef _Onlooker onlooker = <_Onlooker>context
+    try:
+        rows = onlooker.look(onlooker.kernels._found(onlooker.it, OUTCOME_INTERRUPTED))
+        if rows is None:
+            return 1
+        wanted[0] = rows
+    except BaseException as error:
+        onlooker.error = error
+        return 1
+    return 0

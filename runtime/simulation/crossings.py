@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from bisect import bisect_left
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from ..arrays import FloatArray
 from ..run import Run
+from .growing import blocks
 from .quantities import Of, Quantity
 from .watching import LOOKS, passage
 
@@ -54,17 +56,25 @@ class Looks:
     u: FloatArray
 
     @classmethod
-    def of(cls, run: Run) -> Looks:
-        """Every row of a run, and instants between them."""
-        rows = np.unique(run.t)
+    def of(cls, run: Run, part: slice) -> Looks:
+        """The rows of a part of a run, and instants between them."""
+        times = run.t[part]
+        rows = np.unique(times)
         parts = np.arange(LOOKS) / LOOKS
-        before = [np.nextafter(impact.t, -np.inf) for impact in run.impacts if impact.t > rows[0]]
+        struck = [impact.t for impact in run.impacts[_first_impact(run, float(rows[0])) :]]
+        before = [np.nextafter(t, -np.inf) for t in struck if rows[0] < t <= rows[-1]]
         between = (rows[:-1, None] + parts * np.diff(rows)[:, None]).ravel()
         t = np.unique(np.concatenate([between, before, rows[-1:]]))
         q, u = run.at(t)
-        if run.impacts and run.impacts[0].t == rows[0]:
-            t, q, u = np.append(rows[:1], t), np.vstack([run.q[:1], q]), np.vstack([run.u[:1], u])
+        if struck and len(times) > 1 and struck[0] == times[0] == times[1]:
+            first = part.start
+            t, q, u = np.append(rows[:1], t), np.vstack([run.q[first], q]), np.vstack([run.u[first], u])
         return cls(run, t, q, u)
+
+
+def _first_impact(run: Run, t: float) -> int:
+    """The first impact that is not before t (s)."""
+    return bisect_left(run.impacts, t, key=lambda impact: impact.t)
 
 
 @dataclass(frozen=True)
@@ -74,6 +84,16 @@ class Watched:
     times: tuple[float, ...]
     looks: FloatArray
     below: Any
+
+    @classmethod
+    def joined(cls, parts: Sequence[Watched]) -> Watched:
+        """What was found along parts of a run that follow each other."""
+        if len(parts) == 1:
+            return parts[0]
+        times = tuple(t for part in parts for t in part.times)
+        return cls(
+            times, np.concatenate([part.looks for part in parts]), np.concatenate([part.below for part in parts])
+        )
 
     def armed_at(self, t: float) -> bool:
         """Whether, by the last look before ``t`` (s), it was below zero."""
@@ -120,3 +140,24 @@ def watched(signal: Signal, looks: Looks, model: Of, armed: bool) -> Watched:
         level = min(last, 0.0)
         times.append(passage(lambda t, level=level: value(t) - level, a, b))  # type: ignore[misc]
     return Watched(tuple(times), looks.t, below)
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What has come of each signal along a ``run`` that grows, so far."""
+
+    run: Run
+    found: tuple[Watched, ...]
+
+
+def seen(before: Seen | None, run: Run, signals: Sequence[Signal], armed: Sequence[bool]) -> Seen:
+    """What has come along a run, of which less was seen ``before``; which signals are ``armed`` where it begins."""
+    if before is not None and len(before.run.t) == len(run.t):
+        return replace(before, run=run)
+    parts: list[list[Watched]] = [[one] for one in before.found] if before is not None else [[] for _ in signals]
+    for part in blocks(run.t, 0 if before is None else len(before.run.t) - 1):
+        looks = Looks.of(run, part)
+        for of_signal, signal, first in zip(parts, signals, armed, strict=True):
+            was_below = bool(of_signal[-1].below[-1]) if of_signal else first
+            of_signal.append(watched(signal, looks, run.model, was_below))  # type: ignore[arg-type]
+    return Seen(run, tuple(Watched.joined(of_signal) for of_signal in parts))

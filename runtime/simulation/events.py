@@ -21,14 +21,15 @@ from ..record.hybrid_state import HybridState
 from ..run import Run
 from .advance import Advance
 from .arguments import check_positive
-from .crossings import Crossing, Looks, Signal, Watched, signals_of, watched
+from .crossings import Crossing, Seen, Signal, Watched, seen, signals_of
 from .dead_point import Way
+from .growing import Enough, Look, at_the_start, sure_rows, wanted
 from .one_run import simulate_one
 from .pieces import Piece, SwitchedRun, number_at
 from .quantities import Quantity
 from .stretches import cut, strung
 from .switching import STRETCHES, simulate_switching
-from .watching import TOGETHER
+from .watching import TOGETHER, certain
 
 MOST_CHANGES = 10_000
 """Events of a run that set something; more are taken for a parameter that is set to and fro without end."""
@@ -40,6 +41,18 @@ STOP = "stop"
 
 Answer = Mapping[str, float] | str | None
 OnEvent = Mapping[str, Callable[[Event], Answer]]
+
+
+@dataclass(frozen=True)
+class Safe:
+    """As far as a run has been looked at: what it is where it is interrupted. Along the last of its ``pieces`` the
+    ``crossings`` are events beside those before."""
+
+    pieces: tuple[Piece, ...]
+    events: tuple[Event, ...]
+    crossings: tuple[Crossing, ...]
+    counts: Mapping[str, int]
+    changed: frozenset[str]
 
 
 @dataclass
@@ -73,6 +86,7 @@ class Course:
     nfev: int = 0
     changes: int = 0
     failed: bool = False
+    safe: Safe | None = None
 
     @property
     def model(self) -> Model:
@@ -129,9 +143,21 @@ def simulate_with_events(
     course = Course(models, off, signals, on_event or {}, q=q0, u=u0, memory=state, armed=armed)
     if isinstance(state, HybridState):
         course.t, course.changed = state.t, state.changed
-    message = _run_on(course, float(end), options)
+    try:
+        message = _run_on(course, float(end), options)
+    except KeyboardInterrupt:
+        if course.safe is None or not options["keep_interrupted"]:
+            raise
+        return _interrupted(course, course.safe)
     run = strung(model, course.pieces, course.events, course.nfev, message, course.changed)
     return replace(run, success=False) if course.failed else run
+
+
+def _interrupted(course: Course, safe: Safe) -> Run:
+    """The run as far as it has been looked at."""
+    course.counts = dict(safe.counts)
+    events = [*safe.events, *(_event(course, crossing, safe.pieces[-1].run) for crossing in safe.crossings)]
+    return strung(course.main, safe.pieces, events, course.nfev, None, safe.changed)
 
 
 def _set_before(model: Model, state: HybridState, params: Mapping[str, float] | None) -> dict[str, float]:
@@ -166,22 +192,15 @@ def _known(names: Sequence[str]) -> str:
 
 def _run_on(course: Course, end: float, options: Mapping[str, Any]) -> str | None:
     """Go on to the ``end``; a sentence where an event ends the run, or it cannot go on."""
-    interrupting = any(course.interrupts(k) for k in range(len(course.signals))) or any(
-        one["stop"] for one in course.said
-    )
+    interrupting = _interrupting(course)
     while True:
         until = _border(course, end) if interrupting else end
         try:
-            run = _stretch(course, until, options)
+            run, found = _looked_at(course, until, options)
         except ValueError as error:
             if not course.pieces:
                 raise
             return _stuck(course, error)
-        looks = Looks.of(run)
-        found = [
-            watched(signal, looks, run.model, armed)  # type: ignore[arg-type]
-            for signal, armed in zip(course.signals, course.armed, strict=True)
-        ]
         now, later = _groups(course, found, run)
         for crossing in now:
             course.events.append(_event(course, crossing, run))
@@ -208,6 +227,11 @@ def _run_on(course: Course, end: float, options: Mapping[str, Any]) -> str | Non
             return _close(course, options)
 
 
+def _interrupting(course: Course) -> bool:
+    """Whether an event may come after which the run is another."""
+    return any(course.interrupts(k) for k in range(len(course.signals))) or any(one["stop"] for one in course.said)
+
+
 def _border(course: Course, end: float) -> float:
     """How far the run goes before it is looked at."""
     stretch = course.model.duration / STRETCHES
@@ -215,13 +239,41 @@ def _border(course: Course, end: float) -> float:
     return min(end, border if border > course.t else border + stretch)
 
 
-def _stretch(course: Course, until: float, options: Mapping[str, Any]) -> Run:
+def _looked_at(course: Course, until: float, options: Mapping[str, Any]) -> tuple[Run, tuple[Watched, ...]]:
+    """A run from where the course is to ``until``, or as far as it is sure what changes it first, and what
+    comes along it."""
+    before: Seen | None = None
+    changes = _interrupting(course)
+
+    def look(run: Run) -> int:
+        nonlocal before
+        earlier, before = before, seen(before, run, course.signals, course.armed)
+        now, later = _groups(course, before.found, run)
+        if later and certain(later[0].t, float(run.t[-1]), course.model.duration):
+            raise Enough(look)
+        sure = None if later else sure_rows(None if earlier is None else earlier.run, run, changes)
+        if sure is not None:
+            came = tuple(one for one in now if one.t <= sure.t[-1])
+            pieces = (*course.pieces, _piece(course, sure))
+            course.safe = Safe(pieces, tuple(course.events), came, dict(course.counts), course.changed)
+        return wanted(len(run.t))
+
+    try:
+        run = _stretch(course, until, options, look)
+    except Enough:
+        assert before is not None
+        course.nfev += before.run.nfev
+        return before.run, before.found
+    return run, seen(before, run, course.signals, course.armed).found
+
+
+def _stretch(course: Course, until: float, options: Mapping[str, Any], look: Look = at_the_start) -> Run:
     """A run from where the course is. Raises ``ValueError`` where what has been set has opened the loops."""
     if course.begun and course.memory is None:
         _check_closed(course)
     switching = course.model.data.get("switching") is not None
     make: Callable[..., Run] = simulate_switching if switching else simulate_one
-    given: dict[str, Any] = {"until": until, "params": None, "state": course.memory, **options}
+    given: dict[str, Any] = {"until": until, "params": None, "state": course.memory, "look": look, **options}
     if course.begun and course.memory is None:
         begin = {"begin": course.t, "latched": course.latched}
         given |= {"begin": (course.structure, course.t, course.latched)} if switching else begin
@@ -269,7 +321,7 @@ def _together(course: Course, one: float, other: float) -> bool:
 
 def _keep(course: Course, run: Run, found: Sequence[Watched], t: float, came: set[int]) -> None:
     """Take a run for the next stretch, up to ``t`` (s); the signals that ``came`` there have to go below zero again."""
-    course.pieces.append(Piece(course.structure, run, not course.pieces or course.memory is None, course.given))
+    course.pieces.append(_piece(course, run))
     course.given = 0.0
     course.t = float(run.t[-1])
     course.memory, course.begun = run.state, True
@@ -284,6 +336,10 @@ def _keep(course: Course, run: Run, found: Sequence[Watched], t: float, came: se
         course.way = (course.way or Way(part.t[0].item(), {})).on(part.model, part.q[0], part.q[-1])  # type: ignore[arg-type]
     course.latched = advance.latched.at(course.t) if isinstance(advance, Advance) else None
     course.armed = [one.armed_at(t) and number not in came for number, one in enumerate(found)]
+
+
+def _piece(course: Course, run: Run) -> Piece:
+    return Piece(course.structure, run, not course.pieces or course.memory is None, course.given)
 
 
 def _event(course: Course, crossing: Crossing, run: Run) -> Event:

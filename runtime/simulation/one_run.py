@@ -18,6 +18,8 @@ from .advance import Advance, Latched
 from .arguments import RATE_BUDGET, STEP_BUDGET, Settings, check_calls, checked_start, read_start, settings_of, stops_of
 from .dead_point import Way, cut, dead_point
 from .going_on import check_end, check_state
+from .growing import Look
+from .interruption import checking
 from .result import run_of
 
 if TYPE_CHECKING:
@@ -93,11 +95,13 @@ def simulate_one(
     begin: float = 0.0,
     latched: FloatArray | None = None,
     way: Way | None = None,
+    look: Look | None = None,
 ) -> Run:
     """The run from one start at t = ``begin`` (s), with the arguments of :func:`~..simulate.simulate`.
 
     ``latched`` (latches,) is what effects hold at first, not a number where they hold nothing. ``way`` is that
-    of the drives up to here, where this is a stretch of a run that began before.
+    of the drives up to here, where this is a stretch of a run that began before. ``look`` is shown the run while it
+    grows, as one that is interrupted there; who has it keeps what it has seen, and Ctrl-C is raised.
     """
     faults = Faults()
     with faults.collecting():
@@ -125,9 +129,13 @@ def simulate_one(
         else:  # where a start is depends on the values
             q, u = checked_start(model, q0, u0, begin) if valued else read_start(model, q0, u0)
     faults.stop_if_any()
-    asked, supply, kinks = options.settings, options.supply, options.kinks
+    asked, supply, kinks = options
     if state is not None:
         check_end(state, asked.until)
+
+    def made(found: dict[str, Any]) -> Run:
+        return _run_of(model, options, inputs, way, found)
+
     found = model.kernels.simulate(
         q,
         u,
@@ -138,7 +146,7 @@ def simulate_one(
         asked.step,
         STEP_BUDGET,
         RATE_BUDGET,
-        progress,
+        checking(progress),
         supply,
         stops_of(model, kinks, asked.until, asked.step),
         asked.drift,
@@ -146,9 +154,16 @@ def simulate_one(
         asked.on_gain,
         begin,
         latched,
+        None if look is None else lambda found: look(made(found)),
     )
-    if found["outcome"] == "interrupted" and not keep_interrupted:
+    if found["outcome"] == "interrupted" and (look is not None or not keep_interrupted):
         raise KeyboardInterrupt
+    return made(found)
+
+
+def _run_of(model: Model, options: Options, inputs: Given, way: Way | None, found: dict[str, Any]) -> Run:
+    """The run from what the core has found."""
+    asked, supply, _ = options
     if model.data["drives"] and found["outcome"] not in GOES_ON:
         own, holding = (asked.own_rtol, asked.own_rtol), Latched(found["t"], found["latched"])
         held = (found["hold_t"], found["held"])

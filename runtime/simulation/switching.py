@@ -25,9 +25,10 @@ from ..run import Run
 from .advance import Advance
 from .arguments import check_positive
 from .dead_point import Way
+from .growing import Enough, Look, at_the_start, sure_rows, wanted
 from .one_run import simulate_one
 from .pieces import Piece, SwitchedRun, cut_at, joined
-from .watching import Instant, first_instant, signal_of, within_of
+from .watching import Instant, certain, first_instant, signal_of, within_of
 
 STRETCHES = 32
 """Parts of the scene's duration in which a run looks for changes: one is integrated beyond a change at most."""
@@ -41,9 +42,29 @@ WORDS = {
 }
 
 
+@dataclass(frozen=True)
+class Safe:
+    """As far as a run has been looked at."""
+
+    whole: Whole
+    pieces: tuple[Piece, ...]
+    strikes: tuple[tuple[int, Impact], ...]
+    changes: tuple[JointChange, ...]
+    unexplained: float
+    nfev: int
+
+    def run(self) -> SwitchedRun:
+        """The run up to there."""
+        return joined(self.whole, self.pieces, self.strikes, self.changes, self.unexplained, self.nfev, None)
+
+
 @dataclass
 class Walk:
-    """Where a run through the structures of ``whole`` is, and what it has left."""
+    """Where a run through the structures of ``whole`` is, and what it has left.
+
+    ``look`` is shown what it is so far, when it has as many rows as are ``wanted``. ``safe`` is it as far as it was
+    looked at: what is kept where it is interrupted.
+    """
 
     whole: Whole
     structure: int
@@ -59,6 +80,10 @@ class Walk:
     changes: list[JointChange] = field(default_factory=list)
     missed: list[tuple[int, float]] = field(default_factory=list)
     nfev: int = 0
+    look: Look | None = None
+    wanted: int = 1
+    rows: int = 0
+    safe: Safe | None = None
 
     @property
     def model(self) -> Model:
@@ -82,12 +107,13 @@ def simulate_switching(
     state: HybridState | None = None,
     begin: tuple[int, float, FloatArray | None] | None = None,
     way: Way | None = None,
+    look: Look | None = None,
     **options: Any,
 ) -> Run:
     """The run of a model whose joints let go and take hold, with the arguments of :func:`~..simulate.simulate`.
 
     ``begin``: the number of the structure in which it begins, the time (s), and what effects hold then, where that is
-    not the start; ``way`` is that of the drives up to there.
+    not the start; ``way`` is that of the drives up to there. ``look`` is that of :func:`~.one_run.simulate_one`.
     """
     main = model.with_parameters(params) if params else model.as_it_is()
     whole = Whole(structures_of(main))
@@ -99,12 +125,17 @@ def simulate_switching(
         own_q, own_u = main.start()
         q0, u0 = own_q if q0 is None else q0, own_u if u0 is None else u0
         structure, t, latched = begin or (0, 0.0, None)
-        walk = Walk(whole, structure, t, np.asarray(q0), np.asarray(u0), latched=latched, way=way)
+        walk = Walk(whole, structure, t, np.asarray(q0), np.asarray(u0), latched=latched, way=way, look=look)
     else:
-        walk = Walk(whole, number, state.t, state.q, state.u, state, way=way)
+        walk = Walk(whole, number, state.t, state.q, state.u, state, way=way, look=look)
         if not isinstance(state, HybridState) or q0 is not None or u0 is not None or not end > state.t:
             return simulate_one(main, q0, u0, until=until, inputs=inputs, state=state, **options)  # says what is wrong
-    return _walked(walk, float(end), inputs, options, first=state is None and begin is None)
+    try:
+        return _walked(walk, float(end), inputs, options, first=state is None and begin is None)
+    except KeyboardInterrupt:
+        if walk.safe is None or look is not None or not options["keep_interrupted"]:
+            raise
+        return walk.safe.run()
 
 
 def _walked(walk: Walk, end: float, inputs: Any, options: Mapping[str, Any], first: bool) -> SwitchedRun:
@@ -147,8 +178,7 @@ def _advance(
     """Go on to ``until``, when changes ``numbers`` come, or to the first change before; give those that come there."""
     given = _controller(walk.whole, walk.structure, inputs)
     walk.way = walk.way or Way(walk.t, {})
-    run = _run(walk, until, given, options)
-    instant = _instant(walk, run, begins)
+    run, instant = _looked_at(walk, until, begins, given, options)
     if instant is not None and instant.t < run.t[-1]:
         numbers = instant.numbers
         if instant.t in run.t:
@@ -162,10 +192,56 @@ def _advance(
     elif instant is not None:
         numbers = (*numbers, *instant.numbers)
     walk.pieces.append(Piece(walk.structure, run, walk.anew))
+    walk.rows += len(run.t)
     walk.way = walk.way.on(run.model, run.q[0], run.q[-1])  # type: ignore[arg-type]
     walk.t, walk.q, walk.u, walk.state, walk.anew = float(run.t[-1]), run.q[-1], run.u[-1], run.state, False
     walk.latched = run.advance.latched.at(walk.t) if isinstance(run.advance, Advance) else None
     return numbers
+
+
+def _looked_at(
+    walk: Walk, until: float, begins: bool, inputs: Any, options: Mapping[str, Any]
+) -> tuple[Run, Instant | None]:
+    """A run of the structure of now to ``until``, or as far as it is sure which change comes first, and that one."""
+    looked, instant = 0, None
+    before: Run | None = None
+
+    def look(run: Run) -> int:
+        nonlocal looked, instant, before
+        instant = _instant(walk, run, begins, looked)
+        if instant is None:
+            looked = _last_before(run)
+            if (sure := sure_rows(before, run, bool(walk.armed()))) is not None:
+                _show(walk, sure)
+        before = run
+        if instant is not None and certain(instant.t, float(run.t[-1]), walk.whole.duration):
+            raise Enough(look)
+        return wanted(len(run.t))
+
+    try:
+        run = _run(walk, until, inputs, options, look)
+    except Enough as enough:
+        if enough.by is not look:
+            raise
+        assert before is not None
+        walk.nfev += before.nfev
+        return before, instant
+    return run, _instant(walk, run, begins, looked)
+
+
+def _last_before(run: Run) -> int:
+    """The last row that is earlier than the end: what jumps at the end may yet come."""
+    return max(int(np.searchsorted(run.t, run.t[-1], side="left")) - 1, 0)
+
+
+def _show(walk: Walk, run: Run) -> None:
+    """The walk with a run that no change comes along is kept where it is interrupted."""
+    pieces = (*walk.pieces, Piece(walk.structure, run, walk.anew))
+    nfev = walk.nfev + run.nfev
+    walk.safe = Safe(walk.whole, pieces, tuple(walk.strikes), tuple(walk.changes), walk.unexplained, nfev)
+    rows = walk.rows + len(run.t)
+    if walk.look is not None and rows >= walk.wanted:
+        walk.wanted = walk.look(walk.safe.run())
 
 
 def _next_stop(walk: Walk, end: float, first: bool) -> tuple[float, tuple[int, ...]]:
@@ -180,14 +256,12 @@ def _next_stop(walk: Walk, end: float, first: bool) -> tuple[float, tuple[int, .
     return until, tuple(n for n, t in times.items() if t == until)
 
 
-def _run(walk: Walk, until: float, inputs: Any, options: Mapping[str, Any]) -> Run:
+def _run(walk: Walk, until: float, inputs: Any, options: Mapping[str, Any], look: Look = at_the_start) -> Run:
     """A run of the structure of now, from where the walk is."""
-    if walk.state is not None:
-        begun: dict[str, Any] = {"state": walk.state}
-        run = simulate_one(walk.model, None, None, until=until, inputs=inputs, way=walk.way, **begun, **options)
-    else:
-        begun = {"begin": walk.t, "latched": walk.latched}
-        run = simulate_one(walk.model, walk.q, walk.u, until=until, inputs=inputs, way=walk.way, **begun, **options)
+    begun: dict[str, Any] = {"q0": None, "u0": None, "state": walk.state}
+    if walk.state is None:
+        begun = {"q0": walk.q, "u0": walk.u, "begin": walk.t, "latched": walk.latched}
+    run = simulate_one(walk.model, until=until, inputs=inputs, way=walk.way, look=look, **begun, **options)
     walk.nfev += run.nfev
     return run
 
@@ -204,12 +278,13 @@ def _controller(whole: Whole, structure: int, inputs: Any) -> Any:
     return lifted
 
 
-def _instant(walk: Walk, run: Run, begins: bool) -> Instant | None:
-    """The first change that comes along a run, by what is watched, or by the impulse of an impact."""
+def _instant(walk: Walk, run: Run, begins: bool, first: int = 0) -> Instant | None:
+    """The first change that comes along a run, from its row ``first`` on, by what is watched, or by the impulse of an
+    impact."""
     said = walk.whole.data["switching"]["changes"]
     armed = walk.armed()
     signals = [one for n in armed if (one := signal_of(walk.whole, walk.structure, n, run)) is not None]
-    found = first_instant(walk.whole, walk.structure, run, signals, begins)
+    found = first_instant(walk.whole, walk.structure, run, signals, begins, first)
     for number in armed:
         limit = said[number]["impulse"]
         if limit is None:

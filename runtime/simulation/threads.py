@@ -7,6 +7,8 @@ from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from threading import Event
 
+from .interruption import check
+
 PAUSE = 0.05
 """Seconds between two looks of the thread that waits."""
 
@@ -39,6 +41,7 @@ def share(work: Callable[[], None], threads: int, end: Callable[[], None], told:
         try:
             tasks += [pool.submit(working) for _ in range(threads)]
             while wait(tasks, PAUSE).not_done:
+                check()
                 if told is not None:
                     told()
         except KeyboardInterrupt:

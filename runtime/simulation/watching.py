@@ -12,6 +12,7 @@ from ..arrays import FloatArray
 from ..model.joint_gap import Ends
 from ..model.whole import Whole
 from ..run import Run
+from .growing import blocks
 
 LOOKS = 8
 """Instants of each step at which what is watched is looked at: a passage and back within an eighth of a step is seen by
@@ -77,27 +78,37 @@ def within_of(whole: Whole, said: Mapping[str, Any]) -> float:
     return HELD * whole.length if said["within"] is None else float(said["within"])
 
 
-def first_instant(whole: Whole, structure: int, run: Run, signals: Sequence[Signal], begins: bool) -> Instant | None:
-    """The first instant of a run at which one of the ``signals`` comes; ``begins``: a structure begins with the run."""
-    if not signals:
-        return None
-    times = _times(run)
-    q, u = run.at(times)
-    found: list[tuple[float, int]] = []
-    for signal in signals:
-        t = _first(whole, structure, run, signal, times, signal.values(times, q, u), begins)
-        if t is not None:
-            found.append((t, signal.number))
+def first_instant(
+    whole: Whole, structure: int, run: Run, signals: Sequence[Signal], begins: bool, first: int = 0
+) -> Instant | None:
+    """The first instant of a run, of its rows from ``first`` on, at which one of the ``signals`` comes; ``begins``: a
+    structure begins with the run."""
+    found: dict[int, float] = {}
+    for part in blocks(run.t, first) if signals else ():
+        times = _times(run.t[part])
+        q, u = run.at(times)
+        for signal in (one for one in signals if one.number not in found):
+            values = signal.values(times, q, u)
+            t = _first(whole, structure, run, signal, times, values, begins and part.start == 0)
+            if t is not None:
+                found[signal.number] = t
+        if found and certain(min(found.values()), float(times[-1]), whole.duration):
+            break
     if not found:
         return None
-    first = min(t for t, _ in found)
-    span = TOGETHER * max(abs(first), whole.duration)
-    return Instant(first, tuple(number for t, number in found if t - first <= span))
+    earliest = min(found.values())
+    span = TOGETHER * max(abs(earliest), whole.duration)
+    return Instant(earliest, tuple(number for number, t in found.items() if t - earliest <= span))
 
 
-def _times(run: Run) -> FloatArray:
-    """The rows of a run and instants between them."""
-    rows = np.unique(run.t)
+def certain(t: float, looked: float, duration: float) -> bool:
+    """Whether all that comes together with what comes at t (s) is known to one who has looked as far as that."""
+    return looked - t > TOGETHER * max(abs(t), duration)
+
+
+def _times(rows: FloatArray) -> FloatArray:
+    """Times of rows, and instants between them."""
+    rows = np.unique(rows)
     parts = np.arange(LOOKS) / LOOKS
     between = (rows[:-1, None] + parts * np.diff(rows)[:, None]).ravel()
     return np.append(between, rows[-1])

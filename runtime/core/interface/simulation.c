@@ -15,6 +15,7 @@
 #include "motion/jacobian.h"
 #include "motion/projection.h"
 #include "steps/kinks.h"
+#include "steps/pace.h"
 #include "steps/phase.h"
 #include "steps/step_control.h"
 #include "steps/step_end.h"
@@ -294,7 +295,7 @@ static enum outcome go_on(struct ccgen_simulation *it, double until, int to_even
             *met = 1;
         }
         const size_t before = run->impacts.count;
-        outcome = run_whole_stage(it);
+        outcome = shows_rows(&it->phase) ? OUTCOME_INTERRUPTED : run_whole_stage(it);
         if (*stage == STRIKE && it->automaton.event.watch == JAMS && !*met) {
             *impacts = before;
             *met = 1;

@@ -39,6 +39,10 @@ struct run {
     const struct method *method;
     enum gain on_gain;
     struct interruption interruption; /* its `tick` and `context` */
+    int (*look)(void *context, size_t *wanted); /* is shown the rows when there are so many `wanted` of them, and says how many it
+                                                   wants next; a nonzero answer ends the run as an interruption. May be NULL */
+    void *look_context;
+    size_t wanted;
     /* found */
     struct record record;
     struct impacts impacts;
