@@ -51,7 +51,6 @@ def blocks(t: FloatArray, first: int) -> Iterator[slice]:
     the last row of the one before, which is the last of its time. Raises ``KeyboardInterrupt`` between them."""
     last = len(t) - 1
     while True:
-        check()
         end = min(first + BLOCK, last)
         while end < last and t[end + 1] == t[end]:
             end += 1
@@ -59,3 +58,4 @@ def blocks(t: FloatArray, first: int) -> Iterator[slice]:
         if end == last:
             return
         first = end
+        check()

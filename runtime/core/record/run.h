@@ -39,8 +39,9 @@ struct run {
     const struct method *method;
     enum gain on_gain;
     struct interruption interruption; /* its `tick` and `context` */
-    int (*look)(void *context, size_t *wanted); /* is shown the rows when there are so many `wanted` of them, and says how many it
-                                                   wants next; a nonzero answer ends the run as an interruption. May be NULL */
+    /* is shown the rows when there are so many `wanted`, and says how many it wants next; a nonzero answer ends the run as an
+     * interruption. May be NULL */
+    int (*look)(void *context, size_t *wanted);
     void *look_context;
     size_t wanted;
     /* found */

@@ -1,0 +1,175 @@
+"""Ctrl-C at whatever instant: what a run has done is kept, row for row that of the run that was let be."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+import numpy as np
+import pytest
+
+import ccgen.runtime
+from ccgen.runtime import Run, simulate
+from ccgen.runtime.simulation import growing
+
+from ..support.heeding import heeding_ctrl_c
+from ..support.tiers import hard
+from ..support.workshop import Workshop
+from .test_release_and_hold import TREBUCHET
+from .test_user_events import BALL, PENDULUM
+
+OWN = str(Path(ccgen.runtime.__file__).parent)
+
+SPINNING = """
+name = "spinning"
+[chain]
+links = 2
+hinged = true
+[start]
+angles = ["10 deg", "40 deg"]
+[gravity]
+[run]
+until = 6
+"""
+LOW = '[[event]]\nname = "low"\nwhen = "rate(y(link_1.B))"\n'
+SET = '[[event]]\nname = "level"\nwhen = "angle(pin) + pi/2"\nset = { "gravity.g" = "9.81 + 0.1*t" }\n'
+CAUGHT = """
+name = "caught"
+[ground_link]
+points = { O = [0, 0] }
+[[link]]
+name = "rod"
+mass = 1
+inertia = 1
+com = [1, 0]
+points = { A = [0, 0], B = [1, 0] }
+[[link]]
+name = "hook"
+mass = 1
+inertia = 1
+com = [0, 0]
+points = { C = [0, 0] }
+[[joint]]
+name = "pin"
+between = ["ground.O", "rod.A"]
+[[joint]]
+name = "grip"
+between = ["rod.B", "hook.C"]
+[[release]]
+joint = "grip"
+at = 1.9
+[[hold]]
+joint = "grip"
+within = 100
+at = 2.2
+[start]
+angles = { rod = 0, hook = 0 }
+[gravity]
+[run]
+until = 6
+"""
+BRAKED = SPINNING + '[[joint_friction]]\njoints = ["joint_0"]\ndry = 0.5\n'
+
+SCENES: dict[str, tuple[str, dict[str, Any]]] = {
+    "plain": (SPINNING, {}),
+    "bounces": (BALL, {}),
+    "told": (SPINNING + LOW, {}),
+    "bounces told": (BALL + '[[event]]\nname = "top"\nwhen = "rate(y(ball.P))"\n', {}),
+    "set": (PENDULUM + SET, {"until": 8.0}),
+    "ended": (PENDULUM + '[[event]]\nname = "back"\nwhen = "x(rod.B)"\nstop = true\ntimes = 4\n', {"until": 8.0}),
+    "released": (TREBUCHET, {}),
+    "caught": (CAUGHT, {}),
+    "caught and told": (CAUGHT + '[[event]]\nname = "low"\nwhen = "rate(y(hook.C))"\n', {}),
+    "caught and set": (CAUGHT + SET, {}),
+    "braked and told": (BRAKED + LOW, {}),
+    "by steps": (BALL, {"method": "moreau", "step": 1e-3}),
+    "by steps and told": (
+        BALL + '[[event]]\nname = "half"\nwhen = "y(ball.P) - 0.4"\n',
+        {"method": "moreau", "step": 1e-3},
+    ),
+    "by radau": (SPINNING + LOW, {"method": "radau", "until": 3.0}),
+}
+SHORT = 8
+"""Rows between two looks: so that there are many in runs that are short."""
+EVERY_TIER = ("told", "set", "caught and told")
+
+
+class Press:
+    """Ctrl-C at the call number ``at`` that the runtime's own Python makes while a run is kept."""
+
+    def __init__(self, at: int | None = None) -> None:
+        self.at, self.count = at, 0
+
+    def __call__(self, frame: FrameType, what: str, _: object) -> None:
+        if what != "call" or not frame.f_code.co_filename.startswith(OWN):
+            return
+        handler = signal.getsignal(signal.SIGINT)
+        if handler is signal.default_int_handler or not callable(handler):
+            return
+        self.count += 1
+        if self.count == self.at:
+            handler(signal.SIGINT, frame)
+
+    def during(self, model: Any, **options: Any) -> Run:
+        with heeding_ctrl_c():
+            sys.setprofile(self)
+            try:
+                run = simulate(model, keep_interrupted=True, **options)
+            finally:
+                sys.setprofile(None)
+        assert isinstance(run, Run)
+        return run
+
+
+@pytest.fixture(autouse=True)
+def often(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(growing, "LEAST", SHORT)
+    monkeypatch.setattr(growing, "BLOCK", SHORT // 2)
+
+
+@pytest.mark.parametrize("name", [one if one in EVERY_TIER else hard(one) for one in SCENES])
+def test_ctrl_c_at_any_call_keeps_what_is_done(name: str, workshop: Workshop) -> None:
+    """Rows, impacts, events and changes are the first of those of the whole run; it says that it was interrupted."""
+    text, options = SCENES[name]
+    model = workshop.model(text)
+    whole = simulate(model, **options)
+    counted = Press()
+    assert_same_beginning(counted.during(model, **options), whole)
+    kept = []
+    for at in np.unique(np.linspace(1, counted.count, 12 if name in EVERY_TIER else 200).astype(int)).tolist():
+        run = Press(at).during(model, **options)
+        assert_same_beginning(run, whole)
+        if not run.success and run.t[-1] < whole.t[-1]:
+            assert run.message == f"stopped at t = {run.t[-1]:.12g} s: interrupted", at
+            kept.append(len(run.t))
+    assert not kept or kept == sorted(kept)
+
+
+def assert_same_beginning(run: Run, whole: Run) -> None:
+    rows = len(run.t)
+    for found, expected in ((run.t, whole.t), (run.q, whole.q), (run.u, whole.u)):
+        assert np.array_equal(found, expected[:rows])
+    assert [one.t for one in run.impacts] == [one.t for one in whole.impacts[: len(run.impacts)]]
+    assert [(one.t, one.name, one.number) for one in run.events] == [
+        (one.t, one.name, one.number) for one in whole.events if one.t <= run.t[-1]
+    ][: len(run.events)]
+    assert len(run.events) >= sum(one.t < run.t[-1] for one in whole.events)
+    assert [one.t for one in run.changes] == [one.t for one in whole.changes[: len(run.changes)]]
+
+
+@pytest.mark.parametrize("name", ["told", "set", "caught and told"])
+def test_an_interrupted_run_goes_on_to_the_same_end(name: str, workshop: Workshop) -> None:
+    """From what was kept on, all that is left comes: the two runs joined are the whole one."""
+    text, options = SCENES[name]
+    model = workshop.model(text)
+    whole, counted = simulate(model, **options), Press()
+    counted.during(model, **options)
+    for at in np.linspace(0.3, 0.9, 3) * counted.count:
+        first = Press(int(at)).during(model, **options)
+        assert not first.success and first.t[-1] < whole.t[-1]
+        second = simulate(model, state=first.state, until=options.get("until"))
+        assert np.array_equal(np.concatenate([first.t[:-1], second.t])[-5:], whole.t[-5:])
+        assert [one.t for one in first.events + second.events] == [one.t for one in whole.events]
