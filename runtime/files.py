@@ -16,7 +16,10 @@ def read_path(given: object, what: str) -> Path:
 
 
 def write_whole(target: Path, write: Callable[[Any], object]) -> None:
-    """Let `write` fill a file beside the target and put it in place only once it is complete."""
+    """Let `write` fill a file beside the target and put it in place only once it is complete.
+
+    Raises ``OSError`` with the target's name where the system takes no more, as of a full disk.
+    """
     if not target.parent.is_dir():
         raise FileNotFoundError(f"{target}: there is no folder {target.parent}; make it first")
     part = target.with_name(f".{target.name}.{os.getpid()}.part")
@@ -24,5 +27,9 @@ def write_whole(target: Path, write: Callable[[Any], object]) -> None:
         with part.open("wb") as file:
             write(file)
         part.replace(target)
+    except OSError as error:
+        if error.errno is None or error.filename not in (None, str(part)):
+            raise
+        raise type(error)(error.errno, error.strerror, str(target)) from error
     finally:
         part.unlink(missing_ok=True)

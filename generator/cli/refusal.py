@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any, NoReturn, ParamSpec, TypeVar
@@ -36,10 +38,33 @@ class Commands(TyperGroup):
 
     def invoke(self, ctx: Any) -> Any:
         try:
-            return super().invoke(ctx)
+            found = super().invoke(ctx)
+            sys.stdout.flush()
+            return found
         except Refused as refused:
-            typer.echo(refused.message, err=True)
+            _say(refused.message)
             raise
+        except BrokenPipeError:
+            raise  # who reads has read enough
+        except OSError as error:
+            _say(f"ccgen: {told(error)}")
+            raise typer.Exit(WRONG_INPUT) from error
+
+
+def _say(message: str) -> None:
+    """Say it on standard error; what waits for a standard output that takes no more is dropped."""
+    try:
+        sys.stdout.flush()
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    typer.echo(message, err=True)
+
+
+def told(error: Exception) -> str:
+    """The sentence of an error; of one of the system the file and what the system says of it."""
+    if not isinstance(error, OSError) or error.strerror is None:
+        return str(error)
+    return f"{'standard output' if error.filename is None else error.filename}: {error.strerror}"
 
 
 class Faults:
@@ -104,7 +129,7 @@ def refusing(*kinds: type[Exception]) -> Iterator[None]:
     try:
         yield
     except kinds as error:
-        fail(f"ccgen: {error}")
+        fail(f"ccgen: {told(error)}")
 
 
 @contextmanager

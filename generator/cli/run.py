@@ -16,13 +16,13 @@ from ..pipeline import generate
 from ..program.errors import FoldError
 from .contact_files import IMPACTS, PHASES, contact_files, ways_to_write_contacts
 from .detail import Detail
-from .folders import MODELS, check_folder, check_results, forget_stale, record_results
+from .folders import MODELS, RECORD, check_folder, check_results, forget_stale, record_results
 from .forces import PICTURE, TABLE, Told, force_files, print_drives, print_forces, ways_to_write
 from .outputs import PICTURE as OUTPUTS_PICTURE
 from .outputs import TABLE as OUTPUTS_TABLE
 from .outputs import Wanted
 from .progress import progress
-from .refusal import STOPPED_EARLY, Faults, fail, read_option, refusing, refusing_options
+from .refusal import STOPPED_EARLY, Faults, fail, read_option, refusing, refusing_options, told
 from .report import (
     print_audit,
     print_changes,
@@ -143,7 +143,7 @@ def run(
         print_forces(forces)
         print_drives(forces)
         print_audit(result)
-        typer.echo(f"written: {', '.join(str(folder / file) for file in files)}")
+        typer.echo(f"written: {', '.join(str(folder / file) for file in files) or 'nothing'}")
     print_warnings(result)
     for name, why in unwritten.items():
         typer.echo(f"{scene.name}: {name} is not written: {why}", err=True)
@@ -195,14 +195,26 @@ def write(
         **ways_to_write(forces, csv, wanted.times),
         **ways_to_write_contacts(result, tables),
     }
-    unwritten = {}
+    unwritten: dict[str, str] = {}
+    interrupted = False
     for name, way in ways.items():
         try:
+            if interrupted:
+                raise KeyboardInterrupt
             way(folder / name)
+            record_results(folder, [name])
         except ValueError as error:  # as where forces have no solution at an instant that is looked at
             unwritten[name] = str(error)
-        else:
-            record_results(folder, [name])
+        except OSError as error:  # as of a full disk: a smaller file may still find room
+            unwritten[name] = told(error)
+        except KeyboardInterrupt:
+            interrupted = True
+            unwritten[name] = "interrupted"
     made = [name for name in ways if name not in unwritten]
-    forget_stale(folder, {*FILES, *MOVING, PICTURE, TABLE, IMPACTS, PHASES, OUTPUTS_PICTURE, OUTPUTS_TABLE} - {*made})
+    try:
+        forget_stale(
+            folder, {*FILES, *MOVING, PICTURE, TABLE, IMPACTS, PHASES, OUTPUTS_PICTURE, OUTPUTS_TABLE} - {*made}
+        )
+    except OSError as error:
+        unwritten[RECORD] = told(error)
     return made, unwritten

@@ -33,6 +33,9 @@ FUNCTIONS: dict[str, Callable[..., float]] = {
 LONGEST, DEEPEST, HIGHEST = 2000, 100, 64
 """Limits of an expression: characters, nesting, and the power of t (or of a function of t) that it amounts to."""
 
+MOST_NAMED = 50
+"""Names that a sentence lists: of more it says how many there are."""
+
 _OPERATORS = (ast.Add, ast.Sub, ast.Mult, ast.Div, ast.Pow)
 RESERVED = ("t", "pi", *FUNCTIONS)
 """Names that mean something already."""
@@ -170,6 +173,8 @@ def _check_names(tree: ast.expr, names: Names, of_time: bool) -> None:
 def _told(allowed: Sequence[str]) -> str:
     if len(allowed) == 1:
         return f"the only name is {allowed[0]}"
+    if len(allowed) > MOST_NAMED:
+        return f"the names are {', '.join(allowed[:MOST_NAMED])} and {len(allowed) - MOST_NAMED} more"
     return f"the names are {', '.join(allowed[:-1])} and {allowed[-1]}"
 
 

@@ -6,6 +6,7 @@ import ast
 import math
 import sys
 from collections.abc import Iterator, Mapping
+from functools import cache
 from typing import Any, get_args, get_origin
 
 from pydantic.fields import FieldInfo
@@ -27,9 +28,10 @@ LARGEST = KNOWN / sys.float_info.epsilon
 """The largest such angle (rad): the last place of one beyond it is larger than that."""
 
 
-def angle_keys(model: type[Table]) -> list[str]:
+@cache
+def angle_keys(model: type[Table]) -> tuple[str, ...]:
     """The keys of a table whose values are angles, or hold some: those that measure rad and nothing else."""
-    return [key for key, field in model.model_fields.items() if _in_rad(field)]
+    return tuple(key for key, field in model.model_fields.items() if _in_rad(field))
 
 
 def _in_rad(marked: object) -> bool:

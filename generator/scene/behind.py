@@ -12,7 +12,7 @@ from typing import Any
 
 from ..effect_base.table import Table, innermost, kind_of_key
 from ..mechanism.mechanism import Mechanism
-from .errors import Path, Report
+from .errors import MOST_TOLD, Path, Report
 from .meant import kinds_of, meant_key, required_keys
 from .stand_ins import Names, names, stand_in
 
@@ -35,7 +35,11 @@ def tell_behind(
     models: Mapping[str, type[Table]],
     read: Read,
 ) -> None:
-    """Add to the faults of ``report`` those that stand behind them; ``mechanism``: what is known of it with them."""
+    """Add to the faults of ``report`` those that stand behind them; ``mechanism``: what is known of it with them.
+
+    Not where there are as many as are told already."""
+    if len(report.found) >= MOST_TOLD:
+        return
     known = names(tables, mechanism)
     found = [_Reading(index, tables, known, models, read).run(report.places, report.file) for index in range(_READINGS)]
     for path, message in found[0]:

@@ -33,11 +33,19 @@ def escaped(text: str) -> str:
     return "".join(repr(sign)[1:-1] if category(sign) in _UNSEEN else sign for sign in text)
 
 
+MOST_TOLD = 50
+"""Faults that are told one by one: more than a person mends before reading again."""
+
+
 class SceneError(Exception):
-    """A scene that cannot be used; ``faults`` holds everything wrong with it, in the order of the file."""
+    """A scene that cannot be used; ``faults`` holds everything wrong with it, in the order of the file. The message has
+    the first fifty of them, and how many more there are."""
 
     def __init__(self, faults: tuple[Fault, ...]) -> None:
-        super().__init__("\n".join(str(fault) for fault in faults))
+        told, more = [str(fault) for fault in faults[:MOST_TOLD]], len(faults) - MOST_TOLD
+        if more > 0:
+            told.append(f"{escaped(faults[0].file)}: and {more} more; mend these first")
+        super().__init__("\n".join(told))
         self.faults = faults
 
 

@@ -9,7 +9,7 @@ from pathlib import Path as File
 from typing import Any
 
 from .errors import Fault, SceneError
-from .limits import too_large
+from .limits import MOST_BYTES, too_large
 from .locate import locate
 from .not_toml import not_toml
 from .read import Tables, read_tables
@@ -32,7 +32,13 @@ def load_scene(path: str | PathLike[str] | Tables) -> Scene:
         raise TypeError(f"path: found {path!r}, expected the name of a scene file (TOML), or its tables as a dict")
     file = str(path)
     try:
-        text = File(path).read_bytes().decode("utf-8-sig")
+        content = _content(File(path))
+        if content is None:
+            message = (
+                f"found more than {MOST_BYTES} bytes, expected a scene file (TOML) of at most that; name another file"
+            )
+            raise _unreadable(file, None, message)
+        text = content.decode("utf-8-sig")
         if large := too_large(text):
             raise _unreadable(file, *large)
         tables = tomllib.loads(text)
@@ -43,6 +49,13 @@ def load_scene(path: str | PathLike[str] | Tables) -> Scene:
     except tomllib.TOMLDecodeError as error:
         raise SceneError(not_toml(text, file, error)) from error
     return read_tables(tables, file, File(path).stem, locate(text))
+
+
+def _content(file: File) -> bytes | None:
+    """What a file holds, or ``None`` of one that is larger than a scene may be: it may have no end, as a device."""
+    with file.open("rb") as opened:
+        content = opened.read(MOST_BYTES + 1)
+    return content if len(content) <= MOST_BYTES else None
 
 
 def loop(links: int, gravity: Gravity = False, **tables: Any) -> Scene:

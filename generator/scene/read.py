@@ -8,6 +8,8 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, TypeVar
 
+import numpy as np
+
 from ..effect_base.arithmetic import Names
 from ..effect_base.contact import Law
 from ..effect_base.effect import Effect, Entry, Surroundings
@@ -38,7 +40,7 @@ from .integrating import integrating
 from .kinds import KEYS, KINDS, MANY, MODELS, SHORTHAND
 from .law import law_of_all
 from .let import read_names
-from .limits import MOST_JOINTS, MOST_LINKS, MOST_TABLES
+from .limits import LARGEST, MOST_JOINTS, MOST_LINKS, MOST_TABLES, beyond
 from .meant import unknown_key
 from .meshed import meshed
 from .module_names import hidden_module
@@ -121,6 +123,19 @@ def read_tables(
     ``SceneError`` with all faults at once.
     """
     report = Report(file, lines)
+    try:
+        return _scene_of(tables, name, report, values)
+    except (ArithmeticError, np.linalg.LinAlgError) as error:
+        squares = f"of {1.0 / LARGEST:.0e} to {LARGEST:.0e}, so that its square is one too; take other units"
+        for path, number in beyond(tables):
+            report.add(path, f"found {number:g}, expected a number {squares}")
+        if not report.found:
+            report.add((), f"found numbers from which others cannot be worked out, expected each {squares}")
+        report.stop_if_any()
+        raise AssertionError("a fault has just been noted") from error
+
+
+def _scene_of(tables: Tables, name: str, report: Report, values: Mapping[str, float]) -> Scene:
     for key in tables:
         if key not in KEYS and (key not in OTHER_NAMES_OF_LET or "let" in tables):
             once = [one for one, table in tables.items() if not isinstance(table, list)]

@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
 from ..model.model import Model
 from ..record.hybrid_state import HybridState
 
@@ -29,3 +34,16 @@ def check_end(state: HybridState, until: float) -> None:
     """Refuse a state that is not before ``until`` (s)."""
     if not until > state.t:
         raise ValueError(f"until: found {until}, expected more than the state's t = {state.t}; ask for a later end")
+
+
+def check_left(state: HybridState, found: Mapping[str, Any]) -> None:
+    """Refuse a state with another t, q or u than the core has ``found`` in its memory, by which alone it goes on."""
+    there = {"t": found["t"][-1], "q": found["q"][-1], "u": found["u"][-1]}
+    for name, expected in there.items():
+        given = np.asarray(getattr(state, name))
+        if not np.array_equal(given, expected):
+            raise ValueError(
+                f"state.{name}: found {np.array2string(given, threshold=4)}, expected "
+                f"{np.array2string(np.asarray(expected), threshold=4)}, where the run was left that the state is of; "
+                "begin anew from another q and u, as its memory is of these alone"
+            )

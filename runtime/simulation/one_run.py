@@ -17,8 +17,8 @@ from ..run import Run
 from .advance import Advance, Latched
 from .arguments import RATE_BUDGET, STEP_BUDGET, Settings, check_calls, checked_start, read_start, settings_of, stops_of
 from .dead_point import Way, cut, dead_point
-from .going_on import check_end, check_state
-from .growing import Look
+from .going_on import check_end, check_left, check_state
+from .growing import NEVER, Look
 from .interruption import checking
 from .result import run_of
 
@@ -136,6 +136,15 @@ def simulate_one(
     def made(found: dict[str, Any]) -> Run:
         return _run_of(model, options, inputs, way, found)
 
+    begins = state
+
+    def shown(found: dict[str, Any]) -> int:
+        nonlocal begins
+        if begins is not None:
+            check_left(begins, found)
+            begins = None
+        return NEVER if look is None else look(made(found))
+
     found = model.kernels.simulate(
         q,
         u,
@@ -154,7 +163,7 @@ def simulate_one(
         asked.on_gain,
         begin,
         latched,
-        None if look is None else lambda found: look(made(found)),
+        shown if look is not None or state is not None else None,
     )
     if found["outcome"] == "interrupted" and (look is not None or not keep_interrupted):
         raise KeyboardInterrupt

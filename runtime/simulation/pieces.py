@@ -125,6 +125,8 @@ def joined(
     unexplained = unexplained_of(pieces, jumps)
     for piece in pieces:
         first = 0 if piece.anew else 1
+        if first == len(piece.run.t):  # it has not gone on yet
+            continue
         own = whole.lifted(piece.structure, piece.run.q[first:], piece.run.u[first:])
         t.append(piece.run.t[first:])
         q.append(own[0])

@@ -298,3 +298,17 @@ def test_all_that_a_phase_remembers_is_part_of_the_state() -> None:
     assert {"since", "energy", "energy_end", "passage"} <= members
     listed = set(re.findall(r"\bat->(\w+)", (core / "hybrid" / "state.c").read_text()))
     assert members == listed
+
+
+@pytest.mark.parametrize("name", ["t", "q", "u"])
+def test_a_state_that_was_edited_is_refused(name: str, workshop: Workshop, tmp_path: Path) -> None:
+    """It goes on from its memory: another t, q or u beside that would be taken without a word, and not be heeded."""
+    model = workshop.model(VIBRATING)
+    file = simulate(model, until=0.1).state.save(tmp_path / "state.npz")
+    with np.load(file) as found:
+        arrays = dict(found)
+    arrays[name] = arrays[name] + 1e-3
+    np.savez(file, **arrays)
+    state = HybridState.load(file)
+    with pytest.raises(ValueError, match=rf"^state\.{name}: found .*, expected .*, where the run was left"):
+        simulate(model, state=state)

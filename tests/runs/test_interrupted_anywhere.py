@@ -136,6 +136,7 @@ def test_ctrl_c_at_any_call_keeps_what_is_done(name: str, workshop: Workshop) ->
     text, options = SCENES[name]
     model = workshop.model(text)
     whole = simulate(model, **options)
+    assert whole.success, whole.message
     counted = Press()
     assert_same_beginning(counted.during(model, **options), whole)
     kept = []
@@ -166,6 +167,7 @@ def test_an_interrupted_run_goes_on_to_the_same_end(name: str, workshop: Worksho
     text, options = SCENES[name]
     model = workshop.model(text)
     whole, counted = simulate(model, **options), Press()
+    assert whole.success, whole.message
     counted.during(model, **options)
     for at in np.linspace(0.3, 0.9, 3) * counted.count:
         first = Press(int(at)).during(model, **options)
