@@ -22,14 +22,14 @@ cdef class Contacting(Evaluations):
     """A model's kernels, and the forces of its contacts."""
 
     def closed(self, const real[:, ::1] q):
-        """Whether a contact is closed in each configuration (b, n): (b,) of truth values."""
+        """Which contacts are closed in each configuration (b, n): (b, contacts) of truth values."""
         cdef _Memory memory = _Memory()
         cdef system s = self._system(memory)
-        cdef size_t b = q.shape[0]
-        cdef char[::1] out = np.zeros(b + 1, dtype=np.int8)
+        cdef size_t b = q.shape[0], contacts = self.m.contacts
+        cdef char[::1] out = np.zeros(b * contacts + 1, dtype=np.int8)
         if b and find_closed(&s, b, &q[0, 0], &out[0]):
             raise MemoryError
-        return np.asarray(out)[:b].astype(bool)
+        return np.asarray(out)[:b * contacts].reshape(b, contacts).astype(bool)
 
     def unknown(self, const real[:, ::1] q):
         """Whether links lie so nearly in a line at each configuration (b, n) that no force is known: (b,) of truth values."""

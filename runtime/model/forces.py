@@ -100,7 +100,7 @@ def motion_of(
     """
     groups: Sequence[tuple[Held | None, Any]]
     if contacts is None:
-        closed = model.kernels.closed(q) if model.contacts else np.zeros(len(q), dtype=bool)
+        closed = model.kernels.closed(q).any(axis=1)
         groups = [((), ~closed), (None, closed)]
     else:
         groups = _held_as_named(model, q, u, contacts)

@@ -39,7 +39,7 @@ def kept_at(model: Model, q: FloatArray, u: FloatArray, section: tuple[int, bool
     """What a run from (q, u) (n,) keeps shut: contacts that it holds, the number of that on the ``section``, -1 for
     none, and with it all that are closed."""
     struck, others = section
-    closed = np.flatnonzero(model.kernels.closed(q[None])[0]).tolist() if model.contacts else []
+    closed = np.flatnonzero(model.kernels.closed(q[None])[0]).tolist()
     held, sticks = list[int](), list[int]()
     if closed:
         run = simulate(model, q, u, until=AWHILE * model.duration)

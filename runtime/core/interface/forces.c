@@ -54,23 +54,30 @@ static int take_room(struct system *s, struct room *r)
     return 0;
 }
 
-/* Whether a contact is closed at q; gaps[contacts] */
+/* Whether a contact of the gap is closed */
+static int is_closed(const struct system *s, int contact, double gap) { return gap <= SHUT * s->extent[contact]; }
+
+/* Whether any contact is closed at q; gaps[contacts] */
 static int touches(const struct system *s, const double *q, double *gaps)
 {
     int found = 0;
     contact_gaps(s, q, gaps);
     for (int c = 0; c < s->model->contacts; c++)
-        found |= gaps[c] <= SHUT * s->extent[c];
+        found |= is_closed(s, c, gaps[c]);
     return found;
 }
 
 enum outcome find_closed(const struct system *s, size_t count, const double *q, char *closed)
 {
     const struct mark mark = s->arena->top;
-    double *gaps = TAKE(s->arena, double, s->model->contacts);
+    const int contacts = s->model->contacts;
+    double *gaps = TAKE(s->arena, double, contacts);
     const enum outcome outcome = s->arena->ran_out ? OUTCOME_NO_MEMORY : OUTCOME_DONE;
-    for (size_t i = 0; i < count && !outcome; i++)
-        closed[i] = s->model->contacts && touches(s, q + i * s->n, gaps);
+    for (size_t i = 0; i < count && contacts && !outcome; i++) {
+        contact_gaps(s, q + i * s->n, gaps);
+        for (int c = 0; c < contacts; c++)
+            closed[i * contacts + c] = (char)is_closed(s, c, gaps[c]);
+    }
     give_back(s->arena, mark);
     return outcome;
 }

@@ -45,7 +45,7 @@ enum outcome held_forces(struct system *s, size_t count, size_t every, const dou
 /* Of an impact at q with the jumps du[n] and impulses P[2 contacts]: reaction[joints][3] (N s, N m s) on the second links */
 enum outcome joint_impulses(struct system *s, const double *q, const double *du, const double *P, double *reaction);
 
-/* closed[count]: whether a contact is closed at q[count][n], its gap being zero but for rounding */
+/* closed[count][contacts]: which contacts are closed at q[count][n], their gaps being zero but for rounding */
 enum outcome find_closed(const struct system *s, size_t count, const double *q, char *closed);
 
 /* unknown[count]: whether closure rows are so near to dependence at q[count][n] that no acceleration is known, and no force; where they are
