@@ -14,8 +14,9 @@ from ..mechanism.links import GROUND, Corner, Link, Parameter, Point
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.meshes import MeshTerm
 from ..mechanism.topology import Topology
-from ..scene.scene import Kept, Scene
+from ..scene.scene import Scene
 from .schema import ModelData
+from .start_data import coordinates, start_data
 
 Json = dict[str, object]
 
@@ -52,7 +53,7 @@ def model_data(
         "cuts": [mechanism.joints[cut.joint].name for cut in topology.cuts],
         "rows": [*_rows(mechanism, topology), *(f"{row.mesh.name}.mesh" for row in topology.meshes)],
         "lines": _lines(mechanism),
-        "coordinates": _coordinates(mechanism, topology),
+        "coordinates": coordinates(mechanism, topology),
         "leaders": [topology.leader(k) for k in range(len(mechanism.links))],
         "root": mechanism.link_name(topology.root),
         "points": point_names(mechanism),
@@ -92,12 +93,7 @@ def model_data(
         "integrators": [vars(one) for one in mechanism.integrators],
         "ground_names": list(mechanism.ground_points),
         "ground_points": [_point(point) for point in mechanism.ground_points.values()],
-        "start": {
-            "poses": [list(pose) for pose in scene.start.poses],
-            "velocities": [list(velocity) for velocity in scene.start.velocities],
-            "kept_places": _kept(mechanism, topology, scene.start.kept_places),
-            "kept_rates": _kept(mechanism, topology, scene.start.kept_rates),
-        },
+        "start": start_data(mechanism, topology, scene.start),
         "run": {"until": scene.run.until, "rtol": scene.run.rtol, "atol": scene.run.atol, "on_gain": scene.run.on_gain},
     }
     data |= extra or {}
@@ -284,21 +280,6 @@ def _lines(mechanism: Mechanism) -> dict[str, Json]:
         for joint in mechanism.joints
         if joint.slides
     }
-
-
-def _coordinates(mechanism: Mechanism, topology: Topology) -> list[tuple[str, str | int]]:
-    """What each coordinate is: x or y of a link's frame, the angle of a link, or the length along a joint's line."""
-    root = [("x", topology.root), ("y", topology.root)] if topology.floating else []
-    angles = [("angle", k) for k in range(len(mechanism.links)) if topology.leader(k) == k]
-    slides = sorted(branch.joint for branch in topology.branches if branch.slides)
-    return [*root, *angles, *(("slide", mechanism.joints[joint].name) for joint in slides)]
-
-
-def _kept(mechanism: Mechanism, topology: Topology, entries: Sequence[Kept]) -> list[int]:
-    """Which coordinates these are; a length that is none, as along the line of a cut joint, is left out."""
-    named = _coordinates(mechanism, topology)
-    wanted = [(kind, topology.leader(k) if kind == "angle" else mechanism.joints[k].name) for kind, k in entries]
-    return sorted({named.index(one) for one in wanted if one in named})
 
 
 def _point(point: Point) -> list[str | float]:

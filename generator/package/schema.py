@@ -159,6 +159,20 @@ class StartData(Data):
         "coordinates that stay as they are where loops are closed with other values of parameters", default=[]
     )
     kept_rates: list[int] = entry("coordinates whose rates stay so", default=[])
+    sketch: list[float] = entry(
+        "what the start is the nearest to with other values of parameters, by weighted squares of changes of "
+        "coordinates; empty: to itself, by those of joint displacements",
+        "[coordinates]",
+        "rad, m",
+        default=[],
+    )
+    weights: list[float] = entry(
+        "of the squares of these changes, and of those of rates", "[coordinates]", "1, 1/m²", default=[]
+    )
+    smallest_rates: bool = entry(
+        "whether rates that are not kept are the smallest with other values of parameters; else they change least",
+        default=True,
+    )
 
 
 class RunData(Data):

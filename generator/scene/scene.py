@@ -70,7 +70,10 @@ class Start:
     lengths of which nothing was said do not count. ``missed_by`` is the largest distance (m) of a joint or frame from
     where it was drawn. ``kept_places`` and ``kept_rates`` are angles and lengths, and those whose rates, that stay as
     the scene gives them where loops are closed with other values of parameters: all that are given, if the loops leave
-    them all free.
+    them all free. ``wanted`` are the displacements of the sketch, angles (rad) and lengths in units of ``unit`` (m),
+    where the start is the nearest to these with other values too; empty where it is found in another way.
+    ``sketched_rates``: more rates are given than can be kept, so that none of them is; ``free_rates``: some are left
+    free, and are the smallest.
     """
 
     poses: tuple[Triple, ...]
@@ -83,6 +86,10 @@ class Start:
     missed_by: float = 0.0
     kept_places: tuple[Kept, ...] = ()
     kept_rates: tuple[Kept, ...] = ()
+    wanted: tuple[float, ...] = ()
+    unit: float = 1.0
+    sketched_rates: bool = False
+    free_rates: bool = False
 
 
 @dataclass(frozen=True)

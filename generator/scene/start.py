@@ -49,9 +49,9 @@ def sketch(table: StartTable, bodies: Bodies, driven: Collection[int], report: R
     drawn = anchors(table, bodies.mechanism, report)
     if angles is None or speeds is None or slides is None or sliding is None or drawn is None or not fine:
         return None
-    given_angles, given_speeds = list(angles), list(speeds)
     if table.angular_velocities is None and bodies.rates:
         speeds = list(bodies.rates)
+    given_angles, given_speeds = list(angles), list(speeds)
     for one in bodies.mechanism.integrators:
         angles[one.link], speeds[one.link] = -table.tilt, 0.0
     for name, (_, _, angle) in (table.poses or {}).items():
@@ -73,7 +73,7 @@ def sketch(table: StartTable, bodies: Bodies, driven: Collection[int], report: R
         drawn=drawn,
         given=Given(
             _numbers_of(given_angles, bodies.mechanism),
-            _numbers_of(given_speeds, bodies.mechanism) if table.angular_velocities is not None else (),
+            _numbers_of(given_speeds, bodies.mechanism),
             tuple(k for k, name in enumerate(lines) if name in (table.slides or ())),
             tuple(k for k, name in enumerate(lines) if name in (table.sliding_velocities or ())),
         ),
@@ -105,6 +105,7 @@ def begin(
         return None
     count = len(sketch.angles)
     loose = [*sketch.loose, *(count + k for k, slide in enumerate(slides) if slide is None)]
+    drawn = wanted
     if loose and driven.groups:
         wanted = follow(driven, wanted, loose)
     try:
@@ -131,13 +132,21 @@ def begin(
         poses[:, :2] += (away.real, away.imag)
     velocities = layout.velocities(found, speeds, sketch.velocity)
     start = Start(_triples(poses), _triples(velocities), 0.0, sketch)
-    speed_rows = [one.row for one in (*prescribed, *meshes)]
     places, moving = _given_entries(sketch, along)
-    untouched = [k for k in places if abs(found[k] - wanted[k]) <= SKETCH]
+    untouched = all(abs(found[k] - wanted[k]) <= SKETCH for k in places)
+    still = _kept(driven.jacobian(found), places) if untouched else None
+    rows = np.vstack([layout.jacobian(found), *(one.row for one in (*prescribed, *meshes))])
+    going = _kept(rows, moving)
+    all_told = still is not None and {*places, *loose} == {*range(len(found))}
+    as_wanted = not sketch.drawn and (not loose or all_told)
     start = replace(
         start,
-        kept_places=_kept(driven.jacobian(found), places, layout) if len(untouched) == len(places) else (),
-        kept_rates=_kept(np.vstack([layout.jacobian(found), *speed_rows]), moving, layout),
+        kept_places=_entries(still or (), layout),
+        kept_rates=_entries(going or (), layout),
+        wanted=tuple(drawn.tolist()) if as_wanted and driven.groups else (),
+        unit=layout.unit,
+        sketched_rates=going is None or any(given[k] != 0.0 for k in given if k not in moving),
+        free_rates=_freedoms(rows, going or ()) > 0,
     )
     return _judged(start, driven, wanted, found, loose, bodies.mechanism)
 
@@ -155,17 +164,32 @@ def _given_entries(sketch: Sketch, along: Sequence[int]) -> tuple[list[int], lis
     return places, rates
 
 
-def _kept(rows: Real, entries: Sequence[int], layout: Layout) -> tuple[Kept, ...]:
+def _kept(rows: Real, entries: Sequence[int]) -> list[int] | None:
     """Which of the displacements ``entries`` can keep what the scene gives where ``rows`` are satisfied with other
-    numbers: all that these rows do not fix by themselves, if they leave all of those free together; else none, for then
-    they are a sketch."""
-    _, values, motions = np.linalg.svd(rows)
-    left = motions[int(np.sum(values > _RANK)) :].T
+    numbers: all that these rows do not fix by themselves. None where rows do not leave all of those free together, for
+    then they are a sketch."""
+    left = _motions(rows).T
     open_ones = [k for k in entries if np.linalg.norm(left[k]) > _RANK]
     if int(np.linalg.matrix_rank(left[open_ones], tol=_RANK)) < len(open_ones):
-        return ()
+        return None
+    return open_ones
+
+
+def _motions(rows: Real) -> Real:
+    """Directions of the displacements, a row each, that satisfy ``rows``."""
+    _, values, motions = np.linalg.svd(rows)
+    return np.asarray(motions[int(np.sum(values > _RANK)) :], dtype=np.float64)
+
+
+def _freedoms(rows: Real, kept: Sequence[int]) -> int:
+    """How many motions satisfy ``rows`` and leave the displacements ``kept`` as they are."""
+    return len(_motions(np.vstack([rows, np.eye(rows.shape[1])[[*kept]]])))
+
+
+def _entries(kept: Sequence[int], layout: Layout) -> tuple[Kept, ...]:
+    """What these displacements are: angles of links, or lengths along joints."""
     count = len(layout.base)
-    return tuple(("angle", k) if k < count else ("slide", layout.lines[k - count].joint) for k in open_ones)
+    return tuple(("angle", k) if k < count else ("slide", layout.lines[k - count].joint) for k in kept)
 
 
 def _check_slides(

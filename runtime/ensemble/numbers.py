@@ -16,7 +16,7 @@ from ..model.inputs import Given, read_values
 from ..model.model import Model
 from ..model.numbers import read_numbers
 from ..model.samples import ROUNDING, samples
-from ..model.start import closed_anew, scene_start
+from ..model.start import floats_by_another, put_right, rates_miss, scene_start
 from ..model.tolerances import largest_angle, start_miss
 from ..simulation.arguments import checked_start
 
@@ -198,14 +198,14 @@ def prepare(model: Model, numbers: Numbers) -> Prepared:
         refused |= ~np.isfinite(q).all()
         return Prepared(parameters, scales, q, u, 0, refused)
     q, u = (rows[None] for rows in scene_start(model))
-    apart = np.flatnonzero(_to_be_assembled(model, numbers, parameters, scales, q[0]) & ~refused)
+    apart = np.flatnonzero(_to_be_put_right(model, parameters, scales, q[0], u[0]) & ~refused)
     if not apart.size:
         return Prepared(parameters, scales, q, u, 2, refused)
     q, u = np.repeat(q, numbers.count, axis=0), np.repeat(u, numbers.count, axis=0)
     for run in apart.tolist():
         try:
             other = model.with_parameters(numbers.params_of(run))
-            q[run], u[run] = closed_anew(other, *scene_start(other))
+            q[run], u[run] = put_right(other, *scene_start(other))
         except ValueError:
             refused[run] = True
     return Prepared(parameters, scales, q, u, 2, refused)
@@ -228,23 +228,16 @@ def _one_by_one(
     return q, u
 
 
-def _to_be_assembled(model: Model, numbers: Numbers, parameters: Any, scales: Any, q: FloatArray) -> NDArray[np.bool_]:
-    """Which runs have loops that the scene's own start does not close with their parameters, or lines of sliding joints
-    from which other coordinates are read off."""
-    lines = {str(x) for line in model.data["lines"].values() for x in _leaves(line) if isinstance(x, str)}
-    if lines & set(numbers.params):
-        return np.ones(numbers.count, dtype=bool)
+def _to_be_put_right(model: Model, parameters: Any, scales: Any, q: FloatArray, u: FloatArray) -> NDArray[np.bool_]:
+    """Which runs may begin elsewhere than the scene with its own values: their loops are open there, or open with its
+    rates, or their first link may be another way from the root."""
+    if floats_by_another(model):
+        return np.ones(len(parameters), dtype=bool)
     if not model.rows:
-        return np.zeros(numbers.count, dtype=bool)
-    misses = model.kernels.closure_misses(parameters, q)
-    allowed = np.array([start_miss(model.core.REAL, length) for length in scales[:, 0].tolist()])
-    return np.asarray(~(misses <= allowed))
-
-
-def _leaves(x: Any) -> list[Any]:
-    if isinstance(x, Mapping):
-        return [leaf for value in x.values() for leaf in _leaves(value)]
-    return [leaf for value in x for leaf in _leaves(value)] if isinstance(x, list) else [x]
+        return np.zeros(len(parameters), dtype=bool)
+    misses = model.kernels.closure_misses(parameters, q, u)
+    places = np.array([start_miss(model.core.REAL, length) for length in scales[:, 0].tolist()])
+    return np.asarray(~(misses[:, 0] <= places) | ~(misses[:, 1] <= places * rates_miss(u)))
 
 
 def _parameters(model: Model, numbers: Numbers, refused: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:

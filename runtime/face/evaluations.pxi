@@ -359,16 +359,20 @@ cdef class Evaluations:
                 kernel(&self.k[0], &q[i, 0], &u[i, 0], &out[i, 0])
         return found[:, :size]
 
-    def closure_misses(self, const real[:, ::1] parameters, const real[::1] q):
-        """Largest miss of the closure (m) at one configuration with each of so many sets of ``parameters`` (b, p): (b,)."""
+    def closure_misses(self, const real[:, ::1] parameters, const real[::1] q, const real[::1] u):
+        """Largest miss of the closure (m), and of its rates (m/s), at one state with each of so many sets of ``parameters``
+        (b, p): (b, 2)."""
         cdef Py_ssize_t i, j
-        cdef real[::1] found = zeros(parameters.shape[0]), k = zeros(self.m.constants + 1), miss = zeros(self.m.rows + 1)
+        cdef real[:, ::1] found = zeros((parameters.shape[0], 2))
+        cdef real[::1] k = zeros(self.m.constants + 1), miss = zeros(self.m.rows + 1), rate = zeros(self.m.rows + 1)
         with nogil:
             for i in range(parameters.shape[0]):
                 self.m.derive_constants(&parameters[i, 0], &k[0])
                 self.m.closure(&k[0], &q[0], &miss[0])
+                self.m.closure_rate(&k[0], &q[0], &u[0], &rate[0])
                 for j in range(self.m.rows):
-                    found[i] = _larger(found[i], miss[j])
+                    found[i, 0] = _larger(found[i, 0], miss[j])
+                    found[i, 1] = _larger(found[i, 1], rate[j])
         return np.asarray(found)
 
     def audit(self, const real[:, ::1] q, const real[:, ::1] u, const real[::1] spent, Py_ssize_t every):

@@ -58,8 +58,11 @@ def reopen(folder: Path, name: str, hash_: str, values: Mapping[str, float], beg
             f"{folder}: found another model, {other} expected {name} as it was; generate that one there again, or into "
             "a folder of its own and load it from there"
         )
-    model = model if model.folded else model.with_parameters(values)
-    return model if begin is None else model.with_start(*begin)
+    if begin is not None:
+        poses, velocities, *own = begin
+        known = dict(zip(model.parameters, own[0], strict=True)) if own else dict(values)
+        model = (model if model.folded else model.with_parameters(known)).with_start(poses, velocities)
+    return model if model.folded else model.with_parameters(values)
 
 
 def _address(model: Model) -> tuple[Any, ...]:

@@ -12,6 +12,18 @@ from .geometry import Geometry
 
 PASSES = 200
 
+RANK = 1e-12
+"""Singular values of rows below this part of the largest are zero."""
+
+STANDS = 1e-13
+"""Steps (rad, m) as short as this are the rounding of coordinates about 1."""
+
+LONGEST = 0.3
+"""No step of Newton's method moves a coordinate by more (rad, m): it is to stay on the branch on which it begins."""
+
+DIFFERENCE = 1e-5
+"""Of differences of rows (rad, m): near the cube root of rounding, at which central ones know ten digits."""
+
 UNPROJECTED = {
     "not_closed": "it is too far from closed; assemble it first",
     "not_finite": "its closure is not a finite number; check the parameters",
@@ -78,6 +90,42 @@ def nearest_closed(
     if miss <= rounding:
         return q
     raise ValueError(f"the loops cannot be closed from here: the cut joints still miss by {miss:.3g} m")
+
+
+def least_weighted(
+    misses: Callable[[FloatArray], FloatArray],
+    rows: Callable[[FloatArray], FloatArray],
+    weights: FloatArray,
+    near: FloatArray,
+    begin: FloatArray,
+) -> FloatArray | None:
+    """The q (n,) at which Σ w (q − near)² is least under misses(q) = 0, of those about ``begin``, or None where
+    Newton's method on the conditions of the constrained minimum does not get to one.
+
+    ``rows`` are derivatives of the misses, ``weights`` (n, n). How the rows turn is known by differences: that decides
+    how fast the steps come in, not where they end.
+    """
+    q = begin.copy()
+    for _ in range(PASSES):
+        a, missed = np.asarray(rows(q), dtype=float), np.asarray(misses(q), dtype=float)
+        pull = np.asarray(weights @ (near - q), dtype=float)
+        curved = weights + _turned(rows, q, np.linalg.lstsq(a.T, pull, rcond=RANK)[0])
+        free = np.linalg.svd(a)[2][int(np.linalg.matrix_rank(a, rtol=RANK)) :].T
+        step = -np.linalg.lstsq(a, missed, rcond=RANK)[0]
+        bent = free.T @ curved @ free
+        step = step + free @ np.linalg.lstsq(bent, free.T @ (pull - curved @ step), rcond=RANK)[0]
+        largest = float(np.max(np.abs(step)))
+        if largest <= STANDS * (1.0 + float(np.max(np.abs(q)))) and float(np.max(np.abs(missed))) <= rounding_of(a, q):
+            return q if not bent.size or np.linalg.eigvalsh(bent)[0] > 0.0 else None
+        q = q + step * min(1.0, LONGEST / max(largest, 1e-300))
+    return None
+
+
+def _turned(rows: Callable[[FloatArray], FloatArray], q: FloatArray, multipliers: FloatArray) -> FloatArray:
+    """Derivatives (n, n) of rows' multipliers by q, by central differences."""
+    steps = DIFFERENCE * np.eye(len(q), dtype=q.dtype)
+    found = [(rows(q + h).T @ multipliers - rows(q - h).T @ multipliers) / (2.0 * DIFFERENCE) for h in steps]
+    return np.asarray(np.array(found, dtype=float).T)
 
 
 def rounding_of(jacobian: FloatArray, q: FloatArray) -> float:

@@ -94,7 +94,8 @@ class Model(Geometry):
         Raises ``ValueError`` as ``state_from_poses`` does.
         """
         read_states(self, poses, velocities)
-        begin = tuple(tuple(map(tuple, np.asarray(rows, dtype=float).tolist())) for rows in (poses, velocities))
+        rows = [tuple(map(tuple, np.asarray(of, dtype=float).tolist())) for of in (poses, velocities)]
+        begin = Begin(rows[0], rows[1], tuple(self._parameters.values()))
         return Model(self._descriptor, self.data, self._parameters, self.folder, begin)
 
     @property

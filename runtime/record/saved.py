@@ -35,4 +35,7 @@ def _told(model: Any) -> Any:
     assert model.folder is not None
     values = {} if model.folded else dict(model.parameters)
     told = {"package": model.folder.name, "name": model.name, "hash": model.data["hash"], "values": values}
-    return told | ({} if model._begin is None else {"begin": [[list(row) for row in rows] for rows in model._begin]})
+    if model._begin is None:
+        return told
+    poses, velocities, own = model._begin
+    return told | {"begin": [[list(row) for row in poses], [list(row) for row in velocities], list(own)]}

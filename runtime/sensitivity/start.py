@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -10,14 +9,16 @@ from numpy.typing import NDArray
 
 from ..arrays import FloatArray
 from ..model.model import Model
-from ..model.start import kept_places, kept_rates, scene_start
-from ..model.tolerances import start_miss
+from ..model.start import closed_anew, floats_by_another, going_anew, scene_start, shape_parameters
 from .local import Local, at_one
 from .moving import Moving
 
 SHUT = 1e-9
 """A start given by hand that is open by more than this, in lengths of the mechanism, is moved by projection by so much
 that its metric changes on the way: of what is below, the change of the metric is as much of the derivative."""
+
+STEP = 1e-3
+"""Of differences (rad, m) of where a link is: those of the fourth order miss its fourth power, 1e-12."""
 
 
 def start_moves(
@@ -30,86 +31,106 @@ def start_moves(
 
     Raises ``ValueError`` for a start that was given far from closed.
     """
-    if given is None and _moves_itself(moving) and moving.along.any() and kept_rates(model):
-        # what the scene gives stays with other parameters, not where the start is moved by itself
-        by_itself, by_arguments = _apart(moving)
-        return start_moves(model, by_itself, q, u, None) + start_moves(model, by_arguments, q, u, None)
+    if given is None:
+        # where the start is moved by itself it is given; what the parameters move is the scene's
+        moves = np.zeros((2 * len(q), len(moving.columns)))
+        if moving.along.any():
+            moves = _scene_moves(model, moving, q, u)
+        if _moves_itself(moving):
+            moves = moves + start_moves(model, replace(moving, along=np.zeros_like(moving.along)), q, u, (q, u))
+        return moves
     at = at_one(model, moving, 0.0, q)
     n = len(q)
-    scene = given is None
-    q_given, u_given = given if given is not None else scene_start(model)
-    if not scene and float(np.max(np.abs(q - q_given), initial=0.0)) > SHUT * max(1.0, model.length):
+    q_given, u_given = given
+    if float(np.max(np.abs(q - q_given), initial=0.0)) > SHUT * max(1.0, model.length):
         raise ValueError(
             f"q0: found a start that is open by {float(np.max(np.abs(model.closure(q_given)), initial=0.0)):.3g} m, "
             "expected one whose loops are shut, by which the run can be derived; take it from model.project or "
             "model.assemble"
         )
-    free, fixed = _parted(moving)
+    toward_q, toward_u, fixed = moving.q0, moving.u0, moving.along
     drives = at.drive_rows
-    toward_q, toward_u = free[:n], free[n : 2 * n]
     if len(drives):  # driven joints are where they are to be, if that is given, and as fast
         placed = drives[_placed(model)]
         toward_q = toward_q - np.linalg.pinv(placed) @ (placed @ toward_q)
         toward_u = toward_u + np.linalg.pinv(drives) @ (_speeds_move(at) - drives @ toward_u)
     closure = at.closure_moves()
-    by_q = closure[:, :n]
-    # directions in q0, and parameters of a start that was given: projected in the metric of the mass
-    wanted = -(by_q @ toward_q + (0.0 if scene else closure[:, 2 * n :] @ fixed))
+    # directions in q0, and parameters: projected in the metric of the mass
+    wanted = -(closure[:, :n] @ toward_q + closure[:, 2 * n :] @ fixed)
     q_moves = toward_q + at.response(np.zeros((n, wanted.shape[1])), wanted)
-    if scene and len(fixed):
-        q_moves = q_moves + _assembled(at, q_given, closure) @ fixed
     whole = np.vstack([q_moves, np.zeros_like(q_moves), fixed])
-    kept = kept_rates(model) if scene and not _moves_itself(moving) and _as_given(model, u, u_given) else []
-    u_moves = _rates(at, u, u_given, whole, toward_u, scene, kept)
-    return np.vstack([q_moves, u_moves])
-
-
-def _parted(moving: Moving) -> tuple[FloatArray, FloatArray]:
-    """What q0 and u0 move by, (2 n, columns), and the arguments (arguments, columns)."""
-    return np.vstack([moving.q0, moving.u0]), moving.along
+    return np.vstack([q_moves, _projected_rates(at, u, u_given, whole, toward_u)])
 
 
 def _moves_itself(moving: Moving) -> bool:
     return bool(moving.q0.any() or moving.u0.any())
 
 
-def _apart(moving: Moving) -> tuple[Moving, Moving]:
-    """Directions of the start alone, and of the arguments alone: all that moves moves by both."""
-    none = np.zeros_like(moving.q0)
-    return replace(moving, along=np.zeros_like(moving.along)), replace(moving, q0=none, u0=none)
+def _scene_moves(model: Model, moving: Moving, q: FloatArray, u: FloatArray) -> FloatArray:
+    """What the scene's start moves by with the parameters."""
+    at, n = at_one(model, moving, 0.0, q), len(q)
+    own_q, own_u = scene_start(model)
+    none = np.zeros((n, len(moving.columns)))
+    q_moves = _closed_moves(at, own_q) if model.rows or _placed(model).any() else none
+    whole = np.vstack([q_moves, none, moving.along])
+    u_moves = _going_moves(at, u, own_u, whole) if model.rows or model.data["drives"] else none
+    return _first_link_moves(at, np.vstack([q_moves, u_moves]), u)
 
 
-def _as_given(model: Model, x: FloatArray, given: FloatArray) -> bool:
-    """Whether the rates that the scene gives are those of the start."""
-    kept = kept_rates(model)
-    near = start_miss(model.core.REAL, model.length)
-    return bool(np.all(np.abs(x - given)[kept] <= near * (1.0 + np.abs(given[kept]))))
+def _closed_moves(at: Local, own: FloatArray) -> FloatArray:
+    """What a configuration (n, columns) moves by that is closed anew from the scene's ``own``.
 
-
-def _assembled(at: Local, q_given: FloatArray, closure: FloatArray) -> FloatArray:
-    """What the configuration (n, arguments) nearest to that of the scene moves by with the parameters.
-
-    It has T'T (q - q_given) + R' nu = 0 and is closed, R being the rows of the closure, of the driven joints whose
-    places are given, and of the coordinates that stay: the derivative of both solves the same system with what they
-    miss by.
+    It has W (q - near) + R' nu = 0 and is closed, R being the rows of the closure, of the driven joints whose places
+    are given, and of the coordinates that stay: the derivative of both solves the same system with what they miss by.
     """
-    model, n, rows = at.model, len(at.q), len(at.model.rows)
-    T = model.displacements()
-    W = T.T @ T
-    placed = _placed(model)
-    kept = kept_places(model)
-    if np.max(np.abs(at.q - q_given)[kept], initial=0.0) > start_miss(model.core.REAL, model.length):
-        kept = []  # the loops are not closed so
-    R = np.vstack([at.closure_rows, at.drive_rows[placed], np.eye(n)[kept]])
-    if not len(R):
-        return np.zeros((n, closure.shape[1] - 2 * n))
-    pull = -W @ (at.q - q_given)
-    nu = np.asarray(np.linalg.lstsq(R.T, pull, rcond=1e-12)[0], dtype=float)
+    model, n, rows, closure = at.model, len(at.q), len(at.model.rows), at.closure_moves()
+    closed = closed_anew(model, own)
+    R = np.vstack([at.closure_rows, at.drive_rows[_placed(model)], np.eye(n)[closed.kept]])
+    nu = np.asarray(np.linalg.lstsq(R.T, closed.weights @ (closed.near - at.q), rcond=1e-12)[0], dtype=float)
     # jump: A' lambda - M 0, by q and the arguments
     turned = at.tangent("jump", n + rows, np.zeros(n), ("q", "k"), multipliers=nu[:rows])[:n]
-    system = np.block([[W + turned[:, :n], R.T], [R, np.zeros((len(R), len(R)))]])
+    system = np.block([[closed.weights + turned[:, :n], R.T], [R, np.zeros((len(R), len(R)))]])
     right = -np.vstack([turned[:, 2 * n :], closure[:, 2 * n :], np.zeros((len(R) - rows, closure.shape[1] - 2 * n))])
+    return np.asarray(np.linalg.lstsq(system, right, rcond=1e-13)[0][:n] @ at.moving.along)
+
+
+def _going_moves(at: Local, u: FloatArray, own: FloatArray, whole: FloatArray) -> FloatArray:
+    """What rates (n, columns) move by that are set going anew from the scene's ``own``, likewise, where configuration
+    and arguments move by ``whole``."""
+    model, n, rows = at.model, len(at.q), len(at.model.rows)
+    going = going_anew(model, at.q, own)
+    R = np.vstack([at.drive_rows, np.eye(n)[going.kept], at.closure_rows])
+    y = np.asarray(np.linalg.lstsq(R.T, going.weights @ (going.near - u), rcond=1e-12)[0], dtype=float)
+    pulled = at.tangent("jump", n + rows, np.zeros(n), ("q", "k"), multipliers=y[len(R) - rows :])[:n] @ whole
+    system = np.block([[going.weights, R.T], [R, np.zeros((len(R), len(R)))]])
+    kept = np.zeros((len(going.kept), whole.shape[1]))
+    right = np.vstack([-pulled, _speeds_move(at), kept, -at.closure_rates_move(u) @ whole])
     return np.asarray(np.linalg.lstsq(system, right, rcond=1e-13)[0][:n])
+
+
+def _first_link_moves(at: Local, moves: FloatArray, u: FloatArray) -> FloatArray:
+    """The same (2 n, columns) of a start that floats with its first link where it was, whatever its root is: how that
+    link's frame moves seen from the root is known by differences."""
+    model, q = at.model, at.q
+    if not floats_by_another(model):
+        return moves
+    n = len(q)
+    root = [i for i, (kind, _) in enumerate(model.data["coordinates"]) if kind in ("x", "y")]
+    shaped = [name for name in at.moving.arguments if name in shape_parameters(model)]
+    moves = moves.copy()
+    moves[[*root, *(n + i for i in root)]] = 0.0
+    for column, change in enumerate(moves.T):
+        by = dict(zip(at.moving.arguments, at.moving.along[:, column].tolist(), strict=True))
+
+        def first(h: float, change: FloatArray = change, by: dict[str, float] = by) -> FloatArray:
+            other = model.with_parameters({name: model.parameters[name] + h * by[name] for name in shaped})
+            state = q + h * change[:n], u + h * change[n:]
+            return np.append(other.poses(state[0])[0, :2], other.velocities(*state)[0, :2])
+
+        h = STEP / max(1e-300, float(np.max(np.abs(change))), max((abs(by[name]) for name in shaped), default=0.0))
+        near, far = ((first(k * h) - first(-k * h)) / (2.0 * k * h) for k in (1.0, 2.0))
+        moves[[*root, *(n + i for i in root)], column] = -(4.0 * near - far) / 3.0
+    return moves
 
 
 def _placed(model: Model) -> NDArray[np.bool_]:
@@ -117,28 +138,14 @@ def _placed(model: Model) -> NDArray[np.bool_]:
     return np.array([drive["position"] is not None for drive in model.data["drives"]], dtype=bool)
 
 
-def _rates(
-    at: Local,
-    u: FloatArray,
-    u_given: FloatArray,
-    whole: FloatArray,
-    toward: FloatArray,
-    scene: bool,
-    kept: Sequence[int],
+def _projected_rates(
+    at: Local, u: FloatArray, u_given: FloatArray, whole: FloatArray, toward: FloatArray
 ) -> FloatArray:
-    """What the rates (n, columns) of a start move by: as little off the given ones as shuts the loops, with driven
-    joints as fast as they are to be, and the rates of the coordinates ``kept`` as they are."""
+    """What the rates (n, columns) of a start that was given move by: as little off the given ones as shuts the loops,
+    in the metric of the mass, driven joints held."""
     model, n, rows = at.model, len(at.q), len(at.model.rows)
     turned = at.closure_rates_move(u)
     bent = turned[:, :n] @ whole[:n] + turned[:, 2 * n :] @ whole[2 * n :]
-    if scene and (model.data["drives"] or kept):
-        R = np.vstack([at.drive_rows, np.eye(n)[list(kept)], at.closure_rows])
-        y = np.asarray(np.linalg.lstsq(R.T, u - u_given, rcond=1e-12)[0], dtype=float)
-        held = at.tangent("jump", n + rows, np.zeros(n), ("q", "k"), multipliers=y[len(R) - rows :])[:n]
-        pulled = held @ whole
-        speeds = np.vstack([_speeds_move(at), np.zeros((len(kept), whole.shape[1]))])
-        wanted = np.vstack([speeds, -bent]) - R @ (pulled + toward)
-        return np.asarray(toward + pulled + np.linalg.pinv(R, rcond=1e-12) @ wanted)
     jump = np.ascontiguousarray(u - u_given)
     held = np.zeros((n, whole.shape[1]))
     if jump.any():  # else no impulse has put it onto the closure
