@@ -92,7 +92,7 @@ sanitize: $(SANITIZED)/installed
 
 $(SANITIZED)/installed: $(COMPILED) pyproject.toml setup.py $(wildcard generator/*/*.py runtime/*.py runtime/*/*.py)
 	$(PYTHON) -m venv --clear $(SANITIZED)
-	CFLAGS="$(SANITIZERS) -g -O1" LDFLAGS="$(SANITIZERS)" $(SANITIZED)/bin/python -m pip --disable-pip-version-check install --quiet \
+	CCGEN_CORES=all CFLAGS="$(SANITIZERS) -g -O1" LDFLAGS="$(SANITIZERS)" $(SANITIZED)/bin/python -m pip --disable-pip-version-check install --quiet \
 		'.[test]'
 	@touch $@
 
@@ -111,7 +111,7 @@ coverage: $(COVERED)/installed
 
 $(COVERED)/installed: $(COMPILED) pyproject.toml setup.py $(wildcard generator/*/*.py runtime/*.py runtime/*/*.py)
 	$(PYTHON) -m venv --clear $(COVERED)
-	CCGEN_LAST_FLAGS="$(COVERAGE)" LDFLAGS="--coverage" CCGEN_BUILD_BASE=$(COVERED)/build \
+	CCGEN_CORES=all CCGEN_LAST_FLAGS="$(COVERAGE)" LDFLAGS="--coverage" CCGEN_BUILD_BASE=$(COVERED)/build \
 		$(COVERED)/bin/python -m pip --disable-pip-version-check install --quiet '.[test]'
 	@touch $@
 

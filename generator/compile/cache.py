@@ -70,7 +70,7 @@ def fetch_or_build(key: str, target: Path, build: Callable[[Path], None]) -> boo
     from filelock import FileLock
 
     check_place(target)
-    with _writing(cache_folder(), private=True) as store, _writing(store / "models") as models:
+    with writing(cache_folder(), private=True) as store, writing(store / "models") as models:
         stored = models / key[:32]
         with FileLock(store / f"{key[:32]}.lock"):
             built = not is_current(stored, key)
@@ -78,7 +78,7 @@ def fetch_or_build(key: str, target: Path, build: Callable[[Path], None]) -> boo
                 with staging(models, own=True) as fresh:
                     build(fresh)
                     put(fresh, stored, own=True)
-            with _writing(target.parent), staging(target.parent) as fresh:
+            with writing(target.parent), staging(target.parent) as fresh:
                 for name in parts_of(stored):
                     shutil.copyfile(stored / name, fresh / name)
                 put(fresh, target)
@@ -86,7 +86,7 @@ def fetch_or_build(key: str, target: Path, build: Callable[[Path], None]) -> boo
 
 
 @contextmanager
-def _writing(folder: Path, private: bool = False) -> Iterator[Path]:
+def writing(folder: Path, private: bool = False) -> Iterator[Path]:
     """A folder to write to, made where it is missing; ``private`` ones are the user's alone from the beginning."""
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)

@@ -133,7 +133,7 @@ def cythonize(folder: Path, steps: Steps) -> None:
         _text(folder, "_binding.pyx"),
     )
     command = (sys.executable, "-m", "cython", *arguments)
-    steps.fetch_or_make(folder / "_binding.c", made_from, lambda: _run(command, folder, "Cython"))
+    steps.fetch_or_make(folder / "_binding.c", made_from, lambda: run_command(command, folder, "Cython"))
 
 
 def compile_model(
@@ -159,7 +159,7 @@ def compile_model(
     # names that all models have mean those of the same file, whatever other models are loaded
     shared = ("-bundle", "-undefined", "dynamic_lookup") if sys.platform == "darwin" else ("-shared", "-Wl,-Bsymbolic")
     linked = ("-std=c11", "-fPIC", *shared, "_names.c", *objects)
-    _run((*compiler.command, *linked, "-lm", "-o", extension_file(module)), folder, "the linker")
+    run_command((*compiler.command, *linked, "-lm", "-o", extension_file(module)), folder, "the linker")
     for rest in ("_names.c", *objects):
         (folder / rest).unlink()
 
@@ -175,19 +175,19 @@ def _compile(compiler: Compiler, flags: tuple[str, ...], source: str, folder: Pa
     command = (*compiler.command, *flags, "-c", source)
     result = folder / source.replace(".c", ".o")
     made_from = (*(text.encode() for text in said), seen)
-    steps.fetch_or_make(result, made_from, lambda: _run(command, folder, "the C compiler"))
+    steps.fetch_or_make(result, made_from, lambda: run_command(command, folder, "the C compiler"))
 
 
 def _preprocessed(compiler: Compiler, flags: tuple[str, ...], source: str, folder: Path) -> bytes:
     """What the compiler reads of a source: headers and macros put in, comments left out."""
-    return _run((*compiler.command, *flags, "-E", "-P", source), folder, "the C compiler").encode()
+    return run_command((*compiler.command, *flags, "-E", "-P", source), folder, "the C compiler").encode()
 
 
 def _text(folder: Path, name: str) -> bytes:
     return (folder / name).read_bytes()
 
 
-def _run(command: tuple[str, ...], folder: Path, what: str) -> str:
+def run_command(command: tuple[str, ...], folder: Path, what: str) -> str:
     """What a command prints."""
     try:
         done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)

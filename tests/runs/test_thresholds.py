@@ -10,19 +10,19 @@ import pytest
 from typer.testing import CliRunner
 
 from ccgen.generator.cli.app import app
-from ccgen.runtime import _core, _float, _wide
+from ccgen.runtime import _core
 from ccgen.runtime.model.thresholds import thresholds
+from ccgen.runtime.precision import CORES, core_of
 
 from ..support.folders import ROOT
 from ..support.workshop import Workshop
 
-CORES = {"float": _float, "double": _core, "wide": _wide}
 FALLING = ROOT / "scenes" / "falling-hexagon.toml"
 
 
 @pytest.mark.parametrize("precision", CORES)
 def test_what_one_lets_pass_another_catches(precision: str) -> None:
-    core = CORES[precision]
+    core = core_of(precision)
     wrong = [
         (less, more)
         for less, more in core.TOLERANCE_ORDERS

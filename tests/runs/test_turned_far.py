@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ccgen.runtime import _core, _float, _wide, simulate
+from ccgen.runtime import _core, simulate
 from ccgen.runtime.model.tolerances import largest_angle
+from ccgen.runtime.precision import core_of
 
 from ..support.command_line import ccgen
 from ..support.endings import ending
@@ -41,8 +42,8 @@ def model(workshop: Workshop) -> Any:
 
 def test_the_limit_is_that_of_the_numbers() -> None:
     assert largest_angle(_core) == pytest.approx(LIMIT, rel=1e-12)
-    assert largest_angle(_float) == pytest.approx(1e4, rel=0.01)
-    assert largest_angle(_wide) == pytest.approx(1e-6 / float(np.finfo(_wide.REAL).eps), rel=1e-12)
+    assert largest_angle(core_of("float")) == pytest.approx(1e4, rel=0.01)
+    assert largest_angle(core_of("wide")) == pytest.approx(1e-6 / float(np.finfo(core_of("wide").REAL).eps), rel=1e-12)
 
 
 @pytest.mark.parametrize("method", ["gauss", "dop853", "dopri5", "radau"])
@@ -71,7 +72,7 @@ def test_going_on_from_there_ends_at_once(model: Any) -> None:
 
 def test_in_floats_and_where_the_motion_is_prescribed(workshop: Workshop) -> None:
     run = simulate(workshop.model(SPUN, precision="float"))
-    assert ending(run) == "turned_far" and np.abs(run.q).max() <= largest_angle(_float)
+    assert ending(run) == "turned_far" and np.abs(run.q).max() <= largest_angle(core_of("float"))
     driven = SPUN.replace("[[motor]]", "[[drive]]").replace("torque = 1e10", "speed = 1e10")
     run = simulate(workshop.model(driven))
     assert ending(run) == "turned_far" and run.t[-1] == pytest.approx(LIMIT / 1e10, rel=1e-8)
