@@ -50,7 +50,12 @@ def at_start(model: Model) -> Model:
             f"{found.name}: found other coordinates or loops than those of {model.name}, expected the same; generate "
             "both with one plan"
         )
-    return found if model._begin is None else found.with_start(*model._begin)
+    begin = model._begin
+    if begin is None:
+        return found
+    known = dict(zip(model.parameters, begin.values, strict=True))
+    values = tuple(known.get(path, value) for path, value in found.parameters.items())
+    return Model(found._descriptor, found.data, found._parameters, found.folder, begin._replace(values=values))
 
 
 def of_all_contacts(whole: Model, model: Model, values: FloatArray) -> FloatArray:

@@ -70,7 +70,7 @@ class HybridState:
         target = read_path(path, "an .npz file")
         if target.suffix != ".npz":
             raise ValueError(f"a state is saved as .npz, found {target.name!r}; use another name")
-        arrays = {
+        arrays: dict[str, Any] = {
             "model": np.array(self.model),
             "t": np.array(self.t),
             "q": self.q,

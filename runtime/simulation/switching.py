@@ -50,12 +50,12 @@ class Safe:
     pieces: tuple[Piece, ...]
     strikes: tuple[tuple[int, Impact], ...]
     changes: tuple[JointChange, ...]
-    unexplained: float
+    missed: tuple[tuple[int, float], ...]
     nfev: int
 
     def run(self) -> SwitchedRun:
         """The run up to there."""
-        return joined(self.whole, self.pieces, self.strikes, self.changes, self.unexplained, self.nfev, None)
+        return joined(self.whole, self.pieces, self.strikes, self.changes, self.missed, self.nfev, None)
 
 
 @dataclass
@@ -238,7 +238,7 @@ def _show(walk: Walk, run: Run) -> None:
     """The walk with a run that no change comes along is kept where it is interrupted."""
     pieces = (*walk.pieces, Piece(walk.structure, run, walk.anew))
     nfev = walk.nfev + run.nfev
-    walk.safe = Safe(walk.whole, pieces, tuple(walk.strikes), tuple(walk.changes), walk.unexplained, nfev)
+    walk.safe = Safe(walk.whole, pieces, tuple(walk.strikes), tuple(walk.changes), tuple(walk.missed), nfev)
     rows = walk.rows + len(run.t)
     if walk.look is not None and rows >= walk.wanted:
         walk.wanted = walk.look(walk.safe.run())
