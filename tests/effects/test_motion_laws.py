@@ -204,6 +204,23 @@ def test_cams_have_the_same_laws(law: LawOfRise, workshop: Workshop) -> None:
                 assert piece.lift(at, order) == pytest.approx(_inside(rise, at, order, one), abs=1e-7)
 
 
+def test_a_follower_goes_as_the_modified_trapezoid_says(workshop: Workshop) -> None:
+    """Pressed by its weight onto a cam that a drive turns slowly: the lift over time is that of the rise."""
+    lift = (
+        '[{ to = "60 deg" }, { to = "180 deg", lift = 0.02, law = "modified-trapezoidal" }, '
+        '{ to = "360 deg", lift = 0, law = "modified-trapezoidal" }]'
+    )
+    text = CAM.format(lift=lift).replace('"ground.G"', '"ground.O"').replace("axis = [0, -1]", "axis = [0, 1]")
+    text = text.replace("guide = 0.5", "guide = 0.12").replace("restitution = 0", 'restitution = 0\nangle = "90 deg"')
+    run = simulate(workshop.model(text + '[[drive]]\njoint = "axle"\nspeed = -2\n[gravity]\n[run]\nuntil = 3\n'))
+    assert run.success and not run.impacts, run.message
+    ends = ((0.0, 0.12), (math.pi / 3.0, 0.12), (math.pi, 0.14), (2.0 * math.pi, 0.12))
+    rise = Rises(ends, (None, "modified-trapezoidal", "modified-trapezoidal"), "rest")
+    place = run.model.q_of.index("guide.slide")
+    for t in np.linspace(0.0, 3.0, 100).tolist():
+        assert run.at(t)[0][place] == pytest.approx(rise.at(2.0 * t), abs=1e-12)
+
+
 def _inside(rise: Rises, at: float, order: int, one: Any) -> float:
     """A derivative within a piece, at its ends too."""
     return rise.slope_at(min(max(at, one.start + 1e-9), one.end - 1e-9), order)
