@@ -128,7 +128,7 @@ def test_other_numbers(precision: str, seed: int, workshop: Workshop) -> None:
 def let_go(since: float, until: float) -> str:
     """The beam, which a motor holds against its weight exactly, and half as much at the end of a ramp."""
     weight = float(0.8 * 9.81 * 0.25 * np.cos(1.0))
-    resisted = BEAM.split("[[joint_friction]]")[0].replace("torque = 0.5", "torque = 0.3")
+    resisted: str = BEAM.split("[[joint_friction]]")[0].replace("torque = 0.5", "torque = 0.3")
     rows = f"[[0.0, {weight!r}], [{since!r}, {weight!r}], [{until!r}, {0.5 * weight!r}]]"
     return resisted + f'[[motor]]\njoint = "hinge"\ntable = {rows}\n[gravity]\n[start]\nangles = {{ beam = 1.0 }}\n'
 

@@ -199,9 +199,7 @@ def disc(values: Values) -> Callable[[float, Array], Array]:
     def rate(_: float, y: Array) -> Array:
         depth, sinks = 0.1 - normal @ y[:2], -normal @ y[3:5]
         slip = along @ y[3:5] + 0.1 * y[5]
-        force = 0.0
-        if depth.real > 0.0:
-            force = get("mat.load") * (depth / 1e-3) ** 1.5 * (1.0 + get("mat.damping") * sinks)
+        force = get("mat.load") * (max(float(depth), 0.0) / 1e-3) ** 1.5 * (1.0 + get("mat.damping") * sinks)
         friction = -get("mat.friction") * force * np.tanh(slip / get("mat.slip_speed"))
         load = force * normal + friction * along
         return np.array(

@@ -192,8 +192,7 @@ static void finish(struct gauss *g, const struct system *s, double h, struct tol
         const double size_of = h * (fabs(c[1]) + fabs(c[2]) + fabs(c[3]));
         first += scale > 0.0 ? (size_of / scale) * (size_of / scale) : 0.0;
     }
-    /* coefficients do not shrink as each other where a load begins as a root: the end sees then what the polynomial misses */
-    g->first = s->model->switches ? 0.0 : sqrt(first / size);
+    g->first = sqrt(first / size);
 }
 
 /* The step by DOP853. */
