@@ -349,6 +349,9 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
     X(CROWDED_SPEED, CCGEN_LIMIT(1e-8, 1e-3), OF_SPEED, \
       "a closed contact that moves slower is at rest where events crowd; the speed doubles with their number", \
       "a hundred times what rests else (REST_SPEED): a bounce at it is no higher than 1e-16 of the length, the rounding of places") \
+    X(SEEN, CCGEN_LIMIT(1e-6, 1e-2), OF_SPEED, \
+      "what moves faster does not rest for crowds of events; of the fastest speed in the window where that is less", \
+      "a contact that is stopped from it takes 1e-12 of the energy that moves, and changes the speeds of others by no more") \
     X(COLLISION, 1e3, OF_RELATIVE, \
       "times the speed of what rests: an impact without collision that changes velocities by less is none", \
       "it is found from an approach at that speed (REST_SPEED), which itself changes velocities by as much, times how much slower a contact is than what moves it") \
@@ -371,8 +374,11 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
       "events within such a time crowd", \
       "ten times the time in which bounces are over (REST_TIME)") \
     X(CROWD, 200.0, OF_RELATIVE, \
-      "events within an instant (INSTANT): what bounces is at rest, and after twice as many time stepping goes on", \
+      "events within an instant (INSTANT): what bounces is at rest, and after twice as many that are no impacts time stepping goes on", \
       "bounces of nine tenths of the speed before have come to 10^-9 of it by then") \
+    X(SETTLES, 14000.0, OF_RELATIVE, \
+      "events within an instant, impacts each, after which time stepping goes on: till then what moves (SEEN) strikes on", \
+      "bounces of 0.999 of the speed before have come to 10^-6 of it by then") \
     X(RATTLE, 1000.0, OF_RELATIVE, \
       "events in a row between which no closed contact moves: what bounces is at rest", \
       "chosen: they take time, and are bounces of rounding; five times as many as without time (CROWD)") \
@@ -413,6 +419,8 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
     X(ADRIFT, COARSEST_GAP) \
     X(STILL, CREEP) \
     X(REST_SPEED, CROWDED_SPEED) \
+    X(CROWDED_SPEED, SEEN) \
+    X(CROWD, SETTLES) \
     X(EDGE, EDGE_GIVEN) \
     X(REST_TIME, INSTANT) \
     X(SHORTEST, REST_TIME) \

@@ -6,13 +6,15 @@
  *     N u_dot + dN/dt u = N (u_dot_free + Y P) + dN/dt u = 0,    W P = -(N u_dot_free + dN/dt u),    W = N Y.
  *
  * Where a contact slides, its normal force brings friction with it: its column is that of N^T - mu sign(slip) T^T, and W is
- * no longer symmetric. Where W loses digits because contacts nearly depend on each other or on the closure, the caller
- * solves for both together on the robust path (docs/theory, section 8), with forces of least norm.
+ * no longer symmetric. Where contacts depend on each other, as the feet of a table, P is that of least norm. Where W loses digits because contacts nearly depend on each
+ * other or on the closure, the caller solves for both together on the robust path (docs/theory, section 8).
  */
 #include "constraints/contact_forces.h"
 
+#include <math.h>
 #include <string.h>
 
+#include "algebra/dependent.h"
 #include "algebra/elimination.h"
 #include "algebra/semidefinite.h"
 #include "base/tolerances.h"
@@ -32,6 +34,8 @@ struct problem {
     double *columns;       /* [rows][n] motion that each gives, loops held shut */
     double *answers;       /* [rows][width of a column] rates of all contacts that it gives */
     double *W;             /* [rows][rows] rates of the rows */
+    double *whole;         /* [rows][rows] the same, for who needs it again */
+    double *weight;        /* [rows] one over the norm of what pushes with a row */
     double *scratch;       /* [rows][rows] of the solution */
     double *wanted;        /* [rows] rates that are to be brought about; then the forces that do it */
     double *found;         /* [rows] rates of the motion without them */
@@ -47,12 +51,36 @@ static int take_problem(const struct system *s, size_t rows, struct problem *p)
     p->columns = TAKE(arena, double, rows * s->n);
     p->answers = TAKE(arena, double, (rows * width));
     p->W = TAKE(arena, double, (rows * rows));
+    p->whole = TAKE(arena, double, (rows * rows));
+    p->weight = TAKE(arena, double, rows);
     p->scratch = TAKE(arena, double, (rows * rows));
     p->wanted = TAKE(arena, double, rows);
     p->found = TAKE(arena, double, rows);
     p->rates = TAKE(arena, double, contacts);
     p->slips = TAKE(arena, double, contacts);
     return arena->ran_out;
+}
+
+/* p->wanted <- the forces that bring it about; of contacts that depend on each other, but not nearly, and let the closure be, those of least norm. Nonzero as
+ * `push` says */
+static int solve_sticking_or_shared(struct system *s, int rows, struct problem *p, int friction)
+{
+    if (!solve_definite_well(rows, p->W, p->wanted, p->scratch))
+        return 0;
+    if (!friction || solve_dependent(s->arena, rows, p->W, p->wanted, p->weight, p->scratch))
+        return 1;
+    memcpy(p->wanted, p->scratch, rows * sizeof *p->wanted);
+    return 0;
+}
+
+/* The same where some slide */
+static int solve_sliding_or_shared(struct system *s, int rows, struct problem *p)
+{
+    const size_t all = (size_t)rows * rows;
+    memcpy(p->whole, p->W, all * sizeof *p->W);
+    memcpy(p->scratch, p->wanted, rows * sizeof *p->wanted);
+    const int wrong = solve_sliding(rows, p->W, p->wanted);
+    return wrong == 1 ? solve_dependent(s->arena, rows, p->whole, p->scratch, p->weight, p->wanted) : wrong;
 }
 
 /* Forces (impulses) whose columns bring the rates by p->wanted[rows] further, added to motion[n]; nonzero where they, or the
@@ -67,8 +95,11 @@ static int push(struct system *s, const double *q, int rows, int friction, struc
         const int i = h->of[j], contact = h->set[i], slides = friction ? against(h->mode[i]) : 0;
         double *unit = p->units + (size_t)j * width;
         unit[j < h->count ? contact : c + contact] = j < h->count ? lever_of(s, contact) : 1.0;
-        if (slides)
+        p->weight[j] = 1.0;
+        if (slides) {
             unit[c + contact] = -slides * s->friction[contact];
+            p->weight[j] = 1.0 / hypot(1.0, s->friction[contact]);
+        }
         sliding |= slides;
     }
     if (m->contact_response(s->k, q, rows, p->units, p->columns, p->answers))
@@ -77,8 +108,7 @@ static int push(struct system *s, const double *q, int rows, int friction, struc
         for (int i = 0; i < rows; i++)
             p->W[i * rows + j] = p->answers[(size_t)j * width + h->set[h->of[i]] + (i < h->count ? 0 : c)] *
                                  (i < h->count ? lever_of(s, h->set[i]) : 1.0);
-    const int wrong =
-        sliding ? solve_sliding(rows, p->W, p->wanted) : solve_definite_well(rows, p->W, p->wanted, p->scratch);
+    const int wrong = sliding ? solve_sliding_or_shared(s, rows, p) : solve_sticking_or_shared(s, rows, p, friction);
     if (wrong)
         return wrong;
     memcpy(h->force, p->wanted, rows * sizeof *h->force);

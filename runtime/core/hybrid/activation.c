@@ -1,7 +1,6 @@
 /* From the forces of a decision to the active set: which contacts stick, slide, stay at their limit, touch, and are carried. */
 #include "hybrid/activation.h"
 
-#include <float.h>
 #include <math.h>
 
 #include "base/tolerances.h"
@@ -98,12 +97,6 @@ static void activate_staying(struct phase *f, struct decision *d, int limits)
         k++;
     }
     activate(f->s->active, count, f->set, mode);
-    double most = DBL_MIN;
-    for (int i = 0; d->all > d->count && i < d->count; i++)
-        most = fmax(most, stays(d, i) ? d->mu[d->contact[i]] * d->P[i] : 0.0);
-    for (int i = 0, k = 0, row = count; i < d->count; i++)
-        if (stays(d, i) && mode[k++] == STICK)
-            f->s->active->weight[row++] = sqrt(d->mu[d->contact[i]] * d->P[i] / most);
 }
 
 /* Hold those too that neither push nor open; what has just stirred is not asked again. */

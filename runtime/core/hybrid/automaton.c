@@ -36,8 +36,9 @@ static int chatters(const struct automaton *a, struct phase *f, double since)
 /* Bring bounces to rest that are the slower the fewer events a window has had: where events become ever more, bounces are ever
  * smaller, and would never end. Only events of contacts
  * that have had more than ORDINARY themselves count: many bodies that each strike now and then are no crowd. A ball with e = 0.99 has come to bounces of 10^-12 of the height that it fell from in the last second, one with 0.999 to a
- * millionth, when a two-hundredth of the steps and events that a window may have are spent, which are 1000. The speed then doubles so that it
- * comes to a length in a window before as many again have gone by. An event costs as the mechanism has coordinates: with more than a few it
+ * millionth, when a two-hundredth of the steps and events that a window may have are spent, which are 1000. The speed then doubles
+ * with their number, up to SEEN of the fastest that anything has been in the window, and no further: what is faster is a motion, and goes on event by
+ * event, or by time stepping where a window has too many. An event costs as the mechanism has coordinates: with more than a few it
  * may have fewer, in proportion, so that windows cost alike, but EACH for every contact that crowds: bounces of two thirds of the speed before have come
  * to 10^-11 of it by then. */
 static void slow_down(struct automaton *a, struct phase *f)
@@ -47,8 +48,11 @@ static void slow_down(struct automaton *a, struct phase *f)
         a->window = f->t;
         a->earlier = a->events;
         a->crowd = 0;
+        a->quick = 0.0;
         memset(f->met, 0, f->s->model->contacts * sizeof *f->met);
     }
+    a->quick = fmax(a->quick, fastest(f->s, f->y + f->s->n) * f->s->time);
+    f->at.seen = SEEN * fmin(1.0, a->quick);
     if (a->event.watch != CLOSES) /* those that close are counted as they strike, with those that strike beside them */
         f->met[a->event.contact]++;
     a->crowd += f->met[a->event.contact] > (int)ORDINARY;
@@ -58,7 +62,7 @@ static void slow_down(struct automaton *a, struct phase *f)
     const long most = run->rate_budget / 200, n = f->s->n;
     const long share = n > (long)FEW ? most * (long)FEW / n : most, patience = share > crowded ? share : crowded;
     const long beyond = a->crowd - patience, each = patience / 32 + 1;
-    f->at.slow = beyond <= 0 ? 0.0 : fmin(ldexp(CROWDED_SPEED, (int)(beyond / each)), 1.0);
+    f->at.slow = beyond <= 0 ? 0.0 : fmin(ldexp(CROWDED_SPEED, (int)fmin((double)(beyond / each), 64.0)), f->at.seen);
     if (f->at.slow > 0.0) /* contacts that move faster and rest for it note that themselves */
         run->rest_speed = fmax(run->rest_speed, REST_SPEED * f->s->length / f->s->time);
 }
@@ -73,7 +77,7 @@ static enum outcome meet(struct automaton *a, struct phase *f)
     }
     a->at_once++;
     a->crowds = a->still >= (long)RATTLE || a->at_once > (long)CROWD;
-    if (a->at_once > 2 * (long)CROWD) {
+    if (a->at_once > 2 * (long)CROWD && !(a->struck && a->at_once <= (long)SETTLES)) {
         f->run->contact = a->event.contact;
         return OUTCOME_ACCUMULATION;
     }
@@ -145,7 +149,7 @@ static enum outcome select_held(struct automaton *a, struct phase *f)
 static void hand_over(struct automaton *a, struct phase *f)
 {
     struct run *run = f->run;
-    f->at = (struct progress){.place = NAN, .slow = f->at.slow};
+    f->at = (struct progress){.place = NAN, .seen = f->at.seen, .slow = f->at.slow};
     f->h = 0.0;
     a->event = NO_EVENT;
     a->loss = NO_LOSS;

@@ -20,6 +20,7 @@
 #include "base/tolerances.h"
 #include "complementarity/complementarity.h"
 #include "complementarity/friction.h"
+#include "complementarity/sharing.h"
 #include "constraints/delassus.h"
 #include "constraints/mobility.h"
 #include "constraints/twins.h"
@@ -62,6 +63,35 @@ static int solve_rough(struct arena *arena, struct decision *d, int m)
     return wrong;
 }
 
+/* Of the forces x at m contacts, from the parts of the problem that are theirs, those of least norm that do the same: what opens has none, and what begins to slide is
+ * at its limit. */
+static void share(struct arena *arena, struct decision *d, int m, double *x)
+{
+    struct part *p = &d->part;
+    const int width = d->all > d->count ? 2 * m : m;
+    const struct mark mark = arena->top;
+    signed char *side = TAKE_ZEROS(arena, signed char, m);
+    char *leaves = TAKE_ZEROS(arena, char, m);
+    double scale = 0.0;
+    for (int i = 0; i < width; i++)
+        scale = fmax(scale, fabs(p->b[i]));
+    for (int i = 0; i < width && !arena->ran_out; i++) {
+        double z = p->b[i];
+        for (int j = 0; j < width; j++)
+            z += p->W[(size_t)i * width + j] * x[j];
+        if (i < m) {
+            leaves[i] = z > PRESSED * scale;
+            side[i] = width > m ? p->mode[i] : 0;
+        } else if (!side[i - m] && fabs(z) > PRESSED * scale)
+            side[i - m] = z > 0.0 ? 1 : -1;
+    }
+    const struct shared problem = {
+        .n = m, .rows = width, .W = p->W, .mu = p->mu, .side = side, .leaves = leaves, .arena = arena};
+    if (!arena->ran_out)
+        share_forces(&problem, x);
+    give_back(arena, mark);
+}
+
 /* Solve for the contacts that take part, but without `except`: P[all]. */
 static enum outcome solve(struct arena *arena, struct decision *d, int except, double *P)
 {
@@ -91,6 +121,8 @@ static enum outcome solve(struct arena *arena, struct decision *d, int except, d
     const int wrong = rough ? solve_rough(arena, d, m) : solve_complementarity(arena, m, W, b, x);
     if (wrong)
         return rough && wrong == 1 ? OUTCOME_JAMMED : OUTCOME_REPEATS;
+    if (except < 0)
+        share(arena, d, m, x);
     k = 0;
     for (int i = 0; i < d->all; i++)
         if (d->in[i % n] && i % n != except)
@@ -110,8 +142,8 @@ static enum outcome release_bouncing(const struct phase *f, struct decision *d, 
         int bouncing = -1;
         for (int j = 0; j < d->count && bouncing < 0; j++) {
             const double speed = f->rates[d->contact[j]], e = f->s->restitution[d->contact[j]];
-            if (!pushes(d, j) || speed <= rest_velocity(f, d->contact[j]) || resting == ALL_REST ||
-                resting == d->contact[j])
+            if (!pushes(d, j) || speed <= rest_velocity(f, d->contact[j]) ||
+                ((resting == ALL_REST || resting == d->contact[j]) && may_rest(f, d->contact[j], speed)))
                 continue;
             if ((outcome = solve(f->s->arena, d, j, d->trial)))
                 return outcome;

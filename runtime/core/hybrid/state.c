@@ -19,7 +19,7 @@ static struct kind kind_of(const struct phase *f)
     struct kind kind;
     memset(&kind, 0, sizeof kind);
     memcpy(kind.magic, "ccgen\n", 6);
-    kind.version = 11;
+    kind.version = 12;
     kind.number = (int)sizeof(double);
     kind.size = f->s->size;
     kind.contacts = f->s->model->contacts;
@@ -59,6 +59,7 @@ static struct kind kind_of(const struct phase *f)
     NUMBER(at->cuts)                        \
     NUMBER(at->gap_uncertainty)             \
     NUMBER(at->flat)                        \
+    NUMBER(at->seen)                        \
     NUMBER(at->slow)                        \
     NUMBER(f->s->time)                      \
     NUMBER(f->s->energy)                    \
@@ -97,6 +98,7 @@ static struct kind kind_of(const struct phase *f)
     NUMBER(a->events)                       \
     NUMBER(a->still)                        \
     NUMBER(a->window)                       \
+    NUMBER(a->quick)                        \
     NUMBER(a->earlier)                      \
     NUMBER(a->crowd)                        \
     NUMBER(a->jammed)                       \

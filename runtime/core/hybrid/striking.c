@@ -20,6 +20,8 @@ struct blow {
     double *rates;         /* [contacts] scratch */
     double *du, *momentum; /* [n] scratch */
     double taken;          /* J: what the contacts take */
+    int seen;    /* whether one approaches that is too fast to lose its restitution for many impacts at one instant */
+    int plastic; /* whether one with restitution has none for that */
 };
 
 /* 0, or 1 when memory runs out */
@@ -78,7 +80,7 @@ static enum outcome strike_together(struct phase *f, struct blow *b, double *sha
 static enum outcome gather_striking(struct phase *f, int trigger, int last, struct blow *b, int *approaching)
 {
     const struct ccgen_model *m = f->s->model;
-    *approaching = b->count = 0;
+    *approaching = b->count = b->seen = b->plastic = 0;
     contact_gaps(f->s, f->y, f->gaps);
     contact_rates(f->s, f->y, f->y + f->s->n, f->rates);
     for (int c = 0; c < m->contacts; c++) {
@@ -88,8 +90,12 @@ static enum outcome gather_striking(struct phase *f, int trigger, int last, stru
     }
     const enum outcome outcome = leave_out_immovable(f, f->y, &b->count, f->set);
     for (int i = 0; i < b->count && !outcome; i++) {
-        const int c = f->set[i], rests = f->at.slow > 0.0 && fabs(f->rates[c]) <= rest_velocity(f, c);
+        const int c = f->set[i],
+                  rests = f->at.slow > 0.0 && may_rest(f, c, f->rates[c]) && fabs(f->rates[c]) <= rest_velocity(f, c);
+        const int bounces = f->s->restitution[c] > 0.0 && f->rates[c] < -rest_velocity(f, c);
         b->e[i] = last || rests ? 0.0 : f->s->restitution[c];
+        b->seen |= bounces && !may_rest(f, c, f->rates[c]);
+        b->plastic |= last && bounces;
         *approaching |= f->rates[c] < -rest_velocity(f, c) || (c == trigger && f->rates[c] < 0.0);
     }
     return outcome;
@@ -106,12 +112,15 @@ static enum outcome resolve_with(struct phase *f, int trigger, struct blow *b)
         enum outcome outcome = gather_striking(f, repeat ? -1 : trigger, repeat == (int)REPEATS, b, &approaching);
         if (outcome || !approaching)
             return outcome;
-        if (repeat > (int)REPEATS)
+        if (repeat > (int)REPEATS || (repeat == (int)REPEATS && b->seen)) {
+            run->contact = f->set[0];
             return OUTCOME_REPEATS;
+        }
         activate(f->s->active, 0, NULL, NULL); /* what was held may leave now */
         const double *u_plus = f->y1 + n;
         double share;
         outcome = strike_together(f, b, &share);
+        share = b->plastic ? 0.0 : share;
         if (outcome) {
             run->contact = f->set[0];
             return outcome;

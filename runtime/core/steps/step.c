@@ -17,13 +17,19 @@ double rest_speed(const struct phase *f)
 
 double rest_velocity(const struct phase *f, int contact)
 {
-    return rest_speed(f) * f->s->extent[contact] / f->s->time;
+    const double speed = f->s->restitution[contact] < 1.0 ? rest_speed(f) : REST_SPEED;
+    return speed * f->s->extent[contact] / f->s->time;
 }
 
 void note_rest(struct phase *f, int contact, double rate)
 {
     if (f->at.slow > 0.0)
         f->run->rest_speed = fmax(f->run->rest_speed, fabs(rate) / f->s->extent[contact] * f->s->length);
+}
+
+int may_rest(const struct phase *f, int contact, double rate)
+{
+    return f->s->restitution[contact] < 1.0 && fabs(rate) <= f->at.seen * f->s->extent[contact] / f->s->time;
 }
 
 double gap_tolerance(const struct phase *f, int contact)

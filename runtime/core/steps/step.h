@@ -34,6 +34,7 @@ struct progress {
     int cuts;                          /* steps taken up to it for what one past it that was to be cut missed */
     double gap_uncertainty;            /* gaps so small, relative to the contact's extent, are not known: flat_loop.h */
     double flat;                       /* when the state was last put where closure rows are lost */
+    double seen;                       /* speed, of lengths in a characteristic time, above which nothing rests for crowds of events */
     double slow;                       /* speed below which contacts rest where events crowd; 0: REST_SPEED */
 };
 
@@ -62,8 +63,11 @@ struct phase {
 /* speed, of lengths in a characteristic time, below which a closed contact neither opens nor closes */
 double rest_speed(const struct phase *f);
 
-/* and that speed (m/s) */
+/* and that speed (m/s); what loses nothing is not slowed down by crowds of events */
 double rest_velocity(const struct phase *f, int contact);
+
+/* Whether events that crowd may bring a closed contact to rest that moves at `rate` (m/s, rad/s) */
+int may_rest(const struct phase *f, int contact, double rate);
 
 /* A closed contact that moves at `rate` (m/s, rad/s) counts as at rest: where that is for events that crowd, the run tells how fast it was. */
 void note_rest(struct phase *f, int contact, double rate);
