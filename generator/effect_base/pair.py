@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
@@ -22,6 +23,11 @@ if TYPE_CHECKING:
     from ..derive.terms_of_effects import Let
     from ..derive.touching import TouchGap
     from ..mechanism.assembled import Assembled
+
+
+THINNEST = 1e-6
+"""Part of the mechanism's size: radii with a smaller sum are refused. A gap counts as closed from 1e-8 of it on at most
+(``COARSEST_GAP`` of the core), and what is deeper than the sum is on the other side: two digits of it are known."""
 
 
 class PairTable(Table):
@@ -118,7 +124,7 @@ def read_pair(table: PairTable, name: str, symbol: str, mechanism: Mechanism, co
     disc = find_disc(first, "the disc's", mechanism, complain)
     other = find_extent(second, mechanism, complain)
     apart = disc is not None and other is not None and on_two_links(first, disc, second, other, mechanism, complain)
-    radii = read_radii(table, name, symbol, other is not None and other[1] is not None, complain)
+    radii = read_radii(table, name, symbol, other is not None and other[1] is not None, mechanism, complain)
     if disc is None or other is None or not apart or radii is None:
         return None
     if not check_carriers(table, radii, mechanism, complain):
@@ -140,7 +146,7 @@ def check_carriers(
 
 
 def read_radii(
-    table: PairTable, name: str, symbol: str, edge: bool, complain: Complain
+    table: PairTable, name: str, symbol: str, edge: bool, mechanism: Mechanism, complain: Complain
 ) -> tuple[Parameter | None, Parameter | None] | None:
     """Radii of both sides: one parameter for two discs if the scene gives one number, which an edge does not share."""
     given = table.radius
@@ -152,6 +158,14 @@ def read_radii(
             "normal; give one of them a radius",
         )
         return None
+    if one + other < (thinnest := THINNEST * _size(mechanism)):
+        complain(
+            ("radius",),
+            f"found radii with the sum {one + other:.6g} m, expected at least {thinnest:.6g} m, a millionth of the "
+            "mechanism's size, because a gap counts as closed from a hundredth of that on, and what is through by the "
+            "sum is on the other side; make one of them larger",
+        )
+        return None
     if not isinstance(given, list):
         both = Parameter(f"{name}.radius", symbol, one, NOT_NEGATIVE)
         return both, None if edge else both
@@ -160,3 +174,9 @@ def read_radii(
         Parameter(paths[0], f"{symbol}_0", one, NOT_NEGATIVE) if one else None,
         Parameter(paths[1], f"{symbol}_1", other, NOT_NEGATIVE) if other else None,
     )
+
+
+def _size(mechanism: Mechanism) -> float:
+    """The distance (m) of the farthest point from its link's origin; 1 where all are there."""
+    points = [point.values() for link in mechanism.links for point in link.points.values()]
+    return max((math.hypot(*point) for point in points), default=0.0) or 1.0

@@ -139,7 +139,7 @@ def _build_outlines(table: TouchTable, index: int, mechanism: Mechanism, complai
         complain(("between", 1), f"found {shown(table.between[1])}, expected the disc's centre first; swap the sides")
         return None
     apart = None not in bodies and _outlines_apart(table, bodies, mechanism, complain)
-    radii = read_radii(table, name, f"rt_{index}", True, complain)
+    radii = read_radii(table, name, f"rt_{index}", True, mechanism, complain)
     if first is None or second is None or not apart or radii is None:
         return None
     if not check_carriers(table, radii, mechanism, complain):

@@ -202,6 +202,8 @@ static int may_step(const struct automaton *a, const struct phase *f, enum outco
     case OUTCOME_REPEATS:
     case OUTCOME_ACCUMULATION:
         return 1;
+    case OUTCOME_INEXACT: /* of contacts: steps may ask others */
+        return a->stage != MOVE;
     case OUTCOME_GAINED:
         return f->run->on_gain == GAIN_REDUCES;
     case OUTCOME_CROWDED: /* by steps in flight is no matter of contacts, but where links all but lie in a line */

@@ -93,8 +93,9 @@ static void share(struct arena *arena, struct decision *d, int m, double *x)
 }
 
 /* Solve for the contacts that take part, but without `except`: P[all]. */
-static enum outcome solve(struct arena *arena, struct decision *d, int except, double *P)
+static enum outcome solve(const struct phase *f, struct decision *d, int except, double *P)
 {
+    struct arena *arena = f->s->arena;
     const int n = d->count, rough = d->all > n;
     double *W = d->part.W, *b = d->part.b, *mu = d->part.mu, *x = d->part.x;
     signed char *mode = d->part.mode;
@@ -120,7 +121,10 @@ static enum outcome solve(struct arena *arena, struct decision *d, int except, d
     const double unit = normalise(width, W, b);
     const int wrong = rough ? solve_rough(arena, d, m) : solve_complementarity(arena, m, W, b, x);
     if (wrong)
-        return rough && wrong == 1 ? OUTCOME_JAMMED : OUTCOME_REPEATS;
+        return rough && wrong == 1 ? OUTCOME_JAMMED
+               : rough || f->s->model->drives
+                   ? OUTCOME_REPEATS
+                   : OUTCOME_INEXACT; /* smooth contacts have forces (docs/theory, section 5.2) */
     if (except < 0)
         share(arena, d, m, x);
     k = 0;
@@ -136,7 +140,7 @@ static enum outcome release_bouncing(const struct phase *f, struct decision *d, 
     for (int i = 0; i <= d->count; i++) {
         if (interrupted(f->s->interruption, 0))
             return OUTCOME_INTERRUPTED;
-        enum outcome outcome = solve(f->s->arena, d, -1, d->P);
+        enum outcome outcome = solve(f, d, -1, d->P);
         if (outcome)
             return outcome;
         int bouncing = -1;
@@ -145,7 +149,7 @@ static enum outcome release_bouncing(const struct phase *f, struct decision *d, 
             if (!pushes(d, j) || speed <= rest_velocity(f, d->contact[j]) ||
                 ((resting == ALL_REST || resting == d->contact[j]) && may_rest(f, d->contact[j], speed)))
                 continue;
-            if ((outcome = solve(f->s->arena, d, j, d->trial)))
+            if ((outcome = solve(f, d, j, d->trial)))
                 return outcome;
             const double fall = -gap_acceleration(d, j, d->trial) / d->enlarged;
             if (!(2.0 * speed <= REST_TIME * fmax(f->s->time, fabs(f->t)) * fall * (1.0 - e)) &&

@@ -223,8 +223,12 @@ enum outcome impact(struct system *s, const double *q, const double *u_minus, in
     for (size_t i = 0; i < c && s->friction; i++)
         k.mu[i] = s->friction[set[i]];
     k.missed = s->law_missed;
-    if ((outcome = delassus(s, q, count, set, columns, k.W)) || (outcome = impulses_by_law(s->law, &k, before, P)))
+    if ((outcome = delassus(s, q, count, set, columns, k.W)) || (outcome = impulses_by_law(s->law, &k, before, P))) {
+        if (outcome == OUTCOME_REPEATS && !s->friction &&
+            !m->drives) /* smooth contacts have impulses (docs/theory, section 5.2) */
+            outcome = OUTCOME_INEXACT;
         goto end;
+    }
     if ((outcome = jump(s, q, count, set, P, du)))
         goto end;
     for (size_t i = 0; i < n; i++)
