@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import typer
 
 from ..scene import Scene, SceneError, load_scene
 from .detail import Detail
 from .refusal import fail
+
+if TYPE_CHECKING:
+    from ..scene.scene import Moved
 
 SEEN = 1e-9
 """Changes (rad, m) and drawn points farther off (m) than this are spoken of."""
@@ -39,20 +44,32 @@ def tell_closing(scene: Scene, detail: Detail, when: str = "") -> None:
         f"lengths changed by up to {start.slid_by:.3g} m ({start.farthest})" if start.slid_by > SEEN else "",
     ]
     missed = f"drawn points lie up to {start.missed_by:.3g} m off" if start.missed_by > SEEN else ""
-    if detail is Detail.NOTHING or not (any(changes) or missed):
+    everything = detail is Detail.ALL
+    if detail is Detail.NOTHING or not (any(changes) or missed or everything):
         return
     from ..documents.assembled import branch_lines
     from ..mechanism.topology import span
     from ..stages import plan_scene
 
-    everything = detail is Detail.ALL
     lines = branch_lines(scene, plan_scene(scene)[0] if everything else span(scene.mechanism, scene.driven))
     closed = f"{len(lines)} loop{'s' * (len(lines) != 1)} closed" if lines else "joints fitted"
     told = ", ".join(filter(None, [closed if any(changes) else "", *changes, missed]))
     hint = f"; -v for {'its branch' if len(lines) == 1 else 'their branches'}" if lines else ""
-    tell(scene, when + told + (hint if detail is Detail.USUAL else ""))
+    if told:
+        tell(scene, when + told + (hint if detail is Detail.USUAL else ""))
+    for one in start.moved:
+        tell(scene, _moved_text(one))
     for line in lines if everything else ():
         tell(scene, f"branch {line}")
+
+
+def _moved_text(moved: Moved) -> str:
+    """What a driven joint was given at the start, what it got, and why."""
+    angle = moved.key == "angles"
+    given, got = (math.degrees(x) if angle else x for x in (moved.given, moved.got))
+    why = f"where its drive has {moved.joint} at t = 0" if moved.placed else "the nearest at which its loops close"
+    unit = "deg" if angle else "m"
+    return f"{moved.of} starts at {got:.6g} {unit}, {why}; [start] {moved.key} gives {given:.6g} {unit}"
 
 
 def _tell_remarks(scene: Scene, detail: Detail) -> None:

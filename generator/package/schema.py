@@ -159,6 +159,7 @@ class StartData(Data):
         "coordinates that stay as they are where loops are closed with other values of parameters", default=[]
     )
     kept_rates: list[int] = entry("coordinates whose rates stay so", default=[])
+    kept_drives: list[int] = entry("drives, by number, whose joints stay where they are then", default=[])
     sketch: list[float] = entry(
         "what the start is the nearest to with other values of parameters, by weighted squares of changes of "
         "coordinates; empty: to itself, by those of joint displacements",

@@ -37,6 +37,7 @@ def start_data(mechanism: Mechanism, topology: Topology, start: Start) -> dict[s
         "kept_rates": _kept(named, mechanism, topology, start.kept_rates),
         "weights": [_weight(one, mechanism, topology, start) for one in named],
         "sketch": [_wanted(one, mechanism, topology, start, lines) for one in named] if start.wanted and whole else [],
+        "kept_drives": [*start.kept_drives],
         "smallest_rates": not start.sketched_rates and (whole or not start.free_rates),
     }
 

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from ..effect_base.effect import Effect
+from ..mechanism.assembled import Assembled
 from ..mechanism.assembly import Speed
+from ..mechanism.branch import Triple
 from ..mechanism.layout import Held, Layout, Length
 from ..mechanism.links import GROUND
 from ..mechanism.mechanism import Mechanism
 from .errors import Path, Report
+from .scene import Moved, Sketch
 
 
 def check_driven(mechanism: Mechanism, effects: Sequence[tuple[Path, Effect]], report: Report) -> bool:
@@ -85,3 +88,60 @@ def drive_layout(layout: Layout, mechanism: Mechanism, effects: Sequence[Effect]
                 held += [Held(index, first, second, position)] if position is not None else []
             speeds.append(Speed(index, row, speed))
     return replace(layout, held=tuple(held), lengths=tuple(lengths)), tuple(speeds)
+
+
+def held_as_given(
+    layout: Layout, mechanism: Mechanism, effects: Sequence[Effect], sketch: Sketch
+) -> dict[int, Held | Length]:
+    """What ``[start]`` gives driven joints, by the number of the drive, where the drive says how fast they move and not
+    where they are: the angle of the second link against the first, where both are given, or a length."""
+    found: dict[int, Held | Length] = {}
+    numbers = {line.joint: len(layout.base) + k for k, line in enumerate(layout.lines)}
+    told = [k for k, joint in enumerate(mechanism.joints) if joint.slides]
+    driven = [(effect, joint) for effect in effects for joint in effect.driven()]
+    for number, (effect, index) in enumerate(driven):
+        joint, (position, _) = mechanism.joints[index], effect.begins()
+        if position is not None:
+            continue
+        ends = joint.first.link, joint.second.link
+        if joint.slides and told.index(index) in sketch.given.slides:
+            length = sketch.slides[told.index(index)]
+            assert length is not None
+            found[number] = Length(index, numbers[index], length)
+        elif not joint.slides and all(link == GROUND or link in sketch.given.angles for link in ends):
+            one, other = (0.0 if link == GROUND else sketch.angles[link] for link in ends)
+            found[number] = Held(index, *ends, other - one)
+    return found
+
+
+def with_given(layout: Layout, given: Iterable[Held | Length]) -> Layout:
+    """The layout with driven joints as ``[start]`` gives them."""
+    held = tuple(one for one in given if isinstance(one, Held))
+    lengths = tuple(one for one in given if isinstance(one, Length))
+    return replace(layout, held=layout.held + held, lengths=layout.lengths + lengths)
+
+
+def moved_from_given(
+    mechanism: Mechanism, effects: Sequence[Effect], sketch: Sketch, poses: Sequence[Triple], tolerance: float
+) -> tuple[Moved, ...]:
+    """Links of driven joints that turn otherwise than ``[start]`` gives, and driven joints that are elsewhere along
+    their lines, by more than the ``tolerance``."""
+    found, assembled = list[Moved](), Assembled(mechanism, poses)
+    told = [k for k, joint in enumerate(mechanism.joints) if joint.slides]
+    for effect in effects:
+        placed = effect.begins()[0] is not None
+        for index in effect.driven():
+            joint = mechanism.joints[index]
+            if joint.slides:
+                length, got = sketch.slides[told.index(index)], assembled.length(index)
+                if told.index(index) in sketch.given.slides and length is not None and abs(got - length) > tolerance:
+                    found.append(Moved(joint.name, "slides", joint.name, length, got, placed))
+                continue
+            for link in (joint.first.link, joint.second.link):
+                if link == GROUND or link not in sketch.given.angles:
+                    continue
+                off = poses[link][2] - sketch.angles[link]
+                if abs(off - 2.0 * np.pi * round(off / (2.0 * np.pi))) > tolerance:
+                    name = mechanism.link_name(link)
+                    found.append(Moved(joint.name, "angles", name, sketch.angles[link], poses[link][2], placed))
+    return tuple(found)

@@ -61,6 +61,19 @@ Kept = tuple[str, int]
 
 
 @dataclass(frozen=True)
+class Moved:
+    """Joint ``joint`` is driven, and ``key`` of ``[start]`` gives ``of`` (a link, or the joint) what it does not have
+    there: ``given``, ``got`` (rad or m). ``placed``: its drive says where it is; else the loops do not close so."""
+
+    joint: str
+    key: str
+    of: str
+    given: float
+    got: float
+    placed: bool
+
+
+@dataclass(frozen=True)
 class Start:
     """A consistent start: every loop is closed and stays closed.
 
@@ -73,7 +86,8 @@ class Start:
     them all free. ``wanted`` are the displacements of the sketch, angles (rad) and lengths in units of ``unit`` (m),
     where the start is the nearest to these with other values too; empty where it is found in another way.
     ``sketched_rates``: more rates are given than can be kept, so that none of them is; ``free_rates``: some are left
-    free, and are the smallest.
+    free, and are the smallest. ``kept_drives`` are the drives, by number, whose joints stay as ``[start]`` gives them;
+    ``moved`` tells of driven joints that could not.
     """
 
     poses: tuple[Triple, ...]
@@ -90,6 +104,8 @@ class Start:
     unit: float = 1.0
     sketched_rates: bool = False
     free_rates: bool = False
+    kept_drives: tuple[int, ...] = ()
+    moved: tuple[Moved, ...] = ()
 
 
 @dataclass(frozen=True)

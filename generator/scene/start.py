@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -12,12 +13,12 @@ from ..mechanism.assembled import Assembled
 from ..mechanism.assembly import CannotClose, Contradiction, Speed, alone, follow, nearest, rates
 from ..mechanism.carriages import loose_parts
 from ..mechanism.implied import implied
-from ..mechanism.layout import Layout, Real, lay_out
+from ..mechanism.layout import Held, Layout, Length, Real, lay_out
 from ..mechanism.loops import loops
 from ..mechanism.mechanism import Mechanism
 from .bodies import Bodies
 from .drawn import anchors, carried, drawn_lengths, offset, spread
-from .driven import drive_layout, mesh_speeds
+from .driven import drive_layout, held_as_given, mesh_speeds, moved_from_given, with_given
 from .errors import Path, Report
 from .scene import Given, Kept, Sketch, Start
 from .schema import StartTable
@@ -105,11 +106,9 @@ def begin(
         return None
     count = len(sketch.angles)
     loose = [*sketch.loose, *(count + k for k, slide in enumerate(slides) if slide is None)]
-    drawn = wanted
-    if loose and driven.groups:
-        wanted = follow(driven, wanted, loose)
+    drawn, exact = wanted, held_as_given(layout, bodies.mechanism, [effect for _, effect in drives], sketch)
     try:
-        found = nearest(driven, wanted)
+        wanted, found, still = _closed(driven, drawn, loose, exact)
     except CannotClose as error:
         if any(effect.begins()[0] is not None for _, effect in drives) and _closes(layout, wanted):
             _report_drives(drives, f"found positions that miss by {error.miss:.3g} {error.unit} together", report)
@@ -134,21 +133,53 @@ def begin(
     start = Start(_triples(poses), _triples(velocities), 0.0, sketch)
     places, moving = _given_entries(sketch, along)
     untouched = all(abs(found[k] - wanted[k]) <= SKETCH for k in places)
-    still = _kept(driven.jacobian(found), places) if untouched else None
+    staying = _kept(driven.jacobian(found), places) if untouched else None
     rows = np.vstack([layout.jacobian(found), *(one.row for one in (*prescribed, *meshes))])
     going = _kept(rows, moving)
-    all_told = still is not None and {*places, *loose} == {*range(len(found))}
+    all_told = staying is not None and {*places, *loose} == {*range(len(found))}
     as_wanted = not sketch.drawn and (not loose or all_told)
     start = replace(
         start,
-        kept_places=_entries(still or (), layout),
+        kept_places=_entries(staying or (), layout),
         kept_rates=_entries(going or (), layout),
         wanted=tuple(drawn.tolist()) if as_wanted and driven.groups else (),
         unit=layout.unit,
         sketched_rates=going is None or any(given[k] != 0.0 for k in given if k not in moving),
         free_rates=_freedoms(rows, going or ()) > 0,
+        kept_drives=tuple(still) if staying is None else (),
+        moved=moved_from_given(
+            bodies.mechanism, [effect for _, effect in drives], sketch, _triples(poses), SKETCH * layout.unit
+        ),
     )
     return _judged(start, driven, wanted, found, loose, bodies.mechanism)
+
+
+def _closed(
+    layout: Layout, drawn: Real, loose: Sequence[int], exact: Mapping[int, Held | Length]
+) -> tuple[Real, Real, dict[int, Held | Length]]:
+    """The sketch and the closed configuration nearest to it, with driven joints as ``exact`` has them, by the number of
+    the drive: all of these if the loops close so, else as many as they do with, in their order; and which.
+
+    Raises ``CannotClose`` where the loops do not close at all.
+    """
+
+    def close(still: Mapping[int, Held | Length]) -> tuple[Real, Real]:
+        held = with_given(layout, still.values())
+        wanted = follow(held, drawn, loose) if loose and held.groups else drawn
+        return wanted, nearest(held, wanted)
+
+    wanted, found = close({})
+    if np.max(np.abs(with_given(layout, exact.values()).closure(found)), initial=0.0) <= SKETCH:
+        return wanted, found, dict(exact)
+    if len(exact) > 1:
+        with suppress(CannotClose):
+            return *close(exact), dict(exact)
+    still = dict[int, Held | Length]()
+    for number, one in exact.items():
+        with suppress(CannotClose):
+            wanted, found = close({**still, number: one})
+            still[number] = one
+    return wanted, found, still
 
 
 def _numbers_of(values: Sequence[float | None], mechanism: Mechanism) -> tuple[int, ...]:

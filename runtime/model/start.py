@@ -5,7 +5,7 @@ All ways to run a model begin here: the start is one function of the parameters,
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -32,11 +32,13 @@ class Begin(NamedTuple):
 
 
 class Closed(NamedTuple):
-    """A configuration ``q`` with loops shut and driven joints where they are to be, the coordinates ``kept`` as the
-    scene gives them: of all those the one with the least Σ w (q − near)², ``weights`` (n, n) being w."""
+    """A configuration ``q`` with loops shut and the joints of the drives ``placed`` where they are to be, the
+    coordinates ``kept`` as the scene gives them: of all those the one with the least Σ w (q − near)², ``weights``
+    (n, n) being w."""
 
     q: FloatArray
     kept: list[int]
+    placed: list[int]
     near: FloatArray
     weights: FloatArray
 
@@ -134,13 +136,23 @@ def closed_anew(model: Geometry, q: FloatArray) -> Closed:
     """
     kept, sketch = kept_places(model), model.data["start"].get("sketch")
     weights, wanted = _weights(model), np.array(sketch, dtype=q.dtype) if sketch else q
-    tries = [(kept, wanted), ([], q)] if kept or sketch else [([], q)]
-    for held, near in tries:
-        found = least_weighted(*_shutting(model, q, held), weights, near, q)
+    driven = list(model.data["start"].get("kept_drives", ()))
+    tries = [(kept, driven, wanted)] if kept or driven or sketch else []
+    if driven and sketch and not kept:
+        tries.append(([], [], wanted))
+    for held, still, near in [*tries, ([], [], q)]:
+        found = least_weighted(*_shutting(model, q, held, still), weights, near, q)
         if found is not None:
             found[held] = q[held]
-            return Closed(found, held, near, weights)
-    return Closed(nearest_closed(*_shutting(model, q, []), np.sqrt(weights), q), [], q, weights)
+            return Closed(found, held, placed_drives(model, still), near, weights)
+    found = nearest_closed(*_shutting(model, q, [], []), np.sqrt(weights), q)
+    return Closed(found, [], placed_drives(model, []), q, weights)
+
+
+def placed_drives(model: Geometry, still: Sequence[int] = ()) -> list[int]:
+    """The drives, by number, whose joints are where these have them at the start, or ``still`` where the scene has
+    them."""
+    return [k for k, drive in enumerate(model.data["drives"]) if drive["position"] is not None or k in still]
 
 
 def _weights(model: Geometry) -> FloatArray:
@@ -148,17 +160,16 @@ def _weights(model: Geometry) -> FloatArray:
     return np.diag(model.data["start"].get("weights") or np.ones(len(model.q_names)))
 
 
-def _shutting(model: Geometry, q: FloatArray, kept: list[int]) -> tuple[Any, Any]:
-    """What misses of loops, of the places of driven joints, and of the coordinates ``kept`` at q, and its
-    derivatives."""
-    placed = [drive["position"] is not None for drive in model.data["drives"]]
-    held = np.eye(len(q), dtype=q.dtype)[kept] * model.length
-    driven = drive_rows(model)[placed] * model.length
+def _shutting(model: Geometry, q: FloatArray, kept: list[int], still: list[int]) -> tuple[Any, Any]:
+    """What misses of loops, of the places of driven joints, of those of the drives ``still`` and of the coordinates
+    ``kept`` at q, and its derivatives."""
+    placed, rows = placed_drives(model), drive_rows(model)
+    held = np.vstack([np.eye(len(q))[kept], rows[still]]) * model.length
 
     def misses(x: FloatArray) -> FloatArray:
         return np.concatenate([model.closure(x), drive_misses(model, x)[placed] * model.length, held @ (x - q)])
 
-    return misses, lambda x: np.vstack([model.jacobian(x), driven, held])
+    return misses, lambda x: np.vstack([model.jacobian(x), rows[placed] * model.length, held])
 
 
 def as_first_link(model: Geometry, q: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:

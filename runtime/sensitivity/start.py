@@ -85,7 +85,7 @@ def _closed_moves(at: Local, own: FloatArray) -> FloatArray:
     """
     model, n, rows, closure = at.model, len(at.q), len(at.model.rows), at.closure_moves()
     closed = closed_anew(model, own)
-    R = np.vstack([at.closure_rows, at.drive_rows[_placed(model)], np.eye(n)[closed.kept]])
+    R = np.vstack([at.closure_rows, at.drive_rows[closed.placed], np.eye(n)[closed.kept]])
     nu = np.asarray(np.linalg.lstsq(R.T, closed.weights @ (closed.near - at.q), rcond=1e-12)[0], dtype=float)
     # jump: A' lambda - M 0, by q and the arguments
     turned = at.tangent("jump", n + rows, np.zeros(n), ("q", "k"), multipliers=nu[:rows])[:n]
