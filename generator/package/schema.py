@@ -350,7 +350,7 @@ class ModelData(Data):
         "what runs tell of effects: names and units", "[outputs][2]"
     )
     output_links: dict[str, str] = entry(
-        "of forces and moments among these whose names do not have it, by name, the link that they act on", default={}
+        "of forces and moments among these whose names do not have it, by name, the link that they act on"
     )
     latches: list[str] = entry("names of the values that effects hold, in their order", default=[])
     aids: list[str] = entry(

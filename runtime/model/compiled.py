@@ -56,7 +56,7 @@ class Compiled:
         self.slide_ends = frozenset(data.get("slide_ends", ()))
         self.pieces_of_time: dict[tuple[float, tuple[float, ...]], list[float]] = {}
         self.told = tuple((name, unit) for name, unit in data["outputs"])
-        self.told_links: Mapping[str, str] = data.get("output_links", {})
+        self.told_links: Mapping[str, str] = data["output_links"]
         self.points = tuple(data["points"])
         self.q_names = tuple(data["q_names"])
         self.q_of = tuple(self._named(kind, of) for kind, of in data["coordinates"])

@@ -16,7 +16,7 @@ import pytest
 from ccgen.runtime import ensemble, inverse_dynamics, sensitivities, simulate, static_equilibrium
 from ccgen.runtime.record.force_history import write_csv
 from ccgen.runtime.record.output_table import write_outputs
-from ccgen.runtime.record.outputs import outputs_text
+from ccgen.runtime.record.outputs import headings_of, outputs_text
 
 from ..oracles.maximal import Array
 from ..support.leaning_rod import LEANING
@@ -267,6 +267,9 @@ def test_links_accelerate_by_what_their_joints_are_said_to_do(driven: bool, work
         assert run.success, run.message
         ends = {name: two[::-1] if turned and name != "slot" else two for name, two in WRITTEN.items()}
         assert all(balance(run, t, ends, LOADS) <= 1e-7 for t in (0.1, 0.35))
+        headings, on = headings_of(run.model), "ground" if turned else "arm"
+        assert headings["motor_0.torque"] == f"motor_0.torque [N m on {on}]"
+        assert headings["joint_friction_0.axle.moment"].endswith(f"[N m on {on}]")
         found.append(np.array([run.reactions(t) for t in (0.1, 0.35)]))
         if driven:
             fx, fy, rate, power = run.values("top.fx", "top.fy", "top.slide_rate", "top.power", t=0.35).values()
