@@ -282,12 +282,12 @@ static double gauss_measure(const double *scratch, int size, struct tolerance to
     const double ratio = size_of / g->first;
     if (!isfinite(size_of + g->first)) /* a quotient of such numbers may be 0 */
         return INFINITY;
-    const double beyond = size_of * pow(tail.shrink, 0.5 * (ORDER - STAGES + 1));
-    const double error = size_of > 0.0 ? fmax(MISSED * size_of * fmin(1.0, ratio), beyond) : 0.0;
+    const double error = size_of > 0.0 ? MISSED * size_of * fmin(1.0, ratio) : 0.0;
     const double cautious = CAUTION * error, slow = 0.9 * g->contraction / WANTED;
     const double steered =
         fmax(error > 1.0 ? cautious : fmin(1.0, cautious), slow > 0.3 ? fmin(1.0, pow(slow, ORDER)) : 0.0);
-    return fmax(steered, pow(tail.unseen, ORDER)); /* what is unseen shrinks as the step does */
+    const double beyond = size_of * pow(tail.shrink, 0.5 * (ORDER - STAGES + 1));
+    return fmax(fmax(steered, beyond), pow(tail.unseen, ORDER)); /* what is unseen shrinks as the step does */
 }
 
 /* state at theta on the stage polynomial that starts at `start` */
