@@ -286,7 +286,7 @@ static double gauss_measure(const double *scratch, int size, struct tolerance to
     const double cautious = CAUTION * error, slow = 0.9 * g->contraction / WANTED;
     const double steered =
         fmax(error > 1.0 ? cautious : fmin(1.0, cautious), slow > 0.3 ? fmin(1.0, pow(slow, ORDER)) : 0.0);
-    const double beyond = size_of * pow(tail.shrink, 0.5 * (ORDER - STAGES + 1));
+    const double beyond = tail.last * pow(tail.shrink, 0.5 * (ORDER - STAGES + 1));
     return fmax(fmax(steered, beyond), pow(tail.unseen, ORDER)); /* what is unseen shrinks as the step does */
 }
 

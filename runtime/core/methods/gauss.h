@@ -58,7 +58,8 @@ enum outcome gauss_look_at_ends(struct gauss *g, struct system *s, double t, dou
                                 const double *y1);
 
 struct tail {
-    double shrink; /* of the stage polynomial's last two coefficients, against the two before */
+    double last;   /* size of the stage polynomial's last two coefficients, in tolerances */
+    double shrink; /* and against the two before */
     double unseen; /* what the step has not seen of its beginning and of its end, in tolerances, up to a few */
 };
 struct tail gauss_tail(const struct gauss *g, int size, struct tolerance tolerance, const double *y, const double *y1);

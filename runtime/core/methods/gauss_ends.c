@@ -91,5 +91,5 @@ struct tail gauss_tail(const struct gauss *g, int size, struct tolerance toleran
     }
     const double shrink = before > last ? sqrt(last / before) : 1.0;
     const double explained = EXPLAINED * sqrt(last * shrink), missed = sqrt(fmax(at_begin, at_end));
-    return (struct tail){shrink, fmin(MOST, NODE[0] * fmax(0.0, missed - explained) / sqrt(size))};
+    return (struct tail){sqrt(last / size), shrink, fmin(MOST, NODE[0] * fmax(0.0, missed - explained) / sqrt(size))};
 }
