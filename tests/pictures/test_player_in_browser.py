@@ -6,6 +6,7 @@ Needs playwright and Chromium (CONTRIBUTING.md); skipped without them.
 from __future__ import annotations
 
 import math
+import re
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
@@ -233,6 +234,17 @@ def test_outputs_are_chosen_and_read(browser: Any, swinging: Run, tmp_path: Path
         page.page.click("#done")
         assert page.of("plotted") == ["ball_0.angle", "hook_0.force", "ball_1.angular_velocity"]
         assert page.of("strips.length") == 3
+
+
+def test_one_time_has_one_energy(browser: Any, falling: Path) -> None:
+    """What stands above the motion is what stands below it, between frames and at impacts too."""
+    with Page(browser, falling, "plot=energy,kinetic_energy,potential_energy") as page:
+        page.of("playing = false")
+        for t in (0.0, 0.2113, 0.4997, 0.5, page.of("run.impacts[0].t"), 1.0, 1.25):
+            page.of(f"seek({t})")
+            told = dict(re.findall(r"(\w+) = (\S+) J", page.text("values")))
+            above = re.findall(r"-?\d[\d.e+-]*", page.text("energy"))
+            assert above == [told["energy"], told["kinetic_energy"], told["potential_energy"]]
 
 
 def test_the_chart_goes_to_a_time(browser: Any, falling: Path) -> None:

@@ -1,5 +1,5 @@
 """What a run says of its energy is what its rows, its recorded losses and the works of its loads say, summed up by
-other code (``tests/oracles/balance.py``); ``CCGEN_AUDITS`` says how many random runs of each kind ``make hard`` takes."""
+other code (``tests/oracles/balance.py``); ``CCGEN_AUDITS`` says how many random runs a kind ``make hard`` does."""
 
 from __future__ import annotations
 
