@@ -134,15 +134,23 @@ static enum outcome strike(struct phase *f, struct step_room *r, const double *q
     return outcome;
 }
 
-/* and what those that are taken add to the energy: r->jump. Of what the energy loses in the strike it is as much as the impulses of the contacts work: near dependent rows
- * the loops' own impulses add and take energy too, by rounding, and the work of impulses that are as large as 1 / sigma is rounding itself; what
- * either is beyond the other is an error of the step. Driven joints do work beside the contacts, and what both do is known by the change alone. */
-static void note_jump(const struct phase *f, struct step_room *r, int count, const double *q, const double *u)
+/* What the impulses that are taken, from velocities u to r->u at q, add to the energy: r->jump. The step began with velocities u_begin; impulses that act all along it do their
+ * work at the mean of u_begin and r->u. Counted from u, where loads have acted without them, it would be off by half of what they do along the accelerations, which is of first
+ * order. Of what the energy loses it is as much as the impulses of the contacts work: near dependent rows the loops' own impulses add and take energy too, by rounding, and the
+ * work of impulses that are as large as 1 / sigma is rounding itself; what either is beyond the other is an error of the step. Driven joints do work beside the contacts, and
+ * what both do is known by the change alone. */
+static void note_jump(const struct phase *f, struct step_room *r, int count, const double *q, const double *u,
+                      const double *u_begin)
 {
     const struct system *s = f->s;
-    const double lost = kinetic(s, q, u, r->momentum) - kinetic(s, q, r->u, r->momentum);
-    contact_rates(s, q, u, r->before);
-    const double taken = contacts_take(s, q, count, f->set, r->P, r->before, u, r->u, r->after);
+    double lost = kinetic(s, q, u, r->momentum) - kinetic(s, q, r->u, r->momentum);
+    for (int i = 0; i < s->n; i++)
+        r->dy[i] = r->u[i] - u[i];
+    s->model->momentum(s->k, q, r->dy, r->momentum);
+    for (int i = 0; i < s->n; i++)
+        lost += 0.5 * r->momentum[i] * (u[i] - u_begin[i]);
+    contact_rates(s, q, u_begin, r->before);
+    const double taken = contacts_take(s, q, count, f->set, r->P, r->before, u_begin, r->u, r->after);
     r->jump -= s->model->drives ? lost : fmax(0.0, fmin(lost, taken));
 }
 
@@ -261,7 +269,7 @@ static enum outcome stop_slow(struct phase *f, struct step_room *r, double slow,
         return outcome;
     outcome = strike(f, r, y1, u, count);
     if (!outcome || outcome == OUTCOME_GAINED) {
-        note_jump(f, r, count, y1, u);
+        note_jump(f, r, count, y1, u, u);
         memcpy(u, r->u, s->n * sizeof *u);
     }
     return outcome == OUTCOME_GAINED ? OUTCOME_DONE : outcome;
@@ -361,7 +369,7 @@ static enum outcome try_step(struct phase *f, struct step_room *r, double t, dou
     if (count) {
         if ((outcome = push(f, r, count)))
             return outcome;
-        note_jump(f, r, count, r->middle, r->free);
+        note_jump(f, r, count, r->middle, r->free, y + n);
     }
     int held = 0;
     if (count)
