@@ -355,6 +355,9 @@ enum tolerance_of { OF_RELATIVE, OF_LENGTH, OF_SPEED, OF_TIME, OF_UNIT, OF_TOLER
     X(COLLISION, 1e3, OF_RELATIVE, \
       "times the speed of what rests: an impact without collision that changes velocities by less is none", \
       "it is found from an approach at that speed (REST_SPEED), which itself changes velocities by as much, times how much slower a contact is than what moves it") \
+    X(CLOSE_TO_JAMMING, 1e-3, OF_RELATIVE, \
+      "what is left of a contact's resistance beside its friction where steps get no shorter: its force has no bound", \
+      "a force a thousand times that of a smooth contact, which grows as one over the time that is left") \
     X(STEPPED, CCGEN_LIMIT(1e-6, 1e-3), OF_UNIT, \
       "what a step of time stepping may differ by from its two halves", \
       "an impact within a step of a hundred-thousandth of the characteristic time moves things by ten times that: it is found to a tenth of the step") \

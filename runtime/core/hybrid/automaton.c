@@ -453,10 +453,23 @@ static enum outcome act(struct automaton *a, struct phase *f)
     return outcome;
 }
 
+/* Steps that shrink without end where the force of a contact that slides grows without bound are friction that jams. */
+static enum outcome tell_jamming(const struct automaton *a, struct phase *f, enum outcome outcome)
+{
+    int contact = -1;
+    if (a->stage != MOVE || (outcome != OUTCOME_STEP_TOO_SMALL && outcome != OUTCOME_NO_CONVERGENCE))
+        return outcome;
+    const enum outcome found = find_jamming(f, &contact);
+    if (found || contact < 0)
+        return found == OUTCOME_INTERRUPTED || found == OUTCOME_NO_MEMORY ? found : outcome;
+    f->run->contact = contact;
+    return OUTCOME_JAMMED;
+}
+
 enum outcome run_stage(struct automaton *a, struct phase *f)
 {
     f->s->arena->has_run_out = 0;
-    enum outcome outcome = act(a, f);
+    enum outcome outcome = tell_jamming(a, f, act(a, f));
     if (f->s->arena->has_run_out) /* what was decided without all arrays is not to be trusted */
         outcome = OUTCOME_NO_MEMORY;
     if (may_step(a, f, outcome))

@@ -29,14 +29,14 @@ struct automaton {
     long events, still;      /* events, and those in a row between which nothing moved */
     double window;           /* when the present window began, in which events are counted, */
     long crowd;              /* events in it of contacts that crowd */
-    double quick;            /* the fastest that anything has been in it, in units of coordinates a characteristic time */
-    long earlier;            /* and the events before it */
-    double instant;          /* when the present instant began: events within INSTANT of it are at once */
-    long at_once;            /* events in it */
-    double jammed;           /* when friction jammed last */
-    struct span span;        /* of time stepping, the present or the last one */
-    enum outcome failed;     /* what event by event failed with before it, */
-    int at_fault;            /* and the contact at fault */
+    double quick;        /* the fastest that anything has been in it, in units of coordinates a characteristic time */
+    long earlier;        /* and the events before it */
+    double instant;      /* when the present instant began: events within INSTANT of it are at once */
+    long at_once;        /* events in it */
+    double jammed;       /* when friction jammed last */
+    struct span span;    /* of time stepping, the present or the last one */
+    enum outcome failed; /* what event by event failed with before it, */
+    int at_fault;        /* and the contact at fault */
 };
 
 /* The automaton of a run that begins */

@@ -12,6 +12,7 @@
 #include <string.h>
 
 #include "base/tolerances.h"
+#include "constraints/delassus.h"
 #include "constraints/impulse.h"
 #include "hybrid/immovable.h"
 #include "impact/impact.h"
@@ -92,5 +93,29 @@ enum outcome strike_without_collision(struct phase *f, int *contact)
     *contact = -1;
     const enum outcome outcome = take_room(f->s, &r) ? OUTCOME_NO_MEMORY : strike_with(f, &r, contact);
     give_back(f->s->arena, mark);
+    return outcome;
+}
+
+enum outcome find_jamming(struct phase *f, int *contact)
+{
+    struct system *s = f->s;
+    const struct active_set *h = s->active;
+    const struct mark mark = s->arena->top;
+    const int count = active_count(s), rows = 2 * count;
+    double least = CLOSE_TO_JAMMING;
+    *contact = -1;
+    if (!s->friction || !count)
+        return OUTCOME_DONE;
+    double *columns = TAKE(s->arena, double, (size_t)rows * s->n), *W = TAKE(s->arena, double, (size_t)rows *rows);
+    const enum outcome outcome = s->arena->ran_out ? OUTCOME_NO_MEMORY : delassus(s, f->y, count, h->set, columns, W);
+    for (int i = 0; i < count && !outcome; i++) {
+        const double *row = W + (size_t)i * rows, resists = row[i];
+        const double own = resists - against(h->mode[i]) * s->friction[h->set[i]] * row[count + i];
+        if (against(h->mode[i]) && own <= least * resists) {
+            *contact = h->set[i];
+            least = own / resists;
+        }
+    }
+    give_back(s->arena, mark);
     return outcome;
 }

@@ -8,4 +8,8 @@
  * is recorded as an impact. */
 enum outcome strike_without_collision(struct phase *f, int *contact);
 
+/* The held contact that slides and is nearest to jamming, whose force grows without bound as what its friction resists with comes to what it is resisted by: *contact,
+ * or -1 where none is near. */
+enum outcome find_jamming(struct phase *f, int *contact);
+
 #endif
