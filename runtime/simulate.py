@@ -8,7 +8,7 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from .model.inputs import Given
-from .model.model import Model
+from .model.model import Model, check_model
 from .model.numbers import dimensions
 from .record.hybrid_state import HybridState
 from .run import Run
@@ -79,8 +79,7 @@ def simulate(
     shapes, numbers that are not finite, an unknown method, too short a ``step``, a start inside a ground; it says all
     that is wrong with them.
     """
-    if not isinstance(model, Model):
-        raise TypeError(f"model: found {type(model).__name__}, expected a Model; load one with load_model(folder)")
+    check_model(model)
     options: dict[str, Any] = {
         "until": until,
         "rtol": rtol,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import bisect
 import math
 import os
+import sys
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,7 +18,8 @@ from ..files import read_path, write_whole
 from ..loading.structures import at_start
 from ..model.drives import drive_columns
 from ..model.integrators import integral_rows
-from ..model.model import Model
+from ..model.model import Model, check_model
+from ..model.numbers import read_name, told
 from ..precision import need_doubles
 from .contacts import CLOSED, DEEPEST, Contacts, inside
 from .extremes import largest
@@ -102,9 +104,14 @@ class DrivingTorque:
         return figure
 
 
+MOST_SAMPLES = 10_000_000
+"""Of a turn: their states take a gigabyte where a mechanism has a dozen coordinates."""
+
+
 def check_rate(rate: object) -> None:
     """Raise ``ValueError`` unless a crank can turn, or rest, at this rate (rad/s)."""
-    if not isinstance(rate, int | float | np.number) or not np.isfinite(rate):
+    number: Any = rate if isinstance(rate, int | float | np.floating | np.integer) else math.nan
+    if not abs(number) <= sys.float_info.max:
         raise ValueError(f"rate: found {rate!r}, expected a finite number, in rad/s; correct it")
 
 
@@ -128,7 +135,9 @@ def driving_torque(
     Raises ``ValueError`` where the joint does not determine the motion; where it cannot be turned right round, because
     of a dead point, or of a contact whose gap would become negative; and where a rough contact slides.
     """
+    check_model(model)
     need_doubles(model.precision, model.name, "a driving torque")
+    joint = read_name(joint, "joint", "a joint")
     if joint in model.data["lines"]:
         raise ValueError(f"joint: found {joint}, which slides along a line, expected a joint that turns; name another")
     drive = drive_columns(model, [joint])[:, 0]
@@ -139,8 +148,8 @@ def driving_torque(
             f"name {others[0]}, or leave out its [[drive]]"
         )
     check_rate(rate)
-    if samples < 2:
-        raise ValueError(f"samples: found {samples}, expected at least 2")
+    if not isinstance(samples, int | np.integer) or not 2 <= samples <= MOST_SAMPLES:
+        raise ValueError(f"samples: found {told(samples)}, expected at least 2, and at most {MOST_SAMPLES}")
     first = model.start()[0] if q is None else model.assemble(q)
     if np.ndim(first) != 1:
         raise ValueError(f"q: found shape {np.shape(first)}, expected one configuration ({len(model.q_names)},)")

@@ -15,7 +15,8 @@ from ..loading.structures import at_start, of_all_contacts
 from ..model.drives import drive_columns
 from ..model.integrators import refuse_integrals
 from ..model.meshes import mesh_forces
-from ..model.model import Model
+from ..model.model import Model, check_model
+from ..model.numbers import read_name, read_numbers, told
 from ..precision import need_doubles
 from .contacts import DEEPEST, Hold, inside
 from .static_search import follows, rest_from, smallest
@@ -104,15 +105,20 @@ def static_equilibrium(
     where it finds none, as for a mechanism that falls freely, where ``q`` is behind a surface, and where a motor has an
     integral.
     """
+    check_model(model)
     need_doubles(model.precision, model.name, "an equilibrium")
     refuse_integrals(model)
-    given = dict(torques or {})
+    if torques is not None and not isinstance(torques, Mapping):
+        raise TypeError(f"torques: found {told(torques)}, expected numbers by names of joints")
+    if not isinstance(nearest, bool | np.bool_):
+        raise TypeError(f"nearest: found {told(nearest)}, expected True or False")
+    given = {read_name(joint, "torques", "a joint"): torque for joint, torque in (torques or {}).items()}
     for drive in model.data["drives"]:
         if drive["joint"] in given:
             raise ValueError(f"torques: found {drive['joint']}, which a drive holds, expected joints that are free")
     held = np.zeros(len(model.u_names))
     if given:
-        held = drive_columns(model, list(given)) @ np.array(list(given.values()), dtype=float)
+        held = drive_columns(model, list(given)) @ read_numbers(list(given.values()), "torques")
     if not np.all(np.isfinite(held)):
         raise ValueError(f"torques: found {given}, expected finite numbers")
     first = model.start()[0] if q is None else model.assemble(q)

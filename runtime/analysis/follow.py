@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from ..arrays import FloatArray
 from ..faults import Faults
-from ..model.model import Model
+from ..model.model import Model, check_model
 from ..model.numbers import read_numbers
 from ..precision import need_doubles
 from .reach import OutOfReach, by_parts, configuration, reached
@@ -53,6 +53,7 @@ def follow(
     reach, and ``ValueError`` where joints would jump from one branch to another, or no velocities give the wanted
     ones, each with the number of the place. No gap of a contact becomes negative.
     """
+    check_model(model)
     need_doubles(model.precision, model.name, "inverse kinematics")
     start = configuration(model, q)
     faults = Faults()

@@ -18,7 +18,8 @@ from ..loading.structures import at_start, own_contacts
 from ..model.drives import drive_columns, drive_rows
 from ..model.inputs import Values
 from ..model.integrators import integral_rows
-from ..model.model import Model
+from ..model.model import Model, check_model
+from ..model.numbers import read_names, read_numbers
 from ..precision import need_doubles
 from .contacts import CLOSED, DEEPEST, Contacts, inside
 
@@ -37,6 +38,7 @@ def momentum(model: Model, q: ArrayLike, u: ArrayLike) -> FloatArray:
     Where the mechanism floats, the first two are its linear momentum (kg m/s), and the sum of the others is its angular
     momentum (kg m²/s) about the origin of the root's frame.
     """
+    check_model(model)
     states, single = model._state(q, u)
     found = model.kernels.of_state("momentum", *states)
     return found[0].copy() if single else found.copy()
@@ -64,13 +66,16 @@ def inverse_dynamics(
     surface, when the motion opens a loop or goes into a surface that it touches, for contact forces that such contacts
     cannot have, and when no torques at these joints produce ``u_dot``, saying how much is missing.
     """
+    check_model(model)
     need_doubles(model.precision, model.name, "inverse dynamics")
+    if not isinstance(joints, str):
+        joints = read_names(joints, "joints", "joints")
     drives = drive_columns(model, joints)
     states, single = model._state(q, u)
     wanted, _ = model._batch(u_dot, "u_dot", len(model.u_names))
     if len(wanted) != len(states[0]):
         raise ValueError(f"u_dot: found {len(wanted)} rows, expected {len(states[0])}, one per state")
-    if not np.isfinite(t):
+    if np.ndim(t) or not np.isfinite(read_numbers(t, "t")):
         raise ValueError(f"t: found {t}, expected a finite number")
     opening = _closure_accelerations(model, *states, wanted)
     acting = at_start(model)

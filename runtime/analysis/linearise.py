@@ -19,7 +19,8 @@ from ..loading.structures import at_start
 from ..model.drives import drive_rows
 from ..model.forces import Contacts
 from ..model.inputs import Values
-from ..model.model import Model
+from ..model.model import Model, check_model
+from ..model.numbers import read_names, read_numbers
 from ..model.places import places_of, rate_of
 from ..precision import need_doubles
 
@@ -106,23 +107,24 @@ def linearise(
     Raises ``ValueError`` as ``Model.derivatives`` does, for a model without derivatives, with integrals over time or
     in other numbers than doubles, for a state whose loops are not shut, and for names that are none.
     """
+    check_model(model)
     need_doubles(model.precision, model.name, "linearise")
     if model.data.get("integrators"):
         found = ", ".join(one["name"] for one in model.data["integrators"])
         raise ValueError(f"{model.name}: found {found}, expected a model without integrals over time")
-    state = np.asarray(q, dtype=float)
-    rates = np.zeros(len(model.u_names)) if u is None else np.asarray(u, dtype=float)
+    state = read_numbers(q, "q")
+    rates = np.zeros(len(model.u_names)) if u is None else read_numbers(u, "u")
     if state.ndim != 1 or rates.ndim != 1:
         raise ValueError(f"q, u: found shapes {state.shape} and {rates.shape}, expected one state")
     _check_shut(model, state, rates)
-    chosen = tuple(model.inputs if inputs is None else inputs)
+    chosen = tuple(model.inputs if inputs is None else read_names(inputs, "inputs", "inputs"))
     if wrong := [name for name in chosen if name not in model.inputs]:
         raise ValueError(f"inputs: found {', '.join(wrong)}, expected some of {', '.join(model.inputs) or 'none'}")
     acting = at_start(model)
     at = _At(acting, state, rates, t, values, contacts)
     own = [model.q_of[i] for i in at.independent]
     names = (*own, *map(rate_of, own))
-    told = names if outputs is None else tuple(outputs)
+    told = names if outputs is None else tuple(read_names(outputs, "outputs", "outputs"))
     A, B = at.matrices(chosen)
     C, D = at.outputs(told, chosen)
     return Linear(A, B, C, D, names, chosen, told, at.along)

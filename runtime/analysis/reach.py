@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ..arrays import BoolArray, FloatArray
 from ..model.assembly import nearest_closed
-from ..model.model import Model
+from ..model.model import Model, check_model
 from ..precision import need_doubles
 from .contacts import CLOSED
 from .nearing import Nearing
@@ -63,6 +63,7 @@ def reach(
     says how far each is off where they miss least, and where that is. Raises ``ValueError`` for names that the model
     has not, and where loops cannot be closed.
     """
+    check_model(model)
     need_doubles(model.precision, model.name, "inverse kinematics")
     state = configuration(model, q)
     return reached(model, state, read_wants(model, points, angles, slides))

@@ -8,7 +8,8 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from ..faults import Faults
-from ..model.model import Model
+from ..model.model import Model, check_model
+from ..model.numbers import told
 from ..simulation.arguments import check_calls
 from ..simulation.one_run import options_of
 from ..simulation.threads import processors
@@ -69,8 +70,9 @@ def ensemble(
     Raises ``ValueError`` for names that are none, parameters that cannot be changed, lengths that do not fit and
     settings that are wrong for all runs, before the first, with all that is wrong.
     """
-    if not isinstance(model, Model):
-        raise TypeError(f"model: found {type(model).__name__}, expected a Model; load one with load_model(folder)")
+    check_model(model)
+    if reduction is not None and not isinstance(reduction, Reduction):
+        raise TypeError(f"reduction: found {told(reduction)}, expected a Reduction, or None")
     model, faults = model.as_it_is(), Faults()
     asked: dict[str, Any] = {"until": until, "rtol": rtol, "atol": atol, "method": method, "step": step, "drift": drift}
     asked["on_gain"] = on_gain

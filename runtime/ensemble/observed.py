@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from ..arrays import FloatArray
 from ..faults import Faults
 from ..model.model import Model
-from ..model.numbers import read_numbers
+from ..model.numbers import read_names, read_numbers
 from ..record.outputs import unknown
 
 EXTREME = re.compile(r"^(min|max)\((.+)\)$")
@@ -81,9 +81,7 @@ class Observed:
 def read_observed(model: Model, observe: Sequence[str], at: ArrayLike | None, until: float) -> Observed:
     """Raises ``ValueError`` with all names that are none, and for times outside of the runs."""
     faults = Faults()
-    if isinstance(observe, str) or not all(isinstance(name, str) for name in observe):
-        raise TypeError(f"observe: found {observe!r}, expected a list of names")
-    names = tuple(observe)
+    names = tuple(read_names(observe, "observe", "outputs"))
     if len(set(names)) != len(names):
         faults.add(f"observe: found {', '.join(names)}, expected each name once")
     columns = tuple(column_of(name) for name in names)

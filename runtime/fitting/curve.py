@@ -85,7 +85,7 @@ def fit(
     if not isinstance(model, Model):
         raise TypeError(f"model: found {type(model).__name__}, expected a Model; load one with load_model(folder)")
     need_doubles(model.precision, model.name, "fitting a curve")
-    begun = model.with_parameters(dict(params)) if params else model.as_it_is()
+    begun = model.as_it_is() if params is None else model.with_parameters(params)
     faults, search, places, given = Faults(), None, None, None
     with faults.collecting():
         search = varied(begun, vary, "vary")

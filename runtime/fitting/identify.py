@@ -101,7 +101,7 @@ def identify(
     """
     if not isinstance(model, Model):
         raise TypeError(f"model: found {type(model).__name__}, expected a Model; load one with load_model(folder)")
-    begun = model.with_parameters(dict(params)) if params else model.as_it_is()
+    begun = model.as_it_is() if params is None else model.with_parameters(params)
     faults, measured, search = Faults(), None, None
     with faults.collecting():
         search = varied(begun, wrt, "wrt")

@@ -254,6 +254,6 @@ def run_function(
     """
     if not isinstance(model, Model):
         raise TypeError(f"model: found {type(model).__name__}, expected a Model; load one with load_model(folder)")
-    begun = model.with_parameters(dict(params)) if params else model.as_it_is()
+    begun = model.as_it_is() if params is None else model.with_parameters(params)
     options = {"until": until, "rtol": rtol, "atol": atol, "method": method, "step": step, "inputs": inputs}
     return RunFunction(begun, wrt, outputs, (q0, u0), at, on_stop, mode, options)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from threading import RLock
 from typing import TYPE_CHECKING, Any
@@ -16,7 +16,7 @@ from ..faults import Faults
 from ..precision import core_of
 from .disc import Disc
 from .inputs import Values, read_values
-from .numbers import read_numbers
+from .numbers import read_numbers, told
 from .parameters import Parameters
 from .part import Part
 from .rope import Rope
@@ -251,10 +251,16 @@ class Compiled:
         values = [[self._parameters[c] if isinstance(c, str) else c for c in point] for point in points]
         return np.array(values, dtype=float).reshape(-1, 2)
 
+    def _contacts(self, contacts: Iterable[tuple[str, str]]) -> list[int]:
+        """Numbers of the contacts of the argument of that name."""
+        if isinstance(contacts, str | bytes) or not np.iterable(contacts):
+            raise TypeError(f"contacts: found {told(contacts)}, expected pairs of names of Model.contacts, as a list")
+        return [self._contact(contact) for contact in contacts]
+
     def _contact(self, contact: tuple[str, str]) -> int:
-        if isinstance(contact, str) or tuple(contact) not in self.contacts:
+        if not isinstance(contact, list | tuple) or tuple(map(str, contact)) not in self.contacts:
             known = ", ".join(f"({point}, {ground})" for point, ground in self.contacts) or "none"
-            raise ValueError(f"found contact {contact!r}, expected one of: {known}")
+            raise ValueError(f"contacts: found contact {contact!r}, expected one of: {known}")
         return self.contacts.index((contact[0], contact[1]))
 
     # -- calls of the kernels -----------------------------------------------------------------------------------------

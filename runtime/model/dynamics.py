@@ -57,7 +57,7 @@ def impact(
     Raises ``ValueError`` for unknown or repeated contacts, and where the model's law has no impulses for them, or
     would add energy.
     """
-    chosen = [model._contact(contact) for contact in contacts]
+    chosen = model._contacts(contacts)
     if len(set(chosen)) != len(chosen) or not chosen:
         raise ValueError(f"found contacts {list(contacts)}, expected at least one and each once")
     own = [model.parameters[f"{model.contacts[c][1].partition('.')[0]}.restitution"] for c in chosen]

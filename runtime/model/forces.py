@@ -201,7 +201,7 @@ def _held_as_named(
     model: Compiled, q: FloatArray, u: FloatArray, contacts: Mapping[tuple[str, str], str] | Sequence[tuple[str, str]]
 ) -> list[tuple[Held, Any]]:
     """What is held, and in which of the states (b,): as said, or as each contact moves along its ground."""
-    numbers = [model._contact(contact) for contact in contacts]
+    numbers = model._contacts(contacts)
     if len(set(numbers)) != len(numbers):
         raise ValueError(f"contacts: found {list(contacts)}, expected each once")
     every = np.ones(len(q), dtype=bool)

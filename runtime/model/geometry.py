@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from ..arrays import FloatArray
 from .compiled import Compiled
 from .lines import Lines
+from .numbers import read_name
 
 
 class Geometry(Compiled):
@@ -27,6 +28,7 @@ class Geometry(Compiled):
 
     def point(self, name: str, q: ArrayLike) -> FloatArray:
         """Position (2,) in m of a joint (``joint_3``) or of a point of a link, welded or the ground (``link_0.A``)."""
+        name = read_name(name, "name", "a joint or of a point")
         name = self.data["welded_points"].get(name, name)
         link, _, point = name.partition(".")
         if link == "ground" and point in self.data["ground_names"]:

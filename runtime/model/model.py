@@ -73,7 +73,7 @@ class Model(Geometry):
         """A model of its own with other parameter values; this one stays as it is."""
         other = Model(self._descriptor, self.data, self._parameters, self.folder, self._begin)
         other.pieces_of_time = self.pieces_of_time  # no parameter changes how fast loads change
-        if values:
+        if values is not None:
             other.parameters.update(values)
         return other
 
@@ -310,3 +310,9 @@ class Model(Geometry):
         Raises ``ValueError`` when it does not converge: assemble a configuration that is far from closed first.
         """
         return project(self, q, u)
+
+
+def check_model(given: object) -> None:
+    """Raise ``TypeError`` unless the argument ``model`` is one."""
+    if not isinstance(given, Model):
+        raise TypeError(f"model: found {type(given).__name__}, expected a Model; load one with load_model(folder)")

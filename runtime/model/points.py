@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from ..arrays import FloatArray
 from .geometry import Geometry
+from .numbers import read_name
 
 GROUND = -1
 
@@ -73,6 +74,7 @@ def bias(model: Geometry, jacobian: FloatArray, u: FloatArray) -> FloatArray:
 
 def link_of(model: Geometry, name: str) -> int:
     """The number of the link in which ``model.point`` has this point fixed; −1 for the ground."""
+    name = read_name(name, "name", "a joint or of a point")
     name = model.data["welded_points"].get(name, name)
     if name in model.joints:
         first, second = model.data["between"][model.joints.index(name)]

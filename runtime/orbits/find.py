@@ -63,7 +63,7 @@ def find_orbit(
     """
     if not isinstance(model, Model):
         raise TypeError(f"model: found {type(model).__name__}, expected a Model; load one with load_model(folder)")
-    chosen = model.with_parameters(dict(params)) if params else model.as_it_is()
+    chosen = model.as_it_is() if params is None else model.with_parameters(params)
     faults, a_map, start = Faults(), None, None
     options: dict[str, Any] = {"rtol": rtol, "method": method}
     with faults.collecting():

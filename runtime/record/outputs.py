@@ -19,6 +19,7 @@ from ..arrays import FloatArray
 from ..model.forces import Motion
 from ..model.joint_sides import between, ends_of
 from ..model.meshes import mesh_forces, mesh_names
+from ..model.numbers import read_names, read_row_of_times
 from .in_force import InForce, Numbers, of_contacts
 from .motion_at_rows import motion_at_rows
 from .record import Record
@@ -216,10 +217,10 @@ def values_of(run: Record, names: Sequence[str], t: ArrayLike | None = None) -> 
 
     Raises ``ValueError`` with all names that are none, and what is near them, and for times outside of the run.
     """
-    known = outputs_of(run.model)
+    names, known = read_names(names, "names", "outputs"), outputs_of(run.model)
     if wrong := unknown(run.model, names):
         raise ValueError("; ".join(f"output: {one}" for one in wrong))
-    sample = Sample(run, None if t is None else np.atleast_1d(np.asarray(t, dtype=run.t.dtype)))
+    sample = Sample(run, None if t is None else read_row_of_times(t, run.t.dtype))
     found = {name: np.asarray(known[name].of(sample)) for name in names}
     return found if t is None or np.ndim(t) else {name: value[0] for name, value in found.items()}
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import FloatArray
+from ..model.numbers import read_numbers, read_row_of_times
 from .frozen import freeze, restore
 from .outputs import Sample
 from .record import Record
@@ -39,9 +40,7 @@ def point_motion(run: Record, name: str, t: ArrayLike | None) -> PointMotion:
     if t is None:
         sample = Sample(run, None)
         return PointMotion(name, run.t, sample.place(name), sample.velocity(name), sample.acceleration(name))
-    times = np.array(t, dtype=run.t.dtype)
-    if times.ndim > 1:
-        run.at(t)  # says what is wrong
-    sample = Sample(run, np.atleast_1d(times))
+    times = np.array(read_numbers(t, "t", run.t.dtype))
+    sample = Sample(run, read_row_of_times(times, run.t.dtype))
     found = sample.place(name), sample.velocity(name), sample.acceleration(name)
     return PointMotion(name, times, *(one if times.ndim else one[0] for one in found))

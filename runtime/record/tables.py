@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from ..arrays import FloatArray
 from ..extras import needed
+from ..model.numbers import read_row_of_times
 from .outputs import Sample, units_of, values_of
 from .penetration import penetration_max
 from .record import Record
@@ -191,7 +192,7 @@ def _columns(
     run: Record, names: Sequence[str] | None, t: ArrayLike | None
 ) -> tuple[FloatArray, dict[str, FloatArray], dict[str, str]]:
     """Times, outputs there by name, or coordinates, velocities and energies, and their units."""
-    times = run.t if t is None else np.atleast_1d(np.asarray(t, dtype=run.t.dtype))
+    times = run.t if t is None else read_row_of_times(t, run.t.dtype)
     if names is None:
         return (times, *_coordinates(Sample(run, None if t is None else times)))
     known = units_of(run.model)

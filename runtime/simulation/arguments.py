@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+import sys
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,7 +17,7 @@ from ..model.assembly import project, put_onto_closure
 from ..model.drives import drive_misses, drive_rows, drive_speeds, put_where_driven
 from ..model.kinks import kinks_until
 from ..model.model import Model
-from ..model.numbers import read_numbers
+from ..model.numbers import read_numbers, told
 from ..model.time_scales import ends_of_pieces
 from ..model.tolerances import start_miss
 
@@ -72,7 +73,7 @@ def settings_of(
     """
     faults = Faults()
     if before is not None:
-        if method not in (None, before["method"]):
+        if method is not None and not _is_one_of(method, (before["method"],)):
             faults.add(
                 f"method: found {method!r}, expected {before['method']!r}, by which the state was reached; begin from "
                 "its q and u to go on by another"
@@ -80,8 +81,9 @@ def settings_of(
         atol = before["atol"] if rtol is None and atol is None else atol
         rtol = before["rtol"] if rtol is None else rtol
         method, step = before["method"], (before["step"] or None) if step is None else step
-        drift, on_gain = drift or before["drift"], on_gain or before["on_gain"]
-    drift = drift or DRIFTS[0]
+        drift = before["drift"] if drift is None else drift
+        on_gain = before["on_gain"] if on_gain is None else on_gain
+    drift = DRIFTS[0] if drift is None else drift
     scene, least = model.data["run"], LEAST[model.precision]
     on_gain = scene["on_gain"] if on_gain is None else on_gain
     own = max(scene["rtol"], least)
@@ -101,9 +103,9 @@ def settings_of(
     if step is not None:
         with faults.collecting():
             check_step(step, end)
-    if drift not in DRIFTS:
+    if not _is_one_of(drift, DRIFTS):
         faults.add(f"drift: found {drift!r}, expected one of {', '.join(DRIFTS)}; choose one")
-    if on_gain not in GAINS:
+    if not _is_one_of(on_gain, GAINS):
         faults.add(f"on_gain: found {on_gain!r}, expected one of {', '.join(GAINS)}; choose one")
     faults.stop_if_any()
     return Settings(float(end), float(relative), float(absolute), float(step or 0.0), name, drift, on_gain, own)
@@ -156,7 +158,7 @@ def check_rtol(rtol: Any, least: float = LEAST["double"]) -> None:
 
 def check_method(name: object, step: object) -> None:
     """Raise ``ValueError`` unless there is such a method, and it can choose its steps where no ``step`` is given."""
-    if name not in METHODS:
+    if not _is_one_of(name, METHODS):
         raise ValueError(f"method: found {name!r}, expected one of {', '.join(METHODS)}; choose one")
     if step is None and name not in ESTIMATING:
         raise ValueError(
@@ -176,12 +178,18 @@ def check_step(step: Any, until: Any) -> None:
         )
 
 
+def _is_one_of(value: object, words: Sequence[str]) -> bool:
+    return isinstance(value, str) and value in words
+
+
 def _is_number(value: object) -> bool:
-    return isinstance(value, NUMBERS) and not isinstance(value, bool)
+    if not isinstance(value, NUMBERS) or isinstance(value, bool):
+        return False
+    return not isinstance(value, int) or abs(value) <= sys.float_info.max
 
 
 def _shown(value: object) -> str:
-    return str(value) if _is_number(value) else repr(value)
+    return str(value) if _is_number(value) else told(value)
 
 
 def read_start(model: Model, q0: ArrayLike | None, u0: ArrayLike | None) -> tuple[FloatArray, FloatArray]:

@@ -122,7 +122,7 @@ def simulate_with_events(
     """The run of a model whose scene has events, with the arguments of :func:`~..simulate.simulate`."""
     faults = Faults()
     with faults.collecting():
-        model = model.with_parameters(params) if params else model.as_it_is()
+        model = model.as_it_is() if params is None else model.with_parameters(params)
     with faults.collecting():
         check_functions(model, on_event)
     end: float = model.duration if until is None else until

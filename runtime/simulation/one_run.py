@@ -105,7 +105,7 @@ def simulate_one(
     """
     faults = Faults()
     with faults.collecting():
-        model = model.with_parameters(params) if params else model.as_it_is()
+        model = model.as_it_is() if params is None else model.with_parameters(params)
     valued = not faults
     with faults.collecting():
         options = options_of(

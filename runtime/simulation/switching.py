@@ -115,7 +115,7 @@ def simulate_switching(
     ``begin``: the number of the structure in which it begins, the time (s), and what effects hold then, where that is
     not the start; ``way`` is that of the drives up to there. ``look`` is that of :func:`~.one_run.simulate_one`.
     """
-    main = model.with_parameters(params) if params else model.as_it_is()
+    main = model.as_it_is() if params is None else model.with_parameters(params)
     whole = Whole(structures_of(main))
     names = [one.name for one in whole.structures]
     number = names.index(state.model) if isinstance(state, HybridState) and state.model in names else 0

@@ -218,7 +218,10 @@ def many(table: str, count: int) -> str:
 
 LARGE: dict[str, tuple[str, tuple[str, ...]]] = {
     "grounds": (FOUR_BAR + many("ground", 2000), ("ground[500]", "found 2000 tables, expected at most 500")),
-    "wrong grounds": (FOUR_BAR + "[[ground]]\nrestitution = 5\n" * 20000, ("ground[499].restitution",)),
+    "wrong grounds": (
+        FOUR_BAR + "[[ground]]\nrestitution = 5\n" * 20000,
+        ("ground[49].restitution", ": and 451 more; mend these first"),
+    ),
     "rows of a motor": (
         FOUR_BAR + '[[motor]]\njoint = "joint_0"\ntable = [' + ", ".join(f"[{k}, 1]" for k in range(20000)) + "]\n",
         ("motor[0].table: found 20000 rows, expected at most 500", "[[input]]"),
