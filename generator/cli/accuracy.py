@@ -61,7 +61,7 @@ def price_accuracy(
         faults.add(
             "--precision wide: found a machine whose long double is a double, expected a wider one; leave wide out"
         )
-    scene = faults.of(read, scene_file)
+    scene = faults.of(read, scene_file, settings)
     if scene and "float" in precisions and touches(scene):
         faults.add(
             "--precision float: found a scene with contacts, expected none: floats are too coarse to find impacts"

@@ -25,14 +25,16 @@ ALIKE = 1e-9
 """Part of the largest force by which others are as large: states are known to no more at the usual tolerance."""
 PICTURE, TABLE = "forces.png", "forces.csv"
 LARGEST = 3
-"""Contacts, and joints, whose largest forces are printed."""
+"""Contacts, and joints, whose largest forces are printed, unless all are asked for."""
 
 
 class Told:
-    """The forces of a run, looked at once for all that tells them; ``shared`` where joints are redundant."""
+    """The forces of a run, looked at once for all that tells them; ``shared`` where joints are redundant; ``every``
+    where the largest force of each contact and joint is asked for."""
 
-    def __init__(self, run: Run, shared: bool = False) -> None:
+    def __init__(self, run: Run, shared: bool = False, every: bool = False) -> None:
         self.run, self.shared = run, shared
+        self.most = None if every else LARGEST
 
     @cached_property
     def history(self) -> History:
@@ -63,7 +65,7 @@ class Told:
     def rows(self) -> list[Row]:
         """The largest of contacts, joints and meshes; none where all are zero. Raises ``ValueError`` as ``history``."""
         run = self.run
-        return [*_contacts(run, self.peaks), *_joints(run, self.peaks), *_meshes(run, self.peaks)]
+        return [part for rows in (_contacts, _joints, _meshes) for part in rows(run, self.peaks, self.most)]
 
 
 def print_forces(told: Told) -> None:
@@ -122,7 +124,7 @@ def first_largest(sizes: FloatArray) -> list[int]:
     return np.argmax(sizes >= (1.0 - ALIKE) * np.max(sizes, axis=0), axis=0).tolist() if len(sizes) else []
 
 
-def _contacts(run: Run, found: History) -> list[Row]:
+def _contacts(run: Run, found: History, most: int | None) -> list[Row]:
     """Those that push hardest, each with the friction of that instant; stops, in other units, after them."""
     model = run.model
     peaks = first_largest(found.pushes[:, :, 0])
@@ -130,7 +132,7 @@ def _contacts(run: Run, found: History) -> list[Row]:
     for stops in (False, True):
         chosen = [k for k, (_, ground) in enumerate(model.contacts) if (ground in model.stops) == stops]
         sizes = {k: float(found.pushes[peaks[k], k, 0]) for k in chosen}
-        for k in sorted(chosen, key=lambda k: -sizes[k])[:LARGEST]:
+        for k in sorted(chosen, key=lambda k: -sizes[k])[:most]:
             if sizes[k] <= 0.0:
                 continue
             friction = float(found.pushes[peaks[k], k, 1])
@@ -142,7 +144,7 @@ def _contacts(run: Run, found: History) -> list[Row]:
     return rows
 
 
-def _joints(run: Run, found: History) -> list[Row]:
+def _joints(run: Run, found: History, most: int | None) -> list[Row]:
     """Those whose forces are largest, each with the largest impulse of the impacts that it carries: no force.
 
     Where all are rounding, as of joints that only place free bodies, the largest is no measure of it: then it is the
@@ -165,7 +167,7 @@ def _joints(run: Run, found: History) -> list[Row]:
             float(found.t[peaks[j]]),
             _struck(run, j, set(found.t[away[:, j]].tolist())),
         )
-        for j in order[:LARGEST]
+        for j in order[:most]
         if sizes[peaks[j], j] > least
     ]
 
@@ -207,7 +209,7 @@ def _struck(run: Run, joint: int, away: Set[float]) -> str:
     return f", in impacts up to {max(carried):.6g} N s" if carried else ""
 
 
-def _meshes(run: Run, found: History) -> list[Row]:
+def _meshes(run: Run, found: History, most: int | None) -> list[Row]:
     """Those whose tangential forces are largest."""
     from ccgen.runtime.model.meshes import mesh_names
 
@@ -216,7 +218,7 @@ def _meshes(run: Run, found: History) -> list[Row]:
     order = sorted(range(len(names)), key=lambda k: -sizes[peaks[k], k])
     return [
         (names[k], f"{sizes[peaks[k], k]:.6g} N", float(found.t[peaks[k]]), "")
-        for k in order[:LARGEST]
+        for k in order[:most]
         if sizes[peaks[k], k] > 0.0
     ]
 
@@ -257,6 +259,6 @@ def _drawn(told: Told) -> bool:
     if told.run.model.contacts or not told.run.model.joints:
         return bool(told.run.model.contacts)
     try:
-        return bool(_joints(told.run, told.history))
+        return bool(_joints(told.run, told.history, LARGEST))
     except ValueError:
         return True

@@ -40,7 +40,7 @@ def price_gradient(
     from ccgen.runtime.simulation.arguments import check_until
 
     asked = faults.of(read_option, until, check_until, "s")
-    scene = faults.of(read, scene_file)
+    scene = faults.of(read, scene_file, settings)
     folder = Path("results") / (scene.name if scene else "") if out is None else out
     if scene or out:
         faults.of(check_results, folder, FILES, "--out")

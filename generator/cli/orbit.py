@@ -67,7 +67,7 @@ def orbit(scene_file: Path, wanted: Wanted, detail: Detail, settings: Mapping[st
         for option, given in others.items():
             if given:
                 faults.add(f"{option}: found without --along, expected with it only; add --along PARAM=LOW:HIGH")
-    scene = faults.of(read, scene_file)
+    scene = faults.of(read, scene_file, settings)
     along = faults.of(read_along, wanted.along, scene) if wanted.along else None
     folder = wanted.out
     if scene and along:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -35,6 +36,11 @@ def fail(message: str, code: int = WRONG_INPUT) -> NoReturn:
 
 class Commands(TyperGroup):
     """Commands that say on standard error why they stop."""
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        if args and args[0].endswith(".toml") and self.get_command(ctx, args[0]) is None:
+            fail(f"{args[0]}: found a scene, expected a command before it; write ccgen run {shlex.join(args)}")
+        return super().resolve_command(ctx, args)
 
     def invoke(self, ctx: Any) -> Any:
         try:

@@ -91,7 +91,7 @@ def run(
     Ctrl-C stops a simulation early too: what it has is kept, drawn and printed.
     """
     arguments = asked.read(faults)
-    scene = faults.of(read, scene_file)
+    scene = faults.of(read, scene_file, settings)
     folder = Path("results") / (scene.name if scene else "") if out is None else out
     wanted = wanted.beside(scene, scene_file) if scene else wanted
     names = (
@@ -131,7 +131,7 @@ def run(
             typer.echo(f"{scene.name}: {result.message}", err=True)
         tell.stage("draw")
         with refusing(OSError):
-            forces = Told(result, shared)
+            forces = Told(result, shared, detail is Detail.ALL)
             tables = contact_files(scene, csv)
             files, unwritten = write(result, folder, moving, wanted, csv, forces, tables)
     if detail is not Detail.NOTHING:

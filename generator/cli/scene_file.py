@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -21,10 +22,11 @@ REMARKS = 8
 """Remarks on values that are told unless all are asked for."""
 
 
-def read(path: Path) -> Scene:
-    """The scene in ``path``, or all its faults on standard error and exit code 2."""
+def read(path: Path, settings: Mapping[str, float] | None = None) -> Scene:
+    """The scene in ``path``, names of its ``[let]`` having the values that ``settings`` give them; or all its faults on
+    standard error and exit code 2."""
     try:
-        return load_scene(path)
+        return load_scene(path, let={name: float(value) for name, value in (settings or {}).items()})
     except SceneError as error:
         fail(str(error))
 

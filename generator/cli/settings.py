@@ -63,6 +63,7 @@ def with_settings(model: Model, settings: Mapping[str, float], scene: Scene, det
     such parameters, they cannot be those, or there is no such start.
 
     What was worked out from a value that is another now, and stays, is told on standard error."""
+    settings = _besides_let(settings, scene)
     if not settings:
         return model
     changed = with_numbers(model, settings, scene)
@@ -78,6 +79,14 @@ def with_settings(model: Model, settings: Mapping[str, float], scene: Scene, det
     follow = {path: value for path, value in settled.items() if path not in settings and value != before[path]}
     with refusing(ValueError):
         return changed.with_parameters(follow).with_start(begins.start.poses, begins.start.velocities)
+
+
+def _besides_let(settings: Mapping[str, float], scene: Scene) -> Mapping[str, float]:
+    """The settings that are of no name of ``[let]``, with which the scene has been read already."""
+    if all("." in path for path in settings):
+        return settings
+    names = scene.to_dict().get("let", {})
+    return {path: value for path, value in settings.items() if path not in names}
 
 
 def with_numbers(model: Model, settings: Mapping[str, float], scene: Scene) -> Model:
@@ -156,6 +165,7 @@ def scene_with(settings: Mapping[str, float], scene: Scene) -> Scene:
     from ..scene.errors import SceneError
     from ..scene.with_values import with_values
 
+    settings = _besides_let(settings, scene)
     try:
         return with_values(scene, {path: float(value) for path, value in settings.items()})
     except SceneError as error:

@@ -41,7 +41,7 @@ def show(
     for option in (option for option in given if settings and given[option] and option != "--plan"):
         faults.add(f"--set: found beside {option}, expected without: equations have symbols for values; leave one out")
     faults.of(_check_plan, plan)
-    scene = faults.of(read, scene_file)
+    scene = faults.of(read, scene_file, settings)
     if scene and plan and not instead:
         faults.of(_check_plan, plan, scene, fold)
     if instead or settings:

@@ -44,7 +44,7 @@ def torque(
     from ccgen.runtime.analysis.crank import check_rate
 
     asked = faults.of(read_option, rate, check_rate, "rad/s") if rate is not None else None
-    scene = faults.of(read, scene_file)
+    scene = faults.of(read, scene_file, settings)
     turned = faults.of(_driving, scene, scene_file, joint) if scene else None
     if plot is not None:
         faults.of(check_picture, plot, "--plot")
@@ -93,7 +93,7 @@ def equilibrium(scene_file: Path, nearest: bool, detail: Detail, settings: Mappi
     """Print an equilibrium: stability, stiffnesses, coordinates, joint forces and forces of closed contacts."""
     from ccgen.runtime import static_equilibrium
 
-    scene = faults.of(read, scene_file)
+    scene = faults.of(read, scene_file, settings)
     faults.of(check_folder, MODELS, "folder of models")
     faults.stop_if_any()
     assert scene

@@ -44,7 +44,7 @@ def sweep(
     """Make the runs of a plan into the folder ``out``, or go on with it; exit code 3 where it stops before its end."""
     workers = faults.of(read_count, threads, "--threads")
     size = faults.of(read_count, chunk, "--chunk")
-    scene = faults.of(read, scene_file)
+    scene = faults.of(read, scene_file, settings)
     folder = Path("results") / f"{plan_file.stem}-sweep" if out is None else out
     faults.of(check_folder, MODELS, "folder of models")
     faults.of(check_folder, folder, "--out")
@@ -132,7 +132,7 @@ def replay(
     faults: Faults,
 ) -> None:
     """Make one run of a sweep again, whole, and write its result, plot and player."""
-    scene = faults.of(read, scene_file)
+    scene = faults.of(read, scene_file, settings)
     place = folder / f"run-{run}" if out is None else out
     faults.of(check_folder, MODELS, "folder of models")
     faults.of(check_results, place, FILES, "--out")

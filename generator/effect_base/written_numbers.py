@@ -192,6 +192,10 @@ def _unknown(number: str, unit: str, units: Sequence[str] | None) -> str:
     meant = small if small in UNITS else single if single in UNITS else WORDS.get(single)
     if meant:
         return f'write "{number} {meant}"'
+    over_time = re.fullmatch(r"(.+?)\s*\*\s*t", unit)
+    if over_time and (known_one := read_unit(over_time[1])):
+        value = f"{_in_si(number, known_one):.9g}*t"
+        return f'a unit stands behind a number alone, not in an expression of t; write "{value}", in SI units'
     several = re.fullmatch(r"([^/]*)/\s*([^()/]+)", unit)
     if several and read_unit(f"{several[1]}/({several[2]})"):
         return f'"{unit}" could be read in two ways; write "{several[1]}/({several[2]})" for all of it below the stroke'

@@ -19,15 +19,17 @@ from .toml_text import plain
 Gravity = bool | float | Tables
 
 
-def load_scene(path: str | PathLike[str] | Tables) -> Scene:
+def load_scene(path: str | PathLike[str] | Tables, *, let: Mapping[str, float] | None = None) -> Scene:
     """The scene in the TOML file ``path``, or of the tables that such a file would give, as nested dicts and lists.
 
     Tuples and arrays of NumPy may stand for lists, and a key with the value ``None`` is left out. The scene of tables
-    without a ``name`` is called ``scene``. Raises ``SceneError`` with everything that is wrong with it.
+    without a ``name`` is called ``scene``. ``let`` are numbers (SI units) for names of its ``[let]``, in place of those
+    that stand there; names that it does not give are left aside. Raises ``SceneError`` with everything that is wrong
+    with it.
     """
     if isinstance(path, Mapping):
         name = path.get("name")
-        return read_tables(plain(path), name if isinstance(name, str) else "scene", "scene")
+        return read_tables(_with_let(plain(path), let), name if isinstance(name, str) else "scene", "scene")
     if not isinstance(path, str | PathLike):
         raise TypeError(f"path: found {path!r}, expected the name of a scene file (TOML), or its tables as a dict")
     file = str(path)
@@ -48,7 +50,15 @@ def load_scene(path: str | PathLike[str] | Tables) -> Scene:
         raise _unreadable(file, None, "found bytes that are not UTF-8, expected a text file (TOML)") from error
     except tomllib.TOMLDecodeError as error:
         raise SceneError(not_toml(text, file, error)) from error
-    return read_tables(tables, file, File(path).stem, locate(text))
+    return read_tables(_with_let(tables, let), file, File(path).stem, locate(text))
+
+
+def _with_let(tables: Tables, values: Mapping[str, float] | None) -> Tables:
+    """The tables with other ``values`` of names of ``[let]``."""
+    given = tables.get("let")
+    if not values or not isinstance(given, Mapping):
+        return tables
+    return {**tables, "let": {**given, **{name: value for name, value in values.items() if name in given}}}
 
 
 def _content(file: File) -> bytes | None:

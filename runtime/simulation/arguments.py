@@ -144,6 +144,11 @@ def check_positive(name: str, value: Any, of: str = "") -> None:
 
 def check_until(until: Any) -> None:
     """Raise ``ValueError`` unless this is a time at which a run can end."""
+    if _is_number(until) and until == 0.0:
+        raise ValueError(
+            f"until: found {_shown(until)}, expected a positive number of seconds; a run takes time: the start alone "
+            "is what model.start() gives, and the first row of any run"
+        )
     check_positive("until", until, " of seconds")
 
 
