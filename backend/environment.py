@@ -23,7 +23,7 @@ class Job:
 
     def __init__(self, name: str, *command: str) -> None:
         self.name = name
-        self.printed: IO[str] = tempfile.TemporaryFile("w+")
+        self.printed: IO[str] = tempfile.TemporaryFile("w+")  # noqa: SIM115 - open as long as the job is known
         self.process = subprocess.Popen(command, cwd=ROOT, stdout=self.printed, stderr=subprocess.STDOUT)
 
     def text(self) -> str:

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
+from ccgen.generator.mechanism.totals import total
+
 BARS = {
     "a": 38.0,
     "b": 41.5,
@@ -69,9 +71,9 @@ def body(points: dict[str, complex]) -> tuple[float, complex, float]:
     bars = list(pairwise(places if len(places) == 2 else [*places, places[0]]))
     masses = [abs(b - a) for a, b in bars]
     middles = [(a + b) / 2.0 for a, b in bars]
-    mass = sum(masses)
-    com = sum(m * z for m, z in zip(masses, middles, strict=True)) / mass
-    inertia = sum(m * (m * m / 12.0 + abs(z - com) ** 2) for m, z in zip(masses, middles, strict=True))
+    mass = total(masses)
+    com = total(m * z for m, z in zip(masses, middles, strict=True)) / mass
+    inertia = total(m * (m * m / 12.0 + abs(z - com) ** 2) for m, z in zip(masses, middles, strict=True))
     return mass, com, inertia
 
 

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 import typer
 
+from ..mechanism.totals import total
+
 if TYPE_CHECKING:
     from ccgen.runtime import Impact, Model, Phase, Run
     from ccgen.runtime.arrays import FloatArray
@@ -136,7 +138,7 @@ def row(model: Model, run: Run, number: int, then: Model) -> tuple[str, ...]:
         "\n".join(f"{speed:z.9f}" for speed in speeds),
         "\n".join(f"{impulse:z.9f}" for impulse in impact.impulses),
         f"{impact.energy_loss:z.9f}",
-        f"{sum(then.energy(q, impact.u_plus)):z.9f}",
+        f"{total(then.energy(q, impact.u_plus)):z.9f}",
     )
 
 
@@ -259,7 +261,7 @@ def print_audit(run: Run) -> None:
     )
     loops = f"loops closed to {run.closure_max:.1e} m, " if run.model.closure(run.q[:1]).size else ""
     deep = f"contacts at most {run.penetration_max:.1e} m deep, " if run.model.contacts else ""
-    jumps = sum(abs(event.energy) for event in run.events)
+    jumps = total(abs(event.energy) for event in run.events)
     apart = f" beside jumps of {jumps:.3g} J in all at events" if jumps and jumps > rounding_of_energy(run) else ""
     taken = sum(phase.taken for phase in run.phases)
     beside = f", beside {taken:.3g} J that contacts took in steps" if abs(taken) > rounding_of_energy(run) else ""
@@ -295,11 +297,11 @@ def print_warnings(run: Run) -> None:
             err=True,
         )
     if run.method != "moreau" and (steps := [phase for phase in run.phases if phase.kind == "steps"]):
-        share = sum(phase.end - phase.start for phase in steps) / (run.t[-1] - run.t[0])
+        share = total(phase.end - phase.start for phase in steps) / (run.t[-1] - run.t[0])
         typer.echo(
             f"note: {len(steps)} stretch{'es' * (len(steps) > 1)} from t = {steps[0].start:.6g} s on, {share:.1e} of "
             "the run, went on by time stepping, where event by event did not get further; the steps miss "
-            f"{sum(phase.missed for phase in steps):.0e} rad or lengths there",
+            f"{total(phase.missed for phase in steps):.0e} rad or lengths there",
             err=True,
         )
         _print_taken(run, steps)

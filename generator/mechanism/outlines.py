@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from .totals import total
+
 STRAIGHT = 1e-9
 """Corners that turn by less (rad) are straight, and pieces that turn by half a turn may do so by this more: coordinates
 are written with finitely many digits."""
@@ -22,7 +24,7 @@ def turns(corners: Sequence[complex]) -> list[float]:
     """
     sides = [corners[b] - corners[a] for a, b in edges(len(corners), True)]
     turned = [_angle(sides[k - 1], side) for k, side in enumerate(sides)]
-    way = 1.0 if sum(turned) > 0.0 else -1.0
+    way = 1.0 if total(turned) > 0.0 else -1.0
     return [way * angle for angle in turned]
 
 
@@ -58,7 +60,7 @@ def is_inside(place: complex, corners: Sequence[complex]) -> bool:
     seen = [corner - place for corner in corners]
     if not all(seen):
         return False
-    return abs(sum(_angle(seen[k - 1], one) for k, one in enumerate(seen))) > math.pi
+    return abs(total(_angle(seen[k - 1], one) for k, one in enumerate(seen))) > math.pi
 
 
 def _angle(one: complex, other: complex) -> float:

@@ -18,6 +18,7 @@ from .branch import place
 from .joints import Joint, PointRef
 from .links import GROUND
 from .mechanism import Mechanism
+from .totals import total
 
 Real = NDArray[np.float64]
 Triple = tuple[float, float, float]
@@ -115,7 +116,7 @@ class JointEquations:
             passed = [lever * (poses - self.begun)[k, 2] for k, lever in mesh.levers().items() if k != GROUND]
             for index, sign in mesh.lengths().items():
                 passed.append(sign * (self._length(index, poses) - self._length(index, self.begun)))
-            found[at] = sum(passed) / self.size
+            found[at] = total(passed) / self.size
         return found
 
     def jacobian(self, poses: Real) -> Real:
@@ -196,7 +197,7 @@ class JointEquations:
                     group.add(joint)
                     waiting += [other for other in left if linked[joint, other]]
             left = [joint for joint in left if joint not in group]
-            surplus = sum(float(np.trace(shares[self.rows[joint], self.rows[joint]])) for joint in group)
+            surplus = total(float(np.trace(shares[self.rows[joint], self.rows[joint]])) for joint in group)
             found.append(Group(tuple(sorted(group)), round(surplus)))
         return tuple(found)
 

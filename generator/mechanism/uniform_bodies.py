@@ -12,6 +12,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
 
+from .totals import total
+
 
 @dataclass(frozen=True)
 class Mass:
@@ -26,9 +28,9 @@ def together(parts: Sequence[Mass]) -> Mass:
     """Several bodies as one, by the parallel axis theorem (Steiner). Without any mass, the first one's centre."""
     if len(parts) == 1:
         return parts[0]
-    mass = sum(part.mass for part in parts)
-    com = sum(part.mass * part.com for part in parts) / mass if mass else parts[0].com
-    inertia = sum(part.inertia + part.mass * abs(part.com - com) ** 2 for part in parts)
+    mass = total(part.mass for part in parts)
+    com = total(part.mass * part.com for part in parts) / mass if mass else parts[0].com
+    inertia = total(part.inertia + part.mass * abs(part.com - com) ** 2 for part in parts)
     return Mass(mass, complex(com), inertia)
 
 

@@ -16,6 +16,7 @@ import numpy as np
 from ..mechanism.joints import Joint, PointRef
 from ..mechanism.links import GROUND
 from ..mechanism.mechanism import Mechanism
+from ..mechanism.totals import total
 from .errors import Report
 from .schema import StartTable
 
@@ -106,7 +107,7 @@ def spread(mechanism: Mechanism, given: Sequence[float | None], drawn: Sequence[
         for link in ready:
             placed.add(link)
             turn = np.exp(1j * float(angles[link] or 0.0))
-            origin = sum(there - local * turn for local, there in known[link].items()) / len(known[link])
+            origin = total(there - local * turn for local, there in known[link].items()) / len(known[link])
             _pass_on(mechanism, meets[link], origin, turn, known)
 
 
