@@ -30,6 +30,7 @@ LAST_FLAGS = os.environ.get("CCGEN_LAST_FLAGS", "").split()
 """Flags behind all others, which they can take back: ``make coverage`` compiles without optimisation."""
 
 RUNTIME = Path("runtime")
+BUILT = Path(os.environ.get("CCGEN_BUILD_BASE", ".cache/setuptools"))
 
 SAID_EVERY = 3.0
 """Seconds between two lines that say how far it is."""
@@ -73,7 +74,8 @@ class BuildExt(build_ext):
 
     def build_extension(self, ext: Extension) -> None:
         """Compile one, its files side by side, Cython among them; of an earlier build what has changed since."""
-        folder = Path(self.build_temp) / ext.name  # its own: every precision has the same sources
+        # Its own, since every precision has the same sources, and the same for every way to install.
+        folder = BUILT / f"core.{sysconfig.get_platform()}-{sys.implementation.cache_tag}" / ext.name
         folder.mkdir(parents=True, exist_ok=True)
         face, *sources = map(Path, ext.sources)
         jobs = [lambda source=source: self.compiled(ext, source, folder) for source in sources]
@@ -118,13 +120,10 @@ class BuildExt(build_ext):
             return digest_of(*said, repr(ext.define_macros), *(file.read_bytes() for file in named(depends)))
 
         if not (depends.is_file() and all(file.is_file() for file in named(depends)) and holds(result, key())):
-            self.compiler.compile(
-                [str(source)],
-                output_dir=str(folder) if place == source else None,
-                macros=[*ext.define_macros],
-                include_dirs=ext.include_dirs,
-                extra_postargs=[*own, "-MMD", "-MF", str(depends)],
-            )
+            macros = [f"-D{name}={value}" for name, value in ext.define_macros]
+            folders = [f"-I{one}" for one in (*ext.include_dirs, *self.compiler.include_dirs)]
+            make = ["-MMD", "-MF", str(depends), "-c", str(source), "-o", str(result)]
+            self.compiler.spawn([*self.compiler.compiler_so, *macros, *folders, *own, *make])
             keep(result, key())
         return result
 
@@ -175,5 +174,5 @@ cores = [
 setup(
     ext_modules=cores,
     cmdclass={"build_ext": BuildExt},
-    options={"build": {"build_base": os.environ.get("CCGEN_BUILD_BASE", ".cache/setuptools")}},
+    options={"build": {"build_base": str(BUILT)}},
 )
