@@ -55,7 +55,10 @@ static int take_room(struct system *s, struct room *r)
 }
 
 /* Whether a contact of the gap is closed */
-static int is_closed(const struct system *s, int contact, double gap) { return gap <= SHUT * s->extent[contact]; }
+static int is_closed(const struct system *s, int contact, double gap)
+{
+    return gap <= SHUT * s->extent[contact];
+}
 
 /* Whether any contact is closed at q; gaps[contacts] */
 static int touches(const struct system *s, const double *q, double *gaps)
