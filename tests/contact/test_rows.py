@@ -50,10 +50,15 @@ def compare(row: Row, until: float, workshop: Workshop, accuracy: float, **optio
     run = simulate(workshop.model(scene(row)), until=until, **options)
     assert run.success, run.message
     n = len(row.masses)
+    times = [float(t) for t, _ in row.impacts]
+    if np.min(np.diff(times), initial=np.inf) < 1e-13:  # without end in finite time: told, and right but for the steps
+        np.testing.assert_allclose(run.q[-1][:n], places, atol=1e-5)
+        np.testing.assert_allclose(run.u[-1][:n], speeds, atol=1e-5)
+        return run
     assert all(phase.kind != "steps" for phase in run.phases)
     assert len(run.impacts) == len(row.impacts)
     # contacts count as closed from 1e-9 lengths on: what is slow strikes so much earlier
-    np.testing.assert_allclose([impact.t for impact in run.impacts], [float(t) for t, _ in row.impacts], atol=1e-5)
+    np.testing.assert_allclose([impact.t for impact in run.impacts], times, atol=1e-5)
     np.testing.assert_allclose(run.q[-1][:n], places, atol=accuracy)
     np.testing.assert_allclose(run.u[-1][:n], speeds, atol=accuracy)
     return run
