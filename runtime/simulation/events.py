@@ -157,7 +157,8 @@ def _interrupted(course: Course, safe: Safe) -> Run:
     """The run as far as it has been looked at."""
     course.counts = dict(safe.counts)
     events = [*safe.events, *(_event(course, crossing, safe.pieces[-1].run) for crossing in safe.crossings)]
-    return strung(course.main, safe.pieces, events, course.nfev, None, safe.changed)
+    nfev = course.nfev + safe.pieces[-1].run.nfev
+    return strung(course.main, safe.pieces, events, nfev, None, safe.changed)
 
 
 def _set_before(model: Model, state: HybridState, params: Mapping[str, float] | None) -> dict[str, float]:
