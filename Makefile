@@ -27,13 +27,14 @@ make: found no C compiler, expected cc, gcc or clang; install one and run make a
 endef
 export NO_COMPILER
 
-.PHONY: help hexagon gallery quick test hard figures fuzz fuzz-mechanisms lint warnings sanitize coverage types diff golden benchmarks formulations site release clean
+.PHONY: help hexagon gallery quick test oldest hard figures fuzz fuzz-mechanisms lint warnings sanitize coverage types diff golden benchmarks formulations site release clean
 
 help:
 	@echo "make hexagon     simulate the falling hexagon and draw it"
 	@echo "make gallery     the pictures and the page of docs/gallery anew, in a minute"
 	@echo "make quick       a part of the tests in about a minute, for every save; ARGS goes to pytest"
 	@echo "make test        all tests but the long ones; ARGS=\"-k impact\" goes to pytest"
+	@echo "make oldest      the quick tests with the oldest versions of everything that pyproject.toml allows"
 	@echo "make hard        the long tests: surveys, random sweeps, large mechanisms"
 	@echo "make figures     all hard cases, with the largest counts, and the figures that they reach"
 	@echo "make sanitize    the hard cases and 100 random tosses under the sanitizers, with gcc on Linux"
@@ -75,6 +76,19 @@ test: $(VENV)/test
 
 hard: $(VENV)/test
 	@$(BIN)/python $(TIER) -m hard $(ARGS)
+
+# The quick tests with every dependency at its lower bound, in an environment of its own.
+OLDEST := .cache/oldest
+
+oldest: $(OLDEST)/installed
+	@CCGEN_TEST_CACHE_DIR=$(CURDIR)/$(OLDEST)/cache $(OLDEST)/bin/python -m pytest -q -n auto --dist worksteal -m quick $(ARGS)
+
+$(OLDEST)/installed: $(COMPILED) pyproject.toml setup.py
+	$(PYTHON) -m venv --clear $(OLDEST)
+	$(OLDEST)/bin/python backend/lower_bounds.py > $(OLDEST)/requirements.txt
+	$(OLDEST)/bin/python -m pip --disable-pip-version-check install --quiet -r $(OLDEST)/requirements.txt
+	$(OLDEST)/bin/python -m pip --disable-pip-version-check install --quiet --no-deps -e .
+	@touch $@
 
 figures: $(VENV)/test
 	@CCGEN_LARGE=1 CCGEN_ROUNDINGS=1 $(BIN)/python -m pytest -q tests/hard --deselect tests/hard/test_fuzz.py $(ARGS)
