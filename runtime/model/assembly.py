@@ -110,7 +110,8 @@ def least_weighted(
         a, missed = np.asarray(rows(q), dtype=float), np.asarray(misses(q), dtype=float)
         pull = np.asarray(weights @ (near - q), dtype=float)
         curved = weights + _turned(rows, q, np.linalg.lstsq(a.T, pull, rcond=RANK)[0])
-        free = np.linalg.svd(a)[2][int(np.linalg.matrix_rank(a, rtol=RANK)) :].T
+        _, sizes, axes = np.linalg.svd(a)
+        free = axes[np.count_nonzero(sizes > RANK * sizes.max(initial=0.0)) :].T
         step = -np.linalg.lstsq(a, missed, rcond=RANK)[0]
         bent = free.T @ curved @ free
         step = step + free @ np.linalg.lstsq(bent, free.T @ (pull - curved @ step), rcond=RANK)[0]

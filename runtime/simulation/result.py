@@ -16,10 +16,6 @@ from .advance import Advance
 from .ending import message_of
 from .forces_along import along, impulses_of_joints
 
-ASTRAY = 0.01
-"""Part of the energy in motion that a stretch of time stepping may miss without an impulse that accounts for it: two
-digits of the motion are right. Steps of chains miss a millionth of it."""
-
 AUDITED = 4
 """Rows of a run, at most, at which the rounding of its accelerations is measured."""
 
@@ -40,7 +36,6 @@ def run_of(
         spent[row:] -= impact.energy_loss
     _account_for_steps(found, spent)
     closure_max, closure_rate_max, *rounding, unexplained = model.kernels.audit(q, u, spent, t.size // AUDITED + 1)
-    astray = "" if advance.method == "moreau" else _goes_astray(model, found, unexplained)
 
     return Run(
         model=model,
@@ -49,8 +44,8 @@ def run_of(
         u=u,
         impacts=impacts,
         phases=_phases(model, found, impacts),
-        success=found["outcome"] == "done" and not astray,
-        message=message_of(model, until, found, fixed) + astray,
+        success=found["outcome"] == "done",
+        message=message_of(model, until, found, fixed),
         nfev=int(found["evaluations"]),
         closure_max=closure_max,
         energy_drift=largest(unexplained),
@@ -65,28 +60,6 @@ def run_of(
         acceleration_error=_acceleration_error(model, found, *rounding),
         unexplained=unexplained,
         left=left,
-    )
-
-
-def _goes_astray(model: Model, found: dict[str, Any], unexplained: FloatArray) -> str:
-    """What the stretch of time stepping that misses most energy has lost, where that is more than ``ASTRAY``; else "".
-
-    ``unexplained`` (rows,) is what of the energy (J) nothing accounts for; what contacts took by their impulses is none
-    of it. A run that was asked to go by time stepping is not looked at."""
-    if not found["stepping"]:
-        return ""
-    kinetic, potential = (np.asarray(part) for part in model.energy(found["q"], found["u"]))
-    moving = float(np.max(kinetic + potential) - np.min(potential))
-    stretches = [(first, last) for *_, first, last in found["stepping"]]
-    start, end = max(stretches, key=lambda rows: abs(unexplained[rows[1]] - unexplained[rows[0]]))
-    lost = float(unexplained[start] - unexplained[end])
-    if abs(lost) <= ASTRAY * moving:
-        return ""
-    how = "lost" if lost > 0.0 else "gained"
-    return (
-        f", but from {found['t'][start]:.6g} s to {found['t'][end]:.6g} s by time stepping, which has {how} "
-        f"{abs(lost):.3g} J of {moving:.3g} J that no impulse accounts for; change the start, or masses that differ "
-        "much, a little"
     )
 
 
