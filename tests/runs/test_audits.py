@@ -101,6 +101,8 @@ def check(scene: Any, run: Run, missed: float = MISSED) -> None:
 
 
 SHIPPED = sorted({*(ROOT / "scenes").glob("*.toml"), *(ROOT / "scenes" / "gallery").glob("*.toml")})
+STEPS_BY = 1.0
+"""When (s) the ring has gone by time stepping for a while, and falls flat on the ground no more often than once."""
 LATER = ("trebuchet", "jack-in-a-box", "simplest-walker")
 """Runs put together from pieces, each of which is a run of its own."""
 ROUGH = ("cam-follower", "loose-slider-crank")
@@ -123,12 +125,15 @@ def test_shipped_scenes(file: Path, method: str, workshop: Workshop) -> None:
     check(scene, run)
 
 
-@pytest.mark.parametrize("method", ["gauss", "dop853", "moreau"])
-@pytest.mark.parametrize("text", [RINGS, HEXAGON], ids=["ring", "hexagon"])
+@pytest.mark.parametrize(
+    ("text", "method"),
+    [(RINGS, "dop853"), (RINGS, "moreau"), (HEXAGON, "gauss"), (HEXAGON, "moreau")],
+    ids=["ring-dop853", "ring-moreau", "hexagon-gauss", "hexagon-moreau"],
+)
 def test_what_contacts_take_in_steps_counts_once(text: str, method: str, workshop: Workshop) -> None:
     """It went into the works of runs with friction, and was taken off once more: 23.1 J of 25.5 J of the hexagon."""
     scene = workshop.scene(text)
-    run = simulate(workshop.model(text), method=method, step=1e-3 if method == "moreau" else None)
+    run = simulate(workshop.model(text), until=STEPS_BY, method=method, step=1e-3 if method == "moreau" else None)
     check(scene, run)
     for phase in run.phases:
         assert phase.kind == "steps" or phase.taken == 0.0
@@ -145,8 +150,8 @@ def test_energy_that_goes_in_steps_is_told(
 ) -> None:
     """Whatever a run loses beside what impacts record is either drift or taken in steps, and more than a little of
     either is warned of, with where and how much."""
-    model = workshop.model(HEXAGON)
-    run = simulate(model, method="dop853")
+    model = workshop.model(RINGS)
+    run = simulate(model, until=STEPS_BY, method="dop853")
     rows = energy(model, run.q, run.u)
     moved = float(np.ptp(rows))
     lost = rows[0] - rows[-1] - sum(impact.energy_loss for impact in run.impacts)

@@ -192,7 +192,8 @@ static void finish(struct gauss *g, const struct system *s, double h, struct tol
         const double size_of = h * (fabs(c[1]) + fabs(c[2]) + fabs(c[3]));
         first += scale > 0.0 ? (size_of / scale) * (size_of / scale) : 0.0;
     }
-    g->first = sqrt(first / size);
+    /* coefficients do not shrink as each other where a load begins as a root: the end sees then what the polynomial misses */
+    g->first = s->model->switches ? 0.0 : sqrt(first / size);
 }
 
 /* The step by DOP853. */
@@ -268,8 +269,7 @@ static double last_coefficients(const struct gauss *g, int size, struct toleranc
 }
 
 /* What the stage polynomial misses shrinks as its last coefficients do, and the end of the step sees it only against the
- * motion's own coefficients of that degree, which shrink likewise: the product of the two. Where the last coefficients shrink less than that, as
- * those of a motion with a corner or a narrow bend do, the first that the end sees is what they come to at that pace. Sweeps that contract slowly
+ * motion's own coefficients of that degree, which shrink likewise: the product of the two. Sweeps that contract slowly
  * make the next step shorter. */
 static double gauss_measure(const double *scratch, int size, struct tolerance tolerance, const double *y,
                             const double *y1)
@@ -277,7 +277,6 @@ static double gauss_measure(const double *scratch, int size, struct tolerance to
     const struct gauss *g = (const struct gauss *)scratch;
     if (g->replaced) /* as the error of a method of this order would be */
         return pow(CAUTION * dop853.measure(g->other, size, tolerance, y, y1), (double)ORDER / dop853.order);
-    const struct tail tail = gauss_tail(g, size, tolerance, y, y1);
     const double size_of = last_coefficients(g, size, tolerance, y, y1);
     const double ratio = size_of / g->first;
     if (!isfinite(size_of + g->first)) /* a quotient of such numbers may be 0 */
@@ -286,8 +285,8 @@ static double gauss_measure(const double *scratch, int size, struct tolerance to
     const double cautious = CAUTION * error, slow = 0.9 * g->contraction / WANTED;
     const double steered =
         fmax(error > 1.0 ? cautious : fmin(1.0, cautious), slow > 0.3 ? fmin(1.0, pow(slow, ORDER)) : 0.0);
-    const double beyond = tail.last * pow(tail.shrink, 0.5 * (ORDER - STAGES + 1));
-    return fmax(fmax(steered, beyond), pow(tail.unseen, ORDER)); /* what is unseen shrinks as the step does */
+    return fmax(steered,
+                pow(gauss_unseen(g, size, tolerance, y, y1), ORDER)); /* what is unseen shrinks as the step does */
 }
 
 /* state at theta on the stage polynomial that starts at `start` */

@@ -57,12 +57,8 @@ enum outcome gauss_solve(struct gauss *g, struct system *s, double t, double h, 
 enum outcome gauss_look_at_ends(struct gauss *g, struct system *s, double t, double h, const double *y,
                                 const double *y1);
 
-struct tail {
-    double last;   /* size of the stage polynomial's last two coefficients, in tolerances */
-    double shrink; /* and against the two before */
-    double unseen; /* what the step has not seen of its beginning and of its end, in tolerances, up to a few */
-};
-struct tail gauss_tail(const struct gauss *g, int size, struct tolerance tolerance, const double *y, const double *y1);
+/* What the step has not seen of its beginning and of its end, in tolerances, up to a few */
+double gauss_unseen(const struct gauss *g, int size, struct tolerance tolerance, const double *y, const double *y1);
 
 /* The step just taken from y, as if it had been that part as long: its polynomial is kept, and its end is y1. Returns what the polynomial misses inside of
  * the step, in tolerances, which is more than the end does; infinity where there is none. */

@@ -46,30 +46,34 @@ static void compare(const struct gauss *g, const struct system *s, int end, cons
     }
 }
 
+/* The last time within a step up to `to`, which t + h may pass by rounding: what sets in at its end is the next step's */
+static double just_before(double to, double h)
+{
+    return to - copysign(DBL_EPSILON * fabs(to), h);
+}
+
 enum outcome gauss_look_at_ends(struct gauss *g, struct system *s, double t, double h, const double *y,
                                 const double *y1)
 {
     double *missed = g->estimate + 2 * s->size;
+    const double t1 = just_before(t + h, h);
     memset(missed, 0, 2 * s->size * sizeof *missed);
     g->ended = 0;
     if (s->projects_stages)
         return OUTCOME_DONE;
-    if (!g->begun) {
-        const enum outcome outcome = system_derivative(s, t, y, g->begin);
-        if (outcome)
-            return outcome == OUTCOME_INTERRUPTED ? outcome : OUTCOME_DONE;
-        g->begun = 1;
+    enum outcome outcome = g->begun ? OUTCOME_DONE : system_derivative(s, t, y, g->begin);
+    g->begun = !outcome;
+    if (!outcome) {
+        compare(g, s, 0, g->begin, missed);
+        outcome = system_derivative(s, t1, y1, g->end);
+        g->ended = !outcome;
     }
-    compare(g, s, 0, g->begin, missed);
-    const enum outcome outcome = system_derivative(s, t + h, y1, g->end);
-    if (outcome)
-        return outcome == OUTCOME_INTERRUPTED ? outcome : OUTCOME_DONE;
-    g->ended = 1;
-    compare(g, s, 1, g->end, missed + s->size);
-    return OUTCOME_DONE;
+    if (!outcome)
+        compare(g, s, 1, g->end, missed + s->size);
+    return outcome == OUTCOME_INTERRUPTED ? outcome : OUTCOME_DONE;
 }
 
-struct tail gauss_tail(const struct gauss *g, int size, struct tolerance tolerance, const double *y, const double *y1)
+double gauss_unseen(const struct gauss *g, int size, struct tolerance tolerance, const double *y, const double *y1)
 {
     const int n = g->n;
     const double *begin = g->estimate + 2 * size, *end = begin + size, h = g->h;
@@ -91,5 +95,5 @@ struct tail gauss_tail(const struct gauss *g, int size, struct tolerance toleran
     }
     const double shrink = before > last ? sqrt(last / before) : 1.0;
     const double explained = EXPLAINED * sqrt(last * shrink), missed = sqrt(fmax(at_begin, at_end));
-    return (struct tail){sqrt(last / size), shrink, fmin(MOST, NODE[0] * fmax(0.0, missed - explained) / sqrt(size))};
+    return fmin(MOST, NODE[0] * fmax(0.0, missed - explained) / sqrt(size));
 }
