@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from ..scene import Scene, SceneError, load_scene
+from ..scene import Scene, SceneError
+from ..scene.load import load_with_settings
 from .detail import Detail
 from .refusal import fail
 
@@ -26,7 +27,7 @@ def read(path: Path, settings: Mapping[str, float] | None = None) -> Scene:
     """The scene in ``path``, names of its ``[let]`` having the values that ``settings`` give them; or all its faults on
     standard error and exit code 2."""
     try:
-        return load_scene(path, let={name: float(value) for name, value in (settings or {}).items()})
+        return load_with_settings(path, {name: float(value) for name, value in (settings or {}).items()})
     except SceneError as error:
         fail(str(error))
 

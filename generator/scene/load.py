@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping
+from difflib import get_close_matches
 from os import PathLike
 from pathlib import Path as File
-from typing import Any
+from typing import Any, NamedTuple
 
-from .errors import Fault, SceneError
+from .errors import Fault, Path, SceneError
 from .limits import MOST_BYTES, too_large
 from .locate import locate
 from .not_toml import not_toml
@@ -24,12 +25,36 @@ def load_scene(path: str | PathLike[str] | Tables, *, let: Mapping[str, float] |
 
     Tuples and arrays of NumPy may stand for lists, and a key with the value ``None`` is left out. The scene of tables
     without a ``name`` is called ``scene``. ``let`` are numbers (SI units) for names of its ``[let]``, in place of those
-    that stand there; names that it does not give are left aside. Raises ``SceneError`` with everything that is wrong
-    with it.
+    that stand there. Raises ``SceneError`` with everything that is wrong with it, ``ValueError`` where ``let`` has a
+    name that the scene's ``[let]`` has not, and ``TypeError`` where ``path`` or ``let`` is neither.
     """
+    if let is not None and not isinstance(let, Mapping):
+        raise TypeError(f'let: found {let!r}, expected numbers by names of [let] as a dict, as {{"length": 0.7}}')
+    found = _found(path)
+    return _read(found, plain(let or {}))
+
+
+def load_with_settings(path: str | PathLike[str], settings: Mapping[str, float]) -> Scene:
+    """The same of a file, with those of ``settings`` that are of names of its ``[let]``; others are of parameters."""
+    found = _found(path)
+    names = found.tables.get("let")
+    known = names if isinstance(names, Mapping) else {}
+    return _read(found, {name: value for name, value in settings.items() if name in known})
+
+
+class _Found(NamedTuple):
+    """Tables as they were given, the file and the name that faults and the scene have, and where keys stand."""
+
+    tables: Tables
+    file: str
+    name: str
+    lines: Mapping[Path, int] | None = None
+
+
+def _found(path: str | PathLike[str] | Tables) -> _Found:
     if isinstance(path, Mapping):
         name = path.get("name")
-        return read_tables(_with_let(plain(path), let), name if isinstance(name, str) else "scene", "scene")
+        return _Found(plain(path), name if isinstance(name, str) else "scene", "scene")
     if not isinstance(path, str | PathLike):
         raise TypeError(f"path: found {path!r}, expected the name of a scene file (TOML), or its tables as a dict")
     file = str(path)
@@ -50,15 +75,22 @@ def load_scene(path: str | PathLike[str] | Tables, *, let: Mapping[str, float] |
         raise _unreadable(file, None, "found bytes that are not UTF-8, expected a text file (TOML)") from error
     except tomllib.TOMLDecodeError as error:
         raise SceneError(not_toml(text, file, error)) from error
-    return read_tables(_with_let(tables, let), file, File(path).stem, locate(text))
+    return _Found(tables, file, File(path).stem, locate(text))
 
 
-def _with_let(tables: Tables, values: Mapping[str, float] | None) -> Tables:
-    """The tables with other ``values`` of names of ``[let]``."""
-    given = tables.get("let")
-    if not values or not isinstance(given, Mapping):
-        return tables
-    return {**tables, "let": {**given, **{name: value for name, value in values.items() if name in given}}}
+def _read(found: _Found, let: Mapping[str, float]) -> Scene:
+    """The scene of the tables, with other values of names of ``[let]``."""
+    given = found.tables.get("let", {})
+    if not let or not isinstance(given, Mapping):
+        return read_tables(*found)
+    if unknown := [name for name in let if name not in given]:
+        known = (
+            f"names of [let] in {found.file}: {', '.join(given)}" if given else f"none, for {found.file} has no [let]"
+        )
+        close = get_close_matches(unknown[0], given, 1)
+        advice = f'write "{close[0]}"' if close else "leave it out"
+        raise ValueError(f"let: found {', '.join(map(repr, unknown))}, expected {known}; {advice}")
+    return read_tables({**found.tables, "let": {**given, **let}}, *found[1:])
 
 
 def _content(file: File) -> bytes | None:

@@ -54,9 +54,34 @@ def test_a_name_of_let_is_set_as_in_the_file(name: str, value: str, tmp_path: Pa
 
 def test_load_scene_takes_values_of_let() -> None:
     tables = {"let": {"l": 0.5}, "chain": {"links": 1, "hinged": True, "length": "2*l"}}
-    one, other = load_scene(tables, let={"l": 0.7, "none": 1.0}), load_scene({**tables, "let": {"l": 0.7}})
+    one, other = load_scene(tables, let={"l": 0.7}), load_scene({**tables, "let": {"l": 0.7}})
     assert one.canonical() == other.canonical() != load_scene(tables).canonical()
     assert tables["let"] == {"l": 0.5}
+
+
+@pytest.mark.parametrize("form", ["dict", "file"])
+def test_load_scene_takes_no_other_names_for_let(form: str, tmp_path: Path) -> None:
+    """A name that is misspelt would leave the number of the file in place without a word."""
+    (tmp_path / "my.toml").write_text('[let]\nlength = 0.5\nrho = 2\n[chain]\nlinks = 1\nlength = "length"\n')
+    tables = {"let": {"length": 0.5, "rho": 2}, "chain": {"links": 1, "length": "length"}}
+    scene = tables if form == "dict" else tmp_path / "my.toml"
+    with pytest.raises(
+        ValueError, match=r"^let: found 'lenght', expected names of \[let\] in .*: length, rho; write \"l"
+    ):
+        load_scene(scene, let={"lenght": 9.0, "rho": 1.0})
+    with pytest.raises(ValueError, match=r"found 'mass', 'size', expected .*: length, rho; leave it out$"):
+        load_scene(scene, let={"mass": 9.0, "size": 1.0})
+    with pytest.raises(TypeError, match=r"^let: found 3, expected numbers by names of \[let\] as a dict"):
+        load_scene(scene, let=3)  # type: ignore[arg-type]
+    with pytest.raises(SceneError, match=r"let.length: found true, expected a number"):
+        load_scene(scene, let={"length": True})
+    one, other = load_scene(scene, let={"length": np.float32(0.25)}), load_scene({**tables, "let": {"length": 0.25}})
+    assert one.mechanism == other.mechanism != load_scene(scene).mechanism
+
+
+def test_a_scene_without_let_takes_no_names_for_it() -> None:
+    with pytest.raises(ValueError, match=r"^let: found 'l', expected none, for scene has no \[let\]; leave it out$"):
+        load_scene({"chain": {"links": 1}}, let={"l": 0.7})
 
 
 def test_a_scene_without_a_command_is_told_which(tmp_path: Path) -> None:
