@@ -277,9 +277,9 @@ class Pieces(Table):
         time, value = self.begin, self.start
         for number, one in enumerate(self.pieces):
             if not time < one.to:
-                raise _wrong(
-                    f"piece {number} ends at {one.to:g} s, where the one before ends at {time:g}; write later ones"
-                )
+                before = "the one before ends" if number else "it begins"
+                advice = "write later ones" if number else 'write a later end, or an earlier "begin"'
+                raise _wrong(f"piece {number} ends at {one.to:.12g} s, where {before} at {time:.12g}; {advice}")
             if one.law and one.value is None:
                 raise _wrong(f'piece {number} has law = "{one.law}" and no value, so it rests; leave the law out')
             time, value = one.to, value if one.value is None else one.value
@@ -434,9 +434,12 @@ class ForcePieces(Pieces):
 
 def number_or_table(value: Any) -> str:
     """Which alternative of such a value is meant, as pydantic's tag."""
-    if isinstance(value, dict):
-        return "<pieces>" if "pieces" in value else "<table>"
-    return "<number>"
+    if not isinstance(value, dict):
+        return "<number>"
+    misspelt = "rows" not in value and any(
+        isinstance(one, list) and one and isinstance(one[0], dict) for one in value.values()
+    )
+    return "<pieces>" if "pieces" in value or misspelt else "<table>"
 
 
 def law_of(value: Law | Rows | Pieces) -> Law:

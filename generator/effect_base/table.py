@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from types import UnionType
 from typing import Annotated, Any, ClassVar, Literal, Union, get_args, get_origin
 
-from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler
+from pydantic import BaseModel, ConfigDict, Discriminator, Field, GetCoreSchemaHandler, Tag
 from pydantic_core import CoreSchema, core_schema
 
 from .written_numbers import Length, Number
@@ -51,30 +51,64 @@ def alternatives(kind: Any) -> Iterator[Any]:
         yield kind
 
 
-def inside(kind: Any, part: str | int) -> Any:
-    """The type of an item of a list, of a value in a mapping, or of a key of a table; ``None`` where there is none."""
+def part_of(written: object, place: Sequence[str | int]) -> object:
+    """What a table or list as it is written has at a place; ``None`` where it has nothing there."""
+    for part in place:
+        there = part in written if isinstance(written, Mapping) else _has_item(written, part)
+        if not there:
+            return None
+        written = written[part]  # type: ignore[index]
+    return written
+
+
+def _has_item(written: object, part: str | int) -> bool:
+    return isinstance(written, list) and isinstance(part, int) and part in range(len(written))
+
+
+def inside(kind: Any, part: str | int, written: object) -> Any:
+    """The type of an item of a list, of a value in a mapping, or of a key of a table, of which ``written`` says which
+    alternative is meant; ``None`` where there is none."""
     wanted = list if isinstance(part, int) else dict
-    if isinstance(part, str) and (table := _table_with(kind, part)):
+    if isinstance(part, str) and (table := _table_with(kind, part, written)):
         return kind_of_key(table, part)
-    for one in alternatives(kind):
+    for one in _meant(kind, written):
         if get_origin(one) is wanted:
             return get_args(one)[-1]
     return None
 
 
-def _table_with(kind: Any, key: str) -> type[Table] | None:
-    """Of the tables among a type's alternatives that which has a key, else the first."""
-    tables = [one for one in alternatives(kind) if isinstance(one, type) and issubclass(one, Table)]
+def _meant(kind: Any, written: object) -> Iterator[Any]:
+    """The alternatives of a type, without their marks, that pydantic reads ``written`` by: those with the tag that the
+    discriminator gives it. All where there is no discriminator, or nothing is written."""
+    tag = None
+    while get_origin(kind) is Annotated:
+        kind, *marks = get_args(kind)
+        for mark in marks:
+            if isinstance(mark, Discriminator) and callable(mark.discriminator) and written is not None:
+                tag = Tag(str(mark.discriminator(written)))
+    if get_origin(kind) not in (Union, UnionType):
+        yield kind
+        return
+    for one in get_args(kind):
+        if tag is None or tag in getattr(one, "__metadata__", ()):
+            yield from _meant(one, written)
+
+
+def _table_with(kind: Any, key: str, written: object) -> type[Table] | None:
+    """Of the tables among a type's alternatives that are meant the one which has a key, else the first."""
+    tables = [one for one in _meant(kind, written) if isinstance(one, type) and issubclass(one, Table)]
     return next((one for one in tables if key in one.model_fields), tables[0] if tables else None)
 
 
-def innermost(model: type[Table], place: Sequence[str | int]) -> tuple[type[Table], tuple[str | int, ...]]:
-    """The table in ``model`` that the last part of a place belongs to, however deep, and the place in that."""
+def innermost(model: type[Table], place: Sequence[str | int], raw: object) -> tuple[type[Table], tuple[str | int, ...]]:
+    """The table in ``model``, written as ``raw``, that the last part of a place belongs to, however deep, and the place
+    in that."""
     owner, since, kind = model, 0, kind_of_key(model, str(place[0]))
     for index, part in enumerate(place[1:], start=1):
-        if isinstance(part, str) and (table := _table_with(kind, part)):
+        written = part_of(raw, place[:index])
+        if isinstance(part, str) and (table := _table_with(kind, part, written)):
             owner, since = table, index
-        kind = inside(kind, part)
+        kind = inside(kind, part, written)
     return owner, tuple(place[since:])
 
 

@@ -35,14 +35,17 @@ class DriveTable(Table):
     joint: JointName = Field(description="the name of the joint whose motion is given")
     speed: SpeedInTime | None = Field(
         default=None,
-        description="the joint's rate in rad/s, a number, an expression of t or rows over time (m/s where it slides)",
+        description="the joint's rate in rad/s, a number, an expression of t, or rows or pieces over time (m/s where "
+        "it slides)",
     )
     angle: AngleInTime | None = Field(
         default=None,
-        description='the joint\'s angle in rad, a number or text as "30 deg", an expression of t or rows over time',
+        description='the joint\'s angle in rad, a number or text as "30 deg", an expression of t, or rows or pieces '
+        "over time",
     )
     position: PositionInTime | None = Field(
-        default=None, description="the length along the line in m, a number, an expression of t or rows over time"
+        default=None,
+        description="the length along the line in m, a number, an expression of t, or rows or pieces over time",
     )
 
 

@@ -55,10 +55,11 @@ class MotorTable(Table):
     name: Name | None = Field(default=None, description="a name of letters, digits and _, beginning with a letter")
     joint: JointName = Field(description="the name of the joint that it moves")
     torque: TorqueInTime | None = Field(
-        default=None, description="a torque in N m, a number, an expression of t or rows over time"
+        default=None, description="a torque in N m, a number, an expression of t, or rows or pieces over time"
     )
     force: ForceInTime | None = Field(
-        default=None, description="a force along the line in N, a number, an expression of t or rows over time"
+        default=None,
+        description="a force along the line in N, a number, an expression of t, or rows or pieces over time",
     )
     table: list[Row] | None = Field(
         default=None,
@@ -67,11 +68,12 @@ class MotorTable(Table):
     )
     angle: AngleInTime | None = Field(
         default=None,
-        description='the wanted angle in rad, a number or text as "30 deg", an expression of t or rows over time',
+        description='the wanted angle in rad, a number or text as "30 deg", an expression of t, or rows or pieces '
+        "over time",
     )
     position: PositionInTime | None = Field(
         default=None,
-        description="the wanted length along the line in m, a number, an expression of t or rows over time",
+        description="the wanted length along the line in m, a number, an expression of t, or rows or pieces over time",
     )
     stiffness: Annotated[NotNegative, Measured("N m/rad", "N/m")] | None = Field(
         default=None, description="the stiffness in N m/rad, zero or a positive number (N/m where it slides)"

@@ -29,7 +29,9 @@ class TorqueTable(Table):
 
     name: Name | None = Field(default=None, description="a name of letters, digits and _, beginning with a letter")
     link: LinkName = Field(description="the name of the link it acts on")
-    torque: TorqueInTime = Field(description="a torque in N m, a number, an expression of t or rows over time")
+    torque: TorqueInTime = Field(
+        description="a torque in N m, a number, an expression of t, or rows or pieces over time"
+    )
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from collections import Counter
 from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
-from ..effect_base.table import Table, innermost, kind_of_key
+from ..effect_base.table import Table, innermost, kind_of_key, part_of
 from ..mechanism.mechanism import Mechanism
 from .errors import MOST_TOLD, Path, Report
 from .meant import kinds_of, meant_key, required_keys
@@ -95,14 +95,15 @@ class _Reading:
     def _mend(self, path: Path) -> bool:
         """Whether there is something else to read at ``path``; then it stands there."""
         depth, model = _depth(path), self.models[str(path[0])]
-        owner, place = innermost(model, path[depth:])
+        raw = part_of(self.tables, path[:depth])
+        owner, place = innermost(model, path[depth:], raw)
         key = str(place[0])
         if kind_of_key(owner, key) is None:
             self._leave_out(path, key, owner)
         else:
             order = self.order.setdefault(path, len(self.order))
             number = self.index + _READINGS * order + (_READINGS + 1) * self.tries[path]
-            value = stand_in(model, path[depth:], number, self.known)
+            value = stand_in(model, path[depth:], raw, number, self.known)
             if value is None:
                 return False
             self._put(path, value)

@@ -10,7 +10,7 @@ from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from ..effect_base.arithmetic import Names
-from ..effect_base.table import Table, innermost
+from ..effect_base.table import Table, innermost, part_of
 from ..effect_base.written_numbers import TOLD
 from .angles import judge_angles
 from .errors import Path, Report
@@ -48,21 +48,21 @@ def check(model: type[T], raw: object, path: Path, names: Names, report: Report)
     elsewhere_given = set[Path]()  # keys that lack because their values stand at an unknown key, which is told
     for fault in sorted(faults, key=lambda fault: fault["type"] != "extra_forbidden"):
         place = _place(fault["loc"])
-        owner, inner = innermost(model, place)
+        owner, inner = innermost(model, place, raw)
         if fault["type"] == "missing" and place in elsewhere_given:
             continue
         if fault["type"] == "extra_forbidden":
             key = str(inner[-1])
             elsewhere = owner.INSTEAD.get(key) or owner.MISPLACED.get(key)
             message = f"found {key}, expected it elsewhere: {elsewhere}" if elsewhere else ""
-            beside = _written_at(raw, place[:-1])
+            beside = part_of(raw, place[:-1])
             given = beside if isinstance(beside, Mapping) else {}
             about = (key, given.get(key), kinds_of(owner), given, required_keys(owner))
             report.add(path + place, message or unknown_key(*about))
             if not message and (meant := meant_key(*about)):
                 elsewhere_given.add((*place[:-1], meant))
         elif fault["type"] != TOLD and not unknown & model.INSTEAD.keys():
-            report.add(path + place, _sentence(owner, inner, fault, _written_at(raw, place)))
+            report.add(path + place, _sentence(owner, inner, fault, part_of(raw, place)))
     return None
 
 
@@ -85,16 +85,6 @@ def show(value: object, deep: bool = False) -> str:
 def _place(loc: tuple[int | str, ...]) -> Path:
     """pydantic's place of a fault without the marks of alternatives."""
     return tuple(part for part in loc if part not in TAGS)
-
-
-def _written_at(raw: object, place: Path) -> object:
-    """What a table has at a place, ``None`` where it has nothing there."""
-    for part in place:
-        inside = part in raw if isinstance(raw, Mapping) else isinstance(raw, list) and part in range(len(raw))
-        if not inside:
-            return None
-        raw = raw[part]  # type: ignore[index]
-    return raw
 
 
 def _sentence(model: type[Table], place: Path, fault: ErrorDetails, written: object) -> str:

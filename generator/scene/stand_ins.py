@@ -13,7 +13,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from annotated_types import MinLen
 from pydantic.fields import FieldInfo
 
-from ..effect_base.table import Named, Table, inside, kind_of_key
+from ..effect_base.table import Named, Table, inside, kind_of_key, part_of
 from ..mechanism.mechanism import Mechanism
 from .errors import Path
 
@@ -53,14 +53,15 @@ def _rows(tables: object, name: str) -> Iterator[tuple[str, list[str]]]:
             yield own if isinstance(own, str) else name.format(index), [*map(str, points)]
 
 
-def stand_in(model: type[Table], place: Path, number: int, known: Names) -> object:
-    """A value for ``place``, a key of the table and what is below it; ``None`` where there is none of its kind.
+def stand_in(model: type[Table], place: Path, raw: object, number: int, known: Names) -> object:
+    """A value for ``place``, a key of the table that is written as ``raw`` and what is below it; ``None`` where there
+    is none of its kind.
 
     Values of different ``number`` differ, as far as there are several of a kind.
     """
     kind = kind_of_key(model, str(place[0]))
-    for part in place[1:]:
-        kind = inside(kind, part)
+    for index, part in enumerate(place[1:], start=1):
+        kind = inside(kind, part, part_of(raw, place[:index]))
     return None if kind is None else _value(kind, number, known)
 
 

@@ -301,6 +301,36 @@ WRONG = {
     "not closed": ('position = { pieces = [{ to = 1, value = 1 }], ends = "periodic" }', "end with the start"),
     "a unit": ('position = { pieces = [{ to = 1, value = "1 kg" }] }', r"position\.pieces\[0\]\.value: .*kg"),
     "other key": ("position = { pieces = [{ to = 1, lift = 1 }] }", r"position\.pieces\[0\]\.lift: found"),
+    "at its begin": ("position = { pieces = [{ to = 0, value = 1 }] }", "piece 0 ends at 0 s, where it begins at 0; "),
+    "before its begin": (
+        "position = { pieces = [{ to = 1, value = 1 }], begin = 2 }",
+        'piece 0 ends at 1 s, where it begins at 2; write a later end, or an earlier "begin"$',
+    ),
+    "pieces straight on": (
+        'position = { pieces = [{ to = 1, value = 1 }], ends = "straight" }',
+        r'ends: found "straight", expected what it does before and after, "rest" \(stay\) or "periodic" \(begin anew\)',
+    ),
+    "misspelt beside pieces": (
+        "position = { pieces = [{ to = 1, value = 1 }], strat = 0.5 }",
+        'strat: found an unknown key, expected one of pieces, start, begin, ends; write "start"$',
+    ),
+    "of rows beside pieces": (
+        'position = { pieces = [{ to = 1, value = 1 }], law = "cycloidal" }',
+        "law: found an unknown key, expected one of pieces, start, begin, ends; remove it$",
+    ),
+    "rows beside pieces": (
+        f"position = {{ pieces = [{{ to = 1, value = 1 }}], rows = {BUMP} }}",
+        "rows: found an unknown key, expected one of pieces, start, begin, ends; remove it$",
+    ),
+    "of pieces beside rows": (
+        f"position = {{ rows = {BUMP}, order = 3, begin = 1 }}",
+        "begin: found an unknown key, expected one of rows, order, law, ends; remove it$",
+    ),
+    "misspelt pieces": (
+        "position = { peices = [{ to = 1, value = 1 }] }",
+        'peices: found an unknown key, expected one of pieces, start, begin, ends; write "pieces"$',
+    ),
+    "pieces are told of": ("position = [0, 1]", "an expression of t, or rows or pieces over time; "),
 }
 
 
@@ -309,3 +339,11 @@ def test_wrong_motions(case: str, workshop: Workshop) -> None:
     drive, said = WRONG[case]
     with pytest.raises(SceneError, match=said):
         workshop.scene(SLIDER.format(drive=drive, until=1))
+
+
+def test_what_stands_behind_a_wrong_key_of_pieces_is_told(workshop: Workshop) -> None:
+    """The scene is read on with an end that pieces may have."""
+    drive = 'position = { pieces = [{ to = 1, value = 1 }], ends = "straight" }'
+    with pytest.raises(SceneError) as caught:
+        workshop.scene(SLIDER.format(drive=drive, until=1).replace('joint = "rail"', 'joint = "road"'))
+    assert {fault.key for fault in caught.value.faults} == {"drive[0].position.ends", "drive[0].joint"}
