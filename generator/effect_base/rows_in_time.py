@@ -27,7 +27,7 @@ from .table import Columns, Table
 from .written_numbers import Measured
 
 ROWS = 500
-"""Rows of a table, all of which stand in the equations: so many take some seconds to derive."""
+"""Rows of a value over time, all of which stand in the equations: so many take some seconds to derive."""
 KNOWN, SWEEPS = Fraction(1, 10**45), 60
 """Part of the terms of a condition by which it may be missed: what is solved in doubles is corrected until then, so
 that what is rounded in the end is the same on all machines, whatever order they add up in. Each correction is good for
@@ -206,8 +206,6 @@ class Rows(Table):
         for number, (row, after) in enumerate(pairwise(rows), start=1):
             if not row[0] < after[0]:
                 raise _wrong(f"row {number} has t = {after[0]:g} after t = {row[0]:g}; write rows with times that grow")
-        if len(rows) > ROWS:
-            raise _wrong(f"there are {len(rows)} rows, and all stand in the equations; write at most {ROWS}")
         return rows
 
     @field_validator("ends")
@@ -225,6 +223,7 @@ class Rows(Table):
             raise _wrong(f'it has {found}; write one of them, order = 1, 3 or 5, or law = "monotone"')
         if self.ends == "straight" and self.law not in (None, "monotone"):
             raise _wrong(f'law = "{self.law}" rests at the last row; write ends = "rest" or "periodic"')
+        _check_size(self.curve(), f"{len(self.rows)} rows")
         _check_finite(self.curve(), "no spline in doubles goes through these rows; write times farther apart, or ")
         return self
 
@@ -236,6 +235,14 @@ class Rows(Table):
             return Monotone(rows, self.ends)
         laws = (self.law if before != after else None for (_, before), (_, after) in pairwise(rows))
         return Rises(rows, tuple(laws), self.ends)
+
+
+def _check_size(curve: Piecewise, given: str) -> None:
+    """Laws of several parts, as the modified trapezium with its five, have rows where these meet besides the given."""
+    count = f"{len(curve.rows)} rows"
+    if len(curve.rows) > ROWS:
+        of = "" if count == given else f" ({count}, with the ends of all their parts)"
+        raise _wrong(f"there are {given}{of}, and all stand in the equations; write at most {ROWS} rows")
 
 
 def _check_finite(curve: Piecewise, wrong: str) -> None:
@@ -285,8 +292,7 @@ class Pieces(Table):
             time, value = one.to, value if one.value is None else one.value
         if self.ends == "periodic" and value != self.start:
             raise _wrong(f"the last piece ends at {value:g}, the first begins at {self.start:g}; end with the start")
-        if len(self.pieces) > ROWS:
-            raise _wrong(f"there are {len(self.pieces)} pieces, and all stand in the equations; write at most {ROWS}")
+        _check_size(self.curve(), f"{len(self.pieces)} pieces")
         _check_finite(self.curve(), "no motion in doubles goes through these pieces; write longer ones, or ")
         return self
 

@@ -14,6 +14,7 @@ from scipy.interpolate import PchipInterpolator
 from ccgen.generator.derive.following import ANGLE
 from ccgen.generator.effect_base.laws_of_rise import LAWS, LawOfRise
 from ccgen.generator.effect_base.motion_laws import Monotone, Rises
+from ccgen.generator.effects.drive import Drive
 from ccgen.generator.scene.errors import SceneError
 from ccgen.runtime import methods, simulate
 
@@ -339,6 +340,24 @@ def test_wrong_motions(case: str, workshop: Workshop) -> None:
     drive, said = WRONG[case]
     with pytest.raises(SceneError, match=said):
         workshop.scene(SLIDER.format(drive=drive, until=1))
+
+
+@pytest.mark.parametrize(("law", "parts"), [("cycloidal", 1), ("modified-trapezoidal", 5)])
+@pytest.mark.parametrize("form", ["rows", "pieces"])
+def test_rows_between_parts_of_laws_count(form: str, law: str, parts: int, workshop: Workshop) -> None:
+    """500 rows are taken, of ``parts`` from station to station and one at the end, and no more."""
+    most = 499 // parts
+
+    def drive(rises: int) -> str:
+        if form == "rows":
+            return f'position = {{ rows = {[[k, k % 2] for k in range(rises + 1)]}, law = "{law}" }}'
+        pieces = ", ".join(f'{{ to = {k + 1}, value = {(k + 1) % 2}, law = "{law}" }}' for k in range(rises))
+        return f"position = {{ pieces = [{pieces}] }}"
+
+    taken = workshop.scene(SLIDER.format(drive=drive(most), until=1)).effects[0]
+    assert isinstance(taken, Drive) and isinstance(taken.law, Rises) and len(taken.law.rows) == parts * most + 1
+    with pytest.raises(SceneError, match=rf"there are {most + (2 if form == 'rows' else 1)} {form}.* at most 500 rows"):
+        workshop.scene(SLIDER.format(drive=drive(most + 1), until=1))
 
 
 def test_what_stands_behind_a_wrong_key_of_pieces_is_told(workshop: Workshop) -> None:
