@@ -162,7 +162,7 @@ class StartData(Data):
     kept_drives: list[int] = entry("drives, by number, whose joints stay where they are then", default=[])
     sketch: list[float] = entry(
         "what the start is the nearest to with other values of parameters, by weighted squares of changes of "
-        "coordinates; empty: to itself, by those of joint displacements",
+        "coordinates; empty: to itself, by the same squares",
         "[coordinates]",
         "rad, m",
         default=[],
