@@ -60,15 +60,12 @@ def drive_misses(model: Geometry, q: FloatArray) -> FloatArray:
     return np.array(missing, dtype=float)
 
 
-def put_where_driven(
-    model: Geometry, q: FloatArray, u: FloatArray, kept: Sequence[int] = ()
-) -> tuple[FloatArray, FloatArray]:
-    """The nearest state in which driven joints are where they are to be at t = 0, and as fast, loops shut, and the
-    rates of the coordinates ``kept`` as they are."""
+def put_where_driven(model: Geometry, q: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The nearest state in which driven joints are where they are to be at t = 0, and as fast, and loops shut."""
     if np.max(np.abs(drive_misses(model, q))) > start_miss(model.core.REAL, model.length):
         q = _nearest_driven(model, q)
-    rows = np.vstack([drive_rows(model), np.eye(len(u))[list(kept)], model.jacobian(q)])
-    speeds = np.append(drive_speeds(model), u[list(kept)])
+    rows = np.vstack([drive_rows(model), model.jacobian(q)])
+    speeds = drive_speeds(model)
     for _ in range(1 if model.precision == "double" else 3):  # solved in doubles, whatever the numbers of the model
         missing = np.append(speeds, np.zeros(len(model.rows))) - rows @ u
         u = u + np.linalg.lstsq(np.asarray(rows, dtype=float), np.asarray(missing, dtype=float), rcond=1e-12)[0]
