@@ -66,6 +66,10 @@ def torque(
     for name, (most, angle) in (("largest", turn.largest), ("smallest", turn.smallest)):
         typer.echo(f"{name:8} {most:z16.9g} N m at {angle:.6g} rad")
     _tell_time(model, turn.q[0])
+    if asked is None and driven == 0.0:
+        typer.echo(
+            f"note: its [[drive]] has {turned} at rest at t = 0, so it is turned at 1 rad/s; --rate asks for another"
+        )
     if turn.closed:
         typer.echo(f"closed on the way: {_named(turn.closed)}; what they push does no work here and is not counted")
     if plot is not None:
@@ -77,14 +81,14 @@ def _digits(value: float, error: float) -> int:
     return 9 if not value or not error else max(1, min(9, math.floor(math.log10(abs(value) / error))))
 
 
-def _driven_speed(model: Model, joint: str) -> tuple[float, bool]:
-    """The speed (rad/s) at t = 0 of the drive of a joint, 0 where it has none, and whether that is a plain number, kept
-    all the time, rather than the rate of a law over time."""
+def _driven_speed(model: Model, joint: str) -> tuple[float | None, bool]:
+    """The speed (rad/s) at t = 0 of the drive of a joint, ``None`` where it has none, and whether that is a plain
+    number, kept all the time, rather than the rate of a law over time."""
     from ccgen.runtime.model.drives import drive_speeds
 
     of = [drive["joint"] for drive in model.data["drives"]]
     if joint not in of:
-        return 0.0, True
+        return None, True
     index = of.index(joint)
     return float(drive_speeds(model)[index]), isinstance(model.data["drives"][index]["speed"], str)
 

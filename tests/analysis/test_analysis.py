@@ -375,10 +375,12 @@ def test_a_crank_turns_as_the_law_of_its_drive_begins(law: str, said: str, geare
     assert told[0] == f"rod: hinge turned once {said}: rod against ground"
     assert told[1].split() == ["mean", "0", "N", "m"]
     assert told[2].split()[1] == "4.905" and told[3].split()[1] == "-4.905"
+    note = "note: its [[drive]] has hinge at rest at t = 0, so it is turned at 1 rad/s; --rate asks for another"
+    assert (note in told) == (said == "at 1 rad/s")
     if not geared:
         rested = ccgen("torque", "rod.toml", "hinge", "--rate", "0", at=tmp_path).stdout.splitlines()
         assert rested[0] == "rod: hinge turned once and at rest at each angle: rod against ground"
-        assert rested[2].split()[1] == "4.905"
+        assert rested[2].split()[1] == "4.905" and note not in rested
 
 
 def test_statics_over_a_turn_have_no_inertia(workshop: Workshop) -> None:
