@@ -5,8 +5,6 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Iterator, Mapping
-from typing import Any
 
 MOST_BYTES = 2**26
 """Of a scene file: thirteen times what the tables that are read at most (20,000, of some 250 bytes) come to."""
@@ -57,12 +55,3 @@ def too_large(text: str) -> tuple[int, str] | None:
 
 def _line(text: str, at: int) -> int:
     return text.count("\n", 0, at) + 1
-
-
-def beyond(tables: Any, path: tuple[str | int, ...] = ()) -> Iterator[tuple[tuple[str | int, ...], float]]:
-    """Numbers in tables whose squares are no numbers, or zero, each with its path."""
-    if isinstance(tables, Mapping | list):
-        for key, value in tables.items() if isinstance(tables, Mapping) else enumerate(tables):
-            yield from beyond(value, (*path, key))
-    elif isinstance(tables, float) and tables and not 1.0 / LARGEST <= abs(tables) <= LARGEST:
-        yield path, tables

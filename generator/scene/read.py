@@ -40,7 +40,7 @@ from .integrating import integrating
 from .kinds import KEYS, KINDS, MANY, MODELS, SHORTHAND
 from .law import law_of_all
 from .let import read_names
-from .limits import LARGEST, MOST_JOINTS, MOST_LINKS, MOST_TABLES, beyond
+from .limits import MOST_JOINTS, MOST_LINKS, MOST_TABLES
 from .meant import unknown_key
 from .meshed import meshed
 from .module_names import hidden_module
@@ -57,6 +57,7 @@ from .schema import (
     StartTable,
 )
 from .shorthand import shorthand
+from .sizes import SQUARES, check_lengths, tell_beyond
 from .start import begin, check_effects, check_energy, lift, settle, sketch
 from .valued import valued
 
@@ -126,11 +127,11 @@ def read_tables(
     try:
         return _scene_of(tables, name, report, values)
     except (ArithmeticError, np.linalg.LinAlgError) as error:
-        squares = f"of {1.0 / LARGEST:.0e} to {LARGEST:.0e}, so that its square is one too; take other units"
-        for path, number in beyond(tables):
-            report.add(path, f"found {number:g}, expected a number {squares}")
+        named = tell_beyond(tables, MODELS, read_names(tables.get("let", {}), Report(file)), report)
+        if not named and isinstance(error, ZeroDivisionError):
+            raise
         if not report.found:
-            report.add((), f"found numbers from which others cannot be worked out, expected each {squares}")
+            report.add((), f"found numbers from which others cannot be worked out, expected each {SQUARES}")
         report.stop_if_any()
         raise AssertionError("a fault has just been noted") from error
 
@@ -232,17 +233,19 @@ def _read(
     assemble: bool = True,
     other: Other | None = None,
     values: Mapping[str, float] = NO_VALUES,
+    again: bool = False,
 ) -> Parts:
     """The parts that ``tables`` describe, as far as they are right; ``assemble``: the start is made consistent.
 
     With an ``other`` structure than that of the start the mechanism begins nowhere: it is not asked what it may be
-    there, and effects take what they take from the scene's start; those that are off are left out.
+    there, and effects take what they take from the scene's start; those that are off are left out. What is read
+    ``again``, with stand-ins, tells no lengths that are too large: they may be the cause of what is told.
     """
     names = read_names(tables.get("let", {}), report)
     begun = _table(StartTable, tables, "start", names, report)
     said = _change_tables(tables, begun, names, report)
     released = said.open_at_start() if other is None else other.opened
-    bodies = _bodies(tables, names, report, released)
+    bodies = _bodies_with_squares(tables, names, report, released, again)
     bodies = bodies and valued(bodies, values)
     if begun and bodies and other is not None:
         begun = elsewhere(begun, bodies.mechanism)
@@ -326,7 +329,7 @@ def _read_again(tables: Tables, report: Report, changed: Collection[Path], whole
     """Reads tables that hold stand-ins at the places ``changed``: where one could change where links are or what holds
     them, no start is looked for."""
     placing = any(path[0] in PLACING and not NOT_PLACING & set(path) for path in changed)
-    bodies = _read(tables, report, whole and not placing).bodies
+    bodies = _read(tables, report, whole and not placing, again=True).bodies
     return bodies.mechanism if bodies else None
 
 
@@ -416,6 +419,19 @@ def _bodies(tables: Tables, names: Names, report: Report, released: Collection[s
     else:
         found = built[0] if built else None
     return with_open(found, released) if found else None
+
+
+def _bodies_with_squares(
+    tables: Tables, names: Names, report: Report, released: Collection[str], again: bool
+) -> Bodies | None:
+    """The mechanism, if its lengths have squares. Those that have none are told unless ``again``, or after faults of
+    the bodies, of which they may be the cause."""
+    faults = len(report.found)
+    bodies = _bodies(tables, names, report, released)
+    if bodies is None:
+        return None
+    told = Report(report.file) if again or len(report.found) > faults else report
+    return bodies if check_lengths(bodies.mechanism.parameters(), tables, MODELS, names, told) else None
 
 
 def _effect_tables(tables: Tables, names: Names, report: Report) -> list[EffectTable]:

@@ -7,7 +7,7 @@ from types import UnionType
 from typing import Annotated, Any, Union, get_args, get_origin
 
 from ..effect_base.expression_of_time import InTime
-from ..effect_base.table import Columns, Named, Table, kind_of_key
+from ..effect_base.table import Columns, Named, Table, inside, kind_of_key
 from ..effect_base.written_numbers import Measured
 
 Place = tuple[str | int, ...]
@@ -45,6 +45,27 @@ def _value(kind: Any, value: Any, place: Place, on_name: OnName, on_number: OnNu
         if any(isinstance(mark, Measured | InTime) for mark in marks):
             return on_number(value)
     return value
+
+
+def leaves(model: type[Table], table: Mapping[str, Any]) -> Iterator[tuple[Place, Any, tuple[Any, ...]]]:
+    """Values in a ``table`` of the kind ``model`` that are no lists or tables: where, what, and how the schema marks
+    it."""
+    for key, value in table.items():
+        yield from _leaves(kind_of_key(model, str(key)), value, (str(key),))
+
+
+def _leaves(kind: Any, value: Any, place: Place) -> Iterator[tuple[Place, Any, tuple[Any, ...]]]:
+    options = [*_options(kind)] if kind is not None else []
+    if isinstance(value, list):
+        inner = next((found for one, marks in options for found in _items(one, marks, len(value))), None)
+        for index, (one, item) in enumerate(zip(inner or [None] * len(value), value, strict=True)):
+            yield from _leaves(one, item, (*place, index))
+    elif isinstance(value, Mapping):
+        for key, item in value.items():
+            yield from _leaves(inside(kind, str(key), value), item, (*place, str(key)))
+    else:
+        marks = [mark for one, marks in options if get_origin(one) not in (list, dict) for mark in marks]
+        yield place, value, (*marks,)
 
 
 def _options(kind: Any, marks: tuple[Any, ...] = ()) -> Iterator[tuple[Any, tuple[Any, ...]]]:

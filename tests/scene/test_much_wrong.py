@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 
 import pytest
@@ -44,6 +45,71 @@ def test_a_number_without_a_square_is_named(number: str, tmp_path: Path) -> None
     assert fault.key == "let.S" and fault.message.startswith(
         f"found {float(number):g}, expected a number of 7e-155 to 1e+154"
     )
+
+
+BARS = """
+[let]
+k = {k}
+m = 1e300
+[ground_link]
+points = {{ O = [0, 0], Q = [2, 0] }}
+""" + "".join(
+    f"""
+[[link]]
+name = "{name}"
+mass = 1
+inertia = 1
+com = [0, 0]
+points = {{{{ A = [0, 0], B = [{size}, 0] }}}}
+[[joint]]
+between = ["{before}", "{name}.A"]
+"""
+    for name, before, size in (("a", "ground.O", "{length}"), ("b", "a.B", 1), ("c", "b.B", 1))
+)
+"""A loop of four bars, the first of which is ``length`` long, but for its last joint."""
+
+
+@pytest.mark.parametrize(
+    ("length", "key", "found"),
+    [
+        ("1e200", "link[0].points.B[0]", "found 1e+200"),
+        ('"1e200 m"', "link[0].points.B[0]", 'found "1e200 m" (1e+200)'),
+        ('"1e203 mm"', "link[0].points.B[0]", 'found "1e203 mm" (1e+200)'),
+        ("1" + "0" * 200, "link[0].points.B[0]", "found 1e+200"),
+        ('"2e180*(1 + 1)"', "link[0].points.B[0]", 'found "2e180*(1 + 1)" (4e+180)'),
+        ('"k"', "let.k", "found 1e+180"),
+        ('"2*k"', "let.k", "found 1e+180"),
+    ],
+)
+def test_a_length_without_a_square_is_named_as_it_is_written(
+    length: str, key: str, found: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Whatever it is written as, at its line, and before it is worked with: LAPACK has nothing to say, nor NumPy. A
+    name that is not used for it is not blamed."""
+    text = BARS.format(k=1e180, length=length) + '[[joint]]\nbetween = ["c.B", "ground.Q"]\n'
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        (fault,) = refused(written(tmp_path, text)).faults
+    assert fault.key == key
+    assert fault.message.startswith(f"{found}, expected a number of 7e-155 to 1e+154, so that its square is one too")
+    line = "k = " if key == "let.k" else "points = { A = [0, 0], B = ["
+    assert fault.line == next(n for n, one in enumerate(text.splitlines(), 1) if one.startswith(line))
+    assert capfd.readouterr() == ("", "")
+
+
+def test_a_large_number_that_makes_a_small_length_is_fine(tmp_path: Path) -> None:
+    text = BARS.format(k=1e180, length='"k*1e-180"') + '[[joint]]\nbetween = ["c.B", "ground.Q"]\n'
+    text += "[start]\nangles = { a = 1.2 }\n"
+    assert load_scene(written(tmp_path, text)).mechanism.links[0].points["B"].x.value == 1.0
+
+
+def test_a_division_by_zero_that_no_number_explains_is_not_blamed_on_the_scene(monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(*_: object) -> None:
+        raise ZeroDivisionError
+
+    monkeypatch.setattr("ccgen.generator.scene.read.check_energy", broken)
+    with pytest.raises(ZeroDivisionError):
+        load_scene({"chain": {"links": 1}})
 
 
 @pytest.mark.parametrize(
