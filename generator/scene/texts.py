@@ -31,10 +31,8 @@ def _value(kind: Any, value: Any, place: Place, on_name: OnName, on_number: OnNu
         items = zip(kinds, value, strict=True)
         return [_value(one, item, (*place, index), on_name, on_number) for index, (one, item) in enumerate(items)]
     if isinstance(value, Mapping):
-        table = next((one for one, _ in options if isinstance(one, type) and issubclass(one, Table)), None)
-        values = next((get_args(one)[1] for one, _ in options if get_origin(one) is dict), None)
         return {
-            key: _value(kind_of_key(table, str(key)) if table else values, item, (*place, str(key)), on_name, on_number)
+            key: _value(inside(kind, str(key), value), item, (*place, str(key)), on_name, on_number)
             for key, item in value.items()
         }
     if isinstance(value, str):

@@ -360,6 +360,17 @@ def test_rows_between_parts_of_laws_count(form: str, law: str, parts: int, works
         workshop.scene(SLIDER.format(drive=drive(most + 1), until=1))
 
 
+@pytest.mark.parametrize(
+    "angle", ['{ pieces = [{ to = 1, value = "2*l" }], start = "l" }', '{ rows = [[0, "l"], [1, "2*l"]], order = 3 }']
+)
+def test_pieces_and_rows_in_parts_know_the_names_of_the_part(angle: str, workshop: Workshop) -> None:
+    part = SLIDER.format(drive=f"position = {angle}", until=1).partition("[run]")[0].partition("[[link]]")
+    inner = ("\n" + part[1] + part[2]).replace("\n[[", "\n[[part.")
+    place = '[[place]]\npart = "unit"\nname = "one"\n'
+    law = workshop.scene(f'{part[0]}[[part]]\nname = "unit"\nlet = {{ l = 0.5 }}\n{inner}{place}').effects[0].law
+    assert (law.at(0.0), law.at(1.0)) == (0.5, 1.0)
+
+
 def test_what_stands_behind_a_wrong_key_of_pieces_is_told(workshop: Workshop) -> None:
     """The scene is read on with an end that pieces may have."""
     drive = 'position = { pieces = [{ to = 1, value = 1 }], ends = "straight" }'
