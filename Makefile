@@ -104,7 +104,7 @@ sanitize: $(SANITIZED)/installed
 		CC="$(CC) $(SANITIZERS)" CCGEN_CACHE_DIR=$(SANITIZED)/cache CCGEN_FUZZ=100 \
 		$(SANITIZED)/bin/python -m pytest -q -p no:cacheprovider $(SANITIZED_TESTS) $(ARGS)
 
-$(SANITIZED)/installed: $(COMPILED) pyproject.toml setup.py $(wildcard generator/*/*.py runtime/*.py runtime/*/*.py)
+$(SANITIZED)/installed: $(COMPILED) pyproject.toml setup.py $(wildcard front/*.py generator/*.py generator/*/*.py runtime/*.py runtime/*/*.py)
 	$(PYTHON) -m venv --clear $(SANITIZED)
 	CCGEN_CORES=all CFLAGS="$(SANITIZERS) -g -O1" LDFLAGS="$(SANITIZERS)" $(SANITIZED)/bin/python -m pip --disable-pip-version-check install --quiet \
 		'.[test]'
@@ -123,7 +123,7 @@ coverage: $(COVERED)/installed
 		-p no:cacheprovider --basetemp=$(COVERED)/tests $(COVERAGE_TESTS) $(ARGS); tested=$$?; \
 	$(COVERED)/bin/python tests/support/core_coverage.py $(COVERED) && exit $$tested
 
-$(COVERED)/installed: $(COMPILED) pyproject.toml setup.py $(wildcard generator/*/*.py runtime/*.py runtime/*/*.py)
+$(COVERED)/installed: $(COMPILED) pyproject.toml setup.py $(wildcard front/*.py generator/*.py generator/*/*.py runtime/*.py runtime/*/*.py)
 	$(PYTHON) -m venv --clear $(COVERED)
 	CCGEN_CORES=all CCGEN_LAST_FLAGS="$(COVERAGE)" LDFLAGS="--coverage" CCGEN_BUILD_BASE=$(COVERED)/build \
 		$(COVERED)/bin/python -m pip --disable-pip-version-check install --quiet '.[test]'
@@ -150,7 +150,7 @@ warnings:
 	done; exit $$failed
 
 types: $(VENV)/dev
-	@$(BIN)/mypy --strict generator runtime
+	@$(BIN)/mypy --strict front generator runtime
 
 diff: $(VENV)/ccgen
 	@$(BIN)/ccgen $(LOOP) --out $(FRESH)
@@ -216,7 +216,7 @@ clean:
 	@test ! -e $(SITE)/.buildinfo || rm -rf $(SITE)
 	rm -rf .cache .pytest_cache .hypothesis .mypy_cache .ruff_cache *.egg-info
 	rm -f runtime/*.so
-	find generator templates runtime tests benchmarks -name __pycache__ -type d -prune -exec rm -rf {} +
+	find front generator templates runtime tests benchmarks -name __pycache__ -type d -prune -exec rm -rf {} +
 
 # The environment. Each file stands for an installation that went well.
 

@@ -86,6 +86,7 @@ def check_contents() -> None:
         wheel = set(archive.namelist())
     folders = ("generator/", "runtime/", "templates/")
     code = [name for name in tracked if name.startswith(folders)]
+    code += [name.removeprefix("front/") for name in tracked if name.startswith("front/")]
     faults = [
         *(f"missing in the source archive: {name}" for name in tracked if meant(name) and name not in held),
         *(f"not wanted in the source archive: {name}" for name in sorted(held) if name.endswith((".gif", ".so"))),

@@ -32,7 +32,19 @@ extensions = [
 root_doc = "README"
 include_patterns = ["README.md", "CHANGELOG.md", "CONTRIBUTING.md", "benchmarks/README.md", "docs/*.md", "docs/*/**.md"]
 include_patterns += ["docs/site/*.rst"]
-exclude_patterns = [".*", "build", "results", "site", "generator", "runtime", "templates", "tests", "scenes", "backend"]
+exclude_patterns = [
+    ".*",
+    "build",
+    "results",
+    "site",
+    "front",
+    "generator",
+    "runtime",
+    "templates",
+    "tests",
+    "scenes",
+    "backend",
+]
 
 # -- Markdown as GitHub reads it: anchors of headings, formulas in dollars and in fences ------------------------------
 

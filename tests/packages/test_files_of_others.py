@@ -290,7 +290,7 @@ def test_make_clean_removes_what_was_made_alone(ran: Path, tmp_path: Path) -> No
     shutil.copytree(ran, tmp_path, dirs_exist_ok=True)
     shutil.copy(ROOT / "Makefile", tmp_path)
     generate(loop(3), tmp_path / "build" / "listings")
-    for sources in ("generator", "templates", "runtime", "tests", "benchmarks"):
+    for sources in ("front", "generator", "templates", "runtime", "tests", "benchmarks"):
         (tmp_path / sources / "__pycache__").mkdir(parents=True)
     for place in ("build", "build/loop3-of-mine", "results", "results/bars", ".venv"):
         (tmp_path / place).mkdir(exist_ok=True)

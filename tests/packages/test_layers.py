@@ -131,6 +131,19 @@ def test_the_runtime_never_imports_the_generator_nor_sympy() -> None:
         assert found == [], module
 
 
+def test_the_front_imports_both_packages_where_they_are_used() -> None:
+    """At its top nothing but the standard library; neither package imports it."""
+    tree = ast.parse((ROOT / "front" / "__init__.py").read_text(encoding="utf-8"))
+    first = [node for node in tree.body if isinstance(node, ast.Import | ast.ImportFrom)]
+    names = {node.module if isinstance(node, ast.ImportFrom) else node.names[0].name for node in first}
+    assert {str(name).partition(".")[0] for name in names} <= set(sys.stdlib_module_names)
+    for package in PACKAGES:
+        for module, file in modules(package).items():
+            assert not [
+                name for name in imported(module, file) if name in ("ccgen", "front") or name[:6] == "front."
+            ], module
+
+
 def test_the_generator_imports_the_runtime_in_its_command_line_only() -> None:
     for module, file in modules("generator").items():
         found = [name for name in imported(module, file) if name.partition(".")[0] in ("ccgen", "runtime")]

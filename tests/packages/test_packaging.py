@@ -158,7 +158,7 @@ def test_the_version_to_cite_is_that_of_the_package() -> None:
     assert f"version: {VERSION}" in lines and f"## [{VERSION}] - " in (ROOT / "CHANGELOG.md").read_text()
 
 
-def test_types_of_both_packages_are_for_those_who_use_them() -> None:
+def test_types_of_all_packages_are_for_those_who_use_them() -> None:
     data = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]["package-data"]
-    for package in ("generator", "runtime"):
-        assert (ROOT / package / "py.typed").is_file() and "py.typed" in data[f"ccgen.{package}"]
+    for folder, package in {"front": "ccgen", "generator": "ccgen.generator", "runtime": "ccgen.runtime"}.items():
+        assert (ROOT / folder / "py.typed").is_file() and "py.typed" in data[package]

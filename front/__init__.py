@@ -1,0 +1,192 @@
+"""Planar mechanisms with closed chains: compiled equations of motion, and runs through flight and impact.
+
+    import ccgen
+    run = ccgen.simulate("four-bar.toml", until=2.0)
+
+``simulate`` takes a scene in any form; ``generate`` compiles one into a package, ``load`` gives its model. All public
+names of :mod:`ccgen.generator` and :mod:`ccgen.runtime` are here too, and are imported when they are used.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from ccgen.generator import (
+        CompileError,
+        FoldError,
+        Mechanism,
+        OutputError,
+        Scene,
+        SceneError,
+        chain,
+        generate,
+        load_scene,
+        loop,
+        pinned,
+        rebuild,
+    )
+    from ccgen.generator.version import VERSION as __version__
+    from ccgen.runtime import (
+        AccelerationFunction,
+        Bifurcation,
+        Branch,
+        DrivingTorque,
+        Ensemble,
+        Equilibrium,
+        Event,
+        Fitted,
+        Followed,
+        HybridState,
+        Identified,
+        Impact,
+        Linear,
+        Model,
+        Modes,
+        Orbit,
+        OutOfReach,
+        Phase,
+        Reduction,
+        Run,
+        RunFunction,
+        Sensitivities,
+        acceleration_function,
+        continue_orbit,
+        directional,
+        double_period,
+        driving_torque,
+        ensemble,
+        find_orbit,
+        fit,
+        follow,
+        identify,
+        inverse_dynamics,
+        linearise,
+        load_model,
+        load_run,
+        methods,
+        momentum,
+        reach,
+        run_function,
+        sensitivities,
+        static_equilibrium,
+    )
+
+__all__ = [
+    "AccelerationFunction",
+    "Bifurcation",
+    "Branch",
+    "CompileError",
+    "DrivingTorque",
+    "Ensemble",
+    "Equilibrium",
+    "Event",
+    "Fitted",
+    "FoldError",
+    "Followed",
+    "HybridState",
+    "Identified",
+    "Impact",
+    "Linear",
+    "Mechanism",
+    "Model",
+    "Modes",
+    "Orbit",
+    "OutOfReach",
+    "OutputError",
+    "Phase",
+    "Reduction",
+    "Run",
+    "RunFunction",
+    "Scene",
+    "SceneError",
+    "Sensitivities",
+    "__version__",
+    "acceleration_function",
+    "chain",
+    "continue_orbit",
+    "directional",
+    "double_period",
+    "driving_torque",
+    "ensemble",
+    "find_orbit",
+    "fit",
+    "follow",
+    "generate",
+    "identify",
+    "inverse_dynamics",
+    "linearise",
+    "load",
+    "load_model",
+    "load_run",
+    "load_scene",
+    "loop",
+    "methods",
+    "momentum",
+    "pinned",
+    "reach",
+    "rebuild",
+    "run_function",
+    "sensitivities",
+    "simulate",
+    "static_equilibrium",
+]
+
+_OF_GENERATOR = frozenset(
+    {
+        "CompileError",
+        "FoldError",
+        "Mechanism",
+        "OutputError",
+        "Scene",
+        "SceneError",
+        "chain",
+        "generate",
+        "load_scene",
+        "loop",
+        "pinned",
+        "rebuild",
+    }
+)
+
+
+def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        return import_module(".generator.version", __name__).VERSION
+    if name in ("generator", "runtime"):
+        return import_module(f".{name}", __name__)
+    if name not in __all__:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(".generator" if name in _OF_GENERATOR else ".runtime", __name__), name)
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__, "generator", "runtime"})
+
+
+def load(source: Any) -> Model:
+    """The model of a scene file, a ``Scene``, a ``Mechanism``, the folder of a generated package, or a model itself.
+
+    A scene is compiled into the folder ``build``, or found there. Raises what ``load_scene``, ``generate`` and
+    ``load_model`` raise."""
+    from ccgen.generator import Mechanism, Scene, generate, load_scene
+    from ccgen.runtime import Model, load_model
+
+    if isinstance(source, Model):
+        return source
+    if isinstance(source, Mechanism):
+        source = source.scene()
+    if isinstance(source, Scene):
+        return load_model(generate(source))
+    path = Path(source)
+    return load_model(path) if path.is_dir() else load_model(generate(load_scene(path)))
+
+
+def simulate(source: Any, *arguments: Any, **named: Any) -> Any:
+    """The run of what :func:`load` takes, with the arguments of :func:`ccgen.runtime.simulate`; a list of runs where it
+    is given many starts."""
+    from ccgen.runtime import simulate as simulated
+
+    return simulated(load(source), *arguments, **named)
