@@ -5,6 +5,7 @@ The packages that it needs are fetched and installed while its core is compiled.
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 import tempfile
@@ -23,13 +24,14 @@ class Job:
 
     def __init__(self, name: str, *command: str) -> None:
         self.name = name
-        self.printed: IO[str] = tempfile.TemporaryFile("w+")  # noqa: SIM115 - open as long as the job is known
+        self.printed: IO[bytes] = tempfile.TemporaryFile()  # noqa: SIM115 - open as long as the job is known
         self.process = subprocess.Popen(command, cwd=ROOT, stdout=self.printed, stderr=subprocess.STDOUT)
 
     def text(self) -> str:
-        """What it has printed until now."""
-        self.printed.seek(0)
-        return self.printed.read()
+        """What it has printed until now; where in the file it writes next is left alone, as that is one place for both
+        processes."""
+        file = self.printed.fileno()
+        return os.pread(file, os.fstat(file).st_size, 0).decode(errors="replace")
 
     def state(self) -> str:
         """Its name, and the last that it said of how far it is."""

@@ -114,6 +114,23 @@ def test_make_without_a_compiler_says_what_to_install(tmp_path: Path) -> None:
     assert len(done.stderr.splitlines()) <= 8 and "pip" not in done.stdout
 
 
+def test_what_a_job_prints_is_whole_however_often_it_is_looked_at() -> None:
+    """A compiler's error among it: the file has one place for whoever writes and reads."""
+    spec = importlib.util.spec_from_file_location("environment", ROOT / "backend" / "environment.py")
+    assert spec and spec.loader
+    environment = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(environment)
+    code = "for k in range(20_000): print('line', k, flush=True)"
+    job = environment.Job("counts", sys.executable, "-c", code)
+    lines, looks = [f"line {k}" for k in range(20_000)], 0
+    while job.process.poll() is None:
+        job.text()
+        looks += 1
+    told = job.text().splitlines()
+    job.printed.close()
+    assert looks > 1 and told == lines
+
+
 def test_building_asks_for_zig_where_there_is_no_compiler(tmp_path: Path) -> None:
     """With one on the path, or named by $CC, it does not."""
     code = (
