@@ -15,7 +15,7 @@ from .run import Run
 from .simulation.arguments import default_method
 from .simulation.batch import simulate_batch
 from .simulation.events import OnEvent, check_functions, simulate_with_events
-from .simulation.interruption import noting
+from .simulation.interruption import marked, noting
 from .simulation.one_run import simulate_one
 from .simulation.switching import simulate_switching
 
@@ -64,7 +64,8 @@ def simulate(
     friction: "reduce" gives its contacts the largest part of their restitution that gains none, "stop" ends the run
     before it; the scene's unless given.
     ``progress`` is called with the time reached, now and then. The start is projected onto the closure. Ctrl-C raises
-    ``KeyboardInterrupt``, or with ``keep_interrupted`` ends the run there and keeps it.
+    ``KeyboardInterrupt``, or with ``keep_interrupted`` ends the run there and keeps it; a run that was at its end when
+    it came says that it was interrupted, too.
 
     ``inputs`` are values of the model's inputs: constants by name or in order; a table ``{"t": [...], name: [...]}``,
     interpolated linearly and constant outside; or a controller, called as ``inputs(t, q, u)`` whenever accelerations
@@ -92,8 +93,9 @@ def simulate(
         "on_gain": on_gain,
         "keep_interrupted": keep_interrupted,
     }
-    with noting(keep_interrupted is True):
-        return _simulated(model, q0, u0, on_event, state, progress, options)
+    with noting(keep_interrupted is True) as note:
+        made = _simulated(model, q0, u0, on_event, state, progress, options)
+    return marked(made, note)
 
 
 def _simulated(

@@ -7,11 +7,13 @@ import sysconfig
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import FrameType
 
 import numpy as np
+
+from ..run import Run
 
 OWN = tuple(str(folder) for folder in (Path(__file__).parents[1], Path(np.__file__).parent))
 """Folders of the code that a run is made by."""
@@ -29,15 +31,17 @@ _notes: list[_Note] = []
 
 
 @contextmanager
-def noting(keeps: bool) -> Iterator[None]:
+def noting(keeps: bool) -> Iterator[_Note]:
     """Within, Ctrl-C is raised by :func:`check` alone, if what is done is kept: elsewhere it would break off what puts
     that together. A function of the caller's is broken off at once, and so is anything where it comes again.
 
+    Where it came after the last check, the note that is given says so at the end: for :func:`marked`. Where there is
+    nothing to mark, since an error ends what is done, ``KeyboardInterrupt`` is raised instead of that.
     Only the main thread is told of signals; a handler that is no function of Python is left as it is.
     """
     before = signal.getsignal(signal.SIGINT)
     if not keeps or not callable(before) or threading.current_thread() is not threading.main_thread():
-        yield
+        yield _Note()
         return
     handler: Callable[[int, FrameType | None], object] = before
     note = _Note()
@@ -50,10 +54,32 @@ def noting(keeps: bool) -> Iterator[None]:
     _notes.append(note)
     signal.signal(signal.SIGINT, came)
     try:
-        yield
+        yield note
+    except Exception:
+        if note.came:
+            raise KeyboardInterrupt from None
+        raise
     finally:
         signal.signal(signal.SIGINT, before)
         _notes.pop()
+
+
+def marked(made: Run | list[Run], note: _Note) -> Run | list[Run]:
+    """A run, or the last of a list, that says that it was interrupted, where Ctrl-C was noted and not raised: the run
+    was at its end already, but whoever asked for it asks for no other."""
+    if not note.came or made == []:
+        return made
+    if isinstance(made, list):
+        return [*made[:-1], _interrupted(made[-1])]
+    return _interrupted(made)
+
+
+def _interrupted(run: Run) -> Run:
+    if run.message.endswith("interrupted"):
+        return run
+    if not run.success:
+        return replace(run, message=f"{run.message}; interrupted")
+    return replace(run, success=False, message=f"stopped at t = {run.t[-1]:.12g} s: interrupted")
 
 
 def _of_caller(frame: FrameType | None) -> bool:

@@ -132,22 +132,63 @@ def often(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.parametrize("name", [one if one in EVERY_TIER else hard(one) for one in SCENES])
 def test_ctrl_c_at_any_call_keeps_what_is_done(name: str, workshop: Workshop) -> None:
-    """Rows, impacts, events and changes are the first of those of the whole run; it says that it was interrupted."""
+    """Rows, impacts, events and changes are the first of those of the whole run; it says that it was interrupted, also
+    where it was at its end already: else a loop of runs would go on."""
     text, options = SCENES[name]
     model = workshop.model(text)
     whole = simulate(model, **options)
     assert whole.success, whole.message
-    counted = Press()
-    assert_same_beginning(counted.during(model, **options), whole)
+    assert_same_beginning(Press().during(model, **options), whole)
+    counted = Press()  # of a second run: the first makes what later ones find
+    counted.during(model, **options)
     kept = []
     for at in np.unique(np.linspace(1, counted.count, 12 if name in EVERY_TIER else 200).astype(int)).tolist():
         run = Press(at).during(model, **options)
         assert_same_beginning(run, whole)
-        if not run.success and run.t[-1] < whole.t[-1]:
-            assert run.message == f"stopped at t = {run.t[-1]:.12g} s: interrupted", at
+        assert not run.success and run.message == f"stopped at t = {run.t[-1]:.12g} s: interrupted", at
+        if run.t[-1] < whole.t[-1]:
             kept.append(len(run.t))
             assert run.nfev > 0 or len(run.t) == 1
     assert not kept or kept == sorted(kept)
+
+
+def test_ctrl_c_at_the_end_of_many_runs_marks_the_last(workshop: Workshop) -> None:
+    model = workshop.model(SPINNING)
+    q, u = model.start()
+    module = sys.modules["ccgen.runtime.simulate"]
+    all_of_them = module._simulated
+
+    def simulated(*given: Any) -> Any:
+        made = all_of_them(*given)
+        press()
+        return made
+
+    with heeding_ctrl_c(), pytest.MonkeyPatch.context() as patch:
+        patch.setattr(module, "_simulated", simulated)
+        runs = simulate(model, np.tile(q, (3, 1)), u, until=0.1, keep_interrupted=True)
+    assert [run.message for run in runs] == ["reached t = 0.1 s"] * 2 + ["stopped at t = 0.1 s: interrupted"]
+    assert [run.success for run in runs] == [True, True, False]
+
+
+def press() -> None:
+    """Ctrl-C as the runtime notes it, in no function of the caller's."""
+    handler = signal.getsignal(signal.SIGINT)
+    assert callable(handler)
+    handler(signal.SIGINT, None)
+
+
+def test_ctrl_c_before_an_error_is_raised(workshop: Workshop) -> None:
+    """There is no run to keep; who looks for other starts after an error does not go on."""
+    model = workshop.model(SPINNING)
+
+    def simulated(*_: Any) -> Any:
+        press()
+        raise ValueError("refused")
+
+    with heeding_ctrl_c(), pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sys.modules["ccgen.runtime.simulate"], "_simulated", simulated)
+        with pytest.raises(KeyboardInterrupt):
+            simulate(model, keep_interrupted=True)
 
 
 def assert_same_beginning(run: Run, whole: Run) -> None:
