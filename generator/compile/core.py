@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import platform
 import shlex
 import shutil
 import sys
@@ -21,6 +22,7 @@ from ..package.replace import OutputError, staging
 from . import core_recipe
 from .cache import cache_folder, runtime_folder, writing
 from .compiler import CompileError, Compiler, find_compiler, run_command
+from .processor import native
 
 LANGUAGE = ("-fPIC", "-DNDEBUG", "-fwrapv")
 """Flags that Python adds to those of the core where it compiles extension modules."""
@@ -35,16 +37,27 @@ SEAL = "sha256"
 def core_file(precision: str, tell: Callable[[str], None]) -> Path:
     """The file of the core for numbers "float" or "wide", compiled into the user's cache unless it is there.
 
-    Of two processes that ask at once one compiles. ``tell`` is told that it takes time, and how far it is. Raises
-    :class:`CompileError` where there is no compiler or it fails, :class:`OutputError` where the cache cannot be
-    written."""
+    Of two processes that ask at once one compiles. Where there is no compiler, and ``$CC`` names none, one that any
+    compiler has made of the same, with the same flags, is as good. ``tell`` is told that it takes time, and how far it
+    is. Raises :class:`CompileError` where there is no core and no compiler, or it fails, :class:`OutputError` where the
+    cache cannot be written."""
     from filelock import FileLock
 
-    compiler, runtime = find_compiler(), runtime_folder()
-    made_from = (core_recipe.digest(runtime), version("cython"), compiler.version, *_command(compiler, precision))
-    key = hashlib.sha256("\0".join((*made_from, sys.version)).encode()).hexdigest()[:32]
+    runtime = runtime_folder()
+    asked = (precision, os.environ.get("CFLAGS", ""), os.environ.get("LDFLAGS", ""))
+    machine = (platform.machine(), native(), sys.version)
+    key = _key(core_recipe.digest(runtime), version("cython"), *LANGUAGE, *machine, *asked)
     name = f"{core_recipe.MODULES[precision]}{sysconfig.get_config_var('EXT_SUFFIX')}"
     with writing(cache_folder(), private=True) as store, writing(store / "cores") as cores:
+        try:
+            compiler = find_compiler()
+        except CompileError:
+            kept = [] if os.environ.get("CC") else [one / name for one in sorted(cores.glob(f"{key}-*"))]
+            found = next(filter(_whole, kept), None)
+            if found is None:
+                raise
+            return found
+        key = f"{key}-{_key(compiler.version, *compiler.command)[:16]}"
         found = cores / key / name
         if _whole(found):
             return found
@@ -56,6 +69,10 @@ def core_file(precision: str, tell: Callable[[str], None]) -> Path:
                     shutil.rmtree(found.parent, ignore_errors=True)
                     fresh.rename(found.parent)
     return found
+
+
+def _key(*parts: str) -> str:
+    return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:32]
 
 
 def _whole(file: Path) -> bool:

@@ -59,10 +59,33 @@ def test_a_core_is_compiled_once_and_again_where_it_is_damaged(made: list[str]) 
     assert core.core_file("wide", print) != file and made[2:] == ["wide"]
 
 
-def test_other_flags_are_another_core(made: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("variable", ["CFLAGS", "LDFLAGS"])
+def test_other_flags_are_another_core(made: list[str], monkeypatch: pytest.MonkeyPatch, variable: str) -> None:
     file = core.core_file("float", print)
-    monkeypatch.setenv("CFLAGS", "-fsanitize=address")
+    monkeypatch.setenv(variable, "-fsanitize=address")
     assert core.core_file("float", print) != file and len(made) == 2
+
+
+def test_a_core_that_was_compiled_needs_no_compiler(made: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    """One that is damaged, of other flags or for other numbers is none; neither does it stand for what $CC names."""
+
+    def none() -> Compiler:
+        raise CompileError("no C compiler found")
+
+    monkeypatch.delenv("CC", raising=False)
+    find_compiler = core.find_compiler
+    file = core.core_file("float", print)
+    monkeypatch.setattr(core, "find_compiler", none)
+    assert core.core_file("float", print) == file and made == ["float"]
+    for variable, numbers in (("CFLAGS", "float"), ("LDFLAGS", "float"), ("CC", "float"), ("OTHER", "wide")):
+        with monkeypatch.context() as changed, pytest.raises(CompileError, match="no C compiler found"):
+            changed.setenv(variable, "-g")
+            core.core_file(numbers, print)
+    file.write_bytes(b"compi")
+    with pytest.raises(CompileError, match="no C compiler found"):
+        core.core_file("float", print)
+    monkeypatch.setattr(core, "find_compiler", find_compiler)
+    assert core.core_file("float", print) == file and made == ["float"] * 2
 
 
 def test_what_fails_is_said_in_a_sentence(tmp_path: Path) -> None:
