@@ -24,7 +24,7 @@ def core_of(precision: str) -> ModuleType:
     """The core over numbers of that precision; its ``REAL`` is the type of its arrays.
 
     Where it has not been compiled yet it is now, into the user's cache, which takes about half a minute and is said on
-    the error channel. Raises ``ImportError`` where that fails, with the reason."""
+    the error channel where that is a terminal. Raises ``ImportError`` where that fails, with the reason."""
     name = f"{__package__}.{CORES[precision]}"
     with _one_at_a_time:
         try:
@@ -48,7 +48,8 @@ def _compiled(precision: str) -> str:
         assert process.stdout and process.stderr
         for line in process.stderr:
             said.append(line)
-            print(f"ccgen: {line}", end="", file=sys.stderr, flush=True)
+            if sys.stderr is not None and sys.stderr.isatty():
+                print(f"ccgen: {line}", end="", file=sys.stderr, flush=True)
         found = process.stdout.read().strip()
     if process.returncode or not found:
         raise ImportError(

@@ -111,6 +111,31 @@ def test_what_fails_is_said_in_a_sentence(tmp_path: Path) -> None:
         assert said in done.stdout and "Traceback" not in done.stdout
 
 
+@pytest.mark.parametrize("terminal", [False, True])
+def test_how_far_it_is_is_said_on_a_terminal_alone(terminal: bool, tmp_path: Path) -> None:
+    """A pipe or a file gets no word, also where many processes compile; the last words of what fails are in the
+    error."""
+    code = (
+        "from ccgen.runtime import precision\nprecision.CORES['float'] = '_none'\n"
+        "try: precision.core_of('float')\nexcept ImportError as error: print('no-such-flag' in str(error))\n"
+    )
+    environment = {**os.environ, "CFLAGS": "-no-such-flag", "CCGEN_CACHE_DIR": str(tmp_path / "cache")}
+    here, there = os.openpty() if terminal else os.pipe()
+    command = [sys.executable, "-c", code]
+    done = subprocess.run(
+        command, env=environment, cwd=tmp_path, stdout=subprocess.PIPE, stderr=there, timeout=120, check=False
+    )
+    os.set_blocking(here, False)
+    try:
+        said = os.read(here, 100_000)
+    except BlockingIOError:
+        said = b""
+    os.close(here)
+    os.close(there)
+    assert done.stdout == b"True\n"
+    assert said.startswith(b"ccgen: compiling the core for float numbers") if terminal else said == b""
+
+
 def test_a_failing_compiler_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CCGEN_CACHE_DIR", str(tmp_path / "cache"))
     monkeypatch.setenv("CFLAGS", "-no-such-flag")
