@@ -263,7 +263,7 @@ def print_audit(run: Run) -> None:
     deep = f"contacts at most {run.penetration_max:.1e} m deep, " if run.model.contacts else ""
     jumps = total(abs(event.energy) for event in run.events)
     apart = f" beside jumps of {jumps:.3g} J in all at events" if jumps and jumps > rounding_of_energy(run) else ""
-    taken = sum(phase.taken for phase in run.phases)
+    taken = total(phase.taken for phase in run.phases)
     beside = f", beside {taken:.3g} J that contacts took in steps" if abs(taken) > rounding_of_energy(run) else ""
     typer.echo(
         f"t = {run.t[-1]:.10g} s, impacts: {len(run.impacts)}, steps: {steps}, evaluations: {run.nfev}\n"

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from ..mechanism.mechanism import Mechanism
 from ..mechanism.topology import Topology
+from ..mechanism.totals import total
 from ..scene.scene import Kept, Start
 
 Coordinate = tuple[str, str | int]
@@ -62,10 +63,8 @@ def _wanted(of: Coordinate, mechanism: Mechanism, topology: Topology, start: Sta
     link = int(name)
     if kind != "angle":
         return start.poses[link][("x", "y").index(kind)]
-    alike, total = _alike(link, mechanism, topology), 0.0
-    for one in alike:
-        total += start.wanted[one] - (start.poses[one][2] - start.poses[link][2])
-    return total / len(alike)
+    alike = _alike(link, mechanism, topology)
+    return total(start.wanted[one] - (start.poses[one][2] - start.poses[link][2]) for one in alike) / len(alike)
 
 
 def _kept(named: list[Coordinate], mechanism: Mechanism, topology: Topology, entries: Sequence[Kept]) -> list[int]:

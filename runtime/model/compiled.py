@@ -245,7 +245,10 @@ class Compiled:
     def _size(self, radius: str | float | list[str]) -> float:
         """A radius (m): of a list the sum of these parameters."""
         parts = radius if isinstance(radius, list) else [radius]
-        return sum((self._coordinates([[part, 0.0]])[0, 0].item() for part in parts), start=0.0)
+        size = 0.0  # one after the other: the built-in sum compensates from Python 3.12 on
+        for part in parts:
+            size += self._coordinates([[part, 0.0]])[0, 0].item()
+        return size
 
     def _coordinates(self, points: Sequence[Sequence[str | float]]) -> FloatArray:
         values = [[self._parameters[c] if isinstance(c, str) else c for c in point] for point in points]
