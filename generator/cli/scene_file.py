@@ -87,14 +87,14 @@ def _tell_remarks(scene: Scene, detail: Detail) -> None:
 
 
 def tell_mobility(scene: Scene, detail: Detail = Detail.USUAL) -> bool:
-    """Say on standard error which joints are redundant, and whether anything can move; whether any are redundant,
-    which is not looked for where nothing is to be said."""
+    """Say on standard error which joints are redundant, all of many in full detail only, and whether anything can
+    move; whether any are redundant, which is not looked for where nothing is to be said."""
     if detail is Detail.NOTHING:
         return False
     from ..documents.assembled import implied_lines, mobility_of, redundancy_lines
 
     found = mobility_of(scene)
-    for line in redundancy_lines(scene, found):
+    for line in redundancy_lines(scene, found, every=detail is Detail.ALL):
         tell(scene, line)
     return bool((found and found.groups) or implied_lines(scene))
 

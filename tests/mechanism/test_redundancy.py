@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -35,6 +36,24 @@ def test_parallel_cranks_beyond_two_are_redundant(angle: float, count: int) -> N
     assert (found.freedom, found.elsewhere, found.stuck, found.here) == (1, 1, False, ())
     everything = {f"{end}_{k}" for k in range(count) for end in ("foot", "head")}
     assert groups(scene) == [(everything, count - 2)]
+
+
+@pytest.mark.parametrize("count", [3, 5, 6, 12])
+def test_of_many_joints_the_first_are_named_and_the_others_counted(count: int) -> None:
+    """Each crank has two pins. A line has all of up to eleven, ten of more; all again where every one is asked for."""
+    scene = cranks([1.0] * count, [1.1] * count + [0.0])
+    found = mobility(scene.mechanism, scene.start.poses)
+    (line,), (whole,) = redundancy_lines(scene, found), redundancy_lines(scene, found, every=True)
+    names = {joint.name for joint in scene.mechanism.joints}
+
+    def named(text: str) -> list[str]:
+        return [word for word in re.split(r"[ ,]+", text) if word in names]
+
+    assert sorted(named(whole)) == sorted(names) and "more together" not in whole
+    if count <= 5:
+        assert line == whole
+    else:
+        assert named(line) == named(whole)[:10] and f" and {2 * count - 10} more together have" in line
 
 
 def test_a_self_stress_is_one() -> None:
