@@ -96,6 +96,11 @@ def _unreadable(text: str) -> str:
     opened, closed = text.count("("), text.count(")")
     if opened != closed:
         return f"it cannot be read, with {opened} ( and {closed} )"
+    if re.search("(?<![<>=!])=(?!=)", text):
+        return (
+            "it cannot be read: an expression has no = in it; write its right side alone, or, for an event, the "
+            "difference of both sides"
+        )
     units = [unit for unit in re.findall(r"[\w.)]\s+([A-Za-zµ%°]+)", text) if unit in UNITS and unit not in RESERVED]
     if units:
         return f"it cannot be read: units stand behind a single number, not in arithmetic as {units[0]} does here"

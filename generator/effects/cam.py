@@ -238,8 +238,8 @@ class Cam(Effect):
         if depth <= DEPTH:
             return ()
         return (
-            f"the start has {self.titles[1]} inside the cam by {depth:.6g} m, expected at or off its surface; change "
-            "the start or the base",
+            f"the start has {self.titles[1]} inside the cam by {depth:.6g} m, expected at or off its surface; move "
+            f"it away from {self.titles[0]} in [start], or make the cam's base or lift less",
         )
 
 

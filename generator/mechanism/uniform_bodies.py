@@ -104,6 +104,14 @@ def crossing_edges(corners: Sequence[complex], closed: bool = True) -> tuple[int
     return None
 
 
+def in_line(corners: Sequence[complex]) -> bool:
+    """Whether all corners lie on one line. Decided exactly."""
+    (x, y), *others = _exact(corners)
+    steps = [(one - x, other - y) for one, other in others]
+    dx, dy = max(steps, key=lambda step: step[0] ** 2 + step[1] ** 2)
+    return all(dx * one[1] == dy * one[0] for one in steps)
+
+
 _Integers = tuple[int, int]
 
 

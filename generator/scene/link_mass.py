@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
+from itertools import combinations
 from typing import Any
 
 from ..effect_base.arithmetic import Written
-from ..mechanism.uniform_bodies import Mass, crossing_edges, disc, point, polygon, polygon_area, rod, together
+from ..mechanism.uniform_bodies import Mass, crossing_edges, disc, in_line, point, polygon, polygon_area, rod, together
 from .around import first_circle
 from .errors import Path, Report
 from .schema import Body, DiscTable, LinkTable, PlateTable, PointMassTable, RodTable
@@ -106,7 +107,7 @@ def _plate(body: PlateTable, link: LinkTable, path: Path, report: Report) -> Mas
     corners = _spots(chosen, link, at, report)
     crossing = crossing_edges(corners) if corners else None
     if crossing:
-        report.add(at, _crossing_sentence(crossing, [*map(_named, chosen)]))
+        report.add(at, _crossing_sentence(crossing, [*map(_named, chosen)], corners or ()))
     mass = _heaviness(body, polygon_area(corners) if corners and not crossing else 1.0, 0.0, path, report)
     if mass is None or corners is None or crossing:
         return None
@@ -114,13 +115,25 @@ def _plate(body: PlateTable, link: LinkTable, path: Path, report: Report) -> Mas
     return _computed(mass, lambda: polygon(mass, corners), path, report)
 
 
-def _crossing_sentence(edges: tuple[int, int], names: Sequence[str]) -> str:
+def _crossing_sentence(edges: tuple[int, int], names: Sequence[str], corners: Sequence[complex]) -> str:
     one, other = ((names[edge], names[(edge + 1) % len(names)]) for edge in edges)
     if one == other:
         return f"found the corners {one[0]} and {one[1]} in one place, expected an outline; leave one of them out"
     found = f"found an outline whose edges {'-'.join(one)} and {'-'.join(other)} cross or touch"
+    if in_line(corners):
+        ends = max(combinations(range(len(corners)), 2), key=lambda pair: abs(corners[pair[0]] - corners[pair[1]]))
+        between = ", ".join(_quoted(names[end]) for end in ends)
+        return (
+            f"{found}: the corners lie in a line, expected some beside it; write rod = {{ mass = ..., "
+            f"between = [{between}] }} for a bar"
+        )
     advice = "list corners in their order round the plate, and no others"
     return f"{found}, expected one that does not meet itself; {advice}"
+
+
+def _quoted(name: str) -> str:
+    """A place as a scene has it: a name in quotes, or [x, y]."""
+    return name if name.startswith("[") else f'"{name}"'
 
 
 def _disc(body: DiscTable, link: LinkTable, path: Path, report: Report) -> Mass | None:

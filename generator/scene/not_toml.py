@@ -17,6 +17,8 @@ _BARE = re.compile(r"[=\[,]\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*([A-Za-zµ%°][^,
 """A number with something like a unit behind it, without quotes."""
 _COMMA = re.compile(r"=\s*([-+]?\d+),(\d+)\s*(?:#.*)?$")
 """A number with a comma for its point, alone behind a key."""
+_TEXTS = re.compile(r"\"[^\"]*\"|'[^']*'|#.*")
+"""Comments and texts in quotes, in which anything may stand."""
 _QUOTES = "\u201c\u201d\u201e\u2018\u2019"
 
 
@@ -35,14 +37,18 @@ def not_toml(text: str, file: str, error: TOMLDecodeError) -> tuple[Fault, ...]:
     found = re.search(r"at line (\d+)", str(error))
     number = int(found[1]) if found else text.count("\n") + 1
     line = text.splitlines()[number - 1] if number <= len(text.splitlines()) else ""
-    return (Fault(file, number, "", f"found no valid TOML: {error}; {_advice(line)}"),)
+    return (Fault(file, number, "", f"found no valid TOML: {error}; {_advice(line, str(error))}"),)
 
 
-def _advice(line: str) -> str:
+def _advice(line: str, why: str) -> str:
     if any(quote in line for quote in _QUOTES):
         return 'write straight quotes, ", for curved ones'
+    if re.search(r"[:=]\s*=", _TEXTS.sub("", line)):
+        return "write one = alone between a key and its value"
     if re.match(r"[ \t]*[A-Za-z0-9_-]+[ \t]*:", line):
         return "write = for :"
+    if "Expected '=' after a key" in why:
+        return "write KEY = VALUE, with = between them"
     if comma := _COMMA.search(line):
         return f"write {comma[1]}.{comma[2]}, with a point for the comma"
     for bare in _BARE.finditer(line):

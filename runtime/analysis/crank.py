@@ -18,6 +18,7 @@ from ..files import read_path, write_whole
 from ..loading.structures import at_start
 from ..model.drives import drive_columns
 from ..model.integrators import integral_rows
+from ..model.lined_up import lined_up
 from ..model.model import Model, check_model
 from ..model.numbers import read_name, told
 from ..precision import need_doubles
@@ -295,7 +296,7 @@ class _Turn:
             if found is None or bar >= 0 or np.linalg.norm(found - q - change) > MISS * np.linalg.norm(change):
                 step = h / 2.0
                 if over or step < SHORTEST:
-                    raise ValueError(self._stuck(angle, bar))
+                    raise ValueError(self._stuck(angle, bar, q))
             elif self.condition(found) > NEAR and h < wanted - angle:
                 step, over = 1.3 * h, True  # over the change point rather than onto it
             else:
@@ -315,11 +316,14 @@ class _Turn:
         worst = int(np.argmin(least))
         return worst if least[worst] < -DEEPEST else -1
 
-    def _stuck(self, angle: float, bar: int) -> str:
-        """Why the crank goes no further than to ``angle`` (rad): contact ``bar``, or a dead point where that is −1."""
+    def _stuck(self, angle: float, bar: int, q: FloatArray) -> str:
+        """Why the crank goes no further than to ``angle`` (rad), at ``q``: contact ``bar``, or a dead point where that
+        is −1."""
         where = f"{self.joint} cannot be turned right round: it comes to a stop after {np.degrees(angle):.6g}°"
         if bar < 0:
-            return f"{where}, expected a crank; name another joint"
+            open_ = np.linalg.svd(self._rows(q))[2][len(q) - 1]  # the motion that rows exclude least
+            why = f"{lined_up(self.model, q, open_)}no motion closes the loops beyond"
+            return f"{where}: {why}, expected a crank; name another joint"
         point, ground = self.model.contacts[bar]
         what = "" if ground in self.model.stops | self.model.slide_ends else "the surface of "
         advice = "leave that out, turn it the other way, or name another joint"

@@ -16,6 +16,7 @@ import numpy as np
 
 from ..arrays import FloatArray
 from ..model.drives import drive_rows, rate_rows
+from ..model.lined_up import lined_up
 from ..model.model import Model
 
 BoolArray = np.ndarray[Any, np.dtype[np.bool_]]
@@ -33,9 +34,6 @@ LOOKS = 32
 """Rows of a record that say how near is usual."""
 WALK = 200
 """Steps from the end of a record of fixed steps towards a dead point."""
-MOVES = 1e-2
-"""Links that move less than this part of those that move most stand still; so far from the stop they do nearly."""
-
 State = tuple[float, FloatArray, FloatArray]
 Step = Callable[[float, FloatArray, FloatArray, float], tuple[FloatArray, FloatArray]]
 
@@ -114,7 +112,7 @@ def dead_point(
     stopped = np.abs(pushes) > PUSHED * np.abs(pushes).max()
     told = _said(model, turned, stopped) + (f" since t = {way.t:.10g} s" if way.t else "")
     text = (
-        f"{told}, at t = {t1 + left:.10g} s: {_lined_up(model, q1, rows.motion)}no motion "
+        f"{told}, at t = {t1 + left:.10g} s: {lined_up(model, q1, rows.motion)}no motion "
         f"{_kept(model, held)} beyond; let what is prescribed end before, or use a [[motor]], which can give way"
     )
     return DeadPoint(t1 + left, since + kept + 1, text)
@@ -211,23 +209,3 @@ def _walk(
         else:
             states.append((t + h, *there))
     return states
-
-
-def _lined_up(model: Model, q: FloatArray, motion: FloatArray) -> str:
-    """Two links on one pin, each on one more pin that stands still, that can move: they are in line. Else nothing."""
-    speeds = np.abs(np.asarray(model.velocities(q, motion), dtype=float) / [model.length, model.length, 1.0]).max(
-        axis=1
-    )
-    moving = np.flatnonzero(speeds > MOVES * speeds.max())
-    pins = [
-        links
-        for joint, links in zip(model.joints, model.data["between"], strict=True)
-        if joint not in model.data["lines"]
-    ]
-    on = [[links for links in model.data["between"] if link in links] for link in moving]
-    if len(moving) != 2 or sorted(moving) not in map(sorted, pins) or any(len(own) != 2 for own in on):
-        return ""
-    if any(links not in pins for own in on for links in own):
-        return ""
-    first, second = (model.links[link] for link in moving)
-    return f"{first} and {second} are in line there, and "

@@ -96,7 +96,12 @@ BAD: dict[str, tuple[str, str, str, tuple[str, ...]]] = {
         "cam[0].lift[0].law",
         ("cycloidal",),
     ),
-    "inside": ("guide = -1.9", "guide = -1.95", "cam[0]", ("inside the cam by 0.019799 m",)),
+    "inside": (
+        "guide = -1.9",
+        "guide = -1.95",
+        "cam[0]",
+        ("inside the cam by 0.019799 m", "move it away from shaft.O in [start]"),
+    ),
     "in the centre": ("guide = -1.9", "guide = -2", "cam[0]", ("in the cam's centre",)),
     "beside the face": (
         f"{ROLLER}\nbase = 0.05\nradius = 0.02\n{LIFT}",

@@ -213,7 +213,10 @@ WRONG: dict[str, tuple[dict[str, Any], dict[str, Any], dict[str, str]]] = {
     "a plate without area": (
         FLAT,
         {"plate": {"mass_per_area": 1, "corners": ["A", "B", [2, 0]]}},
-        {"plate.corners": "found an outline whose edges A-B and [2, 0]-A cross or touch"},
+        {
+            "plate.corners": "found an outline whose edges A-B and [2, 0]-A cross or touch: the corners lie in a line, "
+            'expected some beside it; write rod = { mass = ..., between = ["A", [2, 0]] } for a bar'
+        },
     ),
     "a corner twice": (
         FLAT,

@@ -142,6 +142,10 @@ SLIPS: dict[str, tuple[str, str, int, str, tuple[str, ...]]] = {
     ),
     "curved quotes": ('name = "coupler"', "name = “coupler”", 11, "", ("write straight quotes",)),
     "a colon": ('name = "four-bar"', 'name: "four-bar"', 1, "", ("write = for :",)),
+    "two equal signs": ('name = "four-bar"', 'name == "four-bar"', 1, "", ("write one = alone between",)),
+    "a colon before an equal sign": ("mass = 1\n", "mass := 1\n", 6, "", ("write one = alone between",)),
+    "an equal sign apart": ('name = "four-bar"', 'name = = "a = b"', 1, "", ("write one = alone between",)),
+    "no equal sign": ('name = "four-bar"', 'name "four-bar"', 1, "", ("write KEY = VALUE, with = between",)),
     "a quote that is open": ('name = "coupler"', 'name = "coupler', 11, "", ("close the quotes",)),
     "a link's name": (
         'name = "crank"',
