@@ -91,15 +91,16 @@ def forget_results(folder: Path) -> None:
     (folder / RECORD).unlink(missing_ok=True)
 
 
-def forget_stale(folder: Path, names: Iterable[str]) -> None:
+def forget_stale(folder: Path, names: Iterable[str]) -> list[str]:
     """Remove those of the files ``names`` in ``folder`` that are as ccgen wrote them before: they belong to older
-    results."""
+    results. Which these were, by their names."""
     written = _written(folder)
-    stale = [name for name in names if name in written and _is_own(folder / name, written)]
+    stale = sorted(name for name in names if name in written and _is_own(folder / name, written))
     for name in stale:
         (folder / name).unlink()
     if stale:
         _write_record(folder, {name: hash_ for name, hash_ in written.items() if name not in stale})
+    return stale
 
 
 def _write_record(folder: Path, written: dict[str, str]) -> None:

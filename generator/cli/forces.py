@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Set
+from collections.abc import Callable, Mapping, Set
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -233,9 +233,12 @@ def force_files(scene: Scene, csv: bool) -> list[str]:
     return [PICTURE] * (touches(scene) or bool(scene.mechanism.joints)) + [TABLE] * csv
 
 
-def ways_to_write(told: Told, csv: bool, times: int | None = None) -> dict[str, Callable[[Path], object]]:
-    """By the name of each of these files what writes it: a picture where forces act, a table if asked, of so many even
-    ``times`` where that is a number; none of a run that went by time stepping, which records no forces."""
+def ways_to_write(
+    told: Told, csv: bool, times: int | None = None, settings: Mapping[str, object] | None = None
+) -> dict[str, Callable[[Path], object]]:
+    """By the name of each of these files what writes it: a picture where forces act, which names the ``settings``, a
+    table if asked, of so many even ``times`` where that is a number; none of a run that went by time stepping, which
+    records no forces."""
     run = told.run
     if run.phases and all(phase.kind == "steps" for phase in run.phases):
         return {}
@@ -243,7 +246,7 @@ def ways_to_write(told: Told, csv: bool, times: int | None = None) -> dict[str, 
     def draw(path: Path) -> None:
         from ccgen.runtime.pictures.force_plot import draw_forces
 
-        draw_forces(run, path, told.peaks)
+        draw_forces(run, path, told.peaks, settings)
 
     def write(path: Path) -> None:
         from ccgen.runtime.record.force_history import even_history, write_csv

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -51,15 +51,20 @@ class Wanted:
         if found:
             fail("\n".join(found))
 
-    def ways_to_write(self, run: Run) -> dict[str, Callable[[Path], object]]:
-        """By the name of each of the files what writes it."""
+    def ways_to_write(
+        self, run: Run, settings: Mapping[str, object] | None = None
+    ) -> dict[str, Callable[[Path], object]]:
+        """By the name of each of the files what writes it; the picture names the ``settings``."""
         from ccgen.runtime.pictures.output_plot import draw_outputs
         from ccgen.runtime.record.output_table import write_outputs
         from ccgen.runtime.record.outputs import with_places
 
         plot = list(dict.fromkeys(name for _, name in self.plot))
         table = with_places(run.model, [name for _, name in self.table])
-        ways = {PICTURE: partial(draw_outputs, run, plot), TABLE: partial(write_outputs, run, table, times=self.times)}
+        ways = {
+            PICTURE: partial(draw_outputs, run, plot, settings=settings),
+            TABLE: partial(write_outputs, run, table, times=self.times),
+        }
         return {name: ways[name] for name in self.files}
 
 

@@ -133,7 +133,7 @@ def run(
         with refusing(OSError):
             forces = Told(result, shared, detail is Detail.ALL)
             tables = contact_files(scene, csv)
-            files, unwritten = write(result, folder, moving, wanted, csv, forces, tables)
+            files, unwritten, removed = write(result, folder, moving, wanted, csv, forces, tables, titled(settings))
     if detail is not Detail.NOTHING:
         print_impacts(result.model, result)
         print_changes(result)
@@ -144,11 +144,18 @@ def run(
         print_drives(forces)
         print_audit(result)
         typer.echo(f"written: {', '.join(str(folder / file) for file in files) or 'nothing'}")
+        if removed:
+            typer.echo(f"removed, as of the run before: {', '.join(str(folder / file) for file in removed)}")
     print_warnings(result)
     for name, why in unwritten.items():
         typer.echo(f"{scene.name}: {name} is not written: {why}", err=True)
     if unwritten or not result.success:
         raise typer.Exit(STOPPED_EARLY)
+
+
+def titled(settings: Mapping[str, float]) -> dict[str, object]:
+    """What was set, each number as it was written."""
+    return {path: getattr(value, "text", value) for path, value in settings.items()}
 
 
 def check_video() -> None:
@@ -175,24 +182,29 @@ def write(
     csv: bool,
     forces: Told,
     tables: Sequence[str],
-) -> tuple[list[str], dict[str, str]]:
+    settings: Mapping[str, object],
+) -> tuple[list[str], dict[str, str], list[str]]:
     """Write result, plot, player, forces and, if asked, moving pictures, outputs and tables into ``folder``, of
-    impacts and phases those that ``tables`` names.
+    impacts and phases those that ``tables`` names. Pictures name the ``settings``.
 
-    The names of the files, and of those that cannot be made of this run why not. The numbers are written first: they
+    The names of the files, of those that cannot be made of this run why not, and those of an older run that are gone:
+    what ccgen wrote into the folder before and has not written now. The numbers are written first: they
     are there whatever can be drawn of them. An older file does not stay in place of one that
     cannot be made.
     """
+    from ccgen.runtime.pictures.player import write_player
+    from ccgen.runtime.pictures.plot import draw
     from ccgen.runtime.record.outputs import with_places
 
     folder.mkdir(parents=True, exist_ok=True)
     plotted = with_places(result.model, [name for _, name in wanted.plot])
-    player = partial(result.save_player, outputs=plotted or None)
+    plot = partial(draw, result, settings=settings)
+    player = partial(write_player, result, outputs=plotted or None, settings=settings)
     ways: dict[str, Callable[[Path], object]] = {
-        **dict(zip(FILES, (result.save, result.plot, player), strict=True)),
+        **dict(zip(FILES, (result.save, plot, player), strict=True)),
         **{name: {GIF: result.animate, VIDEO: result.save_video}[name] for name in moving},
-        **wanted.ways_to_write(result),
-        **ways_to_write(forces, csv, wanted.times),
+        **wanted.ways_to_write(result, settings),
+        **ways_to_write(forces, csv, wanted.times, settings),
         **ways_to_write_contacts(result, tables),
     }
     unwritten: dict[str, str] = {}
@@ -211,10 +223,11 @@ def write(
             interrupted = True
             unwritten[name] = "interrupted"
     made = [name for name in ways if name not in unwritten]
+    removed: list[str] = []
     try:
-        forget_stale(
+        removed = forget_stale(
             folder, {*FILES, *MOVING, PICTURE, TABLE, IMPACTS, PHASES, OUTPUTS_PICTURE, OUTPUTS_TABLE} - {*made}
         )
     except OSError as error:
         unwritten[RECORD] = told(error)
-    return made, unwritten
+    return made, unwritten, removed

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from ..record.force_history import History, away_from_lines, history
 from ..record.record import Record
 from .marks import mark_impacts, name_marks
 from .plot import named_curves
+from .title import title_of
 
 Panel = tuple[str, dict[str, FloatArray]]
 """Label of the axis, and its curves by name."""
@@ -26,10 +28,15 @@ ROUNDING = 1e-13
 """Times the largest force of a run: some hundred roundings, as many as sums over links and contacts have at most."""
 
 
-def draw_forces(run: Record, path: str | os.PathLike[str] | None = None, found: History | None = None) -> Any:
+def draw_forces(
+    run: Record,
+    path: str | os.PathLike[str] | None = None,
+    found: History | None = None,
+    settings: Mapping[str, object] | None = None,
+) -> Any:
     """The figure of a run's forces between impacts, saved as a PNG where a path is given.
 
-    ``found`` are the forces where they are known already."""
+    ``found`` are the forces where they are known already. The ``settings`` are named over it (:func:`title_of`)."""
     target = None if path is None else read_path(path, "a .png file")
     if target is not None and target.suffix != ".png":
         raise ValueError(f"a plot is saved as .png, found {target.name!r}; use another name")
@@ -54,7 +61,7 @@ def draw_forces(run: Record, path: str | os.PathLike[str] | None = None, found: 
     name_marks(figure, run)
     if run.t[-1] > run.t[0]:
         rows[-1].set_xlim(run.t[0], run.t[-1])
-    figure.suptitle(f"{run.model.name}: forces", fontsize=13)
+    figure.suptitle(f"{title_of(run, settings)}: forces", fontsize=13)
     if target is not None:
         write_whole(target, lambda part: figure.savefig(part, format="png", metadata={"Software": "ccgen"}))
     return figure

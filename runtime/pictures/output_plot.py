@@ -16,6 +16,7 @@ from ..record.record import Record
 from .link_colours import COLOURS
 from .marks import mark_impacts, name_marks
 from .plot import CURVES, named_curves
+from .title import title_of
 
 QUANTITIES = {
     "rad": "angle",
@@ -35,11 +36,17 @@ PATH = 5.0
 """Height of the panel of paths (inches)."""
 
 
-def draw_outputs(run: Record, names: Sequence[str], path: str | os.PathLike[str] | None = None) -> Any:
+def draw_outputs(
+    run: Record,
+    names: Sequence[str],
+    path: str | os.PathLike[str] | None = None,
+    settings: Mapping[str, object] | None = None,
+) -> Any:
     """The figure of these outputs, in the order of their names, saved as a PNG where a path is given.
 
     Of a point, ``coupler.tip``, the path is drawn, y over x, below what is drawn over time. Drawn at every row of the
-    run and at some hundred even times. Raises ``ValueError`` as :func:`values_of` does.
+    run and at some hundred even times. The ``settings`` are named over it (:func:`title_of`). Raises ``ValueError`` as
+    :func:`values_of` does.
     """
     target = None if path is None else read_path(path, "a .png file")
     if target is not None and target.suffix != ".png":
@@ -59,7 +66,7 @@ def draw_outputs(run: Record, names: Sequence[str], path: str | os.PathLike[str]
         _over_time(above, run, t, values, panels)
     if points:
         _paths(below, values, points)
-    figure.suptitle(run.model.name, fontsize=13)
+    figure.suptitle(title_of(run, settings), fontsize=13)
     if target is not None:
         write_whole(target, lambda part: figure.savefig(part, format="png", metadata={"Software": "ccgen"}))
     return figure

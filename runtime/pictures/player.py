@@ -8,7 +8,7 @@ from __future__ import annotations
 import html
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +26,7 @@ from .frames import MOST_IMPACTS, Frames, frame_times, pivots, sample, shown_cha
 from .link_colours import link_colours
 from .named_points import mass_centres, named_points
 from .strokes import Stroke, size_of_looks, straightened, strokes
+from .title import title_of
 from .view import View, view_of
 
 RATE = 60  # frames per second
@@ -39,9 +40,12 @@ HEIGHT_IN_NOTEBOOK = 620  # pixels
 PAGE = Path(__file__).with_name("player.html")
 
 
-def write_player(run: Record, path: Path, outputs: Sequence[str] | None = None) -> Path:
-    """Write the page to `path`, with these outputs plotted at first; equal runs give equal bytes."""
-    page = page_of(run, MOST_BYTES, outputs)
+def write_player(
+    run: Record, path: Path, outputs: Sequence[str] | None = None, settings: Mapping[str, object] | None = None
+) -> Path:
+    """Write the page to `path`, with these outputs plotted at first; equal runs give equal bytes. Its title names the
+    ``settings`` (:func:`title_of`)."""
+    page = page_of(run, MOST_BYTES, outputs, settings)
     write_whole(path, lambda part: part.write(page.encode()))
     return path
 
@@ -54,14 +58,17 @@ def frame_of(run: Record) -> str:
     return f'<iframe title="{title}" sandbox="allow-scripts" style="{style}" srcdoc="{page}"></iframe>'
 
 
-def page_of(run: Record, bytes_: int, outputs: Sequence[str] | None = None) -> str:
+def page_of(
+    run: Record, bytes_: int, outputs: Sequence[str] | None = None, settings: Mapping[str, object] | None = None
+) -> str:
     """The page, of at most so many bytes: with fewer frames where the run is too long for that."""
     head, title_end, script_end = PAGE.read_text(encoding="utf-8").split("@@")[::2]
-    most = min(MOST_NUMBERS, bytes_ // 8)
+    most, title = min(MOST_NUMBERS, bytes_ // 8), title_of(run, settings)
     while True:
         # "<" never appears inside the data, so that no name can end the script element it stands in
-        data = json.dumps(content(run, outputs, most), separators=(",", ":"), ensure_ascii=True, allow_nan=False)
-        page = head + html.escape(run.model.name) + title_end + data.replace("<", "\\u003c") + script_end
+        shown = content(run, outputs, most) | {"name": title}
+        data = json.dumps(shown, separators=(",", ":"), ensure_ascii=True, allow_nan=False)
+        page = head + html.escape(title) + title_end + data.replace("<", "\\u003c") + script_end
         size = len(html.escape(page).encode())  # as it is in a frame
         if size <= bytes_ or most < 1000:  # what remains then are shapes and names
             return page

@@ -25,6 +25,7 @@ from .instants import instants
 from .link_colours import COLOURS, link_colours
 from .marks import EARTH, FLASH, SOFT, mark_impacts, name_marks
 from .strokes import Stroke, size_of_links, size_of_looks, straightened, strokes
+from .title import title_of
 from .view import View, view_of
 
 INK, ACCENT = "#222222", "#33629b"
@@ -40,9 +41,15 @@ GROUPS = 4000
 NAMED = 8  # curves that get a name and a colour each; more are shaded by their order
 
 
-def draw(run: Record, path: str | os.PathLike[str] | None = None, *, forces: bool = False) -> Any:
+def draw(
+    run: Record,
+    path: str | os.PathLike[str] | None = None,
+    *,
+    forces: bool = False,
+    settings: Mapping[str, object] | None = None,
+) -> Any:
     """The figure of a run, saved as a PNG where a path is given; with ``forces`` its poses have arrows of what grounds
-    push: forces, and at impacts impulses."""
+    push: forces, and at impacts impulses. The ``settings`` are named over it (:func:`title_of`)."""
     target = None if path is None else read_path(path, "a .png file")
     if target is not None and target.suffix != ".png":
         raise ValueError(f"a plot is saved as .png, found {target.name!r}; use another name")
@@ -80,7 +87,8 @@ def draw(run: Record, path: str | os.PathLike[str] | None = None, *, forces: boo
     below.align_ylabels(rows)
     if duration > 0:
         rows[-1].set_xlim(run.t[0], run.t[-1])
-    figure.suptitle(run.model.name if run.success else f"{run.model.name} — {_short(run.message)}", fontsize=13)
+    title = title_of(run, settings)
+    figure.suptitle(title if run.success else f"{title} — {_short(run.message)}", fontsize=13)
 
     if target is not None:
         write_whole(target, lambda part: figure.savefig(part, format="png", metadata={"Software": "ccgen"}))

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import csv
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from typer.testing import CliRunner
 
 from ccgen.generator.cli.app import app
@@ -46,10 +48,48 @@ def test_a_run_draws_and_writes_what_is_asked(scene: Path) -> None:
     numbers = np.array(rows, dtype=float)
     assert numbers[:, 0] == pytest.approx(np.linspace(0, 2, 21), abs=0)
     assert numbers[-1, 2:] == pytest.approx([G, 0.0, G], rel=1e-11, abs=1e-11)
+    assert "removed" not in done.stdout
+    (folder / "notes.csv").write_text("not of ccgen")
     done = CliRunner().invoke(app, ["run", str(scene), "--plot", "rod.angle"])
     assert done.exit_code == 0 and not (folder / "outputs.csv").exists()  # that of an older run
+    told = [line for line in done.stdout.splitlines() if line.startswith("removed")]
+    gone = [str(folder / name) for name in ("forces.csv", "impacts.csv", "outputs.csv", "phases.csv")]
+    assert told == [f"removed, as of the run before: {', '.join(gone)}"]
+    assert (folder / "notes.csv").exists() and not any(Path(name).exists() for name in gone)
     done = CliRunner().invoke(app, ["run", str(scene), "-q"])
     assert done.exit_code == 0 and not (folder / "outputs.png").exists()
+
+
+def test_pictures_say_what_was_set(scene: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Over plot, forces, outputs and the player stand the values, as written, of --set; over pictures that are drawn
+    later those that are not the scene's; nothing over those of the scene itself."""
+    titles: list[str] = []
+    usual = Figure.suptitle
+
+    def suptitle(figure: Figure, text: str, **other: Any) -> Any:
+        titles.append(text)
+        return usual(figure, text, **other)
+
+    monkeypatch.setattr(Figure, "suptitle", suptitle)
+    command = ["run", str(scene), "--plot", "rod.angle", "-q"]
+    page = Path("results/leaning/player.html")
+    for settings, told in (
+        ([], "leaning"),
+        (["rod.mass=2 kg"], "leaning, rod.mass = 2 kg"),
+        (
+            [f"{path}=1.5" for path in ("rod.mass", "rod.inertia", "gravity.g", "rod.points.T.x")],
+            "leaning, rod.mass = 1.5, rod.inertia = 1.5, gravity.g = 1.5, and 1 more",
+        ),
+    ):
+        done = CliRunner().invoke(app, [*command, *(part for one in settings for part in ("--set", one))])
+        assert done.exit_code == 0, done.output
+        assert sorted(titles) == [told, told, f"{told}: forces"]
+        html = page.read_text(encoding="utf-8")
+        assert data_of(html)["name"] == told and f"<title>{told}</title>" in html
+        titles.clear()
+    done = CliRunner().invoke(app, ["run", str(scene), "--set", "gravity.g=1.5", "-q"])
+    done = CliRunner().invoke(app, ["plot", "results/leaning", "rod.angle"])
+    assert done.exit_code == 0 and titles[-1] == "leaning, gravity.g = 1.5"
 
 
 def test_rows_have_both_sides_of_an_impact(scene: Path) -> None:
