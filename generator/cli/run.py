@@ -23,6 +23,7 @@ from .outputs import TABLE as OUTPUTS_TABLE
 from .outputs import Wanted
 from .progress import progress
 from .refusal import STOPPED_EARLY, Faults, fail, read_option, refusing, refusing_options, told
+from .remarks import print_remarks
 from .report import (
     print_audit,
     print_changes,
@@ -37,6 +38,8 @@ from .settings import with_settings
 
 if TYPE_CHECKING:
     from ccgen.runtime import Run
+
+    from ..scene.scene import Scene
 
 FILES = ("result.npz", "plot.png", "player.html")
 """Files of every run."""
@@ -135,22 +138,30 @@ def run(
             tables = contact_files(scene, csv)
             files, unwritten, removed = write(result, folder, moving, wanted, csv, forces, tables, titled(settings))
     if detail is not Detail.NOTHING:
-        print_impacts(result.model, result)
-        print_changes(result)
-        print_events(result)
-        print_missing(scene, result)
-        print_contacts(result.model, result)
-        print_forces(forces)
-        print_drives(forces)
-        print_audit(result)
+        print_results(scene, forces)
         typer.echo(f"written: {', '.join(str(folder / file) for file in files) or 'nothing'}")
         if removed:
             typer.echo(f"removed, as of the run before: {', '.join(str(folder / file) for file in removed)}")
     print_warnings(result)
+    if detail is not Detail.NOTHING:
+        print_remarks(scene, result)
     for name, why in unwritten.items():
         typer.echo(f"{scene.name}: {name} is not written: {why}", err=True)
     if unwritten or not result.success:
         raise typer.Exit(STOPPED_EARLY)
+
+
+def print_results(scene: Scene, forces: Told) -> None:
+    """What has come, in what order, with what forces, and how exact that is."""
+    result = forces.run
+    print_impacts(result.model, result)
+    print_changes(result)
+    print_events(result)
+    print_missing(scene, result)
+    print_contacts(result.model, result)
+    print_forces(forces)
+    print_drives(forces)
+    print_audit(result)
 
 
 def titled(settings: Mapping[str, float]) -> dict[str, object]:

@@ -132,6 +132,11 @@ class Effect:
         """Whether effects of this kind put forces or moments on links."""
         return cls.loads is not Effect.loads
 
+    def rubs(self) -> tuple[tuple[int, Parameter], ...]:
+        """Joints (indices) that it resists by smoothed dry friction, each with the rate (rad/s, or m/s along its line)
+        about which that changes its sign."""
+        return ()
+
     def driven(self) -> tuple[int, ...]:
         """Joints (indices) whose motion the effect prescribes."""
         return ()

@@ -80,6 +80,9 @@ class Brake(Effect):
         values = [self._effort(motion)] if isinstance(self.effort, Expression) else []
         return [*values, *(motion.time - motion.value(instant) for instant in (self.first, self.last) if instant)]
 
+    def rubs(self) -> tuple[tuple[int, Parameter], ...]:
+        return ((self.joint, self.rate),)
+
     def loads(self, motion: Motion) -> Sequence[Force | Couple]:
         return motion.joint_effort(self.joint, -self._moment(motion))
 

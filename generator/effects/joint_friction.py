@@ -82,6 +82,9 @@ class JointFriction(Effect):
         given = (self.viscous, self.dry, self.rate, self.breakaway, self.stribeck)
         return tuple(p for p in given if p is not None)
 
+    def rubs(self) -> tuple[tuple[int, Parameter], ...]:
+        return tuple((index, self.rate) for index in self.joints) if self.rate else ()
+
     def loads(self, motion: Motion) -> Sequence[Force | Couple]:
         """The moment resists on the joint's second link, and drags the first along."""
         loads: list[Force | Couple] = []
