@@ -19,14 +19,15 @@ DEEP = -0.5
 """m: height of the feet in the frame of a table"""
 
 
-def least(balance: Array, load: Array, feet: int, mu: float) -> Array:
-    """Forces (feet, 2) with ``balance @ (normals, frictions, others) = load``, least of feet.
+def least(balance: Array, load: Array, feet: int, mu: float, slides: float = 0.0) -> Array:
+    """Forces (feet, 2) with ``balance @ (normals, frictions, others) = load``, least of feet, which may all slide along
+    the sign ``slides``.
 
     Each is a sum of the two edges of its cone, with shares that are not negative: least squares in these, the balance,
     freed of the others, counting 10^5 times."""
     left, values, _ = np.linalg.svd(balance[:, 2 * feet :])
     bare = left[:, int(np.sum(values > 1e-9)) :].T
-    sides = [1.0, -1.0] if mu else [0.0]
+    sides = [-slides] if slides else [1.0, -1.0] if mu else [0.0]
     edges = np.concatenate([np.concatenate([np.eye(feet), side * mu * np.eye(feet)]) for side in sides], axis=1)
     sure = 1e5
     rows = np.concatenate([sure * bare @ balance[:, : 2 * feet] @ edges, edges])
@@ -90,29 +91,30 @@ def table(rng: Any, workshop: Workshop) -> None:
     agree(workshop.model(text), least(balance, np.array([mass * G, -pushed, DEEP * pushed]), n, mu))
 
 
-def loop(rng: Any, workshop: Workshop) -> None:
-    """Two plates on two to four feet each, which two bars between them make a loop"""
-    a, b = (np.sort(rng.uniform(-1, 1, int(rng.integers(2, 5)))) for _ in range(2))
-    mu, mass, com = float(rng.choice([0.0, 0.3, 1.0, 2.0])), rng.uniform(1, 10, 4), rng.uniform(-0.5, 0.5, 2)
+def ring(
+    a: Array, b: Array, mass: Array, com: Array, mu: float, heights: list[float], speed: float = 0.0
+) -> tuple[str, Array]:
+    """Two plates that bars at these heights join, and the forces of their feet"""
+    names = [f"P{k}" for k in range(len(heights))]
     text = 'name = "ring"\n'
     for name, feet, i, side in (("a", a, 0, 1.0), ("b", b, 1, -1.0)):
-        text += plate(name, feet, float(mass[i]), float(com[i]), f"H = [{side}, 0.2], L = [{side}, -0.1]")
-    for name, i in (("top", 2), ("low", 3)):
-        text += f'[[link]]\nname = "{name}"\nmass = {float(mass[i])!r}\ninertia = 0.5\ncom = [1, 0]\n'
+        points = ", ".join(f"{p} = [{side}, {y!r}]" for p, y in zip(names, heights, strict=True))
+        text += plate(name, feet, float(mass[i]), float(com[i]), points)
+    for k, name in enumerate(names):
+        text += f'[[link]]\nname = "bar{k}"\nmass = {float(mass[2 + k])!r}\ninertia = 0.5\ncom = [1, 0]\n'
         text += "points = { A = [0, 0], B = [2, 0] }\n"
-    for pin in ('"a.H", "top.A"', '"top.B", "b.H"', '"a.L", "low.A"', '"low.B", "b.L"'):
-        text += f"[[joint]]\nbetween = [{pin}]\n"
-    text += f"[start]\nposition = [-2, 0.5]\n{grounds(mu, a=a, b=b)}"
+        text += f'[[joint]]\nbetween = ["a.{name}", "bar{k}.A"]\n[[joint]]\nbetween = ["bar{k}.B", "b.{name}"]\n'
+    text += f"[start]\nposition = [-2, 0.5]\nvelocity = [{speed!r}, 0]\n{grounds(mu, a=a, b=b)}"
     n = len(a) + len(b)
     pins = [
-        (("a", 1.0, 0.2), ("top", 0.0, 0.0)),
-        (("top", 2.0, 0.0), ("b", -1.0, 0.2)),
-        (("a", 1.0, -0.1), ("low", 0.0, 0.0)),
-        (("low", 2.0, 0.0), ("b", -1.0, -0.1)),
+        ends
+        for k, y in enumerate(heights)
+        for ends in ((("a", 1.0, y), (f"bar{k}", 0.0, 0.0)), ((f"bar{k}", 2.0, 0.0), ("b", -1.0, y)))
     ]
     rows, load = [], []
-    for link, m, c in zip(("a", "b", "top", "low"), mass, (*com, 1.0, 1.0), strict=True):
-        balance = np.zeros((3, 2 * n + 8))  # along x, along y, moments about the link's own frame
+    links = ["a", "b", *(f"bar{k}" for k in range(len(heights)))]
+    for link, m, c in zip(links, mass, (*com, *[1.0] * len(heights)), strict=True):
+        balance = np.zeros((3, 2 * n + 2 * len(pins)))  # along x, along y, moments about the link's own frame
         for i, (on, x) in enumerate([("a", x) for x in a] + [("b", x) for x in b]):
             if on == link:
                 balance[1, i], balance[2, i], balance[0, n + i], balance[2, n + i] = 1.0, x, 1.0, -DEEP
@@ -122,8 +124,35 @@ def loop(rng: Any, workshop: Workshop) -> None:
                     balance[[0, 2], 2 * n + 2 * k] += sign, -sign * y
                     balance[[1, 2], 2 * n + 2 * k + 1] += sign, sign * x
         rows.append(balance)
-        load += [0.0, m * G, m * G * c]
-    agree(workshop.model(text), least(np.concatenate(rows), np.array(load), n, mu))
+        load += [-np.sign(speed) * mu * m * G, m * G, m * G * c]
+    return text, least(np.concatenate(rows), np.array(load), n, mu, np.sign(speed))
+
+
+def loop(rng: Any, workshop: Workshop) -> None:
+    """Two plates on two to four feet each, which two bars between them make a loop"""
+    a, b = (np.sort(rng.uniform(-1, 1, int(rng.integers(2, 5)))) for _ in range(2))
+    mu, mass, com = float(rng.choice([0.0, 0.3, 1.0, 2.0])), rng.uniform(1, 10, 4), rng.uniform(-0.5, 0.5, 2)
+    text, wanted = ring(a, b, mass, com, mu, [0.2, -0.1])
+    agree(workshop.model(text), wanted)
+
+
+@pytest.mark.parametrize("mu", [0.0, 0.1, 0.2, 0.5])
+def test_contacts_beside_a_loop_that_closes_twice(mu: float, workshop: Workshop) -> None:
+    """A third bar that is as the others closes what is closed: the feet's forces are as without it, its weight apart"""
+    feet = np.array([-0.9, -0.2, 0.5]), np.array([-0.5, 0.1, 0.8])
+    text, wanted = ring(*feet, np.array([5.0, 5.0, 1.0, 1.0, 1.0]), np.array([0.2, 0.2]), mu, [0.2, -0.1, 0.05])
+    model = workshop.model(text)
+    agree(model, wanted)
+    run = simulate(model)
+    assert [phase.kind for phase in run.phases] == ["contact"] and not run.impacts and len(run.t) < 20
+    assert np.all(np.abs(run.contact_forces(0.05)[:, 1]) <= mu * run.contact_forces(0.05)[:, 0] + 1e-9)
+
+
+@pytest.mark.parametrize("heights", [[0.2, -0.1], [0.2, -0.1, 0.05]])
+def test_feet_that_slide_under_loops(heights: list[float], workshop: Workshop) -> None:
+    feet, bars = (np.array([-0.9, -0.2, 0.5]), np.array([-0.5, 0.1, 0.8])), [1.0] * len(heights)
+    text, wanted = ring(*feet, np.array([5.0, 5.0, *bars]), np.array([0.2, 0.2]), 0.2, heights, 1.0)
+    agree(workshop.model(text), wanted)
 
 
 @pytest.mark.parametrize("seed", range(2))

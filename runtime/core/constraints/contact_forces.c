@@ -6,7 +6,8 @@
  *     N u_dot + dN/dt u = N (u_dot_free + Y P) + dN/dt u = 0,    W P = -(N u_dot_free + dN/dt u),    W = N Y.
  *
  * Where a contact slides, its normal force brings friction with it: its column is that of N^T - mu sign(slip) T^T, and W is
- * no longer symmetric. Where contacts depend on each other, as the feet of a table, P is that of least norm. Where W loses digits because contacts nearly depend on each
+ * no longer symmetric. Where contacts depend on each other, as the feet of a table, P is that of least norm, and so it is where rows of the closure depend on each other too:
+ * the columns are then those of the null-space path. Where W loses digits because contacts nearly depend on each
  * other or on the closure, the caller solves for both together on the robust path (docs/theory, section 8).
  */
 #include "constraints/contact_forces.h"
@@ -83,13 +84,11 @@ static int solve_sliding_or_shared(struct system *s, int rows, struct problem *p
     return wrong == 1 ? solve_dependent(s->arena, rows, p->whole, p->scratch, p->weight, p->wanted) : wrong;
 }
 
-/* Forces (impulses) whose columns bring the rates by p->wanted[rows] further, added to motion[n]; nonzero where they, or the
- * closure, are nearly dependent, or friction jams. */
-static int push(struct system *s, const double *q, int rows, int friction, struct problem *p, double *motion)
+/* p->units and p->weight; whether one slides */
+static int set_units(const struct system *s, int rows, int friction, struct problem *p)
 {
-    struct active_set *h = s->active;
-    const struct ccgen_model *m = s->model;
-    const int width = width_of(s), c = m->contacts;
+    const struct active_set *h = s->active;
+    const int width = width_of(s), c = s->model->contacts;
     int sliding = 0;
     for (int j = 0; j < rows; j++) {
         const int i = h->of[j], contact = h->set[i], slides = friction ? against(h->mode[i]) : 0;
@@ -102,12 +101,13 @@ static int push(struct system *s, const double *q, int rows, int friction, struc
         }
         sliding |= slides;
     }
-    if (m->contact_response(s->k, q, rows, p->units, p->columns, p->answers))
-        return 1;
-    for (int j = 0; j < rows; j++)
-        for (int i = 0; i < rows; i++)
-            p->W[i * rows + j] = p->answers[(size_t)j * width + h->set[h->of[i]] + (i < h->count ? 0 : c)] *
-                                 (i < h->count ? lever_of(s, h->set[i]) : 1.0);
+    return sliding;
+}
+
+/* h->force <- the forces that bring the rates by p->wanted[rows] further, what they do being added to motion[n]; nonzero as `push` says */
+static int solve_and_add(struct system *s, int rows, int friction, int sliding, struct problem *p, double *motion)
+{
+    struct active_set *h = s->active;
     const int wrong = sliding ? solve_sliding_or_shared(s, rows, p) : solve_sticking_or_shared(s, rows, p, friction);
     if (wrong)
         return wrong;
@@ -116,6 +116,22 @@ static int push(struct system *s, const double *q, int rows, int friction, struc
         for (int i = 0; i < s->n; i++)
             motion[i] += h->force[j] * p->columns[(size_t)j * s->n + i];
     return 0;
+}
+
+/* Forces (impulses) whose columns bring the rates by p->wanted[rows] further, added to motion[n]; nonzero where they, or the
+ * closure, are nearly dependent, or friction jams. */
+static int push(struct system *s, const double *q, int rows, int friction, struct problem *p, double *motion)
+{
+    const struct active_set *h = s->active;
+    const struct ccgen_model *m = s->model;
+    const int width = width_of(s), c = m->contacts, sliding = set_units(s, rows, friction, p);
+    if (m->contact_response(s->k, q, rows, p->units, p->columns, p->answers))
+        return 1;
+    for (int j = 0; j < rows; j++)
+        for (int i = 0; i < rows; i++)
+            p->W[i * rows + j] = p->answers[(size_t)j * width + h->set[h->of[i]] + (i < h->count ? 0 : c)] *
+                                 (i < h->count ? lever_of(s, h->set[i]) : 1.0);
+    return solve_and_add(s, rows, friction, sliding, p, motion);
 }
 
 /* Less the rates of the rows that the motion has already */
@@ -139,6 +155,54 @@ int add_contact_accelerations(struct system *s, const double *q, const double *u
         less_rates(s, q, rows, u_dot, &p);
         wrong = push(s, q, rows, 1, &p, u_dot);
     }
+    give_back(s->arena, mark);
+    return wrong;
+}
+
+/* The columns of all rows, one by one, by motions that rows which count leave: p->columns, p->W, and the multipliers Lambda[rows][closure rows] that go with each;
+ * f[n] and more[n] are scratch. */
+static void respond_in_nullspace(struct system *s, const double *q, int rows, struct nullspace *flight,
+                                 struct problem *p, double *Lambda, double *f, double *more)
+{
+    const struct ccgen_model *m = s->model;
+    for (int j = 0; j < rows; j++) {
+        const double *unit = p->units + (size_t)j * width_of(s);
+        double *column = p->columns + (size_t)j * s->n;
+        m->contact_impulse(s->k, q, unit, f);
+        if (s->friction) {
+            m->slip_impulse(s->k, q, unit + m->contacts, more);
+            for (int i = 0; i < s->n; i++)
+                f[i] += more[i];
+        }
+        choose_jump(s, flight, f, column, Lambda + (size_t)j * m->rows);
+        rates_of_active(s, q, column, rows, p->rates, p->slips, p->found);
+        for (int i = 0; i < rows; i++)
+            p->W[i * rows + j] = p->found[i];
+    }
+}
+
+int add_contact_accelerations_in_nullspace(struct system *s, const double *q, const double *u, struct nullspace *flight,
+                                           double *u_dot, double *lambda)
+{
+    const int rows = active_rows(s, 1);
+    const size_t n = s->n, closed = s->model->rows;
+    const struct mark mark = s->arena->top;
+    struct problem p;
+    double *Lambda = TAKE(s->arena, double, rows *closed), *f = TAKE(s->arena, double, n),
+           *more = TAKE(s->arena, double, n);
+    int wrong = take_problem(s, rows, &p);
+    if (!wrong) {
+        bias_of_active(s, q, u, p.rates, p.slips, p.wanted);
+        for (int i = 0; i < rows; i++)
+            p.wanted[i] = -p.wanted[i];
+        less_rates(s, q, rows, u_dot, &p);
+        const int sliding = set_units(s, rows, 1, &p);
+        respond_in_nullspace(s, q, rows, flight, &p, Lambda, f, more);
+        wrong = solve_and_add(s, rows, 1, sliding, &p, u_dot);
+    }
+    for (int j = 0; j < rows && !wrong; j++)
+        for (size_t i = 0; i < closed; i++)
+            lambda[i] += s->active->force[j] * Lambda[(size_t)j * closed + i];
     give_back(s->arena, mark);
     return wrong;
 }

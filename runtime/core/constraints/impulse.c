@@ -5,14 +5,6 @@
 #include "constraints/nullspace.h"
 #include "constraints/refinement.h"
 
-void momentum_residual(const struct system *s, const double *q, const void *context, const double *x, double *out)
-{
-    const double *f = context;
-    s->model->momentum(s->k, q, x, out);
-    for (int i = 0; i < s->n; i++)
-        out[i] -= f[i];
-}
-
 enum outcome system_impulse(struct system *s, const double *q, const double *f, const double *y, double nearest,
                             double *du, double *Lambda)
 {

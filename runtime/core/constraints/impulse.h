@@ -14,7 +14,4 @@ enum outcome system_impulse(struct system *s, const double *q, const double *f, 
  * as above */
 enum outcome system_correction(struct system *s, const double *q, int speed, double *rows, double nearest, double *du);
 
-/* out[n] = M x - f for generalized impulses f[n]: what impulses of the constraints must balance (an `affine` of nullspace.h) */
-void momentum_residual(const struct system *s, const double *q, const void *f, const double *x, double *out);
-
 #endif

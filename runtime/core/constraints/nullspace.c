@@ -298,6 +298,21 @@ void choose_motion(struct system *s, const struct nullspace *z, affine *residual
     memcpy(lambda + closed, z->every + z->fixed, (z->rows - z->fixed) * sizeof *lambda);
 }
 
+void momentum_residual(const struct system *s, const double *q, const void *context, const double *x, double *out)
+{
+    const double *f = context;
+    s->model->momentum(s->k, q, x, out);
+    for (int i = 0; i < s->n; i++)
+        out[i] -= f[i];
+}
+
+void choose_jump(struct system *s, struct nullspace *z, const double *f, double *du, double *Lambda)
+{
+    memset(z->particular, 0, s->n * sizeof *z->particular);
+    z->accelerates = 0;
+    choose_motion(s, z, momentum_residual, f, du, Lambda);
+}
+
 enum outcome solve_in_nullspace(struct system *s, const double *q, int held, const double *y, const double *t,
                                 double nearest, affine *residual, const void *context, double *x, double *lambda)
 {

@@ -15,6 +15,9 @@ struct factors {
     int *order;                           /* [rows] */
 };
 
+/* out[n] = M x - f for generalized impulses f[n]: what impulses of the constraints must balance, an `affine` */
+void momentum_residual(const struct system *s, const double *q, const void *f, const double *x, double *out);
+
 /* A place, its rows factorised, and all motions that these leave: one of them, and those that none of the rows sees */
 struct nullspace {
     const double *q;       /* [n] */
@@ -38,6 +41,9 @@ enum outcome factorise_motions(struct system *s, const double *q, int held, cons
 /* That of these motions, and lambda[rows + held] of least norm, with residual(x) = A^T lambda */
 void choose_motion(struct system *s, const struct nullspace *z, affine *residual, const void *context, double *x,
                    double *lambda);
+
+/* The same of those that no row sees, by generalized impulses f[n]: a jump that leaves all rows as they are */
+void choose_jump(struct system *s, struct nullspace *z, const double *f, double *du, double *Lambda);
 
 /* Both at once */
 enum outcome solve_in_nullspace(struct system *s, const double *q, int held, const double *y, const double *t,

@@ -123,6 +123,33 @@ static void set_trial_forces(struct active_set *h, const double *all, int one, d
         }
 }
 
+/* Where rows of held contacts, of which all count with those of the closure but `counting`, leave forces open: those of least norm of the contacts, then multipliers of
+ * least norm, as without dependent rows of the closure. 0, 2 where friction jams, or 1 where none is open, or digits are lost: all multipliers at once are then asked. */
+static int accelerate_sharing(struct system *s, double t, const double *q, const double *u, int counting, double *u_dot,
+                              double *lambda)
+{
+    const struct ccgen_model *m = s->model;
+    const struct mark mark = s->arena->top;
+    const struct motion motion = {u, t, NULL};
+    double *bias = TAKE(s->arena, double, m->rows), *multipliers = TAKE(s->arena, double, m->rows);
+    struct nullspace flight;
+    int wrong = 1;
+    if (s->arena->ran_out)
+        goto end;
+    m->closure_bias(s->k, q, u, bias);
+    for (int i = 0; i < m->rows; i++)
+        bias[i] = -bias[i];
+    if (factorise_motions(s, q, 0, bias, &t, RANK_TOLERANCE, &flight) || flight.rank + active_rows(s, 1) <= counting)
+        goto end;
+    choose_motion(s, &flight, flight_residual, &motion, u_dot, multipliers);
+    wrong = add_contact_accelerations_in_nullspace(s, q, u, &flight, u_dot, multipliers);
+    if (!wrong && lambda)
+        memcpy(lambda, multipliers, m->rows * sizeof *lambda);
+end:
+    give_back(s->arena, mark);
+    return wrong;
+}
+
 /* On the robust path. The friction of contacts that slide follows from forces that it changes, p -> g + J p: J column by
  * column, then p = (1 - J)^-1 g, then once more for what rounding has lost. Where 1 - J has lost rank or its
  * determinant is negative, friction jams. Multipliers where lambda is not NULL. */
@@ -140,6 +167,12 @@ static enum outcome accelerate_in_nullspace(struct system *s, double t, const do
     enum outcome outcome = s->arena->ran_out ? OUTCOME_NO_MEMORY : take_robust_path(s, t, q, u, &robust);
     if (outcome)
         goto end;
+    const int open = count && robust.motions.rank < robust.motions.rows;
+    const int shared = open ? accelerate_sharing(s, t, q, u, robust.motions.rank, u_dot, lambda) : 1;
+    if (shared != 1) {
+        outcome = shared ? OUTCOME_JAMMED : OUTCOME_DONE;
+        goto end;
+    }
     if (count)
         set_trial_forces(h, NULL, -1, 0.0);
     const int k = accelerate_with(s, &robust, u_dot, g);
