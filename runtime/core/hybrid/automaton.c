@@ -33,6 +33,17 @@ static int chatters(const struct automaton *a, struct phase *f, double since)
     return 1;
 }
 
+/* Count, of each contact, the events in a row that left it no room: neither its gap nor what that has changed by since the last event can be told from zero. */
+static void note_tight(struct phase *f, double since)
+{
+    contact_gaps(f->s, f->y, f->gaps);
+    contact_rates(f->s, f->y, f->y + f->s->n, f->rates);
+    for (int c = 0; c < f->s->model->contacts; c++) {
+        const double none = SHUT * f->s->extent[c];
+        f->tight[c] = f->gaps[c] <= none && fabs(f->rates[c]) * since <= none ? f->tight[c] + 1 : 0;
+    }
+}
+
 /* Bring bounces to rest that are the slower the fewer events a window has had: where events become ever more, bounces are ever
  * smaller, and would never end. Only events of contacts
  * that have had more than ORDINARY themselves count: many bodies that each strike now and then are no crowd. A ball with e = 0.99 has come to bounces of 10^-12 of the height that it fell from in the last second, one with 0.999 to a
@@ -70,6 +81,7 @@ static void slow_down(struct automaton *a, struct phase *f)
 /* Count an event, and whether events still take time; put links that have come into a line there. */
 static enum outcome meet(struct automaton *a, struct phase *f)
 {
+    note_tight(f, f->t - f->at.since);
     a->still = chatters(a, f, f->t - f->at.since) ? a->still + 1 : 0;
     if (f->t > a->instant + INSTANT * fmax(f->s->time, fabs(f->t))) {
         a->instant = f->t;
@@ -151,6 +163,7 @@ static void hand_over(struct automaton *a, struct phase *f)
     struct run *run = f->run;
     f->at = (struct progress){.place = NAN, .seen = f->at.seen, .slow = f->at.slow};
     f->h = 0.0;
+    memset(f->tight, 0, f->s->model->contacts * sizeof *f->tight);
     a->event = NO_EVENT;
     a->loss = NO_LOSS;
     a->crowds = a->struck = a->idle = 0;
@@ -398,6 +411,9 @@ static enum outcome find_way_on(struct automaton *a, struct phase *f, enum outco
     }
     a->failed = failed;
     a->at_fault = f->run->contact;
+    /* by other failures nothing has been shown to be at the end of its bounces */
+    if (failed != OUTCOME_REPEATS && failed != OUTCOME_ACCUMULATION && failed != OUTCOME_CROWDED)
+        memset(f->tight, 0, f->s->model->contacts * sizeof *f->tight);
     const int struck = contact >= 0; /* what led here is no longer what the state is about */
     const enum outcome outcome = struck ? OUTCOME_DONE : try_span(a, f);
     f->at.under_way = 0;

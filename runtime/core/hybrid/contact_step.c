@@ -100,8 +100,16 @@ static enum outcome fly(struct phase *f, struct step_room *r, double t, double h
     return outcome ? outcome : project_velocity(s, q, r->free);
 }
 
+/* Whether events of a contact that has had no room for many in a row have led to steps: its bounces are over, however fast what moves between others still is, and
+ * what it would give back it would give back to within no time. What loses nothing bounces on. */
+static int is_over(const struct phase *f, int contact)
+{
+    return f->tight[contact] > (int)EACH && f->met[contact] > (int)ORDINARY && f->s->restitution[contact] < 1.0;
+}
+
 /* The contacts that are closed in the middle of the step: *count of them, the set in f->set. The speed (m/s) that accelerations give
- * them in the step is in *gained: what approaches no faster than twice that rests, and has no restitution. */
+ * them in the step is in *gained: what approaches no faster than twice that rests, and has no restitution, nor has what is at the end
+ * of infinitely many bounces. */
 static enum outcome closed_contacts(struct phase *f, struct step_room *r, const double *u, double *gained, int *count)
 {
     struct system *s = f->s;
@@ -118,8 +126,10 @@ static enum outcome closed_contacts(struct phase *f, struct step_room *r, const 
             *gained = fmax(*gained, fabs(f->rates[c] - r->before[c]));
         }
     const enum outcome outcome = leave_out_immovable(f, r->middle, count, f->set);
-    for (int i = 0; i < *count; i++)
-        r->e[i] = r->before[f->set[i]] < -2.0 * *gained ? s->restitution[f->set[i]] : 0.0;
+    for (int i = 0; i < *count; i++) {
+        const int c = f->set[i], strikes = r->before[c] < -2.0 * *gained;
+        r->e[i] = strikes && !is_over(f, c) ? s->restitution[c] : 0.0;
+    }
     return outcome;
 }
 

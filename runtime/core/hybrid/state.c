@@ -83,6 +83,7 @@ static struct kind kind_of(const struct phase *f)
     ARRAY(h->least, c)                      \
     ARRAY(h->peak, c)                       \
     ARRAY(f->met, c)                        \
+    ARRAY(f->tight, c)                      \
     ARRAY(f->sides, f->s->model->switches)  \
     ARRAY(f->latched, f->s->model->latches) \
     NUMBER(a->stage)                        \

@@ -130,6 +130,7 @@ static enum outcome resolve_with(struct phase *f, int trigger, struct blow *b)
         for (int i = 0; i < b->count; i++) {
             const int c = f->set[i], strikes = f->rates[c] < 0.0;
             f->met[c] += strikes;
+            f->tight[c] += strikes; /* without time, whatever its gap */
             if (strikes && f->rates[c] >= -rest_velocity(f, c))
                 note_rest(f, c, f->rates[c]);
         }

@@ -205,6 +205,7 @@ static enum outcome begin(struct ccgen_simulation *it, double t)
     begin_window(run, t);
     clear_active_set(&f->active, it->system.model);
     memset(f->met, 0, it->system.model->contacts * sizeof *f->met);
+    memset(f->tight, 0, it->system.model->contacts * sizeof *f->tight);
     forget_latches(f);
     start_automaton(&it->automaton);
     enum outcome outcome = project_position(&it->system, f->y);

@@ -42,6 +42,7 @@ int take_phase(struct phase *f)
     f->gaps = TAKE_ZEROS(arena, double, c);
     f->rates = TAKE_ZEROS(arena, double, c);
     f->met = TAKE_ZEROS(arena, int, c);
+    f->tight = TAKE_ZEROS(arena, int, c);
     f->sides = TAKE_ZEROS(arena, double, s->model->switches);
     f->latched = TAKE_ZEROS(arena, double, s->model->latches);
     f->kink = -1;

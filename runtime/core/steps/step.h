@@ -34,8 +34,8 @@ struct progress {
     int cuts;                          /* steps taken up to it for what one past it that was to be cut missed */
     double gap_uncertainty;            /* gaps so small, relative to the contact's extent, are not known: flat_loop.h */
     double flat;                       /* when the state was last put where closure rows are lost */
-    double seen;                       /* speed, of lengths in a characteristic time, above which nothing rests for crowds of events */
-    double slow;                       /* speed below which contacts rest where events crowd; 0: REST_SPEED */
+    double seen; /* speed, of lengths in a characteristic time, above which nothing rests for crowds of events */
+    double slow; /* speed below which contacts rest where events crowd; 0: REST_SPEED */
 };
 
 struct phase {
@@ -51,6 +51,7 @@ struct phase {
     double *peak; /* and active.peak before a step */
     double *gaps, *rates; /* [contacts] where they were last looked at, for those that go on from there */
     int *met;             /* [contacts] events that each has had since its window of crowds began */
+    int *tight; /* [contacts] events and impacts in a row between which each had no room that can be resolved */
     int *set; /* [contacts] those that strike, are held, or close where rows are lost, on their way from finding them */
     struct active_set active; /* of the system */
     double *sides;            /* [switches] of their kinks on which effects are in this phase */
