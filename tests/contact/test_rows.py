@@ -119,6 +119,15 @@ def test_what_loses_nothing_is_not_made_plastic(workshop: Workshop, method: str)
     assert {impact.restitution_share for impact in run.impacts} == {1.0}
 
 
+def test_what_creeps_at_the_start_is_no_motion(workshop: Workshop) -> None:
+    """Three that touch and close a billionth as fast as a fourth moves: they rest against each other from
+    the first instant, as they would be after an event of the fourth"""
+    row = Row([1.0, 1e-7, 2.0, 1.0], [1.0, 1.25, 1.5, 3.0], [1e-9, -1e-7, -1e-9, 1.0], [0.25] * 3, [0.99] * 3)
+    run = simulate(workshop.model(scene(row)), until=0.1)
+    assert run.success and all(phase.kind != "steps" for phase in run.phases)
+    np.testing.assert_allclose(run.u[-1][:4], [*[-1e-9 / 3.0] * 3, 1.0], atol=1e-13)
+
+
 @pytest.mark.parametrize("method", ["gauss", "dop853"])
 def test_what_accumulates_ends_however_fast_it_is(method: str, workshop: Workshop) -> None:
     """A ball so light that those beside it come to rest against each other before it has slowed down: tens of thousands

@@ -44,6 +44,12 @@ static void note_tight(struct phase *f, double since)
     }
 }
 
+void note_speed(struct automaton *a, struct phase *f)
+{
+    a->quick = fmax(a->quick, fastest(f->s, f->y + f->s->n) * f->s->time);
+    f->at.seen = SEEN * fmin(1.0, a->quick);
+}
+
 /* Bring bounces to rest that are the slower the fewer events a window has had: where events become ever more, bounces are ever
  * smaller, and would never end. Only events of contacts
  * that have had more than ORDINARY themselves count: many bodies that each strike now and then are no crowd. A ball with e = 0.99 has come to bounces of 10^-12 of the height that it fell from in the last second, one with 0.999 to a
@@ -62,8 +68,7 @@ static void slow_down(struct automaton *a, struct phase *f)
         a->quick = 0.0;
         memset(f->met, 0, f->s->model->contacts * sizeof *f->met);
     }
-    a->quick = fmax(a->quick, fastest(f->s, f->y + f->s->n) * f->s->time);
-    f->at.seen = SEEN * fmin(1.0, a->quick);
+    note_speed(a, f);
     if (a->event.watch != CLOSES) /* those that close are counted as they strike, with those that strike beside them */
         f->met[a->event.contact]++;
     a->crowd += f->met[a->event.contact] > (int)ORDINARY;

@@ -42,6 +42,9 @@ struct automaton {
 /* The automaton of a run that begins */
 void start_automaton(struct automaton *a);
 
+/* The speeds of the present state are among those that tell what counts as a motion. */
+void note_speed(struct automaton *a, struct phase *f);
+
 /* Whether its stage does anything, and so may be interrupted */
 int has_action(const struct automaton *a);
 

@@ -216,7 +216,10 @@ static enum outcome begin(struct ccgen_simulation *it, double t)
     if (!known && !outcome && rate_of_start(f, &rate))
         return OUTCOME_INTERRUPTED;
     const enum outcome scaled = set_scales(&it->system, longest, rate, f->y);
-    return outcome ? outcome : scaled;
+    if (outcome || scaled)
+        return outcome ? outcome : scaled;
+    note_speed(&it->automaton, f); /* before the first event too */
+    return OUTCOME_DONE;
 }
 
 int ccgen_reset(struct ccgen_simulation *it, double t, const double *q, const double *u)
